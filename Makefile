@@ -1,0 +1,64 @@
+# Needs Python >= 3.11, git and make. Everything is installed into .venv of this checkout.
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+
+# numba does not see that a function in ANOTHER file has changed when it reads its cache: one cache a checkout, thrown
+# away by `make clean` and by `make test-all`.
+export NUMBA_CACHE_DIR := $(CURDIR)/.numba_cache
+
+.DEFAULT_GOAL := help
+.NOTPARALLEL:
+.PHONY: help demo lint test test-all speed table meshes clean
+
+help:  ## list the targets
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-9s %s\n", $$1, $$2}' Makefile
+
+demo: $(VENV)/.installed  ## run the flexible nine-bar mechanism with clearance; results in out/demo
+	$(BIN)/flexmb run nine-bar --clearance 0.5mm --flexible --out out/demo
+	@echo "Results in out/demo:"
+	@ls -1 out/demo
+
+lint: $(VENV)/.installed-dev
+	$(BIN)/python -m ruff check .
+	$(BIN)/python -m mypy
+
+test: lint  ## checks of the source, and every test that is not slow
+	$(BIN)/python -m pytest -m "not slow and not speed"
+
+test-all: lint  ## the same with the slow tests, on a fresh compilation cache
+	rm -rf $(NUMBA_CACHE_DIR)
+	$(BIN)/python -m pytest -m "not speed"
+
+speed: $(VENV)/.installed-bench  ## timings, beside the peer's on the same models (wants a quiet machine)
+	$(BIN)/python -m pytest tests/speed -m speed -s
+
+table: $(VENV)/.installed  ## the numbers of docs/nine_bar.md, computed anew
+	$(BIN)/python docs/nine_bar_table.py
+
+meshes: $(VENV)/.installed  ## write the meshes in meshes/ anew
+	$(BIN)/python meshes/make_meshes.py --out meshes
+
+clean:  ## remove what was made: environment, caches, results
+	rm -rf $(VENV) .numba_cache .pytest_cache .mypy_cache .ruff_cache .hypothesis build dist *.egg-info out
+	find flexmb tests docs examples meshes -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# Stamps: an installation is repeated when pyproject.toml is newer.
+$(VENV)/.created:
+	@$(PYTHON) -c 'import sys; sys.version_info >= (3, 11) or sys.exit("flexmb needs Python >= 3.11, this is " \
+	  + sys.version.split()[0] + ". Name another one: make PYTHON=python3.12 ...")'
+	$(PYTHON) -m venv $(VENV)
+	touch $@
+
+$(VENV)/.installed: pyproject.toml | $(VENV)/.created
+	$(BIN)/python -m pip install --quiet --editable .
+	touch $@
+
+# With [sweep], so that no test of the stores is left out.
+$(VENV)/.installed-dev: pyproject.toml | $(VENV)/.created
+	$(BIN)/python -m pip install --quiet --editable ".[dev,sweep]"
+	touch $@ $(VENV)/.installed
+
+$(VENV)/.installed-bench: $(VENV)/.installed-dev
+	$(BIN)/python -m pip install --quiet --editable ".[dev,sweep,bench]"
+	touch $@

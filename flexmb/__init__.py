@@ -1,0 +1,65 @@
+"""Planar flexible multibody dynamics with imperfect joints.
+
+Declare a `Mechanism` of parts, `simulate` it, ask questions of the motion.
+"""
+
+from importlib import import_module
+from typing import Any
+
+_HOME = {
+    "beams.section": "Circle GeneralSection Rectangle Section Tapered Tube",
+    "bodies.flexible_frame": "FlexibleFrame",
+    "bodies.flexible_link": "FlexibleLink",
+    "bodies.rigid_body": "RigidBody",
+    "bodies.rigid_link": "RigidLink",
+    "contact.friction.frictionless": "Frictionless",
+    "contact.friction.modified_coulomb": "ModifiedCoulomb",
+    "contact.normal.lankarani_nikravesh": "LankaraniNikravesh",
+    "drives.constant_speed": "ConstantSpeed",
+    "drives.drive": "Drive",
+    "drives.polynomial": "Polynomial",
+    "drives.ramp": "Ramp",
+    "drives.table": "Table",
+    "errors": "FlexmbError InputError ModelError KernelError AssemblyError SolveError FileFormatError MissingPackageError",
+    "integrate.method": "Newmark RungeKutta4",
+    "integrate.netcdf": "load",
+    "integrate.simulate": "simulate",
+    "integrate.solution": "Solution",
+    "integrate.steps": "Adaptive FixedStep",
+    "io.vtk": "write_vtk",
+    "joints.prismatic": "Prismatic",
+    "joints.revolute": "Fixed Revolute",
+    "joints.revolute_clearance": "RevoluteClearance",
+    "kernels": "constraint_kernel drive_kernel element_kernel energy_kernel friction_law gap_kernel normal_law signal_kernel",
+    "loads.force": "Force",
+    "loads.spring_damper": "SpringDamper",
+    "loads.torque": "Torque",
+    "loads.torsion_spring": "TorsionSpring",
+    "model.law": "FrictionLaw Motion NormalLaw",
+    "model.material": "Material STEEL",
+    "model.mechanism": "Mechanism",
+    "model.part": "GROUND Element Part",
+    "program.compiler": "compile",
+    "solve.assemble": "assemble",
+    "view.plot": "plot",
+    "view.render": "render",
+    "view.screenshot": "screenshot_vtk",
+}
+_WHERE = {name: module for module, names in _HOME.items() for name in names.split()}
+
+__all__ = [*sorted(_WHERE), "testing"]  # noqa: PLE0604 - all of them are strings
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name when it is first used, so that `import flexmb` is fast."""
+    if name == "testing":
+        return import_module("flexmb.testing")
+    if name not in _WHERE:
+        raise AttributeError(f"module 'flexmb' has no attribute {name!r}")
+    value = getattr(import_module(f"flexmb.{_WHERE[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

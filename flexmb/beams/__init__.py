@@ -1,0 +1,1 @@
+"""Beams: sections, materials, element matrices from weak forms, line meshes, the corotational element."""

@@ -1,0 +1,321 @@
+"""Line meshes from files: reading through meshio, straight chains, and the straight members of frames."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Sequence
+from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import dataclass
+from itertools import pairwise
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial import cKDTree
+
+from flexmb import check
+from flexmb.errors import FileFormatError, InputError
+
+Array = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int64]
+Walk = tuple[list[int], list[int]]
+"""Nodes in order, and the lines between them."""
+
+TAG_NAMES = ("gmsh:physical", "cell_tags", "section")
+"""Integer cell data that are read as tags, the first that a file has."""
+
+SAME_PLACE = 1e-9
+"""Points closer than this times the size of the mesh are one place."""
+
+STRAIGHT = 1e-4
+"""Angle up to which a beam counts as straight [rad]; above the rounding of files in single precision."""
+
+
+@dataclass(frozen=True, eq=False)
+class LineMesh:
+    """A plane mesh of two-node lines.
+
+    Attributes
+    ----------
+    points : (n, 2) nodes [m].
+    edges : (m, 2) indices of the first and last node of each line.
+    tags : (m,) tag of each line; 0 where the file has none.
+    name : where the mesh comes from, for messages.
+    """
+
+    points: Array
+    edges: Indices
+    tags: Indices
+    name: str = "mesh"
+
+    def __post_init__(self) -> None:
+        _check_shapes(self)
+        _check_lines(self)
+
+    def stations(self, nodes: Sequence[int] | Indices) -> Array:
+        """Arc lengths [m] of a sequence of nodes, from 0 at its first."""
+        steps = np.linalg.norm(np.diff(self.points[np.asarray(nodes)], axis=0), axis=1)
+        return np.concatenate([[0.0], np.cumsum(steps)])
+
+    def tag_of(self, nodes: Sequence[int] | Indices) -> int:
+        """The tag that all lines along a sequence of nodes have, or `InputError`."""
+        sequence = [int(node) for node in nodes]
+        index = {frozenset(edge): k for k, edge in enumerate(self.edges.tolist())}
+        pairs = [frozenset(pair) for pair in pairwise(sequence)]
+        if not pairs or any(pair not in index for pair in pairs):
+            text = f"{self.name}: the nodes {sequence} do not follow lines of the mesh"
+            raise InputError(f"{text}; take a sequence from chain(mesh) or members(mesh).")
+        tags = sorted({int(self.tags[index[pair]]) for pair in pairs})
+        if len(tags) > 1:
+            raise InputError(f"{self.name}: the nodes pass lines with the tags {tags}; split them with members(mesh).")
+        return tags[0]
+
+
+def read_lines(path: str | PathLike[str], tag: str | None = None) -> LineMesh:
+    """The lines of a mesh file in any format of meshio.
+
+    Cells of other kinds are left out; every node must belong to a line or be a single point (vertex cell).
+
+    Parameters
+    ----------
+    path : the file; lengths in metres; in 3-D all z must be equal.
+    tag : name of the integer cell data that hold the tags; None: the first of `TAG_NAMES` that the file has.
+
+    Returns
+    -------
+    LineMesh
+        Points, edges and tags in the order of the file.
+
+    Raises
+    ------
+    FileFormatError : no such file, not a mesh, no lines, not plane, tags missing or not integers.
+    InputError : loose nodes, lines of zero length, lines given twice, nodes at the same place.
+    """
+    file = Path(path)
+    mesh = _read(file)
+    edges = np.asarray(mesh.get_cells_type("line"), dtype=np.int64).reshape(-1, 2)
+    if not len(edges):
+        kinds = ", ".join(sorted({block.type for block in mesh.cells})) or "none"
+        text = f"{file}: no two-node line cells; the cells are: {kinds}"
+        raise FileFormatError(f"{text}. Mesh the curves with elements of first order and export them.")
+    points, edges = _without_single_points(_plane_points(file, mesh.points), edges, mesh)
+    return LineMesh(points, edges, _tags(file, mesh, tag, len(edges)), name=str(file))
+
+
+def chain(mesh: LineMesh) -> Indices:
+    """Node indices, in order, of a mesh that is one straight open chain; it runs the way its first line points.
+
+    Raises
+    ------
+    InputError : a branch, a closed or divided chain, lines out of line.
+    """
+    lines = _lines_at(mesh)
+    branches = [node for node, at in enumerate(lines) if len(at) > 2]
+    if branches:
+        text = f"{mesh.name}: {len(lines[branches[0]])} lines meet at node {branches[0]}; a chain has no branches"
+        raise InputError(f"{text}. Use members(mesh) for a frame.")
+    stops = {node for node, at in enumerate(lines) if len(at) == 1}
+    nodes = _walk(mesh, 0, lines, stops)[0]
+    if not stops or nodes[0] == nodes[-1]:
+        raise InputError(f"{mesh.name}: the lines close a loop; a chain has two ends. Use members(mesh) for a frame.")
+    if len(nodes) < len(mesh.points):
+        text = f"{mesh.name}: the chain from node {nodes[0]} to {nodes[-1]} has {len(nodes)} nodes"
+        raise InputError(f"{text}, the mesh {len(mesh.points)}. Join the pieces, or use members(mesh).")
+    _require_straight(mesh, nodes)
+    return np.array(nodes, dtype=np.int64)
+
+
+def members(mesh: LineMesh) -> list[Indices]:
+    """The straight beams of a frame: node indices from corner, end, branch or change of tag to the next one.
+
+    Each runs the way its first line in the file points; they come in the order of these lines.
+
+    Raises
+    ------
+    InputError : a gently curved line, which is no straight beam.
+    """
+    lines = _lines_at(mesh)
+    stops = {node for node, at in enumerate(lines) if _is_stop(mesh, node, at)}
+    done: set[int] = set()
+    result = []
+    for first in range(len(mesh.edges)):
+        if first not in done:
+            nodes, used = _walk(mesh, first, lines, stops)
+            done.update(used)
+            _require_straight(mesh, nodes)
+            result.append(np.array(nodes, dtype=np.int64))
+    return result
+
+
+def _read(file: Path) -> Any:
+    import meshio
+
+    if not file.is_file():
+        raise FileFormatError(f"{file}: no such file. The current folder is {Path.cwd()}.")
+    said = io.StringIO()
+    try:
+        # meshio prints, and leaves the program when no reader fits; readers raise whatever broken text leads to
+        with redirect_stdout(said), redirect_stderr(said):
+            return meshio.read(file)
+    except (Exception, SystemExit) as error:
+        reason = str(error) if isinstance(error, Exception) else said.getvalue().strip().split("\n")[0]
+        text = f"{file}: not a mesh that meshio can read ({type(error).__name__}: {reason})"
+        raise FileFormatError(f"{text}. Export it as gmsh 2.2 (.msh) or VTK (.vtu).") from error
+
+
+def _plane_points(file: Path, points: Any) -> Array:
+    xyz = np.asarray(points, dtype=float)
+    if xyz.ndim != 2 or xyz.shape[1] not in (2, 3):
+        text = f"{file}: points have shape {xyz.shape}; flexmb needs plane points (n, 2) or (n, 3)"
+        raise FileFormatError(f"{text}. Export the mesh with x and y coordinates.")
+    if not np.all(np.isfinite(xyz)):
+        bad = int(np.argmin(np.all(np.isfinite(xyz), axis=1)))
+        text = f"{file}: node {bad} is at {xyz[bad].tolist()}; coordinates must be finite"
+        raise FileFormatError(f"{text}. Mesh the curves again.")
+    if xyz.shape[1] == 3 and np.ptp(xyz[:, 2]) > SAME_PLACE * _size(xyz):
+        text = f"{file}: z spreads over {np.ptp(xyz[:, 2]):g} m; flexmb is plane, all z must be equal"
+        raise FileFormatError(f"{text}. Turn the mesh into the x-y plane.")
+    return np.ascontiguousarray(xyz[:, :2])
+
+
+def _without_single_points(points: Array, edges: Indices, mesh: Any) -> tuple[Array, Indices]:
+    """Leave out nodes that only vertex cells use, such as the centre of an arc in gmsh."""
+    on_line = np.zeros(len(points), dtype=bool)
+    on_line[edges] = True
+    single = np.zeros(len(points), dtype=bool)
+    vertices = [block.data.ravel() for block in mesh.cells if block.type == "vertex"]
+    single[np.concatenate([*vertices, np.zeros(0, dtype=np.int64)])] = True
+    keep = on_line | ~single
+    return points[keep], (np.cumsum(keep) - 1)[edges]
+
+
+def _tags(file: Path, mesh: Any, tag: str | None, n: int) -> Indices:
+    names = [name for name in TAG_NAMES if name in mesh.cell_data]
+    if tag is not None and tag not in mesh.cell_data:
+        raise FileFormatError(f"{file}: no cell data {tag!r}. {check.did_you_mean(tag, mesh.cell_data)}")
+    if tag is None and not names:
+        return np.zeros(n, dtype=np.int64)
+    name = tag if tag is not None else names[0]
+    values = np.asarray(mesh.get_cell_data(name, "line"))
+    # a file may hold several numbers a cell, or fractions, under any name
+    if values.shape != (n,) or not np.issubdtype(values.dtype, np.number) or np.any(values != np.round(values)):
+        text = f"{file}: cell data {name!r} are not one whole number for each line"
+        raise FileFormatError(f"{text}. Name the cell data with the tags: read_lines(path, tag='...').")
+    return values.astype(np.int64)
+
+
+def _size(points: Array) -> float:
+    return float(np.max(np.ptp(points, axis=0)))
+
+
+def _check_shapes(mesh: LineMesh) -> None:
+    points, edges, tags = mesh.points, mesh.edges, mesh.tags
+    right = {
+        "points": points.shape[1:] == (2,),
+        "edges": edges.shape[1:] == (2,),
+        "tags": tags.shape == edges.shape[:1],
+    }
+    for name, good in right.items():
+        if not good:
+            text = f"{mesh.name}: {name} have shape {getattr(mesh, name).shape}"
+            raise InputError(f"{text}; points must be (n, 2), edges (m, 2), tags (m,).")
+    if not edges.size or edges.min() < 0 or edges.max() >= len(points):
+        text = f"{mesh.name}: edges are empty or name nodes outside 0 ... {len(points) - 1}"
+        raise InputError(f"{text}; count nodes from 0.")
+
+
+def _check_lines(mesh: LineMesh) -> None:
+    points, edges, name = mesh.points, mesh.edges, mesh.name
+    unused = np.setdiff1d(np.arange(len(points)), edges)
+    if unused.size:
+        text = f"{name}: {unused.size} nodes belong to no line, the first is node {unused[0]} at {_at(mesh, unused[0])}"
+        raise InputError(f"{text}. Delete them, or connect them.")
+    lengths = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
+    k = int(np.argmin(lengths))
+    if lengths[k] <= SAME_PLACE * _size(points):
+        text = f"{name}: line {k} between nodes {edges[k, 0]} and {edges[k, 1]} has zero length"
+        raise InputError(f"{text}. Delete it and merge its nodes.")
+    first_of: dict[frozenset[int], int] = {}
+    for k, edge in enumerate(edges.tolist()):
+        first = first_of.setdefault(frozenset(edge), k)
+        if first != k:
+            text = f"{name}: lines {first} and {k} join the same nodes {edge[0]} and {edge[1]}"
+            raise InputError(f"{text}. Delete one of them.")
+    _check_distinct(mesh)
+
+
+def _check_distinct(mesh: LineMesh) -> None:
+    same = cKDTree(mesh.points).query_pairs(SAME_PLACE * _size(mesh.points), output_type="ndarray")
+    if len(same):
+        i, j = min(same.tolist())
+        text = f"{mesh.name}: nodes {i} and {j} lie at the same place {_at(mesh, i)}, so the lines there are not joined"
+        raise InputError(f"{text}. Merge the nodes (in gmsh: Coherence Mesh).")
+
+
+def _at(mesh: LineMesh, node: int) -> str:
+    x, y = mesh.points[node]
+    return f"({x:g}, {y:g}) m"
+
+
+def _lines_at(mesh: LineMesh) -> list[list[int]]:
+    """For each node, the lines that meet there."""
+    lines: list[list[int]] = [[] for _ in mesh.points]
+    for k, (i, j) in enumerate(mesh.edges.tolist()):
+        lines[i].append(k)
+        lines[j].append(k)
+    return lines
+
+
+def _is_stop(mesh: LineMesh, node: int, at: list[int]) -> bool:
+    """Whether a beam ends here: an end, a branch, a change of tag, or a corner."""
+    if len(at) != 2 or mesh.tags[at[0]] != mesh.tags[at[1]]:
+        return True
+    before, after = (_other(mesh, line, node) for line in at)
+    return _angle(mesh.points[node] - mesh.points[before], mesh.points[after] - mesh.points[node]) > STRAIGHT
+
+
+def _other(mesh: LineMesh, line: int, node: int) -> int:
+    i, j = mesh.edges[line]
+    return int(j if node == i else i)
+
+
+def _angle(a: Array, b: Array) -> float:
+    """Angle between two directions, 0 to pi [rad]."""
+    return float(abs(np.arctan2(a[0] * b[1] - a[1] * b[0], a @ b)))
+
+
+def _walk(mesh: LineMesh, first: int, lines: list[list[int]], stops: set[int]) -> Walk:
+    """Nodes and lines through line `first`, on both sides to the next stop, or round a loop without one."""
+    tail, head = mesh.edges[first].tolist()
+    ahead, used = _follow(mesh, first, head, lines, stops)
+    if ahead[-1] == tail:
+        return [tail, *ahead], used
+    behind, used_behind = _follow(mesh, first, tail, lines, stops)
+    return [*reversed(behind), *ahead], [*used, *used_behind]
+
+
+def _follow(mesh: LineMesh, line: int, node: int, lines: list[list[int]], stops: set[int]) -> Walk:
+    """Nodes from `node` on, away from `line`, to the next stop, and the lines walked, `line` included."""
+    nodes, used, start = [node], [line], line
+    while node not in stops:
+        line = next(k for k in lines[node] if k != line)
+        if line == start:
+            break
+        node = _other(mesh, line, node)
+        nodes.append(node)
+        used.append(line)
+    return nodes, used
+
+
+def _require_straight(mesh: LineMesh, nodes: list[int]) -> None:
+    path = mesh.points[nodes]
+    chord = path[-1] - path[0]
+    for k, step in enumerate(np.diff(path, axis=0)):
+        angle = math.pi if nodes[0] == nodes[-1] else _angle(chord, step)  # a loop has no chord
+        if angle > STRAIGHT:
+            text = f"{mesh.name}: the lines from node {nodes[0]} to {nodes[-1]} are not straight: the one from node "
+            text += f"{nodes[k]} to {nodes[k + 1]} is turned by {angle:.3g} rad against the chord"
+            raise InputError(f"{text}. Use members(mesh) for a frame; replace an arc by straight pieces with corners.")

@@ -1,0 +1,318 @@
+"""Cross-sections of straight beams: area, second moment, outer fibre, constant or tapered along the beam."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, fields
+
+import numpy as np
+import numpy.typing as npt
+
+from flexmb import check
+from flexmb.errors import InputError
+
+Array = npt.NDArray[np.float64]
+Place = npt.ArrayLike
+"""Where along the beam: s in [0, 1], a number or an array of any shape."""
+
+
+class Section(ABC):
+    """Cross-section of a straight beam as a function of s in [0, 1], start to end.
+
+    For a section of your own, derive from this class and write the two methods; both must keep the shape of s.
+    """
+
+    @abstractmethod
+    def area_at(self, s: Place) -> Array:
+        """Area A(s) [m^2], shaped like s."""
+
+    @abstractmethod
+    def second_moment_at(self, s: Place) -> Array:
+        """Second moment of area I(s) [m^4] about the axis normal to the plane of motion, shaped like s."""
+
+    def outer_fibre_at(self, s: Place) -> Array:  # noqa: ARG002, used where a subclass knows it
+        """Distance c(s) [m] of the outermost fibre from the centroid, in the plane of motion; stress = M c / I."""
+        raise InputError(f"{type(self).__name__}: the distance of the outer fibre is unknown; no stress can be given.")
+
+
+class Prismatic(Section):
+    """Base of sections that positive dimensions describe and that are constant along the beam.
+
+    The fields of a subclass are its dimensions; `area_of`, `second_moment_of` and `outer_fibre_of` take their values
+    as arrays in the order of the fields.  So `Tapered` works with every such class.
+    """
+
+    @staticmethod
+    @abstractmethod
+    def area_of(*dimensions: Array) -> Array:
+        """Area [m^2] for these dimensions."""
+
+    @staticmethod
+    @abstractmethod
+    def second_moment_of(*dimensions: Array) -> Array:
+        """Second moment of area [m^4] for these dimensions."""
+
+    @staticmethod
+    @abstractmethod
+    def outer_fibre_of(*dimensions: Array) -> Array:
+        """Distance of the outer fibre [m] for these dimensions."""
+
+    def dimensions(self) -> tuple[float, ...]:
+        """Values of the fields, in order."""
+        return tuple(getattr(self, field.name) for field in fields(self))  # type: ignore[arg-type]
+
+    def area_at(self, s: Place) -> Array:
+        """A [m^2], the same for every s."""
+        return self.area_of(*_constant(self.dimensions(), s))
+
+    def second_moment_at(self, s: Place) -> Array:
+        """I [m^4], the same for every s."""
+        return self.second_moment_of(*_constant(self.dimensions(), s))
+
+    def outer_fibre_at(self, s: Place) -> Array:
+        """c [m], the same for every s."""
+        return self.outer_fibre_of(*_constant(self.dimensions(), s))
+
+
+@dataclass(frozen=True)
+class Rectangle(Prismatic):
+    """Solid rectangle: A = b h, I = b h^3 / 12.
+
+    Parameters
+    ----------
+    width : b, normal to the plane of motion [m], > 0.
+    height : h, IN the plane of motion, the direction of bending [m], > 0.
+
+    Raises
+    ------
+    InputError : a dimension that is not a number > 0.
+
+    Examples
+    --------
+    >>> Rectangle(width=0.01, height=0.02).area_at([0.0, 1.0])
+    array([0.0002, 0.0002])
+    """
+
+    width: float
+    height: float
+
+    def __post_init__(self) -> None:
+        _check_dimensions(self)
+
+    @staticmethod
+    def area_of(*dimensions: Array) -> Array:
+        """A = b h [m^2]."""
+        b, h = dimensions
+        return b * h
+
+    @staticmethod
+    def second_moment_of(*dimensions: Array) -> Array:
+        """I = b h^3 / 12 [m^4]."""
+        b, h = dimensions
+        return b * h**3 / 12.0
+
+    @staticmethod
+    def outer_fibre_of(*dimensions: Array) -> Array:
+        """c = h / 2 [m]."""
+        _, h = dimensions
+        return 0.5 * h
+
+
+@dataclass(frozen=True)
+class Circle(Prismatic):
+    """Solid circle: A = pi d^2 / 4, I = pi d^4 / 64.
+
+    Parameters
+    ----------
+    diameter : d [m], > 0.
+
+    Raises
+    ------
+    InputError : a diameter that is not a number > 0.
+    """
+
+    diameter: float
+
+    def __post_init__(self) -> None:
+        _check_dimensions(self)
+
+    @staticmethod
+    def area_of(*dimensions: Array) -> Array:
+        """A = pi d^2 / 4 [m^2]."""
+        (d,) = dimensions
+        return 0.25 * math.pi * d**2
+
+    @staticmethod
+    def second_moment_of(*dimensions: Array) -> Array:
+        """I = pi d^4 / 64 [m^4]."""
+        (d,) = dimensions
+        return math.pi * d**4 / 64.0
+
+    @staticmethod
+    def outer_fibre_of(*dimensions: Array) -> Array:
+        """c = d / 2 [m]."""
+        (d,) = dimensions
+        return 0.5 * d
+
+
+@dataclass(frozen=True)
+class Tube(Prismatic):
+    """Round tube: A = pi (D^2 - d^2) / 4, I = pi (D^4 - d^4) / 64.
+
+    Parameters
+    ----------
+    outer : outer diameter D [m], > inner.
+    inner : inner diameter d [m], > 0.
+
+    Raises
+    ------
+    InputError : a diameter that is not a number > 0, inner not smaller than outer.
+    """
+
+    outer: float
+    inner: float
+
+    def __post_init__(self) -> None:
+        check.positive("Tube", "inner", self.inner, "m", "For a solid bar use Circle(diameter=...).")
+        _check_dimensions(self)
+        if self.inner >= self.outer:
+            text = f"Tube: inner is {self.inner:g} m and outer is {self.outer:g} m; inner must be smaller than outer."
+            raise InputError(f"{text} Both are diameters.")
+
+    @staticmethod
+    def area_of(*dimensions: Array) -> Array:
+        """A = pi (D^2 - d^2) / 4 [m^2]."""
+        D, d = dimensions
+        return 0.25 * math.pi * (D**2 - d**2)
+
+    @staticmethod
+    def second_moment_of(*dimensions: Array) -> Array:
+        """I = pi (D^4 - d^4) / 64 [m^4]."""
+        D, d = dimensions
+        return math.pi * (D**4 - d**4) / 64.0
+
+    @staticmethod
+    def outer_fibre_of(*dimensions: Array) -> Array:
+        """c = D / 2 [m]."""
+        D, _ = dimensions
+        return 0.5 * D
+
+
+@dataclass(frozen=True, kw_only=True)
+class GeneralSection(Prismatic):
+    """Any section, given by its area and second moment; symmetric about the plane of motion.
+
+    Parameters
+    ----------
+    area : A [m^2], > 0.
+    second_moment : I about the axis normal to the plane of motion [m^4], > 0.
+    outer_fibre : distance of the outermost fibre from the centroid [m], > 0; None: unknown, then there are no stresses.
+
+    Raises
+    ------
+    InputError : a value that is not a number > 0; when the outer fibre is asked for and unknown.
+    """
+
+    area: float
+    second_moment: float
+    outer_fibre: float | None = None
+
+    def __post_init__(self) -> None:
+        _positive_field(self, "area", "m^2")
+        _positive_field(self, "second_moment", "m^4")
+        if self.outer_fibre is not None:
+            _positive_field(self, "outer_fibre", "m")
+
+    def dimensions(self) -> tuple[float, ...]:
+        """Area, second moment, and the outer fibre or NaN."""
+        return self.area, self.second_moment, math.nan if self.outer_fibre is None else self.outer_fibre
+
+    @staticmethod
+    def area_of(*dimensions: Array) -> Array:
+        """A as given [m^2]."""
+        area, _, _ = dimensions
+        return area
+
+    @staticmethod
+    def second_moment_of(*dimensions: Array) -> Array:
+        """I as given [m^4]."""
+        _, second_moment, _ = dimensions
+        return second_moment
+
+    @staticmethod
+    def outer_fibre_of(*dimensions: Array) -> Array:
+        """c as given [m], or `InputError`."""
+        _, _, c = dimensions
+        if np.any(np.isnan(c)):
+            raise InputError("GeneralSection: outer_fibre is None; give its distance in m to get stresses.")
+        return c
+
+
+@dataclass(frozen=True)
+class Tapered(Section):
+    """Linear change of the dimensions between two sections of the same class.
+
+    A tapered rectangle has A of degree two and I of degree four in s; a tapered `GeneralSection` has A and I linear.
+
+    Parameters
+    ----------
+    start, end : the sections at s = 0 and s = 1, both Rectangle, Circle, Tube or GeneralSection.
+
+    Raises
+    ------
+    InputError : sections of different classes, or without dimensions.
+
+    Examples
+    --------
+    >>> taper = Tapered(Rectangle(width=0.01, height=0.03), Rectangle(width=0.01, height=0.01))
+    >>> taper.area_at([0.0, 0.5, 1.0])
+    array([0.0003, 0.0002, 0.0001])
+    """
+
+    start: Prismatic
+    end: Prismatic
+
+    def __post_init__(self) -> None:
+        for name, section in (("start", self.start), ("end", self.end)):
+            if not isinstance(section, Prismatic):
+                text = f"Tapered: {name} is {section!r}; it must be a section with constant dimensions"
+                raise InputError(f"{text}, such as Rectangle(width=..., height=...).")
+        if type(self.start) is not type(self.end):
+            classes = f"{type(self.start).__name__} and end a {type(self.end).__name__}"
+            text = f"Tapered: start is a {classes}; both must be of one class"
+            raise InputError(f"{text}. Use GeneralSection for both, or divide the beam.")
+
+    def area_at(self, s: Place) -> Array:
+        """A(s) [m^2] for the dimensions at s."""
+        kind, dimensions = self._mixed(s)
+        return kind.area_of(*dimensions)
+
+    def second_moment_at(self, s: Place) -> Array:
+        """I(s) [m^4] for the dimensions at s."""
+        kind, dimensions = self._mixed(s)
+        return kind.second_moment_of(*dimensions)
+
+    def outer_fibre_at(self, s: Place) -> Array:
+        """c(s) [m] for the dimensions at s."""
+        kind, dimensions = self._mixed(s)
+        return kind.outer_fibre_of(*dimensions)
+
+    def _mixed(self, s: Place) -> tuple[type[Prismatic], list[Array]]:
+        x = np.asarray(s, dtype=float)
+        pairs = zip(self.start.dimensions(), self.end.dimensions(), strict=True)
+        return type(self.start), [(1.0 - x) * a + x * b for a, b in pairs]
+
+
+def _constant(dimensions: tuple[float, ...], s: Place) -> list[Array]:
+    return [np.full(np.shape(s), value) for value in dimensions]
+
+
+def _check_dimensions(section: Prismatic) -> None:
+    for field in fields(section):  # type: ignore[arg-type]
+        _positive_field(section, field.name, "m")
+
+
+def _positive_field(section: Prismatic, name: str, unit: str) -> None:
+    # stored as float, so that equal sections compare, hash and print alike
+    object.__setattr__(section, name, check.positive(type(section).__name__, name, getattr(section, name), unit))

@@ -1,0 +1,151 @@
+"""What flexible links and frames share: stations, element pieces, bosses, shapes, deflection."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from flexmb import check, planar
+from flexmb.beams.corotational import beam_energy, beam_kernel
+from flexmb.model.material import Material
+from flexmb.beams.section import Section
+from flexmb.bodies.bosses import Bosses
+from flexmb.bodies.inertia import mean_mass, node_mass
+from flexmb.errors import InputError
+from flexmb.kernels import signal_kernel
+from flexmb.model.pieces import ElementPiece, Node, Piece, node_coordinates
+from flexmb.model.shape import BeamShape
+
+Point = tuple[float, float]
+Elements = int | tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Beam:
+    """One straight beam between two corners: names of its nodes, their stations [m], section and material."""
+
+    nodes: tuple[str, ...]
+    start: Point
+    end: Point
+    stations: tuple[float, ...]
+    section: Section
+    material: Material
+
+
+def checked_elements(label: str, elements: object) -> Elements:
+    """A number of elements, or increasing fractions of the length where inner nodes stand."""
+    if isinstance(elements, (tuple, list, np.ndarray)):
+        inner = tuple(check.between(label, "elements", s, 0.0, 1.0) for s in elements)
+        full = (0.0, *inner, 1.0)
+        if any(b <= a for a, b in zip(full[:-1], full[1:], strict=True)):
+            raise InputError(f"{label}: elements are {inner}; fractions must increase strictly between 0 and 1.")
+        return inner
+    return check.count(label, "elements", elements)
+
+
+def fractions(elements: Elements) -> tuple[float, ...]:
+    """Positions of all nodes as fractions of the length."""
+    if isinstance(elements, int):
+        return tuple(i / elements for i in range(elements + 1))
+    return (0.0, *elements, 1.0)
+
+
+@lru_cache(maxsize=256)
+def matrices(stations: tuple[float, ...], section: Section, material: Material):
+    """Element matrices of a beam through scikit-fem, remembered for equal beams."""
+    from flexmb.beams.fem import beam_matrices  # noqa: PLC0415 - scikit-fem is needed only here
+
+    return beam_matrices(np.array(stations), section, material)
+
+
+def beam_parameters(beam: Beam, nodes: dict[str, Node], damping: float, gravity: Point) -> list[tuple[float, ...]]:
+    """p of every element of a beam."""
+    data = matrices(beam.stations, beam.section, beam.material)
+    angle = math.atan2(beam.end[1] - beam.start[1], beam.end[0] - beam.start[0])
+    upper = np.triu_indices(4)
+    rows = []
+    for k, length in enumerate(data.lengths):
+        ka, kb = data.axial_stiffness[k], data.bending_stiffness[k]
+        ma, mb = data.axial_mass[k], data.bending_mass[k]
+        weights = (*ma.sum(axis=1), mb[1, 0] + mb[1, 2], mb[3, 0] + mb[3, 2])
+        offsets = (nodes[beam.nodes[k]].theta, nodes[beam.nodes[k + 1]].theta)
+        # the offset makes theta + offset the direction of the element's axis in the drawn pose
+        head = (length, ka[1, 1], kb[1, 1], kb[1, 3], kb[3, 3], angle - offsets[0], angle - offsets[1], damping)
+        row = (*head, *gravity, *weights, ma[0, 0], ma[0, 1], ma[1, 1], *mb[upper])
+        rows.append(tuple(float(x) for x in row))
+    return rows
+
+
+def beam_pieces(
+    part: str, beams: Sequence[Beam], nodes: dict[str, Node], damping: float, gravity: Point
+) -> list[Piece]:
+    """Element pieces of all beams of a body."""
+    pieces: list[Piece] = []
+    for beam in beams:
+        for k, p in enumerate(beam_parameters(beam, nodes, damping, gravity)):
+            ends = (*node_coordinates(part, beam.nodes[k]), *node_coordinates(part, beam.nodes[k + 1]))
+            pieces.append(ElementPiece(part, beam_kernel, ends, p, energy=beam_energy))
+    return pieces
+
+
+def beam_shapes(part: str, beams: Sequence[Beam], nodes: dict[str, Node]) -> tuple[BeamShape, ...]:
+    """Drawing records of all elements."""
+    shapes = []
+    for beam in beams:
+        data = matrices(beam.stations, beam.section, beam.material)
+        for k, p in enumerate(beam_parameters(beam, nodes, 0.0, (0.0, 0.0))):
+            ei = (float(data.ei[k, 0]), float(data.ei[k, 1]))
+            ends = (beam.nodes[k], beam.nodes[k + 1])
+            shapes.append(BeamShape(part, *ends, p[0], p[5], p[6], p[1], (p[2], p[3], p[4]), ei))
+    return tuple(shapes)
+
+
+def mass_parts(beam: Beam) -> list[tuple[float, Point, float]]:
+    """(mass, centre of mass, inertia about it) of every element of a beam, from its consistent mass."""
+    data = matrices(beam.stations, beam.section, beam.material)
+    angle = math.atan2(beam.end[1] - beam.start[1], beam.end[0] - beam.start[0])
+    parts = []
+    for k, length in enumerate(data.lengths):
+        ma, mb = data.axial_mass[k], data.bending_mass[k]
+        mass = float(ma.sum())
+        arm = float(ma[:, 1].sum()) * length / mass
+        turn = np.array([0.0, 1.0, length, 1.0])
+        inertia = float(turn @ mb @ turn) - mass * arm**2
+        parts.append((mass, planar.from_frame(beam.start, angle, (beam.stations[k] + arm, 0.0)), inertia))
+    return parts
+
+
+def boss_pieces(part: str, corners: Sequence[str], bosses: Bosses, gravity: Point) -> list[Piece]:
+    """Pieces of the bosses at the corners and of the mass at their mean."""
+    pieces: list[Piece] = []
+    for node, mass in zip(corners, bosses.masses, strict=True):
+        if mass or bosses.inertia:
+            pieces.append(node_mass(part, node, mass, bosses.inertia, gravity))
+    if bosses.mean_mass:
+        pieces.append(mean_mass(part, tuple(corners), bosses.mean_mass, gravity))
+    return pieces
+
+
+def nearest_node(label: str, owner: str, nodes: Sequence[Node], point: Point, size: float) -> Node:
+    """The node at a world point of the drawn pose, or `InputError` that names the nodes nearby."""
+    by_distance = sorted(nodes, key=lambda n: planar.distance((n.x, n.y), point))
+    nearest = by_distance[0]
+    if planar.distance((nearest.x, nearest.y), point) <= 1e-6 * size:
+        return nearest
+    near = ", ".join(f"{n.name} at ({n.x:.6g}, {n.y:.6g})" for n in by_distance[:3])
+    gap = planar.distance((nearest.x, nearest.y), point)
+    raise InputError(
+        f"{owner}: the point ({point[0]:g}, {point[1]:g}) is no node of {label}; it lies {gap:.3g} m from the nearest. "
+        f"Nodes nearby: {near}. Move the point there, or choose elements so that a node stands at the point."
+    )
+
+
+@signal_kernel
+def deflection_kernel(p, t, q, v, a):
+    """Distance of a point (x1, y1) from the chord (x0, y0)-(x2, y2), positive to the left of the chord."""
+    dx, dy = q[4] - q[0], q[5] - q[1]
+    return (dx * (q[3] - q[1]) - dy * (q[2] - q[0])) / math.sqrt(dx * dx + dy * dy)

@@ -1,0 +1,248 @@
+"""A flexible bar between two points: a chain of corotational beam elements."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass
+from typing import TYPE_CHECKING
+
+from flexmb import check, planar
+from flexmb.model.material import Material
+from flexmb.beams.section import Section
+from flexmb.bodies.bosses import Bosses, RigidProperties, fit_bosses
+from flexmb.bodies.flexible import (
+    Beam,
+    Elements,
+    beam_pieces,
+    beam_shapes,
+    boss_pieces,
+    checked_elements,
+    deflection_kernel,
+    fractions,
+    mass_parts,
+    nearest_node,
+)
+from flexmb.bodies.rigid_body import checked_velocity
+from flexmb.bodies.rigid_link import set_ends
+from flexmb.errors import InputError
+from flexmb.model.part import Body
+from flexmb.model.pieces import Attachment, Node, Piece, SignalPiece, node_coordinates
+from flexmb.model.shape import Shapes
+
+if TYPE_CHECKING:
+    from flexmb.model.mechanism import Mechanism
+
+Point = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class FlexibleLink(Body):
+    """A straight beam between two points; theta of a node is the direction of its axis, counted from +X.
+
+    Nodes are called node0 .. nodeN from `start` to `end`; "start" and "end" are other names of the outer ones, and the
+    body's own signals are those of the node in the middle.
+
+    Parameters
+    ----------
+    name : the link's name.
+    start, end : its ends in the drawn pose [m], unstressed.
+    section : cross section.
+    material : material.
+    elements : number of equal elements, or increasing fractions of the length where inner nodes stand.
+    mass : total mass [kg]; what the beam lacks is put into bosses at the ends.  None: the beam's own.
+    inertia : moment of inertia about the centre of mass [kg m^2], reached through the bosses.  None: what results.
+    centre : where the centre of mass lies between start (0) and end (1), when `mass` is given.
+    damping : stiffness-proportional damping time zeta2 [s] (Rayleigh), >= 0.
+    pivot_inertia : further moment of inertia at the start node [kg m^2], not counted in `inertia`.
+    velocity : (vx, vy, omega) of the middle node at the start, the link moving as a rigid body; None: as driven.
+
+    Raises
+    ------
+    InputError : values out of range; a mass or inertia that bosses cannot make.
+
+    Notes
+    -----
+    Slender beams with small strains and any rotation.  Not for deep beams: no shear, no rotary inertia of sections.
+    Source of the element: see `flexmb.beams.corotational`.
+    """
+
+    start: Point
+    end: Point
+    _: KW_ONLY
+    section: Section
+    material: Material
+    elements: Elements = 4
+    mass: float | None = None
+    inertia: float | None = None
+    centre: float = 0.5
+    damping: float = 0.0
+    pivot_inertia: float = 0.0
+    velocity: tuple[float, float, float] | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        set_ends(self)
+        check_beam(self)
+        object.__setattr__(self, "elements", checked_elements(self.label, self.elements))
+        check.between(self.label, "centre", self.centre, 0.0, 1.0)
+        check.not_negative(self.label, "pivot_inertia", self.pivot_inertia, "kg m^2")
+        object.__setattr__(self, "velocity", checked_velocity(self.label, self.velocity))
+        self._bosses()
+
+    @classmethod
+    def from_mesh(
+        cls, name: str, path: str, start: Point, end: Point, *, sections: Mapping[int, Section], **keywords
+    ) -> FlexibleLink:
+        """A link with the nodes of a line mesh (any format of meshio), laid between two points of the drawn pose.
+
+        Parameters
+        ----------
+        name : the link's name.
+        path : mesh file with one straight chain of line cells.
+        start, end : where the ends of the mesh are put [m]; their distance must be the length of the mesh.
+        sections : cross section by cell tag.
+        keywords : further fields of the class.
+
+        Raises
+        ------
+        InputError : a mesh that is no straight chain, of another length, or with tags that have no section.
+        """
+        from flexmb.beams.mesh import chain, read_lines  # noqa: PLC0415 - meshio is needed only here
+
+        mesh = read_lines(path)
+        order = chain(mesh)
+        station = mesh.stations(order)
+        length = planar.distance(start, end)
+        if abs(station[-1] - length) > 1e-6 * length:
+            raise InputError(
+                f"FlexibleLink {name!r}: {path} is {station[-1]:g} m long, but start and end are {length:g} m apart. "
+                "Move the ends, or take the mesh of the right link."
+            )
+        section = section_of(f"FlexibleLink {name!r}", str(path), set(mesh.tags.tolist()), sections)
+        inner = tuple(float(s) for s in station[1:-1] / station[-1])
+        elements: Elements = inner or 1
+        return cls(name, start, end, section=section, elements=elements, **keywords)
+
+    @property
+    def length(self) -> float:
+        """Distance of the ends in the drawn pose [m]."""
+        return planar.distance(self.start, self.end)
+
+    @property
+    def angle(self) -> float:
+        """Direction of the axis in the drawn pose [rad]."""
+        return math.atan2(self.end[1] - self.start[1], self.end[0] - self.start[0])
+
+    def nodes(self) -> tuple[Node, ...]:
+        """Nodes from start to end."""
+        angle = self.angle
+        (x0, y0), (x1, y1) = self.start, self.end
+        return tuple(
+            Node(f"node{i}", x0 + s * (x1 - x0), y0 + s * (y1 - y0), angle)
+            for i, s in enumerate(fractions(self.elements))
+        )
+
+    @property
+    def main(self) -> str:
+        """The node in the middle of the chain."""
+        return f"node{len(fractions(self.elements)) // 2}"
+
+    @property
+    def aliases(self) -> dict[str, str]:
+        """start and end."""
+        return {"start": "node0", "end": f"node{len(fractions(self.elements)) - 1}"}
+
+    def attach(self, owner: str, point: Point) -> Attachment:
+        """The node at that point."""
+        return Attachment(self.name, nearest_node(self.label, owner, self.nodes(), point, self.length).name, (0.0, 0.0))
+
+    def start_velocity(self) -> tuple[float, float, float] | None:
+        """The declared start velocity."""
+        return self.velocity
+
+    def properties(self) -> RigidProperties:
+        """Mass, centre of mass and moment of inertia of the link as a rigid body in the drawn pose."""
+        bosses, parts = self._bosses(), mass_parts(self._beam())
+        ends = zip(bosses.masses, (self.start, self.end), strict=True)
+        parts += [(mass, point, bosses.inertia) for mass, point in ends]
+        parts.append((0.0, self.start, self.pivot_inertia))
+        return RigidProperties.of(parts)
+
+    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
+        """Elements, bosses and the signal `deflection`."""
+        nodes = {n.name: n for n in self.nodes()}
+        ends = (self.aliases["start"], self.aliases["end"])
+        bosses = self._bosses()
+        if self.pivot_inertia:
+            extra = Bosses((0.0,), self.pivot_inertia, 0.0)
+            pivot = boss_pieces(self.name, ends[:1], extra, mechanism.gravity)
+        else:
+            pivot = []
+        three = (ends[0], self.main, ends[1])
+        coordinates = tuple(c for node in three for c in node_coordinates(self.name, node)[:2])
+        return [
+            *beam_pieces(self.name, [self._beam()], nodes, self.damping, mechanism.gravity),
+            *boss_pieces(self.name, ends, bosses, mechanism.gravity),
+            *pivot,
+            SignalPiece(self.name, "deflection", "m", deflection_kernel, coordinates),
+        ]
+
+    def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - the beam alone
+        """The elements."""
+        return beam_shapes(self.name, [self._beam()], {n.name: n for n in self.nodes()})
+
+    def _beam(self) -> Beam:
+        names = tuple(n.name for n in self.nodes())
+        stations = tuple(s * self.length for s in fractions(self.elements))
+        return Beam(names, self.start, self.end, stations, self.section, self.material)
+
+    def _bosses(self) -> Bosses:
+        if self.mass is None and self.inertia is None:
+            return Bosses((0.0, 0.0), 0.0, 0.0)
+        beam = RigidProperties.of(mass_parts(self._beam()))
+        mass = beam.mass if self.mass is None else self.mass
+        along = (self.centre * self.length, 0.0)
+        centre = beam.centre if self.mass is None else planar.from_frame(self.start, self.angle, along)
+        if self.inertia is None:
+            own = planar.to_frame(self.start, self.angle, beam.centre)[0] * beam.mass
+            target = own + (mass - beam.mass) * self.length / 2.0 if self.mass is None else mass * along[0]
+            return point_bosses(self.label, beam.mass, mass, (target - own) / self.length)
+        wanted = RigidProperties(mass, centre, self.inertia)
+        return fit_bosses(self.label, beam, wanted, [self.start, self.end])
+
+
+def point_bosses(label: str, beam_mass: float, mass: float, second: float) -> Bosses:
+    """Point masses at both ends, `second` at the end, that make mass and centre right, whatever the inertia."""
+    first = mass - beam_mass - second
+    if min(first, second) < -1e-9 * mass:
+        raise InputError(
+            f"{label}: mass {mass:g} kg cannot be reached by bosses at the ends: they would need {first:.4g} and "
+            f"{second:.4g} kg, since the beam alone weighs {beam_mass:g} kg. "
+            "Give a larger mass, a smaller section, or another centre."
+        )
+    return Bosses((max(first, 0.0), max(second, 0.0)), 0.0, 0.0)
+
+
+def check_beam(body) -> None:
+    """Checks of section, material, mass, inertia and damping that links and frames share."""
+    sections = body.section if isinstance(body.section, tuple) else (body.section,)
+    for section in sections:
+        if not isinstance(section, Section):
+            raise InputError(f"{body.label}: section is {section!r}; it must be a cross section such as Rectangle(...).")
+    if not isinstance(body.material, Material):
+        raise InputError(f"{body.label}: material is {body.material!r}; it must be a Material(...).")
+    for name, unit in (("mass", "kg"), ("inertia", "kg m^2")):
+        if getattr(body, name) is not None:
+            check.positive(body.label, name, getattr(body, name), unit)
+    check.not_negative(body.label, "damping", body.damping, "s")
+
+
+def section_of(label: str, path: str, tags: set[int], sections: Mapping[int, Section]) -> Section:
+    """The one section of a mesh whose cells all carry the same tag."""
+    missing = sorted(tags - set(sections))
+    if missing:
+        raise InputError(f"{label}: {path} has cells with tag {missing[0]}, for which sections has no entry. Add one.")
+    if len({sections[t] for t in tags}) != 1:
+        raise InputError(f"{label}: {path} has cells of several sections {sorted(tags)}; use FlexibleFrame.from_mesh.")
+    return sections[min(tags)]

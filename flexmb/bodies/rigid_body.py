@@ -1,0 +1,107 @@
+"""A rigid body, drawn where its centre of mass is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from flexmb import check, planar
+from flexmb.bodies.inertia import node_mass
+from flexmb.model.part import Body
+from flexmb.model.pieces import Attachment, Node, Piece
+from flexmb.model.shape import RigidShape, Shapes
+
+if TYPE_CHECKING:
+    from flexmb.model.mechanism import Mechanism
+
+Point = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class RigidBody(Body):
+    """A rigid body with its node at the centre of mass.
+
+    Parameters
+    ----------
+    name : the body's name.
+    at : centre of mass in the drawn pose [m].
+    mass : mass [kg], > 0.
+    inertia : moment of inertia about the centre of mass [kg m^2], > 0.
+    angle : theta in the drawn pose [rad].
+    velocity : (vx, vy, omega) at the start [m/s, rad/s]; None: what the drives impose with least kinetic energy.
+    outline : points of a polyline in the drawn pose [m], for pictures; empty: a line to every joint.
+
+    Raises
+    ------
+    InputError : mass or inertia not > 0, values that are not finite.
+    """
+
+    at: Point
+    mass: float
+    inertia: float
+    angle: float = 0.0
+    velocity: tuple[float, float, float] | None = None
+    outline: tuple[Point, ...] = ()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "at", check.point(self.label, "at", self.at))
+        outline = tuple(check.point(self.label, f"outline[{i}]", p) for i, p in enumerate(self.outline))
+        object.__setattr__(self, "outline", outline)
+        check.positive(self.label, "mass", self.mass, "kg")
+        check.positive(self.label, "inertia", self.inertia, "kg m^2")
+        object.__setattr__(self, "velocity", checked_velocity(self.label, self.velocity))
+
+    def nodes(self) -> tuple[Node, ...]:
+        """The node at the centre of mass."""
+        return (Node("", *self.at, self.angle),)
+
+    def attach(self, owner: str, point: Point) -> Attachment:  # noqa: ARG002 - any point of the plane will do
+        """Every point of the plane may belong to a rigid body."""
+        return Attachment(self.name, "", planar.to_frame(self.at, self.angle, point))
+
+    def start_velocity(self) -> tuple[float, float, float] | None:
+        """The declared start velocity."""
+        return self.velocity
+
+    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
+        """Its mass."""
+        return [node_mass(self.name, "", self.mass, self.inertia, mechanism.gravity)]
+
+    def shapes(self, mechanism: Mechanism) -> Shapes:
+        """The outline, or a star from the centre of mass to the joints."""
+        if self.outline:
+            lines: tuple[tuple[Point, ...], ...] = (
+                tuple(planar.to_frame(self.at, self.angle, p) for p in self.outline),
+            )
+        else:
+            held = held_points(self, mechanism)
+            lines = tuple(((0.0, 0.0), p) for p in held if p != (0.0, 0.0)) or (((0.0, 0.0), (0.0, 0.0)),)
+        return (RigidShape(self.name, "", lines),)
+
+
+def held_points(body: Body, mechanism: Mechanism) -> list[Point]:
+    """Points at which joints hold a body, in the frame of its node."""
+    found = []
+    for part in mechanism.parts:
+        if body.name in part.references():
+            for shape in part.shapes(mechanism):
+                if getattr(shape, "body", None) == body.name:
+                    found.append(shape.offset)  # type: ignore[union-attr]
+    return found
+
+
+def checked_velocity(label: str, velocity: object) -> tuple[float, float, float] | None:
+    """A start velocity (vx, vy, omega) as floats, or None."""
+    if velocity is None:
+        return None
+    try:
+        vx, vy, omega = velocity  # type: ignore[misc]
+    except (TypeError, ValueError):
+        raise check.InputError(f"{label}: velocity is {velocity!r}; it must be (vx, vy, omega).") from None
+    return (
+        check.number(label, "velocity[0]", vx, "m/s"),
+        check.number(label, "velocity[1]", vy, "m/s"),
+        check.number(label, "velocity[2]", omega, "rad/s"),
+    )

@@ -1,0 +1,103 @@
+"""A rigid bar between two points."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from flexmb import check, planar
+from flexmb.bodies.inertia import node_mass
+from flexmb.bodies.rigid_body import checked_velocity
+from flexmb.errors import InputError
+from flexmb.model.part import Body
+from flexmb.model.pieces import Attachment, Node, Piece
+from flexmb.model.shape import RigidShape, Shapes
+
+if TYPE_CHECKING:
+    from flexmb.model.mechanism import Mechanism
+
+Point = tuple[float, float]
+AXIS_TOLERANCE = 1e-3
+
+
+@dataclass(frozen=True)
+class RigidLink(Body):
+    """A rigid bar; theta is the direction from `start` to `end`, counted from +X.
+
+    Parameters
+    ----------
+    name : the link's name.
+    start, end : its ends in the drawn pose [m].
+    mass : mass [kg], > 0.
+    inertia : moment of inertia about the centre of mass [kg m^2], > 0.
+    centre : where the centre of mass lies between start (0) and end (1).
+    velocity : (vx, vy, omega) of the centre of mass at the start; None: what the drives impose.
+
+    Raises
+    ------
+    InputError : start equals end, mass or inertia not > 0, centre outside [0, 1]; when a joint is off the axis.
+    """
+
+    start: Point
+    end: Point
+    mass: float
+    inertia: float
+    centre: float = 0.5
+    velocity: tuple[float, float, float] | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        set_ends(self)
+        check.positive(self.label, "mass", self.mass, "kg")
+        check.positive(self.label, "inertia", self.inertia, "kg m^2")
+        check.between(self.label, "centre", self.centre, 0.0, 1.0)
+        object.__setattr__(self, "velocity", checked_velocity(self.label, self.velocity))
+
+    @property
+    def length(self) -> float:
+        """Distance of the ends [m]."""
+        return planar.distance(self.start, self.end)
+
+    @property
+    def angle(self) -> float:
+        """Direction of the axis in the drawn pose [rad]."""
+        return math.atan2(self.end[1] - self.start[1], self.end[0] - self.start[0])
+
+    def nodes(self) -> tuple[Node, ...]:
+        """The node at the centre of mass."""
+        x, y = planar.from_frame(self.start, self.angle, (self.centre * self.length, 0.0))
+        return (Node("", x, y, self.angle),)
+
+    def attach(self, owner: str, point: Point) -> Attachment:
+        """A point of the axis (also beyond the ends)."""
+        node = self.nodes()[0]
+        along, across = planar.to_frame((node.x, node.y), self.angle, point)
+        if abs(across) > AXIS_TOLERANCE * self.length:
+            raise InputError(
+                f"{owner}: the point ({point[0]:g}, {point[1]:g}) lies {abs(across):g} m off the axis of {self.label}. "
+                "Move the point onto the axis, or use RigidBody for a body with joints anywhere."
+            )
+        return Attachment(self.name, "", (along, across))
+
+    def start_velocity(self) -> tuple[float, float, float] | None:
+        """The declared start velocity."""
+        return self.velocity
+
+    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
+        """Its mass."""
+        return [node_mass(self.name, "", self.mass, self.inertia, mechanism.gravity)]
+
+    def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - the bar alone
+        """The bar."""
+        before, after = self.centre * self.length, (1.0 - self.centre) * self.length
+        return (RigidShape(self.name, "", (((-before, 0.0), (after, 0.0)),)),)
+
+
+def set_ends(link) -> None:
+    """Check and set the ends of a link between two points."""
+    for name in ("start", "end"):
+        object.__setattr__(link, name, check.point(link.label, name, getattr(link, name)))
+    if planar.distance(link.start, link.end) <= 0.0:
+        raise InputError(f"{link.label}: start and end are both {link.start}; a link must have a length > 0 m.")

@@ -1,0 +1,107 @@
+"""Checks of arguments: each names the object, what is wrong with its value, and what to do."""
+
+import math
+from collections.abc import Iterable
+from difflib import get_close_matches
+from importlib import import_module
+from numbers import Real
+from types import ModuleType
+
+from flexmb.errors import InputError, MissingPackageError
+
+
+def number(owner: str, name: str, value: object, unit: str = "") -> float:
+    """`value` as a finite float, or `InputError`."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise InputError(f"{owner}: {name} is {value!r}; it must be a number{_in(unit)}.")
+    if not math.isfinite(value):
+        raise InputError(f"{owner}: {name} is {value}; it must be finite{_in(unit)}.")
+    return float(value)
+
+
+def positive(owner: str, name: str, value: object, unit: str = "", hint: str = "") -> float:
+    """`value` as a float > 0, or `InputError`."""
+    result = number(owner, name, value, unit)
+    if result <= 0.0:
+        raise InputError(_sentence(f"{owner}: {name} is {result:g}{_unit(unit)}; it must be > 0.", hint))
+    return result
+
+
+def not_negative(owner: str, name: str, value: object, unit: str = "", hint: str = "") -> float:
+    """`value` as a float >= 0, or `InputError`."""
+    result = number(owner, name, value, unit)
+    if result < 0.0:
+        raise InputError(_sentence(f"{owner}: {name} is {result:g}{_unit(unit)}; it must be >= 0.", hint))
+    return result
+
+
+def between(owner: str, name: str, value: object, low: float, high: float, unit: str = "", hint: str = "") -> float:
+    """`value` as a float in [low, high], or `InputError`."""
+    result = number(owner, name, value, unit)
+    if not low <= result <= high:
+        text = f"{owner}: {name} is {result:g}{_unit(unit)}; it must lie between {low:g} and {high:g}."
+        raise InputError(_sentence(text, hint))
+    return result
+
+
+def count(owner: str, name: str, value: object, least: int = 1) -> int:
+    """`value` as an int >= `least`, or `InputError`."""
+    if isinstance(value, bool) or not isinstance(value, Real) or value != int(value):
+        raise InputError(f"{owner}: {name} is {value!r}; it must be a whole number.")
+    if value < least:
+        raise InputError(f"{owner}: {name} is {value}; it must be at least {least}.")
+    return int(value)
+
+
+def point(owner: str, name: str, value: object) -> tuple[float, float]:
+    """`value` as a point (x, y) [m], or `InputError`."""
+    try:
+        x, y = value  # type: ignore[misc]
+    except (TypeError, ValueError):
+        raise InputError(f"{owner}: {name} is {value!r}; it must be a point (x, y) in metres.") from None
+    return number(owner, f"{name}[0]", x, "m"), number(owner, f"{name}[1]", y, "m")
+
+
+def identifier(owner: str, value: object) -> str:
+    """`value` as a name of a part: a non-empty string without dot, slash or white space at its ends."""
+    if not isinstance(value, str) or not value or value != value.strip() or any(c in value for c in "./"):
+        raise InputError(f"{owner}: name is {value!r}; it must be a non-empty string without '.', '/' or outer blanks.")
+    return value
+
+
+def one_of(owner: str, name: str, value: object, allowed: Iterable[str]) -> str:
+    """`value` if it is among `allowed`, else `InputError` with the nearest allowed one."""
+    names = list(allowed)
+    if isinstance(value, str) and value in names:
+        return value
+    raise InputError(f"{owner}: {name} is {value!r}. {did_you_mean(str(value), names)}")
+
+
+def did_you_mean(word: str, names: Iterable[str]) -> str:
+    """The tail of a message about an unknown name: the nearest ones, then all of them."""
+    known = list(names)
+    near = get_close_matches(word, known, n=1)
+    guess = f"Did you mean {near[0]!r}? " if near else ""
+    listed = ", ".join(known[:40]) + (", ..." if len(known) > 40 else "")
+    return f"{guess}Known: {listed}."
+
+
+def package(name: str, extra: str, purpose: str) -> ModuleType:
+    """The imported optional package `name`, or an error that says what to install."""
+    try:
+        return import_module(name)
+    except ImportError as error:
+        text = f"{purpose} needs the package {name!r}. Install it with: pip install 'flexmb[{extra}]'."
+        raise MissingPackageError(text) from error
+
+
+def _in(unit: str) -> str:
+    return f" in {unit}" if unit else ""
+
+
+def _unit(unit: str) -> str:
+    return f" {unit}" if unit else ""
+
+
+def _sentence(text: str, hint: str) -> str:
+    return f"{text} {hint}" if hint else text

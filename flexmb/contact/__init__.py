@@ -1,0 +1,1 @@
+"""Contact laws: normal forces and friction, and what they share."""

@@ -1,0 +1,1 @@
+"""Drives: prescribed motion of a joint."""

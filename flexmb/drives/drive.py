@@ -1,0 +1,66 @@
+"""A drive: the coordinate of a joint follows a prescribed motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from flexmb.errors import InputError, ModelError
+from flexmb.model.law import Motion
+from flexmb.model.part import Joint, Part
+from flexmb.model.pieces import ConstraintPiece, Piece
+
+if TYPE_CHECKING:
+    from flexmb.model.mechanism import Mechanism
+
+
+@dataclass(frozen=True)
+class Drive(Part):
+    """Prescribed angle of a revolute joint, or travel of a prismatic one, counted from the drawn pose.
+
+    Signals: angle [rad], speed [rad/s], torque (on the second body) [N m], power [W]; for a travel in m, m/s, N, W.
+
+    Parameters
+    ----------
+    name : the drive's name.
+    joint : name of the joint.
+    motion : the motion, e.g. `ConstantSpeed`.
+
+    Raises
+    ------
+    ModelError : no such joint, a joint that cannot be driven, or one that is driven already.
+    InputError : something that is no motion.
+    """
+
+    joint: str
+    motion: Motion
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if isinstance(self.joint, Part):
+            object.__setattr__(self, "joint", self.joint.name)
+        if not isinstance(self.motion, Motion):
+            raise InputError(f"{self.label}: motion is {self.motion!r}; it must be a motion, e.g. ConstantSpeed(6.28).")
+
+    def validate(self, mechanism: Mechanism) -> None:
+        """The joint is there, can be driven, and is driven once."""
+        self._measure(mechanism)
+        for part in mechanism.parts:
+            if isinstance(part, Drive) and part.joint == self.joint and part.name != self.name:
+                raise ModelError(
+                    f"{self.label} and {part.label} both drive joint {self.joint!r}. Keep one of them."
+                )
+
+    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
+        """One row."""
+        return [replace(self._measure(mechanism), part=self.name, motion=self.motion)]
+
+    def _measure(self, mechanism: Mechanism) -> ConstraintPiece:
+        part = mechanism.find(self.joint)
+        piece = part.drive_piece(mechanism) if isinstance(part, Joint) else None
+        if piece is None:
+            raise ModelError(
+                f"{self.label}: {part.label} cannot be driven. Drive the angle of a Revolute or the travel of a Prismatic."
+            )
+        return piece

@@ -1,0 +1,95 @@
+"""Motion given by points in time."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from flexmb import check
+from flexmb.errors import InputError
+from flexmb.kernels import drive_kernel
+from flexmb.model.law import Motion
+
+
+@drive_kernel
+def table_kernel(p, t):
+    """Piecewise cubic; p = (n, periodic, t_0 .. t_n-1, then c3 c2 c1 c0 of each of the n - 1 pieces)."""
+    n = int(p[0])
+    first, last = p[2], p[1 + n]
+    rest = 0.0
+    if p[1] > 0.0:
+        turns = np.floor((t - first) / (last - first))
+        t -= turns * (last - first)
+        rest = turns * p[1 + n + 4 * (n - 1) + 1]
+    low, high = 0, n - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if p[2 + middle] <= t:
+            low = middle
+        else:
+            high = middle
+    k = 2 + n + 4 * low
+    x = min(max(t, first), last) - p[2 + low]
+    beyond = t - min(max(t, first), last)  # outside the table the motion goes on at the speed of the end
+    c3, c2, c1, c0 = p[k], p[k + 1], p[k + 2], p[k + 3]
+    v = (3.0 * c3 * x + 2.0 * c2) * x + c1
+    a = 6.0 * c3 * x + 2.0 * c2 if beyond == 0.0 else 0.0
+    return ((c3 * x + c2) * x + c1) * x + c0 + v * beyond + rest, v, a
+
+
+@dataclass(frozen=True)
+class Table(Motion):
+    """Cubic spline through points, continuous in acceleration.
+
+    Parameters
+    ----------
+    times : increasing instants [s], at least 4.
+    values : the motion there [rad or m].
+    periodic : whether the table is repeated; the motion may grow by values[-1] - values[0] a period.
+
+    Raises
+    ------
+    InputError : too few points, times that do not increase, values that are not finite.
+
+    Notes
+    -----
+    Outside a table that is not repeated the motion goes on at the speed of its end.
+    """
+
+    times: tuple[float, ...]
+    values: tuple[float, ...]
+    periodic: bool = False
+
+    kernel = table_kernel
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        times = tuple(check.number("Table", f"times[{i}]", t, "s") for i, t in enumerate(self.times))
+        values = tuple(check.number("Table", f"values[{i}]", v) for i, v in enumerate(self.values))
+        if len(times) < 4 or len(times) != len(values):
+            raise InputError(f"Table: {len(times)} times and {len(values)} values; give at least 4 of each, equally many.")
+        if any(b <= a for a, b in zip(times[:-1], times[1:], strict=True)):
+            raise InputError("Table: times do not increase; sort them and remove duplicates.")
+        object.__setattr__(self, "times", times)
+        object.__setattr__(self, "values", values)
+
+    def parameters(self) -> tuple[float, ...]:
+        """Number of points, periodicity, times, coefficients, growth over the table."""
+        t, s = np.array(self.times), np.array(self.values)
+        growth = float(s[-1] - s[0])
+        if self.periodic:
+            slope = growth / (t[-1] - t[0])
+            straight = s[0] + slope * (t - t[0])
+            wave = s - straight
+            wave[-1] = wave[0]
+            c = CubicSpline(t, wave, bc_type="periodic").c.copy()
+            c[2] += slope
+            c[3] += straight[:-1]
+        else:
+            c = CubicSpline(t, s).c
+        return (float(len(t)), float(self.periodic), *t.tolist(), *c.T.ravel().tolist(), growth)
+
+    @property
+    def period(self) -> float | None:
+        """Length of a repeated table [s]."""
+        return self.times[-1] - self.times[0] if self.periodic else None

@@ -1,0 +1,33 @@
+"""What can go wrong, by kind: one exception class a kind, all of them `FlexmbError`."""
+
+
+class FlexmbError(Exception):
+    """Base of every error that flexmb raises on purpose."""
+
+
+class InputError(FlexmbError, ValueError):
+    """A value that a part, a law or a function cannot work with."""
+
+
+class ModelError(FlexmbError):
+    """Parts that do not fit together: duplicate names, dangling references, redundant joints."""
+
+
+class KernelError(FlexmbError):
+    """A kernel that does not keep its contract: wrong unpacking, NaN, wrong number of outputs."""
+
+
+class AssemblyError(FlexmbError):
+    """Loops that cannot be closed, or a pose in which the joints are not independent."""
+
+
+class SolveError(FlexmbError):
+    """A solver that did not reach its tolerance: statics, eigenvalues, start values."""
+
+
+class FileFormatError(FlexmbError):
+    """A file that is truncated, from another version, or not ours."""
+
+
+class MissingPackageError(FlexmbError, ImportError):
+    """An optional package that is not installed; the message says how to install it."""

@@ -1,0 +1,129 @@
+"""The arrays that the compiled loops work on, and the codes of their endings."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from flexmb.program.program import Program
+
+RUNNING, DONE, BUFFER_FULL, NEWTON_FAILED, SINGULAR, NOT_FINITE, STEP_TOO_SMALL = range(7)
+
+GEAR_GUPTA_LEIMKUHLER, POSITION, VELOCITY = range(3)
+FORMS = {"gear-gupta-leimkuhler": GEAR_GUPTA_LEIMKUHLER, "position": POSITION, "velocity": VELOCITY}
+
+
+class Flow(NamedTuple):
+    """The accepted state, changed in place: everything that a restart needs.
+
+    clock : t, proposed step, start time, number of saved instants, last step;  q, v, a : (n_q + 3,), a the true acceleration
+    x : auxiliary acceleration of the generalised-alpha family;  lam : (n_c,);  z : (n_z,)
+    ledger : energies in the order of the signals;  memory : powers and forces at the last state, for the ledger
+    """
+
+    clock: np.ndarray
+    q: np.ndarray
+    v: np.ndarray
+    a: np.ndarray
+    x: np.ndarray
+    lam: np.ndarray
+    z: np.ndarray
+    ledger: np.ndarray
+    memory: np.ndarray
+
+
+class Trial(NamedTuple):
+    """The state that a step tries, and vectors of the linear system."""
+
+    q: np.ndarray
+    v: np.ndarray
+    a: np.ndarray
+    x: np.ndarray
+    lam: np.ndarray
+    mean_v: np.ndarray
+    lag: np.ndarray
+    b: np.ndarray
+    d: np.ndarray
+    e: np.ndarray
+    seen: np.ndarray
+    y: np.ndarray
+
+
+class Options(NamedTuple):
+    """Numbers of method and step control."""
+
+    alpha_m: float
+    alpha_f: float
+    beta: float
+    gamma: float
+    form: int
+    tolerance: float  # Newton: part of h^2 |a|
+    iterations: int
+    length: float  # size of the mechanism [m]
+    adaptive: bool
+    error: float  # accepted error of a step [m]
+    h_min: float
+    h_max: float
+    t_end: float
+    save_interval: float  # 0: every step
+
+
+class Record(NamedTuple):
+    """What the loop writes: saved instants, peaks, counters.
+
+    count : steps, rejected, Newton iterations, evaluations, factorisations, rows in the buffer, lost unknown
+    extreme : smallest and largest step, last Newton correction, wanted correction
+    """
+
+    times: np.ndarray
+    values: np.ndarray
+    old: np.ndarray
+    new: np.ndarray
+    peak: np.ndarray
+    peak_time: np.ndarray
+    count: np.ndarray
+    extreme: np.ndarray
+
+
+MEMORY_HEAD = 3
+"""Start energy, power of damping, power of loads; then (force, depth, friction power) of every contact and (motion,
+force) of every constraint."""
+
+
+def new_flow(program: Program) -> Flow:
+    """A state of zeros."""
+    n, m = program.n_q + 3, program.n_c
+    n_k, n_g = len(program.tables.contacts.kernel), len(program.tables.constraints.kernel)
+    memory = np.zeros(MEMORY_HEAD + 3 * n_k + 2 * n_g)
+    return Flow(
+        np.zeros(5), *(np.zeros(n) for _ in range(4)), np.zeros(m), np.zeros(program.tables.sizes.n_z), np.zeros(10), memory
+    )
+
+
+def new_trial(program: Program) -> Trial:
+    """Work vectors."""
+    n, m = program.n_q + 3, program.n_c
+    total = program.n_q + m
+    return Trial(
+        *(np.zeros(n) for _ in range(4)),
+        np.zeros(m),
+        np.zeros(n),
+        np.zeros(n),
+        *(np.zeros(total) for _ in range(5)),
+    )
+
+
+def new_record(program: Program, rows: int) -> Record:
+    """Buffers for `rows` saved instants."""
+    n_y = program.tables.sizes.n_y
+    return Record(
+        np.zeros(rows),
+        np.zeros((rows, n_y)),
+        np.zeros(n_y),
+        np.zeros(n_y),
+        np.zeros(n_y),
+        np.zeros(n_y),
+        np.zeros(7, dtype=np.int64),
+        np.array([np.inf, 0.0, 0.0, 0.0]),
+    )

@@ -1,0 +1,111 @@
+"""One step of the classical Runge-Kutta method with projection onto the constraints."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from flexmb.integrate.arrays import NOT_FINITE, RUNNING, SINGULAR
+from flexmb.kernels import compiled, copy
+from flexmb.program.program import Program
+from flexmb.solve.lu import THRESHOLD, factor, solve
+from flexmb.system.evaluate import evaluate
+
+PROJECTIONS = 3
+
+
+class Stages(NamedTuple):
+    """Velocities and accelerations of the four stages, (4, n_q + 3)."""
+
+    v: np.ndarray
+    a: np.ndarray
+    zero: np.ndarray
+
+
+def new_stages(program: Program) -> Stages:
+    """Work arrays of the Runge-Kutta loop."""
+    n = program.n_q + 3
+    return Stages(np.zeros((4, n)), np.zeros((4, n)), np.zeros(n))
+
+
+@compiled
+def accelerate(tables, address, lu, t, h, flow, trial, work, record, stages):
+    """Accelerations and multipliers at the trial positions and velocities: M a + G^T lam = -r, G a = gamma."""
+    n, m = tables.sizes.n_q, tables.sizes.n_c
+    evaluate(tables, address, t, h, trial.q, trial.v, stages.zero, trial.lam, flow.z, 0.0, 0.0, 1.0, work)
+    record.count[3] += 1
+    for i in range(n):
+        trial.b[i] = -work.r[i]
+    for i in range(m):
+        trial.b[n + i] = work.gamma[i]
+    lost = factor(lu, work.lu, trial.seen, THRESHOLD)
+    record.count[4] += 1
+    if lost >= 0:
+        record.count[6] = lost
+        return SINGULAR if math.isfinite(trial.b.sum()) else NOT_FINITE
+    solve(lu, work.lu, trial.b, trial.d, trial.y)
+    for i in range(n):
+        trial.a[i] = trial.d[i]
+    for i in range(m):
+        trial.lam[i] = trial.d[n + i]
+    return RUNNING if math.isfinite(trial.d.sum()) else NOT_FINITE
+
+
+@compiled
+def project_state(tables, address, lu, t, h, flow, trial, work, record, stages):
+    """Close the joints in positions, then in velocities, by the shift of least kinetic energy."""
+    n, m = tables.sizes.n_q, tables.sizes.n_c
+    for level in range(PROJECTIONS):
+        evaluate(tables, address, t, h, trial.q, trial.v, stages.zero, trial.lam, flow.z, 0.0, 0.0, 1.0, work)
+        record.count[3] += 1
+        trial.b[:] = 0.0
+        velocities = level == PROJECTIONS - 1
+        for i in range(m):
+            trial.b[n + i] = -work.gv[i] if velocities else -work.g[i]
+        lost = factor(lu, work.lu, trial.seen, THRESHOLD)
+        record.count[4] += 1
+        if lost >= 0:
+            record.count[6] = lost
+            return SINGULAR
+        solve(lu, work.lu, trial.b, trial.e, trial.y)
+        for i in range(n):
+            if velocities:
+                trial.v[i] += trial.e[i]
+            else:
+                trial.q[i] += trial.e[i]
+    return RUNNING
+
+
+@compiled
+def runge_kutta_step(tables, address, lu, h, options, flow, trial, work, record, stages):
+    """Try one step; RUNNING when it is good, else the code of the failure."""
+    n, m = tables.sizes.n_q, tables.sizes.n_c
+    t = flow.clock[0]
+    copy(flow.q, trial.q)
+    copy(flow.v, trial.v)
+    copy(flow.lam, trial.lam)
+    for stage in range(4):
+        c = 0.0 if stage == 0 else (1.0 if stage == 3 else 0.5)
+        for i in range(n):
+            if stage > 0:
+                trial.q[i] = flow.q[i] + c * h * stages.v[stage - 1, i]
+                trial.v[i] = flow.v[i] + c * h * stages.a[stage - 1, i]
+        code = accelerate(tables, address, lu, t + c * h, c * h, flow, trial, work, record, stages)
+        if code != RUNNING:
+            return code
+        for i in range(n):
+            stages.v[stage, i], stages.a[stage, i] = trial.v[i], trial.a[i]
+    for i in range(n):
+        v = stages.v[0, i] + 2.0 * (stages.v[1, i] + stages.v[2, i]) + stages.v[3, i]
+        a = stages.a[0, i] + 2.0 * (stages.a[1, i] + stages.a[2, i]) + stages.a[3, i]
+        trial.q[i] = flow.q[i] + h / 6.0 * v
+        trial.v[i] = flow.v[i] + h / 6.0 * a
+    if m > 0:
+        code = project_state(tables, address, lu, t + h, h, flow, trial, work, record, stages)
+        if code != RUNNING:
+            return code
+    code = accelerate(tables, address, lu, t + h, h, flow, trial, work, record, stages)
+    copy(trial.a, trial.x)
+    return code

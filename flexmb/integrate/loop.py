@@ -1,0 +1,58 @@
+"""The compiled time loops: one for the Newmark family, one for Runge-Kutta; compiled once for every model."""
+
+from flexmb.integrate.arrays import DONE, RUNNING, STEP_TOO_SMALL
+from flexmb.integrate.explicit import runge_kutta_step
+from flexmb.integrate.finish import accept, error_ratio, finished, next_size
+from flexmb.integrate.newton import implicit_step
+from flexmb.kernels import compiled
+
+
+@compiled
+def advance(tables, address, lu, options, flow, trial, work, record, steps):
+    """At most `steps` implicit steps; the code of the ending."""
+    for _ in range(steps):
+        if finished(options, flow):
+            return DONE
+        h = next_size(flow.clock[1], options.t_end - flow.clock[0])
+        ratio = h / flow.clock[4] if flow.clock[4] > 0.0 else 1.0
+        code = implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, record)
+        growth = 1.0
+        if code != RUNNING:
+            if not options.adaptive:
+                return code
+            growth = 0.25
+        elif options.adaptive:
+            error = error_ratio(tables, h, ratio, options, flow, trial)
+            growth = min(max(0.9 * max(error, 1e-12) ** (-1.0 / 3.0), 0.2), 2.0)
+            if error > 1.0:
+                code = STEP_TOO_SMALL
+        if code != RUNNING:
+            record.count[1] += 1
+            flow.clock[1] = h * min(growth, 0.9)
+            if flow.clock[1] < options.h_min:
+                return code
+            continue
+        code = accept(tables, address, h, ratio, options, flow, trial, work, record)
+        flow.clock[4] = h
+        if options.adaptive:
+            shortened = h < flow.clock[1] and growth >= 1.0  # by the end of the run, not by the error
+            flow.clock[1] = min(max(h * growth, flow.clock[1] if shortened else 0.0), options.h_max)
+        if code != RUNNING:
+            return code
+    return RUNNING
+
+
+@compiled
+def advance_explicit(tables, address, lu, options, flow, trial, work, record, stages, steps):
+    """At most `steps` Runge-Kutta steps of fixed size; the code of the ending."""
+    for _ in range(steps):
+        if finished(options, flow):
+            return DONE
+        h = next_size(flow.clock[1], options.t_end - flow.clock[0])
+        code = runge_kutta_step(tables, address, lu, h, options, flow, trial, work, record, stages)
+        if code != RUNNING:
+            return code
+        code = accept(tables, address, h, 1.0, options, flow, trial, work, record)
+        if code != RUNNING:
+            return code
+    return RUNNING

@@ -1,0 +1,101 @@
+"""Time integration methods: the Newmark family is one method with four numbers; Runge-Kutta for rigid mechanisms."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from flexmb import check
+
+
+@dataclass(frozen=True)
+class Newmark:
+    """Newmark, HHT, WBZ and generalised-alpha as one implicit method.
+
+        q1 = q0 + h v0 + h^2 ((1/2 - beta) x0 + beta x1),   v1 = v0 + h ((1 - gamma) x0 + gamma x1)
+        (1 - alpha_m) x1 + alpha_m x0 = (1 - alpha_f) a1 + alpha_f a0
+
+    where the true accelerations a and the multipliers satisfy the equations of motion at the ends of the steps, so
+    both are of second order.  When the step changes, x is carried over as a + ratio (x - a), which keeps the order.
+
+    Parameters
+    ----------
+    alpha_m, alpha_f : weights of the averages; beta, gamma : Newmark's numbers.
+    constraints : "gear-gupta-leimkuhler" (positions and velocities hold together, the default), "position" (index 3),
+        "velocity" (index 2, positions drift).  The measured difference is in docs/design.md.
+
+    Raises
+    ------
+    InputError : numbers that are not finite, an unknown form of the constraints.
+
+    Notes
+    -----
+    Sources: N. M. Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67-94; J. Chung, G. M. Hulbert, J. Appl. Mech. 60 (1993)
+    371-375; M. Arnold, O. Bruls, Multibody Syst. Dyn. 18 (2007) 185-202 (the form with true accelerations).
+    """
+
+    alpha_m: float = 0.0
+    alpha_f: float = 0.0
+    beta: float = 0.25
+    gamma: float = 0.5
+    constraints: str = "gear-gupta-leimkuhler"
+
+    def __post_init__(self) -> None:
+        for name in ("alpha_m", "alpha_f", "beta", "gamma"):
+            check.number("Newmark", name, getattr(self, name))
+        check.positive("Newmark", "beta", self.beta)
+        check.one_of("Newmark", "constraints", self.constraints, ["gear-gupta-leimkuhler", "position", "velocity"])
+
+    @classmethod
+    def trapezoidal(cls, constraints: str = "gear-gupta-leimkuhler") -> Newmark:
+        """The trapezoidal rule: beta = 1/4, gamma = 1/2, no dissipation.
+
+        Parameters
+        ----------
+        constraints : see the class.
+        """
+        return cls(constraints=constraints)
+
+    @classmethod
+    def hht(cls, alpha: float = 0.1, constraints: str = "gear-gupta-leimkuhler") -> Newmark:
+        """Hilber, Hughes, Taylor with 0 <= alpha <= 1/3.
+
+        Parameters
+        ----------
+        alpha : weight of the old forces.
+        constraints : see the class.
+        """
+        check.between("Newmark.hht", "alpha", alpha, 0.0, 1.0 / 3.0)
+        return cls(0.0, alpha, (1.0 + alpha) ** 2 / 4.0, 0.5 + alpha, constraints)
+
+    @classmethod
+    def wbz(cls, alpha: float = 0.1, constraints: str = "gear-gupta-leimkuhler") -> Newmark:
+        """Wood, Bossak, Zienkiewicz with 0 <= alpha <= 1/3.
+
+        Parameters
+        ----------
+        alpha : weight of the old accelerations, taken negative.
+        constraints : see the class.
+        """
+        check.between("Newmark.wbz", "alpha", alpha, 0.0, 1.0 / 3.0)
+        return cls(-alpha, 0.0, (1.0 + alpha) ** 2 / 4.0, 0.5 + alpha, constraints)
+
+    @classmethod
+    def generalised_alpha(cls, radius: float = 0.8, constraints: str = "gear-gupta-leimkuhler") -> Newmark:
+        """Chung and Hulbert: least dissipation at low frequencies for a given spectral radius at infinity.
+
+        Parameters
+        ----------
+        radius : spectral radius at infinite frequency, 0 (annihilation) to 1 (no dissipation).
+        constraints : see the class.
+        """
+        check.between("Newmark.generalised_alpha", "radius", radius, 0.0, 1.0)
+        alpha_m, alpha_f = (2.0 * radius - 1.0) / (radius + 1.0), radius / (radius + 1.0)
+        return cls(alpha_m, alpha_f, (1.0 - alpha_m + alpha_f) ** 2 / 4.0, 0.5 - alpha_m + alpha_f, constraints)
+
+
+@dataclass(frozen=True)
+class RungeKutta4:
+    """Classical explicit Runge-Kutta of order 4; positions and velocities are projected after every step.
+
+    For rigid mechanisms.  Beams are stiff: their fastest wave sets the step, so use `Newmark` for them.
+    """

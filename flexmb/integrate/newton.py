@@ -1,0 +1,106 @@
+"""One implicit step: predictor, Newton iterations on positions, velocities and multipliers together."""
+
+import math
+
+from flexmb.integrate.arrays import GEAR_GUPTA_LEIMKUHLER, NEWTON_FAILED, NOT_FINITE, POSITION, RUNNING, SINGULAR
+from flexmb.kernels import compiled, copy
+from flexmb.solve.lu import THRESHOLD, factor, solve
+from flexmb.system.evaluate import evaluate
+
+ROUND_OFF = 1e-14
+"""Corrections below this part of the coordinates are round-off."""
+
+
+@compiled
+def predict(n, h, ratio, options, flow, trial):
+    """Start values of the step: constant true acceleration."""
+    am, af, beta, gamma = options.alpha_m, options.alpha_f, options.beta, options.gamma
+    for i in range(n):
+        x0 = flow.a[i] + ratio * (flow.x[i] - flow.a[i])
+        a1 = flow.a[i]
+        x1 = ((1.0 - af) * a1 + af * flow.a[i] - am * x0) / (1.0 - am)
+        trial.a[i], trial.x[i] = a1, x1
+        trial.q[i] = flow.q[i] + h * flow.v[i] + h * h * ((0.5 - beta) * x0 + beta * x1)
+        trial.v[i] = flow.v[i] + h * ((1.0 - gamma) * x0 + gamma * x1)
+    copy(flow.lam, trial.lam)
+
+
+@compiled
+def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, record):
+    """Try a step of size h; RUNNING when it converged, else the code of the failure."""
+    n, m = tables.sizes.n_q, tables.sizes.n_c
+    t = flow.clock[0] + h
+    am, af, beta, gamma = options.alpha_m, options.alpha_f, options.beta, options.gamma
+    kv = gamma / (beta * h)
+    kx = 1.0 / (beta * h * h)
+    ka = (1.0 - am) / (1.0 - af) * kx
+    predict(n, h, ratio, options, flow, trial)
+    last = math.inf
+    for iteration in range(options.iterations):
+        evaluate(tables, address, t, h, trial.q, trial.v, trial.a, trial.lam, flow.z, 1.0, kv, ka, work)
+        record.count[3] += 1
+        for i in range(n):
+            trial.b[i] = -(work.r[i] + work.Gl[i])
+        for i in range(m):
+            trial.b[n + i] = -work.g[i] if options.form == POSITION else -work.gv[i] / kv
+        lost = factor(lu, work.lu, trial.seen, THRESHOLD)
+        record.count[4] += 1
+        if lost >= 0:
+            record.count[6] = lost
+            return SINGULAR if math.isfinite(trial.b.sum()) else NOT_FINITE
+        solve(lu, work.lu, trial.b, trial.d, trial.y)
+        if m > 0 and options.form == GEAR_GUPTA_LEIMKUHLER:
+            project(n, m, lu, trial, work)
+        size = correct(tables, h, kv, kx, ka, options, trial, record)
+        record.count[2] += 1
+        if not math.isfinite(size):
+            return NOT_FINITE
+        if size <= 1.0 or (iteration > 0 and size < last and size * size / (last - size) <= 1.0):
+            return RUNNING
+        if iteration > 3 and size > 2.0 * last:
+            return NEWTON_FAILED
+        last = size
+    return NEWTON_FAILED
+
+
+@compiled
+def project(n, m, lu, trial, work):
+    """trial.e: the shift of positions that closes the joints, beside the correction in trial.d."""
+    for i in range(n):
+        trial.b[i] = 0.0
+    for i in range(m):
+        trial.b[n + i] = -work.g[i] - trial.b[n + i]  # G d is the old right side
+    solve(lu, work.lu, trial.b, trial.e, trial.y)
+
+
+@compiled
+def correct(tables, h, kv, kx, ka, options, trial, record):
+    """Add the correction; its size relative to what is wanted, the largest of lengths and angles."""
+    n, m = tables.sizes.n_q, tables.sizes.n_c
+    moved_x, moved_t, fast_x, fast_t, far_x, far_t = 0.0, 0.0, 0.0, 0.0, options.length, 1.0
+    shifted = m > 0 and options.form == GEAR_GUPTA_LEIMKUHLER
+    for i in range(n):
+        d = trial.d[i]
+        shift = trial.e[i] if shifted else 0.0
+        trial.q[i] += d + shift
+        trial.v[i] += kv * d
+        trial.x[i] += kx * d
+        trial.a[i] += ka * d
+        move = abs(d) + abs(shift)
+        if tables.kind[i] == 0:
+            moved_x, fast_x = max(moved_x, move), max(fast_x, abs(trial.a[i]))
+            far_x = max(far_x, abs(trial.q[i]))
+        else:
+            moved_t, fast_t = max(moved_t, move), max(fast_t, abs(trial.a[i]))
+            far_t = max(far_t, abs(trial.q[i]))
+        if not math.isfinite(move):
+            return math.inf
+    for i in range(m):
+        trial.lam[i] += trial.d[n + i]
+    wanted_x = options.tolerance * h * h * fast_x + ROUND_OFF * far_x
+    wanted_t = options.tolerance * h * h * fast_t + ROUND_OFF * far_t
+    if moved_x / wanted_x > moved_t / wanted_t:
+        record.extreme[2], record.extreme[3] = moved_x, wanted_x
+    else:
+        record.extreme[2], record.extreme[3] = moved_t, wanted_t
+    return max(moved_x / wanted_x, moved_t / wanted_t)

@@ -1,0 +1,266 @@
+"""A run: the arrays of the compiled loop, driven in blocks so that progress, Ctrl-C and saving work."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import InputError
+from flexmb.integrate.arrays import (
+    BUFFER_FULL,
+    DONE,
+    FORMS,
+    NEWTON_FAILED,
+    NOT_FINITE,
+    RUNNING,
+    SINGULAR,
+    STEP_TOO_SMALL,
+    Options,
+    new_flow,
+    new_record,
+    new_trial,
+)
+from flexmb.integrate.explicit import new_stages
+from flexmb.integrate.finish import keep_account
+from flexmb.integrate.loop import advance, advance_explicit
+from flexmb.integrate.method import Newmark, RungeKutta4
+from flexmb.integrate.solution import Peaks, Solution
+from flexmb.integrate.stats import Stats
+from flexmb.integrate.steps import Adaptive, FixedStep
+from flexmb.program.program import Program
+from flexmb.solve import lu
+from flexmb.solve.start import Start
+from flexmb.system.evaluate import evaluate_accepted
+from flexmb.system.outputs import write_outputs
+from flexmb.system.work import workspace
+
+BUFFER = 512
+BLOCK_SECONDS = 0.2
+NEWTON_TOLERANCE = 1e-6
+ITERATIONS = 20
+NEVER = 1e300
+
+
+class Run:
+    """One run of a program; see `simulate` for the arguments."""
+
+    def __init__(
+        self,
+        program: Program,
+        method: Newmark | RungeKutta4,
+        step: FixedStep | Adaptive,
+        t_end: float,
+        period: float | None,
+        *,
+        max_steps: int | None = None,
+        progress: bool = False,
+    ) -> None:
+        self.program, self.method, self.step = program, method, step
+        self.period, self.t_end, self.max_steps, self.progress = period, t_end, max_steps, progress
+        self.lu = lu.tables(program.symbolic)
+        self.flow, self.trial = new_flow(program), new_trial(program)
+        self.record, self.work = new_record(program, BUFFER), workspace(program)
+        self.stages = new_stages(program)
+        self.times: list[np.ndarray] = []
+        self.values: list[np.ndarray] = []
+        self.code, self.note = RUNNING, ""
+        self.h_max, self.h_min, self.error = self._limits()
+
+    def _limits(self) -> tuple[float, float, float]:
+        """Largest and smallest step [s], accepted error of a step [m]."""
+        if isinstance(self.step, FixedStep):
+            return self.step.size, self.step.size, NEVER
+        span = self.t_end if self.period is None else min(self.period, self.t_end)
+        largest = self.step.max or span / 200.0
+        clearance, length = self.program.least_clearance, self.program.length
+        error = self.step.error or (1e-7 * length if clearance is None else min(1e-4 * clearance, 1e-6 * length))
+        return largest, self.step.min or 1e-9 * largest, error
+
+    def begin(self, start: Start) -> None:
+        """Take start values."""
+        n = self.program.n_q
+        flow = self.flow
+        flow.q[:n], flow.v[:n], flow.a[:n], flow.x[:n] = start.q, start.v, start.a, start.a
+        flow.lam[:], flow.z[:] = start.lam, self.program.drawn.z
+        flow.clock[1] = self.h_max if isinstance(self.step, FixedStep) else 1e-3 * self.h_max
+        tables, address = self.program.tables, self.program.addresses
+        still = np.zeros(n + 3)
+        evaluate_accepted(tables, address, 0.0, 0.0, flow.q, flow.v, flow.a, flow.lam, flow.z, still, still, self.work)
+        flow.z[:] = self.work.z_new
+        keep_account(tables, 0.0, flow.ledger, flow.memory, self.work)
+        write_outputs(tables, address, 0.0, flow.q, flow.v, flow.a, self.work, flow.ledger, self.record.new)
+        self.forget_peaks()
+
+    def resume(self, restart: Mapping[str, np.ndarray]) -> None:
+        """Take the final state of another run of the same model."""
+        for name, target in (*self.flow._asdict().items(), ("signals", self.record.new)):
+            given = restart.get(name)
+            if given is None or np.shape(given) != target.shape:
+                raise InputError(
+                    f"simulate {self.program.name!r}: restart does not fit this model ({name!r} is missing or of another "
+                    "size). Use `restart` of a solution of the same mechanism."
+                )
+            target[:] = given
+        self.forget_peaks()
+
+    def forget_peaks(self) -> None:
+        """Begin to look for peaks at the present state."""
+        self.record.peak[:] = self.record.new
+        self.record.peak_time[:] = self.flow.clock[0]
+
+    def go_to(self, end: float, saving: float | None) -> None:
+        """Run until `end`; `saving` is the time between saved instants, 0 for every step, None for nothing."""
+        if self.code not in (RUNNING, DONE):
+            return
+        resumed = self.flow.clock[3] > 0.0 or self.flow.clock[2] > 0.0
+        if saving is not None and not resumed:
+            self.flow.clock[2] = self.flow.clock[0]
+            self._keep(self.flow.clock[0:1].copy(), self.record.new[None, :].copy())
+        options = self._options(end, NEVER if saving is None else saving)
+        bar = self._bar(end)
+        steps, self.code = 64, RUNNING
+        try:
+            while self.code == RUNNING:
+                began = time.perf_counter()
+                steps = self._allowed(steps)
+                if steps == 0:
+                    self.note = f"Stopped after {self.max_steps} steps, as asked for"
+                    break
+                self.code = self._block(options, steps)
+                self._fetch()
+                bar.update(min(self.flow.clock[0], end) - bar.n)
+                took = time.perf_counter() - began
+                steps = int(min(max(steps * min(BLOCK_SECONDS / max(took, 1e-6), 4.0), 16), 1_000_000))
+                if self.code == BUFFER_FULL:
+                    self.code = RUNNING
+        except KeyboardInterrupt:
+            self.note = "Interrupted from the keyboard"
+        bar.close()
+
+    def _allowed(self, steps: int) -> int:
+        if self.max_steps is None:
+            return steps
+        return max(0, min(steps, self.max_steps - int(self.record.count[0])))
+
+    def _block(self, options: Options, steps: int) -> int:
+        common = (self.program.tables, self.program.addresses, self.lu, options, self.flow, self.trial)
+        if isinstance(self.method, RungeKutta4):
+            return advance_explicit(*common, self.work, self.record, self.stages, steps)
+        return advance(*common, self.work, self.record, steps)
+
+    def _options(self, end: float, saving: float) -> Options:
+        method = self.method if isinstance(self.method, Newmark) else Newmark()
+        return Options(
+            float(method.alpha_m),
+            float(method.alpha_f),
+            float(method.beta),
+            float(method.gamma),
+            FORMS[method.constraints],
+            NEWTON_TOLERANCE,
+            ITERATIONS,
+            float(self.program.length),
+            isinstance(self.step, Adaptive),
+            float(self.error),
+            float(self.h_min),
+            float(self.h_max),
+            float(end),
+            float(saving),
+        )
+
+    def _fetch(self) -> None:
+        rows = int(self.record.count[5])
+        if rows:
+            self._keep(self.record.times[:rows].copy(), self.record.values[:rows].copy())
+            self.record.count[5] = 0
+
+    def _keep(self, times: np.ndarray, values: np.ndarray) -> None:
+        self.times.append(times)
+        self.values.append(values)
+
+    def _bar(self, end: float) -> Any:
+        from tqdm import tqdm  # noqa: PLC0415 - only a run needs it
+
+        form = "{l_bar}{bar}| {n:.4g}/{total:.4g} s of motion [{elapsed}<{remaining}]"
+        return tqdm(
+            total=end, initial=float(self.flow.clock[0]), disable=not self.progress, bar_format=form, desc=self.program.name
+        )
+
+    def solution(self, model: dict[str, Any]) -> Solution:
+        """The record of what was run so far."""
+        program, count = self.program, self.record.count
+        n_y = program.tables.sizes.n_y
+        restart = {name: array.copy() for name, array in self.flow._asdict().items()}
+        restart["signals"] = self.record.new.copy()
+        return Solution(
+            time=np.concatenate(self.times) if self.times else np.zeros(0),
+            values=np.concatenate(self.values) if self.values else np.zeros((0, n_y)),
+            signals=program.names.signals,
+            peaks=Peaks(np.abs(self.record.peak), self.record.peak_time.copy()),
+            status=self.status(),
+            ok=self.code == DONE and not self.note,
+            stats=Stats(
+                int(count[0]),
+                int(count[1]),
+                int(count[2]),
+                int(count[3]),
+                int(count[4]),
+                float(self.record.extreme[0]) if count[0] else 0.0,
+                float(self.record.extreme[1]),
+            ),
+            aliases=program.names.aliases,
+            shapes=program.shapes,
+            restart=restart,
+            model={**model, "flexmb": installed_version(), "method": repr(self.method), "step": repr(self.step)},
+        )
+
+    def status(self) -> str:
+        """How the run ended, in a sentence."""
+        t = f"t = {self.flow.clock[0]:.6g} s"
+        if self.note:
+            return f"{self.note}, at {t}."
+        if self.code == DONE:
+            return f"Finished at {t}."
+        worst = self._worst()
+        size = f"step {self.flow.clock[1]:.3g} s"
+        if self.code == SINGULAR:
+            lost = int(self.record.count[6])
+            names = (*self.program.names.coordinates, *self.program.names.rows)
+            return f"Stopped at {t}: the matrix became singular at {names[lost]!r} (singular pose?), {size}."
+        if self.code == NOT_FINITE:
+            return f"Stopped at {t}: the state is no longer finite{worst}, {size}. Try a smaller step."
+        if self.code == NEWTON_FAILED:
+            last, wanted = self.record.extreme[2], self.record.extreme[3]
+            return (
+                f"Stopped at {t}: Newton did not converge in {ITERATIONS} iterations, {size}: last correction {last:.2g}, "
+                f"wanted {wanted:.2g}{worst}. Try a smaller step, or step=Adaptive()."
+            )
+        if self.code == STEP_TOO_SMALL:
+            return (
+                f"Stopped at {t}: the step fell below its floor of {self.h_min:.3g} s{worst}. "
+                "Try Adaptive(error=...) with a larger error, or a smaller min."
+            )
+        return f"Not finished, at {t}."
+
+    def _worst(self) -> str:
+        """Which coordinate moved most in the last Newton correction, and which contacts are closed."""
+        n = self.program.n_q
+        d = np.abs(self.trial.d[:n])
+        name = self.program.names.coordinates[int(np.argmax(np.where(np.isfinite(d), d, np.inf)))] if n else ""
+        contacts = self.program.tables.contacts.z[:, 0]
+        closed = [c for c, k in zip(self.program.names.contacts, contacts, strict=True) if self.flow.z[k] > 0.0]
+        touching = f"; in contact: {', '.join(closed)}" if closed else ""
+        return f"; largest at {name!r}{touching}"
+
+
+
+
+def installed_version() -> str:
+    """Version of flexmb, "unknown" when it is not installed."""
+    try:
+        return version("flexmb")
+    except PackageNotFoundError:
+        return "unknown"

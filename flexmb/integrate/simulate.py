@@ -1,0 +1,140 @@
+"""Simulation: start values, the compiled loop in blocks, the record of the run."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from flexmb import check
+from flexmb.errors import InputError
+from flexmb.integrate.method import Newmark, RungeKutta4
+from flexmb.integrate.period import common_period
+from flexmb.integrate.run import Run
+from flexmb.integrate.solution import Solution
+from flexmb.integrate.steps import Adaptive, FixedStep
+from flexmb.model.mechanism import Mechanism
+from flexmb.program.compiler import compile as compile_mechanism
+from flexmb.program.program import Program
+from flexmb.solve.start import consistent_start
+
+Method = Newmark | RungeKutta4
+Step = FixedStep | Adaptive | float
+
+
+def simulate(
+    mechanism: Mechanism,
+    *,
+    t_end: float | None = None,
+    periods: float | None = None,
+    save_from: float = 0.0,
+    save_from_period: float | None = None,
+    save: int | str = 1000,
+    step: Step | None = None,
+    method: Method | None = None,
+    restart: Mapping[str, np.ndarray] | None = None,
+    max_steps: int | None = None,
+    progress: bool = False,
+) -> Solution:
+    """Simulate a mechanism from its drawn pose.
+
+    At the start the loops are closed, journals are centred, flexible bodies are unstressed, velocities are those of the
+    ideal rigid mechanism.
+
+    Parameters
+    ----------
+    mechanism : the mechanism.
+    t_end : end [s], > 0; or
+    periods : number of common periods of the drives.
+    save_from : instant from which signals are saved and peaks are taken [s]; or
+    save_from_period : the same in periods.
+    save : instants a period (a run without periodic drives: in all), or "steps" for every accepted step.
+    step : `Adaptive(...)`, the default, or `FixedStep(size)`, for which the bare size [s] will do.
+    method : `Newmark...` (default: generalised-alpha with spectral radius 0.8) or `RungeKutta4()`, which needs `FixedStep`.
+    restart : `restart` of a solution of the same model; the run goes on from there bit for bit.
+    max_steps : stop, with a status, after so many accepted steps.
+    progress : show a progress bar with an estimate of the time left.
+
+    Returns
+    -------
+    Solution : its `ok` is True only if the run reached its end; `status` says in a sentence what happened.
+
+    Raises
+    ------
+    InputError : times that are not > 0, neither or both of t_end and periods, unknown kinds of step or method.
+    ModelError, AssemblyError, KernelError : a mechanism that cannot start; see `compile` and `consistent_start`.
+    """
+    program = compile_mechanism(mechanism)
+    period = common_period(program) if periods is not None or save_from_period is not None else None
+    if period is None and any(p is not None for p in program.periods):
+        period = period_or_none(program)
+    end = _end(mechanism, t_end, periods, period)
+    begin = _begin(mechanism, end, save_from, save_from_period, period)
+    method = method or Newmark.generalised_alpha()
+    step = Adaptive() if step is None else step
+    step = FixedStep(step) if isinstance(step, (int, float)) and not isinstance(step, bool) else step
+    _check_kinds(mechanism, method, step)
+    run = Run(program, method, step, end, period, max_steps=max_steps, progress=progress)
+    if restart is None:
+        run.begin(consistent_start(mechanism, program))
+    else:
+        run.resume(restart)
+    started = time.perf_counter()
+    if run.flow.clock[0] < begin:
+        run.go_to(begin, saving=None)
+        run.forget_peaks()
+    run.go_to(end, saving=save_interval(mechanism, save, period, begin, end))
+    solution = run.solution(model={"name": mechanism.name})
+    return replace(solution, stats=replace(solution.stats, wall_time=time.perf_counter() - started))
+
+
+def period_or_none(program: Program) -> float | None:
+    """The common period of the drives, or None when there is none."""
+    try:
+        return common_period(program)
+    except InputError:
+        return None
+
+
+def save_interval(mechanism: Mechanism, save: Any, period: float | None, begin: float, end: float) -> float:
+    """Time between saved instants [s]; 0: every step."""
+    if save == "steps":
+        return 0.0
+    if isinstance(save, str):
+        raise InputError(f"simulate {mechanism.name!r}: save is {save!r}; it must be a number of instants or 'steps'.")
+    number = check.count(f"simulate {mechanism.name!r}", "save", save)
+    return (end - begin if period is None or period > end - begin else period) / number
+
+
+def _end(mechanism: Mechanism, t_end: float | None, periods: float | None, period: float | None) -> float:
+    label = f"simulate {mechanism.name!r}"
+    if (t_end is None) == (periods is None):
+        raise InputError(f"{label}: give either t_end= (seconds) or periods= (of the drives).")
+    if t_end is not None:
+        return check.positive(label, "t_end", t_end, "s")
+    return check.positive(label, "periods", periods) * float(period or 0.0)
+
+
+def _begin(
+    mechanism: Mechanism, end: float, save_from: float, save_from_period: float | None, period: float | None
+) -> float:
+    label = f"simulate {mechanism.name!r}"
+    begin = check.not_negative(label, "save_from", save_from, "s")
+    if save_from_period is not None:
+        begin = check.not_negative(label, "save_from_period", save_from_period) * float(period or 0.0)
+    if begin >= end:
+        raise InputError(f"{label}: saving begins at {begin:g} s, but the run ends at {end:g} s. Run longer or save earlier.")
+    return begin
+
+
+def _check_kinds(mechanism: Mechanism, method: Any, step: Any) -> None:
+    label = f"simulate {mechanism.name!r}"
+    if not isinstance(method, (Newmark, RungeKutta4)):
+        raise InputError(f"{label}: method is {method!r}; it must be Newmark(...) or RungeKutta4().")
+    if not isinstance(step, (FixedStep, Adaptive)):
+        raise InputError(f"{label}: step is {step!r}; it must be FixedStep(size) or Adaptive(...).")
+    if isinstance(method, RungeKutta4) and not isinstance(step, FixedStep):
+        raise InputError(f"{label}: RungeKutta4 has no error estimate; give step=FixedStep(size).")

@@ -1,0 +1,240 @@
+"""The record of a run: named signals over time, status, statistics, final state."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import KW_ONLY, dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from flexmb import check
+from flexmb.errors import InputError
+from flexmb.integrate.stats import Stats
+from flexmb.model.shape import Shapes
+from flexmb.model.signal import Signal
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+CACHED = ("_places",)
+
+
+class UnknownSignalError(InputError, KeyError):
+    """A name that is no signal of a solution; also a `KeyError`, as of any mapping."""
+
+    def __str__(self) -> str:
+        """The message as it is; `KeyError` alone would show it in quotes."""
+        return str(self.args[0])
+
+
+class Peak(NamedTuple):
+    """The largest absolute value of a signal over all accepted steps.
+
+    Parameters
+    ----------
+    value : the largest absolute value, in the unit of the signal.
+    time : when it was reached [s].
+    """
+
+    value: float
+    time: float
+
+
+class Peaks(NamedTuple):
+    """Largest absolute values of all signals over all accepted steps.
+
+    Parameters
+    ----------
+    values : (n_s,) largest absolute values, each in the unit of its signal.
+    times : (n_s,) when they were reached [s].
+    """
+
+    values: np.ndarray
+    times: np.ndarray
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Solution:
+    """What a run left behind; nothing in it can be changed.
+
+    `sol["PART.SIGNAL"]` is an `xarray.DataArray` over `time`; nodes of flexible parts go by their number or by another
+    name: "rod.node8.x" and "rod.end.x" are the same signal.
+
+    Parameters
+    ----------
+    time : (n,) saved instants [s], increasing.
+    values : (n, n_s) the signals at these instants, each in its unit.
+    signals : (n_s,) names and units.
+    peaks : largest absolute values over all accepted steps, and their times.
+    status : how the run ended, a sentence.
+    ok : whether it reached the end that was asked for.
+    stats : what it cost.
+    aliases : other names of nodes, e.g. {"rod.end": "rod.node8", "rod": "rod.node4"}.
+    shapes : how the parts are drawn.
+    restart : the final state, by name; what the time loop needs to go on bit for bit.
+    model : name of the mechanism, version of flexmb, and what else belongs to the record and can be written as JSON.
+
+    Raises
+    ------
+    InputError : arrays whose lengths do not fit together, two signals of one name.
+    """
+
+    _: KW_ONLY
+    time: np.ndarray
+    values: np.ndarray
+    signals: tuple[Signal, ...]
+    peaks: Peaks
+    status: str
+    ok: bool
+    stats: Stats
+    aliases: Mapping[str, str] = field(default_factory=dict)
+    shapes: Shapes = ()
+    restart: Mapping[str, np.ndarray] = field(default_factory=dict)
+    model: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        n_s = len(self.signals)
+        time = _frozen("time", self.time, (None,))
+        self._set("time", time)
+        self._set("values", _frozen("values", self.values, (len(time), n_s)))
+        largest, when = self.peaks
+        self._set("peaks", Peaks(_frozen("peaks.values", largest, (n_s,)), _frozen("peaks.times", when, (n_s,))))
+        self._set("signals", tuple(self.signals))
+        self._set("shapes", tuple(self.shapes))
+        self._set("restart", {name: _read_only(array) for name, array in self.restart.items()})
+        self._set("aliases", dict(self.aliases))
+        self._set("model", dict(self.model))
+        if len(self._places) != n_s:
+            names = [s.name for s in self.signals]
+            twice = next(name for name in names if names.count(name) > 1)
+            raise InputError(f"Solution: signal {twice!r} appears more than once. Give every part its own name.")
+        if np.any(np.diff(time) < 0.0):
+            raise InputError("Solution: time decreases; it must increase from one saved instant to the next.")
+
+    def __getitem__(self, name: str) -> xr.DataArray:
+        """The signal of that name over `time`, or `UnknownSignalError`."""
+        import xarray as xr
+
+        k = self._place(name)
+        units = self.signals[k].units
+        time = xr.Variable("time", self.time, {"units": "s"})
+        return xr.DataArray(
+            self.values[:, k], coords={"time": time}, dims="time", name=name, attrs={"units": units, "name": name}
+        )
+
+    def __contains__(self, name: object) -> bool:
+        return isinstance(name, str) and self._resolved(name) in self._places
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all signals, without their aliases."""
+        return tuple(s.name for s in self.signals)
+
+    @property
+    def dataset(self) -> xr.Dataset:
+        """All signals, with the status as attribute."""
+        import xarray as xr
+
+        time = xr.Variable("time", self.time, {"units": "s"})
+        columns = {
+            s.name: xr.Variable("time", self.values[:, k], {"units": s.units}) for k, s in enumerate(self.signals)
+        }
+        attrs = {"mechanism": self.name, "status": self.status, "ok": int(self.ok)}
+        return xr.Dataset(columns, coords={"time": time}, attrs=attrs)
+
+    @property
+    def name(self) -> str:
+        """Name of the mechanism."""
+        return str(self.model.get("name", ""))
+
+    def array(self, name: str) -> np.ndarray:
+        """The signal `name` as a read-only array (n,): `sol[name].values` without the cost of labels."""
+        return self.values[:, self._place(name)]
+
+    def units(self, name: str) -> str:
+        """SI unit of the signal `name`."""
+        return self.signals[self._place(name)].units
+
+    def peak(self, name: str) -> Peak:
+        """Largest absolute value of the signal `name` and its time, over all accepted steps and not the saved ones."""
+        k = self._place(name)
+        return Peak(float(self.peaks.values[k]), float(self.peaks.times[k]))
+
+    def to_netcdf(self, path: str | Path) -> Path:
+        """Write everything to the file `path`, whose folder is made; `flexmb.load` reads it back bit for bit."""
+        from flexmb.integrate.netcdf import save
+
+        return save(self, path)
+
+    def __repr__(self) -> str:
+        span = f"{len(self.time)} instants"
+        if len(self.time):
+            span += f", {self.time[0]:.6g} to {self.time[-1]:.6g} s"
+        parts = ", ".join(dict.fromkeys(name.split(".")[0] for name in self.names))
+        rows = (("status", self.status), ("ok", self.ok), ("saved", span), ("cost", self.stats))
+        lines = [f"Solution of {self.name!r}", *(f"  {word:8s}{value}" for word, value in rows)]
+        return "\n".join([*lines, f"  {'signals':8s}{len(self.signals)} of {parts or 'no part'}"])
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {k: v for k, v in self.__dict__.items() if k not in CACHED}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self.__post_init__()  # arrays come back writeable
+
+    def _set(self, name: str, value: object) -> None:
+        object.__setattr__(self, name, value)
+
+    @cached_property
+    def _places(self) -> dict[str, int]:
+        return {s.name: k for k, s in enumerate(self.signals)}
+
+    def _resolved(self, name: str) -> str:
+        """`name` with its longest prefix that is an alias replaced; a signal's own name comes first."""
+        if name in self._places:
+            return name
+        prefix = name
+        while "." in prefix:
+            prefix = prefix.rpartition(".")[0]
+            if prefix in self.aliases:
+                return self.aliases[prefix] + name[len(prefix) :]
+        return name
+
+    def _place(self, name: str) -> int:
+        place = self._places.get(self._resolved(name)) if isinstance(name, str) else None
+        if place is None:
+            hint = check.did_you_mean(str(name), self._candidates(str(name)))
+            raise UnknownSignalError(f"Solution of {self.name!r} has no signal {name!r}. {hint}")
+        return place
+
+    def _candidates(self, name: str) -> list[str]:
+        """Names to offer for an unknown one: those of its part, else of parts with such a signal, else all."""
+        part, _, tail = name.partition(".")
+        ends = {node: alias for alias, node in self.aliases.items()}
+        stems = ((n, n.rpartition(".")) for n in self.names)
+        known = [f"{ends[stem]}.{axis}" if stem in ends else n for n, (stem, _, axis) in stems]
+        own = [n for n in known if n.startswith(f"{part}.")]
+        return own or [n for n in known if n.partition(".")[2] == tail] or known
+
+
+def _frozen(name: str, values: object, shape: tuple[int | None, ...]) -> np.ndarray:
+    """`values` as a read-only float array of that shape (None: any length)."""
+    array = np.array(values, dtype=np.float64, order="C")
+    fits = array.ndim == len(shape) and all(want in (None, n) for n, want in zip(array.shape, shape, strict=True))
+    if not fits:
+        wanted = ", ".join("n" if n is None else str(n) for n in shape)
+        raise InputError(f"Solution: {name} has shape {array.shape}; it must have shape ({wanted}).")
+    array.flags.writeable = False
+    return array
+
+
+def _read_only(values: object) -> np.ndarray:
+    array = np.array(values)
+    array.flags.writeable = False
+    return array

@@ -1,0 +1,1 @@
+"""Joints: ideal ones are constraints, imperfect ones are contacts or forces."""

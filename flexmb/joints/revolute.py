@@ -1,0 +1,132 @@
+"""Ideal revolute joint, its angle, and the rigid connection."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from flexmb.kernels import compiled, constraint_kernel
+from flexmb.model.part import Joint
+from flexmb.model.pieces import Attachment, ConstraintPiece, Piece
+
+if TYPE_CHECKING:
+    from flexmb.model.mechanism import Mechanism
+
+
+@compiled
+def coincide(s1x, s1y, s2x, s2y, q, v, lam, g, G, gamma, H):
+    """Rows 0 and 1: g = x2 + R2 s2 - x1 - R1 s1 in X and Y."""
+    c1, d1 = math.cos(q[2]), math.sin(q[2])
+    c2, d2 = math.cos(q[5]), math.sin(q[5])
+    ax, ay = c1 * s1x - d1 * s1y, d1 * s1x + c1 * s1y
+    bx, by = c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y
+    g[0] = q[3] + bx - q[0] - ax
+    g[1] = q[4] + by - q[1] - ay
+    G[0, 0] = -1.0
+    G[0, 2] = ay
+    G[0, 3] = 1.0
+    G[0, 5] = -by
+    G[1, 1] = -1.0
+    G[1, 2] = -ax
+    G[1, 4] = 1.0
+    G[1, 5] = bx
+    w1, w2 = v[2] * v[2], v[5] * v[5]
+    gamma[0] = bx * w2 - ax * w1
+    gamma[1] = by * w2 - ay * w1
+    H[2, 2] = lam[0] * ax + lam[1] * ay
+    H[5, 5] = -lam[0] * bx - lam[1] * by
+
+
+@constraint_kernel
+def coincidence_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
+    """Two points of two nodes coincide."""
+    s1x, s1y, s2x, s2y = p
+    coincide(s1x, s1y, s2x, s2y, q, v, lam, g, G, gamma, H)
+
+
+@constraint_kernel
+def weld_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
+    """Two points of two nodes coincide and the relative rotation stays."""
+    s1x, s1y, s2x, s2y, angle = p
+    coincide(s1x, s1y, s2x, s2y, q, v, lam, g, G, gamma, H)
+    g[2] = q[5] - q[2] - angle
+    G[2, 2] = -1.0
+    G[2, 5] = 1.0
+
+
+@constraint_kernel
+def angle_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
+    """Relative rotation of two nodes: g = theta2 - theta1 - p0; q = (theta1, theta2)."""
+    g[0] = q[1] - q[0] - p[0]
+    G[0, 0] = -1.0
+    G[0, 1] = 1.0
+
+
+def drawn_angle(mechanism: Mechanism, ends: tuple[Attachment, Attachment]) -> float:
+    """theta2 - theta1 of the nodes that a joint holds, in the drawn pose."""
+    first, second = (mechanism.body(end.part).node(end.node).theta for end in ends)
+    return second - first
+
+
+def coincidence_piece(part: str, ends: tuple[Attachment, Attachment], *, start_only: bool = False) -> ConstraintPiece:
+    """The two rows of a revolute joint."""
+    first, second = ends
+    coordinates = (*first.coordinates, *second.coordinates)
+    p = (*first.offset, *second.offset)
+    return ConstraintPiece(
+        part, coincidence_kernel, coordinates, p, 2, second=second.coordinates, start_only=start_only
+    )
+
+
+@dataclass(frozen=True)
+class Revolute(Joint):
+    """Ideal revolute joint (pin) between two bodies.
+
+    Signals: fx, fy, force (on the second body) [N].
+
+    Parameters
+    ----------
+    name : the joint's name.
+    first, second : the bodies; `GROUND` is the frame.
+    at : the pin in the drawn pose [m].
+    """
+
+    kind = "revolute"
+
+    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
+        """Two rows."""
+        return [coincidence_piece(self.name, self.ends(mechanism))]
+
+    def drive_piece(self, mechanism: Mechanism) -> ConstraintPiece | None:
+        """The rotation of the second body against the first, 0 in the drawn pose."""
+        ends = self.ends(mechanism)
+        coordinates = tuple(end.coordinates[2] for end in ends)
+        p = (drawn_angle(mechanism, ends),)
+        return ConstraintPiece(self.name, angle_kernel, coordinates, p, 1, is_drive=True)
+
+
+@dataclass(frozen=True)
+class Fixed(Joint):
+    """Rigid connection of two bodies at a point.
+
+    Signals: fx, fy, force (on the second body) [N], moment (on the second body, about the point) [N m].
+
+    Parameters
+    ----------
+    name : the joint's name.
+    first, second : the bodies; `GROUND` is the frame.
+    at : the point in the drawn pose [m].
+    """
+
+    kind = "fixed"
+
+    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
+        """Three rows."""
+        first, second = ends = self.ends(mechanism)
+        coordinates = (*first.coordinates, *second.coordinates)
+        p = (*first.offset, *second.offset, drawn_angle(mechanism, ends))
+        return [
+            ConstraintPiece(self.name, weld_kernel, coordinates, p, 3, second=second.coordinates, moment_row=2)
+        ]

@@ -1,0 +1,272 @@
+"""The contracts between the compiled loop and the parts, and the class that holds a kernel.
+
+A kernel is one pure function of plain floats and arrays.  Its contract fixes the signature, so the loop is
+compiled once for every model and calls each kernel through its address: a new part never recompiles the loop.
+All arrays are float64 in C order; outputs are zeroed by the caller.
+
+=============  ==========================================================  ==========================
+contract       parameters                                                  result
+=============  ==========================================================  ==========================
+element        p, t, h, q, v, a, z, r, K, C, M, z_new                      written to r, K, C, M, z_new
+energy         p, t, q, v                                                  strain, gravity, damping power
+constraint     p, t, q, v, lam, g, G, g_t, gamma, H                        written to g, G, g_t, gamma, H
+gap            p, q, v, out                                                written to out (`GAP_SIZE`)
+normal         p, h, gap, gap_rate, z, z_new                               N, dN_dgap, dN_drate
+friction       p, h, slip, N, z, z_new                                     T, dT_dslip, dT_dN
+motion         p, t                                                        s, s_dot, s_ddot
+signal         p, t, q, v, a                                               value
+=============  ==========================================================  ==========================
+
+p : numbers of the part; z : its history at the last accepted state, h : the time since then, z_new : the history
+if this state is accepted.  h = 0 must be safe.  r : generalised force the part exerts, inertia included;
+K, C, M = dr/dq, dr/dv, dr/da.  G = dg/dq; g_t : partial derivative in time; G a = gamma on the manifold;
+H = d(G^T lam)/dq.
+"""
+
+from __future__ import annotations
+
+import inspect
+import pickle
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+import numba
+import numpy as np
+from numba import types
+from numba.core import cgutils, config
+from numba.core.errors import NumbaError
+from numba.extending import intrinsic
+from numba.np import arrayobj
+
+from flexmb.errors import KernelError
+
+_F = types.float64
+_V = types.Array(_F, 1, "C")
+_P = types.Array(_F, 1, "C", readonly=True)
+_M = types.Array(_F, 2, "C")
+_TRIPLE = types.UniTuple(_F, 3)
+
+compiled = numba.njit(cache=True, error_model="numpy", _nrt=False)
+"""Decorator of the compiled functions of kernels and loop.
+
+They are compiled without numba's memory management: nothing can be allocated (a function that tries does not compile),
+and views of arrays cost nothing.  Kernels themselves may allocate, since users write them.
+"""
+
+
+@compiled
+def copy(source, target):
+    """target = source, element by element."""
+    for i in range(source.shape[0]):
+        target[i] = source[i]
+
+
+@dataclass(frozen=True)
+class Contract:
+    """Name, parameter names and numba signature of one kind of kernel."""
+
+    name: str
+    parameters: tuple[str, ...]
+    signature: Any
+
+
+def _contract(name: str, parameters: str, result: Any, *arguments: Any) -> Contract:
+    return Contract(name, tuple(parameters.split()), result(*arguments))
+
+
+ELEMENT = _contract(
+    "element", "p t h q v a z r K C M z_new", types.void, _P, _F, _F, _V, _V, _V, _P, _V, _M, _M, _M, _V
+)
+ENERGY = _contract("energy", "p t q v", _TRIPLE, _P, _F, _V, _V)
+CONSTRAINT = _contract(
+    "constraint", "p t q v lam g G g_t gamma H", types.void, _P, _F, _V, _V, _V, _V, _M, _V, _V, _M
+)
+GAP = _contract("gap", "p q v out", types.void, _P, _V, _V, _V)
+NORMAL = _contract("normal", "p h gap gap_rate z z_new", _TRIPLE, _P, _F, _F, _F, _P, _V)
+FRICTION = _contract("friction", "p h slip N z z_new", _TRIPLE, _P, _F, _F, _F, _P, _V)
+MOTION = _contract("motion", "p t", _TRIPLE, _P, _F)
+SIGNAL = _contract("signal", "p t q v a", _F, _P, _F, _V, _V, _V)
+
+GAP_SIZE = 49
+"""Length of a gap kernel's `out`: gap, gap rate, slip, normal (2), arm on the first body (2), arm on the second (2),
+eccentricity (2), its rate (2), then the derivatives by the six coordinates of normal, first arm, second arm (2 x 6
+each, row by row)."""
+
+
+class Kernel:
+    """A kernel function with its contract; compiled when it is first needed, once a process, cached on disk.
+
+    Parameters
+    ----------
+    function : the Python function, with the parameters of the contract in their order.
+    contract : one of the contracts of this module.
+
+    Raises
+    ------
+    KernelError : the function does not take the contract's number of parameters.
+    """
+
+    def __init__(self, function: Callable[..., Any], contract: Contract) -> None:
+        taken = len(inspect.signature(function).parameters)
+        if taken != len(contract.parameters):
+            expected = ", ".join(contract.parameters)
+            raise KernelError(
+                f"Kernel {function.__qualname__!r} takes {taken} parameters; "
+                f"the {contract.name} contract has {len(contract.parameters)}: ({expected})."
+            )
+        self.python = function
+        self.contract = contract
+        self._dispatcher: Any = None
+        self.__doc__ = function.__doc__
+
+    @property
+    def name(self) -> str:
+        """Qualified name of the function."""
+        return self.python.__qualname__
+
+    @property
+    def dispatcher(self) -> Any:
+        """The compiled function."""
+        if self._dispatcher is None:
+            self._dispatcher = self._compile()
+        return self._dispatcher
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Call the plain Python function."""
+        return self.python(*arguments)
+
+    def __repr__(self) -> str:
+        return f"<{self.contract.name} kernel {self.name}>"
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Kernel) and (self.python is other.python or self._key() == other._key())
+
+    def __hash__(self) -> int:
+        return hash(self._key())
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        module, name = self.python.__module__, self.python.__qualname__
+        if _lookup(module, name) is self:
+            return _lookup, (module, name)
+        return _from_bytes, (numba.cloudpickle.dumps(self.python), self.contract.name)
+
+    def _key(self) -> tuple[str, str, bytes]:
+        code = self.python.__code__
+        return self.python.__module__, self.python.__qualname__, code.co_code
+
+    def _compile(self) -> Any:
+        options: dict[str, Any] = {"error_model": "numpy", "cache": True, "_nrt": False}
+        try:
+            numba.njit(cache=True)(self.python)
+        except RuntimeError:  # typed-in code has no file beside which a cache could lie
+            options["cache"] = False
+        try:
+            return numba.njit(self.contract.signature, **options)(self.python)
+        except NumbaError:  # it may allocate memory, which costs time but is allowed
+            options["_nrt"] = True
+        try:
+            return numba.njit(self.contract.signature, **options)(self.python)
+        except NumbaError as error:
+            raise KernelError(f"Kernel {self.name!r} cannot be compiled as {self.contract.name}: {error}") from error
+
+
+def _lookup(module: str, name: str) -> Any:
+    found: Any = import_module(module)
+    for part in name.split("."):
+        found = getattr(found, part, None)
+    return found
+
+
+def _from_bytes(code: bytes, contract: str) -> Kernel:
+    return Kernel(pickle.loads(code), _BY_NAME[contract])  # noqa: S301 - written by __reduce__ above
+
+
+def _decorator(contract: Contract) -> Callable[[Callable[..., Any]], Kernel]:
+    def decorate(function: Callable[..., Any]) -> Kernel:
+        return Kernel(function, contract)
+
+    decorate.__doc__ = f"Make a function ({', '.join(contract.parameters)}) a {contract.name} kernel."
+    return decorate
+
+
+element_kernel = _decorator(ELEMENT)
+energy_kernel = _decorator(ENERGY)
+constraint_kernel = _decorator(CONSTRAINT)
+gap_kernel = _decorator(GAP)
+normal_law = _decorator(NORMAL)
+friction_law = _decorator(FRICTION)
+drive_kernel = _decorator(MOTION)
+signal_kernel = _decorator(SIGNAL)
+
+_BY_NAME = {
+    c.name: c for c in (ELEMENT, ENERGY, CONSTRAINT, GAP, NORMAL, FRICTION, MOTION, SIGNAL)
+}  # for unpickling typed-in kernels
+
+
+def address_table(kernels: Sequence[Kernel]) -> Any:
+    """What the compiled loop needs to call `kernels` by number: their addresses, or the functions without JIT."""
+    if config.DISABLE_JIT:
+        return tuple(kernel.python for kernel in kernels)
+    table = np.zeros(max(1, len(kernels)), dtype=np.int64)
+    for i, kernel in enumerate(kernels):
+        result = kernel.dispatcher.get_compile_result(kernel.contract.signature)
+        table[i] = result.library.get_pointer_to_function(result.fndesc.llvm_func_name)
+    table.flags.writeable = False
+    return table
+
+
+def _caller(contract: Contract) -> Any:
+    """A compiled function (table, k) that returns kernel number k as a callable."""
+    if config.DISABLE_JIT:
+        return lambda table, k: table[k]
+    function_type = types.FunctionType(contract.signature)
+
+    @intrinsic
+    def kernel_at(typingctx, table, k):  # type: ignore[no-untyped-def]
+        def codegen(context, builder, signature, args):  # type: ignore[no-untyped-def]
+            array = arrayobj.make_array(signature.args[0])(context, builder, args[0])
+            address = builder.load(builder.gep(array.data, [args[1]]))
+            pointer = context.get_value_type(types.voidptr)
+            function = cgutils.create_struct_proxy(function_type)(context, builder)
+            function.c_addr = pointer(None)
+            function.py_addr = pointer(None)
+            function.jit_addr = builder.inttoptr(address, pointer)
+            return function._getvalue()
+
+        return function_type(table, k), codegen
+
+    return kernel_at
+
+
+def _matrix_view() -> Any:
+    """A compiled function (flat, rows, columns) that returns the beginning of `flat` as a matrix, without a copy."""
+    if config.DISABLE_JIT:
+        return lambda flat, rows, columns: flat[: rows * columns].reshape(rows, columns)
+
+    @intrinsic
+    def matrix_view(typingctx, flat, rows, columns):  # type: ignore[no-untyped-def]
+        def codegen(context, builder, signature, args):  # type: ignore[no-untyped-def]
+            source = arrayobj.make_array(signature.args[0])(context, builder, args[0])
+            view = arrayobj.make_array(_M)(context, builder)
+            size = context.get_constant(types.intp, 8)
+            strides = (builder.mul(args[2], size), size)
+            arrayobj.populate_array(view, source.data, args[1:], strides, size, None)
+            return view._getvalue()
+
+        return _M(flat, types.intp, types.intp), codegen
+
+    return matrix_view
+
+
+matrix_view = _matrix_view()
+
+element_at = _caller(ELEMENT)
+energy_at = _caller(ENERGY)
+constraint_at = _caller(CONSTRAINT)
+gap_at = _caller(GAP)
+normal_at = _caller(NORMAL)
+friction_at = _caller(FRICTION)
+motion_at = _caller(MOTION)
+signal_at = _caller(SIGNAL)

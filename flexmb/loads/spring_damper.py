@@ -1,0 +1,126 @@
+"""Linear spring and damper between two points."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import KW_ONLY, dataclass
+from typing import TYPE_CHECKING
+
+from flexmb import check, planar
+from flexmb.errors import InputError
+from flexmb.kernels import compiled, element_kernel, energy_kernel
+from flexmb.model.part import Part
+from flexmb.model.pieces import ElementPiece, Piece
+
+if TYPE_CHECKING:
+    from flexmb.model.mechanism import Mechanism
+
+
+@compiled
+def arms(p, q):
+    """Vectors from the nodes to the points, and from the first point to the second."""
+    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
+    ax, ay = c1 * p[3] - d1 * p[4], d1 * p[3] + c1 * p[4]
+    bx, by = c2 * p[5] - d2 * p[6], d2 * p[5] + c2 * p[6]
+    return ax, ay, bx, by, q[3] + bx - q[0] - ax, q[4] + by - q[1] - ay
+
+
+@element_kernel
+def spring_damper_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    """F = k (l - l0) + d l_dot along the line of the points; q (6,)."""
+    k, d, l0 = p[0], p[1], p[2]
+    ax, ay, bx, by, dx, dy = arms(p, q)
+    l = math.sqrt(dx * dx + dy * dy)
+    if l == 0.0:
+        return  # no direction: no force
+    nx, ny = dx / l, dy / l
+    # columns of d(dx, dy)/dq
+    jx = (-1.0, 0.0, ay, 1.0, 0.0, -by)
+    jy = (0.0, -1.0, -ax, 0.0, 1.0, bx)
+    rate, spin = 0.0, 0.0
+    for i in range(6):
+        rate += (nx * jx[i] + ny * jy[i]) * v[i]
+        spin += (-ny * jx[i] + nx * jy[i]) * v[i]
+    F = k * (l - l0) + d * rate
+    # d(l_dot)/dq = spin/l * (t . J) + n . d(J v)/dq, the latter only through the arms
+    turn1 = (nx * ax + ny * ay) * v[2]
+    turn2 = -(nx * bx + ny * by) * v[5]
+    for i in range(6):
+        Jn = nx * jx[i] + ny * jy[i]
+        Jt = -ny * jx[i] + nx * jy[i]
+        r[i] = F * Jn
+        rate_q = spin * Jt / l
+        if i == 2:
+            rate_q += turn1
+        elif i == 5:
+            rate_q += turn2
+        for j in range(6):
+            Jnj = nx * jx[j] + ny * jy[j]
+            Jtj = -ny * jx[j] + nx * jy[j]
+            K[j, i] += Jnj * (k * Jn + d * rate_q) + F / l * Jtj * Jt
+            C[j, i] += d * Jnj * Jn
+    K[2, 2] += F * (nx * ax + ny * ay)
+    K[5, 5] -= F * (nx * bx + ny * by)
+
+
+@energy_kernel
+def spring_damper_energy(p, t, q, v):
+    """Energy of the spring, power of the damper."""
+    ax, ay, bx, by, dx, dy = arms(p, q)
+    l = math.sqrt(dx * dx + dy * dy)
+    if l == 0.0:
+        return 0.5 * p[0] * p[2] * p[2], 0.0, 0.0
+    vx = v[3] - by * v[5] - v[0] + ay * v[2]
+    vy = v[4] + bx * v[5] - v[1] - ax * v[2]
+    rate = (dx * vx + dy * vy) / l
+    return 0.5 * p[0] * (l - p[2]) ** 2, 0.0, p[1] * rate * rate
+
+
+@dataclass(frozen=True)
+class SpringDamper(Part):
+    """Linear spring and damper between a point of one body and a point of another.
+
+    Parameters
+    ----------
+    name : the part's name.
+    first, second : the bodies; `GROUND` is the frame.
+    at : point of the first body in the drawn pose [m].
+    to : point of the second body in the drawn pose [m].
+    stiffness : k [N/m], >= 0.
+    damping : d [N s/m], >= 0.
+    free_length : length without force [m], >= 0; None: as drawn.
+
+    Raises
+    ------
+    InputError : negative values; points that coincide without a free length.
+    """
+
+    first: Part
+    second: Part
+    at: tuple[float, float]
+    to: tuple[float, float]
+    _: KW_ONLY
+    stiffness: float
+    damping: float = 0.0
+    free_length: float | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("at", "to"):
+            object.__setattr__(self, name, check.point(self.label, name, getattr(self, name)))
+        check.not_negative(self.label, "stiffness", self.stiffness, "N/m")
+        check.not_negative(self.label, "damping", self.damping, "N s/m")
+        if self.free_length is not None:
+            check.not_negative(self.label, "free_length", self.free_length, "m")
+        if planar.distance(self.at, self.to) == 0.0:
+            raise InputError(f"{self.label}: both points are {self.at}; a spring without length has no direction.")
+
+    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
+        """One element."""
+        first = mechanism.body(self.first.name, self.label).attach(self.label, self.at)
+        second = mechanism.body(self.second.name, self.label).attach(self.label, self.to)
+        length = planar.distance(self.at, self.to) if self.free_length is None else self.free_length
+        p = (self.stiffness, self.damping, length, *first.offset, *second.offset)
+        coordinates = (*first.coordinates, *second.coordinates)
+        return [ElementPiece(self.name, spring_damper_kernel, coordinates, p, energy=spring_damper_energy)]

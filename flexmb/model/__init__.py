@@ -1,0 +1,1 @@
+"""Declarations: small frozen dataclasses of names and numbers, no arrays, no solving."""

@@ -1,0 +1,93 @@
+"""Bases of laws: one kernel and the numbers it unpacks.
+
+The numbers of a law are its fields in the order of declaration; a law that computes them overrides `parameters`.
+"""
+
+from __future__ import annotations
+
+from abc import ABC
+from dataclasses import dataclass, fields
+from numbers import Real
+from typing import Any, ClassVar
+
+from flexmb import check, kernels
+from flexmb.errors import KernelError
+
+
+def require_kernel(cls: type, contract: kernels.Contract) -> None:
+    """Check, when a class is made, that it names a kernel of the right contract."""
+    kernel = getattr(cls, "kernel", None)
+    if kernel is None:
+        return  # an abstract base in between
+    if not isinstance(kernel, kernels.Kernel) or kernel.contract is not contract:
+        raise KernelError(
+            f"{cls.__name__}.kernel is {kernel!r}; it must be a function decorated as a {contract.name} kernel."
+        )
+
+
+def number_fields(owner: Any, skip: tuple[str, ...] = ()) -> tuple[float, ...]:
+    """The numeric fields of a dataclass instance, in order of declaration."""
+    values = ((f.name, getattr(owner, f.name)) for f in fields(owner) if f.name not in skip)
+    return tuple(float(v) for _, v in values if isinstance(v, Real) and not isinstance(v, bool))
+
+
+@dataclass(frozen=True)
+class Law(ABC):
+    """Base of all laws: a kernel, its parameters, the start values of its history."""
+
+    kernel: ClassVar[kernels.Kernel]
+    contract: ClassVar[kernels.Contract]
+
+    def __init_subclass__(cls, **keywords: Any) -> None:
+        super().__init_subclass__(**keywords)
+        if "contract" not in cls.__dict__:
+            require_kernel(cls, cls.contract)
+
+    def __post_init__(self) -> None:
+        self._require_finite()
+
+    def _require_finite(self) -> None:
+        if getattr(type(self), "kernel", None) is None:
+            raise KernelError(f"{type(self).__name__} has no kernel; it cannot be used as a law.")
+        for f in fields(self):
+            value = getattr(self, f.name)
+            if isinstance(value, Real) and not isinstance(value, bool):
+                check.number(type(self).__name__, f.name, value)
+
+    def parameters(self) -> tuple[float, ...]:
+        """What the kernel unpacks from p."""
+        return number_fields(self)
+
+    def history(self) -> tuple[float, ...]:
+        """Start values of the law's history z."""
+        return ()
+
+
+@dataclass(frozen=True)
+class NormalLaw(Law):
+    """Base of normal contact laws; the kernel returns N >= 0 and its derivatives by gap and gap rate."""
+
+    contract = kernels.NORMAL
+
+    def for_radii(self, bearing_radius: float, journal_radius: float) -> NormalLaw:  # noqa: ARG002 - most laws do not ask
+        """The law for a journal in a bearing of these radii [m]; laws whose stiffness depends on them override this."""
+        return self
+
+
+@dataclass(frozen=True)
+class FrictionLaw(Law):
+    """Base of friction laws; the kernel returns the force T on the second body along the slip direction."""
+
+    contract = kernels.FRICTION
+
+
+@dataclass(frozen=True)
+class Motion(Law):
+    """Base of prescribed motions; the kernel returns s, s_dot, s_ddot relative to the drawn pose."""
+
+    contract = kernels.MOTION
+
+    @property
+    def period(self) -> float | None:
+        """Time after which the driven mechanism is where it was [s], or None when there is no such time."""
+        return None

@@ -1,0 +1,151 @@
+"""The declaration of a mechanism: named parts and gravity."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import Any
+
+from flexmb import check
+from flexmb.errors import InputError, ModelError
+from flexmb.model.part import GROUND, Body, Part
+from flexmb.model.pieces import Node, Piece, Pieces
+from flexmb.model.shape import Shapes
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """A planar mechanism: parts under unique names, drawn in a start pose.
+
+    Parameters
+    ----------
+    name : name of the mechanism.
+    parts : bodies, joints, drives, loads and elements in any order.
+    gravity : acceleration of gravity (gx, gy) [m/s^2].
+
+    Raises
+    ------
+    ModelError : duplicate names, a part connected to one that is not in the mechanism, a joint driven twice.
+    InputError : a value that is not a part, a gravity that is not a pair of finite numbers.
+    """
+
+    name: str
+    parts: tuple[Part, ...]
+    gravity: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        check.identifier("Mechanism", self.name)
+        if not isinstance(self.parts, Iterable):
+            raise InputError(f"{self.label}: parts is {self.parts!r}; it must be a list of parts.")
+        object.__setattr__(self, "parts", tuple(self.parts))
+        object.__setattr__(self, "gravity", check.point(self.label, "gravity", self.gravity))
+        self._check_names()
+        for part in self.parts:
+            for name in part.references():
+                if name != GROUND.name and name not in self.names:
+                    raise ModelError(
+                        f"{part.label} refers to {name!r}, which is not in mechanism {self.name!r}. "
+                        f"Add it to the parts. {check.did_you_mean(name, self.names)}"
+                    )
+        for part in self.parts:
+            part.validate(self)
+
+    def _check_names(self) -> None:
+        seen: dict[str, Part] = {}
+        for part in self.parts:
+            if not isinstance(part, Part):
+                raise InputError(f"{self.label}: {part!r} is not a part.")
+            if part.name in seen or part.name in (GROUND.name, "energy"):
+                other = f"{seen[part.name].label}" if part.name in seen else "a reserved name"
+                raise ModelError(f"{self.label} has two parts named {part.name!r}: {part.label} and {other}. Rename one.")
+            seen[part.name] = part
+
+    @property
+    def label(self) -> str:
+        """Class and name, as messages show it."""
+        return f"Mechanism {self.name!r}"
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the parts in order of declaration."""
+        return tuple(part.name for part in self.parts)
+
+    @property
+    def bodies(self) -> tuple[Body, ...]:
+        """The bodies in order of declaration, without the ground."""
+        return tuple(part for part in self.parts if isinstance(part, Body))
+
+    def find(self, name: str) -> Part:
+        """The part of that name, or `ModelError` with the nearest name."""
+        for part in self.parts:
+            if part.name == name:
+                return part
+        if name == GROUND.name:
+            return GROUND
+        raise ModelError(f"{self.label} has no part {name!r}. {check.did_you_mean(name, self.names)}")
+
+    def body(self, name: str, owner: str = "") -> Body:
+        """The body of that name, or `ModelError`."""
+        part = self.find(name)
+        if not isinstance(part, Body):
+            raise ModelError(f"{owner or self.label}: {part.label} is not a body; give a body or GROUND.")
+        return part
+
+    def with_part(self, part: Part) -> Mechanism:
+        """The mechanism with `part` in the place of the one of the same name, or added when there is none."""
+        if not isinstance(part, Part):
+            raise InputError(f"{self.label}: {part!r} is not a part.")
+        if part.name in self.names:
+            return replace(self, parts=tuple(part if p.name == part.name else p for p in self.parts))
+        return replace(self, parts=(*self.parts, part))
+
+    def without_part(self, name: str) -> Mechanism:
+        """The mechanism without the part of that name."""
+        gone = self.find(name)
+        return replace(self, parts=tuple(p for p in self.parts if p is not gone))
+
+    def with_(self, changes: Mapping[str, Any]) -> Mechanism:
+        """The mechanism with fields changed: {"P1.clearance": 2e-4, "P1.normal.restitution": 0.8, "gravity": (0, 0)}.
+
+        Raises
+        ------
+        ModelError, InputError : no such part or field (with the nearest name), or a value the part refuses.
+        """
+        parts = {part.name: part for part in self.parts}
+        top: dict[str, Any] = {}
+        for key, value in changes.items():
+            name, _, path = key.partition(".")
+            if not path:
+                top[check.one_of(self.label, "field", name, ["gravity", "name"])] = value
+                continue
+            self.find(name)
+            parts[name] = _with_field(parts[name], path, value, f"{self.label}: {key!r}")
+        return replace(self, parts=tuple(parts.values()), **top)
+
+    def nodes(self) -> tuple[tuple[str, Node], ...]:
+        """All nodes as (part name, node), in order of declaration."""
+        return tuple((body.name, node) for body in self.bodies for node in body.nodes())
+
+    def pieces(self) -> Pieces:
+        """What all parts contribute to the equations of motion."""
+        found: list[Piece] = []
+        for part in self.parts:
+            found.extend(part.pieces(self))
+        return Pieces.sort(found)
+
+    def shapes(self) -> Shapes:
+        """How all parts are drawn."""
+        return tuple(shape for part in self.parts for shape in part.shapes(self))
+
+
+def _with_field(owner: Any, path: str, value: Any, label: str) -> Any:
+    """`owner` with the field at a dotted path replaced."""
+    name, _, rest = path.partition(".")
+    known = [f.name for f in fields(owner) if f.init and f.name != "name"]
+    check.one_of(label, "field", name, known)
+    if not rest:
+        return replace(owner, **{name: value})
+    inner = getattr(owner, name)
+    if not is_dataclass(inner):
+        raise InputError(f"{label}: {name!r} has no fields of its own.")
+    return replace(owner, **{name: _with_field(inner, rest, value, label)})

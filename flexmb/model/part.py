@@ -1,0 +1,206 @@
+"""Bases of parts: everything that stands in a mechanism under a name."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from numbers import Real
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from flexmb import check, kernels
+from flexmb.errors import InputError, ModelError
+from flexmb.model.law import number_fields, require_kernel
+from flexmb.model.pieces import AXES, Attachment, ConstraintPiece, Coordinate, ElementPiece, Node, Piece
+from flexmb.model.shape import PointShape, Shapes
+
+if TYPE_CHECKING:
+    from flexmb.model.mechanism import Mechanism
+
+
+@dataclass(frozen=True)
+class Part(ABC):
+    """Base of all parts of a mechanism.
+
+    Parameters
+    ----------
+    name : the part's name, unique in its mechanism.
+    """
+
+    name: str
+
+    def __post_init__(self) -> None:
+        check.identifier(type(self).__name__, self.name)
+        for f in fields(self):
+            value = getattr(self, f.name)
+            if isinstance(value, Real) and not isinstance(value, bool):
+                check.number(self.label, f.name, value)
+
+    @property
+    def label(self) -> str:
+        """Class and name, as messages show it."""
+        return f"{type(self).__name__} {self.name!r}"
+
+    @abstractmethod
+    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
+        """What the part contributes to the equations of motion."""
+
+    def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - most parts are not drawn
+        """How the part is drawn."""
+        return ()
+
+    def references(self) -> tuple[str, ...]:
+        """Names of the parts this one is connected to."""
+        values = (getattr(self, f.name) for f in fields(self))
+        return tuple(v.name for v in values if isinstance(v, Part))
+
+    def validate(self, mechanism: Mechanism) -> None:
+        """Check what can only be checked beside the other parts."""
+
+
+@dataclass(frozen=True)
+class Body(Part):
+    """Base of bodies: parts with nodes that other parts can hold."""
+
+    @abstractmethod
+    def nodes(self) -> tuple[Node, ...]:
+        """The nodes in the drawn pose."""
+
+    @property
+    def main(self) -> str:
+        """The node whose coordinates stand for the body's."""
+        return self.nodes()[0].name
+
+    @property
+    def aliases(self) -> dict[str, str]:
+        """Other names of nodes."""
+        return {}
+
+    @abstractmethod
+    def attach(self, owner: str, point: tuple[float, float]) -> Attachment:
+        """The node and offset for holding the body at a world `point` of the drawn pose."""
+
+    def start_velocity(self) -> tuple[float, float, float] | None:
+        """Velocity (vx, vy, omega) of the main node at the start, or None: as the drives impose."""
+        return None
+
+    def node(self, name: str) -> Node:
+        """The node of that name or alias, or `InputError`."""
+        name = self.aliases.get(name, name)
+        for node in self.nodes():
+            if node.name == name:
+                return node
+        names = [*self.aliases, *(n.name for n in self.nodes())]
+        raise InputError(f"{self.label} has no node {name!r}. {check.did_you_mean(name, names)}")
+
+
+@dataclass(frozen=True)
+class Ground(Body):
+    """The fixed frame; use the constant `GROUND`."""
+
+    name: str = "ground"
+
+    def nodes(self) -> tuple[Node, ...]:
+        """One fixed node at the origin."""
+        return (Node("", 0.0, 0.0, 0.0),)
+
+    def attach(self, owner: str, point: tuple[float, float]) -> Attachment:  # noqa: ARG002 - any point will do
+        """Every point of the plane belongs to the ground."""
+        return Attachment(self.name, "", point)
+
+    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:  # noqa: ARG002 - nothing moves
+        """Nothing."""
+        return ()
+
+
+GROUND = Ground()
+
+
+@dataclass(frozen=True)
+class Element(Part):
+    """Base of elements written by users: one kernel on named coordinates.
+
+    A subclass has the class attributes `kernel` (an element kernel) and `coords`, a tuple of "FIELD.AXIS" or
+    "FIELD.NODE.AXIS" where FIELD names a field that holds a body and AXIS is x, y or theta.  The kernel's p holds
+    the numeric fields in the order of declaration; `history` gives the start values of z.
+    """
+
+    kernel: ClassVar[kernels.Kernel]
+    coords: ClassVar[tuple[str, ...]]
+
+    def __init_subclass__(cls, **keywords: Any) -> None:
+        super().__init_subclass__(**keywords)
+        require_kernel(cls, kernels.ELEMENT)
+
+    def parameters(self) -> tuple[float, ...]:
+        """What the kernel unpacks from p."""
+        return number_fields(self)
+
+    def history(self) -> tuple[float, ...]:
+        """Start values of z."""
+        return ()
+
+    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
+        """One element on the named coordinates."""
+        coordinates = tuple(self._coordinate(mechanism, c) for c in self.coords)
+        return [ElementPiece(self.name, self.kernel, coordinates, self.parameters(), self.history())]
+
+    def _coordinate(self, mechanism: Mechanism, text: str) -> Coordinate:
+        words = text.split(".")
+        names = [f.name for f in fields(self) if isinstance(getattr(self, f.name), Part)]
+        if len(words) not in (2, 3) or words[0] not in names or words[-1] not in AXES:
+            raise InputError(
+                f"{self.label}: coords entry {text!r} must read FIELD.AXIS or FIELD.NODE.AXIS "
+                f"with FIELD in {names} and AXIS in {list(AXES)}."
+            )
+        body = mechanism.body(getattr(self, words[0]).name, self.label)
+        node = body.main if len(words) == 2 else body.node(words[1]).name
+        return body.name, node, AXES.index(words[-1])
+
+
+@dataclass(frozen=True)
+class Joint(Part):
+    """Base of joints between two bodies, held at a world point of the drawn pose.
+
+    Parameters
+    ----------
+    name : the joint's name.
+    first, second : the bodies; reported forces act on the second one.
+    at : the joint's point in the drawn pose [m].
+    """
+
+    first: Part
+    second: Part
+    at: tuple[float, float]
+
+    kind: ClassVar[str] = "joint"
+    at_may_be_left_out: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.at is not None or not self.at_may_be_left_out:
+            object.__setattr__(self, "at", check.point(self.label, "at", self.at))
+        for side in ("first", "second"):
+            if not isinstance(getattr(self, side), Part):
+                raise InputError(f"{self.label}: {side} is {getattr(self, side)!r}; it must be a body or GROUND.")
+        if self.first.name == self.second.name:
+            raise ModelError(f"{self.label} joins {self.first.name!r} to itself; give two different bodies.")
+
+    def ends(self, mechanism: Mechanism) -> tuple[Attachment, Attachment]:
+        """Where the joint holds the first and the second body."""
+        first = mechanism.body(self.first.name, self.label)
+        second = mechanism.body(self.second.name, self.label)
+        at = self.at
+        if at is None:
+            node = second.node(second.main)
+            at = (node.x, node.y)
+        return first.attach(self.label, at), second.attach(self.label, at)
+
+    def drive_piece(self, mechanism: Mechanism) -> ConstraintPiece | None:  # noqa: ARG002 - not every joint
+        """The coordinate that a drive can prescribe, or None for a joint that cannot be driven."""
+        return None
+
+    def shapes(self, mechanism: Mechanism) -> Shapes:
+        """The joint as a point of the first body."""
+        end = self.ends(mechanism)[0]
+        return (PointShape(self.name, self.kind, end.part, end.node, end.offset),)

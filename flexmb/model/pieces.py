@@ -1,0 +1,131 @@
+"""What parts are made of, as the compiler sees them: nodes, elements, constraints, contacts, measured signals.
+
+A part hands these records to the compiler (floor 3), which knows no other language.
+Coordinates are named (part, node, axis) with axis 0, 1, 2 for x, y, theta.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from flexmb.kernels import Kernel
+
+if TYPE_CHECKING:
+    from flexmb.model.law import FrictionLaw, Motion, NormalLaw
+
+Coordinate = tuple[str, str, int]
+AXES = ("x", "y", "theta")
+
+
+@dataclass(frozen=True)
+class Node:
+    """A planar node of a body in the drawn pose: position [m] and angle [rad]; `name` is "" for a lone node."""
+
+    name: str
+    x: float
+    y: float
+    theta: float
+
+
+@dataclass(frozen=True)
+class Attachment:
+    """Where something holds a body: the node and the offset in the frame of the node [m]."""
+
+    part: str
+    node: str
+    offset: tuple[float, float]
+
+    @property
+    def coordinates(self) -> tuple[Coordinate, Coordinate, Coordinate]:
+        """The three coordinates of the node."""
+        return node_coordinates(self.part, self.node)
+
+
+def node_coordinates(part: str, node: str) -> tuple[Coordinate, Coordinate, Coordinate]:
+    """x, y and theta of a node."""
+    return (part, node, 0), (part, node, 1), (part, node, 2)
+
+
+@dataclass(frozen=True)
+class ElementPiece:
+    """A force, inertia or both on some coordinates; `energy` is its kernel of energies, if it keeps account.
+
+    `translation` tells how the coordinates move with a uniform velocity field (used by checks of momentum).
+    """
+
+    part: str
+    kernel: Kernel
+    coordinates: tuple[Coordinate, ...]
+    p: tuple[float, ...]
+    history: tuple[float, ...] = ()
+    energy: Kernel | None = None
+
+
+@dataclass(frozen=True)
+class ConstraintPiece:
+    """Rows g(q, t) = 0 between some coordinates.
+
+    `second` is the body on which the reported force acts; `moment_row` the row whose multiplier is a moment or a
+    drive force, or -1; `motion` is subtracted from the last row.  A piece with `start_only` holds when loops are
+    closed and start velocities are found, not in motion.
+    """
+
+    part: str
+    kernel: Kernel
+    coordinates: tuple[Coordinate, ...]
+    p: tuple[float, ...]
+    rows: int
+    second: tuple[Coordinate, Coordinate, Coordinate] | None = None
+    moment_row: int = -1
+    motion: Motion | None = None
+    is_drive: bool = False
+    drive_units: tuple[str, str] = ("rad", "N m")
+    start_only: bool = False
+
+
+@dataclass(frozen=True)
+class ContactPiece:
+    """A unilateral contact: gap x normal law x friction law between two nodes."""
+
+    part: str
+    gap: Kernel
+    coordinates: tuple[Coordinate, ...]
+    p: tuple[float, ...]
+    normal: NormalLaw
+    friction: FrictionLaw
+
+
+@dataclass(frozen=True)
+class SignalPiece:
+    """A quantity computed from coordinates at every step, reported as `part.name`."""
+
+    part: str
+    name: str
+    units: str
+    kernel: Kernel
+    coordinates: tuple[Coordinate, ...]
+    p: tuple[float, ...] = ()
+
+
+Piece = ElementPiece | ConstraintPiece | ContactPiece | SignalPiece
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """All pieces of a mechanism, by kind and in the order of declaration."""
+
+    elements: tuple[ElementPiece, ...] = ()
+    constraints: tuple[ConstraintPiece, ...] = ()
+    contacts: tuple[ContactPiece, ...] = ()
+    signals: tuple[SignalPiece, ...] = field(default=())
+
+    @staticmethod
+    def sort(pieces: list[Piece]) -> Pieces:
+        """The pieces by kind."""
+        return Pieces(
+            tuple(p for p in pieces if isinstance(p, ElementPiece)),
+            tuple(p for p in pieces if isinstance(p, ConstraintPiece)),
+            tuple(p for p in pieces if isinstance(p, ContactPiece)),
+            tuple(p for p in pieces if isinstance(p, SignalPiece)),
+        )

@@ -1,0 +1,103 @@
+"""How parts are drawn: records of plain numbers that stay with a solution and can be written as JSON."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from flexmb.errors import InputError
+
+Point = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class RigidShape:
+    """Polylines that move with one node of a part.
+
+    Parameters
+    ----------
+    part : name of the part.
+    node : name of its node; empty for the one node of a rigid body.
+    lines : polylines, each a tuple of points (x, y) in the frame of the node [m].
+    """
+
+    part: str
+    node: str
+    lines: tuple[tuple[Point, ...], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class BeamShape:
+    """One beam element between two nodes of a part.
+
+    The rotation of an end against the chord is theta + start_angle - (direction of the chord).
+
+    Parameters
+    ----------
+    part : name of the part.
+    start, end : names of the nodes.
+    length : length of the unstressed element [m].
+    start_angle, end_angle : direction of the axis less theta of the node, in the unstressed element [rad].
+    axial : axial force per elongation [N/m].
+    bending : (b11, b12, b22), end moments per end rotation against the chord [N m/rad].
+    ei : bending stiffness of the section at the start and at the end [N m2].
+    """
+
+    part: str
+    start: str
+    end: str
+    length: float
+    start_angle: float
+    end_angle: float
+    axial: float
+    bending: tuple[float, float, float]
+    ei: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class PointShape:
+    """A joint, or another thing drawn as one point.
+
+    Parameters
+    ----------
+    part : name of the part.
+    kind : what it is: "revolute", "prismatic", "fixed", "clearance", ...
+    body, node : the node that carries the point; the body "ground" stands still at the origin.
+    offset : the point in the frame of the node [m].
+    """
+
+    part: str
+    kind: str
+    body: str
+    node: str
+    offset: Point
+
+
+Shape = RigidShape | BeamShape | PointShape
+Shapes = tuple[Shape, ...]
+
+KINDS: dict[str, type[Shape]] = {"rigid": RigidShape, "beam": BeamShape, "point": PointShape}
+
+
+def to_json(shapes: Shapes) -> str:
+    """`shapes` as JSON; floats are written so that they read back to the same bits."""
+    words = {kind: word for word, kind in KINDS.items()}
+    return json.dumps([{"shape": words[type(s)], **asdict(s)} for s in shapes])
+
+
+def from_json(text: str) -> Shapes:
+    """The shapes in `text` as `to_json` wrote them, or `InputError`."""
+    try:
+        return tuple(_shape(dict(item)) for item in json.loads(text))
+    except (ValueError, TypeError, KeyError) as error:
+        message = f"shapes: {text[:60]!r} is no list of drawing records ({error}). Write it with to_json."
+        raise InputError(message) from None
+
+
+def _shape(item: dict[str, Any]) -> Shape:
+    return KINDS[item.pop("shape")](**{name: _tuples(value) for name, value in item.items()})
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(_tuples(v) for v in value) if isinstance(value, list) else value

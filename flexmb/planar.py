@@ -1,0 +1,36 @@
+"""Small helpers for vectors and angles in the plane."""
+
+import math
+
+from flexmb.kernels import compiled
+
+
+@compiled
+def wrap(angle):
+    """`angle` brought into (-pi, pi], by sine and cosine, so that a crank may turn for ever."""
+    return math.atan2(math.sin(angle), math.cos(angle))
+
+
+@compiled
+def rotated(angle, x, y):
+    """The vector (x, y) turned by `angle`."""
+    c, s = math.cos(angle), math.sin(angle)
+    return c * x - s * y, s * x + c * y
+
+
+def to_frame(origin: tuple[float, float], angle: float, point: tuple[float, float]) -> tuple[float, float]:
+    """Coordinates of a world `point` in the frame at `origin` turned by `angle`."""
+    dx, dy = point[0] - origin[0], point[1] - origin[1]
+    c, s = math.cos(angle), math.sin(angle)
+    return c * dx + s * dy, -s * dx + c * dy
+
+
+def from_frame(origin: tuple[float, float], angle: float, point: tuple[float, float]) -> tuple[float, float]:
+    """World coordinates of a `point` given in the frame at `origin` turned by `angle`."""
+    c, s = math.cos(angle), math.sin(angle)
+    return origin[0] + c * point[0] - s * point[1], origin[1] + s * point[0] + c * point[1]
+
+
+def distance(a: tuple[float, float], b: tuple[float, float]) -> float:
+    """Distance of two points."""
+    return math.hypot(b[0] - a[0], b[1] - a[1])

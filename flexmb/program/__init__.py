@@ -1,0 +1,1 @@
+"""From declarations to flat arrays: numbering, packing, smoke calls, names."""

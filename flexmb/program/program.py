@@ -1,0 +1,115 @@
+"""The compiled form of a mechanism: arrays, kernels and names; picklable."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from flexmb import kernels
+from flexmb.kernels import Kernel, address_table
+from flexmb.model.pieces import AXES
+from flexmb.model.shape import Shapes
+from flexmb.model.signal import Signal
+from flexmb.program.symbolic import Symbolic
+from flexmb.program.tables import Addresses, Tables
+
+CONTRACTS = (
+    kernels.ELEMENT,
+    kernels.ENERGY,
+    kernels.CONSTRAINT,
+    kernels.MOTION,
+    kernels.GAP,
+    kernels.NORMAL,
+    kernels.FRICTION,
+    kernels.SIGNAL,
+)
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """The drawn pose: coordinates, declared start velocities (NaN: free), history at the start, bodies as rigid."""
+
+    q: np.ndarray  # (n_q,) [m, rad]
+    v: np.ndarray  # (n_q,) [m/s, rad/s]
+    z: np.ndarray  # (n_z,)
+    body: np.ndarray  # (n_q,) number of the body of each coordinate
+
+
+@dataclass(frozen=True)
+class Names:
+    """Names of coordinates, constraint rows, contacts, drives and signals."""
+
+    coordinates: tuple[str, ...]
+    rows: tuple[str, ...]
+    contacts: tuple[str, ...]
+    bodies: tuple[str, ...]
+    signals: tuple[Signal, ...]
+    aliases: dict[str, str]
+
+
+@dataclass(frozen=True, eq=False)
+class Program:
+    """A compiled mechanism: read-only arrays, kernels, names, the pattern of its matrix.
+
+    Made by `flexmb.compile`; it can be pickled and sent to other processes.
+    """
+
+    name: str
+    tables: Tables
+    kernels: tuple[tuple[Kernel, ...], ...]  # by contract, in the order of CONTRACTS
+    symbolic: Symbolic
+    drawn: Drawn
+    names: Names
+    shapes: Shapes
+    periods: tuple[float | None, ...]  # of the drives
+    drives: tuple[str, ...]
+    length: float  # size of the drawn mechanism [m]
+    least_clearance: float | None
+
+    def __post_init__(self) -> None:
+        freeze(self.tables)
+        freeze((self.drawn.q, self.drawn.v, self.drawn.z, self.drawn.body))
+
+    @cached_property
+    def addresses(self) -> Addresses:
+        """Addresses of the kernels in this process."""
+        return Addresses(*(address_table(group) for group in self.kernels))
+
+    @property
+    def n_q(self) -> int:
+        """Number of coordinates."""
+        return self.tables.sizes.n_q
+
+    @property
+    def n_c(self) -> int:
+        """Number of constraint rows."""
+        return self.tables.sizes.n_c
+
+    def coordinate(self, name: str) -> int:
+        """Number of the coordinate called `name`, e.g. "rod.node3.x"; aliases are followed."""
+        return self.names.coordinates.index(resolve(name, self.names.aliases))
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {k: v for k, v in self.__dict__.items() if k != "addresses"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self.__post_init__()
+
+
+def resolve(name: str, aliases: dict[str, str]) -> str:
+    """The name of a coordinate with the longest matching alias replaced."""
+    prefix, _, axis = name.rpartition(".")
+    return f"{aliases.get(prefix, prefix)}.{axis}" if axis in AXES else name
+
+
+def freeze(value: Any) -> None:
+    """Make every array in nested tuples read-only."""
+    if isinstance(value, np.ndarray):
+        value.flags.writeable = False
+    elif isinstance(value, tuple):
+        for item in value:
+            freeze(item)

@@ -1,0 +1,97 @@
+"""Names, units and places of the signals that a run reports.
+
+The vector of signals holds q, v, a of all coordinates, then constraints, contacts, measured signals, energies.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from flexmb.model.mechanism import Mechanism
+from flexmb.model.pieces import ConstraintPiece, Pieces
+from flexmb.model.signal import Signal
+
+POSE = (
+    (("x", "m"), ("y", "m"), ("theta", "rad")),
+    (("vx", "m/s"), ("vy", "m/s"), ("omega", "rad/s")),
+    (("ax", "m/s2"), ("ay", "m/s2"), ("alpha", "rad/s2")),
+)
+CONTACT = (
+    ("ex", "m"),
+    ("ey", "m"),
+    ("vex", "m/s"),
+    ("vey", "m/s"),
+    ("penetration", "m"),
+    ("penetration_rate", "m/s"),
+    ("normal_force", "N"),
+    ("friction_force", "N"),
+    ("fx", "N"),
+    ("fy", "N"),
+    ("force", "N"),
+    ("mode", ""),
+)
+ENERGY = (
+    "kinetic",
+    "strain",
+    "gravity",
+    "drive_work",
+    "load_work",
+    "dissipated_contact",
+    "dissipated_friction",
+    "dissipated_damping",
+    "dissipated_algorithm",
+    "residual",
+)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """All signals in order, first signals of constraints, contacts and measured ones, of the energies."""
+
+    signals: tuple[Signal, ...]
+    constraints: tuple[int, ...]
+    contacts: tuple[int, ...]
+    measured: tuple[int, ...]
+    energy: int
+
+
+def constraint_signals(piece: ConstraintPiece) -> tuple[tuple[str, str], ...]:
+    """Signals of a constraint: a drive's motion, or a joint's force."""
+    if piece.is_drive:
+        length, force = piece.drive_units
+        return ("angle", length), ("speed", f"{length}/s"), ("torque", force), ("power", "W")
+    forces = (("fx", "N"), ("fy", "N"), ("force", "N"))
+    return (*forces, ("moment", "N m")) if piece.moment_row >= 0 else forces
+
+
+def layout(pieces: Pieces, coordinate_names: tuple[str, ...]) -> Layout:
+    """Signals of a mechanism."""
+    signals = []
+    for level in POSE:
+        for k, name in enumerate(coordinate_names):
+            stem = name.rpartition(".")[0]
+            signals.append(Signal(f"{stem}.{level[k % 3][0]}", level[k % 3][1]))
+    places: dict[str, list[int]] = {"constraints": [], "contacts": [], "measured": []}
+    for constraint in pieces.constraints:
+        places["constraints"].append(len(signals))
+        signals += [Signal(f"{constraint.part}.{n}", u) for n, u in constraint_signals(constraint)]
+    for contact in pieces.contacts:
+        places["contacts"].append(len(signals))
+        signals += [Signal(f"{contact.part}.{n}", u) for n, u in CONTACT]
+    for piece in pieces.signals:
+        places["measured"].append(len(signals))
+        signals.append(Signal(f"{piece.part}.{piece.name}", piece.units))
+    energy = len(signals)
+    signals += [Signal(f"energy.{name}", "J") for name in ENERGY]
+    return Layout(tuple(signals), *(tuple(v) for v in places.values()), energy)
+
+
+def aliases(mechanism: Mechanism) -> dict[str, str]:
+    """Other names of nodes: "rod" and "rod.start" for "rod.node4" and "rod.node0"."""
+    found = {}
+    for body in mechanism.bodies:
+        if body.main:
+            found[body.name] = f"{body.name}.{body.main}"
+        for alias, node in body.aliases.items():
+            found[f"{body.name}.{alias}"] = f"{body.name}.{node}"
+    return found

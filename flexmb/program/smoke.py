@@ -1,0 +1,88 @@
+"""One call of each kernel in plain Python while a program is packed, so that mistakes get a name."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import KernelError
+from flexmb.kernels import GAP_SIZE, Kernel
+from flexmb.model.law import Law
+from flexmb.model.pieces import ConstraintPiece, ContactPiece, ElementPiece, Pieces
+from flexmb.program.numbering import Numbering
+
+
+def call_each_kernel(pieces: Pieces, number: Numbering) -> None:
+    """Call every kernel once with the numbers of its part in the drawn pose.
+
+    Raises
+    ------
+    KernelError : wrong unpacking or indexing, or results that are not finite; names part, kernel and remedy.
+    """
+    q = np.concatenate([number.pose(), np.zeros(3)])
+    seen: set[tuple[Kernel, int]] = set()
+    for piece in (*pieces.elements, *pieces.constraints, *pieces.contacts, *pieces.signals):
+        for kernel, p, arguments, what in _calls(piece, q[number.dofs(piece.coordinates)]):
+            if (kernel, len(p)) in seen:
+                continue
+            seen.add((kernel, len(p)))
+            _call(piece.part, kernel, np.array(p, dtype=float), arguments, what)
+
+
+def _calls(piece: Any, q: np.ndarray) -> list[tuple[Kernel, Sequence[float], list[Any], str]]:
+    """(kernel, p, arguments after p, name of the class) of every kernel of a piece."""
+    n = len(q)
+    zero, square = np.zeros(n), np.zeros((n, n))
+    if isinstance(piece, ElementPiece):
+        z = np.array(piece.history, dtype=float)
+        state = [0.0, 0.0, q, zero.copy(), zero.copy(), z]
+        force = [zero.copy(), square, square.copy(), square.copy(), z.copy()]
+        calls = [(piece.kernel, piece.p, [*state, *force], "element")]
+        if piece.energy is not None:
+            calls.append((piece.energy, piece.p, [0.0, q, zero.copy()], "element"))
+        return calls
+    if isinstance(piece, ConstraintPiece):
+        rows = [np.zeros(piece.rows) for _ in range(4)]
+        arguments = [0.0, q, zero, rows[0], rows[1], np.zeros((piece.rows, n)), rows[2], rows[3], square]
+        calls = [(piece.kernel, piece.p, arguments, "constraint")]
+        if piece.motion is not None:
+            calls.append((piece.motion.kernel, piece.motion.parameters(), [0.0], type(piece.motion).__name__))
+        return calls
+    if isinstance(piece, ContactPiece):
+        gap = (piece.gap, piece.p, [q, zero, np.zeros(GAP_SIZE)], "gap")
+        return [gap, _law_call(piece.normal), _law_call(piece.friction)]
+    return [(piece.kernel, piece.p, [0.0, q, zero, zero.copy()], "signal")]
+
+
+def _law_call(law: Law) -> tuple[Kernel, Sequence[float], list[Any], str]:
+    z = np.array(law.history(), dtype=float)
+    return law.kernel, law.parameters(), [1e-6, -1e-6, -1e-3, z, z.copy()], type(law).__name__
+
+
+def _call(part: str, kernel: Kernel, p: np.ndarray, arguments: list[Any], what: str) -> None:
+    label = f"Part {part!r}: {what} kernel {kernel.name!r}" if what.islower() else f"Part {part!r}: {what}"
+    try:
+        result = kernel.python(p, *arguments)
+    except (ValueError, IndexError, TypeError) as error:
+        reason = str(error) or "wrong number of values"
+        raise KernelError(
+            f"{label} failed with {len(p)} parameters p = {_short(p)}: {reason}. "
+            "The kernel must unpack as many numbers as its class has numeric fields, in their order."
+        ) from error
+    size = 1 if kernel.contract.name == "signal" else 3
+    if kernel.contract.name in ("energy", "normal", "friction", "motion", "signal"):
+        values = np.atleast_1d(np.array(result, dtype=float)) if result is not None else np.empty(0)
+        if values.size != size:
+            raise KernelError(f"{label} returned {result!r}; it must return {size} number{'s' if size > 1 else ''}.")
+    else:
+        arrays = [a.ravel() for a in arguments if isinstance(a, np.ndarray)]
+        values = np.concatenate(arrays) if arrays else np.empty(0)
+    if not np.all(np.isfinite(values)):
+        raise KernelError(f"{label} gives values that are not finite for p = {_short(p)}; check its numbers.")
+
+
+def _short(p: np.ndarray) -> str:
+    shown = ", ".join(f"{x:.6g}" for x in p[:8])
+    return f"({shown}{', ...' if len(p) > 8 else ''})"

@@ -1,0 +1,108 @@
+"""The flat arrays of a program, as the compiled loop reads them.
+
+Lists of different lengths are stored one after the other: dof[k] : dof[k + 1] bounds what belongs to piece k.
+Pairs (n, 2) hold begin and end in the long lists p (numbers of the parts) and z (histories).
+Coordinates are numbered 0 .. n_q - 1; n_q, n_q + 1, n_q + 2 are those of the ground, which stay 0.
+Positions are indices into the value array of the factored matrix (see `flexmb.program.symbolic`).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Elements(NamedTuple):
+    """Elements: numbers of force and energy kernel (-1: none), where p, z, dofs and positions (row by row) are."""
+
+    kernel: np.ndarray  # (n,)
+    energy: np.ndarray  # (n,)
+    p: np.ndarray  # (n, 2)
+    z: np.ndarray  # (n, 2)
+    dof: np.ndarray  # (n + 1,)
+    pos: np.ndarray  # (n + 1,)
+    dofs: np.ndarray
+    positions: np.ndarray
+
+
+class Constraints(NamedTuple):
+    """Constraints: kernel and motion kernel (-1: none), where numbers, rows, dofs and positions are, signals."""
+
+    kernel: np.ndarray  # (n,)
+    motion: np.ndarray  # (n,)
+    p: np.ndarray  # (n, 2)
+    motion_p: np.ndarray  # (n, 2)
+    row: np.ndarray  # (n + 1,)
+    dof: np.ndarray  # (n + 1,)
+    pos_g: np.ndarray  # (n + 1,)
+    pos_h: np.ndarray  # (n + 1,)
+    dofs: np.ndarray
+    positions_g: np.ndarray
+    positions_gt: np.ndarray
+    positions_h: np.ndarray
+    second: np.ndarray  # (n, 3) places of x, y, theta of the second body among the dofs, -1: none
+    moment: np.ndarray  # (n,) row of the reported moment, -1: none
+    out: np.ndarray  # (n,) first of its signals
+
+
+class Contacts(NamedTuple):
+    """Contacts: numbers of gap, normal and friction kernel, where their numbers, histories and positions are."""
+
+    kernel: np.ndarray  # (n, 3)
+    p: np.ndarray  # (n, 6) begin and end for gap, normal, friction
+    z: np.ndarray  # (n, 4) begin of common, normal and friction history, end
+    dofs: np.ndarray  # (n, 6)
+    positions: np.ndarray  # (n, 36)
+    out: np.ndarray  # (n,) first of its signals
+
+
+class Measured(NamedTuple):
+    """Signals computed by kernels."""
+
+    kernel: np.ndarray  # (n,)
+    p: np.ndarray  # (n, 2)
+    dof: np.ndarray  # (n + 1,)
+    dofs: np.ndarray
+    out: np.ndarray  # (n,)
+
+
+class Sizes(NamedTuple):
+    """Numbers of coordinates, multipliers, histories, signals; first energy signal; longest lists of a piece."""
+
+    n_q: int
+    n_c: int
+    n_z: int
+    n_y: int
+    energy: int
+    most_dofs: int
+    most_rows: int
+
+
+class Tables(NamedTuple):
+    """All arrays of a program."""
+
+    sizes: Sizes
+    p: np.ndarray
+    elements: Elements
+    constraints: Constraints
+    contacts: Contacts
+    measured: Measured
+    kind: np.ndarray  # (n_q,) 0 for a length, 1 for an angle
+
+
+class Addresses(NamedTuple):
+    """Where the kernels are; made anew in every process."""
+
+    element: object
+    energy: object
+    constraint: object
+    motion: object
+    gap: object
+    normal: object
+    friction: object
+    signal: object
+
+
+CONTACT_COMMON = 4
+"""History that every contact keeps: phase, onset time, depth at the last state, normal force at the last state."""

@@ -1,0 +1,1 @@
+"""Solvers at one state: linear systems, closing of loops, start values, statics, modes, inverse dynamics."""

@@ -1,0 +1,47 @@
+"""Rigid motion of the bodies of a program: what loops are closed with, and start velocities are made of."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+
+from flexmb.program.program import Program
+
+
+class RigidMotion:
+    """Every body, flexible ones too, moved as a rigid one: three numbers w = (x, y, angle) a body.
+
+    Parameters
+    ----------
+    program : the compiled mechanism.
+    """
+
+    def __init__(self, program: Program) -> None:
+        self.program = program
+        self.count = len(program.names.bodies)
+        self.body = np.asarray(program.drawn.body[::3])  # of each node
+        first = np.full(self.count, -1)
+        for node in range(len(self.body) - 1, -1, -1):
+            first[self.body[node]] = node
+        self.first = first
+
+    def basis(self, q: np.ndarray) -> sp.csr_matrix:
+        """B (n_q, 3 bodies): velocities of the coordinates by those of the bodies, about the first node of each."""
+        nodes = np.arange(len(self.body))
+        arms = q.reshape(-1, 3) - q.reshape(-1, 3)[self.first[self.body]]
+        column = 3 * self.body
+        rows = np.concatenate([3 * nodes, 3 * nodes + 1, 3 * nodes + 2, 3 * nodes, 3 * nodes + 1])
+        columns = np.concatenate([column, column + 1, column + 2, column + 2, column + 2])
+        ones = np.ones(len(nodes))
+        values = np.concatenate([ones, ones, ones, -arms[:, 1], arms[:, 0]])
+        return sp.csr_matrix((values, (rows, columns)), shape=(len(q), 3 * self.count))
+
+    def moved(self, q: np.ndarray, w: np.ndarray) -> np.ndarray:
+        """Positions after the bodies have been moved by w (finite rotations)."""
+        pose, shift = q.reshape(-1, 3), w.reshape(-1, 3)[self.body]
+        centre = pose[self.first[self.body]]
+        c, s = np.cos(shift[:, 2]), np.sin(shift[:, 2])
+        dx, dy = (pose - centre)[:, 0], (pose - centre)[:, 1]
+        x = centre[:, 0] + shift[:, 0] + c * dx - s * dy
+        y = centre[:, 1] + shift[:, 1] + s * dx + c * dy
+        return np.column_stack([x, y, pose[:, 2] + shift[:, 2]]).ravel()

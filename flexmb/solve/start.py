@@ -1,0 +1,136 @@
+"""Consistent start values: positions, velocities, accelerations and multipliers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from flexmb.errors import AssemblyError, ModelError, SolveError
+from flexmb.model.mechanism import Mechanism
+from flexmb.program.compiler import compile as compile_mechanism
+from flexmb.program.program import Program
+from flexmb.solve.assemble import close_loops
+from flexmb.solve.rank import row_rank
+from flexmb.solve.rigid import RigidMotion
+from flexmb.solve.system import System, solve_scaled
+
+
+@dataclass(frozen=True)
+class Start:
+    """A state that satisfies joints, their rates and the equations of motion at t = 0.
+
+    Parameters
+    ----------
+    q, v, a : (n_q,) positions, velocities, accelerations.
+    lam : (n_c,) multipliers.
+    """
+
+    q: np.ndarray
+    v: np.ndarray
+    a: np.ndarray
+    lam: np.ndarray
+
+
+def consistent_start(mechanism: Mechanism, program: Program, t: float = 0.0) -> Start:
+    """Start values of a mechanism: clearance joints centred, flexible bodies unstressed and moving as rigid ones.
+
+    Raises
+    ------
+    AssemblyError : loops that cannot close; joints that are not independent; a singular pose; declared velocities that
+        the joints forbid.
+    SolveError : a coordinate without mass.
+    """
+    closed = compile_mechanism(mechanism, closed=True)
+    q, _ = close_loops(closed, {}, t=t)
+    check_independent(program, q)
+    v = rigid_velocities(closed, q, t)
+    a, lam = accelerations(program, q, v, t)
+    return Start(q, v, a, lam)
+
+
+def check_independent(program: Program, q: np.ndarray) -> None:
+    """Refuse joints that are not independent at q; says which, and whether the pose or the structure is to blame."""
+    G = System(program).at(q).jacobian
+    found = row_rank(G)
+    if not found.redundant:
+        return
+    parts = sorted({program.names.rows[k].partition("[")[0] for k in found.redundant})
+    shaken = np.array(q) + 0.05 * np.sin(1.0 + 7.3 * np.arange(len(q))) * np.where(program.tables.kind == 1, 1.0, program.length)
+    elsewhere = row_rank(System(program).at(shaken).jacobian)
+    listed = ", ".join(repr(p) for p in parts)
+    if len(elsewhere.redundant) < len(found.redundant):
+        raise AssemblyError(
+            f"Mechanism {program.name!r} starts in a singular pose: there, the joints {listed} say nothing that the "
+            "others do not say already, and the motion can branch. Start a little beside it (e.g. another crank angle), "
+            "or, if the links are parallel on purpose, remove one joint or make a link flexible."
+        )
+    raise ModelError(
+        f"Mechanism {program.name!r} is over-constrained by {len(found.redundant)} row(s): the joints {listed} repeat what "
+        "the others say. Remove one, replace a Prismatic or Fixed by a Revolute, or make a link flexible."
+    )
+
+
+def rigid_velocities(closed: Program, q: np.ndarray, t: float) -> np.ndarray:
+    """Velocities (n_q,) that the drives impose on rigid bodies, with least kinetic energy where they leave a choice.
+
+    Declared velocities hold exactly; `AssemblyError` when the joints forbid them.
+    """
+    system, rigid = System(closed), RigidMotion(closed)
+    M = system.mass(q)
+    system.at(q, t=t)
+    G, g_t = system.jacobian, system.velocity_residual
+    B = rigid.basis(q)
+    declared = ~np.isnan(closed.drawn.v)
+    rows = [(G @ B).toarray(), B[declared].toarray()]
+    right = [-g_t, closed.drawn.v[declared]]
+    A, b = np.vstack(rows), np.concatenate(right)
+    inertia = (B.T @ M @ B).toarray()
+    w = least_energy(inertia, A, b)
+    speed = max(float(np.abs(b).max(initial=0.0)), 1e-30)
+    missed = np.abs(A @ w - b)
+    if missed.max(initial=0.0) > 1e-7 * speed:
+        row = int(missed[: len(g_t)].argmax()) if len(g_t) and missed[: len(g_t)].max() > 1e-7 * speed else -1
+        names = closed.names
+        where = names.rows[row].partition("[")[0] if row >= 0 else names.coordinates[np.flatnonzero(declared)[missed[len(g_t) :].argmax()]]
+        raise AssemblyError(
+            f"Mechanism {closed.name!r}: no start velocities satisfy all joints, drives and declared velocities; "
+            f"largest violation {missed.max():.3g} m/s or rad/s at {where!r}. "
+            "In a dead centre start elsewhere; otherwise correct the declared velocities."
+        )
+    return B @ w
+
+
+def least_energy(inertia: np.ndarray, A: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """The w of least energy w^T inertia w among those that minimise |A w - b|."""
+    values, vectors = np.linalg.eigh(inertia)
+    if values.min() <= 1e-14 * values.max():
+        values = np.maximum(values, 1e-14 * values.max())  # bodies without inertia move as the joints want
+    root = vectors / np.sqrt(values)
+    return root @ np.linalg.lstsq(A @ root, b, rcond=1e-11)[0]
+
+
+def accelerations(program: Program, q: np.ndarray, v: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
+    """Accelerations (n_q,) and multipliers (n_c,): M a + G^T lam = -r(q, v, 0), G a = gamma."""
+    system = System(program).at(q, v, t=t, weights=(0.0, 0.0, 1.0))
+    M = system.block()
+    bare = np.flatnonzero(np.abs(M).sum(axis=1) == 0.0)
+    free = [k for k in bare if abs(system.jacobian[:, [k]]).sum() == 0.0]
+    if free:
+        name = program.names.coordinates[free[0]]
+        raise SolveError(f"Mechanism {program.name!r}: coordinate {name!r} has no mass and no joint; give it some mass.")
+    b = np.concatenate([-system.force, system.gamma])
+    x = solve_scaled(system.matrix, b, f"Start accelerations of {program.name!r}")
+    return x[: program.n_q], x[program.n_q :]
+
+
+def degrees_of_freedom(program: Program, q: np.ndarray) -> tuple[int, int]:
+    """Degrees of freedom of the bodies taken as rigid, with and without the drives' rows."""
+    system, rigid = System(program).at(q), RigidMotion(program)
+    A = sp.csr_matrix(system.jacobian @ rigid.basis(q))
+    C = program.tables.constraints
+    driven = [int(C.row[c + 1]) - 1 for c in range(len(C.kernel)) if C.motion[c] >= 0]
+    joints = np.setdiff1d(np.arange(A.shape[0]), driven)
+    n = 3 * rigid.count
+    return n - row_rank(A).rank, n - row_rank(A[joints]).rank

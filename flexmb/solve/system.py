@@ -1,0 +1,115 @@
+"""A program at one state, for solvers that work in Python: forces, residuals and sparse matrices."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import splu
+
+from flexmb.errors import SolveError
+from flexmb.program.program import Program
+from flexmb.system.evaluate import evaluate
+from flexmb.system.work import Work, workspace
+
+
+class System:
+    """Evaluation of a program; the arrays it returns are copies.
+
+    Parameters
+    ----------
+    program : the compiled mechanism.
+    """
+
+    def __init__(self, program: Program) -> None:
+        self.program = program
+        self.work: Work = workspace(program)
+        pattern = program.symbolic
+        self._rows, self._columns = pattern.a_rows, pattern.a_cols
+        self._places = pattern.positions(self._rows, self._columns)
+        self.evaluations = 0
+
+    def at(self, q, v=None, a=None, lam=None, *, t=0.0, z=None, weights=(0.0, 0.0, 0.0)) -> System:
+        """Evaluate at a state (n_q,); `weights` are those of stiffness, damping and mass in the matrix."""
+        n, m = self.program.n_q, self.program.n_c
+        state = [_padded(x, n) for x in (q, v, a)]
+        lam = np.zeros(m) if lam is None else np.ascontiguousarray(lam, dtype=float)
+        z = self.program.drawn.z if z is None else z
+        z = np.array(z)
+        tables, address = self.program.tables, self.program.addresses
+        evaluate(tables, address, float(t), 0.0, *state, lam, z, *map(float, weights), self.work)
+        self.evaluations += 1
+        return self
+
+    @property
+    def force(self) -> np.ndarray:
+        """r (n_q,): forces the structure exerts, inertia included, without those of constraints."""
+        return self.work.r[: self.program.n_q].copy()
+
+    @property
+    def constraint_force(self) -> np.ndarray:
+        """G^T lam (n_q,)."""
+        return self.work.Gl[: self.program.n_q].copy()
+
+    @property
+    def residual(self) -> np.ndarray:
+        """g (n_c,)."""
+        return self.work.g.copy()
+
+    @property
+    def velocity_residual(self) -> np.ndarray:
+        """G v + g_t (n_c,)."""
+        return self.work.gv.copy()
+
+    @property
+    def gamma(self) -> np.ndarray:
+        """Right side of G a = gamma (n_c,)."""
+        return self.work.gamma.copy()
+
+    @property
+    def matrix(self) -> sp.csc_matrix:
+        """[[weighted K, C, M, G^T], [G, 0]] (n, n)."""
+        n = self.program.symbolic.n
+        values = self.work.lu[self._places]
+        return sp.csc_matrix((values, (self._rows, self._columns)), shape=(n, n))
+
+    def block(self) -> sp.csc_matrix:
+        """The upper left block (n_q, n_q) of the matrix."""
+        n = self.program.n_q
+        return self.matrix[:n, :n].tocsc()
+
+    @property
+    def jacobian(self) -> sp.csr_matrix:
+        """G (n_c, n_q)."""
+        n = self.program.n_q
+        return self.matrix.tocsr()[n:, :n]
+
+    def solve(self, b: np.ndarray, purpose: str) -> np.ndarray:
+        """Solve with the present matrix, with pivoting; `SolveError` when it is singular."""
+        return solve_scaled(self.matrix, b, purpose)
+
+    def mass(self, q) -> sp.csc_matrix:
+        """M (n_q, n_q) at positions q."""
+        return self.at(q, weights=(0.0, 0.0, 1.0)).block()
+
+
+def _padded(x, n: int) -> np.ndarray:
+    full = np.zeros(n + 3)
+    if x is not None:
+        full[:n] = x
+    return full
+
+
+def solve_scaled(matrix: sp.csc_matrix, b: np.ndarray, purpose: str) -> np.ndarray:
+    """Solution of a symmetric-pattern system after scaling its rows and columns; `SolveError` when it is singular."""
+    largest = np.sqrt(np.maximum(abs(matrix).max(axis=1).toarray().ravel(), 1e-300))
+    scale = sp.diags_array(1.0 / largest)
+    scaled = (scale @ matrix @ scale).tocsc()
+    try:
+        x = splu(scaled).solve(b / largest)
+    except RuntimeError as error:
+        raise SolveError(f"{purpose}: the matrix is singular ({error}).") from error
+    rest = b / largest - scaled @ x
+    size = np.abs(scaled).sum(axis=1).max() * max(np.abs(x).max(), 1e-300)
+    if not np.all(np.isfinite(x)) or np.abs(rest).max() > 1e-8 * max(size, np.abs(b / largest).max()):
+        raise SolveError(f"{purpose}: the matrix is singular to working precision.")
+    return x / largest

@@ -1,0 +1,81 @@
+"""Constraints: gather, call, scatter; joint forces."""
+
+from flexmb.kernels import compiled, constraint_at, matrix_view, motion_at
+from flexmb.system.elements import gather
+
+
+@compiled
+def add_constraints(tables, address, t, q, v, lam, kq, matrix, work):
+    """Fill work.g, gv, gamma and Gl; if `matrix`, put G, G^T and kq H into work.lu."""
+    C = tables.constraints
+    for c in range(C.kernel.shape[0]):
+        n, row = C.dof[c + 1] - C.dof[c], C.row[c]
+        m = C.row[c + 1] - row
+        gather(q, C.dofs, C.dof[c], n, work.ql)
+        gather(v, C.dofs, C.dof[c], n, work.vl)
+        _call(tables, address, c, n, m, t, lam, work)
+        for i in range(m):
+            rate = work.rows[1, i]
+            for j in range(n):
+                k = i * n + j
+                slope = work.Gflat[k]
+                if slope != 0.0:
+                    rate += slope * work.vl[j]
+                    work.Gl[C.dofs[C.dof[c] + j]] += slope * lam[row + i]
+                if matrix:
+                    work.lu[C.positions_g[C.pos_g[c] + k]] += slope
+                    work.lu[C.positions_gt[C.pos_g[c] + k]] += slope
+            work.g[row + i] = work.rows[0, i]
+            work.gv[row + i] = rate
+            work.gamma[row + i] = work.rows[2, i]
+        if matrix and kq != 0.0:
+            for k in range(n * n):
+                work.lu[C.positions_h[C.pos_h[c] + k]] += kq * work.Kl[k]
+        _force_on_second(C, c, n, m, lam, work)
+
+
+@compiled
+def _call(tables, address, c, n, m, t, lam, work):
+    """Call the kernel of constraint c and subtract its motion from the last row."""
+    C = tables.constraints
+    row = C.row[c]
+    work.Gflat[: m * n] = 0.0
+    work.Kl[: n * n] = 0.0
+    work.rows[:, :m] = 0.0
+    for i in range(m):
+        work.rows[3, i] = lam[row + i]
+    constraint_at(address.constraint, C.kernel[c])(
+        tables.p[C.p[c, 0] : C.p[c, 1]],
+        t,
+        work.ql[:n],
+        work.vl[:n],
+        work.rows[3, :m],
+        work.rows[0, :m],
+        matrix_view(work.Gflat, m, n),
+        work.rows[1, :m],
+        work.rows[2, :m],
+        matrix_view(work.Kl, n, n),
+    )
+    if C.motion[c] >= 0:
+        s, s_dot, s_ddot = motion_at(address.motion, C.motion[c])(tables.p[C.motion_p[c, 0] : C.motion_p[c, 1]], t)
+        work.rows[0, m - 1] -= s
+        work.rows[1, m - 1] -= s_dot
+        work.rows[2, m - 1] += s_ddot
+        work.drive[c, 0], work.drive[c, 1], work.drive[c, 2] = s, s_dot, s_ddot
+
+
+@compiled
+def _force_on_second(C, c, n, m, lam, work):
+    """Force that the constraint exerts on its second body, and its reported moment or drive force."""
+    row = C.row[c]
+    for k in range(2):
+        place = C.second[c, k]
+        force = 0.0
+        if place >= 0:
+            for i in range(m):
+                force -= work.Gflat[i * n + place] * lam[row + i]
+        work.joint[c, k] = force
+    if C.moment[c] >= 0:
+        work.joint[c, 2] = -lam[row + C.moment[c]]
+    else:
+        work.joint[c, 2] = -lam[row + m - 1]

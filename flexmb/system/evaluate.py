@@ -1,0 +1,30 @@
+"""Everything a step needs from the model at one state."""
+
+from flexmb.kernels import compiled
+from flexmb.system.constraints import add_constraints
+from flexmb.system.contacts import add_contacts
+from flexmb.system.elements import account, add_elements
+
+
+@compiled
+def evaluate(tables, address, t, h, q, v, a, lam, z, kq, kv, ka, work):
+    """Forces, constraint residuals and the matrix [[kq (K + H) + kv C + ka M, G^T], [G, 0]] at a state.
+
+    q, v, a : (n_q + 3,) with zeros for the ground; h : time since the history z was accepted.
+    """
+    work.r[:] = 0.0
+    work.Gl[:] = 0.0
+    work.lu[:] = 0.0
+    add_elements(tables, address, t, h, q, v, a, z, kq, kv, ka, True, work)
+    add_contacts(tables, address, t, h, q, v, z, kq, kv, True, work)
+    add_constraints(tables, address, t, q, v, lam, kq, True, work)
+
+
+@compiled
+def evaluate_accepted(tables, address, t, h, q, v, a, lam, z, x, y, work):
+    """Forces, histories, energies and joint forces at a state, without a matrix."""
+    work.r[:] = 0.0
+    work.Gl[:] = 0.0
+    account(tables, address, t, h, q, v, a, x, y, z, work)
+    add_contacts(tables, address, t, h, q, v, z, 0.0, 0.0, False, work)
+    add_constraints(tables, address, t, q, v, lam, 0.0, False, work)

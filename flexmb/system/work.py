@@ -1,0 +1,74 @@
+"""Workspace of an evaluation: allocated once, used by every step."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from flexmb.kernels import GAP_SIZE
+from flexmb.program.program import Program
+
+
+class Work(NamedTuple):
+    """Results of an evaluation, and scratch space of one piece.
+
+    r : (n_q + 3,) forces the structure exerts, inertia included, without those of constraints
+    Gl : (n_q + 3,) G^T lambda;  g, gv, gamma : (n_c,) residual, residual of velocities G v + g_t, right side of G a
+    lu : values of the matrix;  z_new : history if the state is accepted
+    contact : (n, GAP_SIZE + 2) gap data, normal force, friction force;  drive : (n, 3) motion of each constraint
+    joint : (n, 4) force on the second body (x, y), moment row, spare
+    power : kinetic energy, strain, gravity, power of damping, of loads, work of the algorithm
+    """
+
+    r: np.ndarray
+    Gl: np.ndarray
+    g: np.ndarray
+    gv: np.ndarray
+    gamma: np.ndarray
+    lu: np.ndarray
+    z_new: np.ndarray
+    contact: np.ndarray
+    drive: np.ndarray
+    joint: np.ndarray
+    power: np.ndarray
+    ql: np.ndarray
+    vl: np.ndarray
+    al: np.ndarray
+    rl: np.ndarray
+    Kl: np.ndarray
+    Cl: np.ndarray
+    Ml: np.ndarray
+    rows: np.ndarray  # (5, most_rows)
+    Gflat: np.ndarray
+    contact_scratch: np.ndarray  # (12, 6)
+
+
+def workspace(program: Program) -> Work:
+    """Workspace for a program."""
+    sizes = program.tables.sizes
+    n, m = max(sizes.most_dofs, 6), max(sizes.most_rows, 1)
+    n_k, n_g = len(program.tables.contacts.kernel), len(program.tables.constraints.kernel)
+    return Work(
+        np.zeros(sizes.n_q + 3),
+        np.zeros(sizes.n_q + 3),
+        np.zeros(sizes.n_c),
+        np.zeros(sizes.n_c),
+        np.zeros(sizes.n_c),
+        np.zeros(program.symbolic.size),
+        np.zeros(sizes.n_z),
+        np.zeros((n_k, GAP_SIZE + 2)),
+        np.zeros((n_g, 3)),
+        np.zeros((n_g, 4)),
+        np.zeros(6),
+        np.zeros(n),
+        np.zeros(n),
+        np.zeros(n),
+        np.zeros(n),
+        np.zeros(n * n),
+        np.zeros(n * n),
+        np.zeros(n * n),
+        np.zeros((5, m)),
+        np.zeros(m * n),
+        np.zeros((12, 6)),
+    )

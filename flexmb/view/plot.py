@@ -1,0 +1,95 @@
+"""Signals over time, or over one another, as a matplotlib figure."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from flexmb.errors import InputError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from flexmb.integrate.solution import Solution
+
+WIDTH, PANEL, FRAME = 8.0, 1.9, 0.9  # of the figure, of one panel, of title and axis [inch]
+
+
+def plot(
+    sol: Solution, names: str | Sequence[str | Sequence[str]], *, title: str | None = None, x: str = "time"
+) -> Figure:
+    """Signals as panels above one another.
+
+    The figure is free of matplotlib's global state: it needs no display, and `fig.savefig(path)` writes it.
+
+    Parameters
+    ----------
+    sol : the solution.
+    names : one name, or one entry a panel; an entry that is itself a list shares a panel, e.g.
+        ["slider.ax", ["B.fx", "B.fy"]].
+    title : above the figure; None: the name of the mechanism.
+    x : "time", or a signal over which the others are drawn, e.g. x="B.ex" with "B.ey" for an orbit.
+
+    Raises
+    ------
+    InputError : an unknown name, no name at all, signals of different units in one panel.
+    """
+    from matplotlib.figure import Figure
+
+    panels = _panels(sol, names)
+    if x != "time":
+        sol.array(x)  # an unknown name is refused before anything is drawn
+    figure = Figure(figsize=(WIDTH, FRAME + PANEL * max(len(panels), 2)), layout="constrained")
+    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    for ax, panel in zip(axes, panels, strict=True):
+        _draw(ax, sol, panel, x)
+    axes[-1].set_xlabel(_label(x, "s" if x == "time" else sol.units(x)))
+    figure.align_ylabels(axes)
+    figure.suptitle(sol.name if title is None else title)
+    return figure
+
+
+def unit_text(units: str) -> str:
+    """`units` with the exponents raised: "m/s2" becomes "m/s$^{2}$"."""
+    return re.sub(r"(?<=[A-Za-z])\^?(-?\d+)", r"$^{\1}$", units)
+
+
+def _panels(sol: Solution, names: str | Sequence[str | Sequence[str]]) -> list[list[str]]:
+    """The names by panel, each checked."""
+    entries = [names] if isinstance(names, str) else list(names)
+    panels = [[entry] if isinstance(entry, str) else list(entry) for entry in entries]
+    if not panels or not all(panels):
+        raise InputError("plot: names is empty; give at least one signal, e.g. plot(sol, ['slider.ax']).")
+    for panel in panels:
+        units = list(dict.fromkeys(sol.units(name) for name in panel))
+        if len(units) > 1:
+            found = " and ".join(repr(u) for u in units)
+            text = f"plot: {', '.join(panel)} have different units, {found}."
+            raise InputError(f"{text} Put them into panels of their own.")
+    return panels
+
+
+def _draw(ax: Axes, sol: Solution, panel: list[str], x: str) -> None:
+    across = sol.time if x == "time" else sol.array(x)
+    for name in panel:
+        # a mode jumps: a slanted line would show values that it never has
+        style = "steps-post" if name.endswith(".mode") else "default"
+        ax.plot(across, sol.array(name), linewidth=1.1, label=name, drawstyle=style)
+    ax.set_ylabel(_label(panel[0] if len(panel) == 1 else "", sol.units(panel[0]), between="\n"))
+    ax.grid(visible=True, color="0.9", linewidth=0.6)
+    ax.set_axisbelow(True)
+    ax.ticklabel_format(axis="both", style="sci", scilimits=(-3, 4), useMathText=True)
+    if len(panel) > 1:
+        # beside the panel: inside it would hide some part of the curves
+        ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize="small")
+    if x == "time":
+        if len(sol.time) > 1:
+            ax.set_xlim(sol.time[0], sol.time[-1])
+    elif sol.units(x) == sol.units(panel[0]):
+        ax.set_aspect("equal", adjustable="datalim")  # the orbit of a journal in its bearing is a circle
+
+
+def _label(name: str, units: str, between: str = " ") -> str:
+    return between.join(part for part in (name, f"[{unit_text(units)}]" if units else "") if part)

@@ -1,0 +1,206 @@
+"""The mechanism at several instants, drawn with lines; needs no display."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from flexmb import check
+from flexmb.errors import InputError
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from flexmb.integrate.drawing import Line, Mark
+    from flexmb.integrate.solution import Solution
+
+Box = tuple[tuple[float, float], tuple[float, float]]
+"""Limits of x and of y [m]."""
+
+PANELS = 6
+TRACE = 6  # earlier poses behind each panel
+PER_ELEMENT = 9
+COLOURS = ("#1b6ca8", "#d1495b", "#2e8b57", "#e08e0b", "#6a4c93", "#00838f", "#8d5524", "#c2185b", "#607d8b", "#556b2f")
+MARKERS = {"prismatic": "s", "fixed": "D", "clearance": "o"}
+
+
+def render(
+    sol: Solution,
+    times: Sequence[float] | None = None,
+    *,
+    path: str | Path | None = None,
+    size: tuple[float, float] | None = None,
+) -> Figure:
+    """The mechanism at several instants, side by side, with the poses between them in light grey behind.
+
+    Bodies have a colour each, beams are drawn deformed (true scale); joints are dots, those with clearance red rings,
+    joints on the ground stand on a triangle.
+
+    Parameters
+    ----------
+    sol : the solution.
+    times : instants [s], of which the nearest saved ones are drawn; None: six over the whole time.
+    path : where to write the picture (its ending gives the format); None: nowhere.
+    size : width and height [inch]; None: as the mechanism wants it.
+
+    Raises
+    ------
+    InputError : instants outside the run, a solution without instants or shapes, a path that cannot be written.
+    """
+    from matplotlib.figure import Figure
+
+    from flexmb.integrate import drawing
+
+    shown = drawing.nearest_instants(sol, _instants(sol, times))
+    drawn = _with_trace(shown)
+    lines = drawing.lines(sol, drawn, PER_ELEMENT)
+    marks = drawing.marks(sol, drawn)
+    box = _box([line.points for line in lines] + [m.points for m in marks])
+    columns = 2 if len(shown) == 4 else min(3, len(shown))
+    rows = math.ceil(len(shown) / columns)
+    figure = Figure(figsize=_size(box, columns, rows, size), layout="constrained")
+    grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    for k, ax in enumerate(grid.flat):
+        if k < len(shown):
+            now = int(np.searchsorted(drawn, shown[k]))
+            before = int(np.searchsorted(drawn, shown[k - 1])) if k else now
+            _panel(ax, lines, marks, now, range(before, now))
+            ax.set_title(f"t = {sol.time[shown[k]]:.6g} s", fontsize="small")
+        ax.set(xlim=box[0], ylim=box[1], aspect="equal", visible=k < len(shown))
+        _label(ax, left=k % columns == 0, below=k + columns >= len(shown))
+    _names(grid.flat[0], marks, int(np.searchsorted(drawn, shown[0])), box)
+    _finish(figure, sol.name, _colours(lines), marks)
+    return figure if path is None else _saved(figure, Path(path))
+
+
+def _instants(sol: Solution, times: Sequence[float] | None) -> np.ndarray:
+    if not len(sol.time):
+        raise InputError("render: the solution has no saved instants. Save some, e.g. by simulate(..., save=...).")
+    if not sol.shapes:
+        raise InputError("render: the solution has no shapes to draw. Build it from a mechanism with bodies.")
+    first, last = float(sol.time[0]), float(sol.time[-1])
+    if times is None:
+        return np.linspace(first, last, PANELS)
+    wanted = [check.between("render", f"times[{i}]", t, first, last, "s") for i, t in enumerate(times)]
+    if not wanted:
+        raise InputError("render: times is empty; give at least one instant, or leave it out for six.")
+    return np.array(wanted)
+
+
+def _with_trace(shown: np.ndarray) -> np.ndarray:
+    """The instants shown, and some between each two of them."""
+    between = [np.linspace(a, b, TRACE + 2).round().astype(int) for a, b in pairwise(shown)]
+    return np.unique(np.concatenate([shown, *between]))
+
+
+def _box(points: list[np.ndarray]) -> Box:
+    """Limits of x and y around all points, with a margin."""
+    flat = np.concatenate([p.reshape(-1, 2) for p in points])
+    low, high = flat.min(axis=0), flat.max(axis=0)
+    size = float(max(*(high - low), 1e-9))
+    margin, least = 0.12 * size, 0.35 * size
+    widen = np.maximum(least - (high - low), 0.0) / 2.0 + margin
+    (x0, y0), (x1, y1) = (low - widen).tolist(), (high + widen).tolist()
+    return (x0, x1), (y0, y1)
+
+
+def _size(box: Box, columns: int, rows: int, size: tuple[float, float] | None) -> tuple[float, float]:
+    """Width and height of the figure [inch]."""
+    if size is not None:
+        width, height = size
+        return check.positive("render", "size[0]", width, "inch"), check.positive("render", "size[1]", height, "inch")
+    (x0, x1), (y0, y1) = box
+    wide = 3.2 if columns > 1 else 6.0
+    return 0.6 + (wide + 0.15) * columns, 1.2 + rows * (0.3 + min(wide * (y1 - y0) / (x1 - x0), 4.5))
+
+
+def _colours(lines: list[Line]) -> dict[str, str]:
+    parts = dict.fromkeys(line.part for line in lines)
+    return {part: COLOURS[k % len(COLOURS)] for k, part in enumerate(parts)}
+
+
+def _panel(ax: Axes, lines: list[Line], marks: list[Mark], now: int, before: range) -> None:
+    """One pose, the earlier ones behind it."""
+    colours = _colours(lines)
+    for line in lines:
+        for k in before:
+            ax.plot(*line.points[k].T, color="0.85", linewidth=0.8, zorder=1)
+        point = np.ptp(line.points[now], axis=0).max() == 0.0  # a body that no joint holds outside its centre
+        style = {"marker": "s", "markersize": 14} if point else {"solid_capstyle": "round"}
+        width = 2.0 if line.is_beam else 2.6
+        ax.plot(*line.points[now].T, color=colours[line.part], linewidth=width, zorder=2, **style)
+    for mark in marks:
+        if mark.kind != "journal":
+            _joint(ax, mark, mark.points[now])
+    ax.grid(visible=True, color="0.94", linewidth=0.5)
+    ax.set_axisbelow(True)
+
+
+def _label(ax: Axes, *, left: bool, below: bool) -> None:
+    """Axes are named at the rim of the grid only."""
+    ax.tick_params(labelsize="x-small", labelbottom=below, labelleft=left)
+    ax.set_xlabel("x [m]" if below else "", fontsize="small")
+    ax.set_ylabel("y [m]" if left else "", fontsize="small")
+
+
+def _joint(ax: Axes, mark: Mark, at: np.ndarray) -> None:
+    if mark.on_ground:
+        ax.plot(at[0], at[1], marker=6, color="0.45", markersize=9, linestyle="", zorder=3)
+    if mark.kind == "clearance":
+        style = {"markersize": 9, "markerfacecolor": "white", "markeredgecolor": "#c00000", "markeredgewidth": 1.8}
+    else:
+        style = {"markersize": 4.5, "color": "black"}
+    ax.plot(at[0], at[1], marker=MARKERS.get(mark.kind, "o"), linestyle="", zorder=4, **style)
+
+
+def _names(ax: Axes, marks: list[Mark], now: int, box: Box) -> None:
+    """Names of the joints, on the side away from the others; those that lie on one another share a label."""
+    from matplotlib.patheffects import withStroke
+
+    near = 0.03 * (box[0][1] - box[0][0])
+    groups: list[tuple[np.ndarray, list[str]]] = []
+    for mark in (m for m in marks if m.kind != "journal"):
+        at = mark.points[now]
+        group = next((names for point, names in groups if np.hypot(*(point - at)) < near), None)
+        if group is None:
+            groups.append((at, [mark.part]))
+        else:
+            group.append(mark.part)
+    middle = np.mean([at for at, _ in groups], axis=0) if groups else np.zeros(2)
+    rim = 0.2 * box[0][0] + 0.8 * box[0][1]  # further right a name would run over the edge
+    halo = [withStroke(linewidth=2.0, foreground="white")]
+    for at, names in groups:
+        right, up = middle[0] <= at[0] < rim, at[1] >= middle[1]
+        place = {"ha": "left" if right else "right", "va": "bottom" if up else "top"}
+        shift = (5 if right else -5, 5 if up else -5)
+        text = {"textcoords": "offset points", "fontsize": "x-small", "path_effects": halo, "zorder": 5}
+        ax.annotate(", ".join(names), at, xytext=shift, **place, **text)
+
+
+def _finish(figure: Figure, title: str, colours: dict[str, str], marks: list[Mark]) -> None:
+    from matplotlib.lines import Line2D
+
+    handles = [Line2D([], [], color=colour, linewidth=2.4, label=part) for part, colour in colours.items()]
+    if any(m.kind == "clearance" for m in marks):
+        ring = {"marker": "o", "markersize": 8, "markerfacecolor": "white", "markeredgecolor": "#c00000"}
+        handles.append(Line2D([], [], linestyle="", markeredgewidth=1.8, label="joint with clearance", **ring))
+    if handles:
+        style = {"ncols": min(len(handles), 6), "frameon": False, "fontsize": "small"}
+        figure.legend(handles=handles, loc="outside lower center", **style)
+    figure.suptitle(title)
+
+
+def _saved(figure: Figure, path: Path) -> Figure:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(path, dpi=150)
+    except (OSError, ValueError) as error:  # ValueError: an ending that is no format of matplotlib
+        text = f"render: {str(path)!r} cannot be written ({error}). Give e.g. a .png in a writable folder."
+        raise InputError(text) from error
+    return figure

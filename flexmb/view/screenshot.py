@@ -1,0 +1,70 @@
+"""A picture of a VTK file, drawn by pyvista without a display."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from flexmb import check
+from flexmb.errors import FileFormatError, InputError
+
+
+def screenshot_vtk(
+    source: str | Path, path: str | Path, *, time: float | None = None, field: str = "bending_moment"
+) -> Path:
+    """Draw one frame that `write_vtk` wrote, coloured by a field, and write it as an image.
+
+    Needs a machine on which VTK can draw off screen; `flexmb.render` draws with matplotlib anywhere.
+
+    Parameters
+    ----------
+    source : a .pvd collection or a .vtu frame.
+    path : the image; its folder is made.
+    time : the instant of a collection [s], the nearest frame is drawn; None: the last one.
+    field : name of the point data that gives the colour.
+
+    Raises
+    ------
+    FileFormatError : a file that is missing or no VTK file.
+    InputError : an unknown field.
+    """
+    import pyvista
+
+    mesh = _frame(Path(source), time)
+    check.one_of("screenshot_vtk", "field", field, mesh.point_data.keys())
+    target = Path(path)
+    plotter = pyvista.Plotter(off_screen=True, window_size=(1200, 800))
+    plotter.set_background("white")
+    tube = {"line_width": 5, "point_size": 9, "render_points_as_spheres": True}
+    bar = {"title": f"{field}\n", "color": "black", "vertical": True}
+    bar |= {"position_x": 0.88, "position_y": 0.2, "height": 0.6}
+    plotter.add_mesh(mesh, scalars=field, scalar_bar_args=bar, **tube)
+    plotter.view_xy()
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        plotter.screenshot(str(target))
+    except (OSError, ValueError) as error:  # ValueError: an ending that is no format of images
+        text = f"screenshot_vtk: {str(target)!r} cannot be written ({error}). Give e.g. a .png in a writable folder."
+        raise InputError(text) from error
+    finally:
+        plotter.close()
+    return target
+
+
+def _frame(source: Path, time: float | None) -> Any:
+    """The mesh of a .vtu file, or of the frame of a collection nearest to `time`."""
+    import pyvista
+
+    if not source.is_file():
+        raise FileFormatError(f"{str(source)!r}: there is no such file. Check the path; write_vtk(...) writes one.")
+    try:
+        reader = pyvista.get_reader(str(source))
+        if source.suffix == ".pvd":
+            instants = reader.time_values
+            when = instants[-1] if time is None else min(instants, key=lambda t: abs(t - time))
+            reader.set_active_time_value(when)
+            return reader.read()[0]
+        return reader.read()
+    except (OSError, ValueError, KeyError, IndexError) as error:
+        text = f"{str(source)!r}: no file of VTK that pyvista reads ({error}). Write it with write_vtk."
+        raise FileFormatError(text) from error

@@ -1,0 +1,121 @@
+"""A file imports only from lower floors or from its own folder (the table of docs/design.md, section 2)."""
+
+import ast
+from collections.abc import Iterator
+from pathlib import PurePosixPath
+
+import pytest
+
+FLOORS = {
+    "errors": 0, "check": 0, "kernels": 0, "planar": 0,
+    "model": 1,
+    "beams": 2, "bodies": 2, "joints": 2, "contact": 2, "drives": 2, "loads": 2,
+    "program": 3,
+    "system": 4,
+    "solve": 5, "integrate": 5.5,
+    "analysis": 6, "sweep": 6, "testing": 6,
+    "io": 7, "view": 7,
+    "mechanisms": 8, "cli": 8,
+    "__main__": 9,
+}  # fmt: skip
+"""Floor of each file and folder directly under flexmb/. Floor 5 has two halves: integrate builds on solve."""
+
+SIDEWAYS = {
+    ("bodies", "beams"): "a flexible link is made of beam elements",
+    ("joints", "contact"): "a joint with clearance holds a normal and a friction law",
+    ("cli", "mechanisms"): "the command line offers the ready mechanisms by name",
+}
+"""The only imports between two units of one floor, each with its reason. Those of floor 0 share one folder."""
+
+TOP = "flexmb/__init__.py"
+"""The one file that may import everything: it only lists the public names."""
+
+
+def unit_of(path: str) -> str:
+    """The file or folder under flexmb/ to which `path` belongs: 'contact' for flexmb/contact/normal/hertz.py."""
+    return PurePosixPath(path).parts[1].removesuffix(".py")
+
+
+def imported_modules(path: str, tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """(line, full name) of each module of flexmb that the file imports, anywhere in it, for typing only included."""
+    package = PurePosixPath(path).parent.parts
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            base = ".".join(package[: len(package) - node.level + 1]) if node.level else ""
+            module = ".".join(part for part in (base, node.module) if part)
+            names = [f"flexmb.{alias.name}" for alias in node.names] if module == "flexmb" else [module]
+        else:
+            continue
+        yield from ((node.lineno, name) for name in names if name.split(".")[0] == "flexmb")
+
+
+def is_allowed(source: str, target: str) -> bool:
+    """Whether a file of unit `source` may import from unit `target`."""
+    lower = FLOORS[target] < FLOORS[source]
+    ground_floor = FLOORS[target] == FLOORS[source] == 0
+    return lower or ground_floor or source == target or (source, target) in SIDEWAYS
+
+
+def violations(path: str, tree: ast.Module) -> list[str]:
+    """One line for each import that the table forbids."""
+    if path == TOP:
+        return []
+    source = unit_of(path)
+    if source not in FLOORS:
+        return [f"{path}:1: {source!r} stands on no floor; add it to FLOORS here and to docs/design.md"]
+    found = []
+    for line, module in imported_modules(path, tree):
+        target = module.partition(".")[2].split(".")[0]
+        if target not in FLOORS:
+            found.append(f"{path}:{line}: floor {FLOORS[source]} ({source}) imports {module}, the top of the package")
+        elif not is_allowed(source, target):
+            here, there = f"floor {FLOORS[source]} ({source})", f"floor {FLOORS[target]} ({target})"
+            found.append(f"{path}:{line}: {here} imports {module} from {there}")
+    return found
+
+
+def test_every_import_goes_down(package_sources):
+    found = [text for source in package_sources for text in violations(source.path, source.tree)]
+    assert not found, "imports that do not go down:\n" + "\n".join(found)
+
+
+@pytest.mark.parametrize(
+    ("path", "code"),
+    [
+        ("flexmb/model/node.py", "from flexmb.errors import InputError"),
+        ("flexmb/model/node.py", "from .part import Part"),
+        ("flexmb/check.py", "from flexmb.errors import InputError"),
+        ("flexmb/contact/normal/hertz.py", "from flexmb.contact.gap import gap"),
+        ("flexmb/contact/normal/hertz.py", "from ...model.law import Law"),
+        ("flexmb/bodies/flexible.py", "from flexmb.beams.section import Section"),
+        ("flexmb/integrate/newmark.py", "from flexmb.solve import newton"),
+        ("flexmb/cli.py", "from flexmb.mechanisms import nine_bar"),
+        ("flexmb/__init__.py", "from flexmb.view.plot import plot"),
+        ("flexmb/view/plot.py", "import matplotlib"),
+    ],
+)
+def test_allowed_imports(path, code):
+    assert violations(path, ast.parse(code)) == []
+
+
+@pytest.mark.parametrize(
+    ("path", "code", "floors"),
+    [
+        ("flexmb/model/node.py", "from flexmb.solve.newton import newton", ("floor 1", "floor 5")),
+        ("flexmb/errors.py", "from flexmb import check, view", ("floor 0", "floor 7")),
+        ("flexmb/beams/fem.py", "from flexmb.bodies.link import Link", ("floor 2", "floor 2")),
+        ("flexmb/beams/fem.py", "from ..system import forces", ("floor 2", "floor 4")),
+        ("flexmb/solve/newton.py", "import flexmb.integrate.newmark", ("floor 5", "floor 5.5")),
+        ("flexmb/io/vtk.py", "def f():\n    from flexmb.view import plot", ("floor 7", "floor 7")),
+        ("flexmb/testing.py", "from flexmb.io.vtk import write_vtk", ("floor 6", "floor 7")),
+        ("flexmb/system/forces.py", "import flexmb as fm", ("floor 4", "top")),
+        ("flexmb/system/forces.py", "from flexmb import Mechanism", ("floor 4", "top")),
+        ("flexmb/helpers.py", "import math", ("no floor",)),
+    ],
+)
+def test_forbidden_imports_are_found(path, code, floors):
+    (message,) = violations(path, ast.parse(code))
+    assert message.startswith(f"{path}:")
+    assert all(floor in message for floor in floors)

@@ -1,0 +1,165 @@
+"""A solution as netCDF: back bit for bit, readable by others, honest about files it cannot read."""
+
+import runpy
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from flexmb.errors import FileFormatError, InputError
+from flexmb.integrate.netcdf import load
+from flexmb.integrate.stats import Stats
+from flexmb.model.shape import RigidShape
+
+handmade = runpy.run_path(str(Path(__file__).parents[1] / "handmade.py"))
+solution = handmade["solution"]
+
+
+def bits(array):
+    return np.asarray(array).tobytes()
+
+
+def test_back_bit_for_bit(tmp_path):
+    values = solution().values.copy()
+    values[0, :4] = [np.nan, -0.0, np.inf, 5e-324]
+    stats = Stats(7, 1, 20, 21, 3, np.nextafter(1e-9, 1.0), 1.0 / 3.0, 0.1)
+    sol = solution(values=values, stats=stats, ok=False, status="Newton did not converge at t = 0.4 s.")
+    back = load(sol.to_netcdf(tmp_path / "a.nc"))
+    for name in ("time", "values"):
+        assert bits(getattr(back, name)) == bits(getattr(sol, name))
+    assert bits(back.peaks.values) == bits(sol.peaks.values)
+    assert bits(back.peaks.times) == bits(sol.peaks.times)
+    for name in ("signals", "aliases", "shapes", "status", "ok", "stats", "model"):
+        assert getattr(back, name) == getattr(sol, name), name
+    assert back.ok is False
+
+
+def test_the_final_state_comes_back_with_its_types(tmp_path):
+    restart = {
+        "t": np.array(0.3),
+        "q": np.array([[1.0, -0.0], [np.nextafter(2.0, 3.0), np.nan]]),
+        "lam": np.zeros(0),
+        "table": np.zeros((0, 4)),
+        "mode": np.array([1, -2], dtype=np.int64),
+        "closed": np.array([True, False]),
+    }
+    back = load(solution(restart=restart).to_netcdf(tmp_path / "a.nc")).restart
+    assert list(back) == list(restart)
+    for name, array in restart.items():
+        assert back[name].dtype == array.dtype
+        assert back[name].shape == array.shape
+        assert bits(back[name]) == bits(array)
+
+
+@pytest.mark.parametrize("changes", [{"restart": {}}, {"shapes": ()}, {"aliases": {}}, {"model": {}}])
+def test_what_is_empty_stays_empty(tmp_path, changes):
+    back = load(solution(**changes).to_netcdf(tmp_path / "a.nc"))
+    (name,) = changes
+    assert len(getattr(back, name)) == 0
+
+
+def test_a_run_without_instants(tmp_path):
+    zeros = np.zeros(17)
+    sol = solution(n=0, peaks=(zeros, zeros))
+    back = load(sol.to_netcdf(tmp_path / "a.nc"))
+    assert back.values.shape == (0, 17)
+
+
+def test_records_longer_than_an_attribute_of_hdf5(tmp_path):
+    line = tuple((float(k), 1.0 / (k + 1.0)) for k in range(5000))
+    shapes = (RigidShape("gear", "", (line,)),)
+    assert load(solution(shapes=shapes).to_netcdf(tmp_path / "a.nc")).shapes == shapes
+
+
+def test_other_programs_read_the_signals(tmp_path):
+    path = solution().to_netcdf(tmp_path / "a.nc")
+    with xr.open_dataset(path, engine="h5netcdf") as file:
+        force = file["P.normal_force"]
+        assert force.attrs["units"] == "N"
+        assert force.attrs["peak"] == pytest.approx(100.0)
+        assert force.attrs["peak_time"] == 0.25
+        assert file["time"].dtype == np.float64
+        assert float(force.sel(time=0.5)) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_folders_are_made_and_an_older_file_is_replaced(tmp_path):
+    path = tmp_path / "out" / "deep" / "a.nc"
+    assert solution(n=5).to_netcdf(str(path)) == path
+    solution(n=9).to_netcdf(path)
+    assert len(load(path).time) == 9
+    assert [file.name for file in path.parent.iterdir()] == ["a.nc"]
+
+
+def test_a_write_that_fails_leaves_the_old_file(tmp_path):
+    path = solution(n=5).to_netcdf(tmp_path / "a.nc")
+    before = path.read_bytes()
+    with pytest.raises(InputError, match=r"cannot be written as JSON.*plain numbers"):
+        solution(n=9, model={"name": "x", "law": object()}).to_netcdf(path)
+    assert path.read_bytes() == before
+    assert [file.name for file in tmp_path.iterdir()] == ["a.nc"]
+
+
+@pytest.mark.parametrize("where", ["file.txt/a.nc", "folder"])
+def test_a_path_that_cannot_be_written(tmp_path, where):
+    (tmp_path / "file.txt").write_text("text")
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "folder" / "inside").write_text("text")
+    with pytest.raises(InputError, match=f"{where}.*cannot be written.*writable folder"):
+        solution().to_netcdf(tmp_path / where)
+
+
+def test_a_missing_file(tmp_path):
+    with pytest.raises(FileFormatError, match=r"none\.nc.*no such file"):
+        load(tmp_path / "none.nc")
+    with pytest.raises(FileFormatError, match="no such file"):
+        load(tmp_path)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.1, 0.5, 0.9, 0.999])
+def test_a_truncated_file(tmp_path, share):
+    path = solution().to_netcdf(tmp_path / "cut.nc")
+    content = path.read_bytes()
+    path.write_bytes(content[: int(share * len(content))])
+    with pytest.raises(FileFormatError, match=r"cut\.nc.*truncated"):
+        load(path)
+
+
+def test_a_file_that_is_no_netcdf(tmp_path):
+    path = tmp_path / "text.nc"
+    path.write_text("time, crank.x\n0.0, 0.1\n")
+    with pytest.raises(FileFormatError, match=r"text\.nc.*no netCDF file"):
+        load(path)
+
+
+def test_a_netcdf_file_of_someone_else(tmp_path):
+    path = tmp_path / "weather.nc"
+    xr.Dataset({"wind": ("time", np.arange(3.0))}).to_netcdf(path, engine="h5netcdf")
+    with pytest.raises(FileFormatError, match=r"weather\.nc.*not one of flexmb"):
+        load(path)
+
+
+def changed(path, change):
+    """The file with `change` applied to its dataset."""
+    with xr.open_dataset(path, engine="h5netcdf", decode_cf=False) as file:
+        dataset = file.load()
+    change(dataset).to_netcdf(path, engine="h5netcdf")
+    return path
+
+
+def test_a_newer_format(tmp_path):
+    path = changed(solution().to_netcdf(tmp_path / "a.nc"), lambda d: d.assign_attrs(flexmb_format=99))
+    with pytest.raises(FileFormatError, match=r"a\.nc.*format 99; this version of flexmb reads format 1"):
+        load(path)
+
+
+def test_a_file_that_lacks_a_signal(tmp_path):
+    path = changed(solution().to_netcdf(tmp_path / "a.nc"), lambda d: d.drop_vars("crank.x"))
+    with pytest.raises(FileFormatError, match=r"a\.nc.*damaged.*crank\.x"):
+        load(path)
+
+
+def test_a_record_that_is_no_json(tmp_path):
+    path = changed(solution().to_netcdf(tmp_path / "a.nc"), lambda d: d.assign(flexmb_record=((), "{]")))
+    with pytest.raises(FileFormatError, match=r"a\.nc.*damaged"):
+        load(path)

@@ -1,0 +1,202 @@
+"""Figures: what is drawn, how it is labelled, that no display and no global state is needed, bad input."""
+
+import runpy
+import subprocess
+import sys
+from pathlib import Path
+
+import matplotlib.image
+import numpy as np
+import pytest
+
+from flexmb.errors import FileFormatError, InputError
+from flexmb.io.vtk import write_vtk
+from flexmb.model.shape import RigidShape
+from flexmb.view.plot import plot, unit_text
+from flexmb.view.render import render
+from flexmb.view.screenshot import screenshot_vtk
+
+handmade = runpy.run_path(str(Path(__file__).parents[1] / "handmade.py"))
+solution = handmade["solution"]
+
+
+@pytest.fixture(scope="module")
+def sol():
+    return solution()
+
+
+def test_one_panel_a_name(sol):
+    figure = plot(sol, ["crank.ax", "arm.end.y", "P.mode"])
+    assert [ax.get_ylabel() for ax in figure.axes] == ["crank.ax\n[m/s$^{2}$]", "arm.end.y\n[m]", "P.mode"]
+    assert [ax.get_xlabel() for ax in figure.axes] == ["", "", "time [s]"]
+    (curve,) = figure.axes[0].lines
+    np.testing.assert_array_equal(curve.get_xdata(), sol.time)
+    np.testing.assert_array_equal(curve.get_ydata(), sol["crank.ax"].values)
+    assert figure.get_suptitle() == "handmade"
+
+
+def test_a_list_shares_a_panel_and_has_a_legend(sol):
+    figure = plot(sol, [["arm.start.x", "arm.end.x"], "crank.theta"], title="Both ends")
+    first, second = figure.axes
+    assert [text.get_text() for text in first.get_legend().get_texts()] == ["arm.start.x", "arm.end.x"]
+    assert first.get_ylabel() == "[m]"
+    assert second.get_legend() is None
+    assert figure.get_suptitle() == "Both ends"
+
+
+def test_one_signal_over_another(sol):
+    (ax,) = plot(sol, "P.ey", x="P.ex").axes
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("P.ex [m]", "P.ey\n[m]")
+    assert ax.get_aspect() == 1.0
+    np.testing.assert_array_equal(ax.lines[0].get_xdata(), sol["P.ex"].values)
+    (other,) = plot(sol, "P.normal_force", x="P.ex").axes
+    assert other.get_aspect() == "auto"
+
+
+def test_a_single_instant_can_be_plotted():
+    plot(solution(n=1), "crank.x").canvas.draw()
+
+
+@pytest.mark.parametrize(
+    ("units", "text"), [("m", "m"), ("m/s2", "m/s$^{2}$"), ("kg m^2", "kg m$^{2}$"), ("1/m", "1/m"), ("", "")]
+)
+def test_exponents_are_raised(units, text):
+    assert unit_text(units) == text
+
+
+@pytest.mark.parametrize(
+    ("names", "keywords", "words"),
+    [
+        (["crank.axx"], {}, "Did you mean 'crank.ax'"),
+        (["crank.ax"], {"x": "crank.angle"}, "no signal 'crank.angle'"),
+        ([], {}, "names is empty"),
+        ([[]], {}, "names is empty"),
+        ([["crank.x", "crank.ax"]], {}, "different units, 'm' and 'm/s2'"),
+    ],
+)
+def test_names_that_cannot_be_plotted(sol, names, keywords, words):
+    with pytest.raises(InputError, match=words):
+        plot(sol, names, **keywords)
+
+
+def test_pictures_leave_pyplot_alone():
+    # in a process of its own: other tests may have brought pyplot in
+    code = (
+        "import runpy, sys; sol = runpy.run_path(sys.argv[1])['solution'](n=5);"
+        "from flexmb.view.plot import plot; from flexmb.view.render import render;"
+        "plot(sol, 'crank.x').canvas.draw(); render(sol).canvas.draw();"
+        "assert 'matplotlib.pyplot' not in sys.modules"
+    )
+    helper = Path(__file__).parents[1] / "handmade.py"
+    root = Path(__file__).parents[2]
+    command = [sys.executable, "-c", code, str(helper)]
+    done = subprocess.run(command, cwd=root, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_the_mechanism_at_six_instants(sol):
+    figure = render(sol)
+    shown = [ax for ax in figure.axes if ax.get_visible()]
+    assert [ax.get_title() for ax in shown] == [f"t = {t:g} s" for t in (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)]
+    assert {ax.get_aspect() for ax in shown} == {1.0}
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ["crank", "arm", "joint with clearance"]
+    assert [text.get_text() for text in shown[0].texts] == ["O", "P"]
+    assert {ax.get_ylabel() for ax in shown} == {"y [m]", ""}
+
+
+def coloured(ax):
+    """Line ends of the shown pose: everything that is neither grey nor a marker."""
+    lines = [line for line in ax.lines if line.get_color() not in {"0.85", "0.45"} and line.get_linestyle() != "None"]
+    return [np.column_stack(line.get_data()) for line in lines]
+
+
+def test_poses_are_those_of_the_chosen_instants(sol):
+    figure = render(sol, [0.25, 0.75])
+    first, second = figure.axes
+    crank, *beam = coloured(first)
+    np.testing.assert_allclose(crank, [[0.0, 0.0], [0.0, 0.2]], atol=1e-14)
+    np.testing.assert_array_equal(beam[-1][-1], [sol["arm.end.x"][25], sol["arm.end.y"][25]])
+    np.testing.assert_allclose(coloured(second)[0], [[0.0, 0.0], [0.0, -0.2]], atol=1e-14)
+
+
+def test_earlier_poses_are_grey_and_behind(sol):
+    first, second = render(sol, [0.25, 0.75]).axes
+    assert not [line for line in first.lines if line.get_color() == "0.85"]
+    grey = [line for line in second.lines if line.get_color() == "0.85"]
+    assert grey
+    front = min(line.get_zorder() for line in second.lines if line.get_color() != "0.85")
+    assert max(line.get_zorder() for line in grey) < front
+
+
+def test_a_body_without_extent_is_a_square(sol):
+    shapes = (*sol.shapes, RigidShape("crank", "", (((0.0, 0.0), (0.0, 0.0)),)))
+    ax = render(solution(shapes=shapes), [0.0]).axes[0]
+    assert "s" in {line.get_marker() for line in ax.lines}
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 7])
+def test_any_number_of_instants(sol, n):
+    figure = render(sol, np.linspace(0.1, 0.9, n))
+    assert sum(ax.get_visible() for ax in figure.axes) == n
+
+
+def test_the_picture_is_written(sol, tmp_path):
+    path = tmp_path / "out" / "a.png"
+    render(sol, path=path, size=(6.0, 4.0))
+    assert matplotlib.image.imread(path).shape == (600, 900, 4)
+
+
+@pytest.mark.parametrize(
+    ("changes", "keywords", "words"),
+    [
+        ({}, {"times": [0.5, 1.5]}, r"times\[1\] is 1.5 s; it must lie between 0 and 1"),
+        ({}, {"times": []}, "times is empty"),
+        ({}, {"size": (0.0, 4.0)}, r"size\[0\] is 0 inch"),
+        ({"shapes": ()}, {}, "no shapes"),
+        ({"n": 0, "peaks": (np.zeros(17), np.zeros(17))}, {}, "no saved instants"),
+    ],
+)
+def test_what_cannot_be_rendered(changes, keywords, words):
+    with pytest.raises(InputError, match=words):
+        render(solution(**changes), **keywords)
+
+
+@pytest.mark.parametrize("where", ["file.txt/a.png", "a.nonsense"])
+def test_a_picture_that_cannot_be_written(sol, tmp_path, where):
+    (tmp_path / "file.txt").write_text("text")
+    with pytest.raises(InputError, match=f"{where}.*cannot be written"):
+        render(sol, [0.0], path=tmp_path / where)
+
+
+def test_screenshots_of_missing_and_foreign_files(tmp_path):
+    with pytest.raises(FileFormatError, match=r"none\.pvd.*no such file"):
+        screenshot_vtk(tmp_path / "none.pvd", tmp_path / "a.png")
+    text = tmp_path / "text.xyzzy"
+    text.write_text("text")
+    with pytest.raises(FileFormatError, match=r"text\.xyzzy.*no file of VTK"):
+        screenshot_vtk(text, tmp_path / "a.png")
+
+
+def test_screenshot_of_an_unknown_field(tmp_path):
+    pvd = write_vtk(solution(), tmp_path / "a.pvd", frames=2)
+    with pytest.raises(InputError, match="Did you mean 'bending_moment'"):
+        screenshot_vtk(pvd, tmp_path / "a.png", field="bending_momentum")
+
+
+def test_screenshot(tmp_path):
+    pvd = write_vtk(solution(), tmp_path / "a.pvd", frames=5)
+    # VTK ends the whole process where it finds no way to draw, so it is tried in one of its own
+    code = (
+        "import sys; from flexmb.view.screenshot import screenshot_vtk;"
+        "screenshot_vtk(sys.argv[1], sys.argv[2], time=0.25)"
+    )
+    target = tmp_path / "out" / "a.png"
+    command = [sys.executable, "-c", code, str(pvd), str(target)]
+    done = subprocess.run(command, cwd=Path(__file__).parents[2], capture_output=True, timeout=120, check=False)
+    if done.returncode < 0 or (b"OpenGL" in done.stderr and not target.exists()):
+        pytest.skip("VTK cannot draw on this machine")
+    assert done.returncode == 0, done.stderr.decode()
+    picture = matplotlib.image.imread(target)
+    assert picture.shape[:2] == (800, 1200)
+    assert (picture[..., :3].min(axis=-1) < 0.9).mean() > 0.005
