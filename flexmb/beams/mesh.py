@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
-from flexmb import check
+from flexmb import checks
 from flexmb.errors import FileFormatError, InputError
 
 Array = npt.NDArray[np.float64]
@@ -195,7 +195,7 @@ def _without_single_points(points: Array, edges: Indices, mesh: Any) -> tuple[Ar
 def _tags(file: Path, mesh: Any, tag: str | None, n: int) -> Indices:
     names = [name for name in TAG_NAMES if name in mesh.cell_data]
     if tag is not None and tag not in mesh.cell_data:
-        raise FileFormatError(f"{file}: no cell data {tag!r}. {check.did_you_mean(tag, mesh.cell_data)}")
+        raise FileFormatError(f"{file}: no cell data {tag!r}. {checks.did_you_mean(tag, mesh.cell_data)}")
     if tag is None and not names:
         return np.zeros(n, dtype=np.int64)
     name = tag if tag is not None else names[0]

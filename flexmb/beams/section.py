@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 import numpy.typing as npt
 
-from flexmb import check
+from flexmb import checks
 from flexmb.errors import InputError
 
 Array = npt.NDArray[np.float64]
@@ -174,7 +174,7 @@ class Tube(Prismatic):
     inner: float
 
     def __post_init__(self) -> None:
-        check.positive("Tube", "inner", self.inner, "m", "For a solid bar use Circle(diameter=...).")
+        checks.positive("Tube", "inner", self.inner, "m", "For a solid bar use Circle(diameter=...).")
         _check_dimensions(self)
         if self.inner >= self.outer:
             text = f"Tube: inner is {self.inner:g} m and outer is {self.outer:g} m; inner must be smaller than outer."
@@ -315,4 +315,4 @@ def _check_dimensions(section: Prismatic) -> None:
 
 def _positive_field(section: Prismatic, name: str, unit: str) -> None:
     # stored as float, so that equal sections compare, hash and print alike
-    object.__setattr__(section, name, check.positive(type(section).__name__, name, getattr(section, name), unit))
+    object.__setattr__(section, name, checks.positive(type(section).__name__, name, getattr(section, name), unit))

@@ -9,7 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from flexmb import check, planar
+from flexmb import checks, planar
 from flexmb.beams.corotational import beam_energy, beam_kernel
 from flexmb.model.material import Material
 from flexmb.beams.section import Section
@@ -39,12 +39,12 @@ class Beam:
 def checked_elements(label: str, elements: object) -> Elements:
     """A number of elements, or increasing fractions of the length where inner nodes stand."""
     if isinstance(elements, (tuple, list, np.ndarray)):
-        inner = tuple(check.between(label, "elements", s, 0.0, 1.0) for s in elements)
+        inner = tuple(checks.between(label, "elements", s, 0.0, 1.0) for s in elements)
         full = (0.0, *inner, 1.0)
         if any(b <= a for a, b in zip(full[:-1], full[1:], strict=True)):
             raise InputError(f"{label}: elements are {inner}; fractions must increase strictly between 0 and 1.")
         return inner
-    return check.count(label, "elements", elements)
+    return checks.count(label, "elements", elements)
 
 
 def fractions(elements: Elements) -> tuple[float, ...]:

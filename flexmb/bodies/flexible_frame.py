@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flexmb import check, planar
+from flexmb import checks, planar
 from flexmb.model.material import Material
 from flexmb.beams.section import Section
 from flexmb.bodies.bosses import Bosses, RigidProperties, fit_bosses
@@ -82,7 +82,7 @@ class FlexibleFrame(Body):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        points = tuple(check.point(self.label, f"points[{i}]", p) for i, p in enumerate(self.points))
+        points = tuple(checks.point(self.label, f"points[{i}]", p) for i, p in enumerate(self.points))
         object.__setattr__(self, "points", points)
         object.__setattr__(self, "edges", tuple(self._checked_edge(i, e) for i, e in enumerate(self.edges)))
         lonely = set(range(len(points))) - {i for edge in self.edges for i in edge}
@@ -95,13 +95,13 @@ class FlexibleFrame(Body):
             raise InputError(f"{self.label}: {len(self.section)} sections for {len(self.edges)} edges; give one each.")
         object.__setattr__(self, "elements", self._checked_elements())
         if self.centre is not None:
-            object.__setattr__(self, "centre", check.point(self.label, "centre", self.centre))
+            object.__setattr__(self, "centre", checks.point(self.label, "centre", self.centre))
         object.__setattr__(self, "velocity", checked_velocity(self.label, self.velocity))
         self._bosses()
 
     def _checked_edge(self, i: int, edge: object) -> Edge:
         try:
-            a, b = (check.count(self.label, f"edges[{i}]", k, 0) for k in edge)  # type: ignore[attr-defined]
+            a, b = (checks.count(self.label, f"edges[{i}]", k, 0) for k in edge)  # type: ignore[attr-defined]
         except (TypeError, ValueError) as error:
             raise InputError(f"{self.label}: edges[{i}] is {edge!r}; it must be a pair of corner numbers.") from error
         if max(a, b) >= len(self.points) or planar.distance(self.points[a], self.points[b]) <= 0.0:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING
 
-from flexmb import check, planar
+from flexmb import checks, planar
 from flexmb.model.material import Material
 from flexmb.beams.section import Section
 from flexmb.bodies.bosses import Bosses, RigidProperties, fit_bosses
@@ -85,8 +85,8 @@ class FlexibleLink(Body):
         set_ends(self)
         check_beam(self)
         object.__setattr__(self, "elements", checked_elements(self.label, self.elements))
-        check.between(self.label, "centre", self.centre, 0.0, 1.0)
-        check.not_negative(self.label, "pivot_inertia", self.pivot_inertia, "kg m^2")
+        checks.between(self.label, "centre", self.centre, 0.0, 1.0)
+        checks.not_negative(self.label, "pivot_inertia", self.pivot_inertia, "kg m^2")
         object.__setattr__(self, "velocity", checked_velocity(self.label, self.velocity))
         self._bosses()
 
@@ -234,8 +234,8 @@ def check_beam(body) -> None:
         raise InputError(f"{body.label}: material is {body.material!r}; it must be a Material(...).")
     for name, unit in (("mass", "kg"), ("inertia", "kg m^2")):
         if getattr(body, name) is not None:
-            check.positive(body.label, name, getattr(body, name), unit)
-    check.not_negative(body.label, "damping", body.damping, "s")
+            checks.positive(body.label, name, getattr(body, name), unit)
+    checks.not_negative(body.label, "damping", body.damping, "s")
 
 
 def section_of(label: str, path: str, tags: set[int], sections: Mapping[int, Section]) -> Section:

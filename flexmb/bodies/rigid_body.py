@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from flexmb import check, planar
+from flexmb import checks, planar
 from flexmb.bodies.inertia import node_mass
+from flexmb.errors import InputError
 from flexmb.model.part import Body
 from flexmb.model.pieces import Attachment, Node, Piece
 from flexmb.model.shape import RigidShape, Shapes
@@ -46,11 +47,11 @@ class RigidBody(Body):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        object.__setattr__(self, "at", check.point(self.label, "at", self.at))
-        outline = tuple(check.point(self.label, f"outline[{i}]", p) for i, p in enumerate(self.outline))
+        object.__setattr__(self, "at", checks.point(self.label, "at", self.at))
+        outline = tuple(checks.point(self.label, f"outline[{i}]", p) for i, p in enumerate(self.outline))
         object.__setattr__(self, "outline", outline)
-        check.positive(self.label, "mass", self.mass, "kg")
-        check.positive(self.label, "inertia", self.inertia, "kg m^2")
+        checks.positive(self.label, "mass", self.mass, "kg")
+        checks.positive(self.label, "inertia", self.inertia, "kg m^2")
         object.__setattr__(self, "velocity", checked_velocity(self.label, self.velocity))
 
     def nodes(self) -> tuple[Node, ...]:
@@ -99,9 +100,9 @@ def checked_velocity(label: str, velocity: object) -> tuple[float, float, float]
     try:
         vx, vy, omega = velocity  # type: ignore[misc]
     except (TypeError, ValueError):
-        raise check.InputError(f"{label}: velocity is {velocity!r}; it must be (vx, vy, omega).") from None
+        raise InputError(f"{label}: velocity is {velocity!r}; it must be (vx, vy, omega).") from None
     return (
-        check.number(label, "velocity[0]", vx, "m/s"),
-        check.number(label, "velocity[1]", vy, "m/s"),
-        check.number(label, "velocity[2]", omega, "rad/s"),
+        checks.number(label, "velocity[0]", vx, "m/s"),
+        checks.number(label, "velocity[1]", vy, "m/s"),
+        checks.number(label, "velocity[2]", omega, "rad/s"),
     )

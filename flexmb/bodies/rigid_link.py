@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from flexmb import check, planar
+from flexmb import checks, planar
 from flexmb.bodies.inertia import node_mass
 from flexmb.bodies.rigid_body import checked_velocity
 from flexmb.errors import InputError
@@ -50,9 +50,9 @@ class RigidLink(Body):
     def __post_init__(self) -> None:
         super().__post_init__()
         set_ends(self)
-        check.positive(self.label, "mass", self.mass, "kg")
-        check.positive(self.label, "inertia", self.inertia, "kg m^2")
-        check.between(self.label, "centre", self.centre, 0.0, 1.0)
+        checks.positive(self.label, "mass", self.mass, "kg")
+        checks.positive(self.label, "inertia", self.inertia, "kg m^2")
+        checks.between(self.label, "centre", self.centre, 0.0, 1.0)
         object.__setattr__(self, "velocity", checked_velocity(self.label, self.velocity))
 
     @property
@@ -98,6 +98,6 @@ class RigidLink(Body):
 def set_ends(link) -> None:
     """Check and set the ends of a link between two points."""
     for name in ("start", "end"):
-        object.__setattr__(link, name, check.point(link.label, name, getattr(link, name)))
+        object.__setattr__(link, name, checks.point(link.label, name, getattr(link, name)))
     if planar.distance(link.start, link.end) <= 0.0:
         raise InputError(f"{link.label}: start and end are both {link.start}; a link must have a length > 0 m.")

@@ -2,7 +2,7 @@
 
 import math
 
-from flexmb import check
+from flexmb import checks
 from flexmb.model.material import Material
 from flexmb.errors import InputError
 
@@ -26,8 +26,8 @@ def hertz_stiffness(first: Material, second: Material, bearing_radius: float, jo
     Not for a close fit: the radii must differ by more than the contact is wide.
     Source: Chen, Jiang, Deng, Wang, Nonlinear Dynamics (2018), equation (4) with the sign of the hollow radius mended.
     """
-    R1 = check.positive("hertz_stiffness", "bearing_radius", bearing_radius, "m")
-    R2 = check.positive("hertz_stiffness", "journal_radius", journal_radius, "m")
+    R1 = checks.positive("hertz_stiffness", "bearing_radius", bearing_radius, "m")
+    R2 = checks.positive("hertz_stiffness", "journal_radius", journal_radius, "m")
     if R2 >= R1:
         raise InputError(f"hertz_stiffness: journal_radius is {R2:g} m; it must be smaller than the bearing's {R1:g} m.")
     return 4.0 / (3.0 * (first.compliance + second.compliance)) * math.sqrt(R1 * R2 / (R1 - R2))

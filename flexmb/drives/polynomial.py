@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from flexmb import check
+from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.kernels import drive_kernel
 from flexmb.model.law import Motion
@@ -38,7 +38,7 @@ class Polynomial(Motion):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        values = tuple(check.number("Polynomial", f"coefficients[{i}]", c) for i, c in enumerate(self.coefficients))
+        values = tuple(checks.number("Polynomial", f"coefficients[{i}]", c) for i, c in enumerate(self.coefficients))
         if not values:
             raise InputError("Polynomial: coefficients is empty; give at least one, e.g. (0.0, 6.28).")
         object.__setattr__(self, "coefficients", values)

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from flexmb import check
+from flexmb import checks
 from flexmb.kernels import drive_kernel
 from flexmb.model.law import Motion
 
@@ -42,7 +42,7 @@ class Ramp(Motion):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check.positive("Ramp", "time", self.time, "s")
+        checks.positive("Ramp", "time", self.time, "s")
 
     @property
     def period(self) -> float | None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from flexmb import check
+from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.kernels import drive_kernel
 from flexmb.model.law import Motion
@@ -64,8 +64,8 @@ class Table(Motion):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        times = tuple(check.number("Table", f"times[{i}]", t, "s") for i, t in enumerate(self.times))
-        values = tuple(check.number("Table", f"values[{i}]", v) for i, v in enumerate(self.values))
+        times = tuple(checks.number("Table", f"times[{i}]", t, "s") for i, t in enumerate(self.times))
+        values = tuple(checks.number("Table", f"values[{i}]", v) for i, v in enumerate(self.values))
         if len(times) < 4 or len(times) != len(values):
             raise InputError(f"Table: {len(times)} times and {len(values)} values; give at least 4 of each, equally many.")
         if any(b <= a for a, b in zip(times[:-1], times[1:], strict=True)):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from flexmb import check
+from flexmb import checks
 
 
 @dataclass(frozen=True)
@@ -41,9 +41,9 @@ class Newmark:
 
     def __post_init__(self) -> None:
         for name in ("alpha_m", "alpha_f", "beta", "gamma"):
-            check.number("Newmark", name, getattr(self, name))
-        check.positive("Newmark", "beta", self.beta)
-        check.one_of("Newmark", "constraints", self.constraints, ["gear-gupta-leimkuhler", "position", "velocity"])
+            checks.number("Newmark", name, getattr(self, name))
+        checks.positive("Newmark", "beta", self.beta)
+        checks.one_of("Newmark", "constraints", self.constraints, ["gear-gupta-leimkuhler", "position", "velocity"])
 
     @classmethod
     def trapezoidal(cls, constraints: str = "gear-gupta-leimkuhler") -> Newmark:
@@ -64,7 +64,7 @@ class Newmark:
         alpha : weight of the old forces.
         constraints : see the class.
         """
-        check.between("Newmark.hht", "alpha", alpha, 0.0, 1.0 / 3.0)
+        checks.between("Newmark.hht", "alpha", alpha, 0.0, 1.0 / 3.0)
         return cls(0.0, alpha, (1.0 + alpha) ** 2 / 4.0, 0.5 + alpha, constraints)
 
     @classmethod
@@ -76,7 +76,7 @@ class Newmark:
         alpha : weight of the old accelerations, taken negative.
         constraints : see the class.
         """
-        check.between("Newmark.wbz", "alpha", alpha, 0.0, 1.0 / 3.0)
+        checks.between("Newmark.wbz", "alpha", alpha, 0.0, 1.0 / 3.0)
         return cls(-alpha, 0.0, (1.0 + alpha) ** 2 / 4.0, 0.5 + alpha, constraints)
 
     @classmethod
@@ -88,7 +88,7 @@ class Newmark:
         radius : spectral radius at infinite frequency, 0 (annihilation) to 1 (no dissipation).
         constraints : see the class.
         """
-        check.between("Newmark.generalised_alpha", "radius", radius, 0.0, 1.0)
+        checks.between("Newmark.generalised_alpha", "radius", radius, 0.0, 1.0)
         alpha_m, alpha_f = (2.0 * radius - 1.0) / (radius + 1.0), radius / (radius + 1.0)
         return cls(alpha_m, alpha_f, (1.0 - alpha_m + alpha_f) ** 2 / 4.0, 0.5 - alpha_m + alpha_f, constraints)
 

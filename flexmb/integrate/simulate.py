@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb import check
+from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.integrate.method import Newmark, RungeKutta4
 from flexmb.integrate.period import common_period
@@ -105,7 +105,7 @@ def save_interval(mechanism: Mechanism, save: Any, period: float | None, begin: 
         return 0.0
     if isinstance(save, str):
         raise InputError(f"simulate {mechanism.name!r}: save is {save!r}; it must be a number of instants or 'steps'.")
-    number = check.count(f"simulate {mechanism.name!r}", "save", save)
+    number = checks.count(f"simulate {mechanism.name!r}", "save", save)
     return (end - begin if period is None or period > end - begin else period) / number
 
 
@@ -114,17 +114,17 @@ def _end(mechanism: Mechanism, t_end: float | None, periods: float | None, perio
     if (t_end is None) == (periods is None):
         raise InputError(f"{label}: give either t_end= (seconds) or periods= (of the drives).")
     if t_end is not None:
-        return check.positive(label, "t_end", t_end, "s")
-    return check.positive(label, "periods", periods) * float(period or 0.0)
+        return checks.positive(label, "t_end", t_end, "s")
+    return checks.positive(label, "periods", periods) * float(period or 0.0)
 
 
 def _begin(
     mechanism: Mechanism, end: float, save_from: float, save_from_period: float | None, period: float | None
 ) -> float:
     label = f"simulate {mechanism.name!r}"
-    begin = check.not_negative(label, "save_from", save_from, "s")
+    begin = checks.not_negative(label, "save_from", save_from, "s")
     if save_from_period is not None:
-        begin = check.not_negative(label, "save_from_period", save_from_period) * float(period or 0.0)
+        begin = checks.not_negative(label, "save_from_period", save_from_period) * float(period or 0.0)
     if begin >= end:
         raise InputError(f"{label}: saving begins at {begin:g} s, but the run ends at {end:g} s. Run longer or save earlier.")
     return begin

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from flexmb import check
+from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.integrate.stats import Stats
 from flexmb.model.shape import Shapes
@@ -209,7 +209,7 @@ class Solution:
     def _place(self, name: str) -> int:
         place = self._places.get(self._resolved(name)) if isinstance(name, str) else None
         if place is None:
-            hint = check.did_you_mean(str(name), self._candidates(str(name)))
+            hint = checks.did_you_mean(str(name), self._candidates(str(name)))
             raise UnknownSignalError(f"Solution of {self.name!r} has no signal {name!r}. {hint}")
         return place
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from flexmb import check
+from flexmb import checks
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class FixedStep:
     size: float
 
     def __post_init__(self) -> None:
-        check.positive("FixedStep", "size", self.size, "s")
+        checks.positive("FixedStep", "size", self.size, "s")
 
 
 @dataclass(frozen=True)
@@ -45,4 +45,4 @@ class Adaptive:
     def __post_init__(self) -> None:
         for name, unit in (("error", "m"), ("max", "s"), ("min", "s")):
             if getattr(self, name) is not None:
-                check.positive("Adaptive", name, getattr(self, name), unit)
+                checks.positive("Adaptive", name, getattr(self, name), unit)

@@ -12,7 +12,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from flexmb import check
+from flexmb import checks
 from flexmb.errors import InputError
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ def write_vtk(sol: Solution, path: str | Path, frames: int | None = None, *, poi
     InputError : a path that cannot be written, fewer than 2 frames, a solution without instants or shapes.
     """
     target = _checked_target(path)
-    per_element = check.count("write_vtk", "points_per_element", points_per_element, 2)
+    per_element = checks.count("write_vtk", "points_per_element", points_per_element, 2)
     instants = _chosen(sol, frames)
     content = _content(sol, instants, per_element)
     try:
@@ -104,7 +104,7 @@ def _chosen(sol: Solution, frames: int | None) -> np.ndarray:
         if len(sol.time) <= MOST_FRAMES:
             return np.arange(len(sol.time))
         frames = MOST_FRAMES
-    n = check.count("write_vtk", "frames", frames, 2)
+    n = checks.count("write_vtk", "frames", frames, 2)
     return nearest_instants(sol, np.linspace(sol.time[0], sol.time[-1], n))
 
 

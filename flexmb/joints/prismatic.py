@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from flexmb import check
+from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.joints.revolute import drawn_angle
 from flexmb.kernels import compiled, constraint_kernel
@@ -101,7 +101,7 @@ class Prismatic(Joint):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        along = check.point(self.label, "along", self.along)
+        along = checks.point(self.label, "along", self.along)
         if math.hypot(*along) <= 0.0:
             raise InputError(f"{self.label}: along is {self.along}; it must be a direction with a length > 0.")
         object.__setattr__(self, "along", along)

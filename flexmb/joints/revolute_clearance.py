@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, field
 from typing import TYPE_CHECKING
 
-from flexmb import check
+from flexmb import checks
 from flexmb.contact.friction.frictionless import Frictionless
 from flexmb.errors import InputError
 from flexmb.joints.revolute import coincidence_piece
@@ -107,8 +107,8 @@ class RevoluteClearance(Joint):
     def __post_init__(self) -> None:
         super().__post_init__()
         hint = "For a joint without play use Revolute(...)."
-        check.positive(self.label, "clearance", self.clearance, "m", hint)
-        check.positive(self.label, "bearing_radius", self.bearing_radius, "m")
+        checks.positive(self.label, "clearance", self.clearance, "m", hint)
+        checks.positive(self.label, "bearing_radius", self.bearing_radius, "m")
         if self.clearance >= self.bearing_radius:
             raise InputError(
                 f"{self.label}: clearance is {self.clearance:g} m; it must be smaller than the bearing radius "

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from flexmb import check
+from flexmb import checks
 from flexmb.errors import ModelError
 from flexmb.kernels import element_kernel
 from flexmb.model.part import GROUND, Part
@@ -52,8 +52,8 @@ class Force(Part):
     def __post_init__(self) -> None:
         super().__post_init__()
         check_loaded(self)
-        object.__setattr__(self, "at", check.point(self.label, "at", self.at))
-        object.__setattr__(self, "force", check.point(self.label, "force", self.force))
+        object.__setattr__(self, "at", checks.point(self.label, "at", self.at))
+        object.__setattr__(self, "force", checks.point(self.label, "force", self.force))
 
     def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
         """One element on the node that carries the point."""

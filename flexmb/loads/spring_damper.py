@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING
 
-from flexmb import check, planar
+from flexmb import checks, planar
 from flexmb.errors import InputError
 from flexmb.kernels import compiled, element_kernel, energy_kernel
 from flexmb.model.part import Part
@@ -108,11 +108,11 @@ class SpringDamper(Part):
     def __post_init__(self) -> None:
         super().__post_init__()
         for name in ("at", "to"):
-            object.__setattr__(self, name, check.point(self.label, name, getattr(self, name)))
-        check.not_negative(self.label, "stiffness", self.stiffness, "N/m")
-        check.not_negative(self.label, "damping", self.damping, "N s/m")
+            object.__setattr__(self, name, checks.point(self.label, name, getattr(self, name)))
+        checks.not_negative(self.label, "stiffness", self.stiffness, "N/m")
+        checks.not_negative(self.label, "damping", self.damping, "N s/m")
         if self.free_length is not None:
-            check.not_negative(self.label, "free_length", self.free_length, "m")
+            checks.not_negative(self.label, "free_length", self.free_length, "m")
         if planar.distance(self.at, self.to) == 0.0:
             raise InputError(f"{self.label}: both points are {self.at}; a spring without length has no direction.")
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from flexmb import check
+from flexmb import checks
 from flexmb.kernels import element_kernel
 from flexmb.loads.force import check_loaded
 from flexmb.model.part import Part
@@ -46,7 +46,7 @@ class Torque(Part):
         super().__post_init__()
         check_loaded(self)
         if self.at is not None:
-            object.__setattr__(self, "at", check.point(self.label, "at", self.at))
+            object.__setattr__(self, "at", checks.point(self.label, "at", self.at))
 
     def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
         """One element on theta of the node."""

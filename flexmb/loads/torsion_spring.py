@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING
 
-from flexmb import check
+from flexmb import checks
 from flexmb.kernels import element_kernel, energy_kernel
 from flexmb.model.part import Part
 from flexmb.model.pieces import ElementPiece, Piece
@@ -64,10 +64,10 @@ class TorsionSpring(Part):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check.not_negative(self.label, "stiffness", self.stiffness, "N m/rad")
-        check.not_negative(self.label, "damping", self.damping, "N m s/rad")
+        checks.not_negative(self.label, "stiffness", self.stiffness, "N m/rad")
+        checks.not_negative(self.label, "damping", self.damping, "N m s/rad")
         if self.at is not None:
-            object.__setattr__(self, "at", check.point(self.label, "at", self.at))
+            object.__setattr__(self, "at", checks.point(self.label, "at", self.at))
 
     def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
         """One element on two angles."""

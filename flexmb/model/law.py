@@ -10,7 +10,7 @@ from dataclasses import dataclass, fields
 from numbers import Real
 from typing import Any, ClassVar
 
-from flexmb import check, kernels
+from flexmb import checks, kernels
 from flexmb.errors import KernelError
 
 
@@ -52,7 +52,7 @@ class Law(ABC):
         for f in fields(self):
             value = getattr(self, f.name)
             if isinstance(value, Real) and not isinstance(value, bool):
-                check.number(type(self).__name__, f.name, value)
+                checks.number(type(self).__name__, f.name, value)
 
     def parameters(self) -> tuple[float, ...]:
         """What the kernel unpacks from p."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from flexmb import check
+from flexmb import checks
 from flexmb.errors import InputError
 
 
@@ -36,9 +36,9 @@ class Material:
     def __post_init__(self) -> None:
         hint = "Young's modulus of steel is 207e9 Pa."
         values = {
-            "young": check.positive("Material", "young", self.young, "Pa", hint),
-            "density": check.positive("Material", "density", self.density, "kg/m^3"),
-            "poisson": check.number("Material", "poisson", self.poisson),
+            "young": checks.positive("Material", "young", self.young, "Pa", hint),
+            "density": checks.positive("Material", "density", self.density, "kg/m^3"),
+            "poisson": checks.number("Material", "poisson", self.poisson),
         }
         if not -1.0 < values["poisson"] < 0.5:
             text = f"Material: poisson is {self.poisson:g}; it must lie between -1 and 0.5, both excluded."

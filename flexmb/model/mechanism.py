@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any
 
-from flexmb import check
+from flexmb import checks
 from flexmb.errors import InputError, ModelError
 from flexmb.model.part import GROUND, Body, Part
 from flexmb.model.pieces import Node, Piece, Pieces
@@ -34,18 +34,18 @@ class Mechanism:
     gravity: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
-        check.identifier("Mechanism", self.name)
+        checks.identifier("Mechanism", self.name)
         if not isinstance(self.parts, Iterable):
             raise InputError(f"{self.label}: parts is {self.parts!r}; it must be a list of parts.")
         object.__setattr__(self, "parts", tuple(self.parts))
-        object.__setattr__(self, "gravity", check.point(self.label, "gravity", self.gravity))
+        object.__setattr__(self, "gravity", checks.point(self.label, "gravity", self.gravity))
         self._check_names()
         for part in self.parts:
             for name in part.references():
                 if name != GROUND.name and name not in self.names:
                     raise ModelError(
                         f"{part.label} refers to {name!r}, which is not in mechanism {self.name!r}. "
-                        f"Add it to the parts. {check.did_you_mean(name, self.names)}"
+                        f"Add it to the parts. {checks.did_you_mean(name, self.names)}"
                     )
         for part in self.parts:
             part.validate(self)
@@ -82,7 +82,7 @@ class Mechanism:
                 return part
         if name == GROUND.name:
             return GROUND
-        raise ModelError(f"{self.label} has no part {name!r}. {check.did_you_mean(name, self.names)}")
+        raise ModelError(f"{self.label} has no part {name!r}. {checks.did_you_mean(name, self.names)}")
 
     def body(self, name: str, owner: str = "") -> Body:
         """The body of that name, or `ModelError`."""
@@ -116,7 +116,7 @@ class Mechanism:
         for key, value in changes.items():
             name, _, path = key.partition(".")
             if not path:
-                top[check.one_of(self.label, "field", name, ["gravity", "name"])] = value
+                top[checks.one_of(self.label, "field", name, ["gravity", "name"])] = value
                 continue
             self.find(name)
             parts[name] = _with_field(parts[name], path, value, f"{self.label}: {key!r}")
@@ -142,7 +142,7 @@ def _with_field(owner: Any, path: str, value: Any, label: str) -> Any:
     """`owner` with the field at a dotted path replaced."""
     name, _, rest = path.partition(".")
     known = [f.name for f in fields(owner) if f.init and f.name != "name"]
-    check.one_of(label, "field", name, known)
+    checks.one_of(label, "field", name, known)
     if not rest:
         return replace(owner, **{name: value})
     inner = getattr(owner, name)

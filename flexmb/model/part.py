@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 from numbers import Real
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from flexmb import check, kernels
+from flexmb import checks, kernels
 from flexmb.errors import InputError, ModelError
 from flexmb.model.law import number_fields, require_kernel
 from flexmb.model.pieces import AXES, Attachment, ConstraintPiece, Coordinate, ElementPiece, Node, Piece
@@ -30,11 +30,11 @@ class Part(ABC):
     name: str
 
     def __post_init__(self) -> None:
-        check.identifier(type(self).__name__, self.name)
+        checks.identifier(type(self).__name__, self.name)
         for f in fields(self):
             value = getattr(self, f.name)
             if isinstance(value, Real) and not isinstance(value, bool):
-                check.number(self.label, f.name, value)
+                checks.number(self.label, f.name, value)
 
     @property
     def label(self) -> str:
@@ -91,7 +91,7 @@ class Body(Part):
             if node.name == name:
                 return node
         names = [*self.aliases, *(n.name for n in self.nodes())]
-        raise InputError(f"{self.label} has no node {name!r}. {check.did_you_mean(name, names)}")
+        raise InputError(f"{self.label} has no node {name!r}. {checks.did_you_mean(name, names)}")
 
 
 @dataclass(frozen=True)
@@ -179,7 +179,7 @@ class Joint(Part):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.at is not None or not self.at_may_be_left_out:
-            object.__setattr__(self, "at", check.point(self.label, "at", self.at))
+            object.__setattr__(self, "at", checks.point(self.label, "at", self.at))
         for side in ("first", "second"):
             if not isinstance(getattr(self, side), Part):
                 raise InputError(f"{self.label}: {side} is {getattr(self, side)!r}; it must be a body or GROUND.")

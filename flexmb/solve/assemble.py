@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexmb import check
+from flexmb import checks
 from flexmb.errors import AssemblyError
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
@@ -65,8 +65,8 @@ def assemble(mechanism: Mechanism, drives: Mapping[str, float] | None = None) ->
     program = compile_mechanism(mechanism, closed=True)
     target = {}
     for name, value in (drives or {}).items():
-        check.one_of(f"assemble {mechanism.name!r}", "drive", name, program.drives)
-        target[name] = check.number(f"assemble {mechanism.name!r}", name, value)
+        checks.one_of(f"assemble {mechanism.name!r}", "drive", name, program.drives)
+        target[name] = checks.number(f"assemble {mechanism.name!r}", name, value)
     q, gap = close_loops(program, target)
     return Pose(q, program.names.coordinates, gap, program.names.aliases)
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flexmb import check
+from flexmb import checks
 from flexmb.errors import InputError
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ def _instants(sol: Solution, times: Sequence[float] | None) -> np.ndarray:
     first, last = float(sol.time[0]), float(sol.time[-1])
     if times is None:
         return np.linspace(first, last, PANELS)
-    wanted = [check.between("render", f"times[{i}]", t, first, last, "s") for i, t in enumerate(times)]
+    wanted = [checks.between("render", f"times[{i}]", t, first, last, "s") for i, t in enumerate(times)]
     if not wanted:
         raise InputError("render: times is empty; give at least one instant, or leave it out for six.")
     return np.array(wanted)
@@ -114,7 +114,7 @@ def _size(box: Box, columns: int, rows: int, size: tuple[float, float] | None) -
     """Width and height of the figure [inch]."""
     if size is not None:
         width, height = size
-        return check.positive("render", "size[0]", width, "inch"), check.positive("render", "size[1]", height, "inch")
+        return checks.positive("render", "size[0]", width, "inch"), checks.positive("render", "size[1]", height, "inch")
     (x0, x1), (y0, y1) = box
     wide = 3.2 if columns > 1 else 6.0
     return 0.6 + (wide + 0.15) * columns, 1.2 + rows * (0.3 + min(wide * (y1 - y0) / (x1 - x0), 4.5))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from flexmb import check
+from flexmb import checks
 from flexmb.errors import FileFormatError, InputError
 
 
@@ -31,7 +31,7 @@ def screenshot_vtk(
     import pyvista
 
     mesh = _frame(Path(source), time)
-    check.one_of("screenshot_vtk", "field", field, mesh.point_data.keys())
+    checks.one_of("screenshot_vtk", "field", field, mesh.point_data.keys())
     target = Path(path)
     plotter = pyvista.Plotter(off_screen=True, window_size=(1200, 800))
     plotter.set_background("white")

@@ -7,7 +7,7 @@ from pathlib import PurePosixPath
 import pytest
 
 FLOORS = {
-    "errors": 0, "check": 0, "kernels": 0, "planar": 0,
+    "errors": 0, "checks": 0, "kernels": 0, "planar": 0,
     "model": 1,
     "beams": 2, "bodies": 2, "joints": 2, "contact": 2, "drives": 2, "loads": 2,
     "program": 3,
@@ -86,7 +86,7 @@ def test_every_import_goes_down(package_sources):
     [
         ("flexmb/model/node.py", "from flexmb.errors import InputError"),
         ("flexmb/model/node.py", "from .part import Part"),
-        ("flexmb/check.py", "from flexmb.errors import InputError"),
+        ("flexmb/checks.py", "from flexmb.errors import InputError"),
         ("flexmb/contact/normal/hertz.py", "from flexmb.contact.gap import gap"),
         ("flexmb/contact/normal/hertz.py", "from ...model.law import Law"),
         ("flexmb/bodies/flexible.py", "from flexmb.beams.section import Section"),
@@ -104,7 +104,7 @@ def test_allowed_imports(path, code):
     ("path", "code", "floors"),
     [
         ("flexmb/model/node.py", "from flexmb.solve.newton import newton", ("floor 1", "floor 5")),
-        ("flexmb/errors.py", "from flexmb import check, view", ("floor 0", "floor 7")),
+        ("flexmb/errors.py", "from flexmb import checks, view", ("floor 0", "floor 7")),
         ("flexmb/beams/fem.py", "from flexmb.bodies.link import Link", ("floor 2", "floor 2")),
         ("flexmb/beams/fem.py", "from ..system import forces", ("floor 2", "floor 4")),
         ("flexmb/solve/newton.py", "import flexmb.integrate.newmark", ("floor 5", "floor 5.5")),

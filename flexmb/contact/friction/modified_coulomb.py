@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from flexmb import check
+from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.kernels import friction_law
 from flexmb.model.law import FrictionLaw
@@ -50,7 +50,7 @@ class ModifiedCoulomb(FrictionLaw):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check.not_negative("ModifiedCoulomb", "coefficient", self.coefficient)
-        check.not_negative("ModifiedCoulomb", "v0", self.v0, "m/s")
+        checks.not_negative("ModifiedCoulomb", "coefficient", self.coefficient)
+        checks.not_negative("ModifiedCoulomb", "v0", self.v0, "m/s")
         if self.v1 <= self.v0:
             raise InputError(f"ModifiedCoulomb: v1 is {self.v1:g} m/s; it must be > v0 = {self.v0:g} m/s.")

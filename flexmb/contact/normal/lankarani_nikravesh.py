@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from flexmb import check
+from flexmb import checks
 from flexmb.model.material import Material
 from flexmb.contact.hertz import hertz_stiffness
 from flexmb.contact.onset import HISTORY, approach_speed
@@ -75,11 +75,11 @@ class LankaraniNikravesh(NormalLaw):
         if self.stiffness is None and self.materials is None:
             raise InputError(f"{name}: stiffness is missing; give stiffness=..., or use {name}.from_materials(...).")
         if self.stiffness is not None:
-            check.positive(name, "stiffness", self.stiffness, "N/m^n")
-        check.positive(name, "exponent", self.exponent)
-        check.positive(name, "restitution", self.restitution)
-        check.between(name, "restitution", self.restitution, 0.0, 1.0)
-        check.not_negative(name, "least_approach", self.least_approach, "m/s")
+            checks.positive(name, "stiffness", self.stiffness, "N/m^n")
+        checks.positive(name, "exponent", self.exponent)
+        checks.positive(name, "restitution", self.restitution)
+        checks.between(name, "restitution", self.restitution, 0.0, 1.0)
+        checks.not_negative(name, "least_approach", self.least_approach, "m/s")
 
     @classmethod
     def from_materials(

@@ -1,0 +1,162 @@
+"""Static equilibrium: Newton with load steps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.errors import SolveError
+from flexmb.model.mechanism import Mechanism
+from flexmb.program.compiler import compile as compile_mechanism
+from flexmb.program.program import Program, resolve
+from flexmb.solve.system import System, solve_scaled
+
+ITERATIONS = 40
+CLOSED = 1e-11
+ROUND_OFF = 1e-11
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A static equilibrium.
+
+    `equilibrium["rod.end.y"]` is a coordinate [m, rad]; `force("O")` the reaction of a joint.
+
+    Parameters
+    ----------
+    q : (n_q,) coordinates.
+    lam : (n_c,) multipliers.
+    names : (n_q,) names of the coordinates.
+    aliases : other names of nodes.
+    reactions : (fx, fy, moment) on the second body of every joint [N, N m]; moment 0 where the joint carries none.
+    iterations : Newton iterations of all load steps.
+    """
+
+    q: np.ndarray
+    lam: np.ndarray
+    names: tuple[str, ...]
+    aliases: dict[str, str]
+    reactions: dict[str, tuple[float, float, float]]
+    iterations: int
+
+    def __getitem__(self, name: str) -> float:
+        place = resolve(name, self.aliases)
+        return float(self.q[self.names.index(checks.one_of("Equilibrium", "coordinate", place, self.names))])
+
+    def force(self, joint: str) -> tuple[float, float, float]:
+        """(fx, fy, moment) that a joint exerts on its second body [N, N m].
+
+        Parameters
+        ----------
+        joint : name of the joint.
+        """
+        return self.reactions[checks.one_of("Equilibrium", "joint", joint, self.reactions)]
+
+
+def static_equilibrium(mechanism: Mechanism, load_steps: int = 10) -> Equilibrium:
+    """The equilibrium that is reached from the drawn pose when all loads grow from nothing together.
+
+    Drives hold their position of t = 0; clearance joints are open unless the drawn pose presses them together, so close
+    them by `Revolute` for statics.
+
+    Parameters
+    ----------
+    mechanism : the mechanism; every motion must be held by joints, drives or stiffness.
+    load_steps : into how many parts the loads are divided; each is halved, up to 8 times, when Newton fails.
+
+    Raises
+    ------
+    SolveError : a motion that nothing resists (named), or no equilibrium found (which load, which coordinate).
+
+    Notes
+    -----
+    r0 being the force of the drawn pose, the equations r(q) - (1 - s) r0 + G^T lam = 0, g = 0 are solved for s = 0 .. 1.
+    Not past a limit point: a structure that snaps through ends with an error.
+    """
+    checks.count("static_equilibrium", "load_steps", load_steps)
+    program = compile_mechanism(mechanism)
+    system = System(program)
+    q, lam = np.array(program.drawn.q), np.zeros(program.n_c)
+    start = system.at(q).force
+    refuse_free_motion(program, system, q)
+    done, stride, total = 0.0, 1.0 / load_steps, 0
+    smallest = stride / 2**8
+    while done < 1.0 - 1e-12:
+        part = min(1.0, done + stride)
+        found = _newton(program, system, q, lam, (1.0 - part) * start)
+        if found is None:
+            stride /= 2.0
+            if stride < smallest:
+                raise SolveError(_failure(program, system, done))
+            continue
+        q, lam, used = found
+        done, total = part, total + used
+    system.at(q, lam=lam)
+    return Equilibrium(q, lam, program.names.coordinates, program.names.aliases, reactions(program, system), total)
+
+
+def _newton(
+    program: Program, system: System, q: np.ndarray, lam: np.ndarray, held: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, int] | None:
+    """Solution for one load, or None."""
+    n, last = program.n_q, np.inf
+    q, lam = q.copy(), lam.copy()
+    size = np.where(program.tables.kind == 1, 1.0, program.length)
+    for iteration in range(1, ITERATIONS + 1):
+        system.at(q, lam=lam, weights=(1.0, 0.0, 0.0))
+        rest = np.concatenate([-(system.force - held + system.constraint_force), -system.residual])
+        try:
+            d = solve_scaled(system.matrix, rest, "static equilibrium")
+        except SolveError:
+            return None
+        step = np.abs(d[:n] / size).max()
+        if not np.isfinite(step) or (iteration > 8 and step > 10.0 * last):
+            return None
+        factor = min(1.0, 0.5 / step) if step > 0.5 else 1.0
+        q += factor * d[:n]
+        lam += factor * d[n:]
+        if step <= ROUND_OFF or (step <= 1e-7 and step >= 0.5 * last):
+            return q, lam, iteration
+        last = step
+    return None
+
+
+def refuse_free_motion(program: Program, system: System, q: np.ndarray) -> None:
+    """`SolveError` when some motion is resisted by nothing at all."""
+    if program.n_q > 2000:
+        return  # the factorisation will tell
+    system.at(q, weights=(1.0, 0.0, 0.0))
+    K, G = system.block().toarray(), system.jacobian.toarray()
+    scale = np.sqrt(np.maximum(np.abs(K).max(axis=1), 1e-300))
+    scale = np.where(np.abs(K).max(axis=1) > 0.0, scale, 1.0)
+    both = np.vstack([K / scale / scale[:, None], G / scale])
+    values, vectors = np.linalg.svd(both)[1:]
+    if len(values) < program.n_q or values[-1] < 1e-13 * values[0]:
+        name = program.names.coordinates[int(np.abs(vectors[-1]).argmax())]
+        raise SolveError(
+            f"Mechanism {program.name!r} has no static equilibrium: a motion that moves {name!r} most is resisted by nothing. "
+            "Add a joint, a drive or a spring that holds it."
+        )
+
+
+def _failure(program: Program, system: System, done: float) -> str:
+    rest = np.abs(system.force + system.constraint_force)
+    name = program.names.coordinates[int(np.nanargmax(rest))]
+    return (
+        f"Mechanism {program.name!r}: no static equilibrium found beyond {100 * done:.3g} % of the loads; largest unbalance at "
+        f"{name!r}. Use more load_steps; if that does not help, the structure buckles or snaps through there."
+    )
+
+
+def reactions(program: Program, system: System) -> dict[str, tuple[float, float, float]]:
+    """(fx, fy, moment) of every joint at the last evaluation."""
+    found: dict[str, tuple[float, float, float]] = {}
+    C = program.tables.constraints
+    for c in range(len(C.kernel)):
+        name = program.names.rows[int(C.row[c])].partition("[")[0]
+        fx, fy, moment = system.work.joint[c, :3]
+        has_moment = C.moment[c] >= 0 or C.motion[c] >= 0
+        found[name] = (float(fx), float(fy), float(moment) if has_moment else 0.0)
+    return found
