@@ -15,7 +15,7 @@ help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-9s %s\n", $$1, $$2}' Makefile
 
 demo: $(VENV)/.installed  ## run the flexible nine-bar mechanism with clearance; results in out/demo
-	$(BIN)/flexmb run nine-bar --clearance 0.5mm --flexible --out out/demo
+	$(BIN)/flexmb run nine-bar --speed 2pi --clearance 0.5mm --flexible --out out/demo
 	@echo "Results in out/demo:"
 	@ls -1 out/demo
 

@@ -114,8 +114,8 @@ class Run:
 
     def go_to(self, end: float, saving: float | None) -> None:
         """Run until `end`; `saving` is the time between saved instants, 0 for every step, None for nothing."""
-        if self.code not in (RUNNING, DONE):
-            return
+        if self.note or self.code not in (RUNNING, DONE):
+            return  # a run that was stopped before the instants to be saved stays stopped
         resumed = self.flow.clock[3] > 0.0 or self.flow.clock[2] > 0.0
         if saving is not None and not resumed:
             self.flow.clock[2] = self.flow.clock[0]

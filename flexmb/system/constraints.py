@@ -15,22 +15,25 @@ def add_constraints(tables, address, t, q, v, lam, kq, matrix, work):
         gather(v, C.dofs, C.dof[c], n, work.vl)
         _call(tables, address, c, n, m, t, lam, work)
         for i in range(m):
-            rate = work.rows[1, i]
+            rate = work.gtl[i]
             for j in range(n):
                 k = i * n + j
                 slope = work.Gflat[k]
-                if slope != 0.0:
-                    rate += slope * work.vl[j]
-                    work.Gl[C.dofs[C.dof[c] + j]] += slope * lam[row + i]
+                if slope == 0.0:
+                    continue
+                rate += slope * work.vl[j]
+                work.Gl[C.dofs[C.dof[c] + j]] += slope * lam[row + i]
                 if matrix:
                     work.lu[C.positions_g[C.pos_g[c] + k]] += slope
                     work.lu[C.positions_gt[C.pos_g[c] + k]] += slope
-            work.g[row + i] = work.rows[0, i]
+            work.g[row + i] = work.gl[i]
             work.gv[row + i] = rate
-            work.gamma[row + i] = work.rows[2, i]
+            work.gamma[row + i] = work.gammal[i]
         if matrix and kq != 0.0:
             for k in range(n * n):
-                work.lu[C.positions_h[C.pos_h[c] + k]] += kq * work.Kl[k]
+                curvature = work.Kl[k]
+                if curvature != 0.0:
+                    work.lu[C.positions_h[C.pos_h[c] + k]] += kq * curvature
         _force_on_second(C, c, n, m, lam, work)
 
 
@@ -39,28 +42,29 @@ def _call(tables, address, c, n, m, t, lam, work):
     """Call the kernel of constraint c and subtract its motion from the last row."""
     C = tables.constraints
     row = C.row[c]
-    work.Gflat[: m * n] = 0.0
-    work.Kl[: n * n] = 0.0
-    work.rows[:, :m] = 0.0
     for i in range(m):
-        work.rows[3, i] = lam[row + i]
+        work.gl[i], work.gtl[i], work.gammal[i], work.laml[i] = 0.0, 0.0, 0.0, lam[row + i]
+    for i in range(m * n):
+        work.Gflat[i] = 0.0
+    for i in range(n * n):
+        work.Kl[i] = 0.0
     constraint_at(address.constraint, C.kernel[c])(
         tables.p[C.p[c, 0] : C.p[c, 1]],
         t,
         work.ql[:n],
         work.vl[:n],
-        work.rows[3, :m],
-        work.rows[0, :m],
+        work.laml[:m],
+        work.gl[:m],
         matrix_view(work.Gflat, m, n),
-        work.rows[1, :m],
-        work.rows[2, :m],
+        work.gtl[:m],
+        work.gammal[:m],
         matrix_view(work.Kl, n, n),
     )
     if C.motion[c] >= 0:
         s, s_dot, s_ddot = motion_at(address.motion, C.motion[c])(tables.p[C.motion_p[c, 0] : C.motion_p[c, 1]], t)
-        work.rows[0, m - 1] -= s
-        work.rows[1, m - 1] -= s_dot
-        work.rows[2, m - 1] += s_ddot
+        work.gl[m - 1] -= s
+        work.gtl[m - 1] -= s_dot
+        work.gammal[m - 1] += s_ddot
         work.drive[c, 0], work.drive[c, 1], work.drive[c, 2] = s, s_dot, s_ddot
 
 

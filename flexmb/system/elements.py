@@ -32,10 +32,10 @@ def add_elements(tables, address, t, h, q, v, a, z, kq, kv, ka, matrix, work):
 def call_element(tables, address, e, n, t, h, z, work):
     """Call the kernel of element e on the gathered ql, vl, al; results in rl, Kl, Cl, Ml, z_new."""
     E = tables.elements
-    work.rl[:n] = 0.0
-    work.Kl[: n * n] = 0.0
-    work.Cl[: n * n] = 0.0
-    work.Ml[: n * n] = 0.0
+    for i in range(n):
+        work.rl[i] = 0.0
+    for i in range(n * n):
+        work.Kl[i], work.Cl[i], work.Ml[i] = 0.0, 0.0, 0.0
     element_at(address.element, E.kernel[e])(
         tables.p[E.p[e, 0] : E.p[e, 1]],
         t,
@@ -67,20 +67,17 @@ def account(tables, address, t, h, q, v, a, x, y, z, work):
         gather(v, E.dofs, E.dof[e], n, work.vl)
         gather(a, E.dofs, E.dof[e], n, work.al)
         call_element(tables, address, e, n, t, h, z, work)
-        power = 0.0
         for i in range(n):
             dof = E.dofs[E.dof[e] + i]
             work.r[dof] += work.rl[i]
-            Mv, Ma, My = 0.0, 0.0, 0.0
+            Mv, My = 0.0, 0.0
             for j in range(n):
                 m = work.Ml[i * n + j]
                 if m != 0.0:
                     Mv += m * work.vl[j]
-                    Ma += m * work.al[j]
                     My += m * y[E.dofs[E.dof[e] + j]]
             work.power[0] += 0.5 * work.vl[i] * Mv
             work.power[5] += x[dof] * My
-            power += work.vl[i] * (work.rl[i] - Ma)
         if E.energy[e] >= 0:
             strain, gravity, damping = energy_at(address.energy, E.energy[e])(
                 tables.p[E.p[e, 0] : E.p[e, 1]], t, work.ql[:n], work.vl[:n]
@@ -89,4 +86,8 @@ def account(tables, address, t, h, q, v, a, x, y, z, work):
             work.power[2] += gravity
             work.power[3] += damping
         else:
-            work.power[4] -= power
+            for i in range(n):
+                force = work.rl[i]
+                for j in range(n):
+                    force -= work.Ml[i * n + j] * work.al[j]
+                work.power[4] -= work.vl[i] * force

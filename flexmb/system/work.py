@@ -39,7 +39,10 @@ class Work(NamedTuple):
     Kl: np.ndarray
     Cl: np.ndarray
     Ml: np.ndarray
-    rows: np.ndarray  # (5, most_rows)
+    gl: np.ndarray
+    gtl: np.ndarray
+    gammal: np.ndarray
+    laml: np.ndarray
     Gflat: np.ndarray
     contact_scratch: np.ndarray  # (12, 6)
 
@@ -68,7 +71,10 @@ def workspace(program: Program) -> Work:
         np.zeros(n * n),
         np.zeros(n * n),
         np.zeros(n * n),
-        np.zeros((5, m)),
+        np.zeros(m),
+        np.zeros(m),
+        np.zeros(m),
+        np.zeros(m),
         np.zeros(m * n),
         np.zeros((12, 6)),
     )

@@ -1,0 +1,8 @@
+"""`python -m flexmb` is `flexmb`."""
+
+import sys
+
+from flexmb.cli import main
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,172 @@
+"""The command line: flexmb run | list | check | vtk."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+from collections.abc import Sequence
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from flexmb.errors import FlexmbError
+
+if TYPE_CHECKING:
+    from flexmb.commands.options import Option
+    from flexmb.commands.source import Source
+
+OK, NOT_FINISHED, REFUSED, INTERRUPTED = 0, 1, 2, 130
+WITH_SOURCE = ("run", "check")
+SOURCE_HELP = "a ready mechanism (see `flexmb list`), or FILE.py[:NAME] with a Mechanism or a function that returns one"
+UNITS_HELP = "Numbers may carry a unit: 0.5mm, 50um, 2pi, 3000rpm, 30deg, 0.1ms; without one they are SI."
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line.
+
+    Parameters
+    ----------
+    arguments : what stands behind `flexmb`; None: what was typed.
+
+    Returns
+    -------
+    int : exit code: 0 done, 1 the run did not reach its end, 2 refused, 130 stopped from the keyboard.
+    """
+    given = joined(sys.argv[1:] if arguments is None else arguments)
+    try:
+        return _dispatch(given)
+    except FlexmbError as error:
+        if "--debug" in given:
+            raise
+        print(f"flexmb: {' '.join(str(error).split())}", file=sys.stderr)
+        return REFUSED
+    except ModuleNotFoundError as error:
+        if "--debug" in given or not error.name:
+            raise
+        package = error.name.partition(".")[0]
+        print(f"flexmb: the package {package!r} is missing. Install it: pip install {package}", file=sys.stderr)
+        return REFUSED
+    except KeyboardInterrupt:
+        print("flexmb: stopped from the keyboard.", file=sys.stderr)
+        return INTERRUPTED
+
+
+def joined(arguments: Sequence[str]) -> list[str]:
+    """The arguments with negative numbers tied to their option: --speed -2pi is --speed=-2pi."""
+    found: list[str] = []
+    for text in arguments:
+        if found and re.match(r"-[.\d]|-pi", text) and found[-1].startswith("--") and "=" not in found[-1]:
+            found[-1] = f"{found[-1]}={text}"
+        else:
+            found.append(text)
+    return found
+
+
+def _dispatch(given: list[str]) -> int:
+    source = _source(given)
+    parser, maker_options = _parser(source)
+    options = parser.parse_args(given)
+    if options.command == "list":
+        from flexmb.commands.others import list_mechanisms
+
+        return list_mechanisms()
+    if options.command == "vtk":
+        from flexmb.commands.others import write_frames
+
+        return write_frames(options.file, options.out, options.frames)
+    if source is None:
+        parser.error(f"the mechanism comes first: flexmb {options.command} NAME [options]")
+    return _with_mechanism(source, maker_options, options)
+
+
+def _with_mechanism(source: Source, maker_options: list[Option], options: argparse.Namespace) -> int:
+    from flexmb.commands.options import taken
+
+    mechanism = source.mechanism(taken(options, maker_options))
+    if options.command == "check":
+        from flexmb.commands.others import check_mechanism
+
+        return check_mechanism(mechanism)
+    from flexmb.commands.run import run
+
+    return run(mechanism, source.name, options)
+
+
+def _source(given: list[str]) -> Source | None:
+    """The mechanism that the arguments name; its parameters become options, so it is looked up first."""
+    if len(given) < 2 or given[0] not in WITH_SOURCE or given[1].startswith("-"):
+        return None
+    from flexmb.commands.source import find
+
+    return find(given[1])
+
+
+def _parser(source: Source | None) -> tuple[argparse.ArgumentParser, list[Option]]:
+    parser = argparse.ArgumentParser(
+        prog="flexmb", description="Planar flexible multibody dynamics with imperfect joints.", allow_abbrev=False
+    )
+    parser.add_argument("--version", action="version", version=f"flexmb {_version()}")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    plain = {"allow_abbrev": False, "epilog": UNITS_HELP}
+    run = commands.add_parser("run", help="simulate a mechanism and write its results", **plain)
+    check = commands.add_parser("check", help="degrees of freedom, redundancies, natural frequencies", **plain)
+    _add_run_options(run)
+    listing = commands.add_parser("list", help="ready mechanisms and their options", allow_abbrev=False)
+    vtk = commands.add_parser("vtk", help="write VTK files of a run on disk", allow_abbrev=False)
+    vtk.add_argument("file", metavar="RUN.nc", type=Path, help="what `flexmb run` wrote")
+    vtk.add_argument(
+        "--frames", type=int, metavar="N", help="number of frames (default: all instants, at most 200)"
+    )
+    vtk.add_argument("--out", type=Path, metavar="FILE.pvd", help="default: beside RUN.nc")
+    for command in (run, check, listing, vtk):
+        command.add_argument("--debug", action="store_true", help="show where an error came from")
+    options: list[Option] = []
+    for command in (run, check):
+        command.add_argument("source", metavar="NAME", help=SOURCE_HELP)
+        if source is not None:
+            options = _add_maker(command, source)
+    return parser, options
+
+
+def _add_maker(command: argparse.ArgumentParser, source: Source) -> list[Option]:
+    from flexmb.commands.options import add_options
+
+    try:
+        return add_options(command, source.make, f"options of {source.name}")
+    except argparse.ArgumentError as error:
+        text = f"{source.name}: a parameter bears the name of an option of this command ({error})."
+        raise FlexmbError(f"{text} Give it another name.") from error
+
+
+def _add_run_options(run: argparse.ArgumentParser) -> None:
+    time = run.add_argument_group("time")
+    end = time.add_mutually_exclusive_group()
+    end.add_argument("--periods", metavar="X", help="length of the run in periods of the drives (default 2)")
+    end.add_argument("--t-end", metavar="TIME", help="length of the run, e.g. 0.5s")
+    time.add_argument(
+        "--save-from-period", metavar="X", help="save and look for peaks from this period on (default 0)"
+    )
+    time.add_argument("--save", metavar="N", help="instants a period, or `steps` for every step (default 1000)")
+    time.add_argument(
+        "--restart", metavar="RUN.nc", type=Path, help="go on from the end of this run of the mechanism"
+    )
+    solver = run.add_argument_group("method")
+    step = solver.add_mutually_exclusive_group()
+    step.add_argument("--step", metavar="TIME", help="fixed step, e.g. 10us (default: steps controlled by their error)")
+    step.add_argument("--error", metavar="LENGTH", help="accepted error of a step, e.g. 1um")
+    names = "generalised-alpha[:RADIUS] (default), hht[:ALPHA], wbz[:ALPHA], trapezoidal, runge-kutta"
+    solver.add_argument("--method", metavar="NAME", help=f"{names}; runge-kutta needs --step")
+    files = run.add_argument_group("files")
+    files.add_argument("--out", metavar="DIR", help="folder of the results (default out/NAME)")
+    files.add_argument("--frames", type=int, metavar="N", default=100, help="number of VTK frames (default 100)")
+    files.add_argument("--no-vtk", action="store_true", help="write no VTK files")
+    files.add_argument("--no-plots", action="store_true", help="draw no pictures")
+    files.add_argument("--quiet", action="store_true", help="no progress bar and no summary")
+
+
+def _version() -> str:
+    try:
+        return version("flexmb")
+    except PackageNotFoundError:
+        return "(not installed)"

@@ -1,0 +1,167 @@
+"""`flexmb run`: simulate a mechanism, write its files, say what came out."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from collections.abc import Callable
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.commands import summary
+from flexmb.commands.units import quantity
+from flexmb.drives.drive import Drive
+from flexmb.errors import FlexmbError, InputError, MissingPackageError
+from flexmb.integrate.method import Newmark, RungeKutta4
+from flexmb.integrate.netcdf import load
+from flexmb.integrate.simulate import simulate
+from flexmb.integrate.solution import Solution
+from flexmb.integrate.steps import Adaptive, FixedStep
+from flexmb.model.mechanism import Mechanism
+
+PERIODS = 2.0
+"""Run so many periods when neither --periods nor --t-end is given."""
+
+METHODS: dict[str, Callable[..., Any]] = {
+    "generalised-alpha": Newmark.generalised_alpha,
+    "hht": Newmark.hht,
+    "wbz": Newmark.wbz,
+    "trapezoidal": Newmark.trapezoidal,
+    "runge-kutta": RungeKutta4,
+}
+WITH_NUMBER = ("generalised-alpha", "hht", "wbz")
+
+
+def run(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
+    """Simulate and write everything to the folder; 0 if the run reached its end, else 1.
+
+    Parameters
+    ----------
+    mechanism : the mechanism.
+    name : stem of the files.
+    options : `out`, and what stands in the groups "time", "method" and "files" of the command line.
+
+    Raises
+    ------
+    FlexmbError : what `simulate` refuses; a folder that cannot be written; a package that is missing.
+    """
+    folder = Path(options.out or Path("out") / name)
+    _require_packages(options)
+    keywords = {**_times(mechanism, options), **_solver(options)}
+    _require_folder(folder)
+    sol = simulate(mechanism, progress=not options.quiet, **keywords)
+    written = [sol.to_netcdf(folder / f"{name}.nc")]  # first of all: pictures can be drawn again, a run costs time
+    lost = _write_rest(mechanism, sol, folder, name, options, written)
+    if not options.quiet:
+        print(summary.table(mechanism, sol))
+        print("\nwritten:", *(f"  {path}" for path in written), sep="\n")
+    if lost:
+        print(f"flexmb: {lost}", file=sys.stderr)
+    if not sol.ok:
+        print(f"flexmb: {sol.status}", file=sys.stderr)
+    return 0 if sol.ok and not lost else 1
+
+
+def method_of(text: str) -> Newmark | RungeKutta4:
+    """The method that `text` means: "hht", or "hht:0.05" with its number."""
+    name, colon, number = text.partition(":")
+    make = METHODS[checks.one_of("--method", "method", name, METHODS)]
+    if not colon:
+        return make()
+    if name not in WITH_NUMBER:
+        raise InputError(f"--method: {name!r} takes no number; write --method {name}.")
+    return make(quantity(number, "", f"--method {name}:"))
+
+
+def _times(mechanism: Mechanism, options: argparse.Namespace) -> dict[str, Any]:
+    """When the run ends, and from when on it is saved."""
+    found: dict[str, Any] = {}
+    if options.t_end is not None:
+        found["t_end"] = quantity(options.t_end, "s", "--t-end")
+    elif options.periods is not None:
+        found["periods"] = quantity(options.periods, "", "--periods")
+    elif any(isinstance(part, Drive) and part.motion.period is not None for part in mechanism.parts):
+        found["periods"] = PERIODS
+    else:
+        raise InputError(f"Mechanism {mechanism.name!r} has no periodic drive. Say how long it shall run: --t-end 1s.")
+    if options.save_from_period is not None:
+        found["save_from_period"] = quantity(options.save_from_period, "", "--save-from-period")
+    if options.save is not None:
+        found["save"] = options.save if options.save == "steps" else quantity(options.save, "", "--save")
+    return found
+
+
+def _solver(options: argparse.Namespace) -> dict[str, Any]:
+    """Step, method and start of the run."""
+    found: dict[str, Any] = {}
+    if options.step is not None:
+        found["step"] = FixedStep(quantity(options.step, "s", "--step"))
+    elif options.error is not None:
+        found["step"] = Adaptive(error=quantity(options.error, "m", "--error"))
+    if options.method is not None:
+        found["method"] = method_of(options.method)
+    if options.restart is not None:
+        found["restart"] = load(options.restart).restart
+    return found
+
+
+def _require_packages(options: argparse.Namespace) -> None:
+    """Refuse before a long run, not after it."""
+    needed = {"h5netcdf": ("results", "")}
+    if not options.no_plots:
+        needed["matplotlib"] = ("pictures", " or leave them out with --no-plots")
+    if not options.no_vtk:
+        needed["meshio"] = ("VTK files", " or leave them out with --no-vtk")
+    for package, (purpose, other) in needed.items():
+        if find_spec(package) is None:
+            text = f"{purpose} need the package {package!r}, which is not installed. Install it: pip install {package}"
+            raise MissingPackageError(f"{text},{other}." if other else f"{text}.")
+
+
+def _require_folder(folder: Path) -> None:
+    """Refuse before a long run a folder that cannot be written."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        text = f"--out: {str(folder)!r} cannot be written ({error.strerror or error})."
+        raise InputError(f"{text} Give a writable folder.") from error
+
+
+def _write_rest(
+    mechanism: Mechanism, sol: Solution, folder: Path, name: str, options: argparse.Namespace, written: list[Path]
+) -> str:
+    """VTK files and pictures, added to `written`; why some are missing, or ""."""
+    from flexmb.io.vtk import write_vtk  # noqa: PLC0415 - only when asked for
+    from flexmb.view.plot import plot  # noqa: PLC0415
+    from flexmb.view.render import render  # noqa: PLC0415
+
+    if len(sol.time) < 2:
+        return "nothing was saved, so there are no pictures and no VTK files. Run longer, or save earlier."
+    try:
+        if not options.no_vtk:
+            written.append(write_vtk(sol, folder / f"{name}.pvd", frames=options.frames))
+        shown = summary.panels(mechanism, sol)
+        if not options.no_plots and shown:
+            path = folder / "signals.png"
+            plot(sol, shown).savefig(path, dpi=150)
+            written.append(path)
+        if not options.no_plots:
+            path = folder / "mechanism.png"
+            render(sol, four_instants(sol), path=path)
+            written.append(path)
+    except (FlexmbError, OSError) as error:
+        return f"some files are missing: {error}"  # the run itself is on disk already
+    return ""
+
+
+def four_instants(sol: Solution) -> np.ndarray:
+    """Four instants that are evenly spread and do not show the same pose twice when the saved time is a period."""
+    first, last = float(sol.time[0]), float(sol.time[-1])
+    return np.linspace(first, last, 5)[:4]

@@ -1,0 +1,115 @@
+"""Where a mechanism comes from: a ready one by its name, or FILE.py[:NAME]."""
+
+from __future__ import annotations
+
+import importlib.util
+import inspect
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from flexmb import checks, mechanisms
+from flexmb.errors import InputError
+from flexmb.model.mechanism import Mechanism
+
+NAMES = ("mech", "mechanism")
+"""What a file may call its mechanism, when the command line does not say."""
+
+
+def _no_parameters(mechanism: Mechanism) -> Callable[[], Mechanism]:
+    def make() -> Mechanism:
+        return mechanism
+
+    return make
+
+
+@dataclass(frozen=True)
+class Source:
+    """A function that makes the mechanism, and a short name for files.
+
+    Parameters
+    ----------
+    name : name of the ready mechanism, or of the file without its ending.
+    make : makes the mechanism; its parameters become options.
+    """
+
+    name: str
+    make: Callable[..., Any]
+
+    def mechanism(self, keywords: dict[str, Any]) -> Mechanism:
+        """The mechanism, or `InputError` when the function returns something else."""
+        made = self.make(**keywords)
+        if not isinstance(made, Mechanism):
+            raise InputError(f"{self.name}: the function returned {type(made).__name__}; it must return a Mechanism.")
+        return made
+
+
+def ready() -> dict[str, Callable[..., Any]]:
+    """The mechanisms that come with flexmb, by the name that is typed: every public function of `flexmb.mechanisms`."""
+    public = {name: getattr(mechanisms, name) for name in mechanisms.__all__}
+    return {name.replace("_", "-"): make for name, make in public.items() if inspect.isfunction(make)}
+
+
+def find(text: str) -> Source:
+    """The source that `text` names.
+
+    Parameters
+    ----------
+    text : "nine-bar", "FILE.py", or "FILE.py:NAME" where NAME is a Mechanism or a function that returns one.
+
+    Raises
+    ------
+    InputError : no such mechanism, file or name in the file.
+    """
+    path, colon, name = text.rpartition(":") if ".py:" in text else (text, "", "")
+    if path.endswith(".py"):
+        return _from_file(Path(path), name if colon else None)
+    makers = ready()
+    plain = text.replace("_", "-")
+    if plain in makers:
+        return Source(plain, makers[plain])
+    hint = checks.did_you_mean(plain, makers)
+    raise InputError(f"{text!r} is no mechanism and no file ending in .py. {hint}")
+
+
+def _from_file(path: Path, name: str | None) -> Source:
+    module = _load(path)
+    chosen = [name] if name is not None else [n for n in NAMES if n in vars(module)]
+    usable = [n for n, value in vars(module).items() if _is_source(value, module)]
+    if not chosen:
+        alone = [n for n in usable if isinstance(vars(module)[n], Mechanism)]
+        chosen = alone if len(alone) == 1 else []
+    if not chosen or not _is_source(vars(module).get(chosen[0]), module):
+        wanted = f"no mechanism {name!r}" if name else "no mechanism `mech`"
+        offer = f"It has: {', '.join(usable)}." if usable else "Write mech = fm.Mechanism(...) in it."
+        raise InputError(f"{path}: the file has {wanted}. {offer} Choose with {path}:NAME.")
+    value = vars(module)[chosen[0]]
+    make = _no_parameters(value) if isinstance(value, Mechanism) else value
+    return Source(path.stem if name is None else f"{path.stem}-{name}", make)
+
+
+def _is_source(value: Any, module: ModuleType) -> bool:
+    own = inspect.isfunction(value) and value.__module__ == module.__name__
+    return own or isinstance(value, Mechanism)
+
+
+def _load(path: Path) -> ModuleType:
+    """The file as a module. It is not `__main__`, so what stands under `if __name__ == "__main__"` does not run."""
+    if not path.is_file():
+        raise InputError(f"{path}: there is no such file. Check the path, or see `flexmb list` for ready mechanisms.")
+    spec = importlib.util.spec_from_file_location(f"flexmb_model_{path.stem}", path)
+    if spec is None or spec.loader is None:
+        raise InputError(f"{path}: Python cannot load this file.")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module  # dataclasses and pickle look a class's module up by its name
+    folder = str(path.resolve().parent)
+    if folder not in sys.path:
+        sys.path.insert(0, folder)  # as for a script: files beside it can be imported
+    try:
+        spec.loader.exec_module(module)
+    except (SyntaxError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: not a Python file: {error}.") from error
+    return module

@@ -1,0 +1,112 @@
+"""What a run was, on one screen: status, cost, stroke, peaks of the main signals, balance of energy."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from flexmb.integrate.solution import Solution
+from flexmb.joints.prismatic import Prismatic
+from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import GROUND, Body
+
+ENDINGS = ("torque", "normal_force", "deflection")
+"""Signals of drives, joints with clearance and flexible links that belong to the main ones."""
+MOST = 16
+PANELS = 6
+
+
+def followed(mechanism: Mechanism) -> Body | None:
+    """The body whose motion is the mechanism's output: the first slider, else the last body."""
+    for part in mechanism.parts:
+        if isinstance(part, Prismatic) and part.second.name != GROUND.name:
+            return mechanism.body(part.second.name)
+    return mechanism.bodies[-1] if mechanism.bodies else None
+
+
+def main_signals(mechanism: Mechanism, sol: Solution) -> list[str]:
+    """Acceleration of the body that is followed, torques, contacts, deflections: those that the solution has."""
+    body = followed(mechanism)
+    found = []
+    if body is not None:
+        found = [name for name in _rates(mechanism, body) if name in sol]
+    found += [name for ending in ENDINGS for name in sol.names if name.endswith(f".{ending}")]
+    return found[:MOST]
+
+
+def _rates(mechanism: Mechanism, body: Body) -> list[str]:
+    """Accelerations that tell something: along the guide of a slider, else of the rotation."""
+    guide = slides(mechanism, body)
+    if guide is None:
+        return [f"{body.name}.alpha"]
+    share = np.abs(guide.along) / np.hypot(*guide.along)
+    return [f"{body.name}.{axis}" for axis, s in zip(("ax", "ay"), share, strict=True) if s > 1e-6]
+
+
+def panels(mechanism: Mechanism, sol: Solution) -> list[list[str]]:
+    """The main signals, those of one kind in one panel."""
+    kinds: dict[tuple[str, str], list[str]] = {}
+    for name in main_signals(mechanism, sol):
+        kinds.setdefault((name.rpartition(".")[2], sol.units(name)), []).append(name)
+    return list(kinds.values())[:PANELS]
+
+
+def table(mechanism: Mechanism, sol: Solution) -> str:
+    """The summary."""
+    rows = [*_run_rows(sol), *_path_rows(mechanism, sol), *_contact_rows(sol)]
+    lines = [f"{name:<22s}{text}" for name, text in rows]
+    peaks = [(name, sol.peak(name)) for name in main_signals(mechanism, sol)]
+    if peaks:
+        lines += ["", f"{'largest absolute value':<34s}{'of all steps':>14s}          at t [s]"]
+        lines += [f"  {name:<32s}{p.value:>14.6g} {sol.units(name):<8s}{p.time:>9.6g}" for name, p in peaks]
+    return "\n".join(lines)
+
+
+def _run_rows(sol: Solution) -> Iterator[tuple[str, str]]:
+    stats = sol.stats
+    yield "mechanism", sol.name
+    yield "status", sol.status
+    yield (
+        "steps",
+        (
+            f"{stats.steps} of {stats.smallest_step:.3g} to {stats.largest_step:.3g} s, {stats.rejected} rejected, "
+            f"{stats.newton_iterations} Newton iterations"
+        ),
+    )
+    yield "wall time", f"{stats.wall_time:.3g} s"
+    if len(sol.time):
+        yield "saved", f"{len(sol.time)} instants from {sol.time[0]:.6g} to {sol.time[-1]:.6g} s"
+    if "energy.residual" in sol:
+        residual, kinetic = sol.peak("energy.residual").value, sol.peak("energy.kinetic").value
+        share = f" ({residual / kinetic:.2g} of the largest kinetic energy)" if kinetic > 0.0 else ""
+        yield "energy residual", f"{residual:.3g} J{share}"
+
+
+def _path_rows(mechanism: Mechanism, sol: Solution) -> Iterator[tuple[str, str]]:
+    """Stroke of a slider along its guide, or swing of the last body, over the saved instants."""
+    body = followed(mechanism)
+    if body is None or not len(sol.time):
+        return
+    guide = slides(mechanism, body)
+    if guide is not None and guide.first.name == GROUND.name:
+        along = np.array(guide.along) / np.hypot(*guide.along)
+        travel = along[0] * sol.array(f"{body.name}.x") + along[1] * sol.array(f"{body.name}.y")
+        yield f"stroke of {body.name}", f"{np.ptp(travel):.6g} m"
+    else:
+        yield f"swing of {body.name}", f"{np.ptp(sol.array(f'{body.name}.theta')):.6g} rad"
+
+
+def _contact_rows(sol: Solution) -> Iterator[tuple[str, str]]:
+    """Share of contact and deepest penetration; its signal is negative in flight, so its peak says nothing."""
+    for name in (n.rpartition(".")[0] for n in sol.names if n.endswith(".penetration")):
+        depth = sol.array(f"{name}.penetration")
+        if len(depth):
+            share, deepest = 100.0 * np.mean(depth > 0.0), max(float(depth.max()), 0.0)
+            yield f"contact in {name}", f"{share:.3g} % of the saved instants, up to {deepest:.3g} m deep"
+
+
+def slides(mechanism: Mechanism, body: Body) -> Prismatic | None:
+    """The guide in which the body slides, if any."""
+    guides = (p for p in mechanism.parts if isinstance(p, Prismatic) and p.second.name == body.name)
+    return next(guides, None)

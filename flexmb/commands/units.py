@@ -1,0 +1,147 @@
+"""Numbers with units as they are typed on the command line: 0.5mm, 3000rpm, 2pi, pi/2.
+
+Only the command line knows units other than SI; what it hands on is SI.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from fractions import Fraction
+
+from flexmb.checks import did_you_mean
+from flexmb.errors import InputError
+
+Scale = tuple[Fraction, int]
+"""A factor to SI: a fraction, and the power of pi that goes with it. Fractions, so that 0.3mm is the double 3e-4."""
+
+
+def _plain(**factors: str) -> dict[str, Scale]:
+    return {unit: (Fraction(factor), 0) for unit, factor in factors.items()}
+
+
+UNITS: dict[str, dict[str, Scale]] = {
+    "m": _plain(m="1", cm="1e-2", mm="1e-3", um="1e-6", µm="1e-6", nm="1e-9"),
+    "s": _plain(s="1", ms="1e-3", us="1e-6", µs="1e-6", ns="1e-9", min="60"),
+    "kg": _plain(kg="1", g="1e-3", t="1000"),
+    "N": _plain(N="1", mN="1e-3", kN="1e3"),
+    "Pa": _plain(Pa="1", kPa="1e3", MPa="1e6", GPa="1e9"),
+    "rad": {"rad": (Fraction(1), 0), "mrad": (Fraction(1, 1000), 0), "deg": (Fraction(1, 180), 1)},
+    "rad/s": {"rad/s": (Fraction(1), 0), "rpm": (Fraction(1, 30), 1), "deg/s": (Fraction(1, 180), 1)},
+    "m/s": {"m/s": (Fraction(1), 0), "mm/s": (Fraction(1, 1000), 0)},
+    "m/s^2": {"m/s^2": (Fraction(1), 0)},
+    "N m": {"N m": (Fraction(1), 0), "kN m": (Fraction(1000), 0)},
+    "kg m^2": {"kg m^2": (Fraction(1), 0)},
+    "kg/m^3": {"kg/m^3": (Fraction(1), 0)},
+    "N/m": {"N/m": (Fraction(1), 0), "kN/m": (Fraction(1000), 0)},
+    "N s/m": {"N s/m": (Fraction(1), 0)},
+    "N m/rad": {"N m/rad": (Fraction(1), 0)},
+    "1/m": {"1/m": (Fraction(1), 0)},
+    "s/m": {"s/m": (Fraction(1), 0)},
+    "Hz": {"Hz": (Fraction(1), 0), "kHz": (Fraction(1000), 0)},
+    "": {},
+}
+"""What may stand behind a number, by the SI unit of the parameter; "" is a parameter without unit."""
+
+NOUNS = {
+    "m": "a length",
+    "s": "a time",
+    "kg": "a mass",
+    "N": "a force",
+    "Pa": "a stress",
+    "rad": "an angle",
+    "rad/s": "an angular speed",
+    "m/s": "a speed",
+    "m/s^2": "an acceleration",
+    "N m": "a moment",
+    "kg m^2": "a moment of inertia",
+    "kg/m^3": "a density",
+    "": "a number without unit",
+}
+WITH_PI = ("rad", "rad/s", "")
+"""Parameters that may be given in multiples of pi, and only in their SI unit: 2pi, 2pi rad/s."""
+
+NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+TEXT = re.compile(rf"(?P<sign>[+-]?)(?:(?P<number>{NUMBER})\s*(?P<times>\*?)\s*)?(?P<pi>pi(?![A-Za-z]))?(?P<rest>.*)")
+DIVISOR = re.compile(rf"\s*/\s*({NUMBER})(.*)")
+
+
+def known_unit(text: str) -> str | None:
+    """The SI unit of `UNITS` that `text` means (kg m2 is kg m^2), or None."""
+    same = {_bare(unit): unit for unit in UNITS}
+    return same.get(_bare(text))
+
+
+def noun(unit: str) -> str:
+    """What a parameter of that unit is, for messages: "a length in m"."""
+    return f"{NOUNS.get(unit, 'a number')} in {unit}" if unit else NOUNS[""]
+
+
+def quantity(text: str, unit: str, name: str) -> float:
+    """The number that `text` means, in the SI unit `unit`.
+
+    Parameters
+    ----------
+    text : what was typed, e.g. "0.5mm", "2pi", "1.5*pi", "pi/2", "3000rpm", "-5deg".
+    unit : SI unit of the parameter, a key of `UNITS`.
+    name : the parameter, for messages.
+
+    Raises
+    ------
+    InputError : no number, a unit that is unknown or of another kind, pi where no angle stands, a number too large.
+
+    Examples
+    --------
+    >>> quantity("0.5mm", "m", "--clearance")
+    0.0005
+    >>> quantity("3000rpm", "rad/s", "--speed")
+    314.1592653589793
+    """
+    match = TEXT.fullmatch(text.strip())
+    if match is None or not (match["number"] or match["pi"]) or (match["times"] and not match["pi"]):
+        raise InputError(f"{name}: {text!r} is no number; give {noun(unit)}, e.g. {name} {_example(unit)}.")
+    value, rest = _fraction(match["number"] or "1", text, name), match["rest"]
+    if match["pi"] and (division := DIVISOR.fullmatch(rest)):
+        divisor, rest = _fraction(division[1], text, name), division[2]
+        if divisor == 0:
+            raise InputError(f"{name}: {text!r} divides by zero.")
+        value /= divisor
+    scale, power = _scale(rest.strip(), unit, text, name, pi=bool(match["pi"]))
+    value *= -scale if match["sign"] == "-" else scale
+    return float(value) * math.pi**power
+
+
+def _fraction(number: str, text: str, name: str) -> Fraction:
+    """The number as it is written, exactly; huge exponents are refused before they cost memory."""
+    if not abs(float(number)) < 1e200:
+        raise InputError(f"{name}: {text!r} is too large.")
+    return Fraction(number) if float(number) > 1e-200 else Fraction(0)
+
+
+def _scale(found: str, unit: str, text: str, name: str, *, pi: bool) -> Scale:
+    """Factor from the typed unit to SI."""
+    allowed = UNITS[unit]
+    if pi and (unit not in WITH_PI or (found and _bare(found) != _bare(unit))):
+        where = f"it needs {noun(unit)}, e.g. {_example(unit)}" if unit not in WITH_PI else f"give 2pi or 2pi {unit}"
+        raise InputError(f"{name}: {text!r}: pi goes with angles and angular speeds in rad and rad/s only; {where}.")
+    if not found:
+        return Fraction(1), int(pi)
+    same = {_bare(typed): scale for typed, scale in allowed.items()}
+    if _bare(found) in same:
+        factor, power = same[_bare(found)]
+        return factor, power + int(pi)
+    kind = next((u for u, units in UNITS.items() if _bare(found) in {_bare(typed) for typed in units}), None)
+    if kind is not None:
+        raise InputError(f"{name}: {text!r} is {NOUNS.get(kind, f'in {kind}')}; give {noun(unit)}.")
+    if not allowed:
+        raise InputError(f"{name}: {text!r}: {found!r} is no unit known here; {name} is {noun(unit)}.")
+    raise InputError(f"{name}: {text!r}: {found!r} is no unit known here. {did_you_mean(found, allowed)}")
+
+
+def _bare(unit: str) -> str:
+    """A unit without what may be left out: blanks, dots, the sign of a power."""
+    return re.sub(r"[\s.*^]", "", unit).replace("μ", "µ")
+
+
+def _example(unit: str) -> str:
+    return {"m": "0.5mm", "s": "0.1s", "rad/s": "2pi", "rad": "30deg"}.get(unit, "1.5")

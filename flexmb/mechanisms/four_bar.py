@@ -1,0 +1,178 @@
+"""A crank-rocker four-bar mechanism with thin, elastic coupler and rocker."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+
+from flexmb import checks
+from flexmb.beams.section import Rectangle
+from flexmb.bodies.flexible_link import FlexibleLink
+from flexmb.bodies.rigid_link import RigidLink
+from flexmb.contact.friction.modified_coulomb import ModifiedCoulomb
+from flexmb.contact.normal.lankarani_nikravesh import LankaraniNikravesh
+from flexmb.drives.drive import Drive
+from flexmb.errors import InputError
+from flexmb.joints.revolute import Revolute
+from flexmb.mechanisms.choices import Friction, check_flag, crank_motion, friction_law, pin
+from flexmb.mechanisms.geometry import LEFT, Point, at_angle, corner
+from flexmb.model.material import Material
+from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import GROUND, Body
+
+NAME = "four-bar"
+
+
+@dataclass(frozen=True, kw_only=True)
+class FourBarData:
+    """Numbers of the four-bar mechanism.
+
+    Parameters
+    ----------
+    ground, crank, coupler, rocker : lengths [m].
+    width : of all links, normal to the plane of motion [m].
+    crank_depth, coupler_depth, rocker_depth : of the links in the plane of motion [m].
+    bearing_mass : mass of the bearing between coupler and rocker, carried by the coupler's end [kg].
+    young : E [Pa]; poisson : nu; density : rho [kg/m^3], of the links.
+    damping : zeta2, stiffness-proportional damping of flexible links [s].
+    bearing_radius : radius of the bearing on the coupler [m].
+    restitution : coefficient of restitution of the contact.
+    contact_young, contact_poisson : of both partners of the contact, steel in steel [Pa, 1].
+    friction_coefficient, v0, v1 : modified Coulomb friction [1, m/s, m/s].
+
+    Raises
+    ------
+    InputError : values out of range, lengths with which the crank cannot turn round (Grashof).
+
+    Notes
+    -----
+    Lengths, sections, bearing mass and speed are those of the aluminium laboratory mechanism of D. A. Turcic, A. Midha,
+    J. R. Bosnik, Dynamic analysis of elastic mechanism systems, part II: experimental results, J. Dynamic Systems,
+    Measurement, and Control 106 (1984) 255-260, as later papers repeat them (given there in inches: 10, 4.25, 11, 10.65; 1
+    by 0.167 and 0.063; 340 rpm).  Damping and contact are chosen here.
+    """
+
+    ground: float = 0.2540
+    crank: float = 0.1080
+    coupler: float = 0.2794
+    rocker: float = 0.2705
+    width: float = 0.0254
+    crank_depth: float = 0.00424
+    coupler_depth: float = 0.0016
+    rocker_depth: float = 0.0016
+    bearing_mass: float = 0.042
+    young: float = 71e9
+    poisson: float = 0.33
+    density: float = 2710.0
+    damping: float = 1e-5
+    bearing_radius: float = 0.005
+    restitution: float = 0.9
+    contact_young: float = 207e9
+    contact_poisson: float = 0.29
+    friction_coefficient: float = 0.03
+    v0: float = 1e-4
+    v1: float = 1e-3
+
+    def __post_init__(self) -> None:
+        for name in (f.name for f in fields(self)):
+            allowed = ("friction_coefficient", "v0", "damping", "bearing_mass")
+            check = checks.not_negative if name in allowed else checks.positive
+            check("FourBarData", name, getattr(self, name))
+        shortest, *_, longest = lengths = sorted((self.ground, self.crank, self.coupler, self.rocker))
+        if self.crank > shortest or shortest + longest >= lengths[1] + lengths[2]:
+            raise InputError(
+                f"FourBarData: with ground {self.ground:g}, crank {self.crank:g}, coupler {self.coupler:g} and rocker "
+                f"{self.rocker:g} m the crank cannot turn round. It must be the shortest, and together with the longest link "
+                "shorter than the other two (Grashof)."
+            )
+
+
+def four_bar(
+    speed: float = 340.0 * 2.0 * math.pi / 60.0,
+    *,
+    clearance: float | None = None,
+    flexible: bool = False,
+    friction: Friction = None,
+    elements: int = 4,
+    start: float = 0.0,
+    ramp: float | None = None,
+    data: FourBarData | None = None,
+) -> Mechanism:
+    """A crank-rocker mechanism whose links may bend and whose joint between coupler and rocker may have play; no gravity.
+
+    Bodies: crank coupler rocker.  Joints: O, D (frame), A (crank and coupler), B (coupler and rocker).  Drive: motor.
+
+    Parameters
+    ----------
+    speed : of the crank [rad/s].
+    clearance : radius of the bearing on the coupler less that of the journal on the rocker at B [m]; None: an ideal joint.
+    flexible : whether the links are beams.
+    friction : in the joint B: "coulomb" for the modified Coulomb law with the numbers of `data`, a friction law, or None
+        for no friction.
+    elements : beam elements of each link.
+    start : angle of the crank at the start, counted from +X [rad].
+    ramp : time in which the crank gets from rest to its speed [s]; None: it starts at full speed.
+    data : the numbers of the mechanism; None: `FourBarData()`.
+
+    Raises
+    ------
+    InputError : values out of range or of the wrong kind.
+
+    Notes
+    -----
+    The rigid links have the mass, the centre of mass and the moment of inertia of the beams.  Source: see `FourBarData`.
+
+    Examples
+    --------
+    >>> four_bar(flexible=True).names
+    ('crank', 'coupler', 'rocker', 'O', 'D', 'A', 'B', 'motor')
+    """
+    data = FourBarData() if data is None else data
+    if not isinstance(data, FourBarData):
+        raise InputError(f"four_bar: data is {data!r}; it must be a FourBarData, e.g. FourBarData(crank=0.1).")
+    check_flag("four_bar", "flexible", flexible)
+    checks.count("four_bar", "elements", elements)
+    O, D = (0.0, 0.0), (data.ground, 0.0)
+    angle = checks.number("four_bar", "start", start, "rad")
+    A = at_angle(O, data.crank, angle)
+    B = corner("four_bar: loop O-A-B-D", A, data.coupler, D, data.rocker, LEFT)
+    beams = _beams(data, elements, O, A, B, D)
+    crank, coupler, rocker = beams if flexible else [_rigid(beam) for beam in beams]
+    steel = Material(data.contact_young, data.density, data.contact_poisson)
+    normal = LankaraniNikravesh.from_materials(steel, steel, restitution=data.restitution)
+    coulomb = ModifiedCoulomb(data.friction_coefficient, data.v0, data.v1)
+    joints = [
+        Revolute("O", GROUND, crank, at=O),
+        Revolute("D", GROUND, rocker, at=D),
+        Revolute("A", crank, coupler, at=A),
+        pin("B", coupler, rocker, B, clearance, data.bearing_radius, normal, friction_law("four_bar", friction, coulomb)),
+    ]
+    motor = Drive("motor", "O", crank_motion("four_bar", speed, ramp))
+    return Mechanism(NAME, (crank, coupler, rocker, *joints, motor))
+
+
+def _beams(data: FourBarData, elements: int, O: Point, A: Point, B: Point, D: Point) -> list[FlexibleLink]:
+    """Crank, coupler with the bearing at its end, rocker."""
+    common = {
+        "material": Material(data.young, data.density, data.poisson),
+        "elements": elements,
+        "damping": data.damping,
+    }
+    crank, coupler, rocker = (
+        Rectangle(width=data.width, height=h) for h in (data.crank_depth, data.coupler_depth, data.rocker_depth)
+    )
+    bar = data.density * data.width * data.coupler_depth * data.coupler
+    total = bar + data.bearing_mass
+    centre = (0.5 * bar + data.bearing_mass) / total
+    return [
+        FlexibleLink("crank", O, A, section=crank, **common),
+        FlexibleLink("coupler", A, B, section=coupler, mass=total, centre=centre, **common),
+        FlexibleLink("rocker", D, B, section=rocker, **common),
+    ]
+
+
+def _rigid(beam: FlexibleLink) -> Body:
+    """A rigid link with the mass properties of a beam."""
+    own = beam.properties()
+    centre = math.dist(beam.start, own.centre) / beam.length
+    return RigidLink(beam.name, beam.start, beam.end, own.mass, own.inertia, centre)

@@ -1,0 +1,174 @@
+"""The nine-bar mechanism with two cranks, a joint with clearance and flexible links."""
+
+from __future__ import annotations
+
+import math
+
+from flexmb import checks
+from flexmb.bodies.flexible_frame import FlexibleFrame
+from flexmb.bodies.flexible_link import FlexibleLink
+from flexmb.bodies.rigid_body import RigidBody
+from flexmb.bodies.rigid_link import RigidLink
+from flexmb.drives.drive import Drive
+from flexmb.errors import InputError
+from flexmb.joints.prismatic import Prismatic
+from flexmb.joints.revolute import Revolute
+from flexmb.mechanisms.choices import Friction, angles, check_flag, crank_motion, friction_law, pin
+from flexmb.mechanisms.geometry import Point, box
+from flexmb.mechanisms.nine_bar_data import NineBarData, NineBarPose
+from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import GROUND, Body, Joint
+
+NAME = "nine-bar"
+LINKS = {1: "crank1", 2: "link2", 3: "link3", 4: "crank4", 6: "rocker6", 8: "link8"}
+ON_THE_FRAME = (1, 4, 6)
+SLIDER_SIZE = (0.060, 0.036)
+"""Of the slider in pictures [m]."""
+
+
+def nine_bar(
+    speed: float = 2.0 * math.pi,
+    *,
+    clearance: float | None = None,
+    flexible: bool = False,
+    friction: Friction = "coulomb",
+    elements: int = 4,
+    start: tuple[float, float] = (0.0, 0.0),
+    ramp: float | None = None,
+    data: NineBarData | None = None,
+) -> Mechanism:
+    """The nine-bar mechanism with two degrees of freedom: two driven cranks, eight moving bodies, one joint with play.
+
+        O1 - crank1 - P1 - link2 - B        P1 is the joint that may have clearance
+        O4 - crank4 - P4 - link3 - B        B: links 2 and 3 and panel 7 (joints B2 and B3)
+        O6 - rocker6 - A                    A: rocker 6 and panel 7
+        panel7 = triangle A, B, C
+        C - link8 - S - slider              the slider moves along X, and so does gravity
+
+    Bodies: crank1 link2 link3 crank4 rocker6 panel7 link8 slider.  Joints: O1 O4 O6 P1 P4 B2 B3 A C S, guide.
+    Drives: motor1, motor4.
+
+    Parameters
+    ----------
+    speed : w [rad/s]; crank 1 turns with -w, crank 4 with +w.
+    clearance : radius of the bearing on crank 1 less that of the journal on link 2 [m]; None: an ideal joint.
+    flexible : whether the links are beams; the slider is always rigid.
+    friction : in the joint with clearance: "coulomb" for the modified Coulomb law with the numbers of `data`, a friction
+        law, or None for no friction.
+    elements : beam elements of each link, and of each side of the panel.
+    start : angles of cranks 1 and 4 at the start, counted from +X [rad].
+    ramp : time in which the cranks get from rest to their speed [s]; None: they start at full speed.
+    data : the numbers of the mechanism; None: `NineBarData()`.
+
+    Raises
+    ------
+    InputError : values out of range or of the wrong kind.
+    AssemblyError : a loop that cannot close at `start`; says which and by how much.
+
+    Notes
+    -----
+    The rigid and the flexible mechanism have the same mass, centre of mass and moment of inertia body by body: what a
+    beam lacks is put into bosses at its ends, and for the cranks and rocker 6 on the axis in the frame.
+    Source: Chen, Jiang, Deng, Wang, Nonlinear Dynamics (2018); which numbers are printed there and which had to be
+    reconstructed stands beside each field of `NineBarData`.
+
+    Examples
+    --------
+    >>> mech = nine_bar(speed=6.28, clearance=0.5e-3, flexible=True)
+    >>> mech.find("P1").clearance
+    0.0005
+    """
+    data = NineBarData() if data is None else data
+    if not isinstance(data, NineBarData):
+        raise InputError(f"nine_bar: data is {data!r}; it must be a NineBarData, e.g. NineBarData(mass7=4.0).")
+    check_flag("nine_bar", "flexible", flexible)
+    checks.count("nine_bar", "elements", elements)
+    pose = NineBarPose.at(data, *angles("nine_bar", "start", start))
+    body = _flexible_bodies(data, pose, elements) if flexible else _rigid_bodies(data, pose)
+    body["slider"] = RigidBody("slider", pose.S, data.mass9, data.inertia9, outline=box(pose.S, *SLIDER_SIZE))
+    law = friction_law("nine_bar", friction, data.coulomb)
+    play = pin("P1", body["crank1"], body["link2"], pose.P1, clearance, data.bearing_radius, data.normal, law)
+    drives = [
+        Drive("motor1", "O1", crank_motion("nine_bar", -speed, ramp)),
+        Drive("motor4", "O4", crank_motion("nine_bar", speed, ramp)),
+    ]
+    return Mechanism(NAME, (*body.values(), *_ideal_joints(data, pose, body), play, *drives), (data.gravity, 0.0))
+
+
+def _ends(data: NineBarData, pose: NineBarPose) -> dict[int, tuple[Point, Point]]:
+    return {
+        1: (data.pivot1, pose.P1),
+        2: (pose.P1, pose.B),
+        3: (pose.P4, pose.B),
+        4: (data.pivot4, pose.P4),
+        6: (data.pivot6, pose.A),
+        8: (pose.C, pose.S),
+    }
+
+
+def _ideal_joints(data: NineBarData, pose: NineBarPose, body: dict[str, Body]) -> list[Joint]:
+    """All joints but P1."""
+    return [
+        Revolute("O1", GROUND, body["crank1"], at=data.pivot1),
+        Revolute("O4", GROUND, body["crank4"], at=data.pivot4),
+        Revolute("O6", GROUND, body["rocker6"], at=data.pivot6),
+        Revolute("P4", body["crank4"], body["link3"], at=pose.P4),
+        Revolute("B2", body["link2"], body["panel7"], at=pose.B),
+        Revolute("B3", body["link3"], body["panel7"], at=pose.B),
+        Revolute("A", body["rocker6"], body["panel7"], at=pose.A),
+        Revolute("C", body["panel7"], body["link8"], at=pose.C),
+        Revolute("S", body["link8"], body["slider"], at=pose.S),
+        Prismatic("guide", GROUND, body["slider"], at=pose.S, along=(1.0, 0.0)),
+    ]
+
+
+def _rigid_bodies(data: NineBarData, pose: NineBarPose) -> dict[str, Body]:
+    ends = _ends(data, pose)
+    found: dict[str, Body] = {
+        name: RigidLink(name, *ends[k], getattr(data, f"mass{k}"), data.own_inertia(k)) for k, name in LINKS.items()
+    }
+    corners = (pose.A, pose.B, pose.C, pose.A)
+    found["panel7"] = RigidBody("panel7", pose.centre7, data.mass7, data.inertia7, outline=corners)
+    return found
+
+
+def _flexible_bodies(data: NineBarData, pose: NineBarPose, elements: int) -> dict[str, Body]:
+    found: dict[str, Body] = {
+        name: _beam(data, k, name, *_ends(data, pose)[k], elements) for k, name in LINKS.items()
+    }
+    found["panel7"] = FlexibleFrame(
+        "panel7",
+        (pose.A, pose.B, pose.C),
+        ((0, 1), (1, 2), (2, 0)),
+        section=data.section(7),
+        material=data.material,
+        elements=elements,
+        mass=data.mass7,
+        inertia=data.inertia7,
+        centre=pose.centre7,
+        damping=data.damping,
+    )
+    return found
+
+
+def _beam(data: NineBarData, number: int, name: str, start: Point, end: Point, elements: int) -> FlexibleLink:
+    """A link as a beam with the mass and the inertia of the rigid one."""
+    mass, inertia = getattr(data, f"mass{number}"), data.own_inertia(number)
+    common = {
+        "section": data.section(number),
+        "material": data.material,
+        "elements": elements,
+        "mass": mass,
+        "damping": data.damping,
+    }
+    if number not in ON_THE_FRAME:
+        return FlexibleLink(name, start, end, inertia=inertia, **common)
+    # What the bar and point masses at its ends lack sits on the axis in the frame, as a shaft or a hub does; bosses at
+    # the outer end would need radii of gyration larger than the link is deep.
+    lacking = inertia - FlexibleLink(name, start, end, **common).properties().inertia
+    if lacking < 0.0:
+        raise InputError(
+            f"NineBarData: inertia{number} is too small for {name!r} as a beam with masses at its ends, by {-lacking:.4g} "
+            f"kg m^2. Give a larger inertia{number}, a smaller mass{number}, or a lighter section."
+        )
+    return FlexibleLink(name, start, end, pivot_inertia=lacking, **common)

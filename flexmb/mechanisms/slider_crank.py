@@ -1,0 +1,175 @@
+"""The slider-crank whose piston pin is worn."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+
+from flexmb import checks
+from flexmb.beams.section import Rectangle
+from flexmb.bodies.flexible_link import FlexibleLink
+from flexmb.bodies.rigid_body import RigidBody
+from flexmb.bodies.rigid_link import RigidLink
+from flexmb.contact.friction.modified_coulomb import ModifiedCoulomb
+from flexmb.contact.normal.lankarani_nikravesh import LankaraniNikravesh
+from flexmb.drives.drive import Drive
+from flexmb.errors import InputError
+from flexmb.joints.prismatic import Prismatic
+from flexmb.joints.revolute import Revolute
+from flexmb.mechanisms.choices import Friction, check_flag, crank_motion, friction_law, pin
+from flexmb.mechanisms.geometry import at_angle, box, on_line
+from flexmb.model.material import Material
+from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import GROUND, Body
+
+NAME = "slider-crank"
+SLIDER_SIZE = (0.030, 0.020)
+"""Of the slider in pictures [m]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SliderCrankData:
+    """Numbers of the slider-crank with a worn piston pin.
+
+    Parameters
+    ----------
+    crank, rod : lengths [m].
+    crank_mass, rod_mass, slider_mass : masses [kg]; those of the links lie at mid-length.
+    crank_inertia : moment of inertia about the centre of mass [kg m^2].
+    rod_inertia : the same of the rod [kg m^2]; None: that of a uniform rod, m l^2/12.
+    slider_inertia : the same of the slider [kg m^2]; it does not turn, so any value > 0 will do.
+    bearing_radius : radius of the bearing in the rod [m].
+    restitution : coefficient of restitution of the contact.
+    young, poisson : of both partners of the contact [Pa], and of a flexible rod.
+    density : of a flexible rod [kg/m^3]; with the rod's mass it fixes the square section.
+    friction_coefficient, v0, v1 : modified Coulomb friction [1, m/s, m/s].
+    damping : zeta2, stiffness-proportional damping of a flexible rod [s].
+
+    Raises
+    ------
+    InputError : values out of range, a rod that is not longer than the crank.
+
+    Notes
+    -----
+    Lengths, masses and contact: the slider-crank with clearance in the piston pin of P. Flores, J. Ambrosio, J. C. P.
+    Claro, H. M. Lankarani, Kinematics and Dynamics of Multibody Systems with Imperfect Joints, Springer 2008.
+    """
+
+    crank: float = 0.05
+    rod: float = 0.12
+    crank_mass: float = 0.30
+    rod_mass: float = 0.21
+    slider_mass: float = 0.14
+    crank_inertia: float = 1.0e-5
+    rod_inertia: float | None = 2.5e-4
+    slider_inertia: float = 1.0e-4
+    bearing_radius: float = 0.010
+    restitution: float = 0.9
+    young: float = 207e9
+    poisson: float = 0.3
+    density: float = 7801.0
+    friction_coefficient: float = 0.03
+    v0: float = 1e-4
+    v1: float = 1e-3
+    damping: float = 1e-6
+
+    def __post_init__(self) -> None:
+        for name in (f.name for f in fields(self)):
+            value = getattr(self, name)
+            if name in ("friction_coefficient", "v0", "damping"):
+                checks.not_negative("SliderCrankData", name, value)
+            elif value is not None or name != "rod_inertia":
+                checks.positive("SliderCrankData", name, value)
+        if self.rod <= self.crank:
+            raise InputError(
+                f"SliderCrankData: rod is {self.rod:g} m; it must be longer than the crank, {self.crank:g} m, or the crank "
+                "cannot turn round."
+            )
+
+    @property
+    def uniform_rod_inertia(self) -> float:
+        """m l^2/12 of the rod [kg m^2]."""
+        return self.rod_mass * self.rod**2 / 12.0
+
+    @property
+    def rod_side(self) -> float:
+        """Side of the square section that gives a flexible rod its mass [m]."""
+        return math.sqrt(self.rod_mass / (self.density * self.rod))
+
+
+def slider_crank(
+    speed: float = 5000.0 * 2.0 * math.pi / 60.0,
+    *,
+    clearance: float | None = None,
+    flexible: bool = False,
+    friction: Friction = None,
+    elements: int = 8,
+    start: float = 0.0,
+    ramp: float | None = None,
+    data: SliderCrankData | None = None,
+) -> Mechanism:
+    """The slider-crank with a piston pin that may have play and a connecting rod that may bend; no gravity.
+
+    Bodies: crank rod slider.  Joints: O (frame and crank), A (crank and rod), B (rod and slider), guide.  Drive: motor.
+
+    Parameters
+    ----------
+    speed : of the crank [rad/s].
+    clearance : radius of the bearing in the rod less that of the pin on the slider [m]; None: an ideal joint.
+    flexible : whether the rod is a beam.
+    friction : in the piston pin: "coulomb" for the modified Coulomb law with the numbers of `data`, a friction law, or
+        None for no friction.
+    elements : beam elements of a flexible rod.
+    start : angle of the crank at the start, counted from +X [rad].
+    ramp : time in which the crank gets from rest to its speed [s]; None: it starts at full speed.
+    data : the numbers of the mechanism; None: `SliderCrankData()`.
+
+    Raises
+    ------
+    InputError : values out of range or of the wrong kind.
+
+    Notes
+    -----
+    A flexible rod is a uniform bar, whose moment of inertia m l^2/12 = 2.52e-4 kg m^2 is 0.8 % above the 2.5e-4 of the
+    rigid one: masses at the ends of a bar can only raise it.  To compare both, give the rigid one
+    `SliderCrankData(rod_inertia=None)`.
+
+    Examples
+    --------
+    >>> slider_crank(clearance=0.5e-3).names
+    ('crank', 'rod', 'slider', 'O', 'A', 'B', 'guide', 'motor')
+    """
+    data = SliderCrankData() if data is None else data
+    if not isinstance(data, SliderCrankData):
+        raise InputError(f"slider_crank: data is {data!r}; it must be a SliderCrankData, e.g. SliderCrankData(rod=0.2).")
+    check_flag("slider_crank", "flexible", flexible)
+    checks.count("slider_crank", "elements", elements)
+    angle = checks.number("slider_crank", "start", start, "rad")
+    O = (0.0, 0.0)
+    A = at_angle(O, data.crank, angle)
+    B = on_line("slider_crank: loop O-A-B-guide", A, data.rod, 0.0, 1.0)
+    crank = RigidLink("crank", O, A, data.crank_mass, data.crank_inertia)
+    rod = _rod(data, A, B, elements if flexible else None)
+    slider = RigidBody("slider", B, data.slider_mass, data.slider_inertia, outline=box(B, *SLIDER_SIZE))
+    steel = Material(data.young, data.density, data.poisson)
+    normal = LankaraniNikravesh.from_materials(steel, steel, restitution=data.restitution)
+    coulomb = ModifiedCoulomb(data.friction_coefficient, data.v0, data.v1)
+    law = friction_law("slider_crank", friction, coulomb)
+    joints = [
+        Revolute("O", GROUND, crank, at=O),
+        Revolute("A", crank, rod, at=A),
+        pin("B", rod, slider, B, clearance, data.bearing_radius, normal, law),
+        Prismatic("guide", GROUND, slider, at=B, along=(1.0, 0.0)),
+    ]
+    motor = Drive("motor", "O", crank_motion("slider_crank", speed, ramp))
+    return Mechanism(NAME, (crank, rod, slider, *joints, motor))
+
+
+def _rod(data: SliderCrankData, start: tuple[float, float], end: tuple[float, float], elements: int | None) -> Body:
+    """The connecting rod, rigid when `elements` is None."""
+    if elements is None:
+        inertia = data.uniform_rod_inertia if data.rod_inertia is None else data.rod_inertia
+        return RigidLink("rod", start, end, data.rod_mass, inertia)
+    section = Rectangle(width=data.rod_side, height=data.rod_side)
+    material = Material(data.young, data.density, data.poisson)
+    return FlexibleLink("rod", start, end, section=section, material=material, elements=elements, damping=data.damping)

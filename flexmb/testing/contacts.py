@@ -1,0 +1,169 @@
+"""Checks of contacts: gap, normal law, friction law."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.kernels import GAP_SIZE
+from flexmb.model.law import FrictionLaw, Law, NormalLaw
+from flexmb.model.pieces import ContactPiece
+from flexmb.testing.bench import Bench
+from flexmb.testing.subject import State, Subject
+
+STEPS = (0.0, 1e-5, 1e-3)
+ROUNDS = 12
+
+
+def check_contact(bench: Bench, piece: ContactPiece) -> None:
+    """Check gap kernel, normal law and friction law of a contact."""
+    size = check_gap(bench, piece)
+    check_normal(bench, piece.normal, size)
+    check_friction(bench, piece.friction)
+
+
+def check_gap(bench: Bench, piece: ContactPiece) -> float:
+    """Check a gap kernel open and closed; the size of its gap in the drawn pose [m]."""
+    subject = Subject(bench.owner, piece.gap, piece.p, out=(GAP_SIZE,))
+    q = bench.pose[bench.number.dofs(piece.coordinates)]
+    scale = bench.scales(piece.coordinates)
+    still = subject.watched({"q": q, "v": np.zeros(6)})["out"]
+    size = abs(float(still[0])) or 1e-3 * float(scale.max())
+    # near the drawn pose gaps of its own size; then, as for other pieces, larger motions
+    distances = np.array([*(size * f for f in (0.1, 0.5, 0.9, 1.1, 1.5, 3.0)), 1e-3 * scale[0], 0.1 * scale[0]])
+    for distance in np.repeat(distances, 3):
+        angle = bench.random.uniform(-np.pi, np.pi)
+        moved = q + 1e-4 * min(1.0, size / scale[0]) * scale * bench.random.uniform(-1.0, 1.0, 6)
+        moved[3:5] += distance * np.array([np.cos(angle), np.sin(angle)])
+        turn, shift = bench.rotation(0.0)  # the pair anywhere, not only as drawn
+        state = {"q": turn @ moved + shift, "v": scale * bench.random.uniform(-10.0, 10.0, 6)}
+        check_gap_at(bench, subject, state, scale, min(size, float(distance)))
+    return size
+
+
+def check_gap_at(bench: Bench, subject: Subject, state: State, scale: np.ndarray, size: float) -> None:
+    """Derivatives, contact point and frame at one state."""
+    out = subject.watched(state)["out"]
+    where = "contact" if out[0] < 0.0 else "free flight"
+    bench.note(f"{subject.kernel.name}: compiled = Python, finite, repeatable, in {where}")
+    step = np.where(scale == 1.0, 1.0, size)  # lengths of the size of the gap, angles of 1 rad at most
+    step[[2, 5]] = min(1.0, size / float(scale.max()))
+    q, v = state["q"], state["v"]
+    normal, tangent = rows(out)
+
+    def part(begin: int, end: int):
+        return lambda x: subject({**state, "q": x})["out"][begin:end]
+
+    units = {"columns": step}
+    bench.derivative(subject, "gap = ∫ J_n dq", state, normal[None, :], part(0, 1), q, step, **units)
+    blocks = (("normal", 3, 13), ("first_arm", 5, 25), ("second_arm", 7, 37))
+    for name, begin, place in blocks:
+        got = out[place : place + 12].reshape(2, 6)
+        floor = 1e-6 * float(np.abs(out[begin : begin + 2]).max())
+        bench.derivative(
+            subject, f"{name} = its derivatives by q", state, got, part(begin, begin + 2), q, step, floor=floor, **units
+        )
+    for name, value, row in (("gap_rate = J_n v", out[1], normal), ("slip = J_t v", out[2], tangent)):
+        bench.balanced(subject, name, state, [value, *(-row * v)])
+    for axis in (0, 1):  # one contact point for both bodies, so that forces have the same moment
+        terms = [q[axis], out[5 + axis], -q[3 + axis], -out[7 + axis]]
+        bench.balanced(subject, f"contact points along {'xy'[axis]}", state, terms)
+    check_frame(bench, subject, state, out, scale)
+
+
+def rows(out: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """J_n and J_t: gap rate and slip by the velocities of the nodes, from normal and arms."""
+    n, t = out[3:5], np.array([-out[4], out[3]])
+
+    def row(direction: np.ndarray) -> np.ndarray:
+        moments = [direction[1] * out[k] - direction[0] * out[k + 1] for k in (5, 7)]
+        return np.array([*direction, moments[0], *-direction, -moments[1]])
+
+    return row(n), -row(t)
+
+
+def check_frame(bench: Bench, subject: Subject, state: State, out: np.ndarray, scale: np.ndarray) -> None:
+    """Gap, its rate and the slip stay, normal and arms turn with everything."""
+    turn, shift = bench.rotation(float(scale.max()))
+    moved = {"q": turn @ state["q"] + shift, "v": turn @ state["v"]}
+    after = subject(moved)["out"]
+    gap = max(abs(float(out[0])), float(np.hypot(*out[9:11])))
+    length = float(np.abs(moved["q"][[0, 1, 3, 4]]).max() + np.abs(out[5:9]).max())
+    speed = float(np.abs(state["v"]).max()) * max(1.0, float(scale.max()))
+    blur = length / max(gap, 1e-300)  # how much larger round-off of the normal is than that of positions
+    bench.turned(subject, "gap", state, after[0:1], out[0:1], length)
+    bench.turned(subject, "gap_rate and slip", state, after[1:3], out[1:3], speed * max(blur, 1.0))
+    bench.turned(subject, "normal", state, after[3:5], turn[:2, :2] @ out[3:5], max(blur, 1.0))
+    for name, k in (("first arm", 5), ("second arm", 7)):
+        bench.turned(subject, name, state, after[k : k + 2], turn[:2, :2] @ out[k : k + 2], length * max(blur, 1.0))
+
+
+def check_normal(bench: Bench, law: NormalLaw, size: float) -> None:
+    """Check a normal law in free flight, at the onset and in lasting contact."""
+    subject = law_subject(bench, law)
+    for h in STEPS * ROUNDS:
+        z = np.array(law.history(), dtype=float)
+        open_gap, speed = size * log_uniform(bench, 1e-2, 1.0), -log_uniform(bench, 1e-3, 10.0)
+        first = {"h": 1e-4, "gap": open_gap, "gap_rate": speed, "z": z}
+        check_normal_at(bench, subject, first, size)
+        z = subject(first)["z_new"]
+        gap, span = -size * log_uniform(bench, 1e-3, 1.0), h
+        if h > 0.0:  # a step that leads from the open gap to this depth
+            span = (open_gap - gap) / -speed * bench.random.uniform(0.8, 1.2)
+        for _ in range(3):
+            rate = speed * bench.random.uniform(-0.5, 1.0)
+            state = {"h": span, "gap": gap, "gap_rate": rate, "z": z}
+            check_normal_at(bench, subject, state, size)
+            z = subject(state)["z_new"]
+            gap, span = gap * bench.random.uniform(0.5, 1.5), h
+
+
+def check_normal_at(bench: Bench, subject: Subject, state: State, size: float) -> None:
+    """Derivatives of a normal law at one state; it never pulls."""
+    out = subject.watched(state)
+    N = float(out["N"])
+    bench.note(f"{subject.kernel.name}: compiled = Python, finite, repeatable, {'open' if N == 0.0 else 'closed'}")
+    if N < 0.0:
+        raise subject.fault(f"N is {N:.9g}; a contact pushes, so it must be >= 0", state)
+    for output, name, step in (("dN_dgap", "gap", state["gap"]), ("dN_drate", "gap_rate", state["gap_rate"])):
+        step = abs(step)
+        what = f"{output} = dN/d({name})"
+        floor = 1e-4 * N / step
+        bench.derivative(subject, what, state, out[output], of(subject, state, "N", name), state[name], step, floor=floor)
+
+
+def check_friction(bench: Bench, law: FrictionLaw) -> None:
+    """Check a friction law at slow and fast slip, also after other slips."""
+    subject = law_subject(bench, law)
+    for h in STEPS * ROUNDS:
+        z = np.array(law.history(), dtype=float)
+        slip = log_uniform(bench, 1e-6, 1.0) * bench.random.choice([-1.0, 1.0])
+        for _ in range(2):
+            state = {"h": h, "slip": slip, "N": log_uniform(bench, 1e-2, 1e4), "z": z}
+            out = subject.watched(state)
+            bench.note(f"{subject.kernel.name}: compiled = Python, finite, repeatable")
+            for output, name in (("dT_dslip", "slip"), ("dT_dN", "N")):
+                step = abs(state[name])
+                floor = 1e-4 * abs(float(out["T"])) / step
+                value = of(subject, state, "T", name)
+                what = f"{output} = dT/d({name})"
+                bench.derivative(subject, what, state, out[output], value, state[name], step, floor=floor)
+            subject.watched({**state, "N": 0.0})
+            subject.watched({**state, "slip": 0.0})
+            z = out["z_new"]
+            slip *= bench.random.uniform(-2.0, 2.0)
+
+
+def law_subject(bench: Bench, law: Law) -> Subject:
+    """The kernel of a law."""
+    owner = f"{bench.owner}, {type(law).__name__}"
+    return Subject(owner, law.kernel, law.parameters(), z_new=(len(law.history()),))
+
+
+def of(subject: Subject, state: State, output: str, name: str):
+    """One output as a function of one input."""
+    return lambda x: float(subject({**state, name: x})[output])
+
+
+def log_uniform(bench: Bench, low: float, high: float) -> float:
+    """A random number between `low` and `high`, all orders of magnitude alike."""
+    return float(np.exp(bench.random.uniform(np.log(low), np.log(high))))

@@ -1,0 +1,112 @@
+"""Checks of elements: tangents, energies, balance, frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from flexmb.kernels import Kernel
+from flexmb.model.part import GROUND
+from flexmb.model.pieces import Coordinate, ElementPiece
+from flexmb.testing.bench import TOLERANCE, Bench
+from flexmb.testing.subject import State, Subject, Values
+
+
+def check_element(bench: Bench, piece: ElementPiece, weightless: ElementPiece) -> None:
+    """Check an element; `weightless` is the same without the mechanism's gravity."""
+    n, m = len(piece.coordinates), len(piece.history)
+    shapes = {"r": (n,), "K": (n, n), "C": (n, n), "M": (n, n), "z_new": (m,)}
+    subject = Subject(bench.owner, piece.kernel, piece.p, **shapes)
+    bare = Subject(bench.owner, weightless.kernel, weightless.p, **shapes)
+    scale = bench.scales(piece.coordinates)
+    z = np.array(piece.history, dtype=float)
+    for state in bench.states(piece.coordinates, "t h q v a"):
+        full = {**state, "z": z}
+        out = subject.watched(full)
+        bench.note(f"{piece.kernel.name}: compiled = Python, finite, repeatable")
+        floor = TOLERANCE * float(np.abs(out["r"] * scale).max())
+        for output, name in (("K", "q"), ("C", "v"), ("M", "a")):
+
+            def force(x: np.ndarray, name: str = name, full: State = full) -> np.ndarray:
+                return subject({**full, name: x})["r"]
+
+            sizes = {"rows": scale, "columns": scale, "floor": floor}
+            # r is linear in v and a or nearly so: a step of their own size keeps round-off small
+            step = scale if name == "q" else scale * max(1.0, float(np.abs(full[name] / scale).max()))
+            bench.derivative(subject, f"{output} = dr/d{name}", full, out[output], force, full[name], step, **sizes)
+        if piece.energy is not None and not m:
+            check_energy(bench, piece.energy, subject, full, out, scale)
+        check_reaction(bench, piece.coordinates, bare, full)
+        check_frame(bench, piece.coordinates, bare, full, scale)
+        z = out["z_new"]
+
+
+def check_energy(
+    bench: Bench, kernel: Kernel, subject: Subject, state: State, out: Values, scale: np.ndarray
+) -> None:
+    """Force at rest against the potential; power of the forces against the rate of all energies."""
+    energy = Subject(bench.owner, kernel, subject.p)
+    short = {name: state[name] for name in ("t", "q", "v")}
+    damping = float(energy.watched(short)["damping"])
+    v, still = state["v"], np.zeros_like(state["v"])
+
+    def potential(q: np.ndarray) -> float:
+        found = energy({**short, "q": q})
+        return float(found["strain"] + found["gravity"])
+
+    def stored(s: float) -> float:
+        q = state["q"] + s * v
+        return potential(q) + 0.5 * float(v @ subject({**state, "q": q})["M"] @ v)
+
+    # both potentials, and the stiffness times the round-off of coordinates, limit what differences can find
+    terms = energy(short)
+    floor = 1e-3 * float(abs(terms["strain"]) + abs(terms["gravity"]))
+    floor = max(floor, 1e-8 * float(np.abs(out["K"] * np.outer(scale, scale)).max(initial=0.0)))
+    force = subject({**state, "v": still, "a": still})["r"]
+    sizes = {"columns": scale, "floor": floor}
+    bench.derivative(energy, "force = dV/dq", state, force[None, :], potential, state["q"], scale, **sizes)
+    if np.any(v):
+        r = subject({**state, "a": still})["r"]
+        floor = max(floor, float(np.abs(v * r).sum()))
+        rate = float(v @ r) - damping
+        bench.derivative(energy, "power = d(T + V)/dt + damping", state, rate, stored, 0.0, 0.1, floor=floor)
+
+
+def check_reaction(bench: Bench, coordinates: Sequence[Coordinate], subject: Subject, state: State) -> None:
+    """Forces and moments of an element between two moving bodies balance; inertia is left out."""
+    parts = {part for part, _, _ in coordinates}
+    if len(parts) != 2 or GROUND.name in parts:
+        return
+    state = {**state, "a": np.zeros_like(state["a"])}
+    if np.any(subject(state)["M"]):
+        state["v"] = np.zeros_like(state["v"])
+    nodes: dict[tuple[str, str], dict[int, int]] = {}
+    for i, (part, node, axis) in enumerate(coordinates):
+        nodes.setdefault((part, node), {})[axis] = i
+    r, q = subject(state)["r"], state["q"]
+    for axis in (0, 1):
+        terms = [r[axes[axis]] for axes in nodes.values() if axis in axes]
+        bench.balanced(subject, f"forces along {'xy'[axis]}", state, terms)
+    if any((0 in axes) != (1 in axes) for axes in nodes.values()):
+        return  # the place of a force must be known for its moment
+    terms = [r[axes[2]] for axes in nodes.values() if 2 in axes]
+    for axes in nodes.values():
+        if 0 in axes:
+            terms += [q[axes[0]] * r[axes[1]], -q[axes[1]] * r[axes[0]]]
+    bench.balanced(subject, "moments", state, terms)
+
+
+def check_frame(
+    bench: Bench, coordinates: Sequence[Coordinate], subject: Subject, state: State, scale: np.ndarray
+) -> None:
+    """The forces of a two-node element turn with everything else."""
+    if [axis for _, _, axis in coordinates] != [0, 1, 2, 0, 1, 2]:
+        return
+    turn, shift = bench.rotation(scale[0])
+    moved = {**state, "q": turn @ state["q"] + shift, "v": turn @ state["v"], "a": turn @ state["a"]}
+    before, after = subject(state), subject(moved)
+    # a force is a difference of terms as large as K q
+    stiffness = float(np.abs(before["K"] * np.outer(scale, scale)).max())
+    size = stiffness * float(np.abs(moved["q"] / scale).max()) + float(np.abs(before["r"] * scale).max())
+    bench.turned(subject, "r", state, after["r"] * scale, (turn @ before["r"]) * scale, size)

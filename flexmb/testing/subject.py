@@ -1,0 +1,129 @@
+"""One kernel under test; every call of it is watched."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import KernelError
+from flexmb.kernels import Kernel
+
+RESULTS = {
+    "energy": ("strain", "gravity", "damping"),
+    "normal": ("N", "dN_dgap", "dN_drate"),
+    "friction": ("T", "dT_dslip", "dT_dN"),
+    "motion": ("s", "s_dot", "s_ddot"),
+    "signal": ("value",),
+}
+"""What kernels return, by contract; the others write to the arrays they are given."""
+
+SAME = 1e-11
+"""Accepted difference of compiled and plain Python function, relative to the largest entry."""
+
+State = dict[str, Any]
+Values = dict[str, np.ndarray]
+
+
+class Subject:
+    """A kernel with the numbers of its part.
+
+    Parameters
+    ----------
+    owner : part and class, for messages.
+    kernel, p : the kernel and its numbers.
+    shapes : shapes of the arrays it writes to, by name.
+    """
+
+    def __init__(self, owner: str, kernel: Kernel, p: Sequence[float], **shapes: tuple[int, ...]) -> None:
+        self.kernel, self.shapes = kernel, shapes
+        self.p = np.array(p, dtype=float)
+        self.label = f"{owner}: {kernel.contract.name} kernel {kernel.name!r}"
+
+    def __call__(self, state: State) -> Values:
+        """Outputs of the compiled function by name."""
+        return self._outputs(self.kernel.dispatcher, state)
+
+    def watched(self, state: State) -> Values:
+        """Outputs at a state, after the checks that concern a single call.
+
+        Raises
+        ------
+        KernelError : a call fails or writes to its inputs, values that are not finite, another result the second time,
+            another result of the compiled function.
+        """
+        first, second = self._python(state), self._python(state)
+        for name, value in first.items():
+            self._finite(name, value, state)
+        for name, value in first.items():
+            where = value != second[name]
+            if np.any(where):
+                both = f"{at(value, where):.17g} and then {at(second[name], where):.17g}"
+                text = f"{entry(name, where)} is {both} for the same input"
+                raise self.fault(f"{text}; a kernel may remember nothing but z", state)
+        compiled = self(state)
+        for name, value in first.items():
+            self._finite(name, compiled[name], state)
+            where = np.abs(compiled[name] - value) > SAME * self._size(name, first, state)
+            if np.any(where):
+                both = f"{at(compiled[name], where):.12g} compiled and {at(value, where):.12g} in plain Python"
+                raise self.fault(f"{entry(name, where)} is {both}", state)
+        return compiled
+
+    def fault(self, text: str, state: State) -> KernelError:
+        """The error to raise, with the state."""
+        with np.printoptions(precision=5, linewidth=10**6):
+            shown = ", ".join(f"{name} = {np.asarray(x)}" for name, x in state.items())
+        return KernelError(f"{self.label}: {text}. State: {shown}.")
+
+    def _finite(self, name: str, value: np.ndarray, state: State) -> None:
+        bad = ~np.isfinite(value)
+        if np.any(bad):
+            raise self.fault(f"{entry(name, bad)} is {at(value, bad)}; it must be finite at every state", state)
+
+    @staticmethod
+    def _size(name: str, values: Values, state: State) -> float:
+        """What round-off is measured against: a force is a difference of terms as large as K q."""
+        size = float(np.abs(values[name]).max(initial=0.0))
+        for output, matrix in (("r", "K"), ("g", "G")):
+            if name == output:
+                size += float(np.abs(values[matrix]).max(initial=0.0) * np.abs(state["q"]).max(initial=1.0))
+        if name in ("strain", "gravity"):
+            size += float(np.abs(values["strain"]) + np.abs(values["gravity"]))
+        return size
+
+    def _python(self, state: State) -> Values:
+        """Outputs of the plain Python function, given copies of the inputs."""
+        mine = {name: x.copy() if isinstance(x, np.ndarray) else x for name, x in state.items()}
+        mine["p"] = self.p.copy()
+        try:
+            with np.errstate(all="ignore"):
+                outputs = self._outputs(self.kernel.python, mine)
+        except (ArithmeticError, ValueError, IndexError, TypeError) as error:
+            raise self.fault(f"fails in plain Python with {type(error).__name__} ({error})", state) from error
+        for name, x in {**state, "p": self.p}.items():
+            if not np.array_equal(mine[name], x):
+                raise self.fault(f"changes its input {name}; write to the outputs only", state)
+        return outputs
+
+    def _outputs(self, function: Callable[..., Any], state: State) -> Values:
+        outputs = {name: np.zeros(shape) for name, shape in self.shapes.items()}
+        given = {"p": self.p, **state, **outputs}
+        result = function(*(given[name] for name in self.kernel.contract.parameters))
+        names = RESULTS.get(self.kernel.contract.name, ())
+        numbers = np.atleast_1d(np.array(result, dtype=float)) if names else ()
+        return {**outputs, **dict(zip(names, numbers, strict=True))}
+
+
+def entry(name: str, where: Any) -> str:
+    """`name` with the indices of the first marked entry: 'K[0, 1]'."""
+    if np.ndim(where) == 0 or np.size(where) == 1:
+        return name
+    index = ", ".join(str(k) for k in np.argwhere(where)[0])
+    return f"{name}[{index}]"
+
+
+def at(values: Any, where: Any) -> float:
+    """The first marked entry."""
+    return float(np.atleast_1d(values)[np.atleast_1d(where)][0])

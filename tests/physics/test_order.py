@@ -1,0 +1,199 @@
+"""Measured order of the methods in positions, velocities, drive torques and joint forces."""
+
+import math
+
+import flexmb as fm
+import numpy as np
+import pytest
+from flexmb.integrate.loop import advance
+from flexmb.integrate.run import Run
+from flexmb.solve.start import consistent_start
+from scipy.integrate import solve_ivp
+
+G = 9.81
+UPPER, LOWER = (1.0, 0.8, 0.12), (0.7, 0.5, 0.03)  # length [m], mass [kg], inertia about the middle [kg m^2]
+START = (0.3, -0.7)  # directions of the rods against +X [rad]
+
+METHODS = {
+    "trapezoidal": fm.Newmark.trapezoidal(),
+    "hht": fm.Newmark.hht(0.1),
+    "wbz": fm.Newmark.wbz(0.1),
+    **{f"alpha-{r}": fm.Newmark.generalised_alpha(r) for r in (0.0, 0.3, 0.6, 0.8, 1.0)},
+    "index 3": fm.Newmark.generalised_alpha(0.8, constraints="position"),
+    "index 2": fm.Newmark.generalised_alpha(0.8, constraints="velocity"),
+}
+
+
+def pendulum():
+    """Two rigid rods, hinged at the origin and to each other."""
+    (L1, m1, J1), (L2, m2, J2) = UPPER, LOWER
+    knee = (L1 * math.cos(START[0]), L1 * math.sin(START[0]))
+    tip = (knee[0] + L2 * math.cos(START[1]), knee[1] + L2 * math.sin(START[1]))
+    upper, lower = fm.RigidLink("upper", (0.0, 0.0), knee, m1, J1), fm.RigidLink("lower", knee, tip, m2, J2)
+    joints = (fm.Revolute("O", fm.GROUND, upper, (0.0, 0.0)), fm.Revolute("P", upper, lower, knee))
+    return fm.Mechanism("pendulum", (upper, lower, *joints), gravity=(0.0, -G))
+
+
+def textbook(t, y):
+    """Double pendulum in its two angles (Lagrange): accelerations at (a, b, a', b'), directions against +X."""
+    a, b, p, q = y
+    (L1, m1, J1), (L2, m2, J2) = UPPER, LOWER
+    c, s = math.cos(a - b), math.sin(a - b)
+    k = m2 * L1 * L2 / 2
+    M = np.array([[J1 + m1 * L1**2 / 4 + m2 * L1**2, k * c], [k * c, J2 + m2 * L2**2 / 4]])
+    right = [
+        -k * s * q * q - (m1 / 2 + m2) * G * L1 * math.cos(a),
+        k * s * p * p - m2 * G * L2 / 2 * math.cos(b),
+    ]
+    return [p, q, *np.linalg.solve(M, right)]
+
+
+def textbook_motion(times):
+    """Angles, speeds and the force of the knee on the lower rod, by an explicit method of order 8 at 1e-13."""
+    y = solve_ivp(textbook, (0.0, times[-1]), (*START, 0.0, 0.0), "DOP853", times, rtol=1e-13, atol=1e-13).y.T
+    rates = np.array([textbook(0.0, state) for state in y])
+    force = np.array([knee_force(state, rate[2:]) for state, rate in zip(y, rates, strict=True)])
+    return y[:, :2], y[:, 2:], force
+
+
+def knee_force(y, alpha):
+    """m2 (acceleration of the lower rod's middle + g)."""
+    a, b, p, q = y
+    (L1, _, _), (L2, m2, _) = UPPER, LOWER
+    ax = L1 * (-alpha[0] * math.sin(a) - p * p * math.cos(a)) + L2 / 2 * (-alpha[1] * math.sin(b) - q * q * math.cos(b))
+    ay = L1 * (alpha[0] * math.cos(a) - p * p * math.sin(a)) + L2 / 2 * (alpha[1] * math.cos(b) - q * q * math.sin(b))
+    return m2 * ax, m2 * (ay + G)
+
+
+def compared(sol):
+    """Largest errors of angles, speeds and knee force over a run saved at every step."""
+    angles, speeds, force = textbook_motion(sol.time)
+    names = (("upper.theta", "lower.theta"), ("upper.omega", "lower.omega"), ("P.fx", "P.fy"))
+    found = (np.column_stack([sol.array(n) for n in pair]) for pair in names)
+    return [np.abs(x - exact).max() for x, exact in zip(found, (angles, speeds, force), strict=True)]
+
+
+def orders(errors):
+    return [math.log2(coarse / fine) for coarse, fine in zip(*errors, strict=True)]
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_implicit_methods_are_of_second_order_on_a_double_pendulum(name):
+    steps = (1e-3, 5e-4)
+    sols = [fm.simulate(pendulum(), t_end=1.0, step=h, save="steps", method=METHODS[name]) for h in steps]
+    errors = [compared(sol) for sol in sols]
+    assert min(orders(errors)) > 1.95, orders(errors)
+    assert max(errors[1][:2]) < 1e-3
+
+
+def test_runge_kutta_is_of_fourth_order_on_a_double_pendulum():
+    steps = (4e-3, 2e-3)
+    sols = [fm.simulate(pendulum(), t_end=1.0, step=h, save="steps", method=fm.RungeKutta4()) for h in steps]
+    errors = [compared(sol) for sol in sols]
+    assert min(orders(errors)) > 3.9, orders(errors)
+
+
+# A driven mechanism: multipliers against closed-form inverse dynamics
+
+CRANK, ROD, OMEGA = 0.05, 0.12, 5000 * math.pi / 30
+ROD_MASS, ROD_INERTIA, SLIDER = 0.21, 2.5e-4, 0.14
+
+
+def slider_crank():
+    """The slider-crank of the literature's worn-pin problem, with ideal joints; driven from the stretched pose."""
+    crank = fm.RigidLink("crank", (0.0, 0.0), (CRANK, 0.0), 0.30, 1e-5)
+    rod = fm.RigidLink("rod", (CRANK, 0.0), (CRANK + ROD, 0.0), ROD_MASS, ROD_INERTIA)
+    slider = fm.RigidBody("slider", (CRANK + ROD, 0.0), SLIDER, 1e-4)
+    joints = (
+        fm.Revolute("A", fm.GROUND, crank, (0.0, 0.0)),
+        fm.Revolute("B", crank, rod, (CRANK, 0.0)),
+        fm.Revolute("C", rod, slider, (CRANK + ROD, 0.0)),
+        fm.Prismatic("guide", fm.GROUND, slider),
+        fm.Drive("motor", "A", fm.ConstantSpeed(OMEGA)),
+    )
+    return fm.Mechanism("slider-crank", (crank, rod, slider, *joints))
+
+
+def inverse_dynamics(t):
+    """Position of the slider, its speed, drive torque and force of the crank on the rod, in closed form.
+
+    sin(phi) = -(r/l) sin(theta) and its derivatives; then Newton and Euler for slider and rod; the crank's centre of
+    mass moves evenly, so it takes no torque.
+    """
+    theta = OMEGA * t
+    sp = -CRANK / ROD * np.sin(theta)
+    cp = np.sqrt(1 - sp**2)
+    w = -CRANK * OMEGA * np.cos(theta) / (ROD * cp)
+    alpha = (CRANK * OMEGA**2 * np.sin(theta) + ROD * w**2 * sp) / (ROD * cp)
+    x = CRANK * np.cos(theta) + ROD * cp
+    v = -CRANK * OMEGA * np.sin(theta) - ROD * w * sp
+    ax = -CRANK * OMEGA**2 * np.cos(theta) - ROD * (w**2 * cp + alpha * sp)
+    bx, by = -CRANK * OMEGA**2 * np.cos(theta), -CRANK * OMEGA**2 * np.sin(theta)
+    mx = bx + ROD / 2 * (-(w**2) * cp - alpha * sp)
+    my = by + ROD / 2 * (-(w**2) * sp + alpha * cp)
+    cx = -SLIDER * ax  # force of the slider on the rod
+    fx = ROD_MASS * mx - cx
+    # moments about the rod's middle: (half) x (C) - (half) x (B) = J alpha, solved for the lateral forces
+    hx, hy = ROD / 2 * cp, ROD / 2 * sp
+    total = ROD_MASS * my  # fy + cy
+    cy = (ROD_INERTIA * alpha + hy * cx - hy * fx + hx * total) / (2 * hx)
+    fy = total - cy
+    torque = CRANK * (np.cos(theta) * fy - np.sin(theta) * fx)
+    return x, v, torque, fx, fy
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_drive_torque_and_joint_forces_are_of_second_order(name):
+    errors = []
+    for step in (1e-5, 5e-6):
+        sol = fm.simulate(slider_crank(), t_end=0.012, step=step, save="steps", method=METHODS[name])
+        exact = inverse_dynamics(sol.time)
+        found = (sol.array(n) for n in ("slider.x", "slider.vx", "motor.torque", "B.fx", "B.fy"))
+        errors.append([np.abs(x - y).max() for x, y in zip(found, exact, strict=True)])
+    forces = orders([e[2:] for e in errors])
+    assert min(forces) > 1.95, forces
+    assert errors[1][2] < 1e-4 * 138.522
+    if METHODS[name].constraints != "velocity":  # else positions drift, at second order
+        assert errors[1][0] < 1e-12
+
+
+# Steps that change
+
+
+def driven_by(pattern, step, method, duration=1.0):
+    """Errors of a run whose steps are `step` times the entries of `pattern`, over and over."""
+    mechanism = pendulum()
+    program = fm.compile(mechanism)
+    run = Run(program, method, fm.FixedStep(step), duration, None)
+    run.begin(consistent_start(mechanism, program))
+    options = run._options(duration, 0.0)
+    count = 0
+    while run.flow.clock[0] < duration * (1 - 1e-12):
+        run.flow.clock[1] = step * pattern[count % len(pattern)]
+        advance(program.tables, program.addresses, run.lu, options, run.flow, run.trial, run.work, run.record, 1)
+        count += 1
+        run._fetch()
+    return compared(run.solution({})), run
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_steps_that_alternate_keep_the_order(name):
+    errors = []
+    for h in (1e-3, 5e-4):
+        found, run = driven_by((1.0, 0.5), h, METHODS[name])
+        errors.append(found)
+        assert run.record.extreme[0] <= 0.51 * run.record.extreme[1]
+    assert min(orders(errors)) > 1.95, orders(errors)
+
+
+def test_smaller_errors_asked_for_are_got():
+    """The local error is of third order, so the error of the run falls with error^(2/3)."""
+    errors, steps = [], []
+    for wanted in (1e-7, 1e-8, 1e-9):
+        sol = fm.simulate(pendulum(), t_end=1.0, step=fm.Adaptive(error=wanted), save="steps")
+        assert sol.ok, sol.status
+        errors.append(compared(sol))
+        steps.append(sol.stats.steps)
+    for coarse, fine in ((0, 1), (1, 2)):
+        measured = np.log(np.array(errors[coarse]) / errors[fine]) / math.log(steps[fine] / steps[coarse])
+        assert measured.min() > 1.9, measured
