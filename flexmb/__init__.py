@@ -20,7 +20,9 @@ _HOME = {
     "drives.polynomial": "Polynomial",
     "drives.ramp": "Ramp",
     "drives.table": "Table",
-    "errors": "FlexmbError InputError ModelError KernelError AssemblyError SolveError FileFormatError MissingPackageError",
+    "errors": (
+        "FlexmbError InputError ModelError KernelError AssemblyError SolveError FileFormatError MissingPackageError"
+    ),
     "integrate.method": "Newmark RungeKutta4",
     "integrate.netcdf": "load",
     "integrate.simulate": "simulate",
@@ -30,7 +32,9 @@ _HOME = {
     "joints.prismatic": "Prismatic",
     "joints.revolute": "Fixed Revolute",
     "joints.revolute_clearance": "RevoluteClearance",
-    "kernels": "constraint_kernel drive_kernel element_kernel energy_kernel friction_law gap_kernel normal_law signal_kernel",
+    "kernels": (
+        "constraint_kernel drive_kernel element_kernel energy_kernel friction_law gap_kernel normal_law signal_kernel"
+    ),
     "loads.force": "Force",
     "loads.spring_damper": "SpringDamper",
     "loads.torque": "Torque",

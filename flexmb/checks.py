@@ -46,18 +46,19 @@ def between(owner: str, name: str, value: object, low: float, high: float, unit:
 
 def count(owner: str, name: str, value: object, least: int = 1) -> int:
     """`value` as an int >= `least`, or `InputError`."""
-    if isinstance(value, bool) or not isinstance(value, Real) or value != int(value):
+    whole = float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
+    if not whole.is_integer():
         raise InputError(f"{owner}: {name} is {value!r}; it must be a whole number.")
-    if value < least:
+    if whole < least:
         raise InputError(f"{owner}: {name} is {value}; it must be at least {least}.")
-    return int(value)
+    return int(whole)
 
 
 def point(owner: str, name: str, value: object) -> tuple[float, float]:
     """`value` as a point (x, y) [m], or `InputError`."""
     try:
-        x, y = value  # type: ignore[misc]
-    except (TypeError, ValueError):
+        x, y = value if isinstance(value, Iterable) else ()
+    except ValueError:
         raise InputError(f"{owner}: {name} is {value!r}; it must be a point (x, y) in metres.") from None
     return number(owner, f"{name}[0]", x, "m"), number(owner, f"{name}[1]", y, "m")
 

@@ -115,9 +115,7 @@ def _parser(source: Source | None) -> tuple[argparse.ArgumentParser, list[Option
     listing = commands.add_parser("list", help="ready mechanisms and their options", allow_abbrev=False)
     vtk = commands.add_parser("vtk", help="write VTK files of a run on disk", allow_abbrev=False)
     vtk.add_argument("file", metavar="RUN.nc", type=Path, help="what `flexmb run` wrote")
-    vtk.add_argument(
-        "--frames", type=int, metavar="N", help="number of frames (default: all instants, at most 200)"
-    )
+    vtk.add_argument("--frames", type=int, metavar="N", help="number of frames (default: all instants, at most 200)")
     vtk.add_argument("--out", type=Path, metavar="FILE.pvd", help="default: beside RUN.nc")
     for command in (run, check, listing, vtk):
         command.add_argument("--debug", action="store_true", help="show where an error came from")
@@ -144,13 +142,9 @@ def _add_run_options(run: argparse.ArgumentParser) -> None:
     end = time.add_mutually_exclusive_group()
     end.add_argument("--periods", metavar="X", help="length of the run in periods of the drives (default 2)")
     end.add_argument("--t-end", metavar="TIME", help="length of the run, e.g. 0.5s")
-    time.add_argument(
-        "--save-from-period", metavar="X", help="save and look for peaks from this period on (default 0)"
-    )
+    time.add_argument("--save-from-period", metavar="X", help="save and look for peaks from this period on (default 0)")
     time.add_argument("--save", metavar="N", help="instants a period, or `steps` for every step (default 1000)")
-    time.add_argument(
-        "--restart", metavar="RUN.nc", type=Path, help="go on from the end of this run of the mechanism"
-    )
+    time.add_argument("--restart", metavar="RUN.nc", type=Path, help="go on from the end of this run of the mechanism")
     solver = run.add_argument_group("method")
     step = solver.add_mutually_exclusive_group()
     step.add_argument("--step", metavar="TIME", help="fixed step, e.g. 10us (default: steps controlled by their error)")

@@ -57,7 +57,7 @@ and views of arrays cost nothing.  Kernels themselves may allocate, since users 
 
 
 @compiled
-def copy(source, target):
+def copy(source, target):  # type: ignore[no-untyped-def]
     """target = source, element by element."""
     for i in range(source.shape[0]):
         target[i] = source[i]
@@ -80,9 +80,7 @@ ELEMENT = _contract(
     "element", "p t h q v a z r K C M z_new", types.void, _P, _F, _F, _V, _V, _V, _P, _V, _M, _M, _M, _V
 )
 ENERGY = _contract("energy", "p t q v", _TRIPLE, _P, _F, _V, _V)
-CONSTRAINT = _contract(
-    "constraint", "p t q v lam g G g_t gamma H", types.void, _P, _F, _V, _V, _V, _V, _M, _V, _V, _M
-)
+CONSTRAINT = _contract("constraint", "p t q v lam g G g_t gamma H", types.void, _P, _F, _V, _V, _V, _V, _M, _V, _V, _M)
 GAP = _contract("gap", "p q v out", types.void, _P, _V, _V, _V)
 NORMAL = _contract("normal", "p h gap gap_rate z z_new", _TRIPLE, _P, _F, _F, _F, _P, _V)
 FRICTION = _contract("friction", "p h slip N z z_new", _TRIPLE, _P, _F, _F, _F, _P, _V)

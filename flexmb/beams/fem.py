@@ -16,9 +16,9 @@ import numpy as np
 import numpy.typing as npt
 from skfem import Basis, BilinearForm, ElementLineHermite, ElementLineP1, MeshLine
 
-from flexmb.model.material import Material
 from flexmb.beams.section import Section
 from flexmb.errors import InputError
+from flexmb.model.material import Material
 
 Array = npt.NDArray[np.float64]
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import io
 import math
+import struct
+import zlib
 from collections.abc import Sequence
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
@@ -32,6 +34,22 @@ SAME_PLACE = 1e-9
 
 STRAIGHT = 1e-4
 """Angle up to which a beam counts as straight [rad]; above the rounding of files in single precision."""
+
+BROKEN = (
+    OSError,
+    ValueError,
+    LookupError,
+    TypeError,
+    AttributeError,
+    ArithmeticError,
+    AssertionError,
+    EOFError,
+    SyntaxError,
+    struct.error,
+    zlib.error,
+    SystemExit,
+)
+"""What meshio's readers are seen to raise on text or bytes that are no mesh; it even leaves the program."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,7 +178,7 @@ def _read(file: Path) -> Any:
         # meshio prints, and leaves the program when no reader fits; readers raise whatever broken text leads to
         with redirect_stdout(said), redirect_stderr(said):
             return meshio.read(file)
-    except (Exception, SystemExit) as error:
+    except (meshio.ReadError, *BROKEN) as error:
         reason = str(error) if isinstance(error, Exception) else said.getvalue().strip().split("\n")[0]
         text = f"{file}: not a mesh that meshio can read ({type(error).__name__}: {reason})"
         raise FileFormatError(f"{text}. Export it as gmsh 2.2 (.msh) or VTK (.vtu).") from error

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+
 from flexmb.errors import InputError
 
 Point = tuple[float, float]
@@ -32,7 +33,7 @@ class RigidProperties:
 
 @dataclass(frozen=True)
 class Bosses:
-    """Masses at the corners [kg], moment of inertia of each corner boss [kg m^2], mass at the mean of the corners [kg]."""
+    """Masses at the corners [kg], moment of inertia of each boss [kg m^2], mass at the mean of the corners [kg]."""
 
     masses: tuple[float, ...]
     inertia: float

@@ -6,17 +6,18 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 
 from flexmb import checks, planar
 from flexmb.beams.corotational import beam_energy, beam_kernel
-from flexmb.model.material import Material
 from flexmb.beams.section import Section
 from flexmb.bodies.bosses import Bosses
 from flexmb.bodies.inertia import mean_mass, node_mass
 from flexmb.errors import InputError
 from flexmb.kernels import signal_kernel
+from flexmb.model.material import Material
 from flexmb.model.pieces import ElementPiece, Node, Piece, node_coordinates
 from flexmb.model.shape import BeamShape
 
@@ -41,7 +42,7 @@ def checked_elements(label: str, elements: object) -> Elements:
     if isinstance(elements, (tuple, list, np.ndarray)):
         inner = tuple(checks.between(label, "elements", s, 0.0, 1.0) for s in elements)
         full = (0.0, *inner, 1.0)
-        if any(b <= a for a, b in zip(full[:-1], full[1:], strict=True)):
+        if any(b <= a for a, b in pairwise(full)):
             raise InputError(f"{label}: elements are {inner}; fractions must increase strictly between 0 and 1.")
         return inner
     return checks.count(label, "elements", elements)

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flexmb import checks, planar
-from flexmb.model.material import Material
 from flexmb.beams.section import Section
 from flexmb.bodies.bosses import Bosses, RigidProperties, fit_bosses
 from flexmb.bodies.flexible import (
@@ -26,6 +25,7 @@ from flexmb.bodies.flexible import (
 from flexmb.bodies.flexible_link import check_beam
 from flexmb.bodies.rigid_body import checked_velocity
 from flexmb.errors import InputError
+from flexmb.model.material import Material
 from flexmb.model.part import Body
 from flexmb.model.pieces import Attachment, Node, Piece
 from flexmb.model.shape import Shapes
@@ -105,7 +105,9 @@ class FlexibleFrame(Body):
         except (TypeError, ValueError) as error:
             raise InputError(f"{self.label}: edges[{i}] is {edge!r}; it must be a pair of corner numbers.") from error
         if max(a, b) >= len(self.points) or planar.distance(self.points[a], self.points[b]) <= 0.0:
-            raise InputError(f"{self.label}: edges[{i}] is {edge!r}; it must join two different corners of {len(self.points)}.")
+            raise InputError(
+                f"{self.label}: edges[{i}] is {edge!r}; it must join two different corners of {len(self.points)}."
+            )
         return a, b
 
     def _checked_elements(self) -> tuple[Elements, ...]:
@@ -123,7 +125,12 @@ class FlexibleFrame(Body):
         *,
         angle: float = 0.0,
         sections: Mapping[int, Section],
-        **keywords,
+        material: Material,
+        mass: float | None = None,
+        inertia: float | None = None,
+        centre: Point | None = None,
+        damping: float = 0.0,
+        velocity: tuple[float, float, float] | None = None,
     ) -> FlexibleFrame:
         """A frame from a mesh of line cells (any format of meshio); corners are where beams meet, end or bend.
 
@@ -134,11 +141,12 @@ class FlexibleFrame(Body):
         at : where the mesh's origin is put in the drawn pose [m].
         angle : by how much the mesh is turned about its origin [rad].
         sections : cross section by cell tag.
-        keywords : further fields of the class.
+        material, mass, inertia, centre, damping, velocity : see the class.
 
         Raises
         ------
-        InputError : a file that is no such mesh, tags without a section.
+        InputError : a mesh that is no frame of straight beams, tags without a section.
+        FileFormatError : a file that is no mesh.
         """
         from flexmb.beams.mesh import members, read_lines  # noqa: PLC0415 - meshio is needed only here
 
@@ -149,7 +157,8 @@ class FlexibleFrame(Body):
             tag = mesh.tag_of(nodes)
             if tag not in sections:
                 raise InputError(
-                    f"FlexibleFrame {name!r}: {path} has cells with tag {tag}, for which sections has no entry. Add one."
+                    f"FlexibleFrame {name!r}: {path} has cells with tag {tag}, for which sections has no entry. "
+                    "Add one."
                 )
             edges.append(tuple(corners.setdefault(int(n), len(corners)) for n in (nodes[0], nodes[-1])))
             stations = mesh.stations(nodes)
@@ -157,7 +166,19 @@ class FlexibleFrame(Body):
             elements.append(inner or 1)
             chosen.append(sections[tag])
         points = tuple(planar.from_frame(at, angle, tuple(map(float, mesh.points[n]))) for n in corners)
-        return cls(name, points, tuple(edges), section=tuple(chosen), elements=tuple(elements), **keywords)
+        return cls(
+            name,
+            points,
+            tuple(edges),
+            section=tuple(chosen),
+            material=material,
+            elements=tuple(elements),
+            mass=mass,
+            inertia=inertia,
+            centre=centre,
+            damping=damping,
+            velocity=velocity,
+        )
 
     @property
     def corners(self) -> tuple[str, ...]:
@@ -227,5 +248,3 @@ class FlexibleFrame(Body):
         inertia = beam.inertia if self.inertia is None else self.inertia
         wanted = RigidProperties(mass, self.centre or beam.centre, inertia)
         return fit_bosses(self.label, beam, wanted, list(self.points))
-
-

@@ -8,7 +8,6 @@ from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING
 
 from flexmb import checks, planar
-from flexmb.model.material import Material
 from flexmb.beams.section import Section
 from flexmb.bodies.bosses import Bosses, RigidProperties, fit_bosses
 from flexmb.bodies.flexible import (
@@ -26,6 +25,7 @@ from flexmb.bodies.flexible import (
 from flexmb.bodies.rigid_body import checked_velocity
 from flexmb.bodies.rigid_link import set_ends
 from flexmb.errors import InputError
+from flexmb.model.material import Material
 from flexmb.model.part import Body
 from flexmb.model.pieces import Attachment, Node, Piece, SignalPiece, node_coordinates
 from flexmb.model.shape import Shapes
@@ -92,7 +92,20 @@ class FlexibleLink(Body):
 
     @classmethod
     def from_mesh(
-        cls, name: str, path: str, start: Point, end: Point, *, sections: Mapping[int, Section], **keywords
+        cls,
+        name: str,
+        path: str,
+        start: Point,
+        end: Point,
+        *,
+        sections: Mapping[int, Section],
+        material: Material,
+        mass: float | None = None,
+        inertia: float | None = None,
+        centre: float = 0.5,
+        damping: float = 0.0,
+        pivot_inertia: float = 0.0,
+        velocity: tuple[float, float, float] | None = None,
     ) -> FlexibleLink:
         """A link with the nodes of a line mesh (any format of meshio), laid between two points of the drawn pose.
 
@@ -102,11 +115,12 @@ class FlexibleLink(Body):
         path : mesh file with one straight chain of line cells.
         start, end : where the ends of the mesh are put [m]; their distance must be the length of the mesh.
         sections : cross section by cell tag.
-        keywords : further fields of the class.
+        material, mass, inertia, centre, damping, pivot_inertia, velocity : see the class.
 
         Raises
         ------
         InputError : a mesh that is no straight chain, of another length, or with tags that have no section.
+        FileFormatError : a file that is no mesh.
         """
         from flexmb.beams.mesh import chain, read_lines  # noqa: PLC0415 - meshio is needed only here
 
@@ -119,10 +133,21 @@ class FlexibleLink(Body):
                 f"FlexibleLink {name!r}: {path} is {station[-1]:g} m long, but start and end are {length:g} m apart. "
                 "Move the ends, or take the mesh of the right link."
             )
-        section = section_of(f"FlexibleLink {name!r}", str(path), set(mesh.tags.tolist()), sections)
         inner = tuple(float(s) for s in station[1:-1] / station[-1])
-        elements: Elements = inner or 1
-        return cls(name, start, end, section=section, elements=elements, **keywords)
+        return cls(
+            name,
+            start,
+            end,
+            section=section_of(f"FlexibleLink {name!r}", str(path), set(mesh.tags.tolist()), sections),
+            material=material,
+            elements=inner or 1,
+            mass=mass,
+            inertia=inertia,
+            centre=centre,
+            damping=damping,
+            pivot_inertia=pivot_inertia,
+            velocity=velocity,
+        )
 
     @property
     def length(self) -> float:
@@ -229,7 +254,9 @@ def check_beam(body) -> None:
     sections = body.section if isinstance(body.section, tuple) else (body.section,)
     for section in sections:
         if not isinstance(section, Section):
-            raise InputError(f"{body.label}: section is {section!r}; it must be a cross section such as Rectangle(...).")
+            raise InputError(
+                f"{body.label}: section is {section!r}; it must be a cross section such as Rectangle(...)."
+            )
     if not isinstance(body.material, Material):
         raise InputError(f"{body.label}: material is {body.material!r}; it must be a Material(...).")
     for name, unit in (("mass", "kg"), ("inertia", "kg m^2")):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from flexmb import checks, planar
 from flexmb.bodies.inertia import node_mass
 from flexmb.errors import InputError
-from flexmb.model.part import Body
+from flexmb.model.part import Body, Joint
 from flexmb.model.pieces import Attachment, Node, Piece
 from flexmb.model.shape import RigidShape, Shapes
 
@@ -84,13 +84,8 @@ class RigidBody(Body):
 
 def held_points(body: Body, mechanism: Mechanism) -> list[Point]:
     """Points at which joints hold a body, in the frame of its node."""
-    found = []
-    for part in mechanism.parts:
-        if body.name in part.references():
-            for shape in part.shapes(mechanism):
-                if getattr(shape, "body", None) == body.name:
-                    found.append(shape.offset)  # type: ignore[union-attr]
-    return found
+    joints = (p for p in mechanism.parts if isinstance(p, Joint) and body.name in p.references())
+    return [end.offset for joint in joints for end in joint.ends(mechanism) if end.part == body.name]
 
 
 def checked_velocity(label: str, velocity: object) -> tuple[float, float, float] | None:

@@ -116,7 +116,7 @@ def shown_default(option: Option) -> str:
 
 
 def _signature(maker: Maker) -> inspect.Signature:
-    """The signature with annotations looked up where that is possible, so that a name such as `Friction` tells its kinds."""
+    """The signature; annotations are looked up where possible, so that a name such as `Friction` tells its kinds."""
     try:
         return inspect.signature(maker, eval_str=True)
     except NameError:  # imported for type checking only

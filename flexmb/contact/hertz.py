@@ -3,8 +3,8 @@
 import math
 
 from flexmb import checks
-from flexmb.model.material import Material
 from flexmb.errors import InputError
+from flexmb.model.material import Material
 
 
 def hertz_stiffness(first: Material, second: Material, bearing_radius: float, journal_radius: float) -> float:
@@ -29,5 +29,7 @@ def hertz_stiffness(first: Material, second: Material, bearing_radius: float, jo
     R1 = checks.positive("hertz_stiffness", "bearing_radius", bearing_radius, "m")
     R2 = checks.positive("hertz_stiffness", "journal_radius", journal_radius, "m")
     if R2 >= R1:
-        raise InputError(f"hertz_stiffness: journal_radius is {R2:g} m; it must be smaller than the bearing's {R1:g} m.")
+        raise InputError(
+            f"hertz_stiffness: journal_radius is {R2:g} m; it must be smaller than the bearing's {R1:g} m."
+        )
     return 4.0 / (3.0 * (first.compliance + second.compliance)) * math.sqrt(R1 * R2 / (R1 - R2))

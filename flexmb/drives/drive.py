@@ -48,9 +48,7 @@ class Drive(Part):
         self._measure(mechanism)
         for part in mechanism.parts:
             if isinstance(part, Drive) and part.joint == self.joint and part.name != self.name:
-                raise ModelError(
-                    f"{self.label} and {part.label} both drive joint {self.joint!r}. Keep one of them."
-                )
+                raise ModelError(f"{self.label} and {part.label} both drive joint {self.joint!r}. Keep one of them.")
 
     def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
         """One row."""
@@ -61,6 +59,7 @@ class Drive(Part):
         piece = part.drive_piece(mechanism) if isinstance(part, Joint) else None
         if piece is None:
             raise ModelError(
-                f"{self.label}: {part.label} cannot be driven. Drive the angle of a Revolute or the travel of a Prismatic."
+                f"{self.label}: {part.label} cannot be driven. "
+                "Drive the angle of a Revolute or the travel of a Prismatic."
             )
         return piece

@@ -1,6 +1,7 @@
 """Motion given by points in time."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -67,8 +68,10 @@ class Table(Motion):
         times = tuple(checks.number("Table", f"times[{i}]", t, "s") for i, t in enumerate(self.times))
         values = tuple(checks.number("Table", f"values[{i}]", v) for i, v in enumerate(self.values))
         if len(times) < 4 or len(times) != len(values):
-            raise InputError(f"Table: {len(times)} times and {len(values)} values; give at least 4 of each, equally many.")
-        if any(b <= a for a, b in zip(times[:-1], times[1:], strict=True)):
+            raise InputError(
+                f"Table: {len(times)} times and {len(values)} values; give at least 4 of each, equally many."
+            )
+        if any(b <= a for a, b in pairwise(times)):
             raise InputError("Table: times do not increase; sort them and remove duplicates.")
         object.__setattr__(self, "times", times)
         object.__setattr__(self, "values", values)

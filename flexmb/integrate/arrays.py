@@ -17,7 +17,8 @@ FORMS = {"gear-gupta-leimkuhler": GEAR_GUPTA_LEIMKUHLER, "position": POSITION, "
 class Flow(NamedTuple):
     """The accepted state, changed in place: everything that a restart needs.
 
-    clock : t, proposed step, start time, number of saved instants, last step;  q, v, a : (n_q + 3,), a the true acceleration
+    clock : t, proposed step, start time, number of saved instants, last step
+    q, v, a : (n_q + 3,), a the true acceleration
     x : auxiliary acceleration of the generalised-alpha family;  lam : (n_c,);  z : (n_z,)
     ledger : energies in the order of the signals;  memory : powers and forces at the last state, for the ledger
     """
@@ -97,7 +98,12 @@ def new_flow(program: Program) -> Flow:
     n_k, n_g = len(program.tables.contacts.kernel), len(program.tables.constraints.kernel)
     memory = np.zeros(MEMORY_HEAD + 3 * n_k + 2 * n_g)
     return Flow(
-        np.zeros(5), *(np.zeros(n) for _ in range(4)), np.zeros(m), np.zeros(program.tables.sizes.n_z), np.zeros(10), memory
+        np.zeros(5),
+        *(np.zeros(n) for _ in range(4)),
+        np.zeros(m),
+        np.zeros(program.tables.sizes.n_z),
+        np.zeros(10),
+        memory,
     )
 
 

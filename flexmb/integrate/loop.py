@@ -3,7 +3,7 @@
 from flexmb.integrate.arrays import DONE, RUNNING, STEP_TOO_SMALL
 from flexmb.integrate.explicit import runge_kutta_step
 from flexmb.integrate.finish import accept, error_ratio, finished, next_size
-from flexmb.integrate.newton import implicit_step
+from flexmb.integrate.newton import implicit_step, lead, starting
 from flexmb.kernels import compiled
 
 
@@ -14,15 +14,17 @@ def advance(tables, address, lu, options, flow, trial, work, record, steps):
         if finished(options, flow):
             return DONE
         h = next_size(flow.clock[1], options.t_end - flow.clock[0])
-        ratio = h / flow.clock[4] if flow.clock[4] > 0.0 else 1.0
-        code = implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, record)
+        first = flow.clock[4] == 0.0
+        ratio = 1.0 if first else h / flow.clock[4]
+        numbers = starting(options) if first else options
+        code = implicit_step(tables, address, lu, h, ratio, numbers, flow, trial, work, record)
         growth = 1.0
         if code != RUNNING:
             if not options.adaptive:
                 return code
             growth = 0.25
         elif options.adaptive:
-            error = error_ratio(tables, h, ratio, options, flow, trial)
+            error = error_ratio(tables, h, ratio, numbers, flow, trial)
             growth = min(max(0.9 * max(error, 1e-12) ** (-1.0 / 3.0), 0.2), 2.0)
             if error > 1.0:
                 code = STEP_TOO_SMALL
@@ -32,6 +34,8 @@ def advance(tables, address, lu, options, flow, trial, work, record, steps):
             if flow.clock[1] < options.h_min:
                 return code
             continue
+        if first:
+            lead(tables.sizes.n_q, options, flow, trial)
         code = accept(tables, address, h, ratio, options, flow, trial, work, record)
         flow.clock[4] = h
         if options.adaptive:

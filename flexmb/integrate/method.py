@@ -19,7 +19,8 @@ class Newmark:
 
     Parameters
     ----------
-    alpha_m, alpha_f : weights of the averages; beta, gamma : Newmark's numbers.
+    alpha_m, alpha_f : weights of the averages of accelerations.
+    beta, gamma : Newmark's numbers.
     constraints : "gear-gupta-leimkuhler" (positions and velocities hold together, the default), "position" (index 3),
         "velocity" (index 2, positions drift).  The measured difference is in docs/design.md.
 

@@ -2,13 +2,55 @@
 
 import math
 
-from flexmb.integrate.arrays import GEAR_GUPTA_LEIMKUHLER, NEWTON_FAILED, NOT_FINITE, POSITION, RUNNING, SINGULAR
+from flexmb.integrate.arrays import (
+    GEAR_GUPTA_LEIMKUHLER,
+    NEWTON_FAILED,
+    NOT_FINITE,
+    POSITION,
+    RUNNING,
+    SINGULAR,
+    Options,
+)
 from flexmb.kernels import compiled, copy
 from flexmb.solve.lu import THRESHOLD, factor, solve
 from flexmb.system.evaluate import evaluate
 
 ROUND_OFF = 1e-14
 """Corrections below this part of the coordinates are round-off."""
+
+
+@compiled
+def starting(options):
+    """Numbers of the first step.
+
+    x stands for the acceleration at a time Delta h later, Delta = alpha_m - alpha_f.  With x0 = a0 the multipliers would
+    begin with an error of first order.  x0 = a0 + Delta (a1 - a0) turns the method into a plain Newmark step with
+    gamma = 1/2, beta = (1 + Delta^2)/4, whatever its own numbers; after it `lead` sets x.
+    """
+    o, delta = options, options.alpha_m - options.alpha_f
+    return Options(
+        0.0,
+        0.0,
+        0.25 * (1.0 + delta * delta),
+        0.5,
+        o.form,
+        o.tolerance,
+        o.iterations,
+        o.length,
+        o.adaptive,
+        o.error,
+        o.h_min,
+        o.h_max,
+        o.t_end,
+        o.save_interval,
+    )
+
+
+@compiled
+def lead(n, options, flow, trial):
+    """The auxiliary acceleration at the end of the first step."""
+    for i in range(n):
+        trial.x[i] = trial.a[i] + (options.alpha_m - options.alpha_f) * (trial.a[i] - flow.a[i])
 
 
 @compiled

@@ -25,8 +25,8 @@ def common_period(program: Program) -> float:
         ratio = Fraction(base / period).limit_denominator(64)
         if ratio == 0 or abs(float(ratio) - base / period) > 1e-9 * base / period:
             raise InputError(
-                f"Mechanism {program.name!r}: the periods of its drives, {base:g} s and {period:g} s, have no small common "
-                "multiple; give t_end= instead of periods=."
+                f"Mechanism {program.name!r}: the periods of its drives, {base:g} s and {period:g} s, "
+                "have no small common multiple; give t_end= instead of periods=."
             )
         turns = math.lcm(turns, ratio.denominator)
     return base * turns

@@ -14,11 +14,7 @@ from flexmb.integrate.arrays import (
     BUFFER_FULL,
     DONE,
     FORMS,
-    NEWTON_FAILED,
-    NOT_FINITE,
     RUNNING,
-    SINGULAR,
-    STEP_TOO_SMALL,
     Options,
     new_flow,
     new_record,
@@ -30,6 +26,7 @@ from flexmb.integrate.loop import advance, advance_explicit
 from flexmb.integrate.method import Newmark, RungeKutta4
 from flexmb.integrate.solution import Peaks, Solution
 from flexmb.integrate.stats import Stats
+from flexmb.integrate.status import sentence
 from flexmb.integrate.steps import Adaptive, FixedStep
 from flexmb.program.program import Program
 from flexmb.solve import lu
@@ -101,8 +98,8 @@ class Run:
             given = restart.get(name)
             if given is None or np.shape(given) != target.shape:
                 raise InputError(
-                    f"simulate {self.program.name!r}: restart does not fit this model ({name!r} is missing or of another "
-                    "size). Use `restart` of a solution of the same mechanism."
+                    f"simulate {self.program.name!r}: restart does not fit this model "
+                    f"({name!r} is missing or of another size). Use `restart` of a solution of the same mechanism."
                 )
             target[:] = given
         self.forget_peaks()
@@ -182,11 +179,15 @@ class Run:
         self.values.append(values)
 
     def _bar(self, end: float) -> Any:
-        from tqdm import tqdm  # noqa: PLC0415 - only a run needs it
+        from tqdm import tqdm
 
         form = "{l_bar}{bar}| {n:.4g}/{total:.4g} s of motion [{elapsed}<{remaining}]"
         return tqdm(
-            total=end, initial=float(self.flow.clock[0]), disable=not self.progress, bar_format=form, desc=self.program.name
+            total=end,
+            initial=float(self.flow.clock[0]),
+            disable=not self.progress,
+            bar_format=form,
+            desc=self.program.name,
         )
 
     def solution(self, model: dict[str, Any]) -> Solution:
@@ -219,43 +220,9 @@ class Run:
 
     def status(self) -> str:
         """How the run ended, in a sentence."""
-        t = f"t = {self.flow.clock[0]:.6g} s"
         if self.note:
-            return f"{self.note}, at {t}."
-        if self.code == DONE:
-            return f"Finished at {t}."
-        worst = self._worst()
-        size = f"step {self.flow.clock[1]:.3g} s"
-        if self.code == SINGULAR:
-            lost = int(self.record.count[6])
-            names = (*self.program.names.coordinates, *self.program.names.rows)
-            return f"Stopped at {t}: the matrix became singular at {names[lost]!r} (singular pose?), {size}."
-        if self.code == NOT_FINITE:
-            return f"Stopped at {t}: the state is no longer finite{worst}, {size}. Try a smaller step."
-        if self.code == NEWTON_FAILED:
-            last, wanted = self.record.extreme[2], self.record.extreme[3]
-            return (
-                f"Stopped at {t}: Newton did not converge in {ITERATIONS} iterations, {size}: last correction {last:.2g}, "
-                f"wanted {wanted:.2g}{worst}. Try a smaller step, or step=Adaptive()."
-            )
-        if self.code == STEP_TOO_SMALL:
-            return (
-                f"Stopped at {t}: the step fell below its floor of {self.h_min:.3g} s{worst}. "
-                "Try Adaptive(error=...) with a larger error, or a smaller min."
-            )
-        return f"Not finished, at {t}."
-
-    def _worst(self) -> str:
-        """Which coordinate moved most in the last Newton correction, and which contacts are closed."""
-        n = self.program.n_q
-        d = np.abs(self.trial.d[:n])
-        name = self.program.names.coordinates[int(np.argmax(np.where(np.isfinite(d), d, np.inf)))] if n else ""
-        contacts = self.program.tables.contacts.z[:, 0]
-        closed = [c for c, k in zip(self.program.names.contacts, contacts, strict=True) if self.flow.z[k] > 0.0]
-        touching = f"; in contact: {', '.join(closed)}" if closed else ""
-        return f"; largest at {name!r}{touching}"
-
-
+            return f"{self.note}, at t = {self.flow.clock[0]:.6g} s."
+        return sentence(self.program, self.code, self.flow, self.trial, self.record)
 
 
 def installed_version() -> str:

@@ -53,7 +53,8 @@ def simulate(
     save_from_period : the same in periods.
     save : instants a period (a run without periodic drives: in all), or "steps" for every accepted step.
     step : `Adaptive(...)`, the default, or `FixedStep(size)`, for which the bare size [s] will do.
-    method : `Newmark...` (default: generalised-alpha with spectral radius 0.8) or `RungeKutta4()`, which needs `FixedStep`.
+    method : `Newmark...` (default: generalised-alpha with spectral radius 0.8), or `RungeKutta4()`, which needs
+        `FixedStep`.
     restart : `restart` of a solution of the same model; the run goes on from there bit for bit.
     max_steps : stop, with a status, after so many accepted steps.
     progress : show a progress bar with an estimate of the time left.
@@ -126,7 +127,9 @@ def _begin(
     if save_from_period is not None:
         begin = checks.not_negative(label, "save_from_period", save_from_period) * float(period or 0.0)
     if begin >= end:
-        raise InputError(f"{label}: saving begins at {begin:g} s, but the run ends at {end:g} s. Run longer or save earlier.")
+        raise InputError(
+            f"{label}: saving begins at {begin:g} s, but the run ends at {end:g} s. Run longer or save earlier."
+        )
     return begin
 
 

@@ -110,9 +110,7 @@ class Prismatic(Joint):
         """Two rows."""
         coordinates, p, angle = self._geometry(mechanism)
         second = coordinates[3:]
-        return [
-            ConstraintPiece(self.name, guide_kernel, coordinates, (*p, angle), 2, second=second, moment_row=1)
-        ]
+        return [ConstraintPiece(self.name, guide_kernel, coordinates, (*p, angle), 2, second=second, moment_row=1)]
 
     def drive_piece(self, mechanism: Mechanism) -> ConstraintPiece | None:
         """The travel of the second body along the guide, 0 in the drawn pose."""

@@ -127,6 +127,4 @@ class Fixed(Joint):
         first, second = ends = self.ends(mechanism)
         coordinates = (*first.coordinates, *second.coordinates)
         p = (*first.offset, *second.offset, drawn_angle(mechanism, ends))
-        return [
-            ConstraintPiece(self.name, weld_kernel, coordinates, p, 3, second=second.coordinates, moment_row=2)
-        ]
+        return [ConstraintPiece(self.name, weld_kernel, coordinates, p, 3, second=second.coordinates, moment_row=2)]

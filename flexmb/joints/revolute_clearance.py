@@ -78,8 +78,8 @@ class RevoluteClearance(Joint):
     """Revolute joint with play: the first body carries the bearing, the second one the journal.
 
     Signals: ex, ey (journal centre in the bearing) [m], vex, vey [m/s], penetration [m], penetration_rate [m/s],
-    normal_force, friction_force, fx, fy, force (on the second body) [N], mode (0 free flight, 1 impact: from the closing
-    of the gap to the end of the first rebound, 2 continuous contact).
+    normal_force, friction_force, fx, fy, force (on the second body) [N], mode (0 free flight, 1 impact: from the
+    closing of the gap to the end of the first rebound, 2 continuous contact).
 
     Parameters
     ----------
@@ -115,9 +115,13 @@ class RevoluteClearance(Joint):
                 f"{self.bearing_radius:g} m. Did you mix up metres and millimetres?"
             )
         if not isinstance(self.normal, NormalLaw):
-            raise InputError(f"{self.label}: normal is {self.normal!r}; it must be a normal law, e.g. LankaraniNikravesh.")
+            raise InputError(
+                f"{self.label}: normal is {self.normal!r}; it must be a normal law, e.g. LankaraniNikravesh."
+            )
         if not isinstance(self.friction, FrictionLaw):
-            raise InputError(f"{self.label}: friction is {self.friction!r}; it must be a friction law, e.g. ModifiedCoulomb.")
+            raise InputError(
+                f"{self.label}: friction is {self.friction!r}; it must be a friction law, e.g. ModifiedCoulomb."
+            )
 
     @property
     def journal_radius(self) -> float:

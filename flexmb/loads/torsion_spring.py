@@ -78,7 +78,5 @@ class TorsionSpring(Part):
             coordinates.append((body.name, node, 2))
             angle += sign * body.node(node).theta
         p = (self.stiffness, self.damping, angle)
-        piece = ElementPiece(
-            self.name, torsion_spring_kernel, tuple(coordinates), p, energy=torsion_spring_energy
-        )
+        piece = ElementPiece(self.name, torsion_spring_kernel, tuple(coordinates), p, energy=torsion_spring_energy)
         return [piece]

@@ -70,7 +70,7 @@ class NormalLaw(Law):
     contract = kernels.NORMAL
 
     def for_radii(self, bearing_radius: float, journal_radius: float) -> NormalLaw:  # noqa: ARG002 - most laws do not ask
-        """The law for a journal in a bearing of these radii [m]; laws whose stiffness depends on them override this."""
+        """The law for given `bearing_radius` and `journal_radius` [m]; overridden where the stiffness depends on them."""
         return self
 
 

@@ -57,7 +57,9 @@ class Mechanism:
                 raise InputError(f"{self.label}: {part!r} is not a part.")
             if part.name in seen or part.name in (GROUND.name, "energy"):
                 other = f"{seen[part.name].label}" if part.name in seen else "a reserved name"
-                raise ModelError(f"{self.label} has two parts named {part.name!r}: {part.label} and {other}. Rename one.")
+                raise ModelError(
+                    f"{self.label} has two parts named {part.name!r}: {part.label} and {other}. Rename one."
+                )
             seen[part.name] = part
 
     @property
@@ -85,7 +87,7 @@ class Mechanism:
         raise ModelError(f"{self.label} has no part {name!r}. {checks.did_you_mean(name, self.names)}")
 
     def body(self, name: str, owner: str = "") -> Body:
-        """The body of that name, or `ModelError`."""
+        """The body of that name, or `ModelError`; `owner` names who asks, for messages."""
         part = self.find(name)
         if not isinstance(part, Body):
             raise ModelError(f"{owner or self.label}: {part.label} is not a body; give a body or GROUND.")
@@ -105,7 +107,11 @@ class Mechanism:
         return replace(self, parts=tuple(p for p in self.parts if p is not gone))
 
     def with_(self, changes: Mapping[str, Any]) -> Mechanism:
-        """The mechanism with fields changed: {"P1.clearance": 2e-4, "P1.normal.restitution": 0.8, "gravity": (0, 0)}.
+        """The mechanism with fields changed.
+
+        Parameters
+        ----------
+        changes : new values by "part.field": {"P1.clearance": 2e-4, "P1.normal.restitution": 0.8, "gravity": (0, 0)}.
 
         Raises
         ------

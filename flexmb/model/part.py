@@ -43,10 +43,10 @@ class Part(ABC):
 
     @abstractmethod
     def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
-        """What the part contributes to the equations of motion."""
+        """What the part contributes to the equations of motion of `mechanism`."""
 
     def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - most parts are not drawn
-        """How the part is drawn."""
+        """How the part is drawn in `mechanism`."""
         return ()
 
     def references(self) -> tuple[str, ...]:
@@ -54,8 +54,8 @@ class Part(ABC):
         values = (getattr(self, f.name) for f in fields(self))
         return tuple(v.name for v in values if isinstance(v, Part))
 
-    def validate(self, mechanism: Mechanism) -> None:
-        """Check what can only be checked beside the other parts."""
+    def validate(self, mechanism: Mechanism) -> None:  # noqa: B027 - most parts have nothing to check there
+        """Check what can only be checked beside the other parts of `mechanism`."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class Body(Part):
 
     @abstractmethod
     def attach(self, owner: str, point: tuple[float, float]) -> Attachment:
-        """The node and offset for holding the body at a world `point` of the drawn pose."""
+        """The node and offset at a world `point` of the drawn pose; `owner` names who asks, for messages."""
 
     def start_velocity(self) -> tuple[float, float, float] | None:
         """Velocity (vx, vy, omega) of the main node at the start, or None: as the drives impose."""
@@ -123,6 +123,10 @@ class Element(Part):
     A subclass has the class attributes `kernel` (an element kernel) and `coords`, a tuple of "FIELD.AXIS" or
     "FIELD.NODE.AXIS" where FIELD names a field that holds a body and AXIS is x, y or theta.  The kernel's p holds
     the numeric fields in the order of declaration; `history` gives the start values of z.
+
+    Parameters
+    ----------
+    name : the part's name, unique in its mechanism.
     """
 
     kernel: ClassVar[kernels.Kernel]
@@ -187,7 +191,7 @@ class Joint(Part):
             raise ModelError(f"{self.label} joins {self.first.name!r} to itself; give two different bodies.")
 
     def ends(self, mechanism: Mechanism) -> tuple[Attachment, Attachment]:
-        """Where the joint holds the first and the second body."""
+        """Where the joint holds the first and the second body of `mechanism`."""
         first = mechanism.body(self.first.name, self.label)
         second = mechanism.body(self.second.name, self.label)
         at = self.at
@@ -197,7 +201,7 @@ class Joint(Part):
         return first.attach(self.label, at), second.attach(self.label, at)
 
     def drive_piece(self, mechanism: Mechanism) -> ConstraintPiece | None:  # noqa: ARG002 - not every joint
-        """The coordinate that a drive can prescribe, or None for a joint that cannot be driven."""
+        """The coordinate in `mechanism` that a drive can prescribe, or None for a joint that cannot be driven."""
         return None
 
     def shapes(self, mechanism: Mechanism) -> Shapes:

@@ -17,7 +17,7 @@ from flexmb.program.symbolic import symbolic
 from flexmb.program.tables import Sizes, Tables
 
 
-def compile(mechanism: Mechanism, *, closed: bool = False) -> Program:  # noqa: A001 - the word of the life stages
+def compile(mechanism: Mechanism, *, closed: bool = False) -> Program:
     """Flat arrays, kernels and names of a mechanism.
 
     Parameters

@@ -43,13 +43,11 @@ def blocks_and_edges(pieces: Pieces, number: Numbering) -> tuple[list[np.ndarray
     n_nodes = number.n_q // 3
     blocks = [np.arange(3 * k, 3 * k + 3) for k in range(n_nodes)]
     last = [False] * n_nodes
-    edges = []
 
     def touched(coordinates: Sequence[Coordinate]) -> set[int]:
         return {d // 3 for d in number.unknowns(coordinates) if d >= 0}
 
-    for element in (*pieces.elements, *pieces.contacts):
-        edges.append(tuple(sorted(touched(element.coordinates))))
+    edges = [tuple(sorted(touched(e.coordinates))) for e in (*pieces.elements, *pieces.contacts)]
     row = number.n_q
     for piece in pieces.constraints:
         edges.append((*sorted(touched(piece.coordinates)), len(blocks)))

@@ -55,7 +55,7 @@ def assemble(mechanism: Mechanism, drives: Mapping[str, float] | None = None) ->
     Parameters
     ----------
     mechanism : the mechanism.
-    drives : position of each drive, counted from the drawn pose [rad, m]; None or left out: that of its motion at t = 0.
+    drives : position of each drive, counted from the drawn pose [rad, m]; left out: that of its motion at t = 0.
 
     Raises
     ------

@@ -83,7 +83,9 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None) 
         q, lam = close_loops(program, {})[0], None
     else:
         if len(at.q) != program.n_q or len(at.lam) != program.n_c:
-            raise InputError(f"modes: the equilibrium has {len(at.q)} coordinates, the model {program.n_q}. Use its own.")
+            raise InputError(
+                f"modes: the equilibrium has {len(at.q)} coordinates, the model {program.n_q}. Use its own."
+            )
         q, lam = at.q, at.lam
     M = system.mass(q)
     K = system.at(q, lam=lam, weights=(1.0, 0.0, 0.0)).block()

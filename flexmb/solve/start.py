@@ -57,18 +57,21 @@ def check_independent(program: Program, q: np.ndarray) -> None:
     if not found.redundant:
         return
     parts = sorted({program.names.rows[k].partition("[")[0] for k in found.redundant})
-    shaken = np.array(q) + 0.05 * np.sin(1.0 + 7.3 * np.arange(len(q))) * np.where(program.tables.kind == 1, 1.0, program.length)
+    shaken = np.array(q) + 0.05 * np.sin(1.0 + 7.3 * np.arange(len(q))) * np.where(
+        program.tables.kind == 1, 1.0, program.length
+    )
     elsewhere = row_rank(System(program).at(shaken).jacobian)
     listed = ", ".join(repr(p) for p in parts)
     if len(elsewhere.redundant) < len(found.redundant):
         raise AssemblyError(
             f"Mechanism {program.name!r} starts in a singular pose: there, the joints {listed} say nothing that the "
-            "others do not say already, and the motion can branch. Start a little beside it (e.g. another crank angle), "
-            "or, if the links are parallel on purpose, remove one joint or make a link flexible."
+            "others do not say already, and the motion can branch. Start a little beside it "
+            "(e.g. another crank angle), or, if the links are parallel on purpose, remove one joint "
+            "or make a link flexible."
         )
     raise ModelError(
-        f"Mechanism {program.name!r} is over-constrained by {len(found.redundant)} row(s): the joints {listed} repeat what "
-        "the others say. Remove one, replace a Prismatic or Fixed by a Revolute, or make a link flexible."
+        f"Mechanism {program.name!r} is over-constrained by {len(found.redundant)} row(s): the joints {listed} "
+        "repeat what the others say. Remove one, replace a Prismatic or Fixed by a Revolute, or make a link flexible."
     )
 
 
@@ -93,7 +96,11 @@ def rigid_velocities(closed: Program, q: np.ndarray, t: float) -> np.ndarray:
     if missed.max(initial=0.0) > 1e-7 * speed:
         row = int(missed[: len(g_t)].argmax()) if len(g_t) and missed[: len(g_t)].max() > 1e-7 * speed else -1
         names = closed.names
-        where = names.rows[row].partition("[")[0] if row >= 0 else names.coordinates[np.flatnonzero(declared)[missed[len(g_t) :].argmax()]]
+        where = (
+            names.rows[row].partition("[")[0]
+            if row >= 0
+            else names.coordinates[np.flatnonzero(declared)[missed[len(g_t) :].argmax()]]
+        )
         raise AssemblyError(
             f"Mechanism {closed.name!r}: no start velocities satisfy all joints, drives and declared velocities; "
             f"largest violation {missed.max():.3g} m/s or rad/s at {where!r}. "
@@ -119,7 +126,9 @@ def accelerations(program: Program, q: np.ndarray, v: np.ndarray, t: float) -> t
     free = [k for k in bare if abs(system.jacobian[:, [k]]).sum() == 0.0]
     if free:
         name = program.names.coordinates[free[0]]
-        raise SolveError(f"Mechanism {program.name!r}: coordinate {name!r} has no mass and no joint; give it some mass.")
+        raise SolveError(
+            f"Mechanism {program.name!r}: coordinate {name!r} has no mass and no joint; give it some mass."
+        )
     b = np.concatenate([-system.force, system.gamma])
     x = solve_scaled(system.matrix, b, f"Start accelerations of {program.name!r}")
     return x[: program.n_q], x[program.n_q :]

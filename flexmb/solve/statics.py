@@ -72,7 +72,7 @@ def static_equilibrium(mechanism: Mechanism, load_steps: int = 10) -> Equilibriu
 
     Notes
     -----
-    r0 being the force of the drawn pose, the equations r(q) - (1 - s) r0 + G^T lam = 0, g = 0 are solved for s = 0 .. 1.
+    r0 being the force of the drawn pose, r(q) - (1 - s) r0 + G^T lam = 0 and g = 0 are solved for s = 0 .. 1.
     Not past a limit point: a structure that snaps through ends with an error.
     """
     checks.count("static_equilibrium", "load_steps", load_steps)
@@ -136,7 +136,8 @@ def refuse_free_motion(program: Program, system: System, q: np.ndarray) -> None:
     if len(values) < program.n_q or values[-1] < 1e-13 * values[0]:
         name = program.names.coordinates[int(np.abs(vectors[-1]).argmax())]
         raise SolveError(
-            f"Mechanism {program.name!r} has no static equilibrium: a motion that moves {name!r} most is resisted by nothing. "
+            f"Mechanism {program.name!r} has no static equilibrium: a motion that moves {name!r} most "
+            "is resisted by nothing. "
             "Add a joint, a drive or a spring that holds it."
         )
 
@@ -145,8 +146,9 @@ def _failure(program: Program, system: System, done: float) -> str:
     rest = np.abs(system.force + system.constraint_force)
     name = program.names.coordinates[int(np.nanargmax(rest))]
     return (
-        f"Mechanism {program.name!r}: no static equilibrium found beyond {100 * done:.3g} % of the loads; largest unbalance at "
-        f"{name!r}. Use more load_steps; if that does not help, the structure buckles or snaps through there."
+        f"Mechanism {program.name!r}: no static equilibrium found beyond {100 * done:.3g} % of the loads; "
+        f"largest unbalance at {name!r}. Use more load_steps; if that does not help, "
+        "the structure buckles or snaps through there."
     )
 
 

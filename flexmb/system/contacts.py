@@ -6,8 +6,6 @@ With n from the second surface into the first, t = (-n_y, n_x), arms a1, a2 from
     r = -(N J_n + T J_t)
 """
 
-
-
 from flexmb.kernels import GAP_SIZE, compiled, friction_at, gap_at, normal_at
 
 
@@ -49,8 +47,11 @@ def add_contacts(tables, address, t, h, q, v, z, kq, kv, matrix, work):
             tangents(out, work.vl, N, T, N_gap, N_rate, T_slip, T_N, S)
             for i in range(6):
                 for j in range(6):
-                    by_q = -S[0, i] * S[2, j] - S[1, i] * S[3, j] - N * geometry(out, S, i, j, 0) - T * geometry(
-                        out, S, i, j, 1
+                    by_q = (
+                        -S[0, i] * S[2, j]
+                        - S[1, i] * S[3, j]
+                        - N * geometry(out, S, i, j, 0)
+                        - T * geometry(out, S, i, j, 1)
                     )
                     by_v = -S[0, i] * S[4, j] - S[1, i] * S[5, j]
                     work.lu[K.positions[k, 6 * i + j]] += kq * by_q + kv * by_v

@@ -86,9 +86,10 @@ class Bench:
     ) -> None:
         """Hold `got` against differences of `function` at x; `what` is a formula that begins with the name of `got`.
 
-        `rows` and `columns` in `sizes` bring entries of different units together, `floor` is the least size of a row.
+        `rows` and `columns` in `sizes` bring entries of different units together, `floor` is the least size of a row,
+        `noise` round-off of the values beyond that of their own size.
         """
-        want, uncertain = gradient(function, x, scale)
+        want, uncertain = gradient(function, x, scale, sizes.get("noise", 0.0))
         got = np.asarray(got, dtype=float)
         want, uncertain = want.reshape(got.shape), uncertain.reshape(got.shape)
         weight = np.asarray(sizes.get("rows", 1.0))
@@ -106,7 +107,7 @@ class Bench:
         error = np.abs(got - want) * weight / size
         wrong = error > TOLERANCE
         if np.any(wrong):
-            place = entry(what.split()[0], wrong)
+            place = entry(what.split(maxsplit=1)[0], wrong)
             both = f"the kernel says {at(got, wrong):.9g}, differences say {at(want, wrong):.9g}"
             text = f"{place}: {both} (relative error {at(error, wrong):.2g}); it must be {what}"
             raise subject.fault(text, state)
@@ -117,18 +118,18 @@ class Bench:
         self.skipped[name] = self.skipped.get(name, 0) + 1
         states = self.skipped[name] + len(self.errors.get(name, ()))
         if self.skipped[name] > max(4, states // 3):
-            place = entry(what.split()[0], doubtful)
+            place = entry(what.split(maxsplit=1)[0], doubtful)
             count = f"{self.skipped[name]} of {states} states"
             text = f"{place}: no derivative is found at {count}; the values must change smoothly, without noise"
             raise subject.fault(text, state)
 
-    def balanced(self, subject: Subject, what: str, state: State, terms: Sequence[float]) -> None:
-        """Terms whose sum must vanish."""
+    def balanced(self, subject: Subject, what: str, state: State, terms: Sequence[float], rule: str) -> None:
+        """Terms whose sum must vanish; `rule` is what a message says they must do."""
         rest, size = float(np.sum(terms)), float(np.abs(terms).sum())
         if abs(rest) > BALANCE * size:
-            text = f"{what} are not balanced: their sum is {rest:.6g}, their sizes add up to {size:.6g}"
-            raise subject.fault(f"{text}; action must equal reaction", state)
-        self.note(f"{subject.kernel.name}: {what} balance", abs(rest) / size if size else 0.0)
+            text = f"{what} are out of balance by {rest:.6g}, where their sizes add up to {size:.6g}"
+            raise subject.fault(f"{text}; {rule}", state)
+        self.note(f"{subject.kernel.name}: {what} in balance", abs(rest) / size if size else 0.0)
 
     def turned(self, subject: Subject, name: str, state: State, after: Any, before: Any, size: float) -> None:
         """Results after everything was turned and shifted, against the turned results of before."""

@@ -54,7 +54,7 @@ def check_gap_at(bench: Bench, subject: Subject, state: State, scale: np.ndarray
         return lambda x: subject({**state, "q": x})["out"][begin:end]
 
     units = {"columns": step}
-    bench.derivative(subject, "gap = ∫ J_n dq", state, normal[None, :], part(0, 1), q, step, **units)
+    bench.derivative(subject, "J_n = d(gap)/dq", state, normal[None, :], part(0, 1), q, step, **units)
     blocks = (("normal", 3, 13), ("first_arm", 5, 25), ("second_arm", 7, 37))
     for name, begin, place in blocks:
         got = out[place : place + 12].reshape(2, 6)
@@ -62,11 +62,12 @@ def check_gap_at(bench: Bench, subject: Subject, state: State, scale: np.ndarray
         bench.derivative(
             subject, f"{name} = its derivatives by q", state, got, part(begin, begin + 2), q, step, floor=floor, **units
         )
-    for name, value, row in (("gap_rate = J_n v", out[1], normal), ("slip = J_t v", out[2], tangent)):
-        bench.balanced(subject, name, state, [value, *(-row * v)])
+    for name, value, row in (("gap rate and J_n v", out[1], normal), ("slip and J_t v", out[2], tangent)):
+        bench.balanced(subject, name, state, [value, *(-row * v)], "they must be equal")
+    rule = "both arms must end in one point, or the forces have a moment"
     for axis in (0, 1):  # one contact point for both bodies, so that forces have the same moment
         terms = [q[axis], out[5 + axis], -q[3 + axis], -out[7 + axis]]
-        bench.balanced(subject, f"contact points along {'xy'[axis]}", state, terms)
+        bench.balanced(subject, f"contact points along {'xy'[axis]}", state, terms, rule)
     check_frame(bench, subject, state, out, scale)
 
 

@@ -10,7 +10,10 @@ from flexmb.kernels import Kernel
 from flexmb.model.part import GROUND
 from flexmb.model.pieces import Coordinate, ElementPiece
 from flexmb.testing.bench import TOLERANCE, Bench
+from flexmb.testing.differences import ROUND_OFF
 from flexmb.testing.subject import State, Subject, Values
+
+REACTION = "action must equal reaction; a load from outside on two bodies is one part for each of them"
 
 
 def check_element(bench: Bench, piece: ElementPiece, weightless: ElementPiece) -> None:
@@ -25,21 +28,31 @@ def check_element(bench: Bench, piece: ElementPiece, weightless: ElementPiece) -
         full = {**state, "z": z}
         out = subject.watched(full)
         bench.note(f"{piece.kernel.name}: compiled = Python, finite, repeatable")
-        floor = TOLERANCE * float(np.abs(out["r"] * scale).max())
-        for output, name in (("K", "q"), ("C", "v"), ("M", "a")):
-
-            def force(x: np.ndarray, name: str = name, full: State = full) -> np.ndarray:
-                return subject({**full, name: x})["r"]
-
-            sizes = {"rows": scale, "columns": scale, "floor": floor}
-            # r is linear in v and a or nearly so: a step of their own size keeps round-off small
-            step = scale if name == "q" else scale * max(1.0, float(np.abs(full[name] / scale).max()))
-            bench.derivative(subject, f"{output} = dr/d{name}", full, out[output], force, full[name], step, **sizes)
+        check_tangents(bench, subject, full, out, scale)
         if piece.energy is not None and not m:
             check_energy(bench, piece.energy, subject, full, out, scale)
         check_reaction(bench, piece.coordinates, bare, full)
         check_frame(bench, piece.coordinates, bare, full, scale)
         z = out["z_new"]
+
+
+def check_tangents(bench: Bench, subject: Subject, state: State, out: Values, scale: np.ndarray) -> None:
+    """K, C, M against differences of r."""
+    size = float(np.abs(out["r"] * scale).max())
+    sizes = {"rows": scale, "columns": scale, "floor": TOLERANCE * size}
+    for output, name in (("K", "q"), ("C", "v"), ("M", "a")):
+
+        def force(x: np.ndarray, name: str = name) -> np.ndarray:
+            return subject({**state, name: x})["r"]
+
+        step, noise = scale, 0.0
+        if name == "q":  # a force is a difference of terms as large as K q
+            noise = ROUND_OFF * np.abs(out["K"]) @ np.abs(state["q"])
+        else:  # rates at which C v or M a is as large as the other forces, so that these do not drown them
+            strongest = float(np.abs(out[output] * np.outer(scale, scale)).max())
+            step = scale * np.clip(size / strongest if strongest else 1.0, 1.0, 1e6)
+        what = f"{output} = dr/d{name}"
+        bench.derivative(subject, what, state, out[output], force, state[name], step, noise=noise, **sizes)
 
 
 def check_energy(
@@ -87,14 +100,14 @@ def check_reaction(bench: Bench, coordinates: Sequence[Coordinate], subject: Sub
     r, q = subject(state)["r"], state["q"]
     for axis in (0, 1):
         terms = [r[axes[axis]] for axes in nodes.values() if axis in axes]
-        bench.balanced(subject, f"forces along {'xy'[axis]}", state, terms)
+        bench.balanced(subject, f"forces along {'xy'[axis]}", state, terms, REACTION)
     if any((0 in axes) != (1 in axes) for axes in nodes.values()):
         return  # the place of a force must be known for its moment
     terms = [r[axes[2]] for axes in nodes.values() if 2 in axes]
     for axes in nodes.values():
         if 0 in axes:
             terms += [q[axes[0]] * r[axes[1]], -q[axes[1]] * r[axes[0]]]
-    bench.balanced(subject, "moments", state, terms)
+    bench.balanced(subject, "moments about the origin", state, terms, REACTION)
 
 
 def check_frame(

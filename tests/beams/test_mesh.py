@@ -12,13 +12,14 @@ import meshio
 import numpy as np
 import pytest
 
-from flexmb.beams import material, section
 from flexmb.beams import mesh as mesh_module
+from flexmb.beams import section
 from flexmb.beams.fem import beam_matrices
-from flexmb.model.material import STEEL
 from flexmb.beams.mesh import LineMesh, chain, members, read_lines
 from flexmb.beams.section import Rectangle
 from flexmb.errors import FileFormatError, InputError
+from flexmb.model import material
+from flexmb.model.material import STEEL
 
 MESHES = Path(__file__).parents[2] / "meshes"
 LENGTHS = {"crank1": 0.045, "link2": 0.326, "link3": 0.497, "crank4": 0.095, "rocker6": 0.230, "link8": 0.336}

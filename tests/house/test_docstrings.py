@@ -80,11 +80,13 @@ def method_complaints(owner: str, cls: type) -> Iterator[str]:
                 yield f"{owner}.{name} has no docstring"
         elif inspect.isroutine(member):
             doc = inspect.getdoc(member) or ""
+            # what an overriding method takes is documented once, where the method is declared
+            told = " ".join([doc, *(str(vars(base)[name].__doc__) for base in cls.__mro__ if name in vars(base))])
             named = documented_parameters(doc) or []
             if not doc.strip():
                 yield f"{owner}.{name} has no docstring"
             for parameter in taken_parameters(member):
-                if parameter not in named and not re.search(rf"\b{parameter}\b", doc):
+                if parameter not in named and not re.search(rf"\b{parameter}\b", told):
                     yield f"{owner}.{name} does not mention {parameter}"
 
 

@@ -22,6 +22,12 @@ METHODS = {
     "index 3": fm.Newmark.generalised_alpha(0.8, constraints="position"),
     "index 2": fm.Newmark.generalised_alpha(0.8, constraints="velocity"),
 }
+FORCES_LOSE_ORDER = {
+    "trapezoidal": "errors of the forces change their sign from step to step; unequal steps let them add up",
+    "alpha-1.0": "the same rule as the trapezoidal one",
+    "index 3": "positions alone are held: a change of the step is felt by the forces at order 0",
+}
+"""Methods whose joint forces are not of second order while steps change (positions and velocities are)."""
 
 
 def pendulum():
@@ -145,8 +151,11 @@ def inverse_dynamics(t):
 @pytest.mark.parametrize("name", METHODS)
 def test_drive_torque_and_joint_forces_are_of_second_order(name):
     errors = []
+    # index 3 starts with an error of first order in the forces, which its damping removes
+    begin = 0.003 if METHODS[name].constraints == "position" else 0.0
     for step in (1e-5, 5e-6):
-        sol = fm.simulate(slider_crank(), t_end=0.012, step=step, save="steps", method=METHODS[name])
+        options = {"t_end": 0.012, "step": step, "save": "steps", "method": METHODS[name], "save_from": begin}
+        sol = fm.simulate(slider_crank(), **options)
         exact = inverse_dynamics(sol.time)
         found = (sol.array(n) for n in ("slider.x", "slider.vx", "motor.torque", "B.fx", "B.fy"))
         errors.append([np.abs(x - y).max() for x, y in zip(found, exact, strict=True)])
@@ -183,7 +192,9 @@ def test_steps_that_alternate_keep_the_order(name):
         found, run = driven_by((1.0, 0.5), h, METHODS[name])
         errors.append(found)
         assert run.record.extreme[0] <= 0.51 * run.record.extreme[1]
-    assert min(orders(errors)) > 1.95, orders(errors)
+    positions, velocities, forces = orders(errors)
+    assert min(positions, velocities) > 1.95
+    assert forces > 1.95 or (name in FORCES_LOSE_ORDER and forces < 1.5), forces
 
 
 def test_smaller_errors_asked_for_are_got():

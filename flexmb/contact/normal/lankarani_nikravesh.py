@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from flexmb import checks
-from flexmb.model.material import Material
 from flexmb.contact.hertz import hertz_stiffness
 from flexmb.contact.onset import HISTORY, approach_speed
 from flexmb.errors import InputError
 from flexmb.kernels import normal_law
 from flexmb.model.law import NormalLaw
+from flexmb.model.material import Material
 
 
 @normal_law

@@ -1,0 +1,46 @@
+"""How a run ended, as a sentence that says what to try."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.integrate.arrays import DONE, NEWTON_FAILED, NOT_FINITE, SINGULAR, STEP_TOO_SMALL, Flow, Record, Trial
+from flexmb.program.program import Program
+
+SENTENCES = {
+    DONE: "Finished at {t}.",
+    SINGULAR: "Stopped at {t}: the matrix became singular at {lost!r} (a singular pose?), with a step of {h}.",
+    NOT_FINITE: "Stopped at {t}: the state is no longer finite{worst}, with a step of {h}. Try a smaller step.",
+    NEWTON_FAILED: (
+        "Stopped at {t}: Newton did not converge with a step of {h}: last correction {last:.2g}, "
+        "wanted {wanted:.2g}{worst}. Try a smaller step, or step=Adaptive()."
+    ),
+    STEP_TOO_SMALL: (
+        "Stopped at {t}: the step fell below its floor, to {h}{worst}. Try Adaptive(error=...) with a larger error, "
+        "or a smaller min."
+    ),
+}
+
+
+def sentence(program: Program, code: int, flow: Flow, trial: Trial, record: Record) -> str:
+    """The status of a run that ended with `code`."""
+    names = (*program.names.coordinates, *program.names.rows)
+    template = SENTENCES.get(code, "Not finished, at {t}.")
+    return template.format(
+        t=f"t = {flow.clock[0]:.6g} s",
+        h=f"{flow.clock[1]:.3g} s",
+        lost=names[int(record.count[6])],
+        last=record.extreme[2],
+        wanted=record.extreme[3],
+        worst=_worst(program, flow, trial),
+    )
+
+
+def _worst(program: Program, flow: Flow, trial: Trial) -> str:
+    """The coordinate that moved most in the last Newton correction, and the contacts that are closed."""
+    d = np.abs(trial.d[: program.n_q])
+    name = program.names.coordinates[int(np.argmax(np.where(np.isfinite(d), d, np.inf)))]
+    phases = program.tables.contacts.z[:, 0]
+    closed = [c for c, k in zip(program.names.contacts, phases, strict=True) if flow.z[k] > 0.0]
+    touching = f"; in contact: {', '.join(closed)}" if closed else ""
+    return f"; largest at {name!r}{touching}"

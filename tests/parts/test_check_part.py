@@ -1,0 +1,554 @@
+"""`check_part`: every part of the library keeps its contracts, and every broken contract is found."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+import flexmb as fm
+from flexmb.errors import KernelError, ModelError
+from flexmb.testing import Report, check_part
+
+O, A, B, C = (0.0, 0.0), (0.1, 0.17), (0.5, 0.1), (0.7, -0.1)
+BAR = fm.Rectangle(width=0.01, height=0.02)
+TAPER = fm.Tapered(fm.Rectangle(width=0.01, height=0.03), fm.Rectangle(width=0.01, height=0.012))
+MOTION = fm.ConstantSpeed(6.0)
+
+
+def crank():
+    return fm.RigidLink("crank", O, A, mass=0.4, inertia=2e-3, centre=0.4)
+
+
+def arm():
+    return fm.RigidLink("arm", A, B, mass=0.8, inertia=8e-3)
+
+
+def two_links(*parts, second=None, gravity=(1.3, -9.81)):
+    """Crank and arm with further parts."""
+    second = arm() if second is None else second
+    return fm.Mechanism("two links", [crank(), second, fm.Revolute("O", fm.GROUND, crank(), at=O), *parts], gravity=gravity)
+
+
+def alone(body):
+    return fm.Mechanism("alone", [body], gravity=(1.3, -9.81))
+
+
+def sliding():
+    """A slider with an offset, guided along a moving link."""
+    slider = fm.RigidBody("slider", (0.3, 0.2), mass=0.3, inertia=1e-3, angle=0.4)
+    joint = fm.Prismatic("slide", crank(), slider, at=(0.05, 0.085), along=(0.9, 0.3))
+    return joint, slider
+
+
+def clearance(normal, friction):
+    return fm.RevoluteClearance(
+        "pin", crank(), arm(), at=A, clearance=2e-4, bearing_radius=8e-3, normal=normal, friction=friction
+    )
+
+
+LN = fm.LankaraniNikravesh(stiffness=2e9, restitution=0.8)
+COULOMB = fm.ModifiedCoulomb(0.2, v0=1e-4, v1=1e-2)
+JOINT, SLIDER = sliding()
+TIMES = tuple(np.linspace(0.0, 1.0, 9))
+WAVE = tuple(0.2 * math.sin(2.0 * math.pi * t) for t in TIMES)
+
+
+def flexible(**changes):
+    given = {"section": BAR, "material": fm.STEEL, "elements": 2, **changes}
+    return fm.FlexibleLink("arm", A, B, **given)
+
+
+def frame():
+    return fm.FlexibleFrame(
+        "frame", (O, (0.4, 0.05), (0.1, 0.3)), ((0, 1), (1, 2), (2, 0)), section=BAR, material=fm.STEEL, elements=1,
+        mass=4.0, inertia=0.105, damping=1e-4,
+    )  # fmt: skip
+
+
+def driven(motion):
+    return two_links(fm.Revolute("A", crank(), arm(), at=A), fm.Drive("motor", "A", motion))
+
+
+BUILT_IN = {
+    "RigidLink": (two_links(), "crank"),
+    "RigidBody": (alone(fm.RigidBody("body", A, mass=2.0, inertia=0.1, angle=0.3)), "body"),
+    "FlexibleLink": (alone(flexible()), "arm"),
+    "FlexibleLink, tapered": (alone(flexible(section=TAPER)), "arm"),
+    "FlexibleLink, bosses": (alone(flexible(mass=2.0, inertia=0.075, pivot_inertia=1e-3)), "arm"),
+    "FlexibleLink, damped": (alone(flexible(damping=2e-4)), "arm"),
+    "FlexibleLink, uneven": (alone(flexible(elements=(0.1, 0.4))), "arm"),
+    "FlexibleFrame, mean mass": (alone(frame()), "frame"),
+    "Revolute": (two_links(fm.Revolute("A", crank(), arm(), at=A)), "A"),
+    "Revolute on ground": (two_links(), "O"),
+    "Revolute on a beam": (two_links(fm.Revolute("A", crank(), flexible(), at=A), second=flexible()), "A"),
+    "Fixed": (two_links(fm.Fixed("A", crank(), arm(), at=A)), "A"),
+    "Prismatic": (two_links(JOINT, second=SLIDER), "slide"),
+    "RevoluteClearance": (two_links(clearance(LN, fm.Frictionless())), "pin"),
+    "RevoluteClearance, friction": (two_links(clearance(LN, COULOMB)), "pin"),
+    "SpringDamper": (
+        two_links(fm.SpringDamper("spring", crank(), arm(), at=(0.05, 0.085), to=B, stiffness=300.0, damping=4.0)),
+        "spring",
+    ),
+    "SpringDamper on ground": (
+        two_links(fm.SpringDamper("spring", fm.GROUND, arm(), at=C, to=B, stiffness=300.0, free_length=0.1)),
+        "spring",
+    ),
+    "TorsionSpring": (
+        two_links(fm.TorsionSpring("spring", crank(), arm(), stiffness=20.0, damping=0.3, rest_angle=0.2)), "spring",
+    ),
+    "Force": (two_links(fm.Force("load", arm(), at=B, force=(30.0, -70.0))), "load"),
+    "Torque": (two_links(fm.Torque("load", arm(), 12.0)), "load"),
+    "ConstantSpeed": (driven(MOTION), "motor"),
+    "Ramp": (driven(fm.Ramp(6.0, 0.8)), "motor"),
+    "Polynomial": (driven(fm.Polynomial((0.1, 2.0, -0.4, 0.3))), "motor"),
+    "Table": (driven(fm.Table(TIMES, WAVE)), "motor"),
+    "Table, periodic": (driven(fm.Table(TIMES, (*WAVE[:-1], WAVE[0] + 0.5), periodic=True)), "motor"),
+    "Drive of a Prismatic": (
+        two_links(JOINT, fm.Drive("motor", "slide", fm.ConstantSpeed(0.2)), second=SLIDER), "motor",
+    ),
+}  # fmt: skip
+"""Name -> (mechanism, part)."""
+
+
+@pytest.mark.parametrize("kind", BUILT_IN)
+def test_built_in_part_keeps_its_contracts(kind):
+    mechanism, part = BUILT_IN[kind]
+    report = check_part(mechanism, part)
+    assert max(check.error for check in report.checks) < 1e-6
+    assert sum(check.skipped for check in report.checks) <= 3, str(report)
+
+
+def test_contact_is_seen_open_and_closed():
+    mechanism, part = BUILT_IN["RevoluteClearance, friction"]
+    found = {check.name.rpartition(", ")[2]: check.states for check in check_part(mechanism, part).checks}
+    assert min(found[where] for where in ("in contact", "in free flight", "open", "closed")) >= 5
+
+
+def test_kinds_of_part_are_complete():
+    """A part added to the public names must be added to the table above."""
+    from flexmb.model.part import Element, Ground, Part
+
+    public = (getattr(fm, name) for name in fm.__all__ if name != "testing")
+    kinds = {x.__name__ for x in public if isinstance(x, type) and issubclass(x, Part)} - {"Part", "Element"}
+    used = {type(p).__name__ for mechanism, _ in BUILT_IN.values() for p in mechanism.parts}
+    assert kinds <= used
+    assert {Element.__name__, Ground.__name__}.isdisjoint(kinds)
+
+
+def test_report_reads_as_a_table():
+    report = check_part(*BUILT_IN["TorsionSpring"])
+    assert isinstance(report, Report)
+    lines = str(report).splitlines()
+    assert lines[0] == "Part 'spring' (TorsionSpring): keeps its contracts"
+    assert any("torsion_spring_kernel: K = dr/dq" in line and "12 states" in line for line in lines)
+
+
+def test_same_seed_same_report():
+    mechanism, part = BUILT_IN["SpringDamper"]
+    assert check_part(mechanism, part, seed=3) == check_part(mechanism, part, seed=3)
+    assert check_part(mechanism, part, seed=3) != check_part(mechanism, part, seed=4)
+
+
+def test_unknown_part_is_refused():
+    with pytest.raises(ModelError, match="no part 'arn'.*Did you mean 'arm'"):
+        check_part(two_links(), "arn")
+
+
+# -- broken contracts ------------------------------------------------------------------------------------------------
+
+
+@fm.element_kernel
+def sound_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    k = p[0]
+    r[0] = k * (q[0] - q[1])
+    r[1] = -r[0]
+    K[0, 0] = K[1, 1] = k
+    K[0, 1] = K[1, 0] = -k
+
+
+@fm.element_kernel
+def wrong_stiffness(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    k = p[0]
+    r[0] = k * (q[0] - q[1])
+    r[1] = -r[0]
+    K[0, 0] = K[1, 1] = k
+    K[0, 1] = K[1, 0] = -1.01 * k
+
+
+@fm.element_kernel
+def wrong_sign(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    k = p[0]
+    r[0] = k * (v[0] - v[1])
+    r[1] = -r[0]
+    C[0, 0] = C[1, 1] = -k
+    C[0, 1] = C[1, 0] = k
+
+
+@fm.element_kernel
+def forgotten_mass(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    r[0] = p[0] * a[0]
+    r[1] = p[0] * a[1]
+    M[0, 0] = p[0]
+
+
+CALLS = [0]
+
+
+@fm.element_kernel
+def counting(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    CALLS[0] += 1
+    r[0] = p[0] * CALLS[0]
+    r[1] = -r[0]
+
+
+@fm.element_kernel
+def rolling_dice(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    r[0] = p[0] * np.random.rand()  # noqa: NPY002 - the only one that numba knows
+    r[1] = -r[0]
+
+
+@fm.element_kernel
+def one_sided(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    r[0] = p[0] * (q[0] - q[1])
+    K[0, 0] = p[0]
+    K[0, 1] = -p[0]
+
+
+@fm.element_kernel
+def not_a_number(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    r[0] = p[0] * np.sqrt(1.25 - (q[0] - q[1]))  # 1.21 in the drawn pose
+    r[1] = -r[0]
+    K[0, 0] = K[1, 1] = -0.5 * p[0] / np.sqrt(1.25 - (q[0] - q[1]))
+    K[0, 1] = K[1, 0] = -K[0, 0]
+
+
+@fm.element_kernel
+def divides_by_h(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    r[0] = p[0] * (q[0] - q[1]) * (h / h)
+    r[1] = -r[0]
+    K[0, 0] = K[1, 1] = p[0]
+    K[0, 1] = K[1, 0] = -p[0]
+
+
+@fm.element_kernel
+def writes_to_q(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    q[0] = 0.0
+
+
+@fm.element_kernel
+def writes_to_history(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    z[0] += 1.0
+
+
+@fm.element_kernel
+def noisy(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    r[0] = np.sin(1e12 * (q[0] - q[1]))
+    r[1] = -r[0]
+
+
+@fm.element_kernel
+def two_numbers(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    k, d = p
+    r[0] = k + d
+
+
+BROKEN = {
+    wrong_stiffness: r"K\[0, 1\]: the kernel says -20.2, differences say -20 .*K = dr/dq",
+    wrong_sign: r"C\[0, 0\]: the kernel says -20, differences say 20 .*C = dr/dv",
+    forgotten_mass: r"M\[1, 1\]: the kernel says 0, differences say 20 .*M = dr/da",
+    counting: r"r\[0\] is .* and then .* for the same input.*remember nothing but z",
+    rolling_dice: r"r\[0\] is .* and then .* for the same input",
+    one_sided: r"moments about the origin are out of balance by .*action must equal reaction",
+    not_a_number: r"r\[0\] is nan; it must be finite at every state",
+    divides_by_h: "values that are not finite",
+    writes_to_q: r"changes its input q; write to the outputs only",
+    writes_to_history: r"changes its input z",
+    noisy: r"no derivative is found at \d+ of \d+ states; the values must change smoothly",
+}
+
+
+@dataclass(frozen=True)
+class Broken(fm.Element):
+    """A torsion spring whose kernel is set by each test."""
+
+    first: fm.Part
+    second: fm.Part
+    k: float
+    kernel = sound_kernel
+    coords = ("first.theta", "second.theta")
+
+    def history(self):
+        return (0.0,)
+
+
+def specimen(kernel):
+    """A mechanism with an element of that kernel, of a class that can be found again when it is unpickled."""
+
+    @dataclass(frozen=True)
+    class Local(Broken):
+        pass
+
+    Local.kernel = kernel
+    return two_links(Local("s", crank(), arm(), 20.0))
+
+
+def test_sound_specimen_passes():
+    assert check_part(two_links(Broken("s", crank(), arm(), 20.0)), "s").checks
+
+
+@pytest.mark.filterwarnings("ignore:invalid value encountered:RuntimeWarning")
+@pytest.mark.parametrize("kernel", BROKEN, ids=lambda k: k.name)
+def test_broken_contract_is_found(kernel):
+    with pytest.raises(KernelError, match=f"(?s)^Part 's' .*{kernel.name}.*{BROKEN[kernel]}"):
+        check_part(specimen(kernel), "s")
+
+
+def test_wrong_number_of_parameters_is_found():
+    with pytest.raises(KernelError, match=r"Part 's'.*two_numbers.*1 parameters p = \(20\).*not enough values"):
+        check_part(specimen(two_numbers), "s")
+
+
+def test_class_that_cannot_be_pickled_is_found():
+    with pytest.raises(KernelError, match="Part 's'.*the part cannot be pickled"):
+        check_part(specimen(sound_kernel), "s")
+
+
+@fm.energy_kernel
+def wrong_energy(p, t, q, v):
+    return 0.6 * p[0] * (q[0] - q[1]) ** 2, 0.0, 0.0
+
+
+@fm.energy_kernel
+def wrong_damping(p, t, q, v):
+    return 0.5 * p[0] * (q[0] - q[1]) ** 2, 0.0, 0.1 * (v[0] - v[1]) ** 2
+
+
+@dataclass(frozen=True)
+class WithEnergy(fm.Element):
+    """A torsion spring with an account of its energy."""
+
+    first: fm.Part
+    second: fm.Part
+    k: float
+    wrong: str
+    kernel = sound_kernel
+    coords = ("first.theta", "second.theta")
+
+    def pieces(self, mechanism):
+        energy = {"strain": wrong_energy, "damping": wrong_damping}[self.wrong]
+        return [replace(piece, energy=energy) for piece in super().pieces(mechanism)]
+
+
+@pytest.mark.parametrize(("wrong", "rule"), [("strain", "force = dV/dq"), ("damping", r"power = d\(T \+ V\)/dt")])
+def test_wrong_energy_is_found(wrong, rule):
+    with pytest.raises(KernelError, match=rule):
+        check_part(two_links(WithEnergy("s", crank(), arm(), 20.0, wrong)), "s")
+
+
+@fm.element_kernel
+def wind(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    """A pull along x only between two bodies: balanced, but it does not turn with them."""
+    r[0] = p[0] * (q[0] - q[3])
+    r[3] = -r[0]
+    K[0, 0] = K[3, 3] = p[0]
+    K[0, 3] = K[3, 0] = -p[0]
+
+
+@fm.element_kernel
+def couple(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    """Forces across the line of centres: their sum vanishes, their moment does not."""
+    r[0] = -p[0] * (q[4] - q[1])
+    r[1] = p[0] * (q[3] - q[0])
+    r[3] = -r[0]
+    r[4] = -r[1]
+    K[0, 4] = K[3, 1] = -p[0]
+    K[0, 1] = K[3, 4] = p[0]
+    K[1, 3] = K[4, 0] = p[0]
+    K[1, 0] = K[4, 3] = -p[0]
+
+
+@dataclass(frozen=True)
+class Full(fm.Element):
+    """An element on all coordinates of two bodies."""
+
+    first: fm.Part
+    second: fm.Part
+    k: float
+    coords = tuple(f"{body}.{axis}" for body in ("first", "second") for axis in ("x", "y", "theta"))
+
+
+@dataclass(frozen=True)
+class Wind(Full):
+    """See its kernel."""
+
+    kernel = wind
+
+
+@dataclass(frozen=True)
+class Couple(Full):
+    """See its kernel."""
+
+    kernel = couple
+
+
+@pytest.mark.parametrize("kind", [Wind, Couple])
+def test_lonely_moment_is_found(kind):
+    with pytest.raises(KernelError, match="moments about the origin are out of balance"):
+        check_part(two_links(kind("s", crank(), arm(), 20.0)), "s")
+
+
+@fm.element_kernel
+def compass(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    """A spring between two rotations whose stiffness knows where X is: balanced, but not free of the frame."""
+    x = q[2] - q[5]
+    r[2] = p[0] * (2.0 + np.cos(q[2])) * x
+    r[5] = -r[2]
+    K[2, 2] = p[0] * (2.0 + np.cos(q[2]) - np.sin(q[2]) * x)
+    K[2, 5] = -p[0] * (2.0 + np.cos(q[2]))
+    K[5, 2] = -K[2, 2]
+    K[5, 5] = -K[2, 5]
+
+
+@dataclass(frozen=True)
+class Compass(Full):
+    """See its kernel."""
+
+    kernel = compass
+
+
+def test_dependence_on_the_frame_is_found():
+    with pytest.raises(KernelError, match=r"r\[\d\] depends on the frame"):
+        check_part(two_links(Compass("s", crank(), arm(), 20.0)), "s")
+
+
+# -- broken laws, gaps, motions, constraints -------------------------------------------------------------------------
+
+
+@fm.normal_law
+def pulling(p, h, gap, gap_rate, z, z_new):
+    return -p[0] * gap if gap < 0.5e-4 else 0.0, -p[0] if gap < 0.5e-4 else 0.0, 0.0
+
+
+@fm.normal_law
+def wrong_rate(p, h, gap, gap_rate, z, z_new):
+    depth = max(-gap, 0.0)
+    return p[0] * depth * (3.0 - np.tanh(gap_rate)), -p[0] * (3.0 - np.tanh(gap_rate)) if depth else 0.0, 0.0
+
+
+@dataclass(frozen=True)
+class Pulling(fm.NormalLaw):
+    """A sticky contact."""
+
+    k: float = 1e6
+    kernel = pulling
+
+
+@dataclass(frozen=True)
+class WrongRate(fm.NormalLaw):
+    """A damped contact that forgets the derivative by the rate."""
+
+    k: float = 1e6
+    kernel = wrong_rate
+
+
+@fm.friction_law
+def wrong_by_force(p, h, slip, N, z, z_new):
+    c = np.tanh(slip / 1e-2)
+    return -p[0] * N * c, -p[0] * N * (1.0 - c * c) / 1e-2, p[0] * c
+
+
+@dataclass(frozen=True)
+class WrongByForce(fm.FrictionLaw):
+    """Friction with the wrong sign of dT/dN."""
+
+    mu: float = 0.1
+    kernel = wrong_by_force
+
+
+@pytest.mark.parametrize(
+    ("normal", "friction", "message"),
+    [
+        (Pulling(), fm.Frictionless(), "Pulling.*N is -.*a contact pushes"),
+        (WrongRate(), fm.Frictionless(), r"WrongRate.*dN_drate: the kernel says 0, differences say .*dN/d\(gap_rate\)"),
+        (LN, WrongByForce(), r"WrongByForce.*dT_dN: the kernel says .*relative error 2\)"),
+    ],
+)
+def test_broken_law_is_found(normal, friction, message):
+    with pytest.raises(KernelError, match=f"(?s)Part 'pin'.*{message}"):
+        check_part(two_links(clearance(normal, friction)), "pin")
+
+
+@fm.drive_kernel
+def hasty(p, t):
+    return p[0] * t * t, 2.0 * p[0] * t, p[0]
+
+
+@dataclass(frozen=True)
+class Hasty(fm.Motion):
+    """s = k t^2 with half its acceleration."""
+
+    k: float = 1.0
+    kernel = hasty
+
+
+def test_broken_motion_is_found():
+    with pytest.raises(KernelError, match=r"(?s)Part 'motor'.*Hasty.*s_ddot: the kernel says 1, differences say 2"):
+        check_part(driven(Hasty()), "motor")
+
+
+def broken_guide(missing):
+    """The rod of constant length between two bodies, with one entry left out or wrong."""
+
+    @fm.constraint_kernel
+    def rod(p, t, q, v, lam, g, G, g_t, gamma, H):
+        dx, dy = q[3] - q[0], q[4] - q[1]
+        g[0] = 0.5 * (dx * dx + dy * dy - p[0] * p[0])
+        row = (-dx, -dy, 0.0, dx, dy, 0.0)
+        for i in range(6):
+            G[0, i] = row[i]
+        if missing == "G":
+            G[0, 4] = 0.0
+        if missing == "g_t":
+            g_t[0] = 1.0
+        if missing != "gamma":
+            gamma[0] = -((v[3] - v[0]) ** 2) - (v[4] - v[1]) ** 2
+        if missing != "H":
+            H[0, 0] = H[1, 1] = H[3, 3] = H[4, 4] = lam[0]
+            H[0, 3] = H[3, 0] = H[1, 4] = H[4, 1] = -lam[0]
+
+    return rod
+
+
+@dataclass(frozen=True)
+class Rod(fm.Part):
+    """A massless rod between the centres of two bodies."""
+
+    first: fm.Part
+    second: fm.Part
+    missing: str
+
+    def pieces(self, mechanism):
+        from flexmb.model.pieces import ConstraintPiece, node_coordinates
+
+        coordinates = (*node_coordinates(self.first.name, ""), *node_coordinates(self.second.name, ""))
+        return [ConstraintPiece(self.name, broken_guide(self.missing), coordinates, (0.3,), 1, second=coordinates[3:])]
+
+
+@pytest.mark.parametrize(
+    ("missing", "message"),
+    [
+        ("G", r"G\[0, 4\]: the kernel says 0"),
+        ("g_t", "g_t: the kernel says 1, differences say 0"),
+        ("gamma", "gamma: the kernel says 0"),
+        ("H", r"H\[0, 0\]: the kernel says 0"),
+    ],
+)
+def test_broken_constraint_is_found(missing, message):
+    with pytest.raises(KernelError, match=f"(?s)Part 'rod' .*{message}"):
+        check_part(two_links(Rod("rod", crank(), arm(), missing)), "rod")
+
+
+def test_sound_constraint_passes():
+    names = {c.name.partition(": ")[2] for c in check_part(two_links(Rod("rod", crank(), arm(), "")), "rod").checks}
+    assert {"G = dg/dq", "g_t = dg/dt", "H = d(G^T lam)/dq", "gamma = -d(G v + g_t)/dt"} <= names
