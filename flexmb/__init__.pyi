@@ -51,6 +51,12 @@ from flexmb.loads.force import Force as Force
 from flexmb.loads.spring_damper import SpringDamper as SpringDamper
 from flexmb.loads.torque import Torque as Torque
 from flexmb.loads.torsion_spring import TorsionSpring as TorsionSpring
+from flexmb.mechanisms.four_bar import FourBarData as FourBarData
+from flexmb.mechanisms.four_bar import four_bar as four_bar
+from flexmb.mechanisms.nine_bar import nine_bar as nine_bar
+from flexmb.mechanisms.nine_bar_data import NineBarData as NineBarData
+from flexmb.mechanisms.slider_crank import SliderCrankData as SliderCrankData
+from flexmb.mechanisms.slider_crank import slider_crank as slider_crank
 from flexmb.model.law import FrictionLaw as FrictionLaw
 from flexmb.model.law import Motion as Motion
 from flexmb.model.law import NormalLaw as NormalLaw

@@ -2,10 +2,12 @@
 
 import math
 from collections.abc import Iterable
+from dataclasses import fields
 from difflib import get_close_matches
 from importlib import import_module
 from numbers import Real
 from types import ModuleType
+from typing import Any
 
 from flexmb.errors import InputError, MissingPackageError
 
@@ -54,13 +56,29 @@ def count(owner: str, name: str, value: object, least: int = 1) -> int:
     return int(whole)
 
 
-def point(owner: str, name: str, value: object) -> tuple[float, float]:
-    """`value` as a point (x, y) [m], or `InputError`."""
+def point(owner: str, name: str, value: object, unit: str = "m") -> tuple[float, float]:
+    """`value` as a point (x, y) [m], or as a vector with another unit; else `InputError`."""
     try:
         x, y = value if isinstance(value, Iterable) else ()
     except ValueError:
-        raise InputError(f"{owner}: {name} is {value!r}; it must be a point (x, y) in metres.") from None
-    return number(owner, f"{name}[0]", x, "m"), number(owner, f"{name}[1]", y, "m")
+        raise InputError(f"{owner}: {name} is {value!r}; it must be a pair (x, y){_in(unit)}.") from None
+    return number(owner, f"{name}[0]", x, unit), number(owner, f"{name}[1]", y, unit)
+
+
+def sequence(owner: str, name: str, value: object, of: str) -> tuple[Any, ...]:
+    """`value` as a tuple, or `InputError`; `of` says what it holds."""
+    if isinstance(value, str) or not isinstance(value, Iterable):
+        raise InputError(f"{owner}: {name} is {value!r}; it must be a list of {of}.")
+    return tuple(value)
+
+
+def number_fields(owner: Any, label: str) -> None:
+    """Refuse a dataclass with a field declared as a number that holds none, or one that is not finite."""
+    for f in fields(owner):
+        value, declared = getattr(owner, f.name), str(getattr(f.type, "__name__", f.type))
+        is_number = isinstance(value, Real) and not isinstance(value, bool)
+        if is_number or declared == "float" or (declared == "float | None" and value is not None):
+            number(label, f.name, value)
 
 
 def identifier(owner: str, value: object) -> str:
@@ -81,7 +99,7 @@ def one_of(owner: str, name: str, value: object, allowed: Iterable[str]) -> str:
 def did_you_mean(word: str, names: Iterable[str]) -> str:
     """The tail of a message about an unknown name: the nearest ones, then all of them."""
     known = list(names)
-    near = get_close_matches(word, known, n=1)
+    near = get_close_matches(str(word), known, n=1)
     guess = f"Did you mean {near[0]!r}? " if near else ""
     listed = ", ".join(known[:40]) + (", ..." if len(known) > 40 else "")
     return f"{guess}Known: {listed}."

@@ -82,9 +82,11 @@ class FlexibleFrame(Body):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        points = tuple(checks.point(self.label, f"points[{i}]", p) for i, p in enumerate(self.points))
+        corners = checks.sequence(self.label, "points", self.points, "corners (x, y)")
+        points = tuple(checks.point(self.label, f"points[{i}]", p) for i, p in enumerate(corners))
         object.__setattr__(self, "points", points)
-        object.__setattr__(self, "edges", tuple(self._checked_edge(i, e) for i, e in enumerate(self.edges)))
+        edges = checks.sequence(self.label, "edges", self.edges, "pairs of corner numbers")
+        object.__setattr__(self, "edges", tuple(self._checked_edge(i, e) for i, e in enumerate(edges)))
         lonely = set(range(len(points))) - {i for edge in self.edges for i in edge}
         if lonely or not self.edges:
             raise InputError(f"{self.label}: corners {sorted(lonely)} belong to no edge. Remove them or add edges.")

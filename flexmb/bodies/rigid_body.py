@@ -48,7 +48,8 @@ class RigidBody(Body):
     def __post_init__(self) -> None:
         super().__post_init__()
         object.__setattr__(self, "at", checks.point(self.label, "at", self.at))
-        outline = tuple(checks.point(self.label, f"outline[{i}]", p) for i, p in enumerate(self.outline))
+        given = checks.sequence(self.label, "outline", self.outline, "points")
+        outline = tuple(checks.point(self.label, f"outline[{i}]", p) for i, p in enumerate(given))
         object.__setattr__(self, "outline", outline)
         checks.positive(self.label, "mass", self.mass, "kg")
         checks.positive(self.label, "inertia", self.inertia, "kg m^2")

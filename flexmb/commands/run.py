@@ -154,14 +154,16 @@ def _write_rest(
             written.append(path)
         if not options.no_plots:
             path = folder / "mechanism.png"
-            render(sol, four_instants(sol), path=path)
+            render(sol, four_instants(mechanism, sol), path=path)
             written.append(path)
     except (FlexmbError, OSError) as error:
         return f"some files are missing: {error}"  # the run itself is on disk already
     return ""
 
 
-def four_instants(sol: Solution) -> np.ndarray:
-    """Four instants that are evenly spread and do not show the same pose twice when the saved time is a period."""
+def four_instants(mechanism: Mechanism, sol: Solution) -> np.ndarray:
+    """Four instants, evenly spread over the last period of the slowest drive, so that they show different poses."""
     first, last = float(sol.time[0]), float(sol.time[-1])
-    return np.linspace(first, last, 5)[:4]
+    periods = [part.motion.period for part in mechanism.parts if isinstance(part, Drive)]
+    longest = max((period for period in periods if period is not None), default=last - first)
+    return np.linspace(max(first, last - longest), last, 5)[:4]

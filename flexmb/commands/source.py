@@ -40,7 +40,14 @@ class Source:
     make: Callable[..., Any]
 
     def mechanism(self, keywords: dict[str, Any]) -> Mechanism:
-        """The mechanism, or `InputError` when the function returns something else."""
+        """The mechanism, or `InputError` when the function wants more than can be typed, or returns something else."""
+        try:
+            inspect.signature(self.make).bind(**keywords)
+        except TypeError as error:
+            text = f"{self.name}: the function cannot be called with what was typed: {error}."
+            raise InputError(
+                f"{text} Give its parameters defaults, or annotate them float, int, bool or str."
+            ) from error
         made = self.make(**keywords)
         if not isinstance(made, Mechanism):
             raise InputError(f"{self.name}: the function returned {type(made).__name__}; it must return a Mechanism.")

@@ -36,7 +36,6 @@ UNITS: dict[str, dict[str, Scale]] = {
     "N/m": {"N/m": (Fraction(1), 0), "kN/m": (Fraction(1000), 0)},
     "N s/m": {"N s/m": (Fraction(1), 0)},
     "N m/rad": {"N m/rad": (Fraction(1), 0)},
-    "1/m": {"1/m": (Fraction(1), 0)},
     "s/m": {"s/m": (Fraction(1), 0)},
     "Hz": {"Hz": (Fraction(1), 0), "kHz": (Fraction(1000), 0)},
     "": {},

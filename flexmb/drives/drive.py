@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from flexmb import checks
 from flexmb.errors import InputError, ModelError
 from flexmb.model.law import Motion
-from flexmb.model.part import Joint, Part
+from flexmb.model.part import GROUND, Joint, Part
 from flexmb.model.pieces import ConstraintPiece, Piece
 
 if TYPE_CHECKING:
@@ -40,6 +41,8 @@ class Drive(Part):
         super().__post_init__()
         if isinstance(self.joint, Part):
             object.__setattr__(self, "joint", self.joint.name)
+        if not isinstance(self.joint, str):
+            raise InputError(f"{self.label}: joint is {self.joint!r}; it must be a joint or its name.")
         if not isinstance(self.motion, Motion):
             raise InputError(f"{self.label}: motion is {self.motion!r}; it must be a motion, e.g. ConstantSpeed(6.28).")
 
@@ -55,6 +58,11 @@ class Drive(Part):
         return [replace(self._measure(mechanism), part=self.name, motion=self.motion)]
 
     def _measure(self, mechanism: Mechanism) -> ConstraintPiece:
+        if self.joint not in (*mechanism.names, GROUND.name):
+            raise ModelError(
+                f"{self.label} drives joint {self.joint!r}, but mechanism {mechanism.name!r} has no such part. "
+                f"{checks.did_you_mean(self.joint, mechanism.names)}"
+            )
         part = mechanism.find(self.joint)
         piece = part.drive_piece(mechanism) if isinstance(part, Joint) else None
         if piece is None:

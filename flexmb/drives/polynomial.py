@@ -38,7 +38,8 @@ class Polynomial(Motion):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        values = tuple(checks.number("Polynomial", f"coefficients[{i}]", c) for i, c in enumerate(self.coefficients))
+        given = checks.sequence("Polynomial", "coefficients", self.coefficients, "numbers")
+        values = tuple(checks.number("Polynomial", f"coefficients[{i}]", c) for i, c in enumerate(given))
         if not values:
             raise InputError("Polynomial: coefficients is empty; give at least one, e.g. (0.0, 6.28).")
         object.__setattr__(self, "coefficients", values)

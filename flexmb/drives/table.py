@@ -65,8 +65,9 @@ class Table(Motion):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        times = tuple(checks.number("Table", f"times[{i}]", t, "s") for i, t in enumerate(self.times))
-        values = tuple(checks.number("Table", f"values[{i}]", v) for i, v in enumerate(self.values))
+        given = {name: checks.sequence("Table", name, getattr(self, name), "numbers") for name in ("times", "values")}
+        times = tuple(checks.number("Table", f"times[{i}]", t, "s") for i, t in enumerate(given["times"]))
+        values = tuple(checks.number("Table", f"values[{i}]", v) for i, v in enumerate(given["values"]))
         if len(times) < 4 or len(times) != len(values):
             raise InputError(
                 f"Table: {len(times)} times and {len(values)} values; give at least 4 of each, equally many."

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from flexmb.program.program import Program
+from flexmb.program.signals import CONTACT_PENETRATION
 
 RUNNING, DONE, BUFFER_FULL, NEWTON_FAILED, SINGULAR, NOT_FINITE, STEP_TOO_SMALL = range(7)
 
@@ -17,7 +18,7 @@ FORMS = {"gear-gupta-leimkuhler": GEAR_GUPTA_LEIMKUHLER, "position": POSITION, "
 class Flow(NamedTuple):
     """The accepted state, changed in place: everything that a restart needs.
 
-    clock : t, proposed step, start time, number of saved instants, last step
+    clock : t, proposed step, start of saving (-1: not begun), number of saved instants, last step
     q, v, a : (n_q + 3,), a the true acceleration
     x : auxiliary acceleration of the generalised-alpha family;  lam : (n_c,);  z : (n_z,)
     ledger : energies in the order of the signals;  memory : powers and forces at the last state, for the ledger
@@ -75,6 +76,7 @@ class Record(NamedTuple):
 
     count : steps, rejected, Newton iterations, evaluations, factorisations, rows in the buffer, lost unknown
     extreme : smallest and largest step, last Newton correction, wanted correction
+    peak : largest absolute values; largest positive ones where one_sided (a penetration is negative in free flight)
     """
 
     times: np.ndarray
@@ -83,6 +85,7 @@ class Record(NamedTuple):
     new: np.ndarray
     peak: np.ndarray
     peak_time: np.ndarray
+    one_sided: np.ndarray
     count: np.ndarray
     extreme: np.ndarray
 
@@ -123,6 +126,8 @@ def new_trial(program: Program) -> Trial:
 def new_record(program: Program, rows: int) -> Record:
     """Buffers for `rows` saved instants."""
     n_y = program.tables.sizes.n_y
+    one_sided = np.zeros(n_y, dtype=np.bool_)
+    one_sided[program.tables.contacts.out + CONTACT_PENETRATION] = True
     return Record(
         np.zeros(rows),
         np.zeros((rows, n_y)),
@@ -130,6 +135,7 @@ def new_record(program: Program, rows: int) -> Record:
         np.zeros(n_y),
         np.zeros(n_y),
         np.zeros(n_y),
+        one_sided,
         np.zeros(7, dtype=np.int64),
         np.array([np.inf, 0.0, 0.0, 0.0]),
     )

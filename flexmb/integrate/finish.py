@@ -26,8 +26,9 @@ def accept(tables, address, h, ratio, options, flow, trial, work, record):
     copy(record.new, record.old)
     write_outputs(tables, address, t, trial.q, trial.v, trial.a, work, flow.ledger, record.new)
     for i in range(record.new.shape[0]):
-        if abs(record.new[i]) > abs(record.peak[i]):
-            record.peak[i], record.peak_time[i] = record.new[i], t
+        size = record.new[i] if record.one_sided[i] else abs(record.new[i])
+        if size > record.peak[i]:
+            record.peak[i], record.peak_time[i] = size, t
     t0 = flow.clock[0]
     flow.clock[0] = t
     copy(trial.q, flow.q)

@@ -40,6 +40,7 @@ BLOCK_SECONDS = 0.2
 NEWTON_TOLERANCE = 1e-6
 ITERATIONS = 20
 NEVER = 1e300
+NOT_SAVING = -1.0
 
 
 class Run:
@@ -83,6 +84,7 @@ class Run:
         flow = self.flow
         flow.q[:n], flow.v[:n], flow.a[:n], flow.x[:n] = start.q, start.v, start.a, start.a
         flow.lam[:], flow.z[:] = start.lam, self.program.drawn.z
+        flow.clock[2] = NOT_SAVING
         flow.clock[1] = self.h_max if isinstance(self.step, FixedStep) else 1e-3 * self.h_max
         tables, address = self.program.tables, self.program.addresses
         still = np.zeros(n + 3)
@@ -94,6 +96,9 @@ class Run:
 
     def resume(self, restart: Mapping[str, np.ndarray]) -> None:
         """Take the final state of another run of the same model."""
+        if not isinstance(restart, Mapping):
+            text = f"simulate {self.program.name!r}: restart is {restart!r}"
+            raise InputError(f"{text}; it must be `restart` of a solution of the same mechanism.")
         for name, target in (*self.flow._asdict().items(), ("signals", self.record.new)):
             given = restart.get(name)
             if given is None or np.shape(given) != target.shape:
@@ -106,17 +111,15 @@ class Run:
 
     def forget_peaks(self) -> None:
         """Begin to look for peaks at the present state."""
-        self.record.peak[:] = self.record.new
+        self.record.peak[:] = np.where(self.record.one_sided, np.maximum(self.record.new, 0.0), np.abs(self.record.new))
         self.record.peak_time[:] = self.flow.clock[0]
 
     def go_to(self, end: float, saving: float | None) -> None:
         """Run until `end`; `saving` is the time between saved instants, 0 for every step, None for nothing."""
         if self.note or self.code not in (RUNNING, DONE):
             return  # a run that was stopped before the instants to be saved stays stopped
-        resumed = self.flow.clock[3] > 0.0 or self.flow.clock[2] > 0.0
-        if saving is not None and not resumed:
-            self.flow.clock[2] = self.flow.clock[0]
-            self._keep(self.flow.clock[0:1].copy(), self.record.new[None, :].copy())
+        if saving is not None:
+            self._begin_saving(saving)
         options = self._options(end, NEVER if saving is None else saving)
         bar = self._bar(end)
         steps, self.code = 64, RUNNING
@@ -137,6 +140,15 @@ class Run:
         except KeyboardInterrupt:
             self.note = "Interrupted from the keyboard"
         bar.close()
+
+    def _begin_saving(self, saving: float) -> None:
+        """Save the present instant, or go on with the grid of the run that was resumed."""
+        clock = self.flow.clock
+        if clock[2] < 0.0:
+            clock[2], clock[3] = clock[0], 0.0
+            self._keep(clock[0:1].copy(), self.record.new[None, :].copy())
+        elif saving > 0.0:  # counted anew, since the interval may be another one
+            clock[3] = np.floor((clock[0] - clock[2]) / saving + 1e-9)
 
     def _allowed(self, steps: int) -> int:
         if self.max_steps is None:
@@ -200,7 +212,7 @@ class Run:
             time=np.concatenate(self.times) if self.times else np.zeros(0),
             values=np.concatenate(self.values) if self.values else np.zeros((0, n_y)),
             signals=program.names.signals,
-            peaks=Peaks(np.abs(self.record.peak), self.record.peak_time.copy()),
+            peaks=Peaks(self.record.peak.copy(), self.record.peak_time.copy()),
             status=self.status(),
             ok=self.code == DONE and not self.note,
             stats=Stats(

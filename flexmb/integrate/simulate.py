@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 from dataclasses import replace
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -76,8 +77,10 @@ def simulate(
     begin = _begin(mechanism, end, save_from, save_from_period, period)
     method = method or Newmark.generalised_alpha()
     step = Adaptive() if step is None else step
-    step = FixedStep(step) if isinstance(step, (int, float)) and not isinstance(step, bool) else step
+    step = FixedStep(step) if isinstance(step, Real) and not isinstance(step, bool) else step
     _check_kinds(mechanism, method, step)
+    if max_steps is not None:
+        checks.count(f"simulate {mechanism.name!r}", "max_steps", max_steps)
     run = Run(program, method, step, end, period, max_steps=max_steps, progress=progress)
     if restart is None:
         run.begin(consistent_start(mechanism, program))
@@ -113,7 +116,8 @@ def save_interval(mechanism: Mechanism, save: Any, period: float | None, begin: 
 def _end(mechanism: Mechanism, t_end: float | None, periods: float | None, period: float | None) -> float:
     label = f"simulate {mechanism.name!r}"
     if (t_end is None) == (periods is None):
-        raise InputError(f"{label}: give either t_end= (seconds) or periods= (of the drives).")
+        text = f"{label}: t_end is {t_end!r} and periods is {periods!r}"
+        raise InputError(f"{text}; give either t_end= (seconds) or periods= (of the drives).")
     if t_end is not None:
         return checks.positive(label, "t_end", t_end, "s")
     return checks.positive(label, "periods", periods) * float(period or 0.0)

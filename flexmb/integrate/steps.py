@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from flexmb import checks
+from flexmb.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -46,3 +47,5 @@ class Adaptive:
         for name, unit in (("error", "m"), ("max", "s"), ("min", "s")):
             if getattr(self, name) is not None:
                 checks.positive("Adaptive", name, getattr(self, name), unit)
+        if self.max is not None and self.min is not None and self.min > self.max:
+            raise InputError(f"Adaptive: min is {self.min:g} s; it must not be larger than max = {self.max:g} s.")

@@ -101,7 +101,7 @@ class Prismatic(Joint):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        along = checks.point(self.label, "along", self.along)
+        along = checks.point(self.label, "along", self.along, "")
         if math.hypot(*along) <= 0.0:
             raise InputError(f"{self.label}: along is {self.along}; it must be a direction with a length > 0.")
         object.__setattr__(self, "along", along)

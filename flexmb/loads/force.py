@@ -53,7 +53,7 @@ class Force(Part):
         super().__post_init__()
         check_loaded(self)
         object.__setattr__(self, "at", checks.point(self.label, "at", self.at))
-        object.__setattr__(self, "force", checks.point(self.label, "force", self.force))
+        object.__setattr__(self, "force", checks.point(self.label, "force", self.force, "N"))
 
     def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
         """One element on the node that carries the point."""
@@ -63,7 +63,5 @@ class Force(Part):
 
 def check_loaded(load) -> None:
     """A load acts on a body, not on the ground."""
-    if not isinstance(load.body, Part):
-        raise ModelError(f"{load.label}: body is {load.body!r}; it must be a body of the mechanism.")
     if load.body.name == GROUND.name:
         raise ModelError(f"{load.label} acts on the ground, which cannot move. Give a moving body.")

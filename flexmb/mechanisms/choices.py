@@ -25,7 +25,9 @@ def friction_law(owner: str, friction: Friction, coulomb: ModifiedCoulomb) -> Fr
         return coulomb
     if isinstance(friction, FrictionLaw):
         return friction
-    raise InputError(f"{owner}: friction is {friction!r}; it must be 'coulomb', a friction law, or None for no friction.")
+    raise InputError(
+        f"{owner}: friction is {friction!r}; it must be 'coulomb', a friction law, or None for no friction."
+    )
 
 
 def crank_motion(owner: str, speed: float, ramp: float | None) -> Motion:

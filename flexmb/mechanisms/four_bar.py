@@ -33,7 +33,7 @@ class FourBarData:
     width : of all links, normal to the plane of motion [m].
     crank_depth, coupler_depth, rocker_depth : of the links in the plane of motion [m].
     bearing_mass : mass of the bearing between coupler and rocker, carried by the coupler's end [kg].
-    young : E [Pa]; poisson : nu; density : rho [kg/m^3], of the links.
+    young, poisson, density : E [Pa], nu and rho [kg/m^3] of the links.
     damping : zeta2, stiffness-proportional damping of flexible links [s].
     bearing_radius : radius of the bearing on the coupler [m].
     restitution : coefficient of restitution of the contact.
@@ -48,8 +48,8 @@ class FourBarData:
     -----
     Lengths, sections, bearing mass and speed are those of the aluminium laboratory mechanism of D. A. Turcic, A. Midha,
     J. R. Bosnik, Dynamic analysis of elastic mechanism systems, part II: experimental results, J. Dynamic Systems,
-    Measurement, and Control 106 (1984) 255-260, as later papers repeat them (given there in inches: 10, 4.25, 11, 10.65; 1
-    by 0.167 and 0.063; 340 rpm).  Damping and contact are chosen here.
+    Measurement, and Control 106 (1984) 255-260, as later papers repeat them (in inches: lengths 10, 4.25, 11, 10.65,
+    sections 1 by 0.167 and 1 by 0.063; 340 rpm); not compared with the original.  Damping and contact are chosen here.
     """
 
     ground: float = 0.2540
@@ -82,8 +82,8 @@ class FourBarData:
         if self.crank > shortest or shortest + longest >= lengths[1] + lengths[2]:
             raise InputError(
                 f"FourBarData: with ground {self.ground:g}, crank {self.crank:g}, coupler {self.coupler:g} and rocker "
-                f"{self.rocker:g} m the crank cannot turn round. It must be the shortest, and together with the longest link "
-                "shorter than the other two (Grashof)."
+                f"{self.rocker:g} m the crank cannot turn round. It must be the shortest, and together with the "
+                "longest link shorter than the other two (Grashof)."
             )
 
 
@@ -98,17 +98,18 @@ def four_bar(
     ramp: float | None = None,
     data: FourBarData | None = None,
 ) -> Mechanism:
-    """A crank-rocker mechanism whose links may bend and whose joint between coupler and rocker may have play; no gravity.
+    """A crank-rocker mechanism: its links may bend, its joint between coupler and rocker may have play; no gravity.
 
     Bodies: crank coupler rocker.  Joints: O, D (frame), A (crank and coupler), B (coupler and rocker).  Drive: motor.
 
     Parameters
     ----------
     speed : of the crank [rad/s].
-    clearance : radius of the bearing on the coupler less that of the journal on the rocker at B [m]; None: an ideal joint.
+    clearance : radius of the bearing on the coupler less that of the journal on the rocker, at B [m]; None: an ideal
+        joint.
     flexible : whether the links are beams.
-    friction : in the joint B: "coulomb" for the modified Coulomb law with the numbers of `data`, a friction law, or None
-        for no friction.
+    friction : in the joint B: "coulomb" for the modified Coulomb law with the numbers of `data`, a friction law, or
+        None for no friction.
     elements : beam elements of each link.
     start : angle of the crank at the start, counted from +X [rad].
     ramp : time in which the crank gets from rest to its speed [s]; None: it starts at full speed.
@@ -120,7 +121,7 @@ def four_bar(
 
     Notes
     -----
-    The rigid links have the mass, the centre of mass and the moment of inertia of the beams.  Source: see `FourBarData`.
+    The rigid links have the mass, centre of mass and moment of inertia of the beams.  Source: see `FourBarData`.
 
     Examples
     --------
@@ -141,11 +142,12 @@ def four_bar(
     steel = Material(data.contact_young, data.density, data.contact_poisson)
     normal = LankaraniNikravesh.from_materials(steel, steel, restitution=data.restitution)
     coulomb = ModifiedCoulomb(data.friction_coefficient, data.v0, data.v1)
+    law = friction_law("four_bar", friction, coulomb)
     joints = [
         Revolute("O", GROUND, crank, at=O),
         Revolute("D", GROUND, rocker, at=D),
         Revolute("A", crank, coupler, at=A),
-        pin("B", coupler, rocker, B, clearance, data.bearing_radius, normal, friction_law("four_bar", friction, coulomb)),
+        pin("B", coupler, rocker, B, clearance, data.bearing_radius, normal, law),
     ]
     motor = Drive("motor", "O", crank_motion("four_bar", speed, ramp))
     return Mechanism(NAME, (crank, coupler, rocker, *joints, motor))

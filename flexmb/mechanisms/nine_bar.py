@@ -53,8 +53,8 @@ def nine_bar(
     speed : w [rad/s]; crank 1 turns with -w, crank 4 with +w.
     clearance : radius of the bearing on crank 1 less that of the journal on link 2 [m]; None: an ideal joint.
     flexible : whether the links are beams; the slider is always rigid.
-    friction : in the joint with clearance: "coulomb" for the modified Coulomb law with the numbers of `data`, a friction
-        law, or None for no friction.
+    friction : in the joint with clearance: "coulomb" for the modified Coulomb law with the numbers of `data`, a
+        friction law, or None for no friction.
     elements : beam elements of each link, and of each side of the panel.
     start : angles of cranks 1 and 4 at the start, counted from +X [rad].
     ramp : time in which the cranks get from rest to their speed [s]; None: they start at full speed.
@@ -133,9 +133,7 @@ def _rigid_bodies(data: NineBarData, pose: NineBarPose) -> dict[str, Body]:
 
 
 def _flexible_bodies(data: NineBarData, pose: NineBarPose, elements: int) -> dict[str, Body]:
-    found: dict[str, Body] = {
-        name: _beam(data, k, name, *_ends(data, pose)[k], elements) for k, name in LINKS.items()
-    }
+    found: dict[str, Body] = {name: _beam(data, k, name, *_ends(data, pose)[k], elements) for k, name in LINKS.items()}
     found["panel7"] = FlexibleFrame(
         "panel7",
         (pose.A, pose.B, pose.C),
@@ -168,7 +166,7 @@ def _beam(data: NineBarData, number: int, name: str, start: Point, end: Point, e
     lacking = inertia - FlexibleLink(name, start, end, **common).properties().inertia
     if lacking < 0.0:
         raise InputError(
-            f"NineBarData: inertia{number} is too small for {name!r} as a beam with masses at its ends, by {-lacking:.4g} "
-            f"kg m^2. Give a larger inertia{number}, a smaller mass{number}, or a lighter section."
+            f"NineBarData: inertia{number} is too small for {name!r} as a beam with masses at its ends, by "
+            f"{-lacking:.4g} kg m^2. Give a larger inertia{number}, a smaller mass{number}, or a lighter section."
         )
     return FlexibleLink(name, start, end, pivot_inertia=lacking, **common)

@@ -41,12 +41,13 @@ class NineBarData:
         default reads the exponent as -2.
     inertia9 : moment of inertia of the slider [kg m^2].  It does not turn, so any value > 0 will do.
     centre7 : distance of the panel's centre of mass from hinge A, towards the centroid of A, B, C [m].  Table 1.
-    bearing_radius : R1 at P1 [m]; restitution : of the contact; contact_young [Pa], contact_poisson : of both partners.
-        Reconstructed; the paper's table 3 is missing.
-    friction_coefficient : cf; v0, v1 : slip speeds of eq. (8) [m/s].  Reconstructed, as above.
-    young : E of the beams [Pa]; density : of the beams [kg/m^3].  Fitted to the table's masses.
-    depth : of all bars in the plane of motion [m]; thickness : of all bars but link 3 [m]; thickness3 : of link 3 [m].
-        Fitted to the table's masses.
+    bearing_radius : R1 at P1 [m].  Reconstructed; the paper's table 3 is missing.
+    restitution : coefficient of restitution of the contact.  As above.
+    contact_young, contact_poisson : E [Pa] and nu of both partners of the contact.  As above.
+    friction_coefficient, v0, v1 : cf and the slip speeds of eq. (8) [1, m/s, m/s].  As above.
+    young, density : E [Pa] and rho [kg/m^3] of the beams.  Fitted to the table's masses.
+    depth, thickness, thickness3 : depth of all bars in the plane of motion, thickness of all but link 3, thickness of
+        link 3 [m].  Fitted to the table's masses.
     damping : zeta2, stiffness-proportional damping of the beams [s].  Reconstructed; the paper gives no value.
     gravity : along X [m/s^2].  Eq. (13): U = sum m g x, so it points along -X.
 
@@ -127,8 +128,8 @@ class NineBarData:
         sides = sorted((self.side_ab, self.side_ac, self.side_bc))
         if sides[2] >= sides[0] + sides[1]:
             raise InputError(
-                f"{owner}: sides of {sides[0]:g}, {sides[1]:g} and {sides[2]:g} m form no triangle; the longest must be "
-                "shorter than the other two together."
+                f"{owner}: sides of {sides[0]:g}, {sides[1]:g} and {sides[2]:g} m form no triangle; the longest must "
+                "be shorter than the other two together."
             )
 
     def own_inertia(self, number: int) -> float:
@@ -148,8 +149,9 @@ class NineBarData:
         steiner = getattr(self, f"mass{number}") * (0.5 * getattr(self, f"length{number}")) ** 2
         if inertia <= steiner:
             raise InputError(
-                f"NineBarData: inertia{number} is {inertia:g} kg m^2 about the axis in the frame; it must be > {steiner:.4g}, "
-                "the mass times the square of half the length. Is it meant about the centre of mass? Then add that."
+                f"NineBarData: inertia{number} is {inertia:g} kg m^2 about the axis in the frame; it must be > "
+                f"{steiner:.4g}, the mass times the square of half the length. "
+                "Is it meant about the centre of mass? Then add this."
             )
         return inertia - steiner
 

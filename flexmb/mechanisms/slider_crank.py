@@ -82,8 +82,8 @@ class SliderCrankData:
                 checks.positive("SliderCrankData", name, value)
         if self.rod <= self.crank:
             raise InputError(
-                f"SliderCrankData: rod is {self.rod:g} m; it must be longer than the crank, {self.crank:g} m, or the crank "
-                "cannot turn round."
+                f"SliderCrankData: rod is {self.rod:g} m; it must be longer than the crank, {self.crank:g} m, or the "
+                "crank cannot turn round."
             )
 
     @property
@@ -141,7 +141,9 @@ def slider_crank(
     """
     data = SliderCrankData() if data is None else data
     if not isinstance(data, SliderCrankData):
-        raise InputError(f"slider_crank: data is {data!r}; it must be a SliderCrankData, e.g. SliderCrankData(rod=0.2).")
+        raise InputError(
+            f"slider_crank: data is {data!r}; it must be a SliderCrankData, e.g. SliderCrankData(rod=0.2)."
+        )
     check_flag("slider_crank", "flexible", flexible)
     checks.count("slider_crank", "elements", elements)
     angle = checks.number("slider_crank", "start", start, "rad")

@@ -49,10 +49,7 @@ class Law(ABC):
     def _require_finite(self) -> None:
         if getattr(type(self), "kernel", None) is None:
             raise KernelError(f"{type(self).__name__} has no kernel; it cannot be used as a law.")
-        for f in fields(self):
-            value = getattr(self, f.name)
-            if isinstance(value, Real) and not isinstance(value, bool):
-                checks.number(type(self).__name__, f.name, value)
+        checks.number_fields(self, type(self).__name__)
 
     def parameters(self) -> tuple[float, ...]:
         """What the kernel unpacks from p."""

@@ -38,7 +38,7 @@ class Mechanism:
         if not isinstance(self.parts, Iterable):
             raise InputError(f"{self.label}: parts is {self.parts!r}; it must be a list of parts.")
         object.__setattr__(self, "parts", tuple(self.parts))
-        object.__setattr__(self, "gravity", checks.point(self.label, "gravity", self.gravity))
+        object.__setattr__(self, "gravity", checks.point(self.label, "gravity", self.gravity, "m/s^2"))
         self._check_names()
         for part in self.parts:
             for name in part.references():
@@ -117,6 +117,9 @@ class Mechanism:
         ------
         ModelError, InputError : no such part or field (with the nearest name), or a value the part refuses.
         """
+        if not isinstance(changes, Mapping):
+            text = f"{self.label}: changes are {changes!r}; they must be a dictionary such as"
+            raise InputError(f"{text} {{'crank.mass': 0.5}}.")
         parts = {part.name: part for part in self.parts}
         top: dict[str, Any] = {}
         for key, value in changes.items():
@@ -124,7 +127,8 @@ class Mechanism:
             if not path:
                 top[checks.one_of(self.label, "field", name, ["gravity", "name"])] = value
                 continue
-            self.find(name)
+            if self.find(name) is GROUND:
+                raise ModelError(f"{self.label}: {key!r} cannot be changed; the ground has no values of its own.")
             parts[name] = _with_field(parts[name], path, value, f"{self.label}: {key!r}")
         return replace(self, parts=tuple(parts.values()), **top)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from numbers import Real
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from flexmb import checks, kernels
@@ -31,10 +30,11 @@ class Part(ABC):
 
     def __post_init__(self) -> None:
         checks.identifier(type(self).__name__, self.name)
+        checks.number_fields(self, self.label)
         for f in fields(self):
             value = getattr(self, f.name)
-            if isinstance(value, Real) and not isinstance(value, bool):
-                checks.number(self.label, f.name, value)
+            if f.type in ("Part", Part) and not isinstance(value, Part):
+                raise InputError(f"{self.label}: {f.name} is {value!r}; it must be a body or GROUND.")
 
     @property
     def label(self) -> str:
@@ -184,9 +184,6 @@ class Joint(Part):
         super().__post_init__()
         if self.at is not None or not self.at_may_be_left_out:
             object.__setattr__(self, "at", checks.point(self.label, "at", self.at))
-        for side in ("first", "second"):
-            if not isinstance(getattr(self, side), Part):
-                raise InputError(f"{self.label}: {side} is {getattr(self, side)!r}; it must be a body or GROUND.")
         if self.first.name == self.second.name:
             raise ModelError(f"{self.label} joins {self.first.name!r} to itself; give two different bodies.")
 

@@ -30,6 +30,7 @@ CONTACT = (
     ("force", "N"),
     ("mode", ""),
 )
+CONTACT_PENETRATION = [name for name, _ in CONTACT].index("penetration")
 ENERGY = (
     "kinetic",
     "strain",

@@ -71,6 +71,10 @@ def _call(part: str, kernel: Kernel, p: np.ndarray, arguments: list[Any], what: 
             f"{label} failed with {len(p)} parameters p = {_short(p)}: {reason}. "
             "The kernel must unpack as many numbers as its class has numeric fields, in their order."
         ) from error
+    except (ArithmeticError, NameError, AttributeError) as error:
+        safe = "It must be safe there, also for t = 0 and h = 0." if isinstance(error, ArithmeticError) else "Correct it."
+        text = f"{label} failed in the drawn pose, at rest, with p = {_short(p)}: {type(error).__name__}: {error}."
+        raise KernelError(f"{text} {safe}") from error
     size = 1 if kernel.contract.name == "signal" else 3
     if kernel.contract.name in ("energy", "normal", "friction", "motion", "signal"):
         values = np.atleast_1d(np.array(result, dtype=float)) if result is not None else np.empty(0)

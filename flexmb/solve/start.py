@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +15,7 @@ from flexmb.program.program import Program
 from flexmb.solve.assemble import close_loops
 from flexmb.solve.rank import row_rank
 from flexmb.solve.rigid import RigidMotion
-from flexmb.solve.system import System, solve_scaled
+from flexmb.solve.system import System
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ def consistent_start(mechanism: Mechanism, program: Program, t: float = 0.0) -> 
     closed = compile_mechanism(mechanism, closed=True)
     q, _ = close_loops(closed, {}, t=t)
     check_independent(program, q)
-    v = rigid_velocities(closed, q, t)
+    v = rigid_velocities(closed, q, t, soft=program.names.contacts)
     a, lam = accelerations(program, q, v, t)
     return Start(q, v, a, lam)
 
@@ -75,35 +76,32 @@ def check_independent(program: Program, q: np.ndarray) -> None:
     )
 
 
-def rigid_velocities(closed: Program, q: np.ndarray, t: float) -> np.ndarray:
+def rigid_velocities(closed: Program, q: np.ndarray, t: float, soft: Container[str] = ()) -> np.ndarray:
     """Velocities (n_q,) that the drives impose on rigid bodies, with least kinetic energy where they leave a choice.
 
-    Declared velocities hold exactly; `AssemblyError` when the joints forbid them.
+    Declared velocities hold exactly; `AssemblyError` when the joints forbid them.  Joints named in `soft` (those with
+    play) give way to declared velocities, so a journal can be thrown into its bearing.
     """
     system, rigid = System(closed), RigidMotion(closed)
     M = system.mass(q)
     system.at(q, t=t)
-    G, g_t = system.jacobian, system.velocity_residual
-    B = rigid.basis(q)
-    declared = ~np.isnan(closed.drawn.v)
-    rows = [(G @ B).toarray(), B[declared].toarray()]
-    right = [-g_t, closed.drawn.v[declared]]
-    A, b = np.vstack(rows), np.concatenate(right)
+    B, declared = rigid.basis(q), ~np.isnan(closed.drawn.v)
+    A = np.vstack([(system.jacobian @ B).toarray(), B[declared].toarray()])
+    b = np.concatenate([-system.velocity_residual, closed.drawn.v[declared]])
+    owners = [row.partition("[")[0] for row in closed.names.rows]
+    owners += [closed.names.coordinates[k] for k in np.flatnonzero(declared)]
     inertia = (B.T @ M @ B).toarray()
+    wanted = 1e-7 * max(float(np.abs(b).max(initial=0.0)), 1e-30)
     w = least_energy(inertia, A, b)
-    speed = max(float(np.abs(b).max(initial=0.0)), 1e-30)
-    missed = np.abs(A @ w - b)
-    if missed.max(initial=0.0) > 1e-7 * speed:
-        row = int(missed[: len(g_t)].argmax()) if len(g_t) and missed[: len(g_t)].max() > 1e-7 * speed else -1
-        names = closed.names
-        where = (
-            names.rows[row].partition("[")[0]
-            if row >= 0
-            else names.coordinates[np.flatnonzero(declared)[missed[len(g_t) :].argmax()]]
-        )
+    hard = np.array([owner not in soft for owner in owners], dtype=bool)
+    if np.abs(A @ w - b).max(initial=0.0) > wanted and not hard.all():
+        weight = np.where(hard, 1e7, 1.0)
+        w = least_energy(inertia, weight[:, None] * A, weight * b)
+    missed = np.where(hard, np.abs(A @ w - b), 0.0)
+    if missed.max(initial=0.0) > wanted:
         raise AssemblyError(
             f"Mechanism {closed.name!r}: no start velocities satisfy all joints, drives and declared velocities; "
-            f"largest violation {missed.max():.3g} m/s or rad/s at {where!r}. "
+            f"largest violation {missed.max():.3g} m/s or rad/s at {owners[int(missed.argmax())]!r}. "
             "In a dead centre start elsewhere; otherwise correct the declared velocities."
         )
     return B @ w
@@ -130,7 +128,7 @@ def accelerations(program: Program, q: np.ndarray, v: np.ndarray, t: float) -> t
             f"Mechanism {program.name!r}: coordinate {name!r} has no mass and no joint; give it some mass."
         )
     b = np.concatenate([-system.force, system.gamma])
-    x = solve_scaled(system.matrix, b, f"Start accelerations of {program.name!r}")
+    x = system.solve(b, f"Start accelerations of {program.name!r}")
     return x[: program.n_q], x[program.n_q :]
 
 

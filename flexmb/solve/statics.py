@@ -11,7 +11,7 @@ from flexmb.errors import SolveError
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program, resolve
-from flexmb.solve.system import System, solve_scaled
+from flexmb.solve.system import System
 
 ITERATIONS = 40
 CLOSED = 1e-11
@@ -108,7 +108,7 @@ def _newton(
         system.at(q, lam=lam, weights=(1.0, 0.0, 0.0))
         rest = np.concatenate([-(system.force - held + system.constraint_force), -system.residual])
         try:
-            d = solve_scaled(system.matrix, rest, "static equilibrium")
+            d = system.solve(rest, "static equilibrium")
         except SolveError:
             return None
         step = np.abs(d[:n] / size).max()

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.linalg import splu
 
 from flexmb.errors import SolveError
 from flexmb.program.program import Program
+from flexmb.solve.lu import PivotingSolver
 from flexmb.system.evaluate import evaluate
 from flexmb.system.work import Work, workspace
 
@@ -26,6 +26,7 @@ class System:
         pattern = program.symbolic
         self._rows, self._columns = pattern.a_rows, pattern.a_cols
         self._places = pattern.positions(self._rows, self._columns)
+        self._solver = PivotingSolver(pattern)
         self.evaluations = 0
 
     def at(self, q, v=None, a=None, lam=None, *, t=0.0, z=None, weights=(0.0, 0.0, 0.0)) -> System:
@@ -85,7 +86,10 @@ class System:
 
     def solve(self, b: np.ndarray, purpose: str) -> np.ndarray:
         """Solve with the present matrix, with pivoting; `SolveError` when it is singular."""
-        return solve_scaled(self.matrix, b, purpose)
+        try:
+            return self._solver.factor(self.work.lu).solve(b)
+        except SolveError as error:
+            raise SolveError(f"{purpose}: {error}") from error
 
     def mass(self, q) -> sp.csc_matrix:
         """M (n_q, n_q) at positions q."""
@@ -97,19 +101,3 @@ def _padded(x, n: int) -> np.ndarray:
     if x is not None:
         full[:n] = x
     return full
-
-
-def solve_scaled(matrix: sp.csc_matrix, b: np.ndarray, purpose: str) -> np.ndarray:
-    """Solution of a symmetric-pattern system after scaling its rows and columns; `SolveError` when it is singular."""
-    largest = np.sqrt(np.maximum(abs(matrix).max(axis=1).toarray().ravel(), 1e-300))
-    scale = sp.diags_array(1.0 / largest)
-    scaled = (scale @ matrix @ scale).tocsc()
-    try:
-        x = splu(scaled).solve(b / largest)
-    except RuntimeError as error:
-        raise SolveError(f"{purpose}: the matrix is singular ({error}).") from error
-    rest = b / largest - scaled @ x
-    size = np.abs(scaled).sum(axis=1).max() * max(np.abs(x).max(), 1e-300)
-    if not np.all(np.isfinite(x)) or np.abs(rest).max() > 1e-8 * max(size, np.abs(b / largest).max()):
-        raise SolveError(f"{purpose}: the matrix is singular to working precision.")
-    return x / largest

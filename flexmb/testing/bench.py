@@ -23,6 +23,9 @@ TOLERANCE = 1e-6
 SMALL_ROW = 1e-4
 """A row this much smaller than the largest one is measured against the largest."""
 
+HIDDEN = 1e-6
+"""A change of a function over its scale that is smaller than this part of it is measured against the function."""
+
 BALANCE = 1e-12
 """Accepted rest of forces and moments, relative to what is summed."""
 
@@ -98,7 +101,11 @@ class Bench:
         size = np.abs(want * weight)
         if got.ndim == 2:
             size = size.max(axis=1, keepdims=True, initial=0.0)
-        size = np.maximum(size, max(SMALL_ROW * size.max(initial=0.0), sizes.get("floor", 0.0), 1e-300))
+        # a derivative this small against the function itself is hidden by round-off
+        hidden = HIDDEN * np.abs(function(x) * np.asarray(sizes.get("rows", 1.0))).max(initial=0.0)
+        hidden *= np.max(np.asarray(sizes.get("columns", 1.0)) / scale)
+        floor = max(SMALL_ROW * size.max(initial=0.0), sizes.get("floor", 0.0), float(hidden), 1e-300)
+        size = np.maximum(size, floor)
         name = f"{subject.kernel.name}: {what}"
         doubtful = uncertain * weight > 0.1 * TOLERANCE * size
         if np.any(doubtful):

@@ -31,9 +31,9 @@ def check_constraint(bench: Bench, piece: ConstraintPiece) -> None:
         def force(x: np.ndarray, full: State = full) -> np.ndarray:
             return subject({**full, "q": x})["G"].T @ full["lam"]
 
-        floor = 1e-9 * length
+        floor = 1e-6 * length
         bench.derivative(subject, "G = dg/dq", full, out["G"], value, full["q"], scale, columns=scale, floor=floor)
-        bench.derivative(subject, "g_t = dg/dt", full, out["g_t"], value_in_time, full["t"], 0.1, floor=floor)
+        bench.derivative(subject, "g_t = dg/dt", full, out["g_t"], value_in_time, full["t"], 0.1, floor=length)
         floor = 1e-6 * float(np.abs(scale * (out["G"].T @ full["lam"])).max())
         sizes = {"rows": scale, "columns": scale, "floor": floor}
         bench.derivative(subject, "H = d(G^T lam)/dq", full, out["H"], force, full["q"], scale, **sizes)
@@ -48,7 +48,7 @@ def check_gamma(bench: Bench, subject: Subject, state: State, scale: np.ndarray)
         out = subject({**state, "q": state["q"] + s * v, "t": state["t"] + s})
         return -(out["G"] @ v + out["g_t"])
 
-    floor = 1e-6 * float(np.abs(rate(0.0)).max()) + 1e-9 * float(scale.max())
+    floor = 1e-4 * float(np.abs(v).max())
     gamma = subject(state)["gamma"]
     bench.derivative(subject, "gamma = -d(G v + g_t)/dt", state, gamma, rate, 0.0, 0.05, floor=floor)
 

@@ -105,7 +105,7 @@ def check_normal(bench: Bench, law: NormalLaw, size: float) -> None:
         z = np.array(law.history(), dtype=float)
         open_gap, speed = size * log_uniform(bench, 1e-2, 1.0), -log_uniform(bench, 1e-3, 10.0)
         first = {"h": 1e-4, "gap": open_gap, "gap_rate": speed, "z": z}
-        check_normal_at(bench, subject, first, size)
+        check_normal_at(bench, subject, first)
         z = subject(first)["z_new"]
         gap, span = -size * log_uniform(bench, 1e-3, 1.0), h
         if h > 0.0:  # a step that leads from the open gap to this depth
@@ -113,23 +113,23 @@ def check_normal(bench: Bench, law: NormalLaw, size: float) -> None:
         for _ in range(3):
             rate = speed * bench.random.uniform(-0.5, 1.0)
             state = {"h": span, "gap": gap, "gap_rate": rate, "z": z}
-            check_normal_at(bench, subject, state, size)
+            check_normal_at(bench, subject, state)
             z = subject(state)["z_new"]
             gap, span = gap * bench.random.uniform(0.5, 1.5), h
 
 
-def check_normal_at(bench: Bench, subject: Subject, state: State, size: float) -> None:
+def check_normal_at(bench: Bench, subject: Subject, state: State) -> None:
     """Derivatives of a normal law at one state; it never pulls."""
     out = subject.watched(state)
     N = float(out["N"])
     bench.note(f"{subject.kernel.name}: compiled = Python, finite, repeatable, {'open' if N == 0.0 else 'closed'}")
     if N < 0.0:
         raise subject.fault(f"N is {N:.9g}; a contact pushes, so it must be >= 0", state)
-    for output, name, step in (("dN_dgap", "gap", state["gap"]), ("dN_drate", "gap_rate", state["gap_rate"])):
-        step = abs(step)
+    for output, name in (("dN_dgap", "gap"), ("dN_drate", "gap_rate")):
+        step, value = abs(state[name]), of(subject, state, "N", name)
         what = f"{output} = dN/d({name})"
         floor = 1e-4 * N / step
-        bench.derivative(subject, what, state, out[output], of(subject, state, "N", name), state[name], step, floor=floor)
+        bench.derivative(subject, what, state, out[output], value, state[name], step, floor=floor)
 
 
 def check_friction(bench: Bench, law: FrictionLaw) -> None:

@@ -98,8 +98,8 @@ def check_pickles(bench: Bench, mechanism: Mechanism, part_name: str, program: P
             ) from error
     if copies["part"] != part:
         raise KernelError(
-            f"{bench.owner}: its copy, pickled and read back, differs from it. Use plain numbers, texts, tuples and frozen "
-            "dataclasses as fields."
+            f"{bench.owner}: its copy, pickled and read back, differs from it. Use plain numbers, texts, tuples and "
+            "frozen dataclasses as fields."
         )
     n = program.n_q
     q = program.drawn.q + 1e-3 * program.length * bench.random.uniform(-1.0, 1.0, n)

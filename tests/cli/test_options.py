@@ -74,7 +74,10 @@ def test_values():
 
 @pytest.mark.parametrize(
     ("typed", "message"),
-    [("--elements 2.5", "--elements: '2.5' is no whole number"), ("--clearance 3rpm", "--clearance.*is an angular speed")],
+    [
+        ("--elements 2.5", "--elements: '2.5' is no whole number"),
+        ("--clearance 3rpm", "--clearance.*is an angular speed"),
+    ],
 )
 def test_wrong_values(typed, message):
     with pytest.raises(InputError, match=message):

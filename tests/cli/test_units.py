@@ -69,7 +69,7 @@ def test_what_is_understood(text, unit, value):
         ("5mm", "", "is a length; give a number without unit"),
         ("5furlong", "", "'furlong' is no unit known here"),
         ("1mN", "m", "is a force"),
-        ("5MM", "m", "'MM' is no unit.*Did you mean"),
+        ("5MM", "m", "'MM' is no unit.*Known: m, cm"),
         ("", "m", "'' is no number; give a length in m, e.g. --x 0.5mm"),
         ("mm", "m", "is no number"),
         ("nan", "m", "is no number"),

@@ -1,8 +1,8 @@
 """The ideal nine-bar mechanism by hand: complex loop equations, eq. (12), eq. (13), torques by virtual power.
 
-Nothing here comes from the package: the links are directions exp(i theta), the angles follow from the law of cosines, and
-their rates from the differentiated loop equations.  Angles: theta2 from P1 to B, theta3 from P4 to B, theta6 from O6 to A,
-theta7 from A to B, theta8 from C to S; beta12 and beta lead from AB to AC and to the panel's centre of mass.
+Nothing here comes from the package: the links are directions exp(i theta), the angles follow from the law of cosines,
+and their rates from the differentiated loop equations.  Angles: theta2 from P1 to B, theta3 from P4 to B, theta6 from
+O6 to A, theta7 from A to B, theta8 from C to S; beta12 and beta lead from AB to AC and to the panel's centre of mass.
 Numbers: tables 1-3 of the paper as docs/nine_bar.md reconstructs them.
 """
 
@@ -22,7 +22,7 @@ BETA = np.angle(L71 + L72 * np.exp(1j * BETA12))
 
 
 class Angles(NamedTuple):
-    """(n,) each: the angles of the links, or their first or second derivatives, and X of the slider or its derivatives."""
+    """(n,) each: angles of the links, or their first or second derivatives, and X of the slider or its derivatives."""
 
     t1: np.ndarray
     t2: np.ndarray

@@ -145,7 +145,7 @@ def test_inverse_dynamics_agrees_with_virtual_power():
 
 def test_start_at_other_angles_is_the_same_mechanism():
     """Started a quarter turn later, the slider does what it does a quarter turn later."""
-    later = fm.simulate(nine_bar(SPEED, start=(-np.pi / 2, np.pi / 2)), periods=1, save=50)
+    later = fm.simulate(nine_bar(SPEED, start=(-np.pi / 2, np.pi / 2)), periods=1, save="steps")
     q, w, _ = exact(later.time + 0.25)
     assert np.abs(later.array("slider.x") - q.s9).max() <= 1e-10
-    assert np.abs(later.array("slider.vx") - w.s9).max() <= 1e-8
+    assert np.abs(later.array("slider.vx") - w.s9).max() <= 1e-10

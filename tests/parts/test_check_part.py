@@ -24,10 +24,11 @@ def arm():
     return fm.RigidLink("arm", A, B, mass=0.8, inertia=8e-3)
 
 
-def two_links(*parts, second=None, gravity=(1.3, -9.81)):
+def two_links(*parts, second=None):
     """Crank and arm with further parts."""
     second = arm() if second is None else second
-    return fm.Mechanism("two links", [crank(), second, fm.Revolute("O", fm.GROUND, crank(), at=O), *parts], gravity=gravity)
+    pin = fm.Revolute("O", fm.GROUND, crank(), at=O)
+    return fm.Mechanism("two links", [crank(), second, pin, *parts], gravity=(1.3, -9.81))
 
 
 def alone(body):
@@ -151,7 +152,7 @@ def test_same_seed_same_report():
 
 
 def test_unknown_part_is_refused():
-    with pytest.raises(ModelError, match="no part 'arn'.*Did you mean 'arm'"):
+    with pytest.raises(ModelError, match=r"no part 'arn'.*Did you mean 'arm'"):
         check_part(two_links(), "arn")
 
 
@@ -243,7 +244,7 @@ def writes_to_history(p, t, h, q, v, a, z, r, K, C, M, z_new):
 
 @fm.element_kernel
 def noisy(p, t, h, q, v, a, z, r, K, C, M, z_new):
-    r[0] = np.sin(1e12 * (q[0] - q[1]))
+    r[0] = np.sin(1e13 * (q[0] - q[1]) ** 2)
     r[1] = -r[0]
 
 
@@ -261,7 +262,7 @@ BROKEN = {
     rolling_dice: r"r\[0\] is .* and then .* for the same input",
     one_sided: r"moments about the origin are out of balance by .*action must equal reaction",
     not_a_number: r"r\[0\] is nan; it must be finite at every state",
-    divides_by_h: "values that are not finite",
+    divides_by_h: "failed in the drawn pose.*ZeroDivisionError.*safe there, also for t = 0 and h = 0",
     writes_to_q: r"changes its input q; write to the outputs only",
     writes_to_history: r"changes its input z",
     noisy: r"no derivative is found at \d+ of \d+ states; the values must change smoothly",
@@ -300,7 +301,7 @@ def test_sound_specimen_passes():
 @pytest.mark.filterwarnings("ignore:invalid value encountered:RuntimeWarning")
 @pytest.mark.parametrize("kernel", BROKEN, ids=lambda k: k.name)
 def test_broken_contract_is_found(kernel):
-    with pytest.raises(KernelError, match=f"(?s)^Part 's' .*{kernel.name}.*{BROKEN[kernel]}"):
+    with pytest.raises(KernelError, match=f"(?s)^Part 's'.*{kernel.name}.*{BROKEN[kernel]}"):
         check_part(specimen(kernel), "s")
 
 
@@ -310,7 +311,7 @@ def test_wrong_number_of_parameters_is_found():
 
 
 def test_class_that_cannot_be_pickled_is_found():
-    with pytest.raises(KernelError, match="Part 's'.*the part cannot be pickled"):
+    with pytest.raises(KernelError, match=r"Part 's'.*the part cannot be pickled"):
         check_part(specimen(sound_kernel), "s")
 
 

@@ -80,13 +80,17 @@ def first_contact(sol):
     return sol.time[i - 1] + s * h, i
 
 
-STEPS = {"1e-6": fm.FixedStep(1e-6), "2e-7": fm.FixedStep(2e-7), "adaptive": fm.Adaptive(error=1e-10)}
+STEPS = {"1e-6": fm.FixedStep(1e-6), "2e-7": fm.FixedStep(2e-7), "adaptive": fm.Adaptive(error=1e-11)}
 
 
 @pytest.mark.parametrize("step", STEPS)
 @pytest.mark.parametrize("mu", CONVERGED)
 def test_first_contact_is_located_inside_its_step(slider_crank, mu, step):
-    """The instant, and the closing speed that the contact law works with; both of second order in the step."""
+    """The instant, and the closing speed that the contact law works with.
+
+    Both are taken from the cubic through gap and rate at the ends of the step, of which the later one feels the contact
+    already: an error of at least second order in the step.
+    """
     program = fm.compile(slider_crank(mu))
     sol = fm.simulate(slider_crank(mu), t_end=2.4e-4, step=STEPS[step], save="steps")
     found, i = first_contact(sol)
@@ -94,7 +98,7 @@ def test_first_contact_is_located_inside_its_step(slider_crank, mu, step):
     np.testing.assert_allclose(sol.array("slider.x")[before], CRANK + ROD, atol=1e-12)
     approach = sol.restart["z"][program.tables.contacts.z[0, 1]]
     exact, speed = free_flight()
-    accuracy = 1e-3 if step == "adaptive" else 2e-5 * float(step) / 1e-6
+    accuracy = 1e-5 if step == "adaptive" else 2e-4 * (float(step) / 1e-6) ** 2
     assert found == pytest.approx(exact, rel=accuracy)
     assert approach == pytest.approx(speed, rel=accuracy)
     # the speed at the end of the step, which an unlocated onset would take, is far off
@@ -124,24 +128,3 @@ def test_error_controlled_steps_find_the_same_impact(slider_crank):
     assert errors[2][1] < 1e-6
     assert errors[2][0] < errors[0][0]
     assert errors[2][1] < errors[0][1]
-
-
-def test_restitution_of_the_contact_law(slider_crank):
-    """Exact for every law N = K depth^n (1 + a rate/approach): a (1 + e) = ln((1 + a)/(1 - a e)), e the one that comes out.
-
-    Separate variables in d(rate^2)/d(depth), as in K. H. Hunt, F. R. E. Crossley, J. Appl. Mech. 42 (1975) 440-445.
-    The journal meets the bearing along the line to its centre of mass when friction is absent and the rod hangs free.
-    """
-    a = 0.75 * (1 - 0.9**2)
-    low, high = 0.5, 1.0
-    for _ in range(60):
-        e = 0.5 * (low + high)
-        low, high = (e, high) if a * (1 + e) < math.log((1 + a) / (1 - a * e)) else (low, e)
-    # two balls in a shell: a heavy ring at rest, a light ball inside it, no friction, head on
-    ring = fm.RigidBody("ring", (0.0, 0.0), mass=2.0, inertia=1.0, velocity=(0.0, 0.0, 0.0))
-    ball = fm.RigidBody("ball", (0.0, 0.0), mass=0.5, inertia=1.0, velocity=(1.5, 0.0, 0.0))
-    law = fm.LankaraniNikravesh(stiffness=1e9, restitution=0.9, least_approach=0.0)
-    joint = fm.RevoluteClearance("J", ring, ball, (0.0, 0.0), clearance=1e-3, bearing_radius=0.02, normal=law)
-    # the closed joint at the start wants equal velocities; so the ball is thrown by a start state of its own
-    mechanism = fm.Mechanism("head-on", (ring, ball, joint))
-    del mechanism, law, joint, e, low, high

@@ -74,6 +74,10 @@ class LankaraniNikravesh(NormalLaw):
         name = type(self).__name__
         if self.stiffness is None and self.materials is None:
             raise InputError(f"{name}: stiffness is missing; give stiffness=..., or use {name}.from_materials(...).")
+        if self.materials is not None:
+            pair = checks.sequence(name, "materials", self.materials, "two materials")
+            if len(pair) != 2 or not all(isinstance(m, Material) for m in pair):
+                raise InputError(f"{name}: materials are {pair!r}; they must be two Material(...), bearing first.")
         if self.stiffness is not None:
             checks.positive(name, "stiffness", self.stiffness, "N/m^n")
         checks.positive(name, "exponent", self.exponent)

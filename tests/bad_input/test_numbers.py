@@ -1,0 +1,162 @@
+"""NaN, infinity and things that are no number, in every numeric field of every public record."""
+
+import inspect
+import math
+from dataclasses import fields, is_dataclass, replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import flexmb as fm
+from flexmb.errors import InputError
+
+O, A, B = (0.0, 0.0), (0.2, 0.0), (0.5, 0.1)
+BAR = fm.Rectangle(width=0.01, height=0.02)
+CRANK = fm.RigidLink("crank", O, A, mass=0.5, inertia=2e-3, centre=0.4, velocity=(0.0, 0.0, 1.0))
+ARM = fm.RigidLink("arm", A, B, mass=0.4, inertia=3e-3)
+LAW = fm.LankaraniNikravesh(stiffness=1e9)
+TIMES = (0.0, 0.1, 0.3, 0.4, 1.0)
+
+SPECIMENS = {
+    "Rectangle": BAR,
+    "Circle": fm.Circle(0.02),
+    "Tube": fm.Tube(outer=0.02, inner=0.01),
+    "GeneralSection": fm.GeneralSection(area=1e-4, second_moment=1e-9, outer_fibre=0.01),
+    "Tapered": fm.Tapered(BAR, fm.Rectangle(width=0.01, height=0.03)),
+    "Material": fm.STEEL,
+    "RigidBody": fm.RigidBody("body", A, 1.0, 0.1, angle=0.2, velocity=(1.0, 2.0, 3.0), outline=(O, A, B)),
+    "RigidLink": CRANK,
+    "FlexibleLink": fm.FlexibleLink(
+        "link", O, B, section=BAR, material=fm.STEEL, elements=(0.3, 0.7), mass=2.0, damping=1e-4, pivot_inertia=1e-3,
+        velocity=(0.0, 0.0, 1.0),
+    ),
+    "FlexibleFrame": fm.FlexibleFrame(
+        "frame", (O, (0.4, 0.05), (0.1, 0.3)), ((0, 1), (1, 2), (2, 0)), section=BAR, material=fm.STEEL, elements=2,
+        mass=4.0, inertia=0.105, damping=1e-4, velocity=(0.0, 0.0, 1.0),
+    ),
+    "Revolute": fm.Revolute("pin", CRANK, ARM, at=A),
+    "Fixed": fm.Fixed("weld", CRANK, ARM, at=A),
+    "Prismatic": fm.Prismatic("guide", fm.GROUND, CRANK, at=A, along=(1.0, 0.5)),
+    "RevoluteClearance": fm.RevoluteClearance(
+        "play", CRANK, ARM, at=A, clearance=1e-4, bearing_radius=5e-3, normal=LAW, friction=fm.ModifiedCoulomb(0.1)
+    ),
+    "LankaraniNikravesh": LAW,
+    "ModifiedCoulomb": fm.ModifiedCoulomb(0.1),
+    "SpringDamper": fm.SpringDamper("spring", CRANK, ARM, O, B, stiffness=10.0, damping=1.0, free_length=0.1),
+    "TorsionSpring": fm.TorsionSpring("coil", CRANK, ARM, stiffness=1.0, damping=1.0, rest_angle=0.1, at=A),
+    "Force": fm.Force("load", CRANK, at=A, force=(1.0, 2.0)),
+    "Torque": fm.Torque("moment", CRANK, 3.0, at=A),
+    "ConstantSpeed": fm.ConstantSpeed(6.0),
+    "Ramp": fm.Ramp(6.0, 0.5),
+    "Polynomial": fm.Polynomial((0.0, 1.0, 2.0)),
+    "Table": fm.Table(TIMES, tuple(t * t for t in TIMES)),
+    "Newmark": fm.Newmark(),
+    "FixedStep": fm.FixedStep(1e-3),
+    "Adaptive": fm.Adaptive(error=1e-6, max=1e-3, min=1e-9),
+    "Mechanism": fm.Mechanism("pair", (CRANK, ARM), gravity=(0.0, -9.81)),
+}  # fmt: skip
+"""One sound record of each kind; NaN is put into each of its numbers in turn."""
+
+WITHOUT_NUMBERS = {"Drive", "Frictionless", "RungeKutta4"}
+"""Public records that hold no number of their own."""
+
+MADE_BY_THE_LIBRARY = {"Solution", "Element", "Part", "NormalLaw", "FrictionLaw", "Motion"}
+"""Results and bases, which nobody fills in by hand."""
+
+
+def numbers(value, path=()):
+    """Paths to all floats of a record: fields, and places in tuples."""
+    if isinstance(value, float):
+        yield path
+    elif isinstance(value, tuple):
+        for k, item in enumerate(value):
+            yield from numbers(item, (*path, k))
+    elif is_dataclass(value) and not (path and isinstance(value, fm.Part)):
+        for f in fields(value):
+            if f.init:
+                yield from numbers(getattr(value, f.name), (*path, f.name))
+
+
+def with_value(record, path, value):
+    """`record` with the number at a path replaced."""
+    if not path:
+        return value
+    head, *rest = path
+    if isinstance(record, tuple):
+        return tuple(with_value(x, rest, value) if k == head else x for k, x in enumerate(record))
+    return replace(record, **{head: with_value(getattr(record, head), rest, value)})
+
+
+PLACES = [(kind, path) for kind, record in SPECIMENS.items() for path in numbers(record)]
+
+
+def owner(kind, path):
+    """The class that a message must name: the innermost record on the path."""
+    record, found = SPECIMENS[kind], kind
+    for step in path:
+        record = record[step] if isinstance(record, tuple) else getattr(record, step)
+        if is_dataclass(record):
+            found = type(record).__name__
+    return found
+
+
+def expected(path):
+    """The field that a message must name: the last word of the path."""
+    return [step for step in path if isinstance(step, str)][-1]
+
+
+def test_there_are_many_places():
+    assert len(PLACES) > 100
+    assert ("Tapered", ("end", "height")) in PLACES
+    assert ("FlexibleFrame", ("points", 1, 0)) in PLACES
+
+
+def test_every_public_record_is_tried():
+    """A new public record must be added above."""
+    public = {name for name in fm.__all__ if name != "testing" and inspect.isclass(getattr(fm, name))}
+    written = {n for n in public if is_dataclass(getattr(fm, n)) and "__init__" in vars(getattr(fm, n))}
+    concrete = {n for n in written if not inspect.isabstract(getattr(fm, n))}
+    simple = {n for n in concrete - set(SPECIMENS) - WITHOUT_NUMBERS - MADE_BY_THE_LIBRARY if made_by_hand(getattr(fm, n))}
+    assert not simple, f"add a specimen of {sorted(simple)}"
+
+
+def made_by_hand(kind):
+    """Parts, laws, sections, methods, steps: what stands below the floors that compute."""
+    return kind.__module__.split(".")[1] in {"beams", "bodies", "joints", "contact", "drives", "loads", "model"}
+
+
+@given(place=st.sampled_from(PLACES), bad=st.sampled_from([math.nan, math.inf, -math.inf]))
+def test_number_that_is_not_finite_is_refused(place, bad):
+    kind, path = place
+    with pytest.raises(InputError) as caught:
+        with_value(SPECIMENS[kind], path, bad)
+    message = str(caught.value)
+    assert message.startswith(owner(kind, path)), message
+    assert expected(path) in message, message
+    assert str(bad) in message or repr(bad) in message, message
+
+
+@given(place=st.sampled_from(PLACES), bad=st.sampled_from(["1.0", None, True, 1j, [1.0], object]))
+def test_thing_that_is_no_number_is_refused(place, bad):
+    kind, path = place
+    optional = len(path) == 1 and bad is None and optional_field(SPECIMENS[kind], path[0])
+    if optional:
+        assert with_value(SPECIMENS[kind], path, bad) is not None
+        return
+    with pytest.raises(InputError) as caught:
+        with_value(SPECIMENS[kind], path, bad)
+    assert str(caught.value).startswith(owner(kind, path))
+    assert expected(path) in str(caught.value)
+
+
+def optional_field(record, name):
+    """Whether None is a sound value of the field: it says so itself."""
+    return "None" in str(next(f.type for f in fields(record) if f.name == name))
+
+
+def test_every_place_once():
+    """Hypothesis draws; this one goes through all of them."""
+    for kind, path in PLACES:
+        with pytest.raises(InputError, match=expected(path)):
+            with_value(SPECIMENS[kind], path, math.nan)

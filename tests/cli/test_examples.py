@@ -1,0 +1,114 @@
+"""Every example runs in an empty folder and prints numbers that agree with the reference values beside them."""
+
+import math
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from flexmb.cli import main
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+NUMBER = r"([-+]?\d+\.?\d*(?:e[-+]?\d+)?)"
+
+
+def output(name, folder):
+    """What the example prints, run as a user runs it."""
+    environment = {**os.environ, "PYTHONPATH": str(EXAMPLES.parent)}
+    command = [sys.executable, str(EXAMPLES / f"{name}.py")]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=folder, env=environment, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    return done.stdout
+
+
+def numbers(pattern, text):
+    """The numbers at the places marked # of every line that matches."""
+    found = re.findall(pattern.replace("#", NUMBER), text)
+    assert found, text
+    return [[float(x) for x in row] for row in found]
+
+
+def test_no_example_is_forgotten():
+    tested = {"pendulum", "cantilever", "flexible_four_bar", "own_law", "frame_from_mesh", "restart"}
+    assert {path.stem for path in EXAMPLES.glob("*.py")} == tested
+
+
+def test_pendulum(tmp_path):
+    text = output("pendulum", tmp_path)
+    ((measured, exact),) = numbers(r"period +# s, exact # s", text)
+    # the lemniscate constant in Legendre's form: K(1/2) = Gamma(1/4)^2 / (4 sqrt(pi))
+    assert exact == pytest.approx(math.sqrt(2.0 / (3.0 * 9.81)) * math.gamma(0.25) ** 2 / math.sqrt(math.pi), rel=1e-7)
+    assert measured == pytest.approx(exact, rel=5e-6)
+
+
+def test_cantilever(tmp_path):
+    text = output("cantilever", tmp_path)
+    ((_, exact),) = numbers(r"load # N, deflection of the tip # m", text)
+    assert exact == pytest.approx(0.71379, abs=5e-6)  # K. Mattiasson, IJNME 17 (1981) 145-153, table I, P L^2/EI = 5
+    errors = {int(n): error for n, error in numbers(r" # elements: .* error #;", text)}
+    assert errors[4] < 5e-4
+    assert errors[8] < errors[4] / 10  # fourth order, up to the stretching that the exact value leaves out
+    assert errors[32] < 5e-6
+
+
+def test_flexible_four_bar(tmp_path):
+    rows = numbers(r"by # rad, coupler bends by # m", output("flexible_four_bar", tmp_path))
+    away, bends = zip(*rows, strict=True)
+    for values in (away, bends):  # ten times as stiff: a tenth of it
+        assert values[0] / values[1] == pytest.approx(10.0, rel=0.3)
+        assert values[1] / values[2] == pytest.approx(10.0, rel=0.1)
+
+
+def test_own_law(tmp_path):
+    rows = numbers(r"with # m/s ends with # m/s, exact # m/s", output("own_law", tmp_path))
+    assert len(rows) >= 3
+    assert rows[0][0] == pytest.approx(0.5, abs=1e-7)
+    for _, after, exact in rows:
+        assert after == pytest.approx(exact, rel=2e-5)
+
+
+def test_frame_from_mesh(tmp_path):
+    text = output("frame_from_mesh", tmp_path)
+    ((statics, exact),) = numbers(r"sinks by # um, Castigliano # um", text)
+    moved = float(re.search(f"at rest after {NUMBER} um", text).group(1))
+    ((moment, lever),) = numbers(r"# N mm in the column, P a = # N mm", text)
+    assert statics == pytest.approx(exact, rel=1e-4)
+    assert moved == pytest.approx(statics, rel=1e-4)
+    assert moment == pytest.approx(lever, rel=1e-4)
+    assert len(list((tmp_path / "out" / "bracket").glob("*.vtu"))) == 50
+
+
+def test_restart(tmp_path):
+    text = output("restart", tmp_path)
+    assert "largest difference of the contact force: 0.0 N" in text
+    ((first, second, whole),) = numbers(r"saved instants: # \+ # = #", text)
+    assert first + second == whole
+
+
+def test_readme(tmp_path, root):
+    """The example of README.md, as it stands there."""
+    text = (root / "README.md").read_text(encoding="utf-8")
+    (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    (tmp_path / "readme.py").write_text(code, encoding="utf-8")
+    printed = output(tmp_path / "readme", tmp_path)
+    assert "degrees of freedom  1" in printed
+    assert "Finished at t = 0.06 s" in printed
+    assert (tmp_path / "slider_crank.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_commands_of_the_readme(root, capsys):
+    """None of them names a mechanism or an option that the command line does not know."""
+    text = (root / "README.md").read_text(encoding="utf-8")
+    commands = [c.split() for c in re.findall(r"^    flexmb (\S.*?)(?: +#.*)?$", text, re.MULTILINE)]
+    ready = [c for c in commands if c[0] in {"run", "check"} and not c[1].endswith(".py")]
+    assert len(ready) >= 3
+    for command, name, *rest in ready:
+        with pytest.raises(SystemExit) as stop:
+            main([command, name, "--help"])
+        assert stop.value.code == 0
+        known = re.findall(r"--[a-z-]+", capsys.readouterr().out)
+        assert {word for word in rest if word.startswith("--")} <= set(known)

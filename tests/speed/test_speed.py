@@ -1,0 +1,193 @@
+"""Speed as a property of the framework: times against limits on a quiet machine.  `make speed` prints the table.
+
+Limits hold for one core of a current x86-64 machine; medians of seven runs.
+"""
+
+import math
+import os
+import subprocess
+import sys
+import time
+import tracemalloc
+from statistics import median
+
+import flexmb as fm
+import numpy as np
+import pytest
+from flexmb.integrate.run import Run
+from flexmb.solve.start import consistent_start
+
+REPEATS = 7
+G = 9.81
+TABLE: list[tuple[str, float, float, str]] = []
+
+
+@pytest.fixture(scope="module", autouse=True)
+def printed_table():
+    """The table of all measurements, after the last one."""
+    yield
+    print(f"\n\n{'what':52s} {'median':>10s} {'limit':>8s}")
+    for what, found, allowed, unit in TABLE:
+        print(f"{what:52s} {found:10.3g} {allowed:8.3g} {unit}")
+
+
+def hold(what, found, allowed, unit):
+    """Note a measurement and hold it against its limit."""
+    TABLE.append((what, found, allowed, unit))
+    assert found <= allowed, f"{what}: {found:.3g} {unit}, allowed {allowed:g}"
+
+
+def slider_crank():
+    """Rigid slider-crank at 5000 rpm with 0.5 mm of play and friction in its piston pin; no gravity."""
+    steel = fm.Material(young=207e9, density=7850.0, poisson=0.3)
+    crank = fm.RigidLink("crank", (0.0, 0.0), (0.05, 0.0), 0.30, 1e-5)
+    rod = fm.RigidLink("rod", (0.05, 0.0), (0.17, 0.0), 0.21, 2.5e-4)
+    slider = fm.RigidBody("slider", (0.17, 0.0), 0.14, 1e-4)
+    joints = (
+        fm.Revolute("A", fm.GROUND, crank, (0.0, 0.0)),
+        fm.Revolute("B", crank, rod, (0.05, 0.0)),
+        fm.RevoluteClearance(
+            "C",
+            rod,
+            slider,
+            (0.17, 0.0),
+            clearance=5e-4,
+            bearing_radius=0.01,
+            normal=fm.LankaraniNikravesh.from_materials(steel, steel, restitution=0.9),
+            friction=fm.ModifiedCoulomb(0.03, v0=0.0, v1=1e-3),
+        ),
+        fm.Prismatic("guide", fm.GROUND, slider),
+        fm.Drive("motor", "A", fm.ConstantSpeed(5000 * math.pi / 30)),
+    )
+    return fm.Mechanism("slider-crank", (crank, rod, slider, *joints))
+
+
+def chain(links, elements):
+    """Hinged flexible links of 0.4 m, 20 x 4 mm, steel, straight along +x, falling from rest under gravity."""
+    options = {
+        "section": fm.Rectangle(width=0.02, height=0.004),
+        "material": fm.Material(young=2.1e11, density=7850.0),
+        "elements": elements,
+    }
+    parts, last = [], fm.GROUND
+    for k in range(links):
+        link = fm.FlexibleLink(f"L{k}", (0.4 * k, 0.0), (0.4 * (k + 1), 0.0), **options)
+        parts += [link, fm.Revolute(f"J{k}", last, link, (0.4 * k, 0.0))]
+        last = link
+    return fm.Mechanism("chain", tuple(parts), gravity=(0.0, -G))
+
+
+def prepared(mechanism):
+    """The program and its start values: what is done once a model."""
+    program = fm.compile(mechanism)
+    return program, consistent_start(mechanism, program)
+
+
+def begun(program, start, step):
+    """A run three steps from its start, its code compiled."""
+    run = Run(program, fm.Newmark.generalised_alpha(0.8), fm.FixedStep(step), 1e3, None)
+    run.begin(start)
+    run.go_to(3 * step, saving=None)
+    return run
+
+
+def per_step(mechanism, step, steps):
+    """Median time of a step [us], over REPEATS runs from the start."""
+    times = []
+    program, start = prepared(mechanism)
+    begun(program, start, step)
+    for _ in range(REPEATS):
+        run = begun(program, start, step)
+        before = time.perf_counter()
+        run.go_to((steps + 3) * step, saving=None)
+        times.append(1e6 * (time.perf_counter() - before) / steps)
+        assert run.record.count[0] == steps + 3, run.status()
+        assert np.isfinite(run.flow.q).all()
+    return median(times)
+
+
+def test_rigid_slider_crank_with_clearance():
+    hold("rigid slider-crank with clearance, one step", per_step(slider_crank(), 1e-5, 2400), 8.0, "us")
+
+
+def test_chain_of_nine_links_of_four_beams():
+    hold("chain of 9 links x 4 beams, one step", per_step(chain(9, 4), 1e-4, 2000), 120.0, "us")
+
+
+def test_the_chain_ends_where_it_should():
+    """Speed of the right motion: the tip after 0.5 s is at (3.08548, -1.22543) m in another code (ANCF, same model)."""
+    sol = fm.simulate(chain(9, 4), t_end=0.5, step=1e-4, save=1, method=fm.Newmark.generalised_alpha(0.9))
+    tip = sol.array("L8.end.x")[-1], sol.array("L8.end.y")[-1]
+    np.testing.assert_allclose(tip, (3.08548, -1.22543), atol=2e-3)
+
+
+def test_cost_grows_linearly_with_the_number_of_elements():
+    """One step a beam element, from 36 elements to 3,600."""
+    sizes = ((9, 4, 1000), (90, 4, 100), (900, 4, 12))
+    cost = [per_step(chain(links, n), 1e-4, steps) / (links * n) for links, n, steps in sizes]
+    for (links, n, _), us in zip(sizes, cost, strict=True):
+        TABLE.append((f"chain of {links} links x {n} beams, one step an element", us, math.nan, "us"))
+    hold("cost an element, 3,600 elements over 36", cost[-1] / cost[0], 1.3, "")
+
+
+def test_finer_beams_cost_linearly_too():
+    sizes = ((9, 4, 1000), (9, 40, 100), (9, 400, 12))
+    cost = [per_step(chain(links, n), 1e-5, steps) / (links * n) for links, n, steps in sizes]
+    for (links, n, _), us in zip(sizes, cost, strict=True):
+        TABLE.append((f"chain of {links} links x {n} beams, one step an element", us, math.nan, "us"))
+    hold("cost an element, 400 beams a link over 4", cost[-1] / cost[0], 1.3, "")
+
+
+def clocked(code):
+    """Median wall time of new Python processes that run `code` [s]."""
+    times = []
+    for _ in range(REPEATS + 1):
+        before = time.perf_counter()
+        subprocess.run([sys.executable, "-c", code], check=True, env=os.environ, stdout=subprocess.DEVNULL)
+        times.append(time.perf_counter() - before)
+    return median(times[1:])  # the first one may fill the cache
+
+
+def test_import():
+    empty = clocked("pass")
+    hold("import flexmb, in a new process", clocked("import flexmb") - empty, 0.6, "s")
+
+
+SMALL = """
+import flexmb as fm
+bob = fm.RigidBody("bob", (1.0, 0.0), mass=1.0, inertia=0.1)
+rod = fm.FlexibleLink("rod", (1.0, 0.0), (1.5, 0.0), section=fm.Rectangle(width=0.02, height=0.004),
+    material=fm.Material(young=2.1e11, density=7850.0), elements=4)
+joints = fm.Revolute("O", fm.GROUND, bob, (0.0, 0.0)), fm.Revolute("P", bob, rod, (1.0, 0.0))
+sol = fm.simulate(fm.Mechanism("small", (bob, rod, *joints), gravity=(0.0, -9.81)), t_end=0.1, step=1e-3)
+print(float(sol["rod.end.y"][-1]))
+"""
+
+
+def test_first_result_in_a_second_process():
+    hold("first result of a small model, second process", clocked(SMALL), 1.5, "s")
+
+
+def test_a_step_allocates_nothing():
+    """Neither Python's memory nor numba's grows or is asked for while the compiled loop steps."""
+    from flexmb.integrate.loop import advance
+    from numba.core.runtime import _nrt_python, rtsys
+
+    _nrt_python.memsys_enable_stats()
+    for mechanism in (slider_crank(), chain(3, 4)):
+        run = begun(*prepared(mechanism), 1e-5)
+        options = run._options(1e3, 1e300)
+        program = run.program
+        arguments = (program.tables, program.addresses, run.lu, options, run.flow, run.trial, run.work, run.record)
+        advance(*arguments, 10)
+        peaks, allocated = [], []
+        for steps in (10, 1000):
+            before = rtsys.get_allocation_stats().alloc
+            tracemalloc.start()
+            advance(*arguments, steps)
+            peaks.append(tracemalloc.get_traced_memory()[1])
+            tracemalloc.stop()
+            allocated.append(rtsys.get_allocation_stats().alloc - before)
+        # a call unpacks its arguments, whatever the number of steps; a thousand steps ask for no more than ten
+        assert peaks[1] <= peaks[0] + 256, peaks
+        assert allocated[1] == allocated[0], allocated
