@@ -162,10 +162,9 @@ def explanation(turns: int, skip: int, elements: int, seconds: float) -> str:
     """What stands above the table."""
     return (
         f"Clearance 0.5 mm. Mean ± standard deviation of the largest absolute values of each of {turns} turns, after "
-        f"the first {skip}; generalised-alpha with spectral radius 0.8, error-controlled steps, at least 1000 a turn, {elements} elements a "
-        "link. "
-        f"Times are those of all {turns + skip} turns; {seconds:.0f} s for the whole table on one core, which other work "
-        "may have shared: compare CPU times."
+        f"the first {skip}; generalised-alpha with spectral radius 0.8, error-controlled steps, at least 1000 a turn, "
+        f"{elements} elements a link. Times are those of all {turns + skip} turns; {seconds:.0f} s for the whole table "
+        "on one core, which other work may have shared: compare CPU times."
     )
 
 

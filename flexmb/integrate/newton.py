@@ -77,7 +77,7 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
     kx = 1.0 / (beta * h * h)
     ka = (1.0 - am) / (1.0 - af) * kx
     predict(n, h, ratio, options, flow, trial)
-    last = math.inf
+    last, part = math.inf, 1.0
     for iteration in range(options.iterations):
         evaluate(tables, address, t, h, trial.q, trial.v, trial.a, trial.lam, flow.z, 1.0, kv, ka, work)
         record.count[3] += 1
@@ -93,16 +93,33 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
         solve(lu, work.lu, trial.b, trial.d, trial.y)
         if m > 0 and options.form == GEAR_GUPTA_LEIMKUHLER:
             project(n, m, lu, trial, work)
-        size = correct(tables, h, kv, kx, ka, options, trial, record)
+        size = correct(tables, h, kv, kx, ka, part, options, trial, record) / part
         record.count[2] += 1
         if not math.isfinite(size):
             return NOT_FINITE
-        if size <= 1.0 or (iteration > 0 and size < last and size * size / (last - size) <= 1.0):
+        if size <= 1.0 or (part == 1.0 and iteration > 0 and size < last and size * size / (last - size) <= 1.0):
             return RUNNING
-        if iteration > 3 and size > 2.0 * last:
+        if part == 1.0 and iteration > 3 and size > 2.0 * last:
             return NEWTON_FAILED
+        part = shortened(n, iteration, part, trial)
         last = size
     return NEWTON_FAILED
+
+
+@compiled
+def shortened(n, iteration, part, trial):
+    """Part of the next correction: half of the present one when corrections turn back, else up to twice it.
+
+    Where friction changes its sign, full steps jump to and fro between its branches for ever; shorter and shorter ones
+    end between them, where Newton converges.
+    """
+    along = 0.0
+    for i in range(n):
+        along += trial.d[i] * trial.lag[i]
+        trial.lag[i] = trial.d[i]
+    if iteration < 2:
+        return 1.0
+    return 0.5 * part if along < 0.0 else min(1.0, 2.0 * part)
 
 
 @compiled
@@ -116,14 +133,14 @@ def project(n, m, lu, trial, work):
 
 
 @compiled
-def correct(tables, h, kv, kx, ka, options, trial, record):
-    """Add the correction; its size relative to what is wanted, the largest of lengths and angles."""
+def correct(tables, h, kv, kx, ka, part, options, trial, record):
+    """Add `part` of the correction; its size relative to what is wanted, the largest of lengths and angles."""
     n, m = tables.sizes.n_q, tables.sizes.n_c
     moved_x, moved_t, fast_x, fast_t, far_x, far_t = 0.0, 0.0, 0.0, 0.0, options.length, 1.0
     shifted = m > 0 and options.form == GEAR_GUPTA_LEIMKUHLER
     for i in range(n):
-        d = trial.d[i]
-        shift = trial.e[i] if shifted else 0.0
+        d = part * trial.d[i]
+        shift = part * trial.e[i] if shifted else 0.0
         trial.q[i] += d + shift
         trial.v[i] += kv * d
         trial.x[i] += kx * d
@@ -138,7 +155,7 @@ def correct(tables, h, kv, kx, ka, options, trial, record):
         if not math.isfinite(move):
             return math.inf
     for i in range(m):
-        trial.lam[i] += trial.d[n + i]
+        trial.lam[i] += part * trial.d[n + i]
     wanted_x = options.tolerance * h * h * fast_x + ROUND_OFF * far_x
     wanted_t = options.tolerance * h * h * fast_t + ROUND_OFF * far_t
     if moved_x / wanted_x > moved_t / wanted_t:

@@ -72,7 +72,7 @@ def _call(part: str, kernel: Kernel, p: np.ndarray, arguments: list[Any], what: 
             "The kernel must unpack as many numbers as its class has numeric fields, in their order."
         ) from error
     except (ArithmeticError, NameError, AttributeError) as error:
-        safe = "It must be safe there, also for t = 0 and h = 0." if isinstance(error, ArithmeticError) else "Correct it."
+        safe = "It must be safe there, also for t = h = 0." if isinstance(error, ArithmeticError) else "Correct it."
         text = f"{label} failed in the drawn pose, at rest, with p = {_short(p)}: {type(error).__name__}: {error}."
         raise KernelError(f"{text} {safe}") from error
     size = 1 if kernel.contract.name == "signal" else 3

@@ -55,9 +55,7 @@ def check_tangents(bench: Bench, subject: Subject, state: State, out: Values, sc
         bench.derivative(subject, what, state, out[output], force, state[name], step, noise=noise, **sizes)
 
 
-def check_energy(
-    bench: Bench, kernel: Kernel, subject: Subject, state: State, out: Values, scale: np.ndarray
-) -> None:
+def check_energy(bench: Bench, kernel: Kernel, subject: Subject, state: State, out: Values, scale: np.ndarray) -> None:
     """Force at rest against the potential; power of the forces against the rate of all energies."""
     energy = Subject(bench.owner, kernel, subject.p)
     short = {name: state[name] for name in ("t", "q", "v")}

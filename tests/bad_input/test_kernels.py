@@ -62,9 +62,15 @@ def holding(kernel):
 @pytest.mark.parametrize(
     ("kernel", "message"),
     [
-        (unpacks_two, r"failed with 1 parameters p = \(20\).*not enough values.*must unpack as many numbers as its class"),
+        (
+            unpacks_two,
+            r"failed with 1 parameters p = \(20\).*not enough values.*must unpack as many numbers as its class",
+        ),
         (gives_nan, r"gives values that are not finite for p = \(20\); check its numbers"),
-        (divides_by_zero, r"failed in the drawn pose, at rest, with p = \(20\): ZeroDivisionError.*also for t = 0 and h = 0"),
+        (
+            divides_by_zero,
+            r"failed in the drawn pose, at rest, with p = \(20\): ZeroDivisionError.*also for t = h = 0",
+        ),
         (reaches_too_far, r"failed with 1 parameters.*index 1 is out of bounds"),
         (misspelt, r"failed in the drawn pose.*NameError: name 'stiffness' is not defined"),
     ],
@@ -81,7 +87,9 @@ def test_kernel_that_numba_cannot_compile():
 
 
 def test_kernel_with_a_wrong_number_of_arguments():
-    with pytest.raises(KernelError, match=r"too_short' takes 2 parameters; the element contract has 12: \(p, t, h, q, v"):
+    with pytest.raises(
+        KernelError, match=r"too_short' takes 2 parameters; the element contract has 12: \(p, t, h, q, v"
+    ):
 
         @fm.element_kernel
         def too_short(p, t):
@@ -89,7 +97,9 @@ def test_kernel_with_a_wrong_number_of_arguments():
 
 
 def test_law_with_a_kernel_of_another_contract():
-    with pytest.raises(KernelError, match=r"Wrong.kernel is <element kernel unpacks_two>; it must be .* a normal kernel"):
+    with pytest.raises(
+        KernelError, match=r"Wrong.kernel is <element kernel unpacks_two>; it must be .* a normal kernel"
+    ):
 
         @dataclass(frozen=True)
         class Wrong(fm.NormalLaw):
@@ -126,7 +136,9 @@ class NoResult(fm.Motion):
 
 
 def test_law_with_too_few_results():
-    play = fm.RevoluteClearance("play", fm.GROUND, CRANK, at=O, clearance=1e-4, bearing_radius=5e-3, normal=TwoResults())
+    play = fm.RevoluteClearance(
+        "play", fm.GROUND, CRANK, at=O, clearance=1e-4, bearing_radius=5e-3, normal=TwoResults()
+    )
     with pytest.raises(KernelError, match=r"Part 'play': TwoResults returned \(0.0, 0.0\); it must return 3 numbers"):
         fm.compile(fm.Mechanism("m", [CRANK, play]))
 

@@ -35,14 +35,14 @@ def slider_crank(pin, end, *parts):
 
 
 REFUSED = [
-    (lambda: of(CRANK, CRANK), ModelError, "has two parts named 'crank': RigidLink 'crank' and RigidLink 'crank'. Rename"),
+    (lambda: of(CRANK, CRANK), ModelError, "two parts named 'crank': RigidLink 'crank' and RigidLink 'crank'. Rename"),
     (
         lambda: of(CRANK, fm.Revolute("crank", fm.GROUND, CRANK, at=O)),
         ModelError,
         "Mechanism 'm' has two parts named 'crank': Revolute 'crank' and RigidLink 'crank'. Rename one.",
     ),
-    (lambda: of(fm.RigidBody("energy", O, 1.0, 1.0)), ModelError, "RigidBody 'energy' and a reserved name. Rename one."),
-    (lambda: of(fm.RigidBody("ground", O, 1.0, 1.0)), ModelError, "RigidBody 'ground' and a reserved name. Rename one."),
+    (lambda: of(fm.RigidBody("energy", O, 1.0, 1.0)), ModelError, "RigidBody 'energy' and a reserved name. Rename"),
+    (lambda: of(fm.RigidBody("ground", O, 1.0, 1.0)), ModelError, "RigidBody 'ground' and a reserved name. Rename"),
     (
         lambda: of(CRANK, fm.RigidBody("art", B, 1.0, 1.0), fm.Revolute("A", CRANK, ARM, at=A)),
         ModelError,
@@ -58,7 +58,7 @@ REFUSED = [
         ModelError,
         "Drive 'motor' drives joint 'Q', but mechanism 'm' has no such part. Known: crank, O, motor.",
     ),
-    (lambda: of(CRANK, PIN, fm.Drive("motor", CRANK, TURN)), ModelError, "Drive 'motor': RigidLink 'crank' cannot be driven."),
+    (lambda: of(CRANK, PIN, fm.Drive("motor", CRANK, TURN)), ModelError, "'motor': RigidLink 'crank' cannot be driven"),
     (lambda: of(CRANK, PIN, fm.Drive("motor", "ground", TURN)), ModelError, "Ground 'ground' cannot be driven."),
     (
         lambda: of(CRANK, ARM, fm.Fixed("A", CRANK, ARM, at=A), fm.Drive("motor", "A", TURN)),
@@ -71,7 +71,7 @@ REFUSED = [
             fm.Drive("motor", "A", TURN),
         ),
         ModelError,
-        "Drive 'motor': RevoluteClearance 'A' cannot be driven. Drive the angle of a Revolute or the travel of a Prismatic.",
+        "Drive 'motor': RevoluteClearance 'A' cannot be driven. Drive the angle of a Revolute or the travel of a Pris",
     ),
     (
         lambda: of(CRANK, PIN, fm.Drive("motor", "O", TURN), fm.Drive("brake", "O", TURN)),
@@ -82,7 +82,7 @@ REFUSED = [
     (
         lambda: fm.compile(of(CRANK, fm.Revolute("O", fm.GROUND, CRANK, at=(0.1, 0.05)))),
         InputError,
-        "Revolute 'O': the point (0.1, 0.05) lies 0.05 m off the axis of RigidLink 'crank'. Move the point onto the axis",
+        "Revolute 'O': the point (0.1, 0.05) lies 0.05 m off the axis of RigidLink 'crank'. Move the point onto the",
     ),
     (
         lambda: fm.compile(of(BEAM, fm.Revolute("O", fm.GROUND, BEAM, at=(0.03, 0.0)))),
@@ -132,7 +132,9 @@ def test_loop_that_cannot_close_says_which_joint_and_by_how_much():
     assert message.startswith("Mechanism 'slider-crank' cannot be assembled: joints stay open, ")
     opened = [float(x) for x in re.findall(r"'(?:O|A|B|guide|pull)' by ([0-9.e-]+)", message)]
     assert max(opened) > 1e-3, message
-    assert "Check the lengths of the links in that loop, or choose positions of the drives that it can reach." in message
+    assert (
+        "Check the lengths of the links in that loop, or choose positions of the drives that it can reach." in message
+    )
 
 
 def test_unknown_drive_of_assemble():
@@ -153,7 +155,9 @@ def test_two_welds_in_parallel():
 def test_slider_with_two_guides():
     mechanism = slider_crank(PIN_AT, END)
     second = fm.Prismatic("second guide", fm.GROUND, mechanism.find("slider"))
-    with pytest.raises(ModelError, match=r"over-constrained by 2 row\(s\).*guide.*replace a Prismatic or Fixed by a Rev"):
+    with pytest.raises(
+        ModelError, match=r"over-constrained by 2 row\(s\).*guide.*replace a Prismatic or Fixed by a Rev"
+    ):
         run(mechanism.with_part(second))
 
 
@@ -186,6 +190,8 @@ def test_free_body_flies():
     free = of(body, gravity=(0.0, -10.0))
     sol = fm.simulate(free, t_end=1.0, step=1e-2)
     assert sol.ok
-    assert [float(sol[f"stone.{axis}"][-1]) for axis in ("x", "y", "theta")] == pytest.approx([1.0, -3.0, 3.0], abs=1e-9)
+    assert [float(sol[f"stone.{axis}"][-1]) for axis in ("x", "y", "theta")] == pytest.approx(
+        [1.0, -3.0, 3.0], abs=1e-9
+    )
     report = fm.check(free)
     assert (report.freedom, report.free) == (3, 3)

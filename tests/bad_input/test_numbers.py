@@ -117,7 +117,9 @@ def test_every_public_record_is_tried():
     public = {name for name in fm.__all__ if name != "testing" and inspect.isclass(getattr(fm, name))}
     written = {n for n in public if is_dataclass(getattr(fm, n)) and "__init__" in vars(getattr(fm, n))}
     concrete = {n for n in written if not inspect.isabstract(getattr(fm, n))}
-    simple = {n for n in concrete - set(SPECIMENS) - WITHOUT_NUMBERS - MADE_BY_THE_LIBRARY if made_by_hand(getattr(fm, n))}
+    simple = {
+        n for n in concrete - set(SPECIMENS) - WITHOUT_NUMBERS - MADE_BY_THE_LIBRARY if made_by_hand(getattr(fm, n))
+    }
     assert not simple, f"add a specimen of {sorted(simple)}"
 
 

@@ -22,7 +22,10 @@ REFUSED = [
     ({"t_end": "1"}, "simulate 'swing': t_end is '1'; it must be a number in s."),
     ({}, "t_end is None and periods is None; give either t_end= (seconds) or periods= (of the drives)."),
     ({"periods": 2}, "Mechanism 'swing' has no periodic drive; give t_end= instead of periods=."),
-    ({"t_end": 1.0, "save_from_period": 1}, "Mechanism 'swing' has no periodic drive; give t_end= instead of periods=."),
+    (
+        {"t_end": 1.0, "save_from_period": 1},
+        "Mechanism 'swing' has no periodic drive; give t_end= instead of periods=.",
+    ),
     ({"t_end": 1.0, "save_from": 2.0}, "saving begins at 2 s, but the run ends at 1 s. Run longer or save earlier."),
     ({"t_end": 1.0, "save_from": -1.0}, "simulate 'swing': save_from is -1 s; it must be >= 0."),
     ({"t_end": 1.0, "save": "all"}, "simulate 'swing': save is 'all'; it must be a number of instants or 'steps'."),
@@ -45,20 +48,26 @@ def test_refused_with_its_value_and_remedy(arguments, message):
 
 
 def test_both_times():
-    with pytest.raises(InputError, match="t_end is 1.0 and periods is 2; give either"):
+    with pytest.raises(InputError, match=r"t_end is 1.0 and periods is 2; give either"):
         fm.simulate(TURN, t_end=1.0, periods=2)
 
 
 def test_drives_without_a_common_period():
     arm = fm.RigidLink("arm", (0.2, 0.0), (0.4, 0.0), mass=0.1, inertia=1e-3)
-    second = [arm, fm.Revolute("A", CRANK, arm, at=(0.2, 0.0)), fm.Drive("tool", "A", fm.ConstantSpeed(6.0 * np.sqrt(2.0)))]
-    with pytest.raises(InputError, match="periods of its drives, .* have no small common multiple; give t_end="):
+    second = [
+        arm,
+        fm.Revolute("A", CRANK, arm, at=(0.2, 0.0)),
+        fm.Drive("tool", "A", fm.ConstantSpeed(6.0 * np.sqrt(2.0))),
+    ]
+    with pytest.raises(InputError, match=r"periods of its drives, .* have no small common multiple; give t_end="):
         fm.simulate(fm.Mechanism("two", [*TURN.parts, *second]), periods=1)
 
 
 def test_restart_of_another_model():
     other = fm.simulate(TURN, t_end=0.01, step=1e-3)
-    with pytest.raises(InputError, match="restart does not fit this model .*Use `restart` of a solution of the same mech"):
+    with pytest.raises(
+        InputError, match=r"restart does not fit this model .*Use `restart` of a solution of the same mech"
+    ):
         fm.simulate(SWING, t_end=0.02, step=1e-3, restart=other.restart)
 
 
@@ -103,7 +112,7 @@ def test_file_of_someone_else(tmp_path):
 
 
 def test_missing_file(tmp_path):
-    with pytest.raises(FileFormatError, match="there is no such file. Check the path"):
+    with pytest.raises(FileFormatError, match=r"there is no such file. Check the path"):
         fm.load(tmp_path / "none.nc")
 
 
@@ -112,11 +121,12 @@ def test_missing_file(tmp_path):
 
 def test_missing_package_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "dask", None)
-    with pytest.raises(MissingPackageError, match=r"A sweep.* needs the package 'dask'.*pip install 'flexmb\[sweep\]'") as e:
+    with pytest.raises(
+        MissingPackageError, match=r"A sweep.* needs the package 'dask'.*pip install 'flexmb\[sweep\]'"
+    ) as e:
         checks.package("dask", "sweep", "A sweep on a cluster")
     assert isinstance(e.value, ImportError)
 
 
 def test_package_that_is_there():
     assert checks.package("json", "dev", "This test").loads("[1]") == [1]
-

@@ -24,7 +24,13 @@ def mechanism():
 
 def test_with_changes_fields_by_name(mechanism):
     changed = mechanism.with_(
-        {"A.clearance": 2e-4, "A.normal.restitution": 0.8, "motor.motion.speed": 7.0, "gravity": (0.0, 0.0), "name": "new"}
+        {
+            "A.clearance": 2e-4,
+            "A.normal.restitution": 0.8,
+            "motor.motion.speed": 7.0,
+            "gravity": (0.0, 0.0),
+            "name": "new",
+        }
     )
     assert changed.find("A").clearance == 2e-4
     assert changed.find("A").normal.restitution == 0.8
@@ -89,7 +95,7 @@ def test_a_new_part_is_added_at_the_end(mechanism):
 
 
 def test_a_part_that_others_need_cannot_be_taken_out(mechanism):
-    with pytest.raises(ModelError, match="refers to 'arm', which is not in mechanism 'pair'"):
+    with pytest.raises(ModelError, match=r"refers to 'arm', which is not in mechanism 'pair'"):
         mechanism.without_part("arm")
 
 
@@ -111,7 +117,7 @@ def test_find(mechanism):
     assert mechanism.find("ground") is fm.GROUND
     assert mechanism.bodies == (CRANK, ARM)
     assert mechanism.body("crank") is CRANK
-    with pytest.raises(ModelError, match="Revolute 'O' is not a body; give a body or GROUND"):
+    with pytest.raises(ModelError, match=r"Revolute 'O' is not a body; give a body or GROUND"):
         mechanism.body("O")
 
 
@@ -126,6 +132,6 @@ def test_nodes_of_a_beam_by_name():
 def test_mechanisms_are_values(mechanism):
     same = fm.Mechanism("pair", (CRANK, ARM, PIN, PLAY, MOTOR), gravity=(0.0, -9.81))
     assert same == mechanism
-    assert pickle.loads(pickle.dumps(mechanism)) == mechanism
+    assert pickle.loads(pickle.dumps(mechanism)) == mechanism  # noqa: S301 - written on this line
     with pytest.raises(AttributeError):
         mechanism.name = "other"

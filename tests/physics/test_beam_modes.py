@@ -115,4 +115,6 @@ def test_damping_of_the_first_mode():
     rate = np.log(heights[0] / heights[-1]) / ((times[-1] - times[0]) * period / 800)
     assert len(top) >= 9
     assert rate == pytest.approx(zeta2 * omega**2 / 2, rel=1e-3)
-    assert 2 * math.pi / np.diff(times).mean() * 800 / period == pytest.approx(omega * math.sqrt(1 - ratio**2), rel=1e-3)
+    assert 2 * math.pi / np.diff(times).mean() * 800 / period == pytest.approx(
+        omega * math.sqrt(1 - ratio**2), rel=1e-3
+    )

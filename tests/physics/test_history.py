@@ -104,9 +104,7 @@ def take_one_step(run):
     """One step of the loop, accepted or rejected; its size when it was accepted, else None."""
     program, before = run.program, run.record.count[0]
     options = run._options(run.t_end, 0.0)
-    advance(
-        program.tables, program.addresses, run.lu, options, run.flow, run.trial, run.work, run.record, 1
-    )
+    advance(program.tables, program.addresses, run.lu, options, run.flow, run.trial, run.work, run.record, 1)
     run._fetch()
     return float(run.flow.clock[4]) if run.record.count[0] > before else None
 

@@ -128,3 +128,13 @@ def test_error_controlled_steps_find_the_same_impact(slider_crank):
     assert errors[2][1] < 1e-6
     assert errors[2][0] < errors[0][0]
     assert errors[2][1] < errors[0][1]
+
+
+@pytest.mark.parametrize("step", [1e-5, 5e-6, 2e-6])
+def test_fixed_steps_get_through_the_turning_of_friction(slider_crank, step):
+    """Two turns with a friction zone of 1 mm/s, crossed within a step; full Newton steps would jump to and fro there."""
+    sol = fm.simulate(slider_crank(0.03), periods=2, step=step)
+    assert sol.ok, sol.status
+    slip_changes = np.count_nonzero(np.diff(np.sign(sol.array("C.friction_force"))))
+    assert slip_changes > 3
+    assert sol.stats.newton_iterations < 2.5 * sol.stats.steps

@@ -86,7 +86,7 @@ def test_coordinates_follow_the_order_of_declaration(user):
 
 def test_pickled_program_gives_the_same_motion(user):
     program = fm.compile(user.pendulum())
-    copy = pickle.loads(pickle.dumps(program))
+    copy = pickle.loads(pickle.dumps(program))  # noqa: S301 - written on this line
     np.testing.assert_array_equal(user.motion(copy), user.motion(program))
 
 
@@ -150,7 +150,10 @@ def test_kernel_of_a_script_in_a_spawned_process(tmp_path):
     assert child([str(script)]) == "same bits\n"
 
 
-SAVE = "import sys, numpy as np, flexmb as fm, kernels_of_a_user as u; np.save(sys.argv[1], u.motion(fm.compile(u.pendulum())))"
+SAVE = """
+import sys, numpy as np, flexmb as fm, kernels_of_a_user as u
+np.save(sys.argv[1], u.motion(fm.compile(u.pendulum())))
+"""
 
 
 @pytest.mark.slow
