@@ -4,8 +4,8 @@
 
 The slider-crank with a worn piston pin (crank 50 mm, rod 120 mm, 5000 rpm, clearance 0.5 mm) runs for two turns with
 the three forms of the constraints that `Newmark` knows.  Columns: largest drive torque [N m] (converged: 985; a larger
-one is a spike of the multipliers), largest gap of an ideal joint [m] and largest violation of its velocity [m/s], cost of a
-step.  Then the order of the drive torque on the same mechanism with an ideal pin, whose torque is known in closed form.
+one is a spike of the multipliers), largest gap of an ideal joint [m] and largest violation of its velocity [m/s], cost
+of a step.  Then the order of the drive torque with an ideal pin, whose torque is known in closed form.
 """
 
 from __future__ import annotations

@@ -23,8 +23,8 @@ ROUND_OFF = 1e-14
 def starting(options):
     """Numbers of the first step.
 
-    x stands for the acceleration at a time Delta h later, Delta = alpha_m - alpha_f.  With x0 = a0 the multipliers would
-    begin with an error of first order.  x0 = a0 + Delta (a1 - a0) turns the method into a plain Newmark step with
+    x stands for the acceleration at a time Delta h later, Delta = alpha_m - alpha_f.  With x0 = a0 the multipliers
+    would begin with an error of first order.  x0 = a0 + Delta (a1 - a0) turns the method into a plain Newmark step with
     gamma = 1/2, beta = (1 + Delta^2)/4, whatever its own numbers; after it `lead` sets x.
     """
     o, delta = options, options.alpha_m - options.alpha_f

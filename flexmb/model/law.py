@@ -66,8 +66,8 @@ class NormalLaw(Law):
 
     contract = kernels.NORMAL
 
-    def for_radii(self, bearing_radius: float, journal_radius: float) -> NormalLaw:  # noqa: ARG002 - most laws do not ask
-        """The law for given `bearing_radius` and `journal_radius` [m]; overridden where the stiffness depends on them."""
+    def for_radii(self, bearing_radius: float, journal_radius: float) -> NormalLaw:  # noqa: ARG002 - seldom asked
+        """The law for `bearing_radius` and `journal_radius` [m]; overridden where the stiffness depends on them."""
         return self
 
 

@@ -2,8 +2,9 @@
 
 import math
 
-import flexmb as fm
 import pytest
+
+import flexmb as fm
 
 CRANK, ROD, BEARING, CLEARANCE = 0.05, 0.12, 0.010, 0.0005
 OMEGA = 5000 * math.pi / 30

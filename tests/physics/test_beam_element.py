@@ -2,9 +2,10 @@
 
 import math
 
-import flexmb as fm
 import numpy as np
 import pytest
+
+import flexmb as fm
 from flexmb.beams.corotational import beam_energy, beam_kernel
 from flexmb.solve.system import System
 

@@ -2,10 +2,11 @@
 
 import math
 
-import flexmb as fm
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+
+import flexmb as fm
 
 LENGTH, WIDTH, HEIGHT, YOUNG, DENSITY = 0.8, 0.02, 0.008, 2.0e11, 7850.0
 EA, EI = YOUNG * WIDTH * HEIGHT, YOUNG * WIDTH * HEIGHT**3 / 12.0

@@ -2,9 +2,10 @@
 
 import math
 
-import flexmb as fm
 import numpy as np
 import pytest
+
+import flexmb as fm
 from flexmb.solve.system import System
 
 LENGTH, WIDTH, HEIGHT, YOUNG = 2.0, 0.02, 0.01, 2.0e11

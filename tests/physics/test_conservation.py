@@ -1,8 +1,9 @@
 """Momentum of a free rod, energy of a double pendulum of beams, and what the ledger of energies says of them."""
 
-import flexmb as fm
 import numpy as np
 import pytest
+
+import flexmb as fm
 from flexmb.integrate.run import Run
 from flexmb.solve.start import Start, accelerations
 from flexmb.solve.system import System

@@ -1,8 +1,9 @@
 """History is state: forces can be evaluated at will, rejected steps leave no trace, restarts go on bit for bit."""
 
-import flexmb as fm
 import numpy as np
 import pytest
+
+import flexmb as fm
 from flexmb.integrate.arrays import RUNNING
 from flexmb.integrate.loop import advance
 from flexmb.integrate.newton import implicit_step

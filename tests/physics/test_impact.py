@@ -2,12 +2,13 @@
 
 import math
 
-import flexmb as fm
 import numpy as np
 import pytest
+from scipy.optimize import brentq
+
+import flexmb as fm
 from flexmb.integrate.run import Run
 from flexmb.solve.start import Start
-from scipy.optimize import brentq
 
 RING, BALL, SPEED, STIFFNESS, PLAY = 2.0, 0.5, 1.5, 1e9, 1e-3
 REDUCED = RING * BALL / (RING + BALL)

@@ -2,10 +2,11 @@
 
 import math
 
-import flexmb as fm
 import numpy as np
 import pytest
 from scipy.special import ellipk
+
+import flexmb as fm
 
 G = 9.81
 STEP = 1e-3
@@ -14,7 +15,7 @@ rules = pytest.mark.parametrize("method", RULES.values(), ids=RULES)
 
 
 def limit(method, t_end, rate=1.0):
-    """Error that the method may make of a motion of size 1 and circular frequency `rate` [rad/s]: c (rate h)^k rate t."""
+    """Error that the method may make of a motion of size 1 and frequency `rate` [rad/s]: c (rate h)^k rate t."""
     order, constant = (4, 0.02) if isinstance(method, fm.RungeKutta4) else (2, 0.2)
     return constant * (rate * STEP) ** order * rate * t_end + 1e-11
 

@@ -1,14 +1,15 @@
-"""The slider-crank of the literature: ideal joints in closed form; play in the piston pin up to and after the first impact.
+"""The slider-crank of the literature: ideal joints in closed form; play in the piston pin, before and after impacts.
 
 Exact and converged numbers of the model in `conftest.py` (5000 rpm, r = 0.05 m, l = 0.12 m).
 """
 
 import math
 
-import flexmb as fm
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+
+import flexmb as fm
 
 CRANK, ROD, OMEGA = 0.05, 0.12, 5000 * math.pi / 30
 CLEARANCE, BEARING = 0.0005, 0.010
@@ -132,7 +133,7 @@ def test_error_controlled_steps_find_the_same_impact(slider_crank):
 
 @pytest.mark.parametrize("step", [1e-5, 5e-6, 2e-6])
 def test_fixed_steps_get_through_the_turning_of_friction(slider_crank, step):
-    """Two turns with a friction zone of 1 mm/s, crossed within a step; full Newton steps would jump to and fro there."""
+    """Two turns with a friction zone of 1 mm/s, crossed within a step; full Newton steps would jump there."""
     sol = fm.simulate(slider_crank(0.03), periods=2, step=step)
     assert sol.ok, sol.status
     slip_changes = np.count_nonzero(np.diff(np.sign(sol.array("C.friction_force"))))

@@ -11,9 +11,10 @@ import time
 import tracemalloc
 from statistics import median
 
-import flexmb as fm
 import numpy as np
 import pytest
+
+import flexmb as fm
 from flexmb.integrate.run import Run
 from flexmb.solve.start import consistent_start
 
@@ -170,8 +171,9 @@ def test_first_result_in_a_second_process():
 
 def test_a_step_allocates_nothing():
     """Neither Python's memory nor numba's grows or is asked for while the compiled loop steps."""
-    from flexmb.integrate.loop import advance
     from numba.core.runtime import _nrt_python, rtsys
+
+    from flexmb.integrate.loop import advance
 
     _nrt_python.memsys_enable_stats()
     for mechanism in (slider_crank(), chain(3, 4)):

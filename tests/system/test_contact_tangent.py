@@ -10,7 +10,6 @@ from flexmb.solve.system import System
 
 def mechanism():
     """Two free bodies, the first with a bearing, the second with a journal, both off their centres of mass."""
-    steel = fm.Material(207e9, 7850.0, 0.3)
     first = fm.RigidBody("first", (0.0, 0.0), 1.0, 0.1, angle=0.3)
     second = fm.RigidBody("second", (0.4, 0.1), 1.0, 0.1)
     joint = fm.RevoluteClearance(
