@@ -1,9 +1,12 @@
-"""Compute the table and the pictures of docs/nine_bar.md anew.
+"""Compute the numbers and the pictures of docs/nine_bar.md anew.
 
-    python docs/nine_bar_table.py [--turns 20] [--speeds 0.5 2 2.5] [--skip 5] [--elements 4] [--pictures-only]
+    python docs/nine_bar_table.py [--only checks|stiff|onset|table|pictures]
+        [--turns 20] [--speeds 0.5 2 2.5] [--skip 5] [--elements 4]
 
-Every run goes on turn by turn; peaks and shares of free flight come from ALL accepted steps, because a contact lasts
-some 0.1 ms and a grid of saved instants would miss its peak.  The turns after the first --skip count.
+Each passage stands between its own marks in the page, and is written as soon as it is known.  The passages of checks
+come from nine_bar_limits.py.  In the table every run goes on turn by turn; peaks and shares of free flight come from
+ALL accepted steps, because a contact lasts some 0.1 ms and a grid of saved instants would miss its peak.  The turns
+after the first --skip count.
 """
 
 import argparse
@@ -12,6 +15,7 @@ import time
 from pathlib import Path
 from typing import NamedTuple
 
+import nine_bar_limits as limits
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -20,13 +24,13 @@ from flexmb.mechanisms import nine_bar
 
 HERE = Path(__file__).resolve().parent
 PAGE, PICTURES = HERE / "nine_bar.md", HERE / "pictures"
-BEGIN, END = "<!-- table: begin, written by nine_bar_table.py -->", "<!-- table: end -->"
-PLAY = 0.5e-3
+PLAY = limits.PLAY
 MODELS = {"ideal": {}, "rigid": {"clearance": PLAY}, "flexible": {"clearance": PLAY, "flexible": True}}
-HEAD = (
-    "| speed | model | slider acceleration [m/s^2] | torque 1 [N m] | torque 4 [N m] | force at P1 [N] "
-    "| penetration [um] | free flight [%] | landings a turn | turns | mean step [us] | wall (CPU) time [s] |"
-)
+PASSAGES = ("checks", "stiff", "onset", "table", "pictures")
+HEAD = [
+    *("speed", "model", "slider acceleration [m/s^2]", "torque 1 [N m]", "torque 4 [N m]", "force at P1 [N]"),
+    *("penetration [um]", "free flight [%]", "landings a turn", "turns", "mean step [us]", "wall (CPU) time [s]"),
+]
 
 
 class Turn(NamedTuple):
@@ -44,37 +48,26 @@ class Turn(NamedTuple):
     cpu: float  # s
 
 
-def one_turn(mech: fm.Mechanism, period: float, number: int, state: dict | None) -> tuple[Turn, dict]:
-    """Turn `number`, counted from 1, with at least 1000 steps so that smooth peaks are met, too."""
+def peaks_of(mech: fm.Mechanism, speed: float, count: int) -> list[Turn]:
+    """So many turns, with at least 1000 steps each so that smooth peaks are met, too."""
+    found = []
     began, busy = time.perf_counter(), time.process_time()
-    step = fm.Adaptive(max=1e-3 * period)
-    sol = fm.simulate(mech, t_end=number * period, save="steps", step=step, restart=state)
-    if not sol.ok:
-        raise SystemExit(f"{mech.name}: {sol.status}")
-    h = np.diff(sol.time)
-    depth = sol.array("P1.penetration") if "P1.penetration" in sol else np.zeros(len(sol.time))
-    flying = depth[1:] < 0.0
-    landed = np.count_nonzero((depth[1:] > 0.0) & (depth[:-1] <= 0.0))
-    names = ("slider.ax", "motor1.torque", "motor4.torque", "P1.force")
-    turn = Turn(
-        *(sol.peak(name).value for name in names),
-        1e6 * max(float(depth.max()), 0.0),
-        100.0 * float(h[flying].sum() / h.sum()),
-        float(landed),
-        1e6 * float(h.mean()),
-        time.perf_counter() - began,
-        time.process_time() - busy,
-    )
-    return turn, dict(sol.restart)
+    for sol in limits.measures.turns(mech, speed, count, step=fm.Adaptive(max=1e-3 * 2.0 * np.pi / speed)):
+        depth, share, landings = 0.0, 0.0, 0
+        if "P1.penetration" in sol:
+            depth = max(float(sol.array("P1.penetration").max()), 0.0)
+            share, landings = limits.measures.share_of_flight(sol)
+        peaks = (sol.peak(name).value for name in ("slider.ax", "motor1.torque", "motor4.torque", "P1.force"))
+        step = float(np.diff(sol.time).mean())
+        cost = time.perf_counter() - began, time.process_time() - busy
+        found.append(Turn(*peaks, 1e6 * depth, 100.0 * share, float(landings), 1e6 * step, *cost))
+        began, busy = time.perf_counter(), time.process_time()
+    return found
 
 
-def row(speed: float, model: str, turns: int, skip: int, elements: int) -> str:
+def row(speed: float, model: str, turns: int, skip: int, elements: int) -> list[str]:
     """One line of the table."""
-    mech = nine_bar(speed * np.pi, elements=elements, **MODELS[model])
-    period, state, found = 2.0 / speed, None, []
-    for k in range(1, skip + turns + 1):
-        turn, state = one_turn(mech, period, k, state)
-        found.append(turn)
+    found = peaks_of(nine_bar(speed * np.pi, elements=elements, **MODELS[model]), speed * np.pi, skip + turns)
     kept = np.array(found[skip:])
     mean, spread = kept.mean(axis=0), kept.std(axis=0, ddof=1) if turns > 1 else np.zeros(kept.shape[1])
     places = [shown(m, s) for m, s in zip(mean[:7], spread[:7], strict=True)]
@@ -82,8 +75,7 @@ def row(speed: float, model: str, turns: int, skip: int, elements: int) -> str:
         places[4:7] = ["-"] * 3
     seconds = f"{sum(t.wall for t in found):.1f} ({sum(t.cpu for t in found):.1f})"
     print(f"{speed:g} pi {model}: {', '.join(places)}; {seconds} s", flush=True)
-    cost = f"{turns} | {plain(mean[7], 3)} | {seconds}"
-    return f"| {speed:g} pi | {model} | {' | '.join(places)} | {cost} |"
+    return [f"{speed:g} pi", model, *places, str(turns), plain(mean[7], 3), seconds]
 
 
 def shown(mean: float, spread: float) -> str:
@@ -96,13 +88,23 @@ def plain(value: float, digits: int) -> str:
     return f"{float(f'{value:.{digits}g}'):g}"
 
 
-def write_table(rows: list[str], text: str) -> None:
-    """Put the table between its marks in the page."""
+def write(name: str, text: str) -> None:
+    """Put a passage between its marks in the page."""
+    begin, end = f"<!-- {name}: begin, written by nine_bar_table.py -->", f"<!-- {name}: end -->"
     page = PAGE.read_text(encoding="utf-8")
-    before, after = page.split(BEGIN)[0], page.split(END)[1]
-    rule = "|---|---|" + "---:|" * 10
-    table = "\n".join([BEGIN, "", text, "", HEAD, rule, *rows, "", END])
-    PAGE.write_text(before + table + after, encoding="utf-8")
+    if page.count(begin) != 1 or page.count(end) != 1 or page.index(end) < page.index(begin):
+        raise SystemExit(f"{PAGE.name}: the passage {name!r} needs the marks {begin!r} and {end!r}, once each")
+    before, after = page.split(begin)[0], page.split(end)[1]
+    PAGE.write_text(f"{before}{begin}\n\n{text}\n\n{end}{after}", encoding="utf-8")
+
+
+def table(options: argparse.Namespace) -> str:
+    """The table of peaks, with what stands above it."""
+    began = time.perf_counter()
+    cases = itertools.product(options.speeds, MODELS)
+    rows = [row(speed, model, options.turns, options.skip, options.elements) for speed, model in cases]
+    text = explanation(options.turns, options.skip, options.elements, time.perf_counter() - began)
+    return limits.wrapped(text) + "\n\n" + limits.table(HEAD, rows, left=2)
 
 
 def pictures() -> None:
@@ -121,10 +123,7 @@ def compare(speed: float, turn: int) -> Figure:
     colours = {"ideal": "0.35", "rigid": "#1b6ca8", "flexible": "#d1495b"}
     for (model, options), a, f in zip(MODELS.items(), left, right, strict=True):
         mech = nine_bar(speed, **options)
-        sol = None
-        for k in range(1, turn + 1):
-            state = None if sol is None else sol.restart
-            sol = fm.simulate(mech, t_end=k * 2.0 * np.pi / speed, save="steps", restart=state)
+        *_, sol = limits.measures.turns(mech, speed, turn)
         angle = np.degrees(speed * sol.time) - 360.0 * (turn - 1)
         for ax, name, label in ((a, "slider.ax", "slider acceleration [m/s$^2$]"), (f, "P1.force", "force at P1 [N]")):
             ax.plot(angle, sol.array(name), color=colours[model], linewidth=0.7)
@@ -140,22 +139,26 @@ def compare(speed: float, turn: int) -> Figure:
 
 
 def main() -> None:
-    """Table and pictures."""
+    """Passages and pictures."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--turns", type=int, default=20, help="turns that count (20)")
+    parser.add_argument("--only", choices=PASSAGES, help="this passage alone (all)")
+    parser.add_argument("--turns", type=int, default=20, help="turns of the table that count (20)")
     parser.add_argument("--skip", type=int, default=5, help="turns before them (5)")
     parser.add_argument("--speeds", type=float, nargs="+", default=[0.5, 2.0, 2.5], help="speeds over pi (0.5 2 2.5)")
     parser.add_argument("--elements", type=int, default=4, help="beam elements of a link (4)")
-    parser.add_argument("--pictures-only", action="store_true", help="leave the table as it is")
     options = parser.parse_args()
-    if not options.pictures_only:
-        began = time.perf_counter()
-        fm.simulate(nine_bar(np.pi, **MODELS["flexible"]), t_end=1e-3)  # compile, so that no row pays for it
-        cases = itertools.product(options.speeds, MODELS)
-        rows = [row(speed, model, options.turns, options.skip, options.elements) for speed, model in cases]
-        total = time.perf_counter() - began
-        write_table(rows, explanation(options.turns, options.skip, options.elements, total))
-    pictures()
+    fm.simulate(nine_bar(np.pi, **MODELS["flexible"]), t_end=1e-3)  # compile, so that no row pays for it
+    texts = {
+        "checks": limits.checks,
+        "stiff": limits.stiff,
+        "onset": limits.onset,
+        "table": lambda: table(options),
+    }
+    for name in [options.only] if options.only else PASSAGES:
+        if name == "pictures":
+            pictures()
+        else:
+            write(name, texts[name]())
 
 
 def explanation(turns: int, skip: int, elements: int, seconds: float) -> str:

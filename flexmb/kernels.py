@@ -48,11 +48,12 @@ _P = types.Array(_F, 1, "C", readonly=True)
 _M = types.Array(_F, 2, "C")
 _TRIPLE = types.UniTuple(_F, 3)
 
-compiled = numba.njit(cache=True, error_model="numpy", _nrt=False)
+compiled = numba.njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 """Decorator of the compiled functions of kernels and loop.
 
 They are compiled without numba's memory management: nothing can be allocated (a function that tries does not compile),
-and views of arrays cost nothing.  Kernels themselves may allocate, since users write them.
+and views of arrays cost nothing.  They are inlined into one another, since handing on the tables of a program costs
+more than most of them do.  Kernels themselves may allocate, since users write them.
 """
 
 

@@ -15,7 +15,8 @@ class Newmark:
         (1 - alpha_m) x1 + alpha_m x0 = (1 - alpha_f) a1 + alpha_f a0
 
     where the true accelerations a and the multipliers satisfy the equations of motion at the ends of the steps, so
-    both are of second order.  When the step changes, x is carried over as a + ratio (x - a), which keeps the order.
+    both are of second order.  When the step changes, x is carried over as a + ratio (x - a), which keeps the order of
+    the motion; joint forces fall to first order where the step changes all the time and nothing dissipates (radius 1).
 
     Parameters
     ----------

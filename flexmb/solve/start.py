@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.sparse.linalg import splu
 
 from flexmb.errors import AssemblyError, ModelError, SolveError
 from flexmb.model.mechanism import Mechanism
@@ -86,17 +87,17 @@ def rigid_velocities(closed: Program, q: np.ndarray, t: float, soft: Container[s
     M = system.mass(q)
     system.at(q, t=t)
     B, declared = rigid.basis(q), ~np.isnan(closed.drawn.v)
-    A = np.vstack([(system.jacobian @ B).toarray(), B[declared].toarray()])
+    A = sp.vstack([system.jacobian @ B, B[declared]]).tocsr()
     b = np.concatenate([-system.velocity_residual, closed.drawn.v[declared]])
     owners = [row.partition("[")[0] for row in closed.names.rows]
     owners += [closed.names.coordinates[k] for k in np.flatnonzero(declared)]
-    inertia = (B.T @ M @ B).toarray()
+    inertia = (B.T @ M @ B).tocsr()
     wanted = 1e-7 * max(float(np.abs(b).max(initial=0.0)), 1e-30)
     w = least_energy(inertia, A, b)
     hard = np.array([owner not in soft for owner in owners], dtype=bool)
     if np.abs(A @ w - b).max(initial=0.0) > wanted and not hard.all():
         weight = np.where(hard, 1e7, 1.0)
-        w = least_energy(inertia, weight[:, None] * A, weight * b)
+        w = least_energy(inertia, sp.diags_array(weight) @ A, weight * b)
     missed = np.where(hard, np.abs(A @ w - b), 0.0)
     if missed.max(initial=0.0) > wanted:
         raise AssemblyError(
@@ -107,11 +108,23 @@ def rigid_velocities(closed: Program, q: np.ndarray, t: float, soft: Container[s
     return B @ w
 
 
-def least_energy(inertia: np.ndarray, A: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """The w of least energy w^T inertia w among those that minimise |A w - b|."""
-    values, vectors = np.linalg.eigh(inertia)
-    if values.min() <= 1e-14 * values.max():
-        values = np.maximum(values, 1e-14 * values.max())  # bodies without inertia move as the joints want
+def least_energy(inertia: sp.csr_matrix, A: sp.csr_matrix, b: np.ndarray) -> np.ndarray:
+    """The w of least energy w^T inertia w among those that minimise |A w - b|.
+
+    Where the rows of A are independent this is one sparse system; otherwise a dense least-squares problem.
+    """
+    n, m = A.shape[1], A.shape[0]
+    if m <= n:
+        scale = max(float(inertia.max()), 1e-300)
+        bordered = sp.block_array([[inertia / scale, A.T], [A, None]]).tocsc()
+        try:
+            w = splu(bordered).solve(np.concatenate([np.zeros(n), b]))[:n]
+        except RuntimeError:  # singular: dependent rows
+            w = np.full(n, np.nan)
+        if np.abs(A @ w - b).max(initial=0.0) <= 1e-10 * np.abs(b).max(initial=1e-30):
+            return w
+    values, vectors = np.linalg.eigh(inertia.toarray())
+    values = np.maximum(values, 1e-14 * values.max())  # bodies without inertia move as the joints want
     root = vectors / np.sqrt(values)
     return root @ np.linalg.lstsq(A @ root, b, rcond=1e-11)[0]
 

@@ -6,6 +6,9 @@ of flight once the start has died away, and 2 pi must not.
 """
 
 import itertools
+import runpy
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,26 +16,11 @@ import pytest
 import flexmb as fm
 from flexmb.mechanisms import nine_bar
 
+measures = SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name("nine_bar_measures.py"))))
+turns, share_of_flight = measures.turns, measures.share_of_flight
+
 SLOW, FAST = 0.5 * np.pi, 2.0 * np.pi
 PLAY = 0.5e-3
-
-
-def turns(mech, speed, count):
-    """One solution a turn, with every step, each going on from the last."""
-    state = None
-    for k in range(1, count + 1):
-        sol = fm.simulate(mech, t_end=k * 2.0 * np.pi / speed, save="steps", restart=state)
-        assert sol.ok, sol.status
-        state = sol.restart
-        yield sol
-
-
-def share_of_flight(sol):
-    """Part of the time in which the surfaces do not touch, and the number of landings."""
-    depth = sol.array("P1.penetration")
-    flying = depth[1:] < 0.0
-    share = np.diff(sol.time)[flying].sum() / (sol.time[-1] - sol.time[0])
-    return share, int(np.count_nonzero((depth[1:] > 0.0) & (depth[:-1] <= 0.0)))
 
 
 def check_signals(sol):

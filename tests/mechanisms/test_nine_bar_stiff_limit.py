@@ -5,35 +5,20 @@ softly (one second), the damping is raised to 1e-4 s so that the shaking of the 
 both mechanisms take the same steps.
 """
 
+import runpy
+from pathlib import Path
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-import flexmb as fm
-from flexmb.mechanisms import NineBarData, nine_bar
+measures = SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name("nine_bar_measures.py"))))
 
-SPEED = 2.0 * np.pi
 FACTORS = (1.0, 10.0, 100.0, 1000.0)
 
 
-def third_turn(mech, step):
-    sol = fm.simulate(mech, periods=3, save_from_period=2, save=1000, step=step)
-    assert sol.ok, sol.status
-    return sol
-
-
-def differences(factors, step, names):
-    """(factors, names): largest difference to the rigid mechanism over the range of each signal."""
-    rigid = third_turn(nine_bar(SPEED, ramp=1.0), step)
-    rows = []
-    for factor in factors:
-        data = NineBarData(young=factor * 207e9, damping=1e-4)
-        soft = third_turn(nine_bar(SPEED, ramp=1.0, flexible=True, data=data), step)
-        rows.append([np.abs(soft.array(n) - rigid.array(n)).max() / np.ptp(rigid.array(n)) for n in names])
-    return np.array(rows)
-
-
 def test_motion_of_the_slider_tends_to_the_rigid_one_as_1_over_e():
-    found = differences(FACTORS, 1e-3, ["slider.x"])[:, 0]
+    found = measures.differences(FACTORS, 1e-3, ["slider.x"])[:, 0]
     assert found[0] == pytest.approx(4.1e-5, rel=0.1)  # of the stroke; a measured number, stated in docs/nine_bar.md
     rates = -np.log10(found[1:] / found[:-1])
     assert np.abs(rates - 1.0).max() <= 0.05
@@ -42,7 +27,7 @@ def test_motion_of_the_slider_tends_to_the_rigid_one_as_1_over_e():
 @pytest.mark.slow
 def test_forces_tend_to_the_rigid_ones_as_1_over_e():
     """With short steps, since the error of the time integration, 2e-5 at 1 ms, would hide the difference."""
-    found = differences(FACTORS[:3], 1e-4, ["P1.force", "motor1.torque", "slider.ax"])
+    found = measures.differences(FACTORS[:3], 1e-4, ["P1.force", "motor1.torque", "slider.ax"])
     assert np.all(found[0] < 1e-3)
     rates = -np.log10(found[1:] / found[:-1])
     assert np.abs(rates - 1.0).max() <= 0.1
