@@ -15,6 +15,7 @@ help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-9s %s\n", $$1, $$2}' Makefile
 
 demo: $(VENV)/.installed  ## run the flexible nine-bar mechanism with clearance; results in out/demo
+	@$(BIN)/python tests/fresh_cache.py
 	$(BIN)/flexmb run nine-bar --speed 2pi --clearance 0.5mm --flexible --out out/demo
 	@echo "Results in out/demo:"
 	@ls -1 out/demo
@@ -33,7 +34,8 @@ test-all: lint  ## the same with the slow tests, on a fresh compilation cache
 speed: $(VENV)/.installed-bench  ## timings, beside the peer's on the same models (wants a quiet machine)
 	$(BIN)/python -m pytest tests/speed -m speed -s
 
-table: $(VENV)/.installed  ## the numbers of docs/nine_bar.md, computed anew
+table: $(VENV)/.installed  ## numbers and pictures of docs/nine_bar.md, computed anew
+	@$(BIN)/python tests/fresh_cache.py
 	$(BIN)/python docs/nine_bar_table.py
 
 meshes: $(VENV)/.installed  ## write the meshes in meshes/ anew

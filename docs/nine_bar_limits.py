@@ -52,8 +52,8 @@ def checks() -> str:
     rows = [[label, *(columns[name][label] for name in METHODS)] for label in labels]
     inverse = max(measures.inverse_dynamics_errors().values())
     text = (
-        "Largest errors over all accepted steps of two turns at 2 pi rad/s; what is marked 'relative' is over the largest "
-        f"value of the signal. Torques of `inverse_dynamics` at 41 instants of a turn: {inverse:.0e}, relative."
+        "Largest errors over all accepted steps of two turns at 2 pi rad/s; what is marked 'relative' is over the "
+        f"largest value of the signal. Torques of `inverse_dynamics` at 41 instants of a turn: {inverse:.0e}, relative."
     )
     return wrapped(text) + "\n\n" + table(["what", *METHODS.values()], rows)
 
@@ -97,9 +97,9 @@ def stiff() -> str:
             rows.append([f"{1e3 * step:g}", f"{factor:g}", *cells])
             print(f"stiff: {', '.join(rows[-1])}", flush=True)
     text = (
-        "Ideal joints, a start from rest within one second, damping 1e-4 s, third turn at 2 pi rad/s: largest differences "
-        "to the rigid mechanism with the same steps, over the range of the signal. In brackets: the power of 1/E by which "
-        "they fell from the row above."
+        "Ideal joints, a start from rest within one second, damping 1e-4 s, third turn at 2 pi rad/s: largest "
+        "differences to the rigid mechanism with the same steps, over the range of the signal. In brackets: the power "
+        "of 1/E by which they fell from the row above."
     )
     return wrapped(text) + "\n\n" + table(["step [ms]", "E / 207 GPa", *SIGNALS.values()], rows, left=0)
 
@@ -116,8 +116,8 @@ def onset() -> str:
         rows.append([f"{factor:.2f} pi", share, f"{kept[:, 1].mean():.1f}", f"{found[0, 1]:.0f}"])
         print(f"onset: {', '.join(rows[-1])}", flush=True)
     text = (
-        f"Rigid mechanism with {1e3 * PLAY:g} mm of play at P1: mean ± standard deviation of turns {FIRST} to {LAST}, and "
-        "the first turn, which starts with the journal in the middle of its bearing."
+        f"Rigid mechanism with {1e3 * PLAY:g} mm of play at P1: mean ± standard deviation of turns {FIRST} to {LAST}, "
+        "and the first turn, which starts with the journal in the middle of its bearing."
     )
     head = ["speed [rad/s]", "free flight [%]", "landings a turn", "landings in turn 1"]
     return wrapped(text) + "\n\n" + table(head, rows)

@@ -73,7 +73,7 @@ class Run:
         if isinstance(self.step, FixedStep):
             return self.step.size, self.step.size, NEVER
         span = self.t_end if self.period is None else min(self.period, self.t_end)
-        largest = self.step.max or span / 200.0
+        largest = self.step.max or span / 1000.0
         clearance, length = self.program.least_clearance, self.program.length
         error = self.step.error or (1e-7 * length if clearance is None else min(1e-4 * clearance, 1e-6 * length))
         return largest, self.step.min or 1e-9 * largest, error

@@ -31,7 +31,7 @@ class Adaptive:
     ----------
     error : accepted error of a step [m]; for angles it is divided by the size of the mechanism.  None: 1e-4 of the
         least clearance, or 1e-7 of the size of a mechanism without clearance.
-    max : largest step [s]; None: 1/200 of the period of the drives, or 1/200 of the duration.
+    max : largest step [s]; None: 1/1000 of the period of the drives, or of the duration.
     min : smallest step [s]; None: 1e-9 of the largest one.
 
     Raises
