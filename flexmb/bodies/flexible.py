@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
@@ -12,6 +12,7 @@ import numpy as np
 
 from flexmb import checks, planar
 from flexmb.beams.corotational import beam_energy, beam_kernel
+from flexmb.beams.mass_damping import damping_parameters, mass_damping_energy, mass_damping_kernel
 from flexmb.beams.section import Section
 from flexmb.bodies.bosses import Bosses
 from flexmb.bodies.inertia import mean_mass, node_mass
@@ -66,7 +67,7 @@ def matrices(stations: tuple[float, ...], section: Section, material: Material):
 def beam_parameters(beam: Beam, nodes: dict[str, Node], damping: float, gravity: Point) -> list[tuple[float, ...]]:
     """p of every element of a beam."""
     data = matrices(beam.stations, beam.section, beam.material)
-    angle = math.atan2(beam.end[1] - beam.start[1], beam.end[0] - beam.start[0])
+    angle = direction(beam)
     upper = np.triu_indices(4)
     rows = []
     for k, length in enumerate(data.lengths):
@@ -93,6 +94,35 @@ def beam_pieces(
     return pieces
 
 
+def mass_damping_pieces(
+    part: str, beams: Sequence[Beam], axis: Beam, zeta: float, lumps: Mapping[str, tuple[float, float]]
+) -> list[Piece]:
+    """Pieces of mass-proportional damping, one an element; none when zeta is 0.
+
+    The body's frame runs from the first to the last node of `axis`.  `lumps` are (mass [kg], inertia [kg m^2]) by node;
+    each is counted with the first element that ends there.
+    """
+    if zeta == 0.0:
+        return []
+    left = dict(lumps)
+    frame = tuple(c for k in (0, -1) for c in node_coordinates(part, axis.nodes[k])[:2])
+    pieces: list[Piece] = []
+    for beam in beams:
+        data = matrices(beam.stations, beam.section, beam.material)
+        angle = direction(beam) - direction(axis)
+        for k, nodes in enumerate(pairwise(beam.nodes)):
+            ends = tuple(left.pop(node, (0.0, 0.0)) for node in nodes)
+            p = damping_parameters(zeta, angle, data.axial_mass[k], data.bending_mass[k], ends)
+            coordinates = (*frame, *(c for node in nodes for c in node_coordinates(part, node)))
+            pieces.append(ElementPiece(part, mass_damping_kernel, coordinates, p, energy=mass_damping_energy))
+    return pieces
+
+
+def direction(beam: Beam) -> float:
+    """Direction of a beam in the drawn pose [rad]."""
+    return math.atan2(beam.end[1] - beam.start[1], beam.end[0] - beam.start[0])
+
+
 def beam_shapes(part: str, beams: Sequence[Beam], nodes: dict[str, Node]) -> tuple[BeamShape, ...]:
     """Drawing records of all elements."""
     shapes = []
@@ -108,7 +138,7 @@ def beam_shapes(part: str, beams: Sequence[Beam], nodes: dict[str, Node]) -> tup
 def mass_parts(beam: Beam) -> list[tuple[float, Point, float]]:
     """(mass, centre of mass, inertia about it) of every element of a beam, from its consistent mass."""
     data = matrices(beam.stations, beam.section, beam.material)
-    angle = math.atan2(beam.end[1] - beam.start[1], beam.end[0] - beam.start[0])
+    angle = direction(beam)
     parts = []
     for k, length in enumerate(data.lengths):
         ma, mb = data.axial_mass[k], data.bending_mass[k]

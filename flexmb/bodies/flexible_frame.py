@@ -19,6 +19,7 @@ from flexmb.bodies.flexible import (
     boss_pieces,
     checked_elements,
     fractions,
+    mass_damping_pieces,
     mass_parts,
     nearest_node,
 )
@@ -56,16 +57,23 @@ class FlexibleFrame(Body):
     inertia : moment of inertia about the centre of mass [kg m^2].  None: the beams' own.
     centre : centre of mass in the drawn pose [m], when mass or inertia is given.  None: the beams' own.
     damping : stiffness-proportional damping time zeta2 [s] (Rayleigh), >= 0.
+    mass_damping : mass-proportional damping rate zeta1 [1/s] (Rayleigh), >= 0; see the notes.
     velocity : (vx, vy, omega) of node0 at the start, the frame moving as a rigid body; None: as driven.
 
     Raises
     ------
-    InputError : values out of range, corners that no edge reaches, mass properties that bosses cannot make.
+    InputError : values out of range, corners that no edge reaches, an edge twice, mass properties out of reach.
 
     Notes
     -----
     A mass at the mean of the corners has the velocity that is the mean of theirs, as if held by light spokes.
     Slender beams with small strains and any rotation.
+
+    `mass_damping` acts on the velocity against a frame that has its origin at the first corner of the first edge and
+    points to the second one, on the mass of the beams and of the bosses on corners, not on a mass at the mean of the
+    corners; no rigid motion is damped.  A mode of angular frequency omega that leaves those two corners in place has
+    the damping ratio xi = zeta1/(2 omega) + zeta2 omega/2, when nothing lies at the mean of the corners.
+    Source of the ratio: R. W. Clough, J. Penzien, Dynamics of Structures, 2nd ed., McGraw-Hill 1993, section 12-5.
     """
 
     points: tuple[Point, ...]
@@ -78,6 +86,7 @@ class FlexibleFrame(Body):
     inertia: float | None = None
     centre: Point | None = None
     damping: float = 0.0
+    mass_damping: float = 0.0
     velocity: tuple[float, float, float] | None = None
 
     def __post_init__(self) -> None:
@@ -87,6 +96,12 @@ class FlexibleFrame(Body):
         object.__setattr__(self, "points", points)
         edges = checks.sequence(self.label, "edges", self.edges, "pairs of corner numbers")
         object.__setattr__(self, "edges", tuple(self._checked_edge(i, e) for i, e in enumerate(edges)))
+        pairs = [frozenset(edge) for edge in self.edges]
+        for i, pair in enumerate(pairs):
+            if pair in pairs[:i]:
+                raise InputError(
+                    f"{self.label}: edges[{i}] is {self.edges[i]}, which joins two corners once more; remove it."
+                )
         lonely = set(range(len(points))) - {i for edge in self.edges for i in edge}
         if lonely or not self.edges:
             raise InputError(f"{self.label}: corners {sorted(lonely)} belong to no edge. Remove them or add edges.")
@@ -132,6 +147,7 @@ class FlexibleFrame(Body):
         inertia: float | None = None,
         centre: Point | None = None,
         damping: float = 0.0,
+        mass_damping: float = 0.0,
         velocity: tuple[float, float, float] | None = None,
     ) -> FlexibleFrame:
         """A frame from a mesh of line cells (any format of meshio); corners are where beams meet, end or bend.
@@ -143,7 +159,7 @@ class FlexibleFrame(Body):
         at : where the mesh's origin is put in the drawn pose [m].
         angle : by how much the mesh is turned about its origin [rad].
         sections : cross section by cell tag.
-        material, mass, inertia, centre, damping, velocity : see the class.
+        material, mass, inertia, centre, damping, mass_damping, velocity : see the class.
 
         Raises
         ------
@@ -179,6 +195,7 @@ class FlexibleFrame(Body):
             inertia=inertia,
             centre=centre,
             damping=damping,
+            mass_damping=mass_damping,
             velocity=velocity,
         )
 
@@ -218,11 +235,14 @@ class FlexibleFrame(Body):
         return RigidProperties.of(parts)
 
     def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
-        """Elements and bosses."""
+        """Elements, bosses and damping."""
         nodes = {n.name: n for n in self.nodes()}
+        beams, bosses = self._beams(), self._bosses()
+        lumps = {corner: (mass, bosses.inertia) for corner, mass in zip(self.corners, bosses.masses, strict=True)}
         return [
-            *beam_pieces(self.name, self._beams(), nodes, self.damping, mechanism.gravity),
-            *boss_pieces(self.name, self.corners, self._bosses(), mechanism.gravity),
+            *beam_pieces(self.name, beams, nodes, self.damping, mechanism.gravity),
+            *boss_pieces(self.name, self.corners, bosses, mechanism.gravity),
+            *mass_damping_pieces(self.name, beams, beams[0], self.mass_damping, lumps),
         ]
 
     def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - the beams alone

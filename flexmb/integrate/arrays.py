@@ -75,7 +75,7 @@ class Record(NamedTuple):
     """What the loop writes: saved instants, peaks, counters.
 
     count : steps, rejected, Newton iterations, evaluations, factorisations, rows in the buffer, lost unknown
-    extreme : smallest and largest step, last Newton correction, wanted correction
+    extreme : smallest and largest step, last Newton correction, wanted correction, begin and size of the last step
     peak : largest absolute values; largest positive ones where one_sided (a penetration is negative in free flight)
     """
 
@@ -137,5 +137,5 @@ def new_record(program: Program, rows: int) -> Record:
         np.zeros(n_y),
         one_sided,
         np.zeros(7, dtype=np.int64),
-        np.array([np.inf, 0.0, 0.0, 0.0]),
+        np.array([np.inf, 0.0, 0.0, 0.0, 0.0, 0.0]),
     )

@@ -39,6 +39,7 @@ def accept(tables, address, h, ratio, options, flow, trial, work, record):
     copy(work.z_new, flow.z)
     record.count[0] += 1
     record.extreme[0], record.extreme[1] = min(record.extreme[0], h), max(record.extreme[1], h)
+    record.extreme[4], record.extreme[5] = t0, h
     return save(tables, t0, h, options, flow, record)
 
 
@@ -74,7 +75,10 @@ def keep_account(tables, h, ledger, memory, work):
 
 @compiled
 def save(tables, t0, h, options, flow, record):
-    """Write the instants of the save grid that the step passed."""
+    """Write the instants of the save grid that the step from t0 passed.
+
+    When the buffer is full before all are written, it must be emptied and `save` called again before the next step.
+    """
     if options.save_interval == 0.0:
         row = record.count[5]
         record.times[row] = flow.clock[0]

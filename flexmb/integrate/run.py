@@ -21,7 +21,7 @@ from flexmb.integrate.arrays import (
     new_trial,
 )
 from flexmb.integrate.explicit import new_stages
-from flexmb.integrate.finish import keep_account
+from flexmb.integrate.finish import keep_account, save
 from flexmb.integrate.loop import advance, advance_explicit
 from flexmb.integrate.method import Newmark, RungeKutta4
 from flexmb.integrate.solution import Peaks, Solution
@@ -131,7 +131,7 @@ class Run:
                     self.note = f"Stopped after {self.max_steps} steps, as asked for"
                     break
                 self.code = self._block(options, steps)
-                self._fetch()
+                self._empty(options)
                 bar.update(min(self.flow.clock[0], end) - bar.n)
                 took = time.perf_counter() - began
                 steps = int(min(max(steps * min(BLOCK_SECONDS / max(took, 1e-6), 4.0), 16), 1_000_000))
@@ -185,6 +185,16 @@ class Run:
         if rows:
             self._keep(self.record.times[:rows].copy(), self.record.values[:rows].copy())
             self.record.count[5] = 0
+
+    def _empty(self, options: Options) -> None:
+        """Fetch the buffer, again and again where the last step passed more instants than it has room for."""
+        self._fetch()
+        while self.code == BUFFER_FULL and options.save_interval > 0.0:
+            begin, size = self.record.extreme[4:6]
+            save(self.program.tables, begin, size, options, self.flow, self.record)
+            if self.record.count[5] == 0:
+                return
+            self._fetch()
 
     def _keep(self, times: np.ndarray, values: np.ndarray) -> None:
         self.times.append(times)

@@ -21,18 +21,38 @@ SENTENCES = {
     ),
 }
 
+EXCHANGED = ("kinetic", "strain", "drive_work", "load_work")
+POOR_BALANCE = 0.05
+"""Largest residual of the energies, as part of the largest energy exchanged, that goes without a warning."""
+
 
 def sentence(program: Program, code: int, flow: Flow, trial: Trial, record: Record) -> str:
     """The status of a run that ended with `code`."""
     names = (*program.names.coordinates, *program.names.rows)
     template = SENTENCES.get(code, "Not finished, at {t}.")
-    return template.format(
+    text = template.format(
         t=f"t = {flow.clock[0]:.6g} s",
         h=f"{flow.clock[1]:.3g} s",
         lost=names[int(record.count[6])],
         last=record.extreme[2],
         wanted=record.extreme[3],
         worst=_worst(program, flow, trial),
+    )
+    return text + balance(program, record) if code == DONE else text
+
+
+def balance(program: Program, record: Record) -> str:
+    """A warning when the energies do not add up, so that nobody takes too coarse a run for a good one; else ""."""
+    size = {s.name: float(p) for s, p in zip(program.names.signals, record.peak, strict=True)}
+    moved = max(size[f"energy.{name}"] for name in EXCHANGED)
+    # heights count from an arbitrary level: only their round-off says something
+    scale = max(moved, 1e-6 * size["energy.gravity"])
+    residual = size["energy.residual"]
+    if residual <= POOR_BALANCE * scale:
+        return ""
+    return (
+        f" But the balance of energy misses {residual:.2g} J where {scale:.2g} J were exchanged, so do not trust it: "
+        "try a smaller step, or Adaptive(error=...) with a smaller error."
     )
 
 

@@ -145,6 +145,7 @@ def _flexible_bodies(data: NineBarData, pose: NineBarPose, elements: int) -> dic
         inertia=data.inertia7,
         centre=pose.centre7,
         damping=data.damping,
+        mass_damping=data.mass_damping,
     )
     return found
 
@@ -158,6 +159,7 @@ def _beam(data: NineBarData, number: int, name: str, start: Point, end: Point, e
         "elements": elements,
         "mass": mass,
         "damping": data.damping,
+        "mass_damping": data.mass_damping,
     }
     if number not in ON_THE_FRAME:
         return FlexibleLink(name, start, end, inertia=inertia, **common)

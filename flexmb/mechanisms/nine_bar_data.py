@@ -15,7 +15,7 @@ from flexmb.model.material import Material
 
 POINTS = ("pivot1", "pivot4", "pivot6")
 MAY_BE_ANYTHING = ("slider_line", "gravity")
-MAY_BE_ZERO = ("friction_coefficient", "v0", "damping")
+MAY_BE_ZERO = ("friction_coefficient", "v0", "damping", "mass_damping")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,6 +49,7 @@ class NineBarData:
     depth, thickness, thickness3 : depth of all bars in the plane of motion, thickness of all but link 3, thickness of
         link 3 [m].  Fitted to the table's masses.
     damping : zeta2, stiffness-proportional damping of the beams [s].  Reconstructed; the paper gives no value.
+    mass_damping : zeta1, mass-proportional damping of the beams [1/s].  As above.
     gravity : along X [m/s^2].  Eq. (13): U = sum m g x, so it points along -X.
 
     Raises
@@ -109,6 +110,7 @@ class NineBarData:
     thickness: float = 0.012
     thickness3: float = 0.006
     damping: float = 1e-6
+    mass_damping: float = 0.0
     gravity: float = -9.81
 
     def __post_init__(self) -> None:

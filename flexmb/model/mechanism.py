@@ -123,6 +123,8 @@ class Mechanism:
         parts = {part.name: part for part in self.parts}
         top: dict[str, Any] = {}
         for key, value in changes.items():
+            if not isinstance(key, str):
+                raise InputError(f"{self.label}: changes hold the key {key!r}; it must be a name such as 'crank.mass'.")
             name, _, path = key.partition(".")
             if not path:
                 top[checks.one_of(self.label, "field", name, ["gravity", "name"])] = value

@@ -28,12 +28,12 @@ SPECIMENS = {
     "RigidBody": fm.RigidBody("body", A, 1.0, 0.1, angle=0.2, velocity=(1.0, 2.0, 3.0), outline=(O, A, B)),
     "RigidLink": CRANK,
     "FlexibleLink": fm.FlexibleLink(
-        "link", O, B, section=BAR, material=fm.STEEL, elements=(0.3, 0.7), mass=2.0, damping=1e-4, pivot_inertia=1e-3,
-        velocity=(0.0, 0.0, 1.0),
+        "link", O, B, section=BAR, material=fm.STEEL, elements=(0.3, 0.7), mass=2.0, damping=1e-4, mass_damping=2.0,
+        pivot_inertia=1e-3, velocity=(0.0, 0.0, 1.0),
     ),
     "FlexibleFrame": fm.FlexibleFrame(
         "frame", (O, (0.4, 0.05), (0.1, 0.3)), ((0, 1), (1, 2), (2, 0)), section=BAR, material=fm.STEEL, elements=2,
-        mass=4.0, inertia=0.105, damping=1e-4, velocity=(0.0, 0.0, 1.0),
+        mass=4.0, inertia=0.105, damping=1e-4, mass_damping=2.0, velocity=(0.0, 0.0, 1.0),
     ),
     "Revolute": fm.Revolute("pin", CRANK, ARM, at=A),
     "Fixed": fm.Fixed("weld", CRANK, ARM, at=A),

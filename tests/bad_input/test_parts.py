@@ -54,6 +54,7 @@ REFUSED = [
     (lambda: link(elements=1.5), "FlexibleLink 'link': elements is 1.5; it must be a whole number."),
     (lambda: link(elements=(0.5, 0.5)), "fractions must increase strictly between 0 and 1."),
     (lambda: link(damping=-1.0), "FlexibleLink 'link': damping is -1 s; it must be >= 0."),
+    (lambda: link(mass_damping=-1.0), "FlexibleLink 'link': mass_damping is -1 1/s; it must be >= 0."),
     (lambda: frame(edges=((0, 1),)), "FlexibleFrame 'frame': corners [2] belong to no edge. Remove them or add edges."),
     (lambda: frame(edges=((0, 3), (1, 2))), "edges[0] is (0, 3); it must join two different corners of 3."),
     (lambda: frame(section=(BAR,)), "FlexibleFrame 'frame': 1 sections for 2 edges; give one each."),
@@ -196,3 +197,15 @@ def test_base_of_laws_is_no_law():
 def test_unknown_keyword_is_refused(make):
     with pytest.raises(TypeError, match=r"unexpected keyword argument '(masse|elments|radius|velocity|tolerance|g|h)'"):
         make()
+
+
+def test_a_frame_with_an_edge_twice_is_refused():
+    points = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
+    with pytest.raises(InputError, match=r"FlexibleFrame 'f': edges\[3\] is \(1, 0\).*remove it"):
+        fm.FlexibleFrame(
+            "f",
+            points,
+            ((0, 1), (1, 2), (2, 0), (1, 0)),
+            section=fm.Rectangle(width=0.01, height=0.01),
+            material=fm.STEEL,
+        )

@@ -114,7 +114,7 @@ def test_rejected_steps_of_the_step_control_leave_no_trace(slider_crank):
     """The accepted steps of a controlled run with rejections, taken once more without the rejected ones."""
     mechanism = slider_crank()
     program, method = fm.compile(mechanism), fm.Newmark.generalised_alpha(0.8)
-    controlled = Run(program, method, fm.Adaptive(error=1e-8), 1e-3, None)
+    controlled = Run(program, method, fm.Adaptive(error=1e-8, max=5e-6), 1e-3, None)
     controlled.begin(consistent_start(mechanism, program))
     sizes = []
     while controlled.flow.clock[0] < 9e-4:

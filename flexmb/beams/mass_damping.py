@@ -1,0 +1,176 @@
+"""Mass-proportional damping of a beam element, on the velocity of deformation: kernel and power.
+
+The body's frame has its origin in the node A and its x axis towards the node B; alpha is the direction from A to B.
+For the nodes k = i, j of the element
+
+Deformation      dk = R(alpha)^T (xk - xA)  and  thetak - alpha   (constants of the drawn pose have no rate)
+Its rate         dk_dot = R^T (vk - vA) + alpha_dot D dk,   thetak_dot - alpha_dot,   D = [[0, 1], [-1, 0]]
+Force            r = zeta J^T m J v,   J = d(d)/dq
+Power            zeta d_dot^T m d_dot >= 0
+
+with m the consistent mass of the element in the axes of the body's frame.  No rigid motion has a d_dot, also not that
+of a bent body; so none is damped, and the forces are in balance, moments included.
+
+In the axes of the frame, with S v = (vk - vA, thetak_dot), g = (D di, -1, D dj, -1), t = d(alpha)/dq and
+H = d2(alpha)/dq2, J = S + g t^T.  Both tangents follow by the product rule; nothing is left out.
+"""
+
+import math
+
+import numpy as np
+
+from flexmb.beams.corotational import combined, dot, turned
+from flexmb.kernels import compiled, element_kernel, energy_kernel
+
+
+@compiled
+def deformation_rate(q, v):
+    """Frame (l, cos, sin), alpha_dot, its derivatives by A along and across AB, g, d_dot, in the axes of the frame."""
+    dx, dy = q[2] - q[0], q[3] - q[1]
+    l = math.sqrt(dx * dx + dy * dy)
+    c, s = dx / l, dy / l
+    wx, wy = v[2] - v[0], v[3] - v[1]
+    stretch, rate = (c * wx + s * wy) / l, (c * wy - s * wx) / l
+    xi, yi, xj, yj = q[4] - q[0], q[5] - q[1], q[7] - q[0], q[8] - q[1]
+    g = (c * yi - s * xi, -c * xi - s * yi, -1.0, c * yj - s * xj, -c * xj - s * yj, -1.0)
+    vxi, vyi, vxj, vyj = v[4] - v[0], v[5] - v[1], v[7] - v[0], v[8] - v[1]
+    u = (c * vxi + s * vyi, c * vyi - s * vxi, v[6], c * vxj + s * vyj, c * vyj - s * vxj, v[9])
+    return l, c, s, rate, rate / l, stretch / l, g, combined(rate, g, u)
+
+
+@compiled
+def mass_times(p, x):
+    """M x; p[1:] is the upper triangle of m, row by row."""
+    a, b, c, d, e, f = x
+    return (
+        p[1] * a + p[2] * b + p[3] * c + p[4] * d + p[5] * e + p[6] * f,
+        p[2] * a + p[7] * b + p[8] * c + p[9] * d + p[10] * e + p[11] * f,
+        p[3] * a + p[8] * b + p[12] * c + p[13] * d + p[14] * e + p[15] * f,
+        p[4] * a + p[9] * b + p[13] * c + p[16] * d + p[17] * e + p[18] * f,
+        p[5] * a + p[10] * b + p[14] * c + p[17] * d + p[19] * e + p[20] * f,
+        p[6] * a + p[11] * b + p[15] * c + p[18] * d + p[20] * e + p[21] * f,
+    )
+
+
+@compiled
+def on_nodes(k, y, l):
+    """S^T y + k t: what acts on A, B, i and j."""
+    return (-y[0] - y[3], -y[1] - y[4] - k / l, 0.0, k / l, y[0], y[1], y[2], y[3], y[4], y[5])
+
+
+@compiled
+def add_product(y, hx, hy, X):
+    """X += y h^T, where h has the entries hx, hy of A and the opposite ones of B."""
+    for i in range(10):
+        X[i, 0] += y[i] * hx
+        X[i, 1] += y[i] * hy
+        X[i, 2] -= y[i] * hx
+        X[i, 3] -= y[i] * hy
+
+
+@compiled
+def fill_blocks(p, rate, K, C):
+    """C = S^T m S and K = rate S^T m D S."""
+    k = 1
+    for i in range(4, 10):
+        for j in range(i, 10):
+            C[i, j] = p[k]
+            C[j, i] = p[k]
+            k += 1
+    for i in range(4, 10):
+        for j in (4, 7):
+            K[i, j], K[i, j + 1] = -rate * C[i, j + 1], rate * C[i, j]
+    for X in (K, C):
+        for j in range(4, 10):
+            X[0, j], X[1, j] = -X[4, j] - X[7, j], -X[5, j] - X[8, j]
+        for i in range(10):
+            X[i, 0], X[i, 1] = -X[i, 4] - X[i, 7], -X[i, 5] - X[i, 8]
+
+
+@compiled
+def add_curvature(k, l, K):
+    """K += k H."""
+    h = k / (l * l)
+    for i, j in ((0, 1), (2, 3)):
+        K[i, j] -= h
+        K[j, i] -= h
+    for i, j in ((0, 3), (1, 2)):
+        K[i, j] += h
+        K[j, i] += h
+
+
+@compiled
+def finish(zeta, c, s, X):
+    """X times zeta, its rows and columns turned from the axes of the frame into those of the plane."""
+    for k in (0, 2, 4, 7):
+        for j in range(10):
+            x, y = X[k, j], X[k + 1, j]
+            X[k, j], X[k + 1, j] = c * x - s * y, s * x + c * y
+    for i in range(10):
+        for k in (0, 2, 4, 7):
+            x, y = X[i, k], X[i, k + 1]
+            X[i, k], X[i, k + 1] = c * x - s * y, s * x + c * y
+    for i in range(10):
+        for j in range(10):
+            X[i, j] *= zeta
+
+
+@element_kernel
+def mass_damping_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    """Damping of d_dot; q = (xA, yA, xB, yB, xi, yi, thetai, xj, yj, thetaj), r (10,), K, C (10, 10), M = 0."""
+    zeta = p[0]
+    l, c, s, rate, hx, hy, g, d_dot = deformation_rate(q, v)
+    f, x, y = mass_times(p, d_dot), mass_times(p, g), mass_times(p, turned(d_dot))
+    F = on_nodes(dot(f, g), f, l)
+    for k in (0, 2, 4, 7):
+        r[k], r[k + 1] = zeta * (c * F[k] - s * F[k + 1]), zeta * (s * F[k] + c * F[k + 1])
+    r[6], r[9] = zeta * F[6], zeta * F[9]
+    fill_blocks(p, rate, K, C)
+    # C = S^T m S + J^T m g t^T + t (S^T m g)^T
+    zero = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    slope = on_nodes(1.0, zero, l)
+    xJ, xS = on_nodes(dot(g, x), x, l), on_nodes(0.0, x, l)
+    add_product(xJ, 0.0, -1.0 / l, C)
+    # K = J^T m d(d_dot)/dq + d(J^T f)/dq, d(d_dot)/dq = rate D S + D d_dot t^T + g h^T, h = d(rate)/dq
+    Df = turned(f)
+    column = on_nodes(dot(g, y) + dot(f, turned(g)), combined(-1.0, Df, y), l)
+    row = on_nodes(0.0, combined(rate, turned(x), Df), l)
+    add_product(column, 0.0, -1.0 / l, K)
+    add_product(xJ, hx, hy, K)
+    for j in range(10):
+        for i in (1, 3):
+            C[i, j] += slope[i] * xS[j]
+            K[i, j] -= slope[i] * row[j]
+    add_curvature(dot(f, g), l, K)
+    finish(zeta, c, s, K)
+    finish(zeta, c, s, C)
+
+
+@energy_kernel
+def mass_damping_energy(p, t, q, v):
+    """Nothing is stored; the power of damping."""
+    l, c, s, rate, hx, hy, g, d_dot = deformation_rate(q, v)
+    return 0.0, 0.0, p[0] * dot(d_dot, mass_times(p, d_dot))
+
+
+def damping_parameters(zeta, angle, axial, bending, lumps):
+    """p of an element.
+
+    Parameters
+    ----------
+    zeta : damping rate zeta1 [1/s].
+    angle : direction of the element against the line from A to B in the drawn pose [rad].
+    axial : (2, 2) mass in the order u1, u2 [kg].
+    bending : (4, 4) mass in the order w1, theta1, w2, theta2 [kg, kg m, kg m^2].
+    lumps : mass [kg] and moment of inertia [kg m^2] on each of the two nodes.
+    """
+    m, turn = np.zeros((6, 6)), np.eye(6)
+    m[np.ix_((0, 3), (0, 3))] = axial
+    m[np.ix_((1, 2, 4, 5), (1, 2, 4, 5))] = bending
+    c, s = math.cos(angle), math.sin(angle)
+    for k in (0, 3):
+        turn[k : k + 2, k : k + 2] = [[c, -s], [s, c]]
+    m = turn @ m @ turn.T
+    for k, (mass, inertia) in zip((0, 3), lumps, strict=True):
+        m[range(k, k + 3), range(k, k + 3)] += (mass, mass, inertia)
+    return (float(zeta), *(float(x) for x in m[np.triu_indices(6)]))
