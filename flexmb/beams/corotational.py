@@ -8,8 +8,8 @@ Kinetic energy   T = 1/2 u^T m u,   u = B(alpha) v: the nodal velocities in the 
 Damping          zeta ka e_dot, zeta kb (u1_dot, u2_dot): stiffness-proportional, on the deformation only
 Gravity          Vg = -g . (a1 x1 + a2 x2 + n (c1 u1 + c2 u2)),   n normal to the chord
 
-Known error: T lacks the axial velocity -alpha_dot w of the bent shape, so uniform flight changes the inertia force of an
-element that is bent and turns, by an amount that falls with the square of its length (docs/design.md, section 6).
+Known error: T lacks the axial velocity -alpha_dot w of the bent shape, so uniform flight changes the inertia force of
+an element that is bent and turns, by an amount that falls with the square of its length (docs/design.md, section 6).
 
 ka, kb, m, a and c come from weak forms (see `fem`).  The term with L/30 is the shortening of the chord by bending,
 averaged over the element; it removes membrane locking.  Inertia forces are d/dt(dT/dv) - dT/dq of this T.
