@@ -1,8 +1,8 @@
 """A known error of the beam element, held in bounds: its inertia force depends on the speed of the observer.
 
 A rod bent to an arc spins about its end; seen by an observer who flies past at constant speed, its forces must be the
-same.  They differ, because the kinetic energy lacks the axial velocity of the bent shape (docs/design.md, section 6), but
-the difference falls with the square of the element's length.  When the element is mended this test must be turned
+same.  They differ, because the kinetic energy lacks the axial velocity of the bent shape (docs/design.md, section 6),
+but the difference falls with the square of the element's length.  When the element is mended this test must be turned
 into one that asks for none.
 """
 
