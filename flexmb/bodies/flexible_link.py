@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING
 
 from flexmb import checks, planar
 from flexmb.beams.section import Section
+from flexmb.bodies.bar import Bar
 from flexmb.bodies.bosses import Bosses, RigidProperties, fit_bosses
 from flexmb.bodies.flexible import (
     Beam,
@@ -24,10 +24,8 @@ from flexmb.bodies.flexible import (
     nearest_node,
 )
 from flexmb.bodies.rigid_body import checked_velocity
-from flexmb.bodies.rigid_link import set_ends
 from flexmb.errors import InputError
 from flexmb.model.material import Material
-from flexmb.model.part import Body
 from flexmb.model.pieces import Attachment, Node, Piece, SignalPiece, node_coordinates
 from flexmb.model.shape import Shapes
 
@@ -38,7 +36,7 @@ Point = tuple[float, float]
 
 
 @dataclass(frozen=True)
-class FlexibleLink(Body):
+class FlexibleLink(Bar):
     """A straight beam between two points; theta of a node is the direction of its axis, counted from +X.
 
     Nodes are called node0 .. nodeN from `start` to `end`; "start" and "end" are other names of the outer ones, and the
@@ -76,8 +74,6 @@ class FlexibleLink(Body):
     Source of the ratio: R. W. Clough, J. Penzien, Dynamics of Structures, 2nd ed., McGraw-Hill 1993, section 12-5.
     """
 
-    start: Point
-    end: Point
     _: KW_ONLY
     section: Section
     material: Material
@@ -92,7 +88,6 @@ class FlexibleLink(Body):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        set_ends(self)
         check_beam(self)
         object.__setattr__(self, "elements", checked_elements(self.label, self.elements))
         checks.between(self.label, "centre", self.centre, 0.0, 1.0)
@@ -160,16 +155,6 @@ class FlexibleLink(Body):
             pivot_inertia=pivot_inertia,
             velocity=velocity,
         )
-
-    @property
-    def length(self) -> float:
-        """Distance of the ends in the drawn pose [m]."""
-        return planar.distance(self.start, self.end)
-
-    @property
-    def angle(self) -> float:
-        """Direction of the axis in the drawn pose [rad]."""
-        return math.atan2(self.end[1] - self.start[1], self.end[0] - self.start[0])
 
     def nodes(self) -> tuple[Node, ...]:
         """Nodes from start to end."""

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from flexmb import checks, planar
+from flexmb.bodies.bar import Bar
 from flexmb.bodies.inertia import node_mass
 from flexmb.bodies.rigid_body import checked_velocity
 from flexmb.errors import InputError
-from flexmb.model.part import Body
 from flexmb.model.pieces import Attachment, Node, Piece
 from flexmb.model.shape import RigidShape, Shapes
 
@@ -23,7 +22,7 @@ AXIS_TOLERANCE = 1e-3
 
 
 @dataclass(frozen=True)
-class RigidLink(Body):
+class RigidLink(Bar):
     """A rigid bar; theta is the direction from `start` to `end`, counted from +X.
 
     Parameters
@@ -40,8 +39,6 @@ class RigidLink(Body):
     InputError : start equals end, mass or inertia not > 0, centre outside [0, 1]; when a joint is off the axis.
     """
 
-    start: Point
-    end: Point
     mass: float
     inertia: float
     centre: float = 0.5
@@ -49,21 +46,10 @@ class RigidLink(Body):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        set_ends(self)
         checks.positive(self.label, "mass", self.mass, "kg")
         checks.positive(self.label, "inertia", self.inertia, "kg m^2")
         checks.between(self.label, "centre", self.centre, 0.0, 1.0)
         object.__setattr__(self, "velocity", checked_velocity(self.label, self.velocity))
-
-    @property
-    def length(self) -> float:
-        """Distance of the ends [m]."""
-        return planar.distance(self.start, self.end)
-
-    @property
-    def angle(self) -> float:
-        """Direction of the axis in the drawn pose [rad]."""
-        return math.atan2(self.end[1] - self.start[1], self.end[0] - self.start[0])
 
     def nodes(self) -> tuple[Node, ...]:
         """The node at the centre of mass."""
@@ -93,11 +79,3 @@ class RigidLink(Body):
         """The bar."""
         before, after = self.centre * self.length, (1.0 - self.centre) * self.length
         return (RigidShape(self.name, "", (((-before, 0.0), (after, 0.0)),)),)
-
-
-def set_ends(link) -> None:
-    """Check and set the ends of a link between two points."""
-    for name in ("start", "end"):
-        object.__setattr__(link, name, checks.point(link.label, name, getattr(link, name)))
-    if planar.distance(link.start, link.end) <= 0.0:
-        raise InputError(f"{link.label}: start and end are both {link.start}; a link must have a length > 0 m.")
