@@ -2,21 +2,6 @@
 
 import math
 
-from flexmb.kernels import compiled
-
-
-@compiled
-def wrap(angle):
-    """`angle` brought into (-pi, pi], by sine and cosine, so that a crank may turn for ever."""
-    return math.atan2(math.sin(angle), math.cos(angle))
-
-
-@compiled
-def rotated(angle, x, y):
-    """The vector (x, y) turned by `angle`."""
-    c, s = math.cos(angle), math.sin(angle)
-    return c * x - s * y, s * x + c * y
-
 
 def to_frame(origin: tuple[float, float], angle: float, point: tuple[float, float]) -> tuple[float, float]:
     """Coordinates of a world `point` in the frame at `origin` turned by `angle`."""

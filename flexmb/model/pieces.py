@@ -49,10 +49,7 @@ def node_coordinates(part: str, node: str) -> tuple[Coordinate, Coordinate, Coor
 
 @dataclass(frozen=True)
 class ElementPiece:
-    """A force, inertia or both on some coordinates; `energy` is its kernel of energies, if it keeps account.
-
-    `translation` tells how the coordinates move with a uniform velocity field (used by checks of momentum).
-    """
+    """A force, inertia or both on some coordinates; `energy` is its kernel of energies, if it keeps account."""
 
     part: str
     kernel: Kernel

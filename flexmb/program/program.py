@@ -8,24 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from flexmb import kernels
 from flexmb.kernels import Kernel, address_table
 from flexmb.model.pieces import AXES
 from flexmb.model.shape import Shapes
 from flexmb.model.signal import Signal
 from flexmb.program.symbolic import Symbolic
 from flexmb.program.tables import Addresses, Tables
-
-CONTRACTS = (
-    kernels.ELEMENT,
-    kernels.ENERGY,
-    kernels.CONSTRAINT,
-    kernels.MOTION,
-    kernels.GAP,
-    kernels.NORMAL,
-    kernels.FRICTION,
-    kernels.SIGNAL,
-)
 
 
 @dataclass(frozen=True)
@@ -59,7 +47,7 @@ class Program:
 
     name: str
     tables: Tables
-    kernels: tuple[tuple[Kernel, ...], ...]  # by contract, in the order of CONTRACTS
+    kernels: tuple[tuple[Kernel, ...], ...]  # by contract, in the order of `Addresses`
     symbolic: Symbolic
     drawn: Drawn
     names: Names

@@ -105,4 +105,4 @@ class Addresses(NamedTuple):
 
 
 CONTACT_COMMON = 4
-"""History that every contact keeps: phase, onset time, depth at the last state, normal force at the last state."""
+"""History that every contact keeps: phase, end of the step in which it began, gap and force at the last state."""

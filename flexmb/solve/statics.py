@@ -14,7 +14,6 @@ from flexmb.program.program import Program, resolve
 from flexmb.solve.system import System
 
 ITERATIONS = 40
-CLOSED = 1e-11
 ROUND_OFF = 1e-11
 
 

@@ -27,7 +27,6 @@ class System:
         self._rows, self._columns = pattern.a_rows, pattern.a_cols
         self._places = pattern.positions(self._rows, self._columns)
         self._solver = PivotingSolver(pattern)
-        self.evaluations = 0
 
     def at(self, q, v=None, a=None, lam=None, *, t=0.0, z=None, weights=(0.0, 0.0, 0.0)) -> System:
         """Evaluate at a state (n_q,); `weights` are those of stiffness, damping and mass in the matrix."""
@@ -38,7 +37,6 @@ class System:
         z = np.array(z)
         tables, address = self.program.tables, self.program.addresses
         evaluate(tables, address, float(t), 0.0, *state, lam, z, *map(float, weights), self.work)
-        self.evaluations += 1
         return self
 
     @property

@@ -120,16 +120,11 @@ def _can_be_called(name: str) -> bool:
     return isinstance(thing, types.FunctionType)
 
 
-needs_public_names = pytest.mark.skipif(not public_names(), reason="flexmb does not list its public names yet")
-
-
-@needs_public_names
 def test_every_listed_name_is_there():
-    missing = [name for name in public_names() if name not in vars(flexmb)]
-    assert not missing
+    for name in public_names():
+        assert getattr(flexmb, name) is not None
 
 
-@needs_public_names
 def test_no_name_is_listed_twice():
     assert len(set(flexmb.__all__)) == len(flexmb.__all__)
 
