@@ -1,0 +1,6 @@
+"""Lets the files of this folder import `record`."""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
