@@ -39,7 +39,8 @@ class BeamMatrices:
     axial_stiffness : (n, 2, 2) in the order u1, u2 [N/m].
     axial_mass : (n, 2, 2) [kg].
     bending_stiffness : (n, 4, 4) in the order w1, theta1, w2, theta2 [N/m, N, N m].
-    bending_mass : (n, 4, 4) [kg, kg m, kg m^2].
+    bending_mass : (n, 4, 4), rotary inertia included [kg, kg m, kg m^2].
+    rotary_mass : (n, 4, 4) the part of rotary inertia alone; zeros without.
     ea : (n, 2) axial rigidity E A at both ends of each element [N].
     ei : (n, 2) bending rigidity E I at both ends of each element [N m^2].
     """
@@ -49,12 +50,28 @@ class BeamMatrices:
     axial_mass: Array
     bending_stiffness: Array
     bending_mass: Array
+    rotary_mass: Array
     ea: Array
     ei: Array
 
     def __post_init__(self) -> None:
         for field in fields(self):
             getattr(self, field.name).setflags(write=False)
+
+    def inertia_integrals(self, k: int) -> tuple[float, ...]:
+        """m11 m12 m22 g11 g12 g21 g22 h11 h12 h22 J j1 j2 k11 k12 k22 of element k, as `corotational` wants them.
+
+        1 - xi and xi are the cubics (1, -1/L, 0, -1/L) and (0, 1/L, 1, 1/L) of the order w1, theta1, w2, theta2; a turn
+        of all sections by 1 is (0, 1, L, 1).
+        """
+        L = self.lengths[k]
+        basis = np.array([[1.0, -1.0 / L, 0.0, -1.0 / L], [0.0, 1.0 / L, 1.0, 1.0 / L], [0, 1, 0, 0], [0, 0, 0, 1]])
+        moved = basis @ (self.bending_mass[k] - self.rotary_mass[k]) @ basis.T
+        basis = np.array([[0.0, 1.0, L, 1.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+        turned = basis @ self.rotary_mass[k] @ basis.T
+        m, g, h = moved[:2, :2], moved[:2, 2:], moved[2:, 2:]
+        symmetric = (m[0, 0], m[0, 1], m[1, 1], *g.ravel(), h[0, 0], h[0, 1], h[1, 1])
+        return tuple(float(x) for x in (*symmetric, *turned[np.triu_indices(3)]))
 
     def mass_moments(self) -> tuple[float, float, float]:
         """Mass [kg], first moment [kg m] and moment of inertia [kg m^2] about the start of the beam.
@@ -71,7 +88,7 @@ class BeamMatrices:
 
 
 def beam_matrices(
-    stations: npt.ArrayLike, section: Section, material: Material, *, rotary_inertia: bool = False
+    stations: npt.ArrayLike, section: Section, material: Material, *, rotary_inertia: bool | float = False
 ) -> BeamMatrices:
     """Matrices of every element of one straight beam.
 
@@ -84,7 +101,7 @@ def beam_matrices(
     stations : (n + 1,) positions of the nodes along the beam [m], increasing.
     section : cross-section along the whole beam.
     material : its material.
-    rotary_inertia : add the inertia of the section's rotation, rho I (Rayleigh beam).
+    rotary_inertia : add the inertia of the rotation of sections (Rayleigh beam): True for rho I, or a number [kg m].
 
     Returns
     -------
@@ -121,15 +138,16 @@ def beam_matrices(
     A = _section_values(section, "area_at", s)
     I = _section_values(section, "second_moment_at", s)
     mass = _local(_PRODUCT, bending, rho * A)
-    if rotary_inertia:
-        mass = mass + _local(_SLOPES, bending, rho * I)
+    turning = rho * I if rotary_inertia is True else np.full_like(I, float(rotary_inertia))
+    rotary = _local(_SLOPES, bending, turning)
     s_ends = (np.stack([x[:-1], x[1:]], axis=1) - x[0]) / (x[-1] - x[0])
     return BeamMatrices(
         lengths=np.diff(x),
         axial_stiffness=_local(_SLOPES, axial, E * A),
         axial_mass=_local(_PRODUCT, axial, rho * A),
         bending_stiffness=_local(_CURVATURES, bending, E * I),
-        bending_mass=mass,
+        bending_mass=mass + rotary,
+        rotary_mass=rotary,
         ea=E * _section_values(section, "area_at", s_ends, least=0.0),
         ei=E * _section_values(section, "second_moment_at", s_ends, least=0.0),
     )

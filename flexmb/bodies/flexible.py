@@ -28,7 +28,10 @@ Elements = int | tuple[float, ...]
 
 @dataclass(frozen=True)
 class Beam:
-    """One straight beam between two corners: names of its nodes, their stations [m], section and material."""
+    """One straight beam between two corners: names of its nodes, their stations [m], section and material.
+
+    rotary_inertia : of the sections [kg m]; None: rho I.
+    """
 
     nodes: tuple[str, ...]
     start: Point
@@ -36,6 +39,7 @@ class Beam:
     stations: tuple[float, ...]
     section: Section
     material: Material
+    rotary_inertia: float | None = 0.0
 
 
 def checked_elements(label: str, elements: object) -> Elements:
@@ -49,6 +53,13 @@ def checked_elements(label: str, elements: object) -> Elements:
     return checks.count(label, "elements", elements)
 
 
+def rotary_inertia_of(label: str, value: object) -> float | None:
+    """What a `Beam` is told of False (0), True (rho I: None) or a number [kg m] >= 0."""
+    if isinstance(value, bool):
+        return None if value else 0.0
+    return checks.not_negative(label, "rotary_inertia", value, "kg m")
+
+
 def fractions(elements: Elements) -> tuple[float, ...]:
     """Positions of all nodes as fractions of the length."""
     if isinstance(elements, int):
@@ -57,27 +68,25 @@ def fractions(elements: Elements) -> tuple[float, ...]:
 
 
 @lru_cache(maxsize=256)
-def matrices(stations: tuple[float, ...], section: Section, material: Material):
+def matrices(beam: Beam):
     """Element matrices of a beam through scikit-fem, remembered for equal beams."""
     from flexmb.beams.fem import beam_matrices  # noqa: PLC0415 - scikit-fem is needed only here
 
-    return beam_matrices(np.array(stations), section, material)
+    rotary = True if beam.rotary_inertia is None else beam.rotary_inertia
+    return beam_matrices(np.array(beam.stations), beam.section, beam.material, rotary_inertia=rotary)
 
 
 def beam_parameters(beam: Beam, nodes: dict[str, Node], damping: float, gravity: Point) -> list[tuple[float, ...]]:
     """p of every element of a beam."""
-    data = matrices(beam.stations, beam.section, beam.material)
+    data = matrices(beam)
     angle = direction(beam)
-    upper = np.triu_indices(4)
     rows = []
     for k, length in enumerate(data.lengths):
         ka, kb = data.axial_stiffness[k], data.bending_stiffness[k]
-        ma, mb = data.axial_mass[k], data.bending_mass[k]
-        weights = (*ma.sum(axis=1), mb[1, 0] + mb[1, 2], mb[3, 0] + mb[3, 2])
         offsets = (nodes[beam.nodes[k]].theta, nodes[beam.nodes[k + 1]].theta)
         # the offset makes theta + offset the direction of the element's axis in the drawn pose
         head = (length, ka[1, 1], kb[1, 1], kb[1, 3], kb[3, 3], angle - offsets[0], angle - offsets[1], damping)
-        row = (*head, *gravity, *weights, ma[0, 0], ma[0, 1], ma[1, 1], *mb[upper])
+        row = (*head, *gravity, *data.inertia_integrals(k))
         rows.append(tuple(float(x) for x in row))
     return rows
 
@@ -108,7 +117,7 @@ def mass_damping_pieces(
     frame = tuple(c for k in (0, -1) for c in node_coordinates(part, axis.nodes[k])[:2])
     pieces: list[Piece] = []
     for beam in beams:
-        data = matrices(beam.stations, beam.section, beam.material)
+        data = matrices(beam)
         angle = direction(beam) - direction(axis)
         for k, nodes in enumerate(pairwise(beam.nodes)):
             ends = tuple(left.pop(node, (0.0, 0.0)) for node in nodes)
@@ -127,7 +136,7 @@ def beam_shapes(part: str, beams: Sequence[Beam], nodes: dict[str, Node]) -> tup
     """Drawing records of all elements."""
     shapes = []
     for beam in beams:
-        data = matrices(beam.stations, beam.section, beam.material)
+        data = matrices(beam)
         for k, p in enumerate(beam_parameters(beam, nodes, 0.0, (0.0, 0.0))):
             ei = (float(data.ei[k, 0]), float(data.ei[k, 1]))
             ends = (beam.nodes[k], beam.nodes[k + 1])
@@ -137,7 +146,7 @@ def beam_shapes(part: str, beams: Sequence[Beam], nodes: dict[str, Node]) -> tup
 
 def mass_parts(beam: Beam) -> list[tuple[float, Point, float]]:
     """(mass, centre of mass, inertia about it) of every element of a beam, from its consistent mass."""
-    data = matrices(beam.stations, beam.section, beam.material)
+    data = matrices(beam)
     angle = direction(beam)
     parts = []
     for k, length in enumerate(data.lengths):

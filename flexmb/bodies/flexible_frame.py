@@ -22,6 +22,7 @@ from flexmb.bodies.flexible import (
     mass_damping_pieces,
     mass_parts,
     nearest_node,
+    rotary_inertia_of,
 )
 from flexmb.bodies.flexible_link import check_beam
 from flexmb.bodies.rigid_body import checked_velocity
@@ -58,6 +59,8 @@ class FlexibleFrame(Body):
     centre : centre of mass in the drawn pose [m], when mass or inertia is given.  None: the beams' own.
     damping : stiffness-proportional damping time zeta2 [s] (Rayleigh), >= 0.
     mass_damping : mass-proportional damping rate zeta1 [1/s] (Rayleigh), >= 0; see the notes.
+    rotary_inertia : whether the turning of sections has inertia (Rayleigh beam): False, True for rho I, or a number
+        [kg m] >= 0.
     velocity : (vx, vy, omega) of node0 at the start, the frame moving as a rigid body; None: as driven.
 
     Raises
@@ -87,6 +90,7 @@ class FlexibleFrame(Body):
     centre: Point | None = None
     damping: float = 0.0
     mass_damping: float = 0.0
+    rotary_inertia: bool | float = False
     velocity: tuple[float, float, float] | None = None
 
     def __post_init__(self) -> None:
@@ -148,6 +152,7 @@ class FlexibleFrame(Body):
         centre: Point | None = None,
         damping: float = 0.0,
         mass_damping: float = 0.0,
+        rotary_inertia: bool | float = False,
         velocity: tuple[float, float, float] | None = None,
     ) -> FlexibleFrame:
         """A frame from a mesh of line cells (any format of meshio); corners are where beams meet, end or bend.
@@ -159,7 +164,7 @@ class FlexibleFrame(Body):
         at : where the mesh's origin is put in the drawn pose [m].
         angle : by how much the mesh is turned about its origin [rad].
         sections : cross section by cell tag.
-        material, mass, inertia, centre, damping, mass_damping, velocity : see the class.
+        material, mass, inertia, centre, damping, mass_damping, rotary_inertia, velocity : see the class.
 
         Raises
         ------
@@ -196,6 +201,7 @@ class FlexibleFrame(Body):
             centre=centre,
             damping=damping,
             mass_damping=mass_damping,
+            rotary_inertia=rotary_inertia,
             velocity=velocity,
         )
 
@@ -252,6 +258,7 @@ class FlexibleFrame(Body):
     def _beams(self) -> list[Beam]:
         sections = self.section if isinstance(self.section, tuple) else (self.section,) * len(self.edges)
         beams, count = [], len(self.points)
+        rotary = rotary_inertia_of(self.label, self.rotary_inertia)
         for (a, b), section, elements in zip(self.edges, sections, self.elements, strict=True):  # type: ignore[arg-type]
             share = fractions(elements)
             inner = tuple(f"node{count + i}" for i in range(len(share) - 2))
@@ -259,7 +266,7 @@ class FlexibleFrame(Body):
             length = planar.distance(self.points[a], self.points[b])
             stations = tuple(s * length for s in share)
             names = (f"node{a}", *inner, f"node{b}")
-            beams.append(Beam(names, self.points[a], self.points[b], stations, section, self.material))
+            beams.append(Beam(names, self.points[a], self.points[b], stations, section, self.material, rotary))
         return beams
 
     def _bosses(self) -> Bosses:

@@ -22,6 +22,7 @@ from flexmb.bodies.flexible import (
     mass_damping_pieces,
     mass_parts,
     nearest_node,
+    rotary_inertia_of,
 )
 from flexmb.bodies.rigid_body import checked_velocity
 from flexmb.errors import InputError
@@ -55,6 +56,8 @@ class FlexibleLink(Bar):
     damping : stiffness-proportional damping time zeta2 [s] (Rayleigh), >= 0.
     mass_damping : mass-proportional damping rate zeta1 [1/s] (Rayleigh), >= 0; see the notes.
     pivot_inertia : further moment of inertia at the start node [kg m^2], not counted in `inertia`.
+    rotary_inertia : whether the turning of sections has inertia (Rayleigh beam): False, True for rho I, or a number
+        [kg m] >= 0.
     velocity : (vx, vy, omega) of the middle node at the start, the link moving as a rigid body; None: as driven.
 
     Raises
@@ -63,7 +66,7 @@ class FlexibleLink(Bar):
 
     Notes
     -----
-    Slender beams with small strains and any rotation.  Not for deep beams: no shear, no rotary inertia of sections.
+    Slender beams with small strains and any rotation.  Not for deep beams: there is no shear.
     Source of the element: see `flexmb.beams.corotational`.
 
     `mass_damping` acts on the velocity against a frame that has its origin at the start and points to the end, on the
@@ -84,6 +87,7 @@ class FlexibleLink(Bar):
     damping: float = 0.0
     mass_damping: float = 0.0
     pivot_inertia: float = 0.0
+    rotary_inertia: bool | float = False
     velocity: tuple[float, float, float] | None = None
 
     def __post_init__(self) -> None:
@@ -111,6 +115,7 @@ class FlexibleLink(Bar):
         damping: float = 0.0,
         mass_damping: float = 0.0,
         pivot_inertia: float = 0.0,
+        rotary_inertia: bool | float = False,
         velocity: tuple[float, float, float] | None = None,
     ) -> FlexibleLink:
         """A link with the nodes of a line mesh (any format of meshio), laid between two points of the drawn pose.
@@ -121,7 +126,7 @@ class FlexibleLink(Bar):
         path : mesh file with one straight chain of line cells.
         start, end : where the ends of the mesh are put [m]; their distance must be the length of the mesh.
         sections : cross section by cell tag.
-        material, mass, inertia, centre, damping, mass_damping, pivot_inertia, velocity : see the class.
+        material, mass, inertia, centre, damping, mass_damping, pivot_inertia, rotary_inertia, velocity : see the class.
 
         Raises
         ------
@@ -153,6 +158,7 @@ class FlexibleLink(Bar):
             damping=damping,
             mass_damping=mass_damping,
             pivot_inertia=pivot_inertia,
+            rotary_inertia=rotary_inertia,
             velocity=velocity,
         )
 
@@ -218,7 +224,8 @@ class FlexibleLink(Bar):
     def _beam(self) -> Beam:
         names = tuple(n.name for n in self.nodes())
         stations = tuple(s * self.length for s in fractions(self.elements))
-        return Beam(names, self.start, self.end, stations, self.section, self.material)
+        rotary = rotary_inertia_of(self.label, self.rotary_inertia)
+        return Beam(names, self.start, self.end, stations, self.section, self.material, rotary)
 
     def _lumps(self) -> dict[str, tuple[float, float]]:
         """Mass and moment of inertia put on the end nodes."""
@@ -268,6 +275,7 @@ def check_beam(body) -> None:
             checks.positive(body.label, name, getattr(body, name), unit)
     checks.not_negative(body.label, "damping", body.damping, "s")
     checks.not_negative(body.label, "mass_damping", body.mass_damping, "1/s")
+    rotary_inertia_of(body.label, body.rotary_inertia)
 
 
 def section_of(label: str, path: str, tags: set[int], sections: Mapping[int, Section]) -> Section:

@@ -29,11 +29,11 @@ SPECIMENS = {
     "RigidLink": CRANK,
     "FlexibleLink": fm.FlexibleLink(
         "link", O, B, section=BAR, material=fm.STEEL, elements=(0.3, 0.7), mass=2.0, damping=1e-4, mass_damping=2.0,
-        pivot_inertia=1e-3, velocity=(0.0, 0.0, 1.0),
+        pivot_inertia=1e-3, rotary_inertia=1e-4, velocity=(0.0, 0.0, 1.0),
     ),
     "FlexibleFrame": fm.FlexibleFrame(
         "frame", (O, (0.4, 0.05), (0.1, 0.3)), ((0, 1), (1, 2), (2, 0)), section=BAR, material=fm.STEEL, elements=2,
-        mass=4.0, inertia=0.105, damping=1e-4, mass_damping=2.0, velocity=(0.0, 0.0, 1.0),
+        mass=4.0, inertia=0.105, damping=1e-4, mass_damping=2.0, rotary_inertia=1e-4, velocity=(0.0, 0.0, 1.0),
     ),
     "Revolute": fm.Revolute("pin", CRANK, ARM, at=A),
     "Fixed": fm.Fixed("weld", CRANK, ARM, at=A),

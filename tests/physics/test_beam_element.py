@@ -17,10 +17,10 @@ NO_INERTIA = fm.Material(young=2.0e11, density=1e-12)
 NO_STIFFNESS = fm.Material(young=1e-12, density=7850.0)
 
 
-def piece(section=UNIFORM, material=STEEL, damping=0.0, gravity=(0.0, 0.0), angle=0.4):
+def piece(section=UNIFORM, material=STEEL, gravity=(0.0, 0.0), angle=0.4, **options):
     """The one element of a link of one element, drawn at an angle."""
     end = (LENGTH * math.cos(angle), LENGTH * math.sin(angle))
-    link = fm.FlexibleLink("link", (0.0, 0.0), end, section=section, material=material, elements=1, damping=damping)
+    link = fm.FlexibleLink("link", (0.0, 0.0), end, section=section, material=material, elements=1, **options)
     return link.pieces(fm.Mechanism("one", (link,), gravity=gravity))[0]
 
 
@@ -124,25 +124,70 @@ def test_a_spinning_bar_needs_its_centripetal_force_only():
 # Inertia
 
 
-def test_kinetic_energy_is_that_of_the_velocity_field():
-    """Half the integral of rho A |velocity|^2; along the chord linear, across it cubic (Hermite), by Gauss's rule."""
+POINTS, WEIGHTS = np.polynomial.legendre.leggauss(10)
+POINTS, WEIGHTS = 0.5 * (POINTS + 1.0), 0.5 * LENGTH * WEIGHTS
+AREA = 0.02 * (0.05 - 0.02 * POINTS)  # of TAPERED
+SECOND_MOMENT = 0.02 * (0.05 - 0.02 * POINTS) ** 3 / 12.0
+
+
+def axis(q):
+    """Points and angles (m, 3) of the deformed axis, angles against the drawn pose: cubics on the chord."""
+    x, chord = POINTS, q[3:5] - q[:2]
+    alpha = math.atan2(chord[1], chord[0])
+    u1, u2 = ((theta - alpha + math.pi) % (2.0 * math.pi) - math.pi for theta in (q[2], q[5]))
+    w = LENGTH * (u1 * (x - 2 * x**2 + x**3) + u2 * (x**3 - x**2))
+    turn = u1 * (1 - 4 * x + 3 * x**2) + u2 * (3 * x**2 - 2 * x)
+    normal = np.array([-math.sin(alpha), math.cos(alpha)])
+    return np.column_stack([q[:2] + np.outer(x, chord) + np.outer(w, normal), alpha + turn])
+
+
+def velocities(q, v):
+    """Rates of `axis`, by differences."""
+    return slope(lambda t: axis(q + v * t[0]), np.zeros(1), 0, 1e-5)
+
+
+@pytest.mark.parametrize("rotary", [False, True, 3.0])
+def test_kinetic_energy_is_that_of_the_moving_axis(rotary):
+    """Half the integral of rho A |velocity|^2 and of rho I (turning)^2, the axis itself differenced in time."""
     q, v, _ = state(3)
-    c, s = np.array([q[3] - q[0], q[4] - q[1]]) / math.hypot(q[3] - q[0], q[4] - q[1])
-    x, weights = np.polynomial.legendre.leggauss(8)
-    x, weights = 0.5 * (x + 1.0), 0.5 * LENGTH * weights
-    along = (1 - x) * (c * v[0] + s * v[1]) + x * (c * v[3] + s * v[4])
-    shapes = (1 - 3 * x**2 + 2 * x**3, LENGTH * (x - 2 * x**2 + x**3), 3 * x**2 - 2 * x**3, LENGTH * (x**3 - x**2))
-    nodal = (c * v[1] - s * v[0], v[2], c * v[4] - s * v[3], v[5])
-    across = sum(n * y for n, y in zip(shapes, nodal, strict=True))
-    height = 0.05 - 0.02 * x
-    exact = 0.5 * (weights * 7850.0 * 0.02 * height) @ (along**2 + across**2)
-    assert kinetic(piece(TAPERED), q, v) == pytest.approx(exact, rel=1e-12)
+    rates = velocities(q, v)
+    exact = 0.5 * (WEIGHTS * 7850.0 * AREA) @ (rates[:, :2] ** 2).sum(axis=1)
+    if rotary:
+        exact += 0.5 * (WEIGHTS * (7850.0 * SECOND_MOMENT if rotary is True else rotary)) @ rates[:, 2] ** 2
+    assert kinetic(piece(TAPERED, rotary_inertia=rotary), q, v) == pytest.approx(exact, rel=1e-9)
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_inertia_force_is_lagranges(seed):
+def test_inertia_forces_add_up_to_the_rates_of_the_momenta(seed):
+    """Sum and moment of the inertia forces against second differences of the integrals over the axis."""
+    q, v, a = state(seed)
+    r, *_ = call(piece(TAPERED, NO_STIFFNESS, rotary_inertia=3.0), q, v, a)
+
+    def momentum(t):
+        now, rate = q + v * t[0] + 0.5 * a * t[0] ** 2, v + a * t[0]
+        (x, y, _), (vx, vy, turning) = axis(now).T, velocities(now, rate).T
+        density = WEIGHTS * 7850.0 * AREA
+        return np.array([density @ vx, density @ vy, density @ (x * vy - y * vx) + 3.0 * WEIGHTS @ turning])
+
+    expected = slope(momentum, np.zeros(1), 0, 1e-4)
+    moment = r[2] + r[5] + q[0] * r[1] - q[1] * r[0] + q[3] * r[4] - q[4] * r[3]
+    found = np.array([r[0] + r[3], r[1] + r[4], moment])
+    np.testing.assert_allclose(found, expected, atol=1e-7 * np.abs(expected).max())
+
+
+def test_uniform_flight_changes_no_force_and_no_tangent():
+    q, v, a = state(2)
+    element = piece(TAPERED, NO_STIFFNESS, rotary_inertia=True)
+    flight = np.array([70.0, -50.0, 0.0, 70.0, -50.0, 0.0])
+    for still, flying in zip(call(element, q, v, a), call(element, q, v + flight, a), strict=True):
+        np.testing.assert_allclose(flying, still, atol=1e-10 * np.abs(still).max())
+
+
+@pytest.mark.parametrize("rotary", [False, 3.0])
+@pytest.mark.parametrize("seed", range(4))
+def test_inertia_force_is_lagranges(seed, rotary):
     """d/dt (dT/dv) - dT/dq along q + v t + a t^2/2, by differences of T alone."""
-    element = piece(TAPERED, NO_STIFFNESS)
+    element = piece(TAPERED, NO_STIFFNESS, rotary_inertia=rotary)
     q, v, a = state(seed)
     r, *_ = call(element, q, v, a)
 
@@ -212,6 +257,7 @@ PHYSICS = {
     "elasticity": {"material": NO_INERTIA},
     "damping": {"material": NO_INERTIA, "damping": 2e-3},
     "inertia": {"material": NO_STIFFNESS},
+    "rotary inertia": {"material": NO_STIFFNESS, "rotary_inertia": 5.0},
     "weight": {"material": NO_STIFFNESS, "gravity": (3000.0, -9000.0)},
     "all": {"material": fm.Material(young=2e7, density=7850.0), "damping": 1e-3, "gravity": (300.0, -900.0)},
 }

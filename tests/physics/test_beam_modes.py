@@ -13,9 +13,9 @@ EA, EI = YOUNG * WIDTH * HEIGHT, YOUNG * WIDTH * HEIGHT**3 / 12.0
 RHO_A = DENSITY * WIDTH * HEIGHT
 
 
-def beam(elements, damping=0.0):
+def beam(elements, damping=0.0, **more):
     section, material = fm.Rectangle(width=WIDTH, height=HEIGHT), fm.Material(young=YOUNG, density=DENSITY)
-    options = {"section": section, "material": material, "elements": elements, "damping": damping}
+    options = {"section": section, "material": material, "elements": elements, "damping": damping, **more}
     return fm.FlexibleLink("beam", (0.0, 0.0), (LENGTH, 0.0), **options)
 
 
@@ -24,9 +24,9 @@ def cantilever(elements, damping=0.0, gravity=(0.0, 0.0)):
     return fm.Mechanism("cantilever", (link, fm.Fixed("clamp", fm.GROUND, link, (0.0, 0.0))), gravity=gravity)
 
 
-def pinned(elements):
+def pinned(elements, **more):
     """Pinned at the start, on a roller at the end (a rigid pin of hardly any mass in a guide)."""
-    link = beam(elements)
+    link = beam(elements, **more)
     roller = fm.RigidBody("roller", (LENGTH, 0.0), mass=1e-9, inertia=1e-9)
     joints = (
         fm.Revolute("A", fm.GROUND, link, (0.0, 0.0)),
@@ -78,6 +78,17 @@ def test_first_five_bending_frequencies_converge_at_fourth_order(case):
     order = np.log2(errors[0] / errors[1])
     assert order.min() > 3.8, order
     assert errors[1].max() < 1e-3
+
+
+@pytest.mark.parametrize("rotary", [True, RHO_A * 1e-3])
+def test_rotary_inertia_lowers_the_frequencies_as_rayleigh_says(rotary):
+    """Pinned: omega^2 = k^4 EI/(rho A + rho I k^2), k = n pi/L, exact; with rho I of the section and a larger one."""
+    k = np.array(pinned_roots(3)) / LENGTH
+    inertia = DENSITY * WIDTH * HEIGHT**3 / 12.0 if rotary is True else rotary
+    exact = np.sqrt(k**4 * EI / (RHO_A + inertia * k**2)) / (2 * math.pi)
+    plain = k**2 * math.sqrt(EI / RHO_A) / (2 * math.pi)
+    np.testing.assert_allclose(bending(pinned(32, rotary_inertia=rotary), 3), exact, rtol=1e-5)
+    assert (1.0 - exact / plain).max() > 3e-4  # far above the error of the elements
 
 
 def test_axial_frequency_of_a_cantilever():
