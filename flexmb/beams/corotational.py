@@ -32,8 +32,11 @@ from flexmb.kernels import compiled, element_kernel, energy_kernel
 PARAMETERS = (
     "L ka kb11 kb12 kb22 offset1 offset2 zeta gx gy m11 m12 m22 g11 g12 g21 g22 h11 h12 h22 J j1 j2 k11 k12 k22"
 ).split()
-"""What p holds, in this order.  int rho A of products: m of (1 - xi, xi) with themselves, g of these with (N2, N4), h
-of (N2, N4) with themselves; int rho I of products: J of 1 with itself, j of 1 with (dN2/ds, dN4/ds), k of the latter."""
+"""What p holds, in this order.
+
+int rho A of products: m of (1 - xi, xi) with themselves, g of these with (N2, N4), h of (N2, N4) with themselves;
+int rho I of products: J of 1 with itself, j of 1 with (dN2/ds, dN4/ds), k of the latter with themselves.
+"""
 
 
 @compiled
