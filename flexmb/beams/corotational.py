@@ -84,31 +84,44 @@ def combined(k, x, y):
 
 @compiled
 def add_curvature_of_chord(k, l, K):
-    """K += k d2(alpha)/dq2."""
+    """K += k d2(alpha)/dq2, columns 0, 1, 2 and 5."""
     h = k / (l * l)
     K[0, 1] -= h
     K[1, 0] -= h
-    K[3, 4] -= h
-    K[4, 3] -= h
-    K[0, 4] += h
-    K[4, 0] += h
-    K[1, 3] += h
     K[3, 1] += h
+    K[4, 0] += h
 
 
 @compiled
-def rotate_back(c, s, X):
-    """X = B^T X B."""
+def rotate_rows_back(c, s, X):
+    """X = B^T X."""
     for k in (0, 3):
         for j in range(6):
             x, y = X[k, j], X[k + 1, j]
             X[k, j] = c * x - s * y
             X[k + 1, j] = s * x + c * y
+
+
+@compiled
+def rotate_back(c, s, X):
+    """X = B^T X B."""
+    rotate_rows_back(c, s, X)
     for i in range(6):
         for k in (0, 3):
             x, y = X[i, k], X[i, k + 1]
             X[i, k] = c * x - s * y
             X[i, k + 1] = s * x + c * y
+
+
+@compiled
+def rotate_back_and_fill(c, s, X):
+    """X = B^T X B; columns 3 and 4 follow from 0 and 1, since no force depends on where the element is."""
+    rotate_rows_back(c, s, X)
+    for i in range(6):
+        x, y = X[i, 0], X[i, 1]
+        X[i, 0] = c * x - s * y
+        X[i, 1] = s * x + c * y
+        X[i, 3], X[i, 4] = -X[i, 0], -X[i, 1]
 
 
 @compiled
@@ -173,7 +186,7 @@ def inertia_by_bending(p, i, u1, u2, rho, rho_dot, d1, d2, acc):
 
 @compiled
 def inertia(p, l, u1, u2, u, acc, K, C, M):
-    """Inertia force in the axes of the chord; its tangents are added to K and C and written to M."""
+    """Inertia force in the axes of the chord; M, and columns 0, 1, 2 and 5 added to K and C."""
     i = 1.0 / l
     rho, rho_dot, stretch, d1, d2, dd1, dd2 = rates(l, u, acc)
     c0, c1, n1, c3, c4, n2, cr = inertia_by_acceleration(p, i, u1, u2)
@@ -191,19 +204,13 @@ def inertia(p, l, u1, u2, u, acc, K, C, M):
         G = cr[k] - n1[k] - n2[k]
         H = by_rho[k] - by_d1[k] - by_d2[k] - 2.0 * stretch * G
         T = acc[1] * c0[k] + acc[4] * c3[k] - acc[0] * c1[k] - acc[3] * c4[k] - back[k] - 2.0 * rho * rho * G
-        x, y = H * rho * i + G * hx, (H * stretch - T + by_u1[k] + by_u2[k]) * i + G * hy
-        K[k, 0] += x
-        K[k, 1] += y
+        K[k, 0] += H * rho * i + G * hx
+        K[k, 1] += (H * stretch - T + by_u1[k] + by_u2[k]) * i + G * hy
         K[k, 2] += by_u1[k]
-        K[k, 3] -= x
-        K[k, 4] -= y
         K[k, 5] += by_u2[k]
-        x, y = 2.0 * rho * i * G, -i * H
-        C[k, 0] += x
-        C[k, 1] += y
+        C[k, 0] += 2.0 * rho * i * G
+        C[k, 1] -= i * H
         C[k, 2] += by_d1[k]
-        C[k, 3] -= x
-        C[k, 4] -= y
         C[k, 5] += by_d2[k]
         M[k, 0], M[k, 1], M[k, 2], M[k, 3], M[k, 4], M[k, 5] = c0[k], c1[k] - i * G, n1[k], c3[k], c4[k] + i * G, n2[k]
     add_curvature_of_chord(turn, l, K)
@@ -212,7 +219,7 @@ def inertia(p, l, u1, u2, u, acc, K, C, M):
 
 @compiled
 def elasticity(p, l, e, u1, u2, u, t, K, C):
-    """Elastic and damping force in the axes of the chord; its tangents are added to K and C."""
+    """Elastic and damping force in the axes of the chord; columns 0, 1, 2 and 5 are added to K and C."""
     L, ka, kb11, kb12, kb22, zeta = p[0], p[1], p[2], p[3], p[4], p[7]
     rate = t[1] * u[1] + t[4] * u[4]
     u1_dot, u2_dot = u[2] - rate, u[5] - rate
@@ -238,9 +245,10 @@ def elasticity(p, l, e, u1, u2, u, t, K, C):
         x2 = kb12 * d1[k] + kb22 * d2[k]
         z1, z2 = n * (4.0 * d1[k] - d2[k]), n * (4.0 * d2[k] - d1[k])
         z0 = N * l * t[k]
-        for j in range(6):
+        for j in (0, 1, 2, 5):
             K[k, j] += x0 * y0[j] + x1 * y1[j] + x2 * y2[j] + z1 * d1[j] + z2 * d2[j] + z0 * t[j]
-            C[k, j] += zeta * (x0 * d0[j] + x1 * d1[j] + x2 * d2[j])
+            if zeta != 0.0:
+                C[k, j] += zeta * (x0 * d0[j] + x1 * d1[j] + x2 * d2[j])
     add_curvature_of_chord(-(N * (g1 + g2) + Q1 + Q2), l, K)
     m1, m2 = Q1 + N * g1, Q2 + N * g2
     m = (m1 + m2) * i
@@ -255,19 +263,18 @@ def weights(p):
 
 @compiled
 def weight(p, l, c, s, u1, u2, t, K):
-    """Force of gravity, as the structure exerts it, in the axes of the chord; its tangent is added to K."""
+    """Force of gravity, as the structure exerts it, in the axes of the chord; columns 0, 1, 2 and 5 are added to K."""
     a1, a2, c1, c2 = weights(p)
     gx, gy = c * p[8] + s * p[9], c * p[9] - s * p[8]
     lever, both = c1 * u1 + c2 * u2, c1 + c2
     V1 = gx * lever + gy * both
     V2 = gy * lever - 2.0 * gx * both
     for i in (1, 4):
-        for j in (1, 4):
-            K[i, j] += V2 * t[i] * t[j]
+        K[i, 1] += V2 * t[i] * t[1]
         K[i, 2] += gx * c1 * t[i]
-        K[2, i] += gx * c1 * t[i]
         K[i, 5] += gx * c2 * t[i]
-        K[5, i] += gx * c2 * t[i]
+    K[2, 1] += gx * c1 * t[1]
+    K[5, 1] += gx * c2 * t[1]
     add_curvature_of_chord(V1, l, K)
     return (-a1 * gx, -a1 * gy + V1 * t[1], -c1 * gy, -a2 * gx, -a2 * gy + V1 * t[4], -c2 * gy)
 
@@ -284,8 +291,8 @@ def beam_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
         f = combined(1.0, weight(p, l, c, s, u1, u2, slope, K), f)
     r[0], r[1], r[2] = c * f[0] - s * f[1], s * f[0] + c * f[1], f[2]
     r[3], r[4], r[5] = c * f[3] - s * f[4], s * f[3] + c * f[4], f[5]
-    rotate_back(c, s, K)
-    rotate_back(c, s, C)
+    rotate_back_and_fill(c, s, K)
+    rotate_back_and_fill(c, s, C)
     rotate_back(c, s, M)
 
 
