@@ -153,7 +153,8 @@ def _sizes(program: Program) -> np.ndarray:
 def _slope(program: Program, system: System, q: np.ndarray, path: np.ndarray) -> sp.csc_matrix:
     """dK/ds along q + s u with multipliers s lam, by central differences of fourth order."""
     u, lam = path[: program.n_q], path[program.n_q :]
-    h = STRIDE * program.length / np.abs(u * _sizes(program)).max()
+    size = np.abs(u * _sizes(program)).max()
+    h = STRIDE * program.length / size if size else 1.0  # rigid bodies do not move: K is linear in the multipliers
     K = {k: system.at(q + k * h * u, lam=k * h * lam, weights=(1.0, 0.0, 0.0)).block() for k in (-2, -1, 1, 2)}
     return ((8.0 * (K[1] - K[-1]) - (K[2] - K[-2])) / (12.0 * h)).tocsc()
 
@@ -181,9 +182,7 @@ def _sparse(program: Program, K, K_path, G, count: int) -> tuple[np.ndarray, np.
     n, m = K.shape[0], G.shape[0]
     scale = abs(K).max()
     lu = splu(sp.block_array([[K / scale, G.T], [G, None]]).tocsc())
-    operator = LinearOperator(
-        (n, n), lambda x: -lu.solve(np.append(K_path @ x / scale, np.zeros(m)))[:n], dtype=float
-    )
+    operator = LinearOperator((n, n), lambda x: -lu.solve(np.append(K_path @ x / scale, np.zeros(m)))[:n], dtype=float)
     start = lu.solve(np.append(np.ones(n), np.zeros(m)))[:n]
     try:
         inverse, x = eigs(operator, k=min(4 * count + 4, n - 2), which="LM", v0=start)

@@ -128,7 +128,8 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
         motions = _undamped_motions(program, q, C, motions)
     rigid = shapes_of(program, q, motions, M) if motions.size else np.zeros((program.n_q, 0))
     left = max(count - rigid.shape[1], 0)
-    if not (damped or spin.speed):
+    real = not (damped or spin.speed)
+    if real:
         squares, x = undamped(K, M, G, rigid, left) if left else _nothing(program)
         s = np.where(squares < 0.0, np.sqrt(np.abs(squares)) + 0j, 1j * np.sqrt(np.abs(squares)))
     else:
@@ -137,7 +138,7 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
     kinds = [f"rigid: {named(program, motion)}" for motion in motions.T[:count]]
     kinds += _kinds(K, s, x)
     s = np.append(np.zeros(rigid.shape[1]), s)[:count]
-    return _record(program, s, np.hstack([rigid, x])[:, :count], kinds, rigid.shape[1], real=not np.iscomplexobj(x))
+    return _record(program, s, np.hstack([rigid, x])[:, :count], kinds, rigid.shape[1], real=real)
 
 
 def _record(program: Program, s: np.ndarray, shapes: np.ndarray, kinds: list[str], rigid: int, *, real: bool) -> Modes:

@@ -55,11 +55,13 @@ def free_motions(program: Program, q: np.ndarray, K: sp.csc_matrix, G: sp.csr_ma
 
 
 def plain(Z: np.ndarray) -> np.ndarray:
-    """The same motions combined so that each is a single translation or rotation where that is possible."""
+    """The same motions combined so that each is a single translation or rotation where possible, translations first."""
     Z, count = Z.copy(), Z.shape[1]
-    bodies = len(Z) // 3
-    order = [3 * b + axis for axis in range(2) for b in range(bodies)] + [3 * b + 2 for b in range(bodies)]
+    angles = list(range(2, len(Z), 3))
+    # the first body's translation, all rotations, then what is left: so bodies that hang together translate together
+    order = [0, 1, *angles, *(k for k in range(3, len(Z)) if k % 3 != 2)]
     chosen: list[int] = []
+    turning: list[int] = []
     for place in order:
         left = [k for k in range(count) if k not in chosen]
         if not left:
@@ -68,10 +70,11 @@ def plain(Z: np.ndarray) -> np.ndarray:
         if abs(Z[place, best]) <= 1e-6:
             continue
         chosen.append(best)
+        turning += [best] if place % 3 == 2 else []
         Z[:, best] /= Z[place, best]
         others = [k for k in range(count) if k != best]
         Z[:, others] -= np.outer(Z[:, best], Z[place, others])
-    Z = Z[:, chosen]
+    Z = Z[:, [k for k in chosen if k not in turning] + turning]
     return np.where(np.abs(Z) > SMALL * np.abs(Z).max(axis=0, initial=0.0), Z, 0.0)
 
 

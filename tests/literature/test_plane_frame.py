@@ -79,9 +79,7 @@ def linear(share):
     K = np.zeros((12, 12))
     for k, second in enumerate(SECOND):
         K[3 * k : 3 * k + 6, 3 * k : 3 * k + 6] += bar(POINTS[k], POINTS[k + 1], second)
-    return np.linalg.solve(
-        K[3:9, 3:9], [share * 10e3 * POUND, 0.0, 0.0, 0.0, 0.0, share * 5e3 * POUND * INCH]
-    )
+    return np.linalg.solve(K[3:9, 3:9], [share * 10e3 * POUND, 0.0, 0.0, 0.0, 0.0, share * 5e3 * POUND * INCH])
 
 
 @PROBLEM.case("as printed")

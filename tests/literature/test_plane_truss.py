@@ -34,7 +34,9 @@ def truss(load):
     material = fm.Material(young=E, density=7850.0)
     options = {"section": section, "material": material, "elements": 1}
     bars = [fm.FlexibleLink(f"bar{k}", (0.0, 0.0), end, **options) for k, end in enumerate(FAR, 1)]
-    pins = [fm.Revolute(f"far{k}", fm.GROUND, bar, at=end) for k, (bar, end) in enumerate(zip(bars, FAR, strict=True), 1)]
+    pins = [
+        fm.Revolute(f"far{k}", fm.GROUND, bar, at=end) for k, (bar, end) in enumerate(zip(bars, FAR, strict=True), 1)
+    ]
     pins += [fm.Revolute(f"near{k}", bars[0], bar, at=(0.0, 0.0)) for k, bar in enumerate(bars[1:], 2)]
     return fm.Mechanism("truss", [*bars, *pins, fm.Force("P", bars[0], at=(0.0, 0.0), force=(0.0, -load))])
 

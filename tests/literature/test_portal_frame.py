@@ -101,7 +101,9 @@ def convergence():
     counts, references = (2, 4, 8), exact(2)
     errors = np.array([np.abs(ours(n, 2) / references - 1.0) for n in counts])
     for n in range(2):
-        yield Curve(f"frequency {n + 1}", [1.0 / c for c in counts], list(errors[:, n]), 4.0, 0.3)  # the axial part, of second order, begins to show
+        yield Curve(
+            f"frequency {n + 1}", [1.0 / c for c in counts], list(errors[:, n]), 4.0, 0.3
+        )  # the axial part, of second order, begins to show
 
 
 test_case, test_curves = PROBLEM.tests()

@@ -71,8 +71,8 @@ def test_spring_of_a_rigid_bar():
 def test_multipliers_have_stiffness():
     """Two rigid links under the same load on a hinge between them: the multipliers of the upper joint tip the lower bar.
 
-    Equal links a, springs k at both hinges: (P a/k)^2 - 3 P a/k + 1 = 0 by hand (
-    V = k/2 (t1^2 + (t2 - t1)^2) - P a/2 (t1^2 + t2^2)).
+    Equal links a, springs k at both hinges: (P a/k)^2 - 3 P a/k + 1 = 0, from the potential
+    V = k/2 (t1^2 + (t2 - t1)^2) - P a/2 (t1^2 + t2^2).
     """
     a, k = 0.7, 5.0
     low = fm.RigidLink("low", (0.0, 0.0), (0.0, a), 1.0, 1.0)
@@ -118,9 +118,7 @@ def test_nothing_holds_the_column():
 def test_a_stressed_spring_is_refused():
     stressed = cantilever(push)
     beam = stressed.find("beam")
-    spring = fm.SpringDamper(
-        "k", fm.GROUND, beam, (1.0, LENGTH), (0.0, LENGTH), stiffness=1.0, free_length=0.5
-    )
+    spring = fm.SpringDamper("k", fm.GROUND, beam, (1.0, LENGTH), (0.0, LENGTH), stiffness=1.0, free_length=0.5)
     with pytest.raises(InputError, match=r"without its loads mechanism 'cantilever' does not rest.*free length"):
         fm.buckling(stressed.with_part(spring))
 

@@ -130,7 +130,9 @@ def test_small_vibration_in_the_time_loop():
 
 
 def test_gravity_is_not_steady():
-    with pytest.raises(InputError, match=r"static_equilibrium: gravity is \(0.0, -9.81\) and spin is 5 rad/s.*simulate"):
+    with pytest.raises(
+        InputError, match=r"static_equilibrium: gravity is \(0.0, -9.81\) and spin is 5 rad/s.*simulate"
+    ):
         fm.static_equilibrium(hub(gravity=(0.0, -9.81)), spin=5.0)
     state = fm.static_equilibrium(hub(), spin=5.0)
     with pytest.raises(InputError, match=r"modes: gravity is"):
