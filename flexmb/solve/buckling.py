@@ -88,10 +88,10 @@ def buckling(mechanism: Mechanism, count: int = 4) -> Buckling:
 
     Notes
     -----
-    With the displacements u and multipliers of the linear answer to the loads, K(s) is the tangent stiffness at s u, those
-    multipliers and loads included; (K(0) + s dK/ds) x = 0 with G x = 0.  Exact for what stays straight until it buckles;
-    for what bends before, an estimate that `static_equilibrium` and `modes(at=...)` sharpen.  Not for loads that make a
-    structure flutter.
+    With the displacements u and multipliers of the linear answer to the loads, K(s) is the tangent stiffness at s u,
+    those multipliers and loads included; (K(0) + s dK/ds) x = 0 with G x = 0.  Exact for what stays straight until it
+    buckles; for what bends before, an estimate that `static_equilibrium` and `modes(at=...)` sharpen.  Not for loads
+    that make a structure flutter.
     Source: R. D. Cook, D. S. Malkus, M. E. Plesha, R. J. Witt, Concepts and Applications of Finite Element Analysis,
     4th ed., Wiley 2002, chapter 18.
     """
@@ -141,7 +141,8 @@ def _refuse_stress(program: Program, system: System, q: np.ndarray) -> None:
     if step.max() > 1e-9:
         raise InputError(
             f"buckling: without its loads mechanism {program.name!r} does not rest in the drawn pose; it would move "
-            f"{program.names.coordinates[int(step.argmax())]!r} most. Draw it closed, with springs at their free length."
+            f"{program.names.coordinates[int(step.argmax())]!r} most. Draw it closed, with springs at their free "
+            "length."
         )
 
 
@@ -166,8 +167,8 @@ def _dense(program: Program, K, K_path, G, count: int) -> tuple[np.ndarray, np.n
     scale = np.abs(k_path).max(initial=0.0)
     if np.abs(k_path - k_path.T).max(initial=0.0) > 1e-6 * scale:
         raise InputError(
-            f"buckling: the loads of mechanism {program.name!r} follow its motion, so its stiffness is not symmetric and "
-            "it may flutter before it buckles. Use modes(at=static_equilibrium(...)) at growing loads."
+            f"buckling: the loads of mechanism {program.name!r} follow its motion, so its stiffness is not symmetric "
+            f"and it may flutter before it buckles. Use modes(at=static_equilibrium(...)) at growing loads."
         )
     try:
         inverse, y = la.eigh(-(k_path + k_path.T) / 2.0, (k + k.T) / 2.0)

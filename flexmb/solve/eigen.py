@@ -13,8 +13,8 @@ from flexmb.solve.motions import null_space
 DENSE = 1500
 """Up to so many coordinates all modes are computed by a dense eigensolver."""
 
-DENSE_QUADRATIC = 600
-"""The same for quadratic problems, which are twice as large and not symmetric."""
+DENSE_QUADRATIC = 150
+"""The same for quadratic problems, which are twice as large and not symmetric: 20 times the time."""
 
 NO_MASS = "modes: a motion without mass; give every body and node some mass and inertia."
 
@@ -46,8 +46,8 @@ def _sharpened(
     """The lowest modes, those that are slow against the fastest one once more from the inverse of k.
 
     The eigensolver leaves an error of round-off times the LARGEST omega^2 in all of them; the inverse has the slow
-    modes as its largest eigenvalues and leaves an error relative to the LOWEST one.  Each mode takes the better of both.
-    Where k is not positive definite (an unstable pose) the first values stay.
+    modes as its largest eigenvalues and leaves an error relative to the LOWEST one.  Each mode takes the better of
+    both.  Where k is not positive definite (an unstable pose) the first values stay.
     """
     largest = squares[-1]
     squares, y = squares[:count].copy(), y[:, :count].copy()
@@ -97,9 +97,10 @@ def damped(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Eigenvalues s with Im s >= 0, lowest |s| first, and shapes of (s^2 M + s C + K) x = 0, G x = 0."""
     held = sp.vstack([G, sp.csr_matrix((M @ rigid).T)]).tocsr() if rigid.shape[1] else G
+    s, x = None, None
     if K.shape[0] > DENSE_QUADRATIC:
         s, x = _sparse_quadratic(K, C, M, held, count)
-    else:
+    if s is None:
         s, x = _dense_quadratic(K, C, M, null_space(held.toarray()))
     size = np.abs(s).max(initial=0.0)
     s = np.where(np.abs(s.imag) <= 1e-12 * size, s.real + 0.0j, s)
@@ -125,11 +126,14 @@ def _dense_quadratic(K, C, M, Z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return values * unit, Z @ vectors[:n]
 
 
-def _sparse_quadratic(K, C, M, G: sp.csr_matrix, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """The lowest eigenvalues, by the inverse of the first-order problem on displacements and velocities."""
+def _sparse_quadratic(K, C, M, G: sp.csr_matrix, count: int) -> tuple[np.ndarray, np.ndarray] | tuple[None, None]:
+    """The lowest eigenvalues, by the inverse of the first-order problem on displacements and velocities, or None."""
     n, m = K.shape[0], G.shape[0]
     scale = abs(K).max()
-    lu = splu(sp.block_array([[K, scale * G.T], [scale * G, None]]).tocsc())
+    try:
+        lu = splu(sp.block_array([[K, scale * G.T], [scale * G, None]]).tocsc())
+    except RuntimeError:  # singular: a free motion that dampers act on
+        return None, None
 
     def inverse(x: np.ndarray) -> np.ndarray:
         """One over s times (y, s y): y = -K^-1 (C y + M (s y)) on the null space of G."""

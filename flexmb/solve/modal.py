@@ -15,7 +15,6 @@ from flexmb.solve.assemble import close_loops
 from flexmb.solve.eigen import damped as damped_modes
 from flexmb.solve.eigen import undamped
 from flexmb.solve.motions import free_motions, moves_most, named, shapes_of
-from flexmb.solve.rigid import RigidMotion
 from flexmb.solve.spin import Spin, check_spin
 from flexmb.solve.statics import Equilibrium, correction
 from flexmb.solve.system import System
@@ -124,17 +123,16 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
     if at is not None:
         _refuse_foreign(program, system, at, spin)
     motions = np.zeros((0, 0)) if spin.speed else free_motions(program, q, K, G)
-    if damped and motions.shape[1]:
-        motions = _undamped_motions(program, q, C, motions)
     rigid = shapes_of(program, q, motions, M) if motions.size else np.zeros((program.n_q, 0))
     left = max(count - rigid.shape[1], 0)
     real = not (damped or spin.speed)
-    if real:
-        squares, x = undamped(K, M, G, rigid, left) if left else _nothing(program)
+    if not left:
+        s, x = np.zeros(0), np.zeros((program.n_q, 0))
+    elif real:
+        squares, x = undamped(K, M, G, rigid, left)
         s = np.where(squares < 0.0, np.sqrt(np.abs(squares)) + 0j, 1j * np.sqrt(np.abs(squares)))
     else:
-        s, x = damped_modes(K, C, M, G, rigid, left) if left else _nothing(program)
-        x = x / np.sqrt(np.abs((x.conj() * (M @ x)).sum(axis=0)))
+        s, x = _with_damping(K, C, M, G, rigid, left)
     kinds = [f"rigid: {named(program, motion)}" for motion in motions.T[:count]]
     kinds += _kinds(K, s, x)
     s = np.append(np.zeros(rigid.shape[1]), s)[:count]
@@ -151,15 +149,17 @@ def _record(program: Program, s: np.ndarray, shapes: np.ndarray, kinds: list[str
     return Modes(frequencies, shapes, names.coordinates, names.aliases, rigid, tuple(kinds), moves, s, damping)
 
 
-def _nothing(program: Program) -> tuple[np.ndarray, np.ndarray]:
-    return np.zeros(0), np.zeros((program.n_q, 0))
+def _with_damping(K, C, M, G, rigid: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues and shapes beside the rigid motions.
 
-
-def _undamped_motions(program: Program, q: np.ndarray, C, motions: np.ndarray) -> np.ndarray:
-    """The free motions, or none of them when some damper acts on them: then they are no rigid motions of their own."""
-    moved = RigidMotion(program).basis(q) @ motions
-    terms = abs(C) @ np.abs(moved)
-    return motions if np.all(np.abs(C @ moved) <= 1e-12 * terms) else motions[:, :0]
+    Rigid motions that no damper acts on are left out of the problem.  Where one does, the problem keeps them: each has
+    s = 0 beside another s of its own, and the lowest |s| are those zeros with their round-off.
+    """
+    damped_ones = np.abs(C @ rigid) > 1e-12 * (abs(C) @ np.abs(rigid))
+    kept = rigid.shape[1] if damped_ones.any() else 0
+    s, x = damped_modes(K, C, M, G, rigid[:, kept:], count + kept)
+    s, x = s[kept:], x[:, kept:]
+    return s, x / np.sqrt(np.abs((x.conj() * (M @ x)).sum(axis=0)))
 
 
 def _kinds(K, s: np.ndarray, x: np.ndarray) -> list[str]:

@@ -1,7 +1,7 @@
 """Natural frequencies of straight beams: five end conditions, axial prestress, a wedge.
 
-omega = z^2 sqrt(EI/(m L^4)), z the roots of: sin z = 0 (pinned-pinned), cos z cosh z = -1 (clamped-free), cos z cosh z = 1
-(clamped-clamped, free-free), tan z = tanh z (clamped-pinned).
+omega = z^2 sqrt(EI/(m L^4)), z the roots of: sin z = 0 (pinned-pinned), cos z cosh z = -1 (clamped-free), cos z cosh
+z = 1 (clamped-clamped, free-free), tan z = tanh z (clamped-pinned).
 With an axial force P (tension > 0) in a pinned beam: omega_n = (n pi/L)^2 sqrt(EI/m) sqrt(1 + P L^2/(n^2 pi^2 EI)).
 Source: R. D. Blevins, Formulas for Natural Frequency and Mode Shape, Van Nostrand Reinhold 1979, tables 8-1 and 8-8.
 Wedge (height linear, width constant, clamped at the thick end): omega = 5.315 sqrt(EI/(m L^4)), EI and m at the root:
@@ -22,8 +22,8 @@ LENGTH, EI, RHO_A, EA = 2.0, 3.0, 0.5, 3e6
 UNIT = math.sqrt(EI / (RHO_A * LENGTH**4))
 MATERIAL = fm.Material(young=1e9, density=1000.0)
 ERROR_OF_ELEMENT = (
-    "a cubic element of length h overrates a frequency whose waves have the number k by (k h)^4/1440 (Taylor series of the "
-    "difference equation of the assembled elements)"
+    "a cubic element of length h overrates a frequency whose waves have the number k by (k h)^4/1440 (Taylor series "
+    "of the difference equation of the assembled elements)"
 )
 
 PROBLEM = Problem(
@@ -69,7 +69,7 @@ def beam(ends, elements, tension=0.0):
 
 
 def ours(mechanism, count, at=None):
-    """The lowest bending frequencies omega/UNIT, rigid motions left out; EA is so large that no axial one is among them."""
+    """The lowest bending frequencies omega/UNIT without rigid motions; EA is too large for axial ones among them."""
     found = fm.modes(mechanism, count=count + 3, at=at)
     return 2.0 * math.pi * found.frequencies[found.rigid :][:count] / UNIT
 

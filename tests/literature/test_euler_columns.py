@@ -30,8 +30,8 @@ PROBLEM = Problem(
     source="Timoshenko, Gere, Theory of Elastic Stability, 2nd ed., McGraw-Hill 1961, sections 2.1 to 2.3",
     kind="exact",
     about="Critical loads of a straight column from the linear buckling analysis `fm.buckling`; the column stands "
-    "inclined by 0.3 rad, so that no entry of a matrix vanishes by chance.  It tests the geometric stiffness of the beam "
-    "element, and joints under load.",
+    "inclined by 0.3 rad, so that no entry of a matrix vanishes by chance.  It tests the geometric stiffness of the "
+    "beam element, and joints under load.",
 )
 
 

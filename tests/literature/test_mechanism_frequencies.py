@@ -1,7 +1,7 @@
 """Frequencies of a slider-crank in several poses, the crank held by its drive.
 
-A rod of length l is pinned to the crank, which stands still, and to a slider of mass M whose guide makes the angle beta with
-the rod.  With u = s cos(beta) and w = s sin(beta) at the slider, no moment there, and s its travel,
+A rod of length l is pinned to the crank, which stands still, and to a slider of mass M whose guide makes the angle
+beta with the rod.  With u = s cos(beta) and w = s sin(beta) at the slider, no moment there, and s its travel,
 
     M omega^2 = EA a cot(a l) cos^2(beta) - EI k^3 (coth(k l) - cot(k l))/2 sin^2(beta),
 
@@ -24,10 +24,12 @@ EA, EI, M_LINE = YOUNG * WIDTH * HEIGHT, YOUNG * WIDTH * HEIGHT**3 / 12.0, DENSI
 POSES = (0.5, 1.5, 2.6, 4.4)
 PROBLEM = Problem(
     title="Slider-crank held in several poses",
-    source="exact frequency equation of a beam with a mass that slides at an angle to it; waves: Meirovitch 1967, chapter 5",
+    source="exact frequency equation of a beam with a mass that slides at an angle to it; waves: Meirovitch 1967, "
+    "chapter 5",
     kind="exact",
-    about="`fm.modes` of a mechanism: rigid crank held by its drive, flexible rod, slider in a guide that is inclined by "
-    "0.35 rad and passes the crank's pivot at 0.2 m.  The frequencies depend on the pose through the angle between rod and guide.",
+    about="`fm.modes` of a mechanism: rigid crank held by its drive, flexible rod, slider in a guide that is "
+    "inclined by 0.35 rad and passes the crank's pivot at 0.2 m.  The frequencies depend on the pose through the angle "
+    "between rod and guide.",
 )
 
 

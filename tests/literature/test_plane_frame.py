@@ -25,8 +25,8 @@ PROBLEM = Problem(
     title="Plane frame (Logan, example 5.1)",
     source="D. L. Logan, A First Course in the Finite Element Method, 4th ed., 2007, example 5.1",
     kind="published and exact",
-    about="A flexible frame of three beams, one element each, both feet clamped.  The printed digits are checked to half a "
-    "unit of the last one; small loads beside them against a linear stiffness solution made in the test.",
+    about="A flexible frame of three beams, one element each, both feet clamped.  The printed digits are checked to "
+    "half a unit of the last one; small loads beside them against a linear stiffness solution made in the test.",
 )
 
 

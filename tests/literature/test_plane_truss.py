@@ -1,7 +1,7 @@
 """Three bars from one joint: Logan's plane truss.
 
-Bars from node 1 at the origin to (0, 10 ft), (10 ft, 10 ft), (10 ft, 0), pinned at all ends, E = 30e6 psi, A = 2 in^2, and
-10 000 lb downwards on node 1.
+Bars from node 1 at the origin to (0, 10 ft), (10 ft, 10 ft), (10 ft, 0), pinned at all ends, E = 30e6 psi, A = 2
+in^2, and 10 000 lb downwards on node 1.
 Source: D. L. Logan, A First Course in the Finite Element Method, 4th ed., Thomson 2007, example 3.5: d1x = 0.414e-2 in,
 d1y = -1.59e-2 in, stresses 3965, 1471, 1035 psi (the third bar is pressed).  The first two stresses are
 computed from rounded displacements there: the linear equations give 3964.5 and 1464.5 psi.
@@ -23,8 +23,8 @@ PROBLEM = Problem(
     title="Plane truss (Logan, example 3.5)",
     source="D. L. Logan, A First Course in the Finite Element Method, 4th ed., 2007, example 3.5",
     kind="published and exact",
-    about="Three flexible links of one element each between ideal pins.  The printed digits are checked to half a unit of "
-    "the last one; a small load beside them against a linear stiffness solution made in the test.",
+    about="Three flexible links of one element each between ideal pins.  The printed digits are checked to half a "
+    "unit of the last one; a small load beside them against a linear stiffness solution made in the test.",
 )
 
 

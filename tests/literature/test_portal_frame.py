@@ -1,8 +1,8 @@
 """Frequencies of a clamped portal frame against the exact dynamic stiffness.
 
 Every bar obeys EI w'''' = m omega^2 w and EA u'' = -m omega^2 u; its end forces by its end displacements are Kolousek's
-functions of lambda = l (m omega^2/EI)^(1/4) and mu = omega l sqrt(m/EA).  The frame vibrates freely where the determinant
-of the assembled 6 x 6 matrix of both upper corners vanishes.
+functions of lambda = l (m omega^2/EI)^(1/4) and mu = omega l sqrt(m/EA).  The frame vibrates freely where the
+determinant of the assembled 6 x 6 matrix of both upper corners vanishes.
 Source: V. Kolousek, Dynamics in Engineering Structures, Butterworths 1973, chapter 3.
 """
 
@@ -21,8 +21,8 @@ PROBLEM = Problem(
     title="Portal frame",
     source="V. Kolousek, Dynamics in Engineering Structures, Butterworths 1973, chapter 3 (dynamic stiffness)",
     kind="exact",
-    about="A frame of three steel bars with legs of different length, clamped at both feet; the references are roots of the "
-    "determinant of the dynamic stiffness, computed in the test.",
+    about="A frame of three steel bars with legs of different length, clamped at both feet; the references are roots "
+    "of the determinant of the dynamic stiffness, computed in the test.",
 )
 
 

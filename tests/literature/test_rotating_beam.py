@@ -29,15 +29,16 @@ WRIGHT = {
 LENGTH, EI, RHO_A, EA = 1.0, 2.0, 5.0, 2e8
 UNIT = math.sqrt(EI / (RHO_A * LENGTH**4))
 COARSE = (
-    "centrifugal forces act in an element as one mean tension, distributed to its nodes by the cubic shapes: an error of "
-    "second order in its length"
+    "centrifugal forces act in an element as one mean tension, distributed to its nodes by the cubic shapes: an "
+    "error of second order in its length"
 )
 
 PROBLEM = Problem(
     title="Rotating beam (Wright, Smith, Thresher, Wang)",
     source="J. Appl. Mech. 49 (1982) 197-202, hub radius 0; digits recomputed by a Ritz method",
     kind="published and recomputed",
-    about="Vibration in the plane of rotation about the steady state that `fm.static_equilibrium(..., spin=...)` finds; "
+    about="Vibration in the plane of rotation about the steady state that `fm.static_equilibrium(..., spin=...)` "
+    "finds; "
     "shown is sqrt(omega^2 + Omega^2), the flapping frequency of the source.  EA is 1e8 EI/L^2, so the beam does not "
     "stretch to speak of.  It tests centrifugal stiffening and the gyroscopic modes.",
 )

@@ -69,7 +69,7 @@ def test_spring_of_a_rigid_bar():
 
 
 def test_multipliers_have_stiffness():
-    """Two rigid links under the same load on a hinge between them: the multipliers of the upper joint tip the lower bar.
+    """Two rigid links, one on the other: the multipliers of the hinge between them tip the lower one.
 
     Equal links a, springs k at both hinges: (P a/k)^2 - 3 P a/k + 1 = 0, from the potential
     V = k/2 (t1^2 + (t2 - t1)^2) - P a/2 (t1^2 + t2^2).

@@ -177,6 +177,19 @@ def test_stiffness_proportional_damping_of_a_free_beam():
     np.testing.assert_allclose(np.abs(found.eigenvalues[3:]), omega, rtol=1e-9)
 
 
+@pytest.mark.parametrize("elements", [8, 64])
+def test_a_free_motion_that_a_damper_acts_on(elements):
+    """A hinged beam on a torsion damper d: s = 0 and s = -d/J, J = m L^2/3, the beam hardly bent by it."""
+    beam = rod(elements=elements)
+    damper = fm.TorsionSpring("d", fm.GROUND, beam, stiffness=0.0, damping=1e-3, at=(0.0, 0.0))
+    hinge = fm.Revolute("O", fm.GROUND, beam, at=(0.0, 0.0))
+    found = fm.modes(fm.Mechanism("hinged", [beam, hinge, damper]), count=3, damped=True)
+    inertia = 7850.0 * 0.02 * 0.008 * 0.8 * 0.8**2 / 3.0
+    assert found.eigenvalues[0] == 0.0
+    assert found.eigenvalues[1] == pytest.approx(-1e-3 / inertia, rel=1e-3)
+    assert found.kinds == ("rigid: rotation of 'rod'", "overdamped", "elastic")
+
+
 def test_the_table_says_what_moves():
     text = str(fm.modes(fm.Mechanism("free", [rod()]), count=4))
     lines = text.splitlines()
