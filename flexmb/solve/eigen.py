@@ -93,15 +93,18 @@ def _sparse(K: sp.csc_matrix, M: sp.csc_matrix, G: sp.csr_matrix, count: int) ->
 
 
 def damped(
-    K: sp.csc_matrix, C: sp.csc_matrix, M: sp.csc_matrix, G: sp.csr_matrix, rigid: np.ndarray, count: int
+    K: sp.csc_matrix, C: sp.csc_matrix, M: sp.csc_matrix, G: sp.csr_matrix, rigid: np.ndarray, count: int, *, kept=False
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues s with Im s >= 0, lowest |s| first, and shapes of (s^2 M + s C + K) x = 0, G x = 0."""
+    """Eigenvalues s with Im s >= 0, lowest |s| first, and shapes of (s^2 M + s C + K) x = 0, G x = 0.
+
+    x is orthogonal in M to the shapes `rigid`; with `kept` these stay in the problem, their stiffness exactly zero.
+    """
     held = sp.vstack([G, sp.csr_matrix((M @ rigid).T)]).tocsr() if rigid.shape[1] else G
-    s, x = None, None
-    if K.shape[0] > DENSE_QUADRATIC:
-        s, x = _sparse_quadratic(K, C, M, held, count)
-    if s is None:
-        s, x = _dense_quadratic(K, C, M, null_space(held.toarray()))
+    if K.shape[0] > (DENSE if kept else DENSE_QUADRATIC):
+        s, x = _sparse_quadratic(K, C, M, G if kept else held, count)
+    else:
+        free = rigid if kept else rigid[:, :0]
+        s, x = _dense_quadratic(K, C, M, np.hstack([free, null_space(held.toarray())]), free.shape[1])
     size = np.abs(s).max(initial=0.0)
     s = np.where(np.abs(s.imag) <= 1e-12 * size, s.real + 0.0j, s)
     keep = np.flatnonzero(s.imag >= 0.0)
@@ -109,12 +112,13 @@ def damped(
     return s[keep], x[:, keep]
 
 
-def _dense_quadratic(K, C, M, Z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """All eigenvalues, by a companion matrix whose blocks are scaled to the same size."""
+def _dense_quadratic(K, C, M, Z: np.ndarray, free: int) -> tuple[np.ndarray, np.ndarray]:
+    """All eigenvalues, by a companion matrix whose blocks are scaled to the same size; no stiffness in `free` columns."""
     n = Z.shape[1]
     if n == 0:
         return np.zeros(0, complex), np.zeros((K.shape[0], 0), complex)
     k, c, m = (Z.T @ (X @ Z) for X in (K, C, M))
+    k[:free], k[:, :free] = 0.0, 0.0
     try:
         factor = la.cho_factor((m + m.T) / 2.0)
     except la.LinAlgError as error:
@@ -126,14 +130,15 @@ def _dense_quadratic(K, C, M, Z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return values * unit, Z @ vectors[:n]
 
 
-def _sparse_quadratic(K, C, M, G: sp.csr_matrix, count: int) -> tuple[np.ndarray, np.ndarray] | tuple[None, None]:
-    """The lowest eigenvalues, by the inverse of the first-order problem on displacements and velocities, or None."""
+def _sparse_quadratic(K, C, M, G: sp.csr_matrix, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """The lowest eigenvalues, by the inverse of the first-order problem on displacements and velocities."""
     n, m = K.shape[0], G.shape[0]
     scale = abs(K).max()
     try:
         lu = splu(sp.block_array([[K, scale * G.T], [scale * G, None]]).tocsc())
-    except RuntimeError:  # singular: a free motion that dampers act on
-        return None, None
+    except RuntimeError as error:
+        text = "the stiffness is singular: hold the motions that only dampers resist, or model fewer elements"
+        raise SolveError(f"modes: {text} ({error}).") from error
 
     def inverse(x: np.ndarray) -> np.ndarray:
         """One over s times (y, s y): y = -K^-1 (C y + M (s y)) on the null space of G."""

@@ -157,7 +157,7 @@ def _with_damping(K, C, M, G, rigid: np.ndarray, count: int) -> tuple[np.ndarray
     """
     damped_ones = np.abs(C @ rigid) > 1e-12 * (abs(C) @ np.abs(rigid))
     kept = rigid.shape[1] if damped_ones.any() else 0
-    s, x = damped_modes(K, C, M, G, rigid[:, kept:], count + kept)
+    s, x = damped_modes(K, C, M, G, rigid, count + kept, kept=kept > 0)
     s, x = s[kept:], x[:, kept:]
     return s, x / np.sqrt(np.abs((x.conj() * (M @ x)).sum(axis=0)))
 

@@ -177,7 +177,7 @@ def test_stiffness_proportional_damping_of_a_free_beam():
     np.testing.assert_allclose(np.abs(found.eigenvalues[3:]), omega, rtol=1e-9)
 
 
-@pytest.mark.parametrize("elements", [8, 64])
+@pytest.mark.parametrize("elements", [8, 32])
 def test_a_free_motion_that_a_damper_acts_on(elements):
     """A hinged beam on a torsion damper d: s = 0 and s = -d/J, J = m L^2/3, the beam hardly bent by it."""
     beam = rod(elements=elements)
@@ -186,7 +186,7 @@ def test_a_free_motion_that_a_damper_acts_on(elements):
     found = fm.modes(fm.Mechanism("hinged", [beam, hinge, damper]), count=3, damped=True)
     inertia = 7850.0 * 0.02 * 0.008 * 0.8 * 0.8**2 / 3.0
     assert found.eigenvalues[0] == 0.0
-    assert found.eigenvalues[1] == pytest.approx(-1e-3 / inertia, rel=1e-3)
+    assert found.eigenvalues[1] == pytest.approx(-1e-3 / inertia, rel=1e-6)
     assert found.kinds == ("rigid: rotation of 'rod'", "overdamped", "elastic")
 
 
