@@ -113,7 +113,7 @@ def damped(
 
 
 def _dense_quadratic(K, C, M, Z: np.ndarray, free: int) -> tuple[np.ndarray, np.ndarray]:
-    """All eigenvalues, by a companion matrix whose blocks are scaled to the same size; no stiffness in `free` columns."""
+    """All eigenvalues, by a companion matrix with blocks of one size; the first `free` columns have no stiffness."""
     n = Z.shape[1]
     if n == 0:
         return np.zeros(0, complex), np.zeros((K.shape[0], 0), complex)
