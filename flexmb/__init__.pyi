@@ -68,9 +68,13 @@ from flexmb.model.part import Element as Element
 from flexmb.model.part import Part as Part
 from flexmb.program.compiler import compile as compile
 from flexmb.solve.assemble import assemble as assemble
+from flexmb.solve.buckling import Buckling as Buckling
+from flexmb.solve.buckling import buckling as buckling
 from flexmb.solve.inverse_dynamics import inverse_dynamics as inverse_dynamics
+from flexmb.solve.modal import Modes as Modes
 from flexmb.solve.modal import modes as modes
 from flexmb.solve.report import check as check
+from flexmb.solve.statics import Equilibrium as Equilibrium
 from flexmb.solve.statics import static_equilibrium as static_equilibrium
 from flexmb.view.plot import plot as plot
 from flexmb.view.render import render as render
