@@ -61,5 +61,3 @@ class Pulse(Motion):
     def breaks(self, t_end: float) -> tuple[float, ...]:
         """Start and end."""
         return tuple(t for t in self.parameters()[1:] if 0.0 < t <= t_end)
-
-

@@ -191,7 +191,7 @@ class Run:
         record.peak[:] = np.maximum(record.peak, size)
         if interval == 0.0:
             self._keep(flow.clock[0:1].copy(), record.new[None, :].copy())
-        elif self.times and abs(self.times[-1][-1] - instant) <= 1e-9 * interval < NEVER * 1e-9:
+        elif interval < NEVER and self.times and abs(self.times[-1][-1] - instant) <= 1e-9 * interval:
             self.values[-1][-1] = record.new  # an instant of the grid at the jump shows the state just after
 
     def _begin_saving(self, saving: float) -> None:

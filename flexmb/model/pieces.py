@@ -67,8 +67,8 @@ class ElementPiece:
     def __post_init__(self) -> None:
         if self.factor is not None and self.energy is not None:
             raise KernelError(
-                f"Part {self.part!r}: kernel {self.kernel.name!r} has a factor in time and an energy kernel; what changes "
-                "in time keeps no energy. Leave the energy kernel out: the work is counted as that of a load."
+                f"Part {self.part!r}: kernel {self.kernel.name!r} has a factor in time and an energy kernel; what "
+                "changes in time keeps no energy. Leave the energy kernel out: the work is counted as that of a load."
             )
 
 

@@ -13,13 +13,16 @@ from flexmb import checks
 from flexmb.errors import InputError, SolveError
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
-from flexmb.program.program import resolve
+from flexmb.program.program import Program, resolve
 from flexmb.solve.assemble import close_loops
 from flexmb.solve.statics import Equilibrium
 from flexmb.solve.system import System
 
 DENSE = 1500
 """Up to so many coordinates all modes are computed by a dense eigensolver."""
+
+ASYMMETRY = 1e-11
+"""A difference of stiffnesses beyond the diagonal, over the largest, that is more than round-off."""
 
 RIGID = 1e-6
 """Frequencies below this part of the largest one computed are those of rigid motions."""
@@ -74,7 +77,7 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None) 
     Raises
     ------
     InputError : an equilibrium of another model.
-    SolveError : the eigensolver did not converge.
+    SolveError : the eigensolver did not converge; a stiffness that is not symmetric, as follower forces make it.
     """
     checks.count("modes", "count", count)
     program = compile_mechanism(mechanism, closed=True)
@@ -89,6 +92,7 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None) 
         q, lam = at.q, at.lam
     M = system.mass(q)
     K = system.at(q, lam=lam, weights=(1.0, 0.0, 0.0)).block()
+    refuse_asymmetry(program, K)
     G = system.jacobian
     solve = _dense if program.n_q <= DENSE else _sparse
     squares, shapes = solve(K, M, G, count)
@@ -97,6 +101,19 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None) 
     frequencies = np.sign(squares) * np.sqrt(np.abs(squares)) / (2.0 * np.pi)
     rigid = int((squares == 0.0).sum())
     return Modes(frequencies[:count], shapes[:, :count], program.names.coordinates, program.names.aliases, rigid)
+
+
+def refuse_asymmetry(program: Program, K: sp.csc_matrix) -> None:
+    """`SolveError` for forces without a potential: their modes are complex, and may grow."""
+    difference = sp.coo_array(abs(K - K.T))
+    worst = int(difference.data.argmax()) if difference.nnz else -1
+    if worst < 0 or difference.data[worst] <= ASYMMETRY * abs(K).max():
+        return
+    row, column = (program.names.coordinates[int(k[worst])] for k in (difference.row, difference.col))
+    raise SolveError(
+        f"modes: the stiffness of mechanism {program.name!r} is not symmetric between {row!r} and {column!r}, so it "
+        "has no real modes. A follower force does this: give modes a dead one, or simulate to see whether it flutters."
+    )
 
 
 def _dense(K: sp.csc_matrix, M: sp.csc_matrix, G: sp.csr_matrix, _count: int) -> tuple[np.ndarray, np.ndarray]:
