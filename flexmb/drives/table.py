@@ -32,7 +32,8 @@ def table_kernel(p, t):
     beyond = t - min(max(t, first), last)  # outside the table the motion goes on at the speed of the end
     c3, c2, c1, c0 = p[k], p[k + 1], p[k + 2], p[k + 3]
     v = (3.0 * c3 * x + 2.0 * c2) * x + c1
-    a = 6.0 * c3 * x + 2.0 * c2 if beyond == 0.0 else 0.0
+    # at the end itself the speed stays already: a motion has the values of just after a jump
+    a = 6.0 * c3 * x + 2.0 * c2 if p[1] > 0.0 or first <= t < last else 0.0
     return ((c3 * x + c2) * x + c1) * x + c0 + v * beyond + rest, v, a
 
 

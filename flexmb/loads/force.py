@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, replace
 from typing import TYPE_CHECKING
 
 from flexmb import checks, planar
@@ -85,6 +85,10 @@ class Force(Part):
                 f"{self.label}: follower is {self.follower!r}; it must be True (the direction turns with the body) "
                 "or False (it stays)."
             )
+
+    def share(self, part: float) -> Force:
+        """This with `part` of the force, if it is a follower."""
+        return replace(self, force=(part * self.force[0], part * self.force[1])) if self.follower else self
 
     def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
         """One element on the node that carries the point."""

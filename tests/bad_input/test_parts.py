@@ -247,7 +247,9 @@ def push_energy(p, t, q, v):
 
 
 def test_energy_of_a_load_that_changes_in_time():
-    with pytest.raises(KernelError, match="Part 'push': kernel 'push_kernel' has a factor in time and an energy kernel"):
+    with pytest.raises(
+        KernelError, match="Part 'push': kernel 'push_kernel' has a factor in time and an energy kernel"
+    ):
         ElementPiece("push", push_kernel, (("b", "", 0),), (1.0,), energy=push_energy, factor=fm.Pulse())
 
 
