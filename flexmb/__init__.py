@@ -16,8 +16,12 @@ _HOME = {
     "contact.friction.modified_coulomb": "ModifiedCoulomb",
     "contact.normal.lankarani_nikravesh": "LankaraniNikravesh",
     "drives.constant_speed": "ConstantSpeed",
+    "drives.cycloidal_ramp": "CycloidalRamp",
     "drives.drive": "Drive",
+    "drives.harmonic": "Harmonic",
+    "drives.piecewise_linear": "PiecewiseLinear",
     "drives.polynomial": "Polynomial",
+    "drives.pulse": "Pulse",
     "drives.ramp": "Ramp",
     "drives.table": "Table",
     "errors": (

@@ -15,8 +15,12 @@ from flexmb.contact.friction.frictionless import Frictionless as Frictionless
 from flexmb.contact.friction.modified_coulomb import ModifiedCoulomb as ModifiedCoulomb
 from flexmb.contact.normal.lankarani_nikravesh import LankaraniNikravesh as LankaraniNikravesh
 from flexmb.drives.constant_speed import ConstantSpeed as ConstantSpeed
+from flexmb.drives.cycloidal_ramp import CycloidalRamp as CycloidalRamp
 from flexmb.drives.drive import Drive as Drive
+from flexmb.drives.harmonic import Harmonic as Harmonic
+from flexmb.drives.piecewise_linear import PiecewiseLinear as PiecewiseLinear
 from flexmb.drives.polynomial import Polynomial as Polynomial
+from flexmb.drives.pulse import Pulse as Pulse
 from flexmb.drives.ramp import Ramp as Ramp
 from flexmb.drives.table import Table as Table
 from flexmb.errors import AssemblyError as AssemblyError

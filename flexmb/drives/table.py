@@ -1,13 +1,11 @@
 """Motion given by points in time."""
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from flexmb import checks
-from flexmb.errors import InputError
+from flexmb.drives.points import checked_points
 from flexmb.kernels import drive_kernel
 from flexmb.model.law import Motion
 
@@ -34,7 +32,8 @@ def table_kernel(p, t):
     beyond = t - min(max(t, first), last)  # outside the table the motion goes on at the speed of the end
     c3, c2, c1, c0 = p[k], p[k + 1], p[k + 2], p[k + 3]
     v = (3.0 * c3 * x + 2.0 * c2) * x + c1
-    a = 6.0 * c3 * x + 2.0 * c2 if beyond == 0.0 else 0.0
+    # at the end itself the speed stays already: a motion has the values of just after a jump
+    a = 6.0 * c3 * x + 2.0 * c2 if p[1] > 0.0 or first <= t < last else 0.0
     return ((c3 * x + c2) * x + c1) * x + c0 + v * beyond + rest, v, a
 
 
@@ -54,7 +53,9 @@ class Table(Motion):
 
     Notes
     -----
-    Outside a table that is not repeated the motion goes on at the speed of its end.
+    Outside a table that is not repeated the motion goes on at the speed of its end; the acceleration jumps there, so a
+    run ends a step at that instant.  Inside, the acceleration has kinks at the points, which cost no method of second
+    order its order.
     """
 
     times: tuple[float, ...]
@@ -65,15 +66,7 @@ class Table(Motion):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        given = {name: checks.sequence("Table", name, getattr(self, name), "numbers") for name in ("times", "values")}
-        times = tuple(checks.number("Table", f"times[{i}]", t, "s") for i, t in enumerate(given["times"]))
-        values = tuple(checks.number("Table", f"values[{i}]", v) for i, v in enumerate(given["values"]))
-        if len(times) < 4 or len(times) != len(values):
-            raise InputError(
-                f"Table: {len(times)} times and {len(values)} values; give at least 4 of each, equally many."
-            )
-        if any(b <= a for a, b in pairwise(times)):
-            raise InputError("Table: times do not increase; sort them and remove duplicates.")
+        times, values = checked_points("Table", self.times, self.values, 4)
         object.__setattr__(self, "times", times)
         object.__setattr__(self, "values", values)
 
@@ -92,6 +85,10 @@ class Table(Motion):
         else:
             c = CubicSpline(t, s).c
         return (float(len(t)), float(self.periodic), *t.tolist(), *c.T.ravel().tolist(), growth)
+
+    def breaks(self, t_end: float) -> tuple[float, ...]:
+        """First and last instant of a table that is not repeated."""
+        return () if self.periodic else tuple(t for t in (self.times[0], self.times[-1]) if 0.0 < t <= t_end)
 
     @property
     def period(self) -> float | None:

@@ -49,6 +49,13 @@ class Part(ABC):
         """How the part is drawn in `mechanism`."""
         return ()
 
+    def share(self, part: float) -> Part:  # noqa: ARG002 - most parts are no loads
+        """This with `part` (0 to 1) of a load that turns with its body; the numbers of its pieces are linear in it.
+
+        Static equilibrium lets such loads grow by it.  Other loads grow as forces of the drawn pose.
+        """
+        return self
+
     def references(self) -> tuple[str, ...]:
         """Names of the parts this one is connected to."""
         values = (getattr(self, f.name) for f in fields(self))

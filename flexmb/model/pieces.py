@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from flexmb.errors import KernelError
 from flexmb.kernels import Kernel
 
 if TYPE_CHECKING:
@@ -49,7 +50,11 @@ def node_coordinates(part: str, node: str) -> tuple[Coordinate, Coordinate, Coor
 
 @dataclass(frozen=True)
 class ElementPiece:
-    """A force, inertia or both on some coordinates; `energy` is its kernel of energies, if it keeps account."""
+    """A force, inertia or both on some coordinates; `energy` is its kernel of energies, if it keeps account.
+
+    With a `factor` all that the kernel gives is multiplied by its value at the time: a load that changes in time.  Such
+    a force has no potential, so it has no `energy`; its work is counted as that of a load.
+    """
 
     part: str
     kernel: Kernel
@@ -57,6 +62,14 @@ class ElementPiece:
     p: tuple[float, ...]
     history: tuple[float, ...] = ()
     energy: Kernel | None = None
+    factor: Motion | None = None
+
+    def __post_init__(self) -> None:
+        if self.factor is not None and self.energy is not None:
+            raise KernelError(
+                f"Part {self.part!r}: kernel {self.kernel.name!r} has a factor in time and an energy kernel; what "
+                "changes in time keeps no energy. Leave the energy kernel out: the work is counted as that of a load."
+            )
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.errors import InputError, ModelError
+from flexmb.model.law import Motion
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.pieces import Pieces
 from flexmb.program.numbering import Numbering, blocks_and_edges
@@ -78,7 +79,14 @@ def compile(mechanism: Mechanism, *, closed: bool = False) -> Program:
         tuple(c.part for c in drives),
         drawn_length(number),
         min((c.p[0] for c in pieces.contacts), default=None),
+        motions_of(pieces),
     )
+
+
+def motions_of(pieces: Pieces) -> tuple[Motion, ...]:
+    """Motions of drives and factors of loads."""
+    found = (*(c.motion for c in pieces.constraints), *(e.factor for e in pieces.elements))
+    return tuple(motion for motion in found if motion is not None)
 
 
 def chosen_pieces(mechanism: Mechanism, *, closed: bool) -> Pieces:

@@ -123,10 +123,13 @@ class Packer:
         dofs = Ragged()
         for piece in pieces:
             dofs.add(self.number.dofs(piece.coordinates))
+        factors = [piece.factor for piece in pieces]
         return Elements(
             ints([self.kernels["element"].number(piece.kernel) for piece in pieces]),
             ints([self.kernels["energy"].number(piece.energy) for piece in pieces]),
+            ints([self.kernels["motion"].number(law.kernel if law else None) for law in factors]),
             table([self.add(piece.p) for piece in pieces], 2),
+            table([self.add(law.parameters() if law else ()) for law in factors], 2),
             table([self.remember(piece.history) for piece in pieces], 2),
             ints(dofs.offset),
             ints(self.element_blocks.offset),

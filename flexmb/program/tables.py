@@ -14,11 +14,13 @@ import numpy as np
 
 
 class Elements(NamedTuple):
-    """Elements: numbers of force and energy kernel (-1: none), where p, z, dofs and positions (row by row) are."""
+    """Elements: numbers of force, energy and factor kernel (-1: none), where p, z, dofs, positions (row by row) are."""
 
     kernel: np.ndarray  # (n,)
     energy: np.ndarray  # (n,)
+    factor: np.ndarray  # (n,) a motion
     p: np.ndarray  # (n, 2)
+    factor_p: np.ndarray  # (n, 2)
     z: np.ndarray  # (n, 2)
     dof: np.ndarray  # (n + 1,)
     pos: np.ndarray  # (n + 1,)

@@ -25,6 +25,9 @@ ROUND_OFF = 1e-15
 FOREIGN = 1e-6
 """An equilibrium that one Newton step moves by more than this part of the model's size is that of another model."""
 
+ASYMMETRY = 1e-11
+"""A difference of stiffnesses beyond the diagonal, over the largest, that is more than round-off."""
+
 
 @dataclass(frozen=True)
 class Modes:
@@ -98,7 +101,8 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
     Raises
     ------
     InputError : an equilibrium of another model; gravity or drives that are not steady in a turning frame.
-    SolveError : the eigensolver did not converge; a motion without mass.
+    SolveError : the eigensolver did not converge; a motion without mass; forces without a potential, when
+        `damped` is False.
 
     Notes
     -----
@@ -129,6 +133,7 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
     if not left:
         s, x = np.zeros(0), np.zeros((program.n_q, 0))
     elif real:
+        refuse_asymmetry(program, K)
         squares, x = undamped(K, M, G, rigid, left)
         s = np.where(squares < 0.0, np.sqrt(np.abs(squares)) + 0j, 1j * np.sqrt(np.abs(squares)))
     else:
@@ -139,53 +144,17 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
     return _record(program, s, np.hstack([rigid, x])[:, :count], kinds, rigid.shape[1], real=real)
 
 
-def _record(program: Program, s: np.ndarray, shapes: np.ndarray, kinds: list[str], rigid: int, *, real: bool) -> Modes:
-    """The record of eigenvalues and shapes; `real`: an undamped problem, whose unstable modes get a negative sign."""
-    frequencies = (np.abs(s.imag) - (s.real if real else 0.0)) / (2.0 * np.pi)
-    size = np.where(s == 0.0, 1.0, np.abs(s))
-    moves = tuple(moves_most(program.names.coordinates, program.length, x) for x in shapes.T)
-    names = program.names
-    damping = -s.real / size + 0.0
-    return Modes(frequencies, shapes, names.coordinates, names.aliases, rigid, tuple(kinds), moves, s, damping)
-
-
-def _with_damping(K, C, M, G, rigid: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues and shapes beside the rigid motions.
-
-    Rigid motions that no damper acts on are left out of the problem.  Where one does, the problem keeps them: each has
-    s = 0 beside another s of its own, and the lowest |s| are those zeros with their round-off.
-    """
-    damped_ones = np.abs(C @ rigid) > 1e-12 * (abs(C) @ np.abs(rigid))
-    kept = rigid.shape[1] if damped_ones.any() else 0
-    s, x = damped_modes(K, C, M, G, rigid, count + kept, kept=kept > 0)
-    s, x = s[kept:], x[:, kept:]
-    return s, x / np.sqrt(np.abs((x.conj() * (M @ x)).sum(axis=0)))
-
-
-def _kinds(K, s: np.ndarray, x: np.ndarray) -> list[str]:
-    """What modes that are not rigid motions are."""
-    energy = np.abs((x.conj() * (K @ x)).sum(axis=0))
-    terms = (np.abs(x) * (abs(K) @ np.abs(x))).sum(axis=0)
-    found = []
-    for k, value in enumerate(s):
-        growth = 1e-9 * np.abs(value)
-        if energy[k] <= ROUND_OFF * terms[k] and np.abs(value.imag) > 0.0:
-            found.append("not resolved")
-        elif value.real > growth:
-            found.append("unstable")
-        else:
-            found.append("elastic" if value.imag else "overdamped")
-    return found
-
-
-def _own(program: Program, at: Equilibrium) -> tuple[np.ndarray, np.ndarray]:
-    """Coordinates and multipliers of an equilibrium of this model."""
-    if len(at.q) != program.n_q or len(at.lam) != program.n_c:
-        raise InputError(f"modes: the equilibrium has {len(at.q)} coordinates, the model {program.n_q}. Use its own.")
-    if at.names != program.names.coordinates:
-        other = next(a for a, b in zip(at.names, program.names.coordinates, strict=True) if a != b)
-        raise InputError(f"modes: the equilibrium has a coordinate {other!r}, the model has none. Use its own.")
-    return at.q, at.lam
+def refuse_asymmetry(program: Program, K: sp.csc_matrix) -> None:
+    """`SolveError` for forces without a potential: their modes are complex, and may grow."""
+    difference = sp.coo_array(abs(K - K.T))
+    worst = int(difference.data.argmax()) if difference.nnz else -1
+    if worst < 0 or difference.data[worst] <= ASYMMETRY * abs(K).max():
+        return
+    row, column = (program.names.coordinates[int(k[worst])] for k in (difference.row, difference.col))
+    raise SolveError(
+        f"modes: the stiffness of mechanism {program.name!r} is not symmetric between {row!r} and {column!r}, so it "
+        "has no real modes. A follower force does this: ask for modes(..., damped=True), which shows flutter as growth."
+    )
 
 
 def _refuse_foreign(program: Program, system: System, at: Equilibrium, spin: Spin) -> None:

@@ -129,9 +129,14 @@ def least_energy(inertia: sp.csr_matrix, A: sp.csr_matrix, b: np.ndarray) -> np.
     return root @ np.linalg.lstsq(A @ root, b, rcond=1e-11)[0]
 
 
-def accelerations(program: Program, q: np.ndarray, v: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
-    """Accelerations (n_q,) and multipliers (n_c,): M a + G^T lam = -r(q, v, 0), G a = gamma."""
-    system = System(program).at(q, v, t=t, weights=(0.0, 0.0, 1.0))
+def accelerations(
+    program: Program, q: np.ndarray, v: np.ndarray, t: float, z: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Accelerations (n_q,) and multipliers (n_c,): M a + G^T lam = -r(q, v, 0), G a = gamma.
+
+    `z` is the history (n_z,) at this state, None: that of the drawn pose.
+    """
+    system = System(program).at(q, v, t=t, z=z, weights=(0.0, 0.0, 1.0))
     M = system.block()
     bare = np.flatnonzero(np.abs(M).sum(axis=1) == 0.0)
     free = [k for k in bare if abs(system.jacobian[:, [k]]).sum() == 0.0]
@@ -141,7 +146,7 @@ def accelerations(program: Program, q: np.ndarray, v: np.ndarray, t: float) -> t
             f"Mechanism {program.name!r}: coordinate {name!r} has no mass and no joint; give it some mass."
         )
     b = np.concatenate([-system.force, system.gamma])
-    x = system.solve(b, f"Start accelerations of {program.name!r}")
+    x = system.solve(b, f"Accelerations of {program.name!r} at t = {t:.6g} s")
     return x[: program.n_q], x[program.n_q :]
 
 

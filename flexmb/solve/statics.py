@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -87,7 +88,9 @@ def static_equilibrium(
     Notes
     -----
     r0 being the force of the drawn pose, r(q) - (1 - s) r0 + G^T lam = 0 and g = 0 are solved for s = 0 .. 1, the
-    square of the spin growing with s.  Not past a limit point: a structure that snaps through ends with an error.
+    square of the spin growing with s.  Follower forces are left out of r0 and multiplied by s in r, since a force that
+    turns cannot be held by one that does not.  Not past a limit point: a structure that snaps through ends with an
+    error.
     """
     checks.count("static_equilibrium", "load_steps", load_steps)
     full = Spin(
@@ -97,14 +100,17 @@ def static_equilibrium(
     program = compile_mechanism(mechanism)
     system = System(program)
     q, lam = np.array(program.drawn.q), np.zeros(program.n_c)
-    start = system.at(q).force
-    check_spin("static_equilibrium", mechanism, program, system, full)
+    check_spin("static_equilibrium", mechanism, program, system.at(q), full)
     refuse_free_motion(program, system, q)
+    grow = growth(mechanism, program)
+    system.program = grow(0.0)
+    start = system.at(q).force
     done, stride, total = 0.0, 1.0 / load_steps, 0
     smallest = stride / 2**8
     while done < 1.0 - 1e-12:
         part = min(1.0, done + stride)
         turning = Spin(full.speed * np.sqrt(part), full.about)
+        system.program = grow(part)
         found = _newton(program, system, q, lam, (1.0 - part) * start, turning)
         if found is None:
             stride /= 2.0
@@ -117,6 +123,19 @@ def static_equilibrium(
     names = program.names
     forces = reactions(program, system)
     return Equilibrium(q, lam, names.coordinates, names.aliases, forces, total, full.speed, full.about)
+
+
+def growth(mechanism: Mechanism, program: Program) -> Callable[[float], Program]:
+    """The program with a part of the loads that turn with their bodies, as a function of the part."""
+    bare = mechanism
+    for load in mechanism.parts:
+        less = load.share(0.0)
+        if less is not load:
+            bare = bare.with_part(less)
+    if bare is mechanism:
+        return lambda _part: program
+    none, full = compile_mechanism(bare).tables.p, program.tables.p
+    return lambda part: replace(program, tables=program.tables._replace(p=(1.0 - part) * none + part * full))
 
 
 def _newton(

@@ -103,9 +103,22 @@ BUILT_IN = {
         two_links(fm.TorsionSpring("spring", crank(), arm(), stiffness=20.0, damping=0.3, rest_angle=0.2)), "spring",
     ),
     "Force": (two_links(fm.Force("load", arm(), at=B, force=(30.0, -70.0))), "load"),
+    "Force, follower": (two_links(fm.Force("load", arm(), at=B, force=(30.0, -70.0), follower=True)), "load"),
+    "Force, follower on a beam": (
+        two_links(fm.Force("load", flexible(), at=B, force=(30.0, -70.0), follower=True), second=flexible()), "load",
+    ),
+    "Force, Pulse": (
+        two_links(fm.Force("load", arm(), at=B, force=(3.0, 1.0), history=fm.Pulse(2.0, 0.3, 1.1))), "load",
+    ),
+    "Force, PiecewiseLinear": (
+        two_links(fm.Force("load", arm(), at=B, force=(3.0, 1.0), history=fm.PiecewiseLinear(TIMES, WAVE))), "load",
+    ),
     "Torque": (two_links(fm.Torque("load", arm(), 12.0)), "load"),
+    "Torque, Harmonic": (two_links(fm.Torque("load", arm(), 12.0, history=fm.Harmonic(0.7, 3.0, 0.4, 0.1))), "load"),
     "ConstantSpeed": (driven(MOTION), "motor"),
     "Ramp": (driven(fm.Ramp(6.0, 0.8)), "motor"),
+    "CycloidalRamp": (driven(fm.CycloidalRamp(6.0, 0.8)), "motor"),
+    "Harmonic": (driven(fm.Harmonic(0.4, 1.5, 0.3, 0.2)), "motor"),
     "Polynomial": (driven(fm.Polynomial((0.1, 2.0, -0.4, 0.3))), "motor"),
     "Table": (driven(fm.Table(TIMES, WAVE)), "motor"),
     "Table, periodic": (driven(fm.Table(TIMES, (*WAVE[:-1], WAVE[0] + 0.5), periodic=True)), "motor"),
