@@ -15,6 +15,7 @@ from flexmb.contact.friction.frictionless import Frictionless as Frictionless
 from flexmb.contact.friction.modified_coulomb import ModifiedCoulomb as ModifiedCoulomb
 from flexmb.contact.normal.lankarani_nikravesh import LankaraniNikravesh as LankaraniNikravesh
 from flexmb.drives.constant_speed import ConstantSpeed as ConstantSpeed
+from flexmb.drives.cycloidal_ramp import CycloidalRamp as CycloidalRamp
 from flexmb.drives.drive import Drive as Drive
 from flexmb.drives.polynomial import Polynomial as Polynomial
 from flexmb.drives.ramp import Ramp as Ramp
@@ -35,6 +36,7 @@ from flexmb.integrate.solution import Solution as Solution
 from flexmb.integrate.steps import Adaptive as Adaptive
 from flexmb.integrate.steps import FixedStep as FixedStep
 from flexmb.io.vtk import write_vtk as write_vtk
+from flexmb.joints.clamp import Clamp as Clamp
 from flexmb.joints.prismatic import Prismatic as Prismatic
 from flexmb.joints.revolute import Fixed as Fixed
 from flexmb.joints.revolute import Revolute as Revolute

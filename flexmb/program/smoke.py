@@ -47,9 +47,8 @@ def _calls(piece: Any, q: np.ndarray) -> list[tuple[Kernel, Sequence[float], lis
         rows = [np.zeros(piece.rows) for _ in range(4)]
         arguments = [0.0, q, zero, rows[0], rows[1], np.zeros((piece.rows, n)), rows[2], rows[3], square]
         calls = [(piece.kernel, piece.p, arguments, "constraint")]
-        if piece.motion is not None:
-            calls.append((piece.motion.kernel, piece.motion.parameters(), [0.0], type(piece.motion).__name__))
-        return calls
+        laws = [driven.motion for driven in piece.motions]
+        return [*calls, *((law.kernel, law.parameters(), [0.0], type(law).__name__) for law in laws)]
     if isinstance(piece, ContactPiece):
         gap = (piece.gap, piece.p, [q, zero, np.zeros(GAP_SIZE)], "gap")
         return [gap, _law_call(piece.normal), _law_call(piece.friction)]

@@ -29,14 +29,15 @@ SPECIMENS = {
     "RigidLink": CRANK,
     "FlexibleLink": fm.FlexibleLink(
         "link", O, B, section=BAR, material=fm.STEEL, elements=(0.3, 0.7), mass=2.0, damping=1e-4, mass_damping=2.0,
-        pivot_inertia=1e-3, velocity=(0.0, 0.0, 1.0),
+        pivot_inertia=1e-3, velocity=(0.0, 0.0, 1.0), displacement=lambda s: (0.0, 1e-3 * s, 1e-3),
     ),
     "FlexibleFrame": fm.FlexibleFrame(
         "frame", (O, (0.4, 0.05), (0.1, 0.3)), ((0, 1), (1, 2), (2, 0)), section=BAR, material=fm.STEEL, elements=2,
-        mass=4.0, inertia=0.105, damping=1e-4, mass_damping=2.0, velocity=(0.0, 0.0, 1.0),
+        mass=4.0, inertia=0.105, damping=1e-4, mass_damping=2.0, velocity=((0.0, 1.0, 2.0),) * 6,
     ),
     "Revolute": fm.Revolute("pin", CRANK, ARM, at=A),
     "Fixed": fm.Fixed("weld", CRANK, ARM, at=A),
+    "Clamp": fm.Clamp("clamp", CRANK, ARM, at=A, angle=fm.ConstantSpeed(2.0), x=fm.Ramp(1.0, 0.5)),
     "Prismatic": fm.Prismatic("guide", fm.GROUND, CRANK, at=A, along=(1.0, 0.5)),
     "RevoluteClearance": fm.RevoluteClearance(
         "play", CRANK, ARM, at=A, clearance=1e-4, bearing_radius=5e-3, normal=LAW, friction=fm.ModifiedCoulomb(0.1)
@@ -48,6 +49,7 @@ SPECIMENS = {
     "Force": fm.Force("load", CRANK, at=A, force=(1.0, 2.0)),
     "Torque": fm.Torque("moment", CRANK, 3.0, at=A),
     "ConstantSpeed": fm.ConstantSpeed(6.0),
+    "CycloidalRamp": fm.CycloidalRamp(6.0, 0.5),
     "Ramp": fm.Ramp(6.0, 0.5),
     "Polynomial": fm.Polynomial((0.0, 1.0, 2.0)),
     "Table": fm.Table(TIMES, tuple(t * t for t in TIMES)),
