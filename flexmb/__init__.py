@@ -25,6 +25,7 @@ _HOME = {
         "FlexmbError InputError ModelError KernelError AssemblyError SolveError FileFormatError MissingPackageError"
     ),
     "integrate.method": "Newmark RungeKutta4",
+    "integrate.momentum": "Momentum momentum",
     "integrate.netcdf": "load",
     "integrate.simulate": "simulate",
     "integrate.solution": "Solution",
@@ -44,7 +45,9 @@ _HOME = {
     "mechanisms.four_bar": "FourBarData four_bar",
     "mechanisms.nine_bar": "nine_bar",
     "mechanisms.nine_bar_data": "NineBarData",
+    "mechanisms.simeon": "SimeonData simeon",
     "mechanisms.slider_crank": "SliderCrankData slider_crank",
+    "mechanisms.spinning_beam": "SpinningBeamData spinning_beam",
     "model.law": "FrictionLaw Motion NormalLaw",
     "model.material": "Material STEEL",
     "model.mechanism": "Mechanism",

@@ -30,6 +30,8 @@ from flexmb.errors import ModelError as ModelError
 from flexmb.errors import SolveError as SolveError
 from flexmb.integrate.method import Newmark as Newmark
 from flexmb.integrate.method import RungeKutta4 as RungeKutta4
+from flexmb.integrate.momentum import Momentum as Momentum
+from flexmb.integrate.momentum import momentum as momentum
 from flexmb.integrate.netcdf import load as load
 from flexmb.integrate.simulate import simulate as simulate
 from flexmb.integrate.solution import Solution as Solution
@@ -57,8 +59,12 @@ from flexmb.mechanisms.four_bar import FourBarData as FourBarData
 from flexmb.mechanisms.four_bar import four_bar as four_bar
 from flexmb.mechanisms.nine_bar import nine_bar as nine_bar
 from flexmb.mechanisms.nine_bar_data import NineBarData as NineBarData
+from flexmb.mechanisms.simeon import SimeonData as SimeonData
+from flexmb.mechanisms.simeon import simeon as simeon
 from flexmb.mechanisms.slider_crank import SliderCrankData as SliderCrankData
 from flexmb.mechanisms.slider_crank import slider_crank as slider_crank
+from flexmb.mechanisms.spinning_beam import SpinningBeamData as SpinningBeamData
+from flexmb.mechanisms.spinning_beam import spinning_beam as spinning_beam
 from flexmb.model.law import FrictionLaw as FrictionLaw
 from flexmb.model.law import Motion as Motion
 from flexmb.model.law import NormalLaw as NormalLaw
