@@ -18,7 +18,7 @@ from flexmb.program.tables import Addresses, Tables
 
 @dataclass(frozen=True)
 class Drawn:
-    """The drawn pose with start displacements, declared velocities (NaN: free), history at the start, bodies as rigid."""
+    """The drawn pose with start displacements, declared velocities (NaN: free), history at the start, bodies."""
 
     q: np.ndarray  # (n_q,) [m, rad]
     v: np.ndarray  # (n_q,) [m/s, rad/s]

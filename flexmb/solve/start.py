@@ -36,8 +36,7 @@ class Start:
 
 
 def consistent_start(mechanism: Mechanism, program: Program, t: float = 0.0) -> Start:
-    """Start values of a mechanism: clearance joints centred, flexible bodies without a field of displacement unstressed,
-    those without a field of velocity moving as rigid ones.
+    """Start values of a mechanism: clearance joints centred, bodies without a declared field unstressed and rigid.
 
     Raises
     ------

@@ -5,7 +5,7 @@ turned by -80 N m; then it flies freely, turning over and bending by large angle
 x = 3 + 0.4 t^2 up to 2.5 s and x = 5.5 + 2 (t - 2.5) afterwards, y = 4.
 
 The rod of the source also shears (G A = 1e4 N); the beam here does not, so the positions of its ends are stated beside
-those of the source, not held against them.
+those of the source, as distances over its length.
 """
 
 from functools import lru_cache
@@ -16,7 +16,7 @@ from record import Curve, Problem, Value
 import flexmb as fm
 from flexmb.mechanisms.free_rod import FreeRodData, free_rod
 
-DATA, T_END, STEP = FreeRodData(), 10.0, 2.5e-3
+DATA, LENGTH, T_END, STEP = FreeRodData(), 10.0, 10.0, 2.5e-4
 TIPS = {
     5.0: ((5.620, 4.764), (15.409, 4.264)),
     10.0: ((25.409, 4.790), (15.624, 4.150)),
@@ -31,8 +31,8 @@ PROBLEM = Problem(
         "1e-3: the ends"
     ),
     about=(
-        "Loads that end at once, a body without any joint, rotary inertia of the sections. Energy, momentum and centre of "
-        "mass are those of the consistent mass (`fm.momentum`). Trapezoidal rule, steps of 2.5 ms."
+        "Loads that end at once, a body without any joint, rotary inertia of the sections. Energy, momentum and "
+        "centre of mass are those of the consistent mass (`fm.momentum`). Trapezoidal rule, steps of 0.25 ms."
     ),
 )
 
@@ -54,14 +54,25 @@ def sixteen():
     free = t > DATA.time + 1e-9
     stored = (sol.array("energy.kinetic") + sol.array("energy.strain"))[free]
     angular = (found.angular - found.centre[:, 0] * found.linear[:, 1] + found.centre[:, 1] * found.linear[:, 0])[free]
-    k = [int(np.abs(t - instant).argmin()) for instant in (5.0, 10.0)]
+    at = {instant: int(np.abs(t - instant).argmin()) for instant in TIPS}
+    ends = {
+        (instant, end): np.hypot(
+            *(sol.array(f"rod.{end}.{axis}")[at[instant]] - want for axis, want in zip("xy", tip, strict=True))
+        )
+        for instant, tips in TIPS.items()
+        for end, tip in zip(("start", "end"), tips, strict=True)
+    }
     return [
         Value("mass [kg]", 10.0, found.mass, 1e-12),
-        Value("x of the centre of mass at 10 s [m]", 20.5, x[k[1]], 1e-9),
+        Value("x of the centre of mass at 10 s [m]", 20.5, x[at[10.0]], 1e-9),
         Value("largest error of x [m]", 0.0, np.abs(x - exact).max(), 1e-9, scale=1.0),
         Value("largest error of y [m]", 0.0, np.abs(found.centre[:, 1] - 4.0).max(), 1e-9, scale=1.0),
         Value("largest change of energy after the loads", 0.0, np.ptp(stored) / stored[0], 1e-6, scale=1.0),
         Value("largest change of angular momentum", 0.0, np.ptp(angular) / abs(angular[0]), 1e-6, scale=1.0),
+        *(
+            Value(f"{end} at {instant:g} s: distance from that of the rod that shears [m]", 0.0, d, 1e-3, scale=LENGTH)
+            for (instant, end), d in ends.items()
+        ),
     ]
 
 
@@ -85,12 +96,12 @@ def elements():
     counts = (4, 8, 16)
 
     def lower(n):
-        sol = flight(n, 1e-2)[0]
+        sol = flight(n, 2.5e-3)[0]
         k = int(np.abs(sol.time - 5.0).argmin())
         return np.array([sol.array(f"rod.start.{axis}")[k] for axis in "xy"])
 
     best = lower(64)
-    return [Curve("lower end", [10.0 / n for n in counts], [np.linalg.norm(lower(n) - best) for n in counts], 2.0)]
+    return [Curve("lower end", [LENGTH / n for n in counts], [np.linalg.norm(lower(n) - best) for n in counts], 2.0)]
 
 
 test_case, test_curves = PROBLEM.tests()

@@ -1,7 +1,8 @@
 """Spin-up of a clamped beam: large deflections while the hub speeds up, steady stretch afterwards.
 
-A beam is clamped to a hub whose angle is (Om/T) [t^2/2 + (T/2 pi)^2 (cos(2 pi t/T) - 1)] up to T = 15 s and Om (t - T/2)
-afterwards.  u1 and u2 are the displacements of the tip along and across the line that turns with the hub.  The final
+A beam is clamped to a hub whose angle is (Om/T) [t^2/2 + (T/2 pi)^2 (cos(2 pi t/T) - 1)] up to T = 15 s and
+Om (t - T/2) afterwards.  u1 and u2 are the displacements of the tip along and across the line that turns with the hub.  The
+final
 speed is above the first bending frequency of the beam at rest, 3.516 sqrt(E I/(rho A L^4)) = 3.80 rad/s for the first
 set of numbers: a beam that is linear in its floating frame, without the stiffening by centrifugal forces, runs away.
 """
@@ -29,8 +30,8 @@ PROBLEM = Problem(
         "the deflections computed once by an independent nonlinear beam code, good to 0.2 % and 0.5 %"
     ),
     about=(
-        "A rheonomic clamp turns the root; the beam bends backwards by 6 % of its length, straightens as the centrifugal "
-        "force grows, and keeps a small vibration about a steady stretch. Generalised-alpha 0.8 with steps of 2.5 ms."
+        "A rheonomic clamp turns the root; the beam bends backwards by 6 % of its length, straightens as the "
+        "centrifugal force grows, and keeps a small vibration about a steady stretch. Generalised-alpha 0.8 with steps of 2.5 ms."
     ),
 )
 

@@ -89,7 +89,7 @@ BUILT_IN = {
     "Revolute on a beam": (two_links(fm.Revolute("A", crank(), flexible(), at=A), second=flexible()), "A"),
     "Fixed": (two_links(fm.Fixed("A", crank(), arm(), at=A)), "A"),
     "FlexibleLink, bent and moving": (
-        alone(flexible(displacement=lambda s: (0.0, 0.01 * s * s, 0.04 * s), velocity=lambda s: (s, -s * s, 2.0))), "arm",
+        alone(flexible(displacement=lambda s: (0.0, 0.01 * s, 0.04 * s), velocity=lambda s: (s, -s * s, 2.0))), "arm",
     ),
     "Clamp": (two_links(fm.Clamp("A", crank(), arm(), at=A, angle=MOTION, x=fm.Ramp(0.2, 0.8), y=WOBBLE)), "A"),
     "Clamp on ground": (two_links(fm.Clamp("A", fm.GROUND, arm(), at=A, y=WOBBLE)), "A"),

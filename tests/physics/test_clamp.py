@@ -71,7 +71,7 @@ def test_signals_of_a_run_are_the_motions_and_their_forces():
 
 
 def test_the_work_of_all_three_motions_is_what_the_body_gains():
-    """Kinetic and potential energy at both ends are exact; the works come by the trapezoidal rule, so to second order."""
+    """Energies at both ends are exact; the works come by the trapezoidal rule, so to second order."""
     rest = []
     for step in (2e-2, 1e-2):
         sol = fm.simulate(on_ground(angle=TURN, x=ALONG, y=ACROSS), t_end=T_END, step=step, save="steps")
@@ -99,7 +99,7 @@ def carried(**motions):
 
 
 def test_a_body_that_slides_out_on_a_wheel_feels_centripetal_and_coriolis_force():
-    """Out along the wheel's x axis, d = 0.3 + u t + b t^2: radial m (2 b - w^2 d), across m 2 w d', both on the load."""
+    """Out along the wheel's x axis, d = 0.3 + u t + b t^2: radial m (2 b - w^2 d), across 2 m w d', on the load."""
     u, b, w, t_end = 0.2, 0.4, 3.0, 0.8
     t = np.linspace(0.0, t_end, 17)
     found = fm.inverse_dynamics(carried(x=fm.Polynomial((0.0, u, b))), t).forces
