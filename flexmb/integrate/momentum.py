@@ -63,10 +63,8 @@ def momentum(mechanism: Mechanism, solution: Solution, bodies: tuple[str, ...] |
     if not names:
         raise InputError(f"{label}: bodies is empty; name at least one, or leave it out for all.")
     n = program.n_q
-    if solution.names[:n] != program.names.coordinates:
-        raise InputError(
-            f"{label}: the solution of {solution.name!r} has other coordinates. Give that of this mechanism."
-        )
+    if solution.names != tuple(signal.name for signal in program.names.signals):
+        raise InputError(f"{label}: the solution of {solution.name!r} has other signals. Give that of this mechanism.")
     chosen = np.isin(np.asarray(program.names.bodies)[RigidMotion(program).body], names)
     system, rows = System(program), []
     for values in solution.values:

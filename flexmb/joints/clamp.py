@@ -53,7 +53,7 @@ class Clamp(Joint):
 
     Raises
     ------
-    InputError : something that is no motion, or no motion at all.
+    InputError : something that is no motion, one that jumps, or no motion at all.
 
     Notes
     -----
@@ -73,6 +73,11 @@ class Clamp(Joint):
         for name, motion in given.items():
             if motion is not None and not isinstance(motion, Motion):
                 raise InputError(f"{self.label}: {name} is {motion!r}; it must be a motion, e.g. Ramp(6.28, 0.5).")
+            if motion is not None and not motion.is_smooth:
+                raise InputError(
+                    f"{self.label}: {name} is {type(motion).__name__}(...), whose value or speed jumps; a clamp would "
+                    "need an infinite force to follow. Move it with Table, Ramp or CycloidalRamp."
+                )
         if all(motion is None for motion in given.values()):
             raise InputError(f"{self.label}: angle, x and y are None; give a motion, or use Fixed(...) for a weld.")
 

@@ -2,8 +2,9 @@
 
 A rigid crank of 0.15 m is driven at 150 rad/s; a square steel rod of 0.30 m carries a slider; no gravity, no damping.
 The source describes the rod by two lateral sine waves q1, q2 and an axial parabola through q3 (middle) and q4 (end),
-with a linear stiffness.  Here the rod is a chain of nonlinear beam elements that starts with the published stretch and the
-published rates.  q1 and q2 are then the first sine coefficients of the deflection w from the chord, 2/L int w sin.
+with a linear stiffness.  Here the rod is a chain of nonlinear beam elements that starts with the published stretch and
+the published rates.  q1 and q2 are then the first sine coefficients of the deflection w from the chord,
+2/L int w sin.
 
 How the two models differ in what is compared:
 
@@ -75,9 +76,9 @@ def published():
     phi2 = np.arctan2(dy, dx)
     q1, q2 = sine_coefficients(sol, n)
     why = (
-        "the published stiffness is linear. The four modes of the source, integrated independently, give the "
-        "published value within 3e-6 with it; with the strain u' + w'^2/2, in which axial force acts on bending, and two axial and "
-        "one lateral sine more they give 2.32805e-4 m. Beam elements hold that strain and cannot be without it"
+        "the published stiffness is linear. The four modes of the source, integrated independently, give the published "
+        "value within 3e-6 with it; with the strain u' + w'^2/2, in which axial force acts on bending, and with two "
+        "axial and one lateral sine more they give 2.32805e-4 m. Beam elements hold that strain"
     )
     return [
         Value("phi2 [rad], absolute", -0.3311734987910881, phi2[-1], 1e-6, scale=1.0),

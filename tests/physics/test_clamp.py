@@ -162,9 +162,20 @@ def test_a_run_goes_on_bit_for_bit():
     np.testing.assert_array_equal(rest.restart["ledger"], whole.restart["ledger"])
 
 
+class Jump(fm.ConstantSpeed):
+    """A motion that says of itself that it jumps."""
+
+    is_smooth = False
+
+
 @pytest.mark.parametrize(
     ("motions", "message"),
-    [({}, "Fixed"), ({"angle": 1.0}, "angle is 1.0; it must be a motion"), ({"x": TURN, "y": "up"}, "y is 'up'")],
+    [
+        ({"x": Jump(1.0)}, r"x is Jump\(...\), whose value or speed jumps"),
+        ({}, "Fixed"),
+        ({"angle": 1.0}, "angle is 1.0; it must be a motion"),
+        ({"x": TURN, "y": "up"}, "y is 'up'"),
+    ],
 )
 def test_what_is_no_motion_is_refused(motions, message):
     with pytest.raises(InputError, match=message) as caught:

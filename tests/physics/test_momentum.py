@@ -19,14 +19,14 @@ def rod(**changes):
     return fm.FlexibleLink("rod", START, END, **options)
 
 
-def flown(*parts, t_end=0.05):
+def flown(*parts, t_end=0.05, step=2.5e-4):
     mech = fm.Mechanism("flight", parts, gravity=(0.0, -9.81))
-    return mech, fm.simulate(mech, t_end=t_end, step=2.5e-4, save=10)
+    return mech, fm.simulate(mech, t_end=t_end, step=step, save=10)
 
 
 def test_a_rod_with_bosses_counts_as_the_rigid_bar_it_stands_for():
     """Mass, centre at 60 % of the length and inertia given; m v and r x m v + J omega of the bar about the origin."""
-    centre, inertia = (START[0] + 0.6 * 1.2, START[1] + 0.6 * 0.9), 0.8
+    centre, inertia = (START[0] + 0.6 * 1.2, START[1] + 0.6 * 0.9), 1.5
     moving = rod(mass=MASS, centre=0.6, inertia=inertia)
     mech, sol = flown(moving)
     found = fm.momentum(mech, sol)
@@ -40,11 +40,16 @@ def test_a_rod_with_bosses_counts_as_the_rigid_bar_it_stands_for():
 
 
 def test_the_centre_of_mass_of_a_falling_rod_flies_a_parabola():
-    _, sol = flown(rod(), t_end=0.5)
-    found = fm.momentum(fm.Mechanism("flight", (rod(),), gravity=(0.0, -9.81)), sol)
-    t = found.time
-    np.testing.assert_allclose(found.centre[:, 0], CENTRE[0] + VELOCITY[0] * t, rtol=0, atol=1e-6)
-    np.testing.assert_allclose(found.centre[:, 1], CENTRE[1] + VELOCITY[1] * t - 0.5 * 9.81 * t**2, rtol=0, atol=1e-6)
+    """To second order in the step: the mass matrix of a beam depends on its pose."""
+    errors = []
+    for step in (5e-4, 2.5e-4):
+        mech, sol = flown(rod(), t_end=0.5, step=step)
+        found = fm.momentum(mech, sol)
+        t = found.time
+        exact = np.stack([CENTRE[0] + VELOCITY[0] * t, CENTRE[1] + VELOCITY[1] * t - 0.5 * 9.81 * t**2], axis=1)
+        errors.append(np.abs(found.centre - exact).max())
+    assert errors[1] < 1e-5
+    assert math.log2(errors[0] / errors[1]) > 1.9
 
 
 def test_bodies_are_counted_alone_or_together():
@@ -64,7 +69,7 @@ def test_what_does_not_fit_is_refused():
         fm.momentum(mech, sol, ("rodd",))
     with pytest.raises(InputError, match="bodies is empty"):
         fm.momentum(mech, sol, ())
-    with pytest.raises(InputError, match="other coordinates"):
+    with pytest.raises(InputError, match="other signals"):
         fm.momentum(mech.with_({"rod.elements": 2}), sol)
 
 
