@@ -3,8 +3,8 @@
 A beam is clamped to a hub whose angle is (Om/T) [t^2/2 + (T/2 pi)^2 (cos(2 pi t/T) - 1)] up to T = 15 s and
 Om (t - T/2) afterwards.  u1 and u2 are the displacements of the tip along and across the line that turns with the hub.
 The final speed is above the first bending frequency of the beam at rest, 3.516 sqrt(E I/(rho A L^4)) = 3.80 rad/s for
-the first set of numbers: a beam that is linear in its floating frame, without the stiffening by centrifugal forces, runs
-away.
+the first set of numbers: a beam that is linear in its floating frame, without the stiffening by centrifugal forces,
+runs away.
 """
 
 from functools import lru_cache
