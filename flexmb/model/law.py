@@ -88,7 +88,7 @@ class Motion(Law):
 
     contract = kernels.MOTION
     is_smooth: ClassVar[bool] = True
-    """Whether s and s_dot are continuous, as a joint needs to follow; otherwise it can be the history of a load only."""
+    """Whether s and s_dot are continuous, which a joint needs; otherwise it can only be the history of a load."""
 
     def breaks(self, t_end: float) -> tuple[float, ...]:  # noqa: ARG002 - most motions have none
         """Instants [s] after 0 and up to `t_end` where s, s_dot or s_ddot jumps: a run starts anew there."""

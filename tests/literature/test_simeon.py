@@ -116,8 +116,10 @@ def waving_start():
 )
 def elements():
     counts = (4, 8, 16)
-    best, *found = (run(n, stretched=False, t_end=0.04).array("rod.deflection") for n in (64, *counts))
-    return [Curve("w of the middle", [DATA.rod / n for n in counts], [np.abs(w - best).max() for w in found], 2.0)]
+    best, *found = (run(n, waving=False, t_end=0.04).array("rod.deflection") for n in (64, *counts))
+    errors = [np.abs(w - best).max() for w in found]
+    # axial vibrations, which a finer chain resolves differently, leave 1e-8 m: a little less than the fourth order
+    return [Curve("w of the middle", [DATA.rod / n for n in counts], errors, 4.0, slack=0.4)]
 
 
 @PROBLEM.convergence(
