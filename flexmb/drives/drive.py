@@ -10,7 +10,7 @@ from flexmb import checks
 from flexmb.errors import InputError, ModelError
 from flexmb.model.law import Motion
 from flexmb.model.part import GROUND, Joint, Part
-from flexmb.model.pieces import ConstraintPiece, Piece
+from flexmb.model.pieces import ConstraintPiece, Piece, RowMotion
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -61,7 +61,9 @@ class Drive(Part):
 
     def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
         """One row."""
-        return [replace(self._measure(mechanism), part=self.name, motion=self.motion)]
+        measure = self._measure(mechanism)
+        motion = RowMotion(measure.rows - 1, self.motion, units=measure.drive_units)
+        return [replace(measure, part=self.name, motions=(motion,))]
 
     def _measure(self, mechanism: Mechanism) -> ConstraintPiece:
         if self.joint not in (*mechanism.names, GROUND.name):

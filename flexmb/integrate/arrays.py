@@ -92,14 +92,13 @@ class Record(NamedTuple):
 
 MEMORY_HEAD = 3
 """Start energy, power of damping, power of loads; then (force, depth, friction power) of every contact and (motion,
-force) of every constraint."""
+force) of every constraint row."""
 
 
 def new_flow(program: Program) -> Flow:
     """A state of zeros."""
     n, m = program.n_q + 3, program.n_c
-    n_k, n_g = len(program.tables.contacts.kernel), len(program.tables.constraints.kernel)
-    memory = np.zeros(MEMORY_HEAD + 3 * n_k + 2 * n_g)
+    memory = np.zeros(MEMORY_HEAD + 3 * len(program.tables.contacts.kernel) + 2 * m)
     return Flow(
         np.zeros(5),
         *(np.zeros(n) for _ in range(4)),

@@ -42,8 +42,8 @@ def simulate(
 ) -> Solution:
     """Simulate a mechanism from its drawn pose.
 
-    At the start the loops are closed, journals are centred, flexible bodies are unstressed, velocities are those of the
-    ideal rigid mechanism.
+    At the start the loops are closed, journals are centred, flexible bodies are unstressed and velocities those of the
+    ideal rigid mechanism, but for the fields of displacement and velocity that bodies declare.
 
     Parameters
     ----------

@@ -73,12 +73,26 @@ class ElementPiece:
 
 
 @dataclass(frozen=True)
+class RowMotion:
+    """A motion that is subtracted from one row of a constraint; `name` tells the driven rows of a part apart.
+
+    The part's only driven row has the name "".  `units` are those of the driven coordinate and of its force.
+    """
+
+    row: int
+    motion: Motion
+    name: str = ""
+    units: tuple[str, str] = ("rad", "N m")
+
+
+@dataclass(frozen=True)
 class ConstraintPiece:
     """Rows g(q, t) = 0 between some coordinates.
 
     `second` is the body on which the reported force acts; `moment_row` the row whose multiplier is a moment or a
-    drive force, or -1; `motion` is subtracted from the last row.  A piece with `start_only` holds when loops are
-    closed and start velocities are found, not in motion.
+    drive force, or -1; `motions` are subtracted from their rows, which they name in increasing order.  A piece that
+    `is_drive` reports motions and no force.  One with `start_only` holds when loops are closed and start velocities are
+    found, not in motion.
     """
 
     part: str
@@ -88,7 +102,7 @@ class ConstraintPiece:
     rows: int
     second: tuple[Coordinate, Coordinate, Coordinate] | None = None
     moment_row: int = -1
-    motion: Motion | None = None
+    motions: tuple[RowMotion, ...] = ()
     is_drive: bool = False
     drive_units: tuple[str, str] = ("rad", "N m")
     start_only: bool = False

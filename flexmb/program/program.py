@@ -19,7 +19,7 @@ from flexmb.program.tables import Addresses, Tables
 
 @dataclass(frozen=True)
 class Drawn:
-    """The drawn pose: coordinates, declared start velocities (NaN: free), history at the start, bodies as rigid."""
+    """The drawn pose with start displacements, declared velocities (NaN: free), history at the start, bodies."""
 
     q: np.ndarray  # (n_q,) [m, rad]
     v: np.ndarray  # (n_q,) [m/s, rad/s]
@@ -54,7 +54,7 @@ class Program:
     names: Names
     shapes: Shapes
     periods: tuple[float | None, ...]  # of the drives
-    drives: tuple[str, ...]
+    drives: tuple[str, ...]  # of driven rows, in the order of the rows: part, or part.coordinate
     length: float  # size of the drawn mechanism [m]
     least_clearance: float | None
     motions: tuple[Motion, ...]  # of drives and loads

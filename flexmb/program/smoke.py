@@ -46,7 +46,8 @@ def _calls(piece: Any, q: np.ndarray) -> list[tuple[Kernel, Sequence[float], lis
     if isinstance(piece, ConstraintPiece):
         rows = [np.zeros(piece.rows) for _ in range(4)]
         arguments = [0.0, q, zero, rows[0], rows[1], np.zeros((piece.rows, n)), rows[2], rows[3], square]
-        return [(piece.kernel, piece.p, arguments, "constraint"), *_motion_calls(piece.motion)]
+        driven = [call for row in piece.motions for call in _motion_calls(row.motion)]
+        return [(piece.kernel, piece.p, arguments, "constraint"), *driven]
     if isinstance(piece, ContactPiece):
         gap = (piece.gap, piece.p, [q, zero, np.zeros(GAP_SIZE)], "gap")
         return [gap, _law_call(piece.normal), _law_call(piece.friction)]

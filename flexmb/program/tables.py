@@ -29,12 +29,12 @@ class Elements(NamedTuple):
 
 
 class Constraints(NamedTuple):
-    """Constraints: kernel and motion kernel (-1: none), where numbers, rows, dofs and positions are, signals."""
+    """Constraints: kernels, motions of their rows (-1: none), where numbers, rows, dofs and positions are, signals."""
 
     kernel: np.ndarray  # (n,)
-    motion: np.ndarray  # (n,)
+    motion: np.ndarray  # (n_c,) of each row
     p: np.ndarray  # (n, 2)
-    motion_p: np.ndarray  # (n, 2)
+    motion_p: np.ndarray  # (n_c, 2)
     row: np.ndarray  # (n + 1,)
     dof: np.ndarray  # (n + 1,)
     pos_g: np.ndarray  # (n + 1,)
@@ -46,6 +46,7 @@ class Constraints(NamedTuple):
     second: np.ndarray  # (n, 3) places of x, y, theta of the second body among the dofs, -1: none
     moment: np.ndarray  # (n,) row of the reported moment, -1: none
     out: np.ndarray  # (n,) first of its signals
+    forces: np.ndarray  # (n,) how many signals its force has, before those of its motions; 0 for a drive
 
 
 class Contacts(NamedTuple):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
 
 from flexmb import checks
 from flexmb.errors import InputError, SolveError
@@ -142,6 +143,55 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
     kinds += _kinds(K, s, x)
     s = np.append(np.zeros(rigid.shape[1]), s)[:count]
     return _record(program, s, np.hstack([rigid, x])[:, :count], kinds, rigid.shape[1], real=real)
+
+
+def _record(program: Program, s: np.ndarray, shapes: np.ndarray, kinds: list[str], rigid: int, *, real: bool) -> Modes:
+    """The record of eigenvalues and shapes; `real`: an undamped problem, whose unstable modes get a negative sign."""
+    frequencies = (np.abs(s.imag) - (s.real if real else 0.0)) / (2.0 * np.pi)
+    size = np.where(s == 0.0, 1.0, np.abs(s))
+    moves = tuple(moves_most(program.names.coordinates, program.length, x) for x in shapes.T)
+    names = program.names
+    damping = -s.real / size + 0.0
+    return Modes(frequencies, shapes, names.coordinates, names.aliases, rigid, tuple(kinds), moves, s, damping)
+
+
+def _with_damping(K, C, M, G, rigid: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues and shapes beside the rigid motions.
+
+    Rigid motions that no damper acts on are left out of the problem.  Where one does, the problem keeps them: each has
+    s = 0 beside another s of its own, and the lowest |s| are those zeros with their round-off.
+    """
+    damped_ones = np.abs(C @ rigid) > 1e-12 * (abs(C) @ np.abs(rigid))
+    kept = rigid.shape[1] if damped_ones.any() else 0
+    s, x = damped_modes(K, C, M, G, rigid, count + kept, kept=kept > 0)
+    s, x = s[kept:], x[:, kept:]
+    return s, x / np.sqrt(np.abs((x.conj() * (M @ x)).sum(axis=0)))
+
+
+def _kinds(K, s: np.ndarray, x: np.ndarray) -> list[str]:
+    """What modes that are not rigid motions are."""
+    energy = np.abs((x.conj() * (K @ x)).sum(axis=0))
+    terms = (np.abs(x) * (abs(K) @ np.abs(x))).sum(axis=0)
+    found = []
+    for k, value in enumerate(s):
+        growth = 1e-9 * np.abs(value)
+        if energy[k] <= ROUND_OFF * terms[k] and np.abs(value.imag) > 0.0:
+            found.append("not resolved")
+        elif value.real > growth:
+            found.append("unstable")
+        else:
+            found.append("elastic" if value.imag else "overdamped")
+    return found
+
+
+def _own(program: Program, at: Equilibrium) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates and multipliers of an equilibrium of this model."""
+    if len(at.q) != program.n_q or len(at.lam) != program.n_c:
+        raise InputError(f"modes: the equilibrium has {len(at.q)} coordinates, the model {program.n_q}. Use its own.")
+    if at.names != program.names.coordinates:
+        other = next(a for a, b in zip(at.names, program.names.coordinates, strict=True) if a != b)
+        raise InputError(f"modes: the equilibrium has a coordinate {other!r}, the model has none. Use its own.")
+    return at.q, at.lam
 
 
 def refuse_asymmetry(program: Program, K: sp.csc_matrix) -> None:

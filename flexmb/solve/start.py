@@ -36,7 +36,7 @@ class Start:
 
 
 def consistent_start(mechanism: Mechanism, program: Program, t: float = 0.0) -> Start:
-    """Start values of a mechanism: clearance joints centred, flexible bodies unstressed and moving as rigid ones.
+    """Start values of a mechanism: clearance joints centred, bodies without a declared field unstressed and rigid.
 
     Raises
     ------
@@ -82,17 +82,19 @@ def rigid_velocities(closed: Program, q: np.ndarray, t: float, soft: Container[s
 
     Declared velocities hold exactly; `AssemblyError` when the joints forbid them.  Joints named in `soft` (those with
     play) give way to declared velocities, so a journal can be thrown into its bearing.
+    v = B w + d, where B w are rigid motions and d is the part of declared fields that is none.
     """
     system, rigid = System(closed), RigidMotion(closed)
+    B = rigid.basis(q)
+    declared, d = declared_rows(closed, rigid, B)
     M = system.mass(q)
-    system.at(q, t=t)
-    B, declared = rigid.basis(q), ~np.isnan(closed.drawn.v)
+    system.at(q, d, t=t)
     A = sp.vstack([system.jacobian @ B, B[declared]]).tocsr()
-    b = np.concatenate([-system.velocity_residual, closed.drawn.v[declared]])
+    b = np.concatenate([-system.velocity_residual, (closed.drawn.v - d)[declared]])
     owners = [row.partition("[")[0] for row in closed.names.rows]
-    owners += [closed.names.coordinates[k] for k in np.flatnonzero(declared)]
+    owners += [closed.names.coordinates[k] for k in declared]
     inertia = (B.T @ M @ B).tocsr()
-    wanted = 1e-7 * max(float(np.abs(b).max(initial=0.0)), 1e-30)
+    wanted = 1e-7 * max(float(np.abs(b).max(initial=0.0)), float(np.abs(d).max(initial=0.0)), 1e-30)
     w = least_energy(inertia, A, b)
     hard = np.array([owner not in soft for owner in owners], dtype=bool)
     if np.abs(A @ w - b).max(initial=0.0) > wanted and not hard.all():
@@ -100,12 +102,34 @@ def rigid_velocities(closed: Program, q: np.ndarray, t: float, soft: Container[s
         w = least_energy(inertia, sp.diags_array(weight) @ A, weight * b)
     missed = np.where(hard, np.abs(A @ w - b), 0.0)
     if missed.max(initial=0.0) > wanted:
+        # with declared velocities held, what stays open is the joint's: it shall be named, and by its own size
+        weight = np.where(np.arange(len(b)) >= len(b) - len(declared), 1e7, 1.0)
+        w = least_energy(inertia, sp.diags_array(weight) @ A, weight * b)
+        missed = np.where(hard, np.abs(A @ w - b), 0.0)
         raise AssemblyError(
             f"Mechanism {closed.name!r}: no start velocities satisfy all joints, drives and declared velocities; "
             f"largest violation {missed.max():.3g} m/s or rad/s at {owners[int(missed.argmax())]!r}. "
             "In a dead centre start elsewhere; otherwise correct the declared velocities."
         )
-    return B @ w
+    return B @ w + d
+
+
+def declared_rows(closed: Program, rigid: RigidMotion, B: sp.csr_matrix) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates whose velocities say what rigid motion was declared, and d (n_q,), the rest of declared fields.
+
+    The rigid motion of a field is the one nearest to it, all nodes counted alike; with d beside it any other would do.
+    """
+    v = np.asarray(closed.drawn.v)
+    body = np.repeat(rigid.body, 3)
+    rows, d = [], np.zeros(len(v))
+    for k in range(rigid.count):
+        given = np.flatnonzero((body == k) & ~np.isnan(v))
+        if len(given) > 3:
+            own = B[given][:, 3 * k : 3 * k + 3].toarray()
+            size = np.array([1.0, 1.0, max(float(np.abs(own[:, 2]).max()), 1e-300)])
+            d[given] = v[given] - own @ (np.linalg.lstsq(own / size, v[given], rcond=None)[0] / size)
+        rows.append(given[:3])
+    return np.concatenate([*rows, np.zeros(0, dtype=np.int64)]).astype(np.int64), d
 
 
 def least_energy(inertia: sp.csr_matrix, A: sp.csr_matrix, b: np.ndarray) -> np.ndarray:
@@ -154,8 +178,6 @@ def degrees_of_freedom(program: Program, q: np.ndarray) -> tuple[int, int]:
     """Degrees of freedom of the bodies taken as rigid, with and without the drives' rows."""
     system, rigid = System(program).at(q), RigidMotion(program)
     A = sp.csr_matrix(system.jacobian @ rigid.basis(q))
-    C = program.tables.constraints
-    driven = [int(C.row[c + 1]) - 1 for c in range(len(C.kernel)) if C.motion[c] >= 0]
-    joints = np.setdiff1d(np.arange(A.shape[0]), driven)
+    joints = np.flatnonzero(program.tables.constraints.motion < 0)
     n = 3 * rigid.count
     return n - row_rank(A).rank, n - row_rank(A[joints]).rank

@@ -219,6 +219,6 @@ def reactions(program: Program, system: System) -> dict[str, tuple[float, float,
     for c in range(len(C.kernel)):
         name = program.names.rows[int(C.row[c])].partition("[")[0]
         fx, fy, moment = system.work.joint[c, :3]
-        has_moment = C.moment[c] >= 0 or C.motion[c] >= 0
+        has_moment = C.moment[c] >= 0 or C.forces[c] == 0
         found[name] = (float(fx), float(fy), float(moment) if has_moment else 0.0)
     return found

@@ -37,7 +37,7 @@ def check_constraint(bench: Bench, piece: ConstraintPiece) -> None:
         floor = 1e-6 * float(np.abs(scale * (out["G"].T @ full["lam"])).max())
         sizes = {"rows": scale, "columns": scale, "floor": floor}
         bench.derivative(subject, "H = d(G^T lam)/dq", full, out["H"], force, full["q"], scale, **sizes)
-        check_gamma(bench, subject, full if piece.motion is not None else on_manifold(subject, full), scale)
+        check_gamma(bench, subject, full if piece.motions else on_manifold(subject, full), scale)
 
 
 def check_gamma(bench: Bench, subject: Subject, state: State, scale: np.ndarray) -> None:

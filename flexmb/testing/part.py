@@ -75,8 +75,8 @@ def check_piece(bench: Bench, piece: Piece, weightless: Any) -> None:
             check_motion(bench, piece.factor)
     elif isinstance(piece, ConstraintPiece):
         check_constraint(bench, piece)
-        if piece.motion is not None:
-            check_motion(bench, piece.motion)
+        for driven in piece.motions:
+            check_motion(bench, driven.motion)
     elif isinstance(piece, ContactPiece):
         check_contact(bench, piece)
     else:

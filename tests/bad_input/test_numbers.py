@@ -29,14 +29,15 @@ SPECIMENS = {
     "RigidLink": CRANK,
     "FlexibleLink": fm.FlexibleLink(
         "link", O, B, section=BAR, material=fm.STEEL, elements=(0.3, 0.7), mass=2.0, damping=1e-4, mass_damping=2.0,
-        pivot_inertia=1e-3, rotary_inertia=1e-4, velocity=(0.0, 0.0, 1.0),
+        pivot_inertia=1e-3, rotary_inertia=1e-4, velocity=(0.0, 0.0, 1.0), displacement=lambda s: (0.0, 1e-3 * s, 1e-3),
     ),
     "FlexibleFrame": fm.FlexibleFrame(
         "frame", (O, (0.4, 0.05), (0.1, 0.3)), ((0, 1), (1, 2), (2, 0)), section=BAR, material=fm.STEEL, elements=2,
-        mass=4.0, inertia=0.105, damping=1e-4, mass_damping=2.0, rotary_inertia=1e-4, velocity=(0.0, 0.0, 1.0),
+        mass=4.0, inertia=0.105, damping=1e-4, mass_damping=2.0, rotary_inertia=1e-4, velocity=((0.0, 1.0, 2.0),) * 6,
     ),
     "Revolute": fm.Revolute("pin", CRANK, ARM, at=A),
     "Fixed": fm.Fixed("weld", CRANK, ARM, at=A),
+    "Clamp": fm.Clamp("clamp", CRANK, ARM, at=A, angle=fm.ConstantSpeed(2.0), x=fm.Ramp(1.0, 0.5)),
     "Prismatic": fm.Prismatic("guide", fm.GROUND, CRANK, at=A, along=(1.0, 0.5)),
     "RevoluteClearance": fm.RevoluteClearance(
         "play", CRANK, ARM, at=A, clearance=1e-4, bearing_radius=5e-3, normal=LAW, friction=fm.ModifiedCoulomb(0.1)
@@ -48,8 +49,8 @@ SPECIMENS = {
     "Force": fm.Force("load", CRANK, at=A, force=(1.0, 2.0), history=fm.Harmonic(2.0, 3.0), follower=True),
     "Torque": fm.Torque("moment", CRANK, 3.0, at=A, history=fm.Pulse(2.0, start=0.1, end=0.2)),
     "ConstantSpeed": fm.ConstantSpeed(6.0),
-    "Ramp": fm.Ramp(6.0, 0.5),
     "CycloidalRamp": fm.CycloidalRamp(6.0, 0.5),
+    "Ramp": fm.Ramp(6.0, 0.5),
     "Harmonic": fm.Harmonic(0.1, frequency=2.0, phase=0.3, mean=0.2),
     "Pulse": fm.Pulse(2.0, start=0.1, end=0.2),
     "PiecewiseLinear": fm.PiecewiseLinear((0.0, 0.5, 1.0), (0.0, 2.0, 1.0)),

@@ -13,7 +13,7 @@ from flexmb.testing import Report, check_part
 O, A, B, C = (0.0, 0.0), (0.1, 0.17), (0.5, 0.1), (0.7, -0.1)
 BAR = fm.Rectangle(width=0.01, height=0.02)
 TAPER = fm.Tapered(fm.Rectangle(width=0.01, height=0.03), fm.Rectangle(width=0.01, height=0.012))
-MOTION = fm.ConstantSpeed(6.0)
+MOTION, WOBBLE = fm.ConstantSpeed(6.0), fm.Polynomial((0.0, 0.1, -0.3, 0.2))
 
 
 def crank():
@@ -88,6 +88,11 @@ BUILT_IN = {
     "Revolute on ground": (two_links(), "O"),
     "Revolute on a beam": (two_links(fm.Revolute("A", crank(), flexible(), at=A), second=flexible()), "A"),
     "Fixed": (two_links(fm.Fixed("A", crank(), arm(), at=A)), "A"),
+    "FlexibleLink, bent and moving": (
+        alone(flexible(displacement=lambda s: (0.0, 0.01 * s, 0.04 * s), velocity=lambda s: (s, -s * s, 2.0))), "arm",
+    ),
+    "Clamp": (two_links(fm.Clamp("A", crank(), arm(), at=A, angle=MOTION, x=fm.Ramp(0.2, 0.8), y=WOBBLE)), "A"),
+    "Clamp on ground": (two_links(fm.Clamp("A", fm.GROUND, arm(), at=A, y=WOBBLE)), "A"),
     "Prismatic": (two_links(JOINT, second=SLIDER), "slide"),
     "RevoluteClearance": (two_links(clearance(LN, fm.Frictionless())), "pin"),
     "RevoluteClearance, friction": (two_links(clearance(LN, COULOMB)), "pin"),
@@ -116,8 +121,8 @@ BUILT_IN = {
     "Torque": (two_links(fm.Torque("load", arm(), 12.0)), "load"),
     "Torque, Harmonic": (two_links(fm.Torque("load", arm(), 12.0, history=fm.Harmonic(0.7, 3.0, 0.4, 0.1))), "load"),
     "ConstantSpeed": (driven(MOTION), "motor"),
-    "Ramp": (driven(fm.Ramp(6.0, 0.8)), "motor"),
     "CycloidalRamp": (driven(fm.CycloidalRamp(6.0, 0.8)), "motor"),
+    "Ramp": (driven(fm.Ramp(6.0, 0.8)), "motor"),
     "Harmonic": (driven(fm.Harmonic(0.4, 1.5, 0.3, 0.2)), "motor"),
     "Polynomial": (driven(fm.Polynomial((0.1, 2.0, -0.4, 0.3))), "motor"),
     "Table": (driven(fm.Table(TIMES, WAVE)), "motor"),
