@@ -32,8 +32,7 @@ def table_kernel(p, t):
     beyond = t - min(max(t, first), last)  # outside the table the motion goes on at the speed of the end
     c3, c2, c1, c0 = p[k], p[k + 1], p[k + 2], p[k + 3]
     v = (3.0 * c3 * x + 2.0 * c2) * x + c1
-    # at the end itself the speed stays already: a motion has the values of just after a jump
-    a = 6.0 * c3 * x + 2.0 * c2 if p[1] > 0.0 or first <= t < last else 0.0
+    a = 6.0 * c3 * x + 2.0 * c2 if beyond == 0.0 else 0.0
     return ((c3 * x + c2) * x + c1) * x + c0 + v * beyond + rest, v, a
 
 
@@ -87,8 +86,9 @@ class Table(Motion):
         return (float(len(t)), float(self.periodic), *t.tolist(), *c.T.ravel().tolist(), growth)
 
     def breaks(self, t_end: float) -> tuple[float, ...]:
-        """First and last instant of a table that is not repeated."""
-        return () if self.periodic else tuple(t for t in (self.times[0], self.times[-1]) if 0.0 < t <= t_end)
+        """Begin and end of a table that is not repeated; it still holds at its last instant, and is over just after."""
+        ends = (self.times[0], self.times[-1] + 4.0 * float(np.spacing(abs(self.times[-1]))))
+        return () if self.periodic else tuple(t for t in ends if 0.0 < t <= t_end)
 
     @property
     def period(self) -> float | None:

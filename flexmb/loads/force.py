@@ -87,7 +87,7 @@ class Force(Part):
             )
 
     def share(self, part: float) -> Force:
-        """This with `part` of the force, if it is a follower."""
+        """The same with `part` of the force, if it is a follower."""
         return replace(self, force=(part * self.force[0], part * self.force[1])) if self.follower else self
 
     def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:

@@ -53,7 +53,7 @@ class Part(ABC):
         return ()
 
     def share(self, part: float) -> Part:  # noqa: ARG002 - most parts are no loads
-        """This with `part` (0 to 1) of a load that turns with its body; the numbers of its pieces are linear in it.
+        """The same with `part` (0 to 1) of a load that turns with its body; the numbers of its pieces are linear in it.
 
         Static equilibrium lets such loads grow by it.  Other loads grow as forces of the drawn pose.
         """

@@ -30,8 +30,8 @@ PROBLEM = Problem(
     title="Follower forces: Beck's column, cantilever with a force normal to its tip",
     source=(
         "M. Beck, Die Knicklast des einseitig eingespannten, tangential gedrueckten Stabes, ZAMP 3 (1952) 225-228; "
-        "the cantilever is a problem of J. H. Argyris, Sp. Symeonidis, Nonlinear finite element analysis of elastic systems "
-        "under nonconservative loading, Comp. Meth. Appl. Mech. Eng. 26 (1981) 75-123, here against the elastica"
+        "the cantilever is a problem of J. H. Argyris, Sp. Symeonidis, Nonlinear finite element analysis of elastic "
+        "systems under nonconservative loading, Comp. Meth. Appl. Mech. 26 (1981) 75-123; the reference is the elastica"
     ),
     kind="published (20.05), exact (frequency equation, elastica)",
     about=(

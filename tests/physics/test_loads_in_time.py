@@ -55,7 +55,10 @@ def test_breaks_lie_after_the_start_and_up_to_the_end():
     assert fm.Pulse(1.0, start=-1.0).breaks(9.0) == ()
     assert fm.PiecewiseLinear((0.0, 1.0, 2.0), (0.0, 1.0, 0.0)).breaks(1.5) == (1.0,)
     table = (0.5, 1.0, 1.5, 2.0), (0.0, 1.0, 0.0, 0.0)
-    assert fm.Table(*table).breaks(9.0) == (0.5, 2.0)
+    assert fm.Table(*table).breaks(9.0) == (0.5, pytest.approx(2.0, rel=1e-15))
+    assert fm.Table(*table).breaks(2.0) == (0.5,)  # it holds at its last instant
+    assert value(fm.Table(*table), 2.0)[2] != 0.0
+    assert value(fm.Table(*table), fm.Table(*table).breaks(9.0)[1])[2] == 0.0
     assert fm.Table(*table, periodic=True).breaks(9.0) == ()
     assert fm.Ramp(1.0, 1.0).breaks(9.0) == fm.CycloidalRamp(1.0, 1.0).breaks(9.0) == ()
 
