@@ -36,7 +36,10 @@ class Flow(NamedTuple):
 
 
 class Trial(NamedTuple):
-    """The state that a step tries, and vectors of the linear system."""
+    """The state that a step tries, and vectors of the linear system.
+
+    free : (number of redundant rows, n_c) orthonormal multipliers without effect
+    """
 
     q: np.ndarray
     v: np.ndarray
@@ -50,6 +53,7 @@ class Trial(NamedTuple):
     e: np.ndarray
     seen: np.ndarray
     y: np.ndarray
+    free: np.ndarray
 
 
 class Options(NamedTuple):
@@ -74,8 +78,11 @@ class Options(NamedTuple):
 class Record(NamedTuple):
     """What the loop writes: saved instants, peaks, counters.
 
-    count : steps, rejected, Newton iterations, evaluations, factorisations, rows in the buffer, lost unknown
-    extreme : smallest and largest step, last Newton correction, wanted correction, begin and size of the last step
+    count : steps, rejected, Newton iterations, evaluations, factorisations, rows in the buffer, lost unknown,
+        steps with held multipliers
+    extreme : smallest and largest step, last Newton correction, wanted correction, begin and size of the last step,
+        first instant with held multipliers
+    held : (n_c,) rows whose multipliers were not unique
     peak : largest absolute values; largest positive ones where one_sided (a penetration is negative in free flight)
     """
 
@@ -88,6 +95,7 @@ class Record(NamedTuple):
     one_sided: np.ndarray
     count: np.ndarray
     extreme: np.ndarray
+    held: np.ndarray
 
 
 MEMORY_HEAD = 3
@@ -110,8 +118,8 @@ def new_flow(program: Program) -> Flow:
     )
 
 
-def new_trial(program: Program) -> Trial:
-    """Work vectors."""
+def new_trial(program: Program, redundant: int = 0) -> Trial:
+    """Work vectors; `redundant` rows more than the joints need."""
     n, m = program.n_q + 3, program.n_c
     total = program.n_q + m
     return Trial(
@@ -120,6 +128,7 @@ def new_trial(program: Program) -> Trial:
         np.zeros(n),
         np.zeros(n),
         *(np.zeros(total) for _ in range(5)),
+        np.zeros((redundant, m)),
     )
 
 
@@ -136,6 +145,7 @@ def new_record(program: Program, rows: int) -> Record:
         np.zeros(n_y),
         np.zeros(n_y),
         one_sided,
-        np.zeros(7, dtype=np.int64),
-        np.array([np.inf, 0.0, 0.0, 0.0, 0.0, 0.0]),
+        np.zeros(8, dtype=np.int64),
+        np.array([np.inf, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+        np.zeros(program.n_c, dtype=np.bool_),
     )

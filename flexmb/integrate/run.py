@@ -30,7 +30,9 @@ from flexmb.integrate.status import sentence
 from flexmb.integrate.steps import Adaptive, FixedStep
 from flexmb.program.program import Program
 from flexmb.solve import lu
+from flexmb.solve.rank import row_rank
 from flexmb.solve.start import Start
+from flexmb.solve.system import System
 from flexmb.system.evaluate import evaluate_accepted
 from flexmb.system.outputs import write_outputs
 from flexmb.system.work import workspace
@@ -84,6 +86,7 @@ class Run:
         flow = self.flow
         flow.q[:n], flow.v[:n], flow.a[:n], flow.x[:n] = start.q, start.v, start.a, start.a
         flow.lam[:], flow.z[:] = start.lam, self.program.drawn.z
+        self.trial = new_trial(self.program, start.redundant)
         flow.clock[2] = NOT_SAVING
         flow.clock[1] = self.h_max if isinstance(self.step, FixedStep) else 1e-3 * self.h_max
         tables, address = self.program.tables, self.program.addresses
@@ -94,8 +97,8 @@ class Run:
         write_outputs(tables, address, 0.0, flow.q, flow.v, flow.a, self.work, flow.ledger, self.record.new)
         self.forget_peaks()
 
-    def resume(self, restart: Mapping[str, np.ndarray]) -> None:
-        """Take the final state of another run of the same model."""
+    def resume(self, restart: Mapping[str, np.ndarray], *, redundant: bool = False) -> None:
+        """Take the final state of another run of the same model; `redundant`: rows may repeat one another."""
         if not isinstance(restart, Mapping):
             text = f"simulate {self.program.name!r}: restart is {restart!r}"
             raise InputError(f"{text}; it must be `restart` of a solution of the same mechanism.")
@@ -107,6 +110,9 @@ class Run:
                     f"({name!r} is missing or of another size). Use `restart` of a solution of the same mechanism."
                 )
             target[:] = given
+        if redundant:
+            G = System(self.program).at(self.flow.q[: self.program.n_q], t=self.flow.clock[0]).jacobian
+            self.trial = new_trial(self.program, len(row_rank(G).redundant))
         self.forget_peaks()
 
     def forget_peaks(self) -> None:
