@@ -18,7 +18,8 @@ FORMS = {"gear-gupta-leimkuhler": GEAR_GUPTA_LEIMKUHLER, "position": POSITION, "
 class Flow(NamedTuple):
     """The accepted state, changed in place: everything that a restart needs.
 
-    clock : t, proposed step, start of saving (-1: not begun), number of saved instants, last step
+    clock : t, proposed step, start of saving (-1: not begun), number of saved instants, last step, steps
+        without a break in which rows were held (see `settle`)
     q, v, a : (n_q + 3,), a the true acceleration
     x : auxiliary acceleration of the generalised-alpha family;  lam : (n_c,);  z : (n_z,)
     ledger : energies in the order of the signals;  memory : powers and forces at the last state, for the ledger
@@ -79,7 +80,7 @@ class Record(NamedTuple):
     """What the loop writes: saved instants, peaks, counters.
 
     count : steps, rejected, Newton iterations, evaluations, factorisations, rows in the buffer, lost unknown,
-        steps with held multipliers
+        steps with held multipliers, `outcome` of the last step
     extreme : smallest and largest step, last Newton correction, wanted correction, begin and size of the last step,
         first instant with held multipliers
     held : (n_c,) rows whose multipliers were not unique
@@ -109,7 +110,7 @@ def new_flow(program: Program) -> Flow:
     n_k, n_g = len(program.tables.contacts.kernel), len(program.tables.constraints.kernel)
     memory = np.zeros(MEMORY_HEAD + 3 * n_k + 2 * n_g)
     return Flow(
-        np.zeros(5),
+        np.zeros(6),
         *(np.zeros(n) for _ in range(4)),
         np.zeros(m),
         np.zeros(program.tables.sizes.n_z),
@@ -145,7 +146,7 @@ def new_record(program: Program, rows: int) -> Record:
         np.zeros(n_y),
         np.zeros(n_y),
         one_sided,
-        np.zeros(8, dtype=np.int64),
+        np.zeros(9, dtype=np.int64),
         np.array([np.inf, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
         np.zeros(program.n_c, dtype=np.bool_),
     )

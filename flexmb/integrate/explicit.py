@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from flexmb.integrate.arrays import NOT_FINITE, RUNNING, SINGULAR
-from flexmb.integrate.held import CLOSED, keep_held
+from flexmb.integrate.held import free_gap, outcome
 from flexmb.kernels import compiled, copy
 from flexmb.program.program import Program
-from flexmb.solve.lu import HELD, HOLD, THRESHOLD, factor, first_held, largest_held, solve
+from flexmb.solve.lu import HELD, HOLD, THRESHOLD, factor, first_held, left_over, solve
 from flexmb.system.evaluate import evaluate
 
 PROJECTIONS = 3
@@ -32,31 +32,39 @@ def new_stages(program: Program) -> Stages:
 
 
 @compiled
-def accelerate(tables, address, lu, t, h, flow, trial, work, record, stages, note):
+def accelerate(tables, address, lu, t, part, h, options, flow, trial, work, record, stages):
     """Accelerations and multipliers at the trial positions and velocities: M a + G^T lam = -r, G a = gamma.
 
-    Solved for the change of the multipliers, so those that are held keep their last values.
+    Solved for the change of the multipliers, so those that are held keep their last values.  part : of the step h that
+    has passed.
     """
     n, m = tables.sizes.n_q, tables.sizes.n_c
-    evaluate(tables, address, t, h, trial.q, trial.v, stages.zero, trial.lam, flow.z, 0.0, 0.0, 1.0, work)
-    record.count[3] += 1
-    for i in range(n):
-        trial.b[i] = -(work.r[i] + work.Gl[i])
-    for i in range(m):
-        trial.b[n + i] = work.gamma[i]
-    lost = factor(lu, work.lu, trial.seen, THRESHOLD, n)
-    record.count[4] += 1
-    if lost >= 0:
-        record.count[6] = lost
-        return SINGULAR if math.isfinite(trial.b.sum()) else NOT_FINITE
+    hold, lost = HOLD, HELD
+    while lost == HELD:
+        evaluate(tables, address, t, part * h, trial.q, trial.v, stages.zero, trial.lam, flow.z, 0.0, 0.0, 1.0, work)
+        record.count[3] += 1
+        for i in range(n):
+            trial.b[i] = -(work.r[i] + work.Gl[i])
+        for i in range(m):
+            trial.b[n + i] = work.gamma[i]
+        lost = factor(lu, work.lu, trial.seen, THRESHOLD, n, hold)
+        record.count[4] += 1
+        if lost >= 0:
+            record.count[6] = lost
+            return SINGULAR if math.isfinite(trial.b.sum()) else NOT_FINITE
+        if lost == HELD:
+            left = h * h * left_over(lu, work.lu, trial.seen, trial.b, trial.y)
+            if hold == THRESHOLD or left <= free_gap(tables, h, options, flow, flow.a):
+                break
+            hold = THRESHOLD  # they say something of their own
     solve(lu, work.lu, trial.b, trial.d, trial.y)
     for i in range(n):
         trial.a[i] = trial.d[i]
     for i in range(m):
         trial.lam[i] += trial.d[n + i]
-    if lost == HELD and note:
-        keep_held(lu, n, m, t, trial, work, record)
-    return RUNNING if math.isfinite(trial.d.sum()) else NOT_FINITE
+    finite = math.isfinite(trial.d.sum())
+    record.count[8] = outcome(lost == HELD, hold == THRESHOLD)
+    return RUNNING if finite else NOT_FINITE
 
 
 @compiled
@@ -76,12 +84,14 @@ def project_state(tables, address, lu, t, h, options, flow, trial, work, record,
         if lost >= 0:
             record.count[6] = lost
             return SINGULAR
-        if lost == HELD and largest_held(lu, trial.seen, n, work.g) > CLOSED * options.length:
-            if hold == THRESHOLD:  # these rows contradict the others
-                record.count[6] = first_held(lu, trial.seen)
-                return SINGULAR
-            hold = THRESHOLD  # these rows say something of their own
-            continue
+        if lost == HELD:
+            left = left_over(lu, work.lu, trial.seen, trial.b, trial.y) * (h if velocities else 1.0)
+            if left > free_gap(tables, h, options, flow, flow.a):
+                if hold == THRESHOLD:  # the rows contradict the others
+                    record.count[6] = first_held(lu, trial.seen)
+                    return SINGULAR
+                hold = THRESHOLD  # they say something of their own
+                continue
         solve(lu, work.lu, trial.b, trial.e, trial.y)
         for i in range(n):
             if velocities:
@@ -106,7 +116,7 @@ def runge_kutta_step(tables, address, lu, h, options, flow, trial, work, record,
             if stage > 0:
                 trial.q[i] = flow.q[i] + c * h * stages.v[stage - 1, i]
                 trial.v[i] = flow.v[i] + c * h * stages.a[stage - 1, i]
-        code = accelerate(tables, address, lu, t + c * h, c * h, flow, trial, work, record, stages, False)
+        code = accelerate(tables, address, lu, t + c * h, c, h, options, flow, trial, work, record, stages)
         if code != RUNNING:
             return code
         for i in range(n):
@@ -120,6 +130,6 @@ def runge_kutta_step(tables, address, lu, h, options, flow, trial, work, record,
         code = project_state(tables, address, lu, t + h, h, options, flow, trial, work, record, stages)
         if code != RUNNING:
             return code
-    code = accelerate(tables, address, lu, t + h, h, flow, trial, work, record, stages, True)
+    code = accelerate(tables, address, lu, t + h, 1.0, h, options, flow, trial, work, record, stages)
     copy(trial.a, trial.x)
     return code

@@ -6,21 +6,54 @@ from flexmb.solve.lu import dependence
 CLOSED = 1e-10
 """Gap of a row that may be held, relative to the size of the mechanism."""
 
+ASIDE = 0.1
+"""The same relative to the way h^2 a, in the first steps: a row that is needed opens by all of it, one that repeats the
+others by its square."""
+
+STILL = 1e-4
+"""What HOLD becomes within a step in which rows are held."""
+
+PASSING = 3
+"""Steps at most that one passes a singular position with when they are large."""
+
 PART = 1e-3
 """Entry of a vector of multipliers without effect, relative to its largest, above which its joint has part in it."""
 
 
 @compiled
-def keep_held(lu, n, m, t, trial, work, record):
-    """Note the instant, and the rows whose multipliers are not unique; take the multipliers of least norm.
+def outcome(held, needed):
+    """Of a step, for `settle`: 1 when rows were held at its end, plus 2 when some were held and then needed."""
+    return (1 if held else 0) + (2 if needed else 0)
 
-    Every held row stands for a set of multipliers u without effect, G^T u = 0.  As many of them as trial.free has rows,
-    made orthonormal there, are taken out of the multipliers.
+
+@compiled
+def free_gap(tables, h, options, flow, a):
+    """Largest gap with which rows may be held in the present step; a : accelerations."""
+    if flow.clock[5] >= PASSING:
+        return CLOSED * options.length
+    fast = 0.0
+    for i in range(tables.sizes.n_q):
+        fast = max(fast, abs(a[i]) * (options.length if tables.kind[i] == 1 else 1.0))
+    return CLOSED * options.length + ASIDE * min(h * h * fast, 0.01 * options.length)
+
+
+@compiled
+def settle(tables, lu, t, flow, trial, work, record):
+    """After a good step: note the instant and the rows whose multipliers are not unique; take those of least norm.
+
+    Every held row stands for a set of multipliers u without effect, G^T u = 0.  Where they are as many as the rows of
+    trial.free, they are made orthonormal there and taken out of the multipliers.  flow.clock[5] counts the steps
+    without a break in which more rows than these were held, or were needed after all.
     """
-    if record.count[7] == 0:
-        record.extreme[6] = t
-    record.count[7] += 1
-    found = 0
+    n, m = tables.sizes.n_q, tables.sizes.n_c
+    held, needed = record.count[8] % 2 == 1, record.count[8] >= 2
+    if not held:
+        flow.clock[5] = flow.clock[5] + 1.0 if needed else 0.0
+        return
+    found, total = 0, 0
+    for place in range(n + m):
+        if trial.seen[place] < 0.0:
+            total += 1
     for s in range(len(lu.starts) - 1):
         for k in range(lu.starts[s + 1] - lu.starts[s]):
             if trial.seen[lu.starts[s] + k] > 0.0:
@@ -32,9 +65,13 @@ def keep_held(lu, n, m, t, trial, work, record):
             for i in range(m):
                 if abs(trial.e[n + i]) > PART * largest:
                     record.held[i] = True
-            if found < trial.free.shape[0]:
+            if total == trial.free.shape[0]:
                 take_out(n, m, found, trial)
                 found += 1
+    flow.clock[5] = flow.clock[5] + 1.0 if needed or total > trial.free.shape[0] else 0.0
+    if record.count[7] == 0:
+        record.extreme[6] = t
+    record.count[7] += 1
 
 
 @compiled

@@ -9,12 +9,11 @@ from flexmb.integrate.arrays import (
     POSITION,
     RUNNING,
     SINGULAR,
-    VELOCITY,
     Options,
 )
-from flexmb.integrate.held import CLOSED, keep_held
+from flexmb.integrate.held import STILL, free_gap, outcome
 from flexmb.kernels import compiled, copy
-from flexmb.solve.lu import HELD, HOLD, THRESHOLD, factor, first_held, largest_held, solve, weakest
+from flexmb.solve.lu import HELD, HOLD, THRESHOLD, factor, first_held, left_over, solve, weakest
 from flexmb.system.evaluate import evaluate
 
 ROUND_OFF = 1e-14
@@ -95,6 +94,14 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
         if lost >= 0:
             record.count[6] = lost
             return SINGULAR if math.isfinite(trial.b.sum()) else NOT_FINITE
+        if lost == HELD and opens(tables, lu, h, options, flow, trial, work):
+            if hold == THRESHOLD:  # they contradict the others
+                record.count[6] = first_held(lu, trial.seen)
+                return SINGULAR
+            hold = THRESHOLD  # they say something of their own
+            continue
+        if lost == HELD and hold == HOLD:
+            hold = STILL  # until the step ends, though the correction may lead away from the singular position
         solve(lu, work.lu, trial.b, trial.d, trial.y)
         if m > 0 and options.form == GEAR_GUPTA_LEIMKUHLER:
             project(n, m, lu, trial, work)
@@ -102,16 +109,9 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
         record.count[2] += 1
         if not math.isfinite(size):
             return NOT_FINITE
-        if lost == HELD and opens(n, lu, kv, options, trial, work):
-            if hold == THRESHOLD:  # they contradict the others
-                record.count[6] = first_held(lu, trial.seen)
-                return SINGULAR
-            hold, last = THRESHOLD, math.inf  # they say something of their own
-            continue
         small = size <= 1.0 or (part == 1.0 and iteration > 0 and size < last and size * size / (last - size) <= 1.0)
         if small or (iteration > 1 and size > 0.1 * last and only_noise(n, m, lu, trial, work, record)):
-            if lost == HELD:
-                keep_held(lu, n, m, t, trial, work, record)
+            record.count[8] = outcome(lost == HELD, hold == THRESHOLD)
             return RUNNING
         if part == 1.0 and iteration > 3 and size > 2.0 * last:
             return NEWTON_FAILED
@@ -121,14 +121,16 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
 
 
 @compiled
-def opens(n, lu, kv, options, trial, work):
-    """Whether a gap is left in rows that were held."""
-    left = 0.0
-    if options.form != VELOCITY:
-        left = largest_held(lu, trial.seen, n, work.g)
-    if options.form != POSITION:
-        left = max(left, largest_held(lu, trial.seen, n, work.gv) / kv)
-    return left > CLOSED * options.length
+def opens(tables, lu, h, options, flow, trial, work):
+    """Whether the correction would leave a gap in rows that are held."""
+    n = tables.sizes.n_q
+    left = left_over(lu, work.lu, trial.seen, trial.b, trial.y)
+    if options.form == GEAR_GUPTA_LEIMKUHLER:
+        trial.e[:] = 0.0
+        for i in range(tables.sizes.n_c):
+            trial.e[n + i] = -work.g[i]
+        left = max(left, left_over(lu, work.lu, trial.seen, trial.e, trial.y))
+    return left > free_gap(tables, h, options, flow, trial.a)
 
 
 @compiled

@@ -240,12 +240,15 @@ def dependence(sym, lu, s, k, b, x, y):
 
 
 @compiled
-def largest_held(sym, seen, first_row, values):
-    """Largest absolute value (m,) of the constraints that `factor` held."""
+def left_over(sym, lu, seen, b, y):
+    """What `solve` will leave of b in the constraints that `factor` held, largest absolute value; b, y : (n,)."""
+    for k in range(len(sym.order)):
+        y[k] = b[sym.order[k]]
+    _forward(sym.starts, sym.row_ptr, sym.rows, sym.value_ptr, lu, y)
     largest = 0.0
-    for place in range(len(sym.order)):
-        if seen[place] < 0.0:
-            largest = max(largest, abs(values[sym.order[place] - first_row]))
+    for k in range(len(sym.order)):
+        if seen[k] < 0.0:
+            largest = max(largest, abs(y[k]))
     return largest
 
 
