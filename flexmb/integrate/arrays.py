@@ -19,7 +19,7 @@ class Flow(NamedTuple):
     """The accepted state, changed in place: everything that a restart needs.
 
     clock : t, proposed step, start of saving (-1: not begun), number of saved instants, last step, steps
-        without a break in which rows were held (see `settle`)
+        without a break in which rows were held, or -1 (see `settle`)
     q, v, a : (n_q + 3,), a the true acceleration
     x : auxiliary acceleration of the generalised-alpha family;  lam : (n_c,);  z : (n_z,)
     ledger : energies in the order of the signals;  memory : powers and forces at the last state, for the ledger

@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from flexmb.integrate.arrays import NOT_FINITE, RUNNING, SINGULAR
-from flexmb.integrate.held import free_gap, outcome
+from flexmb.integrate.held import first_hold, free_gap, outcome
 from flexmb.kernels import compiled, copy
 from flexmb.program.program import Program
-from flexmb.solve.lu import HELD, HOLD, THRESHOLD, factor, first_held, left_over, solve
+from flexmb.solve.lu import HELD, THRESHOLD, factor, first_held, left_over, solve
 from flexmb.system.evaluate import evaluate
 
 PROJECTIONS = 3
@@ -39,7 +39,7 @@ def accelerate(tables, address, lu, t, part, h, options, flow, trial, work, reco
     has passed.
     """
     n, m = tables.sizes.n_q, tables.sizes.n_c
-    hold, lost = HOLD, HELD
+    hold, lost = first_hold(flow), HELD
     while lost == HELD:
         evaluate(tables, address, t, part * h, trial.q, trial.v, stages.zero, trial.lam, flow.z, 0.0, 0.0, 1.0, work)
         record.count[3] += 1
@@ -63,7 +63,7 @@ def accelerate(tables, address, lu, t, part, h, options, flow, trial, work, reco
     for i in range(m):
         trial.lam[i] += trial.d[n + i]
     finite = math.isfinite(trial.d.sum())
-    record.count[8] = outcome(lost == HELD, hold == THRESHOLD)
+    record.count[8] = outcome(lost == HELD, hold == THRESHOLD, flow)
     return RUNNING if finite else NOT_FINITE
 
 
@@ -71,7 +71,7 @@ def accelerate(tables, address, lu, t, part, h, options, flow, trial, work, reco
 def project_state(tables, address, lu, t, h, options, flow, trial, work, record, stages):
     """Close the joints in positions, then in velocities, by the shift of least kinetic energy."""
     n, m = tables.sizes.n_q, tables.sizes.n_c
-    level, hold = 0, HOLD
+    level, hold = 0, first_hold(flow)
     while level < PROJECTIONS:
         evaluate(tables, address, t, h, trial.q, trial.v, stages.zero, trial.lam, flow.z, 0.0, 0.0, 1.0, work)
         record.count[3] += 1

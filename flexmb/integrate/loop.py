@@ -37,7 +37,7 @@ def advance(tables, address, lu, options, flow, trial, work, record, steps):
             continue
         if first:
             lead(tables.sizes.n_q, options, flow, trial)
-        if record.count[8] != 0 or flow.clock[5] != 0.0:
+        if record.count[8] != 0 or flow.clock[5] > 0.0:
             settle(tables, lu, flow.clock[0] + h, flow, trial, work, record)
         code = accept(tables, address, h, ratio, options, flow, trial, work, record)
         flow.clock[4] = h
@@ -59,7 +59,7 @@ def advance_explicit(tables, address, lu, options, flow, trial, work, record, st
         code = runge_kutta_step(tables, address, lu, h, options, flow, trial, work, record, stages)
         if code != RUNNING:
             return code
-        if record.count[8] != 0 or flow.clock[5] != 0.0:
+        if record.count[8] != 0 or flow.clock[5] > 0.0:
             settle(tables, lu, flow.clock[0] + h, flow, trial, work, record)
         code = accept(tables, address, h, 1.0, options, flow, trial, work, record)
         if code != RUNNING:

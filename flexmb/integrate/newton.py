@@ -11,7 +11,7 @@ from flexmb.integrate.arrays import (
     SINGULAR,
     Options,
 )
-from flexmb.integrate.held import STILL, free_gap, outcome
+from flexmb.integrate.held import STILL, first_hold, free_gap, outcome
 from flexmb.kernels import compiled, copy
 from flexmb.solve.lu import HELD, HOLD, THRESHOLD, factor, first_held, left_over, solve, weakest
 from flexmb.system.evaluate import evaluate
@@ -81,7 +81,7 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
     kx = 1.0 / (beta * h * h)
     ka = (1.0 - am) / (1.0 - af) * kx
     predict(n, h, ratio, options, flow, trial)
-    last, part, hold = math.inf, 1.0, HOLD
+    last, part, hold = math.inf, 1.0, first_hold(flow)
     for iteration in range(options.iterations):
         evaluate(tables, address, t, h, trial.q, trial.v, trial.a, trial.lam, flow.z, 1.0, kv, ka, work)
         record.count[3] += 1
@@ -111,7 +111,7 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
             return NOT_FINITE
         small = size <= 1.0 or (part == 1.0 and iteration > 0 and size < last and size * size / (last - size) <= 1.0)
         if small or (iteration > 1 and size > 0.1 * last and only_noise(n, m, lu, trial, work, record)):
-            record.count[8] = outcome(lost == HELD, hold == THRESHOLD)
+            record.count[8] = outcome(lost == HELD, hold == THRESHOLD, flow)
             return RUNNING
         if part == 1.0 and iteration > 3 and size > 2.0 * last:
             return NEWTON_FAILED

@@ -87,6 +87,7 @@ class Run:
         flow.q[:n], flow.v[:n], flow.a[:n], flow.x[:n] = start.q, start.v, start.a, start.a
         flow.lam[:], flow.z[:] = start.lam, self.program.drawn.z
         self.trial = new_trial(self.program, start.redundant)
+        flow.clock[5] = -1.0 if self._seems_dependent(start) else 0.0
         flow.clock[2] = NOT_SAVING
         flow.clock[1] = self.h_max if isinstance(self.step, FixedStep) else 1e-3 * self.h_max
         tables, address = self.program.tables, self.program.addresses
@@ -96,6 +97,13 @@ class Run:
         keep_account(tables, 0.0, flow.ledger, flow.memory, self.work)
         write_outputs(tables, address, 0.0, flow.q, flow.v, flow.a, self.work, flow.ledger, self.record.new)
         self.forget_peaks()
+
+    def _seems_dependent(self, start: Start) -> bool:
+        """Whether rows that are independent look dependent, because some inertia is very small."""
+        values = System(self.program).at(start.q, weights=(0.0, 0.0, 1.0)).work.lu.copy()
+        seen = np.zeros(self.program.symbolic.n)
+        lu.factor(self.lu, values, seen, lu.THRESHOLD, self.program.n_q)
+        return int((seen < 0.0).sum()) > start.redundant
 
     def resume(self, restart: Mapping[str, np.ndarray], *, redundant: bool = False) -> None:
         """Take the final state of another run of the same model; `redundant`: rows may repeat one another."""
