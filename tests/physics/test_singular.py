@@ -122,13 +122,12 @@ def test_three_parallel_cranks_turn_as_one(rule):
     np.testing.assert_allclose(total, PLATE * ax, atol=1e-4)
 
 
+PINS = ("A0", "A1", "A2", "B0", "B1", "B2")
+
+
 def multipliers(sol):
-    """Forces of all joints (12,) [N], each pin's x and y: the multipliers but for their sign."""
-    return [
-        np.array(
-            [sol.array(f"{name}.{axis}") for name in ("A0", "A1", "A2", "B0", "B1", "B2") for axis in ("fx", "fy")]
-        )
-    ]
+    """Forces of all joints (12, n) [N], each pin's x and y: the multipliers but for their sign."""
+    return np.array([sol.array(f"{name}.{axis}") for name in PINS for axis in ("fx", "fy")])
 
 
 def test_forces_of_redundant_joints_are_those_of_least_norm():
