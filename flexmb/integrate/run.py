@@ -99,11 +99,18 @@ class Run:
         self.forget_peaks()
 
     def _seems_dependent(self, start: Start) -> bool:
-        """Whether rows that are independent look dependent, because some inertia is very small."""
-        values = System(self.program).at(start.q, weights=(0.0, 0.0, 1.0)).work.lu.copy()
-        seen = np.zeros(self.program.symbolic.n)
-        lu.factor(self.lu, values, seen, lu.THRESHOLD, self.program.n_q)
-        return int((seen < 0.0).sum()) > start.redundant
+        """Whether rows that are independent look dependent, because some inertia is very small.
+
+        How much they do depends on the direction of the bodies against X and Y: all are turned together.
+        """
+        system, angles = System(self.program), np.asarray(self.program.tables.kind) == 1
+        for turn in (0.0, 0.7, 2.3):
+            values = system.at(start.q + turn * angles, weights=(0.0, 0.0, 1.0)).work.lu.copy()
+            seen = np.zeros(self.program.symbolic.n)
+            lu.factor(self.lu, values, seen, lu.THRESHOLD, self.program.n_q, 10.0 * lu.HOLD)
+            if int((seen < 0.0).sum()) > start.redundant:
+                return True
+        return False
 
     def resume(self, restart: Mapping[str, np.ndarray], *, redundant: bool = False) -> None:
         """Take the final state of another run of the same model; `redundant`: rows may repeat one another."""
