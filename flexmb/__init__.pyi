@@ -58,10 +58,13 @@ from flexmb.loads.force import Force as Force
 from flexmb.loads.spring_damper import SpringDamper as SpringDamper
 from flexmb.loads.torque import Torque as Torque
 from flexmb.loads.torsion_spring import TorsionSpring as TorsionSpring
+from flexmb.mechanisms.andrews import andrews as andrews
+from flexmb.mechanisms.andrews import andrews_angles as andrews_angles
 from flexmb.mechanisms.four_bar import FourBarData as FourBarData
 from flexmb.mechanisms.four_bar import four_bar as four_bar
 from flexmb.mechanisms.free_rod import FreeRodData as FreeRodData
 from flexmb.mechanisms.free_rod import free_rod as free_rod
+from flexmb.mechanisms.n_four_bar import n_four_bar as n_four_bar
 from flexmb.mechanisms.nine_bar import nine_bar as nine_bar
 from flexmb.mechanisms.nine_bar_data import NineBarData as NineBarData
 from flexmb.mechanisms.simeon import SimeonData as SimeonData

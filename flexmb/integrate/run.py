@@ -30,7 +30,10 @@ from flexmb.integrate.status import sentence
 from flexmb.integrate.steps import Adaptive, FixedStep
 from flexmb.program.program import Program
 from flexmb.solve import lu
+from flexmb.solve.rank import row_rank
+from flexmb.solve.redundant import least_norm
 from flexmb.solve.start import Start, accelerations
+from flexmb.solve.system import System
 from flexmb.system.evaluate import evaluate_accepted
 from flexmb.system.outputs import write_outputs
 from flexmb.system.work import workspace
@@ -65,7 +68,7 @@ class Run:
         self.stages = new_stages(program)
         self.times: list[np.ndarray] = []
         self.values: list[np.ndarray] = []
-        self.code, self.note = RUNNING, ""
+        self.code, self.note, self.redundant = RUNNING, "", 0
         self.h_max, self.h_min, self.error = self._limits()
 
     def _limits(self) -> tuple[float, float, float]:
@@ -84,6 +87,8 @@ class Run:
         flow = self.flow
         flow.q[:n], flow.v[:n], flow.a[:n], flow.x[:n] = start.q, start.v, start.a, start.a
         flow.lam[:], flow.z[:] = start.lam, self.program.drawn.z
+        self._expect(start.redundant)
+        flow.clock[5] = -1.0 if self._seems_dependent(start) else 0.0
         flow.clock[2] = NOT_SAVING
         flow.clock[1] = self.h_max if isinstance(self.step, FixedStep) else 1e-3 * self.h_max
         self._look()
@@ -103,8 +108,22 @@ class Run:
         flow, common = self.flow, (self.program.tables, self.program.addresses, self.flow.clock[0])
         write_outputs(*common, flow.q, flow.v, flow.a, self.work, flow.ledger, self.record.new)
 
-    def resume(self, restart: Mapping[str, np.ndarray]) -> None:
-        """Take the final state of another run of the same model."""
+    def _seems_dependent(self, start: Start) -> bool:
+        """Whether rows that are independent look dependent, because some inertia is very small.
+
+        How much they do depends on the direction of the bodies against X and Y: all are turned together.
+        """
+        system, angles = System(self.program), np.asarray(self.program.tables.kind) == 1
+        for turn in (0.0, 0.7, 2.3):
+            values = system.at(start.q + turn * angles, weights=(0.0, 0.0, 1.0)).work.lu.copy()
+            seen = np.zeros(self.program.symbolic.n)
+            lu.factor(self.lu, values, seen, lu.THRESHOLD, self.program.n_q, 10.0 * lu.HOLD)
+            if int((seen < 0.0).sum()) > start.redundant:
+                return True
+        return False
+
+    def resume(self, restart: Mapping[str, np.ndarray], *, redundant: bool = False) -> None:
+        """Take the final state of another run of the same model; `redundant`: rows may repeat one another."""
         if not isinstance(restart, Mapping):
             text = f"simulate {self.program.name!r}: restart is {restart!r}"
             raise InputError(f"{text}; it must be `restart` of a solution of the same mechanism.")
@@ -116,7 +135,14 @@ class Run:
                     f"({name!r} is missing or of another size). Use `restart` of a solution of the same mechanism."
                 )
             target[:] = given
+        if redundant:
+            G = System(self.program).at(self.flow.q[: self.program.n_q], t=self.flow.clock[0]).jacobian
+            self._expect(len(row_rank(G).redundant))
         self.forget_peaks()
+
+    def _expect(self, redundant: int) -> None:
+        """So many rows repeat others in every pose."""
+        self.redundant, self.trial = redundant, new_trial(self.program, redundant)
 
     def forget_peaks(self) -> None:
         """Begin to look for peaks at the present state."""
@@ -176,7 +202,8 @@ class Run:
         flow, n = self.flow, self.program.n_q
         flow.clock[0], flow.clock[4] = instant, 0.0
         try:
-            a, lam = accelerations(self.program, flow.q[:n], flow.v[:n], instant, flow.z)
+            solve = least_norm if self.redundant else accelerations
+            a, lam = solve(self.program, flow.q[:n], flow.v[:n], instant, flow.z)
         except SolveError as error:
             self.note = f"Stopped: {str(error).rstrip('.')}"
             return

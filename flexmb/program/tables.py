@@ -107,5 +107,5 @@ class Addresses(NamedTuple):
     signal: object
 
 
-CONTACT_COMMON = 4
-"""History that every contact keeps: phase, end of the step in which it began, gap and force at the last state."""
+CONTACT_COMMON = 5
+"""History that every contact keeps: phase, time of its onset, gap, force and gap rate at the last state."""

@@ -15,6 +15,7 @@ from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
 from flexmb.solve.assemble import close_loops
 from flexmb.solve.rank import row_rank
+from flexmb.solve.redundant import least_norm, redundant_rows
 from flexmb.solve.rigid import RigidMotion
 from flexmb.solve.system import System
 
@@ -27,16 +28,25 @@ class Start:
     ----------
     q, v, a : (n_q,) positions, velocities, accelerations.
     lam : (n_c,) multipliers.
+    redundant : rows more than the joints need, where that was allowed.
     """
 
     q: np.ndarray
     v: np.ndarray
     a: np.ndarray
     lam: np.ndarray
+    redundant: int = 0
 
 
-def consistent_start(mechanism: Mechanism, program: Program, t: float = 0.0) -> Start:
+def consistent_start(mechanism: Mechanism, program: Program, t: float = 0.0, *, redundant: bool = False) -> Start:
     """Start values of a mechanism: clearance joints centred, bodies without a declared field unstressed and rigid.
+
+    Parameters
+    ----------
+    mechanism : the mechanism.
+    program : what it compiles to.
+    t : time [s].
+    redundant : whether joints may repeat one another in every pose; the multipliers are then those of least norm.
 
     Raises
     ------
@@ -46,10 +56,12 @@ def consistent_start(mechanism: Mechanism, program: Program, t: float = 0.0) -> 
     """
     closed = compile_mechanism(mechanism, closed=True)
     q, _ = close_loops(closed, {}, t=t)
-    check_independent(program, q)
+    extra = redundant_rows(program, closed, q, t) if redundant else 0
+    if extra == 0:
+        check_independent(program, q)
     v = rigid_velocities(closed, q, t, soft=program.names.contacts)
-    a, lam = accelerations(program, q, v, t)
-    return Start(q, v, a, lam)
+    a, lam = (least_norm if extra else accelerations)(program, q, v, t)
+    return Start(q, v, a, lam, extra)
 
 
 def check_independent(program: Program, q: np.ndarray) -> None:
@@ -68,12 +80,13 @@ def check_independent(program: Program, q: np.ndarray) -> None:
         raise AssemblyError(
             f"Mechanism {program.name!r} starts in a singular pose: there, the joints {listed} say nothing that the "
             "others do not say already, and the motion can branch. Start a little beside it "
-            "(e.g. another crank angle), or, if the links are parallel on purpose, remove one joint "
-            "or make a link flexible."
+            "(e.g. another crank angle), or, if the links are parallel on purpose, remove one joint, "
+            "make a link flexible, or simulate(..., redundant='least-norm')."
         )
     raise ModelError(
         f"Mechanism {program.name!r} is over-constrained by {len(found.redundant)} row(s): the joints {listed} "
-        "repeat what the others say. Remove one, replace a Prismatic or Fixed by a Revolute, or make a link flexible."
+        "repeat what the others say. Remove one, replace a Prismatic or Fixed by a Revolute, make a link "
+        "flexible, or simulate(..., redundant='least-norm')."
     )
 
 
