@@ -21,10 +21,10 @@ import flexmb as fm
 from flexmb.solve.system import System
 
 LENGTH = 1.0  # [m]
-BAR = fm.Rectangle(width=0.01, height=0.001)  # so slender that its shortening is below 2e-6 of the length
+BAR = fm.Rectangle(width=0.01, height=0.0003)  # so slender that its shortening is below 2e-7 of the length
 MATERIAL = fm.Material(young=2e11, density=8000.0)
-EI = 2e11 * 0.01 * 0.001**3 / 12.0  # [N m^2]
-LINE_MASS = 8000.0 * 0.01 * 0.001  # [kg/m]
+EI = 2e11 * 0.01 * 0.0003**3 / 12.0  # [N m^2]
+LINE_MASS = 8000.0 * 0.01 * 0.0003  # [kg/m]
 
 PROBLEM = Problem(
     title="Follower forces: Beck's column, cantilever with a force normal to its tip",
