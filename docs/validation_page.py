@@ -142,7 +142,8 @@ def passage(result, *, alone: bool) -> str:
             about += f" Computed on {datetime.datetime.now(datetime.UTC):%Y-%m-%d}, after the rest of the page."
         parts.append(wrapped(about))
     if result.left_out:
-        parts.append(f"A fast run: {result.left_out} slow cases or figures are left out.")
+        count = f"{result.left_out} slow " + ("case or figure is" if result.left_out == 1 else "cases or figures are")
+        parts.append(f"A fast run: {count} left out.")
     if result.cases:
         parts.append("\n".join([VALUE_HEAD, *(line for case in result.cases for line in case_rows(case))]))
     parts += reasons(result)
@@ -232,8 +233,8 @@ def draw_curves(figure, curves: Sequence, path: Path) -> None:
         x, errors = np.asarray(curve.x, dtype=float), np.asarray(curve.errors, dtype=float)
         style = {"color": COLOURS[k % len(COLOURS)], "marker": MARKERS[k % len(MARKERS)], "markersize": 5}
         ax.loglog(x, errors, linewidth=1.4, label=f"{curve.label}: slope {curve.slope:.2f}", **style)
-        largest = int(np.argmax(x))
-        guide = errors[largest] * (x / x[largest]) ** curve.order
+        finest = int(np.argmin(x))  # where the order shows best
+        guide = errors[finest] * (x / x[finest]) ** curve.order
         ax.loglog(x, guide, color=style["color"], linestyle="--", linewidth=0.8, alpha=0.6)
     ax.plot([], [], color="0.4", linestyle="--", linewidth=0.8, label="expected order")
     ax.set_xlabel(figure.axes[0])

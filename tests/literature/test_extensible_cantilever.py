@@ -100,7 +100,8 @@ def along():
     "extensible", "Extensible elastica: distance of the tip from its exact place.", "element length / L", "distance / L"
 )
 def elements():
-    counts = (4, 8, 16, 32, 64)
+    # Coarser, the error of fourth order that bending has is as large, and of the other sign in oblique loading.
+    counts = (16, 32, 64, 128)
     for name, ratio in product(DIRECTIONS, (100.0, 1000.0)):
         x, y, _ = exact(force_of(name), ratio)
         tips = [loaded(force_of(name), ratio, n) for n in counts]

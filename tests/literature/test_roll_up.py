@@ -22,8 +22,8 @@ PROBLEM = Problem(
     source="K. J. Bathe, S. Bolourchi, Int. J. Numerical Methods in Engineering 14 (1979) 961-986.",
     kind="exact",
     about="""A moment on the tip of a clamped beam bends it to an arc; 2 pi EI/L closes the circle, twice that rolls the
-    beam up two turns. The rotations are exact with any number of elements, the closing, too, because the nodes form a regular
-    polygon. What converges is the size of that polygon.""",
+    beam up two turns. The rotations are exact with any number of elements, and so is the closing, because the nodes
+    form a regular polygon. What converges is the size of that polygon.""",
 )
 
 
