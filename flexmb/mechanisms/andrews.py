@@ -38,12 +38,20 @@ ta, tb, u, ua, ub, zf, zt, fa = 0.02308, 0.00916, 0.04, 0.01228, 0.00449, 0.02, 
 Point = tuple[float, float]
 
 
-def andrews() -> Mechanism:
+def andrews(torque: float = TORQUE) -> Mechanism:
     """Andrews' squeezing mechanism: a motor of constant torque whirls K1 against the spring on K3; no gravity.
 
     Bodies: K1 ... K7, each a `RigidBody` whose theta is its angle in the source.  Joints: O (frame and K1), A5, A7
     (frame and K5, K7), B (frame and K3), K12, K45, K67 (between the bodies of these numbers), and the pin that K2, K3,
     K4 and K6 share, as K32, K34 and K36.  Loads: motor, spring.  `andrews_angles` reads the seven angles.
+
+    Parameters
+    ----------
+    torque : of the motor on K1 [N m].
+
+    Raises
+    ------
+    InputError : a torque that is no finite number.
 
     Notes
     -----
@@ -82,7 +90,7 @@ def andrews() -> Mechanism:
     spring = SpringDamper(
         "spring", GROUND, K3, at=C, to=from_frame(B, gamma, (sd, -sc)), stiffness=STIFFNESS, free_length=FREE_LENGTH
     )
-    return Mechanism(NAME, (*bodies, *joints, spring, Torque("motor", K1, TORQUE)))
+    return Mechanism(NAME, (*bodies, *joints, spring, Torque("motor", K1, torque)))
 
 
 def andrews_angles(solution: Solution, rates: bool = False) -> np.ndarray:
