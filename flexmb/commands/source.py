@@ -55,7 +55,7 @@ class Source:
 
 
 def ready() -> dict[str, Callable[..., Any]]:
-    """The mechanisms that come with flexmb, by the name that is typed: what `flexmb.mechanisms` makes a Mechanism with."""
+    """The mechanisms that come with flexmb, by the name that is typed: functions that return one."""
     public = {name: getattr(mechanisms, name) for name in mechanisms.__all__}
     makers = {name: make for name, make in public.items() if inspect.isfunction(make)}
     return {name.replace("_", "-"): make for name, make in makers.items() if returns_mechanism(make)}
