@@ -14,11 +14,19 @@ from flexmb.errors import SolveError
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program, resolve
+from flexmb.solve.settle import settle
 from flexmb.solve.spin import Spin, check_spin
+from flexmb.solve.stability import is_stable
 from flexmb.solve.system import System
 
 ITERATIONS = 40
 ROUND_OFF = 1e-11
+
+JUMP, SNAP = 2.0, 10.0
+"""A load step that moves by more than this times what its tangent says is halved; at the smallest step, refused."""
+
+NEAR = 1e-3
+"""Movements below this are never taken for jumps [rad, or part of the mechanism's size]."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +45,8 @@ class Equilibrium:
     iterations : Newton iterations of all load steps.
     spin : speed of the frame in which the mechanism is at rest, counter-clockwise [rad/s].
     about : centre of that rotation [m].
+    stable : whether small motions about it have positive stiffness; None where that is no question of stiffness
+        alone (follower forces) or too close to be told.
     """
 
     q: np.ndarray
@@ -47,6 +57,7 @@ class Equilibrium:
     iterations: int
     spin: float = 0.0
     about: tuple[float, float] = (0.0, 0.0)
+    stable: bool | None = None
 
     def __getitem__(self, name: str) -> float:
         place = resolve(name, self.aliases)
@@ -75,7 +86,7 @@ def static_equilibrium(
 
     Parameters
     ----------
-    mechanism : the mechanism; every motion must be held by joints, drives or stiffness.
+    mechanism : the mechanism; every motion must be held by joints, drives, stiffness, or the loads themselves.
     load_steps : into how many parts the loads are divided; each is halved, up to 8 times, when Newton fails.
     spin : speed of the frame, counter-clockwise [rad/s].
     about : centre of its rotation [m].
@@ -90,9 +101,10 @@ def static_equilibrium(
     r0 being the force of the drawn pose, r(q) - (1 - s) r0 + G^T lam = 0 and g = 0 are solved for s = 0 .. 1, the
     square of the spin growing with s.  Follower forces are left out of r0 and multiplied by s in r, since a force that
     turns cannot be held by one that does not.
-    Limit points are not traced: a structure that snaps through ends with an error, or, where Newton's method happens
-    to reach it, in its pose beyond the snap.  Whether an equilibrium is stable is not checked.  Not for beams so thin
-    that rounding decides: 16 elements still bend with EA L^2/EI = 1e11 (length over height 1e5), not with 1e13.
+    What hangs from hinges has no stiffness in the drawn pose; it then moves, as in honey, to where all loads hold it.
+    Limit points are not traced: a structure that snaps through ends with an error.  A straight column beyond its
+    buckling load stays straight; `stable` says that it would not.  Not for beams so thin that rounding decides: 16
+    elements still bend with EA L^2/EI = 1e11 (length over height 1e5), not with 1e13.
     """
     checks.count("static_equilibrium", "load_steps", load_steps)
     full = Spin(
@@ -103,7 +115,23 @@ def static_equilibrium(
     system = System(program)
     q, lam = np.array(program.drawn.q), np.zeros(program.n_c)
     check_spin("static_equilibrium", mechanism, program, system.at(q), full)
-    refuse_free_motion(program, system, q)
+    free = unresisted(program, system, q)
+    if free:
+        q, lam, total = _held_by_loads(program, system, q, full, free)
+    else:
+        q, lam, total = _grown(mechanism, program, system, q, load_steps, full)
+    full.at(system, q, lam)
+    forces, names = reactions(program, system), program.names
+    K, _, _ = full.matrices(system, q, lam)
+    stable = is_stable(program, K, system.jacobian)
+    return Equilibrium(q, lam, names.coordinates, names.aliases, forces, total, full.speed, full.about, stable)
+
+
+def _grown(
+    mechanism: Mechanism, program: Program, system: System, q: np.ndarray, load_steps: int, full: Spin
+) -> tuple[np.ndarray, np.ndarray, int]:
+    """Coordinates, multipliers and iterations where the loads have grown to their full size."""
+    lam = np.zeros(program.n_c)
     grow = growth(mechanism, program)
     system.program = grow(0.0)
     start = system.at(q).force
@@ -114,17 +142,29 @@ def static_equilibrium(
         turning = Spin(full.speed * np.sqrt(part), full.about)
         system.program = grow(part)
         found = _newton(program, system, q, lam, (1.0 - part) * start, turning)
-        if found is None:
+        # a step that went much further than its tangent said may have jumped to another branch: look closer
+        if found is None or (found[3] > JUMP and stride / 2.0 >= smallest) or found[3] > SNAP:
             stride /= 2.0
             if stride < smallest:
                 raise SolveError(_failure(program, system, done))
             continue
-        q, lam, used = found
+        q, lam, used, _ = found
         done, total = part, total + used
-    full.at(system, q, lam)
-    names = program.names
-    forces = reactions(program, system)
-    return Equilibrium(q, lam, names.coordinates, names.aliases, forces, total, full.speed, full.about)
+    return q, lam, total
+
+
+def _held_by_loads(
+    program: Program, system: System, q: np.ndarray, spin: Spin, free: str
+) -> tuple[np.ndarray, np.ndarray, int]:
+    """Coordinates, multipliers and iterations where the loads themselves hold what nothing else does."""
+    found = settle(program, system, q, spin)
+    if found is None:
+        raise SolveError(f"{_unheld(program, free)} Nor was a pose found in which the loads hold it.")
+    q, lam = found
+    exact = _newton(program, system, q, lam, np.zeros(program.n_q), spin)
+    if exact is None or unresisted(program, system, *exact[:2]):
+        raise SolveError(_unheld(program, free))
+    return exact[:3]
 
 
 def growth(mechanism: Mechanism, program: Program) -> Callable[[float], Program]:
@@ -142,9 +182,9 @@ def growth(mechanism: Mechanism, program: Program) -> Callable[[float], Program]
 
 def _newton(
     program: Program, system: System, q: np.ndarray, lam: np.ndarray, held: np.ndarray, spin: Spin
-) -> tuple[np.ndarray, np.ndarray, int] | None:
-    """Solution for one load and speed, or None."""
-    n, last = program.n_q, np.inf
+) -> tuple[np.ndarray, np.ndarray, int, float] | None:
+    """Solution for one load and speed, iterations, and how far it lies over how far the tangent saw it; or None."""
+    n, last, first, tangent = program.n_q, np.inf, q, 0.0
     q, lam = q.copy(), lam.copy()
     size = np.where(program.tables.kind == 1, 1.0, program.length)
     for iteration in range(1, ITERATIONS + 1):
@@ -155,11 +195,13 @@ def _newton(
         step = np.abs(d[:n] / size).max()
         if not np.isfinite(step) or (iteration > 8 and step > 10.0 * last):
             return None
+        tangent = tangent or step
         factor = min(1.0, 0.5 / step) if step > 0.5 else 1.0
         q += factor * d[:n]
         lam += factor * d[n:]
         if step <= ROUND_OFF or (step <= 1e-7 and step >= 0.5 * last):
-            return q, lam, iteration
+            moved = float(np.abs((q - first) / size).max())
+            return q, lam, iteration, moved / max(tangent, NEAR)
         last = step
     return None
 
@@ -187,21 +229,31 @@ def correction(system: System, q: np.ndarray, lam: np.ndarray, held: np.ndarray,
 
 def refuse_free_motion(program: Program, system: System, q: np.ndarray) -> None:
     """`SolveError` when some motion is resisted by nothing at all."""
+    free = unresisted(program, system, q)
+    if free:
+        raise SolveError(_unheld(program, free))
+
+
+def unresisted(program: Program, system: System, q: np.ndarray, lam: np.ndarray | None = None) -> str:
+    """Name of the coordinate that moves most where joints and stiffness leave a motion free, or ""."""
     if program.n_q > 2000:
-        return  # the factorisation will tell
-    system.at(q, weights=(1.0, 0.0, 0.0))
+        return ""  # the factorisation will tell
+    system.at(q, lam=lam, weights=(1.0, 0.0, 0.0))
     K, G = system.block().toarray(), system.jacobian.toarray()
     scale = np.sqrt(np.maximum(np.abs(K).max(axis=1), 1e-300))
     scale = np.where(np.abs(K).max(axis=1) > 0.0, scale, 1.0)
     both = np.vstack([K / scale / scale[:, None], G / scale])
     values, vectors = np.linalg.svd(both)[1:]
     if len(values) < program.n_q or values[-1] < 1e-13 * values[0]:
-        name = program.names.coordinates[int(np.abs(vectors[-1]).argmax())]
-        raise SolveError(
-            f"Mechanism {program.name!r} has no static equilibrium: a motion that moves {name!r} most "
-            "is resisted by nothing. "
-            "Add a joint, a drive or a spring that holds it."
-        )
+        return program.names.coordinates[int(np.abs(vectors[-1]).argmax())]
+    return ""
+
+
+def _unheld(program: Program, free: str) -> str:
+    return (
+        f"Mechanism {program.name!r} has no static equilibrium: a motion that moves {free!r} most "
+        "is resisted by nothing. Add a joint, a drive or a spring that holds it."
+    )
 
 
 def _failure(program: Program, system: System, done: float) -> str:
