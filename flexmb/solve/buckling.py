@@ -56,7 +56,7 @@ class Buckling:
         mode : number of the shape, from 0.
         name : the coordinate, e.g. "column.node3.y".
         """
-        if not 0 <= mode < len(self.factors):
+        if not 0 <= checks.count("Buckling", "mode", mode, 0) < len(self.factors):
             raise InputError(f"Buckling: mode is {mode}; there are shapes 0 to {len(self.factors) - 1}.")
         place = resolve(name, self.aliases)
         return float(self.shapes[self.names.index(checks.one_of("Buckling", "coordinate", place, self.names)), mode])
@@ -95,7 +95,9 @@ def buckling(mechanism: Mechanism, count: int = 4) -> Buckling:
     Source: R. D. Cook, D. S. Malkus, M. E. Plesha, R. J. Witt, Concepts and Applications of Finite Element Analysis,
     4th ed., Wiley 2002, chapter 18.
     """
-    checks.count("buckling", "count", count)
+    count = checks.count("buckling", "count", count)
+    if not isinstance(mechanism, Mechanism):
+        raise InputError(f"buckling: {mechanism!r} is not a Mechanism.")
     bare = unloaded(mechanism)
     program, loaded = (compile_mechanism(m, closed=True) for m in (bare, mechanism))
     system, q = System(program), np.array(program.drawn.q)

@@ -17,6 +17,7 @@ from flexmb.program.program import Program, resolve
 from flexmb.solve.settle import settle
 from flexmb.solve.spin import Spin, check_spin
 from flexmb.solve.stability import is_stable
+from flexmb.solve.start import check_independent
 from flexmb.solve.system import System
 
 ITERATIONS = 40
@@ -95,6 +96,7 @@ def static_equilibrium(
     ------
     InputError : a spin with gravity, or with drives of another speed, which are not steady.
     SolveError : a motion that nothing resists (named), or no equilibrium found (which load, which coordinate).
+    ModelError, AssemblyError : joints that repeat one another (named), always or in the drawn pose.
 
     Notes
     -----
@@ -146,6 +148,7 @@ def _grown(
         if found is None or (found[3] > JUMP and stride / 2.0 >= smallest) or found[3] > SNAP:
             stride /= 2.0
             if stride < smallest:
+                check_independent(program, np.array(program.drawn.q))
                 raise SolveError(_failure(program, system, done))
             continue
         q, lam, used, _ = found
@@ -159,6 +162,7 @@ def _held_by_loads(
     """Coordinates, multipliers and iterations where the loads themselves hold what nothing else does."""
     found = settle(program, system, q, spin)
     if found is None:
+        check_independent(program, np.array(program.drawn.q))
         raise SolveError(f"{_unheld(program, free)} Nor was a pose found in which the loads hold it.")
     q, lam = found
     exact = _newton(program, system, q, lam, np.zeros(program.n_q), spin)
