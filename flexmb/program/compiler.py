@@ -7,7 +7,7 @@ import numpy as np
 from flexmb.errors import InputError, ModelError
 from flexmb.model.law import Motion
 from flexmb.model.mechanism import Mechanism
-from flexmb.model.pieces import Pieces
+from flexmb.model.pieces import Pieces, RowMotion
 from flexmb.program.numbering import Numbering, blocks_and_edges
 from flexmb.program.ordering import elimination_order
 from flexmb.program.packing import KINDS, Packer

@@ -190,8 +190,7 @@ def _kinds(K, s: np.ndarray, x: np.ndarray) -> list[str]:
 
 
 def _without_dead_loads(mechanism: Mechanism) -> Mechanism:
-    """Without gravity and forces: their stiffness is half of one, where the joints' forces that balance them are not
-    known."""
+    """Without gravity and forces, whose stiffness is half of one as long as the joints' forces are not known."""
     if not isinstance(mechanism, Mechanism):
         return mechanism  # compile says what it is
     bare = mechanism.with_({"gravity": (0.0, 0.0)})

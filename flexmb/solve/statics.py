@@ -23,10 +23,11 @@ from flexmb.solve.system import System
 ITERATIONS = 40
 ROUND_OFF = 1e-11
 
-JUMP, SNAP = 2.0, 10.0
-"""A load step that moves by more than this times what its tangent says is halved; at the smallest step, refused."""
+JUMP, SNAP = 4.0, 10.0
+"""A load step longer than this times what its tangents see is halved; at the smallest size, refused.  A string that is
+slack at first, u ~ s^(1/3), has 3."""
 
-NEAR = 1e-3
+NEAR = 1e-8
 """Movements below this are never taken for jumps [rad, or part of the mechanism's size]."""
 
 
@@ -144,13 +145,18 @@ def _grown(
         turning = Spin(full.speed * np.sqrt(part), full.about)
         system.program = grow(part)
         found = _newton(program, system, q, lam, (1.0 - part) * start, turning)
-        # a step that went much further than its tangent said may have jumped to another branch: look closer
-        if found is None or (found[3] > JUMP and stride / 2.0 >= smallest) or found[3] > SNAP:
+        jump = 0.0
+        if found is not None:
+            system.program, back = grow(done), Spin(full.speed * np.sqrt(done), full.about)
+            jump = _jump(program, system, q, found, (1.0 - done) * start, back)
+        if found is None or jump > JUMP:
             stride /= 2.0
-            if stride < smallest:
+            if stride >= smallest:
+                continue
+            if found is None or jump > SNAP:
                 check_independent(program, np.array(program.drawn.q))
                 raise SolveError(_failure(program, system, done))
-            continue
+            stride *= 2.0
         q, lam, used, _ = found
         done, total = part, total + used
     return q, lam, total
@@ -187,8 +193,8 @@ def growth(mechanism: Mechanism, program: Program) -> Callable[[float], Program]
 def _newton(
     program: Program, system: System, q: np.ndarray, lam: np.ndarray, held: np.ndarray, spin: Spin
 ) -> tuple[np.ndarray, np.ndarray, int, float] | None:
-    """Solution for one load and speed, iterations, and how far it lies over how far the tangent saw it; or None."""
-    n, last, first, tangent = program.n_q, np.inf, q, 0.0
+    """Solution for one load and speed, iterations, and how far away the first tangent saw it; or None."""
+    n, last, tangent = program.n_q, np.inf, 0.0
     q, lam = q.copy(), lam.copy()
     size = np.where(program.tables.kind == 1, 1.0, program.length)
     for iteration in range(1, ITERATIONS + 1):
@@ -204,10 +210,31 @@ def _newton(
         q += factor * d[:n]
         lam += factor * d[n:]
         if step <= ROUND_OFF or (step <= 1e-7 and step >= 0.5 * last):
-            moved = float(np.abs((q - first) / size).max())
-            return q, lam, iteration, moved / max(tangent, NEAR)
+            return q, lam, iteration, tangent
         last = step
     return None
+
+
+def _jump(
+    program: Program,
+    system: System,
+    q: np.ndarray,
+    found: tuple[np.ndarray, np.ndarray, int, float],
+    held: np.ndarray,
+    spin: Spin,
+) -> float:
+    """How far a load step went over how far the tangents at both of its ends say, the system being that of its start.
+
+    On the way to a limit point the tangents see as far or further; only a jump beyond it is longer than both see.
+    """
+    size = np.where(program.tables.kind == 1, 1.0, program.length)
+    ahead, lam, _, tangent = found
+    moved = float(np.abs((ahead - q) / size).max())
+    try:
+        back = float(np.abs(correction(system, ahead, lam, held, spin)[: program.n_q] / size).max())
+    except SolveError:
+        return 0.0  # exactly at a limit point
+    return moved / max(min(tangent, back), NEAR)
 
 
 def correction(system: System, q: np.ndarray, lam: np.ndarray, held: np.ndarray, spin: Spin) -> np.ndarray:
