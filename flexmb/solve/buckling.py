@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
-from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs, splu
+from scipy.sparse.linalg import ArpackNoConvergence, splu
 
 from flexmb import checks
 from flexmb.errors import InputError, SolveError
@@ -16,7 +16,7 @@ from flexmb.model.part import Body, Part
 from flexmb.model.pieces import ElementPiece
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program, resolve
-from flexmb.solve.eigen import DENSE
+from flexmb.solve.eigen import DENSE, largest_of
 from flexmb.solve.motions import moves_most, null_space
 from flexmb.solve.statics import refuse_free_motion
 from flexmb.solve.system import System
@@ -185,10 +185,13 @@ def _sparse(program: Program, K, K_path, G, count: int) -> tuple[np.ndarray, np.
     n, m = K.shape[0], G.shape[0]
     scale = abs(K).max()
     lu = splu(sp.block_array([[K / scale, G.T], [G, None]]).tocsc())
-    operator = LinearOperator((n, n), lambda x: -lu.solve(np.append(K_path @ x / scale, np.zeros(m)))[:n], dtype=float)
-    start = lu.solve(np.append(np.ones(n), np.zeros(m)))[:n]
+
+    def inverses(x: np.ndarray) -> np.ndarray:
+        """1/s times x, on the null space of G."""
+        return -lu.solve(np.append(K_path @ x / scale, np.zeros(m)))[:n]
+
     try:
-        inverse, x = eigs(operator, k=min(4 * count + 4, n - 2), which="LM", v0=start)
+        inverse, x = largest_of(inverses, n, min(4 * count + 4, n // 4))
     except (ArpackNoConvergence, RuntimeError) as error:
         raise SolveError(f"buckling: the eigensolver did not converge ({error}). Ask for fewer factors.") from error
     if np.abs(inverse.imag).max() > 1e-6 * np.abs(inverse).max():

@@ -52,7 +52,7 @@ def negative_pivots(A: sp.csc_matrix) -> int | None:
         return None
     if np.array_equal(lu.perm_r, lu.perm_c):
         return int((lu.U.diagonal() < 0.0).sum())
-    if A.shape[0] > 3000:
+    if A.shape[0] > 1500:
         return None
     values = np.linalg.eigvalsh(A.toarray())
     return None if np.abs(values).min() < 1e-15 * np.abs(values).max() else int((values < 0.0).sum())

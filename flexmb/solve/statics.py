@@ -27,6 +27,9 @@ JUMP, SNAP = 4.0, 10.0
 """A load step longer than this times what its tangents see is halved; at the smallest size, refused.  A string that is
 slack at first, u ~ s^(1/3), has 3."""
 
+CLOSED = 1e-9
+"""Joints that are open by less than this part of the mechanism's size need no step of their own."""
+
 NEAR = 1e-8
 """Movements below this are never taken for jumps [rad, or part of the mechanism's size]."""
 
@@ -138,6 +141,9 @@ def _grown(
     grow = growth(mechanism, program)
     system.program = grow(0.0)
     start = system.at(q).force
+    if np.abs(system.residual).max(initial=0.0) > CLOSED * program.length:  # a drive stands elsewhere: go there first
+        closed = _newton(program, system, q, lam, start, Spin(0.0, full.about))
+        q, lam = closed[:2] if closed is not None else (q, lam)
     done, stride, total = 0.0, 1.0 / load_steps, 0
     smallest = stride / 2**8
     while done < 1.0 - 1e-12:

@@ -2,9 +2,11 @@
 
 import math
 
+import numpy as np
 import pytest
 
 import flexmb as fm
+from flexmb.solve import buckling
 
 STEEL = fm.Material(young=207e9, density=7850.0, poisson=0.3)
 ROUND = fm.Circle(0.01)
@@ -89,3 +91,44 @@ def test_a_hanging_rod_at_its_equilibrium_swings():
 def test_wrong_arguments_are_named(call, text):
     with pytest.raises(fm.InputError, match=text):
         call(hinged((1.0, 0.0)))
+
+
+def cantilevers(count, elements, **options):
+    """Equal beams side by side, pressed along their axes by 1 N each."""
+    parts = []
+    for k in range(count):
+        at = (0.0, float(k))
+        rod = fm.FlexibleLink(f"rod{k}", at, (1.0, k), section=ROUND, material=STEEL, elements=elements, **options)
+        parts += [rod, fm.Fixed(f"F{k}", fm.GROUND, rod, at), fm.Force(f"P{k}", rod, (1.0, k), (-1.0, 0.0))]
+    return fm.Mechanism("cantilevers", parts)
+
+
+SLOWEST = 1.8751040687**2 / (2 * math.pi) * math.sqrt(207e9 * 0.01**2 / 16 / 7850.0)
+EULER = math.pi**2 / 4 * 207e9 * math.pi * 0.01**4 / 64
+
+
+@pytest.mark.parametrize("count", [2, 7])
+def test_equal_bodies_have_equal_frequencies_each(count):
+    """Iterative eigensolvers see one or two of several equal values."""
+    found = fm.modes(cantilevers(count, 240 // count), count=count + 1)
+    assert list(found.frequencies[:count]) == pytest.approx([SLOWEST] * count, rel=1e-6)
+    assert found.frequencies[count] > 6.0 * SLOWEST
+    mixed = found.shapes[:, :count]
+    assert np.linalg.matrix_rank(mixed / np.abs(mixed).max(), tol=1e-6) == count
+
+
+@pytest.mark.parametrize("count", [2, 5])
+def test_equal_bodies_have_equal_damped_modes_each(count):
+    """xi = zeta omega/2 of stiffness-proportional damping."""
+    found = fm.modes(cantilevers(count, 100 // count, damping=1e-4), count=count + 1, damped=True)
+    assert list(found.frequencies[:count]) == pytest.approx([SLOWEST] * count, rel=1e-5)
+    assert list(found.damping[:count]) == pytest.approx([1e-4 * 2 * math.pi * SLOWEST / 2] * count, rel=1e-5)
+    assert found.frequencies[count] > 6.0 * SLOWEST
+    assert np.linalg.matrix_rank(found.shapes[:, :count], tol=1e-6) == count
+
+
+def test_equal_columns_buckle_each(monkeypatch):
+    monkeypatch.setattr(buckling, "DENSE", 0)
+    found = fm.buckling(cantilevers(5, 12), count=6)
+    assert list(found.factors[:5]) == pytest.approx([EULER] * 5, rel=1e-4)
+    assert found.factors[5] == pytest.approx(9.0 * EULER, rel=1e-2)
