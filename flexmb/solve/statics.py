@@ -280,8 +280,9 @@ def unresisted(program: Program, system: System, q: np.ndarray, lam: np.ndarray 
     scale = np.sqrt(np.maximum(np.abs(K).max(axis=1), 1e-300))
     scale = np.where(np.abs(K).max(axis=1) > 0.0, scale, 1.0)
     both = np.vstack([K / scale / scale[:, None], G / scale])
-    values, vectors = np.linalg.svd(both)[1:]
+    values = np.linalg.svd(both, compute_uv=False)  # vectors take most of the time, and only a refusal needs them
     if len(values) < program.n_q or values[-1] < 1e-13 * values[0]:
+        vectors = np.linalg.svd(both)[2]
         return program.names.coordinates[int(np.abs(vectors[-1]).argmax())]
     return ""
 
