@@ -29,7 +29,10 @@ _HOME = {
     "integrate.solution": "Solution",
     "integrate.steps": "Adaptive FixedStep",
     "io.vtk": "write_vtk",
+    "joints.bushing": "Bushing",
+    "joints.pin_slot": "PinSlot PinSlotClearance",
     "joints.prismatic": "Prismatic",
+    "joints.prismatic_clearance": "PrismaticClearance",
     "joints.revolute": "Fixed Revolute",
     "joints.revolute_clearance": "RevoluteClearance",
     "kernels": (

@@ -35,7 +35,11 @@ from flexmb.integrate.solution import Solution as Solution
 from flexmb.integrate.steps import Adaptive as Adaptive
 from flexmb.integrate.steps import FixedStep as FixedStep
 from flexmb.io.vtk import write_vtk as write_vtk
+from flexmb.joints.bushing import Bushing as Bushing
+from flexmb.joints.pin_slot import PinSlot as PinSlot
+from flexmb.joints.pin_slot import PinSlotClearance as PinSlotClearance
 from flexmb.joints.prismatic import Prismatic as Prismatic
+from flexmb.joints.prismatic_clearance import PrismaticClearance as PrismaticClearance
 from flexmb.joints.revolute import Fixed as Fixed
 from flexmb.joints.revolute import Revolute as Revolute
 from flexmb.joints.revolute_clearance import RevoluteClearance as RevoluteClearance

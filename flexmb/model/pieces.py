@@ -83,7 +83,10 @@ class ConstraintPiece:
 
 @dataclass(frozen=True)
 class ContactPiece:
-    """A unilateral contact: gap x normal law x friction law between two nodes."""
+    """A unilateral contact: gap x normal law x friction law between two nodes; p begins with the clearance.
+
+    `name` tells the contacts of a part apart; a part's only one has the name "".
+    """
 
     part: str
     gap: Kernel
@@ -91,6 +94,12 @@ class ContactPiece:
     p: tuple[float, ...]
     normal: NormalLaw
     friction: FrictionLaw
+    name: str = ""
+
+    @property
+    def label(self) -> str:
+        """What its signals begin with."""
+        return f"{self.part}.{self.name}" if self.name else self.part
 
 
 @dataclass(frozen=True)

@@ -68,7 +68,7 @@ def compile(mechanism: Mechanism, *, closed: bool = False) -> Program:
         Names(
             names,
             tuple(f"{c.part}[{i}]" for c in pieces.constraints for i in range(c.rows)),
-            tuple(c.part for c in pieces.contacts),
+            tuple(c.label for c in pieces.contacts),
             tuple(body.name for body in mechanism.bodies),
             places.signals,
             aliases(mechanism),

@@ -78,7 +78,7 @@ def layout(pieces: Pieces, coordinate_names: tuple[str, ...]) -> Layout:
         signals += [Signal(f"{constraint.part}.{n}", u) for n, u in constraint_signals(constraint)]
     for contact in pieces.contacts:
         places["contacts"].append(len(signals))
-        signals += [Signal(f"{contact.part}.{n}", u) for n, u in CONTACT]
+        signals += [Signal(f"{contact.label}.{n}", u) for n, u in CONTACT]
     for piece in pieces.signals:
         places["measured"].append(len(signals))
         signals.append(Signal(f"{piece.part}.{piece.name}", piece.units))

@@ -47,7 +47,7 @@ def consistent_start(mechanism: Mechanism, program: Program, t: float = 0.0) -> 
     closed = compile_mechanism(mechanism, closed=True)
     q, _ = close_loops(closed, {}, t=t)
     check_independent(program, q)
-    v = rigid_velocities(closed, q, t, soft=program.names.contacts)
+    v = rigid_velocities(closed, q, t, soft={name.partition(".")[0] for name in program.names.contacts})
     a, lam = accelerations(program, q, v, t)
     return Start(q, v, a, lam)
 
