@@ -9,10 +9,10 @@ export NUMBA_CACHE_DIR := $(CURDIR)/.numba_cache
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo lint test test-all speed table meshes clean
+.PHONY: help demo lint test test-all speed table validation meshes clean
 
 help:  ## list the targets
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-9s %s\n", $$1, $$2}' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-10s %s\n", $$1, $$2}' Makefile
 
 demo: $(VENV)/.installed  ## run the flexible nine-bar mechanism with clearance; results in out/demo
 	@$(BIN)/python tests/fresh_cache.py
@@ -37,6 +37,10 @@ speed: $(VENV)/.installed-bench  ## timings, beside the peer's on the same model
 table: $(VENV)/.installed  ## numbers and pictures of docs/nine_bar.md, computed anew
 	@$(BIN)/python tests/fresh_cache.py
 	$(BIN)/python docs/nine_bar_table.py
+
+validation: $(VENV)/.installed-dev  ## docs/validation.md: every problem of tests/literature beside its references
+	@$(BIN)/python tests/fresh_cache.py
+	$(BIN)/python docs/validation.py
 
 meshes: $(VENV)/.installed  ## write the meshes in meshes/ anew
 	$(BIN)/python meshes/make_meshes.py --out meshes

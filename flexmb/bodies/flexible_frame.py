@@ -11,6 +11,7 @@ import numpy as np
 from flexmb import checks, planar
 from flexmb.beams.section import Section
 from flexmb.bodies.bosses import Bosses, RigidProperties, fit_bosses
+from flexmb.bodies.fields import Field, Triple, start_displacement, start_velocity
 from flexmb.bodies.flexible import (
     Beam,
     Elements,
@@ -25,7 +26,6 @@ from flexmb.bodies.flexible import (
     rotary_inertia_of,
 )
 from flexmb.bodies.flexible_link import check_beam
-from flexmb.bodies.rigid_body import checked_velocity
 from flexmb.errors import InputError
 from flexmb.model.material import Material
 from flexmb.model.part import Body
@@ -61,11 +61,14 @@ class FlexibleFrame(Body):
     mass_damping : mass-proportional damping rate zeta1 [1/s] (Rayleigh), >= 0; see the notes.
     rotary_inertia : whether the turning of sections has inertia (Rayleigh beam): False, True for rho I, or a number
         [kg m] >= 0.
-    velocity : (vx, vy, omega) of node0 at the start, the frame moving as a rigid body; None: as driven.
+    velocity : (vx, vy, omega) of node0 at the start, the frame moving as a rigid body, or one (vx, vy, omega) per node;
+        None: as driven.
+    displacement : (dx, dy, dtheta) per node at the start [m, rad], added to the drawn pose; None: drawn as it starts.
 
     Raises
     ------
-    InputError : values out of range, corners that no edge reaches, an edge twice, mass properties out of reach.
+    InputError : values out of range, corners that no edge reaches, an edge twice, mass properties out of reach, fields
+        with another number of entries than nodes.
 
     Notes
     -----
@@ -77,6 +80,8 @@ class FlexibleFrame(Body):
     corners; no rigid motion is damped.  A mode of angular frequency omega that leaves those two corners in place has
     the damping ratio xi = zeta1/(2 omega) + zeta2 omega/2, when nothing lies at the mean of the corners.
     Source of the ratio: R. W. Clough, J. Penzien, Dynamics of Structures, 2nd ed., McGraw-Hill 1993, section 12-5.
+
+    Fields of velocity and displacement: see `FlexibleLink`.  The frame is unstressed without its displacement.
     """
 
     points: tuple[Point, ...]
@@ -91,7 +96,8 @@ class FlexibleFrame(Body):
     damping: float = 0.0
     mass_damping: float = 0.0
     rotary_inertia: bool | float = False
-    velocity: tuple[float, float, float] | None = None
+    velocity: Triple | Field | None = None
+    displacement: Field | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -117,7 +123,9 @@ class FlexibleFrame(Body):
         object.__setattr__(self, "elements", self._checked_elements())
         if self.centre is not None:
             object.__setattr__(self, "centre", checks.point(self.label, "centre", self.centre))
-        object.__setattr__(self, "velocity", checked_velocity(self.label, self.velocity))
+        count = len(self.nodes())
+        object.__setattr__(self, "velocity", start_velocity(self.label, self.velocity, count, None))
+        object.__setattr__(self, "displacement", start_displacement(self.label, self.displacement, count, None))
         self._bosses()
 
     def _checked_edge(self, i: int, edge: object) -> Edge:
@@ -153,7 +161,8 @@ class FlexibleFrame(Body):
         damping: float = 0.0,
         mass_damping: float = 0.0,
         rotary_inertia: bool | float = False,
-        velocity: tuple[float, float, float] | None = None,
+        velocity: Triple | Field | None = None,
+        displacement: Field | None = None,
     ) -> FlexibleFrame:
         """A frame from a mesh of line cells (any format of meshio); corners are where beams meet, end or bend.
 
@@ -164,7 +173,7 @@ class FlexibleFrame(Body):
         at : where the mesh's origin is put in the drawn pose [m].
         angle : by how much the mesh is turned about its origin [rad].
         sections : cross section by cell tag.
-        material, mass, inertia, centre, damping, mass_damping, rotary_inertia, velocity : see the class.
+        material, mass, inertia, centre, damping, mass_damping, rotary_inertia, velocity, displacement : see the class.
 
         Raises
         ------
@@ -203,6 +212,7 @@ class FlexibleFrame(Body):
             mass_damping=mass_damping,
             rotary_inertia=rotary_inertia,
             velocity=velocity,
+            displacement=displacement,
         )
 
     @property
@@ -227,9 +237,13 @@ class FlexibleFrame(Body):
         size = max(planar.distance(self.points[0], p) for p in self.points)
         return Attachment(self.name, nearest_node(self.label, owner, self.nodes(), point, size).name, (0.0, 0.0))
 
-    def start_velocity(self) -> tuple[float, float, float] | None:
+    def start_velocity(self) -> Triple | Field | None:
         """The declared start velocity."""
         return self.velocity
+
+    def start_displacement(self) -> Field | None:
+        """The declared start displacement."""
+        return self.displacement
 
     def properties(self) -> RigidProperties:
         """Mass, centre of mass and moment of inertia of the frame as a rigid body in the drawn pose."""

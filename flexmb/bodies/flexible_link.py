@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from flexmb import checks, planar
 from flexmb.beams.section import Section
 from flexmb.bodies.bar import Bar
 from flexmb.bodies.bosses import Bosses, RigidProperties, fit_bosses
+from flexmb.bodies.fields import Field, FieldLike, Triple, start_displacement, start_velocity
 from flexmb.bodies.flexible import (
     Beam,
     Elements,
@@ -24,7 +25,6 @@ from flexmb.bodies.flexible import (
     nearest_node,
     rotary_inertia_of,
 )
-from flexmb.bodies.rigid_body import checked_velocity
 from flexmb.errors import InputError
 from flexmb.model.material import Material
 from flexmb.model.pieces import Attachment, Node, Piece, SignalPiece, node_coordinates
@@ -58,11 +58,15 @@ class FlexibleLink(Bar):
     pivot_inertia : further moment of inertia at the start node [kg m^2], not counted in `inertia`.
     rotary_inertia : whether the turning of sections has inertia (Rayleigh beam): False, True for rho I, or a number
         [kg m] >= 0.
-    velocity : (vx, vy, omega) of the middle node at the start, the link moving as a rigid body; None: as driven.
+    velocity : (vx, vy, omega) of the middle node at the start, the link moving as a rigid body; or one (vx, vy, omega)
+        per node, or a function of s that returns it, s being 0 at the start and 1 at the end; None: as driven.
+    displacement : (dx, dy, dtheta) per node at the start [m, rad], or a function of s that returns it, added to the
+        drawn pose; None: drawn as it starts.
 
     Raises
     ------
-    InputError : values out of range; a mass or inertia that bosses cannot make.
+    InputError : values out of range; a mass or inertia that bosses cannot make; fields with another number of entries
+        than nodes, or of another shape.
 
     Notes
     -----
@@ -75,6 +79,12 @@ class FlexibleLink(Bar):
     first part is multiplied by the kinetic energy of the motion seen from that frame over that of the motion itself:
     5 with two free ends, 0.058 with a clamp at one end, in the first mode.
     Source of the ratio: R. W. Clough, J. Penzien, Dynamics of Structures, 2nd ed., McGraw-Hill 1993, section 12-5.
+
+    Fields are absolute, in world axes, given for the drawn pose; functions are evaluated once, when the link is made.
+    A velocity field holds exactly.  The link is unstressed without its displacement: with it, it starts bent or
+    stretched, and is not in equilibrium unless loads or accelerations hold it so.  Joints take their points and angles
+    from the link without displacement; open loops are closed by moving bodies in their bent shape, unturned fields
+    of velocity included, so draw a link that has one where it starts.
     """
 
     _: KW_ONLY
@@ -88,7 +98,8 @@ class FlexibleLink(Bar):
     mass_damping: float = 0.0
     pivot_inertia: float = 0.0
     rotary_inertia: bool | float = False
-    velocity: tuple[float, float, float] | None = None
+    velocity: Triple | FieldLike | None = None
+    displacement: FieldLike | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -96,7 +107,9 @@ class FlexibleLink(Bar):
         object.__setattr__(self, "elements", checked_elements(self.label, self.elements))
         checks.between(self.label, "centre", self.centre, 0.0, 1.0)
         checks.not_negative(self.label, "pivot_inertia", self.pivot_inertia, "kg m^2")
-        object.__setattr__(self, "velocity", checked_velocity(self.label, self.velocity))
+        places = fractions(self.elements)
+        for name, checked in (("velocity", start_velocity), ("displacement", start_displacement)):
+            object.__setattr__(self, name, checked(self.label, getattr(self, name), len(places), places))
         self._bosses()
 
     @classmethod
@@ -116,7 +129,8 @@ class FlexibleLink(Bar):
         mass_damping: float = 0.0,
         pivot_inertia: float = 0.0,
         rotary_inertia: bool | float = False,
-        velocity: tuple[float, float, float] | None = None,
+        velocity: Triple | FieldLike | None = None,
+        displacement: FieldLike | None = None,
     ) -> FlexibleLink:
         """A link with the nodes of a line mesh (any format of meshio), laid between two points of the drawn pose.
 
@@ -126,7 +140,8 @@ class FlexibleLink(Bar):
         path : mesh file with one straight chain of line cells.
         start, end : where the ends of the mesh are put [m]; their distance must be the length of the mesh.
         sections : cross section by cell tag.
-        material, mass, inertia, centre, damping, mass_damping, pivot_inertia, rotary_inertia, velocity : see the class.
+        material, mass, inertia, centre, damping, mass_damping, pivot_inertia, rotary_inertia, velocity, displacement :
+            see the class.
 
         Raises
         ------
@@ -160,6 +175,7 @@ class FlexibleLink(Bar):
             pivot_inertia=pivot_inertia,
             rotary_inertia=rotary_inertia,
             velocity=velocity,
+            displacement=displacement,
         )
 
     def nodes(self) -> tuple[Node, ...]:
@@ -185,9 +201,13 @@ class FlexibleLink(Bar):
         """The node at that point."""
         return Attachment(self.name, nearest_node(self.label, owner, self.nodes(), point, self.length).name, (0.0, 0.0))
 
-    def start_velocity(self) -> tuple[float, float, float] | None:
+    def start_velocity(self) -> Triple | Field | None:
         """The declared start velocity."""
-        return self.velocity
+        return cast("Triple | Field | None", self.velocity)
+
+    def start_displacement(self) -> Field | None:
+        """The declared start displacement."""
+        return cast("Field | None", self.displacement)
 
     def properties(self) -> RigidProperties:
         """Mass, centre of mass and moment of inertia of the link as a rigid body in the drawn pose."""

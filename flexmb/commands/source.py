@@ -55,9 +55,15 @@ class Source:
 
 
 def ready() -> dict[str, Callable[..., Any]]:
-    """The mechanisms that come with flexmb, by the name that is typed: every public function of `flexmb.mechanisms`."""
+    """The mechanisms that come with flexmb, by the name that is typed: functions that return one."""
     public = {name: getattr(mechanisms, name) for name in mechanisms.__all__}
-    return {name.replace("_", "-"): make for name, make in public.items() if inspect.isfunction(make)}
+    makers = {name: make for name, make in public.items() if inspect.isfunction(make)}
+    return {name.replace("_", "-"): make for name, make in makers.items() if returns_mechanism(make)}
+
+
+def returns_mechanism(make: Callable[..., Any]) -> bool:
+    """Whether a function says that it returns a Mechanism."""
+    return inspect.signature(make).return_annotation in (Mechanism, Mechanism.__name__)
 
 
 def find(text: str) -> Source:

@@ -10,7 +10,7 @@ from flexmb import checks
 from flexmb.errors import InputError, ModelError
 from flexmb.model.law import Motion
 from flexmb.model.part import GROUND, Joint, Part
-from flexmb.model.pieces import ConstraintPiece, Piece
+from flexmb.model.pieces import ConstraintPiece, Piece, RowMotion
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -31,7 +31,7 @@ class Drive(Part):
     Raises
     ------
     ModelError : no such joint, a joint that cannot be driven, or one that is driven already.
-    InputError : something that is no motion.
+    InputError : something that is no motion, or one that jumps.
     """
 
     joint: str
@@ -45,6 +45,12 @@ class Drive(Part):
             raise InputError(f"{self.label}: joint is {self.joint!r}; it must be a joint or its name.")
         if not isinstance(self.motion, Motion):
             raise InputError(f"{self.label}: motion is {self.motion!r}; it must be a motion, e.g. ConstantSpeed(6.28).")
+        if not self.motion.is_smooth:
+            raise InputError(
+                f"{self.label}: motion is {type(self.motion).__name__}(...), whose value or speed jumps; a joint would "
+                "need an infinite force to follow. Drive it with Table, Ramp, CycloidalRamp or Harmonic; "
+                "a motion that jumps can be the history of a Force or Torque."
+            )
 
     def validate(self, mechanism: Mechanism) -> None:
         """The joint is there, can be driven, and is driven once."""
@@ -55,7 +61,9 @@ class Drive(Part):
 
     def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
         """One row."""
-        return [replace(self._measure(mechanism), part=self.name, motion=self.motion)]
+        measure = self._measure(mechanism)
+        motion = RowMotion(measure.rows - 1, self.motion, units=measure.drive_units)
+        return [replace(measure, part=self.name, motions=(motion,))]
 
     def _measure(self, mechanism: Mechanism) -> ConstraintPiece:
         if self.joint not in (*mechanism.names, GROUND.name):

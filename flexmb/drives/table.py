@@ -1,13 +1,11 @@
 """Motion given by points in time."""
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from flexmb import checks
-from flexmb.errors import InputError
+from flexmb.drives.points import checked_points
 from flexmb.kernels import drive_kernel
 from flexmb.model.law import Motion
 
@@ -54,7 +52,9 @@ class Table(Motion):
 
     Notes
     -----
-    Outside a table that is not repeated the motion goes on at the speed of its end.
+    Outside a table that is not repeated the motion goes on at the speed of its end; the acceleration jumps there, so a
+    run ends a step at that instant.  Inside, the acceleration has kinks at the points, which cost no method of second
+    order its order.
     """
 
     times: tuple[float, ...]
@@ -65,15 +65,7 @@ class Table(Motion):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        given = {name: checks.sequence("Table", name, getattr(self, name), "numbers") for name in ("times", "values")}
-        times = tuple(checks.number("Table", f"times[{i}]", t, "s") for i, t in enumerate(given["times"]))
-        values = tuple(checks.number("Table", f"values[{i}]", v) for i, v in enumerate(given["values"]))
-        if len(times) < 4 or len(times) != len(values):
-            raise InputError(
-                f"Table: {len(times)} times and {len(values)} values; give at least 4 of each, equally many."
-            )
-        if any(b <= a for a, b in pairwise(times)):
-            raise InputError("Table: times do not increase; sort them and remove duplicates.")
+        times, values = checked_points("Table", self.times, self.values, 4)
         object.__setattr__(self, "times", times)
         object.__setattr__(self, "values", values)
 
@@ -92,6 +84,11 @@ class Table(Motion):
         else:
             c = CubicSpline(t, s).c
         return (float(len(t)), float(self.periodic), *t.tolist(), *c.T.ravel().tolist(), growth)
+
+    def breaks(self, t_end: float) -> tuple[float, ...]:
+        """Begin and end of a table that is not repeated; it still holds at its last instant, and is over just after."""
+        ends = (self.times[0], self.times[-1] + 4.0 * float(np.spacing(abs(self.times[-1]))))
+        return () if self.periodic else tuple(t for t in ends if 0.0 < t <= t_end)
 
     @property
     def period(self) -> float | None:

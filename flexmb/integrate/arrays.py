@@ -18,7 +18,8 @@ FORMS = {"gear-gupta-leimkuhler": GEAR_GUPTA_LEIMKUHLER, "position": POSITION, "
 class Flow(NamedTuple):
     """The accepted state, changed in place: everything that a restart needs.
 
-    clock : t, proposed step, start of saving (-1: not begun), number of saved instants, last step
+    clock : t, proposed step, start of saving (-1: not begun), number of saved instants, last step, steps
+        without a break in which rows were held, or -1 (see `settle`)
     q, v, a : (n_q + 3,), a the true acceleration
     x : auxiliary acceleration of the generalised-alpha family;  lam : (n_c,);  z : (n_z,)
     ledger : energies in the order of the signals;  memory : powers and forces at the last state, for the ledger
@@ -36,7 +37,10 @@ class Flow(NamedTuple):
 
 
 class Trial(NamedTuple):
-    """The state that a step tries, and vectors of the linear system."""
+    """The state that a step tries, and vectors of the linear system.
+
+    free : (number of redundant rows, n_c) orthonormal multipliers without effect
+    """
 
     q: np.ndarray
     v: np.ndarray
@@ -50,6 +54,7 @@ class Trial(NamedTuple):
     e: np.ndarray
     seen: np.ndarray
     y: np.ndarray
+    free: np.ndarray
 
 
 class Options(NamedTuple):
@@ -74,8 +79,11 @@ class Options(NamedTuple):
 class Record(NamedTuple):
     """What the loop writes: saved instants, peaks, counters.
 
-    count : steps, rejected, Newton iterations, evaluations, factorisations, rows in the buffer, lost unknown
-    extreme : smallest and largest step, last Newton correction, wanted correction, begin and size of the last step
+    count : steps, rejected, Newton iterations, evaluations, factorisations, rows in the buffer, lost unknown,
+        steps with held multipliers, `outcome` of the last step
+    extreme : smallest and largest step, last Newton correction, wanted correction, begin and size of the last step,
+        first instant with held multipliers
+    held : (n_c,) rows whose multipliers were not unique
     peak : largest absolute values; largest positive ones where one_sided (a penetration is negative in free flight)
     """
 
@@ -88,20 +96,20 @@ class Record(NamedTuple):
     one_sided: np.ndarray
     count: np.ndarray
     extreme: np.ndarray
+    held: np.ndarray
 
 
 MEMORY_HEAD = 3
 """Start energy, power of damping, power of loads; then (force, depth, friction power) of every contact and (motion,
-force) of every constraint."""
+force) of every constraint row."""
 
 
 def new_flow(program: Program) -> Flow:
     """A state of zeros."""
     n, m = program.n_q + 3, program.n_c
-    n_k, n_g = len(program.tables.contacts.kernel), len(program.tables.constraints.kernel)
-    memory = np.zeros(MEMORY_HEAD + 3 * n_k + 2 * n_g)
+    memory = np.zeros(MEMORY_HEAD + 3 * len(program.tables.contacts.kernel) + 2 * m)
     return Flow(
-        np.zeros(5),
+        np.zeros(6),
         *(np.zeros(n) for _ in range(4)),
         np.zeros(m),
         np.zeros(program.tables.sizes.n_z),
@@ -110,8 +118,8 @@ def new_flow(program: Program) -> Flow:
     )
 
 
-def new_trial(program: Program) -> Trial:
-    """Work vectors."""
+def new_trial(program: Program, redundant: int = 0) -> Trial:
+    """Work vectors; `redundant` rows more than the joints need."""
     n, m = program.n_q + 3, program.n_c
     total = program.n_q + m
     return Trial(
@@ -120,6 +128,7 @@ def new_trial(program: Program) -> Trial:
         np.zeros(n),
         np.zeros(n),
         *(np.zeros(total) for _ in range(5)),
+        np.zeros((redundant, m)),
     )
 
 
@@ -136,6 +145,7 @@ def new_record(program: Program, rows: int) -> Record:
         np.zeros(n_y),
         np.zeros(n_y),
         one_sided,
-        np.zeros(7, dtype=np.int64),
-        np.array([np.inf, 0.0, 0.0, 0.0, 0.0, 0.0]),
+        np.zeros(9, dtype=np.int64),
+        np.array([np.inf, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+        np.zeros(program.n_c, dtype=np.bool_),
     )

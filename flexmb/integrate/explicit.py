@@ -8,9 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from flexmb.integrate.arrays import NOT_FINITE, RUNNING, SINGULAR
+from flexmb.integrate.held import first_hold, free_gap, outcome
 from flexmb.kernels import compiled, copy
 from flexmb.program.program import Program
-from flexmb.solve.lu import THRESHOLD, factor, solve
+from flexmb.solve.lu import HELD, THRESHOLD, factor, first_held, left_over, solve
 from flexmb.system.evaluate import evaluate
 
 PROJECTIONS = 3
@@ -31,50 +32,73 @@ def new_stages(program: Program) -> Stages:
 
 
 @compiled
-def accelerate(tables, address, lu, t, h, flow, trial, work, record, stages):
-    """Accelerations and multipliers at the trial positions and velocities: M a + G^T lam = -r, G a = gamma."""
+def accelerate(tables, address, lu, t, part, h, options, flow, trial, work, record, stages):
+    """Accelerations and multipliers at the trial positions and velocities: M a + G^T lam = -r, G a = gamma.
+
+    Solved for the change of the multipliers, so those that are held keep their last values.  part : of the step h that
+    has passed.
+    """
     n, m = tables.sizes.n_q, tables.sizes.n_c
-    evaluate(tables, address, t, h, trial.q, trial.v, stages.zero, trial.lam, flow.z, 0.0, 0.0, 1.0, work)
-    record.count[3] += 1
-    for i in range(n):
-        trial.b[i] = -work.r[i]
-    for i in range(m):
-        trial.b[n + i] = work.gamma[i]
-    lost = factor(lu, work.lu, trial.seen, THRESHOLD)
-    record.count[4] += 1
-    if lost >= 0:
-        record.count[6] = lost
-        return SINGULAR if math.isfinite(trial.b.sum()) else NOT_FINITE
+    hold, lost = first_hold(flow), HELD
+    while lost == HELD:
+        evaluate(tables, address, t, part * h, trial.q, trial.v, stages.zero, trial.lam, flow.z, 0.0, 0.0, 1.0, work)
+        record.count[3] += 1
+        for i in range(n):
+            trial.b[i] = -(work.r[i] + work.Gl[i])
+        for i in range(m):
+            trial.b[n + i] = work.gamma[i]
+        lost = factor(lu, work.lu, trial.seen, THRESHOLD, n, hold)
+        record.count[4] += 1
+        if lost >= 0:
+            record.count[6] = lost
+            return SINGULAR if math.isfinite(trial.b.sum()) else NOT_FINITE
+        if lost == HELD:
+            left = h * h * left_over(lu, work.lu, trial.seen, trial.b, trial.y)
+            if hold == THRESHOLD or left <= free_gap(tables, h, options, flow, flow.a):
+                break
+            hold = THRESHOLD  # they say something of their own
     solve(lu, work.lu, trial.b, trial.d, trial.y)
     for i in range(n):
         trial.a[i] = trial.d[i]
     for i in range(m):
-        trial.lam[i] = trial.d[n + i]
-    return RUNNING if math.isfinite(trial.d.sum()) else NOT_FINITE
+        trial.lam[i] += trial.d[n + i]
+    finite = math.isfinite(trial.d.sum())
+    record.count[8] = outcome(lost == HELD, hold == THRESHOLD, flow)
+    return RUNNING if finite else NOT_FINITE
 
 
 @compiled
-def project_state(tables, address, lu, t, h, flow, trial, work, record, stages):
+def project_state(tables, address, lu, t, h, options, flow, trial, work, record, stages):
     """Close the joints in positions, then in velocities, by the shift of least kinetic energy."""
     n, m = tables.sizes.n_q, tables.sizes.n_c
-    for level in range(PROJECTIONS):
+    level, hold = 0, first_hold(flow)
+    while level < PROJECTIONS:
         evaluate(tables, address, t, h, trial.q, trial.v, stages.zero, trial.lam, flow.z, 0.0, 0.0, 1.0, work)
         record.count[3] += 1
         trial.b[:] = 0.0
         velocities = level == PROJECTIONS - 1
         for i in range(m):
             trial.b[n + i] = -work.gv[i] if velocities else -work.g[i]
-        lost = factor(lu, work.lu, trial.seen, THRESHOLD)
+        lost = factor(lu, work.lu, trial.seen, THRESHOLD, n, hold)
         record.count[4] += 1
         if lost >= 0:
             record.count[6] = lost
             return SINGULAR
+        if lost == HELD:
+            left = left_over(lu, work.lu, trial.seen, trial.b, trial.y) * (h if velocities else 1.0)
+            if left > free_gap(tables, h, options, flow, flow.a):
+                if hold == THRESHOLD:  # the rows contradict the others
+                    record.count[6] = first_held(lu, trial.seen)
+                    return SINGULAR
+                hold = THRESHOLD  # they say something of their own
+                continue
         solve(lu, work.lu, trial.b, trial.e, trial.y)
         for i in range(n):
             if velocities:
                 trial.v[i] += trial.e[i]
             else:
                 trial.q[i] += trial.e[i]
+        level += 1
     return RUNNING
 
 
@@ -92,7 +116,7 @@ def runge_kutta_step(tables, address, lu, h, options, flow, trial, work, record,
             if stage > 0:
                 trial.q[i] = flow.q[i] + c * h * stages.v[stage - 1, i]
                 trial.v[i] = flow.v[i] + c * h * stages.a[stage - 1, i]
-        code = accelerate(tables, address, lu, t + c * h, c * h, flow, trial, work, record, stages)
+        code = accelerate(tables, address, lu, t + c * h, c, h, options, flow, trial, work, record, stages)
         if code != RUNNING:
             return code
         for i in range(n):
@@ -103,9 +127,9 @@ def runge_kutta_step(tables, address, lu, h, options, flow, trial, work, record,
         trial.q[i] = flow.q[i] + h / 6.0 * v
         trial.v[i] = flow.v[i] + h / 6.0 * a
     if m > 0:
-        code = project_state(tables, address, lu, t + h, h, flow, trial, work, record, stages)
+        code = project_state(tables, address, lu, t + h, h, options, flow, trial, work, record, stages)
         if code != RUNNING:
             return code
-    code = accelerate(tables, address, lu, t + h, h, flow, trial, work, record, stages)
+    code = accelerate(tables, address, lu, t + h, 1.0, h, options, flow, trial, work, record, stages)
     copy(trial.a, trial.x)
     return code

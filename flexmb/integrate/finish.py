@@ -59,9 +59,9 @@ def keep_account(tables, h, ledger, memory, work):
         ledger[FRICTION] += 0.5 * h * (memory[k + 2] + loss)
         memory[k], memory[k + 1], memory[k + 2] = N, depth, loss
         k += 3
-    for c in range(work.drive.shape[0]):
-        if tables.constraints.motion[c] >= 0:
-            s, force = work.drive[c, 0], work.joint[c, 2]
+    for row in range(work.drive.shape[0]):
+        if tables.constraints.motion[row] >= 0:
+            s, force = work.drive[row, 0], work.drive[row, 3]
             if h > 0.0:
                 ledger[DRIVE] += 0.5 * (memory[k + 1] + force) * (s - memory[k])
             memory[k], memory[k + 1] = s, force

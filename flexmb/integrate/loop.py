@@ -3,6 +3,7 @@
 from flexmb.integrate.arrays import DONE, RUNNING, STEP_TOO_SMALL
 from flexmb.integrate.explicit import runge_kutta_step
 from flexmb.integrate.finish import accept, error_ratio, finished, next_size
+from flexmb.integrate.held import settle
 from flexmb.integrate.newton import implicit_step, lead, starting
 from flexmb.kernels import compiled
 
@@ -36,6 +37,8 @@ def advance(tables, address, lu, options, flow, trial, work, record, steps):
             continue
         if first:
             lead(tables.sizes.n_q, options, flow, trial)
+        if record.count[8] != 0 or flow.clock[5] > 0.0:
+            settle(tables, lu, flow.clock[0] + h, flow, trial, work, record)
         code = accept(tables, address, h, ratio, options, flow, trial, work, record)
         flow.clock[4] = h
         if options.adaptive:
@@ -56,6 +59,8 @@ def advance_explicit(tables, address, lu, options, flow, trial, work, record, st
         code = runge_kutta_step(tables, address, lu, h, options, flow, trial, work, record, stages)
         if code != RUNNING:
             return code
+        if record.count[8] != 0 or flow.clock[5] > 0.0:
+            settle(tables, lu, flow.clock[0] + h, flow, trial, work, record)
         code = accept(tables, address, h, 1.0, options, flow, trial, work, record)
         if code != RUNNING:
             return code

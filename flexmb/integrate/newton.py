@@ -11,12 +11,16 @@ from flexmb.integrate.arrays import (
     SINGULAR,
     Options,
 )
+from flexmb.integrate.held import STILL, first_hold, free_gap, outcome
 from flexmb.kernels import compiled, copy
-from flexmb.solve.lu import THRESHOLD, factor, solve
+from flexmb.solve.lu import HELD, HOLD, THRESHOLD, factor, first_held, left_over, solve, weakest
 from flexmb.system.evaluate import evaluate
 
 ROUND_OFF = 1e-14
 """Corrections below this part of the coordinates are round-off."""
+
+EPSILON = 1e-15
+"""Round-off of a gap relative to the largest coordinate."""
 
 
 @compiled
@@ -77,7 +81,7 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
     kx = 1.0 / (beta * h * h)
     ka = (1.0 - am) / (1.0 - af) * kx
     predict(n, h, ratio, options, flow, trial)
-    last, part = math.inf, 1.0
+    last, part, hold = math.inf, 1.0, first_hold(flow)
     for iteration in range(options.iterations):
         evaluate(tables, address, t, h, trial.q, trial.v, trial.a, trial.lam, flow.z, 1.0, kv, ka, work)
         record.count[3] += 1
@@ -85,11 +89,19 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
             trial.b[i] = -(work.r[i] + work.Gl[i])
         for i in range(m):
             trial.b[n + i] = -work.g[i] if options.form == POSITION else -work.gv[i] / kv
-        lost = factor(lu, work.lu, trial.seen, THRESHOLD)
+        lost = factor(lu, work.lu, trial.seen, THRESHOLD, n, hold)
         record.count[4] += 1
         if lost >= 0:
             record.count[6] = lost
             return SINGULAR if math.isfinite(trial.b.sum()) else NOT_FINITE
+        if lost == HELD and opens(tables, lu, h, options, flow, trial, work):
+            if hold == THRESHOLD:  # they contradict the others
+                record.count[6] = first_held(lu, trial.seen)
+                return SINGULAR
+            hold = THRESHOLD  # they say something of their own
+            continue
+        if lost == HELD and hold == HOLD:
+            hold = STILL  # until the step ends, though the correction may lead away from the singular position
         solve(lu, work.lu, trial.b, trial.d, trial.y)
         if m > 0 and options.form == GEAR_GUPTA_LEIMKUHLER:
             project(n, m, lu, trial, work)
@@ -97,13 +109,38 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
         record.count[2] += 1
         if not math.isfinite(size):
             return NOT_FINITE
-        if size <= 1.0 or (part == 1.0 and iteration > 0 and size < last and size * size / (last - size) <= 1.0):
+        small = size <= 1.0 or (part == 1.0 and iteration > 0 and size < last and size * size / (last - size) <= 1.0)
+        if small or (iteration > 1 and size > 0.1 * last and only_noise(n, m, lu, trial, work, record)):
+            record.count[8] = outcome(lost == HELD, hold == THRESHOLD, flow)
             return RUNNING
         if part == 1.0 and iteration > 3 and size > 2.0 * last:
             return NEWTON_FAILED
         part = shortened(n, iteration, part, trial)
         last = size
     return NEWTON_FAILED
+
+
+@compiled
+def opens(tables, lu, h, options, flow, trial, work):
+    """Whether the correction would leave a gap in rows that are held."""
+    n = tables.sizes.n_q
+    left = left_over(lu, work.lu, trial.seen, trial.b, trial.y)
+    if options.form == GEAR_GUPTA_LEIMKUHLER:
+        trial.e[:] = 0.0
+        for i in range(tables.sizes.n_c):
+            trial.e[n + i] = -work.g[i]
+        left = max(left, left_over(lu, work.lu, trial.seen, trial.e, trial.y))
+    return left > free_gap(tables, h, options, flow, trial.a)
+
+
+@compiled
+def only_noise(n, m, lu, trial, work, record):
+    """Whether a correction that does not get smaller is round-off of the gaps, divided by the angle of two rows."""
+    far = 1.0
+    for i in range(n):
+        far = max(far, abs(trial.q[i]))
+    angle = math.sqrt(weakest(lu, work.lu, trial.seen, n)) if m > 0 else 1.0
+    return record.extreme[2] <= record.extreme[3] + EPSILON * far / angle
 
 
 @compiled

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.errors import InputError
+from flexmb.errors import InputError, SolveError
 from flexmb.integrate.arrays import (
     BUFFER_FULL,
     DONE,
@@ -30,7 +30,10 @@ from flexmb.integrate.status import sentence
 from flexmb.integrate.steps import Adaptive, FixedStep
 from flexmb.program.program import Program
 from flexmb.solve import lu
-from flexmb.solve.start import Start
+from flexmb.solve.rank import row_rank
+from flexmb.solve.redundant import least_norm
+from flexmb.solve.start import Start, accelerations
+from flexmb.solve.system import System
 from flexmb.system.evaluate import evaluate_accepted
 from flexmb.system.outputs import write_outputs
 from flexmb.system.work import workspace
@@ -65,7 +68,7 @@ class Run:
         self.stages = new_stages(program)
         self.times: list[np.ndarray] = []
         self.values: list[np.ndarray] = []
-        self.code, self.note = RUNNING, ""
+        self.code, self.note, self.redundant = RUNNING, "", 0
         self.h_max, self.h_min, self.error = self._limits()
 
     def _limits(self) -> tuple[float, float, float]:
@@ -84,18 +87,43 @@ class Run:
         flow = self.flow
         flow.q[:n], flow.v[:n], flow.a[:n], flow.x[:n] = start.q, start.v, start.a, start.a
         flow.lam[:], flow.z[:] = start.lam, self.program.drawn.z
+        self._expect(start.redundant)
+        flow.clock[5] = -1.0 if self._seems_dependent(start) else 0.0
         flow.clock[2] = NOT_SAVING
         flow.clock[1] = self.h_max if isinstance(self.step, FixedStep) else 1e-3 * self.h_max
-        tables, address = self.program.tables, self.program.addresses
-        still = np.zeros(n + 3)
-        evaluate_accepted(tables, address, 0.0, 0.0, flow.q, flow.v, flow.a, flow.lam, flow.z, still, still, self.work)
+        self._look()
         flow.z[:] = self.work.z_new
-        keep_account(tables, 0.0, flow.ledger, flow.memory, self.work)
-        write_outputs(tables, address, 0.0, flow.q, flow.v, flow.a, self.work, flow.ledger, self.record.new)
+        self._write()
         self.forget_peaks()
 
-    def resume(self, restart: Mapping[str, np.ndarray]) -> None:
-        """Take the final state of another run of the same model."""
+    def _look(self) -> None:
+        """Evaluate the present state, and remember its powers and forces for the ledger."""
+        flow, still = self.flow, np.zeros(self.program.n_q + 3)
+        common = (self.program.tables, self.program.addresses, flow.clock[0], 0.0)
+        evaluate_accepted(*common, flow.q, flow.v, flow.a, flow.lam, flow.z, still, still, self.work)
+        keep_account(self.program.tables, 0.0, flow.ledger, flow.memory, self.work)
+
+    def _write(self) -> None:
+        """Signals of the state that was looked at last."""
+        flow, common = self.flow, (self.program.tables, self.program.addresses, self.flow.clock[0])
+        write_outputs(*common, flow.q, flow.v, flow.a, self.work, flow.ledger, self.record.new)
+
+    def _seems_dependent(self, start: Start) -> bool:
+        """Whether rows that are independent look dependent, because some inertia is very small.
+
+        How much they do depends on the direction of the bodies against X and Y: all are turned together.
+        """
+        system, angles = System(self.program), np.asarray(self.program.tables.kind) == 1
+        for turn in (0.0, 0.7, 2.3):
+            values = system.at(start.q + turn * angles, weights=(0.0, 0.0, 1.0)).work.lu.copy()
+            seen = np.zeros(self.program.symbolic.n)
+            lu.factor(self.lu, values, seen, lu.THRESHOLD, self.program.n_q, 10.0 * lu.HOLD)
+            if int((seen < 0.0).sum()) > start.redundant:
+                return True
+        return False
+
+    def resume(self, restart: Mapping[str, np.ndarray], *, redundant: bool = False) -> None:
+        """Take the final state of another run of the same model; `redundant`: rows may repeat one another."""
         if not isinstance(restart, Mapping):
             text = f"simulate {self.program.name!r}: restart is {restart!r}"
             raise InputError(f"{text}; it must be `restart` of a solution of the same mechanism.")
@@ -107,7 +135,14 @@ class Run:
                     f"({name!r} is missing or of another size). Use `restart` of a solution of the same mechanism."
                 )
             target[:] = given
+        if redundant:
+            G = System(self.program).at(self.flow.q[: self.program.n_q], t=self.flow.clock[0]).jacobian
+            self._expect(len(row_rank(G).redundant))
         self.forget_peaks()
+
+    def _expect(self, redundant: int) -> None:
+        """So many rows repeat others in every pose."""
+        self.redundant, self.trial = redundant, new_trial(self.program, redundant)
 
     def forget_peaks(self) -> None:
         """Begin to look for peaks at the present state."""
@@ -115,31 +150,76 @@ class Run:
         self.record.peak_time[:] = self.flow.clock[0]
 
     def go_to(self, end: float, saving: float | None) -> None:
-        """Run until `end`; `saving` is the time between saved instants, 0 for every step, None for nothing."""
+        """Run until `end`; `saving` is the time between saved instants, 0 for every step, None for nothing.
+
+        Where a drive or a load jumps a step ends just before, and the next one starts anew just after.
+        """
         if self.note or self.code not in (RUNNING, DONE):
             return  # a run that was stopped before the instants to be saved stays stopped
         if saving is not None:
             self._begin_saving(saving)
-        options = self._options(end, NEVER if saving is None else saving)
+        interval = NEVER if saving is None else saving
         bar = self._bar(end)
-        steps, self.code = 64, RUNNING
         try:
-            while self.code == RUNNING:
-                began = time.perf_counter()
-                steps = self._allowed(steps)
-                if steps == 0:
-                    self.note = f"Stopped after {self.max_steps} steps, as asked for"
+            for instant in self.program.breaks(end):
+                if instant > self.flow.clock[0] and self._reach(just_before(instant), interval, bar, ahead=True):
+                    self._jump(instant, interval)
+                if self.note or self.code not in (RUNNING, DONE):
                     break
-                self.code = self._block(options, steps)
-                self._empty(options)
-                bar.update(min(self.flow.clock[0], end) - bar.n)
-                took = time.perf_counter() - began
-                steps = int(min(max(steps * min(BLOCK_SECONDS / max(took, 1e-6), 4.0), 16), 1_000_000))
-                if self.code == BUFFER_FULL:
-                    self.code = RUNNING
+            else:
+                self._reach(end, interval, bar)
         except KeyboardInterrupt:
             self.note = "Interrupted from the keyboard"
         bar.close()
+
+    def _reach(self, target: float, interval: float, bar: Any, *, ahead: bool = False) -> bool:
+        """Run until `target`; whether it was reached.  With `ahead` that is seen even if no step is left to take."""
+        options = self._options(target, interval)
+        steps, self.code = 64, RUNNING
+        while self.code == RUNNING:
+            began = time.perf_counter()
+            steps = self._allowed(steps)
+            if steps == 0 and ahead and self.flow.clock[0] >= (1.0 - 1e-12) * target:
+                self.code = DONE
+            elif steps == 0:
+                self.note = f"Stopped after {self.max_steps} steps, as asked for"
+                return False
+            else:
+                self.code = self._block(options, steps)
+            self._empty(options)
+            bar.update(min(self.flow.clock[0], bar.total) - bar.n)
+            took = time.perf_counter() - began
+            steps = int(min(max(steps * min(BLOCK_SECONDS / max(took, 1e-6), 4.0), 16), 1_000_000))
+            if self.code == BUFFER_FULL:
+                self.code = RUNNING
+        return self.code == DONE
+
+    def _jump(self, instant: float, interval: float) -> None:
+        """Go from just before a jump of the loads to just after: new accelerations, joint forces and powers.
+
+        Positions, velocities, histories and energies stay.  The next step is a first step.
+        """
+        flow, n = self.flow, self.program.n_q
+        flow.clock[0], flow.clock[4] = instant, 0.0
+        try:
+            solve = least_norm if self.redundant else accelerations
+            a, lam = solve(self.program, flow.q[:n], flow.v[:n], instant, flow.z)
+        except SolveError as error:
+            self.note = f"Stopped: {str(error).rstrip('.')}"
+            return
+        flow.a[:n], flow.x[:n], flow.lam[:] = a, a, lam
+        kept = flow.ledger.copy(), flow.memory[0]
+        self._look()
+        flow.ledger[:], flow.memory[0] = kept
+        self._write()
+        record = self.record
+        size = np.where(record.one_sided, record.new, np.abs(record.new))
+        record.peak_time[size > record.peak] = instant
+        record.peak[:] = np.maximum(record.peak, size)
+        if interval == 0.0:
+            self._keep(flow.clock[0:1].copy(), record.new[None, :].copy())
+        elif interval < NEVER and self.times and abs(self.times[-1][-1] - instant) <= 1e-9 * interval:
+            self.values[-1][-1] = record.new  # an instant of the grid at the jump shows the state just after
 
     def _begin_saving(self, saving: float) -> None:
         """Save the present instant, or go on with the grid of the run that was resumed."""
@@ -245,6 +325,11 @@ class Run:
         if self.note:
             return f"{self.note}, at t = {self.flow.clock[0]:.6g} s."
         return sentence(self.program, self.code, self.flow, self.trial, self.record)
+
+
+def just_before(instant: float) -> float:
+    """An instant so close before that only round-off lies between; `t + h` cannot round beyond it."""
+    return float(instant - 4.0 * np.spacing(instant))
 
 
 def installed_version() -> str:

@@ -25,6 +25,9 @@ from flexmb.solve.start import consistent_start
 Method = Newmark | RungeKutta4
 Step = FixedStep | Adaptive | float
 
+REDUNDANT = ("refuse", "least-norm")
+"""What to do with joints that repeat one another."""
+
 
 def simulate(
     mechanism: Mechanism,
@@ -38,12 +41,13 @@ def simulate(
     method: Method | None = None,
     restart: Mapping[str, np.ndarray] | None = None,
     max_steps: int | None = None,
+    redundant: str = "refuse",
     progress: bool = False,
 ) -> Solution:
     """Simulate a mechanism from its drawn pose.
 
-    At the start the loops are closed, journals are centred, flexible bodies are unstressed, velocities are those of the
-    ideal rigid mechanism.
+    At the start the loops are closed, journals are centred, flexible bodies are unstressed and velocities those of the
+    ideal rigid mechanism, but for the fields of displacement and velocity that bodies declare.
 
     Parameters
     ----------
@@ -58,12 +62,16 @@ def simulate(
         `FixedStep`.
     restart : `restart` of a solution of the same model; the run goes on from there bit for bit.
     max_steps : stop, with a status, after so many accepted steps.
+    redundant : joints that repeat one another in every pose, as a third parallel crank does: "refuse" them, or
+        "least-norm": of all multipliers that give the motion those with the least sum of squares are taken.  Forces in
+        N and moments in N m then count alike, and only sums of forces of such joints mean something.
     progress : show a progress bar with an estimate of the time left.
 
     Returns
     -------
     Solution : its `ok` is True only if the run reached its end; `status` says in a sentence what happened,
-        and warns of a run whose energies miss 5 % of what was exchanged: its steps were too coarse.
+        names the joints whose forces were not unique because the run passed a singular position, and warns of a run
+        whose energies miss 5 % of what was exchanged: its steps were too coarse.
 
     Raises
     ------
@@ -84,10 +92,11 @@ def simulate(
     if max_steps is not None:
         checks.count(f"simulate {mechanism.name!r}", "max_steps", max_steps)
     run = Run(program, method, step, end, period, max_steps=max_steps, progress=progress)
+    checks.one_of(f"simulate {mechanism.name!r}", "redundant", redundant, REDUNDANT)
     if restart is None:
-        run.begin(consistent_start(mechanism, program))
+        run.begin(consistent_start(mechanism, program, redundant=redundant == "least-norm"))
     else:
-        run.resume(restart)
+        run.resume(restart, redundant=redundant == "least-norm")
         _check_ahead(mechanism, float(run.flow.clock[0]), end)
     started = time.perf_counter()
     if run.flow.clock[0] < begin:

@@ -22,6 +22,9 @@ SENTENCES = {
 }
 
 EXCHANGED = ("kinetic", "strain", "drive_work", "load_work")
+MOST = 8
+"""Joints that are listed."""
+
 POOR_BALANCE = 0.05
 """Largest residual of the energies, as part of the largest energy exchanged, that goes without a warning."""
 
@@ -38,7 +41,20 @@ def sentence(program: Program, code: int, flow: Flow, trial: Trial, record: Reco
         wanted=record.extreme[3],
         worst=_worst(program, flow, trial),
     )
-    return text + balance(program, record) if code == DONE else text
+    return text + not_unique(program, trial, record) + balance(program, record) if code == DONE else text
+
+
+def not_unique(program: Program, trial: Trial, record: Record) -> str:
+    """Which joints had forces that are not unique, and why; "" when there are none."""
+    if record.count[7] == 0:
+        return ""
+    rows = np.flatnonzero(record.held)
+    joints = list(dict.fromkeys(program.names.rows[k].partition("[")[0] for k in rows))
+    listed = ", ".join(repr(joint) for joint in joints[:MOST]) + (", ..." if len(joints) > MOST else "")
+    if len(trial.free):
+        return f" The joints {listed} repeat one another: their forces are those of least norm."
+    when = f"t = {record.extreme[6]:.6g} s"
+    return f" Passed a singular position at {when}, where the forces of {listed} are not unique."
 
 
 def balance(program: Program, record: Record) -> str:

@@ -182,4 +182,4 @@ class Bushing(Joint):
             for k, (name, unit) in enumerate(SIGNALS)
         ]
         element = ElementPiece(self.name, bushing_kernel, coordinates, p, energy=bushing_energy)
-        return [element, *signals, coincidence_piece(self.name, ends, start_only=True)]
+        return [element, *signals, coincidence_piece(self.name, ends, holds="start")]

@@ -192,4 +192,4 @@ class PinSlotClearance(PinSlot):
             self.name, slot_gap_kernel, coordinates, (self.clearance, reach, self.pin_radius, *p), normal, self.friction
         )
         row, travel = super().pieces(mechanism)
-        return [contact, travel, replace(row, start_only=True)]  # type: ignore[type-var]
+        return [contact, travel, replace(row, holds="closed")]  # type: ignore[type-var]

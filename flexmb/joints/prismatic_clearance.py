@@ -161,7 +161,7 @@ class PrismaticClearance(Prismatic):
         for k, (name, unit) in enumerate(SIGNALS):
             found.append(SignalPiece(self.name, name, unit, slider_signal, coordinates, (*p, angle, *sizes, float(k))))
         ideal = (piece for piece in super().pieces(mechanism) if isinstance(piece, ConstraintPiece))
-        return [*found, *(replace(piece, start_only=True) for piece in ideal)]
+        return [*found, *(replace(piece, holds="closed") for piece in ideal)]
 
     def drive_piece(self, mechanism: Mechanism) -> ConstraintPiece | None:  # noqa: ARG002 - the slider is not held
         """None: drive the bodies beside it."""

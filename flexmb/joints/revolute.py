@@ -70,14 +70,12 @@ def drawn_angle(mechanism: Mechanism, ends: tuple[Attachment, Attachment]) -> fl
     return second - first
 
 
-def coincidence_piece(part: str, ends: tuple[Attachment, Attachment], *, start_only: bool = False) -> ConstraintPiece:
+def coincidence_piece(part: str, ends: tuple[Attachment, Attachment], *, holds: str = "always") -> ConstraintPiece:
     """The two rows of a revolute joint."""
     first, second = ends
     coordinates = (*first.coordinates, *second.coordinates)
     p = (*first.offset, *second.offset)
-    return ConstraintPiece(
-        part, coincidence_kernel, coordinates, p, 2, second=second.coordinates, start_only=start_only
-    )
+    return ConstraintPiece(part, coincidence_kernel, coordinates, p, 2, second=second.coordinates, holds=holds)
 
 
 @dataclass(frozen=True)

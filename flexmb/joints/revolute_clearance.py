@@ -131,7 +131,7 @@ class RevoluteClearance(Joint):
         normal = self.normal.for_radii(self.bearing_radius, self.journal_radius)
         return [
             ContactPiece(self.name, journal_gap_kernel, coordinates, p, normal, self.friction),
-            coincidence_piece(self.name, ends, start_only=True),
+            coincidence_piece(self.name, ends, holds="closed"),
         ]
 
 

@@ -1,15 +1,16 @@
-"""A force of constant size and direction on a point of a body."""
+"""A force on a point of a body, dead or following the body, constant or changing in time."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass, replace
 from typing import TYPE_CHECKING
 
-from flexmb import checks
-from flexmb.errors import ModelError
+from flexmb import checks, planar
+from flexmb.errors import InputError, ModelError
 from flexmb.kernels import element_kernel
+from flexmb.model.law import Motion
 from flexmb.model.part import GROUND, Part
 from flexmb.model.pieces import ElementPiece, Piece
 
@@ -29,39 +30,86 @@ def force_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     K[2, 2] = by * fy + bx * fx
 
 
+@element_kernel
+def follower_force_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    """Force with the components (f1, f2) in the frame of a node (x, y, theta), at its point s."""
+    f1, f2, sx, sy = p
+    c, s = math.cos(q[2]), math.sin(q[2])
+    fx, fy = c * f1 - s * f2, s * f1 + c * f2
+    r[0] = -fx
+    r[1] = -fy
+    r[2] = -(sx * f2 - sy * f1)  # arm and force turn together
+    K[0, 2] = fy
+    K[1, 2] = -fx
+
+
 @dataclass(frozen=True)
 class Force(Part):
-    """A dead force: constant in size and direction, its point moves with the body.
+    """A force on a point that moves with a body: dead (of constant direction in the plane), or a follower.
 
     Parameters
     ----------
     name : the load's name.
     body : the body it acts on.
-    at : its point in the drawn pose [m].
-    force : (fx, fy) [N].
+    at : its point in the drawn pose [m]; on a flexible body a node stands there.
+    force : (fx, fy) in the drawn pose [N].
+    history : a motion whose value at the time t multiplies the force, e.g. `Pulse(end=0.1)`; None: constant.
+    follower : whether the direction turns with the node that carries the point (a thrust, a jet, a pressure).
 
     Raises
     ------
     ModelError : a force on the ground.
+    InputError : a history that is no motion, a follower that is neither True nor False.
+
+    Notes
+    -----
+    The tangent of a follower force is not symmetric: it has no potential and can feed a vibration (flutter), so `modes`
+    refuses it.  Static equilibrium takes the history at t = 0.
     """
 
     body: Part
     at: tuple[float, float]
     force: tuple[float, float]
+    _: KW_ONLY
+    history: Motion | None = None
+    follower: bool = False
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_loaded(self)
+        check_loaded(self, self.body)
+        check_history(self, self.history)
         object.__setattr__(self, "at", checks.point(self.label, "at", self.at))
         object.__setattr__(self, "force", checks.point(self.label, "force", self.force, "N"))
+        if not isinstance(self.follower, bool):
+            raise InputError(
+                f"{self.label}: follower is {self.follower!r}; it must be True (the direction turns with the body) "
+                "or False (it stays)."
+            )
+
+    def share(self, part: float) -> Force:
+        """The same with `part` of the force, if it is a follower."""
+        return replace(self, force=(part * self.force[0], part * self.force[1])) if self.follower else self
 
     def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
         """One element on the node that carries the point."""
-        end = mechanism.body(self.body.name, self.label).attach(self.label, self.at)
-        return [ElementPiece(self.name, force_kernel, end.coordinates, (*self.force, *end.offset))]
+        body = mechanism.body(self.body.name, self.label)
+        end = body.attach(self.label, self.at)
+        kernel, force = force_kernel, self.force
+        if self.follower:
+            kernel, force = follower_force_kernel, planar.to_frame((0.0, 0.0), body.node(end.node).theta, self.force)
+        return [ElementPiece(self.name, kernel, end.coordinates, (*force, *end.offset), factor=self.history)]
 
 
-def check_loaded(load) -> None:
+def check_loaded(load: Part, body: Part) -> None:
     """A load acts on a body, not on the ground."""
-    if load.body.name == GROUND.name:
+    if body.name == GROUND.name:
         raise ModelError(f"{load.label} acts on the ground, which cannot move. Give a moving body.")
+
+
+def check_history(load: Part, history: object) -> None:
+    """The history of a load is a motion, or None."""
+    if history is not None and not isinstance(history, Motion):
+        raise InputError(
+            f"{load.label}: history is {history!r}; it must be a motion whose value multiplies the load, "
+            "e.g. Pulse(end=0.1), or None for a constant load."
+        )

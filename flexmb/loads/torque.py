@@ -1,14 +1,15 @@
-"""A constant torque on a body."""
+"""A torque on a body, constant or changing in time."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING
 
 from flexmb import checks
 from flexmb.kernels import element_kernel
-from flexmb.loads.force import check_loaded
+from flexmb.loads.force import check_history, check_loaded
+from flexmb.model.law import Motion
 from flexmb.model.part import Part
 from flexmb.model.pieces import ElementPiece, Piece
 
@@ -24,27 +25,37 @@ def torque_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
 
 @dataclass(frozen=True)
 class Torque(Part):
-    """A constant torque on a body, or on one node of a flexible one.
+    """A torque on a body, or on one node of a flexible one (an end moment of a beam).
 
     Parameters
     ----------
     name : the load's name.
     body : the body it acts on.
     torque : counter-clockwise [N m].
-    at : point of the drawn pose [m] whose node takes the torque; None: the body's main node.
+    at : point of the drawn pose [m] whose node takes the torque; None: the body's main node, for a flexible link that
+        in its middle.
+    history : a motion whose value at the time t multiplies the torque, e.g. `Pulse(end=0.1)`; None: constant.
 
     Raises
     ------
     ModelError : a torque on the ground.
+    InputError : a history that is no motion.
+
+    Notes
+    -----
+    Static equilibrium takes the history at t = 0.
     """
 
     body: Part
     torque: float
     at: tuple[float, float] | None = None
+    _: KW_ONLY
+    history: Motion | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_loaded(self)
+        check_loaded(self, self.body)
+        check_history(self, self.history)
         if self.at is not None:
             object.__setattr__(self, "at", checks.point(self.label, "at", self.at))
 
@@ -52,4 +63,5 @@ class Torque(Part):
         """One element on theta of the node."""
         body = mechanism.body(self.body.name, self.label)
         node = body.main if self.at is None else body.attach(self.label, self.at).node
-        return [ElementPiece(self.name, torque_kernel, ((body.name, node, 2),), (self.torque,))]
+        theta = ((body.name, node, 2),)
+        return [ElementPiece(self.name, torque_kernel, theta, (self.torque,), factor=self.history)]

@@ -1,8 +1,29 @@
 """Ready mechanisms: functions that return a `Mechanism`, and the records of their numbers."""
 
+from flexmb.mechanisms.andrews import andrews, andrews_angles
 from flexmb.mechanisms.four_bar import FourBarData, four_bar
+from flexmb.mechanisms.free_rod import FreeRodData, free_rod
+from flexmb.mechanisms.n_four_bar import n_four_bar
 from flexmb.mechanisms.nine_bar import nine_bar
 from flexmb.mechanisms.nine_bar_data import NineBarData
+from flexmb.mechanisms.simeon import SimeonData, simeon
 from flexmb.mechanisms.slider_crank import SliderCrankData, slider_crank
+from flexmb.mechanisms.spinning_beam import SpinningBeamData, spinning_beam
 
-__all__ = ["FourBarData", "NineBarData", "SliderCrankData", "four_bar", "nine_bar", "slider_crank"]
+__all__ = [
+    "FourBarData",
+    "FreeRodData",
+    "NineBarData",
+    "SimeonData",
+    "SliderCrankData",
+    "SpinningBeamData",
+    "andrews",
+    "andrews_angles",
+    "four_bar",
+    "free_rod",
+    "n_four_bar",
+    "nine_bar",
+    "simeon",
+    "slider_crank",
+    "spinning_beam",
+]

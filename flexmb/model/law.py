@@ -80,9 +80,19 @@ class FrictionLaw(Law):
 
 @dataclass(frozen=True)
 class Motion(Law):
-    """Base of prescribed motions; the kernel returns s, s_dot, s_ddot relative to the drawn pose."""
+    """Base of prescribed motions; the kernel returns s, s_dot, s_ddot relative to the drawn pose.
+
+    The same records are the histories of loads, which are multiplied by s.  At an instant where it jumps, a motion has
+    the values of just after.
+    """
 
     contract = kernels.MOTION
+    is_smooth: ClassVar[bool] = True
+    """Whether s and s_dot are continuous, which a joint needs; otherwise it can only be the history of a load."""
+
+    def breaks(self, t_end: float) -> tuple[float, ...]:  # noqa: ARG002 - most motions have none
+        """Instants [s] after 0 and up to `t_end` where s, s_dot or s_ddot jumps: a run starts anew there."""
+        return ()
 
     @property
     def period(self) -> float | None:

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
 
 
+Triple = tuple[float, float, float]
+
+
 @dataclass(frozen=True)
 class Part(ABC):
     """Base of all parts of a mechanism.
@@ -49,6 +52,13 @@ class Part(ABC):
         """How the part is drawn in `mechanism`."""
         return ()
 
+    def share(self, part: float) -> Part:  # noqa: ARG002 - most parts are no loads
+        """The same with `part` (0 to 1) of a load that turns with its body; the numbers of its pieces are linear in it.
+
+        Static equilibrium lets such loads grow by it.  Other loads grow as forces of the drawn pose.
+        """
+        return self
+
     def references(self) -> tuple[str, ...]:
         """Names of the parts this one is connected to."""
         values = (getattr(self, f.name) for f in fields(self))
@@ -80,8 +90,15 @@ class Body(Part):
     def attach(self, owner: str, point: tuple[float, float]) -> Attachment:
         """The node and offset at a world `point` of the drawn pose; `owner` names who asks, for messages."""
 
-    def start_velocity(self) -> tuple[float, float, float] | None:
-        """Velocity (vx, vy, omega) of the main node at the start, or None: as the drives impose."""
+    def start_velocity(self) -> Triple | tuple[Triple, ...] | None:
+        """Velocity (vx, vy, omega) at the start: of the main node of a rigid motion, of every node, or None: as driven.
+
+        Fields are absolute and in world axes.
+        """
+        return None
+
+    def start_displacement(self) -> tuple[Triple, ...] | None:
+        """What is added to every node (x, y, theta) of the drawn pose at the start, or None: nothing."""
         return None
 
     def node(self, name: str) -> Node:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from flexmb.errors import KernelError
 from flexmb.kernels import Kernel
 
 if TYPE_CHECKING:
@@ -49,7 +50,11 @@ def node_coordinates(part: str, node: str) -> tuple[Coordinate, Coordinate, Coor
 
 @dataclass(frozen=True)
 class ElementPiece:
-    """A force, inertia or both on some coordinates; `energy` is its kernel of energies, if it keeps account."""
+    """A force, inertia or both on some coordinates; `energy` is its kernel of energies, if it keeps account.
+
+    With a `factor` all that the kernel gives is multiplied by its value at the time: a load that changes in time.  Such
+    a force has no potential, so it has no `energy`; its work is counted as that of a load.
+    """
 
     part: str
     kernel: Kernel
@@ -57,6 +62,27 @@ class ElementPiece:
     p: tuple[float, ...]
     history: tuple[float, ...] = ()
     energy: Kernel | None = None
+    factor: Motion | None = None
+
+    def __post_init__(self) -> None:
+        if self.factor is not None and self.energy is not None:
+            raise KernelError(
+                f"Part {self.part!r}: kernel {self.kernel.name!r} has a factor in time and an energy kernel; what "
+                "changes in time keeps no energy. Leave the energy kernel out: the work is counted as that of a load."
+            )
+
+
+@dataclass(frozen=True)
+class RowMotion:
+    """A motion that is subtracted from one row of a constraint; `name` tells the driven rows of a part apart.
+
+    The part's only driven row has the name "".  `units` are those of the driven coordinate and of its force.
+    """
+
+    row: int
+    motion: Motion
+    name: str = ""
+    units: tuple[str, str] = ("rad", "N m")
 
 
 @dataclass(frozen=True)
@@ -64,8 +90,9 @@ class ConstraintPiece:
     """Rows g(q, t) = 0 between some coordinates.
 
     `second` is the body on which the reported force acts; `moment_row` the row whose multiplier is a moment or a
-    drive force, or -1; `motion` is subtracted from the last row.  A piece with `start_only` holds when loops are
-    closed and start velocities are found, not in motion.
+    drive force, or -1; `motions` are subtracted from their rows, which they name in increasing order.  A piece that
+    `is_drive` reports motions and no force.  It holds "always"; or "closed", where it stands for a contact: at the
+    start, for modes, for inverse dynamics; or at the "start" alone, where it stands for an elastic joint.
     """
 
     part: str
@@ -75,10 +102,10 @@ class ConstraintPiece:
     rows: int
     second: tuple[Coordinate, Coordinate, Coordinate] | None = None
     moment_row: int = -1
-    motion: Motion | None = None
+    motions: tuple[RowMotion, ...] = ()
     is_drive: bool = False
     drive_units: tuple[str, str] = ("rad", "N m")
-    start_only: bool = False
+    holds: str = "always"
 
 
 @dataclass(frozen=True)

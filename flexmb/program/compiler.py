@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.errors import InputError, ModelError
+from flexmb.model.law import Motion
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.pieces import Pieces
 from flexmb.program.numbering import Numbering, blocks_and_edges
@@ -17,13 +18,14 @@ from flexmb.program.symbolic import symbolic
 from flexmb.program.tables import Sizes, Tables
 
 
-def compile(mechanism: Mechanism, *, closed: bool = False) -> Program:
+def compile(mechanism: Mechanism, *, closed: bool = False, start: bool = False) -> Program:
     """Flat arrays, kernels and names of a mechanism.
 
     Parameters
     ----------
     mechanism : what to compile.
-    closed : with the clearance joints replaced by ideal ones, as loops are closed and start velocities are found.
+    closed : with the clearance joints replaced by ideal ones.
+    start : with the elastic ones replaced, too, as loops are closed and start velocities are found.
 
     Raises
     ------
@@ -35,7 +37,7 @@ def compile(mechanism: Mechanism, *, closed: bool = False) -> Program:
         raise InputError(f"compile: {mechanism!r} is not a Mechanism.")
     if not mechanism.bodies:
         raise ModelError(f"{mechanism.label} has no bodies; add at least one.")
-    pieces = chosen_pieces(mechanism, closed=closed)
+    pieces = chosen_pieces(mechanism, closed=closed or start, start=start)
     number = Numbering(mechanism)
     call_each_kernel(pieces, number)
     packer = Packer(pieces, number)
@@ -58,7 +60,7 @@ def compile(mechanism: Mechanism, *, closed: bool = False) -> Program:
     )
     kind = np.array([k % 3 == 2 for k in range(number.n_q)], dtype=np.int64)
     tables = Tables(sizes, np.array(packer.p, dtype=float), elements, constraints, contacts, measured, kind)
-    drives = [c for c in pieces.constraints if c.motion is not None]
+    driven = [(c.part, row) for c in pieces.constraints for row in c.motions]
     return Program(
         mechanism.name,
         tables,
@@ -74,37 +76,47 @@ def compile(mechanism: Mechanism, *, closed: bool = False) -> Program:
             aliases(mechanism),
         ),
         mechanism.shapes(),
-        tuple(c.motion.period for c in drives if c.motion is not None),
-        tuple(c.part for c in drives),
+        tuple(row.motion.period for _, row in driven),
+        tuple(f"{part}.{row.name}" if row.name else part for part, row in driven),
         drawn_length(number),
         min((c.p[0] for c in pieces.contacts), default=None),
+        motions_of(pieces),
     )
 
 
-def chosen_pieces(mechanism: Mechanism, *, closed: bool) -> Pieces:
-    """The pieces that hold in motion, or those that hold while loops are closed."""
+def motions_of(pieces: Pieces) -> tuple[Motion, ...]:
+    """Motions of drives and factors of loads."""
+    driven = (row.motion for c in pieces.constraints for row in c.motions)
+    found = (*driven, *(e.factor for e in pieces.elements))
+    return tuple(motion for motion in found if motion is not None)
+
+
+def chosen_pieces(mechanism: Mechanism, *, closed: bool, start: bool) -> Pieces:
+    """The pieces that hold in motion, those with ideal joints for contacts, or those that hold at the start."""
     pieces = mechanism.pieces()
-    if closed:
-        return Pieces(pieces.elements, pieces.constraints, (), pieces.signals)
-    moving = tuple(c for c in pieces.constraints if not c.start_only)
-    return Pieces(pieces.elements, moving, pieces.contacts, pieces.signals)
+    holding = {"always", *(["closed"] if closed else []), *(["start"] if start else [])}
+    constraints = tuple(c for c in pieces.constraints if c.holds in holding)
+    return Pieces(pieces.elements, constraints, () if closed else pieces.contacts, pieces.signals)
 
 
 def drawn_pose(mechanism: Mechanism, number: Numbering, z: list[float]) -> Drawn:
-    """Coordinates, declared velocities and histories of the drawn pose."""
+    """Coordinates with start displacements, declared velocities and histories of the drawn pose.
+
+    A rigid motion is declared at the main node alone, so that it holds wherever closing the loops moves the body.
+    """
     q = number.pose()
     v = np.full(number.n_q, np.nan)
     owner = np.zeros(number.n_q, dtype=np.int64)
     for k, body in enumerate(mechanism.bodies):
-        mine = [i for i, (part, _) in enumerate(number.nodes) if part == body.name]
-        velocity = body.start_velocity()
-        main = body.node(body.main)
-        for i in mine:
-            owner[3 * i : 3 * i + 3] = k
-            if velocity is not None:
-                vx, vy, omega = velocity
-                dx, dy = q[3 * i] - main.x, q[3 * i + 1] - main.y
-                v[3 * i : 3 * i + 3] = vx - omega * dy, vy + omega * dx, omega
+        mine = {node.name: i for i, (part, node) in enumerate(number.nodes) if part == body.name}
+        rows = np.array([(3 * i, 3 * i + 1, 3 * i + 2) for i in mine.values()])
+        owner[rows] = k
+        velocity, displacement = body.start_velocity(), body.start_displacement()
+        if displacement is not None:
+            q[rows] += np.array(displacement)
+        if velocity is not None:
+            is_field = np.ndim(velocity) == 2
+            v[rows if is_field else 3 * mine[body.main] + np.arange(3)] = velocity
     return Drawn(q, v, np.array(z, dtype=float), owner)
 
 

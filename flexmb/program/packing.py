@@ -7,8 +7,10 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from flexmb.kernels import Kernel
+from flexmb.model.law import Motion
 from flexmb.model.pieces import ConstraintPiece, Coordinate, Pieces
 from flexmb.program.numbering import Numbering
+from flexmb.program.signals import force_signals
 from flexmb.program.tables import CONTACT_COMMON, Constraints, Contacts, Elements, Measured
 
 Bounds = tuple[int, int]
@@ -123,10 +125,13 @@ class Packer:
         dofs = Ragged()
         for piece in pieces:
             dofs.add(self.number.dofs(piece.coordinates))
+        factors = [piece.factor for piece in pieces]
         return Elements(
             ints([self.kernels["element"].number(piece.kernel) for piece in pieces]),
             ints([self.kernels["energy"].number(piece.energy) for piece in pieces]),
+            ints([self.kernels["motion"].number(law.kernel if law else None) for law in factors]),
             table([self.add(piece.p) for piece in pieces], 2),
+            table([self.add(law.parameters() if law else ()) for law in factors], 2),
             table([self.remember(piece.history) for piece in pieces], 2),
             ints(dofs.offset),
             ints(self.element_blocks.offset),
@@ -140,7 +145,7 @@ class Packer:
         dofs = Ragged()
         for piece in pieces:
             dofs.add(self.number.dofs(piece.coordinates))
-        laws = [piece.motion for piece in pieces]
+        laws = [law for piece in pieces for law in motion_of_each_row(piece)]
         rows, columns = self.g_blocks.arrays
         return Constraints(
             ints([self.kernels["constraint"].number(piece.kernel) for piece in pieces]),
@@ -158,6 +163,7 @@ class Packer:
             table([places_of_second(piece) for piece in pieces], 3),
             ints([piece.moment_row for piece in pieces]),
             ints(out),
+            ints([len(force_signals(piece)) for piece in pieces]),
         )
 
     def contacts(self, positions, out: Sequence[int]) -> Contacts:
@@ -192,6 +198,12 @@ class Packer:
 
 KINDS = ("element", "energy", "constraint", "motion", "gap", "normal", "friction", "signal")
 """Kinds of kernels, in the order of `Addresses`."""
+
+
+def motion_of_each_row(piece: ConstraintPiece) -> list[Motion | None]:
+    """The motions of a constraint, None for rows without."""
+    given = {driven.row: driven.motion for driven in piece.motions}
+    return [given.get(row) for row in range(piece.rows)]
 
 
 def places_of_second(piece: ConstraintPiece) -> list[int]:

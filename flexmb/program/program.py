@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.kernels import Kernel, address_table
+from flexmb.model.law import Motion
 from flexmb.model.pieces import AXES
 from flexmb.model.shape import Shapes
 from flexmb.model.signal import Signal
@@ -18,7 +19,7 @@ from flexmb.program.tables import Addresses, Tables
 
 @dataclass(frozen=True)
 class Drawn:
-    """The drawn pose: coordinates, declared start velocities (NaN: free), history at the start, bodies as rigid."""
+    """The drawn pose with start displacements, declared velocities (NaN: free), history at the start, bodies."""
 
     q: np.ndarray  # (n_q,) [m, rad]
     v: np.ndarray  # (n_q,) [m/s, rad/s]
@@ -53,13 +54,19 @@ class Program:
     names: Names
     shapes: Shapes
     periods: tuple[float | None, ...]  # of the drives
-    drives: tuple[str, ...]
+    drives: tuple[str, ...]  # of driven rows, in the order of the rows: part, or part.coordinate
     length: float  # size of the drawn mechanism [m]
     least_clearance: float | None
+    motions: tuple[Motion, ...]  # of drives and loads
 
     def __post_init__(self) -> None:
         freeze(self.tables)
         freeze((self.drawn.q, self.drawn.v, self.drawn.z, self.drawn.body))
+
+    def breaks(self, t_end: float) -> tuple[float, ...]:
+        """Instants in (0, t_end] where a drive or a load jumps or has a kink, in order [s]."""
+        found = {float(t) for motion in self.motions for t in motion.breaks(t_end)}
+        return tuple(sorted(t for t in found if 0.0 < t <= t_end))
 
     @cached_property
     def addresses(self) -> Addresses:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from flexmb.model.mechanism import Mechanism
-from flexmb.model.pieces import ConstraintPiece, Pieces
+from flexmb.model.pieces import ConstraintPiece, Pieces, RowMotion
 from flexmb.model.signal import Signal
 
 POSE = (
@@ -56,13 +56,27 @@ class Layout:
     energy: int
 
 
-def constraint_signals(piece: ConstraintPiece) -> tuple[tuple[str, str], ...]:
-    """Signals of a constraint: a drive's motion, or a joint's force."""
+def force_signals(piece: ConstraintPiece) -> tuple[tuple[str, str], ...]:
+    """Signals of a joint's force on its second body; none for a drive."""
     if piece.is_drive:
-        length, force = piece.drive_units
-        return ("angle", length), ("speed", f"{length}/s"), ("torque", force), ("power", "W")
+        return ()
     forces = (("fx", "N"), ("fy", "N"), ("force", "N"))
     return (*forces, ("moment", "N m")) if piece.moment_row >= 0 else forces
+
+
+def motion_signals(driven: RowMotion) -> tuple[tuple[str, str], ...]:
+    """Signals of a driven row: coordinate, rate, force, power."""
+    unit, force = driven.units
+    if not driven.name:
+        return ("angle", unit), ("speed", f"{unit}/s"), ("torque", force), ("power", "W")
+    kind = "torque" if unit == "rad" else "force"
+    names = (driven.name, f"{driven.name}_rate", f"{driven.name}_{kind}", f"{driven.name}_power")
+    return tuple(zip(names, (unit, f"{unit}/s", force, "W"), strict=True))
+
+
+def constraint_signals(piece: ConstraintPiece) -> tuple[tuple[str, str], ...]:
+    """Signals of a constraint: the force of a joint, then the motions of its driven rows."""
+    return (*force_signals(piece), *(signal for driven in piece.motions for signal in motion_signals(driven)))
 
 
 def layout(pieces: Pieces, coordinate_names: tuple[str, ...]) -> Layout:

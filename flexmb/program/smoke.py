@@ -9,7 +9,7 @@ import numpy as np
 
 from flexmb.errors import KernelError
 from flexmb.kernels import GAP_SIZE, Kernel
-from flexmb.model.law import Law
+from flexmb.model.law import Law, Motion
 from flexmb.model.pieces import ConstraintPiece, ContactPiece, ElementPiece, Pieces
 from flexmb.program.numbering import Numbering
 
@@ -42,18 +42,20 @@ def _calls(piece: Any, q: np.ndarray) -> list[tuple[Kernel, Sequence[float], lis
         calls = [(piece.kernel, piece.p, [*state, *force], "element")]
         if piece.energy is not None:
             calls.append((piece.energy, piece.p, [0.0, q, zero.copy()], "element"))
-        return calls
+        return [*calls, *_motion_calls(piece.factor)]
     if isinstance(piece, ConstraintPiece):
         rows = [np.zeros(piece.rows) for _ in range(4)]
         arguments = [0.0, q, zero, rows[0], rows[1], np.zeros((piece.rows, n)), rows[2], rows[3], square]
-        calls = [(piece.kernel, piece.p, arguments, "constraint")]
-        if piece.motion is not None:
-            calls.append((piece.motion.kernel, piece.motion.parameters(), [0.0], type(piece.motion).__name__))
-        return calls
+        driven = [call for row in piece.motions for call in _motion_calls(row.motion)]
+        return [(piece.kernel, piece.p, arguments, "constraint"), *driven]
     if isinstance(piece, ContactPiece):
         gap = (piece.gap, piece.p, [q, zero, np.zeros(GAP_SIZE)], "gap")
         return [gap, _law_call(piece.normal), _law_call(piece.friction)]
     return [(piece.kernel, piece.p, [0.0, q, zero, zero.copy()], "signal")]
+
+
+def _motion_calls(motion: Motion | None) -> list[tuple[Kernel, Sequence[float], list[Any], str]]:
+    return [] if motion is None else [(motion.kernel, motion.parameters(), [0.0], type(motion).__name__)]
 
 
 def _law_call(law: Law) -> tuple[Kernel, Sequence[float], list[Any], str]:

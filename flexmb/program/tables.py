@@ -14,11 +14,13 @@ import numpy as np
 
 
 class Elements(NamedTuple):
-    """Elements: numbers of force and energy kernel (-1: none), where p, z, dofs and positions (row by row) are."""
+    """Elements: numbers of force, energy and factor kernel (-1: none), where p, z, dofs, positions (row by row) are."""
 
     kernel: np.ndarray  # (n,)
     energy: np.ndarray  # (n,)
+    factor: np.ndarray  # (n,) a motion
     p: np.ndarray  # (n, 2)
+    factor_p: np.ndarray  # (n, 2)
     z: np.ndarray  # (n, 2)
     dof: np.ndarray  # (n + 1,)
     pos: np.ndarray  # (n + 1,)
@@ -27,12 +29,12 @@ class Elements(NamedTuple):
 
 
 class Constraints(NamedTuple):
-    """Constraints: kernel and motion kernel (-1: none), where numbers, rows, dofs and positions are, signals."""
+    """Constraints: kernels, motions of their rows (-1: none), where numbers, rows, dofs and positions are, signals."""
 
     kernel: np.ndarray  # (n,)
-    motion: np.ndarray  # (n,)
+    motion: np.ndarray  # (n_c,) of each row
     p: np.ndarray  # (n, 2)
-    motion_p: np.ndarray  # (n, 2)
+    motion_p: np.ndarray  # (n_c, 2)
     row: np.ndarray  # (n + 1,)
     dof: np.ndarray  # (n + 1,)
     pos_g: np.ndarray  # (n + 1,)
@@ -44,6 +46,7 @@ class Constraints(NamedTuple):
     second: np.ndarray  # (n, 3) places of x, y, theta of the second body among the dofs, -1: none
     moment: np.ndarray  # (n,) row of the reported moment, -1: none
     out: np.ndarray  # (n,) first of its signals
+    forces: np.ndarray  # (n,) how many signals its force has, before those of its motions; 0 for a drive
 
 
 class Contacts(NamedTuple):
@@ -104,5 +107,5 @@ class Addresses(NamedTuple):
     signal: object
 
 
-CONTACT_COMMON = 4
-"""History that every contact keeps: phase, end of the step in which it began, gap and force at the last state."""
+CONTACT_COMMON = 5
+"""History that every contact keeps: phase, time of its onset, gap, force and gap rate at the last state."""

@@ -62,7 +62,7 @@ def assemble(mechanism: Mechanism, drives: Mapping[str, float] | None = None) ->
     AssemblyError : a loop that cannot close; says which joint is open and by how much.
     InputError : the name of no drive.
     """
-    program = compile_mechanism(mechanism, closed=True)
+    program = compile_mechanism(mechanism, start=True)
     target = {}
     for name, value in (drives or {}).items():
         checks.one_of(f"assemble {mechanism.name!r}", "drive", name, program.drives)
@@ -72,10 +72,9 @@ def assemble(mechanism: Mechanism, drives: Mapping[str, float] | None = None) ->
 
 
 def drive_rows(program: Program) -> dict[str, int]:
-    """Number of the constraint row of each drive."""
-    C = program.tables.constraints
-    driven = [int(C.row[c + 1]) - 1 for c in range(len(C.kernel)) if C.motion[c] >= 0]
-    return dict(zip(program.drives, driven, strict=True))
+    """Number of the constraint row of each drive, or driven coordinate of a clamp."""
+    driven = np.flatnonzero(program.tables.constraints.motion >= 0)
+    return dict(zip(program.drives, map(int, driven), strict=True))
 
 
 def close_loops(

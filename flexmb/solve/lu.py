@@ -23,6 +23,16 @@ from flexmb.program.symbolic import Symbolic
 THRESHOLD = 1e-13
 """Pivot relative to the largest term that was summed up to it: below this, only round-off is left of it."""
 
+HOLD = 1e-8
+"""Pivot of a constraint's row relative to the largest term that was summed up to it, below which its multiplier is
+held: the sine of the angle between this row and those before it is then 1e-4."""
+
+HELD = -2
+"""What `factor` returns when multipliers are held; -1 when none is."""
+
+NO_ROW = 1 << 62
+"""First constraint for `factor` when no multiplier may be held."""
+
 GOOD_RESIDUAL = 1e-6
 """Residual relative to the right-hand side, both scaled, that only a singular matrix leaves after pivoting."""
 
@@ -55,22 +65,28 @@ def tables(symbolic: Symbolic) -> LU:
 
 
 @compiled
-def factor(sym, lu, seen, threshold):
-    """A = L U in place; -1, or the first unknown in elimination order whose pivot is lost or not finite.
+def factor(sym, lu, seen, threshold, first_row=NO_ROW, hold=HOLD):
+    """A = L U in place; -1, HELD, or the first unknown in elimination order whose pivot is lost or not finite.
 
-    L has a unit diagonal, that of U is left inverted.  sym : LU; lu : (size,); seen : (n,) workspace; threshold [1].
+    L has a unit diagonal, that of U is left inverted.  sym : LU; lu : (size,); seen : (n,) workspace; threshold [1];
+    first_row : number of the first constraint; hold [1] : see below.
     A pivot is lost if it is not larger than threshold times the largest term that was summed up to it.  Unlike the
     entries of its row, these terms scale as the pivot does when units or the time step change: G S^-1 G^T of a
     joint may be 1e-12 beside a 1 in G and still have all its digits.
+
+    A constraint whose pivot is `hold` times that term or smaller hardly differs from those before it.  It is left out,
+    as if its pivot were infinite: `solve` then leaves its multiplier as it is.  At its place `seen` becomes negative.
     """
     order, starts, row_ptr, rows, value_ptr, target_ptr, targets = sym
     _start_seen(starts, row_ptr, value_ptr, lu, seen)
+    held = -1
     for s in range(len(starts) - 1):
         first, at, t, r = starts[s], value_ptr[s], target_ptr[s], row_ptr[s]
         w, u = starts[s + 1] - first, row_ptr[s + 1] - r
-        lost = _eliminate(lu, at, w, u, seen, first, threshold)
+        lost = _eliminate(lu, at, w, u, seen, first, threshold, order, first_row, hold)
         if lost >= 0:
             return order[first + lost]
+        held = min(held, lost)
         _see(lu, at, w, u, seen, rows, r)
         if w == 3:
             _update_3(lu, at, u, targets, t)
@@ -78,7 +94,7 @@ def factor(sym, lu, seen, threshold):
             _update_2(lu, at, u, targets, t)
         else:
             _update_1(lu, at, u, targets, t)
-    return -1
+    return held
 
 
 @compiled
@@ -103,15 +119,20 @@ def _see(lu, at, w, u, seen, rows, r):
 
 
 @compiled
-def _eliminate(lu, at, w, u, seen, first, threshold):
-    """Rows of U and transposed rows of L in one panel; the pivot that is lost, or -1."""
-    length, lower = w + u, at + w * (w + u)
+def _eliminate(lu, at, w, u, seen, first, threshold, order, first_row, hold):
+    """Rows of U and transposed rows of L in one panel; the pivot that is lost, or HELD, or -1."""
+    length, lower, held = w + u, at + w * (w + u), -1
+    watched = threshold if first_row == NO_ROW else max(threshold, hold)
     for k in range(w):
         row, column = at + k * length, lower + k * u
         pivot = lu[row + k]
-        if not threshold * seen[first + k] < abs(pivot) < np.inf:  # false for nan, too
-            return k
         inverse = 1.0 / pivot
+        if not watched * seen[first + k] < abs(pivot) < np.inf:  # false for nan, too
+            if order[first + k] >= first_row and abs(pivot) < np.inf:
+                inverse, held = 0.0, HELD
+                seen[first + k] = -max(seen[first + k], 1e-300)
+            elif not threshold * seen[first + k] < abs(pivot) < np.inf:
+                return k
         lu[row + k] = inverse
         for j in range(u):
             lu[column + j] *= inverse
@@ -124,7 +145,7 @@ def _eliminate(lu, at, w, u, seen, first, threshold):
                 lu[here + j] -= left * lu[row + j]
             for j in range(u):
                 lu[there + j] -= above * lu[column + j]
-    return -1
+    return held
 
 
 @compiled
@@ -201,6 +222,57 @@ def _backward(starts, row_ptr, rows, value_ptr, lu, y):
             for j in range(u):
                 rest -= lu[row + w + j] * y[rows[r + j]]
             y[first + k] = rest * lu[row + k]
+
+
+@compiled
+def dependence(sym, lu, s, k, b, x, y):
+    """X with A x = 0 but for x = 1 at the row k of panel s, which `factor` held; b, x, y : (n,), three arrays.
+
+    The factors of the rows before it are exact, so the solution of U x = 1 with a pivot of 1 in place of 0 is this x.
+    """
+    stride = sym.starts[s + 1] - sym.starts[s] + sym.row_ptr[s + 1] - sym.row_ptr[s]
+    diagonal = sym.value_ptr[s] + k * (stride + 1)
+    b[:] = 0.0
+    b[sym.order[sym.starts[s] + k]] = 1.0
+    lu[diagonal] = 1.0
+    solve(sym, lu, b, x, y)
+    lu[diagonal] = 0.0
+
+
+@compiled
+def left_over(sym, lu, seen, b, y):
+    """What `solve` will leave of b in the constraints that `factor` held, largest absolute value; b, y : (n,)."""
+    for k in range(len(sym.order)):
+        y[k] = b[sym.order[k]]
+    _forward(sym.starts, sym.row_ptr, sym.rows, sym.value_ptr, lu, y)
+    largest = 0.0
+    for k in range(len(sym.order)):
+        if seen[k] < 0.0:
+            largest = max(largest, abs(y[k]))
+    return largest
+
+
+@compiled
+def first_held(sym, seen):
+    """The first constraint that `factor` held."""
+    for place in range(len(sym.order)):
+        if seen[place] < 0.0:
+            return sym.order[place]
+    return 0
+
+
+@compiled
+def weakest(sym, lu, seen, first_row):
+    """Smallest pivot of a constraint that is not held, relative to the largest term that was summed up to it."""
+    least = 1.0
+    for s in range(len(sym.starts) - 1):
+        first, w = sym.starts[s], sym.starts[s + 1] - sym.starts[s]
+        stride = w + sym.row_ptr[s + 1] - sym.row_ptr[s] + 1
+        for k in range(w):
+            inverse = abs(lu[sym.value_ptr[s] + k * stride])
+            if sym.order[first + k] >= first_row and seen[first + k] > 0.0 and inverse > 0.0:
+                least = min(least, 1.0 / (inverse * seen[first + k]))
+    return least
 
 
 @compiled

@@ -15,6 +15,7 @@ from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
 from flexmb.solve.assemble import close_loops
 from flexmb.solve.rank import row_rank
+from flexmb.solve.redundant import least_norm, redundant_rows
 from flexmb.solve.rigid import RigidMotion
 from flexmb.solve.system import System
 
@@ -27,16 +28,25 @@ class Start:
     ----------
     q, v, a : (n_q,) positions, velocities, accelerations.
     lam : (n_c,) multipliers.
+    redundant : rows more than the joints need, where that was allowed.
     """
 
     q: np.ndarray
     v: np.ndarray
     a: np.ndarray
     lam: np.ndarray
+    redundant: int = 0
 
 
-def consistent_start(mechanism: Mechanism, program: Program, t: float = 0.0) -> Start:
-    """Start values of a mechanism: clearance joints centred, flexible bodies unstressed and moving as rigid ones.
+def consistent_start(mechanism: Mechanism, program: Program, t: float = 0.0, *, redundant: bool = False) -> Start:
+    """Start values of a mechanism: clearance joints centred, bodies without a declared field unstressed and rigid.
+
+    Parameters
+    ----------
+    mechanism : the mechanism.
+    program : what it compiles to.
+    t : time [s].
+    redundant : whether joints may repeat one another in every pose; the multipliers are then those of least norm.
 
     Raises
     ------
@@ -44,12 +54,14 @@ def consistent_start(mechanism: Mechanism, program: Program, t: float = 0.0) -> 
         the joints forbid.
     SolveError : a coordinate without mass.
     """
-    closed = compile_mechanism(mechanism, closed=True)
+    closed = compile_mechanism(mechanism, start=True)
     q, _ = close_loops(closed, {}, t=t)
-    check_independent(program, q)
+    extra = redundant_rows(program, closed, q, t) if redundant else 0
+    if extra == 0:
+        check_independent(program, q)
     v = rigid_velocities(closed, q, t, soft={name.partition(".")[0] for name in program.names.contacts})
-    a, lam = accelerations(program, q, v, t)
-    return Start(q, v, a, lam)
+    a, lam = (least_norm if extra else accelerations)(program, q, v, t)
+    return Start(q, v, a, lam, extra)
 
 
 def check_independent(program: Program, q: np.ndarray) -> None:
@@ -68,12 +80,13 @@ def check_independent(program: Program, q: np.ndarray) -> None:
         raise AssemblyError(
             f"Mechanism {program.name!r} starts in a singular pose: there, the joints {listed} say nothing that the "
             "others do not say already, and the motion can branch. Start a little beside it "
-            "(e.g. another crank angle), or, if the links are parallel on purpose, remove one joint "
-            "or make a link flexible."
+            "(e.g. another crank angle), or, if the links are parallel on purpose, remove one joint, "
+            "make a link flexible, or simulate(..., redundant='least-norm')."
         )
     raise ModelError(
         f"Mechanism {program.name!r} is over-constrained by {len(found.redundant)} row(s): the joints {listed} "
-        "repeat what the others say. Remove one, replace a Prismatic or Fixed by a Revolute, or make a link flexible."
+        "repeat what the others say. Remove one, replace a Prismatic or Fixed by a Revolute, make a link "
+        "flexible, or simulate(..., redundant='least-norm')."
     )
 
 
@@ -82,17 +95,19 @@ def rigid_velocities(closed: Program, q: np.ndarray, t: float, soft: Container[s
 
     Declared velocities hold exactly; `AssemblyError` when the joints forbid them.  Joints named in `soft` (those with
     play) give way to declared velocities, so a journal can be thrown into its bearing.
+    v = B w + d, where B w are rigid motions and d is the part of declared fields that is none.
     """
     system, rigid = System(closed), RigidMotion(closed)
+    B = rigid.basis(q)
+    declared, d = declared_rows(closed, rigid, B)
     M = system.mass(q)
-    system.at(q, t=t)
-    B, declared = rigid.basis(q), ~np.isnan(closed.drawn.v)
+    system.at(q, d, t=t)
     A = sp.vstack([system.jacobian @ B, B[declared]]).tocsr()
-    b = np.concatenate([-system.velocity_residual, closed.drawn.v[declared]])
+    b = np.concatenate([-system.velocity_residual, (closed.drawn.v - d)[declared]])
     owners = [row.partition("[")[0] for row in closed.names.rows]
-    owners += [closed.names.coordinates[k] for k in np.flatnonzero(declared)]
+    owners += [closed.names.coordinates[k] for k in declared]
     inertia = (B.T @ M @ B).tocsr()
-    wanted = 1e-7 * max(float(np.abs(b).max(initial=0.0)), 1e-30)
+    wanted = 1e-7 * max(float(np.abs(b).max(initial=0.0)), float(np.abs(d).max(initial=0.0)), 1e-30)
     w = least_energy(inertia, A, b)
     hard = np.array([owner not in soft for owner in owners], dtype=bool)
     if np.abs(A @ w - b).max(initial=0.0) > wanted and not hard.all():
@@ -100,12 +115,34 @@ def rigid_velocities(closed: Program, q: np.ndarray, t: float, soft: Container[s
         w = least_energy(inertia, sp.diags_array(weight) @ A, weight * b)
     missed = np.where(hard, np.abs(A @ w - b), 0.0)
     if missed.max(initial=0.0) > wanted:
+        # with declared velocities held, what stays open is the joint's: it shall be named, and by its own size
+        weight = np.where(np.arange(len(b)) >= len(b) - len(declared), 1e7, 1.0)
+        w = least_energy(inertia, sp.diags_array(weight) @ A, weight * b)
+        missed = np.where(hard, np.abs(A @ w - b), 0.0)
         raise AssemblyError(
             f"Mechanism {closed.name!r}: no start velocities satisfy all joints, drives and declared velocities; "
             f"largest violation {missed.max():.3g} m/s or rad/s at {owners[int(missed.argmax())]!r}. "
             "In a dead centre start elsewhere; otherwise correct the declared velocities."
         )
-    return B @ w
+    return B @ w + d
+
+
+def declared_rows(closed: Program, rigid: RigidMotion, B: sp.csr_matrix) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates whose velocities say what rigid motion was declared, and d (n_q,), the rest of declared fields.
+
+    The rigid motion of a field is the one nearest to it, all nodes counted alike; with d beside it any other would do.
+    """
+    v = np.asarray(closed.drawn.v)
+    body = np.repeat(rigid.body, 3)
+    rows, d = [], np.zeros(len(v))
+    for k in range(rigid.count):
+        given = np.flatnonzero((body == k) & ~np.isnan(v))
+        if len(given) > 3:
+            own = B[given][:, 3 * k : 3 * k + 3].toarray()
+            size = np.array([1.0, 1.0, max(float(np.abs(own[:, 2]).max()), 1e-300)])
+            d[given] = v[given] - own @ (np.linalg.lstsq(own / size, v[given], rcond=None)[0] / size)
+        rows.append(given[:3])
+    return np.concatenate([*rows, np.zeros(0, dtype=np.int64)]).astype(np.int64), d
 
 
 def least_energy(inertia: sp.csr_matrix, A: sp.csr_matrix, b: np.ndarray) -> np.ndarray:
@@ -129,9 +166,14 @@ def least_energy(inertia: sp.csr_matrix, A: sp.csr_matrix, b: np.ndarray) -> np.
     return root @ np.linalg.lstsq(A @ root, b, rcond=1e-11)[0]
 
 
-def accelerations(program: Program, q: np.ndarray, v: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
-    """Accelerations (n_q,) and multipliers (n_c,): M a + G^T lam = -r(q, v, 0), G a = gamma."""
-    system = System(program).at(q, v, t=t, weights=(0.0, 0.0, 1.0))
+def accelerations(
+    program: Program, q: np.ndarray, v: np.ndarray, t: float, z: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Accelerations (n_q,) and multipliers (n_c,): M a + G^T lam = -r(q, v, 0), G a = gamma.
+
+    `z` is the history (n_z,) at this state, None: that of the drawn pose.
+    """
+    system = System(program).at(q, v, t=t, z=z, weights=(0.0, 0.0, 1.0))
     M = system.block()
     bare = np.flatnonzero(np.abs(M).sum(axis=1) == 0.0)
     free = [k for k in bare if abs(system.jacobian[:, [k]]).sum() == 0.0]
@@ -141,7 +183,7 @@ def accelerations(program: Program, q: np.ndarray, v: np.ndarray, t: float) -> t
             f"Mechanism {program.name!r}: coordinate {name!r} has no mass and no joint; give it some mass."
         )
     b = np.concatenate([-system.force, system.gamma])
-    x = system.solve(b, f"Start accelerations of {program.name!r}")
+    x = system.solve(b, f"Accelerations of {program.name!r} at t = {t:.6g} s")
     return x[: program.n_q], x[program.n_q :]
 
 
@@ -149,8 +191,6 @@ def degrees_of_freedom(program: Program, q: np.ndarray) -> tuple[int, int]:
     """Degrees of freedom of the bodies taken as rigid, with and without the drives' rows."""
     system, rigid = System(program).at(q), RigidMotion(program)
     A = sp.csr_matrix(system.jacobian @ rigid.basis(q))
-    C = program.tables.constraints
-    driven = [int(C.row[c + 1]) - 1 for c in range(len(C.kernel)) if C.motion[c] >= 0]
-    joints = np.setdiff1d(np.arange(A.shape[0]), driven)
+    joints = np.flatnonzero(program.tables.constraints.motion < 0)
     n = 3 * rigid.count
     return n - row_rank(A).rank, n - row_rank(A[joints]).rank

@@ -29,7 +29,10 @@ class System:
         self._solver = PivotingSolver(pattern)
 
     def at(self, q, v=None, a=None, lam=None, *, t=0.0, z=None, weights=(0.0, 0.0, 0.0)) -> System:
-        """Evaluate at a state (n_q,); `weights` are those of stiffness, damping and mass in the matrix."""
+        """Evaluate at a state (n_q,); `weights` are those of stiffness, damping and mass in the matrix.
+
+        Arrays of n_q + 3 entries give the motion of the ground, which otherwise stands still, in the last three.
+        """
         n, m = self.program.n_q, self.program.n_c
         state = [_padded(x, n) for x in (q, v, a)]
         lam = np.zeros(m) if lam is None else np.ascontiguousarray(lam, dtype=float)
@@ -97,5 +100,5 @@ class System:
 def _padded(x, n: int) -> np.ndarray:
     full = np.zeros(n + 3)
     if x is not None:
-        full[:n] = x
+        full[: len(x)] = x
     return full

@@ -39,7 +39,7 @@ def add_constraints(tables, address, t, q, v, lam, kq, matrix, work):
 
 @compiled
 def _call(tables, address, c, n, m, t, lam, work):
-    """Call the kernel of constraint c and subtract its motion from the last row."""
+    """Call the kernel of constraint c and subtract the motions from their rows."""
     C = tables.constraints
     row = C.row[c]
     for i in range(m):
@@ -60,12 +60,15 @@ def _call(tables, address, c, n, m, t, lam, work):
         work.gammal[:m],
         matrix_view(work.Kl, n, n),
     )
-    if C.motion[c] >= 0:
-        s, s_dot, s_ddot = motion_at(address.motion, C.motion[c])(tables.p[C.motion_p[c, 0] : C.motion_p[c, 1]], t)
-        work.gl[m - 1] -= s
-        work.gtl[m - 1] -= s_dot
-        work.gammal[m - 1] += s_ddot
-        work.drive[c, 0], work.drive[c, 1], work.drive[c, 2] = s, s_dot, s_ddot
+    for i in range(m):
+        k = row + i
+        if C.motion[k] < 0:
+            continue
+        s, s_dot, s_ddot = motion_at(address.motion, C.motion[k])(tables.p[C.motion_p[k, 0] : C.motion_p[k, 1]], t)
+        work.gl[i] -= s
+        work.gtl[i] -= s_dot
+        work.gammal[i] += s_ddot
+        work.drive[k, 0], work.drive[k, 1], work.drive[k, 2], work.drive[k, 3] = s, s_dot, s_ddot, -lam[k]
 
 
 @compiled

@@ -6,6 +6,7 @@ With n from the second surface into the first, t = (-n_y, n_x), arms a1, a2 from
     r = -(N J_n + T J_t)
 """
 
+from flexmb.contact.onset import crossing
 from flexmb.kernels import GAP_SIZE, compiled, friction_at, gap_at, normal_at
 
 
@@ -36,7 +37,7 @@ def add_contacts(tables, address, t, h, q, v, z, kq, kv, matrix, work):
             work.z_new[K.z[k, 2] : K.z[k, 3]],
         )
         work.contact[k, GAP_SIZE], work.contact[k, GAP_SIZE + 1] = N, T
-        _remember(t, out[0], out[1], N, z[K.z[k, 0] : K.z[k, 1]], work.z_new[K.z[k, 0] : K.z[k, 1]])
+        _remember(t, h, out[0], out[1], N, z[K.z[k, 0] : K.z[k, 1]], work.z_new[K.z[k, 0] : K.z[k, 1]])
         if N == 0.0 and T == 0.0 and N_gap == 0.0 and N_rate == 0.0 and T_slip == 0.0:
             continue
         jacobians(out, work.contact_scratch)
@@ -58,8 +59,11 @@ def add_contacts(tables, address, t, h, q, v, z, kq, kv, matrix, work):
 
 
 @compiled
-def _remember(t, gap, gap_rate, N, z, z_new):
-    """Phase of the contact (0 open, 1 closing, 2 rebounding, 3 lasting), time of its onset, gap, force."""
+def _remember(t, h, gap, gap_rate, N, z, z_new):
+    """Phase (0 open, 1 closing, 2 rebounding, 3 lasting), time of the onset, gap, force, gap rate.
+
+    The onset is where the cubic through gap and rate at both ends of its step falls through zero.
+    """
     phase = z[0]
     z_new[1] = z[1]
     if gap > 0.0:
@@ -67,11 +71,13 @@ def _remember(t, gap, gap_rate, N, z, z_new):
     elif phase == 0.0:
         phase = 1.0
         z_new[1] = t
+        if h > 0.0 and z[2] > 0.0:
+            z_new[1] = t - h + h * crossing(h, z[2], z[4], gap, gap_rate)
     elif phase == 1.0 and gap_rate > 0.0:
         phase = 2.0
     elif phase == 2.0 and gap_rate < 0.0:
         phase = 3.0
-    z_new[0], z_new[2], z_new[3] = phase, gap, N
+    z_new[0], z_new[2], z_new[3], z_new[4] = phase, gap, N, gap_rate
 
 
 @compiled

@@ -1,6 +1,6 @@
 """Elements: gather, call, scatter; and their energies."""
 
-from flexmb.kernels import compiled, element_at, energy_at, matrix_view
+from flexmb.kernels import compiled, element_at, energy_at, matrix_view, motion_at
 
 
 @compiled
@@ -50,6 +50,14 @@ def call_element(tables, address, e, n, t, h, z, work):
         matrix_view(work.Ml, n, n),
         work.z_new[E.z[e, 0] : E.z[e, 1]],
     )
+    if E.factor[e] >= 0:
+        s, _, _ = motion_at(address.motion, E.factor[e])(tables.p[E.factor_p[e, 0] : E.factor_p[e, 1]], t)
+        for i in range(n):
+            work.rl[i] *= s
+        for i in range(n * n):
+            work.Kl[i] *= s
+            work.Cl[i] *= s
+            work.Ml[i] *= s
 
 
 @compiled

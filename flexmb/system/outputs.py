@@ -32,14 +32,17 @@ def _constraints(tables, work, y):
     C = tables.constraints
     for c in range(C.kernel.shape[0]):
         k = C.out[c]
-        if C.motion[c] >= 0:
-            torque = work.joint[c, 2]
-            y[k], y[k + 1], y[k + 2], y[k + 3] = work.drive[c, 0], work.drive[c, 1], torque, torque * work.drive[c, 1]
-        else:
+        if C.forces[c] > 0:
             fx, fy = work.joint[c, 0], work.joint[c, 1]
             y[k], y[k + 1], y[k + 2] = fx, fy, math.sqrt(fx * fx + fy * fy)
             if C.moment[c] >= 0:
                 y[k + 3] = work.joint[c, 2]
+        k += C.forces[c]
+        for row in range(C.row[c], C.row[c + 1]):
+            if C.motion[row] >= 0:
+                speed, force = work.drive[row, 1], work.drive[row, 3]
+                y[k], y[k + 1], y[k + 2], y[k + 3] = work.drive[row, 0], speed, force, force * speed
+                k += 4
 
 
 @compiled

@@ -16,7 +16,7 @@ class Work(NamedTuple):
     r : (n_q + 3,) forces the structure exerts, inertia included, without those of constraints
     Gl : (n_q + 3,) G^T lambda;  g, gv, gamma : (n_c,) residual, residual of velocities G v + g_t, right side of G a
     lu : values of the matrix;  z_new : history if the state is accepted
-    contact : (n, GAP_SIZE + 2) gap data, normal force, friction force;  drive : (n, 3) motion of each constraint
+    contact : (n, GAP_SIZE + 2) gap data, normal force, friction force;  drive : (n_c, 4) motion and force
     joint : (n, 4) force on the second body (x, y), moment row, spare
     power : kinetic energy, strain, gravity, power of damping, of loads, work of the algorithm
     """
@@ -61,7 +61,7 @@ def workspace(program: Program) -> Work:
         np.zeros(program.symbolic.size),
         np.zeros(sizes.n_z),
         np.zeros((n_k, GAP_SIZE + 2)),
-        np.zeros((n_g, 3)),
+        np.zeros((sizes.n_c, 4)),
         np.zeros((n_g, 4)),
         np.zeros(6),
         np.zeros(n),

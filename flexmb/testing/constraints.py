@@ -37,7 +37,7 @@ def check_constraint(bench: Bench, piece: ConstraintPiece) -> None:
         floor = 1e-6 * float(np.abs(scale * (out["G"].T @ full["lam"])).max())
         sizes = {"rows": scale, "columns": scale, "floor": floor}
         bench.derivative(subject, "H = d(G^T lam)/dq", full, out["H"], force, full["q"], scale, **sizes)
-        check_gamma(bench, subject, full if piece.motion is not None else on_manifold(subject, full), scale)
+        check_gamma(bench, subject, full if piece.motions else on_manifold(subject, full), scale)
 
 
 def check_gamma(bench: Bench, subject: Subject, state: State, scale: np.ndarray) -> None:
@@ -66,14 +66,17 @@ def on_manifold(subject: Subject, state: State) -> State:
 
 
 def check_motion(bench: Bench, motion: Motion) -> None:
-    """s_dot and s_ddot against differences."""
+    """s_dot and s_ddot against differences, up to where the motion jumps; at a jump s is that of just after."""
     subject = Subject(f"{bench.owner}, {type(motion).__name__}", motion.kernel, motion.parameters())
     span = motion.period or 2.0
+    breaks = np.array(motion.breaks(2.0 * span))
+    check_breaks(bench, motion, subject, breaks, 2.0 * span)
     for t in (0.0, *bench.random.uniform(0.0, 2.0 * span, 23)):
         state = {"t": float(t)}
         out = subject.watched(state)
         bench.note(f"{motion.kernel.name}: compiled = Python, finite, repeatable")
-        if t == 0.0:
+        step = min(0.1 * span, 0.9 * float(np.abs(breaks - t).min(initial=np.inf)))
+        if t == 0.0 or step == 0.0:
             continue  # a start from rest may have a kink here
         for output, of in (("s_dot", "s"), ("s_ddot", "s_dot")):
 
@@ -81,4 +84,19 @@ def check_motion(bench: Bench, motion: Motion) -> None:
                 return float(subject({"t": x})[of])
 
             floor = 1e-6 * abs(float(out[of])) / span
-            bench.derivative(subject, f"{output} = d({of})/dt", state, out[output], value, t, 0.1 * span, floor=floor)
+            bench.derivative(subject, f"{output} = d({of})/dt", state, out[output], value, t, step, floor=floor)
+
+
+def check_breaks(bench: Bench, motion: Motion, subject: Subject, breaks: np.ndarray, t_end: float) -> None:
+    """The declared instants lie in the time asked for; a motion for drives keeps its value and rate there."""
+    for t in breaks:
+        state = {"t": float(t)}
+        if not 0.0 < t <= t_end:
+            raise subject.fault(f"breaks({t_end:g}) gives {t:g}; its instants must lie after 0 and up to t_end", state)
+        before, after = subject({"t": np.nextafter(t, 0.0)}), subject.watched(state)
+        for name in ("s", "s_dot"):
+            jump, size = abs(float(after[name] - before[name])), abs(float(after[name])) + 1.0
+            if motion.is_smooth and jump > 1e-9 * size:
+                text = f"{name} jumps by {jump:.3g}; such a motion must say is_smooth = False, and can drive no joint"
+                raise subject.fault(text, state)
+        bench.note(f"{motion.kernel.name}: breaks")

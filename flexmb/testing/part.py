@@ -71,10 +71,12 @@ def check_piece(bench: Bench, piece: Piece, weightless: Any) -> None:
     """Check one piece; `weightless` is the same without the mechanism's gravity."""
     if isinstance(piece, ElementPiece):
         check_element(bench, piece, weightless)
+        if piece.factor is not None:
+            check_motion(bench, piece.factor)
     elif isinstance(piece, ConstraintPiece):
         check_constraint(bench, piece)
-        if piece.motion is not None:
-            check_motion(bench, piece.motion)
+        for driven in piece.motions:
+            check_motion(bench, driven.motion)
     elif isinstance(piece, ContactPiece):
         check_contact(bench, piece)
     else:

@@ -6,6 +6,7 @@ import pytest
 
 import flexmb as fm
 from flexmb.errors import InputError, KernelError, ModelError
+from flexmb.model.pieces import ElementPiece
 
 O, A, B = (0.0, 0.0), (0.2, 0.0), (0.5, 0.1)
 BAR = fm.Rectangle(width=0.01, height=0.02)
@@ -145,6 +146,38 @@ REFUSED = [
     (lambda: fm.Torque("load", crank(), "3"), "Torque 'load': torque is '3'; it must be a number."),
     (lambda: fm.Force("load", "crank", O, (1.0, 2.0)), "Force 'load': body is 'crank'; it must be a body or GROUND."),
     (lambda: fm.Force("load", crank(), O, 3.0), "Force 'load': force is 3.0; it must be a pair (x, y) in N."),
+    (
+        lambda: fm.Force("load", crank(), O, (1.0, 2.0), history=2.0),
+        "Force 'load': history is 2.0; it must be a motion whose value multiplies the load, e.g. Pulse(end=0.1)",
+    ),
+    (
+        lambda: fm.Torque("load", crank(), 3.0, history=fm.Pulse),
+        "it must be a motion whose value multiplies the load, e.g. Pulse(end=0.1), or None for a constant load.",
+    ),
+    (
+        lambda: fm.Force("load", crank(), O, (1.0, 2.0), follower=1),
+        "Force 'load': follower is 1; it must be True (the direction turns with the body) or False (it stays).",
+    ),
+    (lambda: fm.Pulse(1.0, start=0.5, end=0.5), "Pulse: end is 0.5 s; it must be > start = 0.5 s."),
+    (lambda: fm.Harmonic(1.0, 0.0), "Harmonic: frequency is 0 Hz; it must be > 0."),
+    (lambda: fm.CycloidalRamp(6.0, -1.0), "CycloidalRamp: time is -1 s; it must be > 0."),
+    (
+        lambda: fm.PiecewiseLinear((0.0,), (1.0,)),
+        "PiecewiseLinear: 1 times and 1 values; give at least 2 of each, equally many.",
+    ),
+    (
+        lambda: fm.PiecewiseLinear((0.0, 0.0), (0.0, 1.0)),
+        "PiecewiseLinear: times do not increase; sort them and remove duplicates.",
+    ),
+    (
+        lambda: fm.Drive("motor", "O", fm.Pulse()),
+        "Drive 'motor': motion is Pulse(...), whose value or speed jumps; a joint would need an infinite force to "
+        "follow. Drive it with Table, Ramp, CycloidalRamp or Harmonic",
+    ),
+    (
+        lambda: fm.Drive("motor", "O", fm.PiecewiseLinear((0.0, 1.0), (0.0, 1.0))),
+        "Drive 'motor': motion is PiecewiseLinear(...), whose value or speed jumps",
+    ),
     (lambda: fm.Revolute("A", "crank", crank(), at=A), "Revolute 'A': first is 'crank'; it must be a body or GROUND."),
     (lambda: fm.TorsionSpring("s", crank(), "arm", stiffness=1.0), "second is 'arm'; it must be a body or GROUND."),
     (
@@ -167,9 +200,57 @@ def test_refused_with_its_name_value_and_remedy(make, message):
         make()
 
 
-def test_load_on_the_ground():
-    with pytest.raises(ModelError, match=r"Force 'load' acts on the ground, which cannot move. Give a moving body\."):
-        fm.Force("load", fm.GROUND, O, (1.0, 0.0))
+@pytest.mark.parametrize(
+    ("make", "label"),
+    [
+        (lambda: fm.Force("load", fm.GROUND, O, (1.0, 0.0)), "Force 'load'"),
+        (lambda: fm.Force("thrust", fm.GROUND, O, (1.0, 0.0), follower=True), "Force 'thrust'"),
+        (lambda: fm.Force("load", fm.GROUND, O, (1.0, 0.0), history=fm.Pulse(end=1.0)), "Force 'load'"),
+        (lambda: fm.Torque("moment", fm.GROUND, 1.0), "Torque 'moment'"),
+    ],
+)
+def test_load_on_the_ground(make, label):
+    with pytest.raises(ModelError, match=f"{label} acts on the ground, which cannot move. Give a moving body\\."):
+        make()
+
+
+BESIDE = (0.06, 0.0)  # between the nodes of link(elements=2), which stand at 0, 0.1 and 0.2 m
+
+
+@pytest.mark.parametrize(
+    ("load", "label"),
+    [
+        (lambda beam: fm.Force("load", beam, BESIDE, (1.0, 0.0), follower=True), "Force 'load'"),
+        (lambda beam: fm.Force("load", beam, BESIDE, (1.0, 0.0)), "Force 'load'"),
+        (lambda beam: fm.Torque("moment", beam, 1.0, BESIDE), "Torque 'moment'"),
+        (lambda beam: fm.SpringDamper("spring", fm.GROUND, beam, B, BESIDE, stiffness=1.0), "SpringDamper 'spring'"),
+    ],
+)
+def test_load_between_the_nodes_of_a_beam(load, label):
+    beam = link(elements=2)
+    message = (
+        f"{label}: the point (0.06, 0) is no node of FlexibleLink 'link'; it lies 0.04 m from the nearest. "
+        "Nodes nearby: node1 at (0.1, 0), node0 at (0, 0), node2 at (0.2, 0). Move the point there"
+    )
+    with pytest.raises(InputError, match=re.escape(message)):
+        fm.compile(fm.Mechanism("beam", [beam, load(beam)]))
+
+
+@fm.element_kernel
+def push_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    r[0] = -p[0]
+
+
+@fm.energy_kernel
+def push_energy(p, t, q, v):
+    return -p[0] * q[0], 0.0, 0.0
+
+
+def test_energy_of_a_load_that_changes_in_time():
+    with pytest.raises(
+        KernelError, match="Part 'push': kernel 'push_kernel' has a factor in time and an energy kernel"
+    ):
+        ElementPiece("push", push_kernel, (("b", "", 0),), (1.0,), energy=push_energy, factor=fm.Pulse())
 
 
 def test_joint_of_a_body_with_itself():

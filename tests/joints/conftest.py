@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import flexmb as fm
 from flexmb.solve.system import System
 
 
@@ -10,8 +11,6 @@ class Posed:
     """Forces of a mechanism whose bodies are put somewhere by hand, at rest unless velocities are given."""
 
     def __init__(self, mechanism):
-        import flexmb as fm
-
         self.program = fm.compile(mechanism)
         self.system = System(self.program)
         self.names = self.program.names.coordinates

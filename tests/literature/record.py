@@ -29,6 +29,10 @@ class Value:
     scale : what the error is divided by; None: |reference|; 1.0: nothing, the band is in the unit of the quantity.
     missed : why the band is missed, where it is; then `limit` is what the error must keep nevertheless.
     limit : see `missed`.
+
+    Raises
+    ------
+    ValueError : a reference of 0 without a scale; a band that is missed without a limit.
     """
 
     quantity: str
@@ -39,6 +43,12 @@ class Value:
     missed: str = ""
     limit: float | None = None
 
+    def __post_init__(self) -> None:
+        if self.scale is None and self.reference == 0.0:
+            raise ValueError(f"{self.quantity}: an error relative to a reference of 0 says nothing; give scale=1.0.")
+        if self.missed and self.limit is None:
+            raise ValueError(f"{self.quantity}: misses its band; give the limit that it keeps.")
+
     @property
     def error(self) -> float:
         """Difference over the scale."""
@@ -48,7 +58,7 @@ class Value:
     def holds(self) -> bool:
         """Whether the band is kept, or, where that is said to be impossible, the limit (and the word still true)."""
         if self.missed:
-            return self.band < self.error <= (self.limit or 0.0)
+            return self.limit is not None and self.band < self.error <= self.limit
         return self.error <= self.band
 
 
@@ -63,6 +73,10 @@ class Curve:
     errors : errors at these sizes.
     order : slope that the log-log fit must reach within `slack`; higher is welcome.
     slack : see `order`.
+
+    Raises
+    ------
+    ValueError : other than one error for each of at least two sizes.
     """
 
     label: str
@@ -70,6 +84,10 @@ class Curve:
     errors: Sequence[float]
     order: float
     slack: float = 0.1
+
+    def __post_init__(self) -> None:
+        if not len(self.x) == len(self.errors) >= 2:
+            raise ValueError(f"{self.label}: {len(self.x)} sizes and {len(self.errors)} errors make no curve.")
 
     @property
     def slope(self) -> float:

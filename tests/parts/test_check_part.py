@@ -13,7 +13,7 @@ from flexmb.testing import Report, check_part
 O, A, B, C = (0.0, 0.0), (0.1, 0.17), (0.5, 0.1), (0.7, -0.1)
 BAR = fm.Rectangle(width=0.01, height=0.02)
 TAPER = fm.Tapered(fm.Rectangle(width=0.01, height=0.03), fm.Rectangle(width=0.01, height=0.012))
-MOTION = fm.ConstantSpeed(6.0)
+MOTION, WOBBLE = fm.ConstantSpeed(6.0), fm.Polynomial((0.0, 0.1, -0.3, 0.2))
 
 
 def crank():
@@ -88,6 +88,11 @@ BUILT_IN = {
     "Revolute on ground": (two_links(), "O"),
     "Revolute on a beam": (two_links(fm.Revolute("A", crank(), flexible(), at=A), second=flexible()), "A"),
     "Fixed": (two_links(fm.Fixed("A", crank(), arm(), at=A)), "A"),
+    "FlexibleLink, bent and moving": (
+        alone(flexible(displacement=lambda s: (0.0, 0.01 * s, 0.04 * s), velocity=lambda s: (s, -s * s, 2.0))), "arm",
+    ),
+    "Clamp": (two_links(fm.Clamp("A", crank(), arm(), at=A, angle=MOTION, x=fm.Ramp(0.2, 0.8), y=WOBBLE)), "A"),
+    "Clamp on ground": (two_links(fm.Clamp("A", fm.GROUND, arm(), at=A, y=WOBBLE)), "A"),
     "Prismatic": (two_links(JOINT, second=SLIDER), "slide"),
     "RevoluteClearance": (two_links(clearance(LN, fm.Frictionless())), "pin"),
     "RevoluteClearance, friction": (two_links(clearance(LN, COULOMB)), "pin"),
@@ -103,9 +108,22 @@ BUILT_IN = {
         two_links(fm.TorsionSpring("spring", crank(), arm(), stiffness=20.0, damping=0.3, rest_angle=0.2)), "spring",
     ),
     "Force": (two_links(fm.Force("load", arm(), at=B, force=(30.0, -70.0))), "load"),
+    "Force, follower": (two_links(fm.Force("load", arm(), at=B, force=(30.0, -70.0), follower=True)), "load"),
+    "Force, follower on a beam": (
+        two_links(fm.Force("load", flexible(), at=B, force=(30.0, -70.0), follower=True), second=flexible()), "load",
+    ),
+    "Force, Pulse": (
+        two_links(fm.Force("load", arm(), at=B, force=(3.0, 1.0), history=fm.Pulse(2.0, 0.3, 1.1))), "load",
+    ),
+    "Force, PiecewiseLinear": (
+        two_links(fm.Force("load", arm(), at=B, force=(3.0, 1.0), history=fm.PiecewiseLinear(TIMES, WAVE))), "load",
+    ),
     "Torque": (two_links(fm.Torque("load", arm(), 12.0)), "load"),
+    "Torque, Harmonic": (two_links(fm.Torque("load", arm(), 12.0, history=fm.Harmonic(0.7, 3.0, 0.4, 0.1))), "load"),
     "ConstantSpeed": (driven(MOTION), "motor"),
+    "CycloidalRamp": (driven(fm.CycloidalRamp(6.0, 0.8)), "motor"),
     "Ramp": (driven(fm.Ramp(6.0, 0.8)), "motor"),
+    "Harmonic": (driven(fm.Harmonic(0.4, 1.5, 0.3, 0.2)), "motor"),
     "Polynomial": (driven(fm.Polynomial((0.1, 2.0, -0.4, 0.3))), "motor"),
     "Table": (driven(fm.Table(TIMES, WAVE)), "motor"),
     "Table, periodic": (driven(fm.Table(TIMES, (*WAVE[:-1], WAVE[0] + 0.5), periodic=True)), "motor"),

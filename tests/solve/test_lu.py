@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from flexmb.errors import InputError, SolveError
 from flexmb.program.ordering import elimination_order
 from flexmb.program.symbolic import Symbolic, symbolic
-from flexmb.solve.lu import THRESHOLD, PivotingSolver, factor, multiply, solve, tables
+from flexmb.solve.lu import HELD, THRESHOLD, PivotingSolver, dependence, factor, multiply, solve, tables
 
 
 class Frame:
@@ -201,6 +201,28 @@ def test_redundant_joint_is_reported_by_one_of_its_rows(stiffness):
     lu, seen = frame.values(pattern), np.empty(frame.n)
     lost = factor(tables(pattern), lu, seen, THRESHOLD)
     assert lost in frame.blocks[10] + frame.blocks[-1]
+
+
+@pytest.mark.parametrize("stiffness", [1e-8, 1.0, 1e12])
+def test_redundant_joint_is_held_when_asked_for(stiffness):
+    """Its rows are left out, and still hold, since they repeat others; what `dependence` gives is without effect."""
+    frame = with_double_joint(stiffness)
+    pattern = frame.pattern()
+    sym, lu, seen = tables(pattern), frame.values(pattern), np.empty(frame.n)
+    assert factor(sym, lu, seen, THRESHOLD, frame.n_q) == HELD
+    assert (seen < 0.0).sum() == 2
+    A = frame.dense()
+    scale = np.r_[np.ones(frame.n_q), np.full(frame.n - frame.n_q, stiffness)]
+    b = A @ (scale * np.random.default_rng(1).normal(size=frame.n))
+    x, y = np.empty(frame.n), np.empty(frame.n)
+    solve(sym, lu, b, x, y)
+    assert np.abs(A @ x - b).max() < 1e-10 * np.abs(b).max()
+    for s in range(len(sym.starts) - 1):
+        for k in range(sym.starts[s + 1] - sym.starts[s]):
+            if seen[sym.starts[s] + k] < 0.0:
+                dependence(sym, lu, s, k, b, x, y)
+                assert np.abs(x).max() >= 1.0
+                assert np.abs(A @ x).max() < 1e-10 * np.abs(x).max() * max(stiffness, 1.0)
 
 
 def test_unknown_without_any_entry_is_reported():

@@ -1,0 +1,60 @@
+"""Start from rest to a constant speed along a cycloid."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from flexmb import checks
+from flexmb.kernels import drive_kernel
+from flexmb.model.law import Motion
+
+
+@drive_kernel
+def cycloidal_ramp_kernel(p, t):
+    """s_ddot = w/T (1 - cos(2 pi t/T)), then 0."""
+    w, T = p
+    if t >= T:
+        return w * (t - 0.5 * T), w, 0.0
+    if t <= 0.0:
+        return 0.0, 0.0, 0.0
+    k = 2.0 * math.pi / T
+    # 1 - cos without the cancellation of small t
+    bend = 2.0 * math.sin(0.5 * k * t) ** 2
+    return w / T * (0.5 * t * t - bend / (k * k)), w / T * (t - math.sin(k * t) / k), w / T * bend
+
+
+@dataclass(frozen=True)
+class CycloidalRamp(Motion):
+    """From rest to `speed` within `time`; the acceleration is a full wave 1 - cos and vanishes at both ends.
+
+        s = (w/T) [t^2/2 + (T/2 pi)^2 (cos(2 pi t/T) - 1)] up to T, then w (t - T/2)
+
+    Parameters
+    ----------
+    speed : final speed w, rad/s for an angle, m/s for a travel.
+    time : duration of the start T [s], > 0.
+
+    Raises
+    ------
+    InputError : a time that is not > 0.
+
+    Notes
+    -----
+    Acceleration and its rate are continuous.  Source: the spin-up manoeuvre of J. C. Simo, L. Vu-Quoc, On the dynamics
+    of flexible beams under large overall motions, part II, J. Applied Mechanics 53 (1986) 855-863.
+    """
+
+    speed: float
+    time: float
+
+    kernel = cycloidal_ramp_kernel
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        checks.positive("CycloidalRamp", "time", self.time, "s")
+
+    @property
+    def period(self) -> float | None:
+        """Time of one turn at full speed [s]."""
+        return 2.0 * math.pi / abs(self.speed) if self.speed else None

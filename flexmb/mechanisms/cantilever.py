@@ -1,0 +1,56 @@
+"""A beam clamped at the origin, loaded at its tip and by its weight: the model of many textbook solutions."""
+
+from __future__ import annotations
+
+from flexmb.beams.section import Section
+from flexmb.bodies.flexible import Elements
+from flexmb.bodies.flexible_link import FlexibleLink
+from flexmb.joints.revolute import Fixed
+from flexmb.loads.force import Force
+from flexmb.loads.torque import Torque
+from flexmb.model.material import Material
+from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import GROUND
+
+
+def cantilever(
+    length: float,
+    section: Section,
+    material: Material,
+    *,
+    elements: Elements = 16,
+    force: tuple[float, float] = (0.0, 0.0),
+    moment: float = 0.0,
+    gravity: tuple[float, float] = (0.0, 0.0),
+) -> Mechanism:
+    """A beam along +X, clamped to the ground at the origin, with a dead force and a moment on its tip.
+
+    Parts: the link `beam`, the joint `clamp`, and the loads `P` and `M`, which are there even when they are zero.
+
+    Parameters
+    ----------
+    length : distance from clamp to tip [m], > 0.
+    section : cross section, from clamp to tip.
+    material : material.
+    elements : number of equal elements, or increasing fractions of the length where inner nodes stand.
+    force : (fx, fy) on the tip [N], constant in direction.
+    moment : on the tip, counter-clockwise [N m].
+    gravity : (gx, gy) [m/s^2].
+
+    Returns
+    -------
+    Mechanism
+        To be given to `static_equilibrium`, `modes` or `simulate`.
+
+    Raises
+    ------
+    InputError : a length, section, material or number of elements that `FlexibleLink` refuses.
+
+    Notes
+    -----
+    Slender beams with small strains and any rotation, see `FlexibleLink`.
+    """
+    tip = (length, 0.0)
+    beam = FlexibleLink("beam", (0.0, 0.0), tip, section=section, material=material, elements=elements)
+    loads = (Force("P", beam, tip, force), Torque("M", beam, moment, tip))
+    return Mechanism("cantilever", (beam, Fixed("clamp", GROUND, beam, (0.0, 0.0)), *loads), gravity=gravity)
