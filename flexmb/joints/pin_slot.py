@@ -127,11 +127,11 @@ class PinSlot(Joint):
 
     def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
         """One row and the signal `travel`."""
-        coordinates, p = self.geometry(mechanism)
+        coordinates, p = self._geometry(mechanism)
         row = ConstraintPiece(self.name, slot_kernel, coordinates, p, 1, second=coordinates[3:])
         return [row, SignalPiece(self.name, "travel", "m", slot_travel, coordinates, p)]
 
-    def geometry(self, mechanism: Mechanism):
+    def _geometry(self, mechanism: Mechanism):
         """The six coordinates; direction of the slot, its middle and the pin in the frames of their nodes."""
         first, second = self.ends(mechanism)
         angle = math.atan2(self.along[1], self.along[0]) - mechanism.body(first.part).node(first.node).theta
@@ -185,7 +185,7 @@ class PinSlotClearance(PinSlot):
 
     def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
         """One contact, the signal `travel`, and the ideal slot at the start."""
-        coordinates, p = self.geometry(mechanism)
+        coordinates, p = self._geometry(mechanism)
         reach = 1e300 if self.length is None else 0.5 * self.length
         normal = self.normal.for_radii(math.inf, self.pin_radius)
         contact = ContactPiece(

@@ -39,6 +39,17 @@ SPECIMENS = {
     "Fixed": fm.Fixed("weld", CRANK, ARM, at=A),
     "Clamp": fm.Clamp("clamp", CRANK, ARM, at=A, angle=fm.ConstantSpeed(2.0), x=fm.Ramp(1.0, 0.5)),
     "Prismatic": fm.Prismatic("guide", fm.GROUND, CRANK, at=A, along=(1.0, 0.5)),
+    "Bushing": fm.Bushing(
+        "bush", CRANK, ARM, at=A, stiffness=(1e4, 2e4), damping=(1.0, 2.0), torsion=3.0, torsion_damping=0.1
+    ),
+    "PinSlot": fm.PinSlot("slot", CRANK, ARM, at=A, along=(1.0, 0.5)),
+    "PinSlotClearance": fm.PinSlotClearance(
+        "slot", CRANK, ARM, at=A, along=(1.0, 0.5), clearance=1e-4, pin_radius=5e-3, length=0.1, normal=LAW
+    ),
+    "PrismaticClearance": fm.PrismaticClearance(
+        "play", CRANK, ARM, at=A, along=(1.0, 0.5), clearance=1e-4, half_length=0.02, half_height=0.01, normal=LAW,
+        corner_radius=1e-3,
+    ),
     "RevoluteClearance": fm.RevoluteClearance(
         "play", CRANK, ARM, at=A, clearance=1e-4, bearing_radius=5e-3, normal=LAW, friction=fm.ModifiedCoulomb(0.1)
     ),

@@ -16,7 +16,7 @@ class Posed:
         self.names = self.program.names.coordinates
 
     def force(self, positions, velocities=None):
-        """(fx, fy, moment) that each body feels, by name, where bodies are moved by (dx, dy, dtheta) from the drawing."""
+        """(fx, fy, moment) that each body feels, by name; bodies are moved by (dx, dy, dtheta) from the drawing."""
         q, v = np.array(self.program.drawn.q), np.zeros(self.program.n_q)
         for target, given in ((q, positions), (v, velocities or {})):
             for body, triple in given.items():

@@ -64,7 +64,7 @@ END = (0.5 * LENGTH + 1.1 * C * math.cos(0.4), 1.1 * C * math.sin(0.4))
 @pytest.mark.parametrize("angle", [0.0, 0.8])
 @pytest.mark.parametrize(("place", "normal"), [(SIDE, math.pi / 2), (END, 0.4)])
 def test_forces_by_hand(posed, angle, place, normal):
-    """Depth 0.1 c in the side and in the round end, at 0.4 rad from the slot's direction: N = K depth^1.5 through the pin."""
+    """Depth 0.1 c in the side and in the round end, at 0.4 rad from the slot: N = K depth^1.5 through the pin."""
     disc = fm.RigidBody("disc", (0.5, 0.2), 1.0, 1e-3)
     along = (math.cos(angle), math.sin(angle))
     numbers = {"clearance": C, "pin_radius": R, "normal": LAW, "length": LENGTH}

@@ -54,7 +54,7 @@ STATES = {
 
 @pytest.mark.parametrize("state", STATES)
 def test_forces_of_each_state_by_hand(posed, state):
-    """N = K depth^1.5 in every corner beyond its side, pushing back across the guide, with its lever about the centre."""
+    """N = K depth^1.5 in every corner beyond its side, back across the guide, with its lever about the centre."""
     offset, tilt, touching, _ = STATES[state]
     expected, count = np.zeros(3), 0
     for x in (A, -A):

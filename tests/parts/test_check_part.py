@@ -51,6 +51,9 @@ def clearance(normal, friction):
 LN = fm.LankaraniNikravesh(stiffness=2e9, restitution=0.8)
 COULOMB = fm.ModifiedCoulomb(0.2, v0=1e-4, v1=1e-2)
 JOINT, SLIDER = sliding()
+RUBBER = {"stiffness": (1e4, 3e4), "damping": (3.0, 1.0), "torsion": 5.0, "torsion_damping": 0.1, "along": (1.0, 0.3)}
+SLOT = {"clearance": 2e-4, "pin_radius": 8e-3, "normal": LN, "friction": COULOMB}
+GUIDE = {"clearance": 2e-4, "half_length": 0.03, "half_height": 0.01, "normal": LN, "friction": COULOMB}
 TIMES = tuple(np.linspace(0.0, 1.0, 9))
 WAVE = tuple(0.2 * math.sin(2.0 * math.pi * t) for t in TIMES)
 
@@ -95,6 +98,16 @@ BUILT_IN = {
     "Clamp on ground": (two_links(fm.Clamp("A", fm.GROUND, arm(), at=A, y=WOBBLE)), "A"),
     "Prismatic": (two_links(JOINT, second=SLIDER), "slide"),
     "RevoluteClearance": (two_links(clearance(LN, fm.Frictionless())), "pin"),
+    "Bushing": (two_links(fm.Bushing("pin", crank(), arm(), at=A, **RUBBER)), "pin"),
+    "PinSlot": (two_links(fm.PinSlot("pin", crank(), arm(), at=A, along=(1.0, 0.3))), "pin"),
+    "PinSlotClearance": (
+        two_links(fm.PinSlotClearance("pin", crank(), arm(), at=A, along=(1.0, 0.3), length=1e-4, **SLOT)),
+        "pin",
+    ),
+    "PrismaticClearance": (
+        two_links(fm.PrismaticClearance("pin", crank(), arm(), at=A, along=(1.0, 0.3), **GUIDE)),
+        "pin",
+    ),
     "RevoluteClearance, friction": (two_links(clearance(LN, COULOMB)), "pin"),
     "SpringDamper": (
         two_links(fm.SpringDamper("spring", crank(), arm(), at=(0.05, 0.085), to=B, stiffness=300.0, damping=4.0)),
