@@ -104,7 +104,7 @@ def elements():
         counts = (4, 8, 16)
         best = least(*np.array(tip(data, 64, 0.01))[[0, 2]])[0]
         errors = [abs(least(*np.array(tip(data, n, 0.01))[[0, 2]])[0] - best) for n in counts]
-        curves.append(Curve(label, [data.length / n for n in counts], errors, 2.0))
+        curves.append(Curve(label, [data.length / n for n in counts], errors, 4.0))
     return curves
 
 
