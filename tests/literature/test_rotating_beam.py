@@ -34,7 +34,7 @@ PROBLEM = Problem(
     title="Rotating beam (Wright, Smith, Thresher, Wang)",
     source="J. Appl. Mech. 49 (1982) 197-202, hub radius 0; digits recomputed by a Ritz method",
     kind="published and recomputed",
-    about="Vibration in the plane of rotation about the steady state that `fm.static_equilibrium(..., spin=...)` finds; "
+    about="Vibration in the plane of rotation about the steady state of `fm.static_equilibrium(..., spin=...)`; "
     "shown is sqrt(omega^2 + Omega^2), the flapping frequency of the source.  EA is 1e8 EI/L^2, so the beam does not "
     "stretch to speak of.  It tests centrifugal stiffening and the gyroscopic modes.",
 )
