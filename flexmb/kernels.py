@@ -14,6 +14,7 @@ gap            p, q, v, out                                                writt
 normal         p, h, gap, gap_rate, z, z_new                               N, dN_dgap, dN_drate
 friction       p, h, slip, N, z, z_new                                     T, dT_dslip, dT_dN
 motion         p, t                                                        s, s_dot, s_ddot
+grip           p, q, lam, out, H                                           written to out (`GRIP_SIZE`), H
 signal         p, t, q, v, a                                               value
 =============  ==========================================================  ==========================
 
@@ -86,12 +87,17 @@ GAP = _contract("gap", "p q v out", types.void, _P, _V, _V, _V)
 NORMAL = _contract("normal", "p h gap gap_rate z z_new", _TRIPLE, _P, _F, _F, _F, _P, _V)
 FRICTION = _contract("friction", "p h slip N z z_new", _TRIPLE, _P, _F, _F, _F, _P, _V)
 MOTION = _contract("motion", "p t", _TRIPLE, _P, _F)
+GRIP = _contract("grip", "p q lam out H", types.void, _P, _V, _V, _V, _M)
 SIGNAL = _contract("signal", "p t q v a", _F, _P, _F, _V, _V, _V)
 
 GAP_SIZE = 49
 """Length of a gap kernel's `out`: gap, gap rate, slip, normal (2), arm on the first body (2), arm on the second (2),
 eccentricity (2), its rate (2), then the derivatives by the six coordinates of normal, first arm, second arm (2 x 6
 each, row by row)."""
+
+GRIP_SIZE = 4 + 6
+"""Length of a grip kernel's `out`: how a joint's multipliers press its surfaces together, and which way they slide.
+Normal load (>= 0), its derivatives by up to three multipliers, J with slip = J v; H = dJ/dq."""
 
 
 class Kernel:
@@ -197,10 +203,11 @@ gap_kernel = _decorator(GAP)
 normal_law = _decorator(NORMAL)
 friction_law = _decorator(FRICTION)
 drive_kernel = _decorator(MOTION)
+grip_kernel = _decorator(GRIP)
 signal_kernel = _decorator(SIGNAL)
 
 _BY_NAME = {
-    c.name: c for c in (ELEMENT, ENERGY, CONSTRAINT, GAP, NORMAL, FRICTION, MOTION, SIGNAL)
+    c.name: c for c in (ELEMENT, ENERGY, CONSTRAINT, GAP, NORMAL, FRICTION, MOTION, GRIP, SIGNAL)
 }  # for unpickling typed-in kernels
 
 
@@ -268,4 +275,5 @@ gap_at = _caller(GAP)
 normal_at = _caller(NORMAL)
 friction_at = _caller(FRICTION)
 motion_at = _caller(MOTION)
+grip_at = _caller(GRIP)
 signal_at = _caller(SIGNAL)

@@ -101,13 +101,14 @@ class Record(NamedTuple):
 
 MEMORY_HEAD = 3
 """Start energy, power of damping, power of loads; then (force, depth, friction power) of every contact and (motion,
-force) of every constraint row."""
+force) of every constraint row, and the friction power of every constraint."""
 
 
 def new_flow(program: Program) -> Flow:
     """A state of zeros."""
     n, m = program.n_q + 3, program.n_c
-    memory = np.zeros(MEMORY_HEAD + 3 * len(program.tables.contacts.kernel) + 2 * m)
+    n_k, n_g = len(program.tables.contacts.kernel), len(program.tables.constraints.kernel)
+    memory = np.zeros(MEMORY_HEAD + 3 * n_k + 2 * m + n_g)
     return Flow(
         np.zeros(6),
         *(np.zeros(n) for _ in range(4)),

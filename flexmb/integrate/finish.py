@@ -66,6 +66,12 @@ def keep_account(tables, h, ledger, memory, work):
                 ledger[DRIVE] += 0.5 * (memory[k + 1] + force) * (s - memory[k])
             memory[k], memory[k + 1] = s, force
         k += 2
+    for c in range(work.grip.shape[0]):
+        if tables.constraints.grip[c, 0] >= 0:
+            loss = -work.grip[c, 0] * work.grip[c, 1]
+            ledger[FRICTION] += 0.5 * h * (memory[k] + loss)
+            memory[k] = loss
+        k += 1
     stored = ledger[KINETIC] + ledger[STRAIN] + ledger[GRAVITY]
     if h == 0.0:
         memory[0] = stored

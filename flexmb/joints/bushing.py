@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from flexmb import checks
 from flexmb.errors import InputError
+from flexmb.joints.direction import add_curvature, curvature_times, direction, dot
 from flexmb.joints.revolute import coincidence_piece, drawn_angle
 from flexmb.kernels import compiled, element_kernel, energy_kernel, signal_kernel
 from flexmb.model.part import Joint
@@ -21,60 +22,26 @@ Pair = float | tuple[float, float]
 
 
 @compiled
-def offset(p, q, v, along):
-    """Deflection d = n . (x2 + R2 s2 - x1 - R1 s1), its gradient J and the gradient of J v.
-
-    n is the x axis of the bushing, or its y axis (along = False); it turns with the first node.
-    """
-    mx, my = (p[6], p[7]) if along else (-p[7], p[6])
-    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
-    nx, ny = c1 * mx - d1 * my, d1 * mx + c1 * my
-    bx, by = c2 * p[10] - d2 * p[11], d2 * p[10] + c2 * p[11]
-    ex, ey = q[3] + bx - q[0], q[4] + by - q[1]
-    far, near = nx * ex + ny * ey, nx * bx + ny * by
-    J = (-nx, -ny, nx * ey - ny * ex, nx, ny, ny * bx - nx * by)
-    w1, w2 = v[2], v[5]
-    swing = nx * (v[4] - v[1]) - ny * (v[3] - v[0]) - far * w1 + near * w2
-    Jv = (ny * w1, -nx * w1, swing, -ny * w1, nx * w1, near * (w1 - w2))
-    return far - mx * p[8] - my * p[9], J, Jv
-
-
-@compiled
-def add_hessian(k, p, q, along, K):
-    """K += k d2(deflection)/dq2."""
-    mx, my = (p[6], p[7]) if along else (-p[7], p[6])
-    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
-    nx, ny = c1 * mx - d1 * my, d1 * mx + c1 * my
-    bx, by = c2 * p[10] - d2 * p[11], d2 * p[10] + c2 * p[11]
-    near = k * (nx * bx + ny * by)
-    K[2, 2] -= k * (nx * (q[3] - q[0]) + ny * (q[4] - q[1])) + near
-    K[5, 5] -= near
-    K[2, 5] += near
-    K[5, 2] += near
-    for i, x in ((0, k * ny), (1, -k * nx), (3, -k * ny), (4, k * nx)):
-        K[i, 2] += x
-        K[2, i] += x
-
-
-@compiled
-def dot(x, y):
-    """Scalar product of six numbers."""
-    return x[0] * y[0] + x[1] * y[1] + x[2] * y[2] + x[3] * y[3] + x[4] * y[4] + x[5] * y[5]
+def along_axis(p, q, first):
+    """`direction` for the first axis of the bushing, or for the second."""
+    mx, my = (p[6], p[7]) if first else (-p[7], p[6])
+    return direction(mx, my, p[8], p[9], p[10], p[11], q)
 
 
 @element_kernel
 def bushing_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     """Forces k d + c d_dot along both axes, moment about the point; q (6,)."""
-    for along in (True, False):
-        i = 0 if along else 1
-        d, J, Jv = offset(p, q, v, along)
+    for first in (True, False):
+        i = 0 if first else 1
+        d, J, nx, ny, far, near = along_axis(p, q, first)
+        Jv = curvature_times(nx, ny, far, near, v)
         f = p[i] * d + p[3 + i] * dot(J, v)
         for m in range(6):
             r[m] += f * J[m]
             for n in range(6):
                 K[m, n] += J[m] * (p[i] * J[n] + p[3 + i] * Jv[n])
                 C[m, n] += J[m] * p[3 + i] * J[n]
-        add_hessian(f, p, q, along, K)
+        add_curvature(f, nx, ny, far, near, K)
     moment = p[2] * (q[5] - q[2] - p[12]) + p[5] * (v[5] - v[2])
     r[2] -= moment
     r[5] += moment
@@ -86,8 +53,8 @@ def bushing_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
 @energy_kernel
 def bushing_energy(p, t, q, v):
     """Strain energy, no weight, power of damping."""
-    x, Jx, _ = offset(p, q, v, True)
-    y, Jy, _ = offset(p, q, v, False)
+    x, Jx = along_axis(p, q, True)[:2]
+    y, Jy = along_axis(p, q, False)[:2]
     turn, rate = q[5] - q[2] - p[12], v[5] - v[2]
     strain = 0.5 * (p[0] * x * x + p[1] * y * y + p[2] * turn * turn)
     vx, vy = dot(Jx, v), dot(Jy, v)
@@ -98,8 +65,8 @@ def bushing_energy(p, t, q, v):
 def bushing_signal(p, t, q, v, a):
     """p[13] chooses: 0 dx, 1 dy, 2 rotation, 3 fx, 4 fy, 5 force, 6 moment; forces act on the second body."""
     which = int(p[13])
-    x, Jx, _ = offset(p, q, v, True)
-    y, Jy, _ = offset(p, q, v, False)
+    x, Jx = along_axis(p, q, True)[:2]
+    y, Jy = along_axis(p, q, False)[:2]
     turn = q[5] - q[2] - p[12]
     if which < 3:
         return x if which == 0 else (y if which == 1 else turn)

@@ -11,6 +11,7 @@ from flexmb import checks
 from flexmb.contact.friction.frictionless import Frictionless
 from flexmb.errors import InputError
 from flexmb.joints.contact_point import put_column, put_point
+from flexmb.joints.direction import direction
 from flexmb.joints.prismatic import direction_row
 from flexmb.joints.revolute_clearance import check_laws
 from flexmb.kernels import constraint_kernel, gap_kernel, signal_kernel
@@ -33,10 +34,7 @@ def slot_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
 def slot_travel(p, t, q, v, a):
     """How far the pin is along the slot."""
     ux, uy, s1x, s1y, s2x, s2y = p
-    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
-    ex = q[3] + c2 * s2x - d2 * s2y - q[0] - c1 * s1x + d1 * s1y
-    ey = q[4] + d2 * s2x + c2 * s2y - q[1] - d1 * s1x - c1 * s1y
-    return (c1 * ux - d1 * uy) * ex + (d1 * ux + c1 * uy) * ey
+    return direction(ux, uy, s1x, s1y, s2x, s2y, q)[0]
 
 
 @gap_kernel

@@ -11,11 +11,11 @@ from flexmb import checks
 from flexmb.contact.friction.frictionless import Frictionless
 from flexmb.errors import InputError
 from flexmb.joints.contact_point import put_column, put_point
-from flexmb.joints.prismatic import Prismatic
+from flexmb.joints.prismatic import Guide
 from flexmb.joints.revolute_clearance import check_laws
 from flexmb.kernels import compiled, gap_kernel, signal_kernel
 from flexmb.model.law import FrictionLaw, NormalLaw
-from flexmb.model.pieces import ConstraintPiece, ContactPiece, Piece, SignalPiece
+from flexmb.model.pieces import ContactPiece, Piece, SignalPiece
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -86,7 +86,7 @@ SIGNALS = (("travel", "m"), ("offset", "m"), ("tilt", "rad"), ("mode", ""))
 
 
 @dataclass(frozen=True)
-class PrismaticClearance(Prismatic):
+class PrismaticClearance(Guide):
     """Slider with play in a straight guide: four corners, each against its side of the guide.
 
     The first body carries the guide, the second one the slider, a rectangle whose centre is `at`.  The signals of a
@@ -145,7 +145,7 @@ class PrismaticClearance(Prismatic):
 
     def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
         """Four contacts, the signals, and the ideal guide at the start."""
-        coordinates, p, angle = self._geometry(mechanism)
+        coordinates, p, angle = self.geometry(mechanism)
         mx, my, s1x, s1y, s2x, s2y = p
         turn = -angle  # of the guide's direction, seen from the frame of the slider
         ux, uy = mx * math.cos(turn) - my * math.sin(turn), mx * math.sin(turn) + my * math.cos(turn)
@@ -160,12 +160,7 @@ class PrismaticClearance(Prismatic):
         sizes = (self.clearance, self.half_length, self.half_height)
         for k, (name, unit) in enumerate(SIGNALS):
             found.append(SignalPiece(self.name, name, unit, slider_signal, coordinates, (*p, angle, *sizes, float(k))))
-        ideal = (piece for piece in super().pieces(mechanism) if isinstance(piece, ConstraintPiece))
-        return [*found, *(replace(piece, holds="closed") for piece in ideal)]
-
-    def drive_piece(self, mechanism: Mechanism) -> ConstraintPiece | None:  # noqa: ARG002 - the slider is not held
-        """None: drive the bodies beside it."""
-        return None
+        return [*found, replace(self.ideal(mechanism), holds="closed")]
 
     def _normal(self) -> NormalLaw:
         """The normal law of a corner on a flat side."""

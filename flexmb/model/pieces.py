@@ -86,13 +86,29 @@ class RowMotion:
 
 
 @dataclass(frozen=True)
+class Grip:
+    """Friction in an ideal joint of two nodes: what presses the surfaces together and which way they slide.
+
+    `units` are those of the reported friction and of the slip; `arm` is what the force T of the law is multiplied by to
+    become the reported friction.
+    """
+
+    kernel: Kernel
+    p: tuple[float, ...]
+    friction: FrictionLaw
+    signal: tuple[str, str] = ("friction_force", "N")
+    arm: float = 1.0
+
+
+@dataclass(frozen=True)
 class ConstraintPiece:
     """Rows g(q, t) = 0 between some coordinates.
 
     `second` is the body on which the reported force acts; `moment_row` the row whose multiplier is a moment or a
-    drive force, or -1; `motions` are subtracted from their rows, which they name in increasing order.  A piece that
-    `is_drive` reports motions and no force.  It holds "always"; or "closed", where it stands for a contact: at the
-    start, for modes, for inverse dynamics; or at the "start" alone, where it stands for an elastic joint.
+    drive force, or -1; `motions` are subtracted from their rows, which they name in increasing order; `grip` adds
+    friction that depends on the multipliers.  A piece that `is_drive` reports motions and no force.  It `holds`
+    "always"; or "closed", where it stands for a contact: at the start, for modes, for inverse dynamics; or at the
+    "start" alone, where it stands for an elastic joint.
     """
 
     part: str
@@ -105,6 +121,7 @@ class ConstraintPiece:
     motions: tuple[RowMotion, ...] = ()
     is_drive: bool = False
     drive_units: tuple[str, str] = ("rad", "N m")
+    grip: Grip | None = None
     holds: str = "always"
 
 

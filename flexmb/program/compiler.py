@@ -57,6 +57,7 @@ def compile(mechanism: Mechanism, *, closed: bool = False, start: bool = False) 
         places.energy,
         max((len(p.coordinates) for p in (*pieces.elements, *pieces.constraints, *pieces.signals)), default=1),
         max((p.rows for p in pieces.constraints), default=1),
+        any(p.grip is not None for p in pieces.constraints),
     )
     kind = np.array([k % 3 == 2 for k in range(number.n_q)], dtype=np.int64)
     tables = Tables(sizes, np.array(packer.p, dtype=float), elements, constraints, contacts, measured, kind)

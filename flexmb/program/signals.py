@@ -61,7 +61,8 @@ def force_signals(piece: ConstraintPiece) -> tuple[tuple[str, str], ...]:
     if piece.is_drive:
         return ()
     forces = (("fx", "N"), ("fy", "N"), ("force", "N"))
-    return (*forces, ("moment", "N m")) if piece.moment_row >= 0 else forces
+    moment = (("moment", "N m"),) if piece.moment_row >= 0 else ()
+    return (*forces, *moment, *((piece.grip.signal,) if piece.grip else ()))
 
 
 def motion_signals(driven: RowMotion) -> tuple[tuple[str, str], ...]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import KernelError
-from flexmb.kernels import GAP_SIZE, Kernel
+from flexmb.kernels import GAP_SIZE, GRIP_SIZE, Kernel
 from flexmb.model.law import Law, Motion
 from flexmb.model.pieces import ConstraintPiece, ContactPiece, ElementPiece, Pieces
 from flexmb.program.numbering import Numbering
@@ -47,6 +47,9 @@ def _calls(piece: Any, q: np.ndarray) -> list[tuple[Kernel, Sequence[float], lis
         rows = [np.zeros(piece.rows) for _ in range(4)]
         arguments = [0.0, q, zero, rows[0], rows[1], np.zeros((piece.rows, n)), rows[2], rows[3], square]
         driven = [call for row in piece.motions for call in _motion_calls(row.motion)]
+        if piece.grip is not None:
+            grip = (piece.grip.kernel, piece.grip.p, [q, rows[1], np.zeros(GRIP_SIZE), np.zeros((n, n))], "grip")
+            driven += [grip, _law_call(piece.grip.friction)]
         return [(piece.kernel, piece.p, arguments, "constraint"), *driven]
     if isinstance(piece, ContactPiece):
         gap = (piece.gap, piece.p, [q, zero, np.zeros(GAP_SIZE)], "gap")

@@ -35,10 +35,12 @@ SPECIMENS = {
         "frame", (O, (0.4, 0.05), (0.1, 0.3)), ((0, 1), (1, 2), (2, 0)), section=BAR, material=fm.STEEL, elements=2,
         mass=4.0, inertia=0.105, damping=1e-4, mass_damping=2.0, rotary_inertia=1e-4, velocity=((0.0, 1.0, 2.0),) * 6,
     ),
-    "Revolute": fm.Revolute("pin", CRANK, ARM, at=A),
+    "Revolute": fm.Revolute("pin", CRANK, ARM, at=A, friction=fm.ModifiedCoulomb(0.1), radius=0.01, preload=2.0),
     "Fixed": fm.Fixed("weld", CRANK, ARM, at=A),
     "Clamp": fm.Clamp("clamp", CRANK, ARM, at=A, angle=fm.ConstantSpeed(2.0), x=fm.Ramp(1.0, 0.5)),
-    "Prismatic": fm.Prismatic("guide", fm.GROUND, CRANK, at=A, along=(1.0, 0.5)),
+    "Prismatic": fm.Prismatic(
+        "guide", fm.GROUND, CRANK, at=A, along=(1.0, 0.5), friction=fm.ModifiedCoulomb(0.1), length=0.1, preload=2.0
+    ),
     "Bushing": fm.Bushing(
         "bush", CRANK, ARM, at=A, stiffness=(1e4, 2e4), damping=(1.0, 2.0), torsion=3.0, torsion_damping=0.1
     ),

@@ -88,6 +88,14 @@ BUILT_IN = {
     "FlexibleFrame, mean mass": (alone(frame()), "frame"),
     "FlexibleFrame, mass damping": (alone(replace(frame(), mass_damping=30.0)), "frame"),
     "Revolute": (two_links(fm.Revolute("A", crank(), arm(), at=A)), "A"),
+    "Revolute, friction": (
+        two_links(fm.Revolute("A", crank(), arm(), at=A, friction=COULOMB, radius=0.01, preload=2.0)),
+        "A",
+    ),
+    "Prismatic, friction": (
+        two_links(replace(JOINT, friction=COULOMB, length=0.05, preload=2.0), second=SLIDER),
+        "slide",
+    ),
     "Revolute on ground": (two_links(), "O"),
     "Revolute on a beam": (two_links(fm.Revolute("A", crank(), flexible(), at=A), second=flexible()), "A"),
     "Fixed": (two_links(fm.Fixed("A", crank(), arm(), at=A)), "A"),
