@@ -76,9 +76,8 @@ def test_a_falling_bar_with_a_rubbing_pin(method, order, steps):
         sol = fm.simulate(mech, t_end=0.6, step=step, method=method, save=1)
         assert sol.ok, sol.status
         errors.append(abs(sol.array("bar.theta")[-1] - exact))
-    assert fallen(0.6, 0.0) - exact < -1e-3  # what friction does is far larger
     assert math.log2(errors[0] / errors[1]) > order, errors
-    assert errors[1] < 1e-5
+    assert errors[1] < 0.02 * abs(fallen(0.6, 0.0) - exact)  # far smaller than what friction does
 
 
 def test_a_slider_is_braked_by_its_weight_its_preload_and_its_couple():
