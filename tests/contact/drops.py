@@ -31,5 +31,3 @@ def returned(sol, number, speed=1.0):
 def stiffness(exponent, depth=1e-5, mass=1.0, speed=1.0):
     """K for which (m v^2/K)^(1/(n+1)) is `depth`."""
     return mass * speed**2 / depth ** (exponent + 1.0)
-
-

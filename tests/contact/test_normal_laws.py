@@ -52,11 +52,13 @@ def quiet(kind, **numbers):
 
 @pytest.mark.parametrize("kind", DELIVERED)
 def test_delivered_on_paper(kind):
-    law = kind(stiffness=1.0)
+    law = quiet(kind, stiffness=1.0)
     assert [law.delivered_restitution(e) for e in ASKED] == pytest.approx(DELIVERED[kind], abs=5.1e-4)
 
 
-@pytest.mark.parametrize("e", [0.05, 0.1, 0.2, 0.35, 0.5, 0.65, 0.7, 0.7499, 0.75, 0.8, 0.9, 0.95, 0.99, 1.0 - 1e-9, 1.0])
+@pytest.mark.parametrize(
+    "e", [0.05, 0.1, 0.2, 0.35, 0.5, 0.65, 0.7, 0.7499, 0.75, 0.8, 0.9, 0.95, 0.99, 1.0 - 1e-9, 1.0]
+)
 def test_exact_restitution_on_paper(e):
     assert fm.ExactRestitution(stiffness=1.0, restitution=e).delivered_restitution() == pytest.approx(e, abs=1e-12)
 
@@ -78,13 +80,13 @@ def test_exact_factor_at_both_ends():
 
 def test_both_forms_meet_where_the_series_begins():
     """Either side of the change from one form to the other the exact factor goes on smoothly."""
-    values = [exact_chi(0.75 + k * 1e-4) for k in range(-3, 3)]
-    assert abs(np.diff(values, 3)).max() < 1e-11
-    back = [delivered_restitution(0.5 + k * 1e-4) for k in range(-3, 3)]
-    assert abs(np.diff(back, 3)).max() < 1e-11
+    values = [exact_chi(0.75 + k * 1e-6) for k in range(-3, 3)]
+    assert abs(np.diff(values, 3)).max() < 1e-14  # third differences: 1e-17 of the curve, the rest is round-off
+    back = [delivered_restitution(0.5 + k * 1e-6) for k in range(-3, 3)]
+    assert abs(np.diff(back, 3)).max() < 1e-14  # third differences: 1e-17 of the curve, the rest is round-off
 
 
-@given(chi=st.floats(1e-6, 30.0))
+@given(chi=st.floats(1e-6, 6.0))
 def test_balance_of_work(chi):
     """Both sides of m v dv/(1 + chi v) = -F d(depth), by quadrature: in with the speed 1, out with e."""
     e = delivered_restitution(chi)
@@ -127,7 +129,7 @@ def test_exact_restitution_in_motion(exponent):
 
 def test_mass_and_speed_do_not_matter():
     law = fm.ExactRestitution(stiffness=3e8, restitution=0.4)
-    sol = thrown([law], t_end=3e-4, step=2e-8, mass=0.037, speed=4.1)
+    sol = thrown([law], t_end=6e-4, step=2e-8, mass=0.037, speed=4.1)
     assert returned(sol, 1, 4.1) == pytest.approx([0.4], abs=1e-5)
 
 
@@ -185,8 +187,8 @@ class Plain(fm.NormalLaw):
 
 def test_memory_of_extremes_changes_nothing():
     """Bit for bit, over two impacts."""
-    laws = fm.LankaraniNikravesh(stiffness=1e9, restitution=0.7), Plain()
-    first, second = (thrown([law], t_end=1e-3, step=5e-7) for law in laws)
+    laws = quiet(fm.LankaraniNikravesh, stiffness=1e9, restitution=0.7), Plain()
+    first, second = (thrown([law], t_end=4e-3, step=5e-7) for law in laws)
     assert np.count_nonzero(np.diff(first.array("J0.mode")) > 0.0) >= 2
     assert np.array_equal(first.values, second.values)
 
@@ -274,13 +276,14 @@ def test_a_simulation_does_not_warn_again():
 
 @pytest.mark.parametrize("kind", DAMPED)
 @pytest.mark.parametrize(
-    ("e", "text"), [(0.0, "is 0; it must be > 0"), (-0.1, "must be > 0"), (1.01, "is 1.01; it must lie between 0 and 1")]
+    ("e", "text"),
+    [(0.0, "is 0; it must be > 0"), (-0.1, "must be > 0"), (1.01, "is 1.01; it must lie between 0 and 1")],
 )
 def test_restitution_out_of_range(kind, e, text):
     with pytest.raises(InputError, match=f"{kind.__name__}: restitution .*{text}"):
         kind(stiffness=1.0, restitution=e)
     with pytest.raises(InputError, match=f"{kind.__name__}: e .*{text}"):
-        kind(stiffness=1.0).delivered_restitution(e)
+        quiet(kind, stiffness=1.0).delivered_restitution(e)
 
 
 def test_hertz_takes_no_restitution():
