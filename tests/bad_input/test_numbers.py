@@ -18,7 +18,7 @@ ARM = fm.RigidLink("arm", A, B, mass=0.4, inertia=3e-3)
 LAW = fm.LankaraniNikravesh(stiffness=1e9)
 HYSTERESIS = (
     fm.HuntCrossley, fm.HerbertMcWhannell, fm.LeeWang, fm.Gonthier, fm.ZhiyingQishao, fm.Flores, fm.HuGuo,
-    fm.CarvalhoMartins, fm.ExactRestitution,
+    fm.CarvalhoMartins, fm.ExactRestitution, fm.LankaraniNikravesh,
 )  # fmt: skip
 CYLINDERS = (fm.Johnson, fm.Radzimovsky, fm.Goldsmith, fm.DubowskyFreudenstein, fm.ESDU78035)
 TIMES = (0.0, 0.1, 0.3, 0.4, 1.0)
@@ -46,9 +46,8 @@ SPECIMENS = {
     "RevoluteClearance": fm.RevoluteClearance(
         "play", CRANK, ARM, at=A, clearance=1e-4, bearing_radius=5e-3, normal=LAW, friction=fm.ModifiedCoulomb(0.1)
     ),
-    "LankaraniNikravesh": LAW,
-    **{kind.__name__: kind(stiffness=1e9, restitution=0.95) for kind in HYSTERESIS},
-    "Hertz": fm.Hertz(stiffness=1e9),
+    **{kind.__name__: kind(stiffness=1e9, restitution=0.95, materials=(fm.STEEL, fm.STEEL)) for kind in HYSTERESIS},
+    "Hertz": fm.Hertz(stiffness=1e9, materials=(fm.STEEL, fm.STEEL)),
     "KelvinVoigt": fm.KelvinVoigt(1e6, 10.0, ramp=1e-6),
     **{kind.__name__: kind(0.02, (fm.STEEL, fm.STEEL)) for kind in CYLINDERS},
     "ModifiedCoulomb": fm.ModifiedCoulomb(0.1),

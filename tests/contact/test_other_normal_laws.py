@@ -55,9 +55,9 @@ def test_depth_as_printed(kind, F):
 @given(kind=st.sampled_from(CYLINDERS), exponent=st.floats(-12.0, 9.0))
 def test_force_of_the_depth_of_a_force(kind, exponent):
     """Also beyond the end of use, where both follow the tangent."""
-    law, F = law_of(kind), 10.0**exponent
-    N, slope, _ = force(law, law.depth(F))
-    assert N == pytest.approx(F, rel=1e-12)
+    law, F = law_of(kind), float(10.0**exponent)
+    found, slope, _ = force(law, law.depth(F))
+    assert found == pytest.approx(F, rel=1e-12)
     step = 1e-4 * F
     stiffness = 2.0 * step / (law.depth(F + step) - law.depth(F - step))
     assert -slope == pytest.approx(stiffness, rel=1e-5)

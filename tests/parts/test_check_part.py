@@ -48,7 +48,7 @@ def clearance(normal, friction):
     )
 
 
-LN = fm.LankaraniNikravesh(stiffness=2e9, restitution=0.8)
+LN = fm.LankaraniNikravesh(stiffness=2e9, restitution=0.85)
 NORMAL_LAWS = (
     *(
         kind(stiffness=2e9, restitution=0.95)

@@ -32,9 +32,9 @@ class DubowskyFreudenstein(CylinderLaw):
     ln(A/f) = 2, where A is the scale in depth = sigma f ln(A/f).
     In the reviews ln(L^m (R1 - R2)/(N R1 R2 sigma)) with m = 3.
     Source: S. Dubowsky, F. Freudenstein, Dynamic analysis of mechanical systems with clearances, part 1: formation of
-    dynamic model, Journal of Engineering for Industry 93 (1971) 305-309, as printed in P. Flores, J. Ambrosio, J. C.
-    P. Claro, H. M. Lankarani, Kinematics and Dynamics of Multibody Systems with Imperfect Joints, Springer 2008,
-    chapter 3.  The original was not checked.
+    dynamic model, Journal of Engineering for Industry 93 (1971) 305-309, in the form of reviews such as P. Flores, J.
+    Ambrosio, J. C. P. Claro, H. M. Lankarani, Kinematics and Dynamics of Multibody Systems with Imperfect Joints,
+    Springer 2008, chapter 3.  The form is second-hand: neither of both was at hand.
     """
 
     def load_scale(self, sigma: float, bearing_radius: float, journal_radius: float) -> float:

@@ -32,9 +32,11 @@ class ESDU78035(CylinderLaw):
     ln(A/f) = 2, where A is the scale in depth = sigma f ln(A/f).
     The law of Johnson with +1 for -1.
     Source: Engineering Sciences Data Unit, Item 78035, Contact phenomena I: stresses, deflections and contact
-    dimensions for normally-loaded unlubricated elastic components (1978), as printed for a pin in a hollow in P.
-    Flores, J. Ambrosio, J. C. P. Claro, H. M. Lankarani, Kinematics and Dynamics of Multibody Systems with Imperfect
-    Joints, Springer 2008, chapter 3.  The item itself was not checked.
+    dimensions for normally-loaded unlubricated elastic components (1978), in the form of reviews for a pin in a
+    hollow such as P. Flores, J. Ambrosio, J. C. P. Claro, H. M. Lankarani, Kinematics and Dynamics of Multibody
+    Systems with Imperfect Joints, Springer 2008, chapter 3.  The form is second-hand: neither of both was at hand,
+    and an implementation elsewhere has a further factor pi, which would make it three times as soft as all other
+    laws.
     """
 
     def load_scale(self, sigma: float, bearing_radius: float, journal_radius: float) -> float:

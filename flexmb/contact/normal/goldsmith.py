@@ -33,9 +33,10 @@ class Goldsmith(CylinderLaw):
     Reviews print ln(L^m/(N R sigma)) with m = 1, which is not free of units; in SI units, as here, it means a
     logarithm of 1 m^2/(R sigma f).  `DubowskyFreudenstein`, the same law with m = 3, is the one without that fault:
     they agree for L = 1 m, and for shorter contacts this one is softer.
-    Source: W. Goldsmith, Impact: The Theory and Physical Behaviour of Colliding Solids, Edward Arnold 1960, as
-    printed in P. Flores, J. Ambrosio, J. C. P. Claro, H. M. Lankarani, Kinematics and Dynamics of Multibody Systems
-    with Imperfect Joints, Springer 2008, chapter 3.  The original was not checked.
+    Source: W. Goldsmith, Impact: The Theory and Physical Behaviour of Colliding Solids, Edward Arnold 1960, in the
+    form of reviews such as P. Flores, J. Ambrosio, J. C. P. Claro, H. M. Lankarani, Kinematics and Dynamics of
+    Multibody Systems with Imperfect Joints, Springer 2008, chapter 3.  The form is second-hand: neither of both was
+    at hand.
     """
 
     def load_scale(self, sigma: float, bearing_radius: float, journal_radius: float) -> float:

@@ -33,7 +33,7 @@ class Johnson(CylinderLaw):
     Source: K. L. Johnson, Contact Mechanics, Cambridge University Press 1985, eq. (5.57) for both bodies, with one
     radius difference in place of the radii as in C. M. Pereira, A. L. Ramalho, J. A. Ambrosio, A critical overview of
     internal and external cylinder contact force models, Nonlinear Dynamics 63 (2011) 681-697 (there with pi E* for
-    1/sigma); the equation's number in the overview was not checked.
+    1/sigma; the overview was not at hand).
     """
 
     def load_scale(self, sigma: float, bearing_radius: float, journal_radius: float) -> float:

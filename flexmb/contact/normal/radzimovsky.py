@@ -37,7 +37,7 @@ class Radzimovsky(CylinderLaw):
     University of Illinois Engineering Experiment Station Bulletin 408 (1953), in the form of W. C. Young, Roark's
     Formulas for Stress and Strain, table of contact stress, cylinder in a cylindrical socket; taken up by C. M.
     Pereira, A. L. Ramalho, J. A. Ambrosio, A critical overview of internal and external cylinder contact force
-    models, Nonlinear Dynamics 63 (2011) 681-697.  Bulletin and equation number were not checked.
+    models, Nonlinear Dynamics 63 (2011) 681-697.  Bulletin and overview were not at hand.
     """
 
     def load_scale(self, sigma: float, bearing_radius: float, journal_radius: float) -> float:
