@@ -1,6 +1,6 @@
 """Print the table of docs/contact.md: what the normal laws with hysteresis damping deliver.
 
-    python docs/contact_table.py
+Run it as `python docs/contact_table.py`.
 """
 
 import warnings

@@ -226,6 +226,15 @@ def test_never_pulls_and_never_gives_energy(law, depth, approach, share):
     assert (N - still) * rate >= -1e-12 * still * abs(rate)
 
 
+def test_a_contact_that_begins_at_rest():
+    """Without a least approach speed the contact is elastic, not damped without limit."""
+    law = fm.ExactRestitution(stiffness=1e9, restitution=0.5, least_approach=0.0)
+    for rate in (0.0, 1e-3):  # at rest, and already parting
+        z, z_new = np.array((0.0, -1e-6, rate, 0.0, 0.0, 0.0, 0.0)), np.zeros(7)
+        assert law.kernel(law.parameters(), 0.0, -1e-6, rate, z, z_new) == pytest.approx((1.0, -1.5e6, 0.0))
+        assert np.isfinite(z_new).all()
+
+
 @given(
     law=st.sampled_from(EVERY),
     swings=st.lists(st.floats(-1.0, 1.0), min_size=3, max_size=3),
@@ -269,6 +278,13 @@ def test_a_simulation_does_not_warn_again():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert thrown([law], t_end=1e-5, step=1e-6).ok
+
+
+def test_ready_mechanisms_do_not_warn():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for make in (fm.slider_crank, fm.four_bar, fm.nine_bar):
+            fm.compile(make(clearance=1e-4))
 
 
 # -- bad input -------------------------------------------------------------------------------------------------------
