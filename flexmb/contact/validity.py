@@ -61,10 +61,10 @@ def pulled(tension: float, force: float) -> Iterator[str]:
         yield f"it would have pulled with up to {tension:.3g} N (largest force {force:.3g} N) and was cut at zero"
 
 
-def too_fast(approach: float, materials: Sequence[Material]) -> Iterator[str]:
-    """A remark on the largest approach speed [m/s]."""
+def too_fast(approach: float, least: float, materials: Sequence[Material]) -> Iterator[str]:
+    """A remark on the largest approach speed [m/s]; `least` stands for all slower ones and says nothing."""
     limit = LOVE * min(math.sqrt(m.young / m.density) for m in materials)
-    if approach > limit:
+    if approach > max(limit, least):
         text = f"the surfaces met with up to {approach:.3g} m/s, above {limit:.3g} m/s = 1e-5 sqrt(E/rho)"
         yield f"{text} (Love's criterion): such impacts leave marks and waves, which an elastic law does not know"
 

@@ -102,6 +102,13 @@ def test_gonthier_and_carvalho_martins_deliver_what_they_claim(e):
     assert fm.CarvalhoMartins(stiffness=1.0).delivered_restitution(e) == pytest.approx(e, rel=0.06 if e < 0.5 else 2e-3)
 
 
+def test_the_table_of_the_documentation(root, capsys):
+    runpy.run_path(str(root / "docs" / "contact_table.py"), run_name="__main__")
+    printed = capsys.readouterr().out.splitlines()
+    assert len(printed) == 12
+    assert set(printed) <= set((root / "docs" / "contact.md").read_text(encoding="utf-8").splitlines())
+
+
 def test_hertz_returns_everything():
     assert fm.Hertz(stiffness=1.0).delivered_restitution() == 1.0
     assert not thrown([fm.Hertz(stiffness=1.0)], t_end=0.1, step=0.01).notes

@@ -102,3 +102,14 @@ def test_notes_in_files_and_summaries(tmp_path):
 def test_yield_stress_out_of_range():
     with pytest.raises(fm.InputError, match="Material: yield_stress is 0 Pa; it must be > 0"):
         fm.Material(207e9, 7850.0, yield_stress=0.0)
+
+
+def test_the_least_approach_speed_is_no_approach():
+    """Foam, whose limit lies below the least approach speed, touched slowly: the bound alone is no fast impact."""
+    foam = fm.Material(1e6, 100.0 * 1e3, 0.3)
+    law = fm.ExactRestitution.from_materials(foam, foam, restitution=0.9, least_approach=1e-3)
+    limit = 1e-5 * math.sqrt(1e6 / 1e5)
+    sol = run(law, speed=0.5 * limit, mass=1e-6, play=1e-7, t_end=1e-2, step=1e-5)
+    assert sol.peak("J0.normal_force").value > 0.0
+    assert not any("met with" in text for text in sol.notes)
+    assert any("met with" in text for text in run(law, speed=2e-3, mass=1e-6, play=1e-7, t_end=1e-2, step=1e-5).notes)

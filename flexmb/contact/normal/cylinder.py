@@ -36,7 +36,7 @@ def line_load(sigma, A, depth):
     """f of depth = sigma f ln(A/f), and its derivative; beyond the end of use along the tangent.
 
     With y = ln(A/f) it is y - ln(y) = -ln(depth/(sigma A)): convex, slope at least 1/2 where y >= 2, so Newton's
-    method cannot fail; it needs about five steps.
+    method cannot fail; it needs three to six steps.
     """
     s = depth / (sigma * A)
     if s <= 0.0:
@@ -146,7 +146,8 @@ class CylinderLaw(NormalLaw):
     def remarks(self, history: Sequence[float]) -> tuple[str, ...]:
         """Whether the run left the validity of the law: tension, speed, end of the logarithm, width, yield."""
         approach, depth, force, tension = history[3:7]
-        found = [*validity.pulled(tension, force), *validity.too_fast(approach, self.materials)]
+        found = [*validity.pulled(tension, force)]
+        found += validity.too_fast(approach, self.least_approach, self.materials)
         sigma, A = self._scales()
         if self.radii is None:
             return tuple(found)

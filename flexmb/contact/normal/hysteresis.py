@@ -162,7 +162,7 @@ class HysteresisLaw(NormalLaw):
         approach, depth, force, tension = history[3:7]
         found = [*validity.pulled(tension, force)]
         if self.materials is not None:
-            found += validity.too_fast(approach, self.materials)
+            found += validity.too_fast(approach, self.least_approach, self.materials)
             if self.radii is not None and self.exponent == 1.5:
                 R, E = validity.relative_radius(*self.radii), validity.effective_modulus(self.materials)
                 found += validity.too_wide(math.sqrt(R * depth), self.radii[1])  # Johnson 1985, eq. (4.23)
