@@ -30,7 +30,8 @@ DELIVERED = {
     fm.Flores: (0.156, 0.256, 0.470, 0.683, 0.789, 0.894, 0.947),
     fm.HuGuo: (0.166, 0.271, 0.488, 0.697, 0.799, 0.900, 0.950),
 }
-"""What comes out, to three digits, of an independent integration of m d'' = -K d^n (1 + chi d'/v) for every law."""
+"""What comes out, to three digits, computed once outside this package; the relation on paper and the impacts below must
+both give it."""
 
 EXACT_CHI = {
     0.1: 9.9981593975, 0.2: 4.91916671579, 0.3: 3.08708198113, 0.5: 1.43275053327, 0.7: 0.634828281266,
