@@ -81,6 +81,7 @@ def _run_rows(sol: Solution) -> Iterator[tuple[str, str]]:
         residual, kinetic = sol.peak("energy.residual").value, sol.peak("energy.kinetic").value
         share = f" ({residual / kinetic:.2g} of the largest kinetic energy)" if kinetic > 0.0 else ""
         yield "energy residual", f"{residual:.3g} J{share}"
+    yield from (("note", text) for text in sol.notes)
 
 
 def _path_rows(mechanism: Mechanism, sol: Solution) -> Iterator[tuple[str, str]]:

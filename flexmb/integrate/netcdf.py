@@ -97,6 +97,7 @@ def _dataset(sol: Solution) -> xr.Dataset:
         "status": sol.status,
         "ok": bool(sol.ok),
         "stats": asdict(sol.stats),
+        "notes": sol.notes,
         "model": dict(sol.model),
     }
     try:
@@ -167,5 +168,6 @@ def _solution(dataset: xr.Dataset, restart: dict[str, np.ndarray]) -> Solution:
         aliases=record["aliases"],
         shapes=shape.from_json(record["shapes"]),
         restart=restart,
+        notes=tuple(record.get("notes", ())),  # files of before have none
         model=record["model"],
     )

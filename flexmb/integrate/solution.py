@@ -75,6 +75,7 @@ class Solution:
     aliases : other names of nodes, e.g. {"rod.end": "rod.node8", "rod": "rod.node4"}.
     shapes : how the parts are drawn.
     restart : the final state, by name; what the time loop needs to go on bit for bit.
+    notes : remarks on the run, e.g. of contact laws that left their validity, in sentences.
     model : name of the mechanism, version of flexmb, and what else belongs to the record and can be written as JSON.
 
     Raises
@@ -93,6 +94,7 @@ class Solution:
     aliases: Mapping[str, str] = field(default_factory=dict)
     shapes: Shapes = ()
     restart: Mapping[str, np.ndarray] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
     model: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -106,6 +108,7 @@ class Solution:
         self._set("shapes", tuple(self.shapes))
         self._set("restart", {name: _read_only(array) for name, array in self.restart.items()})
         self._set("aliases", dict(self.aliases))
+        self._set("notes", tuple(self.notes))
         self._set("model", dict(self.model))
         if len(self._places) != n_s:
             names = [s.name for s in self.signals]
@@ -179,6 +182,7 @@ class Solution:
         parts = ", ".join(dict.fromkeys(name.split(".")[0] for name in self.names))
         rows = (("status", self.status), ("ok", self.ok), ("saved", span), ("cost", self.stats))
         lines = [f"Solution of {self.name!r}", *(f"  {word:8s}{value}" for word, value in rows)]
+        lines += [f"  {'note':8s}{text}" for text in self.notes]
         return "\n".join([*lines, f"  {'signals':8s}{len(self.signals)} of {parts or 'no part'}"])
 
     def __getstate__(self) -> dict[str, Any]:

@@ -48,7 +48,23 @@ def clearance(normal, friction):
     )
 
 
-LN = fm.LankaraniNikravesh(stiffness=2e9, restitution=0.8)
+LN = fm.LankaraniNikravesh(stiffness=2e9, restitution=0.85)
+NORMAL_LAWS = (
+    *(
+        kind(stiffness=2e9, restitution=0.95)
+        for kind in (
+            fm.HuntCrossley, fm.HerbertMcWhannell, fm.LeeWang, fm.Gonthier, fm.ZhiyingQishao, fm.Flores, fm.HuGuo,
+            fm.CarvalhoMartins,
+        )
+    ),
+    fm.ExactRestitution(stiffness=2e9, exponent=10.0 / 9.0, restitution=0.3),
+    fm.Hertz(stiffness=2e9),
+    fm.KelvinVoigt(2e7, 3e3, ramp=5e-5),
+    *(
+        kind(0.01, (fm.STEEL, fm.STEEL), restitution=0.4)
+        for kind in (fm.Johnson, fm.Radzimovsky, fm.Goldsmith, fm.DubowskyFreudenstein, fm.ESDU78035)
+    ),
+)  # fmt: skip
 COULOMB = fm.ModifiedCoulomb(0.2, v0=1e-4, v1=1e-2)
 JOINT, SLIDER = sliding()
 RUBBER = {"stiffness": (1e4, 3e4), "damping": (3.0, 1.0), "torsion": 5.0, "torsion_damping": 0.1, "along": (1.0, 0.3)}
@@ -117,6 +133,10 @@ BUILT_IN = {
         "pin",
     ),
     "RevoluteClearance, friction": (two_links(clearance(LN, COULOMB)), "pin"),
+    **{
+        f"RevoluteClearance, {type(law).__name__}": (two_links(clearance(law, fm.Frictionless())), "pin")
+        for law in NORMAL_LAWS
+    },
     "SpringDamper": (
         two_links(fm.SpringDamper("spring", crank(), arm(), at=(0.05, 0.085), to=B, stiffness=300.0, damping=4.0)),
         "spring",
@@ -178,6 +198,13 @@ def test_kinds_of_part_are_complete():
     used = {type(p).__name__ for mechanism, _ in BUILT_IN.values() for p in mechanism.parts}
     assert kinds <= used
     assert {Element.__name__, Ground.__name__}.isdisjoint(kinds)
+
+
+def test_normal_laws_are_complete():
+    """A law added to the public names must be added to the tuple above."""
+    public = (getattr(fm, name) for name in fm.__all__ if name != "testing")
+    laws = {x for x in public if isinstance(x, type) and issubclass(x, fm.NormalLaw)}
+    assert laws - {fm.NormalLaw, fm.HysteresisLaw} == {type(law) for law in (LN, *NORMAL_LAWS)}
 
 
 def test_report_reads_as_a_table():
