@@ -44,7 +44,7 @@ class BrownMcPhee(FrictionLaw):
     Notes
     -----
     All derivatives are continuous.  Nothing sticks: the contact creeps under load at the speed that `creep_speed` finds,
-    which is of the order of v_t/4 and reaches v_t at mu_s N.  At v_t friction is (mu_s - 7e-4 mu_k) N.
+    which is of the order of v_t/4 and nears v_t at full load.  At v_t friction is (mu_s - 7e-4 mu_k) N, nearly its peak.
     Source: P. Brown, J. McPhee, A continuous velocity-based friction model for dynamics and control with physically
     meaningful parameters, Journal of Computational and Nonlinear Dynamics 11 (2016) 054502.
     """

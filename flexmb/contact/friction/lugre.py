@@ -17,37 +17,42 @@ exceed 4 mu_k."""
 
 @friction_law
 def lugre_kernel(p, h, slip, N, z, z_new):
-    """z' = slip - sigma0 |slip| z/(g N), T = -[sigma0 z + N (sigma1(slip) z' + sigma2 slip)]; implicit in z."""
+    """z' = slip - sigma0 |slip| z/(g N), T = -[sigma0 z + N (sigma1(slip) z' + sigma2 slip)]; implicit in z.
+
+    From z_new = z + h (slip - sigma0 |slip| z_new/(g N)) follows z_new = (z + h slip) g N/(g N + h sigma0 |slip|).
+    Quotients are formed so that each stays finite however small N is.
+    """
     mu_s, mu_k, vs, sigma0, sigma1, sigma2 = p
-    if N <= 0.0:
+    if N < 1e-200:
         z_new[0] = 0.0
         return 0.0, 0.0, 0.0
-    v = abs(slip)
-    bell = math.exp(-(slip / vs) ** 2)
+    bell = math.exp(-((slip / vs) ** 2))
     g = mu_k + (mu_s - mu_k) * bell
-    g_v = -2.0 * (mu_s - mu_k) * bell * slip / (vs * vs)  # by slip
-    most = mu_s * N / sigma0  # what the bristles can bear now: a load that falls lets them go
+    g_v = -2.0 * (mu_s - mu_k) * bell * slip / (vs * vs)  # _v: by slip, _N: by N
+    most = mu_s / sigma0  # times N: what the bristles can bear now; a load that falls lets them go
     old, old_N = z[0], 0.0
-    if abs(old) > most:
-        old, old_N = math.copysign(most, old), math.copysign(mu_s / sigma0, old)
-    # new = old + h (slip - k new), k = sigma0 |slip| / (g N)
-    k = sigma0 * v / (g * N)
-    k_v = sigma0 * math.copysign(1.0, slip) / (g * N) - k * g_v / g
-    below = 1.0 + h * k
-    new = (old + h * slip) / below
-    new_v = (h - new * h * k_v) / below
-    new_N = (old_N + new * h * k / N) / below
-    rate = slip - k * new
-    rate_v = 1.0 - k_v * new - k * new_v
-    rate_N = k * new / N - k * new_N
+    if abs(old) > most * N:
+        old_N = math.copysign(most, old)
+        old = old_N * N
+    pull = math.copysign(sigma0, slip)
+    whole = g * N + h * pull * slip
+    kept, load = g * N / whole, N / whole
+    c = (old + h * slip) / whole
+    c_v = (h * g - (old + h * slip) * g_v - h * pull * (old / N)) * load * load  # N dc/dslip
+    new = c * g * N
+    new_v = h * kept + c * (g_v * N * (1.0 - kept) - kept * h * pull)
+    new_N = old_N * kept + c * g * (1.0 - kept)
+    rate = slip - pull * slip * c
+    rate_v = N * (1.0 - pull * c) - pull * slip * c_v  # N d(rate)/dslip
+    rate_N = -pull * slip * (old_N - c * g) * load  # N d(rate)/dN
     damping = sigma1 * bell
     damping_v = -2.0 * damping * slip / (vs * vs)
     inner = damping * rate + sigma2 * slip
     z_new[0] = new
     return (
         -(sigma0 * new + N * inner),
-        -(sigma0 * new_v + N * (damping_v * rate + damping * rate_v + sigma2)),
-        -(sigma0 * new_N + inner + N * damping * rate_N),
+        -(sigma0 * new_v + N * (damping_v * rate + sigma2) + damping * rate_v),
+        -(sigma0 * new_N + inner + damping * rate_N),
     )
 
 
@@ -75,7 +80,8 @@ class LuGre(FrictionLaw):
     Notes
     -----
     Sticks: below mu_s N nothing creeps, the surfaces shift by load/stiffness.  As in all first-order bristle laws a load
-    that oscillates below mu_s N makes the contact drift.  The equation of z is solved implicitly within the step, in
+    that oscillates below mu_s N makes the contact drift, and a load that grows at a rate f breaks it away early, at about
+    mu_s N (1 - f / (sigma_0 v_s)).  The equation of z is solved implicitly within the step, in
     closed form, so the stiffness sets no limit to the step; bristles shorter than a step are found quasi-statically.
     A mass m vibrates on its bristles with sqrt(stiffness/m), damped critically with N sigma_1 = 2 sqrt(stiffness m).
     Never produces energy, for any step and any change of N: T slip <= -d(sigma_0 z^2 / 2)/dt.  For that, stiffness is

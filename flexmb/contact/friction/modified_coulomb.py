@@ -39,7 +39,7 @@ class ModifiedCoulomb(FrictionLaw):
 
     Notes
     -----
-    There is no force below v0, so nothing sticks: under a tangential load of r mu N, r <= 1, the contact creeps at
+    There is no force below v0, so nothing sticks: under a tangential load of r mu N, 0 < r <= 1, the contact creeps at
     v0 + r (v1 - v0).
     Source: J. Ambrosio, in W. Schiehlen (ed.), Virtual Nonlinear Multibody Systems, Kluwer 2003, 57-81;
     equations (7)-(8) of Chen et al., Nonlinear Dynamics (2018).
@@ -61,4 +61,6 @@ class ModifiedCoulomb(FrictionLaw):
     def creep_speed(self, load_ratio: float) -> float:
         """Slip speed [m/s] that balances the tangential load `load_ratio` mu N; inf where no speed does."""
         r = checked_ratio("ModifiedCoulomb", load_ratio)
+        if r == 0.0:
+            return 0.0
         return self.v0 + r * (self.v1 - self.v0) if r <= 1.0 else math.inf
