@@ -278,8 +278,9 @@ def stick_slip(mu_s, mu_k, spring, belt):
         (fm.BengisuAkay(0.4, 0.25, v0=2e-4, decay=1e4), 0.005),
         (fm.Stribeck(0.4, 0.25, stribeck_speed=1e-3, v0=1e-4), 0.03),  # its peak is 1 % below mu_s
         (fm.BrownMcPhee(0.4, 0.25, transition_speed=1e-4), 0.005),
-        # bristles that shift at k belt/sigma_0 << v_s, or they break away early
-        (fm.LuGre(0.4, 0.25, stribeck_speed=1e-3, stiffness=1e8, damping=1400.0), 0.005),
+        # bristles that shift at k belt/sigma_0 << v_s, or they break away early; a fall so fast that the block gets over
+        # its flat top, where v = k belt t^2/(2 m), in a small part of the period: sqrt(2 m v_s/(k belt)) = 3 ms
+        (fm.LuGre(0.4, 0.25, stribeck_speed=1e-4, stiffness=1e8, damping=1400.0), 0.005),
     ],
     ids=lambda x: type(x).__name__ if isinstance(x, fm.FrictionLaw) else "",
 )
@@ -291,7 +292,6 @@ def test_stick_slip_period(law, tolerance):
     middle = 0.25 * MASS * G / spring
     up = np.flatnonzero((x[:-1] < middle) & (x[1:] >= middle) & (t[1:] > 1.0))
     periods = np.diff(t[up])
-    print(type(law).__name__, periods, stick_slip(0.4, 0.25, spring, belt))
     assert len(periods) >= 3
     assert periods == pytest.approx(stick_slip(0.4, 0.25, spring, belt), rel=tolerance)
 
