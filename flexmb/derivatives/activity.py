@@ -14,7 +14,7 @@ HISTORY = "z_new"
 
 def tangent_name(name: str, direction: int) -> str:
     """The variable that carries the derivative of `name` by active parameter number `direction`."""
-    return f"{name}_d{direction}"
+    return f"{name}__d{direction}"
 
 
 class Activity:
@@ -24,11 +24,10 @@ class Activity:
     ----------
     source : the function.
     seeds : directions in which each of its parameters is active.
-    number : how many directions there are.
     """
 
-    def __init__(self, source: Source, seeds: tuple[frozenset[int], ...], number: int) -> None:
-        self.source, self.number = source, number
+    def __init__(self, source: Source, seeds: tuple[frozenset[int], ...]) -> None:
+        self.source = source
         if len(seeds) != len(source.parameters):
             raise source.error(source.tree, f"it is called with {len(seeds)} arguments and has {len(source.parameters)}")
         self.known: dict[str, frozenset[int]] = dict(zip(source.parameters, seeds, strict=True))
@@ -82,12 +81,8 @@ class Activity:
                 found = [self.directions(element) for element in value.elts]
             for name, more in zip(targets, found, strict=True):
                 if name is not None and more:
-                    # what a call hands back may depend on every active argument
-                    self.known[name] = self.of(name) | (self._all() if isinstance(value, ast.Call) else more)
+                    self.known[name] = self.of(name) | more
         return before != self.known
-
-    def _all(self) -> frozenset[int]:
-        return frozenset(range(self.number))
 
 
 def assignments(source: Source) -> Iterator[tuple[list[str | None], ast.expr]]:

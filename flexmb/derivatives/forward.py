@@ -1,6 +1,6 @@
 """Forward differentiation of Python functions: from the text of a law to one that carries its derivatives along.
 
-Every variable x that depends on an active parameter gets companions x_d0, x_d1: its derivatives by the first and the
+Every variable x that depends on an active parameter gets companions x__d0, x__d1: its derivatives by the first and the
 second one.  Expressions are taken apart into operations with one temporary each; conditions and loops stay as they are,
 so the branch that is taken is the one that is differentiated.  What is written to the history is left as it is.
 The new function keeps file and lines of the old one: tracebacks and numba's messages point at the user's text, and
@@ -97,7 +97,7 @@ class Transformer:
 
     def __init__(self, source: Source, seeds: Seeds, family: Family, *, top: bool) -> None:
         self.source, self.seeds, self.family, self.top = source, seeds, family, top
-        self.activity = Activity(source, seeds, family.directions)
+        self.activity = Activity(source, seeds)
         self.block: list[ast.stmt] = []
         self.count = 0
         self.here: ast.AST = source.tree
@@ -182,6 +182,7 @@ class Transformer:
         for target in targets:
             places = target.elts if isinstance(target, ast.Tuple | ast.List) else [target]
             if isinstance(target, ast.Tuple | ast.List) and parts is None:
+                self.forget(places)
                 self.emit(f"{ast.unparse(target)} = {self.primal(value)}")
                 continue
             for place, dual in zip(places, parts or [self.dual(value)], strict=True):
@@ -198,6 +199,13 @@ class Transformer:
         if isinstance(value, ast.Call):
             return self.called(value, len(target.elts))
         raise self.source.error(value, "a tuple that depends on the motion is unpacked from something else than a call")
+
+    def forget(self, places: Sequence[ast.expr]) -> None:
+        """Active variables that are given numbers without derivatives."""
+        for place in places:
+            if isinstance(place, ast.Name):
+                for k in sorted(self.activity.of(place.id)):
+                    self.emit(f"{tangent_name(place.id, k)} = 0.0")
 
     def kept(self, dual: Dual) -> Dual:
         """A copy in temporaries, so that a, b = b, a exchanges."""
@@ -295,21 +303,26 @@ class Transformer:
             raise self.source.error(node, f"the function {ast.unparse(node.func)!r} is not known, or its text cannot be read")
         found = returned_numbers(helper) or 1
         if found != size:
-            raise self.source.error(node, f"{ast.unparse(node.func)!r} returns {found} numbers, not {size}")
+            what = f"{ast.unparse(node.func)!r} returns {found} number{'s' if found > 1 else ''}, not {size}"
+            raise self.source.error(node, what)
         self.activity.check_arguments(node, helper)
         operands = [self.dual(a) for a in node.args]
         seeds = tuple(frozenset(k for k in self.range() if tangents[k]) for _, tangents in operands)
         given = [part for value, tangents in operands for part in (value, *(t for t in tangents if t))]
         name = self.family.helper(helper, seeds)
         width = 1 + self.family.directions
-        targets = [f"_t{self.count + k}" for k in range(size * width)]
+        targets = [f"t__{self.count + k}" for k in range(size * width)]
         self.count += len(targets)
         self.emit(f"{', '.join(targets)} = {name}({', '.join(given)})")
-        return [(targets[k], tuple(targets[k + 1 : k + width])) for k in range(0, len(targets), width)]
+        found = frozenset().union(*seeds)  # a result depends on nothing else
+        return [
+            (targets[i], tuple(targets[i + 1 + k] if k in found else None for k in self.range()))
+            for i in range(0, len(targets), width)
+        ]
 
     def choice(self, node: ast.IfExp, active: frozenset[int]) -> Dual:
         """body if test else orelse; only the one that is asked for is computed."""
-        target, self.count = f"_t{self.count}", self.count + 1
+        target, self.count = f"t__{self.count}", self.count + 1
         tangents = tuple(f"{target}_{k}" if k in active else None for k in self.range())
         outer, branches = self.block, []
         for branch in (node.body, node.orelse):
@@ -369,14 +382,13 @@ class Transformer:
 
     def temporary(self, text: str) -> str:
         """A new variable with the value of `text`."""
-        name = f"_t{self.count}"
+        name = f"t__{self.count}"
         self.count += 1
         self.emit(f"{name} = {text}")
         return name
 
     def emit(self, text: str) -> None:
         """Append a statement; it stands in the line that is being transformed."""
-        # `return` is parsed alone: Python takes it outside of functions when it only parses
         self.block.append(self.at(ast.parse(text).body[0], self.here))
 
     @staticmethod
