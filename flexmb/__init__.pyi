@@ -11,8 +11,14 @@ from flexmb.bodies.flexible_frame import FlexibleFrame as FlexibleFrame
 from flexmb.bodies.flexible_link import FlexibleLink as FlexibleLink
 from flexmb.bodies.rigid_body import RigidBody as RigidBody
 from flexmb.bodies.rigid_link import RigidLink as RigidLink
+from flexmb.contact.friction.bengisu_akay import BengisuAkay as BengisuAkay
+from flexmb.contact.friction.brown_mcphee import BrownMcPhee as BrownMcPhee
 from flexmb.contact.friction.frictionless import Frictionless as Frictionless
+from flexmb.contact.friction.lugre import LuGre as LuGre
 from flexmb.contact.friction.modified_coulomb import ModifiedCoulomb as ModifiedCoulomb
+from flexmb.contact.friction.smooth_coulomb import SmoothCoulomb as SmoothCoulomb
+from flexmb.contact.friction.stribeck import Stribeck as Stribeck
+from flexmb.contact.friction.threlfall import Threlfall as Threlfall
 from flexmb.contact.normal.carvalho_martins import CarvalhoMartins as CarvalhoMartins
 from flexmb.contact.normal.dubowsky_freudenstein import DubowskyFreudenstein as DubowskyFreudenstein
 from flexmb.contact.normal.esdu_78035 import ESDU78035 as ESDU78035

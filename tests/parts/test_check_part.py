@@ -137,6 +137,13 @@ BUILT_IN = {
         f"RevoluteClearance, {type(law).__name__}": (two_links(clearance(law, fm.Frictionless())), "pin")
         for law in NORMAL_LAWS
     },
+    "SmoothCoulomb": (two_links(clearance(LN, fm.SmoothCoulomb(0.2))), "pin"),
+    "Threlfall": (two_links(clearance(LN, fm.Threlfall(0.2))), "pin"),
+    "BengisuAkay": (two_links(clearance(LN, fm.BengisuAkay(0.3, 0.2))), "pin"),
+    "Stribeck": (two_links(clearance(LN, fm.Stribeck(0.3, 0.2, viscous=0.1))), "pin"),
+    "Stribeck, exponential": (two_links(clearance(LN, fm.Stribeck(0.3, 0.2, exponent=1.0))), "pin"),
+    "BrownMcPhee": (two_links(clearance(LN, fm.BrownMcPhee(0.3, 0.2, viscous=3.0))), "pin"),
+    "LuGre": (two_links(clearance(LN, fm.LuGre(0.3, 0.2, damping=50.0, viscous=0.1))), "pin"),
     "SpringDamper": (
         two_links(fm.SpringDamper("spring", crank(), arm(), at=(0.05, 0.085), to=B, stiffness=300.0, damping=4.0)),
         "spring",
