@@ -99,8 +99,6 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
             return NOT_FINITE
         if size <= 1.0 or (part == 1.0 and iteration > 0 and size < last and size * size / (last - size) <= 1.0):
             return RUNNING
-        if part == 1.0 and iteration > 3 and size > 2.0 * last:
-            return NEWTON_FAILED
         part = shortened(n, iteration, part, trial)
         last = size
     return NEWTON_FAILED
