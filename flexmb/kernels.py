@@ -20,7 +20,8 @@ signal         p, t, q, v, a                                               value
 
 p : numbers of the part; z : its history at the last accepted state, h : the time since then, z_new : the history
 if this state is accepted.  h = 0 must be safe.  A normal or friction law may return N or T alone; its derivatives are
-then found from its source.  r : generalised force the part exerts, inertia included; K, C, M = dr/dq, dr/dv, dr/da.  G = dg/dq; g_t : partial derivative in time; G a = gamma on the manifold;
+then found from its source.  r : generalised force the part exerts, inertia included;
+K, C, M = dr/dq, dr/dv, dr/da.  G = dg/dq; g_t : partial derivative in time; G a = gamma on the manifold;
 H = d(G^T lam)/dq.
 """
 

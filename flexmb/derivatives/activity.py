@@ -29,7 +29,9 @@ class Activity:
     def __init__(self, source: Source, seeds: tuple[frozenset[int], ...]) -> None:
         self.source = source
         if len(seeds) != len(source.parameters):
-            raise source.error(source.tree, f"it is called with {len(seeds)} arguments and has {len(source.parameters)}")
+            raise source.error(
+                source.tree, f"it is called with {len(seeds)} arguments and has {len(source.parameters)}"
+            )
         self.known: dict[str, frozenset[int]] = dict(zip(source.parameters, seeds, strict=True))
         self.outputs = written_parameters(source)
         while self._grow():

@@ -19,7 +19,7 @@ ABSENT = object()
 SCOPES = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)
 
 
-def text_of(function: types.FunctionType) -> str | None:
+def text_of(function: Any) -> str | None:
     """Source text of a function as it stands in its file, or None where there is none (typed-in code)."""
     try:
         return inspect.getsource(function)
@@ -39,7 +39,9 @@ class Source:
         """Its definition; line numbers are those of its file."""
         tree = ast.parse(textwrap.dedent(self.text)).body[0]
         if not isinstance(tree, ast.FunctionDef):
-            raise KernelError(f"{self.function.__qualname__!r} is not written with `def`; its derivatives cannot be found.")
+            raise KernelError(
+                f"{self.function.__qualname__!r} is not written with `def`; its derivatives cannot be found."
+            )
         ast.increment_lineno(tree, self.function.__code__.co_firstlineno - 1)
         return tree
 
@@ -71,8 +73,8 @@ class Source:
         """The error about a place that cannot be differentiated."""
         name, file = self.function.__qualname__, PurePath(self.function.__code__.co_filename).name
         return KernelError(
-            f"Kernel {name!r}, {file} line {getattr(node, 'lineno', '?')}: {what}, so the derivatives of the force cannot "
-            "be found. Write it another way, or return three numbers: the force and its two derivatives."
+            f"Kernel {name!r}, {file} line {getattr(node, 'lineno', '?')}: {what}, so the derivatives of the force "
+            "cannot be found. Write it another way, or return three numbers: the force and its two derivatives."
         )
 
 

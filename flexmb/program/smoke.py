@@ -84,7 +84,9 @@ def _call(part: str, kernel: Kernel, p: np.ndarray, arguments: list[Any], what: 
     if kernel.contract.name in ("energy", "normal", "friction", "motion", "signal"):
         values = np.atleast_1d(np.array(result, dtype=float)) if result is not None else np.empty(0)
         if values.size != size:
-            raise KernelError(f"{label} returned {result!r}; it must return {size} number{'s' if size > 1 else ''}.{_alone(kernel, values)}")
+            plural = "s" if size > 1 else ""
+            hint = _alone(kernel, values)
+            raise KernelError(f"{label} returned {result!r}; it must return {size} number{plural}.{hint}")
     else:
         arrays = [a.ravel() for a in arguments if isinstance(a, np.ndarray)]
         values = np.concatenate(arrays) if arrays else np.empty(0)
@@ -97,7 +99,9 @@ def _alone(kernel: Kernel, values: np.ndarray) -> str:
     if not kernel.contract.active or values.size != 1:
         return ""
     if kernel.text is None:
-        return " The derivatives of a force alone are found from its source text, which is not there; put it into a file."
+        return (
+            " The derivatives of a force alone are found from its source text, which is not there; put it into a file."
+        )
     return " It was not seen to return one number; return an expression, not a name that holds different things."
 
 

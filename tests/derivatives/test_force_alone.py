@@ -48,12 +48,15 @@ def test_exact(kernel, jit):
         assert np.all(np.abs(found - expected) <= 1e-13 * scale), (gap, rate)
 
 
+gaps = st.floats(-1e-3, 1e-4).filter(lambda x: x == 0.0 or abs(x) > 1e-100)  # no forces that underflow
+
+
 @given(
-    gap=st.floats(-1e-3, 1e-4).filter(lambda x: x == 0.0 or abs(x) > 1e-100), rate=st.floats(-2.0, 2.0), h=st.sampled_from([0.0, 1e-6, 1e-4, 3e-3]),
+    gap=gaps, rate=st.floats(-2.0, 2.0), h=st.sampled_from([0.0, 1e-6, 1e-4, 3e-3]),
     z=st.sampled_from([(0.0, 1e-4, -0.3), (0.4, -1e-5, 0.1), (0.0, 1.0, 0.0), (0.0, 2e-4, -1.0)]),
 )  # fmt: skip
 def test_the_same_as_the_library_by_hand(gap, rate, h, z):
-    """Through the search for the crossing: a loop with its own conditions, of which the library knows the derivative."""
+    """Through the search for the crossing: a loop with its own conditions; the library knows its derivative."""
     p = (1e9, 1.5, 0.8, 1e-3)
     law = fm.LankaraniNikravesh(stiffness=1e9, restitution=0.8)
     begin = (*z, *law.history()[len(z) :])  # the library's law also keeps what it has to remark
@@ -123,7 +126,7 @@ def test_surroundings_are_kept_apart_and_pickled():
     """Two laws of one text: their machine code may not be exchanged, neither in memory nor on disk."""
     for stiffness in (3.0, 5.0):
         kernel = made_with(stiffness)
-        for copy in (kernel, pickle.loads(pickle.dumps(kernel))):
+        for copy in (kernel, pickle.loads(pickle.dumps(kernel))):  # noqa: S301
             for jit in (False, True):
                 assert both(copy, (1.0,), 0.0, -2.0, 0.0, jit=jit) == pytest.approx(
                     [4.0 * stiffness, -4.0 * stiffness, 0.0]
@@ -267,12 +270,14 @@ def caught(p, h, gap, gap_rate, z, z_new):
 )
 def test_what_cannot_be_differentiated_is_named(function, line, message):
     place = function.__code__.co_firstlineno + line
-    with pytest.raises(KernelError, match=rf"{function.__name__}', test_force_alone.py line {place}: {message}.*three n"):
+    with pytest.raises(
+        KernelError, match=rf"{function.__name__}', test_force_alone.py line {place}: {message}.*three n"
+    ):
         fm.normal_law(function).python  # noqa: B018 - it is made when it is first used
 
 
 def test_recursion_is_refused():
-    with pytest.raises(KernelError, match="step_down', test_force_alone.py line .*: it calls itself"):
+    with pytest.raises(KernelError, match=r"step_down', test_force_alone.py line .*: it calls itself"):
         fm.normal_law(endless).python  # noqa: B018
 
 
@@ -284,7 +289,9 @@ def test_force_alone_without_a_source():
     class TypedIn(fm.NormalLaw):
         kernel = fm.normal_law(space["typed_in"])
 
-    with pytest.raises(KernelError, match=r"TypedIn returned .*must return 3 numbers. The derivatives of a force alone"):
+    with pytest.raises(
+        KernelError, match=r"TypedIn returned .*must return 3 numbers. The derivatives of a force alone"
+    ):
         fm.compile(pendulum(TypedIn(), fm.Frictionless()))
 
 

@@ -46,9 +46,9 @@ class BengisuAkay(FrictionLaw):
 
     Notes
     -----
-    Nothing sticks: under a tangential load of r mu_s N, r <= 1, the contact creeps at v0 [1 - sqrt(1 - r)].  The falling
-    branch is a negative damping that drives stick-slip; steps must stay below 2 m / [xi (mu_s - mu_k) N] where a mass m
-    passes through it, or a step has more than one solution.
+    Nothing sticks: under a tangential load of r mu_s N, r <= 1, the contact creeps at v0 [1 - sqrt(1 - r)].
+    The falling branch is a negative damping that drives stick-slip; steps must stay below 2 m / [xi (mu_s - mu_k) N]
+    where a mass m passes through it, or a step has more than one solution.
     Source: M. T. Bengisu, A. Akay, Stability of friction-induced vibrations in multi-degree-of-freedom systems, Journal
     of Sound and Vibration 171 (1994) 557-570; F. Marques et al., Nonlinear Dynamics 86 (2016) 1407-1443.
     """

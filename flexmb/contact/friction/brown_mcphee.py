@@ -25,9 +25,9 @@ def brown_mcphee_kernel(p, h, slip, N, z, z_new):
 
 @dataclass(frozen=True)
 class BrownMcPhee(FrictionLaw):
-    """Static, kinetic and viscous friction in one smooth curve of the slip speed, with s = slip/v_t:
+    """Static, kinetic and viscous friction in one smooth curve of the slip speed.
 
-    T = -N {mu_k tanh(4 s) + (mu_s - mu_k) s / [(s/2)^2 + 3/4]^2} - c slip tanh(4 N/N_t).
+    T = -N {mu_k tanh(4 s) + (mu_s - mu_k) s / [(s/2)^2 + 3/4]^2} - c slip tanh(4 N/N_t) with s = slip/v_t.
 
     Parameters
     ----------
@@ -43,8 +43,9 @@ class BrownMcPhee(FrictionLaw):
 
     Notes
     -----
-    All derivatives are continuous.  Nothing sticks: the contact creeps under load at the speed that `creep_speed` finds,
-    which is of the order of v_t/4 and nears v_t at full load.  At v_t friction is (mu_s - 7e-4 mu_k) N, nearly its peak.
+    All derivatives are continuous.  Nothing sticks: the contact creeps under load at the speed that `creep_speed`
+    finds, which is of the order of v_t/4 and nears v_t at full load.  At v_t friction is (mu_s - 7e-4 mu_k) N, nearly
+    its peak.
     Source: P. Brown, J. McPhee, A continuous velocity-based friction model for dynamics and control with physically
     meaningful parameters, Journal of Computational and Nonlinear Dynamics 11 (2016) 054502.
     """

@@ -32,8 +32,8 @@ class SmoothCoulomb(FrictionLaw):
 
     Notes
     -----
-    Nothing sticks: under a tangential load of r mu N, r < 1, the contact creeps at v0 artanh(r).  For sliding, and where
-    slow creep does not matter; not for stick-slip, since static and kinetic friction are the same.
+    Nothing sticks: under a tangential load of r mu N, r < 1, the contact creeps at v0 artanh(r).  For sliding, and
+    where slow creep does not matter; not for stick-slip, since static and kinetic friction are the same.
     Source: the family of smooth Coulomb laws in F. Marques, P. Flores, J. C. Pimenta Claro,
     H. M. Lankarani, A survey and comparison of several friction force models for dynamic analysis of multibody
     mechanical systems, Nonlinear Dynamics 86 (2016) 1407-1443.
