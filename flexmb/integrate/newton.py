@@ -111,9 +111,8 @@ def shortened(n, iteration, part, reach, trial):
     """Part of the correction in trial.d, and how far it may reach: no limit until corrections turn back.
 
     Where friction changes its sign, full steps jump to and fro between its branches for ever.  A correction that turns
-    back shows that the solution lies within the step before it: from then on steps become shorter, until full
-    corrections stay within their bound.  This is Newton's method safeguarded by halving of an interval, with 0.7 for
-    1/2 where the direction is kept: other coordinates move too, and with them the solution may leave the interval.
+    back shows that the solution lies within the step before it: from then on no step is longer than half of the last
+    one, until full corrections stay within that bound.  This is Newton's method safeguarded by halving of an interval.
     """
     along, before, now = 0.0, 0.0, 0.0
     for i in range(n):
@@ -126,7 +125,7 @@ def shortened(n, iteration, part, reach, trial):
     if along < 0.0:
         reach = 0.5 * part * math.sqrt(before)
     elif part < 1.0:
-        reach *= 0.7
+        reach *= 0.5
     now = math.sqrt(now)
     return (1.0 if now <= reach else reach / now), reach
 

@@ -81,8 +81,10 @@ class LuGre(FrictionLaw):
     -----
     Sticks: below mu_s N nothing creeps, the surfaces shift by load/stiffness.  As in all first-order bristle laws a
     load that oscillates below mu_s N makes the contact drift, and a load that grows at a rate f breaks it away early,
-    at about mu_s N (1 - f / (sigma_0 v_s)).  The equation of z is solved implicitly within the step, in closed form, so the stiffness sets no limit to the step; bristles shorter than a step are found quasi-statically.
-    A mass m vibrates on its bristles with sqrt(stiffness/m), damped critically with N sigma_1 = 2 sqrt(stiffness m).
+    at about mu_s N (1 - f / (sigma_0 v_s)).  The equation of z is solved implicitly within the step, in closed
+    form, so the stiffness sets no limit to the step; bristles shorter than a step are found quasi-statically. A
+    mass m vibrates on its bristles with sqrt(stiffness/m), damped critically with N sigma_1 = 2 sqrt(stiffness m).
+    Keep sigma_1 v_s well below mu_k: else T falls steeply while damping fades, and a step may have several solutions.
     Never produces energy, for any step and any change of N: T slip <= -d(sigma_0 z^2 / 2)/dt.  For that, stiffness is
     absolute [N/m] as in the source below (proportional to N it would store energy that a growing load multiplies),
     bristles longer than mu_s N / sigma_0 let go as N falls, and damping fades with the slip and has a limit.
