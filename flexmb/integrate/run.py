@@ -41,7 +41,7 @@ from flexmb.system.work import workspace
 BUFFER = 512
 BLOCK_SECONDS = 0.2
 NEWTON_TOLERANCE = 1e-6
-ITERATIONS = 20
+ITERATIONS = 30
 NEVER = 1e300
 NOT_SAVING = -1.0
 
