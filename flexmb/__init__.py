@@ -27,6 +27,7 @@ _HOME = {
     "errors": (
         "FlexmbError InputError ModelError KernelError AssemblyError SolveError FileFormatError MissingPackageError"
     ),
+    "integrate.episodes": "Episode Episodes",
     "integrate.method": "Newmark RungeKutta4",
     "integrate.momentum": "Momentum momentum",
     "integrate.netcdf": "load",
