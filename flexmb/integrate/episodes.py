@@ -43,7 +43,8 @@ class ContactLog(NamedTuple):
     Parameters
     ----------
     names : the contacts, in the order of declaration.
-    rows : (n, 11) an episode each, in the order in which they ended; columns as in `COLUMNS`, the contact by its number.
+    rows : (n, 11) an episode each, in the order in which they ended, with the columns of `COLUMNS`; the contact is the
+        number of its name.
     """
 
     names: tuple[str, ...] = ()
@@ -218,7 +219,7 @@ class Episodes:
             return head
         keep = len(self) if len(self) <= SHOWN else SHOWN // 2
         rows = [
-            ("contact", "mode", *(f"{key}" for key in SHORT)),
+            ("contact", "mode", *SHORT),
             ("", "", *(f"[{UNITS[key]}]" for key in SHORT.values())),
         ]
         rows += [self._row(k) for k in range(len(self)) if k < keep or k >= len(self) - keep]
