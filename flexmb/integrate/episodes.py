@@ -142,6 +142,17 @@ class Episodes:
     An episode that ran when saving began is whole, so its start lies before.  One that runs when the run ends
     holds what was collected so far, and whole it is in the solution that goes on from `restart`.
     Contacts shorter than a step, between two states that are both open or both closed, are not seen.
+
+    Examples
+    --------
+    >>> import flexmb as fm
+    >>> pin = fm.RigidBody("pin", at=(0.0, 0.0), mass=1.0, inertia=1.0, velocity=(1.0, 0.0, 0.0))
+    >>> law = fm.LankaraniNikravesh(stiffness=1e9, restitution=0.9)
+    >>> size = {"at": (0.0, 0.0), "clearance": 1e-3, "bearing_radius": 0.1}
+    >>> mech = fm.Mechanism("thrown", [pin, fm.RevoluteClearance("J", fm.GROUND, pin, normal=law, **size)])
+    >>> hits = fm.simulate(mech, t_end=0.005, step=1e-6).episodes("J")
+    >>> hits.contact.tolist(), hits.approach_speed.round(3).tolist(), hits.impulse.round(3).tolist()
+    (['J', 'J'], [1.0, 0.913], [1.913, 1.747])
     """
 
     _: KW_ONLY
