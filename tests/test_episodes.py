@@ -147,6 +147,6 @@ def test_a_solution_without_contacts_has_none():
 
 
 def test_words_of_the_summary(sol):
-    assert impacts(sol.episodes("P")) == "1, 1 times continuous contact, largest impulse 2 N s, longest flight 0.6 s"
-    assert impacts(sol.episodes("G.rear")) == "0, 1 times continuous contact"
+    assert impacts(sol.episodes("P")) == "1 and 1 continuous contact, largest impulse 2 N s, longest flight 0.6 s"
+    assert impacts(sol.episodes("G.rear")) == "0 and 1 continuous contact"
     assert impacts(solution(contacts=ContactLog(("P",))).episodes("P")) == "0"

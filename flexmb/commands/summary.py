@@ -112,9 +112,10 @@ def _contact_rows(sol: Solution) -> Iterator[tuple[str, str]]:
 def impacts(episodes: Episodes) -> str:
     """Number of impacts, longest flight between two episodes, largest impulse of an impact."""
     hits = episodes[episodes.mode == IMPACT]
+    lasting = len(episodes) - len(hits)
     text = f"{len(hits)}"
-    if len(hits) < len(episodes):
-        text += f", {len(episodes) - len(hits)} times continuous contact"
+    if lasting:
+        text += f" and {lasting} continuous contact{'' if lasting == 1 else 's'}"
     if len(hits):
         text += f", largest impulse {hits.impulse.max():.3g} N s"
     flights = episodes.flight[np.isfinite(episodes.flight)]

@@ -18,6 +18,10 @@ NEVER = 1e300
 FORMS = {"gear-gupta-leimkuhler": GEAR_GUPTA_LEIMKUHLER, "position": POSITION, "velocity": VELOCITY}
 
 
+EPISODE, EPISODE_ROW = 7, 11
+"""Numbers of a running episode of contact, and of one that is written down (see `touch`)."""
+
+
 class Flow(NamedTuple):
     """The accepted state, changed in place: everything that a restart needs.
 
@@ -26,7 +30,7 @@ class Flow(NamedTuple):
     q, v, a : (n_q + 3,), a the true acceleration
     x : auxiliary acceleration of the generalised-alpha family;  lam : (n_c,);  z : (n_z,)
     ledger : energies in the order of the signals;  memory : powers and forces at the last state, for the ledger
-    episodes : (contacts, 7) what the running episode of each contact holds so far (see `touch`)
+    episodes : (contacts, EPISODE) what the running episode of each contact holds so far (see `touch`)
     """
 
     clock: np.ndarray
@@ -90,7 +94,7 @@ class Record(NamedTuple):
         first instant with held multipliers
     held : (n_c,) rows whose multipliers were not unique
     peak : largest absolute values; largest positive ones where one_sided (a penetration is negative in free flight)
-    episodes, ended : (rows, 11) episodes of contact that ended, and (1,) how many (see `touch`)
+    episodes, ended : (rows, EPISODE_ROW) episodes of contact that ended, and (1,) how many (see `touch`)
     """
 
     times: np.ndarray
@@ -123,7 +127,7 @@ def new_flow(program: Program) -> Flow:
         np.zeros(program.tables.sizes.n_z),
         np.zeros(10),
         memory,
-        np.zeros((len(program.tables.contacts.kernel), 7)),
+        np.zeros((len(program.tables.contacts.kernel), EPISODE)),
     )
 
 
@@ -157,6 +161,6 @@ def new_record(program: Program, rows: int) -> Record:
         np.zeros(9, dtype=np.int64),
         np.array([np.inf, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
         np.zeros(program.n_c, dtype=np.bool_),
-        np.zeros((rows + len(program.tables.contacts.kernel), 11)),
+        np.zeros((rows + len(program.tables.contacts.kernel), EPISODE_ROW)),
         np.zeros(1, dtype=np.int64),
     )

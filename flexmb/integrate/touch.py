@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.contact.onset import crossing, cubic
-from flexmb.integrate.arrays import MEMORY_HEAD, NEVER, Flow, Record
+from flexmb.integrate.arrays import EPISODE, EPISODE_ROW, MEMORY_HEAD, NEVER, Flow, Record
 from flexmb.kernels import GAP_SIZE, compiled
 from flexmb.program.tables import Tables
 
@@ -54,7 +54,7 @@ def follow_contacts(tables, h, options, flow, work, record):
         if now == 0.0:
             if options.save_interval < NEVER:
                 write_down(c, h, before, gap, rate, k, flow, record)
-            for i in range(flow.episodes.shape[1]):
+            for i in range(EPISODE):
                 flow.episodes[c, i] = 0.0
 
 
@@ -79,7 +79,7 @@ def write_down(c, h, phase, gap, rate, k, flow, record):
     record.episodes[row, MODE] = LASTING if phase == LASTING_PHASE else IMPACT
     record.episodes[row, END] = flow.clock[0] + s * h
     record.episodes[row, SEPARATION] = max(slope / h, 0.0)
-    for i in range(flow.episodes.shape[1]):
+    for i in range(EPISODE):
         record.episodes[row, CARRIED + i] = flow.episodes[c, i]
     record.ended[0] += 1
 
@@ -111,7 +111,7 @@ def still_running(tables: Tables, flow: Flow) -> np.ndarray:
     """Rows of the episodes that have not ended: end and separation speed are NaN, the rest is what it is so far."""
     phase = flow.z[tables.contacts.z[:, 0]]
     running = np.flatnonzero(phase != 0.0)
-    rows = np.full((len(running), CARRIED + flow.episodes.shape[1]), np.nan)
+    rows = np.full((len(running), EPISODE_ROW), np.nan)
     rows[:, CONTACT] = running
     rows[:, MODE] = np.where(phase[running] == LASTING_PHASE, LASTING, IMPACT)
     rows[:, CARRIED:] = flow.episodes[running]

@@ -207,28 +207,10 @@ def test_continuous_contact_that_ends():
 
 
 @pytest.fixture(scope="module")
-def worn_run():
+def worn_run(slider_crank):
     """1.5 ms of the worn slider-crank with fixed steps, every step saved."""
-    mechanism = worn()
+    mechanism = slider_crank()
     return mechanism, fm.simulate(mechanism, t_end=1.5e-3, step=1e-6, save="steps")
-
-
-def worn():
-    """The worn slider-crank of `conftest.py`."""
-    steel = fm.Material(young=207e9, density=7850.0, poisson=0.3)
-    crank = fm.RigidLink("crank", (0.0, 0.0), (0.05, 0.0), 0.30, 1e-5)
-    rod = fm.RigidLink("rod", (0.05, 0.0), (0.17, 0.0), 0.21, 2.5e-4)
-    slider = fm.RigidBody("slider", (0.17, 0.0), 0.14, 1e-4)
-    law = fm.LankaraniNikravesh.from_materials(steel, steel, restitution=0.9, least_approach=0.0)
-    pin = {"clearance": 5e-4, "bearing_radius": 0.010, "normal": law, "friction": fm.ModifiedCoulomb(0.03, 0.0, 1e-3)}
-    parts = (
-        fm.Revolute("A", fm.GROUND, crank, (0.0, 0.0)),
-        fm.Revolute("B", crank, rod, (0.05, 0.0)),
-        fm.RevoluteClearance("C", rod, slider, (0.17, 0.0), **pin),
-        fm.Prismatic("guide", fm.GROUND, slider),
-        fm.Drive("motor", "A", fm.ConstantSpeed(5000 * math.pi / 30)),
-    )
-    return fm.Mechanism("worn-slider-crank", (crank, rod, slider, *parts))
 
 
 def rows(sol):
@@ -240,11 +222,11 @@ def same_bits(one, other):
     assert np.ascontiguousarray(one).tobytes() == np.ascontiguousarray(other).tobytes()
 
 
-def test_first_contact_of_the_worn_slider_crank():
+def test_first_contact_of_the_worn_slider_crank(slider_crank):
     """The published instant and closing speed, with the accuracy of the step that feels the contact already."""
     errors = []
     for step in (4e-7, 1e-7):
-        sol = fm.simulate(worn(), t_end=2.4e-4, step=step, save=1)
+        sol = fm.simulate(slider_crank(), t_end=2.4e-4, step=step, save=1)
         (first,) = sol.episodes("C")
         assert math.isnan(first.end)
         errors.append(abs(first.approach_speed - CLOSING_SPEED))
@@ -273,15 +255,15 @@ def test_episodes_do_not_depend_on_what_is_saved(worn_run, save):
     same_bits(rows(fm.simulate(mechanism, t_end=1.5e-3, step=1e-6, save=save)), rows(sol))
 
 
-def test_controlled_steps_find_the_same_episodes():
+def test_controlled_steps_find_the_same_episodes(slider_crank):
     """Against fixed steps of 1e-7 s.  Steps grow as error^(1/3): a hundredth of the error means a 22nd of what is off.
 
     Where in a step a contact begins shakes that.  The fourth episode is still running at the end.
     """
-    fine = fm.simulate(worn(), t_end=1e-3, step=1e-7, save=1).episodes("C")
+    fine = fm.simulate(slider_crank(), t_end=1e-3, step=1e-7, save=1).episodes("C")
     off = []
     for error in (1e-9, 1e-11):
-        sol = fm.simulate(worn(), t_end=1e-3, step=fm.Adaptive(error=error), save=1)
+        sol = fm.simulate(slider_crank(), t_end=1e-3, step=fm.Adaptive(error=error), save=1)
         found = sol.episodes("C")
         assert sol.stats.rejected > 2
         assert len(found) == len(fine) == 4
@@ -295,18 +277,18 @@ COMPARED = ("start", "end", "approach_speed", "separation_speed", "impulse", "di
 
 
 @pytest.mark.parametrize("step", [fm.FixedStep(1e-6), fm.Adaptive(error=1e-9)])
-def test_a_restart_in_mid_episode_goes_on_bit_for_bit(tmp_path, step):
+def test_a_restart_in_mid_episode_goes_on_bit_for_bit(slider_crank, tmp_path, step):
     """The first part has the episode unfinished; the second has it whole, with all that was collected before."""
-    whole = fm.simulate(worn(), t_end=1e-3, step=step, save="steps")
+    whole = fm.simulate(slider_crank(), t_end=1e-3, step=step, save="steps")
     middle = 0.5 * (whole.episodes("C")[1].start + whole.episodes("C")[1].end)
     steps = int(np.flatnonzero(whole.time > middle)[0])
-    cut = fm.simulate(worn(), t_end=1e-3, step=step, max_steps=steps)
+    cut = fm.simulate(slider_crank(), t_end=1e-3, step=step, max_steps=steps)
     assert len(rows(cut)) == 2
     running = cut.episodes("C")[1]
     assert math.isnan(running.end)
     assert 0.0 < running.impulse < whole.episodes("C")[1].impulse
     state = fm.load(cut.to_netcdf(tmp_path / "cut.nc")).restart
-    rest = fm.simulate(worn(), t_end=1e-3, step=step, restart=state, save=3)
+    rest = fm.simulate(slider_crank(), t_end=1e-3, step=step, restart=state, save=3)
     same_bits(rows(cut)[:1], rows(whole)[:1])
     same_bits(rows(rest), rows(whole)[1:])
 
@@ -336,8 +318,8 @@ def test_saving_that_begins_in_mid_contact_keeps_the_whole_episode(worn_run):
     np.testing.assert_allclose(after.start, whole.episodes("C").start[2:], rtol=1e-5)
 
 
-def test_a_run_that_stops_before_saving_begins_has_no_episodes():
-    sol = fm.simulate(worn(), t_end=1e-3, save_from=9e-4, step=1e-6, max_steps=250)
+def test_a_run_that_stops_before_saving_begins_has_no_episodes(slider_crank):
+    sol = fm.simulate(slider_crank(), t_end=1e-3, save_from=9e-4, step=1e-6, max_steps=250)
     assert not sol.ok
     assert len(sol.episodes()) == 0
 
