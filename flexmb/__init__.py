@@ -51,6 +51,7 @@ _HOME = {
         "FlexmbError InputError ModelError KernelError AssemblyError SolveError FileFormatError MissingPackageError "
         "RestitutionWarning"
     ),
+    "integrate.episodes": "Episode Episodes",
     "integrate.method": "Newmark RungeKutta4",
     "integrate.momentum": "Momentum momentum",
     "integrate.netcdf": "load",

@@ -55,6 +55,8 @@ from flexmb.errors import MissingPackageError as MissingPackageError
 from flexmb.errors import ModelError as ModelError
 from flexmb.errors import RestitutionWarning as RestitutionWarning
 from flexmb.errors import SolveError as SolveError
+from flexmb.integrate.episodes import Episode as Episode
+from flexmb.integrate.episodes import Episodes as Episodes
 from flexmb.integrate.method import Newmark as Newmark
 from flexmb.integrate.method import RungeKutta4 as RungeKutta4
 from flexmb.integrate.momentum import Momentum as Momentum

@@ -12,6 +12,7 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
+from flexmb.integrate.episodes import ContactLog, Episodes, select
 from flexmb.integrate.stats import Stats
 from flexmb.model.shape import Shapes
 from flexmb.model.signal import Signal
@@ -72,6 +73,7 @@ class Solution:
     status : how the run ended, a sentence.
     ok : whether it reached the end that was asked for.
     stats : what it cost.
+    contacts : names of the contacts and their episodes; see `episodes`.
     aliases : other names of nodes, e.g. {"rod.end": "rod.node8", "rod": "rod.node4"}.
     shapes : how the parts are drawn.
     restart : the final state, by name; what the time loop needs to go on bit for bit.
@@ -91,6 +93,7 @@ class Solution:
     status: str
     ok: bool
     stats: Stats
+    contacts: ContactLog = field(default_factory=ContactLog)
     aliases: Mapping[str, str] = field(default_factory=dict)
     shapes: Shapes = ()
     restart: Mapping[str, np.ndarray] = field(default_factory=dict)
@@ -104,6 +107,7 @@ class Solution:
         self._set("values", _frozen("values", self.values, (len(time), n_s)))
         largest, when = self.peaks
         self._set("peaks", Peaks(_frozen("peaks.values", largest, (n_s,)), _frozen("peaks.times", when, (n_s,))))
+        self._set("contacts", self.contacts.checked())
         self._set("signals", tuple(self.signals))
         self._set("shapes", tuple(self.shapes))
         self._set("restart", {name: _read_only(array) for name, array in self.restart.items()})
@@ -168,6 +172,21 @@ class Solution:
         """Largest absolute value of the signal `name` and its time, over all accepted steps and not the saved ones."""
         k = self._place(name)
         return Peak(float(self.peaks.values[k]), float(self.peaks.times[k]))
+
+    def episodes(self, name: str | None = None) -> Episodes:
+        """The episodes of contact of a joint, of one of its contacts, or (None) of all, in the order of their starts.
+
+        All that ended since saving began, whatever was saved, and those that were running when the run ended.
+
+        Parameters
+        ----------
+        name : a joint, e.g. "P1" or "G", or one of several contacts of a joint, e.g. "G.upper_front".
+
+        Raises
+        ------
+        UnknownContactError : a name that is no contact.
+        """
+        return select(self.contacts, self.name, name)
 
     def to_netcdf(self, path: str | Path) -> Path:
         """Write everything to the file `path`, whose folder is made; `flexmb.load` reads it back bit for bit."""
