@@ -69,7 +69,10 @@ def sequence(owner: str, name: str, value: object, of: str) -> tuple[Any, ...]:
     """`value` as a tuple, or `InputError`; `of` says what it holds."""
     if isinstance(value, str) or not isinstance(value, Iterable):
         raise InputError(f"{owner}: {name} is {value!r}; it must be a list of {of}.")
-    return tuple(value)
+    try:
+        return tuple(value)
+    except TypeError:  # an array without dimensions
+        raise InputError(f"{owner}: {name} is {value!r}; it must be a list of {of}.") from None
 
 
 def number_fields(owner: Any, label: str) -> None:

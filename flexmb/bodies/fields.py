@@ -26,7 +26,7 @@ def start_velocity(label: str, given: object, nodes: int, places: Sequence[float
     if given is None:
         return None
     if not callable(given) and isinstance(given, Iterable) and not isinstance(given, str):
-        given = tuple(given)
+        given = checks.sequence(label, "velocity", given, f"{VELOCITY[0]}, or one triple")
         if not any(isinstance(item, Iterable) for item in given):
             return checked_velocity(label, given)
     elif not callable(given):

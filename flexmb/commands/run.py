@@ -15,7 +15,6 @@ import numpy as np
 from flexmb import checks
 from flexmb.commands import summary
 from flexmb.commands.units import quantity
-from flexmb.drives.drive import Drive
 from flexmb.errors import FlexmbError, InputError, MissingPackageError
 from flexmb.integrate.method import Newmark, RungeKutta4
 from flexmb.integrate.netcdf import load
@@ -23,6 +22,7 @@ from flexmb.integrate.simulate import simulate
 from flexmb.integrate.solution import Solution
 from flexmb.integrate.steps import Adaptive, FixedStep
 from flexmb.model.mechanism import Mechanism
+from flexmb.program.compiler import compile as compile_mechanism
 
 PERIODS = 2.0
 """Run so many periods when neither --periods nor --t-end is given."""
@@ -67,6 +67,11 @@ def run(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
     return 0 if sol.ok and not lost else 1
 
 
+def periods_of(mechanism: Mechanism) -> list[float]:
+    """Periods of all driven coordinates, of drives and of clamps, that have one [s]."""
+    return [period for period in compile_mechanism(mechanism).periods if period is not None]
+
+
 def method_of(text: str) -> Newmark | RungeKutta4:
     """The method that `text` means: "hht", or "hht:0.05" with its number."""
     name, colon, number = text.partition(":")
@@ -85,7 +90,7 @@ def _times(mechanism: Mechanism, options: argparse.Namespace) -> dict[str, Any]:
         found["t_end"] = quantity(options.t_end, "s", "--t-end")
     elif options.periods is not None:
         found["periods"] = quantity(options.periods, "", "--periods")
-    elif any(isinstance(part, Drive) and part.motion.period is not None for part in mechanism.parts):
+    elif periods_of(mechanism):
         found["periods"] = PERIODS
     else:
         raise InputError(f"Mechanism {mechanism.name!r} has no periodic drive. Say how long it shall run: --t-end 1s.")
@@ -164,6 +169,5 @@ def _write_rest(
 def four_instants(mechanism: Mechanism, sol: Solution) -> np.ndarray:
     """Four instants, evenly spread over the last period of the slowest drive, so that they show different poses."""
     first, last = float(sol.time[0]), float(sol.time[-1])
-    periods = [part.motion.period for part in mechanism.parts if isinstance(part, Drive)]
-    longest = max((period for period in periods if period is not None), default=last - first)
+    longest = max(periods_of(mechanism), default=last - first)
     return np.linspace(max(first, last - longest), last, 5)[:4]

@@ -55,8 +55,10 @@ def momentum(mechanism: Mechanism, solution: Solution, bodies: tuple[str, ...] |
     consistent mass of beams and their bosses are counted, not masses on the nodes.
     Mass that couples bodies (elements of one's own) is counted where velocities of the chosen bodies feel it.
     """
-    label = f"momentum {mechanism.name!r}"
     program = compile_mechanism(mechanism)
+    label = f"momentum {mechanism.name!r}"
+    if not isinstance(solution, Solution):
+        raise InputError(f"{label}: solution is {solution!r}; it must be what simulate(...) or load(...) returns.")
     names = program.names.bodies if bodies is None else checks.sequence(label, "bodies", bodies, "names")
     for name in names:
         checks.one_of(label, "body", name, program.names.bodies)

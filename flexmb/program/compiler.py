@@ -7,7 +7,7 @@ import numpy as np
 from flexmb.errors import InputError, ModelError
 from flexmb.model.law import Motion
 from flexmb.model.mechanism import Mechanism
-from flexmb.model.pieces import Pieces
+from flexmb.model.pieces import Pieces, RowMotion
 from flexmb.program.numbering import Numbering, blocks_and_edges
 from flexmb.program.ordering import elimination_order
 from flexmb.program.packing import KINDS, Packer
@@ -77,12 +77,23 @@ def compile(mechanism: Mechanism, *, closed: bool = False, start: bool = False) 
             aliases(mechanism),
         ),
         mechanism.shapes(),
-        tuple(row.motion.period for _, row in driven),
+        tuple(period_of(row) for _, row in driven),
         tuple(f"{part}.{row.name}" if row.name else part for part, row in driven),
         drawn_length(number),
         min((c.p[0] for c in pieces.contacts), default=None),
         motions_of(pieces),
     )
+
+
+def period_of(row: RowMotion) -> float | None:
+    """The period of a driven row [s]; that of a motion which goes on counts for an angle, not for a travel."""
+    motion, period = row.motion, row.motion.period
+    if period is None or row.units[0] == "rad":
+        return period
+    p = np.array(motion.parameters(), dtype=float)
+    first, half, last = (motion.kernel(p, part * period)[0] for part in (0.0, 0.37, 1.0))
+    size = max(abs(first), abs(half - first))
+    return period if abs(last - first) <= 1e-9 * size else None
 
 
 def motions_of(pieces: Pieces) -> tuple[Motion, ...]:

@@ -97,7 +97,7 @@ class Program:
 
 def resolve(name: str, aliases: dict[str, str]) -> str:
     """The name of a coordinate with the longest matching alias replaced."""
-    prefix, _, axis = name.rpartition(".")
+    prefix, _, axis = str(name).rpartition(".")
     return f"{aliases.get(prefix, prefix)}.{axis}" if axis in AXES else name
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
-from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs, splu
+from scipy.sparse.linalg import ArpackNoConvergence, splu
 
 from flexmb import checks
 from flexmb.errors import InputError, SolveError
@@ -16,7 +16,7 @@ from flexmb.model.part import Body, Part
 from flexmb.model.pieces import ElementPiece
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program, resolve
-from flexmb.solve.eigen import DENSE
+from flexmb.solve.eigen import DENSE, largest_of
 from flexmb.solve.motions import moves_most, null_space
 from flexmb.solve.statics import refuse_free_motion
 from flexmb.solve.system import System
@@ -56,7 +56,7 @@ class Buckling:
         mode : number of the shape, from 0.
         name : the coordinate, e.g. "column.node3.y".
         """
-        if not 0 <= mode < len(self.factors):
+        if not 0 <= checks.count("Buckling", "mode", mode, 0) < len(self.factors):
             raise InputError(f"Buckling: mode is {mode}; there are shapes 0 to {len(self.factors) - 1}.")
         place = resolve(name, self.aliases)
         return float(self.shapes[self.names.index(checks.one_of("Buckling", "coordinate", place, self.names)), mode])
@@ -95,7 +95,9 @@ def buckling(mechanism: Mechanism, count: int = 4) -> Buckling:
     Source: R. D. Cook, D. S. Malkus, M. E. Plesha, R. J. Witt, Concepts and Applications of Finite Element Analysis,
     4th ed., Wiley 2002, chapter 18.
     """
-    checks.count("buckling", "count", count)
+    count = checks.count("buckling", "count", count)
+    if not isinstance(mechanism, Mechanism):
+        raise InputError(f"buckling: {mechanism!r} is not a Mechanism.")
     bare = unloaded(mechanism)
     program, loaded = (compile_mechanism(m, closed=True) for m in (bare, mechanism))
     system, q = System(program), np.array(program.drawn.q)
@@ -183,10 +185,13 @@ def _sparse(program: Program, K, K_path, G, count: int) -> tuple[np.ndarray, np.
     n, m = K.shape[0], G.shape[0]
     scale = abs(K).max()
     lu = splu(sp.block_array([[K / scale, G.T], [G, None]]).tocsc())
-    operator = LinearOperator((n, n), lambda x: -lu.solve(np.append(K_path @ x / scale, np.zeros(m)))[:n], dtype=float)
-    start = lu.solve(np.append(np.ones(n), np.zeros(m)))[:n]
+
+    def inverses(x: np.ndarray) -> np.ndarray:
+        """1/s times x, on the null space of G."""
+        return -lu.solve(np.append(K_path @ x / scale, np.zeros(m)))[:n]
+
     try:
-        inverse, x = eigs(operator, k=min(4 * count + 4, n - 2), which="LM", v0=start)
+        inverse, x = largest_of(inverses, n, min(4 * count + 4, n // 4))
     except (ArpackNoConvergence, RuntimeError) as error:
         raise SolveError(f"buckling: the eigensolver did not converge ({error}). Ask for fewer factors.") from error
     if np.abs(inverse.imag).max() > 1e-6 * np.abs(inverse).max():

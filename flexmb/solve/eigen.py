@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
@@ -10,8 +12,13 @@ from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs, eigsh
 from flexmb.errors import SolveError
 from flexmb.solve.motions import null_space
 
+Solve = Callable[[np.ndarray], np.ndarray]
+
 DENSE = 1500
 """Up to so many coordinates all modes are computed by a dense eigensolver."""
+
+FEW = 300
+"""From so many coordinates on less than a quarter of the modes are found faster one by one."""
 
 DENSE_QUADRATIC = 150
 """The same for quadratic problems, which are twice as large and not symmetric: 20 times the time."""
@@ -25,7 +32,7 @@ def undamped(
     """Lowest omega^2 and shapes of K x = omega^2 M x with G x = 0, x orthogonal in M to the shapes `rigid`."""
     held = sp.vstack([G, sp.csr_matrix((M @ rigid).T)]).tocsr() if rigid.shape[1] else G
     K = ((K + K.T) / 2.0).tocsc()
-    if K.shape[0] > DENSE:
+    if K.shape[0] > (FEW if 4 * count < K.shape[0] else DENSE):
         return _sparse(K, M, held, count)
     Z = null_space(held.toarray())
     if Z.shape[1] == 0:
@@ -82,14 +89,37 @@ def _sparse(K: sp.csc_matrix, M: sp.csc_matrix, G: sp.csr_matrix, count: int) ->
     wanted = max(1, min(count, n - m - 1))
     for shift in (0.0, -1e-6 * scale / abs(M).max()):
         try:
-            solve = LinearOperator((n + m, n + m), splu((A - shift * B).tocsc()).solve, dtype=float)
-            squares, x = eigsh(A, k=wanted, M=B, sigma=shift, which="LM", v0=np.ones(n + m), OPinv=solve)
+            solve = splu((A - shift * B).tocsc()).solve
+            return _with_copies(A, B, M, solve, shift, wanted)
         except (ArpackNoConvergence, RuntimeError) as error:
             failure = error
-            continue
-        order = np.argsort(squares)
-        return squares[order], x[:n, order]
     raise SolveError(f"modes: the eigensolver did not converge ({failure}). Ask for fewer modes.") from failure
+
+
+def _with_copies(A, B, M, solve: Solve, shift: float, wanted: int) -> tuple[np.ndarray, np.ndarray]:
+    """The lowest eigenvalues of A x = omega^2 B x, as often as they are repeated.
+
+    Lanczos' method sees one direction of those that belong to a repeated value (equal bodies, symmetric frames), and
+    others by round-off only.  So it is run again without what was found, until nothing below it is left.
+    """
+    n, size = M.shape[0], A.shape[0]
+    squares, X = np.zeros(0), np.zeros((n, 0))
+    while len(squares) < size:
+
+        def rest(b: np.ndarray, X=X) -> np.ndarray:
+            x = solve(b)
+            x[:n] -= X @ (X.T @ (M @ x[:n]))
+            return x
+
+        start = rest(B @ np.cos(np.arange(size) ** 2.0 + len(squares)))
+        operator = LinearOperator((size, size), rest, dtype=float)
+        more, x = eigsh(A, k=wanted, M=B, sigma=shift, which="LM", v0=start, OPinv=operator)
+        last = np.sort(squares)[wanted - 1] if len(squares) else np.inf
+        squares, X = np.append(squares, more), np.hstack([X, x[:n]])
+        if more.min() >= last or len(squares) > n - (size - n) - wanted:
+            break
+    order = np.argsort(squares)[:wanted]
+    return squares[order], X[:, order]
 
 
 def damped(
@@ -145,9 +175,42 @@ def _sparse_quadratic(K, C, M, G: sp.csr_matrix, count: int) -> tuple[np.ndarray
         load = C @ x[:n] + M @ x[n:]
         return np.concatenate([-lu.solve(np.append(load, np.zeros(m)))[:n], x[:n]])
 
-    start = np.concatenate([lu.solve(np.append(np.ones(n), np.zeros(m)))[:n]] * 2)
     try:
-        values, x = eigs(LinearOperator((2 * n, 2 * n), inverse, dtype=float), k=2 * count + 2, which="LM", v0=start)
+        values, x = largest_of(inverse, 2 * n, 2 * count + 2)
     except (ArpackNoConvergence, RuntimeError) as error:
         raise SolveError(f"modes: the eigensolver did not converge ({error}). Ask for fewer modes.") from error
     return 1.0 / values, x[:n]
+
+
+def largest_of(operator: Solve, size: int, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """The eigenvalues of a real operator that are largest in modulus, as often as they are repeated, and vectors.
+
+    Arnoldi's method sees one direction of a repeated value, so it is run again on what is orthogonal to the invariant
+    subspace Q found so far, until nothing as large is left; then Q^T A Q has all of them.
+    """
+    Q, found = np.zeros((size, 0)), np.zeros(0)
+    while Q.shape[1] + 2 * count + 2 < size:
+
+        def rest(x: np.ndarray, Q=Q) -> np.ndarray:
+            y = operator(x - Q @ (Q.T @ x))
+            return y - Q @ (Q.T @ y)
+
+        start = rest(np.cos(np.arange(size) ** 2.0 + len(found)))
+        more, x = eigs(LinearOperator((size, size), rest, dtype=float), k=count, which="LM", v0=start)
+        least = np.sort(found)[-count] if len(found) else 0.0
+        found = np.append(found, np.abs(more))
+        Q = la.qr(np.hstack([Q, _basis(x, Q)]), mode="economic")[0]
+        if np.abs(more).max() <= least * (1.0 + 1e-9):
+            break
+    values, y = la.eig(Q.T @ np.column_stack([operator(q) for q in Q.T]))
+    order = np.argsort(-np.abs(values), kind="stable")[:count]
+    return values[order], Q @ y[:, order]
+
+
+def _basis(x: np.ndarray, Q: np.ndarray) -> np.ndarray:
+    """Orthonormal real basis of complex vectors, orthogonal to Q."""
+    parts = np.hstack([x.real, x.imag])
+    for _ in range(2):  # twice: round-off of the first time
+        parts = parts - Q @ (Q.T @ parts)
+    U, sizes, _ = la.svd(parts, full_matrices=False)
+    return U[:, sizes > 1e-8 * sizes[0]]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
-from flexmb.program.program import resolve
+from flexmb.program.program import Program, resolve
 from flexmb.solve.assemble import close_loops
 from flexmb.solve.start import accelerations, degrees_of_freedom, rigid_velocities
 from flexmb.solve.statics import reactions
@@ -59,11 +59,16 @@ class DrivenMotion:
         return self.forces[checks.one_of("DrivenMotion", "drive", drive, self.forces)][:, 2]
 
 
+def undeclared(program: Program) -> Program:
+    """The program without the start velocities that its bodies declare."""
+    return replace(program, drawn=replace(program.drawn, v=np.full(program.n_q, np.nan)))
+
+
 def inverse_dynamics(mechanism: Mechanism, times: Sequence[float]) -> DrivenMotion:
     """Motion and forces of a mechanism whose drives prescribe every motion; joints are ideal, bodies rigid.
 
     Positions, velocities and accelerations follow from the joints and drives alone, one instant at a time, without any
-    integration in time; then the forces follow from the equations of motion.
+    integration in time; then the forces follow from the equations of motion.  Declared start velocities play no part.
 
     Parameters
     ----------
@@ -84,7 +89,9 @@ def inverse_dynamics(mechanism: Mechanism, times: Sequence[float]) -> DrivenMoti
     if free:
         raise InputError(f"{label}: {free} degree(s) of freedom are not driven; add drives or use simulate.")
     system = System(program)
-    instants = np.array([checks.number(label, "times", t, "s") for t in times])
+    given = checks.sequence(label, "times", times, "instants [s]")
+    instants = np.array([checks.number(label, f"times[{k}]", t, "s") for k, t in enumerate(given)])
+    program = undeclared(program)  # drives prescribe all velocities; what bodies declare holds at the start alone
     rows = []
     for t in instants:
         q, _ = close_loops(program, {}, start=q, t=float(t))

@@ -9,6 +9,7 @@ import scipy.sparse as sp
 
 from flexmb import checks
 from flexmb.errors import InputError, SolveError
+from flexmb.loads.force import Force
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program, resolve
@@ -67,7 +68,7 @@ class Modes:
         mode : number of the mode, from 0.
         name : the coordinate, e.g. "rod.node3.y".
         """
-        if not 0 <= mode < self.shapes.shape[1]:
+        if not 0 <= checks.count("Modes", "mode", mode, 0) < self.shapes.shape[1]:
             raise InputError(f"Modes: mode is {mode}; there are modes 0 to {self.shapes.shape[1] - 1}.")
         place = resolve(name, self.aliases)
         value = self.shapes[self.names.index(checks.one_of("Modes", "coordinate", place, self.names)), mode]
@@ -88,8 +89,8 @@ class Modes:
 def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, damped: bool = False) -> Modes:
     """Natural frequencies and modes of small motions about the drawn pose, or about a static equilibrium.
 
-    Clearance joints are taken as ideal, drives hold their position.  Stiffness is that of the pose, geometric and load
-    stiffness included when `at` is given.
+    Clearance joints are taken as ideal, drives hold their position.  Stiffness is that of the pose; gravity and forces
+    count when `at` is given, and play no part in the drawn pose, which need not be an equilibrium of theirs.
 
     Parameters
     ----------
@@ -114,8 +115,12 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
     4th ed., Wiley 2002, chapter 11; rotation: L. Meirovitch, Computational Methods in Structural Dynamics, Sijthoff and
     Noordhoff 1980, chapter 3.
     """
-    checks.count("modes", "count", count)
-    program = compile_mechanism(mechanism, closed=True)
+    count = checks.count("modes", "count", count)
+    if not isinstance(damped, bool):
+        raise InputError(f"modes: damped is {damped!r}; it must be True or False.")
+    if at is not None and not isinstance(at, Equilibrium):
+        raise InputError(f"modes: at is {at!r}; it must be what static_equilibrium(...) returns, or None.")
+    program = compile_mechanism(mechanism if at is not None else _without_dead_loads(mechanism), closed=True)
     system = System(program)
     spin = Spin(at.spin, at.about) if at is not None else Spin(0.0, (0.0, 0.0))
     if at is None:
@@ -182,6 +187,16 @@ def _kinds(K, s: np.ndarray, x: np.ndarray) -> list[str]:
         else:
             found.append("elastic" if value.imag else "overdamped")
     return found
+
+
+def _without_dead_loads(mechanism: Mechanism) -> Mechanism:
+    """Without gravity and forces, whose stiffness is half of one as long as the joints' forces are not known."""
+    if not isinstance(mechanism, Mechanism):
+        return mechanism  # compile says what it is
+    bare = mechanism.with_({"gravity": (0.0, 0.0)})
+    for part in mechanism.parts:
+        bare = bare.without_part(part.name) if isinstance(part, Force) else bare
+    return bare
 
 
 def _own(program: Program, at: Equilibrium) -> tuple[np.ndarray, np.ndarray]:

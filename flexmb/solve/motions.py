@@ -15,6 +15,9 @@ ALLOWED = 1e-10
 UNRESISTED = 1e-13
 """A motion is free when its force is below this part of the sum of the absolute terms it is made of."""
 
+ENTRY = 1e-15
+"""Round-off of an entry of the stiffness over the largest one of its node."""
+
 SMALL = 1e-8
 """Shares of a motion below this part of the largest one are not mentioned."""
 
@@ -44,7 +47,7 @@ def free_motions(program: Program, q: np.ndarray, K: sp.csc_matrix, G: sp.csr_ma
     Z = null_space((G @ B).toarray())
     if Z.shape[1]:
         moved = B @ Z
-        terms = (abs(K) @ np.abs(moved)).sum(axis=1)
+        terms = (abs(K) @ np.abs(moved)).sum(axis=1) + ENTRY / UNRESISTED * stiffest_at(K) * np.abs(moved).max()
         rows = terms > 0.0
         force = (K @ moved)[rows] / terms[rows, None]
         if len(force):
@@ -52,6 +55,17 @@ def free_motions(program: Program, q: np.ndarray, K: sp.csc_matrix, G: sp.csr_ma
             values = np.append(values, np.zeros(Z.shape[1] - len(values)))
             Z = Z @ vectors[values <= UNRESISTED * np.sqrt(len(force))].T
     return sizes[:, None] * plain(Z)
+
+
+def stiffest_at(K: sp.csc_matrix) -> np.ndarray:
+    """Largest stiffness (n_q,) of a node along x or y, at both of these coordinates; 0 at rotations.
+
+    A beam is turned from its own axes into x and y: where it points along one of them, entries that should be 0 are the
+    round-off of its axial stiffness.
+    """
+    largest = abs(K).tocsr().max(axis=1).toarray().ravel()
+    along = np.maximum(largest[0::3], largest[1::3])
+    return np.column_stack([along, along, np.zeros_like(along)]).ravel()
 
 
 def plain(Z: np.ndarray) -> np.ndarray:

@@ -16,6 +16,7 @@ import scipy.sparse as sp
 
 from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import GROUND
 from flexmb.program.program import Program
 from flexmb.solve.system import System
 
@@ -70,9 +71,30 @@ def check_spin(owner: str, mechanism: Mechanism, program: Program, system: Syste
             "gravity turns, and nothing is steady. Set gravity to (0, 0), or simulate the motion."
         )
     driven = program.tables.constraints.motion >= 0
+    sense = turning_sense(mechanism)
     for name, speed in zip(program.drives, system.work.drive[driven, 1], strict=True):
-        if speed and abs(speed - spin.speed) > SAME_SPEED * abs(spin.speed):
-            raise InputError(
-                f"{owner}: drive {name!r} moves at {speed:g} and the frame turns at {spin.speed:g} rad/s; a steady "
-                "rotation needs drives that stand still in it. Give both the same speed."
-            )
+        if not speed or (sense[name] and abs(speed - sense[name] * spin.speed) <= SAME_SPEED * abs(spin.speed)):
+            continue
+        remedy = (
+            "Give both the same speed."
+            if sense[name]
+            else "It moves a body along, or against another body: stop it, or simulate the motion."
+        )
+        raise InputError(
+            f"{owner}: drive {name!r} moves at {speed:g} and the frame turns at {spin.speed:g} rad/s; a steady "
+            f"rotation needs drives that stand still in it. {remedy}"
+        )
+
+
+def turning_sense(mechanism: Mechanism) -> dict[str, int]:
+    """Of every driven row, by name: 1 where it turns a body against the ground, -1 the ground against a body, else 0.
+
+    The ground as it is drawn stands still, so only such a row may have the speed of the frame.
+    """
+    found = {}
+    for piece in mechanism.pieces().constraints:
+        ends = (piece.coordinates[0][0], piece.coordinates[-1][0])
+        sense = 1 if ends[0] == GROUND.name else -1 if ends[1] == GROUND.name else 0
+        for row in piece.motions:
+            found[f"{piece.part}.{row.name}" if row.name else piece.part] = sense if row.units[0] == "rad" else 0
+    return found
