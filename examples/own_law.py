@@ -20,13 +20,11 @@ import flexmb as fm
 
 @fm.normal_law
 def hunt_crossley_kernel(p, h, gap, gap_rate, z, z_new):
-    """N = k depth^n (1 + a depth_rate), never pulling, and its derivatives by gap and gap rate."""
+    """N = k depth^n (1 + a depth_rate), never pulling; its derivatives by gap and gap rate are found by the library."""
     k, n, a = p
-    factor = 1.0 - a * gap_rate
-    if gap >= 0.0 or factor <= 0.0:
-        return 0.0, 0.0, 0.0
-    elastic = k * (-gap) ** n
-    return elastic * factor, n * elastic / gap * factor, -a * elastic
+    if gap >= 0.0:
+        return 0.0
+    return max(k * (-gap) ** n * (1.0 - a * gap_rate), 0.0)
 
 
 @dataclass(frozen=True)

@@ -31,3 +31,7 @@ class FileFormatError(FlexmbError):
 
 class MissingPackageError(FlexmbError, ImportError):
     """An optional package that is not installed; the message says how to install it."""
+
+
+class RestitutionWarning(UserWarning):
+    """A contact law that delivers another coefficient of restitution than it was asked for."""

@@ -14,11 +14,13 @@ gap            p, q, v, out                                                writt
 normal         p, h, gap, gap_rate, z, z_new                               N, dN_dgap, dN_drate
 friction       p, h, slip, N, z, z_new                                     T, dT_dslip, dT_dN
 motion         p, t                                                        s, s_dot, s_ddot
+grip           p, q, lam, out, H                                           written to out (`GRIP_SIZE`), H
 signal         p, t, q, v, a                                               value
 =============  ==========================================================  ==========================
 
 p : numbers of the part; z : its history at the last accepted state, h : the time since then, z_new : the history
-if this state is accepted.  h = 0 must be safe.  r : generalised force the part exerts, inertia included;
+if this state is accepted.  h = 0 must be safe.  A normal or friction law may return N or T alone; its derivatives are
+then found from its source.  r : generalised force the part exerts, inertia included;
 K, C, M = dr/dq, dr/dv, dr/da.  G = dg/dq; g_t : partial derivative in time; G a = gamma on the manifold;
 H = d(G^T lam)/dq.
 """
@@ -30,6 +32,7 @@ import pickle
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
+from types import FunctionType
 from typing import Any
 
 import numba
@@ -40,6 +43,8 @@ from numba.core.errors import NumbaError
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
+from flexmb.derivatives.forward import differentiated
+from flexmb.derivatives.source import Source, returned_numbers, text_of
 from flexmb.errors import KernelError
 
 _F = types.float64
@@ -66,15 +71,19 @@ def copy(source, target):  # type: ignore[no-untyped-def]
 
 @dataclass(frozen=True)
 class Contract:
-    """Name, parameter names and numba signature of one kind of kernel."""
+    """Name, parameter names and numba signature of one kind of kernel.
+
+    `active` are the places of the parameters by which a law that returns its force alone is differentiated.
+    """
 
     name: str
     parameters: tuple[str, ...]
     signature: Any
+    active: tuple[int, ...] = ()
 
 
-def _contract(name: str, parameters: str, result: Any, *arguments: Any) -> Contract:
-    return Contract(name, tuple(parameters.split()), result(*arguments))
+def _contract(name: str, parameters: str, result: Any, *arguments: Any, active: tuple[int, ...] = ()) -> Contract:
+    return Contract(name, tuple(parameters.split()), result(*arguments), active)
 
 
 ELEMENT = _contract(
@@ -83,15 +92,20 @@ ELEMENT = _contract(
 ENERGY = _contract("energy", "p t q v", _TRIPLE, _P, _F, _V, _V)
 CONSTRAINT = _contract("constraint", "p t q v lam g G g_t gamma H", types.void, _P, _F, _V, _V, _V, _V, _M, _V, _V, _M)
 GAP = _contract("gap", "p q v out", types.void, _P, _V, _V, _V)
-NORMAL = _contract("normal", "p h gap gap_rate z z_new", _TRIPLE, _P, _F, _F, _F, _P, _V)
-FRICTION = _contract("friction", "p h slip N z z_new", _TRIPLE, _P, _F, _F, _F, _P, _V)
+NORMAL = _contract("normal", "p h gap gap_rate z z_new", _TRIPLE, _P, _F, _F, _F, _P, _V, active=(2, 3))
+FRICTION = _contract("friction", "p h slip N z z_new", _TRIPLE, _P, _F, _F, _F, _P, _V, active=(2, 3))
 MOTION = _contract("motion", "p t", _TRIPLE, _P, _F)
+GRIP = _contract("grip", "p q lam out H", types.void, _P, _V, _V, _V, _M)
 SIGNAL = _contract("signal", "p t q v a", _F, _P, _F, _V, _V, _V)
 
 GAP_SIZE = 49
 """Length of a gap kernel's `out`: gap, gap rate, slip, normal (2), arm on the first body (2), arm on the second (2),
 eccentricity (2), its rate (2), then the derivatives by the six coordinates of normal, first arm, second arm (2 x 6
 each, row by row)."""
+
+GRIP_SIZE = 4 + 6
+"""Length of a grip kernel's `out`: how a joint's multipliers press its surfaces together, and which way they slide.
+Normal load (>= 0), its derivatives by up to three multipliers, J with slip = J v; H = dJ/dq."""
 
 
 class Kernel:
@@ -101,13 +115,20 @@ class Kernel:
     ----------
     function : the Python function, with the parameters of the contract in their order.
     contract : one of the contracts of this module.
+    text : source text of the function; None: as it stands in its file.
 
     Raises
     ------
-    KernelError : the function does not take the contract's number of parameters.
+    KernelError : the function does not take the contract's number of parameters; later, when it is first used: a law
+        that returns its force alone cannot be differentiated.
+
+    Notes
+    -----
+    A normal or friction law may return its force alone; it is then differentiated by the rules of calculus, from its
+    source text, exact to round-off (`flexmb.derivatives`).
     """
 
-    def __init__(self, function: Callable[..., Any], contract: Contract) -> None:
+    def __init__(self, function: Callable[..., Any], contract: Contract, text: str | None = None) -> None:
         taken = len(inspect.signature(function).parameters)
         if taken != len(contract.parameters):
             expected = ", ".join(contract.parameters)
@@ -115,15 +136,25 @@ class Kernel:
                 f"Kernel {function.__qualname__!r} takes {taken} parameters; "
                 f"the {contract.name} contract has {len(contract.parameters)}: ({expected})."
             )
-        self.python = function
+        self.function = function
         self.contract = contract
+        self.text = text or (text_of(function) if contract.active else None)
+        self._python: Any = None
+        self._cacheable = True
         self._dispatcher: Any = None
         self.__doc__ = function.__doc__
 
     @property
     def name(self) -> str:
         """Qualified name of the function."""
-        return self.python.__qualname__
+        return self.function.__qualname__
+
+    @property
+    def python(self) -> Any:
+        """The Python function that keeps the contract: the user's, or the one that adds derivatives to it."""
+        if self._python is None:
+            self._python = self._complete()
+        return self._python
 
     @property
     def dispatcher(self) -> Any:
@@ -140,33 +171,45 @@ class Kernel:
         return f"<{self.contract.name} kernel {self.name}>"
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Kernel) and (self.python is other.python or self._key() == other._key())
+        return isinstance(other, Kernel) and (self.function is other.function or self._key() == other._key())
 
     def __hash__(self) -> int:
         return hash(self._key())
 
     def __reduce__(self) -> tuple[Any, ...]:
-        module, name = self.python.__module__, self.python.__qualname__
+        module, name = self.function.__module__, self.function.__qualname__
         if _lookup(module, name) is self:
             return _lookup, (module, name)
-        return _from_bytes, (numba.cloudpickle.dumps(self.python), self.contract.name)
+        return _from_bytes, (numba.cloudpickle.dumps(self.function), self.contract.name, self.text)
 
     def _key(self) -> tuple[str, str, bytes]:
-        code = self.python.__code__
-        return self.python.__module__, self.python.__qualname__, code.co_code
+        code = self.function.__code__
+        return self.function.__module__, self.function.__qualname__, code.co_code
+
+    def _complete(self) -> Any:
+        """The user's function, or its derivative version when it is a law that returns one number."""
+        if self.text is None or not isinstance(self.function, FunctionType):
+            return self.function
+        source = Source(self.function, self.text)
+        if returned_numbers(source) != 1:
+            return self.function
+        active = [source.parameters[k] for k in self.contract.active]
+        function, self._cacheable = differentiated(source, active)
+        return function
 
     def _compile(self) -> Any:
-        options: dict[str, Any] = {"error_model": "numpy", "cache": True, "_nrt": False}
+        python = self.python
+        options: dict[str, Any] = {"error_model": "numpy", "cache": self._cacheable, "_nrt": False}
         try:
-            numba.njit(cache=True)(self.python)
+            numba.njit(cache=True)(python)
         except RuntimeError:  # typed-in code has no file beside which a cache could lie
             options["cache"] = False
         try:
-            return numba.njit(self.contract.signature, **options)(self.python)
+            return numba.njit(self.contract.signature, **options)(python)
         except NumbaError:  # it may allocate memory, which costs time but is allowed
             options["_nrt"] = True
         try:
-            return numba.njit(self.contract.signature, **options)(self.python)
+            return numba.njit(self.contract.signature, **options)(python)
         except NumbaError as error:
             raise KernelError(f"Kernel {self.name!r} cannot be compiled as {self.contract.name}: {error}") from error
 
@@ -178,8 +221,8 @@ def _lookup(module: str, name: str) -> Any:
     return found
 
 
-def _from_bytes(code: bytes, contract: str) -> Kernel:
-    return Kernel(pickle.loads(code), _BY_NAME[contract])  # noqa: S301 - written by __reduce__ above
+def _from_bytes(code: bytes, contract: str, text: str | None = None) -> Kernel:
+    return Kernel(pickle.loads(code), _BY_NAME[contract], text)  # noqa: S301 - written by __reduce__ above
 
 
 def _decorator(contract: Contract) -> Callable[[Callable[..., Any]], Kernel]:
@@ -197,10 +240,11 @@ gap_kernel = _decorator(GAP)
 normal_law = _decorator(NORMAL)
 friction_law = _decorator(FRICTION)
 drive_kernel = _decorator(MOTION)
+grip_kernel = _decorator(GRIP)
 signal_kernel = _decorator(SIGNAL)
 
 _BY_NAME = {
-    c.name: c for c in (ELEMENT, ENERGY, CONSTRAINT, GAP, NORMAL, FRICTION, MOTION, SIGNAL)
+    c.name: c for c in (ELEMENT, ENERGY, CONSTRAINT, GAP, NORMAL, FRICTION, MOTION, GRIP, SIGNAL)
 }  # for unpickling typed-in kernels
 
 
@@ -268,4 +312,5 @@ gap_at = _caller(GAP)
 normal_at = _caller(NORMAL)
 friction_at = _caller(FRICTION)
 motion_at = _caller(MOTION)
+grip_at = _caller(GRIP)
 signal_at = _caller(SIGNAL)

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from flexmb.integrate.episodes import IMPACT, Episodes
 from flexmb.integrate.solution import Solution
 from flexmb.joints.prismatic import Prismatic
 from flexmb.model.mechanism import Mechanism
@@ -81,6 +82,7 @@ def _run_rows(sol: Solution) -> Iterator[tuple[str, str]]:
         residual, kinetic = sol.peak("energy.residual").value, sol.peak("energy.kinetic").value
         share = f" ({residual / kinetic:.2g} of the largest kinetic energy)" if kinetic > 0.0 else ""
         yield "energy residual", f"{residual:.3g} J{share}"
+    yield from (("note", text) for text in sol.notes)
 
 
 def _path_rows(mechanism: Mechanism, sol: Solution) -> Iterator[tuple[str, str]]:
@@ -104,6 +106,23 @@ def _contact_rows(sol: Solution) -> Iterator[tuple[str, str]]:
         if len(depth):
             share, deepest = 100.0 * np.mean(depth > 0.0), max(float(depth.max()), 0.0)
             yield f"contact in {name}", f"{share:.3g} % of the saved instants, up to {deepest:.3g} m deep"
+    for name in sol.contacts.names:
+        yield f"impacts in {name}", impacts(sol.episodes(name))
+
+
+def impacts(episodes: Episodes) -> str:
+    """Number of impacts, longest flight between two episodes, largest impulse of an impact."""
+    hits = episodes[episodes.mode == IMPACT]
+    lasting = len(episodes) - len(hits)
+    text = f"{len(hits)}"
+    if lasting:
+        text += f" and {lasting} continuous contact{'' if lasting == 1 else 's'}"
+    if len(hits):
+        text += f", largest impulse {hits.impulse.max():.3g} N s"
+    flights = episodes.flight[np.isfinite(episodes.flight)]
+    if len(flights):
+        text += f", longest flight {flights.max():.3g} s"
+    return text
 
 
 def slides(mechanism: Mechanism, body: Body) -> Prismatic | None:

@@ -12,7 +12,14 @@ from flexmb.program.signals import CONTACT_PENETRATION
 RUNNING, DONE, BUFFER_FULL, NEWTON_FAILED, SINGULAR, NOT_FINITE, STEP_TOO_SMALL = range(7)
 
 GEAR_GUPTA_LEIMKUHLER, POSITION, VELOCITY = range(3)
+NEVER = 1e300
+"""A save interval of a run that saves nothing, an error that refuses no step."""
+
 FORMS = {"gear-gupta-leimkuhler": GEAR_GUPTA_LEIMKUHLER, "position": POSITION, "velocity": VELOCITY}
+
+
+EPISODE, EPISODE_ROW = 7, 11
+"""Numbers of a running episode of contact, and of one that is written down (see `touch`)."""
 
 
 class Flow(NamedTuple):
@@ -23,6 +30,7 @@ class Flow(NamedTuple):
     q, v, a : (n_q + 3,), a the true acceleration
     x : auxiliary acceleration of the generalised-alpha family;  lam : (n_c,);  z : (n_z,)
     ledger : energies in the order of the signals;  memory : powers and forces at the last state, for the ledger
+    episodes : (contacts, EPISODE) what the running episode of each contact holds so far (see `touch`)
     """
 
     clock: np.ndarray
@@ -34,6 +42,7 @@ class Flow(NamedTuple):
     z: np.ndarray
     ledger: np.ndarray
     memory: np.ndarray
+    episodes: np.ndarray
 
 
 class Trial(NamedTuple):
@@ -85,6 +94,7 @@ class Record(NamedTuple):
         first instant with held multipliers
     held : (n_c,) rows whose multipliers were not unique
     peak : largest absolute values; largest positive ones where one_sided (a penetration is negative in free flight)
+    episodes, ended : (rows, EPISODE_ROW) episodes of contact that ended, and (1,) how many (see `touch`)
     """
 
     times: np.ndarray
@@ -97,17 +107,20 @@ class Record(NamedTuple):
     count: np.ndarray
     extreme: np.ndarray
     held: np.ndarray
+    episodes: np.ndarray
+    ended: np.ndarray
 
 
 MEMORY_HEAD = 3
 """Start energy, power of damping, power of loads; then (force, depth, friction power) of every contact and (motion,
-force) of every constraint row."""
+force) of every constraint row, and the friction power of every constraint."""
 
 
 def new_flow(program: Program) -> Flow:
     """A state of zeros."""
     n, m = program.n_q + 3, program.n_c
-    memory = np.zeros(MEMORY_HEAD + 3 * len(program.tables.contacts.kernel) + 2 * m)
+    n_k, n_g = len(program.tables.contacts.kernel), len(program.tables.constraints.kernel)
+    memory = np.zeros(MEMORY_HEAD + 3 * n_k + 2 * m + n_g)
     return Flow(
         np.zeros(6),
         *(np.zeros(n) for _ in range(4)),
@@ -115,6 +128,7 @@ def new_flow(program: Program) -> Flow:
         np.zeros(program.tables.sizes.n_z),
         np.zeros(10),
         memory,
+        np.zeros((len(program.tables.contacts.kernel), EPISODE)),
     )
 
 
@@ -133,7 +147,7 @@ def new_trial(program: Program, redundant: int = 0) -> Trial:
 
 
 def new_record(program: Program, rows: int) -> Record:
-    """Buffers for `rows` saved instants."""
+    """Buffers for `rows` saved instants, and for as many episodes beside those that one step may end."""
     n_y = program.tables.sizes.n_y
     one_sided = np.zeros(n_y, dtype=np.bool_)
     one_sided[program.tables.contacts.out + CONTACT_PENETRATION] = True
@@ -148,4 +162,6 @@ def new_record(program: Program, rows: int) -> Record:
         np.zeros(9, dtype=np.int64),
         np.array([np.inf, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
         np.zeros(program.n_c, dtype=np.bool_),
+        np.zeros((rows + len(program.tables.contacts.kernel), EPISODE_ROW)),
+        np.zeros(1, dtype=np.int64),
     )

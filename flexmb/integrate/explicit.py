@@ -15,6 +15,7 @@ from flexmb.solve.lu import HELD, THRESHOLD, factor, first_held, left_over, solv
 from flexmb.system.evaluate import evaluate
 
 PROJECTIONS = 3
+ROUNDS = 8
 
 
 class Stages(NamedTuple):
@@ -33,6 +34,21 @@ def new_stages(program: Program) -> Stages:
 
 @compiled
 def accelerate(tables, address, lu, t, part, h, options, flow, trial, work, record, stages):
+    """Accelerations and multipliers, `accelerate_once` repeated where friction depends on the multipliers."""
+    n, m, last = tables.sizes.n_q, tables.sizes.n_c, math.inf
+    for _ in range(ROUNDS if tables.sizes.gripped else 1):
+        code = accelerate_once(tables, address, lu, t, part, h, options, flow, trial, work, record, stages)
+        change, size = 0.0, 0.0
+        for i in range(m):
+            change, size = max(change, abs(trial.d[n + i])), max(size, abs(trial.lam[i]))
+        if code != RUNNING or change <= 1e-14 * size or not change < last:
+            return code
+        last = change
+    return code
+
+
+@compiled
+def accelerate_once(tables, address, lu, t, part, h, options, flow, trial, work, record, stages):
     """Accelerations and multipliers at the trial positions and velocities: M a + G^T lam = -r, G a = gamma.
 
     Solved for the change of the multipliers, so those that are held keep their last values.  part : of the step h that

@@ -3,6 +3,7 @@
 import math
 
 from flexmb.integrate.arrays import BUFFER_FULL, MEMORY_HEAD, RUNNING
+from flexmb.integrate.touch import follow_contacts, no_room
 from flexmb.kernels import GAP_SIZE, compiled, copy
 from flexmb.system.evaluate import evaluate_accepted
 from flexmb.system.outputs import write_outputs
@@ -12,7 +13,7 @@ KINETIC, STRAIN, GRAVITY, DRIVE, LOAD, CONTACT, FRICTION, DAMPING, ALGORITHM, RE
 
 @compiled
 def accept(tables, address, h, ratio, options, flow, trial, work, record):
-    """Make the trial state the accepted one; BUFFER_FULL when the saved instants must be fetched, else RUNNING."""
+    """Make the trial state the accepted one; BUFFER_FULL when what was saved must be fetched, else RUNNING."""
     n = tables.sizes.n_q
     t = flow.clock[0] + h
     for i in range(n):
@@ -22,6 +23,7 @@ def accept(tables, address, h, ratio, options, flow, trial, work, record):
         tables, address, t, h, trial.q, trial.v, trial.a, trial.lam, flow.z, trial.mean_v, trial.lag, work
     )
     record.count[3] += 1
+    follow_contacts(tables, h, options, flow, work, record)
     keep_account(tables, h, flow.ledger, flow.memory, work)
     copy(record.new, record.old)
     write_outputs(tables, address, t, trial.q, trial.v, trial.a, work, flow.ledger, record.new)
@@ -40,7 +42,8 @@ def accept(tables, address, h, ratio, options, flow, trial, work, record):
     record.count[0] += 1
     record.extreme[0], record.extreme[1] = min(record.extreme[0], h), max(record.extreme[1], h)
     record.extreme[4], record.extreme[5] = t0, h
-    return save(tables, t0, h, options, flow, record)
+    code = save(tables, t0, h, options, flow, record)
+    return BUFFER_FULL if no_room(flow, record) else code
 
 
 @compiled
@@ -66,6 +69,12 @@ def keep_account(tables, h, ledger, memory, work):
                 ledger[DRIVE] += 0.5 * (memory[k + 1] + force) * (s - memory[k])
             memory[k], memory[k + 1] = s, force
         k += 2
+    for c in range(work.grip.shape[0]):
+        if tables.constraints.grip[c, 0] >= 0:
+            loss = -work.grip[c, 0] * work.grip[c, 1]
+            ledger[FRICTION] += 0.5 * h * (memory[k] + loss)
+            memory[k] = loss
+        k += 1
     stored = ledger[KINETIC] + ledger[STRAIN] + ledger[GRAVITY]
     if h == 0.0:
         memory[0] = stored

@@ -1,4 +1,4 @@
-"""A solution as a netCDF file: one variable a signal, the rest as JSON, the final state in a group of its own.
+"""A solution as a netCDF file: one variable a signal, the rest as JSON, groups for the final state and for episodes.
 
 The variables can be read by any netCDF reader.  `load` restores the record bit for bit.
 """
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb.errors import FileFormatError, InputError
+from flexmb.integrate.episodes import COLUMNS, MODES, ContactLog
 from flexmb.integrate.solution import Peaks, Solution
 from flexmb.integrate.stats import Stats
 from flexmb.model import shape
@@ -29,6 +30,7 @@ ENGINE = "h5netcdf"
 VERSION = "flexmb_format"
 RECORD = "flexmb_record"  # a variable, since an attribute of HDF5 holds at most 64 KiB
 RESTART = "restart"
+EPISODES = "episodes"
 READ_ERRORS = (OSError, ValueError, KeyError, TypeError, RuntimeError)  # RuntimeError: h5py, on damaged files
 
 
@@ -57,6 +59,9 @@ def save(sol: Solution, path: str | Path) -> Path:
             dataset.to_netcdf(part, engine=ENGINE, encoding=encoding)
             if sol.restart:
                 _restart(sol).to_netcdf(part, engine=ENGINE, group=RESTART, mode="a")
+            if sol.contacts.names:
+                encoding = {name: {"_FillValue": None} for name, _ in COLUMNS}
+                _episodes(sol).to_netcdf(part, engine=ENGINE, group=EPISODES, mode="a", encoding=encoding)
             part.replace(target)
     except OSError as error:
         text = f"Solution: {str(target)!r} cannot be written ({error.strerror or error})."
@@ -79,9 +84,9 @@ def load(path: str | Path) -> Solution:
     if not source.is_file():
         raise FileFormatError(f"{str(source)!r}: there is no such file. Check the path; sol.to_netcdf(...) writes one.")
     try:
-        dataset, restart = _read(source)
+        dataset, restart, episodes = _read(source)
         _check_version(source, dataset)
-        return _solution(dataset, restart)
+        return _solution(dataset, restart, episodes)
     except READ_ERRORS as error:
         text = f"{str(source)!r}: cannot be read as a solution; it is damaged, truncated or no netCDF file ({error})."
         raise FileFormatError(f"{text} Write it again with sol.to_netcdf(...).") from error
@@ -97,6 +102,8 @@ def _dataset(sol: Solution) -> xr.Dataset:
         "status": sol.status,
         "ok": bool(sol.ok),
         "stats": asdict(sol.stats),
+        "notes": sol.notes,
+        "contacts": list(sol.contacts.names),
         "model": dict(sol.model),
     }
     try:
@@ -118,19 +125,31 @@ def _restart(sol: Solution) -> xr.Dataset:
     return xr.Dataset({name: ([f"{name}_{i}" for i in range(a.ndim)], a) for name, a in arrays})
 
 
-def _read(source: Path) -> tuple[xr.Dataset, dict[str, np.ndarray]]:
-    """All variables of the file, and those of the group of the final state."""
+def _episodes(sol: Solution) -> xr.Dataset:
+    """All episodes in the order in which they ended; the contact as its number, named by `flag_meanings`."""
+    import xarray as xr
+
+    names, rows = sol.contacts
+    attrs: dict[str, dict[str, Any]] = {name: {"units": units} for name, units in COLUMNS}
+    attrs["contact"] = {"flag_values": np.arange(float(len(names))), "flag_meanings": " ".join(names)}
+    attrs["mode"] = {"flag_values": [float(mode) for mode in MODES], "flag_meanings": " ".join(MODES.values())}
+    return xr.Dataset({name: xr.Variable("episode", rows[:, k], attrs[name]) for k, (name, _) in enumerate(COLUMNS)})
+
+
+def _read(source: Path) -> tuple[xr.Dataset, dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """All variables of the file, and those of the groups of the final state and of the episodes."""
     import h5py
     import xarray as xr
 
     with xr.open_dataset(source, engine=ENGINE, decode_cf=False, cache=False) as file:
         dataset = file.load()
     with h5py.File(source, "r") as raw:
-        has_restart = RESTART in raw
-    if not has_restart:
-        return dataset, {}
-    with xr.open_dataset(source, engine=ENGINE, decode_cf=False, cache=False, group=RESTART) as file:
-        return dataset, {str(name): variable.values for name, variable in file.load().data_vars.items()}
+        present = [name for name in (RESTART, EPISODES) if name in raw]
+    groups: dict[str, dict[str, np.ndarray]] = {RESTART: {}, EPISODES: {}}
+    for group in present:
+        with xr.open_dataset(source, engine=ENGINE, decode_cf=False, cache=False, group=group) as file:
+            groups[group] = {str(name): variable.values for name, variable in file.load().data_vars.items()}
+    return dataset, groups[RESTART], groups[EPISODES]
 
 
 def _check_version(source: Path, dataset: xr.Dataset) -> None:
@@ -147,7 +166,7 @@ def _check_version(source: Path, dataset: xr.Dataset) -> None:
         )
 
 
-def _solution(dataset: xr.Dataset, restart: dict[str, np.ndarray]) -> Solution:
+def _solution(dataset: xr.Dataset, restart: dict[str, np.ndarray], episodes: dict[str, np.ndarray]) -> Solution:
     record: dict[str, Any] = json.loads(str(dataset[RECORD].values[()]))
     signals = tuple(Signal(name, units) for name, units in record["signals"])
     time = dataset["time"].values
@@ -156,6 +175,8 @@ def _solution(dataset: xr.Dataset, restart: dict[str, np.ndarray]) -> Solution:
         values[:, k] = dataset.variables[s.name].values
     attrs = [dataset.variables[s.name].attrs for s in signals]
     peaks = Peaks(np.array([a["peak"] for a in attrs]), np.array([a["peak_time"] for a in attrs]))
+    names = tuple(record.get("contacts", ()))  # files of earlier versions have none
+    columns = [episodes[name] for name, _ in COLUMNS] if names else []
     return Solution(
         time=time,
         values=values,
@@ -164,8 +185,10 @@ def _solution(dataset: xr.Dataset, restart: dict[str, np.ndarray]) -> Solution:
         status=record["status"],
         ok=record["ok"],
         stats=Stats(**record["stats"]),
+        contacts=ContactLog(names, np.column_stack(columns)) if names else ContactLog(),
         aliases=record["aliases"],
         shapes=shape.from_json(record["shapes"]),
         restart=restart,
+        notes=tuple(record.get("notes", ())),  # files of before have none
         model=record["model"],
     )

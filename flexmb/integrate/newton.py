@@ -81,7 +81,7 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
     kx = 1.0 / (beta * h * h)
     ka = (1.0 - am) / (1.0 - af) * kx
     predict(n, h, ratio, options, flow, trial)
-    last, part, hold = math.inf, 1.0, first_hold(flow)
+    last, part, reach, hold = math.inf, 1.0, math.inf, first_hold(flow)
     for iteration in range(options.iterations):
         evaluate(tables, address, t, h, trial.q, trial.v, trial.a, trial.lam, flow.z, 1.0, kv, ka, work)
         record.count[3] += 1
@@ -105,6 +105,7 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
         solve(lu, work.lu, trial.b, trial.d, trial.y)
         if m > 0 and options.form == GEAR_GUPTA_LEIMKUHLER:
             project(n, m, lu, trial, work)
+        part, reach = shortened(n, iteration, part, reach, trial)
         size = correct(tables, h, kv, kx, ka, part, options, trial, record) / part
         record.count[2] += 1
         if not math.isfinite(size):
@@ -113,9 +114,8 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
         if small or (iteration > 1 and size > 0.1 * last and only_noise(n, m, lu, trial, work, record)):
             record.count[8] = outcome(lost == HELD, hold == THRESHOLD, flow)
             return RUNNING
-        if part == 1.0 and iteration > 3 and size > 2.0 * last:
+        if reach == math.inf and iteration > 3 and size > 2.0 * last:
             return NEWTON_FAILED
-        part = shortened(n, iteration, part, trial)
         last = size
     return NEWTON_FAILED
 
@@ -144,19 +144,27 @@ def only_noise(n, m, lu, trial, work, record):
 
 
 @compiled
-def shortened(n, iteration, part, trial):
-    """Part of the next correction: half of the present one when corrections turn back, else up to twice it.
+def shortened(n, iteration, part, reach, trial):
+    """Part of the correction in trial.d, and how far it may reach: no limit until corrections turn back.
 
-    Where friction changes its sign, full steps jump to and fro between its branches for ever; shorter and shorter ones
-    end between them, where Newton converges.
+    Where friction changes its sign, full steps jump to and fro between its branches for ever.  A correction that turns
+    back shows that the solution lies within the step before it: from then on no step is longer than half of the last
+    one, until full corrections stay within that bound.  This is Newton's method safeguarded by halving of an interval.
     """
-    along = 0.0
+    along, before, now = 0.0, 0.0, 0.0
     for i in range(n):
         along += trial.d[i] * trial.lag[i]
+        before += trial.lag[i] * trial.lag[i]
+        now += trial.d[i] * trial.d[i]
         trial.lag[i] = trial.d[i]
     if iteration < 2:
-        return 1.0
-    return 0.5 * part if along < 0.0 else min(1.0, 2.0 * part)
+        return 1.0, math.inf
+    if along < 0.0:
+        reach = 0.5 * part * math.sqrt(before)
+    elif part < 1.0:
+        reach *= 0.5
+    now = math.sqrt(now)
+    return (1.0 if now <= reach else reach / now), reach
 
 
 @compiled

@@ -14,6 +14,7 @@ from flexmb.integrate.arrays import (
     BUFFER_FULL,
     DONE,
     FORMS,
+    NEVER,
     RUNNING,
     Options,
     new_flow,
@@ -24,10 +25,11 @@ from flexmb.integrate.explicit import new_stages
 from flexmb.integrate.finish import keep_account, save
 from flexmb.integrate.loop import advance, advance_explicit
 from flexmb.integrate.method import Newmark, RungeKutta4
-from flexmb.integrate.solution import Peaks, Solution
+from flexmb.integrate.solution import ContactLog, Peaks, Solution
 from flexmb.integrate.stats import Stats
 from flexmb.integrate.status import sentence
 from flexmb.integrate.steps import Adaptive, FixedStep
+from flexmb.integrate.touch import still_running, taken_out, touching_from_the_start
 from flexmb.program.program import Program
 from flexmb.solve import lu
 from flexmb.solve.rank import row_rank
@@ -41,8 +43,7 @@ from flexmb.system.work import workspace
 BUFFER = 512
 BLOCK_SECONDS = 0.2
 NEWTON_TOLERANCE = 1e-6
-ITERATIONS = 20
-NEVER = 1e300
+ITERATIONS = 30
 NOT_SAVING = -1.0
 
 
@@ -68,6 +69,8 @@ class Run:
         self.stages = new_stages(program)
         self.times: list[np.ndarray] = []
         self.values: list[np.ndarray] = []
+        self.episodes: list[np.ndarray] = []
+        self.saving = False
         self.code, self.note, self.redundant = RUNNING, "", 0
         self.h_max, self.h_min, self.error = self._limits()
 
@@ -93,6 +96,7 @@ class Run:
         flow.clock[1] = self.h_max if isinstance(self.step, FixedStep) else 1e-3 * self.h_max
         self._look()
         flow.z[:] = self.work.z_new
+        touching_from_the_start(self.program.tables, flow)
         self._write()
         self.forget_peaks()
 
@@ -129,6 +133,9 @@ class Run:
             raise InputError(f"{text}; it must be `restart` of a solution of the same mechanism.")
         for name, target in (*self.flow._asdict().items(), ("signals", self.record.new)):
             given = restart.get(name)
+            if given is None and name == "episodes":  # a file of an earlier version
+                touching_from_the_start(self.program.tables, self.flow)
+                continue
             if given is None or np.shape(given) != target.shape:
                 raise InputError(
                     f"simulate {self.program.name!r}: restart does not fit this model "
@@ -223,7 +230,7 @@ class Run:
 
     def _begin_saving(self, saving: float) -> None:
         """Save the present instant, or go on with the grid of the run that was resumed."""
-        clock = self.flow.clock
+        clock, self.saving = self.flow.clock, True
         if clock[2] < 0.0:
             clock[2], clock[3] = clock[0], 0.0
             self._keep(clock[0:1].copy(), self.record.new[None, :].copy())
@@ -261,6 +268,8 @@ class Run:
         )
 
     def _fetch(self) -> None:
+        if self.record.ended[0]:
+            self.episodes.append(taken_out(self.record))
         rows = int(self.record.count[5])
         if rows:
             self._keep(self.record.times[:rows].copy(), self.record.values[:rows].copy())
@@ -317,8 +326,14 @@ class Run:
             aliases=program.names.aliases,
             shapes=program.shapes,
             restart=restart,
+            contacts=ContactLog(program.names.contacts, self._log()),
             model={**model, "flexmb": installed_version(), "method": repr(self.method), "step": repr(self.step)},
         )
+
+    def _log(self) -> np.ndarray:
+        """Rows of the episodes that ended since saving began, and of those that are running."""
+        running = still_running(self.program.tables, self.flow)
+        return np.concatenate([*self.episodes, running if self.saving else running[:0]])
 
     def status(self) -> str:
         """How the run ended, in a sentence."""

@@ -14,6 +14,7 @@ from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.integrate.method import Newmark, RungeKutta4
 from flexmb.integrate.period import common_period
+from flexmb.integrate.remarks import contact_remarks
 from flexmb.integrate.run import Run
 from flexmb.integrate.solution import Solution
 from flexmb.integrate.steps import Adaptive, FixedStep
@@ -71,7 +72,8 @@ def simulate(
     -------
     Solution : its `ok` is True only if the run reached its end; `status` says in a sentence what happened,
         names the joints whose forces were not unique because the run passed a singular position, and warns of a run
-        whose energies miss 5 % of what was exchanged: its steps were too coarse.
+        whose energies miss 5 % of what was exchanged: its steps were too coarse; `notes` says where contact laws left
+        their validity.
 
     Raises
     ------
@@ -104,7 +106,8 @@ def simulate(
         run.forget_peaks()
     run.go_to(end, saving=save_interval(mechanism, save, period, begin, end))
     solution = run.solution(model={"name": mechanism.name})
-    return replace(solution, stats=replace(solution.stats, wall_time=time.perf_counter() - started))
+    stats = replace(solution.stats, wall_time=time.perf_counter() - started)
+    return replace(solution, stats=stats, notes=contact_remarks(mechanism, program, run.flow.z))
 
 
 def period_or_none(program: Program) -> float | None:

@@ -12,6 +12,7 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
+from flexmb.integrate.episodes import ContactLog, Episodes, select
 from flexmb.integrate.stats import Stats
 from flexmb.model.shape import Shapes
 from flexmb.model.signal import Signal
@@ -72,9 +73,11 @@ class Solution:
     status : how the run ended, a sentence.
     ok : whether it reached the end that was asked for.
     stats : what it cost.
+    contacts : names of the contacts and their episodes; see `episodes`.
     aliases : other names of nodes, e.g. {"rod.end": "rod.node8", "rod": "rod.node4"}.
     shapes : how the parts are drawn.
     restart : the final state, by name; what the time loop needs to go on bit for bit.
+    notes : remarks on the run, e.g. of contact laws that left their validity, in sentences.
     model : name of the mechanism, version of flexmb, and what else belongs to the record and can be written as JSON.
 
     Raises
@@ -90,9 +93,11 @@ class Solution:
     status: str
     ok: bool
     stats: Stats
+    contacts: ContactLog = field(default_factory=ContactLog)
     aliases: Mapping[str, str] = field(default_factory=dict)
     shapes: Shapes = ()
     restart: Mapping[str, np.ndarray] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
     model: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -102,10 +107,12 @@ class Solution:
         self._set("values", _frozen("values", self.values, (len(time), n_s)))
         largest, when = self.peaks
         self._set("peaks", Peaks(_frozen("peaks.values", largest, (n_s,)), _frozen("peaks.times", when, (n_s,))))
+        self._set("contacts", self.contacts.checked())
         self._set("signals", tuple(self.signals))
         self._set("shapes", tuple(self.shapes))
         self._set("restart", {name: _read_only(array) for name, array in self.restart.items()})
         self._set("aliases", dict(self.aliases))
+        self._set("notes", tuple(self.notes))
         self._set("model", dict(self.model))
         if len(self._places) != n_s:
             names = [s.name for s in self.signals]
@@ -166,6 +173,21 @@ class Solution:
         k = self._place(name)
         return Peak(float(self.peaks.values[k]), float(self.peaks.times[k]))
 
+    def episodes(self, name: str | None = None) -> Episodes:
+        """The episodes of contact of a joint, of one of its contacts, or (None) of all, in the order of their starts.
+
+        All that ended since saving began, whatever was saved, and those that were running when the run ended.
+
+        Parameters
+        ----------
+        name : a joint, e.g. "P1" or "G", or one of several contacts of a joint, e.g. "G.upper_front".
+
+        Raises
+        ------
+        UnknownContactError : a name that is no contact.
+        """
+        return select(self.contacts, self.name, name)
+
     def to_netcdf(self, path: str | Path) -> Path:
         """Write everything to the file `path`, whose folder is made; `flexmb.load` reads it back bit for bit."""
         from flexmb.integrate.netcdf import save
@@ -179,6 +201,7 @@ class Solution:
         parts = ", ".join(dict.fromkeys(name.split(".")[0] for name in self.names))
         rows = (("status", self.status), ("ok", self.ok), ("saved", span), ("cost", self.stats))
         lines = [f"Solution of {self.name!r}", *(f"  {word:8s}{value}" for word, value in rows)]
+        lines += [f"  {'note':8s}{text}" for text in self.notes]
         return "\n".join([*lines, f"  {'signals':8s}{len(self.signals)} of {parts or 'no part'}"])
 
     def __getstate__(self) -> dict[str, Any]:

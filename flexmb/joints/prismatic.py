@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from flexmb import checks
 from flexmb.errors import InputError
+from flexmb.joints.direction import add_curvature, curvature_times, direction, dot
+from flexmb.joints.friction import check_friction, guide_grip
 from flexmb.joints.revolute import drawn_angle
 from flexmb.kernels import compiled, constraint_kernel
+from flexmb.model.law import FrictionLaw
 from flexmb.model.part import Joint
-from flexmb.model.pieces import ConstraintPiece, Piece
+from flexmb.model.pieces import ConstraintPiece, Grip, Piece
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -21,41 +24,11 @@ if TYPE_CHECKING:
 @compiled
 def direction_row(dx, dy, s1x, s1y, s2x, s2y, q, v, lam, row, g, G, gamma, H):
     """g = n . (x2 + R2 s2 - x1 - R1 s1), where n = R1 (dx, dy) turns with the first node."""
-    c1, d1 = math.cos(q[2]), math.sin(q[2])
-    c2, d2 = math.cos(q[5]), math.sin(q[5])
-    nx, ny = c1 * dx - d1 * dy, d1 * dx + c1 * dy
-    bx, by = c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y
-    ex, ey = q[3] + bx - q[0], q[4] + by - q[1]
-    # the part along R1 s1 is constant: n . R1 s1 = d . s1
-    g[row] = nx * ex + ny * ey - dx * s1x - dy * s1y
-    turn = -ny * ex + nx * ey  # d(n)/d(theta1) . e
-    swing = -nx * by + ny * bx  # n . d(R2 s2)/d(theta2)
-    G[row, 0] = -nx
-    G[row, 1] = -ny
-    G[row, 2] = turn
-    G[row, 3] = nx
-    G[row, 4] = ny
-    G[row, 5] = swing
-    radial = nx * bx + ny * by
-    # second derivatives
-    h22, h55 = -(nx * ex + ny * ey), -radial
-    h25 = nx * bx + ny * by  # d(n)/d(theta1) . d(R2 s2)/d(theta2)
-    k = lam[row]
-    H[2, 2] += k * h22
-    H[5, 5] += k * h55
-    H[2, 5] += k * h25
-    H[5, 2] += k * h25
-    H[0, 2] += k * ny
-    H[2, 0] += k * ny
-    H[1, 2] -= k * nx
-    H[2, 1] -= k * nx
-    H[3, 2] -= k * ny
-    H[2, 3] -= k * ny
-    H[4, 2] += k * nx
-    H[2, 4] += k * nx
-    vx, vy = v[3] - v[0], v[4] - v[1]
-    w1, w2 = v[2], v[5]
-    gamma[row] = -(w1 * w1 * h22 + w2 * w2 * h55 + 2.0 * w1 * w2 * h25 + 2.0 * w1 * (-ny * vx + nx * vy))
+    g[row], J, nx, ny, far, near = direction(dx, dy, s1x, s1y, s2x, s2y, q)
+    for j in range(6):
+        G[row, j] = J[j]
+    add_curvature(lam[row], nx, ny, far, near, H)
+    gamma[row] = -dot(curvature_times(nx, ny, far, near, v), v)
 
 
 @constraint_kernel
@@ -76,27 +49,20 @@ def travel_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
 
 
 @dataclass(frozen=True)
-class Prismatic(Joint):
-    """Ideal prismatic joint (slider) between any two bodies; the guide belongs to the first one.
-
-    Signals: fx, fy, force (on the second body) [N], moment (on the second body, about its joint point) [N m].
+class Guide(Joint):
+    """Base of joints whose second body slides along a guide of the first.
 
     Parameters
     ----------
     name : the joint's name.
-    first, second : the bodies; `GROUND` is the frame.
-    at : the joint's point in the drawn pose [m]; left out: the main node of the second body.
+    first, second : the bodies with the guide and with the slider.
+    at : the joint's point in the drawn pose [m]; None: the main node of the second body.
     along : direction of the guide in the drawn pose (any length > 0).
-
-    Raises
-    ------
-    InputError : a direction without length.
     """
 
     at: Any = None
     along: tuple[float, float] = (1.0, 0.0)
 
-    kind = "prismatic"
     at_may_be_left_out = True
 
     def __post_init__(self) -> None:
@@ -106,20 +72,64 @@ class Prismatic(Joint):
             raise InputError(f"{self.label}: along is {self.along}; it must be a direction with a length > 0.")
         object.__setattr__(self, "along", along)
 
-    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
-        """Two rows."""
-        coordinates, p, angle = self._geometry(mechanism)
+    def ideal(self, mechanism: Mechanism) -> ConstraintPiece:
+        """The two rows of a slider without play in `mechanism`."""
+        coordinates, p, angle = self.geometry(mechanism)
         second = coordinates[3:]
-        return [ConstraintPiece(self.name, guide_kernel, coordinates, (*p, angle), 2, second=second, moment_row=1)]
+        return ConstraintPiece(self.name, guide_kernel, coordinates, (*p, angle), 2, second=second, moment_row=1)
 
-    def drive_piece(self, mechanism: Mechanism) -> ConstraintPiece | None:
-        """The travel of the second body along the guide, 0 in the drawn pose."""
-        coordinates, p, _ = self._geometry(mechanism)
-        return ConstraintPiece(self.name, travel_kernel, coordinates, p, 1, is_drive=True, drive_units=("m", "N"))
-
-    def _geometry(self, mechanism: Mechanism) -> tuple[Any, tuple[float, ...], float]:
+    def geometry(self, mechanism: Mechanism) -> tuple[Any, tuple[float, ...], float]:
+        """Coordinates in `mechanism`; direction of the guide, both points in the frames of their nodes; drawn angle."""
         first, second = ends = self.ends(mechanism)
         theta = mechanism.body(first.part).node(first.node).theta
         direction = math.atan2(self.along[1], self.along[0]) - theta
         p = (math.cos(direction), math.sin(direction), *first.offset, *second.offset)
         return (*first.coordinates, *second.coordinates), p, drawn_angle(mechanism, ends)
+
+
+@dataclass(frozen=True)
+class Prismatic(Guide):
+    """Ideal prismatic joint (slider) between any two bodies; the guide belongs to the first one.
+
+    Signals: fx, fy, force (on the second body) [N], moment (on the second body, about its joint point) [N m]; with
+    friction also friction_force (on the second body, along the guide) [N], which fx and fy do not contain.
+
+    Parameters
+    ----------
+    name : the joint's name.
+    first, second : the bodies; `GROUND` is the frame.
+    at : the joint's point in the drawn pose [m]; left out: the main node of the second body.
+    along : direction of the guide in the drawn pose (any length > 0).
+    friction : law of friction between slider and guide; None: none.
+    length : of the slider along the guide [m], > 0, with friction: force F and moment M of the joint press at both its
+        ends, N = |F/2 + M/l| + |F/2 - M/l|.
+    preload : what presses besides [N], >= 0.
+
+    Raises
+    ------
+    InputError : a direction without length; friction without length.
+    """
+
+    _: KW_ONLY
+    friction: FrictionLaw | None = None
+    length: float | None = None
+    preload: float = 0.0
+
+    kind = "prismatic"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_friction(self, "length")
+
+    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
+        """Two rows."""
+        ideal = self.ideal(mechanism)
+        if self.friction is None or self.length is None:
+            return [ideal]
+        p = (*self.geometry(mechanism)[1], self.length, self.preload)
+        return [replace(ideal, grip=Grip(guide_grip, p, self.friction))]
+
+    def drive_piece(self, mechanism: Mechanism) -> ConstraintPiece | None:
+        """The travel of the second body along the guide, 0 in the drawn pose."""
+        coordinates, p, _ = self.geometry(mechanism)
+        return ConstraintPiece(self.name, travel_kernel, coordinates, p, 1, is_drive=True, drive_units=("m", "N"))

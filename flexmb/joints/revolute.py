@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass, replace
 from typing import TYPE_CHECKING
 
+from flexmb.joints.friction import check_friction, journal_grip
 from flexmb.kernels import compiled, constraint_kernel
+from flexmb.model.law import FrictionLaw
 from flexmb.model.part import Joint
-from flexmb.model.pieces import Attachment, ConstraintPiece, Piece
+from flexmb.model.pieces import Attachment, ConstraintPiece, Grip, Piece
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -70,34 +72,57 @@ def drawn_angle(mechanism: Mechanism, ends: tuple[Attachment, Attachment]) -> fl
     return second - first
 
 
-def coincidence_piece(part: str, ends: tuple[Attachment, Attachment], *, start_only: bool = False) -> ConstraintPiece:
+def coincidence_piece(part: str, ends: tuple[Attachment, Attachment], *, holds: str = "always") -> ConstraintPiece:
     """The two rows of a revolute joint."""
     first, second = ends
     coordinates = (*first.coordinates, *second.coordinates)
     p = (*first.offset, *second.offset)
-    return ConstraintPiece(
-        part, coincidence_kernel, coordinates, p, 2, second=second.coordinates, start_only=start_only
-    )
+    return ConstraintPiece(part, coincidence_kernel, coordinates, p, 2, second=second.coordinates, holds=holds)
 
 
 @dataclass(frozen=True)
 class Revolute(Joint):
     """Ideal revolute joint (pin) between two bodies.
 
-    Signals: fx, fy, force (on the second body) [N].
+    Signals: fx, fy, force (on the second body) [N]; with friction also friction_torque (on the second body) [N m].
 
     Parameters
     ----------
     name : the joint's name.
     first, second : the bodies; `GROUND` is the frame.
     at : the pin in the drawn pose [m].
+    friction : law of friction of the pin; None: none.
+    radius : of the pin [m], > 0, with friction: N is the joint's force, the slip speed radius (omega2 - omega1).
+    preload : what presses besides [N], >= 0.
+
+    Raises
+    ------
+    InputError : friction without radius, or a radius without friction.
+
+    Notes
+    -----
+    The torque of a sliding Coulomb pin is mu radius |force| (the circle of friction has the radius mu radius; exactly
+    mu/sqrt(1 + mu^2) radius, since fx and fy are the joint's force without the friction on its surface).
     """
+
+    _: KW_ONLY
+    friction: FrictionLaw | None = None
+    radius: float | None = None
+    preload: float = 0.0
 
     kind = "revolute"
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_friction(self, "radius")
+
     def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
         """Two rows."""
-        return [coincidence_piece(self.name, self.ends(mechanism))]
+        piece = coincidence_piece(self.name, self.ends(mechanism))
+        if self.friction is None or self.radius is None:
+            return [piece]
+        p, signal = (self.radius, self.preload), ("friction_torque", "N m")
+        return [replace(piece, grip=Grip(journal_grip, p, self.friction, signal, self.radius))]
 
     def drive_piece(self, mechanism: Mechanism) -> ConstraintPiece | None:
         """The rotation of the second body against the first, 0 in the drawn pose."""

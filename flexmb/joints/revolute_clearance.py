@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from flexmb import checks
 from flexmb.contact.friction.frictionless import Frictionless
 from flexmb.errors import InputError
+from flexmb.joints.contact_point import put_column
 from flexmb.joints.revolute import coincidence_piece
 from flexmb.kernels import gap_kernel
 from flexmb.model.law import FrictionLaw, NormalLaw
@@ -65,12 +66,13 @@ def journal_gap_kernel(p, q, v, out):
         across = (nx * gy - ny * gx) * inverse
         nqx, nqy = -ny * across, nx * across
         px, py = radius * nqx + 0.5 * along * nx, radius * nqy + 0.5 * along * ny
-        if j == 2:
+        if j == 0:
+            px += 1.0
+        elif j == 1:
+            py += 1.0
+        elif j == 2:
             px, py = px - ay, py + ax
-        out[13 + j], out[19 + j] = nqx, nqy
-        out[25 + j], out[31 + j] = px, py
-        out[37 + j] = px + (1.0 if j == 0 else 0.0) - (1.0 if j == 3 else 0.0)
-        out[43 + j] = py + (1.0 if j == 1 else 0.0) - (1.0 if j == 4 else 0.0)
+        put_column(out, j, nqx, nqy, px, py)
 
 
 @dataclass(frozen=True)
@@ -114,14 +116,7 @@ class RevoluteClearance(Joint):
                 f"{self.label}: clearance is {self.clearance:g} m; it must be smaller than the bearing radius "
                 f"{self.bearing_radius:g} m. Did you mix up metres and millimetres?"
             )
-        if not isinstance(self.normal, NormalLaw):
-            raise InputError(
-                f"{self.label}: normal is {self.normal!r}; it must be a normal law, e.g. LankaraniNikravesh."
-            )
-        if not isinstance(self.friction, FrictionLaw):
-            raise InputError(
-                f"{self.label}: friction is {self.friction!r}; it must be a friction law, e.g. ModifiedCoulomb."
-            )
+        check_laws(self)
 
     @property
     def journal_radius(self) -> float:
@@ -136,5 +131,17 @@ class RevoluteClearance(Joint):
         normal = self.normal.for_radii(self.bearing_radius, self.journal_radius)
         return [
             ContactPiece(self.name, journal_gap_kernel, coordinates, p, normal, self.friction),
-            coincidence_piece(self.name, ends, start_only=True),
+            coincidence_piece(self.name, ends, holds="closed"),
         ]
+
+
+def check_laws(joint) -> None:
+    """A normal law and a friction law in their places."""
+    for name, kind, example in (
+        ("normal", NormalLaw, "LankaraniNikravesh"),
+        ("friction", FrictionLaw, "ModifiedCoulomb"),
+    ):
+        if not isinstance(getattr(joint, name), kind):
+            raise InputError(
+                f"{joint.label}: {name} is {getattr(joint, name)!r}; it must be a {name} law, e.g. {example}."
+            )

@@ -6,6 +6,7 @@ The numbers of a law are its fields in the order of declaration; a law that comp
 from __future__ import annotations
 
 from abc import ABC
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from numbers import Real
 from typing import Any, ClassVar
@@ -69,6 +70,10 @@ class NormalLaw(Law):
     def for_radii(self, bearing_radius: float, journal_radius: float) -> NormalLaw:  # noqa: ARG002 - seldom asked
         """The law for `bearing_radius` and `journal_radius` [m]; overridden where the stiffness depends on them."""
         return self
+
+    def remarks(self, history: Sequence[float]) -> tuple[str, ...]:  # noqa: ARG002 - seldom asked
+        """What the law's `history` at the end of a run says about its validity, in sentences; none if all was well."""
+        return ()
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,8 @@ class Material:
     young : Young's modulus E [Pa], > 0.
     density : rho [kg/m^3], > 0.
     poisson : Poisson's ratio nu, -1 < nu < 0.5; beams do not use it, contacts do.
+    yield_stress : uniaxial yield stress Y [Pa], > 0, or None when it is not known; a run then does not say where a
+        contact yields.
 
     Raises
     ------
@@ -32,6 +34,7 @@ class Material:
     young: float
     density: float
     poisson: float = 0.3
+    yield_stress: float | None = None
 
     def __post_init__(self) -> None:
         hint = "Young's modulus of steel is 207e9 Pa."
@@ -40,6 +43,8 @@ class Material:
             "density": checks.positive("Material", "density", self.density, "kg/m^3"),
             "poisson": checks.number("Material", "poisson", self.poisson),
         }
+        if self.yield_stress is not None:
+            values["yield_stress"] = checks.positive("Material", "yield_stress", self.yield_stress, "Pa")
         if not -1.0 < values["poisson"] < 0.5:
             text = f"Material: poisson is {self.poisson:g}; it must lie between -1 and 0.5, both excluded."
             raise InputError(f"{text} For rubber take 0.499.")

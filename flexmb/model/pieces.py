@@ -86,13 +86,29 @@ class RowMotion:
 
 
 @dataclass(frozen=True)
+class Grip:
+    """Friction in an ideal joint of two nodes: what presses the surfaces together and which way they slide.
+
+    `units` are those of the reported friction and of the slip; `arm` is what the force T of the law is multiplied by to
+    become the reported friction.
+    """
+
+    kernel: Kernel
+    p: tuple[float, ...]
+    friction: FrictionLaw
+    signal: tuple[str, str] = ("friction_force", "N")
+    arm: float = 1.0
+
+
+@dataclass(frozen=True)
 class ConstraintPiece:
     """Rows g(q, t) = 0 between some coordinates.
 
     `second` is the body on which the reported force acts; `moment_row` the row whose multiplier is a moment or a
-    drive force, or -1; `motions` are subtracted from their rows, which they name in increasing order.  A piece that
-    `is_drive` reports motions and no force.  One with `start_only` holds when loops are closed and start velocities are
-    found, not in motion.
+    drive force, or -1; `motions` are subtracted from their rows, which they name in increasing order; `grip` adds
+    friction that depends on the multipliers.  A piece that `is_drive` reports motions and no force.  It `holds`
+    "always"; or "closed", where it stands for a contact: at the start, for modes, for inverse dynamics; or at the
+    "start" alone, where it stands for an elastic joint.
     """
 
     part: str
@@ -105,12 +121,16 @@ class ConstraintPiece:
     motions: tuple[RowMotion, ...] = ()
     is_drive: bool = False
     drive_units: tuple[str, str] = ("rad", "N m")
-    start_only: bool = False
+    grip: Grip | None = None
+    holds: str = "always"
 
 
 @dataclass(frozen=True)
 class ContactPiece:
-    """A unilateral contact: gap x normal law x friction law between two nodes."""
+    """A unilateral contact: gap x normal law x friction law between two nodes; p begins with the clearance.
+
+    `name` tells the contacts of a part apart; a part's only one has the name "".
+    """
 
     part: str
     gap: Kernel
@@ -118,6 +138,12 @@ class ContactPiece:
     p: tuple[float, ...]
     normal: NormalLaw
     friction: FrictionLaw
+    name: str = ""
+
+    @property
+    def label(self) -> str:
+        """What its signals begin with."""
+        return f"{self.part}.{self.name}" if self.name else self.part
 
 
 @dataclass(frozen=True)

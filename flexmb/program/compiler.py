@@ -18,13 +18,14 @@ from flexmb.program.symbolic import symbolic
 from flexmb.program.tables import Sizes, Tables
 
 
-def compile(mechanism: Mechanism, *, closed: bool = False) -> Program:
+def compile(mechanism: Mechanism, *, closed: bool = False, start: bool = False) -> Program:
     """Flat arrays, kernels and names of a mechanism.
 
     Parameters
     ----------
     mechanism : what to compile.
-    closed : with the clearance joints replaced by ideal ones, as loops are closed and start velocities are found.
+    closed : with the clearance joints replaced by ideal ones.
+    start : with the elastic ones replaced, too, as loops are closed and start velocities are found.
 
     Raises
     ------
@@ -36,7 +37,7 @@ def compile(mechanism: Mechanism, *, closed: bool = False) -> Program:
         raise InputError(f"compile: {mechanism!r} is not a Mechanism.")
     if not mechanism.bodies:
         raise ModelError(f"{mechanism.label} has no bodies; add at least one.")
-    pieces = chosen_pieces(mechanism, closed=closed)
+    pieces = chosen_pieces(mechanism, closed=closed or start, start=start)
     number = Numbering(mechanism)
     call_each_kernel(pieces, number)
     packer = Packer(pieces, number)
@@ -56,6 +57,7 @@ def compile(mechanism: Mechanism, *, closed: bool = False) -> Program:
         places.energy,
         max((len(p.coordinates) for p in (*pieces.elements, *pieces.constraints, *pieces.signals)), default=1),
         max((p.rows for p in pieces.constraints), default=1),
+        any(p.grip is not None for p in pieces.constraints),
     )
     kind = np.array([k % 3 == 2 for k in range(number.n_q)], dtype=np.int64)
     tables = Tables(sizes, np.array(packer.p, dtype=float), elements, constraints, contacts, measured, kind)
@@ -69,7 +71,7 @@ def compile(mechanism: Mechanism, *, closed: bool = False) -> Program:
         Names(
             names,
             tuple(f"{c.part}[{i}]" for c in pieces.constraints for i in range(c.rows)),
-            tuple(c.part for c in pieces.contacts),
+            tuple(c.label for c in pieces.contacts),
             tuple(body.name for body in mechanism.bodies),
             places.signals,
             aliases(mechanism),
@@ -101,13 +103,12 @@ def motions_of(pieces: Pieces) -> tuple[Motion, ...]:
     return tuple(motion for motion in found if motion is not None)
 
 
-def chosen_pieces(mechanism: Mechanism, *, closed: bool) -> Pieces:
-    """The pieces that hold in motion, or those that hold while loops are closed."""
+def chosen_pieces(mechanism: Mechanism, *, closed: bool, start: bool) -> Pieces:
+    """The pieces that hold in motion, those with ideal joints for contacts, or those that hold at the start."""
     pieces = mechanism.pieces()
-    if closed:
-        return Pieces(pieces.elements, pieces.constraints, (), pieces.signals)
-    moving = tuple(c for c in pieces.constraints if not c.start_only)
-    return Pieces(pieces.elements, moving, pieces.contacts, pieces.signals)
+    holding = {"always", *(["closed"] if closed else []), *(["start"] if start else [])}
+    constraints = tuple(c for c in pieces.constraints if c.holds in holding)
+    return Pieces(pieces.elements, constraints, () if closed else pieces.contacts, pieces.signals)
 
 
 def drawn_pose(mechanism: Mechanism, number: Numbering, z: list[float]) -> Drawn:

@@ -164,7 +164,21 @@ class Packer:
             ints([piece.moment_row for piece in pieces]),
             ints(out),
             ints([len(force_signals(piece)) for piece in pieces]),
+            *self.grips(pieces),
         )
+
+    def grips(self, pieces: Sequence[ConstraintPiece]) -> tuple[np.ndarray, ...]:
+        """Kernels, numbers, histories and arms of friction in ideal joints."""
+        kernel, p, z, arm = [], [], [], []
+        for piece in pieces:
+            grip = piece.grip
+            law = grip.friction if grip else None
+            parts = (("grip", grip.kernel if grip else None), ("friction", law.kernel if law else None))
+            kernel.append([self.kernels[kind].number(k) for kind, k in parts])
+            p.append([*self.add(grip.p if grip else ()), *self.add(law.parameters() if law else ())])
+            z.append(self.remember(law.history() if law else ()))
+            arm.append(grip.arm if grip else 1.0)
+        return table(kernel, 2), table(p, 4), table(z, 2), np.array(arm, dtype=float).reshape(-1)
 
     def contacts(self, positions, out: Sequence[int]) -> Contacts:
         """Arrays of the contacts; `out` numbers the first signal of each."""
@@ -196,7 +210,7 @@ class Packer:
         )
 
 
-KINDS = ("element", "energy", "constraint", "motion", "gap", "normal", "friction", "signal")
+KINDS = ("element", "energy", "constraint", "motion", "gap", "normal", "friction", "grip", "signal")
 """Kinds of kernels, in the order of `Addresses`."""
 
 

@@ -61,7 +61,8 @@ def force_signals(piece: ConstraintPiece) -> tuple[tuple[str, str], ...]:
     if piece.is_drive:
         return ()
     forces = (("fx", "N"), ("fy", "N"), ("force", "N"))
-    return (*forces, ("moment", "N m")) if piece.moment_row >= 0 else forces
+    moment = (("moment", "N m"),) if piece.moment_row >= 0 else ()
+    return (*forces, *moment, *((piece.grip.signal,) if piece.grip else ()))
 
 
 def motion_signals(driven: RowMotion) -> tuple[tuple[str, str], ...]:
@@ -92,7 +93,7 @@ def layout(pieces: Pieces, coordinate_names: tuple[str, ...]) -> Layout:
         signals += [Signal(f"{constraint.part}.{n}", u) for n, u in constraint_signals(constraint)]
     for contact in pieces.contacts:
         places["contacts"].append(len(signals))
-        signals += [Signal(f"{contact.part}.{n}", u) for n, u in CONTACT]
+        signals += [Signal(f"{contact.label}.{n}", u) for n, u in CONTACT]
     for piece in pieces.signals:
         places["measured"].append(len(signals))
         signals.append(Signal(f"{piece.part}.{piece.name}", piece.units))

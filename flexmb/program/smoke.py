@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import KernelError
-from flexmb.kernels import GAP_SIZE, Kernel
+from flexmb.kernels import GAP_SIZE, GRIP_SIZE, Kernel
 from flexmb.model.law import Law, Motion
 from flexmb.model.pieces import ConstraintPiece, ContactPiece, ElementPiece, Pieces
 from flexmb.program.numbering import Numbering
@@ -47,6 +47,9 @@ def _calls(piece: Any, q: np.ndarray) -> list[tuple[Kernel, Sequence[float], lis
         rows = [np.zeros(piece.rows) for _ in range(4)]
         arguments = [0.0, q, zero, rows[0], rows[1], np.zeros((piece.rows, n)), rows[2], rows[3], square]
         driven = [call for row in piece.motions for call in _motion_calls(row.motion)]
+        if piece.grip is not None:
+            grip = (piece.grip.kernel, piece.grip.p, [q, rows[1], np.zeros(GRIP_SIZE), np.zeros((n, n))], "grip")
+            driven += [grip, _law_call(piece.grip.friction)]
         return [(piece.kernel, piece.p, arguments, "constraint"), *driven]
     if isinstance(piece, ContactPiece):
         gap = (piece.gap, piece.p, [q, zero, np.zeros(GAP_SIZE)], "gap")
@@ -81,12 +84,25 @@ def _call(part: str, kernel: Kernel, p: np.ndarray, arguments: list[Any], what: 
     if kernel.contract.name in ("energy", "normal", "friction", "motion", "signal"):
         values = np.atleast_1d(np.array(result, dtype=float)) if result is not None else np.empty(0)
         if values.size != size:
-            raise KernelError(f"{label} returned {result!r}; it must return {size} number{'s' if size > 1 else ''}.")
+            plural = "s" if size > 1 else ""
+            hint = _alone(kernel, values)
+            raise KernelError(f"{label} returned {result!r}; it must return {size} number{plural}.{hint}")
     else:
         arrays = [a.ravel() for a in arguments if isinstance(a, np.ndarray)]
         values = np.concatenate(arrays) if arrays else np.empty(0)
     if not np.all(np.isfinite(values)):
         raise KernelError(f"{label} gives values that are not finite for p = {_short(p)}; check its numbers.")
+
+
+def _alone(kernel: Kernel, values: np.ndarray) -> str:
+    """What to say about a law that returned its force alone and has no derivatives all the same."""
+    if not kernel.contract.active or values.size != 1:
+        return ""
+    if kernel.text is None:
+        return (
+            " The derivatives of a force alone are found from its source text, which is not there; put it into a file."
+        )
+    return " It was not seen to return one number; return an expression, not a name that holds different things."
 
 
 def _short(p: np.ndarray) -> str:

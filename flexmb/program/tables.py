@@ -47,6 +47,10 @@ class Constraints(NamedTuple):
     moment: np.ndarray  # (n,) row of the reported moment, -1: none
     out: np.ndarray  # (n,) first of its signals
     forces: np.ndarray  # (n,) how many signals its force has, before those of its motions; 0 for a drive
+    grip: np.ndarray  # (n, 2) grip and friction kernel, -1: no friction
+    grip_p: np.ndarray  # (n, 4) begin and end for grip and friction law
+    grip_z: np.ndarray  # (n, 2)
+    grip_arm: np.ndarray  # (n,)
 
 
 class Contacts(NamedTuple):
@@ -80,6 +84,7 @@ class Sizes(NamedTuple):
     energy: int
     most_dofs: int
     most_rows: int
+    gripped: bool  # whether an ideal joint has friction
 
 
 class Tables(NamedTuple):
@@ -104,6 +109,7 @@ class Addresses(NamedTuple):
     gap: object
     normal: object
     friction: object
+    grip: object
     signal: object
 
 

@@ -62,7 +62,7 @@ def assemble(mechanism: Mechanism, drives: Mapping[str, float] | None = None) ->
     AssemblyError : a loop that cannot close; says which joint is open and by how much.
     InputError : the name of no drive.
     """
-    program = compile_mechanism(mechanism, closed=True)
+    program = compile_mechanism(mechanism, start=True)
     target = {}
     for name, value in (drives or {}).items():
         checks.one_of(f"assemble {mechanism.name!r}", "drive", name, program.drives)

@@ -80,7 +80,7 @@ def inverse_dynamics(mechanism: Mechanism, times: Sequence[float]) -> DrivenMoti
     InputError : flexible bodies, too few drives.
     AssemblyError : a loop that cannot close on the way.
     """
-    program = compile_mechanism(mechanism, closed=True)
+    program = compile_mechanism(mechanism, start=True)
     label = f"inverse_dynamics {mechanism.name!r}"
     if program.n_q != 3 * len(program.names.bodies):
         raise InputError(f"{label}: flexible bodies have motions of their own; make them rigid for inverse dynamics.")

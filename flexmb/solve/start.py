@@ -19,6 +19,9 @@ from flexmb.solve.redundant import least_norm, redundant_rows
 from flexmb.solve.rigid import RigidMotion
 from flexmb.solve.system import System
 
+ROUNDS = 30
+"""Newton iterations at most on multipliers that friction depends on."""
+
 
 @dataclass(frozen=True)
 class Start:
@@ -54,12 +57,12 @@ def consistent_start(mechanism: Mechanism, program: Program, t: float = 0.0, *, 
         the joints forbid.
     SolveError : a coordinate without mass.
     """
-    closed = compile_mechanism(mechanism, closed=True)
+    closed = compile_mechanism(mechanism, start=True)
     q, _ = close_loops(closed, {}, t=t)
     extra = redundant_rows(program, closed, q, t) if redundant else 0
     if extra == 0:
         check_independent(program, q)
-    v = rigid_velocities(closed, q, t, soft=program.names.contacts)
+    v = rigid_velocities(closed, q, t, soft={name.partition(".")[0] for name in program.names.contacts})
     a, lam = (least_norm if extra else accelerations)(program, q, v, t)
     return Start(q, v, a, lam, extra)
 
@@ -173,7 +176,8 @@ def accelerations(
 
     `z` is the history (n_z,) at this state, None: that of the drawn pose.
     """
-    system = System(program).at(q, v, t=t, z=z, weights=(0.0, 0.0, 1.0))
+    system, lam = System(program), np.zeros(program.n_c)
+    system.at(q, v, t=t, z=z, weights=(0.0, 0.0, 1.0))
     M = system.block()
     bare = np.flatnonzero(np.abs(M).sum(axis=1) == 0.0)
     free = [k for k in bare if abs(system.jacobian[:, [k]]).sum() == 0.0]
@@ -182,9 +186,14 @@ def accelerations(
         raise SolveError(
             f"Mechanism {program.name!r}: coordinate {name!r} has no mass and no joint; give it some mass."
         )
-    b = np.concatenate([-system.force, system.gamma])
-    x = system.solve(b, f"Accelerations of {program.name!r} at t = {t:.6g} s")
-    return x[: program.n_q], x[program.n_q :]
+    for _ in range(ROUNDS if program.tables.sizes.gripped else 1):
+        b = np.concatenate([-system.force - system.constraint_force, system.gamma])
+        x = system.solve(b, f"Accelerations of {program.name!r} at t = {t:.6g} s")
+        lam = lam + x[program.n_q :]
+        if np.abs(x[program.n_q :]).max(initial=0.0) <= 1e-14 * np.abs(lam).max(initial=0.0):
+            break
+        system.at(q, v, lam=lam, t=t, z=z, weights=(0.0, 0.0, 1.0))
+    return x[: program.n_q], lam
 
 
 def degrees_of_freedom(program: Program, q: np.ndarray) -> tuple[int, int]:

@@ -1,12 +1,15 @@
-"""Constraints: gather, call, scatter; joint forces."""
+"""Constraints: gather, call, scatter; joint forces; friction that depends on them.
 
-from flexmb.kernels import compiled, constraint_at, matrix_view, motion_at
+With J of the sliding direction (slip = J v), N(lam) and T from the friction law: r = -T J.
+"""
+
+from flexmb.kernels import compiled, constraint_at, friction_at, grip_at, matrix_view, motion_at
 from flexmb.system.elements import gather
 
 
 @compiled
-def add_constraints(tables, address, t, q, v, lam, kq, matrix, work):
-    """Fill work.g, gv, gamma and Gl; if `matrix`, put G, G^T and kq H into work.lu."""
+def add_constraints(tables, address, t, h, q, v, lam, z, kq, kv, matrix, work):
+    """Fill work.g, gv, gamma and Gl; if `matrix`, put G, G^T and kq H into work.lu.  Add friction to work.r."""
     C = tables.constraints
     for c in range(C.kernel.shape[0]):
         n, row = C.dof[c + 1] - C.dof[c], C.row[c]
@@ -35,6 +38,46 @@ def add_constraints(tables, address, t, q, v, lam, kq, matrix, work):
                 if curvature != 0.0:
                     work.lu[C.positions_h[C.pos_h[c] + k]] += kq * curvature
         _force_on_second(C, c, n, m, lam, work)
+        if C.grip[c, 0] >= 0:
+            _add_grip(tables, address, c, m, h, z, kq, kv, matrix, work)
+
+
+@compiled
+def _add_grip(tables, address, c, m, h, z, kq, kv, matrix, work):
+    """Friction in joint c between two nodes, and its tangents by coordinates, velocities and multipliers."""
+    C = tables.constraints
+    out, H = work.grip_out, work.grip_curve
+    out[:] = 0.0
+    H[:, :] = 0.0
+    grip_at(address.grip, C.grip[c, 0])(tables.p[C.grip_p[c, 0] : C.grip_p[c, 1]], work.ql[:6], work.laml[:m], out, H)
+    slip = 0.0
+    for j in range(6):
+        slip += out[4 + j] * work.vl[j]
+    T, T_slip, T_N = friction_at(address.friction, C.grip[c, 1])(
+        tables.p[C.grip_p[c, 2] : C.grip_p[c, 3]],
+        h,
+        slip,
+        out[0],
+        z[C.grip_z[c, 0] : C.grip_z[c, 1]],
+        work.z_new[C.grip_z[c, 0] : C.grip_z[c, 1]],
+    )
+    work.grip[c, 0], work.grip[c, 1] = T, slip
+    begin = C.dof[c]
+    for i in range(6):
+        work.r[C.dofs[begin + i]] -= T * out[4 + i]
+    if not matrix:
+        return
+    for j in range(6):
+        slip_q = 0.0
+        for k in range(6):
+            slip_q += H[k, j] * work.vl[k]
+        for i in range(6):
+            by_q = out[4 + i] * T_slip * slip_q + T * H[i, j]
+            by_v = out[4 + i] * T_slip * out[4 + j]
+            work.lu[C.positions_h[C.pos_h[c] + 6 * i + j]] -= kq * by_q + kv * by_v
+    for k in range(m):
+        for i in range(6):
+            work.lu[C.positions_gt[C.pos_g[c] + 6 * k + i]] -= out[4 + i] * T_N * out[1 + k]
 
 
 @compiled

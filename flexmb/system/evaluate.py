@@ -17,7 +17,7 @@ def evaluate(tables, address, t, h, q, v, a, lam, z, kq, kv, ka, work):
     work.lu[:] = 0.0
     add_elements(tables, address, t, h, q, v, a, z, kq, kv, ka, True, work)
     add_contacts(tables, address, t, h, q, v, z, kq, kv, True, work)
-    add_constraints(tables, address, t, q, v, lam, kq, True, work)
+    add_constraints(tables, address, t, h, q, v, lam, z, kq, kv, True, work)
 
 
 @compiled
@@ -27,4 +27,4 @@ def evaluate_accepted(tables, address, t, h, q, v, a, lam, z, x, y, work):
     work.Gl[:] = 0.0
     account(tables, address, t, h, q, v, a, x, y, z, work)
     add_contacts(tables, address, t, h, q, v, z, 0.0, 0.0, False, work)
-    add_constraints(tables, address, t, q, v, lam, 0.0, False, work)
+    add_constraints(tables, address, t, h, q, v, lam, z, 0.0, 0.0, False, work)

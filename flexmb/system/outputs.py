@@ -37,6 +37,8 @@ def _constraints(tables, work, y):
             y[k], y[k + 1], y[k + 2] = fx, fy, math.sqrt(fx * fx + fy * fy)
             if C.moment[c] >= 0:
                 y[k + 3] = work.joint[c, 2]
+            if C.grip[c, 0] >= 0:
+                y[k + C.forces[c] - 1] = C.grip_arm[c] * work.grip[c, 0]
         k += C.forces[c]
         for row in range(C.row[c], C.row[c + 1]):
             if C.motion[row] >= 0:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexmb.kernels import GAP_SIZE
+from flexmb.kernels import GAP_SIZE, GRIP_SIZE
 from flexmb.program.program import Program
 
 
@@ -18,6 +18,7 @@ class Work(NamedTuple):
     lu : values of the matrix;  z_new : history if the state is accepted
     contact : (n, GAP_SIZE + 2) gap data, normal force, friction force;  drive : (n_c, 4) motion and force
     joint : (n, 4) force on the second body (x, y), moment row, spare
+    grip : (n, 2) friction force and slip of each joint
     power : kinetic energy, strain, gravity, power of damping, of loads, work of the algorithm
     """
 
@@ -45,6 +46,9 @@ class Work(NamedTuple):
     laml: np.ndarray
     Gflat: np.ndarray
     contact_scratch: np.ndarray  # (12, 6)
+    grip: np.ndarray
+    grip_out: np.ndarray
+    grip_curve: np.ndarray
 
 
 def workspace(program: Program) -> Work:
@@ -77,4 +81,7 @@ def workspace(program: Program) -> Work:
         np.zeros(m),
         np.zeros(m * n),
         np.zeros((12, 6)),
+        np.zeros((n_g, 2)),
+        np.zeros(GRIP_SIZE),
+        np.zeros((6, 6)),
     )

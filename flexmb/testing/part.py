@@ -18,6 +18,7 @@ from flexmb.testing.bench import Bench
 from flexmb.testing.constraints import check_constraint, check_motion
 from flexmb.testing.contacts import check_contact
 from flexmb.testing.elements import check_element
+from flexmb.testing.grips import check_grip
 from flexmb.testing.report import Report
 from flexmb.testing.subject import Subject
 
@@ -77,6 +78,8 @@ def check_piece(bench: Bench, piece: Piece, weightless: Any) -> None:
         check_constraint(bench, piece)
         for driven in piece.motions:
             check_motion(bench, driven.motion)
+        if piece.grip is not None:
+            check_grip(bench, piece, piece.grip)
     elif isinstance(piece, ContactPiece):
         check_contact(bench, piece)
     else:

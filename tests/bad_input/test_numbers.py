@@ -16,6 +16,11 @@ BAR = fm.Rectangle(width=0.01, height=0.02)
 CRANK = fm.RigidLink("crank", O, A, mass=0.5, inertia=2e-3, centre=0.4, velocity=(0.0, 0.0, 1.0))
 ARM = fm.RigidLink("arm", A, B, mass=0.4, inertia=3e-3)
 LAW = fm.LankaraniNikravesh(stiffness=1e9)
+HYSTERESIS = (
+    fm.HuntCrossley, fm.HerbertMcWhannell, fm.LeeWang, fm.Gonthier, fm.ZhiyingQishao, fm.Flores, fm.HuGuo,
+    fm.CarvalhoMartins, fm.ExactRestitution, fm.LankaraniNikravesh,
+)  # fmt: skip
+CYLINDERS = (fm.Johnson, fm.Radzimovsky, fm.Goldsmith, fm.DubowskyFreudenstein, fm.ESDU78035)
 TIMES = (0.0, 0.1, 0.3, 0.4, 1.0)
 
 SPECIMENS = {
@@ -24,7 +29,7 @@ SPECIMENS = {
     "Tube": fm.Tube(outer=0.02, inner=0.01),
     "GeneralSection": fm.GeneralSection(area=1e-4, second_moment=1e-9, outer_fibre=0.01),
     "Tapered": fm.Tapered(BAR, fm.Rectangle(width=0.01, height=0.03)),
-    "Material": fm.STEEL,
+    "Material": fm.Material(207e9, 7801.0, 0.29, yield_stress=350e6),
     "RigidBody": fm.RigidBody("body", A, 1.0, 0.1, angle=0.2, velocity=(1.0, 2.0, 3.0), outline=(O, A, B)),
     "RigidLink": CRANK,
     "FlexibleLink": fm.FlexibleLink(
@@ -35,15 +40,37 @@ SPECIMENS = {
         "frame", (O, (0.4, 0.05), (0.1, 0.3)), ((0, 1), (1, 2), (2, 0)), section=BAR, material=fm.STEEL, elements=2,
         mass=4.0, inertia=0.105, damping=1e-4, mass_damping=2.0, rotary_inertia=1e-4, velocity=((0.0, 1.0, 2.0),) * 6,
     ),
-    "Revolute": fm.Revolute("pin", CRANK, ARM, at=A),
+    "Revolute": fm.Revolute("pin", CRANK, ARM, at=A, friction=fm.ModifiedCoulomb(0.1), radius=0.01, preload=2.0),
     "Fixed": fm.Fixed("weld", CRANK, ARM, at=A),
     "Clamp": fm.Clamp("clamp", CRANK, ARM, at=A, angle=fm.ConstantSpeed(2.0), x=fm.Ramp(1.0, 0.5)),
-    "Prismatic": fm.Prismatic("guide", fm.GROUND, CRANK, at=A, along=(1.0, 0.5)),
+    "Prismatic": fm.Prismatic(
+        "guide", fm.GROUND, CRANK, at=A, along=(1.0, 0.5), friction=fm.ModifiedCoulomb(0.1), length=0.1, preload=2.0
+    ),
+    "Bushing": fm.Bushing(
+        "bush", CRANK, ARM, at=A, stiffness=(1e4, 2e4), damping=(1.0, 2.0), torsion=3.0, torsion_damping=0.1
+    ),
+    "PinSlot": fm.PinSlot("slot", CRANK, ARM, at=A, along=(1.0, 0.5)),
+    "PinSlotClearance": fm.PinSlotClearance(
+        "slot", CRANK, ARM, at=A, along=(1.0, 0.5), clearance=1e-4, pin_radius=5e-3, length=0.1, normal=LAW
+    ),
+    "PrismaticClearance": fm.PrismaticClearance(
+        "play", CRANK, ARM, at=A, along=(1.0, 0.5), clearance=1e-4, half_length=0.02, half_height=0.01, normal=LAW,
+        corner_radius=1e-3,
+    ),
     "RevoluteClearance": fm.RevoluteClearance(
         "play", CRANK, ARM, at=A, clearance=1e-4, bearing_radius=5e-3, normal=LAW, friction=fm.ModifiedCoulomb(0.1)
     ),
-    "LankaraniNikravesh": LAW,
+    **{kind.__name__: kind(stiffness=1e9, restitution=0.95, materials=(fm.STEEL, fm.STEEL)) for kind in HYSTERESIS},
+    "Hertz": fm.Hertz(stiffness=1e9, materials=(fm.STEEL, fm.STEEL)),
+    "KelvinVoigt": fm.KelvinVoigt(1e6, 10.0, ramp=1e-6),
+    **{kind.__name__: kind(0.02, (fm.STEEL, fm.STEEL)) for kind in CYLINDERS},
     "ModifiedCoulomb": fm.ModifiedCoulomb(0.1),
+    "SmoothCoulomb": fm.SmoothCoulomb(0.1),
+    "Threlfall": fm.Threlfall(0.1),
+    "BengisuAkay": fm.BengisuAkay(0.2, 0.1),
+    "Stribeck": fm.Stribeck(0.2, 0.1),
+    "BrownMcPhee": fm.BrownMcPhee(0.2, 0.1),
+    "LuGre": fm.LuGre(0.2, 0.1),
     "SpringDamper": fm.SpringDamper("spring", CRANK, ARM, O, B, stiffness=10.0, damping=1.0, free_length=0.1),
     "TorsionSpring": fm.TorsionSpring("coil", CRANK, ARM, stiffness=1.0, damping=1.0, rest_angle=0.1, at=A),
     "Force": fm.Force("load", CRANK, at=A, force=(1.0, 2.0), history=fm.Harmonic(2.0, 3.0), follower=True),
@@ -66,7 +93,7 @@ SPECIMENS = {
 WITHOUT_NUMBERS = {"Drive", "Frictionless", "RungeKutta4"}
 """Public records that hold no number of their own."""
 
-MADE_BY_THE_LIBRARY = {"Solution", "Element", "Part", "NormalLaw", "FrictionLaw", "Motion"}
+MADE_BY_THE_LIBRARY = {"Solution", "Element", "Part", "NormalLaw", "FrictionLaw", "Motion", "HysteresisLaw"}
 """Results and bases, which nobody fills in by hand."""
 
 

@@ -386,3 +386,16 @@ def test_as_a_module(root):
     done = subprocess.run(command, capture_output=True, text=True, cwd=root, check=False)
     assert done.returncode == 2
     assert done.stderr.startswith("flexmb: --clearance")
+
+
+def test_the_summary_counts_impacts(tmp_path, capsys):
+    """The numbers of the line are those of the episodes in the file."""
+    arguments = "run slider-crank --speed 5000rpm --clearance 0.5mm --t-end 2ms --step 1us --no-vtk --no-plots --out"
+    assert main([*arguments.split(), str(tmp_path)]) == 0
+    line = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("impacts in B"))
+    e = load(tmp_path / "slider-crank.nc").episodes("B")
+    hits = e[e.mode == 1]
+    assert len(hits) > 2
+    assert re.match(rf"impacts in B +{len(hits)}\b", line)
+    assert f"largest impulse {hits.impulse.max():.3g} N s" in line
+    assert f"longest flight {np.nanmax(e.flight):.3g} s" in line

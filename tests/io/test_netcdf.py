@@ -1,5 +1,6 @@
 """A solution as netCDF: back bit for bit, readable by others, honest about files it cannot read."""
 
+import json
 import runpy
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import pytest
 import xarray as xr
 
 from flexmb.errors import FileFormatError, InputError
+from flexmb.integrate.episodes import ContactLog
 from flexmb.integrate.netcdf import load
 from flexmb.integrate.stats import Stats
 from flexmb.model.shape import RigidShape
@@ -161,5 +163,43 @@ def test_a_file_that_lacks_a_signal(tmp_path):
 
 def test_a_record_that_is_no_json(tmp_path):
     path = changed(solution().to_netcdf(tmp_path / "a.nc"), lambda d: d.assign(flexmb_record=((), "{]")))
+    with pytest.raises(FileFormatError, match=r"a\.nc.*damaged"):
+        load(path)
+
+
+def test_episodes_come_back_bit_for_bit_and_can_be_read_by_others(tmp_path):
+    rows = np.array([[1, 2, 0.3, 1.0, 0.1, 2.0, 3.0, 4.0, 5e-6, 0.6, -0.0], [0, 1, np.nan, np.nan, *range(7)]])
+    sol = solution(contacts=ContactLog(("P", "G.upper_front"), rows))
+    path = sol.to_netcdf(tmp_path / "a.nc")
+    back = load(path)
+    assert bits(back.contacts.rows) == bits(rows)
+    assert back.contacts.names == sol.contacts.names
+    with xr.open_dataset(path, engine="h5netcdf", group="episodes") as file:
+        assert file["impulse"].attrs["units"] == "N s"
+        assert file["start"].values.tolist() == [0.1, 0.0]
+        assert file["contact"].attrs["flag_meanings"] == "P G.upper_front"
+
+
+def test_contacts_without_episodes_come_back(tmp_path):
+    back = load(solution(contacts=ContactLog(("P",))).to_netcdf(tmp_path / "a.nc"))
+    assert back.contacts.names == ("P",)
+    assert back.contacts.rows.shape == (0, 11)
+
+
+def test_a_file_from_before_there_were_episodes(tmp_path):
+    """Neither the group nor the names of the contacts are in it."""
+
+    def older(dataset):
+        record = json.loads(str(dataset["flexmb_record"].values[()]))
+        del record["contacts"]
+        return dataset.assign(flexmb_record=((), json.dumps(record)))
+
+    back = load(changed(solution().to_netcdf(tmp_path / "a.nc"), older))
+    assert back.contacts.names == ()
+    assert len(back.episodes()) == 0
+
+
+def test_a_file_that_lacks_its_episodes(tmp_path):
+    path = changed(solution(contacts=ContactLog(("P",))).to_netcdf(tmp_path / "a.nc"), lambda d: d)  # without groups
     with pytest.raises(FileFormatError, match=r"a\.nc.*damaged"):
         load(path)

@@ -48,9 +48,28 @@ def clearance(normal, friction):
     )
 
 
-LN = fm.LankaraniNikravesh(stiffness=2e9, restitution=0.8)
+LN = fm.LankaraniNikravesh(stiffness=2e9, restitution=0.85)
+NORMAL_LAWS = (
+    *(
+        kind(stiffness=2e9, restitution=0.95)
+        for kind in (
+            fm.HuntCrossley, fm.HerbertMcWhannell, fm.LeeWang, fm.Gonthier, fm.ZhiyingQishao, fm.Flores, fm.HuGuo,
+            fm.CarvalhoMartins,
+        )
+    ),
+    fm.ExactRestitution(stiffness=2e9, exponent=10.0 / 9.0, restitution=0.3),
+    fm.Hertz(stiffness=2e9),
+    fm.KelvinVoigt(2e7, 3e3, ramp=5e-5),
+    *(
+        kind(0.01, (fm.STEEL, fm.STEEL), restitution=0.4)
+        for kind in (fm.Johnson, fm.Radzimovsky, fm.Goldsmith, fm.DubowskyFreudenstein, fm.ESDU78035)
+    ),
+)  # fmt: skip
 COULOMB = fm.ModifiedCoulomb(0.2, v0=1e-4, v1=1e-2)
 JOINT, SLIDER = sliding()
+RUBBER = {"stiffness": (1e4, 3e4), "damping": (3.0, 1.0), "torsion": 5.0, "torsion_damping": 0.1, "along": (1.0, 0.3)}
+SLOT = {"clearance": 2e-4, "pin_radius": 8e-3, "normal": LN, "friction": COULOMB}
+GUIDE = {"clearance": 2e-4, "half_length": 0.03, "half_height": 0.01, "normal": LN, "friction": COULOMB}
 TIMES = tuple(np.linspace(0.0, 1.0, 9))
 WAVE = tuple(0.2 * math.sin(2.0 * math.pi * t) for t in TIMES)
 
@@ -85,6 +104,14 @@ BUILT_IN = {
     "FlexibleFrame, mean mass": (alone(frame()), "frame"),
     "FlexibleFrame, mass damping": (alone(replace(frame(), mass_damping=30.0)), "frame"),
     "Revolute": (two_links(fm.Revolute("A", crank(), arm(), at=A)), "A"),
+    "Revolute, friction": (
+        two_links(fm.Revolute("A", crank(), arm(), at=A, friction=COULOMB, radius=0.01, preload=2.0)),
+        "A",
+    ),
+    "Prismatic, friction": (
+        two_links(replace(JOINT, friction=COULOMB, length=0.05, preload=2.0), second=SLIDER),
+        "slide",
+    ),
     "Revolute on ground": (two_links(), "O"),
     "Revolute on a beam": (two_links(fm.Revolute("A", crank(), flexible(), at=A), second=flexible()), "A"),
     "Fixed": (two_links(fm.Fixed("A", crank(), arm(), at=A)), "A"),
@@ -95,7 +122,28 @@ BUILT_IN = {
     "Clamp on ground": (two_links(fm.Clamp("A", fm.GROUND, arm(), at=A, y=WOBBLE)), "A"),
     "Prismatic": (two_links(JOINT, second=SLIDER), "slide"),
     "RevoluteClearance": (two_links(clearance(LN, fm.Frictionless())), "pin"),
+    "Bushing": (two_links(fm.Bushing("pin", crank(), arm(), at=A, **RUBBER)), "pin"),
+    "PinSlot": (two_links(fm.PinSlot("pin", crank(), arm(), at=A, along=(1.0, 0.3))), "pin"),
+    "PinSlotClearance": (
+        two_links(fm.PinSlotClearance("pin", crank(), arm(), at=A, along=(1.0, 0.3), length=1e-4, **SLOT)),
+        "pin",
+    ),
+    "PrismaticClearance": (
+        two_links(fm.PrismaticClearance("pin", crank(), arm(), at=A, along=(1.0, 0.3), **GUIDE)),
+        "pin",
+    ),
     "RevoluteClearance, friction": (two_links(clearance(LN, COULOMB)), "pin"),
+    **{
+        f"RevoluteClearance, {type(law).__name__}": (two_links(clearance(law, fm.Frictionless())), "pin")
+        for law in NORMAL_LAWS
+    },
+    "SmoothCoulomb": (two_links(clearance(LN, fm.SmoothCoulomb(0.2))), "pin"),
+    "Threlfall": (two_links(clearance(LN, fm.Threlfall(0.2))), "pin"),
+    "BengisuAkay": (two_links(clearance(LN, fm.BengisuAkay(0.3, 0.2))), "pin"),
+    "Stribeck": (two_links(clearance(LN, fm.Stribeck(0.3, 0.2, viscous=0.1))), "pin"),
+    "Stribeck, exponential": (two_links(clearance(LN, fm.Stribeck(0.3, 0.2, exponent=1.0))), "pin"),
+    "BrownMcPhee": (two_links(clearance(LN, fm.BrownMcPhee(0.3, 0.2, viscous=3.0))), "pin"),
+    "LuGre": (two_links(clearance(LN, fm.LuGre(0.3, 0.2, damping=50.0, viscous=0.1))), "pin"),
     "SpringDamper": (
         two_links(fm.SpringDamper("spring", crank(), arm(), at=(0.05, 0.085), to=B, stiffness=300.0, damping=4.0)),
         "spring",
@@ -157,6 +205,13 @@ def test_kinds_of_part_are_complete():
     used = {type(p).__name__ for mechanism, _ in BUILT_IN.values() for p in mechanism.parts}
     assert kinds <= used
     assert {Element.__name__, Ground.__name__}.isdisjoint(kinds)
+
+
+def test_normal_laws_are_complete():
+    """A law added to the public names must be added to the tuple above."""
+    public = (getattr(fm, name) for name in fm.__all__ if name != "testing")
+    laws = {x for x in public if isinstance(x, type) and issubclass(x, fm.NormalLaw)}
+    assert laws - {fm.NormalLaw, fm.HysteresisLaw} == {type(law) for law in (LN, *NORMAL_LAWS)}
 
 
 def test_report_reads_as_a_table():

@@ -1,7 +1,9 @@
 """No friction."""
 
+import math
 from dataclasses import dataclass
 
+from flexmb.contact.friction.creep import load_ratio as checked_ratio
 from flexmb.kernels import friction_law
 from flexmb.model.law import FrictionLaw
 
@@ -17,3 +19,7 @@ class Frictionless(FrictionLaw):
     """Surfaces without friction."""
 
     kernel = frictionless_kernel
+
+    def creep_speed(self, load_ratio: float) -> float:
+        """Slip speed [m/s] that balances a tangential load of `load_ratio` times nothing: 0 at rest, inf above."""
+        return math.inf if checked_ratio("Frictionless", load_ratio) > 0.0 else 0.0

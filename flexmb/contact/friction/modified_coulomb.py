@@ -1,8 +1,10 @@
 """Modified Coulomb friction of Ambrosio."""
 
+import math
 from dataclasses import dataclass
 
 from flexmb import checks
+from flexmb.contact.friction.creep import load_ratio as checked_ratio
 from flexmb.errors import InputError
 from flexmb.kernels import friction_law
 from flexmb.model.law import FrictionLaw
@@ -37,7 +39,8 @@ class ModifiedCoulomb(FrictionLaw):
 
     Notes
     -----
-    There is no force below v0, so nothing sticks: a body at rest on an incline creeps.
+    There is no force below v0, so nothing sticks: under a tangential load of r mu N, 0 < r <= 1, the contact creeps at
+    v0 + r (v1 - v0).
     Source: J. Ambrosio, in W. Schiehlen (ed.), Virtual Nonlinear Multibody Systems, Kluwer 2003, 57-81;
     equations (7)-(8) of Chen et al., Nonlinear Dynamics (2018).
     """
@@ -54,3 +57,10 @@ class ModifiedCoulomb(FrictionLaw):
         checks.not_negative("ModifiedCoulomb", "v0", self.v0, "m/s")
         if self.v1 <= self.v0:
             raise InputError(f"ModifiedCoulomb: v1 is {self.v1:g} m/s; it must be > v0 = {self.v0:g} m/s.")
+
+    def creep_speed(self, load_ratio: float) -> float:
+        """Slip speed [m/s] that balances the tangential load `load_ratio` mu N; inf where no speed does."""
+        r = checked_ratio("ModifiedCoulomb", load_ratio)
+        if r == 0.0:
+            return 0.0
+        return self.v0 + r * (self.v1 - self.v0) if r <= 1.0 else math.inf

@@ -1,0 +1,173 @@
+"""Normal laws of a cylinder in a cylindrical hollow, whose depth holds the logarithm of the force: what they share.
+
+With f = N/L the force a length and sigma = (1 - nu1^2)/(pi E1) + (1 - nu2^2)/(pi E2), all of them have the form
+depth = sigma f ln(A/f) and differ in A alone.
+"""
+
+from __future__ import annotations
+
+import copy
+import math
+from abc import abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Self
+
+from flexmb import checks
+from flexmb.contact import validity
+from flexmb.contact.normal.hysteresis import damped, two_materials
+from flexmb.contact.onset import approach_speed
+from flexmb.contact.restitution import delivered_restitution, exact_chi
+from flexmb.errors import InputError
+from flexmb.kernels import compiled, normal_law
+from flexmb.model.law import NormalLaw
+from flexmb.model.material import Material
+
+END = 2.0
+"""ln(A/f) at the end of use.  The printed laws end at ln(A/f) = 1, where their stiffness is infinite; here it has
+reached 1/sigma a length, and from here on the force follows its tangent."""
+
+END_DEPTH = END * math.exp(-END)
+"""depth/(sigma A) at the end of use."""
+
+
+@compiled
+def line_load(sigma, A, depth):
+    """f of depth = sigma f ln(A/f), and its derivative; beyond the end of use along the tangent.
+
+    With y = ln(A/f) it is y - ln(y) = -ln(depth/(sigma A)): convex, slope at least 1/2 where y >= 2, so Newton's
+    method cannot fail; it needs three to six steps.
+    """
+    s = depth / (sigma * A)
+    if s <= 0.0:
+        return 0.0, 0.0
+    if s >= END_DEPTH:
+        return A * math.exp(-END) + (depth / sigma - A * END_DEPTH) / (END - 1.0), 1.0 / (sigma * (END - 1.0))
+    c = -math.log(s)
+    y = c + math.log(c)
+    for _ in range(20):
+        step = (y - math.log(y) - c) * y / (y - 1.0)
+        y -= step
+        if abs(step) <= 1e-15 * y:
+            break
+    return depth / (sigma * y), 1.0 / (sigma * (y - 1.0))
+
+
+@normal_law
+def cylinder_kernel(p, h, gap, gap_rate, z, z_new):
+    """N = L f(depth) (1 + chi depth_rate / approach), never pulling."""
+    sigma, A, L, chi, least = p
+    approach, by_gap, by_rate = approach_speed(h, gap, gap_rate, least, z, z_new)
+    if gap >= 0.0:
+        validity.keep_extremes(0.0, 0.0, 0.0, z, z_new)
+        return 0.0, 0.0, 0.0
+    f, stiffness = line_load(sigma, A, -gap)
+    N, dN_dgap, dN_drate, tension = damped(L * f, -L * stiffness, chi, gap_rate, approach, by_gap, by_rate)
+    validity.keep_extremes(-gap, N, tension, z, z_new)
+    return N, dN_dgap, dN_drate
+
+
+@dataclass(frozen=True)
+class CylinderLaw(NormalLaw):
+    """Base of the laws depth = sigma f ln(A/f) of a cylinder in a hollow; a subclass gives A.
+
+    Parameters
+    ----------
+    length : length L of the contact, out of the plane [m], > 0.
+    materials : materials of bearing and journal.
+    restitution : e, in (0, 1]; free impacts return exactly this.
+    least_approach : lower bound of the approach speed [m/s]; 0 switches it off.
+
+    Raises
+    ------
+    InputError : values out of range.
+    """
+
+    length: float
+    materials: tuple[Material, Material]
+    restitution: float = 0.9
+    least_approach: float = 1e-3
+    radii: tuple[float, float] | None = field(default=None, init=False, repr=False, compare=False)
+
+    kernel = cylinder_kernel
+
+    @abstractmethod
+    def load_scale(self, sigma: float, bearing_radius: float, journal_radius: float) -> float:
+        """A of depth = `sigma` f ln(A/f) [N/m], for the radii R1 = `bearing_radius` and R2 = `journal_radius` [m]."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        name = type(self).__name__
+        checks.positive(name, "length", self.length, "m")
+        two_materials(name, self.materials)
+        checks.positive(name, "restitution", self.restitution)
+        checks.between(name, "restitution", self.restitution, 0.0, 1.0)
+        checks.not_negative(name, "least_approach", self.least_approach, "m/s")
+
+    @property
+    def sigma(self) -> float:
+        """(1 - nu1^2)/(pi E1) + (1 - nu2^2)/(pi E2) [1/Pa]."""
+        return sum(m.compliance for m in self.materials) / math.pi
+
+    def for_radii(self, bearing_radius: float, journal_radius: float) -> Self:
+        """The law for these radii [m]."""
+        name = type(self).__name__
+        R1 = checks.positive(name, "bearing_radius", bearing_radius, "m")
+        R2 = checks.positive(name, "journal_radius", journal_radius, "m")
+        if R2 >= R1:
+            raise InputError(f"{name}: journal_radius is {R2:g} m; it must be smaller than the bearing's {R1:g} m.")
+        law = copy.copy(self)
+        object.__setattr__(law, "radii", (R1, R2))
+        return law
+
+    def depth(self, force: float) -> float:
+        """Depth [m] under a steady `force` [N], for the radii of `for_radii`; beyond the end of use on the tangent."""
+        name = type(self).__name__
+        f = checks.not_negative(name, "force", force, "N") / self.length
+        sigma, A = self._scales()
+        if f == 0.0:
+            return 0.0
+        return sigma * f * math.log(A / f) if f <= A * math.exp(-END) else self._end(sigma, A, f)
+
+    def delivered_restitution(self, e: float | None = None) -> float:
+        """The restitution of a free impact when `e` is asked for (None: what this law was made with): e itself."""
+        name = type(self).__name__
+        asked = self.restitution if e is None else checks.between(name, "e", checks.positive(name, "e", e), 0.0, 1.0)
+        return delivered_restitution(exact_chi(asked))
+
+    def parameters(self) -> tuple[float, ...]:
+        """sigma, A, L, chi, least approach speed."""
+        return *self._scales(), self.length, exact_chi(self.restitution), self.least_approach
+
+    def history(self) -> tuple[float, ...]:
+        """Approach speed, gap, gap rate; largest approach speed, depth, force, cut tension."""
+        return validity.HISTORY_WITH_EXTREMES
+
+    def remarks(self, history: Sequence[float]) -> tuple[str, ...]:
+        """Whether the run left the validity of the law: tension, speed, end of the logarithm, width, yield."""
+        approach, depth, force, tension = history[3:7]
+        found = [*validity.pulled(tension, force)]
+        found += validity.too_fast(approach, self.least_approach, self.materials)
+        sigma, A = self._scales()
+        if self.radii is None:
+            return tuple(found)
+        end = sigma * A * END_DEPTH
+        if depth > end:
+            text = f"the depth reached {depth:.3g} m, beyond the end of use of its logarithm at {end:.3g} m"
+            found.append(f"{text}: there the force follows the tangent")
+        R, E, f = validity.relative_radius(*self.radii), validity.effective_modulus(self.materials), force / self.length
+        found += validity.too_wide(math.sqrt(4.0 * f * R / (math.pi * E)), self.radii[1])  # Johnson 1985, eq. (4.43)
+        pressure = math.sqrt(f * E / (math.pi * R))  # eq. (4.45)
+        found += validity.yielded(pressure, validity.YIELD_OF_LINE, self.materials)
+        return tuple(found)
+
+    def _scales(self) -> tuple[float, float]:
+        """Both numbers of the logarithm: sigma and A."""
+        if self.radii is None:
+            name = type(self).__name__
+            raise InputError(f"{name}: the stiffness depends on radii; use it in a clearance joint.")
+        return self.sigma, self.load_scale(self.sigma, *self.radii)
+
+    @staticmethod
+    def _end(sigma: float, A: float, f: float) -> float:
+        return sigma * (A * END_DEPTH + (f - A * math.exp(-END)) * (END - 1.0))

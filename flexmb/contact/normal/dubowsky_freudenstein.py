@@ -1,0 +1,42 @@
+"""Normal law of Dubowsky and Freudenstein for a cylinder in a hollow."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from flexmb.contact.normal.cylinder import CylinderLaw
+
+
+@dataclass(frozen=True)
+class DubowskyFreudenstein(CylinderLaw):
+    """Cylinder in a cylindrical hollow, depth = sigma f [ln(L^2 (R1 - R2)/(R1 R2 sigma f)) + 1].
+
+    R1 and R2 are the radii of bearing and journal, f = N/L, sigma = (1 - nu1^2)/(pi E1) + (1 - nu2^2)/(pi E2).  The
+    hysteresis factor (1 + chi depth_rate/approach) has the exact chi.
+
+    Parameters
+    ----------
+    length : length L of the contact, out of the plane [m], > 0.
+    materials : materials of bearing and journal.
+    restitution : e, in (0, 1]; free impacts return exactly this.
+    least_approach : lower bound of the approach speed [m/s]; 0 switches it off.
+
+    Raises
+    ------
+    InputError : values out of range.
+
+    Notes
+    -----
+    For long parallel cylinders with a contact much narrower than the radii; the force follows the tangent beyond
+    ln(A/f) = 2, where A is the scale in depth = sigma f ln(A/f).
+    In the reviews ln(L^m (R1 - R2)/(N R1 R2 sigma)) with m = 3.
+    Source: S. Dubowsky, F. Freudenstein, Dynamic analysis of mechanical systems with clearances, part 1: formation of
+    dynamic model, Journal of Engineering for Industry 93 (1971) 305-309, in the form of reviews such as P. Flores, J.
+    Ambrosio, J. C. P. Claro, H. M. Lankarani, Kinematics and Dynamics of Multibody Systems with Imperfect Joints,
+    Springer 2008, chapter 3.  The form is second-hand: neither of both was at hand.
+    """
+
+    def load_scale(self, sigma: float, bearing_radius: float, journal_radius: float) -> float:
+        """A of depth = sigma f ln(A/f) [N/m]."""
+        return math.e * self.length**2 * (bearing_radius - journal_radius) / (bearing_radius * journal_radius * sigma)

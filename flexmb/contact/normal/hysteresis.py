@@ -1,0 +1,195 @@
+"""Normal laws N = K depth^n (1 + chi depth_rate/approach): one kernel, and what all of them share."""
+
+from __future__ import annotations
+
+import copy
+import math
+import sys
+import warnings
+from abc import abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Self
+
+from flexmb import checks
+from flexmb.contact import validity
+from flexmb.contact.hertz import hertz_stiffness
+from flexmb.contact.onset import approach_speed
+from flexmb.contact.restitution import delivered_restitution
+from flexmb.errors import InputError, RestitutionWarning
+from flexmb.kernels import compiled, normal_law
+from flexmb.model.law import NormalLaw
+from flexmb.model.material import Material
+
+MISS = 0.05
+"""Part of the restitution asked for by which a law may miss it without a warning."""
+
+
+@compiled
+def damped(elastic, slope, chi, gap_rate, approach, by_gap, by_rate):
+    """Elastic force times (1 + chi depth_rate/approach), its derivatives by gap and gap rate, the tension cut off.
+
+    slope : derivative of the elastic force by the gap; by_gap, by_rate : those of the approach speed.
+    A contact that began at rest (approach 0) is not damped.
+    """
+    if approach <= 0.0:
+        return elastic, slope, 0.0, 0.0
+    ratio = -gap_rate / approach
+    factor = 1.0 + chi * ratio
+    if factor <= 0.0:
+        return 0.0, 0.0, 0.0, -elastic * factor
+    by_approach = -elastic * chi * ratio / approach
+    return (
+        elastic * factor,
+        slope * factor + by_approach * by_gap,
+        -elastic * chi / approach + by_approach * by_rate,
+        0.0,
+    )
+
+
+@normal_law
+def hysteresis_kernel(p, h, gap, gap_rate, z, z_new):
+    """N = K depth^n (1 + chi depth_rate / approach), never pulling."""
+    K, n, chi, least = p
+    approach, by_gap, by_rate = approach_speed(h, gap, gap_rate, least, z, z_new)
+    if gap >= 0.0:
+        validity.keep_extremes(0.0, 0.0, 0.0, z, z_new)
+        return 0.0, 0.0, 0.0
+    elastic = K * (-gap) ** n
+    N, dN_dgap, dN_drate, tension = damped(elastic, n * elastic / gap, chi, gap_rate, approach, by_gap, by_rate)
+    validity.keep_extremes(-gap, N, tension, z, z_new)
+    return N, dN_dgap, dN_drate
+
+
+@dataclass(frozen=True)
+class HysteresisLaw(NormalLaw):
+    """Base of the laws N = K depth^n (1 + chi depth_rate/approach), cut at zero; a subclass gives chi(e).
+
+    `approach` is the closing speed where the contact began, located inside the step.
+
+    Parameters
+    ----------
+    stiffness : K [N/m^n], > 0; None with `materials`: Hertz, from the radii of the joint.
+    exponent : n, > 0.
+    restitution : e asked for, in (0, 1].
+    least_approach : lower bound of the approach speed [m/s], which keeps contacts that begin at rest from being
+        damped without limit; 0 switches it off.
+    materials : materials of bearing and journal, when `stiffness` is None.
+
+    Raises
+    ------
+    InputError : values out of range; neither stiffness nor materials.
+
+    Notes
+    -----
+    What comes out of a free impact depends on chi alone, not on K, n, mass or speed: `delivered_restitution`.  A law
+    that misses what it is asked for by more than 5 % says so with a `RestitutionWarning` when it is made.
+    """
+
+    stiffness: float | None = None
+    exponent: float = 1.5
+    restitution: float = 0.9
+    least_approach: float = 1e-3
+    materials: tuple[Material, Material] | None = None
+    radii: tuple[float, float] | None = field(default=None, init=False, repr=False, compare=False)
+
+    kernel = hysteresis_kernel
+
+    @staticmethod
+    @abstractmethod
+    def chi(restitution: float) -> float:
+        """The factor of hysteresis damping for the e = `restitution` that is asked for."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        name = type(self).__name__
+        if self.stiffness is None and self.materials is None:
+            raise InputError(f"{name}: stiffness is missing; give stiffness=..., or use {name}.from_materials(...).")
+        if self.materials is not None:
+            two_materials(name, self.materials)
+        if self.stiffness is not None:
+            checks.positive(name, "stiffness", self.stiffness, "N/m^n")
+        checks.positive(name, "exponent", self.exponent)
+        checks.positive(name, "restitution", self.restitution)
+        checks.between(name, "restitution", self.restitution, 0.0, 1.0)
+        checks.not_negative(name, "least_approach", self.least_approach, "m/s")
+        self._warn_of_a_miss()
+
+    @classmethod
+    def from_materials(
+        cls, bearing: Material, journal: Material, *, restitution: float = 0.9, least_approach: float = 1e-3
+    ) -> Self:
+        """The law with Hertz's stiffness for n = 3/2, from the materials here and the radii of the joint.
+
+        Parameters
+        ----------
+        bearing, journal : materials.
+        restitution : e asked for, in (0, 1].
+        least_approach : lower bound of the approach speed [m/s].
+        """
+        return cls(restitution=restitution, least_approach=least_approach, materials=(bearing, journal))
+
+    def for_radii(self, bearing_radius: float, journal_radius: float) -> Self:
+        """The law with its stiffness for these radii [m]."""
+        law = copy.copy(self)  # not made anew: a warning was given where the user made it
+        object.__setattr__(law, "radii", (bearing_radius, journal_radius))
+        if self.stiffness is None and self.materials is not None:
+            object.__setattr__(law, "stiffness", hertz_stiffness(*self.materials, bearing_radius, journal_radius))
+        return law
+
+    def delivered_restitution(self, e: float | None = None) -> float:
+        """The restitution of a free impact when `e` is asked for (None: what this law was made with); exact.
+
+        Contacts that begin slower than `least_approach` return more.
+        """
+        name = type(self).__name__
+        asked = self.restitution if e is None else checks.between(name, "e", checks.positive(name, "e", e), 0.0, 1.0)
+        return delivered_restitution(self.chi(asked))
+
+    def parameters(self) -> tuple[float, ...]:
+        """K, n, chi, least approach speed."""
+        if self.stiffness is None:
+            name = type(self).__name__
+            raise InputError(f"{name}: the stiffness depends on radii; use it in a clearance joint.")
+        return self.stiffness, self.exponent, self.chi(self.restitution), self.least_approach
+
+    def history(self) -> tuple[float, ...]:
+        """Approach speed, gap, gap rate; largest approach speed, depth, force, cut tension."""
+        return validity.HISTORY_WITH_EXTREMES
+
+    def remarks(self, history: Sequence[float]) -> tuple[str, ...]:
+        """Whether the run left the validity of the law: tension, speed; with Hertz's stiffness also width and yield."""
+        approach, depth, force, tension = history[3:7]
+        found = [*validity.pulled(tension, force)]
+        if self.materials is not None:
+            found += validity.too_fast(approach, self.least_approach, self.materials)
+            if self.radii is not None and self.exponent == 1.5:
+                R, E = validity.relative_radius(*self.radii), validity.effective_modulus(self.materials)
+                found += validity.too_wide(math.sqrt(R * depth), self.radii[1])  # Johnson 1985, eq. (4.23)
+                pressure = (6.0 * force * E * E / (math.pi**3 * R * R)) ** (1.0 / 3.0)  # eq. (4.24)
+                found += validity.yielded(pressure, validity.YIELD_OF_POINT, self.materials)
+        return tuple(found)
+
+    def _warn_of_a_miss(self) -> None:
+        """Say what is delivered instead, at the line outside flexmb that asked for it."""
+        asked, found = self.restitution, self.delivered_restitution()
+        if abs(found - asked) <= MISS * asked:
+            return
+        text = f"{type(self).__name__}(restitution={asked:g}) delivers {found:.3f}"
+        text = f"{text}; ExactRestitution(restitution={asked:g}) delivers {asked:g}."
+        warnings.warn(text, RestitutionWarning, stacklevel=_levels_inside())
+
+
+def two_materials(name: str, materials: object) -> None:
+    """Refuse anything but two materials."""
+    pair = checks.sequence(name, "materials", materials, "two materials")
+    if len(pair) != 2 or not all(isinstance(m, Material) for m in pair):
+        raise InputError(f"{name}: materials are {pair!r}; they must be two Material(...), bearing first.")
+
+
+def _levels_inside() -> int:
+    """The stack level, seen from the caller of this function, of the first caller that is not flexmb."""
+    frame, levels = sys._getframe(1), 1
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").split(".")[0] in ("flexmb", "dataclasses"):
+        frame, levels = frame.f_back, levels + 1
+    return levels

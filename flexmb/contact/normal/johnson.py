@@ -1,0 +1,41 @@
+"""Normal law of Johnson for a cylinder in a hollow."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from flexmb.contact.normal.cylinder import CylinderLaw
+
+
+@dataclass(frozen=True)
+class Johnson(CylinderLaw):
+    """Cylinder in a cylindrical hollow, depth = sigma f [ln(4 (R1 - R2)/(sigma f)) - 1].
+
+    R1 and R2 are the radii of bearing and journal, f = N/L, sigma = (1 - nu1^2)/(pi E1) + (1 - nu2^2)/(pi E2).  The
+    hysteresis factor (1 + chi depth_rate/approach) has the exact chi.
+
+    Parameters
+    ----------
+    length : length L of the contact, out of the plane [m], > 0.
+    materials : materials of bearing and journal.
+    restitution : e, in (0, 1]; free impacts return exactly this.
+    least_approach : lower bound of the approach speed [m/s]; 0 switches it off.
+
+    Raises
+    ------
+    InputError : values out of range.
+
+    Notes
+    -----
+    For long parallel cylinders with a contact much narrower than the radii; the force follows the tangent beyond
+    ln(A/f) = 2, where A is the scale in depth = sigma f ln(A/f).
+    Source: K. L. Johnson, Contact Mechanics, Cambridge University Press 1985, eq. (5.57) for both bodies, with one
+    radius difference in place of the radii as in C. M. Pereira, A. L. Ramalho, J. A. Ambrosio, A critical overview of
+    internal and external cylinder contact force models, Nonlinear Dynamics 63 (2011) 681-697 (there with pi E* for
+    1/sigma; the overview was not at hand).
+    """
+
+    def load_scale(self, sigma: float, bearing_radius: float, journal_radius: float) -> float:
+        """A of depth = sigma f ln(A/f) [N/m]."""
+        return 4.0 * (bearing_radius - journal_radius) / (sigma * math.e)

@@ -1,0 +1,84 @@
+"""What the history of a normal law says about the limits of its theory, and the sentences about it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+from flexmb.contact.onset import HISTORY
+from flexmb.kernels import compiled
+from flexmb.model.material import Material
+
+HISTORY_WITH_EXTREMES = (*HISTORY, 0.0, 0.0, 0.0, 0.0)
+"""Start values: those of the onset; largest approach speed, depth, force and cut tension of the whole run."""
+
+LOVE = 1e-5
+"""Largest approach speed as part of sqrt(E/rho).
+
+Source: A. E. H. Love, A Treatise on the Mathematical Theory of Elasticity, as taken up by H. M. Lankarani, P. E.
+Nikravesh, Continuous contact force models for impact analysis in multibody systems, Nonlinear Dynamics 5 (1994)
+193-207.
+"""
+
+YIELD_OF_POINT, YIELD_OF_LINE = 1.60, 1.79
+"""Peak pressure over yield stress where a contact begins to yield, by von Mises.
+
+Source: K. L. Johnson, Contact Mechanics, Cambridge University Press 1985, eq. (6.9) for nu = 0.3, and eq. (6.4).
+"""
+
+WIDE = 0.3
+"""Half-width of a contact over the radius beyond which a run says so.
+
+Hertz's theory wants it to be much smaller than 1 (Johnson 1985, section 4.2) and gives no number; this one is ours.
+"""
+
+SMALL_TENSION = 0.01
+"""Cut tension, as part of the largest force, that goes without a remark."""
+
+
+@compiled
+def keep_extremes(depth, force, tension, z, z_new):
+    """Largest approach speed, depth, force and cut tension so far; the approach speed is read from z_new[0]."""
+    z_new[3] = max(z[3], z_new[0])
+    z_new[4] = max(z[4], depth)
+    z_new[5] = max(z[5], force)
+    z_new[6] = max(z[6], tension)
+
+
+def effective_modulus(materials: Sequence[Material]) -> float:
+    """E* of two materials [Pa], 1/E* the sum of both compliances; source: Johnson 1985, eq. (4.20)."""
+    return 1.0 / sum(m.compliance for m in materials)
+
+
+def relative_radius(bearing_radius: float, journal_radius: float) -> float:
+    """R of a journal in a hollow, 1/R = 1/R2 - 1/R1 [m]."""
+    return bearing_radius * journal_radius / (bearing_radius - journal_radius)
+
+
+def pulled(tension: float, force: float) -> Iterator[str]:
+    """A remark on the tension [N] that was cut, against the largest force [N]."""
+    if tension > SMALL_TENSION * force:
+        yield f"it would have pulled with up to {tension:.3g} N (largest force {force:.3g} N) and was cut at zero"
+
+
+def too_fast(approach: float, least: float, materials: Sequence[Material]) -> Iterator[str]:
+    """A remark on the largest approach speed [m/s]; `least` stands for all slower ones and says nothing."""
+    limit = LOVE * min(math.sqrt(m.young / m.density) for m in materials)
+    if approach > max(limit, least):
+        text = f"the surfaces met with up to {approach:.3g} m/s, above {limit:.3g} m/s = 1e-5 sqrt(E/rho)"
+        yield f"{text} (Love's criterion): such impacts leave marks and waves, which an elastic law does not know"
+
+
+def too_wide(half_width: float, radius: float) -> Iterator[str]:
+    """A remark on the half-width of the contact [m] against the journal's radius [m]."""
+    if half_width > WIDE * radius:
+        text = f"the contact grew to a half-width of {half_width / radius:.2g} of the journal's radius"
+        yield f"{text}; half-space theory wants it much smaller than 1 (Johnson 1985, section 4.2)"
+
+
+def yielded(pressure: float, factor: float, materials: Sequence[Material]) -> Iterator[str]:
+    """A remark on the peak pressure [Pa]; `factor` is that over the yield stress where yielding begins."""
+    known = [m.yield_stress for m in materials if m.yield_stress is not None]
+    if known and pressure > factor * min(known):
+        text = f"the peak pressure reached {pressure:.3g} Pa, above {factor:.2f} Y = {factor * min(known):.3g} Pa"
+        yield f"{text}: the contact yields (Johnson 1985, section 6.1), and the law is elastic"

@@ -1,0 +1,1 @@
+"""Exact derivatives of laws that are written as a force alone."""

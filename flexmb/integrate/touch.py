@@ -1,0 +1,118 @@
+"""Episodes of contact in the compiled loop: followed at every accepted step, written down where they end.
+
+An episode lasts from the instant where the gap falls through zero to that where it rises through zero again.  Both are
+roots of the cubic through gap and gap rate at the ends of a step, as the onset is for the contact laws.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.contact.onset import crossing, cubic
+from flexmb.integrate.arrays import EPISODE, EPISODE_ROW, MEMORY_HEAD, NEVER, Flow, Record
+from flexmb.kernels import GAP_SIZE, compiled
+from flexmb.program.tables import Tables
+
+START, APPROACH, IMPULSE, PEAK_FORCE, PEAK_DEPTH, CONTACT_LOSS, FRICTION_LOSS = range(7)
+"""Columns of `Flow.episodes`: start [s], approach speed [m/s], impulse [N s], largest force [N] and depth [m], losses
+[J]."""
+
+CONTACT, MODE, END, SEPARATION, CARRIED = range(5)
+"""Columns of a row that is written down: contact, mode, end [s], separation speed [m/s]; then those of `Flow.episodes`
+from CARRIED on."""
+
+IMPACT, LASTING = 1.0, 2.0
+"""Modes, those of the signal `mode`."""
+
+LASTING_PHASE = 3.0
+"""Phase of a contact that was pressed together again after its first rebound (`system/contacts.py`)."""
+
+
+@compiled
+def follow_contacts(tables, h, options, flow, work, record):
+    """Bring the running episodes to the state of the last evaluation, before ledger and histories are.
+
+    Impulses and losses are sums of the ledger's trapezoids, so those of all episodes add up to what the ledger says.
+    """
+    K = tables.contacts
+    for c in range(K.kernel.shape[0]):
+        k = K.z[c, 0]
+        before, now = flow.z[k], work.z_new[k]
+        if before == 0.0 and now == 0.0:
+            continue
+        gap, rate, N = work.contact[c, 0], work.contact[c, 1], work.contact[c, GAP_SIZE]
+        if before == 0.0:
+            flow.episodes[c, START] = work.z_new[k + 1]
+            flow.episodes[c, APPROACH] = speed_at_crossing(h, flow.z[k + 2], flow.z[k + 4], gap, rate)
+        m = MEMORY_HEAD + 3 * c
+        depth, loss = max(-gap, 0.0), -work.contact[c, GAP_SIZE + 1] * work.contact[c, 2]
+        flow.episodes[c, IMPULSE] += 0.5 * h * (flow.memory[m] + N)
+        flow.episodes[c, CONTACT_LOSS] += 0.5 * (flow.memory[m] + N) * (depth - flow.memory[m + 1])
+        flow.episodes[c, FRICTION_LOSS] += 0.5 * h * (flow.memory[m + 2] + loss)
+        flow.episodes[c, PEAK_FORCE] = max(flow.episodes[c, PEAK_FORCE], N)
+        flow.episodes[c, PEAK_DEPTH] = max(flow.episodes[c, PEAK_DEPTH], depth)
+        if now == 0.0:
+            if options.save_interval < NEVER:
+                write_down(c, h, before, gap, rate, k, flow, record)
+            for i in range(EPISODE):
+                flow.episodes[c, i] = 0.0
+
+
+@compiled
+def speed_at_crossing(h, gap0, rate0, gap1, rate1):
+    """Approach speed where the gap falls through zero; 0 for a grazing one."""
+    if gap0 <= 0.0:
+        return max(-rate1, 0.0)
+    s = crossing(h, gap0, rate0, gap1, rate1)
+    _, slope = cubic(s, h, gap0, rate0, gap1, rate1)
+    return max(-slope / h, 0.0)
+
+
+@compiled
+def write_down(c, h, phase, gap, rate, k, flow, record):
+    """One row of the buffer for the episode of contact c, which ended in this step; k : place of its history."""
+    row = record.ended[0]
+    gap0, rate0 = flow.z[k + 2], flow.z[k + 4]
+    s = crossing(h, -gap0, -rate0, -gap, -rate)
+    _, slope = cubic(s, h, gap0, rate0, gap, rate)
+    record.episodes[row, CONTACT] = c
+    record.episodes[row, MODE] = LASTING if phase == LASTING_PHASE else IMPACT
+    record.episodes[row, END] = flow.clock[0] + s * h
+    record.episodes[row, SEPARATION] = max(slope / h, 0.0)
+    for i in range(EPISODE):
+        record.episodes[row, CARRIED + i] = flow.episodes[c, i]
+    record.ended[0] += 1
+
+
+@compiled
+def no_room(flow, record):
+    """Whether the next step could end more episodes than the buffer has room for."""
+    return record.ended[0] + flow.episodes.shape[0] > record.episodes.shape[0]
+
+
+def touching_from_the_start(tables: Tables, flow: Flow) -> None:
+    """Begin episodes of the contacts that are closed in a state whose past is not known: their start is NaN."""
+    z, first = flow.z, tables.contacts.z[:, 0]
+    closed = z[first] != 0.0
+    flow.episodes[:] = 0.0
+    flow.episodes[closed, START] = flow.episodes[closed, APPROACH] = np.nan
+    flow.episodes[closed, PEAK_FORCE] = z[first[closed] + 3]
+    flow.episodes[closed, PEAK_DEPTH] = np.maximum(-z[first[closed] + 2], 0.0)
+
+
+def taken_out(record: Record) -> np.ndarray:
+    """The rows of the buffer, which is empty afterwards."""
+    rows = record.episodes[: record.ended[0]].copy()
+    record.ended[0] = 0
+    return rows
+
+
+def still_running(tables: Tables, flow: Flow) -> np.ndarray:
+    """Rows of the episodes that have not ended: end and separation speed are NaN, the rest is what it is so far."""
+    phase = flow.z[tables.contacts.z[:, 0]]
+    running = np.flatnonzero(phase != 0.0)
+    rows = np.full((len(running), EPISODE_ROW), np.nan)
+    rows[:, CONTACT] = running
+    rows[:, MODE] = np.where(phase[running] == LASTING_PHASE, LASTING, IMPACT)
+    rows[:, CARRIED:] = flow.episodes[running]
+    return rows

@@ -1,0 +1,152 @@
+"""Bushing: a linear spring and damper in both directions and in rotation between two bodies."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import KW_ONLY, dataclass
+from typing import TYPE_CHECKING
+
+from flexmb import checks
+from flexmb.errors import InputError
+from flexmb.joints.direction import add_curvature, curvature_times, direction, dot
+from flexmb.joints.revolute import coincidence_piece, drawn_angle
+from flexmb.kernels import compiled, element_kernel, energy_kernel, signal_kernel
+from flexmb.model.part import Joint
+from flexmb.model.pieces import ElementPiece, Piece, SignalPiece
+
+if TYPE_CHECKING:
+    from flexmb.model.mechanism import Mechanism
+
+Pair = float | tuple[float, float]
+
+
+@compiled
+def along_axis(p, q, first):
+    """`direction` for the first axis of the bushing, or for the second."""
+    mx, my = (p[6], p[7]) if first else (-p[7], p[6])
+    return direction(mx, my, p[8], p[9], p[10], p[11], q)
+
+
+@element_kernel
+def bushing_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    """Forces k d + c d_dot along both axes, moment about the point; q (6,)."""
+    for first in (True, False):
+        i = 0 if first else 1
+        d, J, nx, ny, far, near = along_axis(p, q, first)
+        Jv = curvature_times(nx, ny, far, near, v)
+        f = p[i] * d + p[3 + i] * dot(J, v)
+        for m in range(6):
+            r[m] += f * J[m]
+            for n in range(6):
+                K[m, n] += J[m] * (p[i] * J[n] + p[3 + i] * Jv[n])
+                C[m, n] += J[m] * p[3 + i] * J[n]
+        add_curvature(f, nx, ny, far, near, K)
+    moment = p[2] * (q[5] - q[2] - p[12]) + p[5] * (v[5] - v[2])
+    r[2] -= moment
+    r[5] += moment
+    for m, n, sign in ((2, 2, 1.0), (5, 5, 1.0), (2, 5, -1.0), (5, 2, -1.0)):
+        K[m, n] += sign * p[2]
+        C[m, n] += sign * p[5]
+
+
+@energy_kernel
+def bushing_energy(p, t, q, v):
+    """Strain energy, no weight, power of damping."""
+    x, Jx = along_axis(p, q, True)[:2]
+    y, Jy = along_axis(p, q, False)[:2]
+    turn, rate = q[5] - q[2] - p[12], v[5] - v[2]
+    strain = 0.5 * (p[0] * x * x + p[1] * y * y + p[2] * turn * turn)
+    vx, vy = dot(Jx, v), dot(Jy, v)
+    return strain, 0.0, p[3] * vx * vx + p[4] * vy * vy + p[5] * rate * rate
+
+
+@signal_kernel
+def bushing_signal(p, t, q, v, a):
+    """p[13] chooses: 0 dx, 1 dy, 2 rotation, 3 fx, 4 fy, 5 force, 6 moment; forces act on the second body."""
+    which = int(p[13])
+    x, Jx = along_axis(p, q, True)[:2]
+    y, Jy = along_axis(p, q, False)[:2]
+    turn = q[5] - q[2] - p[12]
+    if which < 3:
+        return x if which == 0 else (y if which == 1 else turn)
+    if which == 6:
+        return -p[2] * turn - p[5] * (v[5] - v[2])
+    f, g = p[0] * x + p[3] * dot(Jx, v), p[1] * y + p[4] * dot(Jy, v)
+    fx, fy = -f * Jx[3] - g * Jy[3], -f * Jx[4] - g * Jy[4]
+    return fx if which == 3 else (fy if which == 4 else math.sqrt(fx * fx + fy * fy))
+
+
+SIGNALS = (("dx", "m"), ("dy", "m"), ("rotation", "rad"), ("fx", "N"), ("fy", "N"), ("force", "N"), ("moment", "N m"))
+
+
+@dataclass(frozen=True)
+class Bushing(Joint):
+    """Elastic joint: linear springs and dampers along two axes of the first body and in rotation.
+
+    Signals: dx, dy (deflection of the second body's point along the axes) [m], rotation [rad], fx, fy, force (on the
+    second body) [N], moment (on the second body, about its point) [N m].
+
+    Parameters
+    ----------
+    name : the joint's name.
+    first, second : the bodies; the axes of the bushing turn with the first one.
+    at : the joint's point in the drawn pose [m], where nothing is deflected.
+    stiffness : radial stiffness [N/m], > 0; or a pair along both axes, each >= 0.
+    damping : radial damping [N s/m], >= 0; or a pair.
+    torsion : stiffness of the rotation [N m/rad], >= 0.
+    torsion_damping : damping of the rotation [N m s/rad], >= 0.
+    along : direction of the first axis in the drawn pose.
+
+    Raises
+    ------
+    InputError : negative numbers, no stiffness at all, a direction without length.
+
+    Notes
+    -----
+    At the start the mechanism stands and moves as if the joint were an ideal `Revolute`.  Forces follow from a
+    potential and from a power of dissipation in the deflections, so action and reaction are in balance, moments
+    included, however far the joint is deflected.  Linear in the deflection: not for stops and not for rubber beyond a
+    few tenths of its thickness.
+    """
+
+    _: KW_ONLY
+    stiffness: Pair
+    damping: Pair = 0.0
+    torsion: float = 0.0
+    torsion_damping: float = 0.0
+    along: tuple[float, float] = (1.0, 0.0)
+
+    kind = "bushing"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name, unit in (("stiffness", "N/m"), ("damping", "N s/m")):
+            given = getattr(self, name)
+            pair = given if isinstance(given, (tuple, list)) else (given, given)
+            if len(pair) != 2:
+                raise InputError(f"{self.label}: {name} is {given!r}; it must be a number or a pair along both axes.")
+            both = tuple(checks.not_negative(self.label, name, x, unit) for x in pair)
+            object.__setattr__(self, name, both)
+        if max(self.stiffness) <= 0.0:  # type: ignore[arg-type]
+            raise InputError(f"{self.label}: stiffness is {self.stiffness}; one of both must be > 0 N/m.")
+        checks.not_negative(self.label, "torsion", self.torsion, "N m/rad")
+        checks.not_negative(self.label, "torsion_damping", self.torsion_damping, "N m s/rad")
+        along = checks.point(self.label, "along", self.along, "")
+        if math.hypot(*along) <= 0.0:
+            raise InputError(f"{self.label}: along is {self.along}; it must be a direction with a length > 0.")
+        object.__setattr__(self, "along", along)
+
+    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
+        """One element, the signals, and the coincidence of the points at the start."""
+        first, second = ends = self.ends(mechanism)
+        coordinates = (*first.coordinates, *second.coordinates)
+        angle = math.atan2(self.along[1], self.along[0]) - mechanism.body(first.part).node(first.node).theta
+        laws = (*self.stiffness, self.torsion, *self.damping, self.torsion_damping)  # type: ignore[misc]
+        p = (*laws, math.cos(angle), math.sin(angle), *first.offset, *second.offset, drawn_angle(mechanism, ends))
+        signals = [
+            SignalPiece(self.name, name, unit, bushing_signal, coordinates, (*p, float(k)))
+            for k, (name, unit) in enumerate(SIGNALS)
+        ]
+        element = ElementPiece(self.name, bushing_kernel, coordinates, p, energy=bushing_energy)
+        return [element, *signals, coincidence_piece(self.name, ends, holds="start")]

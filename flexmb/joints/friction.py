@@ -1,0 +1,56 @@
+"""Friction in ideal joints: what presses the surfaces together, and which way they slide."""
+
+from __future__ import annotations
+
+import math
+
+from flexmb import checks
+from flexmb.errors import InputError
+from flexmb.joints.direction import add_curvature, direction
+from flexmb.kernels import grip_kernel
+from flexmb.model.law import FrictionLaw
+
+
+@grip_kernel
+def journal_grip(p, q, lam, out, H):
+    """Pin of radius R: N = |force| + preload, slip = R (omega2 - omega1)."""
+    R, preload = p
+    F = math.sqrt(lam[0] * lam[0] + lam[1] * lam[1])
+    out[0] = F + preload
+    if F > 0.0:
+        out[1], out[2] = lam[0] / F, lam[1] / F
+    out[6], out[9] = -R, R
+
+
+@grip_kernel
+def guide_grip(p, q, lam, out, H):
+    """Slider of length l: N = |F/2 + M/l| + |F/2 - M/l| + preload, slip = rate of its travel."""
+    ux, uy, s1x, s1y, s2x, s2y, length, preload = p
+    across, couple = abs(lam[0]), 2.0 * abs(lam[1]) / length
+    if across >= couple:
+        out[0] = across + preload
+        out[1] = 1.0 if lam[0] > 0.0 else (-1.0 if lam[0] < 0.0 else 0.0)
+    else:
+        out[0] = couple + preload
+        out[2] = math.copysign(2.0 / length, lam[1])
+    _, J, nx, ny, far, near = direction(ux, uy, s1x, s1y, s2x, s2y, q)
+    for j in range(6):
+        out[4 + j] = J[j]
+    add_curvature(1.0, nx, ny, far, near, H)
+
+
+def check_friction(joint, size: str) -> None:
+    """A friction law with the size of its surfaces, and a preload; or none of them."""
+    if joint.friction is not None and not isinstance(joint.friction, FrictionLaw):
+        raise InputError(
+            f"{joint.label}: friction is {joint.friction!r}; it must be a friction law, e.g. ModifiedCoulomb, or None."
+        )
+    value = getattr(joint, size)
+    if joint.friction is None:
+        if value is not None or joint.preload:
+            raise InputError(f"{joint.label}: {size} and preload belong to friction; give friction=..., or leave them.")
+        return
+    if value is None:
+        raise InputError(f"{joint.label}: {size} is missing, which friction needs; give {size}=... in m.")
+    checks.positive(joint.label, size, value, "m")
+    checks.not_negative(joint.label, "preload", joint.preload, "N")

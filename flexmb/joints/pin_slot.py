@@ -1,0 +1,193 @@
+"""Pin in a slot: ideal, and with clearance."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import KW_ONLY, dataclass, field, replace
+from typing import TYPE_CHECKING
+
+from flexmb import checks
+from flexmb.contact.friction.frictionless import Frictionless
+from flexmb.errors import InputError
+from flexmb.joints.contact_point import put_column, put_point
+from flexmb.joints.direction import direction
+from flexmb.joints.prismatic import direction_row
+from flexmb.joints.revolute_clearance import check_laws
+from flexmb.kernels import constraint_kernel, gap_kernel, signal_kernel
+from flexmb.model.law import FrictionLaw, NormalLaw
+from flexmb.model.part import Joint
+from flexmb.model.pieces import ConstraintPiece, ContactPiece, Piece, SignalPiece
+
+if TYPE_CHECKING:
+    from flexmb.model.mechanism import Mechanism
+
+
+@constraint_kernel
+def slot_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
+    """A point of the second body stays on a straight line of the first."""
+    ux, uy, s1x, s1y, s2x, s2y = p
+    direction_row(-uy, ux, s1x, s1y, s2x, s2y, q, v, lam, 0, g, G, gamma, H)
+
+
+@signal_kernel
+def slot_travel(p, t, q, v, a):
+    """How far the pin is along the slot."""
+    ux, uy, s1x, s1y, s2x, s2y = p
+    return direction(ux, uy, s1x, s1y, s2x, s2y, q)[0]
+
+
+@gap_kernel
+def slot_gap_kernel(p, q, v, out):
+    """Round pin in a slot with round ends: e from the nearest point of the middle line, gap = c - |e|, n = e/|e|.
+
+    The contact point lies half the depth beyond the pin's surface, so both bodies are pushed at one point.
+    """
+    c, reach, radius, mx, my, s1x, s1y, s2x, s2y = p
+    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
+    ax, ay, bx, by = c1 * s1x - d1 * s1y, d1 * s1x + c1 * s1y, c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y
+    ux, uy = c1 * mx - d1 * my, d1 * mx + c1 * my
+    ex, ey = q[3] + bx - q[0] - ax, q[4] + by - q[1] - ay
+    along, across = ux * ex + uy * ey, ux * ey - uy * ex
+    side = abs(along) <= reach
+    if side:
+        size = abs(across)
+        sign = 1.0 if across >= 0.0 else -1.0
+        nx, ny = -sign * uy, sign * ux
+    else:
+        end = reach if along > 0.0 else -reach
+        ax, ay = ax + end * ux, ay + end * uy  # the middle of the round end
+        ex, ey = ex - end * ux, ey - end * uy
+        size = math.sqrt(ex * ex + ey * ey)
+        nx, ny = ex / size, ey / size
+    ahead = radius + 0.5 * (c + size) - size  # from the pin's centre to the contact point
+    X, Y = q[3] + bx + ahead * nx, q[4] + by + ahead * ny
+    put_point(out, q, v, c - size, nx, ny, X, Y)
+    out[9], out[10] = (size * nx, size * ny) if side else (ex, ey)
+    vx, vy = v[3] - v[5] * by - v[0] + v[2] * ay, v[4] + v[5] * bx - v[1] - v[2] * ax
+    out[11], out[12] = vx, vy
+    for j in range(6):
+        # column j of the pin's centre, and of its way from the middle of the slot, or of the round end
+        gx, gy, Xq, Yq = 0.0, 0.0, 0.0, 0.0
+        if j == 0:
+            gx = -1.0
+        elif j == 1:
+            gy = -1.0
+        elif j == 2:
+            gx, gy = ay, -ax
+        elif j == 3:
+            gx, Xq = 1.0, 1.0
+        elif j == 4:
+            gy, Yq = 1.0, 1.0
+        else:
+            gx, gy = -by, bx
+            Xq, Yq = gx, gy
+        if side:
+            nqx, nqy = (-ny, nx) if j == 2 else (0.0, 0.0)
+            grows = nx * gx + ny * gy
+            if j == 2:  # the line turns, too
+                grows += -ny * ex + nx * ey
+        else:
+            turn = (nx * gy - ny * gx) / size
+            nqx, nqy = -ny * turn, nx * turn
+            grows = nx * gx + ny * gy
+        put_column(out, j, nqx, nqy, Xq + ahead * nqx - 0.5 * grows * nx, Yq + ahead * nqy - 0.5 * grows * ny)
+
+
+@dataclass(frozen=True)
+class PinSlot(Joint):
+    """Ideal pin in a straight slot: a point of the second body stays on a line of the first, and turns freely.
+
+    Signals: fx, fy, force (on the second body) [N], travel of the pin along the slot [m].
+
+    Parameters
+    ----------
+    name : the joint's name.
+    first, second : the bodies with the slot and with the pin.
+    at : the pin in the drawn pose, and the middle of the slot [m].
+    along : direction of the slot in the drawn pose (any length > 0).
+
+    Raises
+    ------
+    InputError : a direction without length.
+    """
+
+    along: tuple[float, float] = (1.0, 0.0)
+
+    kind = "slot"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        along = checks.point(self.label, "along", self.along, "")
+        if math.hypot(*along) <= 0.0:
+            raise InputError(f"{self.label}: along is {self.along}; it must be a direction with a length > 0.")
+        object.__setattr__(self, "along", along)
+
+    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
+        """One row and the signal `travel`."""
+        coordinates, p = self._geometry(mechanism)
+        row = ConstraintPiece(self.name, slot_kernel, coordinates, p, 1, second=coordinates[3:])
+        return [row, SignalPiece(self.name, "travel", "m", slot_travel, coordinates, p)]
+
+    def _geometry(self, mechanism: Mechanism):
+        """The six coordinates; direction of the slot, its middle and the pin in the frames of their nodes."""
+        first, second = self.ends(mechanism)
+        angle = math.atan2(self.along[1], self.along[0]) - mechanism.body(first.part).node(first.node).theta
+        p = (math.cos(angle), math.sin(angle), *first.offset, *second.offset)
+        return (*first.coordinates, *second.coordinates), p
+
+
+@dataclass(frozen=True)
+class PinSlotClearance(PinSlot):
+    """Round pin of the second body with play in a slot of the first; the slot has round ends.
+
+    Signals: those of a contact (see `RevoluteClearance`; ex, ey from the middle line of the slot), and travel [m].
+
+    Parameters
+    ----------
+    name : the joint's name.
+    first, second : the bodies with the slot and with the pin.
+    at : the pin in the drawn pose, and the middle of the slot [m].
+    along : direction of the slot in the drawn pose (any length > 0).
+    clearance : half the width of the slot less the radius of the pin [m], > 0.
+    pin_radius : radius of the pin [m], > 0.
+    length : way of the pin's centre from one round end to the other [m], >= 0; None: the slot has no ends.
+    normal : law of the normal force; made from materials, it has the stiffness of the pin against a flat side.
+    friction : law of friction; left out: frictionless.
+
+    Raises
+    ------
+    InputError : sizes out of range, laws of the wrong kind.
+
+    Notes
+    -----
+    At the start the pin is in the middle of the slot's width and moves as in an ideal `PinSlot`.
+    """
+
+    _: KW_ONLY
+    clearance: float
+    pin_radius: float
+    length: float | None = None
+    normal: NormalLaw
+    friction: FrictionLaw = field(default_factory=Frictionless)
+
+    kind = "clearance"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        checks.positive(self.label, "clearance", self.clearance, "m", "For a pin without play use PinSlot(...).")
+        checks.positive(self.label, "pin_radius", self.pin_radius, "m")
+        if self.length is not None:
+            checks.not_negative(self.label, "length", self.length, "m")
+        check_laws(self)
+
+    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
+        """One contact, the signal `travel`, and the ideal slot at the start."""
+        coordinates, p = self._geometry(mechanism)
+        reach = 1e300 if self.length is None else 0.5 * self.length
+        normal = self.normal.for_radii(math.inf, self.pin_radius)
+        contact = ContactPiece(
+            self.name, slot_gap_kernel, coordinates, (self.clearance, reach, self.pin_radius, *p), normal, self.friction
+        )
+        row, travel = super().pieces(mechanism)
+        return [contact, travel, replace(row, holds="closed")]  # type: ignore[type-var]
