@@ -12,7 +12,7 @@ import pytest
 import flexmb as fm
 
 MU, E = 0.15, 0.6
-PLAY, R2 = 2e-3, 0.02
+PLAY, R2 = 0.02, 0.02
 
 
 def law(stiffness):
@@ -27,7 +27,7 @@ def impulse(sol, name):
 # A disc in a bearing, both free: it flies along X from beside the middle and meets the wall obliquely.
 
 BODIES = {"mass1": 2.0, "mass2": 0.5, "inertia1": 3e-3, "inertia2": 2e-4}
-START, VELOCITY, SPIN = (0.0, 1.2e-3), (1.5, 0.0), 40.0
+START, VELOCITY, SPIN = (1.59e-2, 1.2e-2), (1.5, 0.0), -40.0
 
 
 def oblique(stiffness, friction):
@@ -37,7 +37,7 @@ def oblique(stiffness, friction):
     options = {"clearance": PLAY, "bearing_radius": R2 + PLAY, "normal": law(stiffness), "friction": friction}
     joint = fm.RevoluteClearance("J", ring, ball, at=(0.0, 0.0), start=START, **options)
     mech = fm.Mechanism("oblique", (ring, ball, joint))
-    sol = fm.simulate(mech, t_end=1.8e-3, save="steps", step=fm.Adaptive(max=1e-6))
+    sol = fm.simulate(mech, t_end=2.5e-4, save="steps", step=2e-8)
     assert sol.ok, sol.status
     assert sol.array("J.mode")[-1] == 0.0  # it has left again
     return sol
@@ -50,7 +50,11 @@ def oblique_by_hand(mu):
     closing = float(np.dot(VELOCITY, n))
     Pn = (1.0 + E) * closing / (1.0 / BODIES["mass1"] + 1.0 / BODIES["mass2"])
     slip = float(np.dot(VELOCITY, t)) + R2 * SPIN
-    return n, t, closing, Pn, -math.copysign(mu * Pn, slip)
+    Pt = -math.copysign(mu * Pn, slip)
+    yields = 1.0 / BODIES["mass1"] + 1.0 / BODIES["mass2"]
+    yields += R2**2 / BODIES["inertia2"] + (R2 + PLAY) ** 2 / BODIES["inertia1"]
+    assert abs(slip) > 2.0 * abs(Pt) * yields  # it slides in one direction to the end
+    return n, t, closing, Pn, Pt
 
 
 @pytest.mark.parametrize("mu", [0.0, MU])
@@ -59,7 +63,7 @@ def test_an_oblique_impact_in_a_bearing(mu):
     n, t, closing, Pn, Pt = oblique_by_hand(mu)
     friction = fm.SmoothCoulomb(mu, v0=1e-4) if mu else fm.Frictionless()
     errors = []
-    for stiffness in (1e8, 1e10):
+    for stiffness in (1e11, 1e13):
         sol = oblique(stiffness, friction)
         P = impulse(sol, "J")
         dv = np.array([sol.array(f"ball.v{a}")[-1] - sol.array(f"ring.v{a}")[-1] for a in "xy"])
@@ -69,8 +73,9 @@ def test_an_oblique_impact_in_a_bearing(mu):
         if mu:
             found += [P @ t / Pt - 1.0, spins[0] / expected[0] - 1.0, spins[1] / expected[1] - 1.0]
         else:
-            assert max(map(abs, spins)) == 0.0
+            assert max(map(abs, spins)) < 1e-13
         errors.append(max(map(abs, found)))
+    print("\nlargest relative error:", errors)
     assert errors[0] < 1e-2, errors
     assert errors[1] < 0.3 * errors[0], errors
 
@@ -85,9 +90,9 @@ def fallen(stiffness, speed_x, mu):
     """The rod's lower end at (0, 0) meets the lower side of a slot along X at 1 m/s; ends before it lands again."""
     end = (-LENGTH * math.cos(ANGLE), LENGTH * math.sin(ANGLE))
     rod = fm.RigidLink("rod", (0.0, 0.0), end, MASS, ROD_INERTIA, velocity=(speed_x, -1.0, 0.0))
-    numbers = {"clearance": 1e-4, "pin_radius": PIN, "normal": law(stiffness)}
+    numbers = {"clearance": 2e-4, "pin_radius": PIN, "normal": law(stiffness)}
     slot = fm.PinSlotClearance("S", fm.GROUND, rod, at=(0.0, 0.0), friction=fm.SmoothCoulomb(mu, v0=1e-5), **numbers)
-    sol = fm.simulate(fm.Mechanism("fallen", (rod, slot)), t_end=2.4e-4, save="steps", step=fm.Adaptive(max=2e-7))
+    sol = fm.simulate(fm.Mechanism("fallen", (rod, slot)), t_end=3e-4, save="steps", step=2e-8)
     assert sol.ok, sol.status
     depth = sol.array("S.penetration")
     assert depth.max() > 0.0
@@ -117,10 +122,11 @@ def test_a_rod_that_falls_on_its_end_with_friction(speed_x):
     """`speed_x` = 0: the impact itself makes the end slide, since mu is below what would hold it."""
     exact = fallen_by_hand(speed_x, MU)
     errors = []
-    for stiffness in (1e9, 1e11):
+    for stiffness in (1e11, 1e13):
         sol = fallen(stiffness, speed_x, MU)
         P = impulse(sol, "S")
         found = np.array([P[1], P[0], *(sol.array(f"rod.{s}")[-1] for s in ("vx", "vy", "omega"))])
         errors.append(float(np.abs(found / exact - 1.0).max()))
+    print("\nlargest relative error:", errors)
     assert errors[0] < 1e-2, errors
     assert errors[1] < 0.5 * errors[0], errors

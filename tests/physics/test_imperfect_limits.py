@@ -11,11 +11,11 @@ import pytest
 
 import flexmb as fm
 
-R, L, SPEED, LOAD = 0.05, 0.12, 10.0, 200.0
+R, L, SPEED, LOAD = 0.05, 0.12, 10.0, 20.0
 BEARING = 0.01
 
 
-def worn(clearance, stiffness=1e10):
+def worn(clearance, stiffness=1e12):
     """The pin (of the slider) pressed by the load towards the crank, where it also starts."""
     crank = fm.RigidLink("crank", (0.0, 0.0), (0.0, R), 0.30, 1e-5)
     end = (math.sqrt(L**2 - R**2), 0.0)
@@ -29,7 +29,7 @@ def worn(clearance, stiffness=1e10):
         at=end,
         clearance=clearance,
         bearing_radius=BEARING,
-        normal=fm.ExactRestitution(stiffness=stiffness, restitution=0.3, least_approach=1e-2),
+        normal=fm.ExactRestitution(stiffness=stiffness, restitution=0.3, least_approach=0.5),
         start=tuple(-clearance * along),
     )
     parts = (
@@ -43,11 +43,11 @@ def worn(clearance, stiffness=1e10):
     return fm.Mechanism("worn", (crank, rod, slider, *parts))
 
 
-def run(clearance, stiffness=1e10):
+def run(clearance, stiffness=1e12):
     """A turn, and the slider of the ideal mechanism, r cos + sqrt(l^2 - r^2 sin^2), at the same instants."""
     sol = fm.simulate(worn(clearance, stiffness), periods=1, save=2000)
     assert sol.ok, sol.status
-    late = sol.time > 0.01
+    late = sol.time > 0.02
     assert sol.array("B.normal_force")[late].min() > 0.5 * LOAD  # the contact lasts
     angle = 0.5 * math.pi + SPEED * sol.time
     return sol, R * np.cos(angle) + np.sqrt(L**2 - (R * np.sin(angle)) ** 2)
@@ -76,7 +76,7 @@ def test_the_penetration_falls_with_the_stiffness():
     depths = []
     for K in stiffness:
         sol, _ = run(2e-4, K)
-        late = sol.time > 0.05
+        late = sol.time > 0.1  # the shaking of the start has died away
         N, depth = sol.array("B.normal_force")[late], sol.array("B.penetration")[late]
         np.testing.assert_allclose(depth, (N / K) ** (2 / 3), rtol=1e-2)
         depths.append(depth.max())
