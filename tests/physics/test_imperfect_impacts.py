@@ -1,7 +1,9 @@
 """Impacts of nonsmooth mechanics, in closed form, against stiff contacts with `ExactRestitution`.
 
 The impulses Pn, Pt of the contact act in an instant, the position does not change, and the normal speed of the points
-in contact is returned e times (Newton; the same as Poisson and Stronge where slip keeps its direction).
+in contact is returned e times (Newton; the same as Poisson and Stronge where slip keeps its direction).  What is left
+is how far the bodies move during the contact: depth and duration go with K^(-1/(n+1)) = K^(-0.4), and so must the
+errors.
 """
 
 import math
@@ -63,7 +65,7 @@ def test_an_oblique_impact_in_a_bearing(mu):
     n, t, closing, Pn, Pt = oblique_by_hand(mu)
     friction = fm.SmoothCoulomb(mu, v0=1e-4) if mu else fm.Frictionless()
     errors = []
-    for stiffness in (1e11, 1e13):
+    for stiffness in (1e12, 1e14):
         sol = oblique(stiffness, friction)
         P = impulse(sol, "J")
         dv = np.array([sol.array(f"ball.v{a}")[-1] - sol.array(f"ring.v{a}")[-1] for a in "xy"])
@@ -77,7 +79,7 @@ def test_an_oblique_impact_in_a_bearing(mu):
         errors.append(max(map(abs, found)))
     print("\nlargest relative error:", errors)
     assert errors[0] < 1e-2, errors
-    assert errors[1] < 0.3 * errors[0], errors
+    assert math.log(errors[0] / errors[1], 100.0) == pytest.approx(0.4, abs=0.02)
 
 
 # A slender rod that falls on its end, sliding: Kelvin's and Routh's impact with slip in one direction.
@@ -129,4 +131,4 @@ def test_a_rod_that_falls_on_its_end_with_friction(speed_x):
         errors.append(float(np.abs(found / exact - 1.0).max()))
     print("\nlargest relative error:", errors)
     assert errors[0] < 1e-2, errors
-    assert errors[1] < 0.5 * errors[0], errors
+    assert math.log(errors[0] / errors[1], 100.0) == pytest.approx(0.4, abs=0.02)
