@@ -47,8 +47,9 @@ def simulate(
 ) -> Solution:
     """Simulate a mechanism from its drawn pose.
 
-    At the start the loops are closed, journals are centred, flexible bodies are unstressed and velocities those of the
-    ideal rigid mechanism, but for the fields of displacement and velocity that bodies declare.
+    At the start the loops are closed, journals stand as their joints say, flexible bodies are unstressed
+    and velocities those of the ideal rigid mechanism, but for the fields of displacement and velocity that bodies
+    declare.
 
     Parameters
     ----------

@@ -11,11 +11,11 @@ from flexmb import checks
 from flexmb.contact.friction.frictionless import Frictionless
 from flexmb.errors import InputError
 from flexmb.joints.contact_point import put_column
-from flexmb.joints.revolute import coincidence_piece
-from flexmb.kernels import gap_kernel
+from flexmb.joints.revolute import coincide
+from flexmb.kernels import constraint_kernel, gap_kernel
 from flexmb.model.law import FrictionLaw, NormalLaw
-from flexmb.model.part import Joint
-from flexmb.model.pieces import ContactPiece, Piece
+from flexmb.model.part import GROUND, Joint
+from flexmb.model.pieces import ConstraintPiece, ContactPiece, Piece
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -75,6 +75,20 @@ def journal_gap_kernel(p, q, v, out):
         put_column(out, j, nqx, nqy, px, py)
 
 
+@constraint_kernel
+def held_journal_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
+    """The journal's centre stands beside the bearing's by (ex, ey) along X and Y; rates as of an ideal joint."""
+    s1x, s1y, s2x, s2y, ex, ey = p
+    coincide(s1x, s1y, s2x, s2y, q, v, lam, g, G, gamma, H)
+    g[0] -= ex
+    g[1] -= ey
+
+
+CENTRED, SEATED = "centred", "seated"
+TOUCHING = 1.0 + 1e-12
+"""Round-off of an eccentricity that is meant to touch."""
+
+
 @dataclass(frozen=True)
 class RevoluteClearance(Joint):
     """Revolute joint with play: the first body carries the bearing, the second one the journal.
@@ -87,15 +101,25 @@ class RevoluteClearance(Joint):
     ----------
     name : the joint's name.
     first, second : the bodies with the bearing and with the journal.
-    at : centre of the bearing in the drawn pose [m]; the journal is drawn in its middle.
+    at : centre of the bearing in the drawn pose [m]; the journal is drawn in its middle, wherever `start` puts it.
     clearance : radius of the bearing less that of the journal [m], > 0 and < bearing_radius.
     bearing_radius : radius of the bearing [m], > 0.
     normal : law of the normal force.
     friction : law of friction; left out: frictionless.
+    start : how the journal stands in the bearing at the start: "centred"; "seated", touching where gravity pulls it; or
+        (ex, ey), its centre seen from the bearing's along X and Y [m], at most `clearance` long.
 
     Raises
     ------
-    InputError : clearance or radius out of range, a law of the wrong kind.
+    InputError : clearance or radius out of range, a law of the wrong kind, a start outside the clearance, "seated"
+        without gravity.
+
+    Notes
+    -----
+    At the start the bodies move as with an ideal joint, so the journal stands still in its bearing, whatever `start`.
+    The other bodies are put where the loops close with the journal there.  "Seated" is e = clearance gravity/|gravity|,
+    and its opposite where the journal belongs to the ground, as the bearing hangs on it then; where something else
+    presses on the joint, give (ex, ey).  What takes the joint for an ideal one (modes, inverse dynamics) keeps it.
     """
 
     _: KW_ONLY
@@ -103,6 +127,7 @@ class RevoluteClearance(Joint):
     bearing_radius: float
     normal: NormalLaw
     friction: FrictionLaw = field(default_factory=Frictionless)
+    start: str | tuple[float, float] = CENTRED
 
     kind = "clearance"
 
@@ -117,6 +142,45 @@ class RevoluteClearance(Joint):
                 f"{self.bearing_radius:g} m. Did you mix up metres and millimetres?"
             )
         check_laws(self)
+        self._check_start()
+
+    def _check_start(self) -> None:
+        """Keep `start` as a word or as a point inside the clearance."""
+        if isinstance(self.start, str):
+            if self.start not in (CENTRED, SEATED):
+                text = f"{self.label}: start is {self.start!r}; it must be {CENTRED!r}, {SEATED!r} or (ex, ey) in m."
+                raise InputError(f"{text} {checks.did_you_mean(self.start, [CENTRED, SEATED])}")
+            return
+        e = checks.point(self.label, "start", self.start)
+        beyond = math.hypot(*e) - self.clearance
+        if beyond > (TOUCHING - 1.0) * self.clearance:
+            raise InputError(
+                f"{self.label}: start is ({e[0]:g}, {e[1]:g}) m, {beyond:.3g} m outside the clearance of "
+                f"{self.clearance:g} m; the journal would begin inside the bearing's wall. Give a shorter (ex, ey), or "
+                'start="seated" for a journal that touches where gravity pulls it.'
+            )
+        object.__setattr__(self, "start", e)
+
+    def validate(self, mechanism: Mechanism) -> None:
+        """A seated journal needs gravity."""
+        super().validate(mechanism)
+        if self.start == SEATED and math.hypot(*mechanism.gravity) <= 0.0:
+            raise InputError(
+                f"{self.label}: start is 'seated', but mechanism {mechanism.name!r} has no gravity that pulls the "
+                "journal anywhere. Say where it stands with start=(ex, ey) in m, or give gravity=(0, -9.81)."
+            )
+
+    def eccentricity(self, mechanism: Mechanism) -> tuple[float, float]:
+        """Centre of the journal seen from that of the bearing at the start [m]."""
+        if self.start == CENTRED:
+            return 0.0, 0.0
+        if isinstance(self.start, tuple):
+            return self.start
+        gx, gy = mechanism.gravity
+        factor = self.clearance / math.hypot(gx, gy)
+        if self.second.name == GROUND.name:
+            factor = -factor
+        return factor * gx, factor * gy
 
     @property
     def journal_radius(self) -> float:
@@ -124,15 +188,22 @@ class RevoluteClearance(Joint):
         return self.bearing_radius - self.clearance
 
     def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
-        """One contact; at the start the journal is centred as in an ideal joint."""
-        first, second = ends = self.ends(mechanism)
+        """One contact; at the start the journal stands as in an ideal joint, or beside its centre."""
+        first, second = self.ends(mechanism)
         coordinates = (*first.coordinates, *second.coordinates)
         p = (self.clearance, self.bearing_radius, *first.offset, *second.offset)
         normal = self.normal.for_radii(self.bearing_radius, self.journal_radius)
         return [
             ContactPiece(self.name, journal_gap_kernel, coordinates, p, normal, self.friction),
-            coincidence_piece(self.name, ends, holds="closed"),
+            self._held(mechanism, coordinates, p[2:]),
         ]
+
+    def _held(self, mechanism: Mechanism, coordinates, offsets: tuple[float, ...]) -> ConstraintPiece:
+        """The two rows that hold the journal in its place at the start."""
+        p = (*offsets, *self.eccentricity(mechanism))
+        return ConstraintPiece(
+            self.name, held_journal_kernel, coordinates, p, 2, second=coordinates[3:], holds="closed"
+        )
 
 
 def check_laws(joint) -> None:

@@ -58,7 +58,8 @@ SPECIMENS = {
         corner_radius=1e-3,
     ),
     "RevoluteClearance": fm.RevoluteClearance(
-        "play", CRANK, ARM, at=A, clearance=1e-4, bearing_radius=5e-3, normal=LAW, friction=fm.ModifiedCoulomb(0.1)
+        "play", CRANK, ARM, at=A, clearance=1e-4, bearing_radius=5e-3, normal=LAW, friction=fm.ModifiedCoulomb(0.1),
+        start=(3e-5, -4e-5),
     ),
     **{kind.__name__: kind(stiffness=1e9, restitution=0.95, materials=(fm.STEEL, fm.STEEL)) for kind in HYSTERESIS},
     "Hertz": fm.Hertz(stiffness=1e9, materials=(fm.STEEL, fm.STEEL)),

@@ -175,6 +175,61 @@ def test_finer_beams_cost_linearly_too():
     hold("cost an element, 400 beams a link over 4", cost[-1] / cost[0], 1.3, "")
 
 
+def with_plays(mechanism, names):
+    """The named revolute joints replaced by joints with 0.2 mm of play and friction, seated where there is gravity."""
+    law, friction = fm.ExactRestitution(stiffness=1e9, restitution=0.5), fm.SmoothCoulomb(0.05, v0=1e-2)
+    start = "seated" if any(mechanism.gravity) else "centred"
+    options = {"clearance": 2e-4, "bearing_radius": 0.01, "normal": law, "friction": friction, "start": start}
+    for name in names:
+        joint = mechanism.find(name)
+        worn = fm.RevoluteClearance(name, joint.first, joint.second, at=joint.at, **options)
+        mechanism = mechanism.with_part(worn)
+    return mechanism
+
+
+def slack(count):
+    """Slider-crank turned through an elastic coupling, with play in so many of its joints O, A, B."""
+    crank = fm.RigidLink("crank", (0.0, 0.0), (0.05, 0.0), 0.30, 1e-5, velocity=(0.0, 1.5, 60.0))
+    rod = fm.RigidLink("rod", (0.05, 0.0), (0.17, 0.0), 0.21, 2.5e-4)
+    slider, rotor = fm.RigidBody("slider", (0.17, 0.0), 0.14, 1e-4), fm.RigidBody("rotor", (0.0, 0.0), 1.0, 1e-2)
+    parts = (
+        fm.Revolute("axle", fm.GROUND, rotor, (0.0, 0.0)),
+        fm.TorsionSpring("coupling", rotor, crank, stiffness=2e3, damping=0.5),
+        fm.Revolute("O", fm.GROUND, crank, (0.0, 0.0)),
+        fm.Revolute("A", crank, rod, (0.05, 0.0)),
+        fm.Revolute("B", rod, slider, (0.17, 0.0)),
+        fm.Prismatic("guide", fm.GROUND, slider),
+        fm.Drive("motor", "axle", fm.ConstantSpeed(60.0)),
+    )
+    return with_plays(fm.Mechanism("slack", (crank, rod, slider, rotor, *parts)), "BAO"[:count])
+
+
+def hanging(links, plays):
+    """Rigid links of 0.1 m one below the other, the first `plays` of their pins with play."""
+    parts, last = [], fm.GROUND
+    for k in range(links):
+        link = fm.RigidLink(f"L{k}", (0.0, -0.1 * k), (0.0, -0.1 * (k + 1)), 0.2, 2e-4)
+        parts += [link, fm.Revolute(f"J{k}", last, link, (0.0, -0.1 * k))]
+        last = link
+    return with_plays(fm.Mechanism("hanging", tuple(parts), gravity=(0.3, -G)), [f"J{k}" for k in range(plays)])
+
+
+@pytest.mark.parametrize(
+    ("what", "model", "counts", "steps"),
+    [
+        ("slider-crank", slack, (0, 1, 2, 3), 5000),
+        ("chain of eight", lambda k: hanging(8, k), (0, 2, 4, 8), 2000),
+    ],
+)
+def test_cost_of_a_step_grows_no_faster_than_linearly_with_the_joints_that_have_play(what, model, counts, steps):
+    """The last joints cost no more than the first ones, within what the clock can tell."""
+    cost = [per_step(model(k), 1e-5, steps) for k in counts]
+    for k, us in zip(counts, cost, strict=True):
+        TABLE.append((f"{what}, {k} joints with play, one step", us, math.nan, "us"))
+    average, first = (cost[-1] - cost[0]) / counts[-1], (cost[1] - cost[0]) / counts[1]
+    hold(f"{what}, a joint with play, all over the first", average / first, 1.3, "")
+
+
 def clocked(code):
     """Median wall time of new Python processes that run `code` [s]."""
     times = []
