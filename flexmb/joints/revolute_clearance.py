@@ -171,7 +171,7 @@ class RevoluteClearance(Joint):
             )
 
     def eccentricity(self, mechanism: Mechanism) -> tuple[float, float]:
-        """Centre of the journal seen from that of the bearing at the start [m]."""
+        """Centre of the journal seen from that of the bearing at the start of `mechanism` [m]."""
         if self.start == CENTRED:
             return 0.0, 0.0
         if isinstance(self.start, tuple):

@@ -1,12 +1,14 @@
 """Where a journal stands at the start; a disc that slides and rolls in a round hollow against its exact equations."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 import flexmb as fm
+from flexmb.solve.system import System
 
 G = 9.81
 PLAY, BEARING = 1e-3, 0.011
@@ -63,6 +65,17 @@ def test_a_journal_moves_with_a_driven_bearing():
     )
     sol = fm.simulate(fm.Mechanism("m", (crank, bar, *parts)), t_end=1e-4, save="steps")
     np.testing.assert_allclose([sol.array(f"J.{s}")[0] for s in ("ex", "ey", "vex", "vey")], [*e, 0, 0], atol=1e-14)
+
+
+def test_the_rows_of_the_start_are_those_of_a_pin_but_for_the_place_of_the_journal():
+    """So rates, accelerations and forces of what takes the joint for an ideal one are an ideal joint's."""
+    worn = hanging((0.3 * PLAY, -0.4 * PLAY))
+    ideal = worn.with_part(fm.Revolute("J", fm.GROUND, worn.find("bar"), at=(0.0, 0.0)))
+    q, v, lam = np.array([0.1, -0.2, -1.1]), np.array([1.0, 2.0, 3.0]), np.array([5.0, -7.0])
+    one, other = (System(fm.compile(m, closed=True)).at(q, v, lam=lam, weights=(1.0, 0.0, 0.0)) for m in (worn, ideal))
+    np.testing.assert_allclose(one.residual - other.residual, [-0.3 * PLAY, 0.4 * PLAY], atol=1e-16)
+    assert abs(one.matrix - other.matrix).max() == 0.0
+    np.testing.assert_array_equal(one.gamma, other.gamma)
 
 
 def test_a_seated_pendulum_hardly_bounces():
@@ -204,6 +217,51 @@ def test_a_spinning_disc_slides_until_it_rolls():
     lost = 0.5 * INERTIA * (spin**2 - state[2] ** 2) - 0.5 * MASS * (C * state[1]) ** 2
     lost -= MASS * G * C * (1.0 - math.cos(state[0]))
     assert sol.array("energy.dissipated_friction")[-1] == pytest.approx(lost, rel=5e-3)
+
+
+def in_ring(ring_spin, disc_spin, depth):
+    """Force (fx, fy, moment) on a disc at the bottom of a ring, both centres at rest, both turning."""
+    ring = fm.RigidBody("ring", (0.0, 0.0), 1.0, 4e-3)
+    body = fm.RigidBody("disc", (0.0, 0.0), MASS, INERTIA)
+    law, rough = fm.Hertz(stiffness=STIFF), fm.SmoothCoulomb(0.3, v0=1e-6)
+    options = {"clearance": C, "bearing_radius": C + R2, "normal": law, "friction": rough}
+    mech = fm.Mechanism("m", (ring, body, fm.RevoluteClearance("J", ring, body, at=(0.0, 0.0), **options)))
+    q = [0.0, 0.0, 0.0, 0.0, -C - depth, 0.0]
+    return -System(fm.compile(mech)).at(q, [0.0, 0.0, ring_spin, 0.0, 0.0, disc_spin]).force.reshape(2, 3)
+
+
+def test_the_slip_contains_the_rotation_of_both_bodies():
+    """Wheels in each other do not slip where the speeds of both rims agree at the point of contact."""
+    depth = 1e-6
+    R1 = C + R2 + 0.5 * depth
+    N = STIFF * depth**1.5
+    together = 30.0 * R1 / (R2 - 0.5 * depth)
+    assert abs(in_ring(30.0, together, depth)[1, 0]) < 1e-6 * N
+    for more, sign in ((1.0, -1.0), (-1.0, 1.0)):  # the disc's rim runs ahead, towards +X: friction holds it back
+        first, second = in_ring(30.0, together + more, depth)
+        np.testing.assert_allclose(second, [sign * 0.3 * N, N, sign * 0.3 * N * (R2 - 0.5 * depth)], rtol=1e-9)
+        np.testing.assert_allclose(first, [-sign * 0.3 * N, -N, -sign * 0.3 * N * R1], rtol=1e-9)
+
+
+def test_a_driven_ring_takes_the_disc_along_until_it_rolls():
+    """c phi' + R2 omega = R1 Omega from then on, while the disc swings in the turning ring."""
+    turning = 6.0
+    ring = fm.RigidBody("ring", (0.0, 0.0), 1.0, 4e-3)
+    mech = disc(friction=STICKY)
+    joint = replace(mech.find("J"), first=ring)
+    parts = (
+        ring,
+        mech.find("disc"),
+        joint,
+        fm.Revolute("O", fm.GROUND, ring, at=(0.0, 0.0)),
+        fm.Drive("motor", "O", fm.ConstantSpeed(turning)),
+    )
+    sol = fm.simulate(fm.Mechanism("mill", parts, gravity=(0.0, -G)), t_end=1.0, save="steps")
+    assert sol.ok, sol.status
+    slip = swing(sol)[1] - (C + R2) * turning
+    assert slip[0] == pytest.approx(-(C + R2) * turning, rel=1e-6)
+    assert np.abs(slip[sol.time > 0.3]).max() < 1e-3 * (C + R2) * turning
+    assert np.ptp(swing(sol)[0][sol.time > 0.3]) > 0.02  # it does swing
 
 
 def test_friction_turns_a_free_bearing_and_its_journal_without_changing_their_momentum():
