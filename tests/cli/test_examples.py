@@ -90,13 +90,13 @@ def test_restart(tmp_path):
 
 
 def test_readme(tmp_path, root):
-    """The example of README.md, as it stands there."""
+    """The examples of README.md, as they stand there, one after the other."""
     text = (root / "README.md").read_text(encoding="utf-8")
-    (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    code = "\n".join(re.findall(r"```python\n(.*?)```", text, re.DOTALL))
     (tmp_path / "readme.py").write_text(code, encoding="utf-8")
     printed = output(tmp_path / "readme", tmp_path)
     assert "degrees of freedom  1" in printed
-    assert "Finished at t = 0.06 s" in printed
+    assert printed.count("Finished at t = 0.06 s") == 3
     assert (tmp_path / "slider_crank.png").read_bytes().startswith(b"\x89PNG")
 
 
