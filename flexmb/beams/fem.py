@@ -1,9 +1,11 @@
 """Element matrices of a straight Euler-Bernoulli beam, from weak forms with scikit-fem.
 
-Axial     stiffness  int E A u' v' dx      mass  int rho A u v dx     linear elements, order (u1, u2)
+Axial     stiffness  1 / int dx/(E A)      mass  int rho A u v dx     linear elements, order (u1, u2)
 Bending   stiffness  int E I w'' v'' dx    mass  int rho A w v dx     cubic Hermite elements,
           rotary inertia, on request       int rho I w' v' dx         order (w1, theta1, w2, theta2), theta = w'
 
+The axial stiffness is that of the weak form of Hellinger and Reissner with a constant force in the element, which is
+exact for tapered bars under end loads; with the linear displacement alone, int E A u' v' dx, they would be too stiff.
 w is positive to the left of the direction of the beam, so theta is counter-clockwise.
 This runs when a program is compiled, never inside the time loop.
 """
@@ -14,7 +16,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 import numpy.typing as npt
-from skfem import Basis, BilinearForm, ElementLineHermite, ElementLineP1, MeshLine
+from skfem import Basis, BilinearForm, ElementLineHermite, ElementLineP1, Functional, MeshLine
 
 from flexmb.beams.section import Section
 from flexmb.errors import InputError
@@ -137,13 +139,14 @@ def beam_matrices(
     s = (x[:-1, None] - x[0] + np.asarray(axial.global_coordinates())[0]) / (x[-1] - x[0])
     A = _section_values(section, "area_at", s)
     I = _section_values(section, "second_moment_at", s)
+    flexibility: Array = _INVERSE.elemental(axial, weight=E * A)
     mass = _local(_PRODUCT, bending, rho * A)
     turning = rho * I if rotary_inertia is True else np.full_like(I, float(rotary_inertia))
     rotary = _local(_SLOPES, bending, turning)
     s_ends = (np.stack([x[:-1], x[1:]], axis=1) - x[0]) / (x[-1] - x[0])
     return BeamMatrices(
         lengths=np.diff(x),
-        axial_stiffness=_local(_SLOPES, axial, E * A),
+        axial_stiffness=np.array([[1.0, -1.0], [-1.0, 1.0]]) / flexibility[:, None, None],
         axial_mass=_local(_PRODUCT, axial, rho * A),
         bending_stiffness=_local(_CURVATURES, bending, E * I),
         bending_mass=mass + rotary,
@@ -153,6 +156,7 @@ def beam_matrices(
     )
 
 
+_INVERSE = Functional(lambda w: 1.0 / w.weight)
 _PRODUCT = BilinearForm(lambda u, v, w: w.weight * u * v)
 _SLOPES = BilinearForm(lambda u, v, w: w.weight * u.grad[0] * v.grad[0])
 _CURVATURES = BilinearForm(lambda u, v, w: w.weight * u.hess[0, 0] * v.hess[0, 0])
