@@ -60,7 +60,7 @@ def point(owner: str, name: str, value: object, unit: str = "m") -> tuple[float,
     """`value` as a point (x, y) [m], or as a vector with another unit; else `InputError`."""
     try:
         x, y = value if isinstance(value, Iterable) else ()
-    except ValueError:
+    except (ValueError, TypeError):  # TypeError: an array without dimensions
         raise InputError(f"{owner}: {name} is {value!r}; it must be a pair (x, y){_in(unit)}.") from None
     return number(owner, f"{name}[0]", x, unit), number(owner, f"{name}[1]", y, unit)
 

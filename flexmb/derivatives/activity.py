@@ -42,8 +42,8 @@ class Activity:
         return self.known.get(name, NOTHING)
 
     def directions(self, node: ast.AST) -> frozenset[int]:
-        """Directions of an expression; conditions and steps have none."""
-        if isinstance(node, ast.Compare | ast.BoolOp | ast.Constant) or (
+        """Directions of an expression; conditions and steps have none, but `x and y` is one of the two."""
+        if isinstance(node, ast.Compare | ast.Constant) or (
             isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not)
         ):
             return NOTHING
@@ -61,8 +61,14 @@ class Activity:
         return NOTHING.union(*(self.directions(child) for child in children))
 
     def refuse_reading(self, node: ast.AST) -> None:
-        """Raise where an expression reads what the function writes to its history: its derivative is not kept."""
+        """Raise where an expression reads what the function writes to its history: its derivative is not kept.
+
+        Nor is that of a variable that is given its value inside an expression, by `:=`.
+        """
         for child in ast.walk(node):
+            if isinstance(child, ast.NamedExpr) and self.directions(child.value):
+                what = f"{ast.unparse(child)!r} stands inside an expression; give the variable a line of its own"
+                raise self.source.error(child, what)
             reads = isinstance(child, ast.Subscript) and ast.unparse(child.value) in self.outputs
             if reads:
                 what = f"{ast.unparse(child)!r} is read after it was written; keep the number in a variable"

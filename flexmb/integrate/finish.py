@@ -118,6 +118,9 @@ def interpolate(tables, s, h, old, new, target):
     for c in range(tables.contacts.out.shape[0]):
         k = tables.contacts.out[c] + 11
         target[k] = new[k] if s >= 0.5 else old[k]
+    for i in range(tables.measured.modes.shape[0]):
+        k = tables.measured.modes[i]
+        target[k] = new[k] if s >= 0.5 else old[k]
 
 
 @compiled

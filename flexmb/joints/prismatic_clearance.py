@@ -159,7 +159,10 @@ class PrismaticClearance(Guide):
             found.append(piece)
         sizes = (self.clearance, self.half_length, self.half_height)
         for k, (name, unit) in enumerate(SIGNALS):
-            found.append(SignalPiece(self.name, name, unit, slider_signal, coordinates, (*p, angle, *sizes, float(k))))
+            numbers = (*p, angle, *sizes, float(k))
+            found.append(
+                SignalPiece(self.name, name, unit, slider_signal, coordinates, numbers, is_mode=name == "mode")
+            )
         return [*found, replace(self.ideal(mechanism), holds="closed")]
 
     def _normal(self) -> NormalLaw:

@@ -148,7 +148,10 @@ class ContactPiece:
 
 @dataclass(frozen=True)
 class SignalPiece:
-    """A quantity computed from coordinates at every step, reported as `part.name`."""
+    """A quantity computed from coordinates at every step, reported as `part.name`.
+
+    is_mode : it numbers states, between which nothing lies: an instant inside a step has that of the nearer end.
+    """
 
     part: str
     name: str
@@ -156,6 +159,7 @@ class SignalPiece:
     kernel: Kernel
     coordinates: tuple[Coordinate, ...]
     p: tuple[float, ...] = ()
+    is_mode: bool = False
 
 
 Piece = ElementPiece | ConstraintPiece | ContactPiece | SignalPiece

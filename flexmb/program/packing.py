@@ -207,6 +207,7 @@ class Packer:
             ints(dofs.offset),
             ints(dofs.values),
             ints(out),
+            ints([place for piece, place in zip(pieces, out, strict=True) if piece.is_mode]),
         )
 
 

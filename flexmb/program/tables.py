@@ -72,6 +72,7 @@ class Measured(NamedTuple):
     dof: np.ndarray  # (n + 1,)
     dofs: np.ndarray
     out: np.ndarray  # (n,)
+    modes: np.ndarray  # those of `out` that number states
 
 
 class Sizes(NamedTuple):
