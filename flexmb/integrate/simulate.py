@@ -66,7 +66,8 @@ def simulate(
     max_steps : stop, with a status, after so many accepted steps.
     redundant : joints that repeat one another in every pose, as a third parallel crank does: "refuse" them, or
         "least-norm": of all multipliers that give the motion those with the least sum of squares are taken.  Forces in
-        N and moments in N m then count alike, and only sums of forces of such joints mean something.
+        N and moments in N m then count alike, and only sums of forces of such joints mean something.  Friction in
+        such joints follows these forces, and what drives work against it with them.
     progress : show a progress bar with an estimate of the time left.
 
     Returns

@@ -87,7 +87,35 @@ def test_conditions_may_join_numbers_that_move():
             return -N * math.tanh(slip / p[0])
         return 0.0
 
-    T, by_slip, by_load = guarded.python(np.array([0.05]), 0.0, 0.02, 7.0, (), ())
-    assert T == pytest.approx(-7.0 * math.tanh(0.4), rel=1e-14)
+    force, by_slip, by_load = guarded.python(np.array([0.05]), 0.0, 0.02, 7.0, (), ())
+    assert force == pytest.approx(-7.0 * math.tanh(0.4), rel=1e-14)
     assert by_slip == pytest.approx(-7.0 / 0.05 / math.cosh(0.4) ** 2, rel=1e-14)
     assert by_load == pytest.approx(-math.tanh(0.4), rel=1e-14)
+
+
+def test_a_slot_without_length_is_a_round_bearing():
+    pin = fm.RigidBody("pin", at=(0.0, 0.0), mass=1.0, inertia=1e-3, velocity=(0.5, 0.2, 3.0))
+    given = {"at": (0.0, 0.0), "clearance": 1e-3, "normal": LAW, "friction": fm.SmoothCoulomb(0.3, 1e-2)}
+    slot = fm.PinSlotClearance("J", fm.GROUND, pin, pin_radius=0.009, length=0.0, **given)
+    bearing = fm.RevoluteClearance("J", fm.GROUND, pin, bearing_radius=0.01, **given)
+    one, other = (fm.simulate(fm.Mechanism("m", [pin, j]), t_end=0.02, step=2e-6) for j in (slot, bearing))
+    assert len(one.episodes("J")) == len(other.episodes("J")) > 2
+    for name in ("pin.x", "pin.y", "pin.omega", "J.ex", "J.vey", "J.normal_force", "J.friction_force"):
+        want = other.array(name)
+        np.testing.assert_allclose(one.array(name), want, rtol=0, atol=1e-9 * np.abs(want).max())
+
+
+def test_a_drive_works_against_the_friction_of_its_own_joint():
+    """s = t/2 + 3 t^2/2: force m 3 + mu (m g + preload); a guide that is held beside the weight adds 2 m g d/l."""
+    mass, mu, preload, length, aside = 2.0, 0.25, 7.0, 0.2, 0.3
+    block = fm.RigidBody("block", at=(0.0, 0.0), mass=mass, inertia=1e-2)
+    law = fm.SmoothCoulomb(mu, 1e-6)
+    drive = fm.Drive("motor", "P", fm.Polynomial((0.0, 0.5, 1.5)))
+    for d, load in ((0.0, mass * 9.81), (aside, 2.0 * mass * 9.81 * aside / length)):
+        guide = fm.Prismatic("P", fm.GROUND, block, at=(d, 0.0), friction=law, length=length, preload=preload)
+        mech = fm.Mechanism("pushed", [block, guide, drive], gravity=(0.0, -9.81))
+        sol = fm.simulate(mech, t_end=0.2, step=1e-4)
+        force = 3.0 * mass + mu * (load + preload)
+        np.testing.assert_allclose(sol.array("motor.torque")[5:], force, rtol=1e-9)
+        way = 0.5 * 0.2 + 1.5 * 0.2**2
+        assert sol.array("energy.dissipated_friction")[-1] == pytest.approx(mu * (load + preload) * way, rel=1e-6)
