@@ -83,7 +83,7 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
     predict(n, h, ratio, options, flow, trial)
     last, part, reach, hold = math.inf, 1.0, math.inf, first_hold(flow)
     for iteration in range(options.iterations):
-        evaluate(tables, address, t, h, trial.q, trial.v, trial.a, trial.lam, flow.z, 1.0, kv, ka, work)
+        evaluate(tables, address, t, h, trial.q, trial.v, trial.a, trial.lam, flow.z, 1.0, kv, ka, True, work)
         record.count[3] += 1
         for i in range(n):
             trial.b[i] = -(work.r[i] + work.Gl[i])
