@@ -67,7 +67,8 @@ _HOME = {
     "joints.revolute": "Fixed Revolute",
     "joints.revolute_clearance": "RevoluteClearance",
     "kernels": (
-        "constraint_kernel drive_kernel element_kernel energy_kernel friction_law gap_kernel normal_law signal_kernel"
+        "account_kernel constraint_kernel drive_kernel element_kernel energy_kernel force_kernel friction_law "
+        "gap_kernel normal_law signal_kernel tangent_kernel"
     ),
     "loads.force": "Force",
     "loads.spring_damper": "SpringDamper",

@@ -76,14 +76,17 @@ from flexmb.joints.prismatic_clearance import PrismaticClearance as PrismaticCle
 from flexmb.joints.revolute import Fixed as Fixed
 from flexmb.joints.revolute import Revolute as Revolute
 from flexmb.joints.revolute_clearance import RevoluteClearance as RevoluteClearance
+from flexmb.kernels import account_kernel as account_kernel
 from flexmb.kernels import constraint_kernel as constraint_kernel
 from flexmb.kernels import drive_kernel as drive_kernel
 from flexmb.kernels import element_kernel as element_kernel
 from flexmb.kernels import energy_kernel as energy_kernel
+from flexmb.kernels import force_kernel as force_kernel
 from flexmb.kernels import friction_law as friction_law
 from flexmb.kernels import gap_kernel as gap_kernel
 from flexmb.kernels import normal_law as normal_law
 from flexmb.kernels import signal_kernel as signal_kernel
+from flexmb.kernels import tangent_kernel as tangent_kernel
 from flexmb.loads.force import Force as Force
 from flexmb.loads.spring_damper import SpringDamper as SpringDamper
 from flexmb.loads.torque import Torque as Torque

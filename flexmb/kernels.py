@@ -9,6 +9,9 @@ contract       parameters                                                  resul
 =============  ==========================================================  ==========================
 element        p, t, h, q, v, a, z, r, K, C, M, z_new                      written to r, K, C, M, z_new
 energy         p, t, q, v                                                  strain, gravity, damping power
+force          p, t, h, q, v, a, z, r, z_new                               written to r, z_new
+tangent        p, t, h, q, v, a, z, kq, kv, ka, r, A, z_new                written to r, A, z_new
+account        p, t, h, q, v, a, y, z, r, Mv, My, z_new                    strain, gravity, damping power
 constraint     p, t, q, v, lam, g, G, g_t, gamma, H                        written to g, G, g_t, gamma, H
 gap            p, q, v, out                                                written to out (`GAP_SIZE`)
 normal         p, h, gap, gap_rate, z, z_new                               N, dN_dgap, dN_drate
@@ -23,6 +26,10 @@ if this state is accepted.  h = 0 must be safe.  A normal or friction law may re
 then found from its source.  r : generalised force the part exerts, inertia included;
 K, C, M = dr/dq, dr/dv, dr/da.  G = dg/dq; g_t : partial derivative in time; G a = gamma on the manifold;
 H = d(G^T lam)/dq.
+
+force, tangent and account are shorter ways to what element and energy kernels say, for elements whose speed counts:
+the forces alone; forces with A = kq K + kv C + ka M; all that an accepted state asks for, with M v and M y for any y.
+An element that has none of them is called through its element and energy kernels.
 """
 
 from __future__ import annotations
@@ -61,6 +68,15 @@ and views of arrays cost nothing.  They are inlined into one another, since hand
 more than most of them do.  Kernels themselves may allocate, since users write them.
 """
 
+fast = numba.njit(
+    cache=True, error_model="numpy", _nrt=False, forceinline=True, fastmath={"contract", "nsz", "arcp", "reassoc"}
+)
+"""`compiled`, for formulas of elements: their sums may be reordered and fused.
+
+Not for what lives on the order of its operations.  Never with the flags that take NaN and infinity for impossible:
+they must stay visible.
+"""
+
 
 @compiled
 def copy(source, target):  # type: ignore[no-untyped-def]
@@ -96,6 +112,16 @@ NORMAL = _contract("normal", "p h gap gap_rate z z_new", _TRIPLE, _P, _F, _F, _F
 FRICTION = _contract("friction", "p h slip N z z_new", _TRIPLE, _P, _F, _F, _F, _P, _V, active=(2, 3))
 MOTION = _contract("motion", "p t", _TRIPLE, _P, _F)
 GRIP = _contract("grip", "p q lam out H", types.void, _P, _V, _V, _V, _M)
+FORCE = _contract("force", "p t h q v a z r z_new", types.void, _P, _F, _F, _V, _V, _V, _P, _V, _V)
+TANGENT = _contract(
+    "tangent",
+    "p t h q v a z kq kv ka r A z_new",
+    types.void,
+    *(_P, _F, _F, _V, _V, _V, _P, _F, _F, _F, _V, _M, _V),
+)
+ACCOUNT = _contract(
+    "account", "p t h q v a y z r Mv My z_new", _TRIPLE, _P, _F, _F, _V, _V, _V, _V, _P, _V, _V, _V, _V
+)
 SIGNAL = _contract("signal", "p t q v a", _F, _P, _F, _V, _V, _V)
 
 GAP_SIZE = 49
@@ -242,9 +268,13 @@ friction_law = _decorator(FRICTION)
 drive_kernel = _decorator(MOTION)
 grip_kernel = _decorator(GRIP)
 signal_kernel = _decorator(SIGNAL)
+force_kernel = _decorator(FORCE)
+tangent_kernel = _decorator(TANGENT)
+account_kernel = _decorator(ACCOUNT)
 
 _BY_NAME = {
-    c.name: c for c in (ELEMENT, ENERGY, CONSTRAINT, GAP, NORMAL, FRICTION, MOTION, GRIP, SIGNAL)
+    c.name: c
+    for c in (ELEMENT, ENERGY, CONSTRAINT, GAP, NORMAL, FRICTION, MOTION, GRIP, SIGNAL, FORCE, TANGENT, ACCOUNT)
 }  # for unpickling typed-in kernels
 
 
@@ -314,3 +344,6 @@ friction_at = _caller(FRICTION)
 motion_at = _caller(MOTION)
 grip_at = _caller(GRIP)
 signal_at = _caller(SIGNAL)
+force_at = _caller(FORCE)
+tangent_at = _caller(TANGENT)
+account_at = _caller(ACCOUNT)

@@ -27,7 +27,7 @@ Source: M. A. Crisfield, Non-linear Finite Element Analysis of Solids and Struct
 
 import math
 
-from flexmb.kernels import compiled, element_kernel, energy_kernel
+from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, fast, force_kernel, tangent_kernel
 
 PARAMETERS = (
     "L ka kb11 kb12 kb22 offset1 offset2 zeta gx gy m11 m12 m22 g11 g12 g21 g22 h11 h12 h22 J j1 j2 k11 k12 k22"
@@ -38,276 +38,353 @@ int rho A of products: m of (1 - xi, xi) with themselves, g of these with (N2, N
 int rho I of products: J of 1 with itself, j of 1 with (dN2/ds, dN4/ds), k of the latter with themselves.
 """
 
+TURN, REST = 6.28125, 0.0019353071795864769
+"""2 pi in two parts: the first times a number of turns below 2^40 is exact."""
+
 
 @compiled
+def turned_back(theta, angle):
+    """theta - angle in [-pi, pi]; whole turns are taken from theta first, so that a crank may turn for ever.
+
+    `compiled`, not `fast`: the order of these sums must stay.
+    """
+    u = theta - angle
+    if abs(u) > math.pi:
+        turns = math.floor(u / (TURN + REST) + 0.5)
+        u = (theta - turns * TURN - angle) - turns * REST
+    return u
+
+
+@fast
 def deformation(p, q):
-    """Chord (l, cos, sin), elongation e and rotations u1, u2 against the chord."""
+    """Chord (1/l, cos, sin), elongation e and rotations u1, u2 against the chord."""
     dx, dy = q[3] - q[0], q[4] - q[1]
     l = math.sqrt(dx * dx + dy * dy)
-    c, s = dx / l, dy / l
-    u1 = _rotation(q[2] + p[5], c, s)
-    u2 = _rotation(q[5] + p[6], c, s)
+    i, alpha = 1.0 / l, math.atan2(dy, dx)
+    u1, u2 = turned_back(q[2], alpha - p[5]), turned_back(q[5], alpha - p[6])
     e = l - p[0] + p[0] / 30.0 * (2.0 * u1 * u1 - u1 * u2 + 2.0 * u2 * u2)
-    return l, c, s, e, u1, u2
+    return i, dx * i, dy * i, e, u1, u2
 
 
-@compiled
-def _rotation(theta, c, s):
-    """theta - alpha in (-pi, pi]; by sine and cosine, so that a crank may turn for ever."""
-    ct, st = math.cos(theta), math.sin(theta)
-    return math.atan2(st * c - ct * s, ct * c + st * s)
-
-
-@compiled
+@fast
 def to_chord(c, s, x):
-    """B x: a nodal vector in the axes of the chord."""
-    return (c * x[0] + s * x[1], c * x[1] - s * x[0], x[2], c * x[3] + s * x[4], c * x[4] - s * x[3], x[5])
+    """The two translations of a nodal vector in the axes of the chord."""
+    return c * x[0] + s * x[1], c * x[1] - s * x[0], c * x[3] + s * x[4], c * x[4] - s * x[3]
 
 
-@compiled
-def turned(x):
-    """D x, with D = dB/dalpha B^T."""
-    return (x[1], -x[0], 0.0, x[4], -x[3], 0.0)
+@fast
+def rates(i, v, chord_v):
+    """rho, the rate of the chord's length, and the rates of u1 and u2."""
+    rho = (chord_v[3] - chord_v[1]) * i
+    return rho, chord_v[2] - chord_v[0], v[2] - rho, v[5] - rho
 
 
-@compiled
-def dot(x, y):
-    """Scalar product of two nodal vectors."""
-    return x[0] * y[0] + x[1] * y[1] + x[2] * y[2] + x[3] * y[3] + x[4] * y[4] + x[5] * y[5]
+@fast
+def second_rates(i, a, chord_a, rho, longer):
+    """Rates of rho and of the rates of u1 and u2; `longer`: rate of the chord's length."""
+    rho_dot = (chord_a[3] - chord_a[1]) * i - 2.0 * rho * longer * i
+    return rho_dot, a[2] - rho_dot, a[5] - rho_dot
 
 
-@compiled
-def combined(k, x, y):
-    """k x + y."""
-    return (k * x[0] + y[0], k * x[1] + y[1], k * x[2] + y[2], k * x[3] + y[3], k * x[4] + y[4], k * x[5] + y[5])
-
-
-@compiled
-def add_curvature_of_chord(k, l, K):
-    """K += k d2(alpha)/dq2, columns 0, 1, 2 and 5."""
-    h = k / (l * l)
-    K[0, 1] -= h
-    K[1, 0] -= h
-    K[3, 1] += h
-    K[4, 0] += h
-
-
-@compiled
-def rotate_rows_back(c, s, X):
-    """X = B^T X."""
-    for k in (0, 3):
-        for j in range(6):
-            x, y = X[k, j], X[k + 1, j]
-            X[k, j] = c * x - s * y
-            X[k + 1, j] = s * x + c * y
-
-
-@compiled
-def rotate_back(c, s, X):
-    """X = B^T X B."""
-    rotate_rows_back(c, s, X)
-    for i in range(6):
-        for k in (0, 3):
-            x, y = X[i, k], X[i, k + 1]
-            X[i, k] = c * x - s * y
-            X[i, k + 1] = s * x + c * y
-
-
-@compiled
-def rotate_back_and_fill(c, s, X):
-    """X = B^T X B; columns 3 and 4 follow from 0 and 1, since no force depends on where the element is."""
-    rotate_rows_back(c, s, X)
-    for i in range(6):
-        x, y = X[i, 0], X[i, 1]
-        X[i, 0] = c * x - s * y
-        X[i, 1] = s * x + c * y
-        X[i, 3], X[i, 4] = -X[i, 0], -X[i, 1]
-
-
-@compiled
-def spread(i, x0, x1, x2, x3, x4, x5, k):
-    """(x0 .. x5) on the axes, x2 and x5 being forces on u1 and u2, plus k d(alpha)/dq; i = 1/l."""
-    moment = (k - x2 - x5) * i
-    return (x0, x1 - moment, x2, x3, x4 + moment, x5)
-
-
-@compiled
-def rates(l, u, acc):
-    """rho, its rate, the rate of stretching of the chord and the rates of u1 and u2 with their own."""
-    rho, stretch = (u[4] - u[1]) / l, (u[3] - u[0]) / l
-    rho_dot = (acc[4] - acc[1]) / l - 2.0 * rho * stretch
-    return rho, rho_dot, stretch, u[2] - rho, u[5] - rho, acc[2] - rho_dot, acc[5] - rho_dot
-
-
-@compiled
-def inertia_by_acceleration(p, i, u1, u2):
-    """Inertia force of a unit of A0, A1, d1', A3, A4, d2' and rho' in turn."""
-    m11, m12, m22, g11, g12, g21, g22, h11, h12, h22, J, j1, j2, k11, k12, k22 = p[10:26]
-    w1, w2 = g11 * u1 + g12 * u2, g21 * u1 + g22 * u2
-    Q = h11 * u1 * u1 + 2.0 * h12 * u1 * u2 + h22 * u2 * u2
-    return (
-        spread(i, m11, 0.0, 0.0, m12, 0.0, 0.0, -w1),
-        spread(i, 0.0, m11, g11, 0.0, m12, g12, 0.0),
-        spread(i, 0.0, g11, h11 + k11, 0.0, g21, h12 + k12, j1),
-        spread(i, m12, 0.0, 0.0, m22, 0.0, 0.0, -w2),
-        spread(i, 0.0, m12, g21, 0.0, m22, g22, 0.0),
-        spread(i, 0.0, g12, h12 + k12, 0.0, g22, h22 + k22, j2),
-        spread(i, -w1, 0.0, j1, -w2, 0.0, j2, Q + J),
-    )
-
-
-@compiled
-def inertia_by_rate(p, i, u1, u2, rho, d1, d2):
-    """Inertia force of rho with d1 and d2 alone, its derivatives by rho, d1 and d2, and int rho A w dw/dt."""
-    g11, g12, g21, g22, h11, h12, h22 = p[13:20]
-    w1, w2, v1, v2 = g11 * u1 + g12 * u2, g21 * u1 + g22 * u2, g11 * d1 + g12 * d2, g21 * d1 + g22 * d2
-    k1, k2 = h11 * u1 + h12 * u2, h12 * u1 + h22 * u2
-    R, a, b = k1 * d1 + k2 * d2, -2.0 * rho, -rho * rho
-    force = spread(i, a * v1, b * w1, b * k1, a * v2, b * w2, b * k2, -a * R)
-    by_rho = spread(i, -2.0 * v1, a * w1, a * k1, -2.0 * v2, a * w2, a * k2, 2.0 * R)
-    by_d1 = spread(i, a * g11, 0.0, 0.0, a * g21, 0.0, 0.0, -a * k1)
-    by_d2 = spread(i, a * g12, 0.0, 0.0, a * g22, 0.0, 0.0, -a * k2)
-    return force, by_rho, by_d1, by_d2, R
-
-
-@compiled
-def inertia_by_bending(p, i, u1, u2, rho, rho_dot, d1, d2, acc):
-    """Derivatives of the inertia force by u1 and u2."""
-    g11, g12, g21, g22, h11, h12, h22 = p[13:20]
-    k1, k2, m1, m2 = h11 * u1 + h12 * u2, h12 * u1 + h22 * u2, h11 * d1 + h12 * d2, h12 * d1 + h22 * d2
-    a, b = -rho_dot, -rho * rho
-    t1 = 2.0 * (rho_dot * k1 + rho * m1) - g11 * acc[0] - g21 * acc[3]
-    t2 = 2.0 * (rho_dot * k2 + rho * m2) - g12 * acc[0] - g22 * acc[3]
-    return (
-        spread(i, a * g11, b * g11, b * h11, a * g21, b * g21, b * h12, t1),
-        spread(i, a * g12, b * g12, b * h12, a * g22, b * g22, b * h22, t2),
-    )
-
-
-@compiled
-def inertia(p, l, u1, u2, u, acc, K, C, M):
-    """Inertia force in the axes of the chord; M, and columns 0, 1, 2 and 5 added to K and C."""
-    i = 1.0 / l
-    rho, rho_dot, stretch, d1, d2, dd1, dd2 = rates(l, u, acc)
-    c0, c1, n1, c3, c4, n2, cr = inertia_by_acceleration(p, i, u1, u2)
-    f, by_rho, by_d1, by_d2, R = inertia_by_rate(p, i, u1, u2, rho, d1, d2)
-    by_u1, by_u2 = inertia_by_bending(p, i, u1, u2, rho, rho_dot, d1, d2, acc)
-    turn = 2.0 * rho * R + p[20] * rho_dot + p[21] * dd1 + p[22] * dd2  # what acts on alpha alone
-    turn += (p[17] * u1 * u1 + 2.0 * p[18] * u1 * u2 + p[19] * u2 * u2) * rho_dot
-    turn -= (p[13] * u1 + p[14] * u2) * acc[0] + (p[15] * u1 + p[16] * u2) * acc[3]
-    f = combined(acc[0], c0, combined(acc[1], c1, combined(acc[3], c3, combined(acc[4], c4, f))))
-    f = combined(dd1, n1, combined(dd2, n2, combined(rho_dot, cr, f)))
-    turn -= f[2] + f[5]
-    back = turned((f[0], f[1] + turn * i, f[2], f[3], f[4] - turn * i, f[5]))
-    hx, hy = (acc[4] - acc[1]) * i * i - 2.0 * rho * stretch * i, (acc[3] - acc[0]) * i * i
-    for k in range(6):
-        G = cr[k] - n1[k] - n2[k]
-        H = by_rho[k] - by_d1[k] - by_d2[k] - 2.0 * stretch * G
-        T = acc[1] * c0[k] + acc[4] * c3[k] - acc[0] * c1[k] - acc[3] * c4[k] - back[k] - 2.0 * rho * rho * G
-        K[k, 0] += H * rho * i + G * hx
-        K[k, 1] += (H * stretch - T + by_u1[k] + by_u2[k]) * i + G * hy
-        K[k, 2] += by_u1[k]
-        K[k, 5] += by_u2[k]
-        C[k, 0] += 2.0 * rho * i * G
-        C[k, 1] -= i * H
-        C[k, 2] += by_d1[k]
-        C[k, 5] += by_d2[k]
-        M[k, 0], M[k, 1], M[k, 2], M[k, 3], M[k, 4], M[k, 5] = c0[k], c1[k] - i * G, n1[k], c3[k], c4[k] + i * G, n2[k]
-    add_curvature_of_chord(turn, l, K)
-    return f
-
-
-@compiled
-def elasticity(p, l, e, u1, u2, u, t, K, C):
-    """Elastic and damping force in the axes of the chord; columns 0, 1, 2 and 5 are added to K and C."""
-    L, ka, kb11, kb12, kb22, zeta = p[0], p[1], p[2], p[3], p[4], p[7]
-    rate = t[1] * u[1] + t[4] * u[4]
-    u1_dot, u2_dot = u[2] - rate, u[5] - rate
-    g1, g2 = L / 30.0 * (4.0 * u1 - u2), L / 30.0 * (4.0 * u2 - u1)
-    g1_dot, g2_dot = L / 30.0 * (4.0 * u1_dot - u2_dot), L / 30.0 * (4.0 * u2_dot - u1_dot)
-    e_dot = u[3] - u[0] + g1 * u1_dot + g2 * u2_dot
-    N = ka * (e + zeta * e_dot)
-    Q1 = kb11 * (u1 + zeta * u1_dot) + kb12 * (u2 + zeta * u2_dot)
-    Q2 = kb12 * (u1 + zeta * u1_dot) + kb22 * (u2 + zeta * u2_dot)
-    i = 1.0 / l
-    d0 = (-1.0, (g1 + g2) * i, g1, 1.0, -(g1 + g2) * i, g2)
-    d1 = (0.0, i, 1.0, 0.0, -i, 0.0)
-    d2 = (0.0, i, 0.0, 0.0, -i, 1.0)
-    hx, hy = (u[4] - u[1]) * i * i, (u[3] - u[0]) * i * i
-    h = (hx, hy, 0.0, -hx, -hy, 0.0)  # d(rate)/dq
-    # derivatives of e_dot, u1_dot, u2_dot by q, times zeta, beside those of e, u1, u2
-    y0 = combined(zeta * l * rate, t, combined(-zeta * (g1 + g2), h, d0))
-    y0 = combined(zeta * g1_dot, d1, combined(zeta * g2_dot, d2, y0))
-    y1, y2 = combined(-zeta, h, d1), combined(-zeta, h, d2)
-    n = N * L / 30.0
-    for k in range(6):
-        x0, x1 = ka * d0[k], kb11 * d1[k] + kb12 * d2[k]
-        x2 = kb12 * d1[k] + kb22 * d2[k]
-        z1, z2 = n * (4.0 * d1[k] - d2[k]), n * (4.0 * d2[k] - d1[k])
-        z0 = N * l * t[k]
-        for j in (0, 1, 2, 5):
-            K[k, j] += x0 * y0[j] + x1 * y1[j] + x2 * y2[j] + z1 * d1[j] + z2 * d2[j] + z0 * t[j]
-            if zeta != 0.0:
-                C[k, j] += zeta * (x0 * d0[j] + x1 * d1[j] + x2 * d2[j])
-    add_curvature_of_chord(-(N * (g1 + g2) + Q1 + Q2), l, K)
-    m1, m2 = Q1 + N * g1, Q2 + N * g2
-    m = (m1 + m2) * i
-    return (-N, m, m1, N, -m, m2)
-
-
-@compiled
-def weights(p):
-    """int rho A of 1 - xi, xi, N2 and N4."""
-    return p[10] + p[11], p[11] + p[12], p[13] + p[15], p[14] + p[16]
-
-
-@compiled
-def weight(p, l, c, s, u1, u2, t, K):
-    """Force of gravity, as the structure exerts it, in the axes of the chord; columns 0, 1, 2 and 5 are added to K."""
-    a1, a2, c1, c2 = weights(p)
+@fast
+def felt(p, c, s, chord_a):
+    """Accelerations of the ends less gravity, in the axes of the chord: weight is inertia upside down."""
     gx, gy = c * p[8] + s * p[9], c * p[9] - s * p[8]
-    lever, both = c1 * u1 + c2 * u2, c1 + c2
-    V1 = gx * lever + gy * both
-    V2 = gy * lever - 2.0 * gx * both
-    for i in (1, 4):
-        K[i, 1] += V2 * t[i] * t[1]
-        K[i, 2] += gx * c1 * t[i]
-        K[i, 5] += gx * c2 * t[i]
-    K[2, 1] += gx * c1 * t[1]
-    K[5, 1] += gx * c2 * t[1]
-    add_curvature_of_chord(V1, l, K)
-    return (-a1 * gx, -a1 * gy + V1 * t[1], -c1 * gy, -a2 * gx, -a2 * gy + V1 * t[4], -c2 * gy)
+    return chord_a[0] - gx, chord_a[1] - gy, chord_a[2] - gx, chord_a[3] - gy
+
+
+@fast
+def with_ends(p, x1, x2):
+    """int rho A of (1 - xi) w and xi w, for w = N2 x1 + N4 x2."""
+    return p[13] * x1 + p[14] * x2, p[15] * x1 + p[16] * x2
+
+
+@fast
+def with_cubics(p, x1, x2):
+    """int rho A of N2 w and N4 w, for w = N2 x1 + N4 x2."""
+    return p[17] * x1 + p[18] * x2, p[18] * x1 + p[19] * x2
+
+
+@fast
+def inertia(p, u1, u2, x, rho, d1, d2):
+    """What end accelerations x, rho'  = rho, u1'' = d1 and u2'' = d2 ask for: forces on the ends, u1, u2 and alpha."""
+    x0, x1, x3, x4 = x
+    w1, w2 = with_ends(p, u1, u2)
+    k1, k2 = with_cubics(p, u1, u2)
+    b1, b2 = with_ends(p, d1, d2)
+    c1, c2 = with_cubics(p, d1, d2)
+    return (
+        p[10] * x0 + p[11] * x3 - rho * w1,
+        p[10] * x1 + p[11] * x4 + b1,
+        p[11] * x0 + p[12] * x3 - rho * w2,
+        p[11] * x1 + p[12] * x4 + b2,
+        p[13] * x1 + p[15] * x4 + c1 + p[23] * d1 + p[24] * d2 + p[21] * rho,
+        p[14] * x1 + p[16] * x4 + c2 + p[24] * d1 + p[25] * d2 + p[22] * rho,
+        (u1 * k1 + u2 * k2 + p[20]) * rho - w1 * x0 - w2 * x3 + p[21] * d1 + p[22] * d2,
+    )
+
+
+@fast
+def by_turning(p, u1, u2, rho, d1, d2):
+    """What the spin rho of the chord adds to `inertia`: centrifugal and Coriolis forces."""
+    w1, w2 = with_ends(p, u1, u2)
+    k1, k2 = with_cubics(p, u1, u2)
+    v1, v2 = with_ends(p, d1, d2)
+    a, b = -2.0 * rho, -rho * rho
+    return a * v1, b * w1, a * v2, b * w2, b * k1, b * k2, -a * (k1 * d1 + k2 * d2)
+
+
+@fast
+def bowing(p, x1, x2):
+    """The gradient of e by u1 and u2 is (g1, g2) at (u1, u2); it is linear."""
+    return p[0] / 30.0 * (4.0 * x1 - x2), p[0] / 30.0 * (4.0 * x2 - x1)
+
+
+@fast
+def elastic(p, e, u1, u2, longer, d1, d2):
+    """Normal force and moments on u1 and u2, of elasticity and damping."""
+    zeta = p[7]
+    g1, g2 = bowing(p, u1, u2)
+    N = p[1] * (e + zeta * (longer + g1 * d1 + g2 * d2))
+    x1, x2 = u1 + zeta * d1, u2 + zeta * d2
+    return N, p[2] * x1 + p[3] * x2 + N * g1, p[3] * x1 + p[4] * x2 + N * g2
+
+
+@fast
+def spread(i, f):
+    """Forces on ends, u1, u2 and alpha as a nodal vector in the axes of the chord."""
+    lift = (f[6] - f[4] - f[5]) * i
+    return f[0], f[1] - lift, f[4], f[2], f[3] + lift, f[5]
+
+
+@fast
+def write(c, s, f, r):
+    """r = B^T f."""
+    r[0], r[1], r[2] = c * f[0] - s * f[1], s * f[0] + c * f[1], f[2]
+    r[3], r[4], r[5] = c * f[3] - s * f[4], s * f[3] + c * f[4], f[5]
+
+
+@fast
+def forces(p, u, x, motion):
+    """Nodal forces in the axes of the chord, the lift on its ends, and the normal force.
+
+    u : what `deformation` finds; x : `felt` accelerations of the ends; motion : rates of chord, u1, u2 and their rates.
+    """
+    i, e, u1, u2 = u[0], u[3], u[4], u[5]
+    rho, longer, d1, d2, rho_dot, dd1, dd2 = motion
+    m = inertia(p, u1, u2, x, rho_dot, dd1, dd2)
+    n = by_turning(p, u1, u2, rho, d1, d2)
+    N, M1, M2 = elastic(p, e, u1, u2, longer, d1, d2)
+    x0, x1, x3, x4 = m[0] + n[0] - N, m[1] + n[1], m[2] + n[2] + N, m[3] + n[3]
+    M1, M2 = M1 + m[4] + n[4], M2 + m[5] + n[5]
+    lift = (m[6] + n[6] - M1 - M2) * i
+    return (x0, x1 - lift, M1, x3, x4 + lift, M2), lift, N
+
+
+@fast
+def state(p, q, v, a):
+    """`deformation`, `felt` accelerations and all rates of an element."""
+    u = deformation(p, q)
+    i, c, s = u[0], u[1], u[2]
+    rho, longer, d1, d2 = rates(i, v, to_chord(c, s, v))
+    chord_a = to_chord(c, s, a)
+    rho_dot, dd1, dd2 = second_rates(i, a, chord_a, rho, longer)
+    return u, felt(p, c, s, chord_a), (rho, longer, d1, d2, rho_dot, dd1, dd2)
+
+
+@fast
+def along_turn(p, u, motion, r, r_dot):
+    """Change of forces on ends, u1, u2 and alpha when rho grows by r and its rate by r_dot, those of theta being kept."""
+    u1, u2, rho, d1, d2, zeta = u[4], u[5], motion[0], motion[2], motion[3], p[7]
+    w1, w2 = with_ends(p, u1, u2)
+    v1, v2 = with_ends(p, d1, d2)
+    k1, k2 = with_cubics(p, u1, u2)
+    s1, s2 = p[13] + p[14], p[15] + p[16]
+    twice = 2.0 * rho
+    return (
+        -w1 * r_dot - 2.0 * (v1 - rho * s1) * r,
+        -s1 * r_dot - twice * w1 * r,
+        -w2 * r_dot - 2.0 * (v2 - rho * s2) * r,
+        -s2 * r_dot - twice * w2 * r,
+        (p[21] - p[17] - p[18] - p[23] - p[24]) * r_dot - (twice * k1 + zeta * (p[2] + p[3])) * r,
+        (p[22] - p[18] - p[19] - p[24] - p[25]) * r_dot - (twice * k2 + zeta * (p[3] + p[4])) * r,
+        (u1 * k1 + u2 * k2 + p[20] - p[21] - p[22]) * r_dot + 2.0 * (k1 * d1 + k2 * d2 - rho * (k1 + k2)) * r,
+    )
+
+
+@fast
+def with_normal(p, u, f, dN):
+    """Forces f and those of a normal force dN."""
+    g1, g2 = bowing(p, u[4], u[5])
+    return f[0] - dN, f[1], f[2] + dN, f[3], f[4] + g1 * dN, f[5] + g2 * dN, f[6]
+
+
+@fast
+def by_length(p, u, x, motion, lift, kq, kv):
+    """Derivative of the nodal forces when the second end moves along the chord."""
+    i, rho, stretch = u[0], motion[0], motion[1] * u[0]
+    g1, g2 = bowing(p, u[4], u[5])
+    r = -kq * rho * i
+    r_dot = -kq * (x[3] - x[1]) * i * i - 2.0 * (stretch * r + rho * i * (kv - kq * stretch))
+    dN = p[1] * (kq + p[7] * (kv - (g1 + g2) * r))
+    f = spread(i, with_normal(p, u, along_turn(p, u, motion, r, r_dot), dN))
+    back = kq * lift * i
+    return f[0], f[1] + back, f[2], f[3], f[4] - back, f[5]
+
+
+@fast
+def by_side(p, u, x, motion, F, N, kq, kv, ka):
+    """Derivative of the nodal forces F when the second end moves across the chord, which turns."""
+    i, u1, u2 = u[0], u[4], u[5]
+    rho, longer, d1, d2, rho_dot = motion[0], motion[1], motion[2], motion[3], motion[4]
+    x0, x1, x3, x4 = x
+    turn, stretch = kq * i, longer * i
+    g1, g2 = bowing(p, u1, u2)
+    gd1, gd2 = bowing(p, d1, d2)
+    w1, w2 = with_ends(p, u1, u2)
+    k1, k2 = with_cubics(p, u1 + u1, u2 + u2)
+    m1, m2 = with_cubics(p, d1 + d1, d2 + d2)
+    s1, s2, both = p[13] + p[14], p[15] + p[16], rho * rho
+    r = (kv - kq * stretch) * i
+    r_dot = (ka - turn * (x3 - x0)) * i - 2.0 * (stretch * r + rho * rho * turn)
+    dN = p[1] * (p[7] * (kq * rho - (g1 + g2) * r - turn * (gd1 + gd2)) - turn * (g1 + g2))
+    f = along_turn(p, u, motion, r, r_dot)
+    n = N * p[0] / 10.0
+    f = (
+        f[0] + turn * (p[10] * x1 + p[11] * x4 + rho_dot * s1),
+        f[1] - turn * (p[10] * x0 + p[11] * x3 - both * s1),
+        f[2] + turn * (p[11] * x1 + p[12] * x4 + rho_dot * s2),
+        f[3] - turn * (p[11] * x0 + p[12] * x3 - both * s2),
+        f[4] - turn * (p[13] * x0 + p[15] * x3 - both * (p[17] + p[18]) + p[2] + p[3] + n),
+        f[5] - turn * (p[14] * x0 + p[16] * x3 - both * (p[18] + p[19]) + p[3] + p[4] + n),
+        f[6] - turn * (w1 * x1 + w2 * x4 - s1 * x0 - s2 * x3 + rho_dot * (k1 + k2) + rho * (m1 + m2)),
+    )
+    f = spread(i, with_normal(p, u, f, dN))
+    return f[0] - turn * F[1], f[1] + turn * F[0], f[2], f[3] - turn * F[4], f[4] + turn * F[3], f[5]
+
+
+@fast
+def by_rotation(p, u, x, motion, N, k, kq, kv, ka):
+    """Derivative of the nodal forces by the rotation of the first end (k = 0) or of the second (k = 1)."""
+    zeta, rho, rho_dot = p[7], motion[0], motion[4]
+    ga, gb, ha, hb, ra, rb = p[13 + k], p[15 + k], p[17 + k], p[18 + k], p[23 + k], p[24 + k]
+    a, b, both = -(rho_dot * kq + 2.0 * rho * kv), ka - kq * rho * rho, kq + zeta * kv
+    n = kq * N * p[0] / 30.0
+    dN = p[1] * (both * bowing(p, u[4], u[5])[k] + zeta * kq * bowing(p, motion[2], motion[3])[k])
+    w, w_dot = with_cubics(p, u[4], u[5])[k], with_cubics(p, motion[2], motion[3])[k]
+    on_alpha = 2.0 * (rho_dot * w + rho * w_dot) - ga * x[0] - gb * x[2]
+    f = (
+        ga * a,
+        ga * b,
+        gb * a,
+        gb * b,
+        ha * b + ra * ka + p[2 + k] * both + (-n if k else 4.0 * n),
+        hb * b + rb * ka + p[3 + k] * both + (4.0 * n if k else -n),
+        kq * on_alpha + 2.0 * kv * rho * w + ka * p[21 + k],
+    )
+    return spread(u[0], with_normal(p, u, f, dN))
+
+
+@fast
+def add(k, x, y):
+    """k x + y."""
+    return k * x[0] + y[0], k * x[1] + y[1], k * x[2] + y[2], k * x[3] + y[3], k * x[4] + y[4], k * x[5] + y[5]
+
+
+@fast
+def write_column(c, s, f, j, A):
+    """Column j of A = B^T f."""
+    A[0, j], A[1, j], A[2, j] = c * f[0] - s * f[1], s * f[0] + c * f[1], f[2]
+    A[3, j], A[4, j], A[5, j] = c * f[3] - s * f[4], s * f[3] + c * f[4], f[5]
+
+
+@fast
+def write_pair(c, s, x, y, j, A):
+    """Columns j and j + 1 of A = B^T (x, y) B."""
+    zero = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    write_column(c, s, add(c, x, add(-s, y, zero)), j, A)
+    write_column(c, s, add(s, x, add(c, y, zero)), j + 1, A)
+
+
+@fast
+def evaluate(p, q, v, a, kq, kv, ka, r, A):
+    """r and A = kq dr/dq + kv dr/dv + ka dr/da.
+
+    But for inertia no force depends on where the element is: the columns of its two ends are opposite.
+    """
+    u, x, motion = state(p, q, v, a)
+    i, c, s = u[0], u[1], u[2]
+    F, lift, N = forces(p, u, x, motion)
+    write(c, s, F, r)
+    X = by_length(p, u, x, motion, lift, kq, kv)
+    Y = by_side(p, u, x, motion, F, N, kq, kv, ka)
+    w1, w2 = with_ends(p, u[4], u[5])
+    s1, s2 = (p[13] + p[14]) * i, (p[15] + p[16]) * i
+    x0 = (ka * p[10] - X[0], ka * w1 * i - X[1], -X[2], ka * p[11] - X[3], -ka * w1 * i - X[4], -X[5])
+    x3 = (ka * p[11] + X[0], ka * w2 * i + X[1], X[2], ka * p[12] + X[3], -ka * w2 * i + X[4], X[5])
+    x1 = add(ka, (0.0, p[10] + s1, p[13], 0.0, p[11] - s1, p[14]), add(-1.0, Y, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)))
+    x4 = add(ka, (0.0, p[11] + s2, p[15], 0.0, p[12] - s2, p[16]), Y)
+    write_pair(c, s, x0, x1, 0, A)
+    write_column(c, s, by_rotation(p, u, x, motion, N, 0, kq, kv, ka), 2, A)
+    write_pair(c, s, x3, x4, 3, A)
+    write_column(c, s, by_rotation(p, u, x, motion, N, 1, kq, kv, ka), 5, A)
 
 
 @element_kernel
 def beam_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     """Corotational Euler-Bernoulli element; q, r (6,), K, C, M (6, 6)."""
-    l, c, s, e, u1, u2 = deformation(p, q)
-    slope = (0.0, -1.0 / l, 0.0, 0.0, 1.0 / l, 0.0)  # d(alpha)/dq
-    u = to_chord(c, s, v)
-    f = inertia(p, l, u1, u2, u, to_chord(c, s, a), K, C, M)
-    f = combined(1.0, elasticity(p, l, e, u1, u2, u, slope, K, C), f)
-    if p[8] != 0.0 or p[9] != 0.0:
-        f = combined(1.0, weight(p, l, c, s, u1, u2, slope, K), f)
-    r[0], r[1], r[2] = c * f[0] - s * f[1], s * f[0] + c * f[1], f[2]
-    r[3], r[4], r[5] = c * f[3] - s * f[4], s * f[3] + c * f[4], f[5]
-    rotate_back_and_fill(c, s, K)
-    rotate_back_and_fill(c, s, C)
-    rotate_back(c, s, M)
+    evaluate(p, q, v, a, 1.0, 0.0, 0.0, r, K)
+    evaluate(p, q, v, a, 0.0, 1.0, 0.0, r, C)
+    evaluate(p, q, v, a, 0.0, 0.0, 1.0, r, M)
+
+
+@tangent_kernel
+def beam_tangent(p, t, h, q, v, a, z, kq, kv, ka, r, A, z_new):
+    """r (6,) and kq K + kv C + ka M (6, 6)."""
+    evaluate(p, q, v, a, kq, kv, ka, r, A)
+
+
+@force_kernel
+def beam_force(p, t, h, q, v, a, z, r, z_new):
+    """r (6,) alone."""
+    u, x, motion = state(p, q, v, a)
+    write(u[1], u[2], forces(p, u, x, motion)[0], r)
+
+
+@fast
+def energies(p, q, u, motion):
+    """Strain energy, potential of gravity, power dissipated by damping."""
+    e, u1, u2, longer, d1, d2 = u[3], u[4], u[5], motion[1], motion[2], motion[3]
+    g1, g2 = bowing(p, u1, u2)
+    e_dot = longer + g1 * d1 + g2 * d2
+    strain = 0.5 * (p[1] * e * e + p[2] * u1 * u1 + 2.0 * p[3] * u1 * u2 + p[4] * u2 * u2)
+    power = p[7] * (p[1] * e_dot * e_dot + p[2] * d1 * d1 + 2.0 * p[3] * d1 * d2 + p[4] * d2 * d2)
+    height = (p[10] + p[11]) * (p[8] * q[0] + p[9] * q[1]) + (p[11] + p[12]) * (p[8] * q[3] + p[9] * q[4])
+    aside = (p[13] + p[15]) * u1 + (p[14] + p[16]) * u2
+    return strain, -height - (u[1] * p[9] - u[2] * p[8]) * aside, power
+
+
+@fast
+def mass_times(p, u, x, Mx):
+    """Mx = M x."""
+    i, c, s = u[0], u[1], u[2]
+    y = to_chord(c, s, x)
+    turn = (y[3] - y[1]) * i
+    write(c, s, spread(i, inertia(p, u[4], u[5], y, turn, x[2] - turn, x[5] - turn)), Mx)
 
 
 @energy_kernel
 def beam_energy(p, t, q, v):
     """Strain energy, potential of gravity, power dissipated by damping."""
-    l, c, s, e, u1, u2 = deformation(p, q)
-    u = to_chord(c, s, v)
-    rate = (u[4] - u[1]) / l
-    d1, d2 = u[2] - rate, u[5] - rate
-    L, ka, kb11, kb12, kb22 = p[0], p[1], p[2], p[3], p[4]
-    e_dot = u[3] - u[0] + L / 30.0 * ((4.0 * u1 - u2) * d1 + (4.0 * u2 - u1) * d2)
-    strain = 0.5 * (ka * e * e + kb11 * u1 * u1 + 2.0 * kb12 * u1 * u2 + kb22 * u2 * u2)
-    power = p[7] * (ka * e_dot * e_dot + kb11 * d1 * d1 + 2.0 * kb12 * d1 * d2 + kb22 * d2 * d2)
-    normal = c * p[9] - s * p[8]
-    a1, a2, c1, c2 = weights(p)
-    height = a1 * (p[8] * q[0] + p[9] * q[1]) + a2 * (p[8] * q[3] + p[9] * q[4])
-    return strain, -height - normal * (c1 * u1 + c2 * u2), power
+    u = deformation(p, q)
+    return energies(p, q, u, rates(u[0], v, to_chord(u[1], u[2], v)))
+
+
+@account_kernel
+def beam_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
+    """r, M v, M y (6,); energies as `beam_energy` gives them."""
+    u, x, motion = state(p, q, v, a)
+    write(u[1], u[2], forces(p, u, x, motion)[0], r)
+    mass_times(p, u, v, Mv)
+    mass_times(p, u, y, My)
+    return energies(p, q, u, motion)

@@ -19,8 +19,25 @@ import math
 
 import numpy as np
 
-from flexmb.beams.corotational import combined, dot, turned
-from flexmb.kernels import compiled, element_kernel, energy_kernel
+from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel
+
+
+@compiled
+def turned(x):
+    """D x for both nodes."""
+    return (x[1], -x[0], 0.0, x[4], -x[3], 0.0)
+
+
+@compiled
+def dot(x, y):
+    """Scalar product of two nodal vectors."""
+    return x[0] * y[0] + x[1] * y[1] + x[2] * y[2] + x[3] * y[3] + x[4] * y[4] + x[5] * y[5]
+
+
+@compiled
+def combined(k, x, y):
+    """k x + y."""
+    return (k * x[0] + y[0], k * x[1] + y[1], k * x[2] + y[2], k * x[3] + y[3], k * x[4] + y[4], k * x[5] + y[5])
 
 
 @compiled
@@ -115,16 +132,22 @@ def finish(zeta, c, s, X):
             X[i, j] *= zeta
 
 
+@compiled
+def write_force(zeta, l, c, s, g, f, r):
+    """r = zeta J^T f."""
+    F = on_nodes(dot(f, g), f, l)
+    for k in (0, 2, 4, 7):
+        r[k], r[k + 1] = zeta * (c * F[k] - s * F[k + 1]), zeta * (s * F[k] + c * F[k + 1])
+    r[6], r[9] = zeta * F[6], zeta * F[9]
+
+
 @element_kernel
 def mass_damping_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     """Damping of d_dot; q = (xA, yA, xB, yB, xi, yi, thetai, xj, yj, thetaj), r (10,), K, C (10, 10), M = 0."""
     zeta = p[0]
     l, c, s, rate, hx, hy, g, d_dot = deformation_rate(q, v)
     f, x, y = mass_times(p, d_dot), mass_times(p, g), mass_times(p, turned(d_dot))
-    F = on_nodes(dot(f, g), f, l)
-    for k in (0, 2, 4, 7):
-        r[k], r[k + 1] = zeta * (c * F[k] - s * F[k + 1]), zeta * (s * F[k] + c * F[k + 1])
-    r[6], r[9] = zeta * F[6], zeta * F[9]
+    write_force(zeta, l, c, s, g, f, r)
     fill_blocks(p, rate, K, C)
     # C = S^T m S + J^T m g t^T + t (S^T m g)^T
     zero = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -146,11 +169,32 @@ def mass_damping_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     finish(zeta, c, s, C)
 
 
+@compiled
+def put_force(p, q, v, r):
+    """r (10,), and the power of damping."""
+    l, c, s, rate, hx, hy, g, d_dot = deformation_rate(q, v)
+    f = mass_times(p, d_dot)
+    write_force(p[0], l, c, s, g, f, r)
+    return p[0] * dot(d_dot, f)
+
+
+@force_kernel
+def mass_damping_force(p, t, h, q, v, a, z, r, z_new):
+    """r (10,) alone."""
+    put_force(p, q, v, r)
+
+
 @energy_kernel
 def mass_damping_energy(p, t, q, v):
     """Nothing is stored; the power of damping."""
-    l, c, s, rate, hx, hy, g, d_dot = deformation_rate(q, v)
+    d_dot = deformation_rate(q, v)[7]
     return 0.0, 0.0, p[0] * dot(d_dot, mass_times(p, d_dot))
+
+
+@account_kernel
+def mass_damping_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
+    """r (10,), no mass, the power of damping."""
+    return 0.0, 0.0, put_force(p, q, v, r)
 
 
 def damping_parameters(zeta, angle, axial, bending, lumps):

@@ -11,8 +11,14 @@ from itertools import pairwise
 import numpy as np
 
 from flexmb import checks, planar
-from flexmb.beams.corotational import beam_energy, beam_kernel
-from flexmb.beams.mass_damping import damping_parameters, mass_damping_energy, mass_damping_kernel
+from flexmb.beams.corotational import beam_account, beam_energy, beam_force, beam_kernel, beam_tangent
+from flexmb.beams.mass_damping import (
+    damping_parameters,
+    mass_damping_account,
+    mass_damping_energy,
+    mass_damping_force,
+    mass_damping_kernel,
+)
 from flexmb.beams.section import Section
 from flexmb.bodies.bosses import Bosses
 from flexmb.bodies.inertia import mean_mass, node_mass
@@ -99,7 +105,8 @@ def beam_pieces(
     for beam in beams:
         for k, p in enumerate(beam_parameters(beam, nodes, damping, gravity)):
             ends = (*node_coordinates(part, beam.nodes[k]), *node_coordinates(part, beam.nodes[k + 1]))
-            pieces.append(ElementPiece(part, beam_kernel, ends, p, energy=beam_energy))
+            short = {"force": beam_force, "tangent": beam_tangent, "account": beam_account}
+            pieces.append(ElementPiece(part, beam_kernel, ends, p, energy=beam_energy, **short))
     return pieces
 
 
@@ -123,7 +130,8 @@ def mass_damping_pieces(
             ends = tuple(left.pop(node, (0.0, 0.0)) for node in nodes)
             p = damping_parameters(zeta, angle, data.axial_mass[k], data.bending_mass[k], ends)
             coordinates = (*frame, *(c for node in nodes for c in node_coordinates(part, node)))
-            pieces.append(ElementPiece(part, mass_damping_kernel, coordinates, p, energy=mass_damping_energy))
+            short = {"force": mass_damping_force, "account": mass_damping_account}
+            pieces.append(ElementPiece(part, mass_damping_kernel, coordinates, p, energy=mass_damping_energy, **short))
     return pieces
 
 

@@ -57,7 +57,8 @@ def accelerate_once(tables, address, lu, t, part, h, options, flow, trial, work,
     n, m = tables.sizes.n_q, tables.sizes.n_c
     hold, lost = first_hold(flow), HELD
     while lost == HELD:
-        evaluate(tables, address, t, part * h, trial.q, trial.v, stages.zero, trial.lam, flow.z, 0.0, 0.0, 1.0, True, work)
+        q, v, still = trial.q, trial.v, stages.zero
+        evaluate(tables, address, t, part * h, q, v, still, trial.lam, flow.z, 0.0, 0.0, 1.0, True, work)
         record.count[3] += 1
         for i in range(n):
             trial.b[i] = -(work.r[i] + work.Gl[i])

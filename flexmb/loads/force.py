@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @element_kernel
-def force_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
+def dead_force_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     """Dead force (fx, fy) at the point s of a node (x, y, theta)."""
     fx, fy, sx, sy = p
     c, s = math.cos(q[2]), math.sin(q[2])
@@ -94,7 +94,7 @@ class Force(Part):
         """One element on the node that carries the point."""
         body = mechanism.body(self.body.name, self.label)
         end = body.attach(self.label, self.at)
-        kernel, force = force_kernel, self.force
+        kernel, force = dead_force_kernel, self.force
         if self.follower:
             kernel, force = follower_force_kernel, planar.to_frame((0.0, 0.0), body.node(end.node).theta, self.force)
         return [ElementPiece(self.name, kernel, end.coordinates, (*force, *end.offset), factor=self.history)]

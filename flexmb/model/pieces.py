@@ -52,6 +52,9 @@ def node_coordinates(part: str, node: str) -> tuple[Coordinate, Coordinate, Coor
 class ElementPiece:
     """A force, inertia or both on some coordinates; `energy` is its kernel of energies, if it keeps account.
 
+    `force`, `tangent` and `account` say parts of the same at less cost (see `flexmb.kernels`); each may be left out.
+    An element without energies has no account: its work is that of a load.
+
     With a `factor` all that the kernel gives is multiplied by its value at the time: a load that changes in time.  Such
     a force has no potential, so it has no `energy`; its work is counted as that of a load.
     """
@@ -63,8 +66,21 @@ class ElementPiece:
     history: tuple[float, ...] = ()
     energy: Kernel | None = None
     factor: Motion | None = None
+    force: Kernel | None = None
+    tangent: Kernel | None = None
+    account: Kernel | None = None
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether the other kernels say all that element and energy kernel do."""
+        return None not in (self.force, self.tangent, self.account)
 
     def __post_init__(self) -> None:
+        if self.account is not None and self.energy is None:
+            raise KernelError(
+                f"Part {self.part!r}: kernel {self.kernel.name!r} has an account kernel and no energy kernel. Give it "
+                "the energy kernel, too; or leave the account kernel out: the work is counted as that of a load."
+            )
         if self.factor is not None and self.energy is not None:
             raise KernelError(
                 f"Part {self.part!r}: kernel {self.kernel.name!r} has a factor in time and an energy kernel; what "

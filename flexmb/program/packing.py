@@ -126,10 +126,15 @@ class Packer:
         for piece in pieces:
             dofs.add(self.number.dofs(piece.coordinates))
         factors = [piece.factor for piece in pieces]
+        # what is never called is not compiled
+        slow = [None if piece.is_complete else piece for piece in pieces]
         return Elements(
-            ints([self.kernels["element"].number(piece.kernel) for piece in pieces]),
-            ints([self.kernels["energy"].number(piece.energy) for piece in pieces]),
+            ints([self.kernels["element"].number(piece.kernel if piece else None) for piece in slow]),
+            ints([self.kernels["energy"].number(piece.energy if piece else None) for piece in slow]),
             ints([self.kernels["motion"].number(law.kernel if law else None) for law in factors]),
+            ints([self.kernels["force"].number(piece.force) for piece in pieces]),
+            ints([self.kernels["tangent"].number(piece.tangent) for piece in pieces]),
+            ints([self.kernels["account"].number(piece.account) for piece in pieces]),
             table([self.add(piece.p) for piece in pieces], 2),
             table([self.add(law.parameters() if law else ()) for law in factors], 2),
             table([self.remember(piece.history) for piece in pieces], 2),
@@ -211,7 +216,10 @@ class Packer:
         )
 
 
-KINDS = ("element", "energy", "constraint", "motion", "gap", "normal", "friction", "grip", "signal")
+KINDS = (
+    *("element", "energy", "constraint", "motion", "gap", "normal", "friction", "grip", "signal"),
+    *("force", "tangent", "account"),
+)
 """Kinds of kernels, in the order of `Addresses`."""
 
 

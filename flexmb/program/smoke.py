@@ -42,6 +42,7 @@ def _calls(piece: Any, q: np.ndarray) -> list[tuple[Kernel, Sequence[float], lis
         calls = [(piece.kernel, piece.p, [*state, *force], "element")]
         if piece.energy is not None:
             calls.append((piece.energy, piece.p, [0.0, q, zero.copy()], "element"))
+        calls += _short_calls(piece, state)
         return [*calls, *_motion_calls(piece.factor)]
     if isinstance(piece, ConstraintPiece):
         rows = [np.zeros(piece.rows) for _ in range(4)]
@@ -55,6 +56,18 @@ def _calls(piece: Any, q: np.ndarray) -> list[tuple[Kernel, Sequence[float], lis
         gap = (piece.gap, piece.p, [q, zero, np.zeros(GAP_SIZE)], "gap")
         return [gap, _law_call(piece.normal), _law_call(piece.friction)]
     return [(piece.kernel, piece.p, [0.0, q, zero, zero.copy()], "signal")]
+
+
+def _short_calls(piece: ElementPiece, state: list[Any]) -> list[tuple[Kernel, Sequence[float], list[Any], str]]:
+    """Calls of force, tangent and account of an element."""
+    n, z = len(state[2]), state[-1]
+    r, A = np.zeros((3, n)), np.zeros((n, n))
+    given = (
+        (piece.force, [*state, r[0], z.copy()]),
+        (piece.tangent, [*state, 1.0, 1.0, 1.0, r[0], A, z.copy()]),
+        (piece.account, [*state[:-1], np.zeros(n), z, *r, z.copy()]),
+    )
+    return [(kernel, piece.p, arguments, "element") for kernel, arguments in given if kernel is not None]
 
 
 def _motion_calls(motion: Motion | None) -> list[tuple[Kernel, Sequence[float], list[Any], str]]:
@@ -81,7 +94,7 @@ def _call(part: str, kernel: Kernel, p: np.ndarray, arguments: list[Any], what: 
         text = f"{label} failed in the drawn pose, at rest, with p = {_short(p)}: {type(error).__name__}: {error}."
         raise KernelError(f"{text} {safe}") from error
     size = 1 if kernel.contract.name == "signal" else 3
-    if kernel.contract.name in ("energy", "normal", "friction", "motion", "signal"):
+    if kernel.contract.name in ("energy", "account", "normal", "friction", "motion", "signal"):
         values = np.atleast_1d(np.array(result, dtype=float)) if result is not None else np.empty(0)
         if values.size != size:
             plural = "s" if size > 1 else ""

@@ -14,11 +14,17 @@ import numpy as np
 
 
 class Elements(NamedTuple):
-    """Elements: numbers of force, energy and factor kernel (-1: none), where p, z, dofs, positions (row by row) are."""
+    """Elements: numbers of their kernels (-1: none), where p, z, dofs, positions (row by row) are.
+
+    An element with force, tangent and account is never called through `kernel` and `energy`, which then are -1.
+    """
 
     kernel: np.ndarray  # (n,)
     energy: np.ndarray  # (n,)
     factor: np.ndarray  # (n,) a motion
+    force: np.ndarray  # (n,)
+    tangent: np.ndarray  # (n,)
+    account: np.ndarray  # (n,)
     p: np.ndarray  # (n, 2)
     factor_p: np.ndarray  # (n, 2)
     z: np.ndarray  # (n, 2)
@@ -112,6 +118,9 @@ class Addresses(NamedTuple):
     friction: object
     grip: object
     signal: object
+    force: object
+    tangent: object
+    account: object
 
 
 CONTACT_COMMON = 5

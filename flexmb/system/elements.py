@@ -1,6 +1,6 @@
 """Elements: gather, call, scatter; and their energies."""
 
-from flexmb.kernels import compiled, element_at, energy_at, matrix_view, motion_at
+from flexmb.kernels import account_at, compiled, element_at, energy_at, force_at, matrix_view, motion_at, tangent_at
 
 
 @compiled
@@ -11,29 +11,94 @@ def gather(values, dofs, begin, n, target):
 
 
 @compiled
+def gather_state(E, e, n, q, v, a, work):
+    """Coordinates, velocities and accelerations of element e, and zeros for its forces."""
+    begin = E.dof[e]
+    for i in range(n):
+        dof = E.dofs[begin + i]
+        work.ql[i], work.vl[i], work.al[i], work.rl[i] = q[dof], v[dof], a[dof], 0.0
+
+
+@compiled
 def add_elements(tables, address, t, h, q, v, a, z, kq, kv, ka, matrix, work):
     """Add forces to work.r and, if `matrix`, kq K + kv C + ka M to work.lu; write histories."""
     E = tables.elements
-    for e in range(E.kernel.shape[0]):
+    for e in range(E.p.shape[0]):
         n = E.dof[e + 1] - E.dof[e]
-        gather(q, E.dofs, E.dof[e], n, work.ql)
-        gather(v, E.dofs, E.dof[e], n, work.vl)
-        gather(a, E.dofs, E.dof[e], n, work.al)
-        call_element(tables, address, e, n, t, h, z, work)
-        for i in range(n):
-            work.r[E.dofs[E.dof[e] + i]] += work.rl[i]
+        gather_state(E, e, n, q, v, a, work)
         if matrix:
+            call_tangent(tables, address, e, n, t, h, z, kq, kv, ka, work)
             begin = E.pos[e]
             for i in range(n * n):
-                work.lu[E.positions[begin + i]] += kq * work.Kl[i] + kv * work.Cl[i] + ka * work.Ml[i]
+                work.lu[E.positions[begin + i]] += work.Kl[i]
+        else:
+            call_force(tables, address, e, n, t, h, z, work)
+        for i in range(n):
+            work.r[E.dofs[E.dof[e] + i]] += work.rl[i]
+
+
+@compiled
+def call_force(tables, address, e, n, t, h, z, work):
+    """Forces of element e at the gathered ql, vl, al, in rl; its history in z_new."""
+    E = tables.elements
+    if E.force[e] >= 0:
+        force_at(address.force, E.force[e])(
+            tables.p[E.p[e, 0] : E.p[e, 1]],
+            t,
+            h,
+            work.ql[:n],
+            work.vl[:n],
+            work.al[:n],
+            z[E.z[e, 0] : E.z[e, 1]],
+            work.rl[:n],
+            work.z_new[E.z[e, 0] : E.z[e, 1]],
+        )
+    else:
+        call_element(tables, address, e, n, t, h, z, work)
+    s = factor_of(tables, address, e, t)
+    if s != 1.0:
+        for i in range(n):
+            work.rl[i] *= s
+
+
+@compiled
+def call_tangent(tables, address, e, n, t, h, z, kq, kv, ka, work):
+    """Forces of element e in rl, kq K + kv C + ka M in Kl; its history in z_new."""
+    E = tables.elements
+    if E.tangent[e] >= 0:
+        for i in range(n * n):
+            work.Kl[i] = 0.0
+        tangent_at(address.tangent, E.tangent[e])(
+            tables.p[E.p[e, 0] : E.p[e, 1]],
+            t,
+            h,
+            work.ql[:n],
+            work.vl[:n],
+            work.al[:n],
+            z[E.z[e, 0] : E.z[e, 1]],
+            kq,
+            kv,
+            ka,
+            work.rl[:n],
+            matrix_view(work.Kl, n, n),
+            work.z_new[E.z[e, 0] : E.z[e, 1]],
+        )
+    else:
+        call_element(tables, address, e, n, t, h, z, work)
+        for i in range(n * n):
+            work.Kl[i] = kq * work.Kl[i] + kv * work.Cl[i] + ka * work.Ml[i]
+    s = factor_of(tables, address, e, t)
+    if s != 1.0:
+        for i in range(n):
+            work.rl[i] *= s
+        for i in range(n * n):
+            work.Kl[i] *= s
 
 
 @compiled
 def call_element(tables, address, e, n, t, h, z, work):
-    """Call the kernel of element e on the gathered ql, vl, al; results in rl, Kl, Cl, Ml, z_new."""
+    """Call the element kernel of element e, without its factor; results in rl, Kl, Cl, Ml, z_new."""
     E = tables.elements
-    for i in range(n):
-        work.rl[i] = 0.0
     for i in range(n * n):
         work.Kl[i], work.Cl[i], work.Ml[i] = 0.0, 0.0, 0.0
     element_at(address.element, E.kernel[e])(
@@ -50,14 +115,16 @@ def call_element(tables, address, e, n, t, h, z, work):
         matrix_view(work.Ml, n, n),
         work.z_new[E.z[e, 0] : E.z[e, 1]],
     )
-    if E.factor[e] >= 0:
-        s, _, _ = motion_at(address.motion, E.factor[e])(tables.p[E.factor_p[e, 0] : E.factor_p[e, 1]], t)
-        for i in range(n):
-            work.rl[i] *= s
-        for i in range(n * n):
-            work.Kl[i] *= s
-            work.Cl[i] *= s
-            work.Ml[i] *= s
+
+
+@compiled
+def factor_of(tables, address, e, t):
+    """What all that the kernel of element e gives is multiplied by."""
+    E = tables.elements
+    if E.factor[e] < 0:
+        return 1.0
+    s, _, _ = motion_at(address.motion, E.factor[e])(tables.p[E.factor_p[e, 0] : E.factor_p[e, 1]], t)
+    return s
 
 
 @compiled
@@ -69,33 +136,72 @@ def account(tables, address, t, h, q, v, a, x, y, z, work):
     """
     E = tables.elements
     work.power[:] = 0.0
-    for e in range(E.kernel.shape[0]):
+    for e in range(E.p.shape[0]):
         n = E.dof[e + 1] - E.dof[e]
-        gather(q, E.dofs, E.dof[e], n, work.ql)
-        gather(v, E.dofs, E.dof[e], n, work.vl)
-        gather(a, E.dofs, E.dof[e], n, work.al)
-        call_element(tables, address, e, n, t, h, z, work)
-        for i in range(n):
-            dof = E.dofs[E.dof[e] + i]
-            work.r[dof] += work.rl[i]
-            Mv, My = 0.0, 0.0
-            for j in range(n):
-                m = work.Ml[i * n + j]
-                if m != 0.0:
-                    Mv += m * work.vl[j]
-                    My += m * y[E.dofs[E.dof[e] + j]]
-            work.power[0] += 0.5 * work.vl[i] * Mv
-            work.power[5] += x[dof] * My
-        if E.energy[e] >= 0:
-            strain, gravity, damping = energy_at(address.energy, E.energy[e])(
-                tables.p[E.p[e, 0] : E.p[e, 1]], t, work.ql[:n], work.vl[:n]
-            )
-            work.power[1] += strain
-            work.power[2] += gravity
-            work.power[3] += damping
+        begin = E.dof[e]
+        gather_state(E, e, n, q, v, a, work)
+        gather(y, E.dofs, begin, n, work.yl)
+        if E.account[e] >= 0:
+            strain, gravity, damping, load = call_account(tables, address, e, n, t, h, z, work)
         else:
-            for i in range(n):
-                force = work.rl[i]
-                for j in range(n):
-                    force -= work.Ml[i * n + j] * work.al[j]
-                work.power[4] -= work.vl[i] * force
+            strain, gravity, damping, load = account_by_matrix(tables, address, e, n, t, h, z, work)
+        kinetic, product = 0.0, 0.0
+        for i in range(n):
+            dof = E.dofs[begin + i]
+            work.r[dof] += work.rl[i]
+            kinetic += work.vl[i] * work.Mvl[i]
+            product += x[dof] * work.Myl[i]
+        work.power[0] += 0.5 * kinetic
+        work.power[1] += strain
+        work.power[2] += gravity
+        work.power[3] += damping
+        work.power[4] += load
+        work.power[5] += product
+
+
+@compiled
+def call_account(tables, address, e, n, t, h, z, work):
+    """Forces, M v and M y of element e in rl, Mvl, Myl; strain, gravity, power of damping, no load."""
+    E = tables.elements
+    for i in range(n):
+        work.Mvl[i], work.Myl[i] = 0.0, 0.0
+    strain, gravity, damping = account_at(address.account, E.account[e])(
+        tables.p[E.p[e, 0] : E.p[e, 1]],
+        t,
+        h,
+        work.ql[:n],
+        work.vl[:n],
+        work.al[:n],
+        work.yl[:n],
+        z[E.z[e, 0] : E.z[e, 1]],
+        work.rl[:n],
+        work.Mvl[:n],
+        work.Myl[:n],
+        work.z_new[E.z[e, 0] : E.z[e, 1]],
+    )
+    return strain, gravity, damping, 0.0
+
+
+@compiled
+def account_by_matrix(tables, address, e, n, t, h, z, work):
+    """The same from the element kernel's M, and the power of an element that has no energies."""
+    E = tables.elements
+    call_element(tables, address, e, n, t, h, z, work)
+    s = factor_of(tables, address, e, t)
+    load = 0.0
+    for i in range(n):
+        Mv, My, Ma = 0.0, 0.0, 0.0
+        for j in range(n):
+            m = s * work.Ml[i * n + j]
+            Mv += m * work.vl[j]
+            My += m * work.yl[j]
+            Ma += m * work.al[j]
+        work.rl[i] *= s
+        work.Mvl[i], work.Myl[i] = Mv, My
+        load -= work.vl[i] * (work.rl[i] - Ma)
+    if E.energy[e] < 0:
+        return 0.0, 0.0, 0.0, load
+    strain, gravity, damping = energy_at(address.energy, E.energy[e])(
+        tables.p[E.p[e, 0] : E.p[e, 1]], t, work.ql[:n], work.vl[:n]
+    )
+    return strain, gravity, damping, 0.0

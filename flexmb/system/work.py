@@ -49,6 +49,9 @@ class Work(NamedTuple):
     grip: np.ndarray
     grip_out: np.ndarray
     grip_curve: np.ndarray
+    yl: np.ndarray
+    Mvl: np.ndarray
+    Myl: np.ndarray
 
 
 def workspace(program: Program) -> Work:
@@ -84,4 +87,7 @@ def workspace(program: Program) -> Work:
         np.zeros((n_g, 2)),
         np.zeros(GRIP_SIZE),
         np.zeros((6, 6)),
+        np.zeros(n),
+        np.zeros(n),
+        np.zeros(n),
     )
