@@ -68,13 +68,11 @@ and views of arrays cost nothing.  They are inlined into one another, since hand
 more than most of them do.  Kernels themselves may allocate, since users write them.
 """
 
-fast = numba.njit(
-    cache=True, error_model="numpy", _nrt=False, forceinline=True, fastmath={"contract", "nsz", "arcp", "reassoc"}
-)
-"""`compiled`, for formulas of elements: their sums may be reordered and fused.
+fast = numba.njit(cache=True, error_model="numpy", _nrt=False, forceinline=True, fastmath={"contract", "nsz", "arcp"})
+"""`compiled`, for the formulas of elements: a product and a sum may be fused, which takes a sixth off a beam.
 
-Not for what lives on the order of its operations.  Never with the flags that take NaN and infinity for impossible:
-they must stay visible.
+Sums stay in their order (reordering them gains another 4 % and may lose digits where large terms cancel), and NaN and
+infinity stay visible.
 """
 
 
@@ -119,9 +117,7 @@ TANGENT = _contract(
     types.void,
     *(_P, _F, _F, _V, _V, _V, _P, _F, _F, _F, _V, _M, _V),
 )
-ACCOUNT = _contract(
-    "account", "p t h q v a y z r Mv My z_new", _TRIPLE, _P, _F, _F, _V, _V, _V, _V, _P, _V, _V, _V, _V
-)
+ACCOUNT = _contract("account", "p t h q v a y z r Mv My z_new", _TRIPLE, _P, _F, _F, _V, _V, _V, _V, _P, _V, _V, _V, _V)
 SIGNAL = _contract("signal", "p t q v a", _F, _P, _F, _V, _V, _V)
 
 GAP_SIZE = 49

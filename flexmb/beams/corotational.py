@@ -27,7 +27,7 @@ Source: M. A. Crisfield, Non-linear Finite Element Analysis of Solids and Struct
 
 import math
 
-from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, fast, force_kernel, tangent_kernel
+from flexmb.kernels import account_kernel, element_kernel, energy_kernel, fast, force_kernel, tangent_kernel
 
 PARAMETERS = (
     "L ka kb11 kb12 kb22 offset1 offset2 zeta gx gy m11 m12 m22 g11 g12 g21 g22 h11 h12 h22 J j1 j2 k11 k12 k22"
@@ -42,12 +42,9 @@ TURN, REST = 6.28125, 0.0019353071795864769
 """2 pi in two parts: the first times a number of turns below 2^40 is exact."""
 
 
-@compiled
+@fast
 def turned_back(theta, angle):
-    """theta - angle in [-pi, pi]; whole turns are taken from theta first, so that a crank may turn for ever.
-
-    `compiled`, not `fast`: the order of these sums must stay.
-    """
+    """theta - angle in [-pi, pi]; whole turns are taken from theta first, so that a crank may turn for ever."""
     u = theta - angle
     if abs(u) > math.pi:
         turns = math.floor(u / (TURN + REST) + 0.5)
@@ -194,7 +191,7 @@ def state(p, q, v, a):
 
 @fast
 def along_turn(p, u, motion, r, r_dot):
-    """Change of forces on ends, u1, u2 and alpha when rho grows by r and its rate by r_dot, those of theta being kept."""
+    """Change of forces on ends, u1, u2 and alpha when rho grows by r and its rate by r_dot; theta does not."""
     u1, u2, rho, d1, d2, zeta = u[4], u[5], motion[0], motion[2], motion[3], p[7]
     w1, w2 = with_ends(p, u1, u2)
     v1, v2 = with_ends(p, d1, d2)
@@ -333,9 +330,8 @@ def evaluate(p, q, v, a, kq, kv, ka, r, A):
 @element_kernel
 def beam_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     """Corotational Euler-Bernoulli element; q, r (6,), K, C, M (6, 6)."""
-    evaluate(p, q, v, a, 1.0, 0.0, 0.0, r, K)
-    evaluate(p, q, v, a, 0.0, 1.0, 0.0, r, C)
-    evaluate(p, q, v, a, 0.0, 0.0, 1.0, r, M)
+    for X, kq, kv, ka in ((K, 1.0, 0.0, 0.0), (C, 0.0, 1.0, 0.0), (M, 0.0, 0.0, 1.0)):
+        evaluate(p, q, v, a, kq, kv, ka, r, X)
 
 
 @tangent_kernel

@@ -11,7 +11,7 @@ from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.joints.direction import add_curvature, curvature_times, direction, dot
 from flexmb.joints.revolute import coincidence_piece, drawn_angle
-from flexmb.kernels import compiled, element_kernel, energy_kernel, signal_kernel
+from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel, signal_kernel
 from flexmb.model.part import Joint
 from flexmb.model.pieces import ElementPiece, Piece, SignalPiece
 
@@ -28,30 +28,47 @@ def along_axis(p, q, first):
     return direction(mx, my, p[8], p[9], p[10], p[11], q)
 
 
+@compiled
+def put_force(p, q, v, r):
+    """r (6,) alone; it must be zero before."""
+    for first in (True, False):
+        i = 0 if first else 1
+        d, J = along_axis(p, q, first)[:2]
+        f = p[i] * d + p[3 + i] * dot(J, v)
+        for m in range(6):
+            r[m] += f * J[m]
+    moment = p[2] * (q[5] - q[2] - p[12]) + p[5] * (v[5] - v[2])
+    r[2] -= moment
+    r[5] += moment
+
+
 @element_kernel
 def bushing_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     """Forces k d + c d_dot along both axes, moment about the point; q (6,)."""
+    put_force(p, q, v, r)
     for first in (True, False):
         i = 0 if first else 1
         d, J, nx, ny, far, near = along_axis(p, q, first)
         Jv = curvature_times(nx, ny, far, near, v)
         f = p[i] * d + p[3 + i] * dot(J, v)
         for m in range(6):
-            r[m] += f * J[m]
             for n in range(6):
                 K[m, n] += J[m] * (p[i] * J[n] + p[3 + i] * Jv[n])
                 C[m, n] += J[m] * p[3 + i] * J[n]
         add_curvature(f, nx, ny, far, near, K)
-    moment = p[2] * (q[5] - q[2] - p[12]) + p[5] * (v[5] - v[2])
-    r[2] -= moment
-    r[5] += moment
     for m, n, sign in ((2, 2, 1.0), (5, 5, 1.0), (2, 5, -1.0), (5, 2, -1.0)):
         K[m, n] += sign * p[2]
         C[m, n] += sign * p[5]
 
 
-@energy_kernel
-def bushing_energy(p, t, q, v):
+@force_kernel
+def bushing_force(p, t, h, q, v, a, z, r, z_new):
+    """r (6,) alone."""
+    put_force(p, q, v, r)
+
+
+@compiled
+def energies(p, q, v):
     """Strain energy, no weight, power of damping."""
     x, Jx = along_axis(p, q, True)[:2]
     y, Jy = along_axis(p, q, False)[:2]
@@ -59,6 +76,19 @@ def bushing_energy(p, t, q, v):
     strain = 0.5 * (p[0] * x * x + p[1] * y * y + p[2] * turn * turn)
     vx, vy = dot(Jx, v), dot(Jy, v)
     return strain, 0.0, p[3] * vx * vx + p[4] * vy * vy + p[5] * rate * rate
+
+
+@account_kernel
+def bushing_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
+    """r (6,); no mass; energies as `bushing_energy` gives them."""
+    put_force(p, q, v, r)
+    return energies(p, q, v)
+
+
+@energy_kernel
+def bushing_energy(p, t, q, v):
+    """Strain energy, no weight, power of damping."""
+    return energies(p, q, v)
 
 
 @signal_kernel
@@ -148,5 +178,6 @@ class Bushing(Joint):
             SignalPiece(self.name, name, unit, bushing_signal, coordinates, (*p, float(k)))
             for k, (name, unit) in enumerate(SIGNALS)
         ]
-        element = ElementPiece(self.name, bushing_kernel, coordinates, p, energy=bushing_energy)
+        short = {"force": bushing_force, "account": bushing_account}
+        element = ElementPiece(self.name, bushing_kernel, coordinates, p, energy=bushing_energy, **short)
         return [element, *signals, coincidence_piece(self.name, ends, holds="start")]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from flexmb import checks, planar
 from flexmb.errors import InputError
-from flexmb.kernels import compiled, element_kernel, energy_kernel
+from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel
 from flexmb.model.part import Part
 from flexmb.model.pieces import ElementPiece, Piece
 
@@ -26,21 +26,47 @@ def arms(p, q):
     return ax, ay, bx, by, q[3] + bx - q[0] - ax, q[4] + by - q[1] - ay
 
 
+@compiled
+def stretched(p, q, v):
+    """Length, its rate, direction and arms; without a length there is no direction and no rate."""
+    ax, ay, bx, by, dx, dy = arms(p, q)
+    l = math.sqrt(dx * dx + dy * dy)
+    if l == 0.0:
+        return l, 0.0, 0.0, 0.0, ax, ay, bx, by
+    nx, ny = dx / l, dy / l
+    rate = nx * (v[3] - by * v[5] - v[0] + ay * v[2]) + ny * (v[4] + bx * v[5] - v[1] - ax * v[2])
+    return l, rate, nx, ny, ax, ay, bx, by
+
+
+@compiled
+def energies(p, l, rate):
+    """Energy of the spring, no weight, power of the damper."""
+    return 0.5 * p[0] * (l - p[2]) ** 2, 0.0, p[1] * rate * rate
+
+
+@compiled
+def put_force(p, q, v, r):
+    """r (6,); length and its rate."""
+    l, rate, nx, ny, ax, ay, bx, by = stretched(p, q, v)
+    F = p[0] * (l - p[2]) + p[1] * rate
+    r[0], r[1], r[2] = -F * nx, -F * ny, F * (nx * ay - ny * ax)
+    r[3], r[4], r[5] = F * nx, F * ny, F * (ny * bx - nx * by)
+    return l, rate
+
+
 @element_kernel
 def spring_damper_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     """F = k (l - l0) + d l_dot along the line of the points; q (6,)."""
     k, d, l0 = p[0], p[1], p[2]
-    ax, ay, bx, by, dx, dy = arms(p, q)
-    l = math.sqrt(dx * dx + dy * dy)
+    l, rate, nx, ny, ax, ay, bx, by = stretched(p, q, v)
     if l == 0.0:
         return  # no direction: no force
-    nx, ny = dx / l, dy / l
+    put_force(p, q, v, r)
     # columns of d(dx, dy)/dq
     jx = (-1.0, 0.0, ay, 1.0, 0.0, -by)
     jy = (0.0, -1.0, -ax, 0.0, 1.0, bx)
-    rate, spin = 0.0, 0.0
+    spin = 0.0
     for i in range(6):
-        rate += (nx * jx[i] + ny * jy[i]) * v[i]
         spin += (-ny * jx[i] + nx * jy[i]) * v[i]
     F = k * (l - l0) + d * rate
     # d(l_dot)/dq = spin/l * (t . J) + n . d(J v)/dq, the latter only through the arms
@@ -49,7 +75,6 @@ def spring_damper_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     for i in range(6):
         Jn = nx * jx[i] + ny * jy[i]
         Jt = -ny * jx[i] + nx * jy[i]
-        r[i] = F * Jn
         rate_q = spin * Jt / l
         if i == 2:
             rate_q += turn1
@@ -64,17 +89,24 @@ def spring_damper_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     K[5, 5] -= F * (nx * bx + ny * by)
 
 
+@force_kernel
+def spring_damper_force(p, t, h, q, v, a, z, r, z_new):
+    """r (6,) alone."""
+    put_force(p, q, v, r)
+
+
+@account_kernel
+def spring_damper_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
+    """r (6,); no mass; energies as `spring_damper_energy` gives them."""
+    l, rate = put_force(p, q, v, r)
+    return energies(p, l, rate)
+
+
 @energy_kernel
 def spring_damper_energy(p, t, q, v):
     """Energy of the spring, power of the damper."""
-    ax, ay, bx, by, dx, dy = arms(p, q)
-    l = math.sqrt(dx * dx + dy * dy)
-    if l == 0.0:
-        return 0.5 * p[0] * p[2] * p[2], 0.0, 0.0
-    vx = v[3] - by * v[5] - v[0] + ay * v[2]
-    vy = v[4] + bx * v[5] - v[1] - ax * v[2]
-    rate = (dx * vx + dy * vy) / l
-    return 0.5 * p[0] * (l - p[2]) ** 2, 0.0, p[1] * rate * rate
+    l, rate = stretched(p, q, v)[:2]
+    return energies(p, l, rate)
 
 
 @dataclass(frozen=True)
@@ -123,4 +155,5 @@ class SpringDamper(Part):
         length = planar.distance(self.at, self.to) if self.free_length is None else self.free_length
         p = (self.stiffness, self.damping, length, *first.offset, *second.offset)
         coordinates = (*first.coordinates, *second.coordinates)
-        return [ElementPiece(self.name, spring_damper_kernel, coordinates, p, energy=spring_damper_energy)]
+        short = {"force": spring_damper_force, "account": spring_damper_account}
+        return [ElementPiece(self.name, spring_damper_kernel, coordinates, p, energy=spring_damper_energy, **short)]

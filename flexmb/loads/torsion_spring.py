@@ -7,7 +7,7 @@ from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING
 
 from flexmb import checks
-from flexmb.kernels import element_kernel, energy_kernel
+from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel
 from flexmb.model.part import Part
 from flexmb.model.pieces import ElementPiece, Piece
 
@@ -15,18 +15,39 @@ if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
 
 
+@compiled
+def put_moment(p, q, v, r):
+    """r (2,); energy of the spring, no weight, power of the damper."""
+    k, d, angle = p
+    turn, rate = q[1] - q[0] - angle, v[1] - v[0]
+    moment = k * turn + d * rate
+    r[0] = -moment
+    r[1] = moment
+    return 0.5 * k * turn * turn, 0.0, d * rate * rate
+
+
 @element_kernel
 def torsion_spring_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     """M = k (theta2 - theta1 - angle0) + d (omega2 - omega1); q = (theta1, theta2)."""
-    k, d, angle = p
-    moment = k * (q[1] - q[0] - angle) + d * (v[1] - v[0])
-    r[0] = -moment
-    r[1] = moment
+    k, d, _ = p
+    put_moment(p, q, v, r)
     for i in range(2):
         for j in range(2):
             sign = 1.0 if i == j else -1.0
             K[i, j] = sign * k
             C[i, j] = sign * d
+
+
+@force_kernel
+def torsion_spring_force(p, t, h, q, v, a, z, r, z_new):
+    """r (2,) alone."""
+    put_moment(p, q, v, r)
+
+
+@account_kernel
+def torsion_spring_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
+    """r (2,); no mass; energies as `torsion_spring_energy` gives them."""
+    return put_moment(p, q, v, r)
 
 
 @energy_kernel
@@ -78,5 +99,6 @@ class TorsionSpring(Part):
             coordinates.append((body.name, node, 2))
             angle += sign * body.node(node).theta
         p = (self.stiffness, self.damping, angle)
-        piece = ElementPiece(self.name, torsion_spring_kernel, tuple(coordinates), p, energy=torsion_spring_energy)
-        return [piece]
+        short = {"force": torsion_spring_force, "account": torsion_spring_account}
+        piece = (self.name, torsion_spring_kernel, tuple(coordinates), p)
+        return [ElementPiece(*piece, energy=torsion_spring_energy, **short)]

@@ -15,14 +15,14 @@ from flexmb import checks, kernels
 from flexmb.errors import KernelError
 
 
-def require_kernel(cls: type, contract: kernels.Contract) -> None:
-    """Check, when a class is made, that it names a kernel of the right contract."""
-    kernel = getattr(cls, "kernel", None)
+def require_kernel(cls: type, contract: kernels.Contract, name: str = "kernel") -> None:
+    """Check, when a class is made, that its attribute `name` is a kernel of the right contract."""
+    kernel = getattr(cls, name, None)
     if kernel is None:
-        return  # an abstract base in between
+        return  # an abstract base in between, or a kernel that may be left out
     if not isinstance(kernel, kernels.Kernel) or kernel.contract is not contract:
         raise KernelError(
-            f"{cls.__name__}.kernel is {kernel!r}; it must be a function decorated as a {contract.name} kernel."
+            f"{cls.__name__}.{name} is {kernel!r}; it must be a function decorated as a {contract.name} kernel."
         )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -29,11 +30,48 @@ def check_element(bench: Bench, piece: ElementPiece, weightless: ElementPiece) -
         out = subject.watched(full)
         bench.note(f"{piece.kernel.name}: compiled = Python, finite, repeatable")
         check_tangents(bench, subject, full, out, scale)
+        check_short_ways(bench, piece, subject, full, out)
         if piece.energy is not None and not m:
             check_energy(bench, piece.energy, subject, full, out, scale)
         check_reaction(bench, piece.coordinates, bare, full)
         check_frame(bench, piece.coordinates, bare, full, scale)
         z = out["z_new"]
+
+
+def check_short_ways(bench: Bench, piece: ElementPiece, subject: Subject, state: State, out: Values) -> None:
+    """Force, tangent and account kernel against what element and energy kernel give."""
+    n, history = subject.shapes["r"], {"z_new": subject.shapes["z_new"]}
+    weights = dict(zip(("kq", "kv", "ka"), bench.random.uniform(0.5, 2.0, 3).tolist(), strict=True))
+    y = bench.random.uniform(-1.0, 1.0, n)
+    matrix = sum(weight * out[name] for weight, name in zip(weights.values(), "KCM", strict=True))
+    want: dict[str, Any] = {"r": out["r"], "z_new": out["z_new"]}
+    account = {**want, "Mv": out["M"] @ state["v"], "My": out["M"] @ y}
+    if piece.account is not None and piece.energy is not None:
+        energy = Subject(bench.owner, piece.energy, piece.p)
+        account |= energy({name: state[name] for name in ("t", "q", "v")})
+    sizes = round_off_sizes(subject, state, out)
+    sizes |= {"Mv": float((np.abs(out["M"]) @ np.abs(state["v"])).max()), "My": float(np.abs(out["M"]).sum())}
+    ways = (
+        (piece.force, {}, {}, want),
+        (piece.tangent, weights, {"A": (*n, *n)}, {**want, "A": matrix}),
+        (piece.account, {"y": y}, {"Mv": n, "My": n}, account),
+    )
+    for kernel, more, results, values in ways:
+        if kernel is not None:
+            short = Subject(bench.owner, kernel, piece.p, r=n, **results, **history)
+            short.same({**state, **more}, values, sizes, piece.kernel.name)
+            bench.note(f"{kernel.name}: as {piece.kernel.name}")
+
+
+def round_off_sizes(subject: Subject, state: State, out: Values) -> dict[str, float]:
+    """What round-off of forces and energies is measured against: coordinates have a round-off of their own."""
+    q, v = (float(np.abs(state[name]).max(initial=1.0)) for name in "qv")
+    stiffness = float(np.abs(out["K"]).max())
+    still = np.zeros_like(state["v"])
+    rest = float(np.abs(subject({**state, "v": still, "a": still})["r"]).max())
+    stored = (rest + 1e-16 * stiffness * q) * q
+    moved = float(np.abs(out["r"]).max()) + stiffness * q
+    return {"r": moved, "strain": stored, "gravity": stored, "damping": float(np.abs(out["C"]).sum()) * v * v}
 
 
 def check_tangents(bench: Bench, subject: Subject, state: State, out: Values, scale: np.ndarray) -> None:
@@ -59,7 +97,7 @@ def check_energy(bench: Bench, kernel: Kernel, subject: Subject, state: State, o
     """Force at rest against the potential; power of the forces against the rate of all energies."""
     energy = Subject(bench.owner, kernel, subject.p)
     short = {name: state[name] for name in ("t", "q", "v")}
-    damping = float(energy.watched(short)["damping"])
+    damping = float(energy.watched(short, round_off_sizes(subject, state, out))["damping"])
     v, still = state["v"], np.zeros_like(state["v"])
 
     def potential(q: np.ndarray) -> float:

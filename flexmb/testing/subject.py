@@ -12,6 +12,7 @@ from flexmb.kernels import Kernel
 
 RESULTS = {
     "energy": ("strain", "gravity", "damping"),
+    "account": ("strain", "gravity", "damping"),
     "normal": ("N", "dN_dgap", "dN_drate"),
     "friction": ("T", "dT_dslip", "dT_dN"),
     "motion": ("s", "s_dot", "s_ddot"),
@@ -45,8 +46,13 @@ class Subject:
         """Outputs of the compiled function by name."""
         return self._outputs(self.kernel.dispatcher, state)
 
-    def watched(self, state: State) -> Values:
+    def watched(self, state: State, sizes: dict[str, float] | None = None) -> Values:
         """Outputs at a state, after the checks that concern a single call.
+
+        Parameters
+        ----------
+        state : inputs by name.
+        sizes : what round-off of outputs is measured against, by name, where that is more than their own size.
 
         Raises
         ------
@@ -65,7 +71,7 @@ class Subject:
         compiled = self(state)
         for name, value in first.items():
             self._finite(name, compiled[name], state)
-            where = np.abs(compiled[name] - value) > SAME * self._size(name, first, state)
+            where = np.abs(compiled[name] - value) > SAME * self._size(name, first, state, sizes or {})
             if np.any(where):
                 both = f"{at(compiled[name], where):.12g} compiled and {at(value, where):.12g} in plain Python"
                 raise self.fault(f"{entry(name, where)} is {both}", state)
@@ -82,10 +88,26 @@ class Subject:
         if np.any(bad):
             raise self.fault(f"{entry(name, bad)} is {at(value, bad)}; it must be finite at every state", state)
 
+    def same(self, state: State, want: Values, sizes: dict[str, float], other: str) -> None:
+        """Check that the outputs are those of a kernel `other`, but for round-off.
+
+        Raises
+        ------
+        KernelError : as `watched` does; outputs that differ.
+        """
+        got = self.watched(state, sizes)
+        for name, value in want.items():
+            where = np.abs(got[name] - value) > SAME * self._size(name, want, state, sizes)
+            if np.any(where):
+                both = f"{at(got[name], where):.12g}, where {other!r} gives {at(value, where):.12g}"
+                raise self.fault(f"{entry(name, where)} is {both}; both must say the same", state)
+
     @staticmethod
-    def _size(name: str, values: Values, state: State) -> float:
+    def _size(name: str, values: Values, state: State, sizes: dict[str, float]) -> float:
         """What round-off is measured against: a force is a difference of terms as large as K q."""
-        size = float(np.abs(values[name]).max(initial=0.0))
+        size = float(np.abs(values[name]).max(initial=0.0)) + sizes.get(name, 0.0)
+        if name in sizes:
+            return size
         for output, matrix in (("r", "K"), ("g", "G")):
             if name == output:
                 size += float(np.abs(values[matrix]).max(initial=0.0) * np.abs(state["q"]).max(initial=1.0))
