@@ -1,0 +1,394 @@
+"""Step control of the implicit loop: an estimate of the local error, and steps that end where contacts begin and end.
+
+A step across the onset of a contact sees its force for too long or not at all.  So a step that would close a gap is
+shortened to end just outside, and the contact begins with a step that fits its impact; where the contact ends the flight
+goes on with the step that was good before it.  Impacts slower than the accepted error of velocities change nothing that
+is asked for, and are met as they come.
+"""
+
+import math
+
+from flexmb.contact.onset import crossing, cubic
+from flexmb.integrate.touch import APPROACH, LASTING_PHASE, START
+from flexmb.kernels import GAP_SIZE, compiled, copy, gap_at, normal_at
+
+SIZE, LAST, HELD_STEPS, SPEED, BRAKE, AGAIN, REFUSED = 1, 4, 5, 6, 7, 8, 9
+"""Places in `Flow.clock`."""
+
+STEP, GAP_ACCELERATION, JUMPS = range(3)
+"""Columns of `Flow.impacts`: step for the impact [s] (0: not known), acceleration of the gap in flight [m/s^2], whether
+the force jumps where the contact begins."""
+
+RTOL, LEAST_SPEED, IMPACT_STEPS = range(3)
+"""Places in `Trial.bounds`."""
+
+REACH = 0.1
+"""A contact begins, or has ended, within this part of an impact's step."""
+
+CROSSING = 1e-3
+"""Step just into a contact whose force jumps, as a part of an impact's step."""
+
+DURATION = 3.0
+"""Duration of an impact over depth / approach speed: pi for a linear spring, 2.94 for the power 3/2, 2.6 for 3."""
+
+SPARE = 0.9
+"""An impact's step as a part of the one that would just do."""
+
+STEEPEST = 3.7
+"""Largest acceleration of an impact times its duration over its approach speed: pi for a linear spring, 3.7 for 3/2."""
+
+LASTS = 3.0
+"""An impact that takes longer than this many times its estimated duration is a slow process, left to the error."""
+
+TURNS = 8
+"""Trials of one step, at most, that look for a contact."""
+
+LEAST_DIP = 1e-13
+"""A gap that falls below zero by less than this part of the size of the mechanism may be round-off."""
+
+SAME, GROWS = 0.95, 1.2
+"""A step is kept where the error asks for a factor between these, so that factors of the matrix can be used again."""
+
+
+@compiled
+def velocity_constant(options):
+    """Factor of h^3 a'' in the local error of velocities.
+
+    x stands for a at a time Delta h later up to e h^2 a'', by its recurrence; the sum (1 - gamma) x0 + gamma x1 is
+    compared with the mean of a.
+    """
+    am, af = options.alpha_m, options.alpha_f
+    delta = am - af
+    e = 0.5 * ((1.0 - af) - (1.0 - am) * (1.0 + 2.0 * delta) - delta * delta)
+    own = 0.5 * (delta * delta + options.gamma * (1.0 + 2.0 * delta)) - 1.0 / 6.0
+    return max(abs(own + e), 0.02)
+
+
+@compiled
+def error_ratio(tables, h, ratio, options, flow, trial):
+    """Estimated local error of positions and velocities over the accepted one.
+
+    Positions: h^2 |beta - 1/6| |x1 - x0|.  Velocities of rigid bodies: c h^3 |a''| with a'' from the last three
+    accelerations; h |a1 - a0| / 12 where there are two.  An acceleration that turns back every step is a wave that is
+    not resolved: its difference says nothing of a''.  Velocities of the nodes of beams are not looked at.
+    """
+    first, h0 = flow.clock[LAST] == 0.0, flow.clock[LAST]
+    of_q = h * h * max(abs(options.beta - 1.0 / 6.0), 0.05) / options.error
+    of_v = h / (trial.bounds[RTOL] * flow.clock[SPEED])
+    second = 2.0 * velocity_constant(options) * h * h
+    worst = 0.0
+    for i in range(tables.sizes.n_q):
+        x0 = flow.a[i] + ratio * (flow.x[i] - flow.a[i])
+        e = of_q * abs(trial.x[i] - x0)
+        if trial.rigid[i]:
+            rise = trial.a[i] - flow.a[i]
+            if first:
+                e = max(e, of_v * abs(rise) / 12.0)
+            elif rise * (flow.a[i] - flow.past[i]) >= 0.0:
+                e = max(e, of_v * second * abs(rise / h - (flow.a[i] - flow.past[i]) / h0) / (h + h0))
+        if tables.kind[i] == 1:
+            e *= options.length
+        worst = max(worst, e)
+    if not math.isfinite(worst):
+        return math.inf
+    return worst
+
+
+@compiled
+def note_speed(tables, options, v, flow, trial):
+    """Bring the largest speed of the run to that of v; angles count by the size of the mechanism."""
+    most = max(flow.clock[SPEED], trial.bounds[LEAST_SPEED])
+    for i in range(tables.sizes.n_q):
+        most = max(most, abs(v[i]) * (options.length if tables.kind[i] == 1 else 1.0))
+    flow.clock[SPEED] = most
+
+
+@compiled
+def slow(flow, trial):
+    """Approach speed below which a contact needs no resolution [m/s]."""
+    return trial.bounds[RTOL] * flow.clock[SPEED]
+
+
+@compiled
+def planned(tables, address, options, flow, trial, work):
+    """The step to try: what the error allows, not beyond the next onset that is foreseen, short in an impact."""
+    h = flow.clock[SIZE]
+    if flow.clock[BRAKE] > 0.0:
+        h = min(h, flow.clock[BRAKE])
+    if flow.clock[AGAIN] > 0.0:
+        return max(min(h, flow.clock[AGAIN]), options.h_min)
+    for c in range(tables.contacts.kernel.shape[0]):
+        step = flow.impacts[c, STEP]
+        if step == 0.0:
+            continue
+        if flow.z[tables.contacts.z[c, 0]] != 0.0:
+            if struck(tables, c, flow, trial):
+                h = min(h, step)
+            continue
+        arrival, speed = foreseen(tables, c, flow)
+        if speed <= slow(flow, trial):
+            continue
+        if arrival > REACH * step:
+            h = min(h, max(arrival - 0.5 * REACH * step, 0.5 * arrival))
+        else:
+            find_jump(tables, address, c, speed, flow, work)
+            h = min(h, across(arrival, step) if flow.impacts[c, JUMPS] != 0.0 else step)
+    return max(h, options.h_min)
+
+
+@compiled
+def across(arrival, step):
+    """The step for an open contact whose force will jump: to right before the onset, and then right behind it."""
+    little = CROSSING * step
+    return arrival - little if arrival > 2.0 * little else arrival + little
+
+
+@compiled
+def foreseen(tables, c, flow):
+    """Time until the open contact c closes and its approach speed then, (inf, 0) when it does not."""
+    k = tables.contacts.z[c, 0]
+    gap, rate, bend = flow.z[k + 2], flow.z[k + 4], flow.impacts[c, GAP_ACCELERATION]
+    square = rate * rate - 2.0 * bend * gap
+    if square <= 0.0:
+        return math.inf, 0.0
+    speed = math.sqrt(square)
+    if speed <= rate:
+        return math.inf, 0.0
+    return 2.0 * gap / (speed - rate), speed
+
+
+@compiled
+def struck(tables, c, flow, trial):
+    """Whether the closed contact c is in an impact that needs its own steps."""
+    lasted = flow.clock[0] - flow.episodes[c, START]
+    impact = flow.z[tables.contacts.z[c, 0]] != LASTING_PHASE and flow.episodes[c, APPROACH] > slow(flow, trial)
+    return impact and lasted < LASTS * trial.bounds[IMPACT_STEPS] * flow.impacts[c, STEP]
+
+
+@compiled
+def force(tables, address, c, gap, rate, flow, work):
+    """Normal force of contact c at another gap and rate."""
+    K = tables.contacts
+    N, _, _ = normal_at(address.normal, K.kernel[c, 1])(
+        tables.p[K.p[c, 2] : K.p[c, 3]],
+        0.0,
+        gap,
+        rate,
+        flow.z[K.z[c, 1] : K.z[c, 2]],
+        work.z_new[K.z[c, 1] : K.z[c, 2]],
+    )
+    return N
+
+
+@compiled
+def find_jump(tables, address, c, speed, flow, work):
+    """Note whether the force is there at once when contact c begins, as that of a damper is."""
+    depth = speed * flow.impacts[c, STEP]
+    inside, deep = (
+        force(tables, address, c, -1e-3 * depth, -speed, flow, work),
+        force(tables, address, c, -depth, -speed, flow, work),
+    )
+    flow.impacts[c, JUMPS] = 1.0 if inside > 0.1 * deep else 0.0
+
+
+@compiled
+def measure(tables, address, c, trial, work):
+    """Gap and gap rate of contact c in the trial state."""
+    K = tables.contacts
+    for i in range(6):
+        work.ql[i] = trial.q[K.dofs[c, i]]
+        work.vl[i] = trial.v[K.dofs[c, i]]
+    out = work.contact[c, :GAP_SIZE]
+    gap_at(address.gap, K.kernel[c, 0])(tables.p[K.p[c, 0] : K.p[c, 1]], work.ql[:6], work.vl[:6], out)
+    return out[0], out[1]
+
+
+@compiled
+def located(tables, address, h, options, flow, trial, work, record):
+    """The step to try instead of h so that contacts are met; h itself when it is good."""
+    wanted = h
+    for c in range(tables.contacts.kernel.shape[0]):
+        k = tables.contacts.z[c, 0]
+        gap0, rate0 = flow.z[k + 2], flow.z[k + 4]
+        gap, rate = measure(tables, address, c, trial, work)
+        own = h
+        if gap0 > 0.0 >= gap:
+            own = onset(tables, address, c, h, gap0, rate0, gap, rate, options, flow, trial, work)
+        elif gap0 > 0.0 and rate0 < 0.0 < rate:
+            own = graze(c, h, gap0, rate0, gap, rate, options, flow, trial)
+        elif gap0 <= 0.0 < gap:
+            own = release(c, h, gap0, rate0, gap, rate, flow, trial)
+        elif gap0 <= 0.0 and struck(tables, c, flow, trial):
+            most = 1.3 * STEEPEST * flow.episodes[c, APPROACH] / trial.bounds[IMPACT_STEPS]
+            change = abs(rate - rate0)
+            if change > most:
+                own = h * max(0.9 * most / change, 0.2)
+                flow.impacts[c, STEP] = own
+        if own < wanted:
+            wanted = own
+            record.count[9] = c + 1
+    return wanted
+
+
+@compiled
+def onset(tables, address, c, h, gap0, rate0, gap, rate, options, flow, trial, work):
+    """The step for a trial that closes contact c: to just before the onset, or from there into the impact."""
+    s = crossing(h, gap0, rate0, gap, rate)
+    _, slope = cubic(s, h, gap0, rate0, gap, rate)
+    speed, arrival = -slope / h, s * h
+    if speed <= slow(flow, trial):
+        return h
+    step = flow.impacts[c, STEP]
+    if step == 0.0:
+        step = impact_step(tables, address, c, h, speed, gap, rate, options, flow, trial, work)
+    elif arrival <= REACH * step and rate > -0.9 * speed:
+        step = min(step, impact_step(tables, address, c, h, speed, gap, rate, options, flow, trial, work))
+    flow.impacts[c, STEP] = step
+    if arrival <= 1.001 * REACH * step:
+        return min(h, step)
+    return min(h, max(arrival - 0.5 * REACH * step, 0.5 * arrival))
+
+
+@compiled
+def graze(c, h, gap0, rate0, gap, rate, options, flow, trial):
+    """The step for a trial whose gap of contact c is open at both ends, falls and rises: perhaps it closed between."""
+    low, high = 0.0, 1.0
+    for _ in range(50):
+        s = 0.5 * (low + high)
+        _, slope = cubic(s, h, gap0, rate0, gap, rate)
+        if slope < 0.0:
+            low = s
+        else:
+            high = s
+    least, _ = cubic(low, h, gap0, rate0, gap, rate)
+    if least > -LEAST_DIP * options.length:
+        return h
+    part = low * h
+    s = crossing(part, gap0, rate0, least, 0.0)
+    _, slope = cubic(s, part, gap0, rate0, least, 0.0)
+    if -slope / part <= slow(flow, trial):
+        return part
+    arrival = s * part
+    step = 2.0 * (part - arrival) / trial.bounds[IMPACT_STEPS]
+    if flow.impacts[c, STEP] > 0.0:
+        step = min(step, flow.impacts[c, STEP])
+    flow.impacts[c, STEP] = step
+    return arrival + step if arrival <= REACH * step else max(arrival - 0.5 * REACH * step, 0.5 * arrival)
+
+
+@compiled
+def release(c, h, gap0, rate0, gap, rate, flow, trial):
+    """The step for a trial that opens contact c: to just after its end."""
+    step = flow.impacts[c, STEP]
+    s = crossing(h, -gap0, -rate0, -gap, -rate)
+    _, slope = cubic(s, h, gap0, rate0, gap, rate)
+    if step == 0.0 or slope / h <= slow(flow, trial) or (1.0 - s) * h <= REACH * step:
+        return h
+    return s * h + 0.5 * REACH * step
+
+
+@compiled
+def impact_step(tables, address, c, h, speed, gap, rate, options, flow, trial, work):
+    """Step for the impact that began in a trial of size h, from the energy that its force has taken until `gap`.
+
+    The force is taken as a power of the depth.  Where the gap rate has turned, the step is far too long and the depth
+    says nothing: then the mass that meets the contact is found from force and change of rate.
+    """
+    depth = -gap
+    N = force(tables, address, c, -depth, -speed, flow, work)
+    if not (N > 0.0 and depth > 0.0):
+        return h
+    n = power(tables, address, c, depth, speed, N, flow, work)
+    if rate < -0.5 * speed:
+        share = speed * speed / max(speed * speed - rate * rate, 1e-3 * speed * speed)
+    else:
+        mass = options.gamma * h * N / (rate + speed)
+        share = (n + 1.0) * mass * speed * speed / (2.0 * N * depth)
+    return SPARE * DURATION * depth * share ** (1.0 / (n + 1.0)) / (speed * trial.bounds[IMPACT_STEPS])
+
+
+@compiled
+def power(tables, address, c, depth, speed, N, flow, work):
+    """Exponent of the force of contact c near this depth, 1 to 3."""
+    double = force(tables, address, c, -2.0 * depth, -speed, flow, work)
+    return min(max(math.log(max(double / N, 1.0)) / math.log(2.0), 1.0), 3.0)
+
+
+@compiled
+def remember(tables, address, h, options, flow, trial, work):
+    """What the accepted step says of the contacts; whether the next one is a first step, since a force jumped or ended.
+
+    Called while `flow` still holds the state before the step, after `located`.
+    """
+    anew = False
+    for c in range(tables.contacts.kernel.shape[0]):
+        k = tables.contacts.z[c, 0]
+        gap0, rate0 = flow.z[k + 2], flow.z[k + 4]
+        gap, rate = work.contact[c, 0], work.contact[c, 1]
+        if gap > 0.0:
+            flow.impacts[c, GAP_ACCELERATION] = (rate - rate0) / h if gap0 > 0.0 else 0.0
+            if gap0 <= 0.0 and rate > slow(flow, trial):
+                anew = True
+                flow.clock[BRAKE] = 0.0
+        elif gap0 > 0.0:
+            anew = anew or flow.impacts[c, JUMPS] != 0.0
+            flow.impacts[c, JUMPS] = 0.0
+        elif flow.z[k] == 1.0 and struck(tables, c, flow, trial):
+            speed = flow.episodes[c, APPROACH]
+            left = rate * rate / (speed * speed)
+            if rate < 0.0 and 0.4 < left < 0.98:
+                n = power_of(tables, address, c, gap, speed, flow, work)
+                step = SPARE * DURATION * -gap * (1.0 - left) ** (-1.0 / (n + 1.0)) / (
+                    speed * trial.bounds[IMPACT_STEPS]
+                )
+                if step < SAME * flow.impacts[c, STEP] or step > GROWS * flow.impacts[c, STEP]:
+                    flow.impacts[c, STEP] = step
+    return anew
+
+
+@compiled
+def power_of(tables, address, c, gap, speed, flow, work):
+    """`power` at a gap whose force is not known yet."""
+    N = force(tables, address, c, gap, -speed, flow, work)
+    return power(tables, address, c, -gap, speed, N, flow, work) if N > 0.0 else 1.0
+
+
+@compiled
+def judged(tables, address, h, ratio, numbers, options, flow, trial, work, record):
+    """Factor for the next step by the error, 0 when the trial is refused; then the clock holds what to try."""
+    if flow.clock[REFUSED] < TURNS:
+        wanted = located(tables, address, h, options, flow, trial, work, record)
+        if wanted < 0.999 * h:
+            flow.clock[AGAIN] = wanted
+            return 0.0
+    note_speed(tables, options, trial.v, flow, trial)
+    error = error_ratio(tables, h, ratio, numbers, flow, trial)
+    growth = min(max(0.9 * max(error, 1e-12) ** (-1.0 / 3.0), 0.2), 2.0)
+    if error > 1.0:
+        shorten(h, min(growth, 0.9), flow)
+        record.count[9] = 0
+        return 0.0
+    return growth
+
+
+@compiled
+def shorten(h, factor, flow):
+    """Try again with a part of h; the step of the flight stays what it is where a contact had asked for less."""
+    flow.clock[AGAIN] = 0.0
+    if h < 0.99 * flow.clock[SIZE]:
+        flow.clock[BRAKE] = h * factor
+    else:
+        flow.clock[SIZE] = h * factor
+
+
+@compiled
+def resize(h, growth, options, flow):
+    """The sizes for the next step after an accepted one; nothing grows right after a refusal."""
+    keep = (growth >= SAME and growth < GROWS) or (growth >= GROWS and flow.clock[REFUSED] > 0.0)
+    if not keep and h >= 0.99 * flow.clock[SIZE]:
+        flow.clock[SIZE] = min(h * growth, options.h_max)
+    elif not keep and h >= 0.99 * flow.clock[BRAKE] > 0.0:
+        flow.clock[BRAKE] = h * growth
+    if flow.clock[BRAKE] >= flow.clock[SIZE]:
+        flow.clock[BRAKE] = 0.0
+    flow.clock[AGAIN], flow.clock[REFUSED] = 0.0, 0.0
