@@ -1,16 +1,17 @@
 """Step control of the implicit loop: an estimate of the local error, and steps that end where contacts begin and end.
 
 A step across the onset of a contact sees its force for too long or not at all.  So a step that would close a gap is
-shortened to end just outside, and the contact begins with a step that fits its impact; where the contact ends the flight
-goes on with the step that was good before it.  Impacts slower than the accepted error of velocities change nothing that
-is asked for, and are met as they come.
+shortened to end just outside, and the contact begins with a step that fits its impact; where the contact ends the
+flight goes on with the step that was good before it.  Impacts slower than the accepted error of velocities change
+nothing that is asked for, and are met as they come.
 """
 
 import math
 
 from flexmb.contact.onset import crossing, cubic
+from flexmb.integrate.arrays import RUNNING
 from flexmb.integrate.touch import APPROACH, LASTING_PHASE, START
-from flexmb.kernels import GAP_SIZE, compiled, copy, gap_at, normal_at
+from flexmb.kernels import GAP_SIZE, compiled, gap_at, normal_at
 
 SIZE, LAST, HELD_STEPS, SPEED, BRAKE, AGAIN, REFUSED = 1, 4, 5, 6, 7, 8, 9
 """Places in `Flow.clock`."""
@@ -338,8 +339,8 @@ def remember(tables, address, h, options, flow, trial, work):
             left = rate * rate / (speed * speed)
             if rate < 0.0 and 0.4 < left < 0.98:
                 n = power_of(tables, address, c, gap, speed, flow, work)
-                step = SPARE * DURATION * -gap * (1.0 - left) ** (-1.0 / (n + 1.0)) / (
-                    speed * trial.bounds[IMPACT_STEPS]
+                step = (
+                    SPARE * DURATION * -gap * (1.0 - left) ** (-1.0 / (n + 1.0)) / (speed * trial.bounds[IMPACT_STEPS])
                 )
                 if step < SAME * flow.impacts[c, STEP] or step > GROWS * flow.impacts[c, STEP]:
                     flow.impacts[c, STEP] = step
@@ -354,27 +355,45 @@ def power_of(tables, address, c, gap, speed, flow, work):
 
 
 @compiled
-def judged(tables, address, h, ratio, numbers, options, flow, trial, work, record):
+def judged(tables, address, code, h, ratio, numbers, options, flow, trial, work, record):
     """Factor for the next step by the error, 0 when the trial is refused; then the clock holds what to try."""
-    if flow.clock[REFUSED] < TURNS:
-        wanted = located(tables, address, h, options, flow, trial, work, record)
-        if wanted < 0.999 * h:
-            flow.clock[AGAIN] = wanted
-            return 0.0
-    note_speed(tables, options, trial.v, flow, trial)
-    error = error_ratio(tables, h, ratio, numbers, flow, trial)
-    growth = min(max(0.9 * max(error, 1e-12) ** (-1.0 / 3.0), 0.2), 2.0)
-    if error > 1.0:
-        shorten(h, min(growth, 0.9), flow)
-        record.count[9] = 0
-        return 0.0
+    growth = 0.0
+    if code != RUNNING:
+        shorten(h, 0.25, flow, record)
+    elif flow.clock[REFUSED] >= TURNS or met(tables, address, h, options, flow, trial, work, record):
+        note_speed(tables, options, trial.v, flow, trial)
+        error = error_ratio(tables, h, ratio, numbers, flow, trial)
+        growth = min(max(0.9 * max(error, 1e-12) ** (-1.0 / 3.0), 0.2), 2.0)
+        if error > 1.0:
+            shorten(h, min(growth, 0.9), flow, record)
+            growth = 0.0
+    if growth == 0.0:
+        flow.clock[REFUSED] += 1.0
+        record.count[1] += 1
+        record.extreme[7] = h
     return growth
 
 
 @compiled
-def shorten(h, factor, flow):
+def met(tables, address, h, options, flow, trial, work, record):
+    """Whether the trial meets the contacts well, or nearly so where no smaller step is allowed."""
+    wanted = located(tables, address, h, options, flow, trial, work, record)
+    if wanted >= 0.999 * h or (h <= 1.001 * options.h_min and fits(options, flow, record)):
+        return True
+    flow.clock[AGAIN] = wanted
+    return False
+
+
+@compiled
+def fits(options, flow, record):
+    """Whether the contact that asks for less could have its impact with the smallest step: then it is only met late."""
+    return flow.impacts[record.count[9] - 1, STEP] >= options.h_min
+
+
+@compiled
+def shorten(h, factor, flow, record):
     """Try again with a part of h; the step of the flight stays what it is where a contact had asked for less."""
-    flow.clock[AGAIN] = 0.0
+    flow.clock[AGAIN], record.count[9] = 0.0, 0
     if h < 0.99 * flow.clock[SIZE]:
         flow.clock[BRAKE] = h * factor
     else:

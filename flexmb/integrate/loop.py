@@ -1,8 +1,8 @@
 """The compiled time loops: one for the Newmark family, one for Runge-Kutta; compiled once for every model."""
 
 from flexmb.integrate.arrays import DONE, RUNNING, STEP_TOO_SMALL
+from flexmb.integrate.control import judged, planned, remember, resize
 from flexmb.integrate.explicit import runge_kutta_step
-from flexmb.integrate.control import REFUSED, judged, planned, remember, resize, shorten
 from flexmb.integrate.finish import accept, finished, next_size
 from flexmb.integrate.held import settle
 from flexmb.integrate.newton import implicit_step, lead, starting
@@ -22,20 +22,12 @@ def advance(tables, address, lu, options, flow, trial, work, record, steps):
         numbers = starting(options) if first else options
         code = implicit_step(tables, address, lu, h, ratio, numbers, flow, trial, work, record)
         growth, anew = 1.0, False
+        if options.adaptive:
+            growth = judged(tables, address, code, h, ratio, numbers, options, flow, trial, work, record)
+            code = STEP_TOO_SMALL if code == RUNNING and growth == 0.0 else code
+        if code != RUNNING and h <= 1.001 * options.h_min:
+            return code
         if code != RUNNING:
-            if not options.adaptive:
-                return code
-            shorten(h, 0.25, flow)
-        elif options.adaptive:
-            growth = judged(tables, address, h, ratio, numbers, options, flow, trial, work, record)
-            if growth == 0.0:
-                code = STEP_TOO_SMALL
-        if code != RUNNING:
-            record.count[1] += 1
-            flow.clock[REFUSED] += 1.0
-            record.extreme[7] = h
-            if h <= 1.001 * options.h_min:
-                return code
             continue
         if first:
             lead(tables.sizes.n_q, options, flow, trial)
@@ -47,6 +39,8 @@ def advance(tables, address, lu, options, flow, trial, work, record, steps):
         copy(flow.a, flow.past)
         code = accept(tables, address, h, ratio, options, flow, trial, work, record)
         flow.clock[4] = 0.0 if anew else h
+        if anew:
+            copy(flow.a, flow.x)
         if code != RUNNING:
             return code
     return RUNNING

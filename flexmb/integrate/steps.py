@@ -45,7 +45,7 @@ class Adaptive:
 
     Raises
     ------
-    InputError : values that are not > 0, impact_steps that is no whole number, min above max.
+    InputError : values that are not > 0, rtol that is not < 1, impact_steps that is no whole number, min above max.
 
     Notes
     -----
@@ -65,6 +65,8 @@ class Adaptive:
         for name, unit in (("rtol", ""), ("atol", "m"), ("max", "s"), ("min", "s")):
             if getattr(self, name) is not None:
                 checks.positive("Adaptive", name, getattr(self, name), unit)
+        if self.rtol >= 1.0:
+            raise InputError(f"Adaptive: rtol is {self.rtol:g}; it must be < 1, e.g. 1e-4.")
         if self.impact_steps is not None:
             checks.count("Adaptive", "impact_steps", self.impact_steps)
         if self.max is not None and self.min is not None and self.min > self.max:
