@@ -23,8 +23,14 @@ the force jumps where the contact begins."""
 RTOL, LEAST_SPEED, IMPACT_STEPS = range(3)
 """Places in `Trial.bounds`."""
 
-REACH = 0.1
+REACH = 0.04
 """A contact begins, or has ended, within this part of an impact's step."""
+
+PROBE = 0.125
+"""First trial of an impact over its duration: long enough to see how the contact brakes, and then refused.
+
+Else the step would be changed within the impact, and what is wrong on the way in would not be made good on the way out.
+"""
 
 CROSSING = 1e-3
 """Step just into a contact whose force jumps, as a part of an impact's step."""
@@ -37,6 +43,9 @@ SPARE = 0.9
 
 STEEPEST = 3.7
 """Largest acceleration of an impact times its duration over its approach speed: pi for a linear spring, 3.7 for 3/2."""
+
+LESS, MORE = 0.8, 1.6
+"""The step is changed within an impact where it should be less or more than these parts of it."""
 
 LASTS = 3.0
 """An impact that takes longer than this many times its estimated duration is a slow process, left to the error."""
@@ -133,7 +142,8 @@ def planned(tables, address, options, flow, trial, work):
             h = min(h, max(arrival - 0.5 * REACH * step, 0.5 * arrival))
         else:
             find_jump(tables, address, c, speed, flow, work)
-            h = min(h, across(arrival, step) if flow.impacts[c, JUMPS] != 0.0 else step)
+            probe = max(PROBE * trial.bounds[IMPACT_STEPS], 1.0) * step
+            h = min(h, across(arrival, step) if flow.impacts[c, JUMPS] != 0.0 else probe)
     return max(h, options.h_min)
 
 
@@ -240,10 +250,8 @@ def onset(tables, address, c, h, gap0, rate0, gap, rate, options, flow, trial, w
     if speed <= slow(flow, trial):
         return h
     step = flow.impacts[c, STEP]
-    if step == 0.0:
+    if step == 0.0 or (arrival <= REACH * step and h > max(0.5 * PROBE * trial.bounds[IMPACT_STEPS], 1.5) * step):
         step = impact_step(tables, address, c, h, speed, gap, rate, options, flow, trial, work)
-    elif arrival <= REACH * step and rate > -0.9 * speed:
-        step = min(step, impact_step(tables, address, c, h, speed, gap, rate, options, flow, trial, work))
     flow.impacts[c, STEP] = step
     if arrival <= 1.001 * REACH * step:
         return min(h, step)
@@ -283,9 +291,9 @@ def release(c, h, gap0, rate0, gap, rate, flow, trial):
     step = flow.impacts[c, STEP]
     s = crossing(h, -gap0, -rate0, -gap, -rate)
     _, slope = cubic(s, h, gap0, rate0, gap, rate)
-    if step == 0.0 or slope / h <= slow(flow, trial) or (1.0 - s) * h <= REACH * step:
+    if step == 0.0 or slope / h <= slow(flow, trial) or (1.0 - s) * h <= 0.5 * REACH * step:
         return h
-    return s * h + 0.5 * REACH * step
+    return s * h + 0.25 * REACH * step
 
 
 @compiled
@@ -342,7 +350,7 @@ def remember(tables, address, h, options, flow, trial, work):
                 step = (
                     SPARE * DURATION * -gap * (1.0 - left) ** (-1.0 / (n + 1.0)) / (speed * trial.bounds[IMPACT_STEPS])
                 )
-                if step < SAME * flow.impacts[c, STEP] or step > GROWS * flow.impacts[c, STEP]:
+                if not LESS * flow.impacts[c, STEP] < step < MORE * flow.impacts[c, STEP]:
                     flow.impacts[c, STEP] = step
     return anew
 
