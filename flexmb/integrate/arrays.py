@@ -54,7 +54,7 @@ class Trial(NamedTuple):
     """The state that a step tries, and vectors of the linear system.
 
     free : (number of redundant rows, n_c) orthonormal multipliers without effect
-    rigid : (n_q,) coordinates of rigid bodies;  bounds : (3,) numbers of the step control (see `control`)
+    rigid : (n_q,) coordinates of rigid bodies;  bounds : (4,) numbers of the step control (see `control`)
     """
 
     q: np.ndarray
@@ -142,7 +142,7 @@ def new_flow(program: Program) -> Flow:
     )
 
 
-def new_trial(program: Program, redundant: int = 0, bounds: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> Trial:
+def new_trial(program: Program, redundant: int = 0, bounds: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)) -> Trial:
     """Work vectors; `redundant` rows more than the joints need, `bounds` of the step control (see `control`)."""
     n, m = program.n_q + 3, program.n_c
     total = program.n_q + m

@@ -20,7 +20,7 @@ STEP, GAP_ACCELERATION, JUMPS = range(3)
 """Columns of `Flow.impacts`: step for the impact [s] (0: not known), acceleration of the gap in flight [m/s^2], whether
 the force jumps where the contact begins."""
 
-RTOL, LEAST_SPEED, IMPACT_STEPS = range(3)
+RTOL, LEAST_SPEED, IMPACT_STEPS, FLIGHT = range(4)
 """Places in `Trial.bounds`."""
 
 REACH = 0.04
@@ -37,9 +37,6 @@ CROSSING = 1e-3
 
 DURATION = 3.0
 """Duration of an impact over depth / approach speed: pi for a linear spring, 2.94 for the power 3/2, 2.6 for 3."""
-
-SPARE = 0.9
-"""An impact's step as a part of the one that would just do."""
 
 STEEPEST = 3.7
 """Largest acceleration of an impact times its duration over its approach speed: pi for a linear spring, 3.7 for 3/2."""
@@ -81,9 +78,13 @@ def error_ratio(tables, h, ratio, options, flow, trial):
     Positions: h^2 |beta - 1/6| |x1 - x0|.  Velocities of rigid bodies: c h^3 |a''| with a'' from the last three
     accelerations; h |a1 - a0| / 12 where there are two.  An acceleration that turns back every step is a wave that is
     not resolved: its difference says nothing of a''.  Velocities of the nodes of beams are not looked at.
+
+    In free flight positions count more (`FLIGHT`): their errors add up, and decide where the next impact hits.
     """
     first, h0 = flow.clock[LAST] == 0.0, flow.clock[LAST]
     of_q = h * h * max(abs(options.beta - 1.0 / 6.0), 0.05) / options.error
+    if flying(tables, flow):
+        of_q *= trial.bounds[FLIGHT]
     of_v = h / (trial.bounds[RTOL] * flow.clock[SPEED])
     second = 2.0 * velocity_constant(options) * h * h
     worst = 0.0
@@ -102,6 +103,15 @@ def error_ratio(tables, h, ratio, options, flow, trial):
     if not math.isfinite(worst):
         return math.inf
     return worst
+
+
+@compiled
+def flying(tables, flow):
+    """Whether there are contacts and none is closed."""
+    for c in range(tables.contacts.kernel.shape[0]):
+        if flow.z[tables.contacts.z[c, 0]] != 0.0:
+            return False
+    return tables.contacts.kernel.shape[0] > 0
 
 
 @compiled
@@ -251,11 +261,16 @@ def onset(tables, address, c, h, gap0, rate0, gap, rate, options, flow, trial, w
         return h
     step = flow.impacts[c, STEP]
     if step == 0.0 or (arrival <= REACH * step and h > max(0.5 * PROBE * trial.bounds[IMPACT_STEPS], 1.5) * step):
-        step = impact_step(tables, address, c, h, speed, gap, rate, options, flow, trial, work)
+        own = rate - flow.impacts[c, GAP_ACCELERATION] * (h - arrival)
+        step = impact_step(tables, address, c, h, speed, gap, own, options, flow, trial, work)
     flow.impacts[c, STEP] = step
     if arrival <= 1.001 * REACH * step:
         return min(h, step)
-    return min(h, max(arrival - 0.5 * REACH * step, 0.5 * arrival))
+    # the trial felt the contact, so its gap came through zero later: each refusal goes back further, and no further on
+    # than flight alone would
+    ahead, _ = foreseen(tables, c, flow)
+    margin = 0.5 * REACH * step * 4.0 ** flow.clock[REFUSED]
+    return min(h, max(min(arrival, ahead) - margin, 0.5 * arrival))
 
 
 @compiled
@@ -301,7 +316,8 @@ def impact_step(tables, address, c, h, speed, gap, rate, options, flow, trial, w
     """Step for the impact that began in a trial of size h, from the energy that its force has taken until `gap`.
 
     The force is taken as a power of the depth.  Where the gap rate has turned, the step is far too long and the depth
-    says nothing: then the mass that meets the contact is found from force and change of rate.
+    says nothing: then the mass that meets the contact is found from force and change of rate.  `rate` is without what
+    the other forces changed since the onset, which is taken for what they did in the flight before.
     """
     depth = -gap
     N = force(tables, address, c, -depth, -speed, flow, work)
@@ -313,7 +329,7 @@ def impact_step(tables, address, c, h, speed, gap, rate, options, flow, trial, w
     else:
         mass = options.gamma * h * N / (rate + speed)
         share = (n + 1.0) * mass * speed * speed / (2.0 * N * depth)
-    return SPARE * DURATION * depth * share ** (1.0 / (n + 1.0)) / (speed * trial.bounds[IMPACT_STEPS])
+    return DURATION * depth * share ** (1.0 / (n + 1.0)) / (speed * trial.bounds[IMPACT_STEPS])
 
 
 @compiled
@@ -344,12 +360,11 @@ def remember(tables, address, h, options, flow, trial, work):
             flow.impacts[c, JUMPS] = 0.0
         elif flow.z[k] == 1.0 and struck(tables, c, flow, trial):
             speed = flow.episodes[c, APPROACH]
-            left = rate * rate / (speed * speed)
-            if rate < 0.0 and 0.4 < left < 0.98:
+            own = rate - flow.impacts[c, GAP_ACCELERATION] * (flow.clock[0] + h - flow.episodes[c, START])
+            left = own * own / (speed * speed)
+            if own < 0.0 and 0.4 < left < 0.9:
                 n = power_of(tables, address, c, gap, speed, flow, work)
-                step = (
-                    SPARE * DURATION * -gap * (1.0 - left) ** (-1.0 / (n + 1.0)) / (speed * trial.bounds[IMPACT_STEPS])
-                )
+                step = DURATION * -gap * (1.0 - left) ** (-1.0 / (n + 1.0)) / (speed * trial.bounds[IMPACT_STEPS])
                 if not LESS * flow.impacts[c, STEP] < step < MORE * flow.impacts[c, STEP]:
                     flow.impacts[c, STEP] = step
     return anew

@@ -28,7 +28,7 @@ from flexmb.integrate.method import Newmark, RungeKutta4
 from flexmb.integrate.solution import ContactLog, Peaks, Solution
 from flexmb.integrate.stats import Stats
 from flexmb.integrate.status import sentence
-from flexmb.integrate.steps import Adaptive, FixedStep
+from flexmb.integrate.steps import FLIGHT_COUNTS, Adaptive, FixedStep
 from flexmb.integrate.touch import still_running, taken_out, touching_from_the_start
 from flexmb.program.program import Program
 from flexmb.solve import lu
@@ -72,21 +72,23 @@ class Run:
         self.episodes: list[np.ndarray] = []
         self.saving = False
         self.code, self.note, self.redundant = RUNNING, "", 0
+        self.trial = new_trial(program)
         self.h_max, self.h_min, self.error, self.bounds = self._limits()
         self.trial = new_trial(program, 0, self.bounds)
 
-    def _limits(self) -> tuple[float, float, float, tuple[float, float, float]]:
+    def _limits(self) -> tuple[float, float, float, tuple[float, ...]]:
         """Largest and smallest step [s], accepted error of a step [m], and the bounds of `control`.
 
         Speeds count from 1 % of that which crosses the mechanism in the time of the run or of its period.
         """
         if isinstance(self.step, FixedStep):
-            return self.step.size, self.step.size, NEVER, (1.0, 1.0, 1.0)
+            return self.step.size, self.step.size, NEVER, (1.0, 1.0, 1.0, 1.0)
         span = self.t_end if self.period is None else min(self.period, self.t_end)
         largest, rtol = self.step.max or span / 250.0, self.step.rtol
         clearance, length = self.program.least_clearance, self.program.length
-        part = 1e-3 * length if clearance is None else min(clearance, 1e-2 * length)
-        bounds = (rtol, 1e-2 * length / span, self.step.steps_of_an_impact)
+        part = 1e-3 * length if clearance is None else 4.0 * min(clearance, 1e-2 * length)
+        flight = FLIGHT_COUNTS if self.trial.rigid.all() else 1.0
+        bounds = (rtol, 1e-2 * length / span, self.step.steps_of_an_impact, flight)
         return largest, self.step.min or min(1e-9 * largest, 1e-12 * span), self.step.atol or rtol * part, bounds
 
     def begin(self, start: Start) -> None:
