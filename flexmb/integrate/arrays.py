@@ -19,7 +19,7 @@ FORMS = {"gear-gupta-leimkuhler": GEAR_GUPTA_LEIMKUHLER, "position": POSITION, "
 
 
 EPISODE, EPISODE_ROW, IMPACT = 7, 11, 3
-"""Numbers of a running episode of contact, of one that is written down (see `touch`), of one to come (`control`)."""
+"""Numbers of a running episode of contact, of one that is written down (see `touch`), of one to come (`landing`)."""
 
 
 class Flow(NamedTuple):
@@ -33,7 +33,7 @@ class Flow(NamedTuple):
     x : auxiliary acceleration of the generalised-alpha family;  lam : (n_c,);  z : (n_z,)
     ledger : energies in the order of the signals;  memory : powers and forces at the last state, for the ledger
     episodes : (contacts, EPISODE) what the running episode of each contact holds so far (see `touch`)
-    past : (n_q + 3,) accelerations one step before;  impacts : (contacts, IMPACT) steps of each contact (see `control`)
+    past : (n_q + 3,) accelerations one step before;  impacts : (contacts, IMPACT) steps of each contact (see `landing`)
     """
 
     clock: np.ndarray
@@ -54,7 +54,7 @@ class Trial(NamedTuple):
     """The state that a step tries, and vectors of the linear system.
 
     free : (number of redundant rows, n_c) orthonormal multipliers without effect
-    rigid : (n_q,) coordinates of rigid bodies;  bounds : (4,) numbers of the step control (see `control`)
+    rigid : (n_q,) coordinates of rigid bodies;  bounds : (4,) numbers of the step control (see `landing`)
     """
 
     q: np.ndarray
@@ -143,7 +143,7 @@ def new_flow(program: Program) -> Flow:
 
 
 def new_trial(program: Program, redundant: int = 0, bounds: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)) -> Trial:
-    """Work vectors; `redundant` rows more than the joints need, `bounds` of the step control (see `control`)."""
+    """Work vectors; `redundant` rows more than the joints need, `bounds` of the step control (see `landing`)."""
     n, m = program.n_q + 3, program.n_c
     total = program.n_q + m
     nodes = np.bincount(program.drawn.body[::3])

@@ -1,10 +1,11 @@
 """The compiled time loops: one for the Newmark family, one for Runge-Kutta; compiled once for every model."""
 
 from flexmb.integrate.arrays import DONE, RUNNING, STEP_TOO_SMALL
-from flexmb.integrate.control import judged, planned, remember, resize
+from flexmb.integrate.control import judged, resize
 from flexmb.integrate.explicit import runge_kutta_step
 from flexmb.integrate.finish import accept, finished, next_size
 from flexmb.integrate.held import settle
+from flexmb.integrate.landing import planned, remember
 from flexmb.integrate.newton import implicit_step, lead, starting
 from flexmb.kernels import compiled, copy
 

@@ -77,7 +77,7 @@ class Run:
         self.trial = new_trial(program, 0, self.bounds)
 
     def _limits(self) -> tuple[float, float, float, tuple[float, ...]]:
-        """Largest and smallest step [s], accepted error of a step [m], and the bounds of `control`.
+        """Largest and smallest step [s], accepted error of a step [m], and the bounds of `landing`.
 
         Speeds count from 1 % of that which crosses the mechanism in the time of the run or of its period.
         """

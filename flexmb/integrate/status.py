@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.integrate.arrays import DONE, NEWTON_FAILED, NOT_FINITE, SINGULAR, STEP_TOO_SMALL, Flow, Record, Trial
-from flexmb.integrate.control import STEP
+from flexmb.integrate.landing import STEP
 from flexmb.program.program import Program
 
 SENTENCES = {
