@@ -94,7 +94,7 @@ def main() -> None:
     print("|---|---|---|---|---|---|---|")
     for form in FORMS:
         rate = order(form)
-        for label, step in (("fixed 1e-6 s", fm.FixedStep(1e-6)), ("changing", fm.Adaptive(error=2e-8))):
+        for label, step in (("fixed 1e-6 s", fm.FixedStep(1e-6)), ("changing", fm.Adaptive(atol=2e-8))):
             method = fm.Newmark.generalised_alpha(0.8, form)
             runs = [
                 fm.simulate(slider_crank(clearance=True), t_end=0.024, step=step, method=method, save="steps")

@@ -148,7 +148,7 @@ def _add_run_options(run: argparse.ArgumentParser) -> None:
     solver = run.add_argument_group("method")
     step = solver.add_mutually_exclusive_group()
     step.add_argument("--step", metavar="TIME", help="fixed step, e.g. 10us (default: steps controlled by their error)")
-    step.add_argument("--error", metavar="LENGTH", help="accepted error of a step, e.g. 1um")
+    step.add_argument("--rtol", metavar="X", help="accepted error of a step in velocities, relative (default 1e-4)")
     names = "generalised-alpha[:RADIUS] (default), hht[:ALPHA], wbz[:ALPHA], trapezoidal, runge-kutta"
     solver.add_argument("--method", metavar="NAME", help=f"{names}; runge-kutta needs --step")
     files = run.add_argument_group("files")

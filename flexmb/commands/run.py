@@ -106,8 +106,8 @@ def _solver(options: argparse.Namespace) -> dict[str, Any]:
     found: dict[str, Any] = {}
     if options.step is not None:
         found["step"] = FixedStep(quantity(options.step, "s", "--step"))
-    elif options.error is not None:
-        found["step"] = Adaptive(error=quantity(options.error, "m", "--error"))
+    elif options.rtol is not None:
+        found["step"] = Adaptive(rtol=quantity(options.rtol, "", "--rtol"))
     if options.method is not None:
         found["method"] = method_of(options.method)
     if options.restart is not None:

@@ -18,19 +18,22 @@ NEVER = 1e300
 FORMS = {"gear-gupta-leimkuhler": GEAR_GUPTA_LEIMKUHLER, "position": POSITION, "velocity": VELOCITY}
 
 
-EPISODE, EPISODE_ROW = 7, 11
-"""Numbers of a running episode of contact, and of one that is written down (see `touch`)."""
+EPISODE, EPISODE_ROW, IMPACT = 7, 11, 3
+"""Numbers of a running episode of contact, of one that is written down (see `touch`), of one to come (`landing`)."""
 
 
 class Flow(NamedTuple):
     """The accepted state, changed in place: everything that a restart needs.
 
     clock : t, proposed step, start of saving (-1: not begun), number of saved instants, last step, steps
-        without a break in which rows were held, or -1 (see `settle`)
+        without a break in which rows were held, or -1 (see `settle`); for the step control: largest speed so far,
+        step that errors allow within contacts (0: no other), step to try after a refused one (0: none), refused
+        trials of the next step
     q, v, a : (n_q + 3,), a the true acceleration
     x : auxiliary acceleration of the generalised-alpha family;  lam : (n_c,);  z : (n_z,)
     ledger : energies in the order of the signals;  memory : powers and forces at the last state, for the ledger
     episodes : (contacts, EPISODE) what the running episode of each contact holds so far (see `touch`)
+    past : (n_q + 3,) accelerations one step before;  impacts : (contacts, IMPACT) steps of each contact (see `landing`)
     """
 
     clock: np.ndarray
@@ -43,12 +46,15 @@ class Flow(NamedTuple):
     ledger: np.ndarray
     memory: np.ndarray
     episodes: np.ndarray
+    past: np.ndarray
+    impacts: np.ndarray
 
 
 class Trial(NamedTuple):
     """The state that a step tries, and vectors of the linear system.
 
     free : (number of redundant rows, n_c) orthonormal multipliers without effect
+    rigid : (n_q,) coordinates of rigid bodies;  bounds : (4,) numbers of the step control (see `landing`)
     """
 
     q: np.ndarray
@@ -64,6 +70,8 @@ class Trial(NamedTuple):
     seen: np.ndarray
     y: np.ndarray
     free: np.ndarray
+    rigid: np.ndarray
+    bounds: np.ndarray
 
 
 class Options(NamedTuple):
@@ -89,9 +97,9 @@ class Record(NamedTuple):
     """What the loop writes: saved instants, peaks, counters.
 
     count : steps, rejected, Newton iterations, evaluations, factorisations, rows in the buffer, lost unknown,
-        steps with held multipliers, `outcome` of the last step
+        steps with held multipliers, `outcome` of the last step, 1 + contact that had the last trial refused
     extreme : smallest and largest step, last Newton correction, wanted correction, begin and size of the last step,
-        first instant with held multipliers
+        first instant with held multipliers, size of the last trial that was refused
     held : (n_c,) rows whose multipliers were not unique
     peak : largest absolute values; largest positive ones where one_sided (a penetration is negative in free flight)
     episodes, ended : (rows, EPISODE_ROW) episodes of contact that ended, and (1,) how many (see `touch`)
@@ -122,20 +130,23 @@ def new_flow(program: Program) -> Flow:
     n_k, n_g = len(program.tables.contacts.kernel), len(program.tables.constraints.kernel)
     memory = np.zeros(MEMORY_HEAD + 3 * n_k + 2 * m + n_g)
     return Flow(
-        np.zeros(6),
+        np.zeros(10),
         *(np.zeros(n) for _ in range(4)),
         np.zeros(m),
         np.zeros(program.tables.sizes.n_z),
         np.zeros(10),
         memory,
-        np.zeros((len(program.tables.contacts.kernel), EPISODE)),
+        np.zeros((n_k, EPISODE)),
+        np.zeros(n),
+        np.zeros((n_k, IMPACT)),
     )
 
 
-def new_trial(program: Program, redundant: int = 0) -> Trial:
-    """Work vectors; `redundant` rows more than the joints need."""
+def new_trial(program: Program, redundant: int = 0, bounds: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)) -> Trial:
+    """Work vectors; `redundant` rows more than the joints need, `bounds` of the step control (see `landing`)."""
     n, m = program.n_q + 3, program.n_c
     total = program.n_q + m
+    nodes = np.bincount(program.drawn.body[::3])
     return Trial(
         *(np.zeros(n) for _ in range(4)),
         np.zeros(m),
@@ -143,6 +154,8 @@ def new_trial(program: Program, redundant: int = 0) -> Trial:
         np.zeros(n),
         *(np.zeros(total) for _ in range(5)),
         np.zeros((redundant, m)),
+        np.repeat(nodes[program.drawn.body[::3]] == 1, 3),
+        np.array(bounds),
     )
 
 
@@ -159,8 +172,8 @@ def new_record(program: Program, rows: int) -> Record:
         np.zeros(n_y),
         np.zeros(n_y),
         one_sided,
-        np.zeros(9, dtype=np.int64),
-        np.array([np.inf, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+        np.zeros(10, dtype=np.int64),
+        np.array([np.inf, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
         np.zeros(program.n_c, dtype=np.bool_),
         np.zeros((rows + len(program.tables.contacts.kernel), EPISODE_ROW)),
         np.zeros(1, dtype=np.int64),

@@ -1,7 +1,5 @@
 """The end of an accepted step: ledger of energies, signals, peaks, saving, and the new state."""
 
-import math
-
 from flexmb.integrate.arrays import BUFFER_FULL, MEMORY_HEAD, RUNNING
 from flexmb.integrate.touch import follow_contacts, no_room
 from flexmb.kernels import GAP_SIZE, compiled, copy
@@ -140,19 +138,3 @@ def next_size(proposed, remaining):
 def finished(options, flow):
     """Whether the end is reached but for round-off."""
     return options.t_end - flow.clock[0] <= 1e-12 * max(abs(options.t_end), 1e-300)
-
-
-@compiled
-def error_ratio(tables, h, ratio, options, flow, trial):
-    """Estimated local error of the positions over the accepted one: h^2 |beta - 1/6| |x1 - x0|."""
-    worst = 0.0
-    factor = h * h * max(abs(options.beta - 1.0 / 6.0), 0.05) / options.error
-    for i in range(tables.sizes.n_q):
-        x0 = flow.a[i] + ratio * (flow.x[i] - flow.a[i])
-        e = factor * abs(trial.x[i] - x0)
-        if tables.kind[i] == 1:
-            e *= options.length
-        worst = max(worst, e)
-    if not math.isfinite(worst):
-        return math.inf
-    return worst

@@ -1,11 +1,13 @@
 """The compiled time loops: one for the Newmark family, one for Runge-Kutta; compiled once for every model."""
 
 from flexmb.integrate.arrays import DONE, RUNNING, STEP_TOO_SMALL
+from flexmb.integrate.control import judged, resize
 from flexmb.integrate.explicit import runge_kutta_step
-from flexmb.integrate.finish import accept, error_ratio, finished, next_size
+from flexmb.integrate.finish import accept, finished, next_size
 from flexmb.integrate.held import settle
+from flexmb.integrate.landing import planned, remember
 from flexmb.integrate.newton import implicit_step, lead, starting
-from flexmb.kernels import compiled
+from flexmb.kernels import compiled, copy
 
 
 @compiled
@@ -14,36 +16,32 @@ def advance(tables, address, lu, options, flow, trial, work, record, steps):
     for _ in range(steps):
         if finished(options, flow):
             return DONE
-        h = next_size(flow.clock[1], options.t_end - flow.clock[0])
+        h = planned(tables, address, options, flow, trial, work) if options.adaptive else flow.clock[1]
+        h = next_size(h, options.t_end - flow.clock[0])
         first = flow.clock[4] == 0.0
         ratio = 1.0 if first else h / flow.clock[4]
         numbers = starting(options) if first else options
         code = implicit_step(tables, address, lu, h, ratio, numbers, flow, trial, work, record)
-        growth = 1.0
+        growth, anew = 1.0, False
+        if options.adaptive:
+            growth = judged(tables, address, code, h, ratio, numbers, options, flow, trial, work, record)
+            code = STEP_TOO_SMALL if code == RUNNING and growth == 0.0 else code
+        if code != RUNNING and h <= 1.001 * options.h_min:
+            return code
         if code != RUNNING:
-            if not options.adaptive:
-                return code
-            growth = 0.25
-        elif options.adaptive:
-            error = error_ratio(tables, h, ratio, numbers, flow, trial)
-            growth = min(max(0.9 * max(error, 1e-12) ** (-1.0 / 3.0), 0.2), 2.0)
-            if error > 1.0:
-                code = STEP_TOO_SMALL
-        if code != RUNNING:
-            record.count[1] += 1
-            flow.clock[1] = h * min(growth, 0.9)
-            if flow.clock[1] < options.h_min:
-                return code
             continue
         if first:
             lead(tables.sizes.n_q, options, flow, trial)
         if record.count[8] != 0 or flow.clock[5] > 0.0:
             settle(tables, lu, flow.clock[0] + h, flow, trial, work, record)
-        code = accept(tables, address, h, ratio, options, flow, trial, work, record)
-        flow.clock[4] = h
         if options.adaptive:
-            shortened = h < flow.clock[1] and growth >= 1.0  # by the end of the run, not by the error
-            flow.clock[1] = min(max(h * growth, flow.clock[1] if shortened else 0.0), options.h_max)
+            anew = remember(tables, address, h, options, flow, trial, work)
+            resize(h, growth, options, flow)
+        copy(flow.a, flow.past)
+        code = accept(tables, address, h, ratio, options, flow, trial, work, record)
+        flow.clock[4] = 0.0 if anew else h
+        if anew:
+            copy(flow.a, flow.x)
         if code != RUNNING:
             return code
     return RUNNING

@@ -28,7 +28,7 @@ from flexmb.integrate.method import Newmark, RungeKutta4
 from flexmb.integrate.solution import ContactLog, Peaks, Solution
 from flexmb.integrate.stats import Stats
 from flexmb.integrate.status import sentence
-from flexmb.integrate.steps import Adaptive, FixedStep
+from flexmb.integrate.steps import FLIGHT_COUNTS, Adaptive, FixedStep
 from flexmb.integrate.touch import still_running, taken_out, touching_from_the_start
 from flexmb.program.program import Program
 from flexmb.solve import lu
@@ -64,7 +64,7 @@ class Run:
         self.program, self.method, self.step = program, method, step
         self.period, self.t_end, self.max_steps, self.progress = period, t_end, max_steps, progress
         self.lu = lu.tables(program.symbolic)
-        self.flow, self.trial = new_flow(program), new_trial(program)
+        self.flow = new_flow(program)
         self.record, self.work = new_record(program, BUFFER), workspace(program)
         self.stages = new_stages(program)
         self.times: list[np.ndarray] = []
@@ -72,17 +72,24 @@ class Run:
         self.episodes: list[np.ndarray] = []
         self.saving = False
         self.code, self.note, self.redundant = RUNNING, "", 0
-        self.h_max, self.h_min, self.error = self._limits()
+        self.trial = new_trial(program)
+        self.h_max, self.h_min, self.error, self.bounds = self._limits()
+        self.trial = new_trial(program, 0, self.bounds)
 
-    def _limits(self) -> tuple[float, float, float]:
-        """Largest and smallest step [s], accepted error of a step [m]."""
+    def _limits(self) -> tuple[float, float, float, tuple[float, ...]]:
+        """Largest and smallest step [s], accepted error of a step [m], and the bounds of `landing`.
+
+        Speeds count from 1 % of that which crosses the mechanism in the time of the run or of its period.
+        """
         if isinstance(self.step, FixedStep):
-            return self.step.size, self.step.size, NEVER
+            return self.step.size, self.step.size, NEVER, (1.0, 1.0, 1.0, 1.0)
         span = self.t_end if self.period is None else min(self.period, self.t_end)
-        largest = self.step.max or span / 1000.0
+        largest, rtol = self.step.max or span / 250.0, self.step.rtol
         clearance, length = self.program.least_clearance, self.program.length
-        error = self.step.error or (1e-7 * length if clearance is None else min(1e-4 * clearance, 1e-6 * length))
-        return largest, self.step.min or 1e-9 * largest, error
+        part = 1e-3 * length if clearance is None else 4.0 * min(clearance, 1e-2 * length)
+        flight = FLIGHT_COUNTS if self.trial.rigid.all() else 1.0
+        bounds = (rtol, 1e-2 * length / span, self.step.steps_of_an_impact, flight)
+        return largest, self.step.min or min(1e-9 * largest, 1e-12 * span), self.step.atol or rtol * part, bounds
 
     def begin(self, start: Start) -> None:
         """Take start values."""
@@ -136,6 +143,11 @@ class Run:
             if given is None and name == "episodes":  # a file of an earlier version
                 touching_from_the_start(self.program.tables, self.flow)
                 continue
+            if given is None and name in ("past", "impacts"):  # the same: they are found anew
+                continue
+            if name == "clock" and np.shape(given) == (6,):
+                target[:6] = given
+                continue
             if given is None or np.shape(given) != target.shape:
                 raise InputError(
                     f"simulate {self.program.name!r}: restart does not fit this model "
@@ -149,7 +161,7 @@ class Run:
 
     def _expect(self, redundant: int) -> None:
         """So many rows repeat others in every pose."""
-        self.redundant, self.trial = redundant, new_trial(self.program, redundant)
+        self.redundant, self.trial = redundant, new_trial(self.program, redundant, self.bounds)
 
     def forget_peaks(self) -> None:
         """Begin to look for peaks at the present state."""

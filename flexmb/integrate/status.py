@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.integrate.arrays import DONE, NEWTON_FAILED, NOT_FINITE, SINGULAR, STEP_TOO_SMALL, Flow, Record, Trial
+from flexmb.integrate.landing import STEP
 from flexmb.program.program import Program
 
 SENTENCES = {
@@ -16,8 +17,8 @@ SENTENCES = {
         "wanted {wanted:.2g}{worst}. Try a smaller step, or step=Adaptive()."
     ),
     STEP_TOO_SMALL: (
-        "Stopped at {t}: the step fell below its floor, to {h}{worst}. Try Adaptive(error=...) with a larger error, "
-        "or a smaller min."
+        "Stopped at {t}: a step of {h}, the smallest one allowed, was refused; {cause}. "
+        "Try Adaptive(...) with a smaller min{remedy}."
     ),
 }
 
@@ -33,15 +34,37 @@ def sentence(program: Program, code: int, flow: Flow, trial: Trial, record: Reco
     """The status of a run that ended with `code`."""
     names = (*program.names.coordinates, *program.names.rows)
     template = SENTENCES.get(code, "Not finished, at {t}.")
+    cause, remedy = refused(program, flow, trial, record)
     text = template.format(
         t=f"t = {flow.clock[0]:.6g} s",
-        h=f"{flow.clock[1]:.3g} s",
+        h=f"{record.extreme[7] or flow.clock[1]:.3g} s",
+        cause=cause,
+        remedy=remedy,
         lost=names[int(record.count[6])],
         last=record.extreme[2],
         wanted=record.extreme[3],
         worst=_worst(program, flow, trial),
     )
     return text + not_unique(program, trial, record) + balance(program, record) if code == DONE else text
+
+
+def refused(program: Program, flow: Flow, trial: Trial, record: Record) -> tuple[str, str]:
+    """What asked for a smaller step than the smallest one, and what helps beside a smaller one."""
+    met = int(record.count[9]) - 1
+    if met >= 0:
+        needed = flow.impacts[met, STEP]
+        why = f"the impact of {_seen(program, flow, met)} needs steps of {needed:.3g} s"
+        return why, ", fewer impact_steps, or a softer contact"
+    why = f"the error of the step was too large, or Newton did not converge{_worst(program, flow, trial)}"
+    closed = any(flow.z[k] > 0.0 for k in program.tables.contacts.z[:, 0])
+    jump = ", or a contact law without a jump at the touch (KelvinVoigt: a ramp; friction: v0 > 0)" if closed else ""
+    return why, f", or a larger rtol and atol{jump}"
+
+
+def _seen(program: Program, flow: Flow, contact: int) -> str:
+    """A contact with its gap and gap rate at the last good step."""
+    k = program.tables.contacts.z[contact, 0]
+    return f"{program.names.contacts[contact]!r} (gap {flow.z[k + 2]:.3g} m, gap rate {flow.z[k + 4]:.3g} m/s)"
 
 
 def not_unique(program: Program, trial: Trial, record: Record) -> str:
@@ -68,7 +91,7 @@ def balance(program: Program, record: Record) -> str:
         return ""
     return (
         f" But the balance of energy misses {residual:.2g} J where {scale:.2g} J were exchanged, so do not trust it: "
-        "try a smaller step, or Adaptive(error=...) with a smaller error."
+        "try a smaller step, or Adaptive(rtol=...) with a smaller rtol."
     )
 
 
@@ -77,6 +100,6 @@ def _worst(program: Program, flow: Flow, trial: Trial) -> str:
     d = np.abs(trial.d[: program.n_q])
     name = program.names.coordinates[int(np.argmax(np.where(np.isfinite(d), d, np.inf)))]
     phases = program.tables.contacts.z[:, 0]
-    closed = [c for c, k in zip(program.names.contacts, phases, strict=True) if flow.z[k] > 0.0]
+    closed = [_seen(program, flow, c) for c, k in enumerate(phases) if flow.z[k] > 0.0]
     touching = f"; in contact: {', '.join(closed)}" if closed else ""
     return f"; largest at {name!r}{touching}"

@@ -86,7 +86,7 @@ SPECIMENS = {
     "Table": fm.Table(TIMES, tuple(t * t for t in TIMES)),
     "Newmark": fm.Newmark(),
     "FixedStep": fm.FixedStep(1e-3),
-    "Adaptive": fm.Adaptive(error=1e-6, max=1e-3, min=1e-9),
+    "Adaptive": fm.Adaptive(rtol=1e-3, atol=1e-6, max=1e-3, min=1e-9, impact_steps=20),
     "Mechanism": fm.Mechanism("pair", (CRANK, ARM), gravity=(0.0, -9.81)),
 }  # fmt: skip
 """One sound record of each kind; NaN is put into each of its numbers in turn."""

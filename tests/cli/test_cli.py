@@ -119,9 +119,9 @@ def test_options_reach_the_mechanism_and_the_solver(tmp_path):
 
 
 def test_error_controlled_steps(tmp_path):
-    arguments = "run slider-crank --speed 2pi --t-end 10ms --error 1um --quiet --no-vtk --no-plots --out"
+    arguments = "run slider-crank --speed 2pi --t-end 10ms --rtol 1e-5 --quiet --no-vtk --no-plots --out"
     assert main([*arguments.split(), str(tmp_path)]) == 0
-    assert "error=1e-06" in load(tmp_path / "slider-crank.nc").model["step"]
+    assert "rtol=1e-05" in load(tmp_path / "slider-crank.nc").model["step"]
 
 
 @pytest.mark.parametrize("save", ["steps", "20"])
@@ -192,7 +192,7 @@ def test_sources_that_are_refused(model, tmp_path, capsys, what, message, comman
         ("--t-end 5mm", "--t-end: '5mm' is a length; give a time in s"),
         ("--t-end 0", "t_end is 0 s; it must be > 0"),
         ("--step -1us", "it must be > 0"),
-        ("--error 1rpm", "give a length"),
+        ("--rtol 1rpm", "--rtol: '1rpm' is an angular speed"),
         ("--method rk5", "--method: method is 'rk5'. Known: generalised-alpha"),
         ("--method trapezoidal:2", "'trapezoidal' takes no number"),
         ("--method hht:2", "alpha is 2; it must lie between 0 and 0.333333"),
@@ -220,7 +220,7 @@ def test_no_periodic_drive(model, tmp_path, capsys):
         (["run"], "required: NAME"),
         (["run", "--quiet", "slider-crank"], "the mechanism comes first: flexmb run NAME"),
         (["run", "slider-crank", "--sped", "2"], "unrecognized arguments: --sped"),
-        (["run", "slider-crank", "--step", "1us", "--error", "1um"], "not allowed with"),
+        (["run", "slider-crank", "--step", "1us", "--rtol", "1e-5"], "not allowed with"),
         (["run", "slider-crank", "--t-end", "1", "--periods", "1"], "not allowed with"),
     ],
 )

@@ -69,7 +69,7 @@ def test_a_jammed_slider_holds_its_weight(law):
 def test_a_run_whose_smallest_step_is_too_large_says_so():
     """A floor that impacts cannot pass: a sentence with the instant, the step and what to try."""
     mech = thrown(LAWS["bristles"], 0.5, 2.0)
-    sol = fm.simulate(mech, t_end=0.2, step=fm.Adaptive(error=1e-12, max=1e-3, min=5e-4))
+    sol = fm.simulate(mech, t_end=0.2, step=fm.Adaptive(atol=1e-12, max=1e-3, min=5e-4))
     assert not sol.ok
     assert "Stopped at t = " in sol.status
     assert "Try" in sol.status

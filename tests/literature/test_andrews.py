@@ -103,7 +103,7 @@ def convergence():
 def adaptive():
     """The local error is of third order in the step, the global one of second: their ratio is the order 2/3."""
     accepted = (1e-10, 1e-11, 1e-12, 1e-13)
-    runs = [fm.simulate(fm.andrews(), t_end=END, step=fm.Adaptive(error=e), save=1) for e in accepted]
+    runs = [fm.simulate(fm.andrews(), t_end=END, step=fm.Adaptive(atol=e), save=1) for e in accepted]
     yield Curve("adaptive", accepted, [error(sol) for sol in runs], 2.0 / 3.0)
 
 

@@ -16,7 +16,7 @@ RUNS = {
     "one step a segment": {"step": 0.9},
     "trapezoidal": {"step": 0.11, "method": fm.Newmark.trapezoidal()},
     "hht": {"step": 0.05, "method": fm.Newmark.hht(0.3)},
-    "adaptive": {"step": fm.Adaptive(error=1e-3, max=0.3)},
+    "adaptive": {"step": fm.Adaptive(atol=1e-3, max=0.3)},
     "rk4": {"step": 0.05, "method": fm.RungeKutta4()},
 }
 
@@ -153,7 +153,7 @@ def test_joint_forces_jump_with_the_load():
 
 CUTS = {
     "fixed": {"step": 1.1e-3},
-    "adaptive": {"step": fm.Adaptive(error=1e-7)},
+    "adaptive": {"step": fm.Adaptive(atol=1e-7)},
     "rk4": {"step": 1.1e-3, "method": fm.RungeKutta4()},
 }
 
@@ -188,7 +188,7 @@ def test_a_restart_near_a_jump_goes_on_bit_for_bit(case, history, where):
 def test_a_run_that_ends_at_a_jump_can_go_on(case):
     mechanism = beating(BEATS["pulse"])
     whole = fm.simulate(mechanism, t_end=0.3, save="steps", **CUTS[case])
-    options = CUTS[case] | ({"step": fm.Adaptive(error=1e-7, max=0.3 / 1000.0)} if case == "adaptive" else {})
+    options = CUTS[case] | ({"step": fm.Adaptive(atol=1e-7, max=0.3 / 1000.0)} if case == "adaptive" else {})
     first = fm.simulate(mechanism, t_end=0.2, save="steps", **options)
     assert first.ok
     assert first.time[-1] == 0.2

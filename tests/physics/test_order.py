@@ -202,7 +202,7 @@ def test_smaller_errors_asked_for_are_got():
     """The local error is of third order, so the error of the run falls with error^(2/3)."""
     errors, steps = [], []
     for wanted in (1e-7, 1e-8, 1e-9):
-        sol = fm.simulate(pendulum(), t_end=1.0, step=fm.Adaptive(error=wanted), save="steps")
+        sol = fm.simulate(pendulum(), t_end=1.0, step=fm.Adaptive(atol=wanted), save="steps")
         assert sol.ok, sol.status
         errors.append(compared(sol))
         steps.append(sol.stats.steps)

@@ -1,0 +1,138 @@
+"""Step control of the implicit loop: an estimate of the local error, and what becomes of the step."""
+
+import math
+
+from flexmb.integrate.arrays import RUNNING
+from flexmb.integrate.landing import AGAIN, BRAKE, FLIGHT, LAST, LEAST_SPEED, REFUSED, RTOL, SIZE, SPEED, STEP, located
+from flexmb.kernels import compiled
+
+TURNS = 8
+"""Trials of one step, at most, that look for a contact."""
+
+SAME, GROWS = 0.95, 1.2
+"""A step is kept where the error asks for a factor between these, so that factors of the matrix can be used again."""
+
+
+@compiled
+def velocity_constant(options):
+    """Factor of h^3 a'' in the local error of velocities.
+
+    x stands for a at a time Delta h later up to e h^2 a'', by its recurrence; the sum (1 - gamma) x0 + gamma x1 is
+    compared with the mean of a.
+    """
+    am, af = options.alpha_m, options.alpha_f
+    delta = am - af
+    e = 0.5 * ((1.0 - af) - (1.0 - am) * (1.0 + 2.0 * delta) - delta * delta)
+    own = 0.5 * (delta * delta + options.gamma * (1.0 + 2.0 * delta)) - 1.0 / 6.0
+    return max(abs(own + e), 0.02)
+
+
+@compiled
+def error_ratio(tables, h, ratio, options, flow, trial):
+    """Estimated local error of positions and velocities over the accepted one.
+
+    Positions: h^2 |beta - 1/6| |x1 - x0|.  Velocities of rigid bodies: c h^3 |a''| with a'' from the last three
+    accelerations; h |a1 - a0| / 12 where there are two.  An acceleration that turns back every step is a wave that is
+    not resolved: its difference says nothing of a''.  Velocities of the nodes of beams are not looked at.
+
+    In free flight positions count more (`FLIGHT`): their errors add up, and decide where the next impact hits.
+    """
+    first, h0 = flow.clock[LAST] == 0.0, flow.clock[LAST]
+    of_q = h * h * max(abs(options.beta - 1.0 / 6.0), 0.05) / options.error
+    if flying(tables, flow):
+        of_q *= trial.bounds[FLIGHT]
+    of_v = h / (trial.bounds[RTOL] * flow.clock[SPEED])
+    second = 2.0 * velocity_constant(options) * h * h
+    worst = 0.0
+    for i in range(tables.sizes.n_q):
+        x0 = flow.a[i] + ratio * (flow.x[i] - flow.a[i])
+        e = of_q * abs(trial.x[i] - x0)
+        if trial.rigid[i]:
+            rise = trial.a[i] - flow.a[i]
+            if first:
+                e = max(e, of_v * abs(rise) / 12.0)
+            elif rise * (flow.a[i] - flow.past[i]) >= 0.0:
+                e = max(e, of_v * second * abs(rise / h - (flow.a[i] - flow.past[i]) / h0) / (h + h0))
+        if tables.kind[i] == 1:
+            e *= options.length
+        worst = max(worst, e)
+    if not math.isfinite(worst):
+        return math.inf
+    return worst
+
+
+@compiled
+def flying(tables, flow):
+    """Whether there are contacts and none is closed."""
+    for c in range(tables.contacts.kernel.shape[0]):
+        if flow.z[tables.contacts.z[c, 0]] != 0.0:
+            return False
+    return tables.contacts.kernel.shape[0] > 0
+
+
+@compiled
+def note_speed(tables, options, v, flow, trial):
+    """Bring the largest speed of the run to that of v; angles count by the size of the mechanism."""
+    most = max(flow.clock[SPEED], trial.bounds[LEAST_SPEED])
+    for i in range(tables.sizes.n_q):
+        most = max(most, abs(v[i]) * (options.length if tables.kind[i] == 1 else 1.0))
+    flow.clock[SPEED] = most
+
+
+@compiled
+def judged(tables, address, code, h, ratio, numbers, options, flow, trial, work, record):
+    """Factor for the next step by the error, 0 when the trial is refused; then the clock holds what to try."""
+    growth = 0.0
+    if code != RUNNING:
+        shorten(h, 0.25, flow, record)
+    elif flow.clock[REFUSED] >= TURNS or met(tables, address, h, options, flow, trial, work, record):
+        note_speed(tables, options, trial.v, flow, trial)
+        error = error_ratio(tables, h, ratio, numbers, flow, trial)
+        growth = min(max(0.9 * max(error, 1e-12) ** (-1.0 / 3.0), 0.2), 2.0)
+        if error > 1.0:
+            shorten(h, min(growth, 0.9), flow, record)
+            growth = 0.0
+    if growth == 0.0:
+        flow.clock[REFUSED] += 1.0
+        record.count[1] += 1
+        record.extreme[7] = h
+    return growth
+
+
+@compiled
+def met(tables, address, h, options, flow, trial, work, record):
+    """Whether the trial meets the contacts well, or nearly so where no smaller step is allowed."""
+    wanted = located(tables, address, h, options, flow, trial, work, record)
+    if wanted >= 0.999 * h or (h <= 1.001 * options.h_min and fits(options, flow, record)):
+        return True
+    flow.clock[AGAIN] = wanted
+    return False
+
+
+@compiled
+def fits(options, flow, record):
+    """Whether the contact that asks for less could have its impact with the smallest step: then it is only met late."""
+    return flow.impacts[record.count[9] - 1, STEP] >= options.h_min
+
+
+@compiled
+def shorten(h, factor, flow, record):
+    """Try again with a part of h; the step of the flight stays what it is where a contact had asked for less."""
+    flow.clock[AGAIN], record.count[9] = 0.0, 0
+    if h < 0.99 * flow.clock[SIZE]:
+        flow.clock[BRAKE] = h * factor
+    else:
+        flow.clock[SIZE] = h * factor
+
+
+@compiled
+def resize(h, growth, options, flow):
+    """The sizes for the next step after an accepted one; nothing grows right after a refusal."""
+    keep = (growth >= SAME and growth < GROWS) or (growth >= GROWS and flow.clock[REFUSED] > 0.0)
+    if not keep and h >= 0.99 * flow.clock[SIZE]:
+        flow.clock[SIZE] = min(h * growth, options.h_max)
+    elif not keep and h >= 0.99 * flow.clock[BRAKE] > 0.0:
+        flow.clock[BRAKE] = h * growth
+    if flow.clock[BRAKE] >= flow.clock[SIZE]:
+        flow.clock[BRAKE] = 0.0
+    flow.clock[AGAIN], flow.clock[REFUSED] = 0.0, 0.0
