@@ -331,6 +331,31 @@ def _matrix_view() -> Any:
 
 matrix_view = _matrix_view()
 
+
+def _part_of() -> Any:
+    """A compiled function (flat, begin, end) that returns flat[begin:end], which must be inside, without checks.
+
+    A slice asks for signs and ends; so do indices into it when it is not known that they begin at 0.
+    """
+    if config.DISABLE_JIT:
+        return lambda flat, begin, end: flat[begin:end]
+
+    @intrinsic
+    def part_of(typingctx, flat, begin, end):  # type: ignore[no-untyped-def]
+        def codegen(context, builder, signature, args):  # type: ignore[no-untyped-def]
+            source = arrayobj.make_array(signature.args[0])(context, builder, args[0])
+            view = arrayobj.make_array(signature.return_type)(context, builder)
+            size, length = context.get_constant(types.intp, 8), builder.sub(args[2], args[1])
+            arrayobj.populate_array(view, builder.gep(source.data, [args[1]]), [length], [size], size, None)
+            return view._getvalue()
+
+        return flat(flat, types.intp, types.intp), codegen
+
+    return part_of
+
+
+part_of = _part_of()
+
 element_at = _caller(ELEMENT)
 energy_at = _caller(ENERGY)
 constraint_at = _caller(CONSTRAINT)

@@ -71,6 +71,11 @@ def ints(values: Sequence[int]) -> np.ndarray:
     return np.array(values, dtype=np.int64).reshape(-1)
 
 
+def places(values: Sequence[int]) -> np.ndarray:
+    """A 1-D uint64 array of indices: the compiled loop need not ask whether they count from the end."""
+    return np.array(values, dtype=np.uint64).reshape(-1)
+
+
 def table(rows: Sequence[Sequence[int]], columns: int) -> np.ndarray:
     """A 2-D int64 array, also without rows."""
     return np.array(rows, dtype=np.int64).reshape(-1, columns)
@@ -140,8 +145,8 @@ class Packer:
             table([self.remember(piece.history) for piece in pieces], 2),
             ints(dofs.offset),
             ints(self.element_blocks.offset),
-            ints(dofs.values),
-            positions(*self.element_blocks.arrays),
+            places(dofs.values),
+            places(positions(*self.element_blocks.arrays)),
         )
 
     def constraints(self, positions, out: Sequence[int]) -> Constraints:

@@ -1,6 +1,16 @@
 """Elements: gather, call, scatter; and their energies."""
 
-from flexmb.kernels import account_at, compiled, element_at, energy_at, force_at, matrix_view, motion_at, tangent_at
+from flexmb.kernels import (
+    account_at,
+    compiled,
+    element_at,
+    energy_at,
+    force_at,
+    matrix_view,
+    motion_at,
+    part_of,
+    tangent_at,
+)
 
 
 @compiled
@@ -13,9 +23,9 @@ def gather(values, dofs, begin, n, target):
 @compiled
 def gather_state(E, e, n, q, v, a, work):
     """Coordinates, velocities and accelerations of element e, and zeros for its forces."""
-    begin = E.dof[e]
+    dofs = part_of(E.dofs, E.dof[e], E.dof[e + 1])
     for i in range(n):
-        dof = E.dofs[begin + i]
+        dof = dofs[i]
         work.ql[i], work.vl[i], work.al[i], work.rl[i] = q[dof], v[dof], a[dof], 0.0
 
 
@@ -28,13 +38,14 @@ def add_elements(tables, address, t, h, q, v, a, z, kq, kv, ka, matrix, work):
         gather_state(E, e, n, q, v, a, work)
         if matrix:
             call_tangent(tables, address, e, n, t, h, z, kq, kv, ka, work)
-            begin = E.pos[e]
+            positions = part_of(E.positions, E.pos[e], E.pos[e + 1])
             for i in range(n * n):
-                work.lu[E.positions[begin + i]] += work.Kl[i]
+                work.lu[positions[i]] += work.Kl[i]
         else:
             call_force(tables, address, e, n, t, h, z, work)
+        dofs = part_of(E.dofs, E.dof[e], E.dof[e + 1])
         for i in range(n):
-            work.r[E.dofs[E.dof[e] + i]] += work.rl[i]
+            work.r[dofs[i]] += work.rl[i]
 
 
 @compiled
@@ -43,15 +54,15 @@ def call_force(tables, address, e, n, t, h, z, work):
     E = tables.elements
     if E.force[e] >= 0:
         force_at(address.force, E.force[e])(
-            tables.p[E.p[e, 0] : E.p[e, 1]],
+            part_of(tables.p, E.p[e, 0], E.p[e, 1]),
             t,
             h,
-            work.ql[:n],
-            work.vl[:n],
-            work.al[:n],
-            z[E.z[e, 0] : E.z[e, 1]],
-            work.rl[:n],
-            work.z_new[E.z[e, 0] : E.z[e, 1]],
+            part_of(work.ql, 0, n),
+            part_of(work.vl, 0, n),
+            part_of(work.al, 0, n),
+            part_of(z, E.z[e, 0], E.z[e, 1]),
+            part_of(work.rl, 0, n),
+            part_of(work.z_new, E.z[e, 0], E.z[e, 1]),
         )
     else:
         call_element(tables, address, e, n, t, h, z, work)
@@ -69,19 +80,19 @@ def call_tangent(tables, address, e, n, t, h, z, kq, kv, ka, work):
         for i in range(n * n):
             work.Kl[i] = 0.0
         tangent_at(address.tangent, E.tangent[e])(
-            tables.p[E.p[e, 0] : E.p[e, 1]],
+            part_of(tables.p, E.p[e, 0], E.p[e, 1]),
             t,
             h,
-            work.ql[:n],
-            work.vl[:n],
-            work.al[:n],
-            z[E.z[e, 0] : E.z[e, 1]],
+            part_of(work.ql, 0, n),
+            part_of(work.vl, 0, n),
+            part_of(work.al, 0, n),
+            part_of(z, E.z[e, 0], E.z[e, 1]),
             kq,
             kv,
             ka,
-            work.rl[:n],
+            part_of(work.rl, 0, n),
             matrix_view(work.Kl, n, n),
-            work.z_new[E.z[e, 0] : E.z[e, 1]],
+            part_of(work.z_new, E.z[e, 0], E.z[e, 1]),
         )
     else:
         call_element(tables, address, e, n, t, h, z, work)
@@ -102,18 +113,18 @@ def call_element(tables, address, e, n, t, h, z, work):
     for i in range(n * n):
         work.Kl[i], work.Cl[i], work.Ml[i] = 0.0, 0.0, 0.0
     element_at(address.element, E.kernel[e])(
-        tables.p[E.p[e, 0] : E.p[e, 1]],
+        part_of(tables.p, E.p[e, 0], E.p[e, 1]),
         t,
         h,
-        work.ql[:n],
-        work.vl[:n],
-        work.al[:n],
-        z[E.z[e, 0] : E.z[e, 1]],
-        work.rl[:n],
+        part_of(work.ql, 0, n),
+        part_of(work.vl, 0, n),
+        part_of(work.al, 0, n),
+        part_of(z, E.z[e, 0], E.z[e, 1]),
+        part_of(work.rl, 0, n),
         matrix_view(work.Kl, n, n),
         matrix_view(work.Cl, n, n),
         matrix_view(work.Ml, n, n),
-        work.z_new[E.z[e, 0] : E.z[e, 1]],
+        part_of(work.z_new, E.z[e, 0], E.z[e, 1]),
     )
 
 
@@ -123,7 +134,7 @@ def factor_of(tables, address, e, t):
     E = tables.elements
     if E.factor[e] < 0:
         return 1.0
-    s, _, _ = motion_at(address.motion, E.factor[e])(tables.p[E.factor_p[e, 0] : E.factor_p[e, 1]], t)
+    s, _, _ = motion_at(address.motion, E.factor[e])(part_of(tables.p, E.factor_p[e, 0], E.factor_p[e, 1]), t)
     return s
 
 
@@ -138,16 +149,16 @@ def account(tables, address, t, h, q, v, a, x, y, z, work):
     work.power[:] = 0.0
     for e in range(E.p.shape[0]):
         n = E.dof[e + 1] - E.dof[e]
-        begin = E.dof[e]
+        dofs = part_of(E.dofs, E.dof[e], E.dof[e + 1])
         gather_state(E, e, n, q, v, a, work)
-        gather(y, E.dofs, begin, n, work.yl)
+        gather(y, E.dofs, E.dof[e], n, work.yl)
         if E.account[e] >= 0:
             strain, gravity, damping, load = call_account(tables, address, e, n, t, h, z, work)
         else:
             strain, gravity, damping, load = account_by_matrix(tables, address, e, n, t, h, z, work)
         kinetic, product = 0.0, 0.0
         for i in range(n):
-            dof = E.dofs[begin + i]
+            dof = dofs[i]
             work.r[dof] += work.rl[i]
             kinetic += work.vl[i] * work.Mvl[i]
             product += x[dof] * work.Myl[i]
@@ -166,18 +177,18 @@ def call_account(tables, address, e, n, t, h, z, work):
     for i in range(n):
         work.Mvl[i], work.Myl[i] = 0.0, 0.0
     strain, gravity, damping = account_at(address.account, E.account[e])(
-        tables.p[E.p[e, 0] : E.p[e, 1]],
+        part_of(tables.p, E.p[e, 0], E.p[e, 1]),
         t,
         h,
-        work.ql[:n],
-        work.vl[:n],
-        work.al[:n],
-        work.yl[:n],
-        z[E.z[e, 0] : E.z[e, 1]],
-        work.rl[:n],
-        work.Mvl[:n],
-        work.Myl[:n],
-        work.z_new[E.z[e, 0] : E.z[e, 1]],
+        part_of(work.ql, 0, n),
+        part_of(work.vl, 0, n),
+        part_of(work.al, 0, n),
+        part_of(work.yl, 0, n),
+        part_of(z, E.z[e, 0], E.z[e, 1]),
+        part_of(work.rl, 0, n),
+        part_of(work.Mvl, 0, n),
+        part_of(work.Myl, 0, n),
+        part_of(work.z_new, E.z[e, 0], E.z[e, 1]),
     )
     return strain, gravity, damping, 0.0
 
@@ -202,6 +213,6 @@ def account_by_matrix(tables, address, e, n, t, h, z, work):
     if E.energy[e] < 0:
         return 0.0, 0.0, 0.0, load
     strain, gravity, damping = energy_at(address.energy, E.energy[e])(
-        tables.p[E.p[e, 0] : E.p[e, 1]], t, work.ql[:n], work.vl[:n]
+        part_of(tables.p, E.p[e, 0], E.p[e, 1]), t, part_of(work.ql, 0, n), part_of(work.vl, 0, n)
     )
     return strain, gravity, damping, 0.0
