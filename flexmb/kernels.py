@@ -142,6 +142,7 @@ class Kernel:
         self._python: Any = None
         self._cacheable = True
         self._dispatcher: Any = None
+        self._address = 0
         self.__doc__ = function.__doc__
 
     @property
@@ -162,6 +163,14 @@ class Kernel:
         if self._dispatcher is None:
             self._dispatcher = self._compile()
         return self._dispatcher
+
+    @property
+    def address(self) -> int:
+        """Where the compiled function stands in this process, which holds it as long as the kernel is there."""
+        if self._address == 0:
+            result = self.dispatcher.get_compile_result(self.contract.signature)
+            self._address = int(result.library.get_pointer_to_function(result.fndesc.llvm_func_name))
+        return self._address
 
     def __call__(self, *arguments: Any) -> Any:
         """Call the plain Python function."""
@@ -254,8 +263,7 @@ def address_table(kernels: Sequence[Kernel]) -> Any:
         return tuple(kernel.python for kernel in kernels)
     table = np.zeros(max(1, len(kernels)), dtype=np.int64)
     for i, kernel in enumerate(kernels):
-        result = kernel.dispatcher.get_compile_result(kernel.contract.signature)
-        table[i] = result.library.get_pointer_to_function(result.fndesc.llvm_func_name)
+        table[i] = kernel.address
     table.flags.writeable = False
     return table
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
@@ -301,8 +302,8 @@ class Run:
             desc=self.program.name,
         )
 
-    def solution(self, model: dict[str, Any]) -> Solution:
-        """The record of what was run so far."""
+    def solution(self, model: dict[str, Any], *, notes: tuple[str, ...] = (), wall_time: float = 0.0) -> Solution:
+        """The record of what was run so far, with remarks and the time it took on the clock [s]."""
         program, count = self.program, self.record.count
         n_y = program.tables.sizes.n_y
         restart = {name: array.copy() for name, array in self.flow._asdict().items()}
@@ -322,11 +323,13 @@ class Run:
                 int(count[4]),
                 float(self.record.extreme[0]) if count[0] else 0.0,
                 float(self.record.extreme[1]),
+                wall_time,
             ),
             aliases=program.names.aliases,
             shapes=program.shapes,
             restart=restart,
             contacts=ContactLog(program.names.contacts, self._log()),
+            notes=notes,
             model={**model, "flexmb": installed_version(), "method": repr(self.method), "step": repr(self.step)},
         )
 
@@ -347,6 +350,7 @@ def just_before(instant: float) -> float:
     return float(instant - 4.0 * np.spacing(instant))
 
 
+@cache
 def installed_version() -> str:
     """Version of flexmb, "unknown" when it is not installed."""
     try:
