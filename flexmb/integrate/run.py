@@ -22,6 +22,7 @@ from flexmb.integrate.arrays import (
     new_record,
     new_trial,
 )
+from flexmb.integrate.bar import bar as progress_bar
 from flexmb.integrate.explicit import new_stages
 from flexmb.integrate.finish import keep_account, save
 from flexmb.integrate.loop import advance, advance_explicit
@@ -43,6 +44,9 @@ from flexmb.system.work import workspace
 
 BUFFER = 512
 BLOCK_SECONDS = 0.2
+FIRST_BLOCK = 20_000
+"""Unknowns times steps of the first block, whose speed is not known yet: some ten milliseconds."""
+
 NEWTON_TOLERANCE = 1e-6
 ITERATIONS = 30
 NOT_SAVING = -1.0
@@ -167,7 +171,7 @@ class Run:
         if saving is not None:
             self._begin_saving(saving)
         interval = NEVER if saving is None else saving
-        bar = self._bar(end)
+        bar = progress_bar(self.program.name, float(self.flow.clock[0]), end, shown=self.progress)
         try:
             for instant in self.program.breaks(end):
                 if instant > self.flow.clock[0] and self._reach(just_before(instant), interval, bar, ahead=True):
@@ -183,7 +187,7 @@ class Run:
     def _reach(self, target: float, interval: float, bar: Any, *, ahead: bool = False) -> bool:
         """Run until `target`; whether it was reached.  With `ahead` that is seen even if no step is left to take."""
         options = self._options(target, interval)
-        steps, self.code = 64, RUNNING
+        steps, self.code = max(FIRST_BLOCK // (self.program.symbolic.n + 1), 16), RUNNING
         while self.code == RUNNING:
             began = time.perf_counter()
             steps = self._allowed(steps)
@@ -289,18 +293,6 @@ class Run:
     def _keep(self, times: np.ndarray, values: np.ndarray) -> None:
         self.times.append(times)
         self.values.append(values)
-
-    def _bar(self, end: float) -> Any:
-        from tqdm import tqdm
-
-        form = "{l_bar}{bar}| {n:.4g}/{total:.4g} s of motion [{elapsed}<{remaining}]"
-        return tqdm(
-            total=end,
-            initial=float(self.flow.clock[0]),
-            disable=not self.progress,
-            bar_format=form,
-            desc=self.program.name,
-        )
 
     def solution(self, model: dict[str, Any], *, notes: tuple[str, ...] = (), wall_time: float = 0.0) -> Solution:
         """The record of what was run so far, with remarks and the time it took on the clock [s]."""

@@ -8,6 +8,7 @@ from flexmb.errors import InputError, ModelError
 from flexmb.model.law import Motion
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.pieces import Pieces, RowMotion, node_coordinates
+from flexmb.model.shape import Shapes
 from flexmb.program.numbering import Numbering
 from flexmb.program.program import Drawn, Names, Program
 from flexmb.program.signals import aliases
@@ -30,7 +31,8 @@ def compile(mechanism: Mechanism, *, closed: bool = False, start: bool = False) 
     InputError : something that is no mechanism; parts whose points do not fit their bodies.
     KernelError : a user's kernel that unpacks a wrong number of parameters, cannot be compiled or returns NaN.
     """
-    return _compiled(mechanism, _pieces(mechanism), closed=closed or start, start=start)
+    pieces = chosen_pieces(_pieces(mechanism), closed=closed or start, start=start)
+    return _compiled(mechanism, pieces, Numbering(mechanism), mechanism.shapes())
 
 
 def compile_with_start(mechanism: Mechanism) -> tuple[Program, Program]:
@@ -44,11 +46,11 @@ def compile_with_start(mechanism: Mechanism) -> tuple[Program, Program]:
     ------
     ModelError, InputError, KernelError : see `compile`.
     """
-    pieces = _pieces(mechanism)
-    program = _compiled(mechanism, pieces, closed=False, start=False)
+    pieces, number, shapes = _pieces(mechanism), Numbering(mechanism), mechanism.shapes()
+    program = _compiled(mechanism, chosen_pieces(pieces, closed=False, start=False), number, shapes)
     if not pieces.contacts and all(c.holds == "always" for c in pieces.constraints):
         return program, program
-    return program, _compiled(mechanism, pieces, closed=True, start=True)
+    return program, _compiled(mechanism, chosen_pieces(pieces, closed=True, start=True), number, shapes)
 
 
 def _pieces(mechanism: Mechanism) -> Pieces:
@@ -60,10 +62,8 @@ def _pieces(mechanism: Mechanism) -> Pieces:
     return mechanism.pieces()
 
 
-def _compiled(mechanism: Mechanism, pieces: Pieces, *, closed: bool, start: bool) -> Program:
-    """The program of a mechanism with all these pieces."""
-    pieces = chosen_pieces(pieces, closed=closed, start=start)
-    number = Numbering(mechanism)
+def _compiled(mechanism: Mechanism, pieces: Pieces, number: Numbering, shapes: Shapes) -> Program:
+    """The program of these pieces of a mechanism."""
     call_each_kernel(pieces, number)
     structure = structure_of(pieces, number)
     p, z = numbers_of(pieces)
@@ -82,7 +82,7 @@ def _compiled(mechanism: Mechanism, pieces: Pieces, *, closed: bool, start: bool
             structure.signals,
             aliases(mechanism),
         ),
-        mechanism.shapes(),
+        shapes,
         tuple(period_of(row) for row in driven),
         structure.drives,
         drawn_length(number),
