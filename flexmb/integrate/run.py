@@ -301,8 +301,8 @@ class Run:
         restart = {name: array.copy() for name, array in self.flow._asdict().items()}
         restart["signals"] = self.record.new.copy()
         return Solution(
-            time=np.concatenate(self.times) if self.times else np.zeros(0),
-            values=np.concatenate(self.values) if self.values else np.zeros((0, n_y)),
+            time=_joined(self.times, np.zeros(0)),
+            values=_joined(self.values, np.zeros((0, n_y))),
             signals=program.names.signals,
             peaks=Peaks(self.record.peak.copy(), self.record.peak_time.copy()),
             status=self.status(),
@@ -335,6 +335,13 @@ class Run:
         if self.note:
             return f"{self.note}, at t = {self.flow.clock[0]:.6g} s."
         return sentence(self.program, self.code, self.flow, self.trial, self.record)
+
+
+def _joined(blocks: list[np.ndarray], nothing: np.ndarray) -> np.ndarray:
+    """All rows of the blocks, read-only; `nothing` where there are none."""
+    rows = np.concatenate(blocks) if blocks else nothing
+    rows.setflags(write=False)
+    return rows
 
 
 def just_before(instant: float) -> float:
