@@ -191,9 +191,9 @@ class Kernel:
             return _lookup, (module, name)
         return _from_bytes, (numba.cloudpickle.dumps(self.function), self.contract.name, self.text)
 
-    def _key(self) -> tuple[str, str, bytes]:
+    def _key(self) -> tuple[Any, ...]:
         code = self.function.__code__
-        return self.function.__module__, self.function.__qualname__, code.co_code
+        return self.function.__module__, self.function.__qualname__, code.co_code, code.co_consts
 
     def _complete(self) -> Any:
         """The user's function, or its derivative version when it is a law that returns one number."""

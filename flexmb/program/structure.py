@@ -33,6 +33,9 @@ KEPT = 16
 NUMBERS = ("p", "history")
 """Fields of pieces of which only the length matters to a structure."""
 
+NAMES = "part name coordinates second units drive_units signal holds rows row moment_row".split()
+"""Fields that hold names and whole numbers only: they stand in the key as they are."""
+
 _LATEST: OrderedDict[Hashable, tuple[Structure, tuple[Kernel, ...]]] = OrderedDict()
 
 
@@ -91,8 +94,8 @@ def _read(value: Any, kernels: list[Kernel]) -> Any:
         item = getattr(value, name)
         if name in NUMBERS:
             found.append(len(item))
-        elif name in ("coordinates", "second"):
-            found.append(item)  # names and numbers only: read as they are
+        elif name in NAMES:
+            found.append(item)
         else:
             found.append(_read(item, kernels))
     return tuple(found)

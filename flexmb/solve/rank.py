@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.linalg import qr
+from scipy.linalg.lapack import dgeqp3
 
 TOLERANCE = 1e-9
 
@@ -35,10 +35,10 @@ def row_rank(G: Any) -> Rank:
         dense, tolerance = _of_sparse(G)
     if dense.shape[0] == 0:
         return Rank(0, tuple(range(m)))
-    r, order = qr(dense, mode="r", pivoting=True, check_finite=False)[-2:]
-    diagonal = np.abs(np.diag(r))
+    factored, order = dgeqp3(dense)[:2]  # R in the upper triangle; columns are counted from 1
+    diagonal = np.abs(np.diag(factored))
     rank = int((diagonal > tolerance * max(diagonal[0], 1e-300)).sum())
-    return Rank(rank, tuple(sorted(int(k) for k in order[rank:])))
+    return Rank(rank, tuple(sorted(int(k) - 1 for k in order[rank:])))
 
 
 def _of_sparse(G: Any) -> tuple[np.ndarray, float]:
