@@ -195,3 +195,16 @@ def test_pieces_that_cannot_be_compared_are_packed_anew(forgotten):
     first, second = structure.structure_of(pieces, number), structure.structure_of(pieces, number)
     assert not forgotten
     assert first.tables.elements.dofs.tolist() == second.tables.elements.dofs.tolist()
+
+
+def made(constant):
+    """A kernel of one name whose code differs in a constant alone, as from a cell that was run again."""
+    space = {}
+    exec(f"def force(p, h, slip, N, z, z_new):\n    return -{constant} * N * slip, -{constant} * N, -slip\n", space)
+    return fm.friction_law(space["force"])
+
+
+def test_kernels_that_differ_in_a_constant_are_two(forgotten):
+    assert made(0.5) == made(0.5)
+    assert made(0.5) != made(0.25)
+    assert hash(made(0.5)) == hash(made(0.5))
