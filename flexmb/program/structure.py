@@ -30,6 +30,9 @@ from flexmb.program.tables import CONTACT_COMMON, Sizes, Tables
 KEPT = 16
 """Structures that are remembered: a mechanism has two, one in motion and one for its start."""
 
+KEPT_UNKNOWNS = 50_000
+"""Unknowns of all structures that are remembered beside the latest one: some hundred megabytes."""
+
 NUMBERS = ("p", "history")
 """Fields of pieces of which only the length matters to a structure."""
 
@@ -69,9 +72,13 @@ def structure_of(pieces: Pieces, number: Numbering) -> Structure:
     if known is None:
         # the kernels are kept beside it: the key holds their ids, which must not be given to others
         known = _LATEST[key] = new_structure(pieces, number), tuple(kernels)
-        while len(_LATEST) > KEPT:
+        while len(_LATEST) > KEPT or (len(_LATEST) > 1 and _unknowns() > KEPT_UNKNOWNS):
             _LATEST.popitem(last=False)
     return known[0]
+
+
+def _unknowns() -> int:
+    return sum(structure.symbolic.n for structure, _ in _LATEST.values())
 
 
 def _read(value: Any, kernels: list[Kernel]) -> Any:

@@ -125,6 +125,15 @@ def test_only_the_latest_structures_are_kept(forgotten):
     assert not any("b0" in str(key) for key in forgotten)
 
 
+def test_large_structures_push_others_out(forgotten, monkeypatch):
+    monkeypatch.setattr(structure, "KEPT_UNKNOWNS", 7)
+    for k in range(3):  # two of three unknowns fit, a third does not
+        fm.compile(fm.Mechanism("m", (fm.RigidBody(f"b{k}", (0.0, 0.0), mass=1.0, inertia=1.0),)))
+    assert [key[0] for key in forgotten] == [(("b1", ""),), (("b2", ""),)]
+    fm.compile(fm.four_bar())
+    assert len(forgotten) == 1  # the latest one always stays
+
+
 def test_both_programs_from_one_reading():
     mechanism = crank()
     program, closed = compile_with_start(mechanism)
