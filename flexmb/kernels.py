@@ -164,6 +164,7 @@ class Kernel:
         self._python: Any = None
         self._cacheable = True
         self._dispatcher: Any = None
+        self._address = 0
         self.__doc__ = function.__doc__
 
     @property
@@ -185,6 +186,14 @@ class Kernel:
             self._dispatcher = self._compile()
         return self._dispatcher
 
+    @property
+    def address(self) -> int:
+        """Where the compiled function stands in this process, which holds it as long as the kernel is there."""
+        if self._address == 0:
+            result = self.dispatcher.get_compile_result(self.contract.signature)
+            self._address = int(result.library.get_pointer_to_function(result.fndesc.llvm_func_name))
+        return self._address
+
     def __call__(self, *arguments: Any) -> Any:
         """Call the plain Python function."""
         return self.python(*arguments)
@@ -204,9 +213,9 @@ class Kernel:
             return _lookup, (module, name)
         return _from_bytes, (numba.cloudpickle.dumps(self.function), self.contract.name, self.text)
 
-    def _key(self) -> tuple[str, str, bytes]:
+    def _key(self) -> tuple[Any, ...]:
         code = self.function.__code__
-        return self.function.__module__, self.function.__qualname__, code.co_code
+        return self.function.__module__, self.function.__qualname__, code.co_code, code.co_consts
 
     def _complete(self) -> Any:
         """The user's function, or its derivative version when it is a law that returns one number."""
@@ -280,8 +289,7 @@ def address_table(kernels: Sequence[Kernel]) -> Any:
         return tuple(kernel.python for kernel in kernels)
     table = np.zeros(max(1, len(kernels)), dtype=np.int64)
     for i, kernel in enumerate(kernels):
-        result = kernel.dispatcher.get_compile_result(kernel.contract.signature)
-        table[i] = result.library.get_pointer_to_function(result.fndesc.llvm_func_name)
+        table[i] = kernel.address
     table.flags.writeable = False
     return table
 

@@ -173,3 +173,18 @@ def test_nearest_instants():
     sol = solution(n=11)  # saved every 0.1 s
     np.testing.assert_array_equal(nearest_instants(sol, np.array([0.0, 0.04, 0.06, 0.55, 0.96, 1.0])), [0, 1, 5, 10])
     np.testing.assert_array_equal(nearest_instants(solution(n=1), np.array([0.0, 1.0])), [0])
+
+
+def test_arrays_that_can_be_written_to_are_copied_and_others_taken_as_they_are():
+    """Also a view of an array that somebody else can write to is copied."""
+    base = solution()
+    mine = np.array(base.values)
+    view = mine[:]
+    view.setflags(write=False)
+    for values in (mine, view):
+        sol = solution(values=values)
+        assert not np.shares_memory(sol.values, mine)
+        assert not sol.values.flags.writeable
+    fixed = np.array(base.values)
+    fixed.setflags(write=False)
+    assert solution(values=fixed).values is fixed

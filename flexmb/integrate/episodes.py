@@ -56,7 +56,7 @@ class ContactLog(NamedTuple):
         if rows.ndim != 2 or rows.shape[1] != len(COLUMNS):
             raise InputError(f"Solution: contacts.rows has shape {rows.shape}; it must have shape (n, {len(COLUMNS)}).")
         numbers = rows[:, 0]
-        if not np.all(np.isin(numbers, np.arange(len(self.names)))):
+        if len(numbers) and not np.all(np.isin(numbers, np.arange(len(self.names)))):
             raise InputError(f"Solution: contacts.rows names a contact beyond the {len(self.names)} of contacts.names.")
         rows.flags.writeable = False
         return ContactLog(tuple(self.names), rows)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
@@ -21,6 +22,7 @@ from flexmb.integrate.arrays import (
     new_record,
     new_trial,
 )
+from flexmb.integrate.bar import bar as progress_bar
 from flexmb.integrate.explicit import new_stages
 from flexmb.integrate.finish import keep_account, save
 from flexmb.integrate.loop import advance, advance_explicit
@@ -42,6 +44,9 @@ from flexmb.system.work import workspace
 
 BUFFER = 512
 BLOCK_SECONDS = 0.2
+FIRST_BLOCK = 20_000
+"""Unknowns times steps of the first block, whose speed is not known yet: some ten milliseconds."""
+
 NEWTON_TOLERANCE = 1e-6
 ITERATIONS = 30
 NOT_SAVING = -1.0
@@ -178,7 +183,7 @@ class Run:
         if saving is not None:
             self._begin_saving(saving)
         interval = NEVER if saving is None else saving
-        bar = self._bar(end)
+        bar = progress_bar(self.program.name, float(self.flow.clock[0]), end, shown=self.progress)
         try:
             for instant in self.program.breaks(end):
                 if instant > self.flow.clock[0] and self._reach(just_before(instant), interval, bar, ahead=True):
@@ -194,7 +199,7 @@ class Run:
     def _reach(self, target: float, interval: float, bar: Any, *, ahead: bool = False) -> bool:
         """Run until `target`; whether it was reached.  With `ahead` that is seen even if no step is left to take."""
         options = self._options(target, interval)
-        steps, self.code = 64, RUNNING
+        steps, self.code = max(FIRST_BLOCK // (self.program.symbolic.n + 1), 16), RUNNING
         while self.code == RUNNING:
             began = time.perf_counter()
             steps = self._allowed(steps)
@@ -301,27 +306,15 @@ class Run:
         self.times.append(times)
         self.values.append(values)
 
-    def _bar(self, end: float) -> Any:
-        from tqdm import tqdm
-
-        form = "{l_bar}{bar}| {n:.4g}/{total:.4g} s of motion [{elapsed}<{remaining}]"
-        return tqdm(
-            total=end,
-            initial=float(self.flow.clock[0]),
-            disable=not self.progress,
-            bar_format=form,
-            desc=self.program.name,
-        )
-
-    def solution(self, model: dict[str, Any]) -> Solution:
-        """The record of what was run so far."""
+    def solution(self, model: dict[str, Any], *, notes: tuple[str, ...] = (), wall_time: float = 0.0) -> Solution:
+        """The record of what was run so far, with remarks and the time it took on the clock [s]."""
         program, count = self.program, self.record.count
         n_y = program.tables.sizes.n_y
         restart = {name: array.copy() for name, array in self.flow._asdict().items()}
         restart["signals"] = self.record.new.copy()
         return Solution(
-            time=np.concatenate(self.times) if self.times else np.zeros(0),
-            values=np.concatenate(self.values) if self.values else np.zeros((0, n_y)),
+            time=_joined(self.times, np.zeros(0)),
+            values=_joined(self.values, np.zeros((0, n_y))),
             signals=program.names.signals,
             peaks=Peaks(self.record.peak.copy(), self.record.peak_time.copy()),
             status=self.status(),
@@ -334,11 +327,13 @@ class Run:
                 int(count[4]),
                 float(self.record.extreme[0]) if count[0] else 0.0,
                 float(self.record.extreme[1]),
+                wall_time,
             ),
             aliases=program.names.aliases,
             shapes=program.shapes,
             restart=restart,
             contacts=ContactLog(program.names.contacts, self._log()),
+            notes=notes,
             model={**model, "flexmb": installed_version(), "method": repr(self.method), "step": repr(self.step)},
         )
 
@@ -354,11 +349,19 @@ class Run:
         return sentence(self.program, self.code, self.flow, self.trial, self.record)
 
 
+def _joined(blocks: list[np.ndarray], nothing: np.ndarray) -> np.ndarray:
+    """All rows of the blocks, read-only; `nothing` where there are none."""
+    rows = np.concatenate(blocks) if blocks else nothing
+    rows.setflags(write=False)
+    return rows
+
+
 def just_before(instant: float) -> float:
     """An instant so close before that only round-off lies between; `t + h` cannot round beyond it."""
     return float(instant - 4.0 * np.spacing(instant))
 
 
+@cache
 def installed_version() -> str:
     """Version of flexmb, "unknown" when it is not installed."""
     try:

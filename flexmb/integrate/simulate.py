@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import replace
 from numbers import Real
 from typing import Any
 
@@ -19,7 +18,7 @@ from flexmb.integrate.run import Run
 from flexmb.integrate.solution import Solution
 from flexmb.integrate.steps import Adaptive, FixedStep
 from flexmb.model.mechanism import Mechanism
-from flexmb.program.compiler import compile as compile_mechanism
+from flexmb.program.compiler import compile_with_start
 from flexmb.program.program import Program
 from flexmb.solve.start import consistent_start
 
@@ -83,7 +82,7 @@ def simulate(
         restart beyond the end.
     ModelError, AssemblyError, KernelError : a mechanism that cannot start; see `compile` and `consistent_start`.
     """
-    program = compile_mechanism(mechanism)
+    program, closed = compile_with_start(mechanism)
     period = common_period(program) if periods is not None or save_from_period is not None else None
     if period is None and any(p is not None for p in program.periods):
         period = period_or_none(program)
@@ -98,7 +97,7 @@ def simulate(
     run = Run(program, method, step, end, period, max_steps=max_steps, progress=progress)
     checks.one_of(f"simulate {mechanism.name!r}", "redundant", redundant, REDUNDANT)
     if restart is None:
-        run.begin(consistent_start(mechanism, program, redundant=redundant == "least-norm"))
+        run.begin(consistent_start(mechanism, program, redundant=redundant == "least-norm", closed=closed))
     else:
         run.resume(restart, redundant=redundant == "least-norm")
         _check_ahead(mechanism, float(run.flow.clock[0]), end)
@@ -107,9 +106,8 @@ def simulate(
         run.go_to(begin, saving=None)
         run.forget_peaks()
     run.go_to(end, saving=save_interval(mechanism, save, period, begin, end))
-    solution = run.solution(model={"name": mechanism.name})
-    stats = replace(solution.stats, wall_time=time.perf_counter() - started)
-    return replace(solution, stats=stats, notes=contact_remarks(mechanism, program, run.flow.z))
+    notes = contact_remarks(program, run.flow.z)
+    return run.solution(model={"name": mechanism.name}, notes=notes, wall_time=time.perf_counter() - started)
 
 
 def period_or_none(program: Program) -> float | None:

@@ -247,14 +247,24 @@ class Solution:
 
 
 def _frozen(name: str, values: object, shape: tuple[int | None, ...]) -> np.ndarray:
-    """`values` as a read-only float array of that shape (None: any length)."""
-    array = np.array(values, dtype=np.float64, order="C")
+    """`values` as a read-only float array of that shape (None: any length).
+
+    An array that is read-only already is taken as it is: copying what a run saved would take as long as saving it.
+    """
+    array = values if _is_fixed(values) else np.array(values, dtype=np.float64, order="C")
     fits = array.ndim == len(shape) and all(want in (None, n) for n, want in zip(array.shape, shape, strict=True))
     if not fits:
         wanted = ", ".join("n" if n is None else str(n) for n in shape)
         raise InputError(f"Solution: {name} has shape {array.shape}; it must have shape ({wanted}).")
     array.flags.writeable = False
     return array
+
+
+def _is_fixed(values: object) -> bool:
+    """Whether `values` are floats of an array's own, in C order, that nobody can write to."""
+    if type(values) is not np.ndarray or values.dtype != np.float64:
+        return False
+    return values.flags.owndata and values.flags.c_contiguous and not values.flags.writeable
 
 
 def _read_only(values: object) -> np.ndarray:

@@ -7,15 +7,13 @@ import numpy as np
 from flexmb.errors import InputError, ModelError
 from flexmb.model.law import Motion
 from flexmb.model.mechanism import Mechanism
-from flexmb.model.pieces import Pieces, RowMotion
-from flexmb.program.numbering import Numbering, blocks_and_edges
-from flexmb.program.ordering import elimination_order
-from flexmb.program.packing import KINDS, Packer
+from flexmb.model.pieces import Pieces, RowMotion, node_coordinates
+from flexmb.model.shape import Shapes
+from flexmb.program.numbering import Numbering
 from flexmb.program.program import Drawn, Names, Program
-from flexmb.program.signals import aliases, layout
+from flexmb.program.signals import aliases
 from flexmb.program.smoke import call_each_kernel
-from flexmb.program.symbolic import symbolic
-from flexmb.program.tables import Sizes, Tables
+from flexmb.program.structure import numbers_of, structure_of
 
 
 def compile(mechanism: Mechanism, *, closed: bool = False, start: bool = False) -> Program:
@@ -33,55 +31,64 @@ def compile(mechanism: Mechanism, *, closed: bool = False, start: bool = False) 
     InputError : something that is no mechanism; parts whose points do not fit their bodies.
     KernelError : a user's kernel that unpacks a wrong number of parameters, cannot be compiled or returns NaN.
     """
+    pieces = chosen_pieces(_pieces(mechanism), closed=closed or start, start=start)
+    return _compiled(mechanism, pieces, Numbering(mechanism), mechanism.shapes())
+
+
+def compile_with_start(mechanism: Mechanism) -> tuple[Program, Program]:
+    """The program of a mechanism, and the one with which its start values are found, from one reading of its parts.
+
+    Parameters
+    ----------
+    mechanism : what to compile.
+
+    Raises
+    ------
+    ModelError, InputError, KernelError : see `compile`.
+    """
+    pieces, number, shapes = _pieces(mechanism), Numbering(mechanism), mechanism.shapes()
+    program = _compiled(mechanism, chosen_pieces(pieces, closed=False, start=False), number, shapes)
+    if not pieces.contacts and all(c.holds == "always" for c in pieces.constraints):
+        return program, program
+    return program, _compiled(mechanism, chosen_pieces(pieces, closed=True, start=True), number, shapes)
+
+
+def _pieces(mechanism: Mechanism) -> Pieces:
+    """All pieces of what must be a mechanism with bodies."""
     if not isinstance(mechanism, Mechanism):
         raise InputError(f"compile: {mechanism!r} is not a Mechanism.")
     if not mechanism.bodies:
         raise ModelError(f"{mechanism.label} has no bodies; add at least one.")
-    pieces = chosen_pieces(mechanism, closed=closed or start, start=start)
-    number = Numbering(mechanism)
+    return mechanism.pieces()
+
+
+def _compiled(mechanism: Mechanism, pieces: Pieces, number: Numbering, shapes: Shapes) -> Program:
+    """The program of these pieces of a mechanism."""
     call_each_kernel(pieces, number)
-    packer = Packer(pieces, number)
-    order = elimination_order(*blocks_and_edges(pieces, number))
-    pattern = symbolic(number.n_q + packer.n_c, *packer.pattern(), order)
-    names = number.names()
-    places = layout(pieces, names)
-    elements = packer.elements(pattern.positions)
-    constraints = packer.constraints(pattern.positions, places.constraints)
-    contacts = packer.contacts(pattern.positions, places.contacts)
-    measured = packer.measured(places.measured)
-    sizes = Sizes(
-        number.n_q,
-        packer.n_c,
-        len(packer.z),
-        len(places.signals),
-        places.energy,
-        max((len(p.coordinates) for p in (*pieces.elements, *pieces.constraints, *pieces.signals)), default=1),
-        max((p.rows for p in pieces.constraints), default=1),
-        any(p.grip is not None for p in pieces.constraints),
-    )
-    kind = np.array([k % 3 == 2 for k in range(number.n_q)], dtype=np.int64)
-    tables = Tables(sizes, np.array(packer.p, dtype=float), elements, constraints, contacts, measured, kind)
-    driven = [(c.part, row) for c in pieces.constraints for row in c.motions]
+    structure = structure_of(pieces, number)
+    p, z = numbers_of(pieces)
+    driven = [row for c in pieces.constraints for row in c.motions]
     return Program(
         mechanism.name,
-        tables,
-        tuple(tuple(packer.kernels[kind].kernels) for kind in KINDS),
-        pattern,
-        drawn_pose(mechanism, number, packer.z),
+        structure.filled(p),
+        structure.kernels,
+        structure.symbolic,
+        drawn_pose(mechanism, number, z),
         Names(
-            names,
-            tuple(f"{c.part}[{i}]" for c in pieces.constraints for i in range(c.rows)),
-            tuple(c.label for c in pieces.contacts),
+            structure.coordinates,
+            structure.rows,
+            structure.contacts,
             tuple(body.name for body in mechanism.bodies),
-            places.signals,
+            structure.signals,
             aliases(mechanism),
         ),
-        mechanism.shapes(),
-        tuple(period_of(row) for _, row in driven),
-        tuple(f"{part}.{row.name}" if row.name else part for part, row in driven),
+        shapes,
+        tuple(period_of(row) for row in driven),
+        structure.drives,
         drawn_length(number),
         min((c.p[0] for c in pieces.contacts), default=None),
         motions_of(pieces),
+        tuple(c.normal for c in pieces.contacts),
     )
 
 
@@ -103,15 +110,14 @@ def motions_of(pieces: Pieces) -> tuple[Motion, ...]:
     return tuple(motion for motion in found if motion is not None)
 
 
-def chosen_pieces(mechanism: Mechanism, *, closed: bool, start: bool) -> Pieces:
+def chosen_pieces(pieces: Pieces, *, closed: bool, start: bool) -> Pieces:
     """The pieces that hold in motion, those with ideal joints for contacts, or those that hold at the start."""
-    pieces = mechanism.pieces()
     holding = {"always", *(["closed"] if closed else []), *(["start"] if start else [])}
     constraints = tuple(c for c in pieces.constraints if c.holds in holding)
     return Pieces(pieces.elements, constraints, () if closed else pieces.contacts, pieces.signals)
 
 
-def drawn_pose(mechanism: Mechanism, number: Numbering, z: list[float]) -> Drawn:
+def drawn_pose(mechanism: Mechanism, number: Numbering, z: np.ndarray) -> Drawn:
     """Coordinates with start displacements, declared velocities and histories of the drawn pose.
 
     A rigid motion is declared at the main node alone, so that it holds wherever closing the loops moves the body.
@@ -120,16 +126,16 @@ def drawn_pose(mechanism: Mechanism, number: Numbering, z: list[float]) -> Drawn
     v = np.full(number.n_q, np.nan)
     owner = np.zeros(number.n_q, dtype=np.int64)
     for k, body in enumerate(mechanism.bodies):
-        mine = {node.name: i for i, (part, node) in enumerate(number.nodes) if part == body.name}
-        rows = np.array([(3 * i, 3 * i + 1, 3 * i + 2) for i in mine.values()])
-        owner[rows] = k
+        first, last = number.of_body[body.name]
+        owner[first:last] = k
         velocity, displacement = body.start_velocity(), body.start_displacement()
         if displacement is not None:
-            q[rows] += np.array(displacement)
-        if velocity is not None:
-            is_field = np.ndim(velocity) == 2
-            v[rows if is_field else 3 * mine[body.main] + np.arange(3)] = velocity
-    return Drawn(q, v, np.array(z, dtype=float), owner)
+            q[first:last] += np.array(displacement).ravel()
+        if velocity is not None and np.ndim(velocity) == 2:
+            v[first:last] = np.array(velocity).ravel()
+        elif velocity is not None:
+            v[number.dofs(node_coordinates(body.name, body.main))] = velocity
+    return Drawn(q, v, z, owner)
 
 
 def drawn_length(number: Numbering) -> float:

@@ -17,6 +17,9 @@ class Numbering:
     def __init__(self, mechanism: Mechanism) -> None:
         self.nodes: tuple[tuple[str, Node], ...] = mechanism.nodes()
         self._first = {(part, node.name): 3 * k for k, (part, node) in enumerate(self.nodes)}
+        self.of_body: dict[str, tuple[int, int]] = {}  # where the coordinates of each body begin and end
+        for k, (part, _) in enumerate(self.nodes):
+            self.of_body[part] = self.of_body.get(part, (3 * k, 0))[0], 3 * k + 3
         self.n_q = 3 * len(self.nodes)
         self._first[(GROUND.name, "")] = self.n_q
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.kernels import Kernel, address_table
-from flexmb.model.law import Motion
+from flexmb.model.law import Motion, NormalLaw
 from flexmb.model.pieces import AXES
 from flexmb.model.shape import Shapes
 from flexmb.model.signal import Signal
@@ -58,6 +58,7 @@ class Program:
     length: float  # size of the drawn mechanism [m]
     least_clearance: float | None
     motions: tuple[Motion, ...]  # of drives and loads
+    normals: tuple[NormalLaw, ...] = ()  # of the contacts
 
     def __post_init__(self) -> None:
         freeze(self.tables)

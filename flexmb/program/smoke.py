@@ -17,66 +17,82 @@ from flexmb.program.numbering import Numbering
 def call_each_kernel(pieces: Pieces, number: Numbering) -> None:
     """Call every kernel once with the numbers of its part in the drawn pose.
 
+    A call that was good is not repeated in this process: a kernel is a pure function, so it would be good again.
+
     Raises
     ------
     KernelError : wrong unpacking or indexing, or results that are not finite; names part, kernel and remedy.
     """
-    q = np.concatenate([number.pose(), np.zeros(3)])
-    seen: set[tuple[Kernel, int]] = set()
+    pose = [*number.pose().tolist(), 0.0, 0.0, 0.0]
+    seen: set[tuple[int, int]] = set()
     for piece in (*pieces.elements, *pieces.constraints, *pieces.contacts, *pieces.signals):
-        for kernel, p, arguments, what in _calls(piece, q[number.dofs(piece.coordinates)]):
-            if (kernel, len(p)) in seen:
+        for kernel, p, z, what in _kernels_of(piece):
+            if (id(kernel), len(p)) in seen:
                 continue
-            seen.add((kernel, len(p)))
-            _call(piece.part, kernel, np.array(p, dtype=float), arguments, what)
+            seen.add((id(kernel), len(p)))
+            law = kernel.contract.name in ("normal", "friction", "motion")
+            q = () if law else tuple([pose[k] for k in number.dofs(piece.coordinates)])
+            call = (id(kernel), tuple(p), tuple(z), q)
+            if call in _GOOD:
+                continue
+            _call(piece.part, kernel, np.array(p, dtype=float), _arguments(kernel, piece, q, z), what)
+            if len(_GOOD) >= REMEMBERED:
+                _GOOD.clear()
+            _GOOD[call] = kernel
 
 
-def _calls(piece: Any, q: np.ndarray) -> list[tuple[Kernel, Sequence[float], list[Any], str]]:
-    """(kernel, p, arguments after p, name of the class) of every kernel of a piece."""
-    n = len(q)
-    zero, square = np.zeros(n), np.zeros((n, n))
+REMEMBERED = 4096
+"""Good calls that are remembered."""
+
+_GOOD: dict[tuple[int, Sequence[float], Sequence[float], Sequence[float]], Kernel] = {}
+"""Good calls: id of the kernel, p, history, pose.  The kernel stands beside them, so its id is given to no other."""
+
+
+def _kernels_of(piece: Any) -> list[tuple[Kernel, Sequence[float], Sequence[float], str]]:
+    """(kernel, p, history, name of the class) of every kernel of a piece."""
     if isinstance(piece, ElementPiece):
-        z = np.array(piece.history, dtype=float)
-        state = [0.0, 0.0, q, zero.copy(), zero.copy(), z]
-        force = [zero.copy(), square, square.copy(), square.copy(), z.copy()]
-        calls = [(piece.kernel, piece.p, [*state, *force], "element")]
+        found = [(piece.kernel, piece.p, piece.history, "element")]
         if piece.energy is not None:
-            calls.append((piece.energy, piece.p, [0.0, q, zero.copy()], "element"))
-        calls += _short_calls(piece, state)
-        return [*calls, *_motion_calls(piece.factor)]
+            found.append((piece.energy, piece.p, (), "element"))
+        short = (piece.force, piece.tangent, piece.account)
+        found += [(kernel, piece.p, piece.history, "element") for kernel in short if kernel is not None]
+        return found if piece.factor is None else [*found, _law(piece.factor)]
     if isinstance(piece, ConstraintPiece):
-        rows = [np.zeros(piece.rows) for _ in range(4)]
-        arguments = [0.0, q, zero, rows[0], rows[1], np.zeros((piece.rows, n)), rows[2], rows[3], square]
-        driven = [call for row in piece.motions for call in _motion_calls(row.motion)]
+        found = [(piece.kernel, piece.p, (), "constraint"), *(_law(row.motion) for row in piece.motions)]
         if piece.grip is not None:
-            grip = (piece.grip.kernel, piece.grip.p, [q, rows[1], np.zeros(GRIP_SIZE), np.zeros((n, n))], "grip")
-            driven += [grip, _law_call(piece.grip.friction)]
-        return [(piece.kernel, piece.p, arguments, "constraint"), *driven]
+            found += [(piece.grip.kernel, piece.grip.p, (), "grip"), _law(piece.grip.friction)]
+        return found
     if isinstance(piece, ContactPiece):
-        gap = (piece.gap, piece.p, [q, zero, np.zeros(GAP_SIZE)], "gap")
-        return [gap, _law_call(piece.normal), _law_call(piece.friction)]
-    return [(piece.kernel, piece.p, [0.0, q, zero, zero.copy()], "signal")]
+        return [(piece.gap, piece.p, (), "gap"), _law(piece.normal), _law(piece.friction)]
+    return [(piece.kernel, piece.p, (), "signal")]
 
 
-def _short_calls(piece: ElementPiece, state: list[Any]) -> list[tuple[Kernel, Sequence[float], list[Any], str]]:
-    """Calls of force, tangent and account of an element."""
-    n, z = len(state[2]), state[-1]
-    r, A = np.zeros((3, n)), np.zeros((n, n))
-    given = (
-        (piece.force, [*state, r[0], z.copy()]),
-        (piece.tangent, [*state, 1.0, 1.0, 1.0, r[0], A, z.copy()]),
-        (piece.account, [*state[:-1], np.zeros(n), z, *r, z.copy()]),
-    )
-    return [(kernel, piece.p, arguments, "element") for kernel, arguments in given if kernel is not None]
+def _law(law: Law) -> tuple[Kernel, Sequence[float], Sequence[float], str]:
+    return law.kernel, law.parameters(), () if isinstance(law, Motion) else law.history(), type(law).__name__
 
 
-def _motion_calls(motion: Motion | None) -> list[tuple[Kernel, Sequence[float], list[Any], str]]:
-    return [] if motion is None else [(motion.kernel, motion.parameters(), [0.0], type(motion).__name__)]
-
-
-def _law_call(law: Law) -> tuple[Kernel, Sequence[float], list[Any], str]:
-    z = np.array(law.history(), dtype=float)
-    return law.kernel, law.parameters(), [1e-6, -1e-6, -1e-3, z, z.copy()], type(law).__name__
+def _arguments(kernel: Kernel, piece: Any, pose: Sequence[float], history: Sequence[float]) -> list[Any]:
+    """What a kernel of a piece is called with after p: at rest, in the drawn pose, at t = 0."""
+    q, z, n = np.array(pose, dtype=float), np.array(history, dtype=float), len(pose)
+    zero, square, rows = np.zeros(n), np.zeros((n, n)), [np.zeros(getattr(piece, "rows", 0)) for _ in range(4)]
+    law = [1e-6, -1e-6, -1e-3, z, z.copy()]
+    state = [0.0, 0.0, q, zero.copy(), zero.copy(), z]
+    force = [zero.copy(), square, square.copy(), square.copy(), z.copy()]
+    constraint = [0.0, q, zero, rows[0], rows[1], np.zeros((len(rows[0]), n)), rows[2], rows[3], square]
+    return {
+        "element": [*state, *force],
+        "force": [*state, zero.copy(), z.copy()],
+        "tangent": [*state, 1.0, 1.0, 1.0, zero.copy(), square, z.copy()],
+        "account": [*state[:-1], np.zeros(n), z, *np.zeros((3, n)), z.copy()],
+        "energy": [0.0, q, zero],
+        "constraint": constraint,
+        "gap": [q, zero, np.zeros(GAP_SIZE)],
+        "normal": law,
+        "friction": law,
+        "motion": [0.0],
+        "grip": [q, rows[1], np.zeros(GRIP_SIZE), np.zeros((n, n))],
+        "signal": [0.0, q, zero, zero.copy()],
+    }[kernel.contract.name]
 
 
 def _call(part: str, kernel: Kernel, p: np.ndarray, arguments: list[Any], what: str) -> None:

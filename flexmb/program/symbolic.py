@@ -1,6 +1,7 @@
 """Where every entry of the factors L and U lives, worked out once for a pattern of A."""
 
 from dataclasses import dataclass, field, fields
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -88,6 +89,13 @@ class Symbolic:
     def dummy(self) -> int:
         """Position of the slot that nothing reads."""
         return int(self.value_ptr[-1])
+
+    @cached_property
+    def places(self) -> np.ndarray:
+        """Positions of the structural nonzeros, in the order of `a_rows` and `a_cols`; read-only."""
+        found = self.positions(self.a_rows, self.a_cols)
+        found.setflags(write=False)
+        return found
 
     def positions(self, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
         """Where the entries (row, col) of A stand in the array of values.

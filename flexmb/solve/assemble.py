@@ -12,6 +12,7 @@ from flexmb.errors import AssemblyError
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
+from flexmb.solve.either import plain
 from flexmb.solve.rigid import RigidMotion
 from flexmb.solve.system import System
 
@@ -113,7 +114,7 @@ def _newton(
         if gap <= wanted:
             return q, gap
         best = min(best, gap)
-        A = (system.jacobian @ rigid.basis(q)).toarray()
+        A = plain(system.blocks[1] @ rigid.plain_basis(q))
         w = np.linalg.lstsq(A, -g, rcond=1e-10)[0]
         largest = np.abs(w).max()
         q = rigid.moved(q, w * min(1.0, 0.3 / largest) if largest > 0.3 else w)

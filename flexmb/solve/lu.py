@@ -13,8 +13,6 @@ Source: T. A. Davis, Direct Methods for Sparse Linear Systems, SIAM 2006, sectio
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse import csc_matrix
-from scipy.sparse.linalg import splu
 
 from flexmb.errors import SolveError
 from flexmb.kernels import compiled
@@ -333,6 +331,9 @@ class PivotingSolver:
 
         Raises `SolveError` if a value is not finite or A is singular to the last digit.
         """
+        from scipy.sparse import csc_matrix  # noqa: PLC0415 - large models alone need it, and it takes long to import
+        from scipy.sparse.linalg import splu  # noqa: PLC0415
+
         data = values[self._from]
         bad = np.flatnonzero(~np.isfinite(data))
         if bad.size:
@@ -344,7 +345,7 @@ class PivotingSolver:
         try:
             self._factors = splu(self._matrix)
         except RuntimeError as error:
-            raise SolveError(_singular(self._n, str(error))) from error
+            raise SolveError(singular_text(self._n, str(error))) from error
         return self
 
     def solve(self, b: np.ndarray) -> np.ndarray:
@@ -357,7 +358,7 @@ class PivotingSolver:
         # a fine mesh answers a small load by a large x; what is left then is the round-off of the product A x
         round_off = ROUND_OFF * far if far / SINGULAR_GROWTH <= size else 0.0
         if not residual <= max(GOOD_RESIDUAL * size, round_off):
-            raise SolveError(_singular(self._n, f"a residual of {residual:.1e} is left"))
+            raise SolveError(singular_text(self._n, f"a residual of {residual:.1e} is left"))
         return self._c * x
 
     def _scales(self, size: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -372,7 +373,8 @@ class PivotingSolver:
         return r, c
 
 
-def _singular(n: int, finding: str) -> str:
+def singular_text(n: int, finding: str) -> str:
+    """What to say about a matrix of n unknowns without an inverse."""
     return (
         f"PivotingSolver: the {n} x {n} matrix is singular ({finding}). Look for joints that hold the same motion "
         "twice and for nodes without mass and stiffness."

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-import scipy.sparse as sp
 from scipy.linalg import null_space
-from scipy.sparse.linalg import splu
 
 from flexmb.errors import AssemblyError, SolveError
 from flexmb.program.program import Program
 from flexmb.solve.assemble import close_loops, drive_rows
+from flexmb.solve.either import bordered_solution, plain
 from flexmb.solve.rank import TOLERANCE, row_rank
 from flexmb.solve.rigid import RigidMotion
 from flexmb.solve.system import System
@@ -28,21 +27,21 @@ def redundant_rows(program: Program, closed: Program, q: np.ndarray, t: float) -
     q : (n_q,) an assembled pose.
     t : time [s].
     """
-    extra = len(row_rank(System(program).at(q, t=t).jacobian).redundant)
+    extra = len(row_rank(System(program).at(q, t=t).blocks[1]).redundant)
     if extra == 0:
         return 0
     try:
         further = moved_on(closed, q, t)
     except AssemblyError:
         return 0
-    return extra if len(row_rank(System(program).at(further, t=t).jacobian).redundant) == extra else 0
+    return extra if len(row_rank(System(program).at(further, t=t).blocks[1]).redundant) == extra else 0
 
 
 def moved_on(closed: Program, q: np.ndarray, t: float) -> np.ndarray:
     """An assembled pose a little further on, drives included, in a direction that no symmetry prefers."""
     rigid, rows = RigidMotion(closed), drive_rows(closed)
     system = System(closed).at(q, t=t)
-    A = (system.jacobian @ rigid.basis(q)).toarray()
+    A = plain(system.blocks[1] @ rigid.plain_basis(q))
     held = np.setdiff1d(np.arange(closed.n_c), list(rows.values()))
     ways = null_space(A[held], rcond=TOLERANCE)
     if ways.shape[1] == 0:
@@ -69,12 +68,12 @@ def least_norm(
     SolveError : a coordinate without mass that no joint moves.
     """
     system = System(program).at(q, v, t=t, z=z, weights=(0.0, 0.0, 1.0))
-    M, G = system.block(), system.jacobian
+    M, G = system.blocks
     needed = np.setdiff1d(np.arange(program.n_c), row_rank(G).redundant)
-    bordered = sp.block_array([[M, G[needed].T], [G[needed], None]]).tocsc()
-    try:
-        a = splu(bordered).solve(np.concatenate([-system.force, system.gamma[needed]]))[: program.n_q]
-    except RuntimeError as error:
-        raise SolveError(f"Start accelerations of {program.name!r}: {error}. Give every body some mass.") from error
-    lam = np.linalg.lstsq(G.T.toarray(), -(system.force + M @ a), rcond=TOLERANCE)[0]
+    found = bordered_solution(M, G[needed], np.concatenate([-system.force, system.gamma[needed]]))
+    if found is None:
+        text = f"Start accelerations of {program.name!r}: the matrix is singular"
+        raise SolveError(f"{text}. Give every body some mass.")
+    a = found[: program.n_q]
+    lam = np.linalg.lstsq(plain(G).T, -(system.force + M @ a), rcond=TOLERANCE)[0]
     return a, lam

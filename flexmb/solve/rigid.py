@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import scipy.sparse as sp
 
 from flexmb.program.program import Program
+from flexmb.solve.either import SMALL
+
+if TYPE_CHECKING:
+    import scipy.sparse as sp
 
 
 class RigidMotion:
@@ -27,14 +32,28 @@ class RigidMotion:
 
     def basis(self, q: np.ndarray) -> sp.csr_matrix:
         """B (n_q, 3 bodies): velocities of the coordinates by those of the bodies, about the first node of each."""
+        import scipy.sparse as sp  # noqa: PLC0415 - large models alone need it, and it takes long to import
+
+        return sp.csr_matrix(self._entries(q), shape=(len(q), 3 * self.count))
+
+    def plain_basis(self, q: np.ndarray) -> np.ndarray | sp.csr_matrix:
+        """`basis`; a plain array where the program has at most SMALL unknowns (see `either`)."""
+        if self.program.symbolic.n > SMALL:
+            return self.basis(q)
+        values, places = self._entries(q)
+        B = np.zeros((len(q), 3 * self.count))
+        B[places] = values
+        return B
+
+    def _entries(self, q: np.ndarray) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
+        """Values of B, their rows and columns; each place once."""
         nodes = np.arange(len(self.body))
         arms = q.reshape(-1, 3) - q.reshape(-1, 3)[self.first[self.body]]
         column = 3 * self.body
         rows = np.concatenate([3 * nodes, 3 * nodes + 1, 3 * nodes + 2, 3 * nodes, 3 * nodes + 1])
         columns = np.concatenate([column, column + 1, column + 2, column + 2, column + 2])
         ones = np.ones(len(nodes))
-        values = np.concatenate([ones, ones, ones, -arms[:, 1], arms[:, 0]])
-        return sp.csr_matrix((values, (rows, columns)), shape=(len(q), 3 * self.count))
+        return np.concatenate([ones, ones, ones, -arms[:, 1], arms[:, 0]]), (rows, columns)
 
     def moved(self, q: np.ndarray, w: np.ndarray) -> np.ndarray:
         """Positions after the bodies have been moved by w (finite rotations)."""

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Container
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.linalg import splu
 
 from flexmb.errors import AssemblyError, ModelError, SolveError
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
 from flexmb.solve.assemble import close_loops
+from flexmb.solve.either import bordered_solution, plain, scaled_rows, stacked
 from flexmb.solve.rank import row_rank
 from flexmb.solve.redundant import least_norm, redundant_rows
 from flexmb.solve.rigid import RigidMotion
@@ -41,7 +41,9 @@ class Start:
     redundant: int = 0
 
 
-def consistent_start(mechanism: Mechanism, program: Program, t: float = 0.0, *, redundant: bool = False) -> Start:
+def consistent_start(
+    mechanism: Mechanism, program: Program, t: float = 0.0, *, redundant: bool = False, closed: Program | None = None
+) -> Start:
     """Start values of a mechanism: clearance joints centred, bodies without a declared field unstressed and rigid.
 
     Parameters
@@ -50,6 +52,7 @@ def consistent_start(mechanism: Mechanism, program: Program, t: float = 0.0, *, 
     program : what it compiles to.
     t : time [s].
     redundant : whether joints may repeat one another in every pose; the multipliers are then those of least norm.
+    closed : what the mechanism compiles to with `start=True`, where that is known.
 
     Raises
     ------
@@ -57,7 +60,7 @@ def consistent_start(mechanism: Mechanism, program: Program, t: float = 0.0, *, 
         the joints forbid.
     SolveError : a coordinate without mass.
     """
-    closed = compile_mechanism(mechanism, start=True)
+    closed = compile_mechanism(mechanism, start=True) if closed is None else closed
     q, _ = close_loops(closed, {}, t=t)
     extra = redundant_rows(program, closed, q, t) if redundant else 0
     if extra == 0:
@@ -69,15 +72,14 @@ def consistent_start(mechanism: Mechanism, program: Program, t: float = 0.0, *, 
 
 def check_independent(program: Program, q: np.ndarray) -> None:
     """Refuse joints that are not independent at q; says which, and whether the pose or the structure is to blame."""
-    G = System(program).at(q).jacobian
-    found = row_rank(G)
+    found = row_rank(System(program).at(q).blocks[1])
     if not found.redundant:
         return
     parts = sorted({program.names.rows[k].partition("[")[0] for k in found.redundant})
     shaken = np.array(q) + 0.05 * np.sin(1.0 + 7.3 * np.arange(len(q))) * np.where(
         program.tables.kind == 1, 1.0, program.length
     )
-    elsewhere = row_rank(System(program).at(shaken).jacobian)
+    elsewhere = row_rank(System(program).at(shaken).blocks[1])
     listed = ", ".join(repr(p) for p in parts)
     if len(elsewhere.redundant) < len(found.redundant):
         raise AssemblyError(
@@ -101,26 +103,26 @@ def rigid_velocities(closed: Program, q: np.ndarray, t: float, soft: Container[s
     v = B w + d, where B w are rigid motions and d is the part of declared fields that is none.
     """
     system, rigid = System(closed), RigidMotion(closed)
-    B = rigid.basis(q)
+    B = rigid.plain_basis(q)
     declared, d = declared_rows(closed, rigid, B)
-    M = system.mass(q)
-    system.at(q, d, t=t)
-    A = sp.vstack([system.jacobian @ B, B[declared]]).tocsr()
+    M, _ = system.at(q, weights=(0.0, 0.0, 1.0)).blocks
+    _, G = system.at(q, d, t=t).blocks
+    A = stacked(G @ B, B[declared])
     b = np.concatenate([-system.velocity_residual, (closed.drawn.v - d)[declared]])
     owners = [row.partition("[")[0] for row in closed.names.rows]
     owners += [closed.names.coordinates[k] for k in declared]
-    inertia = (B.T @ M @ B).tocsr()
+    inertia = B.T @ M @ B
     wanted = 1e-7 * max(float(np.abs(b).max(initial=0.0)), float(np.abs(d).max(initial=0.0)), 1e-30)
     w = least_energy(inertia, A, b)
     hard = np.array([owner not in soft for owner in owners], dtype=bool)
     if np.abs(A @ w - b).max(initial=0.0) > wanted and not hard.all():
         weight = np.where(hard, 1e7, 1.0)
-        w = least_energy(inertia, sp.diags_array(weight) @ A, weight * b)
+        w = least_energy(inertia, scaled_rows(weight, A), weight * b)
     missed = np.where(hard, np.abs(A @ w - b), 0.0)
     if missed.max(initial=0.0) > wanted:
         # with declared velocities held, what stays open is the joint's: it shall be named, and by its own size
         weight = np.where(np.arange(len(b)) >= len(b) - len(declared), 1e7, 1.0)
-        w = least_energy(inertia, sp.diags_array(weight) @ A, weight * b)
+        w = least_energy(inertia, scaled_rows(weight, A), weight * b)
         missed = np.where(hard, np.abs(A @ w - b), 0.0)
         raise AssemblyError(
             f"Mechanism {closed.name!r}: no start velocities satisfy all joints, drives and declared velocities; "
@@ -130,7 +132,7 @@ def rigid_velocities(closed: Program, q: np.ndarray, t: float, soft: Container[s
     return B @ w + d
 
 
-def declared_rows(closed: Program, rigid: RigidMotion, B: sp.csr_matrix) -> tuple[np.ndarray, np.ndarray]:
+def declared_rows(closed: Program, rigid: RigidMotion, B: Any) -> tuple[np.ndarray, np.ndarray]:
     """Coordinates whose velocities say what rigid motion was declared, and d (n_q,), the rest of declared fields.
 
     The rigid motion of a field is the one nearest to it, all nodes counted alike; with d beside it any other would do.
@@ -141,29 +143,25 @@ def declared_rows(closed: Program, rigid: RigidMotion, B: sp.csr_matrix) -> tupl
     for k in range(rigid.count):
         given = np.flatnonzero((body == k) & ~np.isnan(v))
         if len(given) > 3:
-            own = B[given][:, 3 * k : 3 * k + 3].toarray()
+            own = plain(B[given][:, 3 * k : 3 * k + 3])
             size = np.array([1.0, 1.0, max(float(np.abs(own[:, 2]).max()), 1e-300)])
             d[given] = v[given] - own @ (np.linalg.lstsq(own / size, v[given], rcond=None)[0] / size)
         rows.append(given[:3])
     return np.concatenate([*rows, np.zeros(0, dtype=np.int64)]).astype(np.int64), d
 
 
-def least_energy(inertia: sp.csr_matrix, A: sp.csr_matrix, b: np.ndarray) -> np.ndarray:
+def least_energy(inertia: Any, A: Any, b: np.ndarray) -> np.ndarray:
     """The w of least energy w^T inertia w among those that minimise |A w - b|.
 
-    Where the rows of A are independent this is one sparse system; otherwise a dense least-squares problem.
+    Where the rows of A are independent this is one linear system; otherwise a dense least-squares problem.
     """
     n, m = A.shape[1], A.shape[0]
     if m <= n:
         scale = max(float(inertia.max()), 1e-300)
-        bordered = sp.block_array([[inertia / scale, A.T], [A, None]]).tocsc()
-        try:
-            w = splu(bordered).solve(np.concatenate([np.zeros(n), b]))[:n]
-        except RuntimeError:  # singular: dependent rows
-            w = np.full(n, np.nan)
-        if np.abs(A @ w - b).max(initial=0.0) <= 1e-10 * np.abs(b).max(initial=1e-30):
-            return w
-    values, vectors = np.linalg.eigh(inertia.toarray())
+        found = bordered_solution(inertia / scale, A, np.concatenate([np.zeros(n), b]))
+        if found is not None and np.abs(A @ found[:n] - b).max(initial=0.0) <= 1e-10 * np.abs(b).max(initial=1e-30):
+            return found[:n]
+    values, vectors = np.linalg.eigh(plain(inertia))
     values = np.maximum(values, 1e-14 * values.max())  # bodies without inertia move as the joints want
     root = vectors / np.sqrt(values)
     return root @ np.linalg.lstsq(A @ root, b, rcond=1e-11)[0]
@@ -178,9 +176,9 @@ def accelerations(
     """
     system, lam = System(program), np.zeros(program.n_c)
     system.at(q, v, t=t, z=z, weights=(0.0, 0.0, 1.0))
-    M = system.block()
+    M, G = system.blocks
     bare = np.flatnonzero(np.abs(M).sum(axis=1) == 0.0)
-    free = [k for k in bare if abs(system.jacobian[:, [k]]).sum() == 0.0]
+    free = [k for k in bare if abs(G[:, [k]]).sum() == 0.0]
     if free:
         name = program.names.coordinates[free[0]]
         raise SolveError(
@@ -199,7 +197,7 @@ def accelerations(
 def degrees_of_freedom(program: Program, q: np.ndarray) -> tuple[int, int]:
     """Degrees of freedom of the bodies taken as rigid, with and without the drives' rows."""
     system, rigid = System(program).at(q), RigidMotion(program)
-    A = sp.csr_matrix(system.jacobian @ rigid.basis(q))
+    A = system.blocks[1] @ rigid.plain_basis(q)
     joints = np.flatnonzero(program.tables.constraints.motion < 0)
     n = 3 * rigid.count
     return n - row_rank(A).rank, n - row_rank(A[joints]).rank

@@ -1,15 +1,22 @@
-"""A program at one state, for solvers that work in Python: forces, residuals and sparse matrices."""
+"""A program at one state, for solvers that work in Python: forces, residuals and matrices."""
 
 from __future__ import annotations
 
+from functools import cached_property
+from typing import TYPE_CHECKING
+
 import numpy as np
-import scipy.sparse as sp
 
 from flexmb.errors import SolveError
 from flexmb.program.program import Program
+from flexmb.solve.dense import solve_dense
+from flexmb.solve.either import SMALL
 from flexmb.solve.lu import PivotingSolver
 from flexmb.system.evaluate import evaluate
 from flexmb.system.work import Work, workspace
+
+if TYPE_CHECKING:
+    import scipy.sparse as sp
 
 
 class System:
@@ -23,10 +30,12 @@ class System:
     def __init__(self, program: Program) -> None:
         self.program = program
         self.work: Work = workspace(program)
-        pattern = program.symbolic
-        self._rows, self._columns = pattern.a_rows, pattern.a_cols
-        self._places = pattern.positions(self._rows, self._columns)
-        self._solver = PivotingSolver(pattern)
+        self._pattern = program.symbolic
+        self.small = self._pattern.n <= SMALL
+
+    @cached_property
+    def _solver(self) -> PivotingSolver:
+        return PivotingSolver(self._pattern)
 
     def at(self, q, v=None, a=None, lam=None, *, t=0.0, z=None, weights=(0.0, 0.0, 0.0)) -> System:
         """Evaluate at a state (n_q,); `weights` are those of stiffness, damping and mass in the matrix.
@@ -70,9 +79,19 @@ class System:
     @property
     def matrix(self) -> sp.csc_matrix:
         """[[weighted K, C, M, G^T], [G, 0]] (n, n)."""
-        n = self.program.symbolic.n
-        values = self.work.lu[self._places]
-        return sp.csc_matrix((values, (self._rows, self._columns)), shape=(n, n))
+        import scipy.sparse as sp  # noqa: PLC0415 - large models alone need it, and it takes long to import
+
+        pattern = self._pattern
+        values = self.work.lu[pattern.places]
+        return sp.csc_matrix((values, (pattern.a_rows, pattern.a_cols)), shape=(pattern.n, pattern.n))
+
+    @property
+    def dense(self) -> np.ndarray:
+        """The same as a plain array."""
+        pattern = self._pattern
+        A = np.zeros((pattern.n, pattern.n))
+        A[pattern.a_rows, pattern.a_cols] = self.work.lu[pattern.places]
+        return A
 
     def block(self) -> sp.csc_matrix:
         """The upper left block (n_q, n_q) of the matrix."""
@@ -85,10 +104,20 @@ class System:
         n = self.program.n_q
         return self.matrix.tocsr()[n:, :n]
 
+    @property
+    def blocks(self) -> tuple[np.ndarray, np.ndarray] | tuple[sp.csc_matrix, sp.csr_matrix]:
+        """`block()` and `jacobian`; plain arrays where there are at most SMALL unknowns (see `either`)."""
+        n = self.program.n_q
+        if self.small:
+            A = self.dense
+            return A[:n, :n], A[n:, :n]
+        A = self.matrix.tocsr()
+        return A[:n, :n].tocsc(), A[n:, :n]
+
     def solve(self, b: np.ndarray, purpose: str) -> np.ndarray:
         """Solve with the present matrix, with pivoting; `SolveError` when it is singular."""
         try:
-            return self._solver.factor(self.work.lu).solve(b)
+            return solve_dense(self.dense, b) if self.small else self._solver.factor(self.work.lu).solve(b)
         except SolveError as error:
             raise SolveError(f"{purpose}: {error}") from error
 

@@ -1,0 +1,34 @@
+"""The progress bar of a run, or what stands for it where none is shown."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+class NoBar:
+    """A bar that shows nothing: tqdm takes long to import, and longer than a short run to set up.
+
+    Parameters
+    ----------
+    total : where it ends [s].
+    """
+
+    def __init__(self, total: float) -> None:
+        self.total, self.n = total, 0.0
+
+    def update(self, more: float) -> None:
+        """Go on by `more` [s]."""
+        self.n += more
+
+    def close(self) -> None:
+        """Nothing to close."""
+
+
+def bar(name: str, begin: float, end: float, *, shown: bool) -> Any:
+    """A bar over the time of motion from `begin` to `end` [s] of the mechanism `name`."""
+    if not shown:
+        return NoBar(end)
+    from tqdm import tqdm
+
+    form = "{l_bar}{bar}| {n:.4g}/{total:.4g} s of motion [{elapsed}<{remaining}]"
+    return tqdm(total=end, initial=begin, bar_format=form, desc=name)

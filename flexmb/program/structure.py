@@ -1,0 +1,177 @@
+"""What of a program depends on names and kernels alone; made once for mechanisms that differ in their numbers.
+
+The integer arrays of a program, the order of elimination and the pattern of the factors follow from which kernels act
+on which coordinates, not from lengths or masses.  The latest ones are kept, so a sweep works them out once.  That is
+safe because everything they are made of stands in the key, and because nobody can write to them.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Hashable
+from dataclasses import dataclass, fields, is_dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from flexmb.kernels import Kernel
+from flexmb.model.law import Law
+from flexmb.model.pieces import Pieces
+from flexmb.model.signal import Signal
+from flexmb.program.numbering import Numbering, blocks_and_edges
+from flexmb.program.ordering import elimination_order
+from flexmb.program.packing import KINDS, Packer, motion_of_each_row
+from flexmb.program.program import freeze
+from flexmb.program.signals import layout
+from flexmb.program.symbolic import Symbolic, symbolic
+from flexmb.program.tables import CONTACT_COMMON, Sizes, Tables
+
+KEPT = 16
+"""Structures that are remembered: a mechanism has two, one in motion and one for its start."""
+
+KEPT_UNKNOWNS = 50_000
+"""Unknowns of all structures that are remembered beside the latest one: some hundred megabytes."""
+
+NUMBERS = ("p", "history")
+"""Fields of pieces of which only the length matters to a structure."""
+
+NAMES = "part name coordinates second units drive_units signal holds rows row moment_row".split()
+"""Fields that hold names and whole numbers only: they stand in the key as they are."""
+
+_LATEST: OrderedDict[Hashable, tuple[Structure, tuple[Kernel, ...]]] = OrderedDict()
+
+
+@dataclass(frozen=True, eq=False)
+class Structure:
+    """All of a program that depends on no number of its parts; its tables hold the numbers of whoever came first."""
+
+    tables: Tables
+    kernels: tuple[tuple[Kernel, ...], ...]
+    symbolic: Symbolic
+    coordinates: tuple[str, ...]
+    rows: tuple[str, ...]
+    contacts: tuple[str, ...]
+    drives: tuple[str, ...]
+    signals: tuple[Signal, ...]
+
+    def filled(self, p: np.ndarray) -> Tables:
+        """The tables with the numbers (n_p,) of one mechanism."""
+        return self.tables._replace(p=p)
+
+
+def structure_of(pieces: Pieces, number: Numbering) -> Structure:
+    """The structure of these pieces, remembered or new."""
+    kernels: list[Kernel] = []
+    groups = (pieces.elements, pieces.constraints, pieces.contacts, pieces.signals)
+    key = (tuple((part, node.name) for part, node in number.nodes), *(_read(group, kernels) for group in groups))
+    try:
+        known = _LATEST.get(key)
+    except TypeError:  # a part of one's own put something into its pieces that cannot be compared
+        return new_structure(pieces, number)
+    if known is None:
+        # the kernels are kept beside it: the key holds their ids, which must not be given to others
+        known = _LATEST[key] = new_structure(pieces, number), tuple(kernels)
+        while len(_LATEST) > KEPT or (len(_LATEST) > 1 and _unknowns() > KEPT_UNKNOWNS):
+            _LATEST.popitem(last=False)
+    return known[0]
+
+
+def _unknowns() -> int:
+    return sum(structure.symbolic.n for structure, _ in _LATEST.values())
+
+
+def _read(value: Any, kernels: list[Kernel]) -> Any:
+    """What `value` means for the structure, as something that can be compared; kernels that were met are collected."""
+    if isinstance(value, (str, int, float)) or value is None:
+        return value
+    if isinstance(value, tuple):
+        return tuple([_read(item, kernels) for item in value])
+    if isinstance(value, Kernel):
+        kernels.append(value)
+        return id(value)
+    if isinstance(value, Law):
+        kernels.append(value.kernel)
+        return id(value.kernel), len(value.parameters()), len(value.history())
+    names = _fields(type(value))
+    if not names:
+        return value
+    found: list[Any] = [type(value)]
+    for name in names:
+        item = getattr(value, name)
+        if name in NUMBERS:
+            found.append(len(item))
+        elif name in NAMES:
+            found.append(item)
+        else:
+            found.append(_read(item, kernels))
+    return tuple(found)
+
+
+@cache
+def _fields(kind: type) -> tuple[str, ...]:
+    """Names of the fields of a dataclass; () of anything else."""
+    return tuple(f.name for f in fields(kind)) if is_dataclass(kind) else ()
+
+
+def new_structure(pieces: Pieces, number: Numbering) -> Structure:
+    """The structure of these pieces, worked out."""
+    packer = Packer(pieces, number)
+    order = elimination_order(*blocks_and_edges(pieces, number))
+    pattern = symbolic(number.n_q + packer.n_c, *packer.pattern(), order)
+    names = number.names()
+    places = layout(pieces, names)
+    elements = packer.elements(pattern.positions)
+    constraints = packer.constraints(pattern.positions, places.constraints)
+    contacts = packer.contacts(pattern.positions, places.contacts)
+    measured = packer.measured(places.measured)
+    sizes = Sizes(
+        number.n_q,
+        packer.n_c,
+        len(packer.z),
+        len(places.signals),
+        places.energy,
+        max((len(p.coordinates) for p in (*pieces.elements, *pieces.constraints, *pieces.signals)), default=1),
+        max((p.rows for p in pieces.constraints), default=1),
+        any(p.grip is not None for p in pieces.constraints),
+    )
+    kind = np.array([k % 3 == 2 for k in range(number.n_q)], dtype=np.int64)
+    tables = Tables(sizes, np.array(packer.p, dtype=float), elements, constraints, contacts, measured, kind)
+    freeze(tables)
+    driven = [(c.part, row) for c in pieces.constraints for row in c.motions]
+    return Structure(
+        tables,
+        tuple(tuple(packer.kernels[kind].kernels) for kind in KINDS),
+        pattern,
+        names,
+        tuple(f"{c.part}[{i}]" for c in pieces.constraints for i in range(c.rows)),
+        tuple(c.label for c in pieces.contacts),
+        tuple(f"{part}.{row.name}" if row.name else part for part, row in driven),
+        places.signals,
+    )
+
+
+def numbers_of(pieces: Pieces) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers p of all pieces and start values z of their histories, in the order in which `Packer` numbers them."""
+    p: list[float] = []
+    z: list[float] = []
+    for element in pieces.elements:
+        p.extend(element.p)
+        z.extend(element.history)
+    for element in pieces.elements:
+        p.extend(element.factor.parameters() if element.factor else ())
+    for constraint in pieces.constraints:
+        p.extend(constraint.p)
+    for constraint in pieces.constraints:
+        for motion in motion_of_each_row(constraint) if constraint.motions else ():
+            p.extend(motion.parameters() if motion else ())
+    for constraint in pieces.constraints:
+        if constraint.grip is not None:
+            p.extend((*constraint.grip.p, *constraint.grip.friction.parameters()))
+            z.extend(constraint.grip.friction.history())
+    for contact in pieces.contacts:
+        p.extend((*contact.p, *contact.normal.parameters(), *contact.friction.parameters()))
+        z.extend((0.0,) * CONTACT_COMMON + (*contact.normal.history(), *contact.friction.history()))
+    for signal in pieces.signals:
+        p.extend(signal.p)
+    return np.array(p, dtype=float), np.array(z, dtype=float)
