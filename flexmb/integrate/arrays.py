@@ -18,6 +18,9 @@ NEVER = 1e300
 FORMS = {"gear-gupta-leimkuhler": GEAR_GUPTA_LEIMKUHLER, "position": POSITION, "velocity": VELOCITY}
 
 
+PAST_STATES, HABITS = 2, 20
+"""Accepted states that a prediction looks back to, and numbers of `Flow.habits`."""
+
 EPISODE, EPISODE_ROW = 7, 11
 """Numbers of a running episode of contact, and of one that is written down (see `touch`)."""
 
@@ -31,6 +34,10 @@ class Flow(NamedTuple):
     x : auxiliary acceleration of the generalised-alpha family;  lam : (n_c,);  z : (n_z,)
     ledger : energies in the order of the signals;  memory : powers and forces at the last state, for the ledger
     episodes : (contacts, EPISODE) what the running episode of each contact holds so far (see `touch`)
+    past : (PAST_STATES, 2 n_q + n_c) accelerations, multipliers and shifts of the states before, newest first
+    shift : (n_q,) what closed the joints in the last step, beside its accelerations, over h^3
+    habits : (HABITS,) what prediction and reuse of factors learnt from the steps before (see `habits`)
+    factors : L and U at hand, the array `Work.lu`;  slopes : `Work.slopes` they were made with
     """
 
     clock: np.ndarray
@@ -43,12 +50,18 @@ class Flow(NamedTuple):
     ledger: np.ndarray
     memory: np.ndarray
     episodes: np.ndarray
+    past: np.ndarray
+    shift: np.ndarray
+    habits: np.ndarray
+    factors: np.ndarray
+    slopes: np.ndarray
 
 
 class Trial(NamedTuple):
     """The state that a step tries, and vectors of the linear system.
 
     free : (number of redundant rows, n_c) orthonormal multipliers without effect
+    c, pair : second right side, and workspace for two;  before : (n_q + n_c,) last correction;  shift : see `Flow`
     """
 
     q: np.ndarray
@@ -64,6 +77,10 @@ class Trial(NamedTuple):
     seen: np.ndarray
     y: np.ndarray
     free: np.ndarray
+    c: np.ndarray
+    pair: np.ndarray
+    before: np.ndarray
+    shift: np.ndarray
 
 
 class Options(NamedTuple):
@@ -89,7 +106,7 @@ class Record(NamedTuple):
     """What the loop writes: saved instants, peaks, counters.
 
     count : steps, rejected, Newton iterations, evaluations, factorisations, rows in the buffer, lost unknown,
-        steps with held multipliers, `outcome` of the last step
+        steps with held multipliers, `outcome` of the last step, 1 if the trial state has been accounted for, solves
     extreme : smallest and largest step, last Newton correction, wanted correction, begin and size of the last step,
         first instant with held multipliers
     held : (n_c,) rows whose multipliers were not unique
@@ -116,8 +133,8 @@ MEMORY_HEAD = 3
 force) of every constraint row, and the friction power of every constraint."""
 
 
-def new_flow(program: Program) -> Flow:
-    """A state of zeros."""
+def new_flow(program: Program, factors: np.ndarray) -> Flow:
+    """A state of zeros; `factors` is the array where the matrix is factored."""
     n, m = program.n_q + 3, program.n_c
     n_k, n_g = len(program.tables.contacts.kernel), len(program.tables.constraints.kernel)
     memory = np.zeros(MEMORY_HEAD + 3 * n_k + 2 * m + n_g)
@@ -129,6 +146,11 @@ def new_flow(program: Program) -> Flow:
         np.zeros(10),
         memory,
         np.zeros((len(program.tables.contacts.kernel), EPISODE)),
+        np.zeros((PAST_STATES, 2 * program.n_q + m)),
+        np.zeros(program.n_q),
+        np.zeros(HABITS),
+        factors,
+        np.zeros((n_k + n_g, 4)),
     )
 
 
@@ -143,6 +165,10 @@ def new_trial(program: Program, redundant: int = 0) -> Trial:
         np.zeros(n),
         *(np.zeros(total) for _ in range(5)),
         np.zeros((redundant, m)),
+        np.zeros(total),
+        np.zeros(2 * total),
+        np.zeros(total),
+        np.zeros(program.n_q),
     )
 
 
@@ -159,7 +185,7 @@ def new_record(program: Program, rows: int) -> Record:
         np.zeros(n_y),
         np.zeros(n_y),
         one_sided,
-        np.zeros(9, dtype=np.int64),
+        np.zeros(11, dtype=np.int64),
         np.array([np.inf, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
         np.zeros(program.n_c, dtype=np.bool_),
         np.zeros((rows + len(program.tables.contacts.kernel), EPISODE_ROW)),

@@ -57,7 +57,9 @@ def accelerate_once(tables, address, lu, t, part, h, options, flow, trial, work,
     n, m = tables.sizes.n_q, tables.sizes.n_c
     hold, lost = first_hold(flow), HELD
     while lost == HELD:
-        evaluate(tables, address, t, part * h, trial.q, trial.v, stages.zero, trial.lam, flow.z, 0.0, 0.0, 1.0, work)
+        evaluate(
+            tables, address, t, part * h, trial.q, trial.v, stages.zero, trial.lam, flow.z, 0.0, 0.0, 1.0, True, work
+        )
         record.count[3] += 1
         for i in range(n):
             trial.b[i] = -(work.r[i] + work.Gl[i])
@@ -89,7 +91,7 @@ def project_state(tables, address, lu, t, h, options, flow, trial, work, record,
     n, m = tables.sizes.n_q, tables.sizes.n_c
     level, hold = 0, first_hold(flow)
     while level < PROJECTIONS:
-        evaluate(tables, address, t, h, trial.q, trial.v, stages.zero, trial.lam, flow.z, 0.0, 0.0, 1.0, work)
+        evaluate(tables, address, t, h, trial.q, trial.v, stages.zero, trial.lam, flow.z, 0.0, 0.0, 1.0, True, work)
         record.count[3] += 1
         trial.b[:] = 0.0
         velocities = level == PROJECTIONS - 1

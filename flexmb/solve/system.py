@@ -39,7 +39,7 @@ class System:
         z = self.program.drawn.z if z is None else z
         z = np.array(z)
         tables, address = self.program.tables, self.program.addresses
-        evaluate(tables, address, float(t), 0.0, *state, lam, z, *map(float, weights), self.work)
+        evaluate(tables, address, float(t), 0.0, *state, lam, z, *map(float, weights), True, self.work)
         return self
 
     @property

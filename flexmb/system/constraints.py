@@ -62,6 +62,8 @@ def _add_grip(tables, address, c, m, h, z, kq, kv, matrix, work):
         work.z_new[C.grip_z[c, 0] : C.grip_z[c, 1]],
     )
     work.grip[c, 0], work.grip[c, 1] = T, slip
+    slopes = work.slopes[tables.contacts.kernel.shape[0] + c]
+    slopes[0], slopes[1], slopes[2], slopes[3] = T_slip, T_N * out[1], T_N * out[2], T_N * out[3]
     begin = C.dof[c]
     for i in range(6):
         work.r[C.dofs[begin + i]] -= T * out[4 + i]

@@ -7,17 +7,19 @@ from flexmb.system.elements import account, add_elements
 
 
 @compiled
-def evaluate(tables, address, t, h, q, v, a, lam, z, kq, kv, ka, work):
-    """Forces, constraint residuals and the matrix [[kq (K + H) + kv C + ka M, G^T], [G, 0]] at a state.
+def evaluate(tables, address, t, h, q, v, a, lam, z, kq, kv, ka, matrix, work):
+    """Forces, constraint residuals and, if `matrix`, [[kq (K + H) + kv C + ka M, G^T], [G, 0]] at a state.
 
-    q, v, a : (n_q + 3,) with zeros for the ground; h : time since the history z was accepted.
+    q, v, a : (n_q + 3,) with zeros for the ground; h : time since the history z was accepted.  Without `matrix` the
+    values in work.lu stay what they are.
     """
     work.r[:] = 0.0
     work.Gl[:] = 0.0
-    work.lu[:] = 0.0
-    add_elements(tables, address, t, h, q, v, a, z, kq, kv, ka, True, work)
-    add_contacts(tables, address, t, h, q, v, z, kq, kv, True, work)
-    add_constraints(tables, address, t, h, q, v, lam, z, kq, kv, True, work)
+    if matrix:
+        work.lu[:] = 0.0
+    add_elements(tables, address, t, h, q, v, a, z, kq, kv, ka, matrix, work)
+    add_contacts(tables, address, t, h, q, v, z, kq, kv, matrix, work)
+    add_constraints(tables, address, t, h, q, v, lam, z, kq, kv, matrix, work)
 
 
 @compiled

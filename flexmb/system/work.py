@@ -19,6 +19,7 @@ class Work(NamedTuple):
     contact : (n, GAP_SIZE + 2) gap data, normal force, friction force;  drive : (n_c, 4) motion and force
     joint : (n, 4) force on the second body (x, y), moment row, spare
     grip : (n, 2) friction force and slip of each joint
+    slopes : (contacts + joints, 4) dN/dgap, dN/drate, dT/dslip, dT/dN of contacts; dT/dslip, dT/dlam of friction in joints
     power : kinetic energy, strain, gravity, power of damping, of loads, work of the algorithm
     """
 
@@ -49,6 +50,7 @@ class Work(NamedTuple):
     grip: np.ndarray
     grip_out: np.ndarray
     grip_curve: np.ndarray
+    slopes: np.ndarray
 
 
 def workspace(program: Program) -> Work:
@@ -84,4 +86,5 @@ def workspace(program: Program) -> Work:
         np.zeros((n_g, 2)),
         np.zeros(GRIP_SIZE),
         np.zeros((6, 6)),
+        np.zeros((n_k + n_g, 4)),
     )

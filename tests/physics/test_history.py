@@ -42,7 +42,7 @@ def evaluated(run, h=2e-6):
     program, flow, work = run.program, run.flow, run.work
     q = flow.q + h * flow.v
     common = (program.tables, program.addresses, flow.clock[0] + h, h)
-    evaluate(*common, q, flow.v, flow.a, flow.lam, flow.z, 1.0, 1e6, 1e12, work)
+    evaluate(*common, q, flow.v, flow.a, flow.lam, flow.z, 1.0, 1e6, 1e12, True, work)
     first = {name: getattr(work, name).tobytes() for name in RESULTS}
     still = np.zeros_like(q)
     evaluate_accepted(*common, q, flow.v, flow.a, flow.lam, flow.z, still, still, work)

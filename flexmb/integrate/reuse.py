@@ -1,0 +1,102 @@
+"""Factors of earlier iterations and steps: when they may serve, and what is learnt of them.
+
+A correction with old factors leaves theta times the error that was there, where theta is the ratio of successive
+corrections with the same factors (E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, section IV.8).
+That is no bound where the old matrix is much stiffer than the true one, since all corrections are then too small and
+alike.  So a contact or friction whose slopes have changed asks for a new matrix before any correction is believed, and
+theta is measured anew every few steps.
+"""
+
+from flexmb.kernels import compiled, copy
+
+AGE, KV, KA, THETA, SINCE, EXTRA, BEST, WEAK, FIRST, EXPECTED = range(6, 16)
+"""Places in `Flow.habits`: steps that the factors served, 0 when there are none; coefficients they were made with; last
+measured theta; steps since; iterations beyond the best step's since they were made; iterations of that step; smallest
+relative pivot of a constraint; size of the last first correction; iteration that is expected to be the last."""
+
+OLDEST, MOST_EXTRA, OTHER_STEP = 50.0, 3.0, 0.2
+"""Factors that served so many steps, cost so many iterations, or are of coefficients that differ so much are made anew."""
+
+REGULAR = 1e-2
+"""Smallest relative pivot of a constraint with which factors may serve again: near singular positions rows are watched
+in every iteration."""
+
+MEASURE_AGAIN = 8.0
+"""Steps after which theta is measured anew."""
+
+GOOD, FAIR = 0.1, 0.3
+"""Theta with which one correction may be believed, and with which iterations go on."""
+
+ALIKE = 0.5
+"""Largest relative change of a slope of a contact or friction law."""
+
+GROWN = 3.0
+"""A first correction so much larger than that of the step before is not believed alone."""
+
+STALE_ITERATIONS = 4
+
+
+@compiled
+def may_serve(kv, ka, flow):
+    """Whether the factors at hand may serve a step with these coefficients."""
+    habits = flow.habits
+    if habits[AGE] == 0.0 or habits[AGE] > OLDEST or habits[EXTRA] >= MOST_EXTRA or habits[WEAK] < REGULAR:
+        return False
+    alike = abs(kv - habits[KV]) <= OTHER_STEP * abs(kv) and abs(ka - habits[KA]) <= OTHER_STEP * abs(ka)
+    return alike and flow.clock[5] <= 0.0
+
+
+@compiled
+def forget_factors(habits):
+    """There are none, or they must not be used."""
+    habits[AGE] = 0.0
+
+
+@compiled
+def note_factors(kv, ka, weak, flow, work):
+    """New factors are at hand."""
+    habits = flow.habits
+    habits[AGE], habits[KV], habits[KA], habits[WEAK] = 1.0, kv, ka, weak
+    habits[EXTRA], habits[BEST] = 0.0, 0.0
+    for k in range(flow.slopes.shape[0]):
+        copy(work.slopes[k], flow.slopes[k])
+
+
+@compiled
+def slopes_changed(flow, work):
+    """Whether a contact or friction law has another stiffness than in the matrix that was factored."""
+    for k in range(flow.slopes.shape[0]):
+        for i in range(4):
+            old, new = flow.slopes[k, i], work.slopes[k, i]
+            if abs(new - old) > ALIKE * max(abs(new), abs(old)):
+                return True
+    return False
+
+
+@compiled
+def believed(size, habits):
+    """Whether a first correction below what is wanted may be the last one."""
+    grown = size > 0.01 and size > GROWN * habits[FIRST]
+    return habits[THETA] <= GOOD and habits[SINCE] < MEASURE_AGAIN and not grown
+
+
+@compiled
+def measured(size, last, habits):
+    """The ratio of two corrections with the same factors; noted."""
+    theta = size / last if last > 0.0 else 0.0
+    habits[THETA] = min(theta, GOOD) if size <= 0.05 else theta  # round-off says nothing of the factors
+    habits[SINCE] = 0.0
+    return theta
+
+
+@compiled
+def served(iterations, turn, habits):
+    """A step is done with old factors alone; `turn`: theta was due to be measured, which took an iteration more."""
+    used = iterations - 1.0 if turn and iterations > 1 else float(iterations)
+    if habits[BEST] == 0.0:
+        habits[BEST] = used
+    habits[EXTRA] += max(used - habits[BEST], 0.0)
+    habits[AGE] += 1.0
+    habits[SINCE] += 1.0
+    if not turn:
+        habits[EXPECTED] = iterations - 1.0
