@@ -22,6 +22,8 @@ def accept(tables, address, h, ratio, options, flow, trial, work, record):
             tables, address, t, h, trial.q, trial.v, trial.a, trial.lam, flow.z, trial.mean_v, trial.lag, work
         )
         record.count[3] += 1
+    for row in range(tables.sizes.n_c):  # the last correction came after the evaluation
+        work.drive[row, 3] = -trial.lam[row]
     follow_contacts(tables, h, options, flow, work, record)
     keep_account(tables, h, flow.ledger, flow.memory, work)
     copy(record.new, record.old)

@@ -15,6 +15,7 @@ from flexmb.integrate.held import STILL, first_hold, free_gap, outcome
 from flexmb.integrate.predict import ORDER, compare, forget_past, predict
 from flexmb.integrate.reuse import (
     AGE,
+    CHECK,
     EXPECTED,
     FAIR,
     FIRST,
@@ -34,7 +35,7 @@ from flexmb.integrate.reuse import (
 )
 from flexmb.kernels import compiled
 from flexmb.solve.lu import HELD, HOLD, THRESHOLD, factor, first_held, left_over, solve, weakest
-from flexmb.solve.two import solve_two
+from flexmb.solve.substitute import solve_two
 from flexmb.system.evaluate import evaluate, evaluate_accepted
 
 ROUND_OFF = 1e-14
@@ -101,7 +102,10 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
     last, same, part, reach, hold = math.inf, math.inf, 1.0, math.inf, first_hold(flow)
     fresh, stale, begun = 0, 0, 0
     for iteration in range(options.iterations):
-        accounted = old and (fresh > 0 or iteration >= habits[EXPECTED] + (1.0 if turn else 0.0))
+        if fresh == 0:
+            accounted = old and iteration >= habits[EXPECTED] + (1.0 if turn else 0.0)
+        else:
+            accounted = old and habits[CHECK] == 0.0
         if accounted:
             compare(n, h, flow, trial)
             evaluate_accepted(
@@ -146,7 +150,9 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
                 habits[FIRST] = size
             if done:
                 if fresh == 0:
-                    served(iteration + 1, turn, habits)
+                    served(iteration + 1, size, turn, habits)
+                else:
+                    habits[CHECK] = 0.0 if size <= 1.0 else 1.0
                 record.count[8], record.count[9] = 0, 1 if accounted and size <= 1.0 else 0
                 return RUNNING
             stale += 1
@@ -180,7 +186,14 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
             predict(n, m, h, ratio, order, options, flow, trial)
             size = math.inf
         last = same = size
-        old = checks and part == 1.0 and reach == math.inf and habits[AGE] == 1.0 and habits[WEAK] >= REGULAR and size < math.inf
+        old = (
+            checks
+            and part == 1.0
+            and reach == math.inf
+            and habits[AGE] == 1.0
+            and habits[WEAK] >= REGULAR
+            and size < math.inf
+        )
     return NEWTON_FAILED
 
 

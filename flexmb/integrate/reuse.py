@@ -9,10 +9,11 @@ theta is measured anew every few steps.
 
 from flexmb.kernels import compiled, copy
 
-AGE, KV, KA, THETA, SINCE, EXTRA, BEST, WEAK, FIRST, EXPECTED = range(6, 16)
+AGE, KV, KA, THETA, SINCE, EXTRA, BEST, WEAK, FIRST, EXPECTED, CHECK = range(6, 17)
 """Places in `Flow.habits`: steps that the factors served, 0 when there are none; coefficients they were made with; last
 measured theta; steps since; iterations beyond the best step's since they were made; iterations of that step; smallest
-relative pivot of a constraint; size of the last first correction; iteration that is expected to be the last."""
+relative pivot of a constraint; size of the last first correction; iteration that is expected to be the last, and after how many checks a step with
+new factors is expected to end."""
 
 OLDEST, MOST_EXTRA, OTHER_STEP = 50.0, 3.0, 0.2
 """Factors that served so many steps, cost so many iterations, or are of coefficients that differ so much are made anew."""
@@ -90,7 +91,7 @@ def measured(size, last, habits):
 
 
 @compiled
-def served(iterations, turn, habits):
+def served(iterations, size, turn, habits):
     """A step is done with old factors alone; `turn`: theta was due to be measured, which took an iteration more."""
     used = iterations - 1.0 if turn and iterations > 1 else float(iterations)
     if habits[BEST] == 0.0:
@@ -99,4 +100,4 @@ def served(iterations, turn, habits):
     habits[AGE] += 1.0
     habits[SINCE] += 1.0
     if not turn:
-        habits[EXPECTED] = iterations - 1.0
+        habits[EXPECTED] = iterations - 1.0 if size <= 1.0 else float(iterations)
