@@ -18,7 +18,7 @@ NEVER = 1e300
 FORMS = {"gear-gupta-leimkuhler": GEAR_GUPTA_LEIMKUHLER, "position": POSITION, "velocity": VELOCITY}
 
 
-PAST_STATES, HABITS = 2, 20
+PAST_STATES, HABITS = 3, 20
 """Accepted states that a prediction looks back to, and numbers of `Flow.habits`."""
 
 EPISODE, EPISODE_ROW = 7, 11
@@ -108,7 +108,7 @@ class Record(NamedTuple):
     count : steps, rejected, Newton iterations, evaluations, factorisations, rows in the buffer, lost unknown,
         steps with held multipliers, `outcome` of the last step, 1 if the trial state has been accounted for, solves
     extreme : smallest and largest step, last Newton correction, wanted correction, begin and size of the last step,
-        first instant with held multipliers
+        first instant with held multipliers, round-off in the last wanted correction
     held : (n_c,) rows whose multipliers were not unique
     peak : largest absolute values; largest positive ones where one_sided (a penetration is negative in free flight)
     episodes, ended : (rows, EPISODE_ROW) episodes of contact that ended, and (1,) how many (see `touch`)
@@ -186,7 +186,7 @@ def new_record(program: Program, rows: int) -> Record:
         np.zeros(n_y),
         one_sided,
         np.zeros(11, dtype=np.int64),
-        np.array([np.inf, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+        np.array([np.inf, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
         np.zeros(program.n_c, dtype=np.bool_),
         np.zeros((rows + len(program.tables.contacts.kernel), EPISODE_ROW)),
         np.zeros(1, dtype=np.int64),

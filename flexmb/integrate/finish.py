@@ -6,6 +6,7 @@ from flexmb.integrate.arrays import BUFFER_FULL, MEMORY_HEAD, RUNNING
 from flexmb.integrate.predict import compare
 from flexmb.integrate.touch import follow_contacts, no_room
 from flexmb.kernels import GAP_SIZE, compiled, copy
+from flexmb.system.constraints import renew_forces
 from flexmb.system.evaluate import evaluate_accepted
 from flexmb.system.outputs import write_outputs
 
@@ -22,8 +23,8 @@ def accept(tables, address, h, ratio, options, flow, trial, work, record):
             tables, address, t, h, trial.q, trial.v, trial.a, trial.lam, flow.z, trial.mean_v, trial.lag, work
         )
         record.count[3] += 1
-    for row in range(tables.sizes.n_c):  # the last correction came after the evaluation
-        work.drive[row, 3] = -trial.lam[row]
+    else:
+        renew_forces(tables, trial.lam, work)
     follow_contacts(tables, h, options, flow, work, record)
     keep_account(tables, h, flow.ledger, flow.memory, work)
     copy(record.new, record.old)

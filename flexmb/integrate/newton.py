@@ -19,17 +19,21 @@ from flexmb.integrate.reuse import (
     EXPECTED,
     FAIR,
     FIRST,
+    LEFT,
     MEASURE_AGAIN,
     REGULAR,
+    RUBBING,
     SINCE,
     STALE_ITERATIONS,
     THETA,
+    UNSEEN,
     WEAK,
     believed,
     forget_factors,
     may_serve,
     measured,
     note_factors,
+    rubbing,
     served,
     slopes_changed,
 )
@@ -105,7 +109,7 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
         if fresh == 0:
             accounted = old and iteration >= habits[EXPECTED] + (1.0 if turn else 0.0)
         else:
-            accounted = old and habits[CHECK] == 0.0
+            accounted = old and stale >= habits[CHECK]
         if accounted:
             compare(n, h, flow, trial)
             evaluate_accepted(
@@ -135,30 +139,33 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
                 hold = STILL  # until the step ends, though the correction may lead away from the singular position
             if lost != HELD and hold == HOLD:
                 note_factors(kv, ka, weakest(lu, work.lu, trial.seen, n) if m > 0 else 1.0, flow, work)
-            fresh += 1
+            fresh, stale = fresh + 1, 0
         correction(m, lu, options, trial, work)
         record.count[10] += 1
         if not old:
             part, reach = shortened(n, fresh - 1, part, reach, trial)
         size = correct(tables, h, kv, kx, ka, part, options, trial, record) / part
         record.count[2] += 1
+        least, unseen = 0.1 * record.extreme[7], RUBBING if rubbing(work) else UNSEEN
+        left, unseen = max(min(LEFT, unseen), least), max(unseen, least)
         if old:
             theta = measured(size, same, habits) if same < math.inf else habits[THETA]
-            enough = size <= 1.0 and (theta <= FAIR if same < math.inf else believed(size, habits))
-            done = enough or (same < math.inf and theta <= FAIR and size * theta <= 1.0 - theta)
+            seen = size <= unseen
+            done = seen if same < math.inf else seen and believed(size, habits)
+            done = done or (same < math.inf and theta <= FAIR and size * theta <= left * (1.0 - theta))
             if iteration == 0:
                 habits[FIRST] = size
             if done:
                 if fresh == 0:
-                    served(iteration + 1, size, turn, habits)
+                    served(iteration + 1, seen, turn, habits)
                 else:
-                    habits[CHECK] = 0.0 if size <= 1.0 else 1.0
-                record.count[8], record.count[9] = 0, 1 if accounted and size <= 1.0 else 0
+                    habits[CHECK] = float(stale if seen else stale + 1)
+                record.count[8], record.count[9] = 0, 1 if accounted and seen else 0
                 return RUNNING
             stale += 1
-            if not (size < math.inf and (same == math.inf or (theta <= FAIR and size * theta * theta <= 1.0))):
+            if not (size < math.inf and (same == math.inf or (theta <= FAIR and size * theta**3 <= left))):
                 old = False
-            if stale >= STALE_ITERATIONS or fresh > 0:
+            if stale >= STALE_ITERATIONS:
                 old = False
             if not old:
                 checks = False
@@ -172,7 +179,9 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
             if order == 0:
                 return NOT_FINITE
             begun = 1
-        small = size <= 1.0 or (part == 1.0 and fresh > 1 and size < last and size * size / (last - size) <= 1.0)
+        small = size <= (1.0 if fresh > 1 else unseen) or (
+            part == 1.0 and fresh > 1 and size < last and size * size / (last - size) <= 1.0
+        )
         if small or (fresh > 2 and size > 0.1 * last and only_noise(n, m, lu, trial, work, record)):
             record.count[8] = outcome(lost == HELD, hold == THRESHOLD, flow)
             record.count[9] = 0
@@ -293,7 +302,7 @@ def correct(tables, h, kv, kx, ka, part, options, trial, record):
     wanted_x = options.tolerance * h * h * fast_x + ROUND_OFF * far_x
     wanted_t = options.tolerance * h * h * fast_t + ROUND_OFF * far_t
     if moved_x / wanted_x > moved_t / wanted_t:
-        record.extreme[2], record.extreme[3] = moved_x, wanted_x
+        record.extreme[2], record.extreme[3], record.extreme[7] = moved_x, wanted_x, ROUND_OFF * far_x / wanted_x
     else:
-        record.extreme[2], record.extreme[3] = moved_t, wanted_t
+        record.extreme[2], record.extreme[3], record.extreme[7] = moved_t, wanted_t, ROUND_OFF * far_t / wanted_t
     return max(moved_x / wanted_x, moved_t / wanted_t)

@@ -9,14 +9,14 @@ theta is measured anew every few steps.
 
 from flexmb.kernels import compiled, copy
 
-AGE, KV, KA, THETA, SINCE, EXTRA, BEST, WEAK, FIRST, EXPECTED, CHECK = range(6, 17)
+AGE, KV, KA, THETA, SINCE, EXTRA, BEST, WEAK, FIRST, EXPECTED, CHECK = range(8, 19)
 """Places in `Flow.habits`: steps that the factors served, 0 when there are none; coefficients they were made with; last
 measured theta; steps since; iterations beyond the best step's since they were made; iterations of that step; smallest
-relative pivot of a constraint; size of the last first correction; iteration that is expected to be the last, and after how many checks a step with
-new factors is expected to end."""
+relative pivot of a constraint; size of the last first correction; iteration that is expected to be the last, and
+the same counted from new factors on."""
 
 OLDEST, MOST_EXTRA, OTHER_STEP = 50.0, 3.0, 0.2
-"""Factors that served so many steps, cost so many iterations, or are of coefficients that differ so much are made anew."""
+"""Factors that served so many steps, cost so many iterations, or have coefficients that differ so much, are replaced."""
 
 REGULAR = 1e-2
 """Smallest relative pivot of a constraint with which factors may serve again: near singular positions rows are watched
@@ -35,6 +35,15 @@ GROWN = 3.0
 """A first correction so much larger than that of the step before is not believed alone."""
 
 STALE_ITERATIONS = 4
+
+LEFT = 1e-2
+"""Error that a step may be left with, as theta estimates it, relative to what is wanted of corrections."""
+
+UNSEEN = 0.05
+"""Last correction after which forces and energies are not evaluated again; those of joints follow the multipliers."""
+
+RUBBING = 1e-4
+"""Both where a contact is closed or a joint has friction: their forces do not follow."""
 
 
 @compiled
@@ -75,9 +84,19 @@ def slopes_changed(flow, work):
 
 
 @compiled
+def rubbing(work):
+    """Whether a contact is closed or a joint has friction."""
+    total = 0.0
+    for k in range(work.slopes.shape[0]):
+        for i in range(4):
+            total = max(total, abs(work.slopes[k, i]))
+    return total > 0.0
+
+
+@compiled
 def believed(size, habits):
     """Whether a first correction below what is wanted may be the last one."""
-    grown = size > 0.01 and size > GROWN * habits[FIRST]
+    grown = size > 1e-3 and size > GROWN * habits[FIRST]
     return habits[THETA] <= GOOD and habits[SINCE] < MEASURE_AGAIN and not grown
 
 
@@ -91,8 +110,11 @@ def measured(size, last, habits):
 
 
 @compiled
-def served(iterations, size, turn, habits):
-    """A step is done with old factors alone; `turn`: theta was due to be measured, which took an iteration more."""
+def served(iterations, seen, turn, habits):
+    """A step is done with old factors alone; `turn`: theta was due to be measured, which took an iteration more.
+
+    seen : the state of the last evaluation was the accepted one.
+    """
     used = iterations - 1.0 if turn and iterations > 1 else float(iterations)
     if habits[BEST] == 0.0:
         habits[BEST] = used
@@ -100,4 +122,4 @@ def served(iterations, size, turn, habits):
     habits[AGE] += 1.0
     habits[SINCE] += 1.0
     if not turn:
-        habits[EXPECTED] = iterations - 1.0 if size <= 1.0 else float(iterations)
+        habits[EXPECTED] = iterations - 1.0 if seen else float(iterations)

@@ -182,7 +182,7 @@ def _eliminate_3(lu, at, u, seen, first, threshold, order, first_row, hold):
     if s1 == 0:
         return 1
     b2, c1 = lu[b + 2] - b0 * a2, (lu[c + 1] - c0 * a1) * i1
-    seen2 = max(max(seen[first + 2], abs(near2)), abs(c1 * b2))
+    seen2 = max(seen[first + 2], abs(near2), abs(c1 * b2))
     i2, s2 = _inverse(lu[c + 2] - near2 - c1 * b2, seen2, threshold, watched, order[first + 2] >= first_row)
     if s2 == 0:
         return 2
@@ -197,7 +197,7 @@ def _eliminate_3(lu, at, u, seen, first, threshold, order, first_row, hold):
         lu[b + 3 + j], lu[c + 3 + j] = y, lu[c + 3 + j] - c0 * x - c1 * y
         lu[lower + j], lu[lower + u + j] = p, q
         lu[lower + 2 * u + j] = (lu[lower + 2 * u + j] - a2 * p - b2 * q) * i2
-    return min(s0, min(s1, s2))
+    return min(s0, s1, s2)
 
 
 @compiled
