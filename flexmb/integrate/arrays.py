@@ -18,7 +18,7 @@ NEVER = 1e300
 FORMS = {"gear-gupta-leimkuhler": GEAR_GUPTA_LEIMKUHLER, "position": POSITION, "velocity": VELOCITY}
 
 
-PAST_STATES, HABITS = 3, 20
+PAST_STATES, HABITS = 3, 21
 """Accepted states that a prediction looks back to, and numbers of `Flow.habits`."""
 
 EPISODE, EPISODE_ROW = 7, 11

@@ -14,26 +14,19 @@ from flexmb.integrate.arrays import (
 from flexmb.integrate.held import STILL, first_hold, free_gap, outcome
 from flexmb.integrate.predict import ORDER, compare, forget_past, predict
 from flexmb.integrate.reuse import (
-    AGE,
     CHECK,
     EXPECTED,
-    FAIR,
     FIRST,
-    LEFT,
     MEASURE_AGAIN,
-    REGULAR,
-    RUBBING,
     SINCE,
     STALE_ITERATIONS,
-    THETA,
-    UNSEEN,
-    WEAK,
-    believed,
+    bounds,
     forget_factors,
+    judged,
+    may_check,
     may_serve,
-    measured,
     note_factors,
-    rubbing,
+    refused,
     served,
     slopes_changed,
 )
@@ -47,6 +40,9 @@ ROUND_OFF = 1e-14
 
 EPSILON = 1e-15
 """Round-off of a gap relative to the largest coordinate."""
+
+AGAIN = -1
+"""What `new_factors` returns when rows must not be held."""
 
 
 @compiled
@@ -84,7 +80,7 @@ def lead(n, options, flow, trial):
 
 
 @compiled
-def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, record):
+def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, record):  # noqa: PLR0912, PLR0915 - one loop
     """Try a step of size h; RUNNING when it converged, else the code of the failure.
 
     While old factors serve, the residual is all that is evaluated, and where the iteration is expected to end it is
@@ -100,110 +96,105 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
     if flow.clock[4] == 0.0:
         forget_past(habits)
         forget_factors(habits)
-    order = int(habits[ORDER])
+    order, old, turn = int(habits[ORDER]), may_serve(kv, ka, flow), habits[SINCE] >= MEASURE_AGAIN
     predict(n, m, h, ratio, order, options, flow, trial)
-    old, checks, turn = may_serve(kv, ka, flow), True, habits[SINCE] >= MEASURE_AGAIN
-    last, same, part, reach, hold = math.inf, math.inf, 1.0, math.inf, first_hold(flow)
-    fresh, stale, begun = 0, 0, 0
-    for iteration in range(options.iterations):
-        if fresh == 0:
-            accounted = old and iteration >= habits[EXPECTED] + (1.0 if turn else 0.0)
-        else:
-            accounted = old and stale >= habits[CHECK]
-        if accounted:
-            compare(n, h, flow, trial)
-            evaluate_accepted(
-                tables, address, t, h, trial.q, trial.v, trial.a, trial.lam, flow.z, trial.mean_v, trial.lag, work
-            )
-        else:
-            evaluate(tables, address, t, h, trial.q, trial.v, trial.a, trial.lam, flow.z, 1.0, kv, ka, not old, work)
+    last, same, part, reach, hold, lost = math.inf, math.inf, 1.0, math.inf, first_hold(flow), -1
+    fresh, stale, checks = 0, 0, True
+    for _ in range(options.iterations):
+        accounted = old and stale >= (habits[CHECK] if fresh > 0 else habits[EXPECTED] + (1.0 if turn else 0.0))
+        look(tables, address, t, h, kv, ka, old, accounted, flow, trial, work)
         record.count[3] += 1
         if old and slopes_changed(flow, work):
-            old, checks = False, False
+            old, checks = False, fresh == 0
+            refused(fresh, habits)
             continue
         right_sides(n, m, kv, options, trial, work)
         if not old:
-            forget_factors(habits)
-            lost = factor(lu, work.lu, trial.seen, THRESHOLD, n, hold)
-            record.count[4] += 1
-            if lost >= 0:
-                record.count[6] = lost
-                return SINGULAR if math.isfinite(trial.b.sum()) else NOT_FINITE
-            if lost == HELD and opens(tables, lu, h, options, flow, trial, work):
-                if hold == THRESHOLD:  # they contradict the others
-                    record.count[6] = first_held(lu, trial.seen)
-                    return SINGULAR
-                hold = THRESHOLD  # they say something of their own
+            code, lost, hold = new_factors(tables, lu, h, kv, ka, hold, options, flow, trial, work, record)
+            if code == AGAIN:
                 continue
-            if lost == HELD and hold == HOLD:
-                hold = STILL  # until the step ends, though the correction may lead away from the singular position
-            if lost != HELD and hold == HOLD:
-                note_factors(kv, ka, weakest(lu, work.lu, trial.seen, n) if m > 0 else 1.0, flow, work)
+            if code != RUNNING:
+                return code
             fresh, stale = fresh + 1, 0
         correction(m, lu, options, trial, work)
-        record.count[10] += 1
         if not old:
             part, reach = shortened(n, fresh - 1, part, reach, trial)
         size = correct(tables, h, kv, kx, ka, part, options, trial, record) / part
         record.count[2] += 1
-        least, unseen = 0.1 * record.extreme[7], RUBBING if rubbing(work) else UNSEEN
-        left, unseen = max(min(LEFT, unseen), least), max(unseen, least)
+        record.count[10] += 1
+        unseen, left = bounds(0.1 * record.extreme[7], work)
         if old:
-            theta = measured(size, same, habits) if same < math.inf else habits[THETA]
-            seen = size <= unseen
-            done = seen if same < math.inf else seen and believed(size, habits)
-            done = done or (same < math.inf and theta <= FAIR and size * theta <= left * (1.0 - theta))
-            if iteration == 0:
+            done, seen, good = judged(size, same, unseen, left, habits)
+            if fresh == 0 and stale == 0:
                 habits[FIRST] = size
             if done:
-                if fresh == 0:
-                    served(iteration + 1, seen, turn, habits)
-                else:
-                    habits[CHECK] = float(stale if seen else stale + 1)
+                served(fresh, stale, seen, turn, habits)
                 record.count[8], record.count[9] = 0, 1 if accounted and seen else 0
                 return RUNNING
             stale += 1
-            if not (size < math.inf and (same == math.inf or (theta <= FAIR and size * theta**3 <= left))):
-                old = False
-            if stale >= STALE_ITERATIONS:
-                old = False
-            if not old:
-                checks = False
-                if not size < last:
-                    order = 0
+            if not good or stale >= STALE_ITERATIONS:
+                old, checks = False, fresh == 0
+                refused(fresh, habits)
+                if not size < last:  # they led away
+                    order, size = 0, math.inf
                     predict(n, m, h, ratio, order, options, flow, trial)
-                    size = math.inf
             last = same = size
             continue
-        if not math.isfinite(size):
-            if order == 0:
-                return NOT_FINITE
-            begun = 1
-        small = size <= (1.0 if fresh > 1 else unseen) or (
-            part == 1.0 and fresh > 1 and size < last and size * size / (last - size) <= 1.0
-        )
+        small = size <= (1.0 if fresh > 1 else unseen)
+        small = small or (part == 1.0 and fresh > 1 and size < last and size * size / (last - size) <= 1.0)
         if small or (fresh > 2 and size > 0.1 * last and only_noise(n, m, lu, trial, work, record)):
-            record.count[8] = outcome(lost == HELD, hold == THRESHOLD, flow)
-            record.count[9] = 0
+            record.count[8], record.count[9] = outcome(lost == HELD, hold == THRESHOLD, flow), 0
             return RUNNING
-        if reach == math.inf and fresh > 4 and size > 2.0 * last:
+        if not math.isfinite(size) or (reach == math.inf and fresh > 4 and size > 2.0 * last):
             if order == 0:
-                return NEWTON_FAILED
-            begun = 1
-        if begun == 1:
-            order, fresh, part, begun = 0, 0, 1.0, 0
+                return NEWTON_FAILED if math.isfinite(size) else NOT_FINITE
+            order, fresh, part, size = 0, 0, 1.0, math.inf  # the prediction may have been too bold
             predict(n, m, h, ratio, order, options, flow, trial)
-            size = math.inf
         last = same = size
-        old = (
-            checks
-            and part == 1.0
-            and reach == math.inf
-            and habits[AGE] == 1.0
-            and habits[WEAK] >= REGULAR
-            and size < math.inf
-        )
+        old = checks and part == 1.0 and reach == math.inf and size < math.inf and may_check(habits)
     return NEWTON_FAILED
+
+
+@compiled
+def look(tables, address, t, h, kv, ka, old, accounted, flow, trial, work):
+    """Evaluate the trial state: with energies if it is `accounted` for, else with a matrix unless factors are `old`."""
+    if accounted:
+        compare(tables.sizes.n_q, h, flow, trial)
+        evaluate_accepted(
+            tables, address, t, h, trial.q, trial.v, trial.a, trial.lam, flow.z, trial.mean_v, trial.lag, work
+        )
+    else:
+        evaluate(tables, address, t, h, trial.q, trial.v, trial.a, trial.lam, flow.z, 1.0, kv, ka, not old, work)
+
+
+@compiled
+def new_factors(tables, lu, h, kv, ka, hold, options, flow, trial, work, record):
+    """Factor the matrix of the last evaluation: a code, what `factor` said, and with what it may hold rows from now.
+
+    AGAIN : held rows say something of their own, so the matrix is to be evaluated and factored again.
+    """
+    n = tables.sizes.n_q
+    forget_factors(flow.habits)
+    lost = factor(lu, work.lu, trial.seen, THRESHOLD, n, hold)
+    record.count[4] += 1
+    if lost >= 0:
+        record.count[6] = lost
+        return (SINGULAR if math.isfinite(trial.b.sum()) else NOT_FINITE), lost, hold
+    if lost == HELD and opens(tables, lu, h, options, flow, trial, work):
+        if hold == THRESHOLD:  # they contradict the others
+            record.count[6] = first_held(lu, trial.seen)
+            return SINGULAR, lost, hold
+        return AGAIN, lost, THRESHOLD
+    if lost == HELD and hold == HOLD:
+        return (
+            RUNNING,
+            lost,
+            STILL,
+        )  # until the step ends, though the correction may lead away from the singular position
+    if lost != HELD and hold == HOLD:
+        weak = weakest(lu, work.lu, trial.seen, n) if tables.sizes.n_c > 0 else 1.0
+        note_factors(kv, ka, weak, flow, work)
+    return RUNNING, lost, hold
 
 
 @compiled

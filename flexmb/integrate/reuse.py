@@ -7,16 +7,21 @@ alike.  So a contact or friction whose slopes have changed asks for a new matrix
 theta is measured anew every few steps.
 """
 
+import math
+
 from flexmb.kernels import compiled, copy
 
-AGE, KV, KA, THETA, SINCE, EXTRA, BEST, WEAK, FIRST, EXPECTED, CHECK = range(8, 19)
+AGE, KV, KA, THETA, SINCE, EXTRA, BEST, WEAK, FIRST, EXPECTED, CHECK, WAIT, PAUSE = range(8, 21)
 """Places in `Flow.habits`: steps that the factors served, 0 when there are none; coefficients they were made with; last
 measured theta; steps since; iterations beyond the best step's since they were made; iterations of that step; smallest
 relative pivot of a constraint; size of the last first correction; iteration that is expected to be the last, and
-the same counted from new factors on."""
+the same counted from new factors on; steps to begin with new ones, because old ones were refused, and how many that
+were the last time."""
+
+LONGEST_PAUSE = 15.0
 
 OLDEST, MOST_EXTRA, OTHER_STEP = 50.0, 3.0, 0.2
-"""Factors that served so many steps, cost so many iterations, or have coefficients that differ so much, are replaced."""
+"""Factors that served so many steps, cost so many iterations, or have coefficients that differ so much, go."""
 
 REGULAR = 1e-2
 """Smallest relative pivot of a constraint with which factors may serve again: near singular positions rows are watched
@@ -50,6 +55,9 @@ RUBBING = 1e-4
 def may_serve(kv, ka, flow):
     """Whether the factors at hand may serve a step with these coefficients."""
     habits = flow.habits
+    if habits[WAIT] > 0.0:
+        habits[WAIT] -= 1.0
+        return False
     if habits[AGE] == 0.0 or habits[AGE] > OLDEST or habits[EXTRA] >= MOST_EXTRA or habits[WEAK] < REGULAR:
         return False
     alike = abs(kv - habits[KV]) <= OTHER_STEP * abs(kv) and abs(ka - habits[KA]) <= OTHER_STEP * abs(ka)
@@ -94,6 +102,45 @@ def rubbing(work):
 
 
 @compiled
+def may_check(habits):
+    """Whether factors that are new in this step may serve its further iterations."""
+    return habits[AGE] == 1.0 and habits[WEAK] >= REGULAR
+
+
+@compiled
+def refused(fresh, habits):
+    """Old factors were of no use; if of an earlier step, the next steps begin with new ones, more of them each time."""
+    if fresh == 0:
+        habits[PAUSE] = min(2.0 * habits[PAUSE] + 1.0, LONGEST_PAUSE)
+        habits[WAIT] = habits[PAUSE]
+
+
+@compiled
+def bounds(least, work):
+    """What the last correction may be for the state before it to be taken, and what error may be left.
+
+    least : round-off of corrections.
+    """
+    small = RUBBING if rubbing(work) else UNSEEN
+    return max(small, least), max(min(LEFT, small), least)
+
+
+@compiled
+def judged(size, same, unseen, left, habits):
+    """Whether a correction with old factors is the last, whether the state before it will do, and whether to go on.
+
+    same : size of the correction before it with the same factors, inf for none.
+    """
+    seen = size <= unseen
+    if same == math.inf:
+        return seen and believed(size, habits), seen, size < math.inf
+    theta = measured(size, same, habits)
+    if seen or (theta <= FAIR and size * theta <= left * (1.0 - theta)):
+        return True, seen, True
+    return False, seen, theta <= FAIR and size * theta**3 <= left
+
+
+@compiled
 def believed(size, habits):
     """Whether a first correction below what is wanted may be the last one."""
     grown = size > 1e-3 and size > GROWN * habits[FIRST]
@@ -110,16 +157,21 @@ def measured(size, last, habits):
 
 
 @compiled
-def served(iterations, seen, turn, habits):
-    """A step is done with old factors alone; `turn`: theta was due to be measured, which took an iteration more.
+def served(fresh, stale, seen, turn, habits):
+    """A step is done; its last `stale` iterations but one, and that one, were with old factors, `fresh` before with new.
 
-    seen : the state of the last evaluation was the accepted one.
+    seen : the state of the last evaluation was the accepted one.  turn : theta was due to be measured, which takes an
+    iteration more.
     """
-    used = iterations - 1.0 if turn and iterations > 1 else float(iterations)
+    habits[SINCE] += 1.0
+    if fresh > 0:
+        habits[CHECK] = float(stale if seen else stale + 1)
+        return
+    used = float(stale if turn and stale > 0 else stale + 1)
     if habits[BEST] == 0.0:
         habits[BEST] = used
     habits[EXTRA] += max(used - habits[BEST], 0.0)
     habits[AGE] += 1.0
-    habits[SINCE] += 1.0
+    habits[PAUSE] = 0.0
     if not turn:
-        habits[EXPECTED] = iterations - 1.0 if seen else float(iterations)
+        habits[EXPECTED] = float(stale if seen else stale + 1)
