@@ -41,8 +41,9 @@ GROWN = 3.0
 
 STALE_ITERATIONS = 4
 
-LEFT = 1e-2
-"""Error that a step may be left with, as theta estimates it, relative to what is wanted of corrections."""
+LEFT = 1e-3
+"""Error that a step may be left with, as theta estimates it, relative to what is wanted of corrections.  It is smaller
+than 1 because what is left of G v = 0 comes back in the accelerations of the next step, over h."""
 
 UNSEEN = 0.05
 """Last correction after which forces and energies are not evaluated again; those of joints follow the multipliers."""
@@ -133,9 +134,9 @@ def judged(size, same, unseen, left, habits):
     """
     seen = size <= unseen
     if same == math.inf:
-        return seen and believed(size, habits), seen, size < math.inf
+        return seen and believed(size, habits) and size * habits[THETA] <= left, seen, size < math.inf
     theta = measured(size, same, habits)
-    if seen or (theta <= FAIR and size * theta <= left * (1.0 - theta)):
+    if size <= left or (theta <= FAIR and size * theta <= left * (1.0 - theta)):
         return True, seen, True
     return False, seen, theta <= FAIR and size * theta**3 <= left
 
@@ -158,7 +159,7 @@ def measured(size, last, habits):
 
 @compiled
 def served(fresh, stale, seen, turn, habits):
-    """A step is done; its last `stale` iterations but one, and that one, were with old factors, `fresh` before with new.
+    """A step is done, its last `stale` iterations and one more with old factors, `fresh` before them with new ones.
 
     seen : the state of the last evaluation was the accepted one.  turn : theta was due to be measured, which takes an
     iteration more.
