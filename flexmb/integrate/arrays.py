@@ -18,6 +18,9 @@ NEVER = 1e300
 FORMS = {"gear-gupta-leimkuhler": GEAR_GUPTA_LEIMKUHLER, "position": POSITION, "velocity": VELOCITY}
 
 
+PAST_STATES, HABITS = 3, 21
+"""Accepted states that a prediction looks back to, and numbers of `Flow.habits`."""
+
 EPISODE, EPISODE_ROW, IMPACT = 7, 11, 3
 """Numbers of a running episode of contact, of one that is written down (see `touch`), of one to come (`landing`)."""
 
@@ -33,7 +36,11 @@ class Flow(NamedTuple):
     x : auxiliary acceleration of the generalised-alpha family;  lam : (n_c,);  z : (n_z,)
     ledger : energies in the order of the signals;  memory : powers and forces at the last state, for the ledger
     episodes : (contacts, EPISODE) what the running episode of each contact holds so far (see `touch`)
-    past : (n_q + 3,) accelerations one step before;  impacts : (contacts, IMPACT) steps of each contact (see `landing`)
+    impacts : (contacts, IMPACT) steps of each contact (see `landing`);  former : (n_q + 3,) accelerations one step before
+    past : (PAST_STATES, 2 n_q + n_c) accelerations, multipliers and shifts of the states before, newest first
+    shift : (n_q,) what closed the joints in the last step, beside its accelerations, over h^3
+    habits : (HABITS,) what prediction and reuse of factors learnt from the steps before (see `habits`)
+    factors : L and U at hand, the array `Work.lu`;  slopes : `Work.slopes` they were made with
     """
 
     clock: np.ndarray
@@ -47,7 +54,12 @@ class Flow(NamedTuple):
     memory: np.ndarray
     episodes: np.ndarray
     past: np.ndarray
+    shift: np.ndarray
+    habits: np.ndarray
+    factors: np.ndarray
+    slopes: np.ndarray
     impacts: np.ndarray
+    former: np.ndarray
 
 
 class Trial(NamedTuple):
@@ -55,6 +67,7 @@ class Trial(NamedTuple):
 
     free : (number of redundant rows, n_c) orthonormal multipliers without effect
     rigid : (n_q,) coordinates of rigid bodies;  bounds : (4,) numbers of the step control (see `landing`)
+    c, pair : second right side, and workspace for two;  before : (n_q + n_c,) last correction;  shift : see `Flow`
     """
 
     q: np.ndarray
@@ -72,6 +85,10 @@ class Trial(NamedTuple):
     free: np.ndarray
     rigid: np.ndarray
     bounds: np.ndarray
+    c: np.ndarray
+    pair: np.ndarray
+    before: np.ndarray
+    shift: np.ndarray
 
 
 class Options(NamedTuple):
@@ -97,9 +114,11 @@ class Record(NamedTuple):
     """What the loop writes: saved instants, peaks, counters.
 
     count : steps, rejected, Newton iterations, evaluations, factorisations, rows in the buffer, lost unknown,
-        steps with held multipliers, `outcome` of the last step, 1 + contact that had the last trial refused
+        steps with held multipliers, `outcome` of the last step, 1 if the trial state has been accounted for, solves,
+        1 + contact that had the last trial refused
     extreme : smallest and largest step, last Newton correction, wanted correction, begin and size of the last step,
-        first instant with held multipliers, size of the last trial that was refused
+        first instant with held multipliers, round-off in the last wanted correction, size of the last trial that was
+        refused
     held : (n_c,) rows whose multipliers were not unique
     peak : largest absolute values; largest positive ones where one_sided (a penetration is negative in free flight)
     episodes, ended : (rows, EPISODE_ROW) episodes of contact that ended, and (1,) how many (see `touch`)
@@ -124,8 +143,8 @@ MEMORY_HEAD = 3
 force) of every constraint row, and the friction power of every constraint."""
 
 
-def new_flow(program: Program) -> Flow:
-    """A state of zeros."""
+def new_flow(program: Program, factors: np.ndarray) -> Flow:
+    """A state of zeros; `factors` is the array where the matrix is factored."""
     n, m = program.n_q + 3, program.n_c
     n_k, n_g = len(program.tables.contacts.kernel), len(program.tables.constraints.kernel)
     memory = np.zeros(MEMORY_HEAD + 3 * n_k + 2 * m + n_g)
@@ -137,8 +156,13 @@ def new_flow(program: Program) -> Flow:
         np.zeros(10),
         memory,
         np.zeros((n_k, EPISODE)),
-        np.zeros(n),
+        np.zeros((PAST_STATES, 2 * program.n_q + m)),
+        np.zeros(program.n_q),
+        np.zeros(HABITS),
+        factors,
+        np.zeros((n_k + n_g, 4)),
         np.zeros((n_k, IMPACT)),
+        np.zeros(n),
     )
 
 
@@ -156,6 +180,10 @@ def new_trial(program: Program, redundant: int = 0, bounds: tuple[float, ...] = 
         np.zeros((redundant, m)),
         np.repeat(nodes[program.drawn.body[::3]] == 1, 3),
         np.array(bounds),
+        np.zeros(total),
+        np.zeros(2 * total),
+        np.zeros(total),
+        np.zeros(program.n_q),
     )
 
 
@@ -172,8 +200,8 @@ def new_record(program: Program, rows: int) -> Record:
         np.zeros(n_y),
         np.zeros(n_y),
         one_sided,
-        np.zeros(10, dtype=np.int64),
-        np.array([np.inf, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+        np.zeros(12, dtype=np.int64),
+        np.array([np.inf, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
         np.zeros(program.n_c, dtype=np.bool_),
         np.zeros((rows + len(program.tables.contacts.kernel), EPISODE_ROW)),
         np.zeros(1, dtype=np.int64),

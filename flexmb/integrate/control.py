@@ -51,8 +51,8 @@ def error_ratio(tables, h, ratio, options, flow, trial):
             rise = trial.a[i] - flow.a[i]
             if first:
                 e = max(e, of_v * abs(rise) / 12.0)
-            elif rise * (flow.a[i] - flow.past[i]) >= 0.0:
-                e = max(e, of_v * second * abs(rise / h - (flow.a[i] - flow.past[i]) / h0) / (h + h0))
+            elif rise * (flow.a[i] - flow.former[i]) >= 0.0:
+                e = max(e, of_v * second * abs(rise / h - (flow.a[i] - flow.former[i]) / h0) / (h + h0))
         if tables.kind[i] == 1:
             e *= options.length
         worst = max(worst, e)
@@ -95,7 +95,7 @@ def judged(tables, address, code, h, ratio, numbers, options, flow, trial, work,
     if growth == 0.0:
         flow.clock[REFUSED] += 1.0
         record.count[1] += 1
-        record.extreme[7] = h
+        record.extreme[8] = h
     return growth
 
 
@@ -112,13 +112,13 @@ def met(tables, address, h, options, flow, trial, work, record):
 @compiled
 def fits(options, flow, record):
     """Whether the contact that asks for less could have its impact with the smallest step: then it is only met late."""
-    return flow.impacts[record.count[9] - 1, STEP] >= options.h_min
+    return flow.impacts[record.count[11] - 1, STEP] >= options.h_min
 
 
 @compiled
 def shorten(h, factor, flow, record):
     """Try again with a part of h; the step of the flight stays what it is where a contact had asked for less."""
-    flow.clock[AGAIN], record.count[9] = 0.0, 0
+    flow.clock[AGAIN], record.count[11] = 0.0, 0
     if h < 0.99 * flow.clock[SIZE]:
         flow.clock[BRAKE] = h * factor
     else:

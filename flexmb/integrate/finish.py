@@ -1,8 +1,10 @@
 """The end of an accepted step: ledger of energies, signals, peaks, saving, and the new state."""
 
 from flexmb.integrate.arrays import BUFFER_FULL, MEMORY_HEAD, RUNNING
+from flexmb.integrate.predict import compare
 from flexmb.integrate.touch import follow_contacts, no_room
 from flexmb.kernels import GAP_SIZE, compiled, copy
+from flexmb.system.constraints import renew_forces
 from flexmb.system.evaluate import evaluate_accepted
 from flexmb.system.outputs import write_outputs
 
@@ -12,23 +14,24 @@ KINETIC, STRAIN, GRAVITY, DRIVE, LOAD, CONTACT, FRICTION, DAMPING, ALGORITHM, RE
 @compiled
 def accept(tables, address, h, ratio, options, flow, trial, work, record):
     """Make the trial state the accepted one; BUFFER_FULL when what was saved must be fetched, else RUNNING."""
-    n = tables.sizes.n_q
     t = flow.clock[0] + h
-    for i in range(n):
-        trial.mean_v[i] = (trial.q[i] - flow.q[i]) / h
-        trial.lag[i] = 0.5 * h * (flow.a[i] + trial.a[i]) - (trial.v[i] - flow.v[i])
-    evaluate_accepted(
-        tables, address, t, h, trial.q, trial.v, trial.a, trial.lam, flow.z, trial.mean_v, trial.lag, work
-    )
-    record.count[3] += 1
+    if record.count[9] == 0:
+        compare(tables.sizes.n_q, h, flow, trial)
+        evaluate_accepted(
+            tables, address, t, h, trial.q, trial.v, trial.a, trial.lam, flow.z, trial.mean_v, trial.lag, work
+        )
+        record.count[3] += 1
+    else:
+        renew_forces(tables, trial.lam, work)
     follow_contacts(tables, h, options, flow, work, record)
     keep_account(tables, h, flow.ledger, flow.memory, work)
     copy(record.new, record.old)
     write_outputs(tables, address, t, trial.q, trial.v, trial.a, work, flow.ledger, record.new)
-    for i in range(record.new.shape[0]):
+    for i in range(record.new.shape[0]):  # without branches: the compiler makes vectors of it
         size = record.new[i] if record.one_sided[i] else abs(record.new[i])
-        if size > record.peak[i]:
-            record.peak[i], record.peak_time[i] = size, t
+        larger = size > record.peak[i]
+        record.peak[i] = size if larger else record.peak[i]
+        record.peak_time[i] = t if larger else record.peak_time[i]
     t0 = flow.clock[0]
     flow.clock[0] = t
     copy(trial.q, flow.q)

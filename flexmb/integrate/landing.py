@@ -123,7 +123,7 @@ def force(tables, address, c, gap, rate, flow, work):
         gap,
         rate,
         flow.z[K.z[c, 1] : K.z[c, 2]],
-        work.z_new[K.z[c, 1] : K.z[c, 2]],
+        work.z_spare[K.z[c, 1] : K.z[c, 2]],
     )
     return N
 
@@ -140,9 +140,11 @@ def find_jump(tables, address, c, speed, flow, work):
 
 
 @compiled
-def measure(tables, address, c, trial, work):
+def measure(tables, address, c, trial, work, record):
     """Gap and gap rate of contact c in the trial state."""
     K = tables.contacts
+    if record.count[9] == 1:  # it has been accounted for
+        return work.contact[c, 0], work.contact[c, 1]
     for i in range(6):
         work.ql[i] = trial.q[K.dofs[c, i]]
         work.vl[i] = trial.v[K.dofs[c, i]]
@@ -158,7 +160,7 @@ def located(tables, address, h, options, flow, trial, work, record):
     for c in range(tables.contacts.kernel.shape[0]):
         k = tables.contacts.z[c, 0]
         gap0, rate0 = flow.z[k + 2], flow.z[k + 4]
-        gap, rate = measure(tables, address, c, trial, work)
+        gap, rate = measure(tables, address, c, trial, work, record)
         own = h
         if gap0 > 0.0 >= gap:
             own = onset(tables, address, c, h, gap0, rate0, gap, rate, options, flow, trial, work)
@@ -174,7 +176,7 @@ def located(tables, address, h, options, flow, trial, work, record):
                 flow.impacts[c, STEP] = own
         if own < wanted:
             wanted = own
-            record.count[9] = c + 1
+            record.count[11] = c + 1
     return wanted
 
 

@@ -7,6 +7,8 @@ from flexmb.integrate.finish import accept, finished, next_size
 from flexmb.integrate.held import settle
 from flexmb.integrate.landing import planned, remember
 from flexmb.integrate.newton import implicit_step, lead, starting
+from flexmb.integrate.predict import look_back
+from flexmb.integrate.reuse import forget_factors
 from flexmb.kernels import compiled, copy
 
 
@@ -34,10 +36,12 @@ def advance(tables, address, lu, options, flow, trial, work, record, steps):
             lead(tables.sizes.n_q, options, flow, trial)
         if record.count[8] != 0 or flow.clock[5] > 0.0:
             settle(tables, lu, flow.clock[0] + h, flow, trial, work, record)
+            record.count[9] = 0  # it may have changed the multipliers
         if options.adaptive:
             anew = remember(tables, address, h, options, flow, trial, work)
             resize(h, growth, options, flow)
-        copy(flow.a, flow.past)
+        look_back(tables, h, options.length, flow, trial, work)
+        copy(flow.a, flow.former)
         code = accept(tables, address, h, ratio, options, flow, trial, work, record)
         flow.clock[4] = 0.0 if anew else h
         if anew:
@@ -50,6 +54,8 @@ def advance(tables, address, lu, options, flow, trial, work, record, steps):
 @compiled
 def advance_explicit(tables, address, lu, options, flow, trial, work, record, stages, steps):
     """At most `steps` Runge-Kutta steps of fixed size; the code of the ending."""
+    forget_factors(flow.habits)
+    record.count[9] = 0
     for _ in range(steps):
         if finished(options, flow):
             return DONE

@@ -12,15 +12,37 @@ from flexmb.integrate.arrays import (
     Options,
 )
 from flexmb.integrate.held import STILL, first_hold, free_gap, outcome
-from flexmb.kernels import compiled, copy
+from flexmb.integrate.predict import ORDER, compare, forget_past, predict
+from flexmb.integrate.reuse import (
+    CHECK,
+    EXPECTED,
+    FIRST,
+    MEASURE_AGAIN,
+    SINCE,
+    STALE_ITERATIONS,
+    bounds,
+    forget_factors,
+    judged,
+    may_check,
+    may_serve,
+    note_factors,
+    refused,
+    served,
+    slopes_changed,
+)
+from flexmb.kernels import compiled
 from flexmb.solve.lu import HELD, HOLD, THRESHOLD, factor, first_held, left_over, solve, weakest
-from flexmb.system.evaluate import evaluate
+from flexmb.solve.substitute import solve_two
+from flexmb.system.evaluate import evaluate, evaluate_accepted
 
 ROUND_OFF = 1e-14
 """Corrections below this part of the coordinates are round-off."""
 
 EPSILON = 1e-15
 """Round-off of a gap relative to the largest coordinate."""
+
+AGAIN = -1
+"""What `new_factors` returns when rows must not be held."""
 
 
 @compiled
@@ -58,66 +80,141 @@ def lead(n, options, flow, trial):
 
 
 @compiled
-def predict(n, h, ratio, options, flow, trial):
-    """Start values of the step: constant true acceleration."""
-    am, af, beta, gamma = options.alpha_m, options.alpha_f, options.beta, options.gamma
-    for i in range(n):
-        x0 = flow.a[i] + ratio * (flow.x[i] - flow.a[i])
-        a1 = flow.a[i]
-        x1 = ((1.0 - af) * a1 + af * flow.a[i] - am * x0) / (1.0 - am)
-        trial.a[i], trial.x[i] = a1, x1
-        trial.q[i] = flow.q[i] + h * flow.v[i] + h * h * ((0.5 - beta) * x0 + beta * x1)
-        trial.v[i] = flow.v[i] + h * ((1.0 - gamma) * x0 + gamma * x1)
-    copy(flow.lam, trial.lam)
+def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, record):  # noqa: PLR0912, PLR0915 - one loop
+    """Try a step of size h; RUNNING when it converged, else the code of the failure.
+
+    While old factors serve, the residual is all that is evaluated, and where the iteration is expected to end it is
+    evaluated together with the energies: if the correction then is small enough that state is the accepted one.
+    Otherwise each iteration has its own matrix, and its factors then try to serve a last iteration as old ones.
+    record.count[9] says whether the energies have been evaluated.
+    """
+    n, m = tables.sizes.n_q, tables.sizes.n_c
+    t, habits = flow.clock[0] + h, flow.habits
+    kv = options.gamma / (options.beta * h)
+    kx = 1.0 / (options.beta * h * h)
+    ka = (1.0 - options.alpha_m) / (1.0 - options.alpha_f) * kx
+    if flow.clock[4] == 0.0:
+        forget_past(habits)
+        forget_factors(habits)
+    order, old, turn = int(habits[ORDER]), may_serve(kv, ka, flow), habits[SINCE] >= MEASURE_AGAIN
+    predict(n, m, h, ratio, order, options, flow, trial)
+    last, same, part, reach, hold, lost = math.inf, math.inf, 1.0, math.inf, first_hold(flow), -1
+    fresh, stale, checks = 0, 0, True
+    for _ in range(options.iterations):
+        accounted = old and stale >= (habits[CHECK] if fresh > 0 else habits[EXPECTED] + (1.0 if turn else 0.0))
+        look(tables, address, t, h, kv, ka, old, accounted, flow, trial, work)
+        record.count[3] += 1
+        if old and slopes_changed(flow, work):
+            old, checks = False, fresh == 0
+            refused(fresh, habits)
+            continue
+        right_sides(n, m, kv, options, trial, work)
+        if not old:
+            code, lost, hold = new_factors(tables, lu, h, kv, ka, hold, options, flow, trial, work, record)
+            if code == AGAIN:
+                continue
+            if code != RUNNING:
+                return code
+            fresh, stale = fresh + 1, 0
+        correction(m, lu, options, trial, work)
+        if not old:
+            part, reach = shortened(n, fresh - 1, part, reach, trial)
+        size = correct(tables, h, kv, kx, ka, part, options, trial, record) / part
+        record.count[2] += 1
+        record.count[10] += 1
+        unseen, left = bounds(0.1 * record.extreme[7], work)
+        if old:
+            done, seen, good = judged(size, same, unseen, left, habits)
+            if fresh == 0 and stale == 0:
+                habits[FIRST] = size
+            if done:
+                served(fresh, stale, seen, turn, habits)
+                record.count[8], record.count[9] = 0, 1 if accounted and seen else 0
+                return RUNNING
+            stale += 1
+            if not good or stale >= STALE_ITERATIONS:
+                old, checks = False, fresh == 0
+                refused(fresh, habits)
+                if not size < last:  # they led away
+                    order, size = 0, math.inf
+                    predict(n, m, h, ratio, order, options, flow, trial)
+            last = same = size
+            continue
+        small = size <= (1.0 if fresh > 1 else unseen)
+        small = small or (part == 1.0 and fresh > 1 and size < last and size * size / (last - size) <= 1.0)
+        if small or (fresh > 2 and size > 0.1 * last and only_noise(n, m, lu, trial, work, record)):
+            record.count[8], record.count[9] = outcome(lost == HELD, hold == THRESHOLD, flow), 0
+            return RUNNING
+        if not math.isfinite(size) or (reach == math.inf and fresh > 4 and size > 2.0 * last):
+            if order == 0:
+                return NEWTON_FAILED if math.isfinite(size) else NOT_FINITE
+            order, fresh, part, size = 0, 0, 1.0, math.inf  # the prediction may have been too bold
+            predict(n, m, h, ratio, order, options, flow, trial)
+        last = same = size
+        old = checks and part == 1.0 and reach == math.inf and size < math.inf and may_check(habits)
+    return NEWTON_FAILED
 
 
 @compiled
-def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, record):
-    """Try a step of size h; RUNNING when it converged, else the code of the failure."""
-    n, m = tables.sizes.n_q, tables.sizes.n_c
-    t = flow.clock[0] + h
-    am, af, beta, gamma = options.alpha_m, options.alpha_f, options.beta, options.gamma
-    kv = gamma / (beta * h)
-    kx = 1.0 / (beta * h * h)
-    ka = (1.0 - am) / (1.0 - af) * kx
-    predict(n, h, ratio, options, flow, trial)
-    last, part, reach, hold = math.inf, 1.0, math.inf, first_hold(flow)
-    for iteration in range(options.iterations):
-        evaluate(tables, address, t, h, trial.q, trial.v, trial.a, trial.lam, flow.z, 1.0, kv, ka, True, work)
-        record.count[3] += 1
-        for i in range(n):
-            trial.b[i] = -(work.r[i] + work.Gl[i])
-        for i in range(m):
-            trial.b[n + i] = -work.g[i] if options.form == POSITION else -work.gv[i] / kv
-        lost = factor(lu, work.lu, trial.seen, THRESHOLD, n, hold)
-        record.count[4] += 1
-        if lost >= 0:
-            record.count[6] = lost
-            return SINGULAR if math.isfinite(trial.b.sum()) else NOT_FINITE
-        if lost == HELD and opens(tables, lu, h, options, flow, trial, work):
-            if hold == THRESHOLD:  # they contradict the others
-                record.count[6] = first_held(lu, trial.seen)
-                return SINGULAR
-            hold = THRESHOLD  # they say something of their own
-            continue
-        if lost == HELD and hold == HOLD:
-            hold = STILL  # until the step ends, though the correction may lead away from the singular position
+def look(tables, address, t, h, kv, ka, old, accounted, flow, trial, work):
+    """Evaluate the trial state: with energies if it is `accounted` for, else with a matrix unless factors are `old`."""
+    if accounted:
+        compare(tables.sizes.n_q, h, flow, trial)
+        evaluate_accepted(
+            tables, address, t, h, trial.q, trial.v, trial.a, trial.lam, flow.z, trial.mean_v, trial.lag, work
+        )
+    else:
+        evaluate(tables, address, t, h, trial.q, trial.v, trial.a, trial.lam, flow.z, 1.0, kv, ka, not old, work)
+
+
+@compiled
+def new_factors(tables, lu, h, kv, ka, hold, options, flow, trial, work, record):
+    """Factor the matrix of the last evaluation: a code, what `factor` said, and with what it may hold rows from now.
+
+    AGAIN : held rows say something of their own, so the matrix is to be evaluated and factored again.
+    """
+    n = tables.sizes.n_q
+    forget_factors(flow.habits)
+    lost = factor(lu, work.lu, trial.seen, THRESHOLD, n, hold)
+    record.count[4] += 1
+    if lost >= 0:
+        record.count[6] = lost
+        return (SINGULAR if math.isfinite(trial.b.sum()) else NOT_FINITE), lost, hold
+    if lost == HELD and opens(tables, lu, h, options, flow, trial, work):
+        if hold == THRESHOLD:  # they contradict the others
+            record.count[6] = first_held(lu, trial.seen)
+            return SINGULAR, lost, hold
+        return AGAIN, lost, THRESHOLD
+    if lost == HELD and hold == HOLD:
+        return (
+            RUNNING,
+            lost,
+            STILL,
+        )  # until the step ends, though the correction may lead away from the singular position
+    if lost != HELD and hold == HOLD:
+        weak = weakest(lu, work.lu, trial.seen, n) if tables.sizes.n_c > 0 else 1.0
+        note_factors(kv, ka, weak, flow, work)
+    return RUNNING, lost, hold
+
+
+@compiled
+def right_sides(n, m, kv, options, trial, work):
+    """trial.b: the residual; trial.c: what closes the joints beside that, since G d is the lower half of trial.b."""
+    for i in range(n):
+        trial.b[i] = -(work.r[i] + work.Gl[i])
+        trial.c[i] = 0.0
+    for i in range(m):
+        trial.b[n + i] = -work.g[i] if options.form == POSITION else -work.gv[i] / kv
+        trial.c[n + i] = -work.g[i] - trial.b[n + i]
+
+
+@compiled
+def correction(m, lu, options, trial, work):
+    """trial.d: the correction; trial.e: the shift of positions that closes the joints."""
+    if m > 0 and options.form == GEAR_GUPTA_LEIMKUHLER:
+        solve_two(lu, work.lu, trial.b, trial.c, trial.d, trial.e, trial.pair)
+    else:
         solve(lu, work.lu, trial.b, trial.d, trial.y)
-        if m > 0 and options.form == GEAR_GUPTA_LEIMKUHLER:
-            project(n, m, lu, trial, work)
-        part, reach = shortened(n, iteration, part, reach, trial)
-        size = correct(tables, h, kv, kx, ka, part, options, trial, record) / part
-        record.count[2] += 1
-        if not math.isfinite(size):
-            return NOT_FINITE
-        small = size <= 1.0 or (part == 1.0 and iteration > 0 and size < last and size * size / (last - size) <= 1.0)
-        if small or (iteration > 1 and size > 0.1 * last and only_noise(n, m, lu, trial, work, record)):
-            record.count[8] = outcome(lost == HELD, hold == THRESHOLD, flow)
-            return RUNNING
-        if reach == math.inf and iteration > 3 and size > 2.0 * last:
-            return NEWTON_FAILED
-        last = size
-    return NEWTON_FAILED
 
 
 @compiled
@@ -151,14 +248,13 @@ def shortened(n, iteration, part, reach, trial):
     back shows that the solution lies within the step before it: from then on no step is longer than half of the last
     one, until full corrections stay within that bound.  This is Newton's method safeguarded by halving of an interval.
     """
-    along, before, now = 0.0, 0.0, 0.0
-    for i in range(n):
-        along += trial.d[i] * trial.lag[i]
-        before += trial.lag[i] * trial.lag[i]
-        now += trial.d[i] * trial.d[i]
-        trial.lag[i] = trial.d[i]
     if iteration < 2:
         return 1.0, math.inf
+    along, before, now = 0.0, 0.0, 0.0
+    for i in range(n):
+        along += trial.d[i] * trial.before[i]
+        before += trial.before[i] * trial.before[i]
+        now += trial.d[i] * trial.d[i]
     if along < 0.0:
         reach = 0.5 * part * math.sqrt(before)
     elif part < 1.0:
@@ -168,43 +264,36 @@ def shortened(n, iteration, part, reach, trial):
 
 
 @compiled
-def project(n, m, lu, trial, work):
-    """trial.e: the shift of positions that closes the joints, beside the correction in trial.d."""
-    for i in range(n):
-        trial.b[i] = 0.0
-    for i in range(m):
-        trial.b[n + i] = -work.g[i] - trial.b[n + i]  # G d is the old right side
-    solve(lu, work.lu, trial.b, trial.e, trial.y)
-
-
-@compiled
 def correct(tables, h, kv, kx, ka, part, options, trial, record):
     """Add `part` of the correction; its size relative to what is wanted, the largest of lengths and angles."""
     n, m = tables.sizes.n_q, tables.sizes.n_c
-    moved_x, moved_t, fast_x, fast_t, far_x, far_t = 0.0, 0.0, 0.0, 0.0, options.length, 1.0
+    moved_x, moved_t, fast_x, fast_t, far_x, far_t, total = 0.0, 0.0, 0.0, 0.0, options.length, 1.0, 0.0
     shifted = m > 0 and options.form == GEAR_GUPTA_LEIMKUHLER
     for i in range(n):
         d = part * trial.d[i]
         shift = part * trial.e[i] if shifted else 0.0
         trial.q[i] += d + shift
+        trial.shift[i] += shift
         trial.v[i] += kv * d
         trial.x[i] += kx * d
         trial.a[i] += ka * d
+        trial.before[i] = trial.d[i]
         move = abs(d) + abs(shift)
+        total += move
         if tables.kind[i] == 0:
             moved_x, fast_x = max(moved_x, move), max(fast_x, abs(trial.a[i]))
             far_x = max(far_x, abs(trial.q[i]))
         else:
             moved_t, fast_t = max(moved_t, move), max(fast_t, abs(trial.a[i]))
             far_t = max(far_t, abs(trial.q[i]))
-        if not math.isfinite(move):
-            return math.inf
+    if not math.isfinite(total):
+        return math.inf
     for i in range(m):
         trial.lam[i] += part * trial.d[n + i]
     wanted_x = options.tolerance * h * h * fast_x + ROUND_OFF * far_x
     wanted_t = options.tolerance * h * h * fast_t + ROUND_OFF * far_t
     if moved_x / wanted_x > moved_t / wanted_t:
-        record.extreme[2], record.extreme[3] = moved_x, wanted_x
+        record.extreme[2], record.extreme[3], record.extreme[7] = moved_x, wanted_x, ROUND_OFF * far_x / wanted_x
     else:
-        record.extreme[2], record.extreme[3] = moved_t, wanted_t
+        record.extreme[2], record.extreme[3], record.extreme[7] = moved_t, wanted_t, ROUND_OFF * far_t / wanted_t
     return max(moved_x / wanted_x, moved_t / wanted_t)

@@ -51,6 +51,9 @@ NEWTON_TOLERANCE = 1e-6
 ITERATIONS = 30
 NOT_SAVING = -1.0
 
+LEARNT = ("past", "shift", "habits", "factors", "slopes", "impacts", "former")
+"""Arrays that a state saved by an earlier version lacks: prediction and reuse of factors then begin anew."""
+
 
 class Run:
     """One run of a program; see `simulate` for the arguments."""
@@ -69,8 +72,8 @@ class Run:
         self.program, self.method, self.step = program, method, step
         self.period, self.t_end, self.max_steps, self.progress = period, t_end, max_steps, progress
         self.lu = lu.tables(program.symbolic)
-        self.flow = new_flow(program)
         self.record, self.work = new_record(program, BUFFER), workspace(program)
+        self.flow = new_flow(program, self.work.lu)
         self.stages = new_stages(program)
         self.times: list[np.ndarray] = []
         self.values: list[np.ndarray] = []
@@ -148,10 +151,10 @@ class Run:
             if given is None and name == "episodes":  # a file of an earlier version
                 touching_from_the_start(self.program.tables, self.flow)
                 continue
-            if given is None and name in ("past", "impacts"):  # the same: they are found anew
-                continue
-            if name == "clock" and np.shape(given) == (6,):
+            if name == "clock" and np.shape(given) == (6,):  # the same
                 target[:6] = given
+                continue
+            if given is None and name in LEARNT:
                 continue
             if given is None or np.shape(given) != target.shape:
                 raise InputError(

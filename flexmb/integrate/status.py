@@ -37,7 +37,7 @@ def sentence(program: Program, code: int, flow: Flow, trial: Trial, record: Reco
     cause, remedy = refused(program, flow, trial, record)
     text = template.format(
         t=f"t = {flow.clock[0]:.6g} s",
-        h=f"{record.extreme[7] or flow.clock[1]:.3g} s",
+        h=f"{record.extreme[8] or flow.clock[1]:.3g} s",
         cause=cause,
         remedy=remedy,
         lost=names[int(record.count[6])],
@@ -50,7 +50,7 @@ def sentence(program: Program, code: int, flow: Flow, trial: Trial, record: Reco
 
 def refused(program: Program, flow: Flow, trial: Trial, record: Record) -> tuple[str, str]:
     """What asked for a smaller step than the smallest one, and what helps beside a smaller one."""
-    met = int(record.count[9]) - 1
+    met = int(record.count[11]) - 1
     if met >= 0:
         needed = flow.impacts[met, STEP]
         why = f"the impact of {_seen(program, flow, met)} needs steps of {needed:.3g} s"

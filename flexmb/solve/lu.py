@@ -17,6 +17,7 @@ import numpy as np
 from flexmb.errors import SolveError
 from flexmb.kernels import compiled
 from flexmb.program.symbolic import Symbolic
+from flexmb.solve.substitute import forward, solve
 
 THRESHOLD = 1e-13
 """Pivot relative to the largest term that was summed up to it: below this, only round-off is left of it."""
@@ -81,16 +82,21 @@ def factor(sym, lu, seen, threshold, first_row=NO_ROW, hold=HOLD):
     for s in range(len(starts) - 1):
         first, at, t, r = starts[s], value_ptr[s], target_ptr[s], row_ptr[s]
         w, u = starts[s + 1] - first, row_ptr[s + 1] - r
-        lost = _eliminate(lu, at, w, u, seen, first, threshold, order, first_row, hold)
+        if w == 3:
+            lost = _eliminate_3(lu, at, u, seen, first, threshold, order, first_row, hold)
+        else:
+            lost = _eliminate(lu, at, w, u, seen, first, threshold, order, first_row, hold)
         if lost >= 0:
             return order[first + lost]
         held = min(held, lost)
-        _see(lu, at, w, u, seen, rows, r)
         if w == 3:
+            _see_3(lu, at, u, seen, rows, r)
             _update_3(lu, at, u, targets, t)
         elif w == 2:
+            _see(lu, at, w, u, seen, rows, r)
             _update_2(lu, at, u, targets, t)
         else:
+            _see(lu, at, w, u, seen, rows, r)
             _update_1(lu, at, u, targets, t)
     return held
 
@@ -147,6 +153,61 @@ def _eliminate(lu, at, w, u, seen, first, threshold, order, first_row, hold):
 
 
 @compiled
+def _inverse(pivot, summed, threshold, watched, may_hold):
+    """1 / pivot and -1; 0 and HELD for one that is held; 0 and 0 for one that is lost."""
+    size = abs(pivot)
+    if watched * summed < size < np.inf:  # false for nan, too
+        return 1.0 / pivot, -1
+    if may_hold and size < np.inf:
+        return 0.0, HELD
+    if threshold * summed < size < np.inf:
+        return 1.0 / pivot, -1
+    return 0.0, 0
+
+
+@compiled
+def _eliminate_3(lu, at, u, seen, first, threshold, order, first_row, hold):
+    """`_eliminate` for three pivots: the corner first, then all that stands beside and below it in one pass."""
+    a, b, c = at, at + 3 + u, at + 6 + 2 * u
+    watched = threshold if first_row == NO_ROW else max(threshold, hold)
+    i0, s0 = _inverse(lu[a], seen[first], threshold, watched, order[first] >= first_row)
+    if s0 == 0:
+        return 0
+    a1, a2, b0, c0 = lu[a + 1], lu[a + 2], lu[b] * i0, lu[c] * i0
+    near1, near2 = b0 * a1, c0 * a2
+    seen1 = max(seen[first + 1], abs(near1))
+    i1, s1 = _inverse(lu[b + 1] - near1, seen1, threshold, watched, order[first + 1] >= first_row)
+    if s1 == 0:
+        return 1
+    b2, c1 = lu[b + 2] - b0 * a2, (lu[c + 1] - c0 * a1) * i1
+    seen2 = max(seen[first + 2], abs(near2), abs(c1 * b2))
+    i2, s2 = _inverse(lu[c + 2] - near2 - c1 * b2, seen2, threshold, watched, order[first + 2] >= first_row)
+    if s2 == 0:
+        return 2
+    seen[first] = -max(seen[first], 1e-300) if s0 == HELD else seen[first]
+    seen[first + 1] = -max(seen1, 1e-300) if s1 == HELD else seen1
+    seen[first + 2] = -max(seen2, 1e-300) if s2 == HELD else seen2
+    lu[a], lu[b], lu[b + 1], lu[b + 2], lu[c], lu[c + 1], lu[c + 2] = i0, b0, i1, b2, c0, c1, i2
+    lower = c + 3 + u
+    for j in range(u):
+        x, p = lu[a + 3 + j], lu[lower + j] * i0
+        y, q = lu[b + 3 + j] - b0 * x, (lu[lower + u + j] - a1 * p) * i1
+        lu[b + 3 + j], lu[c + 3 + j] = y, lu[c + 3 + j] - c0 * x - c1 * y
+        lu[lower + j], lu[lower + u + j] = p, q
+        lu[lower + 2 * u + j] = (lu[lower + 2 * u + j] - a2 * p - b2 * q) * i2
+    return min(s0, s1, s2)
+
+
+@compiled
+def _see_3(lu, at, u, seen, rows, r):
+    """`_see` for three pivots."""
+    a, b, c, d = at + 3, at + 6 + u, at + 9 + 2 * u, at + 9 + 3 * u
+    for i in range(u):
+        term = lu[a + i] * lu[d + i] + lu[b + i] * lu[d + u + i] + lu[c + i] * lu[d + 2 * u + i]
+        seen[rows[r + i]] = max(seen[rows[r + i]], abs(term))
+
+
+@compiled
 def _update_1(lu, at, u, targets, t):
     """Subtract the product of a panel's L and U wherever it belongs: one pivot."""
     a, lower = at + 1, at + 1 + u
@@ -180,49 +241,6 @@ def _update_3(lu, at, u, targets, t):
 
 
 @compiled
-def solve(sym, lu, b, x, y):
-    """A x = b with the values that `factor` left.  sym : LU; b, x : (n,), may be one array; y : (n,) workspace."""
-    order = sym.order
-    for k in range(len(order)):
-        y[k] = b[order[k]]
-    _forward(sym.starts, sym.row_ptr, sym.rows, sym.value_ptr, lu, y)
-    _backward(sym.starts, sym.row_ptr, sym.rows, sym.value_ptr, lu, y)
-    for k in range(len(order)):
-        x[order[k]] = y[k]
-
-
-@compiled
-def _forward(starts, row_ptr, rows, value_ptr, lu, y):
-    """Y = L^-1 y."""
-    for s in range(len(starts) - 1):
-        first, r, at = starts[s], row_ptr[s], value_ptr[s]
-        w, u = starts[s + 1] - first, row_ptr[s + 1] - r
-        length, lower = w + u, at + w * (w + u)
-        for k in range(w):
-            known = y[first + k]
-            for i in range(k + 1, w):
-                y[first + i] -= lu[at + i * length + k] * known
-            for i in range(u):
-                y[rows[r + i]] -= lu[lower + k * u + i] * known
-
-
-@compiled
-def _backward(starts, row_ptr, rows, value_ptr, lu, y):
-    """Y = U^-1 y."""
-    for s in range(len(starts) - 2, -1, -1):
-        first, r = starts[s], row_ptr[s]
-        w, u = starts[s + 1] - first, row_ptr[s + 1] - r
-        for k in range(w - 1, -1, -1):
-            row = value_ptr[s] + k * (w + u)
-            rest = y[first + k]
-            for j in range(k + 1, w):
-                rest -= lu[row + j] * y[first + j]
-            for j in range(u):
-                rest -= lu[row + w + j] * y[rows[r + j]]
-            y[first + k] = rest * lu[row + k]
-
-
-@compiled
 def dependence(sym, lu, s, k, b, x, y):
     """X with A x = 0 but for x = 1 at the row k of panel s, which `factor` held; b, x, y : (n,), three arrays.
 
@@ -242,7 +260,7 @@ def left_over(sym, lu, seen, b, y):
     """What `solve` will leave of b in the constraints that `factor` held, largest absolute value; b, y : (n,)."""
     for k in range(len(sym.order)):
         y[k] = b[sym.order[k]]
-    _forward(sym.starts, sym.row_ptr, sym.rows, sym.value_ptr, lu, y)
+    forward(sym.starts, sym.row_ptr, sym.rows, sym.value_ptr, lu, y)
     largest = 0.0
     for k in range(len(sym.order)):
         if seen[k] < 0.0:

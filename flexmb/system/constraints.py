@@ -62,6 +62,8 @@ def _add_grip(tables, address, c, m, h, z, kq, kv, matrix, work):
         work.z_new[C.grip_z[c, 0] : C.grip_z[c, 1]],
     )
     work.grip[c, 0], work.grip[c, 1] = T, slip
+    slopes = work.slopes[tables.contacts.kernel.shape[0] + c]
+    slopes[0], slopes[1], slopes[2], slopes[3] = T_slip, T_N * out[1], T_N * out[2], T_N * out[3]
     begin = C.dof[c]
     for i in range(6):
         work.r[C.dofs[begin + i]] -= T * out[4 + i]
@@ -120,10 +122,29 @@ def _force_on_second(C, c, n, m, lam, work):
     row = C.row[c]
     for k in range(2):
         place = C.second[c, k]
+        for i in range(m):
+            work.levers[row + i, k] = work.Gflat[i * n + place] if place >= 0 else 0.0
+    _report(C, c, m, lam, work)
+
+
+@compiled
+def renew_forces(tables, lam, work):
+    """Forces of joints and drives of multipliers that were corrected after the last evaluation."""
+    C = tables.constraints
+    for c in range(C.kernel.shape[0]):
+        _report(C, c, C.row[c + 1] - C.row[c], lam, work)
+    for k in range(lam.shape[0]):
+        work.drive[k, 3] = -lam[k]
+
+
+@compiled
+def _report(C, c, m, lam, work):
+    """Force on the second body and reported moment of constraint c."""
+    row = C.row[c]
+    for k in range(2):
         force = 0.0
-        if place >= 0:
-            for i in range(m):
-                force -= work.Gflat[i * n + place] * lam[row + i]
+        for i in range(m):
+            force -= work.levers[row + i, k] * lam[row + i]
         work.joint[c, k] = force
     if C.moment[c] >= 0:
         work.joint[c, 2] = -lam[row + C.moment[c]]

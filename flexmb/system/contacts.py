@@ -37,6 +37,9 @@ def add_contacts(tables, address, t, h, q, v, z, kq, kv, matrix, work):
             work.z_new[K.z[k, 2] : K.z[k, 3]],
         )
         work.contact[k, GAP_SIZE], work.contact[k, GAP_SIZE + 1] = N, T
+        work.slopes[k, 0], work.slopes[k, 1], work.slopes[k, 2], work.slopes[k, 3] = N_gap, N_rate, T_slip, T_N
+        if N == 0.0 and N_gap == 0.0 and N_rate == 0.0:  # open: what N would do to the friction does not matter
+            work.slopes[k, 3] = 0.0
         _remember(t, h, out[0], out[1], N, z[K.z[k, 0] : K.z[k, 1]], work.z_new[K.z[k, 0] : K.z[k, 1]])
         if N == 0.0 and T == 0.0 and N_gap == 0.0 and N_rate == 0.0 and T_slip == 0.0:
             continue

@@ -19,6 +19,8 @@ class Work(NamedTuple):
     contact : (n, GAP_SIZE + 2) gap data, normal force, friction force;  drive : (n_c, 4) motion and force
     joint : (n, 4) force on the second body (x, y), moment row, spare
     grip : (n, 2) friction force and slip of each joint
+    slopes : (contacts + joints, 4) dN/dgap, dN/drate, dT/dslip, dT/dN of contacts; dT/dslip, dT/dlam of joints
+    levers : (n_c, 2) what a multiplier adds to minus the force (x, y) on the second body
     power : kinetic energy, strain, gravity, power of damping, of loads, work of the algorithm
     """
 
@@ -52,6 +54,9 @@ class Work(NamedTuple):
     yl: np.ndarray
     Mvl: np.ndarray
     Myl: np.ndarray
+    slopes: np.ndarray
+    levers: np.ndarray
+    z_spare: np.ndarray  # (n_z,) histories of what is only tried
 
 
 def workspace(program: Program) -> Work:
@@ -90,4 +95,7 @@ def workspace(program: Program) -> Work:
         np.zeros(n),
         np.zeros(n),
         np.zeros(n),
+        np.zeros((n_k + n_g, 4)),
+        np.zeros((sizes.n_c, 2)),
+        np.zeros(sizes.n_z),
     )

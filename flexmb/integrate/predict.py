@@ -1,0 +1,117 @@
+"""Prediction of a step: accelerations and multipliers extrapolated from the accepted states, by the order that fits.
+
+Polynomials of order 0 to 3 through the last one to four states.  After every step it is known which of them would have
+met its accelerations best; that one predicts the next step.  Smooth motion wants the highest, vibrations of beams that
+the steps do not resolve the constant.  A jump, a first step and a contact that opens or closes begin anew.
+"""
+
+from flexmb.integrate.arrays import PAST_STATES
+from flexmb.kernels import compiled
+
+ORDER, KNOWN, MISSED, SPACING = 0, 1, 2, 6
+"""Places in `Flow.habits`: order of the next prediction, states in `Flow.past`, what the four orders missed by, the two
+steps before the last one."""
+
+FADING = 0.5
+"""Weight of what an order missed before, against the last step."""
+
+
+@compiled
+def forget_past(habits):
+    """Predict constant accelerations until new states are known."""
+    habits[ORDER], habits[KNOWN] = 0.0, 0.0
+
+
+@compiled
+def weights(order, h, last, habits):
+    """Weights of the last four states in the polynomial of that order at a time h later (Lagrange)."""
+    if order == 0:
+        return 1.0, 0.0, 0.0, 0.0
+    t1 = last
+    x0, x1 = h, h + t1
+    if order == 1:
+        return x1 / t1, -x0 / t1, 0.0, 0.0
+    t2 = t1 + habits[SPACING]
+    x2 = h + t2
+    if order == 2:
+        return x1 * x2 / (t1 * t2), -x0 * x2 / (t1 * (t2 - t1)), x0 * x1 / (t2 * (t2 - t1)), 0.0
+    t3 = t2 + habits[SPACING + 1]
+    x3 = h + t3
+    return (
+        x1 * x2 * x3 / (t1 * t2 * t3),
+        -x0 * x2 * x3 / (t1 * (t2 - t1) * (t3 - t1)),
+        x0 * x1 * x3 / (t2 * (t2 - t1) * (t3 - t2)),
+        -x0 * x1 * x2 / (t3 * (t3 - t1) * (t3 - t2)),
+    )
+
+
+@compiled
+def predict(n, m, h, ratio, order, options, flow, trial):
+    """Start values of the step."""
+    am, af, beta, gamma = options.alpha_m, options.alpha_f, options.beta, options.gamma
+    known, last, past = int(flow.habits[KNOWN]), flow.clock[4], flow.past
+    w0, w1, w2, w3 = weights(order, h, last, flow.habits)
+    s0, s1, s2, s3 = weights(max(min(order, known - 1), 0), h, last, flow.habits)
+    cube = h * h * h if known > 0 else 0.0
+    for i in range(n):
+        x0 = flow.a[i] + ratio * (flow.x[i] - flow.a[i])
+        a1 = w0 * flow.a[i] + w1 * past[0, i] + w2 * past[1, i] + w3 * past[2, i]
+        x1 = ((1.0 - af) * a1 + af * flow.a[i] - am * x0) / (1.0 - am)
+        k = n + m + i
+        shift = cube * (s0 * flow.shift[i] + s1 * past[0, k] + s2 * past[1, k] + s3 * past[2, k])
+        trial.a[i], trial.x[i], trial.shift[i] = a1, x1, shift
+        trial.q[i] = flow.q[i] + h * flow.v[i] + h * h * ((0.5 - beta) * x0 + beta * x1) + shift
+        trial.v[i] = flow.v[i] + h * ((1.0 - gamma) * x0 + gamma * x1)
+    for i in range(m):
+        k = n + i
+        trial.lam[i] = w0 * flow.lam[i] + w1 * past[0, k] + w2 * past[1, k] + w3 * past[2, k]
+
+
+@compiled
+def compare(n, h, flow, trial):
+    """Mean velocity of the step, and what Newmark's relation differs by from the true accelerations."""
+    for i in range(n):
+        trial.mean_v[i] = (trial.q[i] - flow.q[i]) / h
+        trial.lag[i] = 0.5 * h * (flow.a[i] + trial.a[i]) - (trial.v[i] - flow.v[i])
+
+
+@compiled
+def look_back(tables, h, length, flow, trial, work):
+    """Before a step is taken over: which order met it best, and what the next prediction needs of its start.
+
+    length [m] : angles count as so long.
+    """
+    n, m, habits, past = tables.sizes.n_q, tables.sizes.n_c, flow.habits, flow.past
+    known, last, best, least = int(habits[KNOWN]), flow.clock[4], 0, 0.0
+    for order in range(min(known, PAST_STATES) + 1):
+        w0, w1, w2, w3 = weights(order, h, last, habits)
+        miss = 0.0
+        for i in range(n):
+            size = length if tables.kind[i] == 1 else 1.0
+            a = w0 * flow.a[i] + w1 * past[0, i] + w2 * past[1, i] + w3 * past[2, i]
+            miss = max(miss, size * abs(trial.a[i] - a))
+        miss += FADING * (habits[MISSED + order] if order < known else miss)  # one that is new has no past yet
+        habits[MISSED + order] = miss
+        if order == 0 or miss < least:
+            best, least = order, miss
+    for i in range(n):
+        k = n + m + i
+        past[2, i], past[1, i], past[0, i] = past[1, i], past[0, i], flow.a[i]
+        past[2, k], past[1, k], past[0, k] = past[1, k], past[0, k], flow.shift[i]
+        flow.shift[i] = trial.shift[i] / (h * h * h)
+    for i in range(n, n + m):
+        past[2, i], past[1, i], past[0, i] = past[1, i], past[0, i], flow.lam[i - n]
+    habits[SPACING + 1], habits[SPACING] = habits[SPACING], last
+    habits[ORDER], habits[KNOWN] = float(best), min(known + 1.0, PAST_STATES + 1.0)
+    if last == 0.0 or phase_changed(tables, flow, work):
+        forget_past(habits)
+
+
+@compiled
+def phase_changed(tables, flow, work):
+    """Whether a contact opened or closed."""
+    for c in range(tables.contacts.kernel.shape[0]):
+        k = tables.contacts.z[c, 0]
+        if (flow.z[k] == 0.0) != (work.z_new[k] == 0.0):
+            return True
+    return False

@@ -1,0 +1,178 @@
+"""Factors of earlier iterations and steps: when they may serve, and what is learnt of them.
+
+A correction with old factors leaves theta times the error that was there, where theta is the ratio of successive
+corrections with the same factors (E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, section IV.8).
+That is no bound where the old matrix is much stiffer than the true one, since all corrections are then too small and
+alike.  So a contact or friction whose slopes have changed asks for a new matrix before any correction is believed, and
+theta is measured anew every few steps.
+"""
+
+import math
+
+from flexmb.kernels import compiled, copy
+
+AGE, KV, KA, THETA, SINCE, EXTRA, BEST, WEAK, FIRST, EXPECTED, CHECK, WAIT, PAUSE = range(8, 21)
+"""Places in `Flow.habits`: steps that the factors served, 0 when there are none; coefficients they were made with; last
+measured theta; steps since; iterations beyond the best step's since they were made; iterations of that step; smallest
+relative pivot of a constraint; size of the last first correction; iteration that is expected to be the last, and
+the same counted from new factors on; steps to begin with new ones, because old ones were refused, and how many that
+were the last time."""
+
+LONGEST_PAUSE = 15.0
+
+OLDEST, MOST_EXTRA, OTHER_STEP = 50.0, 3.0, 0.2
+"""Factors that served so many steps, cost so many iterations, or have coefficients that differ so much, go."""
+
+REGULAR = 1e-2
+"""Smallest relative pivot of a constraint with which factors may serve again: near singular positions rows are watched
+in every iteration."""
+
+MEASURE_AGAIN = 8.0
+"""Steps after which theta is measured anew."""
+
+GOOD, FAIR = 0.1, 0.3
+"""Theta with which one correction may be believed, and with which iterations go on."""
+
+ALIKE = 0.5
+"""Largest relative change of a slope of a contact or friction law."""
+
+GROWN = 3.0
+"""A first correction so much larger than that of the step before is not believed alone."""
+
+STALE_ITERATIONS = 4
+
+LEFT = 1e-3
+"""Error that a step may be left with, as theta estimates it, relative to what is wanted of corrections.  It is smaller
+than 1 because what is left of G v = 0 comes back in the accelerations of the next step, over h."""
+
+UNSEEN = 0.05
+"""Last correction after which forces and energies are not evaluated again; those of joints follow the multipliers."""
+
+RUBBING = 1e-4
+"""Both where a contact is closed or a joint has friction: their forces do not follow."""
+
+
+@compiled
+def may_serve(kv, ka, flow):
+    """Whether the factors at hand may serve a step with these coefficients."""
+    habits = flow.habits
+    if habits[WAIT] > 0.0:
+        habits[WAIT] -= 1.0
+        return False
+    if habits[AGE] == 0.0 or habits[AGE] > OLDEST or habits[EXTRA] >= MOST_EXTRA or habits[WEAK] < REGULAR:
+        return False
+    alike = abs(kv - habits[KV]) <= OTHER_STEP * abs(kv) and abs(ka - habits[KA]) <= OTHER_STEP * abs(ka)
+    return alike and flow.clock[5] <= 0.0
+
+
+@compiled
+def forget_factors(habits):
+    """There are none, or they must not be used."""
+    habits[AGE] = 0.0
+
+
+@compiled
+def note_factors(kv, ka, weak, flow, work):
+    """New factors are at hand."""
+    habits = flow.habits
+    habits[AGE], habits[KV], habits[KA], habits[WEAK] = 1.0, kv, ka, weak
+    habits[EXTRA], habits[BEST] = 0.0, 0.0
+    for k in range(flow.slopes.shape[0]):
+        copy(work.slopes[k], flow.slopes[k])
+
+
+@compiled
+def slopes_changed(flow, work):
+    """Whether a contact or friction law has another stiffness than in the matrix that was factored."""
+    for k in range(flow.slopes.shape[0]):
+        for i in range(4):
+            old, new = flow.slopes[k, i], work.slopes[k, i]
+            if abs(new - old) > ALIKE * max(abs(new), abs(old)):
+                return True
+    return False
+
+
+@compiled
+def rubbing(work):
+    """Whether a contact is closed or a joint has friction."""
+    total = 0.0
+    for k in range(work.slopes.shape[0]):
+        for i in range(4):
+            total = max(total, abs(work.slopes[k, i]))
+    return total > 0.0
+
+
+@compiled
+def may_check(habits):
+    """Whether factors that are new in this step may serve its further iterations."""
+    return habits[AGE] == 1.0 and habits[WEAK] >= REGULAR
+
+
+@compiled
+def refused(fresh, habits):
+    """Old factors were of no use; if of an earlier step, the next steps begin with new ones, more of them each time."""
+    if fresh == 0:
+        habits[PAUSE] = min(2.0 * habits[PAUSE] + 1.0, LONGEST_PAUSE)
+        habits[WAIT] = habits[PAUSE]
+
+
+@compiled
+def bounds(least, work):
+    """What the last correction may be for the state before it to be taken, and what error may be left.
+
+    least : round-off of corrections.
+    """
+    small = RUBBING if rubbing(work) else UNSEEN
+    return max(small, least), max(min(LEFT, small), least)
+
+
+@compiled
+def judged(size, same, unseen, left, habits):
+    """Whether a correction with old factors is the last, whether the state before it will do, and whether to go on.
+
+    same : size of the correction before it with the same factors, inf for none.
+    """
+    seen = size <= unseen
+    if same == math.inf:
+        return seen and believed(size, habits) and size * habits[THETA] <= left, seen, size < math.inf
+    theta = measured(size, same, habits)
+    if size <= left or (theta <= FAIR and size * theta <= left * (1.0 - theta)):
+        return True, seen, True
+    return False, seen, theta <= FAIR and size * theta**3 <= left
+
+
+@compiled
+def believed(size, habits):
+    """Whether a first correction below what is wanted may be the last one."""
+    grown = size > 1e-3 and size > GROWN * habits[FIRST]
+    return habits[THETA] <= GOOD and habits[SINCE] < MEASURE_AGAIN and not grown
+
+
+@compiled
+def measured(size, last, habits):
+    """The ratio of two corrections with the same factors; noted."""
+    theta = size / last if last > 0.0 else 0.0
+    habits[THETA] = min(theta, GOOD) if size <= 0.05 else theta  # round-off says nothing of the factors
+    habits[SINCE] = 0.0
+    return theta
+
+
+@compiled
+def served(fresh, stale, seen, turn, habits):
+    """A step is done, its last `stale` iterations and one more with old factors, `fresh` before them with new ones.
+
+    seen : the state of the last evaluation was the accepted one.  turn : theta was due to be measured, which takes an
+    iteration more.
+    """
+    habits[SINCE] += 1.0
+    if fresh > 0:
+        habits[CHECK] = float(stale if seen else stale + 1)
+        return
+    used = float(stale if turn and stale > 0 else stale + 1)
+    if habits[BEST] == 0.0:
+        habits[BEST] = used
+    habits[EXTRA] += max(used - habits[BEST], 0.0)
+    habits[AGE] += 1.0
+    habits[PAUSE] = 0.0
+    if not turn:
+        habits[EXPECTED] = float(stale if seen else stale + 1)
