@@ -258,7 +258,19 @@ def impact_step(tables, address, c, h, speed, gap, rate, options, flow, trial, w
     else:
         mass = options.gamma * h * N / (rate + speed)
         share = (n + 1.0) * mass * speed * speed / (2.0 * N * depth)
-    return DURATION * depth * share ** (1.0 / (n + 1.0)) / (speed * trial.bounds[IMPACT_STEPS])
+    T = DURATION * depth * share ** (1.0 / (n + 1.0)) / speed
+    return lasting(T, speed, flow.impacts[c, GAP_ACCELERATION]) / trial.bounds[IMPACT_STEPS]
+
+
+@compiled
+def lasting(alone, speed, bend):
+    """Duration of an impact of duration `alone` when other forces draw the surfaces apart: 2 speed / bend without it.
+
+    Between the two: for a linear spring and bend = omega speed, (pi/2)/omega, this gives 1.52/omega.
+    """
+    if bend <= 0.0:
+        return alone
+    return (alone**-1.5 + (0.5 * bend / speed) ** 1.5) ** (-2.0 / 3.0)
 
 
 @compiled
@@ -293,7 +305,8 @@ def remember(tables, address, h, options, flow, trial, work):
             left = own * own / (speed * speed)
             if own < 0.0 and 0.4 < left < 0.9:
                 n = power_of(tables, address, c, gap, speed, flow, work)
-                step = DURATION * -gap * (1.0 - left) ** (-1.0 / (n + 1.0)) / (speed * trial.bounds[IMPACT_STEPS])
+                T = DURATION * -gap * (1.0 - left) ** (-1.0 / (n + 1.0)) / speed
+                step = lasting(T, speed, flow.impacts[c, GAP_ACCELERATION]) / trial.bounds[IMPACT_STEPS]
                 if not LESS * flow.impacts[c, STEP] < step < MORE * flow.impacts[c, STEP]:
                     flow.impacts[c, STEP] = step
     return anew

@@ -39,21 +39,27 @@ def two_turns():
 
 
 def test_the_worn_slider_crank_by_default(two_turns):
-    """Peak within 0.2 %, no spikes of the torque, first contact, and every impact resolved.
-
-    The motion is chaotic: after some twenty impacts, errors of 3e-5 in each have grown to 1 % of the speeds, and one
-    contact more or less in the slow end of the bouncing is within that.
-    """
+    """Peak within 0.2 %, no spikes of the torque, first contact, and every impact resolved."""
     sol = two_turns
     assert sol.ok, sol.status
     assert sol.peak("C.normal_force").value == pytest.approx(CONVERGED["force"], rel=2e-3)
     assert sol.peak("motor.torque").value == pytest.approx(CONVERGED["torque"], rel=1e-2)
     found = sol.episodes("C")
     assert found.start[0] == pytest.approx(CONVERGED["first"], abs=5e-9)
-    assert abs(len(found) - CONVERGED["contacts"]) <= 2
     for impact in found:
         if impact.mode == "impact":
             assert np.count_nonzero((sol.time >= impact.start) & (sol.time <= impact.end)) >= 32
+
+
+def test_a_smaller_rtol_finds_all_contacts_of_two_turns():
+    """The motion is chaotic: what is wrong in the first impacts grows a hundredfold over the twenty of a turn.
+
+    With the default the count of the slow bounces at their end is off by a few; with a tenth of it, it is right to one,
+    which may part into two or not.
+    """
+    sol = fm.simulate(worn(), periods=2, save=1, step=fm.Adaptive(rtol=1e-5))
+    assert abs(len(sol.episodes("C")) - CONVERGED["contacts"]) <= 1
+    assert sol.peak("C.normal_force").value == pytest.approx(CONVERGED["force"], rel=5e-4)
 
 
 def test_what_is_saved_does_not_change_the_steps():
