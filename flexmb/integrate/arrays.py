@@ -36,7 +36,8 @@ class Flow(NamedTuple):
     x : auxiliary acceleration of the generalised-alpha family;  lam : (n_c,);  z : (n_z,)
     ledger : energies in the order of the signals;  memory : powers and forces at the last state, for the ledger
     episodes : (contacts, EPISODE) what the running episode of each contact holds so far (see `touch`)
-    impacts : (contacts, IMPACT) steps of each contact (see `landing`);  former : (n_q + 3,) accelerations one step before
+    impacts : (contacts, IMPACT) steps of each contact (see `landing`)
+    former : (n_q + 3,) accelerations one step before
     past : (PAST_STATES, 2 n_q + n_c) accelerations, multipliers and shifts of the states before, newest first
     shift : (n_q,) what closed the joints in the last step, beside its accelerations, over h^3
     habits : (HABITS,) what prediction and reuse of factors learnt from the steps before (see `habits`)
