@@ -8,8 +8,10 @@ import numpy as np
 
 from flexmb.program.program import Program
 from flexmb.program.signals import CONTACT_PENETRATION
+from flexmb.system.work import load_forces
 
 RUNNING, DONE, BUFFER_FULL, NEWTON_FAILED, SINGULAR, NOT_FINITE, STEP_TOO_SMALL = range(7)
+ENERGY_MISSING, ENERGY_MADE, ENERGY_LOST = 20, 21, 22
 
 GEAR_GUPTA_LEIMKUHLER, POSITION, VELOCITY = range(3)
 NEVER = 1e300
@@ -111,22 +113,22 @@ class Record(NamedTuple):
     ended: np.ndarray
 
 
-MEMORY_HEAD = 3
-"""Start energy, power of damping, power of loads; then (force, depth, friction power) of every contact and (motion,
-force) of every constraint row, and the friction power of every constraint."""
+MEMORY_HEAD, CONTACT_MEMORY = 5, 7
+"""Numbers of the ledger itself (see `ledger`); then of every contact normal force and six generalised forces, (motion,
+rate, force) of every constraint row, (friction force, slip) of every constraint, forces of elements that are loads."""
 
 
 def new_flow(program: Program) -> Flow:
     """A state of zeros."""
     n, m = program.n_q + 3, program.n_c
     n_k, n_g = len(program.tables.contacts.kernel), len(program.tables.constraints.kernel)
-    memory = np.zeros(MEMORY_HEAD + 3 * n_k + 2 * m + n_g)
+    memory = np.zeros(MEMORY_HEAD + CONTACT_MEMORY * n_k + 3 * m + 2 * n_g + load_forces(program))
     return Flow(
         np.zeros(6),
         *(np.zeros(n) for _ in range(4)),
         np.zeros(m),
         np.zeros(program.tables.sizes.n_z),
-        np.zeros(10),
+        np.zeros(11),
         memory,
         np.zeros((len(program.tables.contacts.kernel), EPISODE)),
     )

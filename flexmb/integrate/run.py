@@ -22,7 +22,9 @@ from flexmb.integrate.arrays import (
     new_trial,
 )
 from flexmb.integrate.explicit import new_stages
-from flexmb.integrate.finish import keep_account, save
+from flexmb.integrate.finish import save
+from flexmb.integrate.ledger import RESIDUAL, START, keep_account, verdict
+from flexmb.integrate.contact_work import contact_losses
 from flexmb.integrate.loop import advance, advance_explicit
 from flexmb.integrate.method import Newmark, RungeKutta4
 from flexmb.integrate.solution import ContactLog, Peaks, Solution
@@ -95,6 +97,7 @@ class Run:
         flow.clock[2] = NOT_SAVING
         flow.clock[1] = self.h_max if isinstance(self.step, FixedStep) else 1e-3 * self.h_max
         self._look()
+        flow.memory[START], flow.ledger[RESIDUAL] = flow.ledger[:3].sum(), 0.0
         flow.z[:] = self.work.z_new
         touching_from_the_start(self.program.tables, flow)
         self._write()
@@ -103,9 +106,11 @@ class Run:
     def _look(self) -> None:
         """Evaluate the present state, and remember its powers and forces for the ledger."""
         flow, still = self.flow, np.zeros(self.program.n_q + 3)
+        self.work.change[:], self.work.bow[:] = 0.0, 0.0
         common = (self.program.tables, self.program.addresses, flow.clock[0], 0.0)
         evaluate_accepted(*common, flow.q, flow.v, flow.a, flow.lam, flow.z, still, still, self.work)
-        keep_account(self.program.tables, 0.0, flow.ledger, flow.memory, self.work)
+        contact_losses(*common[:2], 0.0, flow, flow.q, flow.v, self.work)
+        keep_account(*common, flow.q, flow.v, flow.q, flow.v, flow.ledger, flow.memory, self.work)
 
     def _write(self) -> None:
         """Signals of the state that was looked at last."""
@@ -215,9 +220,9 @@ class Run:
             self.note = f"Stopped: {str(error).rstrip('.')}"
             return
         flow.a[:n], flow.x[:n], flow.lam[:] = a, a, lam
-        kept = flow.ledger.copy(), flow.memory[0]
+        kept = flow.ledger.copy()
         self._look()
-        flow.ledger[:], flow.memory[0] = kept
+        flow.ledger[:] = kept
         self._write()
         record = self.record
         size = np.where(record.one_sided, record.new, np.abs(record.new))

@@ -65,10 +65,12 @@ def account(tables, address, t, h, q, v, a, x, y, z, work):
     """Energies and powers of all elements at a state: work.power.
 
     Kinetic energy 1/2 v M v, strain, gravity, power of damping; power that elements without an account of their own
-    give to the motion, -(r - M a) v; and x M y, with which the loop measures what the algorithm dissipates.
+    give to the motion, -(r - M a) v, and their forces in work.load; and x M y + change M bow, with which the loop
+    measures what the algorithm dissipates.
     """
     E = tables.elements
     work.power[:] = 0.0
+    place = 0
     for e in range(E.kernel.shape[0]):
         n = E.dof[e + 1] - E.dof[e]
         gather(q, E.dofs, E.dof[e], n, work.ql)
@@ -78,14 +80,15 @@ def account(tables, address, t, h, q, v, a, x, y, z, work):
         for i in range(n):
             dof = E.dofs[E.dof[e] + i]
             work.r[dof] += work.rl[i]
-            Mv, My = 0.0, 0.0
+            Mv, My, Mb = 0.0, 0.0, 0.0
             for j in range(n):
                 m = work.Ml[i * n + j]
                 if m != 0.0:
                     Mv += m * work.vl[j]
                     My += m * y[E.dofs[E.dof[e] + j]]
+                    Mb += m * work.bow[E.dofs[E.dof[e] + j]]
             work.power[0] += 0.5 * work.vl[i] * Mv
-            work.power[5] += x[dof] * My
+            work.power[5] += x[dof] * My + work.change[dof] * Mb
         if E.energy[e] >= 0:
             strain, gravity, damping = energy_at(address.energy, E.energy[e])(
                 tables.p[E.p[e, 0] : E.p[e, 1]], t, work.ql[:n], work.vl[:n]
@@ -99,3 +102,5 @@ def account(tables, address, t, h, q, v, a, x, y, z, work):
                 for j in range(n):
                     force -= work.Ml[i * n + j] * work.al[j]
                 work.power[4] -= work.vl[i] * force
+                work.load[place] = -force
+                place += 1

@@ -20,6 +20,10 @@ class Work(NamedTuple):
     joint : (n, 4) force on the second body (x, y), moment row, spare
     grip : (n, 2) friction force and slip of each joint
     power : kinetic energy, strain, gravity, power of damping, of loads, work of the algorithm
+    load : forces on the dofs of all elements without an account of their own, one after the other
+    change, bow : (n_q + 3,) second pair of vectors for the work of the algorithm (see `integrate/ledger.py`)
+    loss : (n, 10) of every contact: losses normal, tangential, beyond its laws [J]; normal force, generalised forces
+    gap, z_between : gap data and history inside a step
     """
 
     r: np.ndarray
@@ -49,6 +53,12 @@ class Work(NamedTuple):
     grip: np.ndarray
     grip_out: np.ndarray
     grip_curve: np.ndarray
+    load: np.ndarray
+    change: np.ndarray
+    bow: np.ndarray
+    loss: np.ndarray
+    gap: np.ndarray
+    z_between: np.ndarray
 
 
 def workspace(program: Program) -> Work:
@@ -84,4 +94,16 @@ def workspace(program: Program) -> Work:
         np.zeros((n_g, 2)),
         np.zeros(GRIP_SIZE),
         np.zeros((6, 6)),
+        np.zeros(load_forces(program)),
+        np.zeros(sizes.n_q + 3),
+        np.zeros(sizes.n_q + 3),
+        np.zeros((n_k, 10)),
+        np.zeros(GAP_SIZE),
+        np.zeros(sizes.n_z),
     )
+
+
+def load_forces(program: Program) -> int:
+    """Number of dofs of all elements without an account of their own."""
+    E = program.tables.elements
+    return int(np.diff(E.dof)[np.asarray(E.energy) < 0].sum())
