@@ -113,16 +113,16 @@ class Record(NamedTuple):
     ended: np.ndarray
 
 
-MEMORY_HEAD, CONTACT_MEMORY = 5, 7
+MEMORY_HEAD, CONTACT_MEMORY = 9, 7
 """Numbers of the ledger itself (see `ledger`); then of every contact normal force and six generalised forces, (motion,
-rate, force) of every constraint row, (friction force, slip) of every constraint, forces of elements that are loads."""
+force) of every constraint row, (friction force, slip) of every constraint, forces of elements that are loads."""
 
 
 def new_flow(program: Program) -> Flow:
     """A state of zeros."""
     n, m = program.n_q + 3, program.n_c
     n_k, n_g = len(program.tables.contacts.kernel), len(program.tables.constraints.kernel)
-    memory = np.zeros(MEMORY_HEAD + CONTACT_MEMORY * n_k + 3 * m + 2 * n_g + load_forces(program))
+    memory = np.zeros(MEMORY_HEAD + CONTACT_MEMORY * n_k + 2 * m + 2 * n_g + load_forces(program))
     return Flow(
         np.zeros(6),
         *(np.zeros(n) for _ in range(4)),

@@ -13,6 +13,8 @@ GAUSS = 0.5 / 3.0**0.5
 def contact_losses(tables, address, h, flow, q1, v1, work):
     """Fill work.loss: what laws took from the motion, normal and tangential; what the step took beyond; memory.
 
+    A law is asked at two points of the cubic path between both states; the step moved with the mean force.
+
     The memory of a contact is its normal force and the six generalised forces on its two nodes.
     """
     K = tables.contacts
@@ -27,7 +29,6 @@ def contact_losses(tables, address, h, flow, q1, v1, work):
             work.loss[c, 4 + i] = force
             touched = touched or before != 0.0
             linear += 0.5 * (before + force) * (q1[dof] - flow.q[dof])
-            linear += h / 12.0 * (force - before) * (v1[dof] - flow.v[dof])
         if h > 0.0 and touched:
             _by_laws(tables, address, c, h, flow, q1, v1, work)
             work.loss[c, 2] = -linear - work.loss[c, 0] - work.loss[c, 1]

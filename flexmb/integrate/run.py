@@ -21,10 +21,10 @@ from flexmb.integrate.arrays import (
     new_record,
     new_trial,
 )
+from flexmb.integrate.contact_work import contact_losses
 from flexmb.integrate.explicit import new_stages
 from flexmb.integrate.finish import save
-from flexmb.integrate.ledger import RESIDUAL, START, keep_account, verdict
-from flexmb.integrate.contact_work import contact_losses
+from flexmb.integrate.ledger import keep_account, open_account, verdict
 from flexmb.integrate.loop import advance, advance_explicit
 from flexmb.integrate.method import Newmark, RungeKutta4
 from flexmb.integrate.solution import ContactLog, Peaks, Solution
@@ -97,7 +97,7 @@ class Run:
         flow.clock[2] = NOT_SAVING
         flow.clock[1] = self.h_max if isinstance(self.step, FixedStep) else 1e-3 * self.h_max
         self._look()
-        flow.memory[START], flow.ledger[RESIDUAL] = flow.ledger[:3].sum(), 0.0
+        open_account(flow.ledger, flow.memory)
         flow.z[:] = self.work.z_new
         touching_from_the_start(self.program.tables, flow)
         self._write()
@@ -179,7 +179,8 @@ class Run:
                 if self.note or self.code not in (RUNNING, DONE):
                     break
             else:
-                self._reach(end, interval, bar)
+                if self._reach(end, interval, bar) and (code := verdict(self.flow.ledger, self.flow.memory)) != RUNNING:
+                    self.code = code
         except KeyboardInterrupt:
             self.note = "Interrupted from the keyboard"
         bar.close()

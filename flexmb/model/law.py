@@ -15,14 +15,14 @@ from flexmb import checks, kernels
 from flexmb.errors import KernelError
 
 
-def require_kernel(cls: type, contract: kernels.Contract) -> None:
+def require_kernel(cls: type, contract: kernels.Contract, attribute: str = "kernel") -> None:
     """Check, when a class is made, that it names a kernel of the right contract."""
-    kernel = getattr(cls, "kernel", None)
+    kernel = getattr(cls, attribute, None)
     if kernel is None:
         return  # an abstract base in between
     if not isinstance(kernel, kernels.Kernel) or kernel.contract is not contract:
         raise KernelError(
-            f"{cls.__name__}.kernel is {kernel!r}; it must be a function decorated as a {contract.name} kernel."
+            f"{cls.__name__}.{attribute} is {kernel!r}; it must be a function decorated as a {contract.name} kernel."
         )
 
 

@@ -139,7 +139,8 @@ class Element(Part):
 
     A subclass has the class attributes `kernel` (an element kernel) and `coords`, a tuple of "FIELD.AXIS" or
     "FIELD.NODE.AXIS" where FIELD names a field that holds a body and AXIS is x, y or theta.  The kernel's p holds
-    the numeric fields in the order of declaration; `history` gives the start values of z.
+    the numeric fields in the order of declaration; `history` gives the start values of z.  An element that stores or
+    damps energy may have an energy kernel, `energy`; without one its work is counted as that of a load.
 
     Parameters
     ----------
@@ -147,11 +148,13 @@ class Element(Part):
     """
 
     kernel: ClassVar[kernels.Kernel]
+    energy: ClassVar[kernels.Kernel | None] = None
     coords: ClassVar[tuple[str, ...]]
 
     def __init_subclass__(cls, **keywords: Any) -> None:
         super().__init_subclass__(**keywords)
         require_kernel(cls, kernels.ELEMENT)
+        require_kernel(cls, kernels.ENERGY, "energy")
 
     def parameters(self) -> tuple[float, ...]:
         """What the kernel unpacks from p."""
@@ -164,7 +167,8 @@ class Element(Part):
     def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
         """One element on the named coordinates."""
         coordinates = tuple(self._coordinate(mechanism, c) for c in self.coords)
-        return [ElementPiece(self.name, self.kernel, coordinates, self.parameters(), self.history())]
+        found = self.parameters(), self.history()
+        return [ElementPiece(self.name, self.kernel, coordinates, *found, energy=self.energy)]
 
     def _coordinate(self, mechanism: Mechanism, text: str) -> Coordinate:
         words = text.split(".")
