@@ -27,29 +27,30 @@ KINETIC, STRAIN, GRAVITY, DRIVE, LOAD, CONTACT, FRICTION, DAMPING, ALGORITHM, RE
 (each drive and contact for itself), steps taken one by one and without signs: what goes from one to another is counted
 in both."""
 
-START, DAMPING_POWER, STEPS, THROUGH_CONTACTS, LOST_IN_CONTACTS, ROUND_OFF, PUT_IN, LEVEL, FALLEN = range(9)
+START, DAMPING_POWER, STEPS, THROUGH_CONTACTS, LOST_IN_CONTACTS, ROUND_OFF, PUT_IN, LEVEL, FALLEN, LIMIT = range(10)
 """Places in the memory of the ledger: stored energy at the start [J], power of damping [W], steps so far, energy that
 went through contacts [J], the part of ALGORITHM that is due to contacts [J], round-off of all works [J]; energy in
 motion and strain at the start and all that drives and loads moved since [J], gravity at the start and its largest
-change [J]."""
+change [J]; largest part that may be missing."""
 
-MISSING = 0.01
-"""Largest residual, as part of the energy turned over or in motion, of a run that is ok."""
+MISSING, MISSING_IN_RUNGE_KUTTA = 0.01, 0.05
+"""Largest residual, as part of the energy turned over or in motion or of all that was put in, of a run that is ok.
+The account is of second order, so it is coarser than the motion that Runge and Kutta's method finds."""
 
 TAKEN = 0.05
 """Largest energy that the algorithm takes or makes, as part of the same, of a run that is ok; and largest energy that
 it makes as part of all that was put in: slow growth of what nothing drives turns over much more than it makes."""
 
-IN_CONTACTS = 0.05
+IN_CONTACTS = 0.02
 """Largest energy that it takes or makes in contacts, as part of what went through them, of a run that is ok."""
 
-FEW = 0.01
+FEW = 0.1
 """Contacts are judged from this part of what was turned over on: the first step of an impact says little."""
 
 PART = 1e-14
 """Round-off of a coordinate as part of its size, that to which Newton's iterations go."""
 
-SETTLED = 100
+SETTLED = 1000
 """Steps before the first verdict in the loop: in the first ones of a soft start nothing has been turned over yet."""
 
 
@@ -232,10 +233,11 @@ def verdict(ledger, memory):
     if not math.isfinite(ledger[RESIDUAL]):
         return NOT_FINITE
     scale, taken, in_contacts = turned_over(ledger, memory), ledger[ALGORITHM], memory[LOST_IN_CONTACTS]
+    level = min(scale, put_in(ledger, memory))
     through = memory[THROUGH_CONTACTS] + FEW * scale
-    if abs(ledger[RESIDUAL]) > MISSING * scale:
+    if abs(ledger[RESIDUAL]) > memory[LIMIT] * level:
         return ENERGY_MISSING
-    if taken < -TAKEN * min(scale, put_in(ledger, memory)) or in_contacts < -IN_CONTACTS * through:
+    if taken < -TAKEN * level or in_contacts < -IN_CONTACTS * through:
         return ENERGY_MADE
     if taken > TAKEN * scale or in_contacts > IN_CONTACTS * through:
         return ENERGY_LOST

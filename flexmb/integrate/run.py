@@ -24,7 +24,7 @@ from flexmb.integrate.arrays import (
 from flexmb.integrate.contact_work import contact_losses
 from flexmb.integrate.explicit import new_stages
 from flexmb.integrate.finish import save
-from flexmb.integrate.ledger import keep_account, open_account, verdict
+from flexmb.integrate.ledger import LIMIT, MISSING, MISSING_IN_RUNGE_KUTTA, keep_account, open_account, verdict
 from flexmb.integrate.loop import advance, advance_explicit
 from flexmb.integrate.method import Newmark, RungeKutta4
 from flexmb.integrate.solution import ContactLog, Peaks, Solution
@@ -170,6 +170,8 @@ class Run:
             return  # a run that was stopped before the instants to be saved stays stopped
         if saving is not None:
             self._begin_saving(saving)
+        explicit = isinstance(self.method, RungeKutta4)
+        self.flow.memory[LIMIT] = MISSING_IN_RUNGE_KUTTA if explicit else MISSING
         interval = NEVER if saving is None else saving
         bar = self._bar(end)
         try:

@@ -23,8 +23,8 @@ from flexmb.integrate.ledger import (
     FEW,
     IN_CONTACTS,
     KINETIC,
+    LIMIT,
     LOST_IN_CONTACTS,
-    MISSING,
     RESIDUAL,
     TAKEN,
     THROUGH_CONTACTS,
@@ -48,8 +48,8 @@ SENTENCES = {
         "or a smaller min."
     ),
     ENERGY_MISSING: (
-        "Not ok at {t}: the energies do not add up, {missing} are missing of {scale} turned over or in motion "
-        "({kinetic} kinetic). Try a smaller step, or step=Adaptive(...) with a smaller error; if that changes little, "
+        "Not ok at {t}: the energies do not add up, {missing} are missing where {put_in} were put in and "
+        "{scale} turned over. Try a smaller step, or step=Adaptive(...) with a smaller error; if that changes little, "
         "the energies of a part do not belong to its forces: testing.check_part finds it."
     ),
     ENERGY_MADE: (
@@ -115,8 +115,8 @@ def balance(ledger: np.ndarray, memory: np.ndarray) -> str:
     """Warnings of energies that add up, but not well; "" when they do."""
     scale, found = turned_over(ledger, memory), ""
     through, named = memory[THROUGH_CONTACTS] + FEW * scale, energies(ledger, memory)
-    if abs(ledger[RESIDUAL]) > DOUBTFUL * MISSING * scale:
-        found += " But the energies miss {missing} of {scale} turned over or in motion: {remedy}."
+    if abs(ledger[RESIDUAL]) > DOUBTFUL * memory[LIMIT] * min(scale, put_in(ledger, memory)):
+        found += " But the energies miss {missing}, where {put_in} were put in and {scale} turned over: {remedy}."
     if abs(ledger[ALGORITHM]) > DOUBTFUL * TAKEN * scale:
         found += " But the steps {verb} {taken} of {scale} turned over or in motion: {remedy}."
     elif abs(ledger[ALGORITHM]) > TAKEN * put_in(ledger, memory):

@@ -263,10 +263,10 @@ def test_steps_that_make_energy_are_not_ok():
     body = fm.RigidBody("slider", (0.6, 0.0), 2.0, 1.0)
     spring = fm.SpringDamper("S", fm.GROUND, body, (0.0, 0.0), (0.6, 0.0), stiffness=800.0, free_length=0.5)
     mech = fm.Mechanism("oscillator", (body, spring, fm.Prismatic("guide", fm.GROUND, body)))
-    sol = fm.simulate(mech, t_end=100.0, step=1e-2, method=fm.Newmark(beta=0.25, gamma=0.45))
+    sol = fm.simulate(mech, t_end=100.0, step=1e-3, method=fm.Newmark(beta=0.25, gamma=0.45))
     assert not sol.ok
     assert "the steps made energy" in sol.status
-    assert "kinetic" in sol.status
+    assert 0.04 < sol.array("energy.kinetic").max() / 4.0 - 1.0 < 0.5
     assert sol.time[-1] < 100.0
 
 
