@@ -78,9 +78,9 @@ def _run_rows(sol: Solution) -> Iterator[tuple[str, str]]:
     yield "wall time", f"{stats.wall_time:.3g} s"
     if len(sol.time):
         yield "saved", f"{len(sol.time)} instants from {sol.time[0]:.6g} to {sol.time[-1]:.6g} s"
-    if "energy.residual" in sol:
-        residual, kinetic = sol.peak("energy.residual").value, sol.peak("energy.kinetic").value
-        share = f" ({residual / kinetic:.2g} of the largest kinetic energy)" if kinetic > 0.0 else ""
+    if "energy.residual" in sol and "energy.turned_over" in sol:
+        residual, turned = sol.peak("energy.residual").value, sol.peak("energy.turned_over").value
+        share = f" ({residual / turned:.2g} of the energy turned over)" if turned > 0.0 else ""
         yield "energy residual", f"{residual:.3g} J{share}"
     yield from (("note", text) for text in sol.notes)
 

@@ -8,8 +8,10 @@ import numpy as np
 
 from flexmb.program.program import Program
 from flexmb.program.signals import CONTACT_PENETRATION
+from flexmb.system.work import load_forces
 
 RUNNING, DONE, BUFFER_FULL, NEWTON_FAILED, SINGULAR, NOT_FINITE, STEP_TOO_SMALL = range(7)
+ENERGY_MISSING, ENERGY_MADE, ENERGY_LOST = 20, 21, 22
 
 GEAR_GUPTA_LEIMKUHLER, POSITION, VELOCITY = range(3)
 NEVER = 1e300
@@ -37,7 +39,7 @@ class Flow(NamedTuple):
     ledger : energies in the order of the signals;  memory : powers and forces at the last state, for the ledger
     episodes : (contacts, EPISODE) what the running episode of each contact holds so far (see `touch`)
     impacts : (contacts, IMPACT) steps of each contact (see `landing`)
-    former : (n_q + 3,) accelerations one step before
+    former, momentum : (n_q + 3,) accelerations one step before; M v
     past : (PAST_STATES, 2 n_q + n_c) accelerations, multipliers and shifts of the states before, newest first
     shift : (n_q,) what closed the joints in the last step, beside its accelerations, over h^3
     habits : (HABITS,) what prediction and reuse of factors learnt from the steps before (see `habits`)
@@ -61,6 +63,7 @@ class Flow(NamedTuple):
     slopes: np.ndarray
     impacts: np.ndarray
     former: np.ndarray
+    momentum: np.ndarray
 
 
 class Trial(NamedTuple):
@@ -139,22 +142,22 @@ class Record(NamedTuple):
     ended: np.ndarray
 
 
-MEMORY_HEAD = 3
-"""Start energy, power of damping, power of loads; then (force, depth, friction power) of every contact and (motion,
-force) of every constraint row, and the friction power of every constraint."""
+MEMORY_HEAD, CONTACT_MEMORY = 10, 7
+"""Numbers of the ledger itself (see `ledger`); then of every contact normal force and six generalised forces, (motion,
+force) of every constraint row, (friction force, slip) of every constraint, forces of elements that are loads."""
 
 
 def new_flow(program: Program, factors: np.ndarray) -> Flow:
     """A state of zeros; `factors` is the array where the matrix is factored."""
     n, m = program.n_q + 3, program.n_c
     n_k, n_g = len(program.tables.contacts.kernel), len(program.tables.constraints.kernel)
-    memory = np.zeros(MEMORY_HEAD + 3 * n_k + 2 * m + n_g)
+    memory = np.zeros(MEMORY_HEAD + CONTACT_MEMORY * n_k + 2 * m + 2 * n_g + load_forces(program))
     return Flow(
         np.zeros(10),
         *(np.zeros(n) for _ in range(4)),
         np.zeros(m),
         np.zeros(program.tables.sizes.n_z),
-        np.zeros(10),
+        np.zeros(11),
         memory,
         np.zeros((n_k, EPISODE)),
         np.zeros((PAST_STATES, 2 * program.n_q + m)),
@@ -163,6 +166,7 @@ def new_flow(program: Program, factors: np.ndarray) -> Flow:
         factors,
         np.zeros((n_k + n_g, 4)),
         np.zeros((n_k, IMPACT)),
+        np.zeros(n),
         np.zeros(n),
     )
 

@@ -1,19 +1,22 @@
-"""The end of an accepted step: ledger of energies, signals, peaks, saving, and the new state."""
+"""The end of an accepted step: signals, peaks, saving, and the new state."""
 
-from flexmb.integrate.arrays import BUFFER_FULL, MEMORY_HEAD, RUNNING
+from flexmb.integrate.arrays import BUFFER_FULL, RUNNING
+from flexmb.integrate.contact_work import contact_losses
+from flexmb.integrate.ledger import SETTLED, STEPS, keep_account, verdict, work_of_bow
 from flexmb.integrate.predict import compare
 from flexmb.integrate.touch import follow_contacts, no_room
-from flexmb.kernels import GAP_SIZE, compiled, copy
+from flexmb.kernels import compiled, copy
 from flexmb.system.constraints import renew_forces
 from flexmb.system.evaluate import evaluate_accepted
 from flexmb.system.outputs import write_outputs
 
-KINETIC, STRAIN, GRAVITY, DRIVE, LOAD, CONTACT, FRICTION, DAMPING, ALGORITHM, RESIDUAL = range(10)
-
 
 @compiled
 def accept(tables, address, h, ratio, options, flow, trial, work, record):
-    """Make the trial state the accepted one; BUFFER_FULL when what was saved must be fetched, else RUNNING."""
+    """Make the trial state the accepted one.
+
+    BUFFER_FULL when what was saved must be fetched, what the ledger says when energies do not add up, else RUNNING.
+    """
     t = flow.clock[0] + h
     if record.count[9] == 0:
         compare(tables.sizes.n_q, h, flow, trial)
@@ -23,8 +26,10 @@ def accept(tables, address, h, ratio, options, flow, trial, work, record):
         record.count[3] += 1
     else:
         renew_forces(tables, trial.lam, work)
+    work_of_bow(tables.sizes.n_q, flow, trial, work)
+    contact_losses(tables, address, h, flow, trial.q, trial.v, work)
     follow_contacts(tables, h, options, flow, work, record)
-    keep_account(tables, h, flow.ledger, flow.memory, work)
+    keep_account(tables, address, t, h, flow.q, flow.v, trial.q, trial.v, flow.ledger, flow.memory, work)
     copy(record.new, record.old)
     write_outputs(tables, address, t, trial.q, trial.v, trial.a, work, flow.ledger, record.new)
     for i in range(record.new.shape[0]):  # without branches: the compiler makes vectors of it
@@ -44,43 +49,9 @@ def accept(tables, address, h, ratio, options, flow, trial, work, record):
     record.extreme[0], record.extreme[1] = min(record.extreme[0], h), max(record.extreme[1], h)
     record.extreme[4], record.extreme[5] = t0, h
     code = save(tables, t0, h, options, flow, record)
-    return BUFFER_FULL if no_room(flow, record) else code
-
-
-@compiled
-def keep_account(tables, h, ledger, memory, work):
-    """Bring the ledger to the state of the last evaluation; works are integrated by the trapezoidal rule."""
-    ledger[KINETIC], ledger[STRAIN], ledger[GRAVITY] = work.power[0], work.power[1], work.power[2]
-    ledger[DAMPING] += 0.5 * h * (memory[1] + work.power[3])
-    ledger[LOAD] += 0.5 * h * (memory[2] + work.power[4])
-    ledger[ALGORITHM] += work.power[5]
-    memory[1], memory[2] = work.power[3], work.power[4]
-    k = MEMORY_HEAD
-    for c in range(work.contact.shape[0]):
-        N, depth = work.contact[c, GAP_SIZE], max(-work.contact[c, 0], 0.0)
-        loss = -work.contact[c, GAP_SIZE + 1] * work.contact[c, 2]
-        ledger[CONTACT] += 0.5 * (memory[k] + N) * (depth - memory[k + 1])
-        ledger[FRICTION] += 0.5 * h * (memory[k + 2] + loss)
-        memory[k], memory[k + 1], memory[k + 2] = N, depth, loss
-        k += 3
-    for row in range(work.drive.shape[0]):
-        if tables.constraints.motion[row] >= 0:
-            s, force = work.drive[row, 0], work.drive[row, 3]
-            if h > 0.0:
-                ledger[DRIVE] += 0.5 * (memory[k + 1] + force) * (s - memory[k])
-            memory[k], memory[k + 1] = s, force
-        k += 2
-    for c in range(work.grip.shape[0]):
-        if tables.constraints.grip[c, 0] >= 0:
-            loss = -work.grip[c, 0] * work.grip[c, 1]
-            ledger[FRICTION] += 0.5 * h * (memory[k] + loss)
-            memory[k] = loss
-        k += 1
-    stored = ledger[KINETIC] + ledger[STRAIN] + ledger[GRAVITY]
-    if h == 0.0:
-        memory[0] = stored
-    lost = ledger[CONTACT] + ledger[FRICTION] + ledger[DAMPING] + ledger[ALGORITHM]
-    ledger[RESIDUAL] = stored - memory[0] + lost - ledger[DRIVE] - ledger[LOAD]
+    if code != RUNNING or no_room(flow, record):
+        return BUFFER_FULL
+    return verdict(flow.ledger, flow.memory) if flow.memory[STEPS] >= SETTLED else RUNNING
 
 
 @compiled

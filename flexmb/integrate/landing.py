@@ -123,7 +123,7 @@ def force(tables, address, c, gap, rate, flow, work):
         gap,
         rate,
         flow.z[K.z[c, 1] : K.z[c, 2]],
-        work.z_spare[K.z[c, 1] : K.z[c, 2]],
+        work.z_between[K.z[c, 1] : K.z[c, 2]],
     )
     return N
 

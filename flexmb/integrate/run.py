@@ -23,8 +23,10 @@ from flexmb.integrate.arrays import (
     new_trial,
 )
 from flexmb.integrate.bar import bar as progress_bar
+from flexmb.integrate.contact_work import contact_losses
 from flexmb.integrate.explicit import new_stages
-from flexmb.integrate.finish import keep_account, save
+from flexmb.integrate.finish import save
+from flexmb.integrate.ledger import LIMIT, MISSING, MISSING_IN_RUNGE_KUTTA, keep_account, open_account, verdict
 from flexmb.integrate.loop import advance, advance_explicit
 from flexmb.integrate.method import Newmark, RungeKutta4
 from flexmb.integrate.solution import ContactLog, Peaks, Solution
@@ -110,6 +112,7 @@ class Run:
         flow.clock[2] = NOT_SAVING
         flow.clock[1] = self.h_max if isinstance(self.step, FixedStep) else 1e-3 * self.h_max
         self._look()
+        open_account(flow.ledger, flow.memory)
         flow.z[:] = self.work.z_new
         touching_from_the_start(self.program.tables, flow)
         self._write()
@@ -120,7 +123,9 @@ class Run:
         flow, still = self.flow, np.zeros(self.program.n_q + 3)
         common = (self.program.tables, self.program.addresses, flow.clock[0], 0.0)
         evaluate_accepted(*common, flow.q, flow.v, flow.a, flow.lam, flow.z, still, still, self.work)
-        keep_account(self.program.tables, 0.0, flow.ledger, flow.memory, self.work)
+        flow.momentum[:] = self.work.momentum
+        contact_losses(*common[:2], 0.0, flow, flow.q, flow.v, self.work)
+        keep_account(*common, flow.q, flow.v, flow.q, flow.v, flow.ledger, flow.memory, self.work)
 
     def _write(self) -> None:
         """Signals of the state that was looked at last."""
@@ -185,6 +190,8 @@ class Run:
             return  # a run that was stopped before the instants to be saved stays stopped
         if saving is not None:
             self._begin_saving(saving)
+        explicit = isinstance(self.method, RungeKutta4)
+        self.flow.memory[LIMIT] = MISSING_IN_RUNGE_KUTTA if explicit else MISSING
         interval = NEVER if saving is None else saving
         bar = progress_bar(self.program.name, float(self.flow.clock[0]), end, shown=self.progress)
         try:
@@ -194,7 +201,8 @@ class Run:
                 if self.note or self.code not in (RUNNING, DONE):
                     break
             else:
-                self._reach(end, interval, bar)
+                if self._reach(end, interval, bar) and (code := verdict(self.flow.ledger, self.flow.memory)) != RUNNING:
+                    self.code = code
         except KeyboardInterrupt:
             self.note = "Interrupted from the keyboard"
         bar.close()
@@ -235,9 +243,9 @@ class Run:
             self.note = f"Stopped: {str(error).rstrip('.')}"
             return
         flow.a[:n], flow.x[:n], flow.lam[:] = a, a, lam
-        kept = flow.ledger.copy(), flow.memory[0]
+        kept = flow.ledger.copy()
         self._look()
-        flow.ledger[:], flow.memory[0] = kept
+        flow.ledger[:] = kept
         self._write()
         record = self.record
         size = np.where(record.one_sided, record.new, np.abs(record.new))

@@ -72,9 +72,10 @@ def simulate(
     Returns
     -------
     Solution : its `ok` is True only if the run reached its end; `status` says in a sentence what happened,
-        names the joints whose forces were not unique because the run passed a singular position, and warns of a run
-        whose energies miss 5 % of what was exchanged: its steps were too coarse; `notes` says where contact laws left
-        their validity.
+        names the joints whose forces were not unique because the run passed a singular position; `notes` says where
+        contact laws left their validity.  A run whose energies miss 1 % of what was turned over or is in motion, or
+        whose steps took or made 5 % of it, or 2 % of what went through contacts, stops there and is not ok: its steps
+        were too coarse.  From a fifth of these on `status` warns.
 
     Raises
     ------

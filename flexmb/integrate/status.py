@@ -4,9 +4,37 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.integrate.arrays import DONE, NEWTON_FAILED, NOT_FINITE, SINGULAR, STEP_TOO_SMALL, Flow, Record, Trial
+from flexmb.integrate.arrays import (
+    DONE,
+    ENERGY_LOST,
+    ENERGY_MADE,
+    ENERGY_MISSING,
+    NEWTON_FAILED,
+    NOT_FINITE,
+    SINGULAR,
+    STEP_TOO_SMALL,
+    Flow,
+    Record,
+    Trial,
+)
 from flexmb.integrate.landing import STEP
+from flexmb.integrate.ledger import (
+    ALGORITHM,
+    CONTACT,
+    FEW,
+    IN_CONTACTS,
+    KINETIC,
+    LIMIT,
+    LOST_IN_CONTACTS,
+    RESIDUAL,
+    TAKEN,
+    THROUGH_CONTACTS,
+    put_in,
+    turned_over,
+)
 from flexmb.program.program import Program
+
+FINER = "Try a smaller step, or step=Adaptive(...) with a smaller rtol, so that impacts and vibrations are resolved."
 
 SENTENCES = {
     DONE: "Finished at {t}.",
@@ -20,14 +48,26 @@ SENTENCES = {
         "Stopped at {t}: a step of {h}, the smallest one allowed, was refused; {cause}. "
         "Try Adaptive(...) with a smaller min{remedy}."
     ),
+    ENERGY_MISSING: (
+        "Not ok at {t}: the energies do not add up, {missing} are missing where {put_in} were put in and "
+        "{scale} turned over. Try a smaller step, or step=Adaptive(...) with a smaller rtol; if that changes little, "
+        "the energies of a part do not belong to its forces: testing.check_part finds it."
+    ),
+    ENERGY_MADE: (
+        "Not ok at {t}: the steps made energy, {taken} where {put_in} were put in ({kinetic} are kinetic), "
+        "{in_contacts} of {through} that went through contacts. " + FINER
+    ),
+    ENERGY_LOST: (
+        "Not ok at {t}: the steps took energy that no law took, {taken} of {scale} turned over or in motion, "
+        "{in_contacts} of {through} that went through contacts. " + FINER
+    ),
 }
 
-EXCHANGED = ("kinetic", "strain", "drive_work", "load_work")
 MOST = 8
 """Joints that are listed."""
 
-POOR_BALANCE = 0.05
-"""Largest residual of the energies, as part of the largest energy exchanged, that goes without a warning."""
+DOUBTFUL = 0.2
+"""Part of the limits of the ledger from which on a run that is ok says so."""
 
 
 def sentence(program: Program, code: int, flow: Flow, trial: Trial, record: Record) -> str:
@@ -44,8 +84,9 @@ def sentence(program: Program, code: int, flow: Flow, trial: Trial, record: Reco
         last=record.extreme[2],
         wanted=record.extreme[3],
         worst=_worst(program, flow, trial),
+        **energies(flow.ledger, flow.memory),
     )
-    return text + not_unique(program, trial, record) + balance(program, record) if code == DONE else text
+    return text + not_unique(program, trial, record) + balance(flow.ledger, flow.memory) if code == DONE else text
 
 
 def refused(program: Program, flow: Flow, trial: Trial, record: Record) -> tuple[str, str]:
@@ -80,19 +121,35 @@ def not_unique(program: Program, trial: Trial, record: Record) -> str:
     return f" Passed a singular position at {when}, where the forces of {listed} are not unique."
 
 
-def balance(program: Program, record: Record) -> str:
-    """A warning when the energies do not add up, so that nobody takes too coarse a run for a good one; else ""."""
-    size = {s.name: float(p) for s, p in zip(program.names.signals, record.peak, strict=True)}
-    moved = max(size[f"energy.{name}"] for name in EXCHANGED)
-    # heights count from an arbitrary level: only their round-off says something
-    scale = max(moved, 1e-6 * size["energy.gravity"])
-    residual = size["energy.residual"]
-    if residual <= POOR_BALANCE * scale:
-        return ""
-    return (
-        f" But the balance of energy misses {residual:.2g} J where {scale:.2g} J were exchanged, so do not trust it: "
-        "try a smaller step, or Adaptive(rtol=...) with a smaller rtol."
-    )
+def energies(ledger: np.ndarray, memory: np.ndarray) -> dict[str, str]:
+    """What sentences on the energies say [J]."""
+    return {
+        "missing": f"{ledger[RESIDUAL]:.3g} J",
+        "taken": f"{abs(ledger[ALGORITHM]):.3g} J",
+        "in_contacts": f"{abs(memory[LOST_IN_CONTACTS]):.3g} J",
+        "through": f"{memory[THROUGH_CONTACTS]:.3g} J",
+        "kinetic": f"{ledger[KINETIC]:.3g} J",
+        "scale": f"{turned_over(ledger, memory):.3g} J",
+        "put_in": f"{put_in(ledger, memory):.3g} J",
+    }
+
+
+def balance(ledger: np.ndarray, memory: np.ndarray) -> str:
+    """Warnings of energies that add up, but not well; "" when they do."""
+    scale, found = turned_over(ledger, memory), ""
+    through, named = memory[THROUGH_CONTACTS] + FEW * scale, energies(ledger, memory)
+    if abs(ledger[RESIDUAL]) > DOUBTFUL * memory[LIMIT] * min(scale, put_in(ledger, memory)):
+        found += " But the energies miss {missing}, where {put_in} were put in and {scale} turned over: {remedy}."
+    if abs(ledger[ALGORITHM]) > DOUBTFUL * TAKEN * scale:
+        found += " But the steps {verb} {taken} of {scale} turned over or in motion: {remedy}."
+    elif abs(ledger[ALGORITHM]) > TAKEN * put_in(ledger, memory):
+        found += " But the steps {verb} {taken} where {put_in} were put in: {remedy}."
+    elif abs(memory[LOST_IN_CONTACTS]) > DOUBTFUL * IN_CONTACTS * through:
+        found += " But the steps {in_verb} {in_contacts} of {through} that went through contacts: {remedy}."
+    if ledger[CONTACT] < -DOUBTFUL * IN_CONTACTS * through:
+        found += f" But the laws of contact made {-ledger[CONTACT]:.3g} J of {{through}} that went through contacts."
+    verbs = ["took" if x > 0.0 else "made" for x in (ledger[ALGORITHM], memory[LOST_IN_CONTACTS])]
+    return found.format(**named, verb=verbs[0], in_verb=verbs[1], remedy="try smaller ones to see what changes")
 
 
 def _worst(program: Program, flow: Flow, trial: Trial) -> str:

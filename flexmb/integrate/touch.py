@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.contact.onset import crossing, cubic
-from flexmb.integrate.arrays import EPISODE, EPISODE_ROW, MEMORY_HEAD, NEVER, Flow, Record
+from flexmb.integrate.arrays import CONTACT_MEMORY, EPISODE, EPISODE_ROW, MEMORY_HEAD, NEVER, Flow, Record
 from flexmb.kernels import GAP_SIZE, compiled
 from flexmb.program.tables import Tables
 
@@ -32,7 +32,8 @@ LASTING_PHASE = 3.0
 def follow_contacts(tables, h, options, flow, work, record):
     """Bring the running episodes to the state of the last evaluation, before ledger and histories are.
 
-    Impulses and losses are sums of the ledger's trapezoids, so those of all episodes add up to what the ledger says.
+    Losses are those that the ledger books (`work.loss`), so those of all episodes add up to what it says; impulses
+    are sums of trapezoids, as the momentum that the Newmark family moves.
     """
     K = tables.contacts
     for c in range(K.kernel.shape[0]):
@@ -44,11 +45,10 @@ def follow_contacts(tables, h, options, flow, work, record):
         if before == 0.0:
             flow.episodes[c, START] = work.z_new[k + 1]
             flow.episodes[c, APPROACH] = speed_at_crossing(h, flow.z[k + 2], flow.z[k + 4], gap, rate)
-        m = MEMORY_HEAD + 3 * c
-        depth, loss = max(-gap, 0.0), -work.contact[c, GAP_SIZE + 1] * work.contact[c, 2]
+        m, depth = MEMORY_HEAD + CONTACT_MEMORY * c, max(-gap, 0.0)
         flow.episodes[c, IMPULSE] += 0.5 * h * (flow.memory[m] + N)
-        flow.episodes[c, CONTACT_LOSS] += 0.5 * (flow.memory[m] + N) * (depth - flow.memory[m + 1])
-        flow.episodes[c, FRICTION_LOSS] += 0.5 * h * (flow.memory[m + 2] + loss)
+        flow.episodes[c, CONTACT_LOSS] += work.loss[c, 0]
+        flow.episodes[c, FRICTION_LOSS] += work.loss[c, 1]
         flow.episodes[c, PEAK_FORCE] = max(flow.episodes[c, PEAK_FORCE], N)
         flow.episodes[c, PEAK_DEPTH] = max(flow.episodes[c, PEAK_DEPTH], depth)
         if now == 0.0:

@@ -139,8 +139,9 @@ class Element(Part):
 
     A subclass has the class attributes `kernel` (an element kernel) and `coords`, a tuple of "FIELD.AXIS" or
     "FIELD.NODE.AXIS" where FIELD names a field that holds a body and AXIS is x, y or theta.  The kernel's p holds
-    the numeric fields in the order of declaration; `history` gives the start values of z.  `force_kernel` and
-    `tangent_kernel` may say parts of what `kernel` says, at less cost.
+    the numeric fields in the order of declaration; `history` gives the start values of z.  An element that stores or
+    damps energy may have an energy kernel, `energy`; without one its work is counted as that of a load.
+    `force_kernel` and `tangent_kernel` may say parts of what `kernel` says, at less cost.
 
     Parameters
     ----------
@@ -148,6 +149,7 @@ class Element(Part):
     """
 
     kernel: ClassVar[kernels.Kernel]
+    energy: ClassVar[kernels.Kernel | None] = None
     coords: ClassVar[tuple[str, ...]]
     force_kernel: ClassVar[kernels.Kernel | None] = None
     tangent_kernel: ClassVar[kernels.Kernel | None] = None
@@ -155,6 +157,7 @@ class Element(Part):
     def __init_subclass__(cls, **keywords: Any) -> None:
         super().__init_subclass__(**keywords)
         require_kernel(cls, kernels.ELEMENT)
+        require_kernel(cls, kernels.ENERGY, "energy")
         require_kernel(cls, kernels.FORCE, "force_kernel")
         require_kernel(cls, kernels.TANGENT, "tangent_kernel")
 
@@ -169,8 +172,9 @@ class Element(Part):
     def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
         """One element on the named coordinates."""
         coordinates = tuple(self._coordinate(mechanism, c) for c in self.coords)
-        short = {"force": self.force_kernel, "tangent": self.tangent_kernel}
-        return [ElementPiece(self.name, self.kernel, coordinates, self.parameters(), self.history(), **short)]
+        found = self.parameters(), self.history()
+        short = {"energy": self.energy, "force": self.force_kernel, "tangent": self.tangent_kernel}
+        return [ElementPiece(self.name, self.kernel, coordinates, *found, **short)]
 
     def _coordinate(self, mechanism: Mechanism, text: str) -> Coordinate:
         words = text.split(".")

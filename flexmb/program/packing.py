@@ -135,7 +135,7 @@ class Packer:
         slow = [None if piece.is_complete else piece for piece in pieces]
         return Elements(
             ints([self.kernels["element"].number(piece.kernel if piece else None) for piece in slow]),
-            ints([self.kernels["energy"].number(piece.energy if piece else None) for piece in slow]),
+            ints([self.kernels["energy"].number(piece.energy) for piece in pieces]),
             ints([self.kernels["motion"].number(law.kernel if law else None) for law in factors]),
             ints([self.kernels["force"].number(piece.force) for piece in pieces]),
             ints([self.kernels["tangent"].number(piece.tangent) for piece in pieces]),

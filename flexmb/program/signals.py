@@ -42,6 +42,7 @@ ENERGY = (
     "dissipated_damping",
     "dissipated_algorithm",
     "residual",
+    "turned_over",
 )
 
 

@@ -140,43 +140,47 @@ def factor_of(tables, address, e, t):
 
 @compiled
 def account(tables, address, t, h, q, v, a, x, y, z, work):
-    """Energies and powers of all elements at a state: work.power.
+    """Energies of all elements at a state: work.power.
 
-    Kinetic energy 1/2 v M v, strain, gravity, power of damping; power that elements without an account of their own
-    give to the motion, -(r - M a) v; and x M y, with which the loop measures what the algorithm dissipates.
+    Kinetic energy 1/2 v M v, strain, gravity, power of damping; x M y, with which the loop measures what the algorithm
+    dissipates.  work.load: what elements without energies of their own exert;  work.momentum: M v.
     """
     E = tables.elements
     work.power[:] = 0.0
+    work.momentum[:] = 0.0
+    place = 0
     for e in range(E.p.shape[0]):
         n = E.dof[e + 1] - E.dof[e]
         dofs = part_of(E.dofs, E.dof[e], E.dof[e + 1])
         gather_state(E, e, n, q, v, a, work)
         gather(y, E.dofs, E.dof[e], n, work.yl)
         if E.account[e] >= 0:
-            strain, gravity, damping, load = call_account(tables, address, e, n, t, h, z, work)
+            strain, gravity, damping = call_account(tables, address, e, n, t, h, z, work)
         else:
-            strain, gravity, damping, load = account_by_matrix(tables, address, e, n, t, h, z, work)
+            strain, gravity, damping = account_by_matrix(tables, address, e, n, t, h, z, place, work)
+        if E.energy[e] < 0:
+            place += n
         kinetic, product = 0.0, 0.0
         for i in range(n):
             dof = dofs[i]
             work.r[dof] += work.rl[i]
+            work.momentum[dof] += work.Mvl[i]
             kinetic += work.vl[i] * work.Mvl[i]
             product += x[dof] * work.Myl[i]
         work.power[0] += 0.5 * kinetic
         work.power[1] += strain
         work.power[2] += gravity
         work.power[3] += damping
-        work.power[4] += load
-        work.power[5] += product
+        work.power[4] += product
 
 
 @compiled
 def call_account(tables, address, e, n, t, h, z, work):
-    """Forces, M v and M y of element e in rl, Mvl, Myl; strain, gravity, power of damping, no load."""
+    """Forces, M v and M y of element e in rl, Mvl, Myl; strain, gravity, power of damping."""
     E = tables.elements
     for i in range(n):
         work.Mvl[i], work.Myl[i] = 0.0, 0.0
-    strain, gravity, damping = account_at(address.account, E.account[e])(
+    return account_at(address.account, E.account[e])(
         part_of(tables.p, E.p[e, 0], E.p[e, 1]),
         t,
         h,
@@ -190,16 +194,14 @@ def call_account(tables, address, e, n, t, h, z, work):
         part_of(work.Myl, 0, n),
         part_of(work.z_new, E.z[e, 0], E.z[e, 1]),
     )
-    return strain, gravity, damping, 0.0
 
 
 @compiled
-def account_by_matrix(tables, address, e, n, t, h, z, work):
-    """The same from the element kernel's M, and the power of an element that has no energies."""
+def account_by_matrix(tables, address, e, n, t, h, z, place, work):
+    """The same from the element kernel's M; the force of an element that has no energies goes to work.load."""
     E = tables.elements
     call_element(tables, address, e, n, t, h, z, work)
     s = factor_of(tables, address, e, t)
-    load = 0.0
     for i in range(n):
         Mv, My, Ma = 0.0, 0.0, 0.0
         for j in range(n):
@@ -209,10 +211,10 @@ def account_by_matrix(tables, address, e, n, t, h, z, work):
             Ma += m * work.al[j]
         work.rl[i] *= s
         work.Mvl[i], work.Myl[i] = Mv, My
-        load -= work.vl[i] * (work.rl[i] - Ma)
+        if E.energy[e] < 0:
+            work.load[place + i] = Ma - work.rl[i]
     if E.energy[e] < 0:
-        return 0.0, 0.0, 0.0, load
-    strain, gravity, damping = energy_at(address.energy, E.energy[e])(
+        return 0.0, 0.0, 0.0
+    return energy_at(address.energy, E.energy[e])(
         part_of(tables.p, E.p[e, 0], E.p[e, 1]), t, part_of(work.ql, 0, n), part_of(work.vl, 0, n)
     )
-    return strain, gravity, damping, 0.0

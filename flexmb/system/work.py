@@ -21,7 +21,11 @@ class Work(NamedTuple):
     grip : (n, 2) friction force and slip of each joint
     slopes : (contacts + joints, 4) dN/dgap, dN/drate, dT/dslip, dT/dN of contacts; dT/dslip, dT/dlam of joints
     levers : (n_c, 2) what a multiplier adds to minus the force (x, y) on the second body
-    power : kinetic energy, strain, gravity, power of damping, of loads, work of the algorithm
+    power : kinetic energy, strain, gravity, power of damping, work of the algorithm
+    load : forces on the dofs of all elements without an account of their own, one after the other
+    momentum : (n_q + 3,) M v
+    loss : (n, 10) of every contact: losses normal, tangential, beyond its laws [J]; normal force, generalised forces
+    gap, z_between : gap data and histories of what is only tried
     """
 
     r: np.ndarray
@@ -56,7 +60,11 @@ class Work(NamedTuple):
     Myl: np.ndarray
     slopes: np.ndarray
     levers: np.ndarray
-    z_spare: np.ndarray  # (n_z,) histories of what is only tried
+    load: np.ndarray
+    momentum: np.ndarray
+    loss: np.ndarray
+    gap: np.ndarray
+    z_between: np.ndarray
 
 
 def workspace(program: Program) -> Work:
@@ -75,7 +83,7 @@ def workspace(program: Program) -> Work:
         np.zeros((n_k, GAP_SIZE + 2)),
         np.zeros((sizes.n_c, 4)),
         np.zeros((n_g, 4)),
-        np.zeros(6),
+        np.zeros(5),
         np.zeros(n),
         np.zeros(n),
         np.zeros(n),
@@ -97,5 +105,15 @@ def workspace(program: Program) -> Work:
         np.zeros(n),
         np.zeros((n_k + n_g, 4)),
         np.zeros((sizes.n_c, 2)),
+        np.zeros(load_forces(program)),
+        np.zeros(sizes.n_q + 3),
+        np.zeros((n_k, 10)),
+        np.zeros(GAP_SIZE),
         np.zeros(sizes.n_z),
     )
+
+
+def load_forces(program: Program) -> int:
+    """Number of dofs of all elements without an account of their own."""
+    E = program.tables.elements
+    return int(np.diff(E.dof)[np.asarray(E.energy) < 0].sum())

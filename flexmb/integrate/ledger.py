@@ -1,0 +1,245 @@
+"""The ledger of energies: what is stored, what drives and loads bring, what laws and algorithm take, what is missing.
+
+Kinetic energy, strain and gravity are exact at every state.  A force f that is known at both ends of a step does
+
+    W = (f0 + f1)/2 . (q1 - q0),
+
+which is exact for potentials of second degree.  With this rule for inertia forces, loads, drives and contacts alike,
+whatever satisfies the equations of motion at both ends and has a constant mass adds up to round-off, for any relation
+between q, v and a.  See docs/design.md for what is left.
+"""
+
+import math
+
+from flexmb.integrate.arrays import (
+    CONTACT_MEMORY,
+    ENERGY_LOST,
+    ENERGY_MADE,
+    ENERGY_MISSING,
+    MEMORY_HEAD,
+    NOT_FINITE,
+    RUNNING,
+)
+from flexmb.kernels import compiled, energy_at
+
+KINETIC, STRAIN, GRAVITY, DRIVE, LOAD, CONTACT, FRICTION, DAMPING, ALGORITHM, RESIDUAL, TURNED = range(11)
+"""Places in the ledger, in the order of the signals.  TURNED is half of the sum of all changes of all other accounts
+(each drive and contact for itself), steps taken one by one and without signs: what goes from one to another is counted
+in both."""
+
+START, DAMPING_POWER, STEPS, THROUGH_CONTACTS, LOST_IN_CONTACTS, ROUND_OFF, PUT_IN, LEVEL, FALLEN, LIMIT = range(10)
+"""Places in the memory of the ledger: stored energy at the start [J], power of damping [W], steps so far, energy that
+went through contacts [J], the part of ALGORITHM that is due to contacts [J], round-off of all works [J]; energy in
+motion and strain at the start and all that drives and loads moved since [J], gravity at the start and its largest
+change [J]; largest part that may be missing."""
+
+MISSING, MISSING_IN_RUNGE_KUTTA = 0.01, 0.05
+"""Largest residual, as part of the energy turned over or in motion or of all that was put in, of a run that is ok.
+The account is of second order, so it is coarser than the motion that Runge and Kutta's method finds."""
+
+TAKEN = 0.05
+"""Largest energy that the algorithm takes or makes, as part of the same, of a run that is ok; and largest energy that
+it makes as part of all that was put in: slow growth of what nothing drives turns over much more than it makes."""
+
+IN_CONTACTS = 0.02
+"""Largest energy that it takes or makes in contacts, as part of what went through them, of a run that is ok."""
+
+FEW = 0.1
+"""Contacts are judged from this part of what was turned over on: the first step of an impact says little."""
+
+PART = 1e-14
+"""Round-off of a coordinate as part of its size, that to which Newton's iterations go."""
+
+SETTLED = 1000
+"""Steps before the first verdict in the loop: in the first ones of a soft start nothing has been turned over yet."""
+
+
+@compiled
+def work_of_bow(n, flow, trial, work):
+    """Complete the work of inertia that the algorithm makes up.
+
+    That is the work of M a by the rule above, less the kinetic energy that it stands for:
+
+    M (a0 + a1)/2 . (q1 - q0) - M (v1 - v0) . (v0 + v1)/2 = mean_v M lag + M (v1 - v0) . (mean_v - (v0 + v1)/2).
+
+    The first term is there (`predict.compare`).  The second is small; M (v1 - v0) is taken as the change of M v.
+    """
+    for i in range(n):
+        bow = trial.mean_v[i] - 0.5 * (flow.v[i] + trial.v[i])
+        work.power[4] += bow * (work.momentum[i] - flow.momentum[i])
+        flow.momentum[i] = work.momentum[i]
+
+
+def open_account(ledger, memory):
+    """Begin the account with the energies of the present state."""
+    memory[START], memory[LEVEL] = ledger[:3].sum(), ledger[GRAVITY]
+    memory[PUT_IN], memory[FALLEN], ledger[RESIDUAL] = abs(ledger[KINETIC]) + abs(ledger[STRAIN]), 0.0, 0.0
+
+
+@compiled
+def keep_account(tables, address, t, h, q0, v0, q1, v1, ledger, memory, work):
+    """Bring the ledger to the state of the last evaluation; with h = 0 only remember the powers and forces there."""
+    kinetic, strain, gravity = work.power[0], work.power[1], work.power[2]
+    turned = abs(kinetic - ledger[KINETIC]) + abs(strain - ledger[STRAIN]) + abs(gravity - ledger[GRAVITY])
+    ledger[KINETIC], ledger[STRAIN], ledger[GRAVITY] = kinetic, strain, gravity
+    damped = _damped(tables, address, t, h, q0, v0, q1, v1, memory, work)
+    ledger[DAMPING] += damped
+    ledger[ALGORITHM] += work.power[4]
+    turned += abs(damped) + _contacts(h, ledger, memory, work)
+    k = MEMORY_HEAD + CONTACT_MEMORY * work.contact.shape[0]
+    brought = _drives(tables, h, k, ledger, memory, work)
+    k += 2 * work.drive.shape[0]
+    turned += _joint_friction(tables, h, k, ledger, memory, work)
+    k += 2 * work.grip.shape[0]
+    brought += _loads(tables, h, k, q0, q1, ledger, memory, work)
+    turned += brought
+    memory[PUT_IN] += brought
+    memory[FALLEN] = max(memory[FALLEN], abs(gravity - memory[LEVEL]))
+    stored = kinetic + strain + gravity
+    if h > 0.0:
+        ledger[TURNED] += 0.5 * turned
+        memory[STEPS] += 1.0
+        memory[ROUND_OFF] += PART * _forces_times_size(tables, q1, work)
+    lost = ledger[CONTACT] + ledger[FRICTION] + ledger[DAMPING] + ledger[ALGORITHM]
+    ledger[RESIDUAL] = stored - memory[START] + lost - ledger[DRIVE] - ledger[LOAD]
+
+
+@compiled
+def _contacts(h, ledger, memory, work):
+    """Losses by the laws along the path; what the linear forces took beyond them goes to the algorithm."""
+    turned = 0.0
+    for c in range(work.contact.shape[0]):
+        normal, friction, beyond = work.loss[c, 0], work.loss[c, 1], work.loss[c, 2]
+        ledger[CONTACT] += normal
+        ledger[FRICTION] += friction
+        ledger[ALGORITHM] += beyond
+        turned += abs(normal) + abs(friction)
+        memory[LOST_IN_CONTACTS] += beyond
+        k = MEMORY_HEAD + CONTACT_MEMORY * c
+        for i in range(CONTACT_MEMORY):
+            memory[k + i] = work.loss[c, 3 + i]
+    memory[THROUGH_CONTACTS] += turned
+    return turned
+
+
+@compiled
+def _drives(tables, h, k, ledger, memory, work):
+    """Work of the drives, each on its own motion."""
+    turned = 0.0
+    for row in range(work.drive.shape[0]):
+        if tables.constraints.motion[row] >= 0:
+            s, force = work.drive[row, 0], work.drive[row, 3]
+            if h > 0.0:
+                gain = 0.5 * (memory[k + 1] + force) * (s - memory[k])
+                ledger[DRIVE] += gain
+                turned += abs(gain)
+            memory[k], memory[k + 1] = s, force
+        k += 2
+    return turned
+
+
+@compiled
+def _joint_friction(tables, h, k, ledger, memory, work):
+    """Friction in joints: mean force times mean slip."""
+    turned = 0.0
+    for c in range(work.grip.shape[0]):
+        if tables.constraints.grip[c, 0] >= 0:
+            T1, slip = work.grip[c, 0], work.grip[c, 1]
+            loss = -0.25 * h * (memory[k] + T1) * (memory[k + 1] + slip)
+            ledger[FRICTION] += loss
+            turned += abs(loss)
+            memory[k], memory[k + 1] = T1, slip
+        k += 2
+    return turned
+
+
+@compiled
+def _loads(tables, h, k, q0, q1, ledger, memory, work):
+    """Work of elements without an account of their own: of the forces in work.load."""
+    E = tables.elements
+    gain, place = 0.0, 0
+    for e in range(E.p.shape[0]):
+        if E.energy[e] < 0:
+            for i in range(E.dof[e], E.dof[e + 1]):
+                dof, force = E.dofs[i], work.load[place]
+                if h > 0.0:
+                    gain += 0.5 * (memory[k + place] + force) * (q1[dof] - q0[dof])
+                memory[k + place] = force
+                place += 1
+    ledger[LOAD] += gain
+    return abs(gain)
+
+
+@compiled
+def _damped(tables, address, t, h, q0, v0, q1, v1, memory, work):
+    """Energy that damping took: power at the middle of the step with the mean rates, as the rule above has it.
+
+    The mean of the powers at both ends would count fast vibrations twice.
+    """
+    before, now = memory[DAMPING_POWER], work.power[3]
+    memory[DAMPING_POWER] = now
+    if h == 0.0 or (before == 0.0 and now == 0.0):
+        return 0.0
+    E, middle = tables.elements, 0.0
+    for e in range(E.p.shape[0]):
+        if E.energy[e] < 0:
+            continue
+        n = E.dof[e + 1] - E.dof[e]
+        for i in range(n):
+            k = E.dofs[E.dof[e] + i]
+            work.ql[i] = 0.5 * (q0[k] + q1[k]) + 0.125 * h * (v0[k] - v1[k])
+            work.vl[i] = (q1[k] - q0[k]) / h
+        _, _, power = energy_at(address.energy, E.energy[e])(
+            tables.p[E.p[e, 0] : E.p[e, 1]], t - 0.5 * h, work.ql[:n], work.vl[:n]
+        )
+        middle += power
+    return h * middle
+
+
+@compiled
+def _forces_times_size(tables, q, work):
+    """Forces of joints, contacts and loads times the largest coordinate, moments times the largest angle [J]."""
+    far_x, far_t, force, moment = 0.0, 1.0, 0.0, 0.0
+    for i in range(tables.sizes.n_q):
+        if tables.kind[i] == 0:
+            far_x, force = max(far_x, abs(q[i])), force + abs(work.Gl[i])
+        else:
+            far_t, moment = max(far_t, abs(q[i])), moment + abs(work.Gl[i])
+    for c in range(work.contact.shape[0]):
+        force += abs(work.loss[c, 3])
+    for i in range(work.load.shape[0]):
+        force += abs(work.load[i])
+    return force * far_x + moment * far_t
+
+
+@compiled
+def turned_over(ledger, memory):
+    """What residuals are measured against [J]: energy turned over, in motion and in strain.
+
+    Of heights, which count from an arbitrary level, and of forces at rest only what round-off makes of them.
+    """
+    seen = ledger[TURNED] + abs(ledger[KINETIC]) + abs(ledger[STRAIN])
+    return seen + 1e-6 * abs(ledger[GRAVITY]) + memory[ROUND_OFF] / MISSING
+
+
+@compiled
+def put_in(ledger, memory):
+    """All energy that there was [J]: at the start in motion and strain, from heights, by drives and loads."""
+    return memory[PUT_IN] + memory[FALLEN] + 1e-6 * abs(ledger[GRAVITY]) + memory[ROUND_OFF] / MISSING
+
+
+@compiled
+def verdict(ledger, memory):
+    """RUNNING when the energies add up, else the code of what they say."""
+    if not math.isfinite(ledger[RESIDUAL]):
+        return NOT_FINITE
+    scale, taken, in_contacts = turned_over(ledger, memory), ledger[ALGORITHM], memory[LOST_IN_CONTACTS]
+    level = min(scale, put_in(ledger, memory))
+    through = memory[THROUGH_CONTACTS] + FEW * scale
+    if abs(ledger[RESIDUAL]) > memory[LIMIT] * level:
+        return ENERGY_MISSING
+    if taken < -TAKEN * level or in_contacts < -IN_CONTACTS * through:
+        return ENERGY_MADE
+    if taken > TAKEN * scale or in_contacts > IN_CONTACTS * through:
+        return ENERGY_LOST
+    return RUNNING
