@@ -1,14 +1,18 @@
 """Two codes on the same model, timed in turn in one process: A, B, A, B, ... so that a busy machine slows both.
 
-What is timed is the motion alone, model built and start values known: for flexmb `stats.wall_time` of `simulate`, which contains
-energies, contact episodes, largest values of all signals and the making of the solution; for the peer its
-`SolveDynamic` without sensors or files.  Accuracy comes from one more run of each.
+What is timed is the motion alone, model built and start values known: for flexmb what `simulate` reports, which
+contains energies, contact episodes, largest values of all signals and the making of the solution; for the peer its
+`SolveDynamic` without sensors or files.  Accuracy comes from one more run of each.  Times are CPU times of the process,
+one thread each: on a quiet machine those of the clock, on a busy one without what other work takes.
 """
 
+import datetime
 import gc
+import importlib.metadata
 import json
 import math
 import os
+import platform
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field
@@ -19,13 +23,15 @@ RECORDS = Path(__file__).resolve().parents[2] / "out" / "speed"
 PAIRS = int(os.environ.get("FLEXMB_SPEED_PAIRS", "5"))
 """Rounds at least; of short runs so many more that SPENT seconds are spent, at most MOST times as many."""
 SPENT, MOST = 10.0, 5
+ALIKE = 1.05
+"""Errors that differ by less count as the same."""
 
 
 @dataclass(frozen=True)
 class Runner:
     """One code with one setting.
 
-    once : runs and returns the wall time [s].
+    once : runs and returns the time [s].
     values : runs and returns what came out; "error" is what rows compare.
     """
 
@@ -63,7 +69,7 @@ class Row:
 
 @dataclass
 class Timing:
-    """Wall times of a runner [s], in the order of the rounds, and its values."""
+    """Times of a runner [s], in the order of the rounds, and its values."""
 
     code: str
     label: str
@@ -112,7 +118,26 @@ class Verdict:
 
 def measured(row: Row, pairs: int = PAIRS) -> dict:
     """Time all runners of a row in turn, at least `pairs` rounds; the record is kept in out/speed."""
-    runners = row.make()
+    timings, rounds = timed(row.make(), pairs)
+    verdicts = [verdict(row, wish, timings) for wish in row.wishes]
+    if row.cores:
+        verdicts.append(_on_two_cores(row, timings))
+    record = {
+        "name": row.name,
+        "title": row.title,
+        "error": row.error,
+        "reference": row.reference,
+        "note": row.note,
+        "rounds": rounds,
+        "timings": [asdict(t) for t in timings],
+        "verdicts": [asdict(v) for v in verdicts],
+    }
+    keep(row.name, record)
+    return record
+
+
+def timed(runners: list[Runner], pairs: int) -> tuple[list[Timing], int]:
+    """Values and times of these runners, and the number of rounds."""
     timings = [Timing(r.code, r.label) for r in runners]
     for runner, timing in zip(runners, timings, strict=True):
         _guarded(timing, lambda timing=timing, runner=runner: timing.values.update(runner.values()))
@@ -123,22 +148,7 @@ def measured(row: Row, pairs: int = PAIRS) -> dict:
             gc.collect()
             if not timing.failure:
                 _guarded(timing, lambda timing=timing, runner=runner: timing.times.append(runner.once()))
-    verdicts = [verdict(row, wish, timings) for wish in row.wishes]
-    if row.cores:
-        verdicts.append(_on_two_cores(row, timings))
-    record = {
-        "name": row.name,
-        "title": row.title,
-        "error": row.error,
-        "reference": row.reference,
-        "note": row.note,
-        "pairs": rounds,
-        "took": time.perf_counter() - began,
-        "timings": [asdict(t) for t in timings],
-        "verdicts": [asdict(v) for v in verdicts],
-    }
-    keep(row.name, record)
-    return record
+    return timings, rounds
 
 
 def _guarded(timing: Timing, call: Callable[[], object]) -> None:
@@ -195,19 +205,39 @@ def _chosen(wish: Wish, ours: list[Timing], theirs: Timing) -> Timing | None:
     """Our runner that a wish is about."""
     if wish.ours is not None:
         return next(t for t in ours if t.label == wish.ours)
-    good = [t for t in ours if not t.failure and t.error <= theirs.error]
+    good = [t for t in ours if not t.failure and t.error <= ALIKE * theirs.error]
     return min(good, key=lambda t: t.middle, default=None)
 
 
 def keep(name: str, record: dict) -> None:
     """Write a record to out/speed, for docs/performance.py."""
     RECORDS.mkdir(parents=True, exist_ok=True)
+    record["where"] = stamp()
     (RECORDS / f"{name}.json").write_text(json.dumps(record, indent=1, default=float) + "\n", encoding="utf-8")
+
+
+def stamp() -> dict[str, str]:
+    """Date, machine, versions, and how busy the machine was."""
+    listed = Path("/proc/cpuinfo")
+    text = listed.read_text(encoding="utf-8") if listed.is_file() else ""
+    names = [line.partition(":")[2].strip() for line in text.splitlines() if line.startswith("model name")]
+    versions = []
+    for package in ("exudyn", "numpy", "scipy", "numba", "flexmb"):
+        try:
+            versions.append(f"{package} {importlib.metadata.version(package)}")
+        except importlib.metadata.PackageNotFoundError:
+            versions.append(f"{package} (not installed)" if package == "exudyn" else f"{package} (from its sources)")
+    return {
+        "date": f"{datetime.datetime.now(datetime.UTC):%Y-%m-%d}",
+        "machine": f"{names[0] if names else platform.machine()}, {os.cpu_count()} cores, {platform.system()}",
+        "versions": f"Python {platform.python_version()}, {', '.join(versions)}",
+        "load": f"{os.getloadavg()[0]:.1f}" if os.name == "posix" else "-",
+    }
 
 
 def lines(record: dict) -> Iterator[str]:
     """A record for people."""
-    yield f"{record['title']}  [{record['pairs']} rounds; error: {record['error']}]"
+    yield f"{record['title']}  [{record['rounds']} rounds; error: {record['error']}]"
     for t in (Timing(**one) for one in record["timings"]):
         if t.failure:
             yield f"  {t.code:7s} {t.label:34s} gave up: {t.failure}"

@@ -1,12 +1,13 @@
 """The rigid slider-crank by hand: the equations that somebody would write down for this one mechanism.
 
-Ideal joints, turning freely: one coordinate, the crank's angle; M(theta) theta'' = -M'(theta) theta'^2/2.  The energy stays what
-it was, so that the time of an angle is a quadrature: exact.
+Ideal joints, turning freely: one coordinate, the crank's angle; M(theta) theta'' = -M'(theta) theta'^2/2.  The energy
+stays what it was, so that the time of an angle is a quadrature: exact.
 
-Play between rod and slider, crank at constant speed: two coordinates, the rod's angle phi and the slider's place x.  With crank pin
-A = r (cos, sin)(w t), bearing centre B = A + l (cos, sin)(phi), e = (x, 0) - B, n = e/|e|, t = (-n_y, n_x):
+Play between rod and slider, crank at constant speed: two coordinates, the rod's angle phi and the slider's place x.
+With crank pin A = r (cos, sin)(w t), bearing centre B = A + l (cos, sin)(phi), e = (x, 0) - B, n = e/|e|, t across:
 depth d = |e| - c, its rate d' = e' . n, slip s = e' . t - R phi' with R = R1 + d/2 the arm of the contact point;
-N = K d^1.5 (1 + 3/4 (1 - e^2) d'/d'_0), T = -mu N clip(s/v1, -1, 1); P = -N n + T t on the slider, -P and -T R on the rod.
+N = K d^1.5 (1 + 3/4 (1 - e^2) d'/d'_0), T = -mu N clip(s/v1, -1, 1);
+P = -N n + T t on the slider; -P and the moment T R on the rod.
 The right-hand sides are Python; `compiled()` gives the same ones through numba.
 """
 
@@ -57,13 +58,16 @@ def exact_angle(t):
     """The crank's angle at time t of the free slider-crank that starts with W at 0 [rad]."""
     start = inertia(0.0)[0]
 
+    def duration(until):
+        return (
+            quad(lambda a: math.sqrt(inertia(a)[0] / start), 0.0, until, epsabs=1e-13, epsrel=1e-12, limit=400)[0] / W
+        )
+
+    turn = duration(2.0 * math.pi)
+
     def time_of(theta):
         whole, rest = divmod(theta, 2.0 * math.pi)
-        parts = [
-            quad(lambda a: math.sqrt(inertia(a)[0] / start), 0.0, e, epsabs=1e-13, epsrel=1e-12, limit=400)[0]
-            for e in (2.0 * math.pi, rest)
-        ]
-        return (whole * parts[0] + parts[1]) / W
+        return whole * turn + duration(rest)
 
     return brentq(lambda a: time_of(a) - t, 0.0, 2.0 * W * t, xtol=1e-15, rtol=1e-15)
 
@@ -111,8 +115,8 @@ def torque(t, y, law):
     return R * (math.cos(W * t) * (ROD_MASS * ay + py) - math.sin(W * t) * (ROD_MASS * ax + px))
 
 
-# After an event the gap is zero but for round-off of either sign: a first step gets away from there, and no step may jump over a
-# whole flight or a whole contact, which scipy would not see.
+# After an event the gap is zero but for round-off of either sign: a first step gets away from there, and no step may
+# jump over a whole flight or a whole contact, which scipy would not see.
 FIRST_STEP, LARGEST_STEP = 1e-7, 1e-5
 START = (0.0, m.CRANK + m.ROD, -W * m.CRANK / m.ROD, 0.0)
 

@@ -1,7 +1,7 @@
 """The models that are timed, built with flexmb; peer.py builds the same ones for Exudyn from the same numbers.
 
-Slider-crank: crank 0.05 m at a constant 5000 rpm, rod 0.12 m and 0.21 kg, slider 0.14 kg, two turns, no gravity.  With play the
-rod carries the bearing (10 mm) and the slider the journal (9.5 mm), steel on steel, restitution 0.9.
+Slider-crank: crank 0.05 m at a constant 5000 rpm, rod 0.12 m and 0.21 kg, slider 0.14 kg, two turns, no gravity.  With
+play the rod carries the bearing (10 mm) and the slider the journal (9.5 mm), steel on steel, restitution 0.9.
 Rod: the same with a rod of beams of steel (2.1e11 Pa, 7850 kg/m^3) and a slider without extent.
 Chain: hinged links of 0.4 m, 20 x 4 mm, of the same steel; straight along +x and at rest, falls for 0.5 s.
 Nine-bar: `NineBarData` with friction that rises from slip zero on, as the peer's does.
@@ -40,17 +40,18 @@ def hertz(clearance: float = CLEARANCE) -> float:
     return law.for_radii(BEARING, BEARING - clearance).stiffness
 
 
-def _slider_crank(rod, slider, last) -> fm.Mechanism:
-    """Crank, the given rod and slider, joined by `last`."""
-    crank = fm.RigidLink("crank", (0.0, 0.0), (CRANK, 0.0), CRANK_MASS, CRANK_INERTIA)
+def _slider_crank(rod, slider, last, *, driven: bool = True) -> fm.Mechanism:
+    """Crank, the given rod and slider, joined by `last`; not driven, the crank only starts with its speed."""
+    start = None if driven else (0.0, 0.5 * CRANK * OMEGA, OMEGA)
+    crank = fm.RigidLink("crank", (0.0, 0.0), (CRANK, 0.0), CRANK_MASS, CRANK_INERTIA, velocity=start)
     joints = (
         fm.Revolute("A", fm.GROUND, crank, (0.0, 0.0)),
         fm.Revolute("B", crank, rod, (CRANK, 0.0)),
         last,
         fm.Prismatic("guide", fm.GROUND, slider),
-        fm.Drive("motor", "A", fm.ConstantSpeed(OMEGA)),
     )
-    return fm.Mechanism("slider-crank", (crank, rod, slider, *joints))
+    drive = (fm.Drive("motor", "A", fm.ConstantSpeed(OMEGA)),) if driven else ()
+    return fm.Mechanism("slider-crank", (crank, rod, slider, *joints, *drive))
 
 
 def _rigid_rod_and_slider() -> tuple[fm.RigidLink, fm.RigidBody]:
@@ -58,10 +59,10 @@ def _rigid_rod_and_slider() -> tuple[fm.RigidLink, fm.RigidBody]:
     return fm.RigidLink("rod", (CRANK, 0.0), end, ROD_MASS, ROD_INERTIA), fm.RigidBody("slider", end, SLIDER_MASS, 1e-4)
 
 
-def ideal() -> fm.Mechanism:
-    """The slider-crank with ideal joints."""
+def ideal(*, driven: bool = True) -> fm.Mechanism:
+    """The slider-crank with ideal joints, driven or turning freely."""
     rod, slider = _rigid_rod_and_slider()
-    return _slider_crank(rod, slider, fm.Revolute("C", rod, slider, (CRANK + ROD, 0.0)))
+    return _slider_crank(rod, slider, fm.Revolute("C", rod, slider, (CRANK + ROD, 0.0)), driven=driven)
 
 
 def worn(mu: float = 0.03, clearance: float = CLEARANCE, normal: fm.NormalLaw | None = None) -> fm.Mechanism:

@@ -1,10 +1,11 @@
 """The models of models.py for Exudyn, from the same numbers, and its solver with what of its settings matters.
 
 Three settings have to be known; found by trying, and stated here because the times depend on them.
-- With the default settings every model with play stops at the first impact: the error that decides over the step is the gap
-  times the stiffness, as if the force were linear.  FIXED keeps the steps as given.  LOCATED lets the steps end where a
-  contact begins: a larger tolerance of that iteration and a smaller least step.
-- The default tolerances of Newton's method lie below the round-off of stiff beams; the chain and the nine-bar take others.
+- With the default settings every model with play stops at the first impact: the error that decides over the step is the
+  gap times the stiffness, as if the force were linear.  "fixed" keeps the steps as given.  "located" lets the steps end
+  where a contact begins: a larger tolerance of that iteration and a smaller least step.
+- The default tolerances of Newton's method lie below the round-off of stiff beams; the chain and the flexible nine-bar
+  take others.
 - The sparse linear solver pays from some forty coordinates on.
 """
 
@@ -165,16 +166,16 @@ class System:
         return np.array(self.mbs.GetSensorStoredData(self.sensors[name]))
 
     def solve(self, t_end, stepping, *, watched=False):
-        """Wall time of the solver [s] and the steps it took."""
+        """CPU time of the solver [s] and the steps it took."""
         self.mbs.Assemble()
         chosen = stepping.settings(t_end, watched=watched)
-        began = time.perf_counter()
+        began = time.process_time()
         try:
             self.mbs.SolveDynamic(chosen, solverType=stepping.solver, storeSolver=True, showHints=False)
         except exu.SolverError as error:
             raise PeerError(" ".join(str(error).split())) from error
-        wall = time.perf_counter() - began
-        return wall, self.mbs.sys["dynamicSolver"].it.currentStepIndex - 1
+        took = time.process_time() - began
+        return took, self.mbs.sys["dynamicSolver"].it.currentStepIndex - 1
 
 
 # Slider-cranks.

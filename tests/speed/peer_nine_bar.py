@@ -1,9 +1,9 @@
 """The nine-bar mechanism of models.py for Exudyn: its parts one by one, rigid or of beams.
 
-Beams are the peer's geometrically exact ones with two nodes of (x, y, angle), because bosses, corners of the panel and pins then
-share nodes, without further constraints: fewer unknowns than with ANCF cables.  Shear stiffness and rotary inertia
-are those of the section, stiffness-proportional damping and bosses those of the flexmb model.  The mass in the middle of the panel is
-carried by its three corners through a constant mass matrix.
+Beams are the peer's geometrically exact ones with two nodes of (x, y, angle), because bosses, corners of the panel and
+pins then share nodes, without further constraints: fewer unknowns than with ANCF cables.  Shear stiffness and rotary
+inertia are those of the section, stiffness-proportional damping and bosses those of the flexmb model.  The mass in the
+middle of the panel is carried by its three corners through a constant mass matrix.
 """
 
 import itertools
