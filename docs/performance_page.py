@@ -5,7 +5,7 @@ import re
 import textwrap
 from pathlib import Path
 
-from duel import Timing, Verdict
+from duel import TORQUE, Timing, Verdict
 from matplotlib.figure import Figure
 
 HEAD = """\
@@ -51,7 +51,7 @@ def write(path: Path, data: dict, order: list[str]) -> None:
         parts += work_precision(others["work-precision"], path.parent / "pictures")
     if "limits" in others:
         parts += limits(others["limits"])
-    path.write_text("\n\n".join(wrapped(p) for p in parts) + "\n", encoding="utf-8")
+    path.write_text("\n\n".join(wrapped(p) for p in parts if p) + "\n", encoding="utf-8")
 
 
 def wrapped(text: str) -> str:
@@ -88,7 +88,7 @@ def summary(row: dict) -> list[str]:
         title = f"[{row['title']}](#{row['name']})" if k == 0 else ""
         errors = f"{number(v.their_error, 2)}, {number(v.our_error, 2)}"
         ratio = f"{number(v.ratio)} ({number(v.low)} to {number(v.high)})"
-        state = "" if v.holds else "**missed**"
+        state = "" if v.holds else f"**missed**: {v.complaint}"
         why = f" ({v.why})" if v.why else ""
         found.append(f"| {title} | {v.theirs} | {v.ours}{why} | {errors} | {ratio} | {v.factor:g} | {state} |")
     return found
@@ -108,13 +108,18 @@ def details(row: dict, before: dict | None) -> list[str]:
         if t.failure:
             body.append(f"| {t.code} | {t.label} | gave up: {t.failure} |" + " |" * len(names))
             continue
-        cells = " | ".join(number(t.values.get(name, math.nan), 2 if name == "error" else 6) for name in names)
+        cells = " | ".join(value_cell(name, t.values.get(name, math.nan), row.get("spikes")) for name in names)
         body.append(f"| {t.code} | {t.label} | {1e3 * t.middle:.4g}{earlier(t, before)} | {cells} |")
     parts.append("\n".join([RUNNERS.format(" | ".join(names), "---:|" * len(names)).replace("||", "|"), *body]))
     if before:
         parts.append(f"In brackets: the same at commit {before['commit']}, {before['where']['date']}.")
-    parts += [f"Missed: {v}." for v in (Verdict(**one) for one in row["verdicts"]) if not v.holds]
     return parts
+
+
+def value_cell(name: str, value: float, spikes: float | None) -> str:
+    """A value; a false peak of the torque is shown as one."""
+    text = number(value, 2 if name == "error" else 6)
+    return f"**{text}**" if name == TORQUE and spikes is not None and value > spikes else text
 
 
 def earlier(timing: Timing, before: dict | None) -> str:

@@ -25,7 +25,7 @@ def runners(duel):
     """Ours take 1 and 2 s with errors 4 and 1, the peer's 8 and 6 s with errors 2 and 0.5; one gives up."""
 
     def runner(code, label, seconds, error, torque=1.0):
-        return duel.Runner(code, label, lambda: seconds, lambda: {"error": error, "torque": torque})
+        return duel.Runner(code, label, lambda: seconds, lambda: {"error": error, duel.TORQUE: torque})
 
     def gave_up():
         raise duel.GaveUp("stopped at t = 0.1 s")
@@ -98,7 +98,7 @@ def test_the_page_shows_what_is_missed_and_what_was_before(modules, tmp_path, mo
     page.write(tmp_path / "page.md", data, order=["made-up"])
     text = (tmp_path / "page.md").read_text(encoding="utf-8")
     assert "| [a made-up row](#made-up) | rough | fine | 2, 1 | 4 (4 to 4) | 4 |  |" in text
-    assert "| rough | coarse | 2, 4 | 8 (8 to 8) | 9 | **missed** |" in text
+    assert "| rough | coarse | 2, 4 | 8 (8 to 8) | 9 | **missed**: 8.00 x is less than 9 x |" in text
     assert "| flexmb | fine | 2000 (3000) | 1 | 1 |" in text
     assert "| Exudyn | broken | gave up: stopped at t = 0.1 s |" in text
     assert "commit abc1234" in text

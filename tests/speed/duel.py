@@ -23,6 +23,8 @@ RECORDS = Path(__file__).resolve().parents[2] / "out" / "speed"
 PAIRS = int(os.environ.get("FLEXMB_SPEED_PAIRS", "5"))
 """Rounds at least; of short runs so many more that SPENT seconds are spent, at most MOST times as many."""
 SPENT, MOST = 10.0, 5
+TORQUE = "torque [N m]"
+"""The value that `spikes` is about."""
 ALIKE = 1.05
 """Errors that differ by less count as the same."""
 
@@ -128,6 +130,7 @@ def measured(row: Row, pairs: int = PAIRS) -> dict:
         "error": row.error,
         "reference": row.reference,
         "note": row.note,
+        "spikes": None if row.spikes == math.inf else row.spikes,
         "rounds": rounds,
         "timings": [asdict(t) for t in timings],
         "verdicts": [asdict(v) for v in verdicts],
@@ -183,8 +186,8 @@ def verdict(row: Row, wish: Wish, timings: list[Timing]) -> Verdict:
         complaints.append(f"{found.ratio:.2f} x is less than {wish.factor:g} x")
     if wish.ours is not None and found.our_error > row.ceiling:
         complaints.append(f"our error of {found.our_error:.2g} is above {row.ceiling:g}")
-    if ours.values.get("torque", 0.0) > row.spikes:
-        complaints.append(f"our largest torque of {ours.values['torque']:.4g} N m is a false peak")
+    if ours.values.get(TORQUE, 0.0) > row.spikes:
+        complaints.append(f"our largest torque of {ours.values[TORQUE]:.4g} N m is a false peak")
     found.complaint = "; ".join(complaints)
     return found
 
