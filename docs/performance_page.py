@@ -25,10 +25,10 @@ PEER = """\
 Settings of the peer. Generalised alpha with spectral radius 0.9, index 3, modified Newton, dense solver, unless a
 row says otherwise. Its default settings stop at the first impact of a joint with play; "h = ..." there means steps
 of that size that contacts may not change (`useRecommendedStepSize = False`), "located" a tolerance of the contact
-iteration of 1e4 and a least step of 1e-13 s, with 480 steps nominally (nine-bar: 5000 a turn,
-flexible 10000). Chains and the flexible nine-bar take tolerances of Newton's method of 1e-4 and 1e-2, because the default ones lie below the round-off of
-stiff beams and make it cut its steps; "tighter" is 1e-6 and 1e-6. They, and rods marked so, take the sparse solver.
-flexmb's default is error-controlled steps with the default tolerances."""
+iteration of 1e4 and a least step of 1e-13 s, with 480 steps nominally (nine-bar: 5000 a turn, flexible 10000).
+Chains and the flexible nine-bar take tolerances of Newton's method of 1e-4 and 1e-2, because the default ones lie
+below the round-off of stiff beams and make it cut its steps; "tighter" is 1e-6 and 1e-6. They, and rods marked so,
+take the sparse solver. flexmb's default is error-controlled steps with the default tolerances."""
 
 SUMMARY = "| row | peer's setting | ours | errors, peer and ours | ratio | wanted | |\n|---|---|---|---:|---:|---:|---|"
 RUNNERS = "| code | setting | time [ms] | {} |\n|---|---|---:|{}|"
