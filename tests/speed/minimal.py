@@ -148,10 +148,11 @@ def run_free(method, rtol, t_end, *, fast=False):
     return solve_ivp(rates, (0.0, t_end), (0.0, W), method=method, rtol=rtol, atol=rtol * 1e-3).y[0, -1]
 
 
-def run_worn(method, rtol, t_end, *, mu=0.0, clearance=m.CLEARANCE, fast=False, look=None):
+def run_worn(method, rtol, t_end, *, mu=0.0, clearance=m.CLEARANCE, fast=False, look=None, largest=LARGEST_STEP):
     """The worn slider-crank by scipy, stopped by an event where a contact begins or ends: the last state.
 
     look : function (dense solution, t0, t1, law) called with every stretch.
+    largest : step that may not be exceeded [s].
     """
     rates, touch = (compiled()[1:]) if fast else (worn_rates, contact)
     t, y, law = 0.0, np.array(START), (clearance, mu, 0.0)
@@ -165,7 +166,7 @@ def run_worn(method, rtol, t_end, *, mu=0.0, clearance=m.CLEARANCE, fast=False, 
         gap.direction = -1.0 if law[2] else 1.0
         options = {"method": method, "rtol": rtol, "atol": atol, "events": gap, "dense_output": look is not None}
         first = min(FIRST_STEP, 0.5 * (t_end - t))
-        found = solve_ivp(rates, (t, t_end), y, args=law, first_step=first, max_step=LARGEST_STEP, **options)
+        found = solve_ivp(rates, (t, t_end), y, args=law, first_step=first, max_step=largest, **options)
         if look is not None:
             look(found.sol, t, found.t[-1], law)
         t, y = found.t[-1], found.y[:, -1]
