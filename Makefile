@@ -31,8 +31,11 @@ test-all: lint  ## the same with the slow tests, on a fresh compilation cache
 	rm -rf $(NUMBA_CACHE_DIR)
 	$(BIN)/python -m pytest -m "not speed"
 
-speed: $(VENV)/.installed-bench  ## timings, beside the peer's on the same models (wants a quiet machine)
-	$(BIN)/python -m pytest tests/speed -m speed -s
+speed: $(VENV)/.installed-bench  ## timings, beside the peer's on the same models; docs/performance.md (wants a quiet machine)
+	@$(BIN)/python tests/fresh_cache.py
+	rm -rf out/speed
+	$(BIN)/python -m pytest tests/speed -m "speed and not slow" -s; tested=$$?; \
+	  $(BIN)/python docs/performance.py --only work-precision; $(BIN)/python docs/performance.py --collect; exit $$tested
 
 table: $(VENV)/.installed  ## numbers and pictures of docs/nine_bar.md, computed anew
 	@$(BIN)/python tests/fresh_cache.py

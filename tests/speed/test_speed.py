@@ -8,19 +8,19 @@ import os
 import subprocess
 import sys
 import time
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from statistics import median
 
 import numpy as np
 import pytest
+from duel import keep
+from models import GRAVITY, ForceAlone, chain, worn
 
 import flexmb as fm
-from flexmb.contact.onset import HISTORY, approach_speed
 from flexmb.integrate.run import Run
 from flexmb.solve.start import consistent_start
 
 REPEATS = 7
-G = 9.81
 TABLE: list[tuple[str, float, float, str]] = []
 
 
@@ -31,52 +31,13 @@ def printed_table():
     print(f"\n\n{'what':52s} {'median':>10s} {'limit':>8s}")
     for what, found, allowed, unit in TABLE:
         print(f"{what:52s} {found:10.3g} {allowed:8.3g} {unit}")
+    keep("limits", {"name": "limits", "rows": TABLE})
 
 
 def hold(what, found, allowed, unit):
     """Note a measurement and hold it against its limit."""
     TABLE.append((what, found, allowed, unit))
     assert found <= allowed, f"{what}: {found:.3g} {unit}, allowed {allowed:g}"
-
-
-def slider_crank():
-    """Rigid slider-crank at 5000 rpm with 0.5 mm of play and friction in its piston pin; no gravity."""
-    steel = fm.Material(young=207e9, density=7850.0, poisson=0.3)
-    crank = fm.RigidLink("crank", (0.0, 0.0), (0.05, 0.0), 0.30, 1e-5)
-    rod = fm.RigidLink("rod", (0.05, 0.0), (0.17, 0.0), 0.21, 2.5e-4)
-    slider = fm.RigidBody("slider", (0.17, 0.0), 0.14, 1e-4)
-    joints = (
-        fm.Revolute("A", fm.GROUND, crank, (0.0, 0.0)),
-        fm.Revolute("B", crank, rod, (0.05, 0.0)),
-        fm.RevoluteClearance(
-            "C",
-            rod,
-            slider,
-            (0.17, 0.0),
-            clearance=5e-4,
-            bearing_radius=0.01,
-            normal=fm.LankaraniNikravesh.from_materials(steel, steel, restitution=0.9),
-            friction=fm.ModifiedCoulomb(0.03, v0=0.0, v1=1e-3),
-        ),
-        fm.Prismatic("guide", fm.GROUND, slider),
-        fm.Drive("motor", "A", fm.ConstantSpeed(5000 * math.pi / 30)),
-    )
-    return fm.Mechanism("slider-crank", (crank, rod, slider, *joints))
-
-
-def chain(links, elements):
-    """Hinged flexible links of 0.4 m, 20 x 4 mm, steel, straight along +x, falling from rest under gravity."""
-    options = {
-        "section": fm.Rectangle(width=0.02, height=0.004),
-        "material": fm.Material(young=2.1e11, density=7850.0),
-        "elements": elements,
-    }
-    parts, last = [], fm.GROUND
-    for k in range(links):
-        link = fm.FlexibleLink(f"L{k}", (0.4 * k, 0.0), (0.4 * (k + 1), 0.0), **options)
-        parts += [link, fm.Revolute(f"J{k}", last, link, (0.4 * k, 0.0))]
-        last = link
-    return fm.Mechanism("chain", tuple(parts), gravity=(0.0, -G))
 
 
 def prepared(mechanism):
@@ -109,36 +70,12 @@ def per_step(mechanism, step, steps):
 
 
 def test_rigid_slider_crank_with_clearance():
-    hold("rigid slider-crank with clearance, one step", per_step(slider_crank(), 1e-5, 2400), 8.0, "us")
-
-
-@fm.normal_law
-def lankarani_nikravesh_alone(p, h, gap, gap_rate, z, z_new):
-    """The library's law as a user would write it: the force without its derivatives."""
-    k, n, e, least = p
-    approach, _, _ = approach_speed(h, gap, gap_rate, least, z, z_new)
-    if gap >= 0.0:
-        return 0.0
-    return max(k * (-gap) ** n * (1.0 - 0.75 * (1.0 - e * e) * gap_rate / approach), 0.0)
-
-
-@dataclass(frozen=True)
-class ForceAlone(fm.NormalLaw):
-    """Stiffness [N/m^n], exponent, restitution, least approach speed [m/s]."""
-
-    k: float
-    n: float = 1.5
-    e: float = 0.9
-    least: float = 1e-3
-    kernel = lankarani_nikravesh_alone
-
-    def history(self):
-        return HISTORY
+    hold("rigid slider-crank with clearance, one step", per_step(worn(), 1e-5, 2400), 8.0, "us")
 
 
 def test_law_that_returns_its_force_alone():
     """Against the same law with its derivatives written by hand; in turns, so that a busy machine slows both."""
-    mechanism = slider_crank()
+    mechanism = worn()
     pin = mechanism.find("C")
     by_hand = pin.normal.for_radii(pin.bearing_radius, pin.journal_radius)
     laws = (by_hand, ForceAlone(by_hand.stiffness)) * 3
@@ -210,7 +147,7 @@ def hanging(links):
         link = fm.RigidLink(f"L{k}", (0.0, -0.1 * k), (0.0, -0.1 * (k + 1)), 0.2, 2e-4)
         parts += [link, fm.Revolute(f"J{k}", last, link, (0.0, -0.1 * k))]
         last = link
-    return with_plays(fm.Mechanism("hanging", tuple(parts), gravity=(0.3, -G)), [f"J{k}" for k in range(links)])
+    return with_plays(fm.Mechanism("hanging", tuple(parts), gravity=(0.3, -GRAVITY)), [f"J{k}" for k in range(links)])
 
 
 def test_each_joint_with_play_costs_alike_in_a_slider_crank():

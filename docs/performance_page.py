@@ -1,0 +1,207 @@
+"""The page of docs/performance.py: its text, its tables, its pictures."""
+
+import math
+import re
+import textwrap
+from pathlib import Path
+
+from duel import TORQUE, Timing, Verdict
+from matplotlib.figure import Figure
+
+HEAD = """\
+# Performance
+
+flexmb beside Exudyn on the same models, which `tests/speed/models.py` and `tests/speed/peer.py` build from the same
+numbers. This page is written by `make speed`, or by `python docs/performance.py`; `--only NAME` measures one row
+again.
+
+What is timed: the motion, without building and compiling the model, finding start values, files and sensors.
+flexmb's time contains its account of energies, the contact episodes, the largest values of all signals and the
+making of the solution. Both codes run in turn in one process, one thread each; times are medians of CPU times of
+that process, which on a quiet machine are those of the clock. A ratio is the peer's median over ours, in brackets
+its range over the rounds. Accuracy comes from one more run, in which every step is looked at."""
+
+PEER = """\
+Settings of the peer. Generalised alpha with spectral radius 0.9, index 3, modified Newton, dense solver, unless a
+row says otherwise. Its default settings stop at the first impact of a joint with play; "h = ..." there means steps
+of that size that contacts may not change (`useRecommendedStepSize = False`), "located" a tolerance of the contact
+iteration of 1e4 and a least step of 1e-13 s, with 480 steps nominally (nine-bar: 5000 a turn, flexible 10000).
+Chains and the flexible nine-bar take tolerances of Newton's method of 1e-4 and 1e-2, because the default ones lie
+below the round-off of stiff beams and make it cut its steps; "tighter" is 1e-6 and 1e-6. They, and rods marked so,
+take the sparse solver. flexmb's default is error-controlled steps with the default tolerances."""
+
+SUMMARY = "| row | peer's setting | ours | errors, peer and ours | ratio | wanted | |\n|---|---|---|---:|---:|---:|---|"
+RUNNERS = "| code | setting | time [ms] | {} |\n|---|---|---:|{}|"
+STATISTICS = """\
+Ten turns after the first, mean and standard deviation of turns; forces in N, torque of crank 1 in N m, flight as a
+share of time. The motion is chaotic: only such means can be compared."""
+COLOURS = {"flexmb": ("#1b6ca8", "#00838f", "#2e8b57"), "scipy": ("#d1495b", "#8d1f2d", "#e08e0b", "#8d5524")}
+
+
+def write(path: Path, data: dict, order: list[str]) -> None:
+    """The whole page."""
+    rows = [data["rows"][name] for name in order if name in data["rows"]]
+    parts = [HEAD.strip(), about(rows), PEER]
+    parts.append("\n".join([SUMMARY, *(line for row in rows for line in summary(row))]))
+    for row in rows:
+        parts += details(row, data["before"].get(row["name"]))
+    others = data["others"]
+    parts += statistics(others)
+    if "work-precision" in others:
+        parts += work_precision(others["work-precision"], path.parent / "pictures")
+    if "limits" in others:
+        parts += limits(others["limits"])
+    path.write_text("\n\n".join(wrapped(p) for p in parts if p) + "\n", encoding="utf-8")
+
+
+def wrapped(text: str) -> str:
+    """Paragraphs as wide as the page; tables, headings and pictures as they are."""
+    if text.startswith(("|", "#", "!", "<")):
+        return text
+    return "\n\n".join(textwrap.fill(" ".join(p.split()), 120) if p[0] != "#" else p for p in re.split(r"\n\n+", text))
+
+
+def about(rows: list[dict]) -> str:
+    """Machine, versions, dates."""
+    kinds = {}
+    for row in rows:
+        where = row["where"]
+        kinds.setdefault((where["date"], where["machine"], where["versions"]), []).append(row)
+    texts = []
+    for (date, machine, versions), found in kinds.items():
+        which = "All rows" if len(kinds) == 1 else ", ".join(row["name"] for row in found)
+        loads = sorted(float(row["where"]["load"]) for row in found if row["where"]["load"] != "-")
+        busy = f"; load averages {loads[0]:g} to {loads[-1]:g}" if loads else ""
+        texts.append(f"{which}: {date}, {machine}, {versions}{busy}.")
+    return " ".join(texts)
+
+
+def number(value: float, digits: int = 3) -> str:
+    """A number for a cell."""
+    return "-" if value is None or math.isnan(value) else f"{value:.{digits}g}"
+
+
+def summary(row: dict) -> list[str]:
+    """Lines of the first table."""
+    found = []
+    for k, v in enumerate(Verdict(**one) for one in row["verdicts"]):
+        title = f"[{row['title']}](#{row['name']})" if k == 0 else ""
+        errors = f"{number(v.their_error, 2)}, {number(v.our_error, 2)}"
+        ratio = f"{number(v.ratio)} ({number(v.low)} to {number(v.high)})"
+        state = "" if v.holds else f"**missed**: {v.complaint}"
+        why = f" ({v.why})" if v.why else ""
+        found.append(f"| {title} | {v.theirs} | {v.ours}{why} | {errors} | {ratio} | {v.factor:g} | {state} |")
+    return found
+
+
+def details(row: dict, before: dict | None) -> list[str]:
+    """What is said of a row below the first table."""
+    timings = [Timing(**one) for one in row["timings"]]
+    names = list(dict.fromkeys(name for t in timings for name in t.values))
+    parts = [f'<a id="{row["name"]}"></a>\n\n## {row["title"][0].upper()}{row["title"][1:]}']
+    text = f"Error: {row['error']}. {row['rounds']} rounds."
+    if row["reference"]:
+        text += f" Reference: {row['reference']}."
+    parts.append(f"{text} {row['note']}".strip())
+    body = []
+    for t in timings:
+        if t.failure:
+            body.append(f"| {t.code} | {t.label} | gave up: {t.failure} |" + " |" * len(names))
+            continue
+        cells = " | ".join(value_cell(name, t.values.get(name, math.nan), row.get("spikes")) for name in names)
+        body.append(f"| {t.code} | {t.label} | {1e3 * t.middle:.4g}{earlier(t, before)} | {cells} |")
+    parts.append("\n".join([RUNNERS.format(" | ".join(names), "---:|" * len(names)).replace("||", "|"), *body]))
+    if before:
+        parts.append(f"In brackets: the same at commit {before['commit']}, {before['where']['date']}.")
+    return parts
+
+
+def value_cell(name: str, value: float, spikes: float | None) -> str:
+    """A value; a false peak of the torque is shown as one."""
+    text = number(value, 2 if name == "error" else 6)
+    return f"**{text}**" if name == TORQUE and spikes is not None and value > spikes else text
+
+
+def earlier(timing: Timing, before: dict | None) -> str:
+    """The time of an earlier commit, in brackets."""
+    if not before or timing.code != "flexmb" or timing.label not in before["times"]:
+        return ""
+    return f" ({1e3 * before['times'][timing.label]:.4g})"
+
+
+def statistics(others: dict) -> list[str]:
+    """The nine-bar over ten turns."""
+    parts = []
+    for name, title in (("statistics-rigid", "rigid"), ("statistics-flexible", "flexible, 4 beams a link")):
+        if name not in others:
+            continue
+        rows = others[name]["rows"]
+        keys = list(rows[0]["values"])
+        lines = [f"| {title} | time a turn [s] | {' | '.join(keys)} |", "|---|---:|" + "---:|" * len(keys)]
+        for row in rows:
+            cells = " | ".join(f"{mean:.4g} ± {spread:.2g}" for mean, spread in row["values"].values())
+            lines.append(f"| {row['code']}, {row['label']} | {row['seconds a turn']:.3g} | {cells} |")
+        parts.append("\n".join(lines))
+        parts.append(f"Computed on {others[name]['where']['date']}; these times contain the saving of every step.")
+    return ["## The nine-bar over ten turns", STATISTICS, *parts] if parts else []
+
+
+def work_precision(record: dict, pictures: Path) -> list[str]:
+    """The diagram of error against time, and what it says."""
+    pictures.mkdir(exist_ok=True)
+    figure = Figure(figsize=(11.0, 4.8), layout="constrained")
+    axes = figure.subplots(1, len(record["problems"]))
+    for ax, problem in zip(axes, record["problems"], strict=True):
+        counts = {"flexmb": 0, "scipy": 0}
+        for curve in problem["curves"]:
+            family = curve["label"].split(maxsplit=1)[0].rstrip(",")
+            colour = COLOURS[family][counts[family]]
+            counts[family] += 1
+            times, errors = zip(*curve["points"], strict=True)
+            style = {"marker": "o" if family == "flexmb" else "s", "markersize": 4, "linewidth": 1.2}
+            ax.loglog([1e3 * t for t in times], errors, color=colour, label=curve["label"], **style)
+        ax.set(xlabel="time [ms]", ylabel=problem["error"], title=problem["title"])
+        ax.grid(visible=True, color="0.92", linewidth=0.5)
+        ax.legend(fontsize="x-small")
+    figure.savefig(pictures / "performance_work_precision.png", dpi=130)
+    where = record["where"]
+    text = f"""\
+    The rigid slider-crank, ideal and turning freely (exact: a quadrature) and with play (reference: DOP853, rtol
+    1e-13), against scipy's solve_ivp on equations written by hand for this one mechanism in one and two coordinates
+    (`tests/speed/minimal.py`), each contact begun and ended by an event; right-hand sides in Python and through numba.
+    flexmb solves for nine coordinates and their joint forces without knowing the mechanism. The least of three times;
+    {where["date"]}."""
+    return [
+        "## Error against time",
+        text,
+        "![Error against time](pictures/performance_work_precision.png)",
+        *best(record),
+    ]
+
+
+def best(record: dict) -> list[str]:
+    """A table: the least time to reach an error."""
+    parts = []
+    for problem in record["problems"]:
+        errors = (1e-3, 1e-5, 1e-7) if "rad" in problem["error"] else (1e-5, 1e-6, 1e-7)
+        lines = [f"| {problem['title']}: time [ms] to an error of | {' | '.join(f'{e:.0e}' for e in errors)} |"]
+        lines.append("|---|" + "---:|" * len(errors))
+        for curve in problem["curves"]:
+            cells = []
+            for limit in errors:
+                reached = [t for t, e in curve["points"] if e <= limit]
+                cells.append(number(1e3 * min(reached)) if reached else "-")
+            lines.append(f"| {curve['label']} | {' | '.join(cells)} |")
+        parts.append("\n".join(lines))
+    return parts
+
+
+def limits(record: dict) -> list[str]:
+    """Costs and limits of tests/speed/test_speed.py."""
+    lines = ["| what | found | limit | |", "|---|---:|---:|---|"]
+    lines += [f"| {what} | {number(a)} | {number(b)} | {unit} |" for what, a, b, unit in record["rows"]]
+    where = record["where"]
+    text = f"""\
+    Medians of seven; limits are for a quiet machine (`tests/speed/test_speed.py`). Time of the clock. {where["date"]},
+    load average {where["load"]}."""
+    return ["## Costs and their growth", text, "\n".join(lines)]

@@ -1,0 +1,468 @@
+"""The rows of docs/performance.md: each model with the settings of both codes.  Needs the peer."""
+
+import math
+import multiprocessing
+import time
+from collections.abc import Callable
+from functools import partial
+from unittest import mock
+
+import minimal
+import models as m
+import numpy as np
+import peer
+import peer_nine_bar
+from duel import GaveUp, Row, Runner, Wish
+from peer import BEAM_TOLERANCES, TRAPEZOIDAL, Stepping
+
+import flexmb as fm
+
+TWO_TURNS = 2.0 * m.TURN
+FALL = 0.5  # s
+
+
+def ours(label: str, mechanism: fm.Mechanism, values: Callable, t_end: float, **options) -> Runner:
+    """flexmb with these options of `simulate`."""
+
+    def once() -> float:
+        with mock.patch("time.perf_counter", time.process_time):  # the clock that stats.wall_time is read from
+            return _finished(mechanism, t_end=t_end, save=1, **options).stats.wall_time
+
+    def looked_at() -> dict[str, float]:
+        sol = _finished(mechanism, t_end=t_end, save="steps", **options)
+        return {**values(sol), "steps": sol.stats.steps}
+
+    return Runner("flexmb", label, once, looked_at)
+
+
+def _finished(mechanism: fm.Mechanism, **options) -> fm.Solution:
+    sol = fm.simulate(mechanism, **options)
+    if not sol.ok:
+        raise GaveUp(sol.status)
+    return sol
+
+
+def named(h: float) -> str:
+    """Label of a fixed step."""
+    return f"h = {h:.0e}".replace("e-0", "e-")
+
+
+def theirs(label: str, build: Callable, values: Callable, t_end: float, stepping: Stepping) -> Runner:
+    """The peer with this stepping."""
+
+    def solved(*, watched: bool):
+        system = build()
+        try:
+            return system, system.solve(t_end, stepping, watched=watched)
+        except peer.PeerError as error:
+            raise GaveUp(str(error)) from error
+
+    def looked_at() -> dict[str, float]:
+        system, (_, steps) = solved(watched=True)
+        return {**values(system), "steps": steps}
+
+    return Runner("Exudyn", label, lambda: solved(watched=False)[1][0], looked_at)
+
+
+# Ideal slider-crank.
+
+
+def _ideal_values(t, x, torque) -> dict[str, float]:
+    """Against the exact torque; the first tenth is left out, where the start still swings."""
+    kept = t > 0.1 * TWO_TURNS
+    exact = m.ideal_torque(m.OMEGA * t)
+    return {
+        "error": float(np.abs(np.abs(torque) - np.abs(exact))[kept].max() / np.abs(exact).max()),
+        "torque [N m]": float(np.abs(torque[kept]).max()),
+        "place [m]": float(np.abs(x - m.ideal_position(m.OMEGA * t)).max()),
+    }
+
+
+def _ideal() -> list[Runner]:
+    def our_values(sol):
+        return _ideal_values(sol.time, sol.array("slider.x"), sol.array("motor.torque"))
+
+    def their_values(system):
+        x, torque = system.record("position"), system.record("torque")
+        return _ideal_values(x[:, 0], x[:, 1], torque[:, 1])
+
+    return [
+        ours("h = 1e-5", m.ideal(), our_values, TWO_TURNS, step=1e-5),
+        ours("default", m.ideal(), our_values, TWO_TURNS),
+        theirs("h = 1e-5", peer.ideal, their_values, TWO_TURNS, Stepping(2400)),
+        theirs("h = 1e-5, full Newton", peer.ideal, their_values, TWO_TURNS, Stepping(2400, full_newton=True)),
+    ]
+
+
+# Play between rod and slider.
+
+PEAK = {0.0: 45872.23, 0.03: 45825.04}  # N; minimal.worn_reference, rtol 1e-12, contacts located by events
+TORQUE = 985.58  # N m, the same, mu = 0.03
+PLACE = 0.16097495  # m, slider at 1 ms, the same
+
+
+def _worn_values(t, x, force, torque) -> dict[str, float]:
+    peak = float(force.max())
+    return {
+        "error": abs(peak / PEAK[0.03] - 1.0),
+        "peak [N]": peak,
+        "first [s]": float(t[np.argmax(force > 0.0)]),
+        "place [m]": float(abs(np.interp(1e-3, t, x) - PLACE)),
+        "torque [N m]": float(np.abs(torque).max()),
+    }
+
+
+def _our_worn_values(sol) -> dict[str, float]:
+    names = ("slider.x", "C.normal_force", "motor.torque")
+    return _worn_values(sol.time, *(sol.array(name) for name in names))
+
+
+def _their_worn_values(system) -> dict[str, float]:
+    x, force, torque = (system.record(name) for name in ("position", "force", "torque"))
+    return _worn_values(x[:, 0], x[:, 1], np.linalg.norm(force[:, 1:3], axis=1), torque[:, 1])
+
+
+def _worn() -> list[Runner]:
+    variants = {
+        "h = 1e-5": Stepping(2400, "fixed"),
+        "h = 2e-6": Stepping(12000, "fixed"),
+        "h = 1.6e-6": Stepping(15000, "fixed"),
+        "h = 1e-6": Stepping(24000, "fixed"),
+        "located, index 3": Stepping(480, "located"),
+        "located, index 2": Stepping(480, "located", TRAPEZOIDAL),
+    }
+    return [
+        ours("default", m.worn(), _our_worn_values, TWO_TURNS),
+        ours("h = 1e-5", m.worn(), _our_worn_values, TWO_TURNS, step=1e-5),
+        ours("h = 1e-6", m.worn(), _our_worn_values, TWO_TURNS, step=1e-6),
+        *(theirs(label, peer.worn, _their_worn_values, TWO_TURNS, how) for label, how in variants.items()),
+    ]
+
+
+def _user_law() -> list[Runner]:
+    return [
+        ours("h = 1e-5", m.user_law(), _our_worn_values, TWO_TURNS, step=1e-5),
+        ours("default", m.user_law(), _our_worn_values, TWO_TURNS),
+        theirs("h = 1e-5", peer.user_law, _their_worn_values, TWO_TURNS, Stepping(2400, "fixed")),
+    ]
+
+
+# Rod of beams.
+
+
+def _deflection(begin, middle, end) -> np.ndarray:
+    """Of the middle from the chord between the ends [m]."""
+    chord, offset = end - begin, middle - begin
+    return (chord[:, 0] * offset[:, 1] - chord[:, 1] * offset[:, 0]) / np.linalg.norm(chord, axis=1)
+
+
+def _their_deflection(system) -> tuple[np.ndarray, np.ndarray]:
+    t = system.record("middle")[:, 0]
+    return t, _deflection(*(system.record(name)[:, 1:3] for name in ("begin", "middle", "end")))
+
+
+GRID = np.linspace(0.0, TWO_TURNS, 601)
+FINE = 5e-7  # s, step of the runs that are taken for converged in time
+
+
+def _rod(section: str) -> list[Runner]:
+    """Errors in time: each code against its own run with steps of FINE; in space both have eight cubic elements."""
+    mech, build = m.flexible_rod(section), partial(peer.flexible_rod, section)
+
+    def compared(fine, t, d):
+        found = np.interp(GRID, t, d)
+        rms = float(np.sqrt(np.mean((found - fine) ** 2)) / np.abs(fine).max())
+        return {"error": rms, "deflection [um]": float(1e6 * np.abs(d).max())}
+
+    sol = _finished(mech, t_end=TWO_TURNS, step=FINE, save=600)
+    own = np.interp(GRID, sol.time, sol.array("rod.deflection"))
+    system = build()
+    system.solve(TWO_TURNS, Stepping(round(TWO_TURNS / FINE), sparse=True), watched=True)
+    their_own = np.interp(GRID, *_their_deflection(system))
+    sides = float(np.sign(own @ their_own))
+
+    def our_values(sol):
+        return compared(own, sol.time, sol.array("rod.deflection"))
+
+    def their_values(system):
+        t, d = _their_deflection(system)
+        apart = float(np.sqrt(np.mean((their_own - sides * own) ** 2)) / np.abs(own).max())
+        return {**compared(their_own, t, d), "converged, apart": apart}
+
+    variants = {
+        "h = 2e-5, sparse": Stepping(1200, sparse=True),
+        "h = 1e-5, sparse": Stepping(2400, sparse=True),
+        "h = 1e-5, dense": Stepping(2400),
+        "h = 5e-6, sparse": Stepping(4800, sparse=True),
+    }
+    return [
+        *(ours(named(h), mech, our_values, TWO_TURNS, step=h) for h in (2e-5, 1e-5, 5e-6)),
+        ours("default", mech, our_values, TWO_TURNS),
+        *(theirs(label, build, their_values, TWO_TURNS, how) for label, how in variants.items()),
+    ]
+
+
+# Falling chain.
+
+TIGHT = (1e-6, 1e-6)  # tolerances with which the peer's error is that of its steps, no longer of Newton's method
+
+TIPS = {(9, 4): (3.08547173, -1.22543182), (9, 40): (3.08547173, -1.22543351), (90, 4): (35.78880529, -1.22624997)}
+"""Tip after 0.5 s, converged in time [m]: steps of 5e-6 s (9 x 4) and 2e-5 s; both codes agree to 1e-8 m there."""
+
+
+def _chain(links: int, elements: int, steps: tuple[float, ...]) -> list[Runner]:
+    mech, build = m.chain(links, elements), partial(peer.chain, links, elements)
+
+    def error(x, y):
+        tip = TIPS[links, elements]
+        return {"error": float(math.hypot(x - tip[0], y - tip[1])), "x [m]": float(x), "y [m]": float(y)}
+
+    def our_values(sol):
+        last = f"L{links - 1}.end"
+        return error(sol.array(f"{last}.x")[-1], sol.array(f"{last}.y")[-1])
+
+    def their_values(system):
+        return error(*system.record("tip")[-1, 1:3])
+
+    found = [ours(named(h), mech, our_values, FALL, step=h) for h in steps]
+    found.append(ours("default", mech, our_values, FALL))
+    for h in steps:
+        how = Stepping(round(FALL / h), sparse=True, tolerances=BEAM_TOLERANCES)
+        found.append(theirs(named(h), build, their_values, FALL, how))
+    if (links, elements) == (9, 4):  # larger chains stall with these
+        how = Stepping(round(FALL / 1e-4), sparse=True, tolerances=TIGHT)
+        found.append(theirs("h = 1e-4, tighter", build, their_values, FALL, how))
+    return found
+
+
+# Nine-bar with 0.5 mm of play.
+
+
+def contact_statistics(t, force, torque) -> dict[str, float]:
+    """Mean and rms force, share of free flight, contacts a turn, rms torque, weighted by the steps."""
+    dt, after = np.diff(t), force[1:]
+    whole = dt.sum()
+    return {
+        "mean force [N]": float(after @ dt / whole),
+        "rms force [N]": float(np.sqrt(after**2 @ dt / whole)),
+        "flight": float(dt[after == 0.0].sum() / whole),
+        "contacts a turn": float(((force[1:] > 0.0) & (force[:-1] == 0.0)).sum() * m.NINE_BAR_TURN / whole),
+        "rms torque [N m]": float(np.sqrt(torque[1:] ** 2 @ dt / whole)),
+        "peak force [N]": float(force.max()),
+    }
+
+
+def our_statistics(sol) -> dict[str, float]:
+    return contact_statistics(sol.time, sol.array("P1.normal_force"), sol.array("motor1.torque"))
+
+
+def their_statistics(system) -> dict[str, float]:
+    force = system.record("force")
+    return contact_statistics(force[:, 0], np.linalg.norm(force[:, 1:], axis=1), system.record("torque1")[:, 1])
+
+
+def nine_bar_steppings(*, flexible: bool) -> dict[str, Stepping]:
+    """The peer's settings for a turn; with beams the default tolerances of Newton's method cut steps and are slower."""
+    options = {"sparse": True, "tolerances": BEAM_TOLERANCES} if flexible else {}
+    steps = {"h = 1e-5": 100_000, "h = 5e-6": 200_000} if flexible else {"h = 2e-5": 50_000, "h = 1e-5": 100_000}
+    found = {label: Stepping(n, "fixed", **options) for label, n in steps.items()}
+    nominal = 10_000 if flexible else 5_000
+    found["located, index 2"] = Stepping(nominal, "located", TRAPEZOIDAL, **options)
+    return found
+
+
+def _nine_bar(*, flexible: bool) -> list[Runner]:
+    mech, build = m.nine_bar(flexible=flexible), partial(peer_nine_bar.nine_bar, flexible=flexible)
+    steppings = nine_bar_steppings(flexible=flexible)
+    turn = m.NINE_BAR_TURN
+    return [
+        ours("default", mech, our_statistics, turn),
+        ours("h = 1e-5", mech, our_statistics, turn, step=1e-5),
+        *(theirs(label, build, their_statistics, turn, how) for label, how in steppings.items()),
+    ]
+
+
+# Sweep of 16 clearances.
+
+PLAYS = np.linspace(0.05e-3, 0.5e-3, 16).tolist()
+
+
+def _our_point(clearance: float, step) -> float:
+    """Peak force of one point; the model is built and compiled here, the code is not."""
+    return _finished(m.worn(0.0, clearance), t_end=TWO_TURNS, save=1, step=step).peak("C.normal_force").value
+
+
+def _their_point(clearance: float) -> int:
+    return peer.worn(0.0, clearance).solve(TWO_TURNS, Stepping(2400, "fixed"))[1]
+
+
+def _their_peak(clearance: float) -> float:
+    system = peer.worn(0.0, clearance)
+    system.solve(TWO_TURNS, Stepping(2400, "fixed"), watched=True)
+    return float(np.linalg.norm(system.record("force")[:, 1:3], axis=1).max())
+
+
+def swept(point: Callable, processes: int, clock: Callable[[], float]) -> float:
+    """Time of all points [s], with building the models and starting the processes."""
+    began = clock()
+    if processes == 1:
+        for play in PLAYS:
+            point(play)
+    else:
+        with multiprocessing.get_context("fork").Pool(processes) as pool:
+            pool.map(point, PLAYS, chunksize=1)
+    return clock() - began
+
+
+def _sweep() -> list[Runner]:
+    """CPU times of one process; the clock's where one process is compared with two."""
+    exact = [minimal.first_peak(play) for play in PLAYS]  # the first impact of a run is the hardest, in all 16
+
+    def values(peak):
+        return {"error": float(np.median([abs(peak(play) / p - 1.0) for play, p in zip(PLAYS, exact, strict=True)]))}
+
+    fixed, default = partial(_our_point, step=1e-5), partial(_our_point, step=None)
+    cpu, clock = time.process_time, time.perf_counter
+    return [
+        Runner("flexmb", "h = 1e-5", partial(swept, fixed, 1, cpu), partial(values, fixed)),
+        Runner("flexmb", "default", partial(swept, default, 1, cpu), partial(values, default)),
+        Runner("Exudyn", "h = 1e-5", partial(swept, _their_point, 1, cpu), partial(values, _their_peak)),
+        Runner("flexmb", ONE, partial(swept, default, 1, clock), partial(values, default)),
+        Runner("flexmb", TWO, partial(swept, default, 2, clock), partial(values, default)),
+        Runner("Exudyn", ONE, partial(swept, _their_point, 1, clock), partial(values, _their_peak)),
+        Runner("Exudyn", TWO, partial(swept, _their_point, 2, clock), partial(values, _their_peak)),
+    ]
+
+
+ONE, TWO = "one process, by the clock", "two processes, by the clock"
+
+SAME = "same step"
+EQUAL = "at no larger an error"
+
+ROWS = {
+    row.name: row
+    for row in (
+        Row(
+            "ideal",
+            "ideal rigid slider-crank, 2 turns",
+            "largest difference to the exact drive torque after the first tenth, over its peak",
+            _ideal,
+            (
+                Wish("h = 1e-5", 4.0, "h = 1e-5", SAME),
+                Wish("h = 1e-5, full Newton", 4.0, "h = 1e-5", SAME),
+                Wish("h = 1e-5", 4.0, None, EQUAL),
+            ),
+            reference="exact: torque dE/dtheta, peak 138.522 N m; largest speed 28.4114 m/s",
+            note="place: largest difference to the exact place of the slider.",
+        ),
+        Row(
+            "worn",
+            "slider-crank with 0.5 mm of play, mu = 0.03, 2 turns",
+            "of the peak force, relative",
+            _worn,
+            tuple(
+                Wish(label, 4.0, "default", "reaches 0.2 %")
+                for label in ("h = 1.6e-6", "h = 1e-6", "located, index 3", "located, index 2")
+            ),
+            reference="minimal.py with rtol 1e-12: 45825 N, first contact 0.22729 ms, torque at most 985.6 N m",
+            note="Torques above 1.05 times the reference are false peaks, in bold. place: error of the slider at 1 ms.",
+            ceiling=2e-3,
+            spikes=1.05 * TORQUE,
+        ),
+        Row(
+            "user-law",
+            "the same with a user's law in Python, 2 turns",
+            "of the peak force, relative",
+            _user_law,
+            (Wish("h = 1e-5", 8.0, "h = 1e-5", SAME), Wish("h = 1e-5", 8.0, None, EQUAL)),
+            reference="as above",
+        ),
+        *(
+            Row(
+                f"rod-{section}",
+                f"slider-crank with a {section} rod of 8 beams, 2 turns",
+                "rms over the largest deflection, against the same code with steps of 5e-7 s",
+                partial(_rod, section),
+                (
+                    Wish("h = 1e-5, sparse", 4.0, "h = 1e-5", SAME),
+                    Wish("h = 5e-6, sparse", 4.0, None, EQUAL),
+                ),
+                reference=f"peak deflection {value} um with steps of 2e-6 s in either code",
+                note="converged, apart: rms of the difference of what the two codes converge to, over the peak.",
+            )
+            for section, value in (("heavy", "46.91"), ("slender", "408.8"))
+        ),
+        *(
+            Row(
+                name,
+                f"falling chain of {links} links of {elements} beams, 0.5 s",
+                "distance of the tip at 0.5 s from where it converges to with smaller steps [m]",
+                partial(_chain, links, elements, steps),
+                wishes,
+                reference=f"converged tip {TIPS[links, elements]} m",
+            )
+            for name, links, elements, steps, wishes in (
+                (
+                    "chain",
+                    9,
+                    4,
+                    (4e-4, 3e-4, 2e-4, 1e-4),
+                    (
+                        Wish("h = 1e-4", 4.0, "h = 1e-4", SAME),
+                        Wish("h = 1e-4", 4.0, None, EQUAL),
+                        Wish("h = 1e-4, tighter", 4.0, None, EQUAL),
+                        Wish("h = 4e-4", 4.0, None, EQUAL),
+                    ),
+                ),
+                (
+                    "chain-9x40",
+                    9,
+                    40,
+                    (2e-4, 1e-4),
+                    (Wish("h = 1e-4", 4.0, "h = 1e-4", SAME), Wish("h = 1e-4", 4.0, None, EQUAL)),
+                ),
+                (
+                    "chain-90x4",
+                    90,
+                    4,
+                    (2e-4, 1e-4),
+                    (Wish("h = 1e-4", 4.0, "h = 1e-4", SAME), Wish("h = 1e-4", 4.0, None, EQUAL)),
+                ),
+            )
+        ),
+        Row(
+            "nine-bar",
+            "rigid nine-bar, 0.5 mm of play, 2 pi rad/s, first turn",
+            "none: chaotic; see the statistics",
+            partial(_nine_bar, flexible=False),
+            (
+                Wish("h = 2e-5", 5.0, "default", "same statistics"),
+                Wish("h = 1e-5", 5.0, "default", "same statistics"),
+                Wish("located, index 2", 1.0, "default", "its fastest setting"),
+            ),
+        ),
+        Row(
+            "nine-bar-flexible",
+            "the same with 4 beams a link, first turn",
+            "none: chaotic; see the statistics",
+            partial(_nine_bar, flexible=True),
+            (
+                Wish("h = 1e-5", 5.0, "default", "same statistics"),
+                Wish("h = 5e-6", 5.0, "default", "same statistics"),
+                Wish("located, index 2", 1.0, "default", "its fastest setting"),
+            ),
+        ),
+        Row(
+            "sweep",
+            "16 clearances from 0.05 to 0.5 mm, mu = 0, 2 turns each",
+            "of the peak force, relative, median of the 16",
+            _sweep,
+            (
+                Wish("h = 1e-5", 5.0, "h = 1e-5", SAME),
+                Wish("h = 1e-5", 5.0, "default", "more accurate"),
+            ),
+            note="Times contain building and compiling the models and starting the processes.",
+            cores=(ONE, TWO, 1.9),
+        ),
+    )
+}
