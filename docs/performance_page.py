@@ -202,6 +202,7 @@ def limits(record: dict) -> list[str]:
     lines += [f"| {what} | {number(a)} | {number(b)} | {unit} |" for what, a, b, unit in record["rows"]]
     where = record["where"]
     text = f"""\
-    Medians of seven; limits are for a quiet machine (`tests/speed/test_speed.py`). Time of the clock. {where["date"]},
+    Medians of seven; limits are for a quiet machine (`tests/speed/test_speed.py`). A step is timed by the CPU, new
+    processes by the clock. {where["date"]},
     load average {where["load"]}."""
     return ["## Costs and their growth", text, "\n".join(lines)]
