@@ -159,7 +159,7 @@ def test_a_kernel_of_the_wrong_contract_is_refused_when_the_class_is_made():
 
 
 def test_an_account_without_energies_is_refused():
-    with pytest.raises(KernelError, match="has an account kernel and no energy kernel.*Give it the energy kernel"):
+    with pytest.raises(KernelError, match=r"has an account kernel and no energy kernel.*Give it the energy kernel"):
         ElementPiece("s", coil_kernel, (("arm", "", 2), ("crank", "", 2)), (1.0,), (0.0,), account=with_mass)
 
 
