@@ -36,74 +36,63 @@ def add_elements(tables, address, t, h, q, v, a, z, kq, kv, ka, matrix, work):
     for e in range(E.p.shape[0]):
         n = E.dof[e + 1] - E.dof[e]
         gather_state(E, e, n, q, v, a, work)
-        if matrix:
+        if (E.tangent[e] if matrix else E.force[e]) < 0:
+            call_element(tables, address, e, n, t, h, z, work)
+            if matrix:
+                for i in range(n * n):
+                    work.Kl[i] = kq * work.Kl[i] + kv * work.Cl[i] + ka * work.Ml[i]
+        elif matrix:
             call_tangent(tables, address, e, n, t, h, z, kq, kv, ka, work)
-            positions = part_of(E.positions, E.pos[e], E.pos[e + 1])
-            for i in range(n * n):
-                work.lu[positions[i]] += work.Kl[i]
         else:
             call_force(tables, address, e, n, t, h, z, work)
+        s = factor_of(tables, address, e, t)
+        if matrix:
+            positions = part_of(E.positions, E.pos[e], E.pos[e + 1])
+            for i in range(n * n):
+                work.lu[positions[i]] += s * work.Kl[i]
         dofs = part_of(E.dofs, E.dof[e], E.dof[e + 1])
         for i in range(n):
-            work.r[dofs[i]] += work.rl[i]
+            work.r[dofs[i]] += s * work.rl[i]
 
 
 @compiled
 def call_force(tables, address, e, n, t, h, z, work):
-    """Forces of element e at the gathered ql, vl, al, in rl; its history in z_new."""
+    """Call the force kernel of element e, without its factor; results in rl, z_new."""
     E = tables.elements
-    if E.force[e] >= 0:
-        force_at(address.force, E.force[e])(
-            part_of(tables.p, E.p[e, 0], E.p[e, 1]),
-            t,
-            h,
-            part_of(work.ql, 0, n),
-            part_of(work.vl, 0, n),
-            part_of(work.al, 0, n),
-            part_of(z, E.z[e, 0], E.z[e, 1]),
-            part_of(work.rl, 0, n),
-            part_of(work.z_new, E.z[e, 0], E.z[e, 1]),
-        )
-    else:
-        call_element(tables, address, e, n, t, h, z, work)
-    s = factor_of(tables, address, e, t)
-    if s != 1.0:
-        for i in range(n):
-            work.rl[i] *= s
+    force_at(address.force, E.force[e])(
+        part_of(tables.p, E.p[e, 0], E.p[e, 1]),
+        t,
+        h,
+        part_of(work.ql, 0, n),
+        part_of(work.vl, 0, n),
+        part_of(work.al, 0, n),
+        part_of(z, E.z[e, 0], E.z[e, 1]),
+        part_of(work.rl, 0, n),
+        part_of(work.z_new, E.z[e, 0], E.z[e, 1]),
+    )
 
 
 @compiled
 def call_tangent(tables, address, e, n, t, h, z, kq, kv, ka, work):
-    """Forces of element e in rl, kq K + kv C + ka M in Kl; its history in z_new."""
+    """Call the tangent kernel of element e, without its factor; results in rl, Kl, z_new."""
     E = tables.elements
-    if E.tangent[e] >= 0:
-        for i in range(n * n):
-            work.Kl[i] = 0.0
-        tangent_at(address.tangent, E.tangent[e])(
-            part_of(tables.p, E.p[e, 0], E.p[e, 1]),
-            t,
-            h,
-            part_of(work.ql, 0, n),
-            part_of(work.vl, 0, n),
-            part_of(work.al, 0, n),
-            part_of(z, E.z[e, 0], E.z[e, 1]),
-            kq,
-            kv,
-            ka,
-            part_of(work.rl, 0, n),
-            matrix_view(work.Kl, n, n),
-            part_of(work.z_new, E.z[e, 0], E.z[e, 1]),
-        )
-    else:
-        call_element(tables, address, e, n, t, h, z, work)
-        for i in range(n * n):
-            work.Kl[i] = kq * work.Kl[i] + kv * work.Cl[i] + ka * work.Ml[i]
-    s = factor_of(tables, address, e, t)
-    if s != 1.0:
-        for i in range(n):
-            work.rl[i] *= s
-        for i in range(n * n):
-            work.Kl[i] *= s
+    for i in range(n * n):
+        work.Kl[i] = 0.0
+    tangent_at(address.tangent, E.tangent[e])(
+        part_of(tables.p, E.p[e, 0], E.p[e, 1]),
+        t,
+        h,
+        part_of(work.ql, 0, n),
+        part_of(work.vl, 0, n),
+        part_of(work.al, 0, n),
+        part_of(z, E.z[e, 0], E.z[e, 1]),
+        kq,
+        kv,
+        ka,
+        part_of(work.rl, 0, n),
+        matrix_view(work.Kl, n, n),
+        part_of(work.z_new, E.z[e, 0], E.z[e, 1]),
+    )
 
 
 @compiled
