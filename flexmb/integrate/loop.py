@@ -6,7 +6,7 @@ from flexmb.integrate.finish import accept, error_ratio, finished, next_size
 from flexmb.integrate.held import settle
 from flexmb.integrate.newton import implicit_step, lead, starting
 from flexmb.integrate.predict import look_back
-from flexmb.integrate.reuse import forget_factors
+from flexmb.integrate.reuse import forget_factors, keep_habits
 from flexmb.kernels import compiled
 
 
@@ -42,6 +42,7 @@ def advance(tables, address, lu, options, flow, trial, work, record, steps):
         if record.count[8] != 0 or flow.clock[5] > 0.0:
             settle(tables, lu, flow.clock[0] + h, flow, trial, work, record)
             record.count[9] = 0  # it may have changed the multipliers
+        keep_habits(flow, trial, work)
         look_back(tables, h, options.length, flow, trial, work)
         code = accept(tables, address, h, ratio, options, flow, trial, work, record)
         flow.clock[4] = h
