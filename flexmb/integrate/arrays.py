@@ -20,7 +20,7 @@ NEVER = 1e300
 FORMS = {"gear-gupta-leimkuhler": GEAR_GUPTA_LEIMKUHLER, "position": POSITION, "velocity": VELOCITY}
 
 
-PAST_STATES, HABITS = 3, 21
+PAST_STATES, HABITS = 3, 22
 """Accepted states that a prediction looks back to, and numbers of `Flow.habits`."""
 
 EPISODE, EPISODE_ROW, IMPACT = 7, 11, 3
@@ -43,7 +43,7 @@ class Flow(NamedTuple):
     past : (PAST_STATES, 2 n_q + n_c) accelerations, multipliers and shifts of the states before, newest first
     shift : (n_q,) what closed the joints in the last step, beside its accelerations, over h^3
     habits : (HABITS,) what prediction and reuse of factors learnt from the steps before (see `habits`)
-    factors : L and U at hand, the array `Work.lu`;  slopes : `Work.slopes` they were made with
+    factors : last L and U of an accepted step;  slopes : `Work.slopes` they were made with
     """
 
     clock: np.ndarray
@@ -71,7 +71,8 @@ class Trial(NamedTuple):
 
     free : (number of redundant rows, n_c) orthonormal multipliers without effect
     rigid : (n_q,) coordinates of rigid bodies;  bounds : (4,) numbers of the step control (see `landing`)
-    c, pair : second right side, and workspace for two;  before : (n_q + n_c,) last correction;  shift : see `Flow`
+    c, pair : second right side, and workspace for two;  before : (n_q + n_c,) last correction
+    shift, habits, slopes : what those of `Flow` become if the step is accepted
     """
 
     q: np.ndarray
@@ -93,6 +94,8 @@ class Trial(NamedTuple):
     pair: np.ndarray
     before: np.ndarray
     shift: np.ndarray
+    habits: np.ndarray
+    slopes: np.ndarray
 
 
 class Options(NamedTuple):
@@ -147,8 +150,8 @@ MEMORY_HEAD, CONTACT_MEMORY = 10, 7
 force) of every constraint row, (friction force, slip) of every constraint, forces of elements that are loads."""
 
 
-def new_flow(program: Program, factors: np.ndarray) -> Flow:
-    """A state of zeros; `factors` is the array where the matrix is factored."""
+def new_flow(program: Program) -> Flow:
+    """A state of zeros."""
     n, m = program.n_q + 3, program.n_c
     n_k, n_g = len(program.tables.contacts.kernel), len(program.tables.constraints.kernel)
     memory = np.zeros(MEMORY_HEAD + CONTACT_MEMORY * n_k + 2 * m + 2 * n_g + load_forces(program))
@@ -163,7 +166,7 @@ def new_flow(program: Program, factors: np.ndarray) -> Flow:
         np.zeros((PAST_STATES, 2 * program.n_q + m)),
         np.zeros(program.n_q),
         np.zeros(HABITS),
-        factors,
+        np.zeros(program.symbolic.size),
         np.zeros((n_k + n_g, 4)),
         np.zeros((n_k, IMPACT)),
         np.zeros(n),
@@ -189,6 +192,8 @@ def new_trial(program: Program, redundant: int = 0, bounds: tuple[float, ...] = 
         np.zeros(2 * total),
         np.zeros(total),
         np.zeros(program.n_q),
+        np.zeros(HABITS),
+        np.zeros((len(program.tables.contacts.kernel) + len(program.tables.constraints.kernel), 4)),
     )
 
 

@@ -8,7 +8,7 @@ from flexmb.integrate.held import settle
 from flexmb.integrate.landing import planned, remember
 from flexmb.integrate.newton import implicit_step, lead, starting
 from flexmb.integrate.predict import look_back
-from flexmb.integrate.reuse import forget_factors
+from flexmb.integrate.reuse import forget_factors, keep_habits
 from flexmb.kernels import compiled, copy
 
 
@@ -37,6 +37,7 @@ def advance(tables, address, lu, options, flow, trial, work, record, steps):
         if record.count[8] != 0 or flow.clock[5] > 0.0:
             settle(tables, lu, flow.clock[0] + h, flow, trial, work, record)
             record.count[9] = 0  # it may have changed the multipliers
+        keep_habits(flow, trial, work)
         if options.adaptive:
             anew = remember(tables, address, h, options, flow, trial, work)
             resize(h, growth, options, flow)

@@ -20,6 +20,7 @@ from flexmb.integrate.reuse import (
     MEASURE_AGAIN,
     SINCE,
     STALE_ITERATIONS,
+    begin_habits,
     bounds,
     forget_factors,
     judged,
@@ -89,14 +90,14 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
     record.count[9] says whether the energies have been evaluated.
     """
     n, m = tables.sizes.n_q, tables.sizes.n_c
-    t, habits = flow.clock[0] + h, flow.habits
+    t, habits = flow.clock[0] + h, trial.habits
     kv = options.gamma / (options.beta * h)
     kx = 1.0 / (options.beta * h * h)
     ka = (1.0 - options.alpha_m) / (1.0 - options.alpha_f) * kx
+    begin_habits(flow, trial)
     if flow.clock[4] == 0.0:
         forget_past(habits)
-        forget_factors(habits)
-    order, old, turn = int(habits[ORDER]), may_serve(kv, ka, flow), habits[SINCE] >= MEASURE_AGAIN
+    order, old, turn = int(habits[ORDER]), may_serve(kv, ka, flow, habits), habits[SINCE] >= MEASURE_AGAIN
     predict(n, m, h, ratio, order, options, flow, trial)
     last, same, part, reach, hold, lost = math.inf, math.inf, 1.0, math.inf, first_hold(flow), -1
     fresh, stale, checks = 0, 0, True
@@ -104,7 +105,7 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
         accounted = old and stale >= (habits[CHECK] if fresh > 0 else habits[EXPECTED] + (1.0 if turn else 0.0))
         look(tables, address, t, h, kv, ka, old, accounted, flow, trial, work)
         record.count[3] += 1
-        if old and slopes_changed(flow, work):
+        if old and slopes_changed(trial, work):
             old, checks = False, fresh == 0
             refused(fresh, habits)
             continue
@@ -116,7 +117,7 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
             if code != RUNNING:
                 return code
             fresh, stale = fresh + 1, 0
-        correction(m, lu, options, trial, work)
+        correction(m, lu, flow.factors if old and fresh == 0 else work.lu, options, trial)
         if not old:
             part, reach = shortened(n, fresh - 1, part, reach, trial)
         size = correct(tables, h, kv, kx, ka, part, options, trial, record) / part
@@ -174,7 +175,7 @@ def new_factors(tables, lu, h, kv, ka, hold, options, flow, trial, work, record)
     AGAIN : held rows say something of their own, so the matrix is to be evaluated and factored again.
     """
     n = tables.sizes.n_q
-    forget_factors(flow.habits)
+    forget_factors(trial.habits)
     lost = factor(lu, work.lu, trial.seen, THRESHOLD, n, hold)
     record.count[4] += 1
     if lost >= 0:
@@ -193,7 +194,7 @@ def new_factors(tables, lu, h, kv, ka, hold, options, flow, trial, work, record)
         )  # until the step ends, though the correction may lead away from the singular position
     if lost != HELD and hold == HOLD:
         weak = weakest(lu, work.lu, trial.seen, n) if tables.sizes.n_c > 0 else 1.0
-        note_factors(kv, ka, weak, flow, work)
+        note_factors(kv, ka, weak, trial, work)
     return RUNNING, lost, hold
 
 
@@ -209,12 +210,12 @@ def right_sides(n, m, kv, options, trial, work):
 
 
 @compiled
-def correction(m, lu, options, trial, work):
+def correction(m, lu, values, options, trial):
     """trial.d: the correction; trial.e: the shift of positions that closes the joints."""
     if m > 0 and options.form == GEAR_GUPTA_LEIMKUHLER:
-        solve_two(lu, work.lu, trial.b, trial.c, trial.d, trial.e, trial.pair)
+        solve_two(lu, values, trial.b, trial.c, trial.d, trial.e, trial.pair)
     else:
-        solve(lu, work.lu, trial.b, trial.d, trial.y)
+        solve(lu, values, trial.b, trial.d, trial.y)
 
 
 @compiled

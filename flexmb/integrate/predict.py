@@ -49,9 +49,9 @@ def weights(order, h, last, habits):
 def predict(n, m, h, ratio, order, options, flow, trial):
     """Start values of the step."""
     am, af, beta, gamma = options.alpha_m, options.alpha_f, options.beta, options.gamma
-    known, last, past = int(flow.habits[KNOWN]), flow.clock[4], flow.past
-    w0, w1, w2, w3 = weights(order, h, last, flow.habits)
-    s0, s1, s2, s3 = weights(max(min(order, known - 1), 0), h, last, flow.habits)
+    known, last, past = int(trial.habits[KNOWN]), flow.clock[4], flow.past
+    w0, w1, w2, w3 = weights(order, h, last, trial.habits)
+    s0, s1, s2, s3 = weights(max(min(order, known - 1), 0), h, last, trial.habits)
     cube = h * h * h if known > 0 else 0.0
     for i in range(n):
         x0 = flow.a[i] + ratio * (flow.x[i] - flow.a[i])

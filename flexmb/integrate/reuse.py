@@ -11,12 +11,12 @@ import math
 
 from flexmb.kernels import compiled, copy
 
-AGE, KV, KA, THETA, SINCE, EXTRA, BEST, WEAK, FIRST, EXPECTED, CHECK, WAIT, PAUSE = range(8, 21)
+AGE, KV, KA, THETA, SINCE, EXTRA, BEST, WEAK, FIRST, EXPECTED, CHECK, WAIT, PAUSE, FRESH = range(8, 22)
 """Places in `Flow.habits`: steps that the factors served, 0 when there are none; coefficients they were made with; last
 measured theta; steps since; iterations beyond the best step's since they were made; iterations of that step; smallest
 relative pivot of a constraint; size of the last first correction; iteration that is expected to be the last, and
 the same counted from new factors on; steps to begin with new ones, because old ones were refused, and how many that
-were the last time."""
+were the last time; 1 if the trial step has made factors."""
 
 LONGEST_PAUSE = 15.0
 
@@ -53,9 +53,8 @@ RUBBING = 1e-4
 
 
 @compiled
-def may_serve(kv, ka, flow):
-    """Whether the factors at hand may serve a step with these coefficients."""
-    habits = flow.habits
+def may_serve(kv, ka, flow, habits):
+    """Whether the factors of earlier steps may serve one with these coefficients."""
     if habits[WAIT] > 0.0:
         habits[WAIT] -= 1.0
         return False
@@ -72,21 +71,43 @@ def forget_factors(habits):
 
 
 @compiled
-def note_factors(kv, ka, weak, flow, work):
+def note_factors(kv, ka, weak, trial, work):
     """New factors are at hand."""
-    habits = flow.habits
+    habits = trial.habits
+    habits[FRESH] = 1.0
     habits[AGE], habits[KV], habits[KA], habits[WEAK] = 1.0, kv, ka, weak
     habits[EXTRA], habits[BEST] = 0.0, 0.0
-    for k in range(flow.slopes.shape[0]):
-        copy(work.slopes[k], flow.slopes[k])
+    for k in range(trial.slopes.shape[0]):
+        copy(work.slopes[k], trial.slopes[k])
 
 
 @compiled
-def slopes_changed(flow, work):
+def begin_habits(flow, trial):
+    """A trial step begins with what the accepted ones taught; a rejected one leaves no trace."""
+    copy(flow.habits, trial.habits)
+    trial.habits[FRESH] = 0.0
+    for k in range(trial.slopes.shape[0]):
+        copy(flow.slopes[k], trial.slopes[k])
+    if flow.clock[4] == 0.0:
+        forget_factors(trial.habits)
+
+
+@compiled
+def keep_habits(flow, trial, work):
+    """The trial step is accepted."""
+    if trial.habits[FRESH] > 0.0 and trial.habits[AGE] > 0.0:
+        copy(work.lu, flow.factors)
+        for k in range(trial.slopes.shape[0]):
+            copy(trial.slopes[k], flow.slopes[k])
+    copy(trial.habits, flow.habits)
+
+
+@compiled
+def slopes_changed(trial, work):
     """Whether a contact or friction law has another stiffness than in the matrix that was factored."""
-    for k in range(flow.slopes.shape[0]):
+    for k in range(trial.slopes.shape[0]):
         for i in range(4):
-            old, new = flow.slopes[k, i], work.slopes[k, i]
+            old, new = trial.slopes[k, i], work.slopes[k, i]
             if abs(new - old) > ALIKE * max(abs(new), abs(old)):
                 return True
     return False

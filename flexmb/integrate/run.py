@@ -75,7 +75,7 @@ class Run:
         self.period, self.t_end, self.max_steps, self.progress = period, t_end, max_steps, progress
         self.lu = lu.tables(program.symbolic)
         self.record, self.work = new_record(program, BUFFER), workspace(program)
-        self.flow = new_flow(program, self.work.lu)
+        self.flow = new_flow(program)
         self.stages = new_stages(program)
         self.times: list[np.ndarray] = []
         self.values: list[np.ndarray] = []

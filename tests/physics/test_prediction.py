@@ -1,0 +1,48 @@
+"""What a step is begun with, and how little a smooth one costs."""
+
+import math
+
+import numpy as np
+import pytest
+
+import flexmb as fm
+from flexmb.integrate.arrays import HABITS
+from flexmb.integrate.predict import SPACING, weights
+
+
+@pytest.mark.parametrize("order", [0, 1, 2, 3])
+def test_a_prediction_of_some_order_meets_every_polynomial_of_that_degree(order):
+    """With unequal steps: states at 0, -0.7, -1.7 and -3.2, predicted at 1.3."""
+    habits = np.zeros(HABITS)
+    habits[SPACING], habits[SPACING + 1] = 1.0, 1.5
+    found = np.array(weights(order, 1.3, 0.7, habits))
+    for degree in range(order + 1):
+        states = np.array([0.0, -0.7, -1.7, -3.2]) ** degree
+        assert found @ states == pytest.approx(1.3**degree, rel=1e-13)
+    assert (found[order + 1 :] == 0.0).all()
+
+
+def slider_crank():
+    """Crank 50 mm, rod 120 mm, 5000 rpm, rigid."""
+    crank = fm.RigidLink("crank", (0.0, 0.0), (0.05, 0.0), 0.30, 1e-5)
+    rod = fm.RigidLink("rod", (0.05, 0.0), (0.17, 0.0), 0.21, 2.5e-4)
+    slider = fm.RigidBody("slider", (0.17, 0.0), 0.14, 1e-4)
+    joints = (
+        fm.Revolute("A", fm.GROUND, crank, (0.0, 0.0)),
+        fm.Revolute("B", crank, rod, (0.05, 0.0)),
+        fm.Revolute("C", rod, slider, (0.17, 0.0)),
+        fm.Prismatic("guide", fm.GROUND, slider),
+        fm.Drive("motor", "A", fm.ConstantSpeed(5000 * math.pi / 30)),
+    )
+    return fm.Mechanism("slider-crank", (crank, rod, slider, *joints))
+
+
+def test_a_smooth_step_is_little_more_than_one_evaluation():
+    """Two turns; and what is accepted is the closed form x = r cos phi + sqrt(l^2 - r^2 sin^2 phi)."""
+    sol = fm.simulate(slider_crank(), t_end=0.024, step=2e-5, save="steps")
+    assert sol.stats.evaluations <= 1.8 * sol.stats.steps
+    assert sol.stats.factorisations <= 0.1 * sol.stats.steps
+    phi = sol.array("crank.theta")
+    phi = phi - phi[0]
+    exact = 0.05 * np.cos(phi) + np.sqrt(0.12**2 - (0.05 * np.sin(phi)) ** 2)
+    np.testing.assert_allclose(sol.array("slider.x"), exact, rtol=0.0, atol=1e-12)
