@@ -89,7 +89,7 @@ class Run:
     def _limits(self) -> tuple[float, float, float, tuple[float, ...]]:
         """Largest and smallest step [s], accepted error of a step [m], and the bounds of `landing`.
 
-        Speeds count from 1 % of that which crosses the mechanism in the time of the run or of its period.
+        Speeds count from that which takes 100 times 250 of the largest steps to cross the mechanism.
         """
         if isinstance(self.step, FixedStep):
             return self.step.size, self.step.size, NEVER, (1.0, 1.0, 1.0, 1.0)
@@ -98,7 +98,7 @@ class Run:
         clearance, length = self.program.least_clearance, self.program.length
         part = 1e-3 * length if clearance is None else 4.0 * min(clearance, 1e-2 * length)
         flight = FLIGHT_COUNTS if self.trial.rigid.all() else 1.0
-        bounds = (rtol, 1e-2 * length / span, self.step.steps_of_an_impact, flight)
+        bounds = (rtol, 4e-5 * length / largest, self.step.steps_of_an_impact, flight)
         return largest, self.step.min or min(1e-9 * largest, 1e-12 * span), self.step.atol or rtol * part, bounds
 
     def begin(self, start: Start) -> None:
