@@ -24,7 +24,7 @@ from flexmb.integrate.arrays import (
 from flexmb.integrate.contact_work import contact_losses
 from flexmb.integrate.explicit import new_stages
 from flexmb.integrate.finish import save
-from flexmb.integrate.ledger import LIMIT, MISSING, MISSING_IN_RUNGE_KUTTA, keep_account, open_account, verdict
+from flexmb.integrate.ledger import LIMIT, MISSING, MISSING_IN_RUNGE_KUTTA, final_verdict, keep_account, open_account
 from flexmb.integrate.loop import advance, advance_explicit
 from flexmb.integrate.method import Newmark, RungeKutta4
 from flexmb.integrate.solution import ContactLog, Peaks, Solution
@@ -181,7 +181,10 @@ class Run:
                 if self.note or self.code not in (RUNNING, DONE):
                     break
             else:
-                if self._reach(end, interval, bar) and (code := verdict(self.flow.ledger, self.flow.memory)) != RUNNING:
+                if (
+                    self._reach(end, interval, bar)
+                    and (code := final_verdict(self.flow.ledger, self.flow.memory)) != RUNNING
+                ):
                     self.code = code
         except KeyboardInterrupt:
             self.note = "Interrupted from the keyboard"
