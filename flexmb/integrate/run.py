@@ -181,11 +181,8 @@ class Run:
                 if self.note or self.code not in (RUNNING, DONE):
                     break
             else:
-                if (
-                    self._reach(end, interval, bar)
-                    and (code := final_verdict(self.flow.ledger, self.flow.memory)) != RUNNING
-                ):
-                    self.code = code
+                if self._reach(end, interval, bar) and saving is not None:
+                    self.code = final_verdict(self.flow.ledger, self.flow.memory) or DONE
         except KeyboardInterrupt:
             self.note = "Interrupted from the keyboard"
         bar.close()
