@@ -233,13 +233,21 @@ def verdict(ledger, memory):
     """RUNNING when the energies add up, else the code of what they say."""
     if not math.isfinite(ledger[RESIDUAL]):
         return NOT_FINITE
-    scale, taken, in_contacts = turned_over(ledger, memory), ledger[ALGORITHM], memory[LOST_IN_CONTACTS]
+    scale, taken = turned_over(ledger, memory), ledger[ALGORITHM]
     level = min(scale, put_in(ledger, memory))
-    through = memory[THROUGH_CONTACTS] + FEW * scale
     if abs(ledger[RESIDUAL]) > memory[LIMIT] * level:
         return ENERGY_MISSING
-    if taken < -TAKEN * level or in_contacts < -IN_CONTACTS * through:
+    if taken < -TAKEN * level:
         return ENERGY_MADE
-    if taken > TAKEN * scale or in_contacts > IN_CONTACTS * through:
+    if taken > TAKEN * scale:
         return ENERGY_LOST
     return RUNNING
+
+
+def final_verdict(ledger, memory):
+    """The verdict at the end, on contacts too: within an impact its first step would weigh too much."""
+    code = verdict(ledger, memory)
+    through = memory[THROUGH_CONTACTS] + FEW * turned_over(ledger, memory)
+    if code != RUNNING or abs(memory[LOST_IN_CONTACTS]) <= IN_CONTACTS * through:
+        return code
+    return ENERGY_LOST if memory[LOST_IN_CONTACTS] > 0.0 else ENERGY_MADE

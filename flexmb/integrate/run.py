@@ -26,7 +26,7 @@ from flexmb.integrate.bar import bar as progress_bar
 from flexmb.integrate.contact_work import contact_losses
 from flexmb.integrate.explicit import new_stages
 from flexmb.integrate.finish import save
-from flexmb.integrate.ledger import LIMIT, MISSING, MISSING_IN_RUNGE_KUTTA, keep_account, open_account, verdict
+from flexmb.integrate.ledger import LIMIT, MISSING, MISSING_IN_RUNGE_KUTTA, final_verdict, keep_account, open_account
 from flexmb.integrate.loop import advance, advance_explicit
 from flexmb.integrate.method import Newmark, RungeKutta4
 from flexmb.integrate.solution import ContactLog, Peaks, Solution
@@ -201,8 +201,8 @@ class Run:
                 if self.note or self.code not in (RUNNING, DONE):
                     break
             else:
-                if self._reach(end, interval, bar) and (code := verdict(self.flow.ledger, self.flow.memory)) != RUNNING:
-                    self.code = code
+                if self._reach(end, interval, bar) and saving is not None:
+                    self.code = final_verdict(self.flow.ledger, self.flow.memory) or DONE
         except KeyboardInterrupt:
             self.note = "Interrupted from the keyboard"
         bar.close()

@@ -74,8 +74,8 @@ def simulate(
     Solution : its `ok` is True only if the run reached its end; `status` says in a sentence what happened,
         names the joints whose forces were not unique because the run passed a singular position; `notes` says where
         contact laws left their validity.  A run whose energies miss 1 % of what was turned over or is in motion, or
-        whose steps took or made 5 % of it, or 2 % of what went through contacts, stops there and is not ok: its steps
-        were too coarse.  From a fifth of these on `status` warns.
+        whose steps took or made 5 % of it, stops there and is not ok; so is one whose steps took or made 2 % of what
+        went through contacts: its steps were too coarse.  From a fifth of these on `status` warns.
 
     Raises
     ------
