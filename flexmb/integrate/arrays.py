@@ -39,9 +39,8 @@ class Flow(NamedTuple):
     ledger : energies in the order of the signals;  memory : powers and forces at the last state, for the ledger
     episodes : (contacts, EPISODE) what the running episode of each contact holds so far (see `touch`)
     impacts : (contacts, IMPACT) steps of each contact (see `landing`)
-    former, momentum : (n_q + 3,) accelerations one step before; M v
-    past : (PAST_STATES, 2 n_q + n_c) accelerations, multipliers and shifts of the states before, newest first
-    shift : (n_q,) what closed the joints in the last step, beside its accelerations, over h^3
+    momentum : (n_q + 3,) M v
+    past : (PAST_STATES, n_q + n_c) accelerations and multipliers of the states before, newest first
     habits : (HABITS,) what prediction and reuse of factors learnt from the steps before (see `habits`)
     factors : last L and U of an accepted step;  slopes : `Work.slopes` they were made with
     """
@@ -57,12 +56,10 @@ class Flow(NamedTuple):
     memory: np.ndarray
     episodes: np.ndarray
     past: np.ndarray
-    shift: np.ndarray
     habits: np.ndarray
     factors: np.ndarray
     slopes: np.ndarray
     impacts: np.ndarray
-    former: np.ndarray
     momentum: np.ndarray
 
 
@@ -72,7 +69,7 @@ class Trial(NamedTuple):
     free : (number of redundant rows, n_c) orthonormal multipliers without effect
     rigid : (n_q,) coordinates of rigid bodies;  bounds : (4,) numbers of the step control (see `landing`)
     c, pair : second right side, and workspace for two;  before : (n_q + n_c,) last correction
-    shift, habits, slopes : what those of `Flow` become if the step is accepted
+    habits, slopes : what those of `Flow` become if the step is accepted
     """
 
     q: np.ndarray
@@ -93,7 +90,6 @@ class Trial(NamedTuple):
     c: np.ndarray
     pair: np.ndarray
     before: np.ndarray
-    shift: np.ndarray
     habits: np.ndarray
     slopes: np.ndarray
 
@@ -163,13 +159,11 @@ def new_flow(program: Program) -> Flow:
         np.zeros(11),
         memory,
         np.zeros((n_k, EPISODE)),
-        np.zeros((PAST_STATES, 2 * program.n_q + m)),
-        np.zeros(program.n_q),
+        np.zeros((PAST_STATES, program.n_q + m)),
         np.zeros(HABITS),
         np.zeros(program.symbolic.size),
         np.zeros((n_k + n_g, 4)),
         np.zeros((n_k, IMPACT)),
-        np.zeros(n),
         np.zeros(n),
     )
 
@@ -191,7 +185,6 @@ def new_trial(program: Program, redundant: int = 0, bounds: tuple[float, ...] = 
         np.zeros(total),
         np.zeros(2 * total),
         np.zeros(total),
-        np.zeros(program.n_q),
         np.zeros(HABITS),
         np.zeros((len(program.tables.contacts.kernel) + len(program.tables.constraints.kernel), 4)),
     )

@@ -51,8 +51,8 @@ def error_ratio(tables, h, ratio, options, flow, trial):
             rise = trial.a[i] - flow.a[i]
             if first:
                 e = max(e, of_v * abs(rise) / 12.0)
-            elif rise * (flow.a[i] - flow.former[i]) >= 0.0:
-                e = max(e, of_v * second * abs(rise / h - (flow.a[i] - flow.former[i]) / h0) / (h + h0))
+            elif rise * (flow.a[i] - flow.past[0, i]) >= 0.0:
+                e = max(e, of_v * second * abs(rise / h - (flow.a[i] - flow.past[0, i]) / h0) / (h + h0))
         if tables.kind[i] == 1:
             e *= options.length
         worst = max(worst, e)

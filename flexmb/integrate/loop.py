@@ -42,7 +42,6 @@ def advance(tables, address, lu, options, flow, trial, work, record, steps):
             anew = remember(tables, address, h, options, flow, trial, work)
             resize(h, growth, options, flow)
         look_back(tables, h, options.length, flow, trial, work)
-        copy(flow.a, flow.former)
         code = accept(tables, address, h, ratio, options, flow, trial, work, record)
         flow.clock[4] = 0.0 if anew else h
         if anew:

@@ -274,7 +274,6 @@ def correct(tables, h, kv, kx, ka, part, options, trial, record):
         d = part * trial.d[i]
         shift = part * trial.e[i] if shifted else 0.0
         trial.q[i] += d + shift
-        trial.shift[i] += shift
         trial.v[i] += kv * d
         trial.x[i] += kx * d
         trial.a[i] += ka * d

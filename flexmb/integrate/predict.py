@@ -49,18 +49,14 @@ def weights(order, h, last, habits):
 def predict(n, m, h, ratio, order, options, flow, trial):
     """Start values of the step."""
     am, af, beta, gamma = options.alpha_m, options.alpha_f, options.beta, options.gamma
-    known, last, past = int(trial.habits[KNOWN]), flow.clock[4], flow.past
+    last, past = flow.clock[4], flow.past
     w0, w1, w2, w3 = weights(order, h, last, trial.habits)
-    s0, s1, s2, s3 = weights(max(min(order, known - 1), 0), h, last, trial.habits)
-    cube = h * h * h if known > 0 else 0.0
     for i in range(n):
         x0 = flow.a[i] + ratio * (flow.x[i] - flow.a[i])
         a1 = w0 * flow.a[i] + w1 * past[0, i] + w2 * past[1, i] + w3 * past[2, i]
         x1 = ((1.0 - af) * a1 + af * flow.a[i] - am * x0) / (1.0 - am)
-        k = n + m + i
-        shift = cube * (s0 * flow.shift[i] + s1 * past[0, k] + s2 * past[1, k] + s3 * past[2, k])
-        trial.a[i], trial.x[i], trial.shift[i] = a1, x1, shift
-        trial.q[i] = flow.q[i] + h * flow.v[i] + h * h * ((0.5 - beta) * x0 + beta * x1) + shift
+        trial.a[i], trial.x[i] = a1, x1
+        trial.q[i] = flow.q[i] + h * flow.v[i] + h * h * ((0.5 - beta) * x0 + beta * x1)
         trial.v[i] = flow.v[i] + h * ((1.0 - gamma) * x0 + gamma * x1)
     for i in range(m):
         k = n + i
@@ -95,10 +91,7 @@ def look_back(tables, h, length, flow, trial, work):
         if order == 0 or miss < least:
             best, least = order, miss
     for i in range(n):
-        k = n + m + i
         past[2, i], past[1, i], past[0, i] = past[1, i], past[0, i], flow.a[i]
-        past[2, k], past[1, k], past[0, k] = past[1, k], past[0, k], flow.shift[i]
-        flow.shift[i] = trial.shift[i] / (h * h * h)
     for i in range(n, n + m):
         past[2, i], past[1, i], past[0, i] = past[1, i], past[0, i], flow.lam[i - n]
     habits[SPACING + 1], habits[SPACING] = habits[SPACING], last
