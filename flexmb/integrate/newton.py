@@ -28,6 +28,7 @@ from flexmb.integrate.reuse import (
     may_serve,
     note_factors,
     refused,
+    rubbing,
     served,
     slopes_changed,
 )
@@ -38,6 +39,10 @@ from flexmb.system.evaluate import evaluate, evaluate_accepted
 
 ROUND_OFF = 1e-14
 """Corrections below this part of the coordinates are round-off."""
+
+CHEAP = 60
+"""Unknowns up to which a matrix and its factors cost no more than a residual: where forces of contact or friction bend
+within a step, each iteration then has its own."""
 
 EPSILON = 1e-15
 """Round-off of a gap relative to the largest coordinate."""
@@ -97,7 +102,9 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
     begin_habits(flow, trial)
     if flow.clock[4] == 0.0:
         forget_past(habits)
-    order, old, turn = int(habits[ORDER]), may_serve(kv, ka, flow, habits), habits[SINCE] >= MEASURE_AGAIN
+    cheap = n + m <= CHEAP
+    order, turn = int(habits[ORDER]), habits[SINCE] >= MEASURE_AGAIN
+    old = may_serve(kv, ka, flow, habits) and not (cheap and rubbing(trial.slopes))
     predict(n, m, h, ratio, order, options, flow, trial)
     last, same, part, reach, hold, lost = math.inf, math.inf, 1.0, math.inf, first_hold(flow), -1
     fresh, stale, checks = 0, 0, True
@@ -153,6 +160,7 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
             predict(n, m, h, ratio, order, options, flow, trial)
         last = same = size
         old = checks and part == 1.0 and reach == math.inf and size < math.inf and may_check(habits)
+        old = old and not (cheap and rubbing(work.slopes))
     return NEWTON_FAILED
 
 

@@ -114,12 +114,12 @@ def slopes_changed(trial, work):
 
 
 @compiled
-def rubbing(work):
+def rubbing(slopes):
     """Whether a contact is closed or a joint has friction."""
     total = 0.0
-    for k in range(work.slopes.shape[0]):
+    for k in range(slopes.shape[0]):
         for i in range(4):
-            total = max(total, abs(work.slopes[k, i]))
+            total = max(total, abs(slopes[k, i]))
     return total > 0.0
 
 
@@ -143,7 +143,7 @@ def bounds(least, work):
 
     least : round-off of corrections.
     """
-    small = RUBBING if rubbing(work) else UNSEEN
+    small = RUBBING if rubbing(work.slopes) else UNSEEN
     return max(small, least), max(min(LEFT, small), least)
 
 
