@@ -12,7 +12,7 @@ from flexmb.integrate.arrays import (
     Options,
 )
 from flexmb.integrate.held import STILL, first_hold, free_gap, outcome
-from flexmb.integrate.predict import ORDER, compare, forget_past, predict
+from flexmb.integrate.predict import KNOWN, ORDER, close_ahead, compare, forget_past, predict
 from flexmb.integrate.reuse import (
     CHECK,
     EXPECTED,
@@ -99,6 +99,8 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
         forget_past(habits)
     order, old, turn = int(habits[ORDER]), may_serve(kv, ka, flow, habits), habits[SINCE] >= MEASURE_AGAIN
     predict(n, m, h, ratio, order, options, flow, trial)
+    if old and m > 0 and options.form == GEAR_GUPTA_LEIMKUHLER and habits[KNOWN] > 0.0:
+        close_ahead(n, m, lu, h, order, flow, trial)
     last, same, part, reach, hold, lost = math.inf, math.inf, 1.0, math.inf, first_hold(flow), -1
     fresh, stale, checks = 0, 0, True
     for _ in range(options.iterations):
@@ -290,6 +292,7 @@ def correct(tables, h, kv, kx, ka, part, options, trial, record):
         return math.inf
     for i in range(m):
         trial.lam[i] += part * trial.d[n + i]
+        trial.gaps[i] += part * trial.c[n + i]
     wanted_x = options.tolerance * h * h * fast_x + ROUND_OFF * far_x
     wanted_t = options.tolerance * h * h * fast_t + ROUND_OFF * far_t
     if moved_x / wanted_x > moved_t / wanted_t:

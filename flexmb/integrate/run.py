@@ -54,7 +54,7 @@ NEWTON_TOLERANCE = 1e-6
 ITERATIONS = 30
 NOT_SAVING = -1.0
 
-LEARNT = ("past", "habits", "factors", "slopes", "impacts")
+LEARNT = ("past", "gaps", "habits", "factors", "slopes", "impacts")
 """Arrays that a state saved by an earlier version lacks: prediction and reuse of factors then begin anew."""
 
 
