@@ -41,6 +41,7 @@ class Flow(NamedTuple):
     impacts : (contacts, IMPACT) steps of each contact (see `landing`)
     momentum : (n_q + 3,) M v
     past : (PAST_STATES, n_q + n_c) accelerations and multipliers of the states before, newest first
+    gaps : (PAST_STATES + 1, n_c) what the shifts of the last steps closed in all, over h^3, newest first
     habits : (HABITS,) what prediction and reuse of factors learnt from the steps before (see `habits`)
     factors : last L and U of an accepted step;  slopes : `Work.slopes` they were made with
     """
@@ -61,6 +62,7 @@ class Flow(NamedTuple):
     slopes: np.ndarray
     impacts: np.ndarray
     momentum: np.ndarray
+    gaps: np.ndarray
 
 
 class Trial(NamedTuple):
@@ -69,6 +71,7 @@ class Trial(NamedTuple):
     free : (number of redundant rows, n_c) orthonormal multipliers without effect
     rigid : (n_q,) coordinates of rigid bodies;  bounds : (4,) numbers of the step control (see `landing`)
     c, pair : second right side, and workspace for two;  before : (n_q + n_c,) last correction
+    gaps : (n_c,) what the shifts of this step close in all
     habits, slopes : what those of `Flow` become if the step is accepted
     """
 
@@ -90,6 +93,7 @@ class Trial(NamedTuple):
     c: np.ndarray
     pair: np.ndarray
     before: np.ndarray
+    gaps: np.ndarray
     habits: np.ndarray
     slopes: np.ndarray
 
@@ -165,6 +169,7 @@ def new_flow(program: Program) -> Flow:
         np.zeros((n_k + n_g, 4)),
         np.zeros((n_k, IMPACT)),
         np.zeros(n),
+        np.zeros((PAST_STATES + 1, m)),
     )
 
 
@@ -185,6 +190,7 @@ def new_trial(program: Program, redundant: int = 0, bounds: tuple[float, ...] = 
         np.zeros(total),
         np.zeros(2 * total),
         np.zeros(total),
+        np.zeros(m),
         np.zeros(HABITS),
         np.zeros((len(program.tables.contacts.kernel) + len(program.tables.constraints.kernel), 4)),
     )

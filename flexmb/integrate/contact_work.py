@@ -2,8 +2,8 @@
 
 from flexmb.contact.onset import crossing
 from flexmb.integrate.arrays import CONTACT_MEMORY, MEMORY_HEAD
-from flexmb.kernels import GAP_SIZE, compiled, friction_at, gap_at, normal_at
-from flexmb.system.contacts import jacobians
+from flexmb.kernels import GAP_SIZE, compiled, part_of
+from flexmb.system.contacts import call_friction, call_gap, call_normal, jacobians
 
 GAUSS = 0.5 / 3.0**0.5
 """The two points of Gauss' rule lie so far from the middle: exact for cubics, and ends of a contact need no value."""
@@ -19,19 +19,27 @@ def contact_losses(tables, address, h, flow, q1, v1, work):
     """
     K = tables.contacts
     for c in range(K.kernel.shape[0]):
-        jacobians(work.contact[c], work.contact_scratch)
-        N, T = work.contact[c, GAP_SIZE], work.contact[c, GAP_SIZE + 1]
-        work.loss[c, 0], work.loss[c, 1], work.loss[c, 2], work.loss[c, 3] = 0.0, 0.0, 0.0, N
-        k, linear, touched = MEMORY_HEAD + CONTACT_MEMORY * c, 0.0, N != 0.0 or T != 0.0
-        for i in range(6):
-            dof, before = K.dofs[c, i], flow.memory[k + 1 + i]
-            force = N * work.contact_scratch[0, i] + T * work.contact_scratch[1, i]
-            work.loss[c, 4 + i] = force
-            touched = touched or before != 0.0
-            linear += 0.5 * (before + force) * (q1[dof] - flow.q[dof])
-        if h > 0.0 and touched:
-            _by_laws(tables, address, c, h, flow, q1, v1, work)
-            work.loss[c, 2] = -linear - work.loss[c, 0] - work.loss[c, 1]
+        loss, contact = work.loss[c], work.contact[c]
+        k = MEMORY_HEAD + CONTACT_MEMORY * c
+        memory = part_of(flow.memory, k, k + CONTACT_MEMORY)
+        N, T = contact[GAP_SIZE], contact[GAP_SIZE + 1]
+        touched = N != 0.0 or T != 0.0
+        for i in range(1, CONTACT_MEMORY):
+            touched = touched or memory[i] != 0.0
+        for i in range(10):
+            loss[i] = 0.0
+        if touched:
+            jacobians(contact, work.contact_scratch)
+            linear, dofs = 0.0, part_of(K.dofs, 6 * c, 6 * c + 6)
+            loss[3] = N
+            for i in range(6):
+                dof = dofs[i]
+                force = N * work.contact_scratch[0, i] + T * work.contact_scratch[1, i]
+                loss[4 + i] = force
+                linear += 0.5 * (memory[1 + i] + force) * (q1[dof] - flow.q[dof])
+            if h > 0.0:
+                _by_laws(tables, address, c, h, flow, q1, v1, work)
+                loss[2] = -linear - loss[0] - loss[1]
 
 
 @compiled
@@ -39,11 +47,11 @@ def _by_laws(tables, address, c, h, flow, q1, v1, work):
     """Losses of contact c by its laws, in the part of the step in which its surfaces touch."""
     K = tables.contacts
     begin, end = _touching(h, flow.z[K.z[c, 0] + 2], flow.z[K.z[c, 0] + 4], work.contact[c, 0], work.contact[c, 1])
-    half = 0.5 * (end - begin)
+    half, dofs = 0.5 * (end - begin), part_of(K.dofs, 6 * c, 6 * c + 6)
     for point in range(2):
         s = begin + half + (2 * point - 1) * GAUSS * (end - begin)
         for i in range(6):
-            k = K.dofs[c, i]
+            k = dofs[i]
             rise = q1[k] - flow.q[k]
             d0, d1 = h * flow.v[k], h * v1[k]
             c2, c3 = 3.0 * rise - 2.0 * d0 - d1, d0 + d1 - 2.0 * rise
@@ -52,23 +60,9 @@ def _by_laws(tables, address, c, h, flow, q1, v1, work):
         gap = work.gap
         for i in range(GAP_SIZE):
             gap[i] = 0.0
-        gap_at(address.gap, K.kernel[c, 0])(tables.p[K.p[c, 0] : K.p[c, 1]], work.ql[:6], work.vl[:6], gap)
-        N, _, _ = normal_at(address.normal, K.kernel[c, 1])(
-            tables.p[K.p[c, 2] : K.p[c, 3]],
-            s * h,
-            gap[0],
-            gap[1],
-            flow.z[K.z[c, 1] : K.z[c, 2]],
-            work.z_between[K.z[c, 1] : K.z[c, 2]],
-        )
-        T, _, _ = friction_at(address.friction, K.kernel[c, 2])(
-            tables.p[K.p[c, 4] : K.p[c, 5]],
-            s * h,
-            gap[2],
-            N,
-            flow.z[K.z[c, 2] : K.z[c, 3]],
-            work.z_between[K.z[c, 2] : K.z[c, 3]],
-        )
+        call_gap(tables, address, c, work.ql, work.vl, gap)
+        N, _, _ = call_normal(tables, address, c, s * h, gap[0], gap[1], flow.z, work.z_between)
+        T, _, _ = call_friction(tables, address, c, s * h, gap[2], N, flow.z, work.z_between)
         work.loss[c, 0] -= half * h * N * gap[1]
         work.loss[c, 1] -= half * h * T * gap[2]
 

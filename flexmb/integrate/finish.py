@@ -6,7 +6,7 @@ from flexmb.integrate.ledger import SETTLED, STEPS, keep_account, verdict, work_
 from flexmb.integrate.predict import compare
 from flexmb.integrate.touch import follow_contacts, no_room
 from flexmb.kernels import compiled, copy
-from flexmb.system.constraints import renew_forces
+from flexmb.system.constraints import report_forces
 from flexmb.system.evaluate import evaluate_accepted
 from flexmb.system.outputs import write_outputs
 
@@ -24,8 +24,7 @@ def accept(tables, address, h, ratio, options, flow, trial, work, record):
             tables, address, t, h, trial.q, trial.v, trial.a, trial.lam, flow.z, trial.mean_v, trial.lag, work
         )
         record.count[3] += 1
-    else:
-        renew_forces(tables, trial.lam, work)
+    report_forces(tables, trial.lam, work)
     work_of_bow(tables.sizes.n_q, flow, trial, work)
     contact_losses(tables, address, h, flow, trial.q, trial.v, work)
     follow_contacts(tables, h, options, flow, work, record)

@@ -10,7 +10,8 @@ import math
 
 from flexmb.contact.onset import crossing, cubic
 from flexmb.integrate.touch import APPROACH, LASTING_PHASE, START
-from flexmb.kernels import GAP_SIZE, compiled, gap_at, normal_at
+from flexmb.kernels import GAP_SIZE, compiled, part_of
+from flexmb.system.contacts import call_gap, call_normal
 
 SIZE, LAST, SPEED, BRAKE, AGAIN, REFUSED = 1, 4, 6, 7, 8, 9
 """Places in `Flow.clock`."""
@@ -116,15 +117,7 @@ def struck(tables, c, flow, trial):
 @compiled
 def force(tables, address, c, gap, rate, flow, work):
     """Normal force of contact c at another gap and rate."""
-    K = tables.contacts
-    N, _, _ = normal_at(address.normal, K.kernel[c, 1])(
-        tables.p[K.p[c, 2] : K.p[c, 3]],
-        0.0,
-        gap,
-        rate,
-        flow.z[K.z[c, 1] : K.z[c, 2]],
-        work.z_between[K.z[c, 1] : K.z[c, 2]],
-    )
+    N, _, _ = call_normal(tables, address, c, 0.0, gap, rate, flow.z, work.z_between)
     return N
 
 
@@ -142,14 +135,14 @@ def find_jump(tables, address, c, speed, flow, work):
 @compiled
 def measure(tables, address, c, trial, work, record):
     """Gap and gap rate of contact c in the trial state."""
-    K = tables.contacts
     if record.count[9] == 1:  # it has been accounted for
         return work.contact[c, 0], work.contact[c, 1]
+    dofs = part_of(tables.contacts.dofs, 6 * c, 6 * c + 6)
     for i in range(6):
-        work.ql[i] = trial.q[K.dofs[c, i]]
-        work.vl[i] = trial.v[K.dofs[c, i]]
+        dof = dofs[i]
+        work.ql[i], work.vl[i] = trial.q[dof], trial.v[dof]
     out = work.contact[c, :GAP_SIZE]
-    gap_at(address.gap, K.kernel[c, 0])(tables.p[K.p[c, 0] : K.p[c, 1]], work.ql[:6], work.vl[:6], out)
+    call_gap(tables, address, c, work.ql, work.vl, out)
     return out[0], out[1]
 
 

@@ -20,7 +20,7 @@ from flexmb.integrate.arrays import (
     NOT_FINITE,
     RUNNING,
 )
-from flexmb.kernels import compiled, energy_at
+from flexmb.kernels import compiled, energy_at, part_of
 
 KINETIC, STRAIN, GRAVITY, DRIVE, LOAD, CONTACT, FRICTION, DAMPING, ALGORITHM, RESIDUAL, TURNED = range(11)
 """Places in the ledger, in the order of the signals.  TURNED is half of the sum of all changes of all other accounts
@@ -200,11 +200,10 @@ def _damped(tables, address, t, h, q0, v0, q1, v1, memory, work):
 def _forces_times_size(tables, q, work):
     """Forces of joints, contacts and loads times the largest coordinate, moments times the largest angle [J]."""
     far_x, far_t, force, moment = 0.0, 1.0, 0.0, 0.0
-    for i in range(tables.sizes.n_q):
-        if tables.kind[i] == 0:
-            far_x, force = max(far_x, abs(q[i])), force + abs(work.Gl[i])
-        else:
-            far_t, moment = max(far_t, abs(q[i])), moment + abs(work.Gl[i])
+    for i in range(0, tables.sizes.n_q, 3):  # x, y, theta of a node
+        place, Gl = part_of(q, i, i + 3), part_of(work.Gl, i, i + 3)
+        far_x, far_t = max(abs(place[0]), abs(place[1]), far_x), max(abs(place[2]), far_t)
+        force, moment = force + (abs(Gl[0]) + abs(Gl[1])), moment + abs(Gl[2])
     for c in range(work.contact.shape[0]):
         force += abs(work.loss[c, 3])
     for i in range(work.load.shape[0]):

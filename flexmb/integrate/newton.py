@@ -12,7 +12,7 @@ from flexmb.integrate.arrays import (
     Options,
 )
 from flexmb.integrate.held import STILL, first_hold, free_gap, outcome
-from flexmb.integrate.predict import ORDER, compare, forget_past, predict
+from flexmb.integrate.predict import ORDER, close_ahead, compare, forget_past, predict
 from flexmb.integrate.reuse import (
     CHECK,
     EXPECTED,
@@ -32,7 +32,7 @@ from flexmb.integrate.reuse import (
     served,
     slopes_changed,
 )
-from flexmb.kernels import compiled
+from flexmb.kernels import compiled, part_of
 from flexmb.solve.lu import HELD, HOLD, THRESHOLD, factor, first_held, left_over, solve, weakest
 from flexmb.solve.substitute import solve_two
 from flexmb.system.evaluate import evaluate, evaluate_accepted
@@ -106,6 +106,8 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
     order, turn = int(habits[ORDER]), habits[SINCE] >= MEASURE_AGAIN
     old = may_serve(kv, ka, flow, habits) and not (cheap and rubbing(trial.slopes))
     predict(n, m, h, ratio, order, options, flow, trial)
+    if old and m > 0 and order > 0 and options.form == GEAR_GUPTA_LEIMKUHLER:
+        close_ahead(n, m, lu, h, order, flow, trial)
     last, same, part, reach, hold, lost = math.inf, math.inf, 1.0, math.inf, first_hold(flow), -1
     fresh, stale, checks = 0, 0, True
     for _ in range(options.iterations):
@@ -273,31 +275,37 @@ def shortened(n, iteration, part, reach, trial):
 
 
 @compiled
+def _move(i, part, shifted, kv, kx, ka, trial):
+    """Correct coordinate i and its derivatives by parts of the correction and of the shift; how far it moved."""
+    d, shift = part * trial.d[i], shifted * trial.e[i] if shifted > 0.0 else 0.0
+    trial.q[i] += d + shift
+    trial.v[i] += kv * d
+    trial.x[i] += kx * d
+    trial.a[i] += ka * d
+    trial.before[i] = trial.d[i]
+    return abs(d) + abs(shift)
+
+
+@compiled
 def correct(tables, h, kv, kx, ka, part, options, trial, record):
     """Add `part` of the correction; its size relative to what is wanted, the largest of lengths and angles."""
     n, m = tables.sizes.n_q, tables.sizes.n_c
     moved_x, moved_t, fast_x, fast_t, far_x, far_t, total = 0.0, 0.0, 0.0, 0.0, options.length, 1.0, 0.0
-    shifted = m > 0 and options.form == GEAR_GUPTA_LEIMKUHLER
-    for i in range(n):
-        d = part * trial.d[i]
-        shift = part * trial.e[i] if shifted else 0.0
-        trial.q[i] += d + shift
-        trial.v[i] += kv * d
-        trial.x[i] += kx * d
-        trial.a[i] += ka * d
-        trial.before[i] = trial.d[i]
-        move = abs(d) + abs(shift)
-        total += move
-        if tables.kind[i] == 0:
-            moved_x, fast_x = max(moved_x, move), max(fast_x, abs(trial.a[i]))
-            far_x = max(far_x, abs(trial.q[i]))
-        else:
-            moved_t, fast_t = max(moved_t, move), max(fast_t, abs(trial.a[i]))
-            far_t = max(far_t, abs(trial.q[i]))
+    shifted = part if m > 0 and options.form == GEAR_GUPTA_LEIMKUHLER else 0.0
+    for i in range(0, n, 3):  # x, y, theta of a node
+        mx = _move(i, part, shifted, kv, kx, ka, trial)
+        my = _move(i + 1, part, shifted, kv, kx, ka, trial)
+        mt = _move(i + 2, part, shifted, kv, kx, ka, trial)
+        q, a = part_of(trial.q, i, i + 3), part_of(trial.a, i, i + 3)
+        total += mx + my + mt
+        moved_x, moved_t = max(mx, my, moved_x), max(moved_t, mt)
+        fast_x, fast_t = max(abs(a[0]), abs(a[1]), fast_x), max(fast_t, abs(a[2]))
+        far_x, far_t = max(abs(q[0]), abs(q[1]), far_x), max(far_t, abs(q[2]))
     if not math.isfinite(total):
         return math.inf
     for i in range(m):
         trial.lam[i] += part * trial.d[n + i]
+        trial.gaps[i] += part * trial.c[n + i]
     wanted_x = options.tolerance * h * h * fast_x + ROUND_OFF * far_x
     wanted_t = options.tolerance * h * h * fast_t + ROUND_OFF * far_t
     if moved_x / wanted_x > moved_t / wanted_t:

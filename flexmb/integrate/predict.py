@@ -7,6 +7,7 @@ the steps do not resolve the constant.  A jump, a first step and a contact that 
 
 from flexmb.integrate.arrays import PAST_STATES
 from flexmb.kernels import compiled
+from flexmb.solve.substitute import solve
 
 ORDER, KNOWN, MISSED, SPACING = 0, 1, 2, 6
 """Places in `Flow.habits`: order of the next prediction, states in `Flow.past`, what the four orders missed by, the two
@@ -61,6 +62,26 @@ def predict(n, m, h, ratio, order, options, flow, trial):
     for i in range(m):
         k = n + i
         trial.lam[i] = w0 * flow.lam[i] + w1 * past[0, k] + w2 * past[1, k] + w3 * past[2, k]
+        trial.gaps[i] = 0.0
+
+
+@compiled
+def close_ahead(n, m, lu, h, order, flow, trial):
+    """Shift predicted positions to close what the joints will be open by, as the shifts of the steps before tell.
+
+    The gaps are extrapolated, over h^3, not the shifts: with the factors at hand these have no part along the joints,
+    which no later correction would take back.
+    """
+    known, gaps, cube = int(trial.habits[KNOWN]), flow.gaps, h * h * h
+    w0, w1, w2, w3 = weights(min(order, known - 1), h, flow.clock[4], trial.habits)
+    for i in range(n):
+        trial.c[i] = 0.0
+    for i in range(m):
+        trial.gaps[i] = cube * (w0 * gaps[0, i] + w1 * gaps[1, i] + w2 * gaps[2, i] + w3 * gaps[3, i])
+        trial.c[n + i] = trial.gaps[i]
+    solve(lu, flow.factors, trial.c, trial.e, trial.y)
+    for i in range(n):
+        trial.q[i] += trial.e[i]
 
 
 @compiled
@@ -78,22 +99,32 @@ def look_back(tables, h, length, flow, trial, work):
     length [m] : angles count as so long.
     """
     n, m, habits, past = tables.sizes.n_q, tables.sizes.n_c, flow.habits, flow.past
-    known, last, best, least = int(habits[KNOWN]), flow.clock[4], 0, 0.0
-    for order in range(min(known, PAST_STATES) + 1):
-        w0, w1, w2, w3 = weights(order, h, last, habits)
-        miss = 0.0
-        for i in range(n):
-            size = length if tables.kind[i] == 1 else 1.0
-            a = w0 * flow.a[i] + w1 * past[0, i] + w2 * past[1, i] + w3 * past[2, i]
-            miss = max(miss, size * abs(trial.a[i] - a))
-        miss += FADING * (habits[MISSED + order] if order < known else miss)  # one that is new has no past yet
-        habits[MISSED + order] = miss
-        if order == 0 or miss < least:
-            best, least = order, miss
+    known, last = int(habits[KNOWN]), flow.clock[4]
+    most = min(known, PAST_STATES)
+    u0, u1, _, _ = weights(min(1, most), h, last, habits)
+    v0, v1, v2, _ = weights(min(2, most), h, last, habits)
+    w0, w1, w2, w3 = weights(most, h, last, habits)
+    m0 = m1 = m2 = m3 = 0.0
     for i in range(n):
-        past[2, i], past[1, i], past[0, i] = past[1, i], past[0, i], flow.a[i]
-    for i in range(n, n + m):
-        past[2, i], past[1, i], past[0, i] = past[1, i], past[0, i], flow.lam[i - n]
+        size = length if tables.kind[i] == 1 else 1.0
+        a, a0, a1, a2, a3 = trial.a[i], flow.a[i], past[0, i], past[1, i], past[2, i]
+        m0 = max(m0, size * abs(a - a0))
+        m1 = max(m1, size * abs(a - (u0 * a0 + u1 * a1)))
+        m2 = max(m2, size * abs(a - (v0 * a0 + v1 * a1 + v2 * a2)))
+        m3 = max(m3, size * abs(a - (w0 * a0 + w1 * a1 + w2 * a2 + w3 * a3)))
+        past[2, i], past[1, i], past[0, i] = a2, a1, a0
+    gaps, cube = flow.gaps, h * h * h
+    for i in range(m):
+        k = n + i
+        past[2, k], past[1, k], past[0, k] = past[1, k], past[0, k], flow.lam[i]
+        gaps[3, i], gaps[2, i], gaps[1, i], gaps[0, i] = gaps[2, i], gaps[1, i], gaps[0, i], trial.gaps[i] / cube
+    best, misses = 0, (m0, m1, m2, m3)
+    for order in range(most + 1):
+        now = misses[order]
+        now += FADING * (habits[MISSED + order] if order < known else now)  # one that is new has no past yet
+        habits[MISSED + order] = now
+        if now < habits[MISSED + best]:
+            best = order
     habits[SPACING + 1], habits[SPACING] = habits[SPACING], last
     habits[ORDER], habits[KNOWN] = float(best), min(known + 1.0, PAST_STATES + 1.0)
     if last == 0.0 or phase_changed(tables, flow, work):

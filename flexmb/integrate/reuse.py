@@ -20,7 +20,7 @@ were the last time; 1 if the trial step has made factors."""
 
 LONGEST_PAUSE = 15.0
 
-OLDEST, MOST_EXTRA, OTHER_STEP = 50.0, 3.0, 0.2
+OLDEST, MOST_EXTRA, OTHER_STEP = 25.0, 3.0, 0.2
 """Factors that served so many steps, cost so many iterations, or have coefficients that differ so much, go."""
 
 REGULAR = 1e-2

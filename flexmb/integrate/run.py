@@ -40,6 +40,7 @@ from flexmb.solve.rank import row_rank
 from flexmb.solve.redundant import least_norm
 from flexmb.solve.start import Start, accelerations
 from flexmb.solve.system import System
+from flexmb.system.constraints import report_forces
 from flexmb.system.evaluate import evaluate_accepted
 from flexmb.system.outputs import write_outputs
 from flexmb.system.work import workspace
@@ -53,7 +54,7 @@ NEWTON_TOLERANCE = 1e-6
 ITERATIONS = 30
 NOT_SAVING = -1.0
 
-LEARNT = ("past", "habits", "factors", "slopes", "impacts")
+LEARNT = ("past", "gaps", "habits", "factors", "slopes", "impacts")
 """Arrays that a state saved by an earlier version lacks: prediction and reuse of factors then begin anew."""
 
 
@@ -123,6 +124,7 @@ class Run:
         flow, still = self.flow, np.zeros(self.program.n_q + 3)
         common = (self.program.tables, self.program.addresses, flow.clock[0], 0.0)
         evaluate_accepted(*common, flow.q, flow.v, flow.a, flow.lam, flow.z, still, still, self.work)
+        report_forces(self.program.tables, flow.lam, self.work)
         flow.momentum[:] = self.work.momentum
         contact_losses(*common[:2], 0.0, flow, flow.q, flow.v, self.work)
         keep_account(*common, flow.q, flow.v, flow.q, flow.v, flow.ledger, flow.memory, self.work)

@@ -166,10 +166,10 @@ class Packer:
             ints(dofs.offset),
             ints(self.g_blocks.offset),
             ints(self.h_blocks.offset),
-            ints(dofs.values),
-            positions(rows, columns),
-            positions(columns, rows),
-            positions(*self.h_blocks.arrays),
+            places(dofs.values),
+            places(positions(rows, columns)),
+            places(positions(columns, rows)),
+            places(positions(*self.h_blocks.arrays)),
             table([places_of_second(piece) for piece in pieces], 3),
             ints([piece.moment_row for piece in pieces]),
             ints(out),
@@ -201,9 +201,9 @@ class Packer:
             histories = ((0.0,) * CONTACT_COMMON, piece.normal.history(), piece.friction.history())
             bounds = [self.remember(h) for h in histories]
             z.append([*(b for b, _ in bounds), bounds[-1][1]])
-            dofs.append(self.number.dofs(piece.coordinates))
-        places = positions(*self.contact_blocks.arrays).reshape(-1, 36)
-        return Contacts(table(kernel, 3), table(p, 6), table(z, 4), table(dofs, 6), places, ints(out))
+            dofs.extend(self.number.dofs(piece.coordinates))
+        positions = places(positions(*self.contact_blocks.arrays))
+        return Contacts(table(kernel, 3), table(p, 6), table(z, 4), places(dofs), positions, ints(out))
 
     def measured(self, out: Sequence[int]) -> Measured:
         """Arrays of the signals computed by kernels."""

@@ -65,8 +65,8 @@ class Contacts(NamedTuple):
     kernel: np.ndarray  # (n, 3)
     p: np.ndarray  # (n, 6) begin and end for gap, normal, friction
     z: np.ndarray  # (n, 4) begin of common, normal and friction history, end
-    dofs: np.ndarray  # (n, 6)
-    positions: np.ndarray  # (n, 36)
+    dofs: np.ndarray  # (6 n,)
+    positions: np.ndarray  # (36 n,)
     out: np.ndarray  # (n,) first of its signals
 
 

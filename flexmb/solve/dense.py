@@ -1,4 +1,4 @@
-"""Solution of small linear systems with pivoting: `PivotingSolver` (lu.py) for matrices that are plain arrays."""
+"""Solution of small linear systems with pivoting: `PivotingSolver` (pivoting.py) for matrices that are plain arrays."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 from scipy.linalg.lapack import dgesv, dgetrs
 
 from flexmb.errors import SolveError
-from flexmb.solve.lu import GOOD_RESIDUAL, ROUND_OFF, SCALING_ROUNDS, SINGULAR_GROWTH, singular_text
+from flexmb.solve.pivoting import GOOD_RESIDUAL, ROUND_OFF, SCALING_ROUNDS, SINGULAR_GROWTH, singular_text
 
 
 def solve_dense(A: np.ndarray, b: np.ndarray) -> np.ndarray:

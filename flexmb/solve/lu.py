@@ -1,11 +1,11 @@
-"""Factors L and U of A on a fixed pattern, without pivoting and without searching; a pivoting solver to fall back on.
+"""Factors L and U of A on a fixed pattern, without pivoting and without searching.
 
 The pattern comes from `flexmb.program.symbolic`, the values live in one array in its layout: the caller adds the
 entries of A at the positions it was told, `factor` turns them into L and U in place, `solve` uses them.
 
 Without pivoting the factors are as good as the pivots, which `factor` watches, and the growth of the entries, which
-it does not: compare `multiply` with the right-hand side where the result matters, and call `PivotingSolver` where the
-difference is large.
+it does not: compare `multiply` with the right-hand side where the result matters, and call `PivotingSolver` (of
+`pivoting`) where the difference is large.
 
 Source: T. A. Davis, Direct Methods for Sparse Linear Systems, SIAM 2006, section 6.3 (right-looking LU).
 """
@@ -14,8 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexmb.errors import SolveError
-from flexmb.kernels import compiled
+from flexmb.kernels import compiled, part_of
 from flexmb.program.symbolic import Symbolic
 from flexmb.solve.substitute import forward, solve
 
@@ -32,22 +31,12 @@ HELD = -2
 NO_ROW = 1 << 62
 """First constraint for `factor` when no multiplier may be held."""
 
-GOOD_RESIDUAL = 1e-6
-"""Residual relative to the right-hand side, both scaled, that only a singular matrix leaves after pivoting."""
-
-ROUND_OFF = 1e-14
-"""Round-off of A x relative to the largest entry of x, both scaled."""
-
-SINGULAR_GROWTH = 1e13
-"""Largest entry of x relative to that of the right-hand side above which A counts as singular: one of 500 beam elements
-reaches 2e11, one without an inverse about 1e16."""
-
-SCALING_ROUNDS = 5
-"""Each round about halves the exponents of what a row and a column lack to the size 1: 1e16 becomes sqrt(1e1)."""
-
 
 class LU(NamedTuple):
-    """The arrays of `Symbolic` that the compiled functions walk along, read-only."""
+    """The arrays of `Symbolic` that the compiled functions walk along, read-only.
+
+    into : `order` as unsigned indices, as rows and targets are: nobody need ask whether they count from the end.
+    """
 
     order: np.ndarray
     starts: np.ndarray
@@ -56,11 +45,14 @@ class LU(NamedTuple):
     value_ptr: np.ndarray
     target_ptr: np.ndarray
     targets: np.ndarray
+    into: np.ndarray
 
 
 def tables(symbolic: Symbolic) -> LU:
     """What `factor`, `solve` and `multiply` need of `symbolic`: its integer arrays, shared with it."""
-    return LU(*(getattr(symbolic, name) for name in LU._fields))
+    s, unsigned = symbolic, np.uint64
+    into, rows = s.order.view(unsigned), s.rows.view(unsigned)
+    return LU(s.order, s.starts, s.row_ptr, rows, s.value_ptr, s.target_ptr, s.targets, into)
 
 
 @compiled
@@ -76,7 +68,7 @@ def factor(sym, lu, seen, threshold, first_row=NO_ROW, hold=HOLD):
     A constraint whose pivot is `hold` times that term or smaller hardly differs from those before it.  It is left out,
     as if its pivot were infinite: `solve` then leaves its multiplier as it is.  At its place `seen` becomes negative.
     """
-    order, starts, row_ptr, rows, value_ptr, target_ptr, targets = sym
+    order, starts, row_ptr, rows, value_ptr, target_ptr, targets, _ = sym
     _start_seen(starts, row_ptr, value_ptr, lu, seen)
     held = -1
     for s in range(len(starts) - 1):
@@ -105,21 +97,22 @@ def factor(sym, lu, seen, threshold, first_row=NO_ROW, hold=HOLD):
 def _start_seen(starts, row_ptr, value_ptr, lu, seen):
     """The diagonal of A, in the order of elimination."""
     for s in range(len(starts) - 1):
-        first, w = starts[s], starts[s + 1] - starts[s]
+        own, w = part_of(seen, starts[s], starts[s + 1]), starts[s + 1] - starts[s]
         stride = w + row_ptr[s + 1] - row_ptr[s] + 1
         for k in range(w):
-            seen[first + k] = abs(lu[value_ptr[s] + k * stride])
+            at = value_ptr[s] + k * stride
+            own[k] = abs(part_of(lu, at, at + 1)[0])
 
 
 @compiled
 def _see(lu, at, w, u, seen, rows, r):
     """Largest term so far on the diagonals below a panel."""
-    length = w + u
+    below, length = part_of(rows, r, r + u), w + u
     for i in range(u):
         term = 0.0
         for k in range(w):
             term += lu[at + k * length + w + i] * lu[at + w * length + k * u + i]
-        seen[rows[r + i]] = max(seen[rows[r + i]], abs(term))
+        seen[below[i]] = max(seen[below[i]], abs(term))
 
 
 @compiled
@@ -188,56 +181,70 @@ def _eliminate_3(lu, at, u, seen, first, threshold, order, first_row, hold):
     seen[first + 1] = -max(seen1, 1e-300) if s1 == HELD else seen1
     seen[first + 2] = -max(seen2, 1e-300) if s2 == HELD else seen2
     lu[a], lu[b], lu[b + 1], lu[b + 2], lu[c], lu[c + 1], lu[c + 2] = i0, b0, i1, b2, c0, c1, i2
-    lower = c + 3 + u
+    right0, right1, right2, below0, below1, below2 = _beside_3(lu, at, u)
     for j in range(u):
-        x, p = lu[a + 3 + j], lu[lower + j] * i0
-        y, q = lu[b + 3 + j] - b0 * x, (lu[lower + u + j] - a1 * p) * i1
-        lu[b + 3 + j], lu[c + 3 + j] = y, lu[c + 3 + j] - c0 * x - c1 * y
-        lu[lower + j], lu[lower + u + j] = p, q
-        lu[lower + 2 * u + j] = (lu[lower + 2 * u + j] - a2 * p - b2 * q) * i2
+        x, p = right0[j], below0[j] * i0
+        y, q = right1[j] - b0 * x, (below1[j] - a1 * p) * i1
+        right1[j], right2[j] = y, right2[j] - c0 * x - c1 * y
+        below0[j], below1[j] = p, q
+        below2[j] = (below2[j] - a2 * p - b2 * q) * i2
     return min(s0, s1, s2)
+
+
+@compiled
+def _beside_3(lu, at, u):
+    """Rows of U beside the corner of a panel of three, and transposed rows of L below it, (u,) each."""
+    a, b, c, d = at + 3, at + 6 + u, at + 9 + 2 * u, at + 9 + 3 * u
+    return (
+        part_of(lu, a, a + u),
+        part_of(lu, b, b + u),
+        part_of(lu, c, c + u),
+        part_of(lu, d, d + u),
+        part_of(lu, d + u, d + 2 * u),
+        part_of(lu, d + 2 * u, d + 3 * u),
+    )
 
 
 @compiled
 def _see_3(lu, at, u, seen, rows, r):
     """`_see` for three pivots."""
-    a, b, c, d = at + 3, at + 6 + u, at + 9 + 2 * u, at + 9 + 3 * u
+    a, b, c, x, y, z = _beside_3(lu, at, u)
+    below = part_of(rows, r, r + u)
     for i in range(u):
-        term = lu[a + i] * lu[d + i] + lu[b + i] * lu[d + u + i] + lu[c + i] * lu[d + 2 * u + i]
-        seen[rows[r + i]] = max(seen[rows[r + i]], abs(term))
+        term = a[i] * x[i] + b[i] * y[i] + c[i] * z[i]
+        seen[below[i]] = max(seen[below[i]], abs(term))
 
 
 @compiled
 def _update_1(lu, at, u, targets, t):
     """Subtract the product of a panel's L and U wherever it belongs: one pivot."""
-    a, lower = at + 1, at + 1 + u
+    a, lower = part_of(lu, at + 1, at + 1 + u), part_of(lu, at + 1 + u, at + 1 + 2 * u)
     for i in range(u):
-        x = lu[lower + i]
+        x, goal = lower[i], part_of(targets, t + i * u, t + (i + 1) * u)
         for j in range(u):
-            lu[targets[t + j]] -= x * lu[a + j]
-        t += u
+            lu[goal[j]] -= x * a[j]
 
 
 @compiled
 def _update_2(lu, at, u, targets, t):
     """`_update_1` for two pivots."""
-    a, b, lower = at + 2, at + 4 + u, at + 4 + 2 * u
+    d = at + 4 + 2 * u
+    a, b = part_of(lu, at + 2, at + 2 + u), part_of(lu, at + 4 + u, d)
+    left, right = part_of(lu, d, d + u), part_of(lu, d + u, d + 2 * u)
     for i in range(u):
-        x, y = lu[lower + i], lu[lower + u + i]
+        x, y, goal = left[i], right[i], part_of(targets, t + i * u, t + (i + 1) * u)
         for j in range(u):
-            lu[targets[t + j]] -= x * lu[a + j] + y * lu[b + j]
-        t += u
+            lu[goal[j]] -= x * a[j] + y * b[j]
 
 
 @compiled
 def _update_3(lu, at, u, targets, t):
     """`_update_1` for three pivots."""
-    a, b, c, lower = at + 3, at + 6 + u, at + 9 + 2 * u, at + 9 + 3 * u
+    a, b, c, left, middle, right = _beside_3(lu, at, u)
     for i in range(u):
-        x, y, z = lu[lower + i], lu[lower + u + i], lu[lower + 2 * u + i]
+        x, y, z, goal = left[i], middle[i], right[i], part_of(targets, t + i * u, t + (i + 1) * u)
         for j in range(u):
-            lu[targets[t + j]] -= x * lu[a + j] + y * lu[b + j] + z * lu[c + j]
-        t += u
+            lu[goal[j]] -= x * a[j] + y * b[j] + z * c[j]
 
 
 @compiled
@@ -308,92 +315,3 @@ def multiply(sym, values, x, y):
                 there = order[rows[r + j]]
                 y[here] += values[at + k * length + w + j] * x[there]
                 y[there] += values[lower + k * u + j] * x[here]
-
-
-class PivotingSolver:
-    """Slow and safe: SuperLU with partial pivoting on rows and columns scaled to the size 1, refined once.
-
-    Parameters
-    ----------
-    symbolic : Symbolic
-        Pattern in whose layout the values come.
-
-    Notes
-    -----
-    Source of the scaling: D. Ruiz, A scaling algorithm to equilibrate both rows and columns norms in matrices,
-    report RAL-TR-2001-034, Rutherford Appleton Laboratory, 2001, algorithm 1 with the maximum norm.
-
-    Examples
-    --------
-    [[0, 2], [1, 0]] x = [4, 3], which `factor` cannot do:
-
-    >>> import numpy as np
-    >>> from flexmb.program.symbolic import symbolic
-    >>> swap = symbolic(2, [0], [1], [0, 1])
-    >>> values = np.zeros(swap.size)
-    >>> values[swap.positions([0, 1], [1, 0])] = [2.0, 1.0]
-    >>> PivotingSolver(swap).factor(values).solve(np.array([4.0, 3.0])).tolist()
-    [3.0, 2.0]
-    """
-
-    def __init__(self, symbolic: Symbolic) -> None:
-        self._n = symbolic.n
-        self._rows, self._cols = symbolic.a_rows, symbolic.a_cols
-        self._from = symbolic.positions(self._rows, self._cols)
-        self._column_starts = np.searchsorted(self._cols, np.arange(self._n + 1))
-        self._by_row = np.argsort(self._rows, kind="stable")
-        self._row_starts = np.searchsorted(self._rows[self._by_row], np.arange(self._n))
-
-    def factor(self, values: np.ndarray) -> "PivotingSolver":
-        """Take the `values` of A, not factored, in the layout of the pattern; returns the solver itself.
-
-        Raises `SolveError` if a value is not finite or A is singular to the last digit.
-        """
-        from scipy.sparse import csc_matrix  # noqa: PLC0415 - large models alone need it, and it takes long to import
-        from scipy.sparse.linalg import splu  # noqa: PLC0415
-
-        data = values[self._from]
-        bad = np.flatnonzero(~np.isfinite(data))
-        if bad.size:
-            entry = f"({self._rows[bad[0]]}, {self._cols[bad[0]]})"
-            raise SolveError(f"PivotingSolver: entry {entry} of the matrix is {data[bad[0]]}; it must be finite.")
-        self._r, self._c = self._scales(np.abs(data))
-        scaled = data * self._r[self._rows] * self._c[self._cols]
-        self._matrix = csc_matrix((scaled, self._rows, self._column_starts), shape=(self._n, self._n))
-        try:
-            self._factors = splu(self._matrix)
-        except RuntimeError as error:
-            raise SolveError(singular_text(self._n, str(error))) from error
-        return self
-
-    def solve(self, b: np.ndarray) -> np.ndarray:
-        """X with A x = b, (n,); `SolveError` if A is so near to singular that x does not fulfil the equations."""
-        right = self._r * b
-        x = self._factors.solve(right)
-        x += self._factors.solve(right - self._matrix @ x)
-        residual = np.max(np.abs(right - self._matrix @ x), initial=0.0)
-        size, far = np.max(np.abs(right), initial=0.0), np.max(np.abs(x), initial=0.0)
-        # a fine mesh answers a small load by a large x; what is left then is the round-off of the product A x
-        round_off = ROUND_OFF * far if far / SINGULAR_GROWTH <= size else 0.0
-        if not residual <= max(GOOD_RESIDUAL * size, round_off):
-            raise SolveError(singular_text(self._n, f"a residual of {residual:.1e} is left"))
-        return self._c * x
-
-    def _scales(self, size: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Factors of rows and of columns that bring the largest entry of each near 1.  size : absolute values."""
-        r, c = np.ones(self._n), np.ones(self._n)
-        for _ in range(SCALING_ROUNDS):
-            scaled = size * r[self._rows] * c[self._cols]
-            in_row = np.maximum.reduceat(scaled[self._by_row], self._row_starts)
-            in_column = np.maximum.reduceat(scaled, self._column_starts[:-1])
-            r /= np.sqrt(np.where(in_row > 0.0, in_row, 1.0))
-            c /= np.sqrt(np.where(in_column > 0.0, in_column, 1.0))
-        return r, c
-
-
-def singular_text(n: int, finding: str) -> str:
-    """What to say about a matrix of n unknowns without an inverse."""
-    return (
-        f"PivotingSolver: the {n} x {n} matrix is singular ({finding}). Look for joints that hold the same motion "
-        "twice and for nodes without mass and stiffness."
-    )

@@ -19,6 +19,7 @@ from flexmb.solve.spin import Spin, check_spin
 from flexmb.solve.stability import is_stable
 from flexmb.solve.start import check_independent
 from flexmb.solve.system import System
+from flexmb.system.constraints import report_forces
 
 ITERATIONS = 40
 ROUND_OFF = 1e-11
@@ -127,7 +128,7 @@ def static_equilibrium(
     else:
         q, lam, total = _grown(mechanism, program, system, q, load_steps, full)
     full.at(system, q, lam)
-    forces, names = reactions(program, system), program.names
+    forces, names = reactions(program, system, lam), program.names
     K, _, _ = full.matrices(system, q, lam)
     stable = is_stable(program, K, system.jacobian)
     return Equilibrium(q, lam, names.coordinates, names.aliases, forces, total, full.speed, full.about, stable)
@@ -304,8 +305,9 @@ def _failure(program: Program, system: System, done: float) -> str:
     )
 
 
-def reactions(program: Program, system: System) -> dict[str, tuple[float, float, float]]:
-    """(fx, fy, moment) of every joint at the last evaluation."""
+def reactions(program: Program, system: System, lam: np.ndarray) -> dict[str, tuple[float, float, float]]:
+    """(fx, fy, moment) of every joint at the last evaluation, with multipliers lam (n_c,)."""
+    report_forces(program.tables, lam, system.work)
     found: dict[str, tuple[float, float, float]] = {}
     C = program.tables.constraints
     for c in range(len(C.kernel)):

@@ -11,7 +11,7 @@ from flexmb.errors import SolveError
 from flexmb.program.program import Program
 from flexmb.solve.dense import solve_dense
 from flexmb.solve.either import SMALL
-from flexmb.solve.lu import PivotingSolver
+from flexmb.solve.pivoting import PivotingSolver
 from flexmb.system.evaluate import evaluate
 from flexmb.system.work import Work, workspace
 

@@ -7,7 +7,7 @@ With n from the second surface into the first, t = (-n_y, n_x), arms a1, a2 from
 """
 
 from flexmb.contact.onset import crossing
-from flexmb.kernels import GAP_SIZE, compiled, friction_at, gap_at, normal_at
+from flexmb.kernels import GAP_SIZE, compiled, friction_at, gap_at, normal_at, part_of
 
 
 @compiled
@@ -15,50 +15,57 @@ def add_contacts(tables, address, t, h, q, v, z, kq, kv, matrix, work):
     """Add contact forces to work.r and, if `matrix`, their tangents to work.lu; write histories and work.contact."""
     K = tables.contacts
     for k in range(K.kernel.shape[0]):
+        dofs = part_of(K.dofs, 6 * k, 6 * k + 6)
         for i in range(6):
-            work.ql[i] = q[K.dofs[k, i]]
-            work.vl[i] = v[K.dofs[k, i]]
-        out = work.contact[k, :GAP_SIZE]
-        gap_at(address.gap, K.kernel[k, 0])(tables.p[K.p[k, 0] : K.p[k, 1]], work.ql[:6], work.vl[:6], out)
-        N, N_gap, N_rate = normal_at(address.normal, K.kernel[k, 1])(
-            tables.p[K.p[k, 2] : K.p[k, 3]],
-            h,
-            out[0],
-            out[1],
-            z[K.z[k, 1] : K.z[k, 2]],
-            work.z_new[K.z[k, 1] : K.z[k, 2]],
-        )
-        T, T_slip, T_N = friction_at(address.friction, K.kernel[k, 2])(
-            tables.p[K.p[k, 4] : K.p[k, 5]],
-            h,
-            out[2],
-            N,
-            z[K.z[k, 2] : K.z[k, 3]],
-            work.z_new[K.z[k, 2] : K.z[k, 3]],
-        )
+            dof = dofs[i]
+            work.ql[i], work.vl[i] = q[dof], v[dof]
+        out, slopes = work.contact[k, :GAP_SIZE], work.slopes[k]
+        call_gap(tables, address, k, work.ql, work.vl, out)
+        N, N_gap, N_rate = call_normal(tables, address, k, h, out[0], out[1], z, work.z_new)
+        T, T_slip, T_N = call_friction(tables, address, k, h, out[2], N, z, work.z_new)
         work.contact[k, GAP_SIZE], work.contact[k, GAP_SIZE + 1] = N, T
-        work.slopes[k, 0], work.slopes[k, 1], work.slopes[k, 2], work.slopes[k, 3] = N_gap, N_rate, T_slip, T_N
+        slopes[0], slopes[1], slopes[2], slopes[3] = N_gap, N_rate, T_slip, T_N
         if N == 0.0 and N_gap == 0.0 and N_rate == 0.0:  # open: what N would do to the friction does not matter
-            work.slopes[k, 3] = 0.0
-        _remember(t, h, out[0], out[1], N, z[K.z[k, 0] : K.z[k, 1]], work.z_new[K.z[k, 0] : K.z[k, 1]])
+            slopes[3] = 0.0
+        begin, end = K.z[k, 0], K.z[k, 1]
+        _remember(t, h, out[0], out[1], N, part_of(z, begin, end), part_of(work.z_new, begin, end))
         if N == 0.0 and T == 0.0 and N_gap == 0.0 and N_rate == 0.0 and T_slip == 0.0:
             continue
-        jacobians(out, work.contact_scratch)
         S = work.contact_scratch
+        jacobians(out, S)
         for i in range(6):
-            work.r[K.dofs[k, i]] -= N * S[0, i] + T * S[1, i]
+            work.r[dofs[i]] -= N * S[0, i] + T * S[1, i]
         if matrix:
-            tangents(out, work.vl, N, T, N_gap, N_rate, T_slip, T_N, S)
-            for i in range(6):
-                for j in range(6):
-                    by_q = (
-                        -S[0, i] * S[2, j]
-                        - S[1, i] * S[3, j]
-                        - N * geometry(out, S, i, j, 0)
-                        - T * geometry(out, S, i, j, 1)
-                    )
-                    by_v = -S[0, i] * S[4, j] - S[1, i] * S[5, j]
-                    work.lu[K.positions[k, 6 * i + j]] += kq * by_q + kv * by_v
+            _tangents(out, part_of(K.positions, 36 * k, 36 * k + 36), kq, kv, N, T, N_gap, N_rate, T_slip, T_N, work)
+
+
+@compiled
+def call_gap(tables, address, k, q, v, out):
+    """Call the gap kernel of contact k with its own coordinates q and velocities v."""
+    K = tables.contacts
+    gap_at(address.gap, K.kernel[k, 0])(
+        part_of(tables.p, K.p[k, 0], K.p[k, 1]), part_of(q, 0, 6), part_of(v, 0, 6), out
+    )
+
+
+@compiled
+def call_normal(tables, address, k, h, gap, rate, z, z_new):
+    """Normal force of contact k and its derivatives by gap and gap rate."""
+    K = tables.contacts
+    begin, end = K.z[k, 1], K.z[k, 2]
+    return normal_at(address.normal, K.kernel[k, 1])(
+        part_of(tables.p, K.p[k, 2], K.p[k, 3]), h, gap, rate, part_of(z, begin, end), part_of(z_new, begin, end)
+    )
+
+
+@compiled
+def call_friction(tables, address, k, h, slip, N, z, z_new):
+    """Friction force of contact k and its derivatives by slip and normal force."""
+    K = tables.contacts
+    begin, end = K.z[k, 2], K.z[k, 3]
+    return friction_at(address.friction, K.kernel[k, 2])(
+        part_of(tables.p, K.p[k, 4], K.p[k, 5]), h, slip, N, part_of(z, begin, end), part_of(z_new, begin, end)
+    )
 
 
 @compiled
@@ -94,35 +101,25 @@ def jacobians(out, S):
 
 
 @compiled
-def geometry(out, S, i, j, which):
-    """Derivative of entry i of J_n (which = 0) or J_t (1) by coordinate j."""
-    nqx, nqy = out[13 + j], out[19 + j]
-    if which == 0:
-        cx, cy, dx, dy = out[3], out[4], nqx, nqy
-    else:
-        cx, cy, dx, dy = out[4], -out[3], nqy, -nqx  # J_t has -t = (n_y, -n_x) where J_n has n
-    sign = 1.0 if i < 3 else -1.0
-    axis = i % 3
-    if axis == 0:
-        return sign * dx
-    if axis == 1:
-        return sign * dy
-    if i == 2:
-        ax, ay, axq, ayq = out[5], out[6], out[25 + j], out[31 + j]
-    else:
-        ax, ay, axq, ayq = out[7], out[8], out[37 + j], out[43 + j]
-    return sign * (dy * ax - dx * ay + cy * axq - cx * ayq)
+def _tangents(out, positions, kq, kv, N, T, N_gap, N_rate, T_slip, T_N, work):
+    """Add kq dr/dq + kv dr/dv of a contact to work.lu, column by column.
 
-
-@compiled
-def tangents(out, v, N, T, N_gap, N_rate, T_slip, T_N, S):
-    """Rows 2-5 of S: dN/dq, dT/dq, dN/dv, dT/dv."""
+    g, s : derivatives of J_n and J_t by coordinate j (J_t has (n_y, -n_x) where J_n has n).
+    """
+    nx, ny, S, v = out[3], out[4], work.contact_scratch, work.vl
     for j in range(6):
+        x, y = out[13 + j], out[19 + j]
+        ax, ay, axq, ayq = out[5], out[6], out[25 + j], out[31 + j]
+        bx, by, bxq, byq = out[7], out[8], out[37 + j], out[43 + j]
+        g = (x, y, y * ax - x * ay + ny * axq - nx * ayq, -x, -y, -(y * bx - x * by + ny * bxq - nx * byq))
+        s = (y, -x, -(x * ax + y * ay + nx * axq + ny * ayq), -y, x, x * bx + y * by + nx * bxq + ny * byq)
         rate_q, slip_q = 0.0, 0.0
         for i in range(6):
-            rate_q += geometry(out, S, i, j, 0) * v[i]
-            slip_q += geometry(out, S, i, j, 1) * v[i]
-        S[2, j] = N_gap * S[0, j] + N_rate * rate_q
-        S[3, j] = T_N * S[2, j] + T_slip * slip_q
-        S[4, j] = N_rate * S[0, j]
-        S[5, j] = T_N * S[4, j] + T_slip * S[1, j]
+            rate_q += g[i] * v[i]
+            slip_q += s[i] * v[i]
+        N_q, N_v = N_gap * S[0, j] + N_rate * rate_q, N_rate * S[0, j]
+        T_q, T_v = T_N * N_q + T_slip * slip_q, T_N * N_v + T_slip * S[1, j]
+        along, across = kq * N_q + kv * N_v, kq * T_q + kv * T_v
+        for i in range(6):
+            entry = S[0, i] * along + S[1, i] * across + kq * (N * g[i] + T * s[i])
+            work.lu[positions[6 * i + j]] -= entry

@@ -24,7 +24,7 @@ def evaluate(tables, address, t, h, q, v, a, lam, z, kq, kv, ka, matrix, work):
 
 @compiled
 def evaluate_accepted(tables, address, t, h, q, v, a, lam, z, x, y, work):
-    """Forces, histories, energies and joint forces at a state, without a matrix."""
+    """Forces, histories and energies at a state, without a matrix."""
     work.r[:] = 0.0
     work.Gl[:] = 0.0
     account(tables, address, t, h, q, v, a, x, y, z, work)

@@ -20,7 +20,7 @@ class Work(NamedTuple):
     joint : (n, 4) force on the second body (x, y), moment row, spare
     grip : (n, 2) friction force and slip of each joint
     slopes : (contacts + joints, 4) dN/dgap, dN/drate, dT/dslip, dT/dN of contacts; dT/dslip, dT/dlam of joints
-    levers : (n_c, 2) what a multiplier adds to minus the force (x, y) on the second body
+    G : rows of all constraints, one after the other, on the dofs of their own
     power : kinetic energy, strain, gravity, power of damping, work of the algorithm
     load : forces on the dofs of all elements without an account of their own, one after the other
     momentum : (n_q + 3,) M v
@@ -46,12 +46,8 @@ class Work(NamedTuple):
     Kl: np.ndarray
     Cl: np.ndarray
     Ml: np.ndarray
-    gl: np.ndarray
-    gtl: np.ndarray
-    gammal: np.ndarray
-    laml: np.ndarray
-    Gflat: np.ndarray
-    contact_scratch: np.ndarray  # (12, 6)
+    G: np.ndarray
+    contact_scratch: np.ndarray  # (2, 6)
     grip: np.ndarray
     grip_out: np.ndarray
     grip_curve: np.ndarray
@@ -59,7 +55,6 @@ class Work(NamedTuple):
     Mvl: np.ndarray
     Myl: np.ndarray
     slopes: np.ndarray
-    levers: np.ndarray
     load: np.ndarray
     momentum: np.ndarray
     loss: np.ndarray
@@ -70,7 +65,7 @@ class Work(NamedTuple):
 def workspace(program: Program) -> Work:
     """Workspace for a program."""
     sizes = program.tables.sizes
-    n, m = max(sizes.most_dofs, 6), max(sizes.most_rows, 1)
+    n = max(sizes.most_dofs, 6)
     n_k, n_g = len(program.tables.contacts.kernel), len(program.tables.constraints.kernel)
     return Work(
         np.zeros(sizes.n_q + 3),
@@ -91,12 +86,8 @@ def workspace(program: Program) -> Work:
         np.zeros(n * n),
         np.zeros(n * n),
         np.zeros(n * n),
-        np.zeros(m),
-        np.zeros(m),
-        np.zeros(m),
-        np.zeros(m),
-        np.zeros(m * n),
-        np.zeros((12, 6)),
+        np.zeros(program.tables.constraints.pos_g[-1]),
+        np.zeros((2, 6)),
         np.zeros((n_g, 2)),
         np.zeros(GRIP_SIZE),
         np.zeros((6, 6)),
@@ -104,7 +95,6 @@ def workspace(program: Program) -> Work:
         np.zeros(n),
         np.zeros(n),
         np.zeros((n_k + n_g, 4)),
-        np.zeros((sizes.n_c, 2)),
         np.zeros(load_forces(program)),
         np.zeros(sizes.n_q + 3),
         np.zeros((n_k, 10)),
