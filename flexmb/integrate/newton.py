@@ -44,6 +44,9 @@ CHEAP = 60
 """Unknowns up to which a matrix and its factors cost no more than a residual: where forces of contact or friction bend
 within a step, each iteration then has its own."""
 
+FIRST_TURN = 6.3
+"""Angles up to here have round-off like that of 1 rad: how a mechanism is turned at the start should not count."""
+
 EPSILON = 1e-15
 """Round-off of a gap relative to the largest coordinate."""
 
@@ -273,28 +276,39 @@ def shortened(n, iteration, part, reach, trial):
 
 
 @compiled
+def moves(n, d):
+    """Largest way and angle of a node in a correction, NaN where one is not finite."""
+    way, angle, total = 0.0, 0.0, 0.0
+    for k in range(0, n, 3):
+        square, turn = d[k] ** 2 + d[k + 1] ** 2, abs(d[k + 2])
+        way, angle, total = max(way, square), max(angle, turn), total + (square + turn)
+    return (math.sqrt(way), angle) if math.isfinite(total) else (math.nan, math.nan)
+
+
+@compiled
 def correct(tables, h, kv, kx, ka, part, options, trial, record):
-    """Add `part` of the correction; its size relative to what is wanted, the largest of lengths and angles."""
+    """Add `part` of the correction; its size relative to what is wanted, the largest of ways and angles of nodes."""
     n, m = tables.sizes.n_q, tables.sizes.n_c
-    moved_x, moved_t, fast_x, fast_t, far_x, far_t, total = 0.0, 0.0, 0.0, 0.0, options.length, 1.0, 0.0
+    fast_x, fast_t, far_x, far_t = 0.0, 0.0, options.length**2, 1.0
     shifted = m > 0 and options.form == GEAR_GUPTA_LEIMKUHLER
     for i in range(n):
         d = part * trial.d[i]
-        shift = part * trial.e[i] if shifted else 0.0
-        trial.q[i] += d + shift
+        trial.q[i] += d + (part * trial.e[i] if shifted else 0.0)
         trial.v[i] += kv * d
         trial.x[i] += kx * d
         trial.a[i] += ka * d
         trial.before[i] = trial.d[i]
-        move = abs(d) + abs(shift)
-        total += move
-        if tables.kind[i] == 0:
-            moved_x, fast_x = max(moved_x, move), max(fast_x, abs(trial.a[i]))
-            far_x = max(far_x, abs(trial.q[i]))
-        else:
-            moved_t, fast_t = max(moved_t, move), max(fast_t, abs(trial.a[i]))
-            far_t = max(far_t, abs(trial.q[i]))
-    if not math.isfinite(total):
+    for k in range(0, n, 3):
+        fast_x = max(fast_x, trial.a[k] ** 2 + trial.a[k + 1] ** 2)
+        fast_t = max(fast_t, abs(trial.a[k + 2]))
+        far_x = max(far_x, trial.q[k] ** 2 + trial.q[k + 1] ** 2)
+        far_t = max(far_t, abs(trial.q[k + 2]) - FIRST_TURN)
+    moved_x, moved_t = moves(n, trial.d)
+    if shifted:
+        shift_x, shift_t = moves(n, trial.e)
+        moved_x, moved_t = moved_x + shift_x, moved_t + shift_t
+    fast_x, far_x, moved_x, moved_t = math.sqrt(fast_x), math.sqrt(far_x), part * moved_x, part * moved_t
+    if not math.isfinite(moved_x + moved_t):
         return math.inf
     for i in range(m):
         trial.lam[i] += part * trial.d[n + i]

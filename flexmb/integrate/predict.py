@@ -5,6 +5,8 @@ met its accelerations best; that one predicts the next step.  Smooth motion want
 the steps do not resolve the constant.  A jump, a first step and a contact that opens or closes begin anew.
 """
 
+import math
+
 from flexmb.integrate.arrays import PAST_STATES
 from flexmb.kernels import compiled
 
@@ -80,12 +82,7 @@ def look_back(tables, h, length, flow, trial, work):
     n, m, habits, past = tables.sizes.n_q, tables.sizes.n_c, flow.habits, flow.past
     known, last, best, least = int(habits[KNOWN]), flow.clock[4], 0, 0.0
     for order in range(min(known, PAST_STATES) + 1):
-        w0, w1, w2, w3 = weights(order, h, last, habits)
-        miss = 0.0
-        for i in range(n):
-            size = length if tables.kind[i] == 1 else 1.0
-            a = w0 * flow.a[i] + w1 * past[0, i] + w2 * past[1, i] + w3 * past[2, i]
-            miss = max(miss, size * abs(trial.a[i] - a))
+        miss = furthest(n, weights(order, h, last, habits), length, flow, trial)
         miss += FADING * (habits[MISSED + order] if order < known else miss)  # one that is new has no past yet
         habits[MISSED + order] = miss
         if order == 0 or miss < least:
@@ -98,6 +95,21 @@ def look_back(tables, h, length, flow, trial, work):
     habits[ORDER], habits[KNOWN] = float(best), min(known + 1.0, PAST_STATES + 1.0)
     if last == 0.0 or phase_changed(tables, flow, work):
         forget_past(habits)
+
+
+@compiled
+def furthest(n, weight, length, flow, trial):
+    """What the prediction with these weights missed the accelerations by, at the worst node [m/s^2]."""
+    w0, w1, w2, w3 = weight
+    miss = 0.0
+    for k in range(0, n, 3):
+        plane, angle = 0.0, k + 2
+        for i in range(k, angle):
+            a = w0 * flow.a[i] + w1 * flow.past[0, i] + w2 * flow.past[1, i] + w3 * flow.past[2, i]
+            plane += (trial.a[i] - a) ** 2
+        a = w0 * flow.a[angle] + w1 * flow.past[0, angle] + w2 * flow.past[1, angle] + w3 * flow.past[2, angle]
+        miss = max(miss, math.sqrt(plane), length * abs(trial.a[angle] - a))
+    return miss
 
 
 @compiled

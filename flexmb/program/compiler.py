@@ -139,7 +139,8 @@ def drawn_pose(mechanism: Mechanism, number: Numbering, z: np.ndarray) -> Drawn:
 
 
 def drawn_length(number: Numbering) -> float:
-    """Extent of the nodes in the drawn pose [m], 1 for a single node at the origin."""
+    """Extent of the nodes in the drawn pose [m], whatever its direction; 1 for a single node at the origin."""
     points = number.pose().reshape(-1, 3)[:, :2]
-    extent = float(np.ptp(points, axis=0).max())
+    end = points[np.argmax(np.hypot(*(points - points.mean(axis=0)).T))]
+    extent = float(np.hypot(*(points - end).T).max())
     return extent or float(np.abs(points).max()) or 1.0
