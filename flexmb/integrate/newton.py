@@ -47,8 +47,8 @@ within a step, each iteration then has its own."""
 FIRST_TURN = 6.3
 """Angles up to here have round-off like that of 1 rad: how a mechanism is turned at the start should not count."""
 
-EPSILON = 1e-15
-"""Round-off of a gap relative to the largest coordinate."""
+OF_GAPS = 0.1
+"""Round-off of a gap relative to that of corrections."""
 
 AGAIN = -1
 """What `new_factors` returns when rows must not be held."""
@@ -245,11 +245,8 @@ def opens(tables, lu, h, options, flow, trial, work):
 @compiled
 def only_noise(n, m, lu, trial, work, record):
     """Whether a correction that does not get smaller is round-off of the gaps, divided by the angle of two rows."""
-    far = 1.0
-    for i in range(n):
-        far = max(far, abs(trial.q[i]))
     angle = math.sqrt(weakest(lu, work.lu, trial.seen, n)) if m > 0 else 1.0
-    return record.extreme[2] <= record.extreme[3] + EPSILON * far / angle
+    return record.extreme[2] <= record.extreme[3] * (1.0 + OF_GAPS * record.extreme[7] / angle)
 
 
 @compiled
