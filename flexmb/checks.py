@@ -16,9 +16,18 @@ def number(owner: str, name: str, value: object, unit: str = "") -> float:
     """`value` as a finite float, or `InputError`."""
     if isinstance(value, bool) or not isinstance(value, Real):
         raise InputError(f"{owner}: {name} is {value!r}; it must be a number{_in(unit)}.")
-    if not math.isfinite(value):
-        raise InputError(f"{owner}: {name} is {value}; it must be finite{_in(unit)}.")
-    return float(value)
+    result = as_float(value)
+    if not math.isfinite(result):
+        raise InputError(f"{owner}: {name} is {result}; it must be finite{_in(unit)}.")
+    return result
+
+
+def as_float(value: Real) -> float:
+    """`value` as a float; infinite where it is too large for one."""
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf if value > 0 else -math.inf
 
 
 def positive(owner: str, name: str, value: object, unit: str = "", hint: str = "") -> float:
@@ -48,9 +57,10 @@ def between(owner: str, name: str, value: object, low: float, high: float, unit:
 
 def count(owner: str, name: str, value: object, least: int = 1) -> int:
     """`value` as an int >= `least`, or `InputError`."""
-    whole = float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
+    whole = as_float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
     if not whole.is_integer():
-        raise InputError(f"{owner}: {name} is {value!r}; it must be a whole number.")
+        shown = whole if math.isinf(whole) else value  # whose digits may fill pages
+        raise InputError(f"{owner}: {name} is {shown!r}; it must be a whole number.")
     if whole < least:
         raise InputError(f"{owner}: {name} is {value}; it must be at least {least}.")
     return int(whole)

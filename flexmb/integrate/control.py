@@ -37,28 +37,36 @@ def error_ratio(tables, h, ratio, options, flow, trial):
 
     In free flight positions count more (`FLIGHT`): their errors add up, and decide where the next impact hits.
     """
-    first, h0 = flow.clock[LAST] == 0.0, flow.clock[LAST]
+    h0 = flow.clock[LAST]
     of_q = h * h * max(abs(options.beta - 1.0 / 6.0), 0.05) / options.error
     if flying(tables, flow):
         of_q *= trial.bounds[FLIGHT]
     of_v = h / (trial.bounds[RTOL] * flow.clock[SPEED])
-    second = 2.0 * velocity_constant(options) * h * h
+    of_bend = 2.0 * velocity_constant(options) * h * h / (h + h0)
     worst = 0.0
-    for i in range(tables.sizes.n_q):
-        x0 = flow.a[i] + ratio * (flow.x[i] - flow.a[i])
-        e = of_q * abs(trial.x[i] - x0)
-        if trial.rigid[i]:
-            rise = trial.a[i] - flow.a[i]
-            if first:
-                e = max(e, of_v * abs(rise) / 12.0)
-            elif rise * (flow.a[i] - flow.past[0, i]) >= 0.0:
-                e = max(e, of_v * second * abs(rise / h - (flow.a[i] - flow.past[0, i]) / h0) / (h + h0))
-        if tables.kind[i] == 1:
-            e *= options.length
-        worst = max(worst, e)
+    for k in range(0, tables.sizes.n_q, 3):
+        worst = max(worst, missed(k, k + 2, h, ratio, of_q, of_v, of_bend, flow, trial))
+        worst = max(worst, options.length * missed(k + 2, k + 3, h, ratio, of_q, of_v, of_bend, flow, trial))
     if not math.isfinite(worst):
         return math.inf
     return worst
+
+
+@compiled
+def missed(begin, end, h, ratio, of_q, of_v, of_bend, flow, trial):
+    """Error of a node: of x and y together, so that no direction counts more, or of its angle."""
+    first, h0 = flow.clock[LAST] == 0.0, flow.clock[LAST]
+    of_x, of_a, along = 0.0, 0.0, 0.0
+    for i in range(begin, end):
+        x0 = flow.a[i] + ratio * (flow.x[i] - flow.a[i])
+        of_x += (trial.x[i] - x0) ** 2
+        rise, before = trial.a[i] - flow.a[i], flow.a[i] - flow.past[0, i]
+        along += rise * before
+        of_a += (rise / 12.0 if first else of_bend * (rise / h - before / h0)) ** 2
+    e = of_q * math.sqrt(of_x)
+    if trial.rigid[begin] and (first or along >= 0.0):
+        e = max(e, of_v * math.sqrt(of_a))
+    return e
 
 
 @compiled
@@ -74,8 +82,8 @@ def flying(tables, flow):
 def note_speed(tables, options, v, flow, trial):
     """Bring the largest speed of the run to that of v; angles count by the size of the mechanism."""
     most = max(flow.clock[SPEED], trial.bounds[LEAST_SPEED])
-    for i in range(tables.sizes.n_q):
-        most = max(most, abs(v[i]) * (options.length if tables.kind[i] == 1 else 1.0))
+    for k in range(0, tables.sizes.n_q, 3):
+        most = max(most, math.sqrt(v[k] ** 2 + v[k + 1] ** 2), options.length * abs(v[k + 2]))
     flow.clock[SPEED] = most
 
 

@@ -1,5 +1,7 @@
 """Joints that repeat one another, at a singular position or always: what a step with held rows leaves behind."""
 
+import math
+
 from flexmb.kernels import compiled
 from flexmb.solve.lu import HOLD, THRESHOLD, dependence
 
@@ -38,8 +40,8 @@ def free_gap(tables, h, options, flow, a):
     if flow.clock[5] >= PASSING or flow.clock[5] < 0.0:
         return CLOSED * options.length
     fast = 0.0
-    for i in range(tables.sizes.n_q):
-        fast = max(fast, abs(a[i]) * (options.length if tables.kind[i] == 1 else 1.0))
+    for k in range(0, tables.sizes.n_q, 3):
+        fast = max(fast, math.sqrt(a[k] ** 2 + a[k + 1] ** 2), options.length * abs(a[k + 2]))
     return CLOSED * options.length + ASIDE * min(h * h * fast, 0.01 * options.length)
 
 

@@ -44,8 +44,11 @@ CHEAP = 60
 """Unknowns up to which a matrix and its factors cost no more than a residual: where forces of contact or friction bend
 within a step, each iteration then has its own."""
 
-EPSILON = 1e-15
-"""Round-off of a gap relative to the largest coordinate."""
+FIRST_TURN = 6.3
+"""Angles up to here have round-off like that of 1 rad: how a mechanism is turned at the start should not count."""
+
+OF_GAPS = 0.1
+"""Round-off of a gap relative to that of corrections."""
 
 AGAIN = -1
 """What `new_factors` returns when rows must not be held."""
@@ -244,11 +247,8 @@ def opens(tables, lu, h, options, flow, trial, work):
 @compiled
 def only_noise(n, m, lu, trial, work, record):
     """Whether a correction that does not get smaller is round-off of the gaps, divided by the angle of two rows."""
-    far = 1.0
-    for i in range(n):
-        far = max(far, abs(trial.q[i]))
     angle = math.sqrt(weakest(lu, work.lu, trial.seen, n)) if m > 0 else 1.0
-    return record.extreme[2] <= record.extreme[3] + EPSILON * far / angle
+    return record.extreme[2] <= record.extreme[3] * (1.0 + OF_GAPS * record.extreme[7] / angle)
 
 
 @compiled
@@ -276,31 +276,35 @@ def shortened(n, iteration, part, reach, trial):
 
 @compiled
 def _move(i, part, shifted, kv, kx, ka, trial):
-    """Correct coordinate i and its derivatives by parts of the correction and of the shift; how far it moved."""
+    """Correct coordinate i and its derivatives by parts of the correction and of the shift; both moves."""
     d, shift = part * trial.d[i], shifted * trial.e[i] if shifted > 0.0 else 0.0
     trial.q[i] += d + shift
     trial.v[i] += kv * d
     trial.x[i] += kx * d
     trial.a[i] += ka * d
     trial.before[i] = trial.d[i]
-    return abs(d) + abs(shift)
+    return d, shift
 
 
 @compiled
 def correct(tables, h, kv, kx, ka, part, options, trial, record):
-    """Add `part` of the correction; its size relative to what is wanted, the largest of lengths and angles."""
+    """Add `part` of the correction; its size relative to what is wanted, the largest of ways and angles of nodes."""
     n, m = tables.sizes.n_q, tables.sizes.n_c
-    moved_x, moved_t, fast_x, fast_t, far_x, far_t, total = 0.0, 0.0, 0.0, 0.0, options.length, 1.0, 0.0
+    way, turn, shift_x, shift_t, fast_x, fast_t, total = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    far_x, far_t = options.length**2, 1.0
     shifted = part if m > 0 and options.form == GEAR_GUPTA_LEIMKUHLER else 0.0
     for i in range(0, n, 3):  # x, y, theta of a node
-        mx = _move(i, part, shifted, kv, kx, ka, trial)
-        my = _move(i + 1, part, shifted, kv, kx, ka, trial)
-        mt = _move(i + 2, part, shifted, kv, kx, ka, trial)
+        dx, sx = _move(i, part, shifted, kv, kx, ka, trial)
+        dy, sy = _move(i + 1, part, shifted, kv, kx, ka, trial)
+        dt, st = _move(i + 2, part, shifted, kv, kx, ka, trial)
         q, a = part_of(trial.q, i, i + 3), part_of(trial.a, i, i + 3)
-        total += mx + my + mt
-        moved_x, moved_t = max(mx, my, moved_x), max(moved_t, mt)
-        fast_x, fast_t = max(abs(a[0]), abs(a[1]), fast_x), max(fast_t, abs(a[2]))
-        far_x, far_t = max(abs(q[0]), abs(q[1]), far_x), max(far_t, abs(q[2]))
+        near, near_s = dx * dx + dy * dy, sx * sx + sy * sy
+        total += near + near_s + abs(dt) + abs(st)
+        way, turn, shift_x, shift_t = max(near, way), max(turn, abs(dt)), max(near_s, shift_x), max(shift_t, abs(st))
+        fast_x, fast_t = max(a[0] * a[0] + a[1] * a[1], fast_x), max(fast_t, abs(a[2]))
+        far_x, far_t = max(q[0] * q[0] + q[1] * q[1], far_x), max(far_t, abs(q[2]) - FIRST_TURN)
+    moved_x, moved_t = math.sqrt(way) + math.sqrt(shift_x), turn + shift_t
+    fast_x, far_x = math.sqrt(fast_x), math.sqrt(far_x)
     if not math.isfinite(total):
         return math.inf
     for i in range(m):

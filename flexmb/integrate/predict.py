@@ -5,6 +5,8 @@ met its accelerations best; that one predicts the next step.  Smooth motion want
 the steps do not resolve the constant.  A jump, a first step and a contact that opens or closes begin anew.
 """
 
+import math
+
 from flexmb.integrate.arrays import PAST_STATES
 from flexmb.kernels import compiled
 from flexmb.solve.substitute import solve
@@ -105,20 +107,23 @@ def look_back(tables, h, length, flow, trial, work):
     v0, v1, v2, _ = weights(min(2, most), h, last, habits)
     w0, w1, w2, w3 = weights(most, h, last, habits)
     m0 = m1 = m2 = m3 = 0.0
-    for i in range(n):
-        size = length if tables.kind[i] == 1 else 1.0
-        a, a0, a1, a2, a3 = trial.a[i], flow.a[i], past[0, i], past[1, i], past[2, i]
-        m0 = max(m0, size * abs(a - a0))
-        m1 = max(m1, size * abs(a - (u0 * a0 + u1 * a1)))
-        m2 = max(m2, size * abs(a - (v0 * a0 + v1 * a1 + v2 * a2)))
-        m3 = max(m3, size * abs(a - (w0 * a0 + w1 * a1 + w2 * a2 + w3 * a3)))
-        past[2, i], past[1, i], past[0, i] = a2, a1, a0
+    for i in range(0, n, 3):  # x, y, theta of a node
+        n0 = n1 = n2 = n3 = 0.0
+        for k in range(i, i + 3):
+            square = length * length if k == i + 2 else 1.0
+            a, a0, a1, a2, a3 = trial.a[k], flow.a[k], past[0, k], past[1, k], past[2, k]
+            n0 += square * (a - a0) ** 2
+            n1 += square * (a - (u0 * a0 + u1 * a1)) ** 2
+            n2 += square * (a - (v0 * a0 + v1 * a1 + v2 * a2)) ** 2
+            n3 += square * (a - (w0 * a0 + w1 * a1 + w2 * a2 + w3 * a3)) ** 2
+            past[2, k], past[1, k], past[0, k] = a2, a1, a0
+        m0, m1, m2, m3 = max(m0, n0), max(m1, n1), max(m2, n2), max(m3, n3)
     gaps, cube = flow.gaps, h * h * h
     for i in range(m):
         k = n + i
         past[2, k], past[1, k], past[0, k] = past[1, k], past[0, k], flow.lam[i]
         gaps[3, i], gaps[2, i], gaps[1, i], gaps[0, i] = gaps[2, i], gaps[1, i], gaps[0, i], trial.gaps[i] / cube
-    best, misses = 0, (m0, m1, m2, m3)
+    best, misses = 0, (math.sqrt(m0), math.sqrt(m1), math.sqrt(m2), math.sqrt(m3))
     for order in range(most + 1):
         now = misses[order]
         now += FADING * (habits[MISSED + order] if order < known else now)  # one that is new has no past yet

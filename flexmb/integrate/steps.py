@@ -65,7 +65,8 @@ class Adaptive:
     impact_steps: int | None = None
 
     def __post_init__(self) -> None:
-        for name, unit in (("rtol", ""), ("atol", "m"), ("max", "s"), ("min", "s")):
+        checks.positive("Adaptive", "rtol", self.rtol)
+        for name, unit in (("atol", "m"), ("max", "s"), ("min", "s")):
             if getattr(self, name) is not None:
                 checks.positive("Adaptive", name, getattr(self, name), unit)
         if self.rtol >= 1.0:
