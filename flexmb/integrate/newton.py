@@ -135,9 +135,10 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
         size = correct(tables, h, kv, kx, ka, part, options, trial, record) / part
         record.count[2] += 1
         record.count[10] += 1
-        unseen, left = bounds(0.1 * record.extreme[7], work)
+        noise = 0.1 * record.extreme[7]
+        unseen, left = bounds(noise, work)
         if old:
-            done, seen, good = judged(size, same, unseen, left, habits)
+            done, seen, good = judged(size, same, unseen, left, noise, habits)
             if fresh == 0 and stale == 0:
                 habits[FIRST] = size
             if done:

@@ -37,10 +37,13 @@ def slider_crank():
     return fm.Mechanism("slider-crank", (crank, rod, slider, *joints))
 
 
-def test_a_smooth_step_is_little_more_than_one_evaluation():
-    """Two turns; and what is accepted is the closed form x = r cos phi + sqrt(l^2 - r^2 sin^2 phi)."""
+def test_a_smooth_step_needs_next_to_no_factors():
+    """Two turns, with evaluations of residuals alone: two or three corrections, and the state that is accepted.
+
+    That state is the closed form x = r cos phi + sqrt(l^2 - r^2 sin^2 phi).
+    """
     sol = fm.simulate(slider_crank(), t_end=0.024, step=2e-5, save="steps")
-    assert sol.stats.evaluations <= 1.8 * sol.stats.steps
+    assert sol.stats.evaluations <= 4.0 * sol.stats.steps
     assert sol.stats.factorisations <= 0.1 * sol.stats.steps
     phi = sol.array("crank.theta")
     phi = phi - phi[0]
