@@ -32,7 +32,7 @@ from flexmb.integrate.method import Newmark, RungeKutta4
 from flexmb.integrate.solution import ContactLog, Peaks, Solution
 from flexmb.integrate.stats import Stats
 from flexmb.integrate.status import sentence
-from flexmb.integrate.steps import FLIGHT_COUNTS, LARGEST_STEPS, Adaptive, FixedStep
+from flexmb.integrate.steps import FLIGHT_COUNTS, LARGEST_STEPS, SMOOTH_STEPS, Adaptive, FixedStep
 from flexmb.integrate.touch import still_running, taken_out, touching_from_the_start
 from flexmb.program.program import Program
 from flexmb.solve import lu
@@ -90,16 +90,17 @@ class Run:
     def _limits(self) -> tuple[float, float, float, tuple[float, ...]]:
         """Largest and smallest step [s], accepted error of a step [m], and the bounds of `landing`.
 
-        Speeds count from that which takes 100 times 1000 of the largest steps to cross the mechanism.
+        Speeds count from that which takes 100 times 1000 of the largest steps to cross the mechanism, or 100 times 250.
         """
         if isinstance(self.step, FixedStep):
             return self.step.size, self.step.size, NEVER, (1.0, 1.0, 1.0, 1.0)
         span = self.t_end if self.period is None else min(self.period, self.t_end)
-        largest, rtol = self.step.max or span / LARGEST_STEPS, self.step.rtol
-        clearance, length = self.program.least_clearance, self.program.length
-        flight, loose = (FLIGHT_COUNTS, 1.0) if self.trial.rigid.all() else (1.0, 4.0)
-        part = 1e-3 * length if clearance is None else loose * min(clearance, 1e-2 * length)
-        bounds = (rtol, 1e-5 * length / largest, self.step.steps_of_an_impact, flight)
+        clearance, length, rtol = self.program.least_clearance, self.program.length, self.step.rtol
+        steps = SMOOTH_STEPS if clearance is None else LARGEST_STEPS
+        largest = self.step.max or span / steps
+        part = 1e-3 * length if clearance is None else 4.0 * min(clearance, 1e-2 * length)
+        flight = FLIGHT_COUNTS if self.trial.rigid.all() else 1.0
+        bounds = (rtol, 1e-2 / steps * length / largest, self.step.steps_of_an_impact, flight)
         return largest, self.step.min or min(1e-9 * largest, 1e-12 * span), self.step.atol or rtol * part, bounds
 
     def begin(self, start: Start) -> None:
