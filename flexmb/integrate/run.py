@@ -98,8 +98,8 @@ class Run:
         clearance, length, rtol = self.program.least_clearance, self.program.length, self.step.rtol
         steps = SMOOTH_STEPS if clearance is None else LARGEST_STEPS
         largest = self.step.max or span / steps
-        part = 1e-3 * length if clearance is None else 4.0 * min(clearance, 1e-2 * length)
-        flight = FLIGHT_COUNTS if self.trial.rigid.all() else 1.0
+        flight, loose = (FLIGHT_COUNTS, 2.0) if self.trial.rigid.all() else (1.0, 4.0)
+        part = 1e-3 * length if clearance is None else loose * min(clearance, 1e-2 * length)
         bounds = (rtol, 1e-2 / steps * length / largest, self.step.steps_of_an_impact, flight)
         return largest, self.step.min or min(1e-9 * largest, 1e-12 * span), self.step.atol or rtol * part, bounds
 
