@@ -96,7 +96,7 @@ class Run:
         span = self.t_end if self.period is None else min(self.period, self.t_end)
         largest, rtol = self.step.max or span / LARGEST_STEPS, self.step.rtol
         clearance, length = self.program.least_clearance, self.program.length
-        flight, loose = (FLIGHT_COUNTS, 1.0) if self.trial.rigid.all() else (1.0, 4.0)
+        flight, loose = (FLIGHT_COUNTS, 2.0) if self.trial.rigid.all() else (1.0, 4.0)
         part = 1e-3 * length if clearance is None else loose * min(clearance, 1e-2 * length)
         bounds = (rtol, 1e-5 * length / largest, self.step.steps_of_an_impact, flight)
         return largest, self.step.min or min(1e-9 * largest, 1e-12 * span), self.step.atol or rtol * part, bounds

@@ -10,7 +10,7 @@ from flexmb.errors import InputError
 IMPACT_STEPS = 32
 """Steps of an impact with rtol = 1e-4: the largest force of a half sine is then missed by 0.12 % at most."""
 FEWEST = 8
-FLIGHT_COUNTS = 5.0
+FLIGHT_COUNTS = 10.0
 """How much more the error of positions counts in free flight."""
 LARGEST_STEPS = 1000.0
 """Largest steps in a period or a run.  Rigid mechanisms without contacts take hardly others: their velocities would
@@ -41,9 +41,9 @@ class Adaptive:
     rtol : accepted error of the velocities of bodies in a step, as a part of the largest speed of the run so far
         (angular speeds count by the size of the mechanism); the error of a run falls with rtol^(2/3).
     atol : accepted error of the positions in a step [m]; for angles it is divided by the size of the mechanism.  None:
-        rtol times the least clearance, at most 1e-2 rtol times the size of the mechanism, and 4 times that with
+        2 rtol times the least clearance, at most 2e-2 rtol times the size of the mechanism, and twice that with
         flexible bodies; 1e-3 rtol times that size without clearance.  Where all bodies are rigid and no contact is
-        closed, a fifth of it: errors of a flight add up, and decide where the next impact hits.
+        closed, a tenth of it: errors of a flight add up, and decide where the next impact hits.
     max : largest step [s]; None: 1/1000 of the period of the drives, or of the duration.
     min : smallest step [s], where a run ends that would need a smaller one; None: 1e-9 of the largest one.
     impact_steps : steps that an impact gets at least, from the onset to the end of the contact; None: 32 for the
