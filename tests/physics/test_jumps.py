@@ -188,7 +188,7 @@ def test_a_restart_near_a_jump_goes_on_bit_for_bit(case, history, where):
 def test_a_run_that_ends_at_a_jump_can_go_on(case):
     mechanism = beating(BEATS["pulse"])
     whole = fm.simulate(mechanism, t_end=0.3, save="steps", **CUTS[case])
-    options = CUTS[case] | ({"step": fm.Adaptive(atol=1e-7, max=0.3 / 250.0)} if case == "adaptive" else {})
+    options = CUTS[case] | ({"step": fm.Adaptive(atol=1e-7, max=0.3 / 1000.0)} if case == "adaptive" else {})
     first = fm.simulate(mechanism, t_end=0.2, save="steps", **options)
     assert first.ok
     assert first.time[-1] == 0.2
