@@ -68,7 +68,6 @@ def _compiled(mechanism: Mechanism, pieces: Pieces, number: Numbering, shapes: S
     structure = structure_of(pieces, number)
     p, z = numbers_of(pieces)
     driven = [row for c in pieces.constraints for row in c.motions]
-    clearance = min((c.p[0] for c in pieces.contacts), default=None)
     return Program(
         mechanism.name,
         structure.filled(p),
@@ -86,8 +85,8 @@ def _compiled(mechanism: Mechanism, pieces: Pieces, number: Numbering, shapes: S
         shapes,
         tuple(period_of(row) for row in driven),
         structure.drives,
-        drawn_length(number, clearance),
-        clearance,
+        drawn_length(number),
+        min((c.p[0] for c in pieces.contacts), default=None),
         motions_of(pieces),
         tuple(c.normal for c in pieces.contacts),
     )
@@ -139,12 +138,9 @@ def drawn_pose(mechanism: Mechanism, number: Numbering, z: np.ndarray) -> Drawn:
     return Drawn(q, v, z, owner)
 
 
-def drawn_length(number: Numbering, clearance: float | None) -> float:
-    """Size of the mechanism [m]: extent of the nodes in the drawn pose, whatever its direction.
-
-    For a single node 100 times the least clearance, else its distance from the origin, else 1.
-    """
+def drawn_length(number: Numbering) -> float:
+    """Extent of the nodes in the drawn pose [m], whatever its direction; 1 for a single node at the origin."""
     points = number.pose().reshape(-1, 3)[:, :2]
     end = points[np.argmax(np.hypot(*(points - points.mean(axis=0)).T))]
     extent = float(np.hypot(*(points - end).T).max())
-    return extent or 100.0 * (clearance or 0.0) or float(np.hypot(*points.T).max()) or 1.0
+    return extent or float(np.hypot(*points.T).max()) or 1.0

@@ -51,7 +51,7 @@ def test_the_worn_slider_crank_by_default(two_turns):
             assert np.count_nonzero((sol.time >= impact.start) & (sol.time <= impact.end)) >= 32
 
 
-def test_a_smaller_rtol_finds_all_contacts_of_two_turns():
+def test_a_smaller_rtol_finds_the_largest_force_of_two_turns():
     """The motion is chaotic: what is wrong in the first impacts grows a hundredfold over the twenty of a turn.
 
     So the count of the slow bounces at their end is off by a few even with a tenth of the default: 20 to 25 for largest
