@@ -43,8 +43,8 @@ class Adaptive:
         (angular speeds count by the size of the mechanism); the error of a run falls with rtol^(2/3).
     atol : accepted error of the positions in a step [m]; for angles it is divided by the size of the mechanism.  None:
         2 rtol times the least clearance (at most 2e-2 rtol times the size of the mechanism), 4 rtol times with flexible
-        bodies; 1e-3 rtol times the size without clearance.  Where all bodies are rigid and no contact is closed, a tenth
-        of it: errors of a flight add up, and decide where the next impact hits.
+        bodies; 1e-3 rtol times the size without clearance.  Where all bodies are rigid and no contact is closed, a
+        tenth of it: errors of a flight add up, and decide where the next impact hits.
     max : largest step [s]; None: 1/250 of the period of the drives, or of the duration; 1/1000 without clearance.
     min : smallest step [s], where a run ends that would need a smaller one; None: 1e-9 of the largest one.
     impact_steps : steps that an impact gets at least, from the onset to the end of the contact; None: 32 for the
