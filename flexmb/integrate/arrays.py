@@ -145,9 +145,10 @@ class Record(NamedTuple):
     ended: np.ndarray
 
 
-MEMORY_HEAD, CONTACT_MEMORY = 10, 7
-"""Numbers of the ledger itself (see `ledger`); then of every contact normal force and six generalised forces, (motion,
-force) of every constraint row, (friction force, slip) of every constraint, forces of elements that are loads."""
+MEMORY_HEAD, CONTACT_MEMORY = 10, 13
+"""Numbers of the ledger itself (see `ledger`); then of every contact normal force and twelve generalised forces,
+(motion, force) of every constraint row, (friction force, slip) of every constraint, forces of elements that are
+loads."""
 
 
 def new_flow(program: Program) -> Flow:

@@ -3,7 +3,7 @@
 from flexmb.contact.onset import crossing
 from flexmb.integrate.arrays import CONTACT_MEMORY, MEMORY_HEAD
 from flexmb.kernels import GAP_SIZE, compiled, part_of
-from flexmb.system.contacts import call_friction, call_gap, call_normal, jacobians
+from flexmb.system.contacts import call_gap, call_normal, jacobians
 
 GAUSS = 0.5 / 3.0**0.5
 """The two points of Gauss' rule lie so far from the middle: exact for cubics, and ends of a contact need no value."""
@@ -13,9 +13,10 @@ GAUSS = 0.5 / 3.0**0.5
 def contact_losses(tables, address, h, flow, q1, v1, work):
     """Fill work.loss: what laws took from the motion, normal and tangential; what the step took beyond; memory.
 
-    A law is asked at two points of the cubic path between both states; the step moved with the mean force.
+    The normal law is asked at two points of the cubic path between both states; the step moved with the mean force.
+    Friction is booked as the step moved: where it sticks it is too steep to be asked between the states.
 
-    The memory of a contact is its normal force and the six generalised forces on its two nodes.
+    The memory of a contact is its normal force and six generalised forces each of normal force and friction.
     """
     K = tables.contacts
     for c in range(K.kernel.shape[0]):
@@ -26,28 +27,29 @@ def contact_losses(tables, address, h, flow, q1, v1, work):
         touched = N != 0.0 or T != 0.0
         for i in range(1, CONTACT_MEMORY):
             touched = touched or memory[i] != 0.0
-        for i in range(10):
+        for i in range(3 + CONTACT_MEMORY):
             loss[i] = 0.0
         if touched:
             jacobians(contact, work.contact_scratch)
-            linear, dofs = 0.0, part_of(K.dofs, 6 * c, 6 * c + 6)
+            normal, friction, dofs = 0.0, 0.0, part_of(K.dofs, 6 * c, 6 * c + 6)
             loss[3] = N
             for i in range(6):
-                dof = dofs[i]
-                force = N * work.contact_scratch[0, i] + T * work.contact_scratch[1, i]
-                loss[4 + i] = force
-                linear += 0.5 * (memory[1 + i] + force) * (q1[dof] - flow.q[dof])
+                way = q1[dofs[i]] - flow.q[dofs[i]]
+                loss[4 + i], loss[10 + i] = N * work.contact_scratch[0, i], T * work.contact_scratch[1, i]
+                normal += 0.5 * (memory[1 + i] + loss[4 + i]) * way
+                friction += 0.5 * (memory[7 + i] + loss[10 + i]) * way
             if h > 0.0:
-                _by_laws(tables, address, c, h, flow, q1, v1, work)
-                loss[2] = -linear - loss[0] - loss[1]
+                loss[0] = _by_law(tables, address, c, h, flow, q1, v1, work)
+                loss[1] = -friction
+                loss[2] = -normal - loss[0]
 
 
 @compiled
-def _by_laws(tables, address, c, h, flow, q1, v1, work):
-    """Losses of contact c by its laws, in the part of the step in which its surfaces touch."""
+def _by_law(tables, address, c, h, flow, q1, v1, work):
+    """Loss of contact c by its normal law, in the part of the step in which its surfaces touch."""
     K = tables.contacts
     begin, end = _touching(h, flow.z[K.z[c, 0] + 2], flow.z[K.z[c, 0] + 4], work.contact[c, 0], work.contact[c, 1])
-    half, dofs = 0.5 * (end - begin), part_of(K.dofs, 6 * c, 6 * c + 6)
+    half, dofs, loss = 0.5 * (end - begin), part_of(K.dofs, 6 * c, 6 * c + 6), 0.0
     for point in range(2):
         s = begin + half + (2 * point - 1) * GAUSS * (end - begin)
         for i in range(6):
@@ -62,9 +64,8 @@ def _by_laws(tables, address, c, h, flow, q1, v1, work):
             gap[i] = 0.0
         call_gap(tables, address, c, work.ql, work.vl, gap)
         N, _, _ = call_normal(tables, address, c, s * h, gap[0], gap[1], flow.z, work.z_between)
-        T, _, _ = call_friction(tables, address, c, s * h, gap[2], N, flow.z, work.z_between)
-        work.loss[c, 0] -= half * h * N * gap[1]
-        work.loss[c, 1] -= half * h * T * gap[2]
+        loss -= half * h * N * gap[1]
+    return loss
 
 
 @compiled

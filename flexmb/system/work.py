@@ -24,7 +24,7 @@ class Work(NamedTuple):
     power : kinetic energy, strain, gravity, power of damping, work of the algorithm
     load : forces on the dofs of all elements without an account of their own, one after the other
     momentum : (n_q + 3,) M v
-    loss : (n, 10) of every contact: losses normal, tangential, beyond its laws [J]; normal force, generalised forces
+    loss : (n, 16) of every contact: losses normal, tangential, beyond its laws [J]; normal force, generalised forces
     gap, z_between : gap data and histories of what is only tried
     """
 
@@ -97,7 +97,7 @@ def workspace(program: Program) -> Work:
         np.zeros((n_k + n_g, 4)),
         np.zeros(load_forces(program)),
         np.zeros(sizes.n_q + 3),
-        np.zeros((n_k, 10)),
+        np.zeros((n_k, 16)),
         np.zeros(GAP_SIZE),
         np.zeros(sizes.n_z),
     )
