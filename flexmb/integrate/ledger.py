@@ -118,6 +118,7 @@ def _contacts(h, ledger, memory, work):
         ledger[ALGORITHM] += beyond
         turned += abs(normal) + abs(friction)
         memory[LOST_IN_CONTACTS] += beyond
+        memory[PUT_IN] += max(-friction, 0.0)  # a belt
         k = MEMORY_HEAD + CONTACT_MEMORY * c
         for i in range(CONTACT_MEMORY):
             memory[k + i] = work.loss[c, 3 + i]

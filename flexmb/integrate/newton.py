@@ -112,7 +112,7 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
     if old and m > 0 and order > 0 and options.form == GEAR_GUPTA_LEIMKUHLER:
         close_ahead(n, m, lu, h, order, flow, trial)
     last, same, part, reach, hold, lost = math.inf, math.inf, 1.0, math.inf, first_hold(flow), -1
-    fresh, stale, checks = 0, 0, True
+    fresh, stale, checks, wanted = 0, 0, True, 0.0
     for _ in range(options.iterations):
         accounted = old and stale >= (habits[CHECK] if fresh > 0 else habits[EXPECTED] + (1.0 if turn else 0.0))
         look(tables, address, t, h, kv, ka, old, accounted, flow, trial, work)
@@ -133,6 +133,9 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
         if not old:
             part, reach = shortened(n, fresh - 1, part, reach, trial)
         size = correct(tables, h, kv, kx, ka, part, options, trial, record) / part
+        if not 0.5 * wanted <= record.extreme[3] <= 2.0 * wanted:  # two sizes with different measures say no ratio
+            last = same = math.inf
+        wanted = record.extreme[3]
         record.count[2] += 1
         record.count[10] += 1
         noise = 0.1 * record.extreme[7]
@@ -155,7 +158,7 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
             last = same = size
             continue
         small = size <= (1.0 if fresh > 1 else unseen)
-        small = small or (part == 1.0 and fresh > 1 and size < last and size * size / (last - size) <= 1.0)
+        small = small or (part == 1.0 and fresh > 1 and size < last < math.inf and size * size / (last - size) <= 1.0)
         if small or (fresh > 2 and size > 0.1 * last and only_noise(n, m, lu, trial, work, record)):
             record.count[8], record.count[9] = outcome(lost == HELD, hold == THRESHOLD, flow), 0
             return RUNNING
