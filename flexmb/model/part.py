@@ -173,8 +173,16 @@ class Element(Part):
         """One element on the named coordinates."""
         coordinates = tuple(self._coordinate(mechanism, c) for c in self.coords)
         found = self.parameters(), self.history()
-        short = {"energy": self.energy, "force": self.force_kernel, "tangent": self.tangent_kernel}
-        return [ElementPiece(self.name, self.kernel, coordinates, *found, **short)]
+        piece = ElementPiece(
+            self.name,
+            self.kernel,
+            coordinates,
+            *found,
+            energy=self.energy,
+            force=self.force_kernel,
+            tangent=self.tangent_kernel,
+        )
+        return [piece]
 
     def _coordinate(self, mechanism: Mechanism, text: str) -> Coordinate:
         words = text.split(".")
