@@ -27,7 +27,7 @@ def as_float(value: Real) -> float:
     try:
         return float(value)
     except OverflowError:
-        return math.inf if math.trunc(value) > 0 else -math.inf
+        return math.inf if abs(value) == value else -math.inf
 
 
 def positive(owner: str, name: str, value: object, unit: str = "", hint: str = "") -> float:
