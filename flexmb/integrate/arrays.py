@@ -125,7 +125,7 @@ class Record(NamedTuple):
         1 + contact that had the last trial refused
     extreme : smallest and largest step, last Newton correction, wanted correction, begin and size of the last step,
         first instant with held multipliers, round-off in the last wanted correction, size of the last trial that was
-        refused
+        refused, wanted corrections of lengths and of angles
     held : (n_c,) rows whose multipliers were not unique
     peak : largest absolute values; largest positive ones where one_sided (a penetration is negative in free flight)
     episodes, ended : (rows, EPISODE_ROW) episodes of contact that ended, and (1,) how many (see `touch`)
@@ -211,7 +211,7 @@ def new_record(program: Program, rows: int) -> Record:
         np.zeros(n_y),
         one_sided,
         np.zeros(12, dtype=np.int64),
-        np.array([np.inf, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+        np.array([np.inf, *np.zeros(10)]),
         np.zeros(program.n_c, dtype=np.bool_),
         np.zeros((rows + len(program.tables.contacts.kernel), EPISODE_ROW)),
         np.zeros(1, dtype=np.int64),

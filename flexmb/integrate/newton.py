@@ -112,7 +112,7 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
     if old and m > 0 and order > 0 and options.form == GEAR_GUPTA_LEIMKUHLER:
         close_ahead(n, m, lu, h, order, flow, trial)
     last, same, part, reach, hold, lost = math.inf, math.inf, 1.0, math.inf, first_hold(flow), -1
-    fresh, stale, checks, wanted = 0, 0, True, 0.0
+    fresh, stale, checks, wanted_x, wanted_t = 0, 0, True, 0.0, 0.0
     for _ in range(options.iterations):
         accounted = old and stale >= (habits[CHECK] if fresh > 0 else habits[EXPECTED] + (1.0 if turn else 0.0))
         look(tables, address, t, h, kv, ka, old, accounted, flow, trial, work)
@@ -133,9 +133,9 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
         if not old:
             part, reach = shortened(n, fresh - 1, part, reach, trial)
         size = correct(tables, h, kv, kx, ka, part, options, trial, record) / part
-        if not 0.5 * wanted <= record.extreme[3] <= 2.0 * wanted:  # two sizes with different measures say no ratio
-            last = same = math.inf
-        wanted = record.extreme[3]
+        if not (alike(wanted_x, record.extreme[9]) and alike(wanted_t, record.extreme[10])):
+            last = same = math.inf  # two sizes with different measures say no ratio
+        wanted_x, wanted_t = record.extreme[9], record.extreme[10]
         record.count[2] += 1
         record.count[10] += 1
         noise = 0.1 * record.extreme[7]
@@ -171,6 +171,12 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
         old = checks and part == 1.0 and reach == math.inf and size < math.inf and may_check(habits)
         old = old and not (cheap and rubbing(work.slopes))
     return NEWTON_FAILED
+
+
+@compiled
+def alike(before, now):
+    """Whether two numbers differ by less than a factor of 2."""
+    return 0.5 * before <= now <= 2.0 * before
 
 
 @compiled
@@ -316,6 +322,7 @@ def correct(tables, h, kv, kx, ka, part, options, trial, record):
         trial.gaps[i] += part * trial.c[n + i]
     wanted_x = options.tolerance * h * h * fast_x + ROUND_OFF * far_x
     wanted_t = options.tolerance * h * h * fast_t + ROUND_OFF * far_t
+    record.extreme[9], record.extreme[10] = wanted_x, wanted_t
     if moved_x / wanted_x > moved_t / wanted_t:
         record.extreme[2], record.extreme[3], record.extreme[7] = moved_x, wanted_x, ROUND_OFF * far_x / wanted_x
     else:
