@@ -54,9 +54,6 @@ NEWTON_TOLERANCE = 1e-6
 ITERATIONS = 30
 NOT_SAVING = -1.0
 
-LEARNT = ("past", "gaps", "habits", "factors", "slopes", "impacts")
-"""Arrays that a state saved by an earlier version lacks: prediction and reuse of factors then begin anew."""
-
 
 class Run:
     """One run of a program; see `simulate` for the arguments."""
@@ -156,14 +153,6 @@ class Run:
             raise InputError(f"{text}; it must be `restart` of a solution of the same mechanism.")
         for name, target in (*self.flow._asdict().items(), ("signals", self.record.new)):
             given = restart.get(name)
-            if given is None and name == "episodes":  # a file of an earlier version
-                touching_from_the_start(self.program.tables, self.flow)
-                continue
-            if name == "clock" and np.shape(given) == (6,):  # the same
-                target[:6] = given
-                continue
-            if given is None and name in LEARNT:
-                continue
             if given is None or np.shape(given) != target.shape:
                 raise InputError(
                     f"simulate {self.program.name!r}: restart does not fit this model "
