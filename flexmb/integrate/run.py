@@ -100,12 +100,13 @@ class Run:
         bounds = (rtol, 1e-2 / steps * length / largest, self.step.steps_of_an_impact, flight)
         return largest, self.step.min or min(1e-9 * largest, 1e-12 * span), self.step.atol or rtol * part, bounds
 
-    def begin(self, start: Start) -> None:
-        """Take start values."""
+    def begin(self, start: Start, *, z: np.ndarray | None = None, time: float = 0.0) -> None:
+        """Take start values, at that time [s] and with histories z (n_z,), None: those of the drawn pose."""
         n = self.program.n_q
         flow = self.flow
         flow.q[:n], flow.v[:n], flow.a[:n], flow.x[:n] = start.q, start.v, start.a, start.a
-        flow.lam[:], flow.z[:] = start.lam, self.program.drawn.z
+        flow.lam[:], flow.z[:] = start.lam, self.program.drawn.z if z is None else z
+        flow.clock[0] = time
         self._expect(start.redundant)
         flow.clock[5] = -1.0 if self._seems_dependent(start) else 0.0
         flow.clock[2] = NOT_SAVING

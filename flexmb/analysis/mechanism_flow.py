@@ -1,0 +1,165 @@
+"""A mechanism as a flow: the real time stepper, driven from state to state."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Self
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.analysis.dynamics import Dynamics
+from flexmb.errors import InputError
+from flexmb.integrate.arrays import DONE, RUNNING
+from flexmb.integrate.method import Newmark, RungeKutta4
+from flexmb.integrate.run import Run
+from flexmb.integrate.simulate import Step, period_or_none
+from flexmb.integrate.steps import Adaptive, FixedStep
+from flexmb.model.mechanism import Mechanism
+from flexmb.program.compiler import compile_with_start
+from flexmb.solve.project import metric_of, projected
+from flexmb.solve.rank import row_rank
+from flexmb.solve.start import Start, accelerations, consistent_start
+from flexmb.solve.system import System
+
+
+class MechanismFlow(Dynamics):
+    """The motion of a mechanism in time, as `simulate` computes it.
+
+    A state is (q, v, z, a, x): positions [m, rad], velocities [m/s, rad/s], histories of contacts and elements,
+    accelerations, and the auxiliary accelerations of the generalised-alpha family; the last two follow from the others
+    when a state is given to `reset`, which also brings it to the nearest one that joints and drives allow.
+
+    Parameters
+    ----------
+    mechanism : the mechanism.
+    step : `Adaptive(...)`, the default, or `FixedStep(size)`, for which the bare size [s] will do.
+    method : `Newmark...`; None: generalised-alpha with spectral radius 0.8.
+    period : time in which the motion is expected to repeat [s]; None: the common period of the drives.  Error-controlled
+        steps are at most a part of it.
+
+    Raises
+    ------
+    InputError : another kind of method; error-controlled steps without a period or a largest step.
+    ModelError, AssemblyError, KernelError : a mechanism that cannot start.
+    """
+
+    unit = "s"
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        *,
+        step: Step | None = None,
+        method: Newmark | None = None,
+        period: float | None = None,
+    ) -> None:
+        self.name = mechanism.name
+        label = f"MechanismFlow of {self.name!r}"
+        if method is not None and not isinstance(method, Newmark):
+            kind = "RungeKutta4()" if isinstance(method, RungeKutta4) else repr(method)
+            raise InputError(f"{label}: method is {kind}; it must be Newmark(...), whose steps have a tangent.")
+        step = Adaptive() if step is None else step
+        self.step = step if isinstance(step, (Adaptive, FixedStep)) else FixedStep(step)
+        self.method = method or Newmark.generalised_alpha()
+        self.declared = None if period is None else checks.positive(label, "period", period, "s")
+        self.base, self.changes = mechanism, dict[str, Any]()
+        self.reset()
+
+    @property
+    def time(self) -> float:
+        return float(self.run.flow.clock[0])
+
+    @property
+    def size(self) -> int:
+        return 4 * self.program.n_q + self.program.tables.sizes.n_z
+
+    @property
+    def dimension(self) -> int:
+        G = System(self.program).at(self.run.flow.q[: self.program.n_q], t=self.time).blocks[1]
+        return 2 * (self.program.n_q - row_rank(G).rank)
+
+    @property
+    def weights(self) -> np.ndarray:
+        """Lengths count as they are, angles by the size of the mechanism, speeds by the period; histories not at all."""
+        metric, n_z = metric_of(self.program), self.program.tables.sizes.n_z
+        n, time = self.program.n_q, (self.period or 1.0) / (2.0 * np.pi)
+        return np.concatenate([metric, time**2 * metric, np.zeros(n_z + 2 * n)])
+
+    @property
+    def parameters(self) -> Mapping[str, Any]:
+        return dict(self.changes)
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism with the present parameters."""
+        return self.base.with_(self.changes) if self.changes else self.base
+
+    def state(self) -> np.ndarray:
+        flow, n = self.run.flow, self.program.n_q
+        return np.concatenate([flow.q[:n], flow.v[:n], flow.z, flow.a[:n], flow.x[:n]])
+
+    def observe(self) -> np.ndarray:
+        return self.run.record.new.copy()
+
+    def reset(
+        self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
+    ) -> None:
+        time = checks.number(f"MechanismFlow of {self.name!r}", "time", time, "s")
+        self._compile({**self.changes, **(parameters or {})})
+        if state is None:
+            self._begin(consistent_start(self.mechanism, self.program, time, closed=self._closed), None, time)
+            return
+        state = np.asarray(state, dtype=np.float64)
+        if state.shape != (self.size,) or not np.isfinite(state).all():
+            text = f"MechanismFlow of {self.name!r}: the given state has shape {state.shape}"
+            raise InputError(f"{text}; it must be {self.size} finite numbers (see `state`).")
+        n, n_z = self.program.n_q, self.program.tables.sizes.n_z
+        q, v = projected(self.program, state[:n], state[n : 2 * n], time)
+        z = state[2 * n : 2 * n + n_z].copy()
+        a, lam = accelerations(self.program, q, v, time, z)
+        self._begin(Start(q, v, a, lam, 0), z, time)
+
+    def advance(self, duration: float, tangents: np.ndarray | None = None) -> bool:
+        label = f"MechanismFlow of {self.name!r}"
+        duration = checks.positive(label, "duration", duration, "s")
+        if not self.ok:
+            return False
+        if tangents is not None:
+            raise InputError(f"{label}: tangents are not carried yet.")
+        self.run.go_to(self.time + duration, saving=None)
+        self.ok, self.status = self.run.code in (RUNNING, DONE) and not self.run.note, self.run.status()
+        return self.ok
+
+    def copy(self) -> Self:
+        other = type(self)(self.base, step=self.step, method=self.method, period=self.declared)
+        other._compile(self.changes)
+        for name, array in self.run.flow._asdict().items():
+            getattr(other.run.flow, name)[...] = array
+        other.run.record.new[:] = self.run.record.new
+        other.run.trial, other.run.redundant = other.run.trial._replace(free=self.run.trial.free), self.run.redundant
+        other.ok, other.status = self.ok, self.status
+        return other
+
+    def _compile(self, changes: Mapping[str, Any]) -> None:
+        """Make program and run for these changes of the mechanism."""
+        changed = changes != self.changes or "program" not in vars(self)
+        mechanism = self.base.with_(changes) if changes else self.base
+        if changed:
+            self.program, self._closed = compile_with_start(mechanism)
+            self.period = self.declared or period_or_none(self.program)
+            self.names = tuple(s.name for s in self.program.names.signals)
+            self.units = tuple(s.units for s in self.program.names.signals)
+        self.changes = dict(changes)
+        if self.period is None and isinstance(self.step, Adaptive) and self.step.max is None:
+            text = f"MechanismFlow of {self.name!r}: no drive has a period, so nothing says how large a step may be"
+            raise InputError(
+                f"{text}. Give period= (about that of the motion), step=Adaptive(max=...) or a fixed step."
+            )
+        span = self.period or 1.0
+        self.run = Run(self.program, self.method, self.step, span, span)
+        self.ok, self.status = True, "ready"
+
+    def _begin(self, start: Start, z: np.ndarray | None, time: float) -> None:
+        self.run.begin(start, z=z, time=time)
+        self.run.flow.clock[2] = -1.0
