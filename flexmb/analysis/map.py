@@ -112,7 +112,7 @@ class Map(Dynamics):
 
 
 def central_differences(function: Callable[[np.ndarray], Any], x: np.ndarray) -> np.ndarray:
-    """Derivatives (m, n) of a function of x (n,) with values (m,); their error is of the order of 1e-10 of the values."""
+    """Derivatives (m, n) of a function of x (n,) with values (m,), with an error of some 1e-10 of the values."""
     columns = []
     for i in range(len(x)):
         step = np.zeros_like(x)

@@ -35,8 +35,8 @@ class MechanismFlow(Dynamics):
     mechanism : the mechanism.
     step : `Adaptive(...)`, the default, or `FixedStep(size)`, for which the bare size [s] will do.
     method : `Newmark...`; None: generalised-alpha with spectral radius 0.8.
-    period : time in which the motion is expected to repeat [s]; None: the common period of the drives.  Error-controlled
-        steps are at most a part of it.
+    period : time in which the motion is expected to repeat [s]; None: the common period of the drives.
+        Error-controlled steps are at most a part of it.
 
     Raises
     ------
@@ -81,7 +81,7 @@ class MechanismFlow(Dynamics):
 
     @property
     def weights(self) -> np.ndarray:
-        """Lengths count as they are, angles by the size of the mechanism, speeds by the period; histories not at all."""
+        """Angles count by the size of the mechanism, speeds by the period; histories do not."""
         metric, n_z = metric_of(self.program), self.program.tables.sizes.n_z
         n, time = self.program.n_q, (self.period or 1.0) / (2.0 * np.pi)
         return np.concatenate([metric, time**2 * metric, np.zeros(n_z + 2 * n)])
