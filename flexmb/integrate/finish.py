@@ -4,9 +4,11 @@ from flexmb.integrate.arrays import BUFFER_FULL, RUNNING
 from flexmb.integrate.contact_work import contact_losses
 from flexmb.integrate.ledger import SETTLED, STEPS, keep_account, verdict, work_of_bow
 from flexmb.integrate.predict import compare
+from flexmb.integrate.reuse import rubbing
 from flexmb.integrate.touch import follow_contacts, no_room
 from flexmb.kernels import compiled, copy
 from flexmb.system.constraints import report_forces
+from flexmb.system.contacts import add_contacts
 from flexmb.system.evaluate import evaluate_accepted
 from flexmb.system.outputs import write_outputs
 
@@ -24,6 +26,8 @@ def accept(tables, address, h, ratio, options, flow, trial, work, record):
             tables, address, t, h, trial.q, trial.v, trial.a, trial.lam, flow.z, trial.mean_v, trial.lag, work
         )
         record.count[3] += 1
+    elif rubbing(work.slopes[: tables.contacts.kernel.shape[0]]):  # forces of contacts follow no correction
+        add_contacts(tables, address, t, h, trial.q, trial.v, flow.z, 0.0, 0.0, False, work)
     report_forces(tables, trial.lam, work)
     work_of_bow(tables.sizes.n_q, flow, trial, work)
     contact_losses(tables, address, h, flow, trial.q, trial.v, work)

@@ -139,7 +139,7 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
         record.count[2] += 1
         record.count[10] += 1
         noise = 0.1 * record.extreme[7]
-        unseen, left = bounds(noise, work)
+        unseen, left = bounds(noise, tables.contacts.kernel.shape[0], fresh, work)
         if old:
             done, seen, good = judged(size, same, unseen, left, noise, habits)
             if fresh == 0 and stale == 0:
@@ -169,7 +169,6 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
             predict(n, m, h, ratio, order, options, flow, trial)
         last = same = size
         old = checks and part == 1.0 and reach == math.inf and size < math.inf and may_check(habits)
-        old = old and not (cheap and rubbing(work.slopes))
     return NEWTON_FAILED
 
 
