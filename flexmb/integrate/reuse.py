@@ -46,9 +46,6 @@ LEFT = 1e-4
 than 1 because what is left of G v = 0 comes back in the accelerations of the next step, over h, and because it has the
 same direction in every step: 1e-3 left the N-four-bar 6e-7 m away after 10 s, and saved nothing."""
 
-LEFT_IN_CONTACT = 1e-2
-"""The same where a contact is closed and the step has a matrix of its own."""
-
 PART_OF_NOISE = 0.01
 """The same relative to round-off of corrections, where that is more.  Round-off has no direction, but what theta leaves
 has the same one in every step: with steps of 0.1 ms, 1e-15 m are an acceleration of 1e-7 m/s^2 that stays missing."""
@@ -56,11 +53,8 @@ has the same one in every step: with steps of 0.1 ms, 1e-15 m are an acceleratio
 UNSEEN = 0.05
 """Last correction after which forces and energies are not evaluated again; those of joints follow the multipliers."""
 
-TOUCHING = 0.3
-"""The same where a contact is closed: contacts are asked again (`finish.accept`)."""
-
 RUBBING = 1e-4
-"""The same where a joint has friction, whose force does not follow."""
+"""The same where a contact is closed or a joint has friction: their forces do not follow."""
 
 
 @compiled
@@ -149,18 +143,20 @@ def refused(fresh, habits):
 
 
 @compiled
-def bounds(noise, contacts, fresh, work):
+def bounds(noise, work):
     """What the last correction may be for the state before it to be taken, and what error may be left.
 
-    noise : round-off of corrections;  contacts : their number;  fresh : matrices of this step.
+    noise : round-off of corrections.
     """
-    if rubbing(work.slopes[contacts:]):
-        small, left = RUBBING, LEFT
-    elif rubbing(work.slopes[:contacts]):
-        small, left = TOUCHING, LEFT_IN_CONTACT if fresh > 0 else LEFT
-    else:
-        small, left = UNSEEN, LEFT
-    return max(small, noise), max(left, PART_OF_NOISE * noise)
+    small = RUBBING if rubbing(work.slopes) else UNSEEN
+    return max(small, noise), max(min(LEFT, small), PART_OF_NOISE * noise)
+
+
+@compiled
+def touching(tables, work):
+    """Whether contacts are closed and no joint has friction, which depends on its multipliers."""
+    n = tables.contacts.kernel.shape[0]
+    return n > 0 and tables.sizes.gripped == 0 and rubbing(work.slopes)
 
 
 @compiled
