@@ -91,7 +91,7 @@ def sequence(owner: str, name: str, value: object, of: str) -> tuple[Any, ...]:
 
 def number_fields(owner: Any, label: str) -> None:
     """Refuse a dataclass with a field declared as a number that holds none, or one that is not finite."""
-    for name, declared in declared_fields(type(owner)):
+    for name, declared in declared_fields(owner.__class__):
         value = getattr(owner, name)
         is_number = type(value) is float or (isinstance(value, Real) and not isinstance(value, bool))
         if is_number or declared == "float" or (declared == "float | None" and value is not None):
