@@ -358,7 +358,8 @@ ONE, TWO = "one process, by the clock", "two processes that run, by the clock"
 
 SWEEP_NOTE = (
     "Times contain building and compiling the models. Two processes: a forked pool that runs and has done one point "
-    "a process; its start and its end, which a sweep pays once, stand beside it. Both errors decide what is as "
+    "a process; its start and its end, which a sweep pays once, stand beside it. They compare only where both cores "
+    "are free, which the load average tells: above 2 other work took its part. Both errors decide what is as "
     "accurate. Of a point with default settings some 2.5 ms are spent around the steps: 0.4 for building the parts, "
     "0.7 for the program, 0.8 for start values, 0.7 for arrays and the solution. The peer spends 38 ms on its steps."
 )
