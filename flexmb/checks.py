@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import fields
 from difflib import get_close_matches
+from functools import cache
 from importlib import import_module
 from numbers import Real
 from types import ModuleType
@@ -14,9 +15,12 @@ from flexmb.errors import InputError, MissingPackageError
 
 def number(owner: str, name: str, value: object, unit: str = "") -> float:
     """`value` as a finite float, or `InputError`."""
-    if isinstance(value, bool) or not isinstance(value, Real):
+    if type(value) is float:  # most are: asking an abstract base class takes longer
+        result = value
+    elif isinstance(value, bool) or not isinstance(value, Real):
         raise InputError(f"{owner}: {name} is {value!r}; it must be a number{_in(unit)}.")
-    result = as_float(value)
+    else:
+        result = as_float(value)
     if not math.isfinite(result):
         raise InputError(f"{owner}: {name} is {result}; it must be finite{_in(unit)}.")
     return result
@@ -87,11 +91,17 @@ def sequence(owner: str, name: str, value: object, of: str) -> tuple[Any, ...]:
 
 def number_fields(owner: Any, label: str) -> None:
     """Refuse a dataclass with a field declared as a number that holds none, or one that is not finite."""
-    for f in fields(owner):
-        value, declared = getattr(owner, f.name), str(getattr(f.type, "__name__", f.type))
-        is_number = isinstance(value, Real) and not isinstance(value, bool)
+    for name, declared in declared_fields(owner.__class__):
+        value = getattr(owner, name)
+        is_number = type(value) is float or (isinstance(value, Real) and not isinstance(value, bool))
         if is_number or declared == "float" or (declared == "float | None" and value is not None):
-            number(label, f.name, value)
+            number(label, name, value)
+
+
+@cache
+def declared_fields(kind: type) -> tuple[tuple[str, str], ...]:
+    """Names of the fields of a dataclass and of what they are declared to hold."""
+    return tuple((f.name, str(getattr(f.type, "__name__", f.type))) for f in fields(kind))
 
 
 def identifier(owner: str, value: object) -> str:

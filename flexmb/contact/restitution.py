@@ -12,6 +12,7 @@ interpreted as damping in vibroimpact, Journal of Applied Mechanics 42 (1975) 44
 import math
 import sys
 from collections.abc import Callable
+from functools import lru_cache
 
 SMALL_CHI = 0.5
 """Below it phi is summed as a series, since x - ln(1 + x) cancels."""
@@ -20,6 +21,7 @@ SERIES_FROM = 0.75
 """Restitution from which the exact chi is small enough for the series."""
 
 
+@lru_cache(256)  # a sweep asks for the same one again and again
 def delivered_restitution(chi: float) -> float:
     """e that comes out of a free impact with the factor (1 + `chi` depth_rate/approach), chi >= 0; to round-off.
 

@@ -19,6 +19,8 @@ NEVER = 1e300
 
 FORMS = {"gear-gupta-leimkuhler": GEAR_GUPTA_LEIMKUHLER, "position": POSITION, "velocity": VELOCITY}
 
+NOTHING_KNOWN, ALL_KNOWN, JOINTS_KNOWN = range(3)
+"""What the last evaluation of a step says of the state it ends with: nothing, all, or the rows of its joints alone."""
 
 PAST_STATES, HABITS = 3, 22
 """Accepted states that a prediction looks back to, and numbers of `Flow.habits`."""
@@ -121,7 +123,7 @@ class Record(NamedTuple):
     """What the loop writes: saved instants, peaks, counters.
 
     count : steps, rejected, Newton iterations, evaluations, factorisations, rows in the buffer, lost unknown,
-        steps with held multipliers, `outcome` of the last step, 1 if the trial state has been accounted for, solves,
+        steps with held multipliers, `outcome` of the last step, what is known of the trial state, solves,
         1 + contact that had the last trial refused
     extreme : smallest and largest step, last Newton correction, wanted correction, begin and size of the last step,
         first instant with held multipliers, round-off in the last wanted correction, size of the last trial that was
@@ -178,7 +180,6 @@ def new_trial(program: Program, redundant: int = 0, bounds: tuple[float, ...] = 
     """Work vectors; `redundant` rows more than the joints need, `bounds` of the step control (see `landing`)."""
     n, m = program.n_q + 3, program.n_c
     total = program.n_q + m
-    nodes = np.bincount(program.drawn.body[::3])
     return Trial(
         *(np.zeros(n) for _ in range(4)),
         np.zeros(m),
@@ -186,7 +187,7 @@ def new_trial(program: Program, redundant: int = 0, bounds: tuple[float, ...] = 
         np.zeros(n),
         *(np.zeros(total) for _ in range(5)),
         np.zeros((redundant, m)),
-        np.repeat(nodes[program.drawn.body[::3]] == 1, 3),
+        rigid_coordinates(program),
         np.array(bounds),
         np.zeros(total),
         np.zeros(2 * total),
@@ -195,6 +196,12 @@ def new_trial(program: Program, redundant: int = 0, bounds: tuple[float, ...] = 
         np.zeros(HABITS),
         np.zeros((len(program.tables.contacts.kernel) + len(program.tables.constraints.kernel), 4)),
     )
+
+
+def rigid_coordinates(program: Program) -> np.ndarray:
+    """Whether each coordinate (n_q,) is one of a rigid body."""
+    body = program.drawn.body[::3]
+    return np.repeat(np.bincount(body)[body] == 1, 3)
 
 
 def new_record(program: Program, rows: int) -> Record:

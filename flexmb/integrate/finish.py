@@ -1,12 +1,14 @@
 """The end of an accepted step: signals, peaks, saving, and the new state."""
 
-from flexmb.integrate.arrays import BUFFER_FULL, RUNNING
+from flexmb.integrate.arrays import BUFFER_FULL, JOINTS_KNOWN, NOTHING_KNOWN, RUNNING
 from flexmb.integrate.contact_work import contact_losses
 from flexmb.integrate.ledger import SETTLED, STEPS, keep_account, verdict, work_of_bow
 from flexmb.integrate.predict import compare
 from flexmb.integrate.touch import follow_contacts, no_room
 from flexmb.kernels import compiled, copy
 from flexmb.system.constraints import report_forces
+from flexmb.system.contacts import add_contacts
+from flexmb.system.elements import account
 from flexmb.system.evaluate import evaluate_accepted
 from flexmb.system.outputs import write_outputs
 
@@ -18,12 +20,17 @@ def accept(tables, address, h, ratio, options, flow, trial, work, record):
     BUFFER_FULL when what was saved must be fetched, what the ledger says when energies do not add up, else RUNNING.
     """
     t = flow.clock[0] + h
-    if record.count[9] == 0:
+    if record.count[9] == NOTHING_KNOWN:
         compare(tables.sizes.n_q, h, flow, trial)
         evaluate_accepted(
             tables, address, t, h, trial.q, trial.v, trial.a, trial.lam, flow.z, trial.mean_v, trial.lag, work
         )
         record.count[3] += 1
+    elif record.count[9] == JOINTS_KNOWN:
+        compare(tables.sizes.n_q, h, flow, trial)
+        work.r[:] = 0.0
+        account(tables, address, t, h, trial.q, trial.v, trial.a, trial.mean_v, trial.lag, flow.z, work)
+        add_contacts(tables, address, t, h, trial.q, trial.v, flow.z, 0.0, 0.0, False, work)
     report_forces(tables, trial.lam, work)
     work_of_bow(tables.sizes.n_q, flow, trial, work)
     contact_losses(tables, address, h, flow, trial.q, trial.v, work)

@@ -9,6 +9,7 @@ nothing that is asked for, and are met as they come.
 import math
 
 from flexmb.contact.onset import crossing, cubic
+from flexmb.integrate.arrays import ALL_KNOWN
 from flexmb.integrate.touch import APPROACH, LASTING_PHASE, START
 from flexmb.kernels import GAP_SIZE, compiled, part_of
 from flexmb.system.contacts import call_gap, call_normal
@@ -135,7 +136,7 @@ def find_jump(tables, address, c, speed, flow, work):
 @compiled
 def measure(tables, address, c, trial, work, record):
     """Gap and gap rate of contact c in the trial state."""
-    if record.count[9] == 1:  # it has been accounted for
+    if record.count[9] == ALL_KNOWN:
         return work.contact[c, 0], work.contact[c, 1]
     dofs = part_of(tables.contacts.dofs, 6 * c, 6 * c + 6)
     for i in range(6):

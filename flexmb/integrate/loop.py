@@ -1,6 +1,6 @@
 """The compiled time loops: one for the Newmark family, one for Runge-Kutta; compiled once for every model."""
 
-from flexmb.integrate.arrays import DONE, RUNNING, STEP_TOO_SMALL
+from flexmb.integrate.arrays import DONE, NOTHING_KNOWN, RUNNING, STEP_TOO_SMALL
 from flexmb.integrate.control import judged, resize
 from flexmb.integrate.explicit import runge_kutta_step
 from flexmb.integrate.finish import accept, finished, next_size
@@ -36,7 +36,7 @@ def advance(tables, address, lu, options, flow, trial, work, record, steps):
             lead(tables.sizes.n_q, options, flow, trial)
         if record.count[8] != 0 or flow.clock[5] > 0.0:
             settle(tables, lu, flow.clock[0] + h, flow, trial, work, record)
-            record.count[9] = 0  # it may have changed the multipliers
+            record.count[9] = NOTHING_KNOWN  # it may have changed the multipliers
         keep_habits(flow, trial, work)
         if options.adaptive:
             anew = remember(tables, address, h, options, flow, trial, work)
@@ -55,7 +55,7 @@ def advance(tables, address, lu, options, flow, trial, work, record, steps):
 def advance_explicit(tables, address, lu, options, flow, trial, work, record, stages, steps):
     """At most `steps` Runge-Kutta steps of fixed size; the code of the ending."""
     forget_factors(flow.habits)
-    record.count[9] = 0
+    record.count[9] = NOTHING_KNOWN
     for _ in range(steps):
         if finished(options, flow):
             return DONE

@@ -3,9 +3,12 @@
 import math
 
 from flexmb.integrate.arrays import (
+    ALL_KNOWN,
     GEAR_GUPTA_LEIMKUHLER,
+    JOINTS_KNOWN,
     NEWTON_FAILED,
     NOT_FINITE,
+    NOTHING_KNOWN,
     POSITION,
     RUNNING,
     SINGULAR,
@@ -31,6 +34,7 @@ from flexmb.integrate.reuse import (
     rubbing,
     served,
     slopes_changed,
+    touching,
 )
 from flexmb.kernels import compiled, part_of
 from flexmb.solve.lu import HELD, HOLD, THRESHOLD, factor, first_held, left_over, solve, weakest
@@ -41,8 +45,12 @@ ROUND_OFF = 1e-14
 """Corrections below this part of the coordinates are round-off."""
 
 CHEAP = 60
-"""Unknowns up to which a matrix and its factors cost no more than a residual: where forces of contact or friction bend
-within a step, each iteration then has its own."""
+"""Unknowns up to which a matrix and its factors cost little more than a residual: where forces of contact or friction
+bend within a step, each iteration then has its own."""
+
+BENDS = 300.0
+"""Size of a correction, relative to what is wanted, up to which such forces are straight enough for its factors to
+serve the next one.  Larger ones gain nothing more, and leave errors of 1e-9 of an impact."""
 
 FIRST_TURN = 6.3
 """Angles up to here have round-off like that of 1 rad: how a mechanism is turned at the start should not count."""
@@ -95,7 +103,7 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
     While old factors serve, the residual is all that is evaluated, and where the iteration is expected to end it is
     evaluated together with the energies: if the correction then is small enough that state is the accepted one.
     Otherwise each iteration has its own matrix, and its factors then try to serve a last iteration as old ones.
-    record.count[9] says whether the energies have been evaluated.
+    record.count[9] says what is known of the state it ends with.
     """
     n, m = tables.sizes.n_q, tables.sizes.n_c
     t, habits = flow.clock[0] + h, trial.habits
@@ -115,6 +123,7 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
     fresh, stale, checks, wanted_x, wanted_t = 0, 0, True, 0.0, 0.0
     for _ in range(options.iterations):
         accounted = old and stale >= (habits[CHECK] if fresh > 0 else habits[EXPECTED] + (1.0 if turn else 0.0))
+        accounted = accounted and not touching(tables, work)
         look(tables, address, t, h, kv, ka, old, accounted, flow, trial, work)
         record.count[3] += 1
         if old and slopes_changed(trial, work):
@@ -146,7 +155,7 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
                 habits[FIRST] = size
             if done:
                 served(fresh, stale, seen, turn, habits)
-                record.count[8], record.count[9] = 0, 1 if accounted and seen else 0
+                record.count[8], record.count[9] = 0, known(tables, accounted and seen, size, work)
                 return RUNNING
             stale += 1
             if not good or stale >= STALE_ITERATIONS:
@@ -160,7 +169,8 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
         small = size <= (1.0 if fresh > 1 else unseen)
         small = small or (part == 1.0 and fresh > 1 and size < last < math.inf and size * size / (last - size) <= 1.0)
         if small or (fresh > 2 and size > 0.1 * last and only_noise(n, m, lu, trial, work, record)):
-            record.count[8], record.count[9] = outcome(lost == HELD, hold == THRESHOLD, flow), 0
+            record.count[8] = outcome(lost == HELD, hold == THRESHOLD, flow)
+            record.count[9] = known(tables, False, size, work)
             return RUNNING
         if not math.isfinite(size) or (reach == math.inf and fresh > 4 and size > 2.0 * last):
             if order == 0:
@@ -169,8 +179,20 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
             predict(n, m, h, ratio, order, options, flow, trial)
         last = same = size
         old = checks and part == 1.0 and reach == math.inf and size < math.inf and may_check(habits)
-        old = old and not (cheap and rubbing(work.slopes))
+        old = old and not (cheap and size > BENDS and rubbing(work.slopes))
     return NEWTON_FAILED
+
+
+@compiled
+def known(tables, seen, size, work):
+    """What is known of the state that a step ends with: all of it, or what its joints are made of, or nothing.
+
+    size : of the last correction.  What is wanted of corrections is a millionth of the way h^2 a, and G moves by no
+    more; where contacts are closed they and the energies alone are asked for again.
+    """
+    if seen:
+        return ALL_KNOWN
+    return JOINTS_KNOWN if size <= 1.0 and touching(tables, work) else NOTHING_KNOWN
 
 
 @compiled

@@ -21,6 +21,7 @@ from flexmb.integrate.arrays import (
     new_flow,
     new_record,
     new_trial,
+    rigid_coordinates,
 )
 from flexmb.integrate.bar import bar as progress_bar
 from flexmb.integrate.contact_work import contact_losses
@@ -80,7 +81,6 @@ class Run:
         self.episodes: list[np.ndarray] = []
         self.saving = False
         self.code, self.note, self.redundant = RUNNING, "", 0
-        self.trial = new_trial(program)
         self.h_max, self.h_min, self.error, self.bounds = self._limits()
         self.trial = new_trial(program, 0, self.bounds)
 
@@ -95,7 +95,7 @@ class Run:
         clearance, length, rtol = self.program.least_clearance, self.program.length, self.step.rtol
         steps = SMOOTH_STEPS if clearance is None else LARGEST_STEPS
         largest = self.step.max or span / steps
-        flight, loose = (FLIGHT_COUNTS, 2.0) if self.trial.rigid.all() else (1.0, 4.0)
+        flight, loose = (FLIGHT_COUNTS, 2.0) if rigid_coordinates(self.program).all() else (1.0, 4.0)
         part = 1e-3 * length if clearance is None else loose * min(clearance, 1e-2 * length)
         bounds = (rtol, 1e-2 / steps * length / largest, self.step.steps_of_an_impact, flight)
         return largest, self.step.min or min(1e-9 * largest, 1e-12 * span), self.step.atol or rtol * part, bounds
@@ -167,7 +167,8 @@ class Run:
 
     def _expect(self, redundant: int) -> None:
         """So many rows repeat others in every pose."""
-        self.redundant, self.trial = redundant, new_trial(self.program, redundant, self.bounds)
+        if redundant != self.redundant:
+            self.redundant, self.trial = redundant, new_trial(self.program, redundant, self.bounds)
 
     def forget_peaks(self) -> None:
         """Begin to look for peaks at the present state."""

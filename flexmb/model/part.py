@@ -34,10 +34,9 @@ class Part(ABC):
     def __post_init__(self) -> None:
         checks.identifier(type(self).__name__, self.name)
         checks.number_fields(self, self.label)
-        for f in fields(self):
-            value = getattr(self, f.name)
-            if f.type in ("Part", Part) and not isinstance(value, Part):
-                raise InputError(f"{self.label}: {f.name} is {value!r}; it must be a body or GROUND.")
+        for name, declared in checks.declared_fields(type(self)):
+            if declared == "Part" and not isinstance(value := getattr(self, name), Part):
+                raise InputError(f"{self.label}: {name} is {value!r}; it must be a body or GROUND.")
 
     @property
     def label(self) -> str:
@@ -61,8 +60,8 @@ class Part(ABC):
 
     def references(self) -> tuple[str, ...]:
         """Names of the parts this one is connected to."""
-        values = (getattr(self, f.name) for f in fields(self))
-        return tuple(v.name for v in values if isinstance(v, Part))
+        values = [getattr(self, name) for name, _ in checks.declared_fields(type(self))]
+        return tuple([v.name for v in values if isinstance(v, Part)])
 
     def validate(self, mechanism: Mechanism) -> None:  # noqa: B027 - most parts have nothing to check there
         """Check what can only be checked beside the other parts of `mechanism`."""

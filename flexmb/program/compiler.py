@@ -85,7 +85,7 @@ def _compiled(mechanism: Mechanism, pieces: Pieces, number: Numbering, shapes: S
         shapes,
         tuple(period_of(row) for row in driven),
         structure.drives,
-        drawn_length(number),
+        number.extent,
         min((c.p[0] for c in pieces.contacts), default=None),
         motions_of(pieces),
         tuple(c.normal for c in pieces.contacts),
@@ -136,11 +136,3 @@ def drawn_pose(mechanism: Mechanism, number: Numbering, z: np.ndarray) -> Drawn:
         elif velocity is not None:
             v[number.dofs(node_coordinates(body.name, body.main))] = velocity
     return Drawn(q, v, z, owner)
-
-
-def drawn_length(number: Numbering) -> float:
-    """Extent of the nodes in the drawn pose [m], whatever its direction; 1 for a single node at the origin."""
-    points = number.pose().reshape(-1, 3)[:, :2]
-    end = points[np.argmax(np.hypot(*(points - points.mean(axis=0)).T))]
-    extent = float(np.hypot(*(points - end).T).max())
-    return extent or float(np.hypot(*points.T).max()) or 1.0

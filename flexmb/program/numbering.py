@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 
@@ -39,6 +40,14 @@ class Numbering:
     def pose(self) -> np.ndarray:
         """The drawn pose, (n_q,) [m, rad]."""
         return np.array([x for _, n in self.nodes for x in (n.x, n.y, n.theta)])
+
+    @cached_property
+    def extent(self) -> float:
+        """Extent of the nodes in the drawn pose [m], whatever its direction; 1 for a single node at the origin."""
+        points = self.pose().reshape(-1, 3)[:, :2]
+        end = points[np.argmax(np.hypot(*(points - points.mean(axis=0)).T))]
+        extent = float(np.hypot(*(points - end).T).max())
+        return extent or float(np.hypot(*points.T).max()) or 1.0
 
 
 def blocks_and_edges(pieces: Pieces, number: Numbering) -> tuple[list[np.ndarray], list[tuple[int, ...]], list[bool]]:

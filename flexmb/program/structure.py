@@ -36,7 +36,7 @@ KEPT_UNKNOWNS = 50_000
 NUMBERS = ("p", "history")
 """Fields of pieces of which only the length matters to a structure."""
 
-NAMES = "part name coordinates second units drive_units signal holds rows row moment_row".split()
+NAMES = frozenset("part name coordinates second units drive_units signal holds rows row moment_row".split())
 """Fields that hold names and whole numbers only: they stand in the key as they are."""
 
 _LATEST: OrderedDict[Hashable, tuple[Structure, tuple[Kernel, ...]]] = OrderedDict()
@@ -90,7 +90,7 @@ def _read(value: Any, kernels: list[Kernel]) -> Any:
     if isinstance(value, Kernel):
         kernels.append(value)
         return id(value)
-    if isinstance(value, Law):
+    if _is_law(type(value)):
         kernels.append(value.kernel)
         return id(value.kernel), len(value.parameters()), len(value.history())
     names = _fields(type(value))
@@ -106,6 +106,12 @@ def _read(value: Any, kernels: list[Kernel]) -> Any:
         else:
             found.append(_read(item, kernels))
     return tuple(found)
+
+
+@cache
+def _is_law(kind: type) -> bool:
+    """Whether it is a class of laws; asking each time, as an abstract base class wants it, takes longer."""
+    return issubclass(kind, Law)
 
 
 @cache

@@ -105,8 +105,7 @@ def rigid_velocities(closed: Program, q: np.ndarray, t: float, soft: Container[s
     system, rigid = System(closed), RigidMotion(closed)
     B = rigid.plain_basis(q)
     declared, d = declared_rows(closed, rigid, B)
-    M, _ = system.at(q, weights=(0.0, 0.0, 1.0)).blocks
-    _, G = system.at(q, d, t=t).blocks
+    M, G = system.at(q, d, t=t, weights=(0.0, 0.0, 1.0)).blocks
     A = stacked(G @ B, B[declared])
     b = np.concatenate([-system.velocity_residual, (closed.drawn.v - d)[declared]])
     owners = [row.partition("[")[0] for row in closed.names.rows]

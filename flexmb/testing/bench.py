@@ -11,7 +11,6 @@ import numpy as np
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Part
 from flexmb.model.pieces import Coordinate
-from flexmb.program.compiler import drawn_length
 from flexmb.program.numbering import Numbering
 from flexmb.testing.differences import gradient
 from flexmb.testing.report import Check, Report
@@ -68,7 +67,7 @@ class Bench:
         """Size of the piece for lengths, 1 for angles."""
         q = self.pose[self.number.dofs(coordinates)]
         extent = [np.ptp([x for x, c in zip(q, coordinates, strict=True) if c[2] == k] or [0.0]) for k in (0, 1)]
-        size = math.hypot(*extent) or drawn_length(self.number)
+        size = math.hypot(*extent) or self.number.extent
         return np.array([1.0 if axis == 2 else size for _, _, axis in coordinates])
 
     def states(self, coordinates: Sequence[Coordinate], wanted: str) -> Iterator[State]:
