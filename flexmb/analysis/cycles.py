@@ -9,6 +9,9 @@ import numpy as np
 RETURNS = 3
 """Times that each point of a cycle must be seen in the second half of the record."""
 
+TAIL = 10
+"""Times that it must be seen where it shows in the last tenth only, which chance or a laminar phase may feign."""
+
 LONGEST = 64
 """Longest cycle that is sought."""
 
@@ -35,17 +38,20 @@ def longest_cycle(count: int) -> int:
 
 
 def find_cycle(scaled: np.ndarray) -> Cycle | None:
-    """The shortest cycle on which the last quarter of points (n, m) lies; None: there is none.
+    """The shortest cycle on which the last quarter of points (n, m) lies, else the last tenth; None: there is none.
 
     `scaled`: points over their tolerances.  All points of one phase lie within one tolerance, first to last, so that
     what creeps round a closed curve in nearly k steps is no cycle.
     """
     count = len(scaled)
-    for k in range(1, longest_cycle(count) + 1):
-        length = max(count // 4, RETURNS * k)
-        spread = _phase_spread(scaled[count - length :], k)
-        if spread <= 1.0:
-            return Cycle(k, _since(scaled, k), spread)
+    for part, returns in ((4, RETURNS), (10, TAIL)):
+        for k in range(1, longest_cycle(count) + 1):
+            length = max(count // part, returns * k)
+            if length > count:
+                break
+            spread = _phase_spread(scaled[count - length :], k)
+            if spread <= 1.0:
+                return Cycle(k, _since(scaled, k), spread)
     return None
 
 
@@ -95,6 +101,18 @@ def find_approach(scaled: np.ndarray, spread: float) -> Approach | None:
             rate = float((thirds[2][1] / thirds[0][1]) ** (1.5 / len(steps))) if thirds[0][1] > 0.0 else 0.0
             return Approach(k, rate, float(steps[-1]))
     return None
+
+
+def swells(z: np.ndarray) -> float:
+    """Largest ratio of the deviations of first and last quarter of points (n, m), if it grows or shrinks all along.
+
+    1: the quarters rise and fall; then it is no trend but chance.
+    """
+    loud = np.stack([quarter.std(axis=0) for quarter in np.array_split(z, 4)])
+    steps = np.diff(loud, axis=0)
+    trend = ((steps > 0.0).all(axis=0) | (steps < 0.0).all(axis=0)) & (loud > 0.0).all(axis=0)
+    ratio = np.where(trend, loud[-1] / np.where(loud[0] > 0.0, loud[0], 1.0), 1.0)
+    return float(np.maximum(ratio, 1.0 / np.where(ratio > 0.0, ratio, 1.0)).max())
 
 
 def band_count(z: np.ndarray) -> int:

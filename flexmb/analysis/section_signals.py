@@ -13,6 +13,9 @@ from flexmb.errors import InputError
 
 TURN = 2.0 * np.pi
 
+GROUP = 1e-3
+"""Part of the largest signal of the same unit that a signal's size is taken for at least."""
+
 SEPARATE = 10.0
 """A signal whose spread is below this multiple of the floor tells cycles from other motions no more."""
 
@@ -53,9 +56,14 @@ def points_of(points: Any, names: Sequence[str]) -> tuple[np.ndarray, tuple[str,
 
 
 def columns_of(
-    values: np.ndarray, names: tuple[str, ...], units: Sequence[str] | None, driven: Sequence[str], floor: float
+    values: np.ndarray,
+    names: tuple[str, ...],
+    units: Sequence[str] | None,
+    driven: Sequence[str],
+    floor: float,
+    sizes: np.ndarray | None,
 ) -> Columns:
-    """Columns that say something; `floor` is relative to the largest magnitude of each signal.
+    """Columns that say something.
 
     Parameters
     ----------
@@ -64,13 +72,17 @@ def columns_of(
     units : their units; "rad" is an angle, taken modulo 2 pi.  None: a signal that grows by whole turns is one.
     driven : names of signals that drives prescribe.
     floor : part of a signal's size that is round-off or integration error.
+    sizes : sizes of the signals (m,); None: the largest magnitude of each, and at least 1e-3 of that of the largest
+        one of the same unit.
     """
+    if sizes is None:
+        sizes = _sizes(values, units)
     kept: list[tuple[str, np.ndarray, float]] = []
     left_out = []
     for k, name in enumerate(names):
         column = values[:, k]
         angle = units[k] == "rad" if units is not None else _turns(column)
-        parts, size = _on_circle(column) if angle else ([column], np.abs(column).max())
+        parts, size = _on_circle(column) if angle else ([column], float(sizes[k]))
         turned = angle and max(np.ptp(part) for part in parts) <= floor * size and np.ptp(column) >= TURN / 2
         if name in driven or turned:
             left_out.append(name)
@@ -82,6 +94,16 @@ def columns_of(
         table, tuple(name for name, _, _ in kept), np.array([f for _, _, f in kept]), table[half:].std(axis=0),
         tuple(left_out),
     )  # fmt: skip
+
+
+def _sizes(values: np.ndarray, units: Sequence[str] | None) -> np.ndarray:
+    """Sizes (m,) of signals from their points (n, m): a velocity that is always 0 at the section is not measured by
+    its own round-off."""
+    own = np.abs(values).max(axis=0)
+    if units is None:
+        return own
+    group = [max(own[j] for j, other in enumerate(units) if other == unit) for unit in units]
+    return np.maximum(own, GROUP * np.array(group))
 
 
 def _turns(column: np.ndarray) -> bool:

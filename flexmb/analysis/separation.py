@@ -16,30 +16,23 @@ LEAST_WAY = 1.5
 def separation(z: np.ndarray, bands: int) -> float:
     """Part of the way from neighbours' to arbitrary points' distance (mean logarithms) that neighbours go.
 
-    Points z (n, m) of unit spread.  Neighbours are of the same band and more than three steps apart; their distance is
-    seen after up to a fifth of the record, at most 60 steps.  NaN: neighbours are hardly nearer than arbitrary points,
-    or part within one step (noise, or too few points for so many dimensions).
+    Points z (n, m) of unit spread, which visit `bands` bands in turn: arbitrary points are of one band then, unless that
+    leaves no way to go.  Neighbours are more than three steps apart; their distance is seen after up to a fifth of
+    the record, at most 60 steps.  NaN: neighbours are hardly nearer than arbitrary points, or part within one step
+    (noise, or too few points for so many dimensions).
     """
     count = len(z) - SUCCESSORS + 1
     points = np.concatenate([z[s : s + count] for s in range(SUCCESSORS)], axis=1)
     reach = min(60, count // 5)
-    pairs = [_pairs(points[: count - reach], band, bands) for band in range(bands)]
-    i, j = np.concatenate([a for a, _ in pairs]), np.concatenate([b for _, b in pairs])
+    refs = np.arange(count - reach)
+    near, _ = nearest(points[: count - reach], refs, SUCCESSORS, least=1e-12)
+    i, j = refs[near >= 0], near[near >= 0]
     if len(i) < 20:
         return np.nan
-    steps = np.arange(reach + 1)
-    gaps = np.stack([np.linalg.norm(points[i + s] - points[j + s], axis=1) for s in steps])
+    gaps = np.stack([np.linalg.norm(points[i + s] - points[j + s], axis=1) for s in range(reach + 1)])
     curve = np.log(np.maximum(gaps, 1e-12)).mean(axis=1)
-    far = typical_log_distance(points, stride=bands)
-    if far - curve[0] < LEAST_WAY or curve[SUCCESSORS] > far - 0.5:
-        return np.nan
-    late = curve[reach // 2 :].mean()
-    return float((late - curve[0]) / (far - curve[0]))
-
-
-def _pairs(points: np.ndarray, band: int, bands: int) -> tuple[np.ndarray, np.ndarray]:
-    """Points of one band and their nearest neighbours in it: indices into points (n, m)."""
-    own = points[band::bands]
-    near, _ = nearest(own, np.arange(len(own)), 1 + SUCCESSORS // bands, least=1e-12)
-    found = near >= 0
-    return np.flatnonzero(found) * bands + band, near[found] * bands + band
+    for stride in dict.fromkeys((bands, 1)):
+        far = typical_log_distance(points, stride=stride)
+        if far - curve[0] >= LEAST_WAY and curve[SUCCESSORS] <= far - 0.5:
+            return float((curve[reach // 2 :].mean() - curve[0]) / (far - curve[0]))
+    return np.nan

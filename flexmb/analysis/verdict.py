@@ -11,16 +11,16 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.analysis.cycles import (
-    Cycle,
     band_count,
     find_approach,
     find_cycle,
     longest_cycle,
+    swells,
     without_bands,
 )
 from flexmb.analysis.section_signals import SEPARATE, Columns, columns_of, points_of
 from flexmb.analysis.separation import separation
-from flexmb.analysis.series.zero_one import growth_correlations, kind_of
+from flexmb.analysis.series.zero_one import CHAOTIC, growth_correlations, kind_of
 from flexmb.errors import InputError
 
 LEAST = 12
@@ -31,6 +31,9 @@ LEAST_APERIODIC = 100
 
 SETTLED = 0.1
 """Part of the record within which points may settle on a cycle that is still called periodic."""
+
+MOST_SIGNALS = 8
+"""Columns that the 0-1 test is made of, at most."""
 
 RELATIVE = 1e-4
 """Differences below this part of a signal's spread count as none."""
@@ -76,6 +79,7 @@ def judge(
     units: Sequence[str] | None = None,
     driven: Sequence[str] = (),
     floor: float = 1e-6,
+    sizes: Sequence[float] | None = None,
 ) -> Verdict:
     """The verdict on the motion whose successive section points are `points`; one for the system.
 
@@ -85,9 +89,12 @@ def judge(
     2. Approach: steps over k that shrink from third to third of the record make it transient.
     3. Transient, too, if the halves of the record differ: their means by more than the larger standard deviation, or
        the deviations by more than a factor 3.
+       They differ in kind if neighbours part in one and stay together in the other, and a regular motion must not swell or
+       shrink by more than 5 % from quarter to quarter of the record, first to last.
     4. Chaotic: the exponent lies above its error, and the 0-1 test (K > 0.7) or the separation of neighbours (D > 0.5)
        says chaotic and neither says regular.  Quasi-periodic: the exponent is 0 within its error, and neither says
-       chaotic, one regular (K < 0.3, D < 0.2).  Without an exponent both must agree.
+       chaotic, one regular (K < 0.3, D < 0.2).  Without an exponent both must agree; to a K below
+       0.7 a D below 0.05 will do, as the 0-1 test needs some 500 points of a closed curve to come near 0.
     5. All else contradicts itself or is too little: inconclusive.
 
     The separation D says how much of the way from the distance of nearest neighbours (of points with their two
@@ -104,13 +111,15 @@ def judge(
     error : half width of its band [same unit]; None: 0.
     units : units (m,) of the signals; "rad" is taken modulo 2 pi.  None: only signals that grow by whole turns are.
     driven : names of the signals that drives prescribe; they say nothing about the motion.
-    floor : part of the largest magnitude of a signal that is round-off or integration error, > 0.
+    floor : part of the size of a signal that is round-off or integration error, > 0.
+    sizes : sizes (m,) of the signals, such as their largest magnitudes over the run [units]; None: those of the points,
+        and at least 1e-3 of the largest of the same unit.
 
     Returns
     -------
     The verdict.  Its `evidence` holds, where they were found, "points", "signals" (used), "k", "since", "shrink",
-    "level" (difference of means over deviation), "loudness" (ratio of deviations), "bands", "zero_one" (K), "separation"
-    (D), "exponent", "error".  Points that are not finite make it inconclusive.
+    "level" (difference of means over deviation), "loudness" (ratio of deviations), "swelling" (of quarters), "bands",
+    "zero_one" (K), "separation" (D), "exponent", "error".  Points that are not finite make it inconclusive.
 
     Raises
     ------
@@ -129,24 +138,40 @@ def judge(
     periodic-2
     """
     values, labels = points_of(points, names)
+    checked = _about_signals(labels, units, driven, sizes)
     known = _exponent(exponent, error)
     floor = checks.positive("judge", "floor", floor)
-    for name in checks.sequence("judge", "driven", driven, "names of signals"):
-        checks.one_of("judge", "driven", name, labels)
-    if units is not None and len(tuple(units)) != len(labels):
-        raise InputError(f"judge: {len(tuple(units))} units for {len(labels)} names.")
     evidence: dict[str, float] = {"points": float(len(values)), **known}
     bad = np.flatnonzero(~np.isfinite(values).all(axis=1))
     if len(bad):
         return Verdict("inconclusive", f"Point {bad[0]} is not finite: the run failed there.", 0, evidence)
     if len(values) < LEAST:
         return Verdict("inconclusive", f"{len(values)} points; at least {LEAST} are needed.", 0, evidence)
-    columns = columns_of(values, labels, units, tuple(driven), floor)
+    columns = columns_of(values, labels, checked[0], checked[1], floor, checked[2])
     evidence["signals"] = float(len(set(columns.names)))
     if not columns.names:
         text = f"Only driven signals ({', '.join(columns.left_out)}), which say nothing. Give others."
         return Verdict("inconclusive", text, 0, evidence)
     return _periodic(columns, evidence) or _transient(columns, evidence) or _aperiodic(columns, evidence)
+
+
+def _about_signals(
+    names: tuple[str, ...], units: Sequence[str] | None, driven: Sequence[str], sizes: Sequence[float] | None
+) -> tuple[tuple[str, ...] | None, tuple[str, ...], np.ndarray | None]:
+    """Units, driven names and sizes of signals, checked."""
+    without_motion = checks.sequence("judge", "driven", driven, "names of signals")
+    for name in without_motion:
+        checks.one_of("judge", "driven", name, names)
+    known = None if units is None else checks.sequence("judge", "units", units, "units")
+    if known is not None and len(known) != len(names):
+        raise InputError(f"judge: {len(known)} units for {len(names)} names.")
+    if sizes is None:
+        return known, without_motion, None
+    given = checks.sequence("judge", "sizes", sizes, "numbers")
+    if len(given) != len(names):
+        raise InputError(f"judge: {len(given)} sizes for {len(names)} names.")
+    numbers = [checks.not_negative("judge", f"sizes[{k}]", float(size)) for k, size in enumerate(given)]
+    return known, without_motion, np.array(numbers)
 
 
 def _exponent(exponent: float | None, error: float | None) -> dict[str, float]:
@@ -182,7 +207,8 @@ def _periodic(columns: Columns, evidence: dict[str, float]) -> Verdict | None:
 def _transient(columns: Columns, evidence: dict[str, float]) -> Verdict | None:
     tolerances, count = _tolerances(columns), len(columns.values)
     scaled = columns.values / tolerances
-    approach = find_approach(scaled, float(np.ptp(scaled, axis=0).max()))
+    spread = float(np.ptp(scaled, axis=0).max())
+    approach = find_approach(scaled, spread) or find_approach(scaled[count // 2 :], spread)
     if approach is not None:
         evidence["k"], evidence["shrink"] = float(approach.k), approach.rate
         text = f"The points still creep towards a {approach.k}-cycle: steps shrink by {approach.rate:.4g} a point"
@@ -207,17 +233,35 @@ def _aperiodic(columns: Columns, evidence: dict[str, float]) -> Verdict:
         return Verdict("inconclusive", f"{text}; there are {count}.", 0, evidence)
     clear = columns.spread > SEPARATE * columns.floor
     if not clear.any():
-        text = f"The points differ by less than {SEPARATE:g} times the floor: a cycle with the integration's noise, or a"
+        text = (
+            f"The points differ by less than {SEPARATE:g} times the floor: a cycle with the integration's noise, or a"
+        )
         return Verdict("inconclusive", f"{text} motion too small to see. Integrate more finely.", 0, evidence)
     z = columns.values[:, clear]
     z = (z - z.mean(axis=0)) / z.std(axis=0)
     bands = band_count(z)
-    left = without_bands(z, bands)
+    left = without_bands(z, bands)[:, :: -(-z.shape[1] // MOST_SIGNALS)]
     angles = np.random.default_rng(0).uniform(np.pi / 5, 4 * np.pi / 5, 60)
     K = float(np.median([np.median(growth_correlations(column, angles)) for column in left.T]))
     D = separation(z, bands)
     evidence.update(bands=float(bands), zero_one=K, separation=D)
-    return _weighed(kind_of(K), _kind_of_separation(D), evidence)
+    return _changing(z, bands, evidence) or _weighed(kind_of(K), _kind_of_separation(D), evidence)
+
+
+def _changing(z: np.ndarray, bands: int, evidence: dict[str, float]) -> Verdict | None:
+    """The verdict on points (n, m) whose kind or amplitude changes within the record; None: they do not."""
+    half = len(z) // 2
+    if half >= LEAST_APERIODIC:
+        kinds = [_kind_of_separation(separation(part, bands)) for part in (z[:half], z[half:])]
+        if set(kinds) == {"regular", "chaotic"}:
+            text = f"The first half of the record is {kinds[0]}, the second {kinds[1]}. Leave out more points."
+            return Verdict("transient", text, 0, evidence)
+    swelling = swells(z)
+    evidence["swelling"] = swelling
+    if evidence["zero_one"] < CHAOTIC and evidence["separation"] < 0.2 and swelling > 1.05:
+        text = f"A regular motion whose amplitude changes by a factor {swelling:.3g} from first to last quarter."
+        return Verdict("transient", f"{text} Leave out more points.", 0, evidence)
+    return None
 
 
 def _kind_of_separation(D: float) -> str:
@@ -235,7 +279,8 @@ def _weighed(walk: str, parting: str, evidence: dict[str, float]) -> Verdict:
         chaotic = sign > 0 and "chaotic" in said and "regular" not in said
         closed = sign == 0 and "regular" in said and "chaotic" not in said
     else:
-        chaotic, closed = said == {"chaotic"}, said == {"regular"}
+        together = walk != "chaotic" and evidence["separation"] < 0.05
+        chaotic, closed = said == {"chaotic"}, said == {"regular"} or together
     if chaotic:
         return Verdict("chaotic", f"No cycle, and neighbours part: {told}.", 0, evidence)
     if closed:

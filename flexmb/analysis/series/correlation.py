@@ -158,7 +158,11 @@ def _agreed(values: tuple[float, ...], spreads: tuple[float, ...], count: int) -
     """Value, error and reason why not, from the values (3,) in three embeddings."""
     if not np.isfinite(values).all():
         listed = ", ".join(f"{v:.3g}" for v in values)
-        return np.nan, np.nan, f"No scaling region in all three embeddings (slopes {listed}): noise, or too few samples."
+        return (
+            np.nan,
+            np.nan,
+            f"No scaling region in all three embeddings (slopes {listed}): noise, or too few samples.",
+        )
     value = float(np.mean(values))
     if max(values) - min(values) > 2.0 * EVEN * max(value, 0.05):
         text = f"The slope changes with the embedding, from {values[0]:.3g} to {values[-1]:.3g}: noise, or too few samples."

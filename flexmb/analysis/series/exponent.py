@@ -119,9 +119,7 @@ def estimate(
     return _agreed(method, unit, found, w, slopes, step)
 
 
-def _agreed(
-    method: str, unit: str, found: Embedding, w: int, slopes: list[Slope], step: float
-) -> SeriesExponent:
+def _agreed(method: str, unit: str, found: Embedding, w: int, slopes: list[Slope], step: float) -> SeriesExponent:
     """The record of two slopes, if they tell the same."""
     a, b = slopes
     parts = (2.0 * max(a.error, b.error), a.value - b.value, FINITE * a.value)
@@ -140,9 +138,7 @@ def _none(
 ) -> SeriesExponent:
     nothing = Slope(np.nan, np.nan, why) if slope is None else slope
     times, curve = nothing.steps * step, _scaled(nothing, step)
-    return SeriesExponent(
-        np.nan, np.nan, unit, False, why, method, found, w, (np.nan, np.nan), times, curve
-    )
+    return SeriesExponent(np.nan, np.nan, unit, False, why, method, found, w, (np.nan, np.nan), times, curve)
 
 
 def _scaled(slope: Slope, step: float) -> np.ndarray:
@@ -198,7 +194,10 @@ def _slope_and_error(steps: np.ndarray, blocks: np.ndarray, begin: int, end: int
     """Slope of the mean of curves (blocks, k) over steps[begin:end], and its error."""
     mean, inside, middle = blocks.mean(axis=0), slice(begin, end), (begin + end) // 2
     parts = np.array([_slope(steps[inside], block[inside]) for block in blocks])
-    first, second = _slope(steps[begin : middle + 1], mean[begin : middle + 1]), _slope(steps[middle - 1 : end], mean[middle - 1 : end])
+    first, second = (
+        _slope(steps[begin : middle + 1], mean[begin : middle + 1]),
+        _slope(steps[middle - 1 : end], mean[middle - 1 : end]),
+    )
     error = np.hypot(parts.std(ddof=1) / np.sqrt(len(parts)), 0.5 * (second - first))
     return _slope(steps[inside], mean[inside]), float(error)
 
