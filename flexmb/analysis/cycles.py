@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -96,7 +97,7 @@ def find_approach(scaled: np.ndarray, spread: float) -> Approach | None:
     for k in range(1, longest_cycle(count) + 1):
         steps = np.abs(scaled[k:] - scaled[:-k]).max(axis=1)
         thirds = [np.array([part.max(), np.median(part)]) for part in np.array_split(steps, 3)]
-        shrink = all((b <= a / 1.5).all() for a, b in zip(thirds, thirds[1:], strict=False))
+        shrink = all((b <= a / 1.5).all() for a, b in pairwise(thirds))
         if shrink and thirds[2][0] < 0.2 * spread:
             rate = float((thirds[2][1] / thirds[0][1]) ** (1.5 / len(steps))) if thirds[0][1] > 0.0 else 0.0
             return Approach(k, rate, float(steps[-1]))

@@ -97,8 +97,10 @@ def columns_of(
 
 
 def _sizes(values: np.ndarray, units: Sequence[str] | None) -> np.ndarray:
-    """Sizes (m,) of signals from their points (n, m): a velocity that is always 0 at the section is not measured by
-    its own round-off."""
+    """Sizes (m,) of signals from their points (n, m).
+
+    A velocity that is always 0 at the section is not measured by its own round-off.
+    """
     own = np.abs(values).max(axis=0)
     if units is None:
         return own

@@ -16,8 +16,8 @@ LEAST_WAY = 1.5
 def separation(z: np.ndarray, bands: int) -> float:
     """Part of the way from neighbours' to arbitrary points' distance (mean logarithms) that neighbours go.
 
-    Points z (n, m) of unit spread, which visit `bands` bands in turn: arbitrary points are of one band then, unless that
-    leaves no way to go.  Neighbours are more than three steps apart; their distance is seen after up to a fifth of
+    Points z (n, m) of unit spread, which visit `bands` bands in turn: arbitrary points are of one band then, unless
+    that leaves no way to go.  Neighbours are more than three steps apart; their distance is seen after up to a fifth of
     the record, at most 60 steps.  NaN: neighbours are hardly nearer than arbitrary points, or part within one step
     (noise, or too few points for so many dimensions).
     """

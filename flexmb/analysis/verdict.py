@@ -88,9 +88,8 @@ def judge(
        transient.  k is at most 64 and a sixth of the points.
     2. Approach: steps over k that shrink from third to third of the record make it transient.
     3. Transient, too, if the halves of the record differ: their means by more than the larger standard deviation, or
-       the deviations by more than a factor 3.
-       They differ in kind if neighbours part in one and stay together in the other, and a regular motion must not swell or
-       shrink by more than 5 % from quarter to quarter of the record, first to last.
+       the deviations by more than a factor 3; or neighbours part in one and stay together in the other; or a regular
+       motion swells or shrinks from quarter to quarter, by more than 5 % in all.
     4. Chaotic: the exponent lies above its error, and the 0-1 test (K > 0.7) or the separation of neighbours (D > 0.5)
        says chaotic and neither says regular.  Quasi-periodic: the exponent is 0 within its error, and neither says
        chaotic, one regular (K < 0.3, D < 0.2).  Without an exponent both must agree; to a K below
@@ -229,7 +228,7 @@ def _transient(columns: Columns, evidence: dict[str, float]) -> Verdict | None:
 def _aperiodic(columns: Columns, evidence: dict[str, float]) -> Verdict:
     count = len(columns.values)
     if count < LEAST_APERIODIC:
-        text = f"No cycle of up to {longest_cycle(count)} points; at least {LEAST_APERIODIC} points are needed to tell more"
+        text = f"No cycle of up to {longest_cycle(count)} points. To tell more {LEAST_APERIODIC} are needed"
         return Verdict("inconclusive", f"{text}; there are {count}.", 0, evidence)
     clear = columns.spread > SEPARATE * columns.floor
     if not clear.any():
@@ -260,7 +259,7 @@ def _changing(z: np.ndarray, bands: int, evidence: dict[str, float]) -> Verdict 
     evidence["swelling"] = swelling
     if evidence["zero_one"] < CHAOTIC and evidence["separation"] < 0.2 and swelling > 1.05:
         text = f"A regular motion whose amplitude changes by a factor {swelling:.3g} from first to last quarter."
-        return Verdict("transient", f"{text} Leave out more points.", 0, evidence)
+        return Verdict("transient", f"{text} Leave out more points, or take more.", 0, evidence)
     return None
 
 

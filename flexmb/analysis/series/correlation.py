@@ -24,7 +24,7 @@ SPAN = 1.5
 """Logarithm of the ratio of radii that a scaling region must cover."""
 
 EVEN = 0.10
-"""Part by which local slopes may deviate from their mean in a scaling region, and dimensions from each other."""
+"""Part by which local slopes may deviate from their mean in a scaling region; the dimensions may by twice that."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,8 +64,8 @@ def correlation_dimension(
 
     The scaling region is the longest range of radii, at least a factor e^1.5 = 4.5, in which local slopes stay within
     10 % of their mean; radii with fewer than 30 pairs or more than 10 % of all do not count.  It is sought in the
-    dimension of the embedding and in one and two more; they must agree within 10 %, else there is no value: the slope of
-    noise grows with the dimension.  Distances are largest differences.
+    dimension of the embedding and in one and two more; they must agree within 20 %, else there is no value: the
+    slope of noise grows with the dimension.  Distances are largest differences.
 
     A periodic signal gives 1, or 0 if it is sampled in step with its period (maps).  Slopes wriggle for sets with
     gaps on all scales (Henon: 1.19 +- 0.05 for 1.21).
@@ -158,15 +158,12 @@ def _agreed(values: tuple[float, ...], spreads: tuple[float, ...], count: int) -
     """Value, error and reason why not, from the values (3,) in three embeddings."""
     if not np.isfinite(values).all():
         listed = ", ".join(f"{v:.3g}" for v in values)
-        return (
-            np.nan,
-            np.nan,
-            f"No scaling region in all three embeddings (slopes {listed}): noise, or too few samples.",
-        )
+        text = f"No scaling region in all three embeddings (slopes {listed})"
+        return np.nan, np.nan, f"{text}: noise, or too few samples."
     value = float(np.mean(values))
     if max(values) - min(values) > 2.0 * EVEN * max(value, 0.05):
-        text = f"The slope changes with the embedding, from {values[0]:.3g} to {values[-1]:.3g}: noise, or too few samples."
-        return np.nan, np.nan, text
+        text = f"The slope changes with the embedding, from {values[0]:.3g} to {values[-1]:.3g}"
+        return np.nan, np.nan, f"{text}: noise, or too few samples."
     if value > 2.0 * np.log10(count):
         return np.nan, np.nan, f"A dimension of {value:.3g} needs at least {10 ** (value / 2):.0f} samples."
     return value, float(max(np.max(spreads), max(values) - min(values))), ""

@@ -156,7 +156,7 @@ def _quantile(states: np.ndarray, theiler: int, share: float) -> float:
 
 
 def _diagonals(states: np.ndarray, threshold: float, theiler: int) -> np.ndarray:
-    """Number (n + 1,) of diagonal lines of each length above the Theiler window; half of the matrix, it is symmetric."""
+    """Number (n + 1,) of diagonal lines of each length above the Theiler window; the matrix is symmetric."""
     n = len(states)
     found = np.zeros(n + 1, dtype=np.int64)
     for lag in range(theiler + 1, n):

@@ -24,9 +24,14 @@ def rosenstein(
 ) -> SeriesExponent:
     """Largest exponent: slope of <ln |distance of nearest neighbours|> over time.
 
-    The straight part begins one step after the time that a vector covers and ends where the mean logarithm is 1.5 below
-    that of arbitrary points.  Without at least 4 values and a rise by a factor e between, or if the slope is within
-    twice its error, there is no value: periodic, quasi-periodic and random signals have none.
+    The straight part begins one step after the time that a vector covers and ends where the error of its slope is
+    smallest, at the latest where the mean logarithm is 1.5 below that of arbitrary points.  Without at least 4 values
+    and a rise by a factor e, or if the slope does not exceed its error, there is no value: periodic, quasi-periodic
+    and random signals have none.
+
+    Of a flow (8 samples or more in a mean period) the distance from the neighbour's orbit is taken instead of that from
+    the neighbour: two samples are apart along the orbit by any part of an interval, and stay so.  With Rossler's x
+    this makes 0.071 of 0.046 (0.0714 is right).
 
     Not for zero or negative exponents, and not for signals whose noise exceeds the distance of nearest neighbours.
     Wanted: some 10^d to 30^d samples for an attractor of dimension d, and 20 mean periods.
@@ -46,7 +51,7 @@ def rosenstein(
     Notes
     -----
     Source: M. T. Rosenstein, J. J. Collins and C. J. De Luca, Physica D 65 (1993) 117.
-    Cost: 0.5 s for 1e4 samples.
+    Cost: 0.1 s for 1e4 samples of a map, 1 s of a flow.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The 0-1 test: does a signal drive a random walk, or does it go round and round?"""
+"""The 0-1 test: whether what a signal drives walks at random or goes round and round."""
 
 from __future__ import annotations
 
