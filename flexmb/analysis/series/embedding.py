@@ -121,9 +121,9 @@ def _information(a: np.ndarray, b: np.ndarray, bins: int) -> float:
     return float(np.sum(joint[filled] * np.log(joint[filled] / apart[filled])))
 
 
-def first_minimum(information: np.ndarray) -> int | None:
-    """Lag of the first minimum, which the two lags on either side must not undercut; None: there is none."""
-    for lag in range(1, len(information) - 1):
+def first_minimum(information: np.ndarray, least: int = 1) -> int | None:
+    """Lag of the first minimum from `least` on, which the two lags on either side must not undercut; None: none."""
+    for lag in range(least, len(information) - 1):
         around = information[max(lag - 2, 0) : lag + 3]
         if information[lag] <= around.min() and information[lag] < information[lag - 1]:
             return lag
@@ -180,10 +180,10 @@ def _false_share(x: np.ndarray, tau: int, m: int, theiler: int) -> float:
 def embedding(signal: Any, *, delay: int | None = None, dimension: int | None = None, largest: int = 8) -> Embedding:
     """Delay and dimension in which a signal is to be seen.
 
-    The delay is the first minimum of the mutual information; without one, the first lag at which it has fallen to
-    1/e; at most a quarter of the mean period (the minima of exactly periodic signals are accidental); for signals
-    with fewer than 8 samples in a mean period (maps) it is 1.  The dimension is the first with less
-    than 1 % of false neighbours; without one, that with the fewest, and `ok` is False: noise, or more dimensions.
+    The delay is the first minimum of the mutual information between a tenth and a quarter of the mean period (shorter
+    ones are accidents of exactly periodic signals); without one, the first lag at which it has fallen to 1/e, at most a
+    quarter; for signals with fewer than 8 samples in a mean period (maps) it is 1.  The dimension is the first with
+    less than 1 % of false neighbours; without one, that with the fewest, and `ok` is False: noise, or more dimensions.
 
     Parameters
     ----------
@@ -200,7 +200,7 @@ def embedding(signal: Any, *, delay: int | None = None, dimension: int | None = 
     --------
     >>> import flexmb as fm, numpy as np
     >>> found = fm.embedding(np.sin(0.1 * np.arange(2000)))
-    >>> found.dimension, 14 <= found.delay <= 17  # a quarter of a period of 62.8 samples
+    >>> found.dimension, 6 <= found.delay <= 16  # of a period of 62.8 samples
     (2, True)
     """
     x = samples("embedding", signal, LEAST)
@@ -223,7 +223,7 @@ def embedding(signal: Any, *, delay: int | None = None, dimension: int | None = 
 def _delay(information: np.ndarray, period: float) -> int:
     if period < 8.0:
         return 1
-    lag = first_minimum(information)
+    lag = first_minimum(information, max(1, round(period / 10.0)))
     if lag is None:
         fallen = np.flatnonzero(information < information[0] / np.e)
         lag = int(fallen[0]) if len(fallen) else int(period / 4.0)
