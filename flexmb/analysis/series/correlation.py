@@ -9,10 +9,13 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.analysis.series.embedding import Embedding, embed, embedding
-from flexmb.analysis.series.samples import is_constant, samples, standardised
+from flexmb.analysis.series.samples import is_constant, mean_period, samples, standardised
 
 LEAST = 1000
 """Samples below which no dimension is estimated."""
+
+PERIODS = 20
+"""Mean periods below which no dimension is estimated."""
 
 REFERENCES = 1000
 """Points whose distances to all others are counted, at most."""
@@ -42,7 +45,7 @@ class CorrelationDimension:
     region : smallest and largest radius of the scaling region, in standard deviations of the signal.
     radius : radii (k,), in standard deviations of the signal.
     sums : correlation sums (d, k): part of the pairs that are nearer than the radius.
-    embedding : delay and dimension from which it was tried; None for a constant signal.
+    embedding : delay and dimension from which it was tried; None for a constant or too short signal.
     """
 
     value: float
@@ -92,10 +95,10 @@ def correlation_dimension(
     owner = "correlation_dimension"
     x = samples(owner, signal, LEAST)
     if is_constant(x):
-        return CorrelationDimension(
-            np.nan, np.nan, False, "The signal is constant: one point.", (), (), (np.nan, np.nan),
-            np.empty(0), np.empty((0, 0)), None,
-        )  # fmt: skip
+        return _none("The signal is constant: one point.")
+    periods = len(x) / mean_period(x)
+    if periods < PERIODS:
+        return _none(f"The record holds {periods:.1f} mean periods; at least {PERIODS} are needed.")
     found = embedding(x, delay=delay, dimension=dimension)
     dimensions = tuple(range(found.dimension, found.dimension + 3))
     window = (dimensions[-1] - 1) * found.delay
@@ -113,6 +116,13 @@ def correlation_dimension(
     text = why_not or f"{value:.3g} +- {error:.2g}, seen in {', '.join(map(str, dimensions))} dimensions."
     return CorrelationDimension(
         value, error, not why_not, text, dimensions, values, region, radius, np.array(sums), found
+    )
+
+
+def _none(why: str) -> CorrelationDimension:
+    nothing = np.empty(0)
+    return CorrelationDimension(
+        np.nan, np.nan, False, why, (), (), (np.nan, np.nan), nothing, nothing.reshape(0, 0), None
     )
 
 

@@ -142,7 +142,7 @@ def false_neighbours(signal: Any, delay: int, *, largest: int = 8, theiler: int 
     signal : samples (n,), at least 100, not all the same.
     delay : distance of two numbers of a vector [samples].
     largest : largest dimension.
-    theiler : neighbours must be farther apart than this [samples]; None: a mean period.
+    theiler : neighbours must be farther apart than this [samples]; None: a mean period, at most a tenth of the record.
 
     Raises
     ------
@@ -158,7 +158,11 @@ def false_neighbours(signal: Any, delay: int, *, largest: int = 8, theiler: int 
     if is_constant(x):
         raise InputError(f"{owner}: the signal is constant; it has no neighbours to tell apart.")
     x = standardised(x)
-    w = int(np.ceil(mean_period(x))) if theiler is None else checks.count(owner, "theiler", theiler, 0)
+    w = (
+        int(min(np.ceil(mean_period(x)), len(x) // 10))
+        if theiler is None
+        else checks.count(owner, "theiler", theiler, 0)
+    )
     return np.array([_false_share(x, tau, m, w) for m in range(1, largest + 1)])
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from flexmb import checks
 from flexmb.analysis.series.embedding import Embedding, embed, embedding
 from flexmb.analysis.series.neighbours import typical_log_distance
-from flexmb.analysis.series.samples import is_constant, samples, spacing, standardised
+from flexmb.analysis.series.samples import is_constant, mean_period, samples, spacing, standardised
 from flexmb.errors import InputError
 
 LEAST = 500
@@ -44,7 +44,7 @@ class SeriesExponent:
     ok : whether there is a value; False for constant, periodic, quasi-periodic and random signals.
     status : how it came about or why not, in a sentence.
     method : "wolf", "rosenstein" or "kantz".
-    embedding : delay and dimension it was seen in; None for a constant signal.
+    embedding : delay and dimension it was seen in; None for a constant or too short one.
     theiler : neighbours were farther apart than this [samples].
     region : first and last time of the straight part [s or iterations]; NaN without one.
     time : times of the curve (k,) [s or iterations].
@@ -104,13 +104,14 @@ def estimate(
     step, unit = spacing(method, interval, len(x))
     if is_constant(x):
         return _none(method, unit, None, 0, "The signal is constant: no neighbours part.")
+    periods = len(x) / mean_period(x)
+    if periods < PERIODS:
+        text = f"The record holds {periods:.1f} mean periods; at least {PERIODS} are needed."
+        return _none(method, unit, None, 0, text)
     found = embedding(x, delay=options["delay"], dimension=options["dimension"])
     theiler = options["theiler"]
     w = max(int(np.ceil(found.mean_period)), found.window) if theiler is None else theiler
     w = checks.count(method, "theiler", w, 0)
-    if len(x) < PERIODS * found.mean_period:
-        text = f"The record holds {len(x) / found.mean_period:.1f} mean periods; at least {PERIODS} are needed."
-        return _none(method, unit, found, w, text)
     x, slopes = standardised(x), []
     for m in (found.dimension, found.dimension + 1):
         slopes.append(slope(embed(x, found.delay, m), (m - 1) * found.delay, w, found.mean_period))

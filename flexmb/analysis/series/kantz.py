@@ -30,8 +30,8 @@ def kantz(
 
     The mean over the 8 nearest neighbours of each of 600 points, one neighbour of each passage of the orbit, stands
     inside the logarithm.  Where stretching varies along the orbit (Lorenz's x, y) the slope lies above the exponent;
-    the difference to the slope with the mean outside is part of the error.  The straight part and what has no value:
-    as of `rosenstein`.  The source takes the neighbours within a radius; a number of them serves sparse places as well.
+    the difference to the slope with the mean outside, twice, is part of the error.  The straight part and what has no
+    value: as of `rosenstein`.  The source takes the neighbours within a radius; a number of them serves sparse places as well.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def _slope(points: np.ndarray, window: int, theiler: int, period: float) -> Slop
     if inner.why_not:
         return inner
     outer = straight_part(partial(_curves, False), points, window, theiler, period)
-    difference = 0.0 if outer.why_not else 0.5 * (inner.value - outer.value)  # the record doubles it
+    difference = 0.0 if outer.why_not else inner.value - outer.value
     return replace(inner, error=float(np.hypot(inner.error, difference)))
 
 

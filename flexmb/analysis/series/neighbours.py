@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+BLOCK = 1_000_000
+"""Distances that are held at a time."""
+
 
 def nearest(points: np.ndarray, refs: np.ndarray, theiler: int, least: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
     """Nearest neighbour of each of `points[refs]`, more than `theiler` samples apart and farther than `least`.
@@ -18,14 +21,15 @@ def nearest(points: np.ndarray, refs: np.ndarray, theiler: int, least: float = 0
     open_, k = np.arange(len(refs)), 4
     while len(open_):
         k = min(k, len(points))
-        d, j = tree.query(points[refs[open_]], k=k)
-        d, j = d.reshape(len(open_), k), j.reshape(len(open_), k)
-        allowed = (np.abs(j - refs[open_][:, None]) > theiler) & (d > least)
-        first = allowed.argmax(axis=1)
-        hit = allowed[np.arange(len(open_)), first]
-        near[open_[hit]] = j[hit, first[hit]]
-        distance[open_[hit]] = d[hit, first[hit]]
-        open_ = open_[~hit]
+        for part in np.array_split(open_, max(1, len(open_) * k // BLOCK)):
+            d, j = tree.query(points[refs[part]], k=k)
+            d, j = d.reshape(len(part), k), j.reshape(len(part), k)
+            allowed = (np.abs(j - refs[part][:, None]) > theiler) & (d > least)
+            first = allowed.argmax(axis=1)
+            hit = allowed[np.arange(len(part)), first]
+            near[part[hit]] = j[hit, first[hit]]
+            distance[part[hit]] = d[hit, first[hit]]
+        open_ = open_[near[open_] < 0]
         if k == len(points) or k > 4096:  # so many at one spot: the others have spoken
             break
         k *= 4
