@@ -31,7 +31,8 @@ def kantz(
     The mean over the 8 nearest neighbours of each of 600 points, one neighbour of each passage of the orbit, stands
     inside the logarithm.  Where stretching varies along the orbit (Lorenz's x, y) the slope lies above the exponent;
     the difference to the slope with the mean outside, twice, is part of the error.  The straight part and what has no
-    value: as of `rosenstein`.  The source takes the neighbours within a radius; a number of them serves sparse places as well.
+    value: as of `rosenstein`.  The source takes the neighbours within a radius; a number of them serves sparse places
+    as well.
 
     Parameters
     ----------

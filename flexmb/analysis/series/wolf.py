@@ -34,9 +34,9 @@ def wolf(
 
     After each such time the neighbour is replaced by a near one in nearly the same direction.  Periodic and
     quasi-periodic signals come out at zero within their error and have no value; nor has a signal whose pairs are as
-    far apart as arbitrary points after one time: it is noise, or `evolve` is too long.  The error holds the difference to
-    the value with half the time, and 10 % for the choice of the neighbours; the method tends to values too high where
-    stretching varies along the orbit, and too low where the neighbour's phase drifts (Rossler).
+    far apart as arbitrary points after one time: it is noise, or `evolve` is too long.  The error holds the difference
+    to the value with twice the time, and 10 % for the choice of the neighbours; values tend to be too high where
+    stretching varies along the orbit, and too low where the phase of the neighbour drifts (Rossler).
 
     Parameters
     ----------
@@ -61,13 +61,10 @@ def wolf(
 
     def slope(points: np.ndarray, window: int, theiler: int, period: float) -> Slope:
         whole = time or (3 if period < FLOW else round(period))
-        first, second = (_slope(points, theiler, t) for t in (whole, max(1, whole // 2)))
+        first, second = (_slope(points, theiler, t) for t in (whole, 2 * whole))
         bias = BIAS * first.value if first.why_not or second.why_not else first.value - second.value
-        return (
-            first
-            if first.why_not
-            else replace(first, error=float(np.linalg.norm((first.error, bias, BIAS * first.value))))
-        )
+        error = float(np.linalg.norm((first.error, bias, BIAS * first.value)))
+        return first if first.why_not else replace(first, error=error)
 
     return estimate("wolf", slope, signal, interval, options)
 

@@ -106,9 +106,9 @@ def kind_of(value: float) -> str:
     return "chaotic" if value > CHAOTIC else "undecided"
 
 
-def growth_correlations(phi: np.ndarray, angles: np.ndarray) -> np.ndarray:
-    """K_c (k,) of a signal (n,) for angles c (k,)."""
-    lags = np.arange(1, len(phi) // 10 + 1)
+def growth_correlations(phi: np.ndarray, angles: np.ndarray, part: int = 10) -> np.ndarray:
+    """K_c (k,) of a signal (n,) for angles c (k,), from lags up to n / `part`."""
+    lags = np.arange(1, len(phi) // part + 1)
     return np.array([_correlation(lags, _displacement(phi, c, lags)) for c in angles])
 
 

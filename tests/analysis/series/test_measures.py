@@ -142,8 +142,8 @@ def test_floor_of_white_noise():
 @pytest.mark.parametrize(
     ("name", "dimension", "tolerance"),
     [
-        # Grassberger and Procaccia (1983): Henon 1.21 +- 0.01 (1.25 +- 0.02 extrapolated), Lorenz 2.05 +- 0.01, logistic
-        # map at r = 4: 1; Sprott (2003): Rossler 1.99 +- 0.08
+        # Grassberger and Procaccia (1983): Henon 1.21 +- 0.01 (1.25 +- 0.02 extrapolated), Lorenz 2.05 +- 0.01; an
+        # interval, a circle, a torus: 1, 1, 2; Sprott (2003): Rossler 1.99 +- 0.08
         ("henon x", 1.22, 0.06),
         ("henon y", 1.22, 0.06),
         ("logistic", 1.0, 0.1),
