@@ -13,7 +13,7 @@ RETURNS = 3
 TAIL = 10
 """Times that it must be seen where it shows in the last tenth only, which chance or a laminar phase may feign."""
 
-LONGEST = 64
+LONGEST = 200
 """Longest cycle that is sought."""
 
 
@@ -57,8 +57,9 @@ def find_cycle(scaled: np.ndarray) -> Cycle | None:
 
 
 def _phase_spread(scaled: np.ndarray, k: int) -> float:
-    """Largest extent of the points of one phase, in tolerances."""
-    return max(float(np.ptp(scaled[phase::k], axis=0).max()) for phase in range(k))
+    """Largest extent of the points of one phase, in tolerances; of as many whole cycles as there are."""
+    cycles = len(scaled) // k
+    return float(np.ptp(scaled[len(scaled) - cycles * k :].reshape(cycles, k, -1), axis=0).max())
 
 
 def _since(scaled: np.ndarray, k: int) -> int:

@@ -36,8 +36,8 @@ MOST_SIGNALS = 8
 """Columns that the 0-1 test is made of, at most."""
 
 PART = 4
-"""The 0-1 test looks at lags up to this part of the record: with a tenth, as in the source, 250 points of a closed curve
-may still look chaotic, and banded chaos regular."""
+"""The 0-1 test looks at lags up to this part of the record: with a tenth, as in the source, 250 points of a closed
+curve may still look chaotic, and banded chaos regular."""
 
 RELATIVE = 1e-4
 """Differences below this part of a signal's spread count as none."""
@@ -89,7 +89,7 @@ def judge(
 
     1. Cycle: the shortest k for which all points of each phase in the last quarter lie within 1e-4 of the spread of
        their signal (or `floor`).  If this holds from the first tenth of the record on it is periodic-k, if only later
-       transient.  k is at most 64 and a sixth of the points.
+       transient.  k is at most 200 and a sixth of the points.
     2. Approach: steps over k that shrink from third to third of the record make it transient.
     3. Transient, too, if the halves of the record differ: their means by more than the larger standard deviation, or
        the deviations by more than a factor 3; or neighbours part in one and stay together in the other; or a regular
@@ -102,7 +102,8 @@ def judge(
 
     The separation D says how much of the way from the distance of nearest neighbours (of points with their two
     successors) to that of arbitrary ones is gone after up to n/5 steps: closed curves keep it, chaos loses it.
-    Noise has none.  K, of lags up to n/4, and D are taken of what is left when the means of bands that are visited in turn are taken away.
+    Noise has none.  K, of lags up to n/4, is taken of what is left when the means of bands that are visited in turn
+    are taken away; D compares with points of one band.
 
     Parameters
     ----------

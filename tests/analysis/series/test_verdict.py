@@ -53,6 +53,12 @@ def test_a_cycle_with_the_error_of_an_integration(maps):
     assert str(fm.judge(points, ["x"])) == "periodic-4"
 
 
+def test_a_long_cycle_is_not_taken_for_a_closed_curve(maps):
+    """At r = 3.602 there is a window (exponent -0.008) of a cycle of many points."""
+    found = fm.judge(logistic_points(maps, 3.602, skip=3000), ["x"])
+    assert found.kind in ("periodic", "transient", "inconclusive"), found.reason
+
+
 def test_errors_above_the_floor_are_not_called_chaos(maps):
     points = 1.0 + 3e-6 * np.random.default_rng(0).standard_normal((COUNT, 2))
     for found in verdicts(points):
@@ -269,7 +275,7 @@ def test_bad_input_is_named():
 
 def test_a_verdict_is_a_value(maps):
     found = fm.judge(logistic_points(maps, 3.5), ["x"])
-    assert pickle.loads(pickle.dumps(found)) == found
+    assert pickle.loads(pickle.dumps(found)) == found  # noqa: S301 - our own bytes
     with pytest.raises(TypeError):
         found.evidence["k"] = 3.0
     with pytest.raises(fm.InputError, match="Did you mean 'chaotic'"):
