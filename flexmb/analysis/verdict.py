@@ -119,6 +119,9 @@ def judge(
     sizes : sizes (m,) of the signals, such as their largest magnitudes over the run [units]; None: those of the points,
         and at least 1e-3 of the largest of the same unit.
 
+    A signal that is zero at the section up to round-off (a velocity at a dead centre) is told from one that moves a
+    little by `units` or `sizes` only: give them where there is one.
+
     Returns
     -------
     The verdict.  Its `evidence` holds, where they were found, "points", "signals" (used), "k", "since", "shrink",

@@ -10,7 +10,7 @@ import numpy as np
 from flexmb.analysis.series.exponent import BLOCKS, SeriesExponent, estimate, straight_part
 from flexmb.analysis.series.neighbours import distances, nearest
 
-REFERENCES = 4000
+REFERENCES = 2000
 """Points whose neighbours are followed, at most; they are spread evenly over the record."""
 
 

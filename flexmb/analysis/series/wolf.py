@@ -17,6 +17,9 @@ CANDIDATES = 60
 BIAS = 0.05
 """Part of the value that the choice of replacements falsifies; it comes on top of that which all methods have."""
 
+LASTING = 0.7
+"""Part of the rate that must be left when pairs are followed twice as long; noise leaves half."""
+
 SMALLEST = 1e-4
 """Distances below this, in standard deviations, are taken for noise and not followed."""
 
@@ -34,9 +37,10 @@ def wolf(
 
     After each such time the neighbour is replaced by a near one in nearly the same direction.  Periodic and
     quasi-periodic signals come out at zero within their error and have no value; nor has a signal whose pairs are as
-    far apart as arbitrary points after one time: it is noise, or `evolve` is too long.  The error holds the difference
-    to the value with twice the time, and 10 % for the choice of the neighbours; values tend to be too high where
-    stretching varies along the orbit, and too low where the phase of the neighbour drifts (Rossler).
+    far apart as arbitrary points after one time, or part at less than 0.7 of the rate when they are followed twice as
+    long: it is noise, or `evolve` is too long.  The error holds the difference to the value with twice the time, and
+    10 % for the choice of the neighbours; values tend to be too high where stretching varies along the orbit, and too
+    low where the phase of the neighbour drifts (Rossler).
 
     Parameters
     ----------
@@ -62,6 +66,9 @@ def wolf(
     def slope(points: np.ndarray, window: int, theiler: int, period: float) -> Slope:
         whole = time or (3 if period < FLOW else round(period))
         first, second = (_slope(points, theiler, t) for t in (whole, 2 * whole))
+        if not (first.why_not or second.why_not) and second.value < LASTING * first.value:
+            text = f"Followed twice as long, pairs part at {second.value / first.value:.2g} of the rate"
+            return replace(first, why_not=f"{text}: not exponentially, but once (noise).")
         bias = BIAS * first.value if first.why_not or second.why_not else first.value - second.value
         error = float(np.linalg.norm((first.error, bias, BIAS * first.value)))
         return first if first.why_not else replace(first, error=error)
