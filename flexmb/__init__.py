@@ -7,6 +7,16 @@ from importlib import import_module
 from typing import Any
 
 _HOME = {
+    "analysis.series.correlation": "CorrelationDimension correlation_dimension",
+    "analysis.series.embedding": "Embedding embed embedding false_neighbours mutual_information",
+    "analysis.series.exponent": "SeriesExponent",
+    "analysis.series.kantz": "kantz",
+    "analysis.series.recurrence": "Recurrence recurrence",
+    "analysis.series.rosenstein": "rosenstein",
+    "analysis.series.spectrum": "PowerSpectrum power_spectrum",
+    "analysis.series.wolf": "wolf",
+    "analysis.series.zero_one": "ZeroOne zero_one_test",
+    "analysis.verdict": "Verdict judge",
     "beams.section": "Circle GeneralSection Rectangle Section Tapered Tube",
     "bodies.flexible_frame": "FlexibleFrame",
     "bodies.flexible_link": "FlexibleLink",

@@ -1,6 +1,25 @@
 """Names of the package for type checkers; `__init__.py` imports them when they are first used."""
 
 from flexmb import testing as testing
+from flexmb.analysis.series.correlation import CorrelationDimension as CorrelationDimension
+from flexmb.analysis.series.correlation import correlation_dimension as correlation_dimension
+from flexmb.analysis.series.embedding import Embedding as Embedding
+from flexmb.analysis.series.embedding import embed as embed
+from flexmb.analysis.series.embedding import embedding as embedding
+from flexmb.analysis.series.embedding import false_neighbours as false_neighbours
+from flexmb.analysis.series.embedding import mutual_information as mutual_information
+from flexmb.analysis.series.exponent import SeriesExponent as SeriesExponent
+from flexmb.analysis.series.kantz import kantz as kantz
+from flexmb.analysis.series.recurrence import Recurrence as Recurrence
+from flexmb.analysis.series.recurrence import recurrence as recurrence
+from flexmb.analysis.series.rosenstein import rosenstein as rosenstein
+from flexmb.analysis.series.spectrum import PowerSpectrum as PowerSpectrum
+from flexmb.analysis.series.spectrum import power_spectrum as power_spectrum
+from flexmb.analysis.series.wolf import wolf as wolf
+from flexmb.analysis.series.zero_one import ZeroOne as ZeroOne
+from flexmb.analysis.series.zero_one import zero_one_test as zero_one_test
+from flexmb.analysis.verdict import Verdict as Verdict
+from flexmb.analysis.verdict import judge as judge
 from flexmb.beams.section import Circle as Circle
 from flexmb.beams.section import GeneralSection as GeneralSection
 from flexmb.beams.section import Rectangle as Rectangle

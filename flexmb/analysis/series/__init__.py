@@ -1,0 +1,1 @@
+"""What one sampled signal says about the system behind it."""

@@ -1,0 +1,76 @@
+"""A signal as samples: checked, evenly spaced, of unit spread."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.errors import InputError
+
+ROUND_OFF = 1e-12
+"""A spread below this part of the largest magnitude is round-off: the signal is constant."""
+
+
+def samples(owner: str, signal: Any, least: int) -> np.ndarray:
+    """`signal` as finite float64 values (n,), at least `least` of them, or `InputError`."""
+    try:
+        x = np.array(signal, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{owner}: the signal is no list of numbers.") from None
+    if x.ndim != 1:
+        raise InputError(f"{owner}: the signal has shape {x.shape}; it must be one signal (n,). Give one column.")
+    bad = np.flatnonzero(~np.isfinite(x))
+    if len(bad):
+        where = f"sample {bad[0]} is {x[bad[0]]}"
+        raise InputError(f"{owner}: {where}, {len(bad)} of {len(x)} are not finite. Cut them off before.")
+    if len(x) < least:
+        raise InputError(f"{owner}: the signal has {len(x)} samples; at least {least} are needed.")
+    return x
+
+
+def spacing(owner: str, interval: Any, count: int) -> tuple[float, str]:
+    """(distance of two samples, unit of a rate) from a distance [s], from times (count,) [s], or from None: iterations.
+
+    Raises
+    ------
+    InputError : a distance that is not positive, times of another number or not evenly spaced.
+    """
+    if interval is None:
+        return 1.0, "1/iteration"
+    if np.ndim(interval) == 0:
+        value = interval if not isinstance(interval, np.ndarray) else interval.item()
+        return checks.positive(owner, "interval", value, "s"), "1/s"
+    times = samples(f"{owner}: interval", interval, 2)
+    if len(times) != count:
+        raise InputError(f"{owner}: interval holds {len(times)} times for {count} samples.")
+    steps = np.diff(times)
+    step = float((times[-1] - times[0]) / (count - 1))
+    if step <= 0.0 or np.abs(steps - step).max() > 1e-3 * step:
+        text = f"the times are not evenly spaced: steps of {steps.min():g} s to {steps.max():g} s"
+        raise InputError(f"{owner}: {text}. Interpolate the signal on even times before.")
+    return step, "1/s"
+
+
+def is_constant(x: np.ndarray) -> bool:
+    """Whether the samples (n,) differ by no more than round-off."""
+    return bool(np.ptp(x) <= ROUND_OFF * np.abs(x).max())
+
+
+def standardised(x: np.ndarray) -> np.ndarray:
+    """The samples (n,) less their mean, over their standard deviation; no answer depends on unit and offset."""
+    centred = x - x.mean()
+    return centred / centred.std()
+
+
+def mean_period(x: np.ndarray) -> float:
+    """Samples in a mean period, at least 2: the inverse of the mean frequency, weighted with the power.
+
+    Source: M. T. Rosenstein, J. J. Collins and C. J. De Luca, Physica D 65 (1993) 117.
+    """
+    window = np.hanning(len(x))
+    power = np.abs(np.fft.rfft((x - x.mean()) * window)) ** 2
+    frequency = np.fft.rfftfreq(len(x))
+    mean = float(frequency @ power / power.sum()) if power.sum() > 0.0 else 0.0
+    return max(2.0, 1.0 / mean) if mean > 0.0 else float(len(x))

@@ -1,0 +1,309 @@
+"""The verdict on a motion: periodic, quasi-periodic, chaotic, transient or inconclusive."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.analysis.cycles import (
+    band_count,
+    find_approach,
+    find_cycle,
+    longest_cycle,
+    swells,
+    without_bands,
+)
+from flexmb.analysis.section_signals import SEPARATE, Columns, columns_of, points_of
+from flexmb.analysis.separation import separation
+from flexmb.analysis.series.zero_one import CHAOTIC, growth_correlations, kind_of
+from flexmb.errors import InputError
+
+LEAST = 12
+"""Points below which there is no verdict at all."""
+
+LEAST_APERIODIC = 100
+"""Points below which quasi-periodic and chaotic are not told apart."""
+
+SETTLED = 0.1
+"""Part of the record within which points may settle on a cycle that is still called periodic."""
+
+MOST_SIGNALS = 8
+"""Columns that the 0-1 test is made of, at most."""
+
+PART = 4
+"""The 0-1 test looks at lags up to this part of the record: with a tenth, as in the source, 250 points of a closed
+curve may still look chaotic, and banded chaos regular."""
+
+RELATIVE = 1e-4
+"""Differences below this part of a signal's spread count as none."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What kind of motion it is; `str` gives "periodic-3", "quasi-periodic", "chaotic", "transient", "inconclusive".
+
+    Parameters
+    ----------
+    kind : "periodic", "quasi-periodic", "chaotic", "transient" or "inconclusive".
+    reason : why, and what to do where it is inconclusive or transient, in a sentence or two.
+    k : points of the cycle of a periodic motion, or of that which a transient leads to; 0: none.
+    evidence : the numbers it rests on: see `judge`.
+    """
+
+    kind: str
+    reason: str
+    k: int = 0
+    evidence: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}), repr=False, hash=False)
+
+    def __post_init__(self) -> None:
+        checks.one_of("Verdict", "kind", self.kind, KINDS)
+        object.__setattr__(self, "evidence", MappingProxyType(dict(self.evidence)))
+
+    def __str__(self) -> str:
+        return f"periodic-{self.k}" if self.kind == "periodic" else self.kind
+
+    def __reduce__(self) -> tuple[Any, ...]:  # a mapping proxy cannot be pickled
+        return type(self), (self.kind, self.reason, self.k, dict(self.evidence))
+
+
+KINDS = ("periodic", "quasi-periodic", "chaotic", "transient", "inconclusive")
+
+
+def judge(
+    points: Any,
+    names: Sequence[str],
+    *,
+    exponent: float | None = None,
+    error: float | None = None,
+    units: Sequence[str] | None = None,
+    driven: Sequence[str] = (),
+    floor: float = 1e-6,
+    sizes: Sequence[float] | None = None,
+) -> Verdict:
+    """The verdict on the motion whose successive section points are `points`; one for the system.
+
+    1. Cycle: the shortest k for which all points of each phase in the last quarter lie within 1e-4 of the spread of
+       their signal (or `floor`).  If this holds from the first tenth of the record on it is periodic-k, if only later
+       transient.  k is at most 200 and a sixth of the points.
+    2. Approach: steps over k that shrink from third to third of the record make it transient.
+    3. Transient, too, if the halves of the record differ: their means by more than the larger standard deviation, or
+       the deviations by more than a factor 3; or neighbours part in one and stay together in the other; or a regular
+       motion swells or shrinks from quarter to quarter, by more than 5 % in all.
+    4. Chaotic: the exponent lies above its error, and the 0-1 test (K > 0.7) or the separation of neighbours (D > 0.5)
+       says chaotic and neither says regular.  Quasi-periodic: the exponent is 0 within its error, and neither says
+       chaotic, one regular (K < 0.3, D < 0.2).  Without an exponent both must agree; to a K below
+       0.7 a D below 0.05 will do, as the 0-1 test needs some 200 points of a closed curve to come near 0.
+    5. All else contradicts itself or is too little: inconclusive.
+
+    The separation D says how much of the way from the distance of nearest neighbours (of points with their two
+    successors) to that of arbitrary ones is gone after up to n/5 steps: closed curves keep it, chaos loses it.
+    Noise has none.  K, of lags up to n/4, is taken of what is left when the means of bands that are visited in turn
+    are taken away; D compares with points of one band.
+
+    Parameters
+    ----------
+    points : (n, m) successive points of a stroboscopic or other section, of all signals, without the known transient;
+        at least 12, and 100 to tell quasi-periodic from chaotic.
+    names : names (m,) of the signals.
+    exponent : largest exponent of the system if it is known, of the flow (zero for a periodic motion without
+        drive) or of the section [any unit].
+    error : half width of its band [same unit]; None: 0.
+    units : units (m,) of the signals; "rad" is taken modulo 2 pi.  None: only signals that grow by whole turns are.
+    driven : names of the signals that drives prescribe; they say nothing about the motion.
+    floor : part of the size of a signal that is round-off or integration error, > 0.
+    sizes : sizes (m,) of the signals, such as their largest magnitudes over the run [units]; None: those of the points,
+        and at least 1e-3 of the largest of the same unit.
+
+    A signal that is zero at the section up to round-off (a velocity at a dead centre) is told from one that moves a
+    little by `units` or `sizes` only: give them where there is one.
+
+    Returns
+    -------
+    The verdict.  Its `evidence` holds, where they were found, "points", "signals" (used), "k", "since", "shrink",
+    "level" (difference of means over deviation), "loudness" (ratio of deviations), "swelling" (of quarters), "bands",
+    "zero_one" (K), "separation" (D), "exponent", "error".  Points that are not finite make it inconclusive.
+
+    Raises
+    ------
+    InputError : points and names of different number, an unknown driven signal, an exponent that is no number.
+
+    Notes
+    -----
+    Sources: G. A. Gottwald and I. Melbourne, SIAM J. Appl. Dyn. Syst. 8 (2009) 129; H. Kantz, Phys. Lett. A 185
+    (1994) 77 for the separation; J.-P. Eckmann, S. O. Kamphorst and D. Ruelle, Europhys. Lett. 4 (1987) 973.
+    Cost: 0.1 s for 500 points of 4 signals.
+
+    Examples
+    --------
+    >>> import flexmb as fm
+    >>> print(fm.judge([[0.5], [0.8]] * 50, ["x"]))
+    periodic-2
+    """
+    values, labels = points_of(points, names)
+    checked = _about_signals(labels, units, driven, sizes)
+    known = _exponent(exponent, error)
+    floor = checks.positive("judge", "floor", floor)
+    evidence: dict[str, float] = {"points": float(len(values)), **known}
+    bad = np.flatnonzero(~np.isfinite(values).all(axis=1))
+    if len(bad):
+        return Verdict("inconclusive", f"Point {bad[0]} is not finite: the run failed there.", 0, evidence)
+    if len(values) < LEAST:
+        return Verdict("inconclusive", f"{len(values)} points; at least {LEAST} are needed.", 0, evidence)
+    columns = columns_of(values, labels, checked[0], checked[1], floor, checked[2])
+    evidence["signals"] = float(len(set(columns.names)))
+    if not columns.names:
+        text = f"Only driven signals ({', '.join(columns.left_out)}), which say nothing. Give others."
+        return Verdict("inconclusive", text, 0, evidence)
+    return _periodic(columns, evidence) or _transient(columns, evidence) or _aperiodic(columns, evidence)
+
+
+def _about_signals(
+    names: tuple[str, ...], units: Sequence[str] | None, driven: Sequence[str], sizes: Sequence[float] | None
+) -> tuple[tuple[str, ...] | None, tuple[str, ...], np.ndarray | None]:
+    """Units, driven names and sizes of signals, checked."""
+    without_motion = checks.sequence("judge", "driven", driven, "names of signals")
+    for name in without_motion:
+        checks.one_of("judge", "driven", name, names)
+    known = None if units is None else checks.sequence("judge", "units", units, "units")
+    if known is not None and len(known) != len(names):
+        raise InputError(f"judge: {len(known)} units for {len(names)} names.")
+    if sizes is None:
+        return known, without_motion, None
+    given = checks.sequence("judge", "sizes", sizes, "numbers")
+    if len(given) != len(names):
+        raise InputError(f"judge: {len(given)} sizes for {len(names)} names.")
+    numbers = [checks.not_negative("judge", f"sizes[{k}]", float(size)) for k, size in enumerate(given)]
+    return known, without_motion, np.array(numbers)
+
+
+def _exponent(exponent: float | None, error: float | None) -> dict[str, float]:
+    """The exponent and its error as evidence; none if it is None or NaN."""
+    if exponent is None or np.isnan(exponent):
+        return {}
+    value = checks.number("judge", "exponent", float(exponent))
+    band = 0.0 if error is None or np.isnan(error) else checks.not_negative("judge", "error", float(error))
+    return {"exponent": value, "error": band}
+
+
+def _tolerances(columns: Columns) -> np.ndarray:
+    return np.maximum(columns.floor, RELATIVE * columns.spread) + 1e-300
+
+
+def _periodic(columns: Columns, evidence: dict[str, float]) -> Verdict | None:
+    cycle = find_cycle(columns.values / _tolerances(columns))
+    if cycle is None:
+        return None
+    evidence["k"], evidence["since"] = float(cycle.k), float(cycle.since)
+    count = len(columns.values)
+    text = f"The points return after {cycle.k} step{'s' if cycle.k > 1 else ''}"
+    if cycle.since > SETTLED * count:
+        text += f", but only from point {cycle.since} of {count} on: leave out at least {cycle.since} more."
+        return Verdict("transient", text, cycle.k, evidence)
+    if _sign(evidence) > 0:
+        text += f"; yet the exponent is {_band(evidence)}, above zero. The cycle is unstable, or the exponent wrong."
+        return Verdict("inconclusive", text, cycle.k, evidence)
+    text += f" from point {cycle.since} on." if cycle.since else "."
+    return Verdict("periodic", text, cycle.k, evidence)
+
+
+def _transient(columns: Columns, evidence: dict[str, float]) -> Verdict | None:
+    tolerances, count = _tolerances(columns), len(columns.values)
+    scaled = columns.values / tolerances
+    spread = float(np.ptp(scaled, axis=0).max())
+    approach = find_approach(scaled, spread) or find_approach(scaled[count // 2 :], spread)
+    if approach is not None:
+        evidence["k"], evidence["shrink"] = float(approach.k), approach.rate
+        text = f"The points still creep towards a {approach.k}-cycle: steps shrink by {approach.rate:.4g} a point"
+        more = np.log(max(approach.left, 1.0)) / -np.log(approach.rate) if 0.0 < approach.rate < 1.0 else np.inf
+        advice = f"some {np.ceil(more):.0f} more points" if np.isfinite(more) else "more points"
+        return Verdict("transient", f"{text}; leave out these and {advice}.", approach.k, evidence)
+    first, last = columns.values[: count // 2], columns.values[count // 2 :]
+    deviations = np.maximum(np.stack([first.std(axis=0), last.std(axis=0)]), tolerances)
+    level = float((np.abs(last.mean(axis=0) - first.mean(axis=0)) / deviations.max(axis=0)).max())
+    loudness = float((deviations.max(axis=0) / deviations.min(axis=0)).max())
+    evidence["level"], evidence["loudness"] = level, loudness
+    if level <= 1.0 and loudness <= 3.0:
+        return None
+    text = f"The halves of the record differ: their means by {level:.2g} standard deviations, these by {loudness:.2g}"
+    return Verdict("transient", f"{text} times. Leave out more points, or take more.", 0, evidence)
+
+
+def _aperiodic(columns: Columns, evidence: dict[str, float]) -> Verdict:
+    count = len(columns.values)
+    if count < LEAST_APERIODIC:
+        text = f"No cycle of up to {longest_cycle(count)} points. To tell more {LEAST_APERIODIC} are needed"
+        return Verdict("inconclusive", f"{text}; there are {count}.", 0, evidence)
+    clear = columns.spread > SEPARATE * columns.floor
+    if not clear.any():
+        text = (
+            f"The points differ by less than {SEPARATE:g} times the floor: a cycle with the integration's noise, or a"
+        )
+        return Verdict("inconclusive", f"{text} motion too small to see. Integrate more finely.", 0, evidence)
+    z = columns.values[:, clear]
+    z = (z - z.mean(axis=0)) / z.std(axis=0)
+    bands = band_count(z)
+    left = without_bands(z, bands)[:, :: -(-z.shape[1] // MOST_SIGNALS)]
+    angles = np.random.default_rng(0).uniform(np.pi / 5, 4 * np.pi / 5, 60)
+    K = float(np.median([np.median(growth_correlations(column, angles, PART)) for column in left.T]))
+    D = separation(z, bands)
+    evidence.update(bands=float(bands), zero_one=K, separation=D)
+    return _changing(z, bands, evidence) or _weighed(kind_of(K), _kind_of_separation(D), evidence)
+
+
+def _changing(z: np.ndarray, bands: int, evidence: dict[str, float]) -> Verdict | None:
+    """The verdict on points (n, m) whose kind or amplitude changes within the record; None: they do not."""
+    half = len(z) // 2
+    if half >= LEAST_APERIODIC:
+        kinds = [_kind_of_separation(separation(part, bands)) for part in (z[:half], z[half:])]
+        if set(kinds) == {"regular", "chaotic"}:
+            text = f"The first half of the record is {kinds[0]}, the second {kinds[1]}. Leave out more points."
+            return Verdict("transient", text, 0, evidence)
+    swelling = swells(z)
+    evidence["swelling"] = swelling
+    if evidence["zero_one"] < CHAOTIC and evidence["separation"] < 0.2 and swelling > 1.05:
+        text = f"A regular motion whose amplitude changes by a factor {swelling:.3g} from first to last quarter."
+        return Verdict("transient", f"{text} Leave out more points, or take more.", 0, evidence)
+    return None
+
+
+def _kind_of_separation(D: float) -> str:
+    if D < 0.2:
+        return "regular"
+    return "chaotic" if D > 0.5 else "undecided"
+
+
+def _weighed(walk: str, parting: str, evidence: dict[str, float]) -> Verdict:
+    """The verdict on points without cycle and without transient, from three witnesses."""
+    said, sign = {walk, parting}, _sign(evidence)
+    told = f"0-1 test {evidence['zero_one']:.2f} ({walk}), separation {evidence['separation']:.2f} ({parting})"
+    if "exponent" in evidence:
+        told = f"exponent {_band(evidence)}, {told}"
+        chaotic = sign > 0 and "chaotic" in said and "regular" not in said
+        closed = sign == 0 and "regular" in said and "chaotic" not in said
+    else:
+        together = walk != "chaotic" and evidence["separation"] < 0.05
+        chaotic, closed = said == {"chaotic"}, said == {"regular"} or together
+    if chaotic:
+        return Verdict("chaotic", f"No cycle, and neighbours part: {told}.", 0, evidence)
+    if closed:
+        return Verdict("quasi-periodic", f"No cycle, and neighbours stay together: {told}.", 0, evidence)
+    if sign < 0:
+        text = f"No cycle of up to {longest_cycle(int(evidence['points']))} points, yet a negative exponent: {told}."
+        return Verdict("inconclusive", f"{text} A longer cycle, or one not reached yet: take more points.", 0, evidence)
+    advice = "Take more points" + ("" if "exponent" in evidence else ", or give the exponent of the system")
+    return Verdict("inconclusive", f"The witnesses do not agree: {told}. {advice}.", 0, evidence)
+
+
+def _sign(evidence: Mapping[str, float]) -> int:
+    """1, 0, -1: the exponent lies above, within, below its error about zero; 0 as well if it is not known."""
+    value, error = evidence.get("exponent", 0.0), evidence.get("error", 0.0)
+    return int(value > error) - int(value < -error)
+
+
+def _band(evidence: Mapping[str, float]) -> str:
+    return f"{evidence['exponent']:.3g} +- {evidence['error']:.2g}"
