@@ -7,6 +7,16 @@ from importlib import import_module
 from typing import Any
 
 _HOME = {
+    "analysis.dynamics": "Dynamics",
+    "analysis.exponents": "Exponents",
+    "analysis.impact_ode": "ImpactODE",
+    "analysis.lyapunov": "benettin lyapunov",
+    "analysis.map": "Map",
+    "analysis.mechanism_flow": "MechanismFlow",
+    "analysis.ode": "ODE",
+    "analysis.points": "section stroboscopic",
+    "analysis.section_map": "SectionMap",
+    "analysis.stroboscopic": "StroboscopicMap",
     "beams.section": "Circle GeneralSection Rectangle Section Tapered Tube",
     "bodies.flexible_frame": "FlexibleFrame",
     "bodies.flexible_link": "FlexibleLink",

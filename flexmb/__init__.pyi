@@ -1,6 +1,18 @@
 """Names of the package for type checkers; `__init__.py` imports them when they are first used."""
 
 from flexmb import testing as testing
+from flexmb.analysis.dynamics import Dynamics as Dynamics
+from flexmb.analysis.exponents import Exponents as Exponents
+from flexmb.analysis.impact_ode import ImpactODE as ImpactODE
+from flexmb.analysis.lyapunov import benettin as benettin
+from flexmb.analysis.lyapunov import lyapunov as lyapunov
+from flexmb.analysis.map import Map as Map
+from flexmb.analysis.mechanism_flow import MechanismFlow as MechanismFlow
+from flexmb.analysis.ode import ODE as ODE
+from flexmb.analysis.points import section as section
+from flexmb.analysis.points import stroboscopic as stroboscopic
+from flexmb.analysis.section_map import SectionMap as SectionMap
+from flexmb.analysis.stroboscopic import StroboscopicMap as StroboscopicMap
 from flexmb.beams.section import Circle as Circle
 from flexmb.beams.section import GeneralSection as GeneralSection
 from flexmb.beams.section import Rectangle as Rectangle

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
 from flexmb import checks
-from flexmb.analysis.dynamics import Dynamics
+from flexmb.analysis import mechanism_rates
+from flexmb.analysis.continuous_flow import ContinuousFlow
 from flexmb.errors import InputError
 from flexmb.integrate.arrays import DONE, RUNNING
 from flexmb.integrate.method import Newmark, RungeKutta4
+from flexmb.integrate.period import clash
 from flexmb.integrate.run import Run
 from flexmb.integrate.simulate import Step, period_or_none
 from flexmb.integrate.steps import Adaptive, FixedStep
@@ -23,7 +25,19 @@ from flexmb.solve.start import Start, accelerations, consistent_start
 from flexmb.solve.system import System
 
 
-class MechanismFlow(Dynamics):
+class Snapshot(NamedTuple):
+    """A state with all that the step control has learnt: time, arrays of `Flow`, signals, code, note, ok, status."""
+
+    time: float
+    arrays: tuple[np.ndarray, ...]
+    signals: np.ndarray
+    code: int
+    note: str
+    ok: bool
+    status: str
+
+
+class MechanismFlow(ContinuousFlow):
     """The motion of a mechanism in time, as `simulate` computes it.
 
     A state is (q, v, z, a, x): positions [m, rad], velocities [m/s, rad/s], histories of contacts and elements,
@@ -44,8 +58,6 @@ class MechanismFlow(Dynamics):
     ModelError, AssemblyError, KernelError : a mechanism that cannot start.
     """
 
-    unit = "s"
-
     def __init__(
         self,
         mechanism: Mechanism,
@@ -60,7 +72,7 @@ class MechanismFlow(Dynamics):
             kind = "RungeKutta4()" if isinstance(method, RungeKutta4) else repr(method)
             raise InputError(f"{label}: method is {kind}; it must be Newmark(...), whose steps have a tangent.")
         step = Adaptive() if step is None else step
-        self.step = step if isinstance(step, (Adaptive, FixedStep)) else FixedStep(step)
+        self.step_control = step if isinstance(step, (Adaptive, FixedStep)) else FixedStep(step)
         self.method = method or Newmark.generalised_alpha()
         self.declared = None if period is None else checks.positive(label, "period", period, "s")
         self.base, self.changes = mechanism, dict[str, Any]()
@@ -131,14 +143,61 @@ class MechanismFlow(Dynamics):
         self.ok, self.status = self.run.code in (RUNNING, DONE) and not self.run.note, self.run.status()
         return self.ok
 
+    def step(self, limit: float, tangents: np.ndarray | None = None) -> bool:
+        if not self.ok:
+            return False
+        here = self.snapshot()
+        self.ok, self.status = self.run.one_step(limit), self.run.status()
+        if self.ok and tangents is not None:
+            size = self.time - here.time
+            self.restore(here)
+            return self.advance(size, tangents)
+        return self.ok
+
+    def velocity(self) -> np.ndarray:
+        return mechanism_rates.velocity_of(self)
+
+    def rate(self, signal: int) -> float:
+        return mechanism_rates.rate_of(self, signal)
+
+    def slopes(self, signal: int, tangents: np.ndarray) -> np.ndarray:
+        return mechanism_rates.slopes_of(self, signal, tangents)
+
+    def has_cheap_rate(self, signal: int) -> bool:
+        return signal < 2 * self.program.n_q
+
+    @property
+    def pace(self) -> float:
+        return float(self.run.h_max)
+
+    @property
+    def driven(self) -> bool:
+        """Whether drives or loads change in time."""
+        return len(self.program.motions) > 0
+
+    def no_period(self) -> str:
+        """Why it has no period, in a sentence without its end."""
+        found = clash(self.program)
+        if found is None:
+            return "it has no periodic drive"
+        return f"the periods of its drives, {found[0]:g} s and {found[1]:g} s, have no small common multiple"
+
+    def snapshot(self) -> Snapshot:
+        run = self.run
+        arrays = tuple(array.copy() for array in run.flow)
+        return Snapshot(self.time, arrays, run.record.new.copy(), run.code, run.note, self.ok, self.status)
+
+    def restore(self, snapshot: Snapshot) -> None:
+        for target, array in zip(self.run.flow, snapshot.arrays, strict=True):
+            target[...] = array
+        self.run.record.new[:] = snapshot.signals
+        self.run.code, self.run.note, self.ok, self.status = snapshot[3:]
+
     def copy(self) -> Self:
-        other = type(self)(self.base, step=self.step, method=self.method, period=self.declared)
+        other = type(self)(self.base, step=self.step_control, method=self.method, period=self.declared)
         other._compile(self.changes)
-        for name, array in self.run.flow._asdict().items():
-            getattr(other.run.flow, name)[...] = array
-        other.run.record.new[:] = self.run.record.new
         other.run.trial, other.run.redundant = other.run.trial._replace(free=self.run.trial.free), self.run.redundant
-        other.ok, other.status = self.ok, self.status
+        other.restore(self.snapshot())
         return other
 
     def _compile(self, changes: Mapping[str, Any]) -> None:
@@ -151,13 +210,13 @@ class MechanismFlow(Dynamics):
             self.names = tuple(s.name for s in self.program.names.signals)
             self.units = tuple(s.units for s in self.program.names.signals)
         self.changes = dict(changes)
-        if self.period is None and isinstance(self.step, Adaptive) and self.step.max is None:
+        if self.period is None and isinstance(self.step_control, Adaptive) and self.step_control.max is None:
             text = f"MechanismFlow of {self.name!r}: no drive has a period, so nothing says how large a step may be"
             raise InputError(
                 f"{text}. Give period= (about that of the motion), step=Adaptive(max=...) or a fixed step."
             )
         span = self.period or 1.0
-        self.run = Run(self.program, self.method, self.step, span, span)
+        self.run = Run(self.program, self.method, self.step_control, span, span)
         self.ok, self.status = True, "ready"
 
     def _begin(self, start: Start, z: np.ndarray | None, time: float) -> None:
