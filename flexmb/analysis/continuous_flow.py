@@ -29,7 +29,7 @@ class ContinuousFlow(Dynamics):
         """A time of the size of its steps [s]."""
 
     @abstractmethod
-    def step(self, limit: float, tangents: np.ndarray | None = None) -> bool:
+    def take_step(self, limit: float, tangents: np.ndarray | None = None) -> bool:
         """Go on by one step of its own choice, not beyond the time `limit` [s]; whether it could.
 
         Parameters

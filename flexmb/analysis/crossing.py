@@ -73,7 +73,7 @@ def stride(height: Height, limit: float, tangents: np.ndarray | None) -> Bracket
     flow, kept = height.flow, None if tangents is None else tangents.copy()
     before, start, old = flow.snapshot(), flow.time, height.value()
     was = None if height.rate is None else height.rate()
-    if not flow.step(limit, tangents):
+    if not flow.take_step(limit, tangents):
         return None
     size, new = flow.time - start, height.value()
     if height.left(new):

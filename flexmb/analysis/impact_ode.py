@@ -100,10 +100,10 @@ class ImpactODE(ContinuousFlow):
     def advance(self, duration: float, tangents: np.ndarray | None = None) -> bool:
         limit = self.time + checks.positive(self._label, "duration", duration, "s")
         while self.ok and self.time < limit:
-            self.step(limit, tangents)
+            self.take_step(limit, tangents)
         return self.ok
 
-    def step(self, limit: float, tangents: np.ndarray | None = None) -> bool:
+    def take_step(self, limit: float, tangents: np.ndarray | None = None) -> bool:
         if not self.ok:
             return False
         height = Height(self.ode, self._height, self._closing, UP)

@@ -72,7 +72,7 @@ class MechanismFlow(ContinuousFlow):
             kind = "RungeKutta4()" if isinstance(method, RungeKutta4) else repr(method)
             raise InputError(f"{label}: method is {kind}; it must be Newmark(...), whose steps have a tangent.")
         step = Adaptive() if step is None else step
-        self.step_control = step if isinstance(step, (Adaptive, FixedStep)) else FixedStep(step)
+        self.step = step if isinstance(step, (Adaptive, FixedStep)) else FixedStep(step)
         self.method = method or Newmark.generalised_alpha()
         self.declared = None if period is None else checks.positive(label, "period", period, "s")
         self.base, self.changes = mechanism, dict[str, Any]()
@@ -143,7 +143,7 @@ class MechanismFlow(ContinuousFlow):
         self.ok, self.status = self.run.code in (RUNNING, DONE) and not self.run.note, self.run.status()
         return self.ok
 
-    def step(self, limit: float, tangents: np.ndarray | None = None) -> bool:
+    def take_step(self, limit: float, tangents: np.ndarray | None = None) -> bool:
         if not self.ok:
             return False
         here = self.snapshot()
@@ -194,7 +194,7 @@ class MechanismFlow(ContinuousFlow):
         self.run.code, self.run.note, self.ok, self.status = snapshot[3:]
 
     def copy(self) -> Self:
-        other = type(self)(self.base, step=self.step_control, method=self.method, period=self.declared)
+        other = type(self)(self.base, step=self.step, method=self.method, period=self.declared)
         other._compile(self.changes)
         other.run.trial, other.run.redundant = other.run.trial._replace(free=self.run.trial.free), self.run.redundant
         other.restore(self.snapshot())
@@ -210,13 +210,13 @@ class MechanismFlow(ContinuousFlow):
             self.names = tuple(s.name for s in self.program.names.signals)
             self.units = tuple(s.units for s in self.program.names.signals)
         self.changes = dict(changes)
-        if self.period is None and isinstance(self.step_control, Adaptive) and self.step_control.max is None:
+        if self.period is None and isinstance(self.step, Adaptive) and self.step.max is None:
             text = f"MechanismFlow of {self.name!r}: no drive has a period, so nothing says how large a step may be"
             raise InputError(
                 f"{text}. Give period= (about that of the motion), step=Adaptive(max=...) or a fixed step."
             )
         span = self.period or 1.0
-        self.run = Run(self.program, self.method, self.step_control, span, span)
+        self.run = Run(self.program, self.method, self.step, span, span)
         self.ok, self.status = True, "ready"
 
     def _begin(self, start: Start, z: np.ndarray | None, time: float) -> None:

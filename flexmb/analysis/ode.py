@@ -139,7 +139,7 @@ class ODE(ContinuousFlow):
         limit = self._time + checks.positive(f"ODE {self.name!r}", "duration", duration, "s")
         return self._go(limit, tangents, single=False)
 
-    def step(self, limit: float, tangents: np.ndarray | None = None) -> bool:
+    def take_step(self, limit: float, tangents: np.ndarray | None = None) -> bool:
         return self._go(limit, tangents, single=True)
 
     def velocity(self) -> np.ndarray:
