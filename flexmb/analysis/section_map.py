@@ -11,6 +11,7 @@ from flexmb import checks
 from flexmb.analysis.continuous_flow import ContinuousFlow
 from flexmb.analysis.crossing import DOWN, UP, Bracket, Height, carry, locate, stride
 from flexmb.analysis.dynamics import Dynamics
+from flexmb.analysis.map import state_of
 from flexmb.errors import InputError
 
 DIRECTIONS = {"up": (UP,), "down": (DOWN,), "both": (DOWN, UP)}
@@ -110,10 +111,7 @@ class SectionMap(Dynamics):
         if state is None:
             self.flow.reset(parameters=parameters)
         else:
-            point = np.asarray(state, dtype=np.float64)
-            if point.shape != (self.size,):
-                text = f"{self._label}: the given state has shape {point.shape}; it must have shape ({self.size},)"
-                raise InputError(f"{text}{': a state of the flow and the time [s]' if self.flow.driven else ''}.")
+            point = state_of(f"{self._label}{' (state of the flow, time [s])' if self.flow.driven else ''}", state, self.size)
             now = float(point[-1]) if self.flow.driven else 0.0
             self.flow.reset(point[: self.flow.size], time=now, parameters=parameters)
         self._count = count
