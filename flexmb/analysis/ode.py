@@ -178,7 +178,8 @@ class ODE(ContinuousFlow):
 
     def _rate(self, t: float, x: np.ndarray) -> np.ndarray:
         try:
-            rate = np.asarray(self.function(t, x, **self._parameters), dtype=np.float64)
+            with np.errstate(all="ignore"):
+                rate = np.asarray(self.function(t, x, **self._parameters), dtype=np.float64)
         except (OverflowError, ZeroDivisionError, FloatingPointError) as error:
             raise NotFiniteError(f"{error}") from error
         if not np.isfinite(rate).all():

@@ -30,10 +30,15 @@ def standard_map(K):
 
 
 def high_bounce(alpha, gamma):
-    """A ball on a vibrating table that bounces high: phase and speed after each impact (P. J. Holmes, 1982)."""
+    """A ball on a vibrating table that bounces high: phase and speed after each impact (P. J. Holmes, 1982).
+
+    It starts beside the point that repeats once a turn: speed 2 pi, gamma cos(phase) = -2 pi (1 - alpha), on the
+    branch that is stable for small gamma.
+    """
+    phase = TURN - np.arccos(-TURN * (1.0 - alpha) / gamma)
     return fm.Map(
         lambda x, a, g: [x[0] + x[1], a * x[1] - g * np.cos(x[0] + x[1])],
-        [0.0, 6.0],
+        [phase + 1e-3, TURN],
         jacobian=lambda x, a, g: [[1.0, 1.0], [g * np.sin(x[0] + x[1]), a + g * np.sin(x[0] + x[1])]],
         parameters={"a": alpha, "g": gamma},
         names=["phase", "speed"],
