@@ -52,10 +52,10 @@ class ContinuousFlow(Dynamics):
 
     @abstractmethod
     def slopes(self, signal: int, tangents: np.ndarray) -> np.ndarray:
-        """What small differences (size, k) of the present state do to a signal: (k,)."""
+        """What small differences `tangents` (size, k) of the present state do to a signal: (k,)."""
 
     def has_cheap_rate(self, signal: int) -> bool:  # noqa: ARG002 - most flows know the rates of all signals
-        """Whether `rate` of a signal costs less than a step: then each step is looked through for a touch of a level."""
+        """Whether `rate` of a signal takes less than a step; then each step is searched for a touch of a level."""
         return True
 
     def no_period(self) -> str:

@@ -14,7 +14,7 @@ ROUNDS = 200
 HALVINGS = 40
 DOWN, UP = -1, 1
 CLOSE = 0.1
-"""Part of the lower end of a step below which the cubic through a step is looked at more closely; it is not the flow."""
+"""Part of the lower end of a step below which its cubic must dip to be looked at more closely; it is not the flow."""
 
 
 @dataclass(frozen=True)
@@ -94,9 +94,9 @@ def stride(height: Height, limit: float, tangents: np.ndarray | None) -> Bracket
 def locate(height: Height, bracket: Bracket) -> float:
     """Put the flow on the crossing; the time from the snapshot to there [s].
 
-    It is the first time beyond the crossing that the flow's clock can tell.  Regula falsi as in Illinois, with bisection
-    every fourth time (M. Dowell, P. Jarratt, BIT 11 (1971) 168); each trial is a step of the flow from the snapshot, so
-    what is found is a point of the flow and not of an interpolation.
+    It is the first time beyond the crossing that the flow's clock can tell.  Regula falsi as in Illinois, with
+    bisection every fourth time (M. Dowell, P. Jarratt, BIT 11 (1971) 168); each trial is a step of the flow from the
+    snapshot, so what is found is a point of the flow and not of an interpolation.
     """
     flow, before = height.flow, bracket.before
     flow.restore(before)

@@ -286,7 +286,9 @@ def _schedule(
     label = f"{caller} {system.name!r}"
     if (periods is None) == (duration is None):
         text = f"{label}: periods is {periods!r} and duration is {duration!r}"
-        raise InputError(f"{text}; give either periods= (of a map iterations, of a section crossings) or duration= [s].")
+        raise InputError(
+            f"{text}; give either periods= (of a map iterations, of a section crossings) or duration= [s]."
+        )
     is_flow = isinstance(system, (ContinuousFlow, StroboscopicMap))
     if duration is not None:
         if not isinstance(system, ContinuousFlow):

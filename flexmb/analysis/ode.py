@@ -204,7 +204,7 @@ class ODE(ContinuousFlow):
         """Integrate up to `limit`, or a single step; state and tangents stand at the last step that was good."""
         if not self.ok:
             return False
-        n, lengths = self.size, np.ones(0)
+        lengths = np.ones(0)
         if tangents is not None:
             lengths = np.abs(tangents).max(axis=0, initial=0.0)
             lengths[lengths == 0.0] = 1.0

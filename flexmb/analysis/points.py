@@ -128,7 +128,7 @@ def section(
 def _collected(
     system: Dynamics, kind: str, dimension: str, skip: int, keep: int, progress: bool, attrs: dict[str, Any]
 ) -> xr.Dataset:
-    """Skip, then take `keep` points.  At a driven system's own start the first point is the start, if nothing is skipped."""
+    """Skip, then take `keep` points; the first stroboscopic one is where the system stands, if nothing is skipped."""
     import xarray as xr
 
     label = f"{kind} {system.name!r}"
@@ -148,7 +148,10 @@ def _collected(
     units = "s" if isinstance(system, (StroboscopicMap, SectionMap)) else ""
     status = system.status if len(times) < keep else f"{keep} {dimension}s, after {skip} that were skipped."
     about = {"name": system.name, "kind": kind, **attrs, "skip": skip, "ok": int(len(times) == keep), "status": status}
-    data = {n: (dimension, rows[:, k], {"units": u}) for k, (n, u) in enumerate(zip(system.names, system.units, strict=True))}
+    data = {
+        n: (dimension, rows[:, k], {"units": u})
+        for k, (n, u) in enumerate(zip(system.names, system.units, strict=True))
+    }
     coords = {
         dimension: (dimension, np.arange(skip, skip + len(times)), {}),
         "time": (dimension, np.array(times), {"units": units}),

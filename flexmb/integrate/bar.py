@@ -25,7 +25,7 @@ class NoBar:
 
 
 def bar(name: str, begin: float, end: float, *, shown: bool, of: str = "s of motion") -> Any:
-    """A bar over the time of motion from `begin` to `end` [s] of the mechanism `name`; `of` says what else is counted."""
+    """A bar over the time of motion from `begin` to `end` [s] of the mechanism `name`; `of`: what else is counted."""
     if not shown:
         return NoBar(end)
     from tqdm import tqdm

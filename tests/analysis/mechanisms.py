@@ -6,7 +6,7 @@ import flexmb as fm
 
 
 def rod(push=2.5, damping=0.1):
-    """A rod on a pin, damped and pushed by a torque: x'' + damping x' + sin x = push sin t, hanging at rest at t = 0."""
+    """A rod on a pin, damped and pushed by a torque: x'' + damping x' + sin x = push sin t, first at rest."""
     inertia = 1.0 / 3.0
     bar = fm.RigidLink("rod", (0.0, 0.0), (0.0, -2.0), mass=1.0, inertia=inertia)
     J = inertia + 1.0

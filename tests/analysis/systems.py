@@ -177,5 +177,9 @@ class ImpactOscillator:
             if not len(hit):
                 return (*self.between(t, u, v, end), impacts)
             low = grid[hit[0] - 1] if hit[0] else t + 1e-9
-            when = brentq(lambda x: self.between(t, u, v, x)[0] - self.s, low, grid[hit[0]], xtol=1e-15, rtol=1e-15)
+            when = self.impact((t, u, v), low, grid[hit[0]])
             v, u, t, impacts = -self.r * self.between(t, u, v, when)[1], self.s, when, impacts + 1
+
+    def impact(self, start, low, high):
+        """When a flight from `start` meets the wall between two instants."""
+        return brentq(lambda t: self.between(*start, t)[0] - self.s, low, high, xtol=1e-15, rtol=1e-15)

@@ -68,7 +68,7 @@ def span(system):
 
 
 def tolerance(name):
-    """Of states after some advancing: rtol of the solvers times what the motion makes of it; of a step of a mechanism."""
+    """Of states after some advancing: rtol of the solvers times what the motion makes of it, or that of a step."""
     return 0.0 if name in EXACT else 1e-5 if name in MECHANISMS else 2e-7
 
 

@@ -113,7 +113,9 @@ def test_bouncing_ball_doubles_its_period():
 
 def test_superstable_orbit():
     """x' = 2 x (1 - x) at its fixed point 1/2, where the slope is 0: minus infinity, not an error."""
-    found = fm.lyapunov(fm.Map(lambda x: 2.0 * x * (1.0 - x), [0.5], jacobian=lambda x: 2.0 - 4.0 * x[None]), periods=50)
+    found = fm.lyapunov(
+        fm.Map(lambda x: 2.0 * x * (1.0 - x), [0.5], jacobian=lambda x: 2.0 - 4.0 * x[None]), periods=50
+    )
     assert found.ok
     assert found.value == -np.inf
     assert np.isnan(found.error)
