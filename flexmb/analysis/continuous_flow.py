@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from flexmb import checks
 from flexmb.analysis.dynamics import Dynamics
 
 
@@ -27,6 +28,11 @@ class ContinuousFlow(Dynamics):
     @abstractmethod
     def pace(self) -> float:
         """A time of the size of its steps [s]."""
+
+    @property
+    def shortest(self) -> float:
+        """Time below which it cannot be trusted to go on [s]; 0: as short as its clock can tell."""
+        return 0.0
 
     @abstractmethod
     def take_step(self, limit: float, tangents: np.ndarray | None = None) -> bool:
@@ -53,6 +59,16 @@ class ContinuousFlow(Dynamics):
     @abstractmethod
     def slopes(self, signal: int, tangents: np.ndarray) -> np.ndarray:
         """What small differences `tangents` (size, k) of the present state do to a signal: (k,)."""
+
+    def number_of(self, owner: str, signal: str) -> int:
+        """Place of a signal in `names`, or `InputError`; `owner` is who asks.
+
+        Parameters
+        ----------
+        owner : for the message.
+        signal : its name.
+        """
+        return self.names.index(checks.one_of(owner, "signal", signal, self.names))
 
     def has_cheap_rate(self, signal: int) -> bool:  # noqa: ARG002 - most flows know the rates of all signals
         """Whether `rate` of a signal takes less than a step; then each step is searched for a touch of a level."""

@@ -60,8 +60,8 @@ class Height:
         return self.value()
 
     def left(self, value: float) -> bool:
-        """Whether a height is not on the side any more; on the level it is not."""
-        return value * self.side <= 0.0
+        """Whether a height is on the other side; one that lies on the level is not."""
+        return value * self.side < 0.0
 
 
 def stride(height: Height, limit: float, tangents: np.ndarray | None) -> Bracket | None:
@@ -109,10 +109,10 @@ def locate(height: Height, bracket: Bracket) -> float:
         b += 2.0**count * max(1e-9 * bracket.far, least)
         fb = height.at(before, b)
     for count in range(ROUNDS):
-        if b - a <= least or not flow.ok:
+        if b - a <= least or b <= flow.shortest or not flow.ok:
             break
         x = 0.5 * (a + b) if count % 4 == 3 or fa == fb else b - fb * (b - a) / (fb - fa)
-        x = min(max(x, a + 0.5 * least), b - 0.5 * least)
+        x = min(max(x, a + 0.5 * least, flow.shortest), b - 0.5 * least)
         value = height.at(before, x)
         if height.left(value):
             b, fb, fa, kept = x, value, 0.5 * fa if kept == DOWN else fa, DOWN

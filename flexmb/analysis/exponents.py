@@ -124,8 +124,8 @@ def block_error(logs: np.ndarray, times: np.ndarray) -> float:
     """Standard deviation of sum(logs) / sum(times), both (n,); NaN below 2 BLOCKS entries or where it is not finite.
 
     Twenty blocks of equal numbers of entries make what is left of each block, the mean rate taken away, nearly
-    independent; what correlation r is left between neighbours widens the band by (1 + r) / (1 - r), if r > 0
-    (C. J. Geyer, Statistical Science 7 (1992) 473, for chains whose correlation falls off as r^k).
+    independent.  What correlation r > 0 is left between neighbours makes the variance (1 + r) / (1 - r) times as large,
+    as it is where correlations fall off as r^k.
     """
     size = len(logs) // BLOCKS
     if size < 2 or not np.isfinite(logs).all():

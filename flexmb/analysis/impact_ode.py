@@ -14,6 +14,9 @@ from flexmb.analysis.map import central_differences, state_of
 from flexmb.analysis.ode import ODE
 from flexmb.errors import InputError
 
+PILE = 1e-12
+"""Flights that are shorter than this part of the time, or of a step, are none."""
+
 
 class ImpactODE(ContinuousFlow):
     """A flow whose state jumps whenever a gap closes.
@@ -109,10 +112,12 @@ class ImpactODE(ContinuousFlow):
         height = Height(self.ode, self._height, self._closing, UP)
         bracket = stride(height, limit, tangents)
         if bracket is not None and self.ode.ok:
-            if bracket.near == 0.0 and height.left(bracket.value):
+            stuck = bracket.near == 0.0 and height.left(bracket.value)
+            duration = 0.0 if stuck else locate(height, bracket)
+            if stuck or self.time - self._last < PILE * max(abs(self.time), self.pace):
                 self.ok, self.status = False, f"Impacts pile up at t = {self.time:.6g} s: the gap stays closed."
                 return False
-            duration = locate(height, bracket)
+            self._last = self.time
             if tangents is not None and self.ode.ok:
                 carry(self.ode, bracket, duration, tangents)
             if self.ode.ok:
@@ -130,10 +135,10 @@ class ImpactODE(ContinuousFlow):
         return self.ode.slopes(signal, tangents)
 
     def snapshot(self) -> Any:
-        return self.ode.snapshot(), self.ok, self.status
+        return self.ode.snapshot(), self.ok, self.status, self._last
 
     def restore(self, snapshot: Any) -> None:
-        inner, self.ok, self.status = snapshot
+        inner, self.ok, self.status, self._last = snapshot
         self.ode.restore(inner)
 
     def copy(self) -> Self:
@@ -146,7 +151,7 @@ class ImpactODE(ContinuousFlow):
         if gap < -1e-9 * max(1.0, float(np.abs(self.state()).max())) or (gap < 0.0 and speed < 0.0):
             text = f"{self._label}: at t = {self.time:g} s the state {self.state()} has the gap {gap:.3g}"
             raise InputError(f"{text}; it must be > 0. Start in flight.")
-        self.ok, self.status = self.ode.ok, self.ode.status
+        self.ok, self.status, self._last = self.ode.ok, self.ode.status, -np.inf
 
     def _height(self) -> float:
         return float(self.gap(self.time, self.state(), **self.parameters))
@@ -170,7 +175,11 @@ class ImpactODE(ContinuousFlow):
         rate = float(n @ before) + by_time
         if rate >= 0.0:
             return  # it touched and leaves by itself
-        self.ode.reset(np.asarray(self.jump(t, x.copy(), **p), dtype=np.float64), time=t)
+        after = np.asarray(self.jump(t, x.copy(), **p), dtype=np.float64)
+        if not np.isfinite(after).all():
+            self.ode.ok, self.ode.status = False, f"The jump at t = {t:.6g} s gives a state that is not finite."
+            return
+        self.ode.reset(after, time=t)
         if tangents is None:
             return
         J = central_differences(lambda y: self.jump(t, y, **p), x)

@@ -37,6 +37,7 @@ class Schedule:
     is_flow : whether the time between points can be divided.
     is_section : whether the points are those of a section or a map.
     looks : how often between two points the vectors are made orthonormal.
+    trouble : what the system itself does not know to have failed.
     """
 
     system: Dynamics
@@ -46,6 +47,7 @@ class Schedule:
     is_flow: bool
     is_section: bool
     looks: int = 1
+    trouble: str = ""
 
     def __post_init__(self) -> None:
         self.origin = self.system.time
@@ -204,7 +206,7 @@ def benettin(
             growth.logs.append(np.array([logs]))
             growth.times.append(clock(first) - before)
     shown.close()
-    return _record(plan, growth, began, 1, np.concatenate(points), pair.status)
+    return _record(plan, growth, began, 1, np.concatenate(points))
 
 
 @dataclass
@@ -217,7 +219,6 @@ class Pair:
     weights : (size,) of squares of differences.
     distance : wanted distance.
     size : present distance.
-    status : why they could not go on, or empty.
     """
 
     first: Dynamics
@@ -225,7 +226,6 @@ class Pair:
     weights: np.ndarray
     distance: float
     size: float = 0.0
-    status: str = ""
 
     @classmethod
     def beside(cls, first: Dynamics, distance: float | None, seed: int) -> Pair:
@@ -259,12 +259,12 @@ class Pair:
         for look in range(1, looks + 1):
             ends = [plan.go(system, number, look / looks) for system in (self.first, self.second)]
             if not all(ends):
-                self.status = (self.first if not ends[0] else self.second).status
+                plan.trouble = (self.first if not ends[0] else self.second).status
                 return None
             difference = self.apart()
             length = self.length(difference)
             if length == 0.0 or self.size == 0.0:
-                self.status = f"The two trajectories met at {clock(self.first):.6g}; give a larger distance."
+                plan.trouble = f"The two trajectories met at {clock(self.first):.6g}; give a larger distance."
                 return None
             total += np.log(length / self.size)
             if plan.is_flow and looks == plan.looks and length > TOO_MUCH * self.size:
@@ -321,6 +321,9 @@ def _one_period(plan: Schedule, number: int, W: np.ndarray | None, weights: np.n
         if not plan.go(plan.system, number, look / looks, W):
             return None
         lengths = orthonormalise(W, weights)
+        if not np.isfinite(lengths).all():
+            plan.trouble = f"The tangent vectors are not finite at {clock(plan.system):.6g}."
+            return None
         with np.errstate(divide="ignore"):
             logs += np.log(lengths)
         spread = lengths.max() / max(min(lengths.min(), 1.0), 1e-300)
@@ -329,13 +332,11 @@ def _one_period(plan: Schedule, number: int, W: np.ndarray | None, weights: np.n
     return logs
 
 
-def _record(
-    plan: Schedule, growth: Growth, began: float, count: int, points: np.ndarray, trouble: str = ""
-) -> Exponents:
+def _record(plan: Schedule, growth: Growth, began: float, count: int, points: np.ndarray) -> Exponents:
     system, wanted = plan.system, plan.count - plan.count // SETTLING
     ok = len(growth.times) == wanted
     unit = "1/s" if plan.is_flow or system.unit == "crossings" else "1/iteration"
-    status = f"Mean of {wanted} {'points' if plan.is_flow else system.unit}." if ok else trouble or system.status
+    status = f"Mean of {wanted} {'points' if plan.is_flow else system.unit}." if ok else plan.trouble or system.status
     period = float(np.mean(growth.times)) if plan.is_section and unit == "1/s" and growth.times else float("nan")
     about = {"name": system.name, "unit": unit, "ok": ok, "status": status, "points": points, "names": system.names}
     found = growth.record(began, count, period=period, **about)

@@ -24,6 +24,9 @@ from flexmb.solve.rank import row_rank
 from flexmb.solve.start import Start, accelerations, consistent_start
 from flexmb.solve.system import System
 
+SHORTEST = 100.0
+"""Steps of mechanisms that are wanted are at least so many times the smallest one allowed."""
+
 
 class Snapshot(NamedTuple):
     """A state with all that the step control has learnt: time, arrays of `Flow`, signals, code, note, ok, status."""
@@ -169,6 +172,14 @@ class MechanismFlow(ContinuousFlow):
     @property
     def pace(self) -> float:
         return float(self.run.h_max)
+
+    @property
+    def shortest(self) -> float:
+        return SHORTEST * float(self.run.h_min)
+
+    def number_of(self, owner: str, signal: str) -> int:
+        node, dot, last = str(signal).rpartition(".")
+        return super().number_of(owner, f"{self.program.names.aliases.get(node, node)}{dot}{last}")
 
     @property
     def driven(self) -> bool:

@@ -10,7 +10,7 @@ import numpy as np
 from flexmb import checks
 from flexmb.analysis.continuous_flow import ContinuousFlow
 from flexmb.analysis.map import central_differences, state_of
-from flexmb.errors import InputError
+from flexmb.errors import InputError, SolveError
 
 METHODS = ("DOP853", "RK45", "Radau", "BDF")
 """Solvers of `scipy.integrate` whose next step can be told and taken over."""
@@ -22,7 +22,7 @@ INSTANTS = (0.1234567, 0.3819660, 0.7548777, 1.3247180)
 """Where it is tried whether the rates depend on time, in periods or seconds."""
 
 
-class NotFiniteError(ArithmeticError):
+class NotFiniteError(SolveError):
     """The rate of a state is no finite number."""
 
 

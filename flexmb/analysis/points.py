@@ -88,7 +88,7 @@ def section(
     ----------
     system : a mechanism, which starts from its drawn pose, or a flow, which goes on from where it stands and is left
         on the last crossing.
-    signal : name of the signal, one of `names` of the flow; of a mechanism as in `sol[...]`, without aliases.
+    signal : name of the signal, one of `names` of the flow; of a mechanism as in `sol[...]`.
     keep : number of crossings.
     skip : crossings before the first one that is kept.
     level : value that is crossed [unit of the signal].

@@ -66,7 +66,7 @@ class SectionMap(Dynamics):
             raise InputError(f"SectionMap: flow is {flow!r}; it must be a flow in time, as MechanismFlow or ODE.")
         self.flow, self.name = flow, flow.name
         self.names, self.units = flow.names, flow.units
-        self.signal = checks.one_of(self._label, "signal", signal, flow.names)
+        self.signal = signal
         self.direction = checks.one_of(self._label, "direction", direction, DIRECTIONS)
         self.level = checks.number(self._label, "level", level)
         self.declared = None if limit is None else checks.positive(self._label, "limit", limit, "s")
@@ -118,7 +118,6 @@ class SectionMap(Dynamics):
             self.flow.reset(point[: self.flow.size], time=now, parameters=parameters)
         self._count = count
         self.names, self.units = self.flow.names, self.flow.units
-        self.signal = checks.one_of(self._label, "signal", self.signal, self.names)
         self._stand()
 
     def advance(self, duration: float, tangents: np.ndarray | None = None) -> bool:
@@ -157,7 +156,7 @@ class SectionMap(Dynamics):
         """Take the flow as it stands: the side it is on, how long to wait, what a difference of times counts."""
         flow = self.flow
         self.ok, self.status = flow.ok, flow.status
-        self._signal = flow.names.index(self.signal)
+        self._signal = flow.number_of(self._label, self.signal)
         self.limit = self.declared or (PACES * flow.pace if flow.period is None else PERIODS * flow.period)
         ahead = self._height() + AHEAD * flow.pace * flow.rate(self._signal)
         self._side = UP if ahead >= 0.0 else DOWN

@@ -1,18 +1,12 @@
 """What every kind of `Dynamics` must do, whatever it is: one set of questions for all of them."""
 
-import sys
-from pathlib import Path
-
+import mechanisms
 import numpy as np
 import pytest
+import systems
 
 import flexmb as fm
 from flexmb.errors import InputError
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-import mechanisms
-import systems
 
 
 def section_of(flow, signal, direction="up", level=0.0):

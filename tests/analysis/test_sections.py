@@ -1,20 +1,14 @@
 """Sections: where the crossings are, and what they do not depend on."""
 
-import sys
-from pathlib import Path
-
+import mechanisms
 import numpy as np
 import pytest
+import systems
 from scipy.special import ellipk
+from systems import TURN
 
 import flexmb as fm
 from flexmb.errors import InputError
-
-sys.path.insert(0, str(Path(__file__).parent))
-
-import mechanisms
-import systems
-from systems import TURN
 
 
 def test_crossings_of_a_sine_are_at_the_roots_of_the_clock():
@@ -107,6 +101,46 @@ def test_rates_and_slopes_of_a_mechanism():
     still = mechanisms.swinging()  # not driven: a force follows from the state alone
     still.advance(0.3)
     assert still.slopes(k, still.velocity()[:, None])[0] == pytest.approx(still.rate(k), rel=1e-6)
+
+
+def worn():
+    """A slider-crank at 5000 rpm whose slider pin has a play of 0.5 mm."""
+    return fm.slider_crank(TURN * 5000.0 / 60.0, clearance=5e-4)
+
+
+def test_a_section_on_a_contact():
+    """Touches of a worn pin: as many, and where, as the accepted steps of a plain run change the sign."""
+    found = fm.section(worn(), "B.penetration", direction="both", keep=8)
+    plain = fm.simulate(worn(), t_end=1.1 * float(found.time[-1]), save="steps")
+    depth = plain.array("B.penetration")
+    changes = np.flatnonzero(depth[:-1] * depth[1:] < 0.0)
+    assert len(changes) >= 8
+    first, last = plain.time[changes[:8]], plain.time[changes[:8] + 1]
+    off = np.maximum(first - found.time.values, found.time.values - last).max()
+    assert off < 1e-3 * found.attrs["period"]
+    assert np.abs(found["B.penetration"].values).max() < 1e-14
+
+
+def test_the_rate_of_a_depth_is_its_signal():
+    flow = fm.MechanismFlow(worn())
+    flow.advance(1e-3)
+    rate = flow.rate(flow.names.index("B.penetration"))
+    assert rate == pytest.approx(flow.observe()[flow.names.index("B.penetration_rate")], rel=1e-7)
+
+
+def test_a_signal_that_rests_on_its_level_does_not_cross_it():
+    """The slider stands still at its dead point until the pin has crossed its play."""
+    found = fm.section(worn(), "slider.vx", keep=3)
+    assert found.attrs["ok"]
+    assert np.diff(found.time.values).min() > 0.1 * found.attrs["period"]
+
+
+def test_aliases_of_nodes_are_followed():
+    rod = fm.FlexibleLink("rod", (0.0, 0.0), (1.0, 0.0), section=fm.Circle(0.02), material=fm.STEEL, elements=1)
+    mechanism = fm.Mechanism("rod", [rod, fm.Revolute("O", fm.GROUND, rod, at=(0.0, 0.0))], gravity=(0.0, -9.81))
+    found = fm.section(mechanism, "rod.end.vy", level=-0.5, direction="down", keep=1, period=1.6)
+    assert found.attrs["ok"], found.attrs["status"]
+    assert float(found["rod.node1.vy"][0]) == pytest.approx(-0.5, abs=1e-9)
 
 
 def test_the_stroboscope_follows_the_parameters():
