@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
 from typing import Any
@@ -16,6 +17,7 @@ FEWEST = 50
 SETTLING = 10
 """One part in so many is left out at the begin, where tangent vectors turn to their directions."""
 VERDICT = "flexmb.analysis.verdict"
+LEDGER = "energy."
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,11 +148,16 @@ def check_enough(label: str, count: int, what: str) -> None:
         raise InputError(f"{text}; at least {FEWEST} are needed, and 1000 for two digits of a chaotic motion.")
 
 
-def verdict_of(found: Exponents) -> Any:
-    """What the motion is, or None where nothing can say so: too few points, or a run that failed."""
+def verdict_of(found: Exponents, units: Sequence[str]) -> Any:
+    """What the motion is, or None where nothing can say so: a run that failed.
+
+    The energies of a mechanism are left out: most of them are sums over the run, which never come back.
+    """
     if not found.ok or find_spec(VERDICT) is None:
         return None
     from importlib import import_module
 
-    judge = import_module(VERDICT).judge
-    return judge(found.points, found.names, exponent=found.value, error=found.error)
+    kept = [k for k, name in enumerate(found.names) if not name.startswith(LEDGER)]
+    names, known = [found.names[k] for k in kept], [units[k] for k in kept]
+    value, error = (x if np.isfinite(x) else None for x in (found.value, found.error))
+    return import_module(VERDICT).judge(found.points[:, kept], names, exponent=value, error=error, units=known)

@@ -109,8 +109,8 @@ def lyapunov(
     >>> import flexmb as fm
     >>> tent = fm.Map(lambda x, a: a * np.minimum(x, 1.0 - x), [0.3], parameters={"a": 1.5})
     >>> found = fm.lyapunov(tent, skip=100, periods=1000)
-    >>> abs(found.value - np.log(1.5)) < 1e-8
-    True
+    >>> round(found.value, 9)  # ln 1.5
+    0.405465108
     """
     found = dynamics_of("lyapunov", system, period=period, step=step, method=method)
     plan = _schedule("lyapunov", found, skip, periods, duration, interval, period)
@@ -181,8 +181,8 @@ def benettin(
     >>> import flexmb as fm
     >>> tent = fm.Map(lambda x, a: a * np.minimum(x, 1.0 - x), [0.3], parameters={"a": 1.5})
     >>> found = fm.benettin(tent, skip=100, periods=1000)
-    >>> abs(found.value - np.log(1.5)) < 1e-3
-    True
+    >>> round(found.value, 3)  # ln 1.5
+    0.405
     """
     first = dynamics_of("benettin", system, period=period, step=step, method=method)
     plan = _schedule("benettin", first, skip, periods, duration, interval, period)
@@ -340,4 +340,4 @@ def _record(plan: Schedule, growth: Growth, began: float, count: int, points: np
     period = float(np.mean(growth.times)) if plan.is_section and unit == "1/s" and growth.times else float("nan")
     about = {"name": system.name, "unit": unit, "ok": ok, "status": status, "points": points, "names": system.names}
     found = growth.record(began, count, period=period, **about)
-    return replace(found, verdict=verdict_of(found)) if plan.is_section else found
+    return replace(found, verdict=verdict_of(found, system.units)) if plan.is_section else found

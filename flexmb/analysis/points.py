@@ -60,7 +60,7 @@ def stroboscopic(
     >>> logistic = fm.Map(lambda x, r: r * x * (1.0 - x), [0.3], parameters={"r": 3.2})
     >>> points = fm.stroboscopic(logistic, skip=1000, keep=4)
     >>> points.x0.values.round(4)
-    array([0.513 , 0.7995, 0.513 , 0.7995])
+    array([0.7995, 0.513 , 0.7995, 0.513 ])
     """
     found = dynamics_of("stroboscopic", system, period=period, step=step, method=method)
     strobe = strobe_of("stroboscopic", found, period)

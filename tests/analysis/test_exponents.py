@@ -58,7 +58,7 @@ def test_van_der_pol():
     assert t1 - t0 == pytest.approx(6.6632868593, abs=1e-8)  # published period for mu = 1
     second = (y1[2] - y0[2]) / (t1 - t0)
     flow = systems.van_der_pol()
-    found = fm.lyapunov(flow, skip=60.0, duration=60 * (t1 - t0), interval=t1 - t0, count=2)
+    found = fm.lyapunov(flow, skip=40.0, duration=60 * (t1 - t0), interval=t1 - t0, count=2)
     assert abs(found.spectrum[0]) < 1e-8
     assert found.spectrum[1] == pytest.approx(second, abs=1e-7)
     assert found.verdict is None  # instants at will are no section
@@ -306,6 +306,28 @@ def test_looks_are_taken_more_often_where_growth_is_fast():
     found = fm.lyapunov(systems.lorenz(rtol=1e-8), skip=20.0, duration=300.0, interval=5.0, count=3)
     assert agrees(found, -14.5723, last_digit=5e-5, error=0.05, column=2)
     assert found.sum == pytest.approx(-(10.0 + 1.0 + 8.0 / 3.0), abs=1e-5)
+
+
+JUDGE = """
+def judge(points, names, *, exponent=None, error=None, units=None):
+    return points.shape, list(names), exponent, error, list(units)
+"""
+
+
+def test_the_verdict_is_made_of_the_section(tmp_path, monkeypatch):
+    """It gets the points, without the sums that a mechanism keeps, and the largest exponent with its error."""
+    (tmp_path / "judge_of_a_test.py").write_text(JUDGE)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr("flexmb.analysis.exponents.VERDICT", "judge_of_a_test")
+    found = fm.lyapunov(systems.henon(), skip=10, periods=60)
+    assert found.verdict == ((60, 2), ["x0", "x1"], found.value, found.error, ["", ""])
+    found = fm.benettin(mechanisms.rod(), period=TURN, step=TURN / 50, periods=50)
+    shape, names, _, _, units = found.verdict
+    assert shape == (50, len(names))
+    assert units[names.index("rod.theta")] == "rad"
+    assert "rod.omega" in names
+    assert not any(name.startswith("energy.") for name in names)
+    assert fm.lyapunov(systems.lorenz(rtol=1e-6), duration=50.0, interval=1.0).verdict is None
 
 
 def test_tangent_vectors_that_are_not_finite_are_a_status():
