@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
 from flexmb import checks
-from flexmb.analysis.dynamics import Dynamics
+from flexmb.analysis import mechanism_rates
+from flexmb.analysis.continuous_flow import ContinuousFlow
 from flexmb.errors import InputError
 from flexmb.integrate.arrays import DONE, RUNNING
 from flexmb.integrate.method import Newmark, RungeKutta4
+from flexmb.integrate.period import clash
 from flexmb.integrate.run import Run
 from flexmb.integrate.simulate import Step, period_or_none
 from flexmb.integrate.steps import Adaptive, FixedStep
@@ -22,8 +24,23 @@ from flexmb.solve.rank import row_rank
 from flexmb.solve.start import Start, accelerations, consistent_start
 from flexmb.solve.system import System
 
+SHORTEST = 100.0
+"""Steps of mechanisms that are wanted are at least so many times the smallest one allowed."""
 
-class MechanismFlow(Dynamics):
+
+class Snapshot(NamedTuple):
+    """A state with all that the step control has learnt: time, arrays of `Flow`, signals, code, note, ok, status."""
+
+    time: float
+    arrays: tuple[np.ndarray, ...]
+    signals: np.ndarray
+    code: int
+    note: str
+    ok: bool
+    status: str
+
+
+class MechanismFlow(ContinuousFlow):
     """The motion of a mechanism in time, as `simulate` computes it.
 
     A state is (q, v, z, a, x): positions [m, rad], velocities [m/s, rad/s], histories of contacts and elements,
@@ -43,8 +60,6 @@ class MechanismFlow(Dynamics):
     InputError : another kind of method; error-controlled steps without a period or a largest step.
     ModelError, AssemblyError, KernelError : a mechanism that cannot start.
     """
-
-    unit = "s"
 
     def __init__(
         self,
@@ -131,14 +146,69 @@ class MechanismFlow(Dynamics):
         self.ok, self.status = self.run.code in (RUNNING, DONE) and not self.run.note, self.run.status()
         return self.ok
 
+    def take_step(self, limit: float, tangents: np.ndarray | None = None) -> bool:
+        if not self.ok:
+            return False
+        here = self.snapshot()
+        self.ok, self.status = self.run.one_step(limit), self.run.status()
+        if self.ok and tangents is not None:
+            size = self.time - here.time
+            self.restore(here)
+            return self.advance(size, tangents)
+        return self.ok
+
+    def velocity(self) -> np.ndarray:
+        return mechanism_rates.velocity_of(self)
+
+    def rate(self, signal: int) -> float:
+        return mechanism_rates.rate_of(self, signal)
+
+    def slopes(self, signal: int, tangents: np.ndarray) -> np.ndarray:
+        return mechanism_rates.slopes_of(self, signal, tangents)
+
+    def has_cheap_rate(self, signal: int) -> bool:
+        return signal < 2 * self.program.n_q
+
+    @property
+    def pace(self) -> float:
+        return float(self.run.h_max)
+
+    @property
+    def shortest(self) -> float:
+        return SHORTEST * float(self.run.h_min)
+
+    def number_of(self, owner: str, signal: str) -> int:
+        node, dot, last = str(signal).rpartition(".")
+        return super().number_of(owner, f"{self.program.names.aliases.get(node, node)}{dot}{last}")
+
+    @property
+    def driven(self) -> bool:
+        """Whether drives or loads change in time."""
+        return len(self.program.motions) > 0
+
+    def no_period(self) -> str:
+        """Why it has no period, in a sentence without its end."""
+        found = clash(self.program)
+        if found is None:
+            return "it has no periodic drive"
+        return f"the periods of its drives, {found[0]:g} s and {found[1]:g} s, have no small common multiple"
+
+    def snapshot(self) -> Snapshot:
+        run = self.run
+        arrays = tuple(array.copy() for array in run.flow)
+        return Snapshot(self.time, arrays, run.record.new.copy(), run.code, run.note, self.ok, self.status)
+
+    def restore(self, snapshot: Snapshot) -> None:
+        for target, array in zip(self.run.flow, snapshot.arrays, strict=True):
+            target[...] = array
+        self.run.record.new[:] = snapshot.signals
+        self.run.code, self.run.note, self.ok, self.status = snapshot[3:]
+
     def copy(self) -> Self:
         other = type(self)(self.base, step=self.step, method=self.method, period=self.declared)
         other._compile(self.changes)
-        for name, array in self.run.flow._asdict().items():
-            getattr(other.run.flow, name)[...] = array
-        other.run.record.new[:] = self.run.record.new
         other.run.trial, other.run.redundant = other.run.trial._replace(free=self.run.trial.free), self.run.redundant
-        other.ok, other.status = self.ok, self.status
+        other.restore(self.snapshot())
         return other
 
     def _compile(self, changes: Mapping[str, Any]) -> None:

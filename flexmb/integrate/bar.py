@@ -24,11 +24,11 @@ class NoBar:
         """Nothing to close."""
 
 
-def bar(name: str, begin: float, end: float, *, shown: bool) -> Any:
-    """A bar over the time of motion from `begin` to `end` [s] of the mechanism `name`."""
+def bar(name: str, begin: float, end: float, *, shown: bool, of: str = "s of motion") -> Any:
+    """A bar over the time of motion from `begin` to `end` [s] of the mechanism `name`; `of`: what else is counted."""
     if not shown:
         return NoBar(end)
     from tqdm import tqdm
 
-    form = "{l_bar}{bar}| {n:.4g}/{total:.4g} s of motion [{elapsed}<{remaining}]"
+    form = "{l_bar}{bar}| {n:.4g}/{total:.4g} " + of + " [{elapsed}<{remaining}]"
     return tqdm(total=end, initial=begin, bar_format=form, desc=name)

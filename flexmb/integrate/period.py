@@ -19,14 +19,26 @@ def common_period(program: Program) -> float:
     known = [p for p in program.periods if p is not None]
     if not known:
         raise InputError(f"Mechanism {program.name!r} has no periodic drive; give t_end= instead of periods=.")
-    base = known[0]
-    turns = 1
+    apart = clash(program)
+    if apart is not None:
+        raise InputError(
+            f"Mechanism {program.name!r}: the periods of its drives, {apart[0]:g} s and {apart[1]:g} s, "
+            "have no small common multiple; give t_end= instead of periods=."
+        )
+    return known[0] * math.lcm(*(_ratio(known[0], period).denominator for period in known))
+
+
+def clash(program: Program) -> tuple[float, float] | None:
+    """Two periods of drives without a small common multiple [s], or None."""
+    known = [p for p in program.periods if p is not None]
     for period in known[1:]:
-        ratio = Fraction(base / period).limit_denominator(64)
-        if ratio == 0 or abs(float(ratio) - base / period) > 1e-9 * base / period:
-            raise InputError(
-                f"Mechanism {program.name!r}: the periods of its drives, {base:g} s and {period:g} s, "
-                "have no small common multiple; give t_end= instead of periods=."
-            )
-        turns = math.lcm(turns, ratio.denominator)
-    return base * turns
+        ratio = known[0] / period
+        near = _ratio(known[0], period)
+        if near == 0 or abs(float(near) - ratio) > 1e-9 * ratio:
+            return known[0], period
+    return None
+
+
+def _ratio(first: float, second: float) -> Fraction:
+    """The fraction of small numbers nearest to the ratio of two periods."""
+    return Fraction(first / second).limit_denominator(64)

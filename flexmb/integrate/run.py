@@ -54,6 +54,7 @@ FIRST_BLOCK = 20_000
 NEWTON_TOLERANCE = 1e-6
 ITERATIONS = 30
 NOT_SAVING = -1.0
+ENOUGH = "Stopped after"
 
 
 class Run:
@@ -133,6 +134,20 @@ class Run:
         flow, common = self.flow, (self.program.tables, self.program.addresses, self.flow.clock[0])
         write_outputs(*common, flow.q, flow.v, flow.a, self.work, flow.ledger, self.record.new)
 
+    def look(self) -> None:
+        """Find energies, forces and signals of what stands in `flow`; a restored state alone may follow."""
+        self._look()
+        self._write()
+
+    def one_step(self, limit: float) -> bool:
+        """Take one step, not beyond the time `limit` [s]; whether it was accepted.  Nothing is saved."""
+        kept, self.max_steps = self.max_steps, int(self.record.count[0]) + 1
+        self.go_to(limit, saving=None)
+        self.max_steps = kept
+        if self.note.startswith(ENOUGH):
+            self.note, self.code = "", RUNNING
+        return self.code in (RUNNING, DONE) and not self.note
+
     def _seems_dependent(self, start: Start) -> bool:
         """Whether rows that are independent look dependent, because some inertia is very small.
 
@@ -211,7 +226,7 @@ class Run:
             if steps == 0 and ahead and self.flow.clock[0] >= (1.0 - 1e-12) * target:
                 self.code = DONE
             elif steps == 0:
-                self.note = f"Stopped after {self.max_steps} steps, as asked for"
+                self.note = f"{ENOUGH} {self.max_steps} steps, as asked for"
                 return False
             else:
                 self.code = self._block(options, steps)

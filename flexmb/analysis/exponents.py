@@ -1,0 +1,163 @@
+"""Lyapunov exponents as a record, and what they and their errors are computed from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import InputError
+
+BLOCKS = 20
+FEWEST = 50
+"""Periods (iterations, crossings, intervals) that an estimate needs."""
+SETTLING = 10
+"""One part in so many is left out at the begin, where tangent vectors turn to their directions."""
+VERDICT = "flexmb.analysis.verdict"
+LEDGER = "energy."
+
+
+@dataclass(frozen=True, eq=False)
+class Exponents:
+    """Lyapunov exponents of a system, the largest first.
+
+    Parameters
+    ----------
+    name : the system.
+    spectrum : (k,) exponents [unit].
+    errors : (k,) one standard deviation of each, from block averages [unit]; NaN where the run failed early.
+    time : (n,) time after which a history stands [s], or iterations of a map.
+    history : (n, k) what the exponents would be if the run had ended there [unit].
+    unit : "1/s", "1/iteration" or "1/period".
+    ok : whether the run came to its end.
+    status : how it ended, in a sentence.
+    points : (m, signals) where the system was once a period (iteration, crossing).
+    names : names of the signals.
+    period : mean time from one point to the next [s]; NaN for a map.
+    verdict : what the motion is, from the points and the largest exponent; None where points are no section.
+
+    Notes
+    -----
+    An error covers the fluctuations of a stationary motion, not a transient that has not ended nor the steps of a
+    solver.  Half of the exponents of a limit cycle do not fluctuate at all; their errors are then those of round-off.
+    """
+
+    name: str
+    spectrum: np.ndarray
+    errors: np.ndarray
+    time: np.ndarray
+    history: np.ndarray
+    unit: str
+    ok: bool
+    status: str
+    points: np.ndarray = field(repr=False)
+    names: tuple[str, ...] = field(repr=False)
+    period: float = float("nan")
+    verdict: Any = None
+
+    @property
+    def value(self) -> float:
+        """The largest exponent [unit]."""
+        return float(self.spectrum[0]) if len(self.spectrum) else float("nan")
+
+    @property
+    def error(self) -> float:
+        """Its standard deviation [unit]."""
+        return float(self.errors[0]) if len(self.errors) else float("nan")
+
+    @property
+    def sum(self) -> float:
+        """Sum of the exponents [unit]: with all of them the mean rate at which volumes of states grow."""
+        return float(self.spectrum.sum())
+
+    def per_period(self) -> Exponents:
+        """The same exponents counted by periods (crossings) instead of seconds.
+
+        Raises
+        ------
+        InputError : exponents of a map, or of a flow without periods.
+        """
+        if self.unit != "1/s" or not np.isfinite(self.period):
+            text = f"Exponents of {self.name!r}: they are in {self.unit} and the system has no period"
+            raise InputError(f"{text}. Take them as they are.")
+        T = self.period
+        scaled = {"spectrum": T * self.spectrum, "errors": T * self.errors, "history": T * self.history}
+        return replace(self, **scaled, unit="1/period")
+
+    def __str__(self) -> str:
+        listed = ", ".join(f"{v:.4g} +/- {e:.1g}" for v, e in zip(self.spectrum, self.errors, strict=True))
+        said = "" if self.verdict is None else f", {self.verdict}"
+        return f"{self.name}: {listed or 'nothing'} {self.unit}{said}. {self.status}"
+
+
+@dataclass
+class Growth:
+    """What was measured: logarithms of growth, and the time each of them took.
+
+    Parameters
+    ----------
+    logs : a list of (k,) logarithms, one entry a period.
+    times : their durations [s], or iterations.
+    """
+
+    logs: list[np.ndarray] = field(default_factory=list)
+    times: list[float] = field(default_factory=list)
+
+    def record(self, begin: float, count: int, **about: Any) -> Exponents:
+        """The exponents, in order; `begin` is the time at which counting began, `about` goes into the record."""
+        logs = np.array(self.logs).reshape(len(self.times), count)
+        times = np.array(self.times)
+        sums, spent = np.cumsum(logs, axis=0), np.cumsum(times)
+        if len(times) == 0:
+            nothing = np.full(count, np.nan)
+            return Exponents(spectrum=nothing, errors=nothing, time=times, history=logs, **about)
+        with np.errstate(invalid="ignore"):
+            history = sums / spent[:, None]
+        order = np.argsort(-history[-1], kind="stable")
+        errors = np.array([block_error(logs[:, j], times) for j in range(count)])
+        found = {"spectrum": history[-1][order], "errors": errors[order], "history": history[:, order]}
+        return Exponents(time=begin + spent, **found, **about)
+
+
+def block_error(logs: np.ndarray, times: np.ndarray) -> float:
+    """Standard deviation of sum(logs) / sum(times), both (n,); NaN below 2 BLOCKS entries or where it is not finite.
+
+    Twenty blocks of equal numbers of entries make what is left of each block, the mean rate taken away, nearly
+    independent.  What correlation r > 0 is left between neighbours makes the variance (1 + r) / (1 - r) times as large,
+    as it is where correlations fall off as r^k.
+    """
+    size = len(logs) // BLOCKS
+    if size < 2 or not np.isfinite(logs).all():
+        return float("nan")
+    n = size * BLOCKS
+    logs, times = logs[-n:], times[-n:]
+    rest = (logs - logs.sum() / times.sum() * times).reshape(BLOCKS, size).sum(axis=1)
+    spread = float(rest @ rest)
+    r = float(rest[1:] @ rest[:-1]) / spread if spread > 0.0 else 0.0
+    wider = (1.0 + r) / (1.0 - r) if r > 0.0 else 1.0
+    return float(np.sqrt(wider * spread * BLOCKS / (BLOCKS - 1.0)) / times.sum())
+
+
+def check_enough(label: str, count: int, what: str) -> None:
+    """Refuse a run that is too short for an estimate with an error."""
+    if count < FEWEST:
+        text = f"{label}: {count} {what} are too few for exponents with an error"
+        raise InputError(f"{text}; at least {FEWEST} are needed, and 1000 for two digits of a chaotic motion.")
+
+
+def verdict_of(found: Exponents, units: Sequence[str]) -> Any:
+    """What the motion is, or None where nothing can say so: a run that failed.
+
+    The energies of a mechanism are left out: most of them are sums over the run, which never come back.
+    """
+    if not found.ok or find_spec(VERDICT) is None:
+        return None
+    from importlib import import_module
+
+    kept = [k for k, name in enumerate(found.names) if not name.startswith(LEDGER)]
+    names, known = [found.names[k] for k in kept], [units[k] for k in kept]
+    value, error = (x if np.isfinite(x) else None for x in (found.value, found.error))
+    return import_module(VERDICT).judge(found.points[:, kept], names, exponent=value, error=error, units=known)

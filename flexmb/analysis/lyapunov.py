@@ -1,0 +1,343 @@
+"""Lyapunov exponents from tangent vectors, and from two trajectories side by side."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.analysis.continuous_flow import ContinuousFlow
+from flexmb.analysis.dynamics import Dynamics, orthonormalise
+from flexmb.analysis.exponents import SETTLING, Exponents, Growth, check_enough, verdict_of
+from flexmb.analysis.stroboscopic import StroboscopicMap
+from flexmb.analysis.wrap import clock, dynamics_of
+from flexmb.errors import InputError
+from flexmb.integrate.bar import bar
+from flexmb.integrate.method import Newmark
+from flexmb.integrate.simulate import Step
+
+TOO_MUCH = 1e4
+"""Growth, or spread of growths, between two looks at the vectors; from there on one looks twice as often."""
+MOST_LOOKS = 4096
+INTERVALS = 1000
+"""Points of a flow without period, if no interval is given."""
+
+
+@dataclass
+class Schedule:
+    """When a system is looked at.
+
+    Parameters
+    ----------
+    system : what is advanced: a map, or a flow.
+    unit : time from one point to the next [s]; of a map 1 iteration.
+    skip, count : points before counting begins, and those that count.
+    is_flow : whether the time between points can be divided.
+    is_section : whether the points are those of a section or a map.
+    looks : how often between two points the vectors are made orthonormal.
+    trouble : what the system itself does not know to have failed.
+    """
+
+    system: Dynamics
+    unit: float
+    skip: int
+    count: int
+    is_flow: bool
+    is_section: bool
+    looks: int = 1
+    trouble: str = ""
+
+    def __post_init__(self) -> None:
+        self.origin = self.system.time
+
+    def go(self, system: Dynamics, number: int, part: float = 1.0, tangents: np.ndarray | None = None) -> bool:
+        """Bring `system`, which stands beyond the point before, up to the `number`-th point, or part of the way."""
+        if not self.is_flow:
+            return system.advance(1, tangents)
+        return system.advance(self.origin + (number - 1 + part) * self.unit - system.time, tangents)
+
+
+def lyapunov(
+    system: Any,
+    *,
+    skip: float = 0,
+    periods: int | None = None,
+    duration: float | None = None,
+    count: int = 1,
+    interval: float | None = None,
+    period: float | None = None,
+    step: Step | None = None,
+    method: Newmark | None = None,
+    seed: int = 0,
+    progress: bool = False,
+) -> Exponents:
+    """Lyapunov exponents of a system, from tangent vectors that are carried along the motion.
+
+    The vectors are made orthonormal once a period, or more often where they grow by more than 1e4; the means of the
+    logarithms of their lengths are the exponents (G. Benettin et al., Meccanica 15 (1980) 9).  The first tenth lets the
+    vectors turn to their directions and is not counted.
+
+    Parameters
+    ----------
+    system : a mechanism, which starts from its drawn pose, or a flow or map, which goes on from where it stands.
+    skip : periods (iterations, crossings) before that, for the transient; with `duration` seconds.
+    periods : number of periods of a driven system, of iterations of a map, of crossings of a section; or
+    duration : time [s], for a flow without period.  One of its exponents is then 0.
+    count : number of exponents, from the largest one on.
+    interval : with `duration`, time between two points of the history [s]; None: a thousandth of the duration.
+    period : the period [s]; None: the common period of the drives.
+    step, method : of a mechanism, see `simulate`.
+    seed : of the random directions in which the vectors start.
+    progress : show a progress bar with an estimate of the time left.
+
+    Returns
+    -------
+    Exponents : in 1/s for flows and their sections, in 1/iteration for maps; with errors from block averages, the
+        convergence history, the points on the way and the verdict they lead to.  A run that fails midway is not ok and
+        holds what was found until then.
+
+    Raises
+    ------
+    InputError : too few periods or intervals; neither or both of periods and duration; a duration of a map; more
+        exponents than the system has directions.
+    ModelError, AssemblyError, KernelError : a mechanism that cannot start.
+
+    Examples
+    --------
+    >>> import flexmb as fm
+    >>> tent = fm.Map(lambda x, a: a * np.minimum(x, 1.0 - x), [0.3], parameters={"a": 1.5})
+    >>> found = fm.lyapunov(tent, skip=100, periods=1000)
+    >>> round(found.value, 9)  # ln 1.5
+    0.405465108
+    """
+    found = dynamics_of("lyapunov", system, period=period, step=step, method=method)
+    plan = _schedule("lyapunov", found, skip, periods, duration, interval, period)
+    count = checks.count(f"lyapunov {found.name!r}", "count", count)
+    weights, growth, points = plan.system.weights, Growth(), [np.zeros((0, len(found.names)))]
+    shown = bar(found.name, 0.0, float(plan.skip + plan.count), shown=progress, of="periods")
+    W, began = np.zeros((0, count)), clock(plan.system)
+    for number in range(1, plan.skip + plan.count + 1):
+        if number == plan.skip + 1:
+            W = plan.system.tangent_basis(count, seed)
+        began, before = _counting(plan, number, began), clock(plan.system)
+        logs = _one_period(plan, number, W if number > plan.skip else None, weights)
+        if logs is None:
+            break
+        shown.update(1)
+        if number > plan.skip:
+            points.append(plan.system.observe()[None])
+        if number > plan.skip + plan.count // SETTLING:
+            growth.logs.append(logs)
+            growth.times.append(clock(plan.system) - before)
+    shown.close()
+    return _record(plan, growth, began, count, np.concatenate(points))
+
+
+def benettin(
+    system: Any,
+    *,
+    skip: float = 0,
+    periods: int | None = None,
+    duration: float | None = None,
+    distance: float | None = None,
+    interval: float | None = None,
+    period: float | None = None,
+    step: Step | None = None,
+    method: Newmark | None = None,
+    seed: int = 0,
+    progress: bool = False,
+) -> Exponents:
+    """The largest Lyapunov exponent from two trajectories side by side; it asks nothing of the system but to go on.
+
+    Once a period the second one is put back to its distance from the first, along the line between them
+    (G. Benettin, L. Galgani, J.-M. Strelcyn, Phys. Rev. A 14 (1976) 2338).  A mechanism is projected onto its joints
+    then, and both trajectories begin anew so that they take alike steps.
+
+    Parameters
+    ----------
+    system : a mechanism, which starts from its drawn pose, or a flow or map, which goes on from where it stands.
+    skip, periods, duration, interval, period, step, method, seed, progress : see `lyapunov`.
+    distance : distance of the two in the weights of the system (of a mechanism: metres); None: 1e-6 of the length of
+        its state.
+
+    Returns
+    -------
+    Exponents : as of `lyapunov`, with one exponent.
+
+    Raises
+    ------
+    InputError : as of `lyapunov`; a distance that is not > 0.
+    ModelError, AssemblyError, KernelError : a mechanism that cannot start.
+
+    Notes
+    -----
+    The distance must be far above what one period's steps miss and far below what is no longer small: with
+    error-controlled steps of a mechanism that is a narrow strait, and `FixedStep` is the better choice.
+
+    Examples
+    --------
+    >>> import flexmb as fm
+    >>> tent = fm.Map(lambda x, a: a * np.minimum(x, 1.0 - x), [0.3], parameters={"a": 1.5})
+    >>> found = fm.benettin(tent, skip=100, periods=1000)
+    >>> round(found.value, 3)  # ln 1.5
+    0.405
+    """
+    first = dynamics_of("benettin", system, period=period, step=step, method=method)
+    plan = _schedule("benettin", first, skip, periods, duration, interval, period)
+    first, growth, points = plan.system, Growth(), [np.zeros((0, len(first.names)))]
+    shown = bar(first.name, 0.0, float(plan.skip + plan.count), shown=progress, of="periods")
+    while plan.skip and first.ok and shown.n < plan.skip:
+        plan.go(first, int(shown.n) + 1)
+        shown.update(1)
+    if not first.ok:
+        return _record(plan, growth, clock(first), 1, points[0])
+    pair = Pair.beside(first, distance, seed)
+    began = clock(first)
+    for number in range(plan.skip + 1, plan.skip + plan.count + 1):
+        began, before = _counting(plan, number, began), clock(first)
+        logs = pair.one_period(plan, number)
+        if logs is None:
+            break
+        shown.update(1)
+        points.append(first.observe()[None])
+        if number > plan.skip + plan.count // SETTLING:
+            growth.logs.append(np.array([logs]))
+            growth.times.append(clock(first) - before)
+    shown.close()
+    return _record(plan, growth, began, 1, np.concatenate(points))
+
+
+@dataclass
+class Pair:
+    """Two trajectories side by side.
+
+    Parameters
+    ----------
+    first, second : the systems.
+    weights : (size,) of squares of differences.
+    distance : wanted distance.
+    size : present distance.
+    """
+
+    first: Dynamics
+    second: Dynamics
+    weights: np.ndarray
+    distance: float
+    size: float = 0.0
+
+    @classmethod
+    def beside(cls, first: Dynamics, distance: float | None, seed: int) -> Pair:
+        """A copy of `first`, moved by `distance` in a random direction; see `benettin` for the arguments."""
+        weights, x = first.weights, first.state()
+        usual = 1e-6 * (float(np.sqrt(weights @ x**2)) or 1.0)
+        wanted = usual if distance is None else checks.positive(f"benettin {first.name!r}", "distance", distance)
+        pair = cls(first, first.copy(), weights, wanted)
+        pair.put(first.tangent_basis(1, seed)[:, 0])
+        return pair
+
+    def apart(self) -> np.ndarray:
+        """Difference (size,) of the states."""
+        return self.second.state() - self.first.state()
+
+    def length(self, difference: np.ndarray) -> float:
+        """Length of a difference in the weights."""
+        return float(np.sqrt(self.weights @ difference**2))
+
+    def put(self, direction: np.ndarray) -> None:
+        """Begin anew, the second at the wanted distance in a direction (size,) of any length."""
+        x, time = self.first.state(), self.first.time
+        if isinstance(self.first, ContinuousFlow):
+            self.first.reset(x, time=time)
+        self.second.reset(x + self.distance / self.length(direction) * direction, time=time)
+        self.size = self.length(self.apart())
+
+    def one_period(self, plan: Schedule, number: int) -> float | None:
+        """Logarithm of the growth of the distance up to the next point; None if one of them could not go on."""
+        total, looks = 0.0, plan.looks
+        for look in range(1, looks + 1):
+            ends = [plan.go(system, number, look / looks) for system in (self.first, self.second)]
+            if not all(ends):
+                plan.trouble = (self.first if not ends[0] else self.second).status
+                return None
+            difference = self.apart()
+            length = self.length(difference)
+            if length == 0.0 or self.size == 0.0:
+                plan.trouble = f"The two trajectories met at {clock(self.first):.6g}; give a larger distance."
+                return None
+            total += np.log(length / self.size)
+            if plan.is_flow and looks == plan.looks and length > TOO_MUCH * self.size:
+                plan.looks = min(2 * plan.looks, MOST_LOOKS)
+            self.put(difference)
+        return total
+
+
+def _schedule(
+    caller: str,
+    system: Dynamics,
+    skip: float,
+    periods: int | None,
+    duration: float | None,
+    interval: float | None,
+    period: float | None,
+) -> Schedule:
+    """Which points are wanted of which system."""
+    label = f"{caller} {system.name!r}"
+    if (periods is None) == (duration is None):
+        text = f"{label}: periods is {periods!r} and duration is {duration!r}"
+        raise InputError(
+            f"{text}; give either periods= (of a map iterations, of a section crossings) or duration= [s]."
+        )
+    is_flow = isinstance(system, (ContinuousFlow, StroboscopicMap))
+    if duration is not None:
+        if not isinstance(system, ContinuousFlow):
+            raise InputError(f"{label}: a duration is given, but it is a map. Give periods=.")
+        end = checks.positive(label, "duration", duration, "s")
+        unit = end / INTERVALS if interval is None else checks.positive(label, "interval", interval, "s")
+        points = round(end / unit)
+        check_enough(label, points, "intervals")
+        skipped = int(np.ceil(checks.not_negative(label, "skip", skip, "s") / unit - 1e-9))
+        return Schedule(system, unit, skipped, points, is_flow=True, is_section=False)
+    number, skipped = checks.count(label, "periods", periods), checks.count(label, "skip", skip, 0)
+    check_enough(label, number, system.unit if not is_flow else "periods")
+    if not is_flow:
+        return Schedule(system, 1.0, skipped, number, is_flow=False, is_section=True)
+    strobe = system if isinstance(system, StroboscopicMap) else StroboscopicMap(system, period)
+    return Schedule(strobe.flow, strobe.period, skipped, number, is_flow=True, is_section=True)
+
+
+def _counting(plan: Schedule, number: int, began: float) -> float:
+    """When counting begins: now, if this is the first period that counts."""
+    return clock(plan.system) if number == plan.skip + plan.count // SETTLING + 1 else began
+
+
+def _one_period(plan: Schedule, number: int, W: np.ndarray | None, weights: np.ndarray) -> np.ndarray | None:
+    """Logarithms (k,) of the growth of the vectors up to the next point, or None if the system could not go on."""
+    if W is None:
+        return np.zeros(0) if plan.go(plan.system, number) else None
+    logs, looks = np.zeros(W.shape[1]), plan.looks
+    for look in range(1, looks + 1):
+        if not plan.go(plan.system, number, look / looks, W):
+            return None
+        lengths = orthonormalise(W, weights)
+        if not np.isfinite(lengths).all():
+            plan.trouble = f"The tangent vectors are not finite at {clock(plan.system):.6g}."
+            return None
+        with np.errstate(divide="ignore"):
+            logs += np.log(lengths)
+        spread = lengths.max() / max(min(lengths.min(), 1.0), 1e-300)
+        if plan.is_flow and spread > TOO_MUCH and looks == plan.looks:
+            plan.looks = min(2 * plan.looks, MOST_LOOKS)
+    return logs
+
+
+def _record(plan: Schedule, growth: Growth, began: float, count: int, points: np.ndarray) -> Exponents:
+    system, wanted = plan.system, plan.count - plan.count // SETTLING
+    ok = len(growth.times) == wanted
+    unit = "1/s" if plan.is_flow or system.unit == "crossings" else "1/iteration"
+    status = f"Mean of {wanted} {'points' if plan.is_flow else system.unit}." if ok else plan.trouble or system.status
+    period = float(np.mean(growth.times)) if plan.is_section and unit == "1/s" and growth.times else float("nan")
+    about = {"name": system.name, "unit": unit, "ok": ok, "status": status, "points": points, "names": system.names}
+    found = growth.record(began, count, period=period, **about)
+    return replace(found, verdict=verdict_of(found, system.units)) if plan.is_section else found
