@@ -193,7 +193,7 @@ class Shooting:
     def set_value(self, value: float) -> None:
         """Give the parameter that is followed a value; the period of drives follows."""
         if self.parameter is not None:
-            self.system.reset(parameters={self.parameter: value})
+            self.system.reset(parameters={self.parameter: float(value)})
             self.space = Space(self.label, self.system, self.angles)
             if not self.autonomous:
                 self.base = self._base()
