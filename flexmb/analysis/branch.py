@@ -207,7 +207,7 @@ def switched(branch: Branch, event: BranchPoint, step: float) -> PeriodicOrbit:
             parts.append(one.bases[j] @ pushed)
             pushed = one.slopes[j] @ pushed
     starts = np.tile(one.starts, (twice, 1))
-    size = max(old.space.length(one.starts[0]), 1e-3 * old.scale)
+    size = size_of(old, one)
     normal = Direction(np.array(parts), 0.0, 0.0)
     through = Direction(starts + step * size * normal.starts, twice * one.period, one.value)
     width = abs(branch.span[1] - branch.span[0])
@@ -220,6 +220,12 @@ def switched(branch: Branch, event: BranchPoint, step: float) -> PeriodicOrbit:
         text = "The step came back to the orbit without doubling; try another step="
         return made(shooting, Found(found.last, found.misses, ok=False, status=text), branch.gaps)
     return orbit
+
+
+def size_of(shooting: Shooting, one: Pass) -> float:
+    """What counts as 1 of states: their length, or 1 where they are all 0."""
+    length = float(np.mean([shooting.space.length(x) for x in one.starts]))
+    return max(length, 1e-2 * shooting.scale) or 1.0
 
 
 def small_of(shooting: Shooting, width: float) -> float:

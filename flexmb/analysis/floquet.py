@@ -10,7 +10,9 @@ REAL = 1e-9
 """Multipliers whose imaginary part is below this part of their size, or of 1, are real."""
 
 FOLD, FLIP, NEIMARK_SACKER, GRAZING, BRANCH = "fold", "flip", "neimark-sacker", "grazing", "branch"
-KINDS = (FOLD, FLIP, NEIMARK_SACKER, GRAZING, BRANCH)
+
+NEAR = 0.05
+"""Turning points of a gap within this part of its travel from 0 are near to grazing."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +56,7 @@ def nearest_loss(multipliers: np.ndarray, graze: float | None) -> Loss:
     k = int(np.abs(np.log(np.maximum(np.abs(multipliers), 1e-300))).argmin())
     critical = complex(multipliers[k])
     margin = 1.0 - abs(critical)
-    if graze is not None and abs(graze) < abs(margin):
+    if graze is not None and abs(graze) < min(abs(margin), NEAR):
         return Loss(GRAZING, graze, complex(np.nan))
     if not is_real(multipliers)[k]:
         return Loss(NEIMARK_SACKER, margin, critical)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from flexmb import checks
-from flexmb.analysis.branch import Branch, BranchPoint, small_of
+from flexmb.analysis.branch import Branch, BranchPoint, size_of, small_of
 from flexmb.analysis.floquet import (
     BRANCH,
     FLIP,
@@ -152,7 +152,7 @@ class Walk:
             return self._branch(stations, events, ok=False, status=f"No orbit at the first value: {found.status}")
         one = found.last
         self.lengths = (
-            max(float(np.mean([self.shooting.space.length(x) for x in one.starts])), 1e-2 * self.shooting.scale, 1e-12),
+            size_of(self.shooting, one),
             one.period,
             abs(self.span[1] - self.span[0]),
         )
@@ -230,7 +230,7 @@ class Walk:
             by_y = np.einsum("js,jsd->jd", wide, one.bases).ravel()
             row = np.concatenate([by_y, [before.period / t**2] * self.shooting.autonomous, [before.value / p**2]])
         u = solved(np.vstack([J, row]), np.append(np.zeros(len(J)), 1.0))
-        self.volume = _signed_volume(np.vstack([J, u / np.linalg.norm(u)]), d, M, autonomous=self.shooting.autonomous)
+        self.volume = _signed_volume(J, u, np.array([x] * (M * d) + [t] * self.shooting.autonomous + [p]))
         starts = np.einsum("jsd,jd->js", one.bases, u[: M * d].reshape(M, d))
         found = Direction(starts, float(u[M * d]) if self.shooting.autonomous else 0.0, float(u[-1]))
         size = np.sqrt(self._dot(found, found))
@@ -341,12 +341,14 @@ def _or_none(found: Station | str) -> Station | None:
     return found if isinstance(found, Station) else None
 
 
-def _signed_volume(J: np.ndarray, d: int, M: int, *, autonomous: bool) -> float:
-    """Sign of the determinant of the whole problem times its smallest singular value: changes where branches cross."""
-    across = np.linalg.norm(J, axis=0)
-    across[across == 0.0] = 1.0
-    sign, _ = np.linalg.slogdet(J)
-    return float(sign * np.linalg.svd(J / across, compute_uv=False)[-1])
+def _signed_volume(J: np.ndarray, u: np.ndarray, units: np.ndarray) -> float:
+    """Determinant's sign of J with the direction u below it, times the smallest singular value: 0 where branches cross.
+
+    Unknowns in their units (columns,); gaps in the first of them.
+    """
+    ahead = u / units
+    whole = np.vstack([J * units / units[0], ahead / np.linalg.norm(ahead)])
+    return float(np.linalg.slogdet(whole)[0] * np.linalg.svd(whole, compute_uv=False)[-1])
 
 
 def root(

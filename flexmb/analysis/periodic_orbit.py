@@ -156,7 +156,8 @@ def periodic_orbit(
     period : of the drives [s], or a function of the parameters that gives it; None: that of the drives of a mechanism,
         one iteration of a map.  With `autonomous` a first guess.
     times : after how many of these periods the orbit closes.
-    guess : where it begins: a state (size,), another orbit, or None: the present state.
+    guess : where it begins: a state (size,), another orbit, or None: the present state.  Or one state for each part
+        (segments, size), where the motion from a single one would lead astray.
     settle : periods to go on from the guess before the search, to come nearer to an orbit that attracts.
     autonomous : whether nothing outside sets a clock; the period is then sought as well, and the start moves across
         the motion only.
@@ -194,11 +195,17 @@ def periodic_orbit(
         raise InputError(f"{LABEL}: system is {system!r}; it must be a flow or map (Map, MechanismFlow) or a Mechanism.")
     moved = moved.copy()
     checks.count(LABEL, "iterations", iterations, 0)
-    known = _guessed(guess, moved)
+    parts = None if not _is_table(guess) else np.array([_guessed(one, moved) for one in guess])
+    known = _guessed(guess, moved) if parts is None else parts[0]
+    segments = len(parts) if parts is not None and segments is None else segments
+    if parts is not None and segments != len(parts):
+        raise InputError(f"{LABEL}: guess has {len(parts)} states; there must be one for each of {segments} segments.")
+    if period is None and autonomous and isinstance(guess, PeriodicOrbit):
+        period = guess.period / guess.times
     shooting = Shooting(
         LABEL,
         moved,
-        period=guess.period / guess.times if autonomous and isinstance(guess, PeriodicOrbit) and not period else period,
+        period=period,
         times=times,
         autonomous=autonomous,
         segments=1 if segments is None else checks.count(LABEL, "segments", segments),
@@ -211,8 +218,15 @@ def periodic_orbit(
         if not moved.advance(shooting.base if shooting.is_flow else 1):
             break
     tolerance = tolerance_of(moved, tolerance)
-    found, shooting = _search(shooting, moved.state(), tolerance, iterations, free=segments is None)
+    if parts is None or settle:
+        parts = moved.state()[None, :]
+    found, shooting = _search(shooting, parts, tolerance, iterations, free=segments is None)
     return made(shooting, found, gaps)
+
+
+def _is_table(guess: Any) -> bool:
+    """Whether it is a list of states."""
+    return isinstance(guess, (list, tuple, np.ndarray)) and len(guess) > 0 and np.ndim(guess[0]) == 1
 
 
 def _guessed(guess: Any, system: Dynamics) -> np.ndarray:
@@ -232,16 +246,16 @@ def tolerance_of(system: Dynamics, asked: float | None) -> float:
 
 
 def _search(
-    shooting: Shooting, state: np.ndarray, tolerance: float, iterations: int, *, free: bool
+    shooting: Shooting, given: np.ndarray, tolerance: float, iterations: int, *, free: bool
 ) -> tuple[Found, Shooting]:
-    """Newton from a state; in several parts where the first pass shows that differences grow too much."""
+    """Newton from a state (1, size), or from one a part; in parts where a first pass shows that differences grow much."""
     period = shooting.period
     if free:
-        one = shooting.run(state[None, :], period)
+        one = shooting.run(given, period)
         parts = parts_needed(shooting, one)
         if parts > 1:
             shooting = shooting.copy(shooting.times, parts)
-    starts = shooting.spread(state, period)
+    starts = given if len(given) == shooting.segments else shooting.spread(given[0], period)
     if starts is None:
         return Found(None, (), False, f"The motion from the guess fails: {shooting.status}"), shooting
     return correct(shooting, starts, period, np.nan, tolerance=tolerance, iterations=iterations), shooting

@@ -90,7 +90,7 @@ class Impact(Flow):
     """x'' + x = F cos(W t) between impacts; at x = wall with x' > 0 the speed becomes -e x'.
 
     The flight is exact, impacts are located to round-off; the tangent of an impact (x, v) -> (x, -e v) at a fixed wall
-    is [[-e, 0], [-(e a- + a+) / v-, -e]], a-+ the accelerations before and after (P. C. Muller, Chaos, Solitons &
+    is [[-e, 0], [(1 + e) a / v, -e]], v the speed before it, a the acceleration (P. C. Muller, Chaos, Solitons &
     Fractals 5 (1995) 1671-1681).
     """
 
@@ -131,7 +131,7 @@ class Impact(Flow):
             v = self.x[1]
             a = self.acceleration(hit, wall)
             if tangents is not None:
-                tangents[:] = np.array([[-e, 0.0], [-(e * a + a) / v, -e]]) @ tangents
+                tangents[:] = np.array([[-e, 0.0], [(1.0 + e) * a / v, -e]]) @ tangents
             self.x = np.array([wall, -e * v])
         self.ok, self.status = False, "too many impacts"
         return False
@@ -140,19 +140,24 @@ class Impact(Flow):
         """First time at which the wall is reached from below, inf beyond the end."""
         wall, n = self._parameters["wall"], max(int((end - self._time) * 40), 4)
         times = self._time + (end - self._time) * np.arange(n + 1) / n
-        above = [self.flight(self._time, self.x, t)[0] - wall for t in times]
-        first = 1 if abs(above[0]) < 1e-12 else 0
-        for k in range(first, n):
-            if above[k] <= 0.0 < above[k + 1] or (k == first and above[k] > 0.0):
-                low, high = times[k], times[k + 1]
-                for _ in range(60):
-                    middle = 0.5 * (low + high)
-                    if self.flight(self._time, self.x, middle)[0] > wall:
-                        high = middle
-                    else:
-                        low = middle
-                return high
+        states = [self.flight(self._time, self.x, t) for t in times]
+        for k in range(n):
+            low, high = times[k], times[k + 1]
+            if states[k][1] > 0.0 >= states[k + 1][1]:  # it turns back in between
+                high = self.bisected(low, high, lambda x: x[1] < 0.0)
+            above = self.flight(self._time, self.x, high)[0] > wall
+            if above and (k > 0 or states[0][0] < wall - 1e-12):
+                return self.bisected(low, high, lambda x: x[0] > wall)
         return math.inf
+
+    def bisected(self, low, high, beyond):
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            if beyond(self.flight(self._time, self.x, middle)):
+                high = middle
+            else:
+                low = middle
+        return high
 
     def copy(self):
         return self._like(type(self)(self.start, self._parameters, self.name))
