@@ -7,6 +7,12 @@ from importlib import import_module
 from typing import Any
 
 _HOME = {
+    "analysis.basin": "Basin basin",
+    "analysis.branch": "Branch BranchPoint",
+    "analysis.follow": "follow",
+    "analysis.map": "Map",
+    "analysis.mechanism_flow": "MechanismFlow",
+    "analysis.periodic_orbit": "PeriodicOrbit periodic_orbit",
     "beams.section": "Circle GeneralSection Rectangle Section Tapered Tube",
     "bodies.flexible_frame": "FlexibleFrame",
     "bodies.flexible_link": "FlexibleLink",
@@ -94,7 +100,9 @@ _HOME = {
     "solve.modal": "Modes modes",
     "solve.report": "check",
     "solve.statics": "Equilibrium static_equilibrium",
+    "view.orbits": "plot_basin plot_branch",
     "view.plot": "plot",
+    "view.portrait": "plot_exponents plot_phase plot_section",
     "view.render": "render",
     "view.screenshot": "screenshot_vtk",
 }

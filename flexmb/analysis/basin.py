@@ -47,6 +47,7 @@ class Basin:
     name : of the system.
     axes : names of the two numbers of the state.
     units : their units, "" where not known.
+    places : their places in the state.
     x, y : (nx,), (ny,) their values.
     number : (ny, nx) number of the attractor, from 1 on; 0: none was found in the time given; -1: the motion ended
         (it is not finite, leaves the bounds, or the steps fail).
@@ -60,6 +61,7 @@ class Basin:
     name: str
     axes: tuple[str, str]
     units: tuple[str, str]
+    places: tuple[int, int]
     x: np.ndarray
     y: np.ndarray
     number: np.ndarray
@@ -201,7 +203,9 @@ def basin(
     """
     moved = MechanismFlow(system) if isinstance(system, Mechanism) else system
     if not isinstance(moved, Dynamics):
-        raise InputError(f"{LABEL}: system is {system!r}; it must be a flow or map (Map, MechanismFlow) or a Mechanism.")
+        raise InputError(
+            f"{LABEL}: system is {system!r}; it must be a flow or map (Map, MechanismFlow) or a Mechanism."
+        )
     places = [_place(moved, axis, which) for axis, which in ((x, "x"), (y, "y"))]
     (a, ax, ua, xs), (b, by, ub, ys) = places
     if a == b:
@@ -225,6 +229,7 @@ def basin(
         name=moved.name,
         axes=(ax, by),
         units=(ua, ub),
+        places=(a, b),
         x=xs,
         y=ys,
         number=number.reshape(shape),
@@ -245,7 +250,9 @@ def _place(system: Dynamics, axis: Any, which: str) -> tuple[int, str, str, np.n
     except (TypeError, ValueError):
         raise InputError(f"{LABEL}: the values of {which} are {values!r}; they must be numbers.") from None
     if grid.ndim != 1 or len(grid) == 0 or not np.isfinite(grid).all():
-        raise InputError(f"{LABEL}: the values of {which} have shape {grid.shape}; they must be a list of finite numbers.")
+        raise InputError(
+            f"{LABEL}: the values of {which} have shape {grid.shape}; they must be a list of finite numbers."
+        )
     known = state_names(system)
     if isinstance(name, str):
         place = known[checks.one_of(LABEL, which, name, known)]

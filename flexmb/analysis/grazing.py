@@ -80,9 +80,7 @@ def closest_approaches(
     return found
 
 
-def _turning_point(
-    system: Dynamics, span: tuple[float, float], state: np.ndarray, place: int, sign: float
-) -> float:
+def _turning_point(system: Dynamics, span: tuple[float, float], state: np.ndarray, place: int, sign: float) -> float:
     """The smallest gap in a short span that begins with that state; NaN if it is a sharp one."""
     slopes, least = [], np.nan
     for _ in range(2):

@@ -174,9 +174,7 @@ def _tried(shooting: Shooting, one: Pass, step: np.ndarray, factor: float) -> Pa
     return shooting.run(shooting.moved(one, factor * step[:n].reshape(one.gaps.shape)), period, value)
 
 
-def _damped(
-    miss: float, shooting: Shooting, tried: Callable[[float], Pass | None], tolerance: float
-) -> Pass | None:
+def _damped(miss: float, shooting: Shooting, tried: Callable[[float], Pass | None], tolerance: float) -> Pass | None:
     """The first of the passes after 1, 1/2, 1/4 ... of a correction whose gaps are smaller; None if there is none.
 
     Gaps at round-off need not become smaller.

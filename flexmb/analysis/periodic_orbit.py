@@ -192,7 +192,9 @@ def periodic_orbit(
     """
     moved = MechanismFlow(system) if isinstance(system, Mechanism) else system
     if not isinstance(moved, Dynamics):
-        raise InputError(f"{LABEL}: system is {system!r}; it must be a flow or map (Map, MechanismFlow) or a Mechanism.")
+        raise InputError(
+            f"{LABEL}: system is {system!r}; it must be a flow or map (Map, MechanismFlow) or a Mechanism."
+        )
     moved = moved.copy()
     checks.count(LABEL, "iterations", iterations, 0)
     parts = None if not _is_table(guess) else np.array([_guessed(one, moved) for one in guess])

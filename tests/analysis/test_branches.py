@@ -141,7 +141,7 @@ def jumps(d=0.1, F=0.5):
     root = (s - d * d / 2) ** 2 - s * s + (F / A) ** 2
     A, s, root = A[root > 0], s[root > 0], np.sqrt(root[root > 0])
     plus, minus = np.sqrt(s - d * d / 2 + root), np.sqrt(np.maximum(s - d * d / 2 - root, 0))
-    return max(minus.max(), plus[A > 0.95 * A.max()].max()), plus.min()
+    return max(minus.max(), plus[0.95 * A.max() < A].max()), plus.min()
 
 
 def test_duffing_points_solve_the_fourier_equations(resonance):

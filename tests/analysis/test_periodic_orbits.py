@@ -108,7 +108,9 @@ def test_driven_linear_oscillator_is_found_in_one_step():
     np.testing.assert_allclose(orbit.state, [x.real, (1j * W * x).real], atol=1e-9)
     assert orbit.iterations == 1
     exact = np.exp((-zeta + 1j * math.sqrt(1 - zeta**2)) * 2 * math.pi / W)
-    np.testing.assert_allclose(np.sort_complex(orbit.multipliers), np.sort_complex([exact, exact.conjugate()]), atol=1e-9)
+    np.testing.assert_allclose(
+        np.sort_complex(orbit.multipliers), np.sort_complex([exact, exact.conjugate()]), atol=1e-9
+    )
     assert orbit.loss.kind == "neimark-sacker"
     assert orbit.loss.margin == pytest.approx(1 - abs(exact), abs=1e-9)
     later = orbit.samples(64)
