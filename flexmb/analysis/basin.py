@@ -25,7 +25,7 @@ KEPT = 128
 """Section points by which an attractor that does not repeat itself is recognised."""
 
 CLOSE = 0.1
-"""Two sets of points that do not repeat themselves are one if they lie within this part of their size of one another."""
+"""Two sets of points that do not repeat themselves are one if they lie this near to one another, against their size."""
 
 CHUNKS = 4
 """Pieces of work for each worker, so that none waits long for the last one."""
@@ -397,5 +397,5 @@ def _same(points: np.ndarray, other: np.ndarray, repeats: int, rules: Rules) -> 
     table = np.array([rules.away(other, p) for p in points])
     if repeats:
         return bool(max(table.min(axis=1).max(), table.min(axis=0).max()) <= 10.0 * rules.close)
-    size = max(float(np.sqrt(((s - s.mean(axis=0)) ** 2 @ rules.weights).max())) for s in (points, other))
+    size = min(float(np.sqrt(((s - s.mean(axis=0)) ** 2 @ rules.weights).max())) for s in (points, other))
     return bool(max(np.median(table.min(axis=1)), np.median(table.min(axis=0))) <= CLOSE * size)

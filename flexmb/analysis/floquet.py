@@ -50,7 +50,7 @@ def is_real(multipliers: np.ndarray) -> np.ndarray:
 
 
 def nearest_loss(multipliers: np.ndarray, graze: float | None) -> Loss:
-    """The multiplier with the factor to the circle nearest to 1; grazing if the closest approach, as a part of the gap's travel, is nearer."""
+    """The multiplier that is the nearest to the circle, by its factor; or grazing, if that is nearer."""
     if len(multipliers) == 0:
         return Loss("none", np.nan, complex(np.nan)) if graze is None else Loss(GRAZING, graze, complex(np.nan))
     k = int(np.abs(np.log(np.maximum(np.abs(multipliers), 1e-300))).argmin())

@@ -151,6 +151,8 @@ def _step(shooting: Shooting, one: Pass, plane: Plane | None) -> np.ndarray | No
 
 def solved(J: np.ndarray, right: np.ndarray) -> np.ndarray:
     """x with J x = right, of least length where J does not say; columns and rows are scaled first."""
+    if J.size == 0:
+        return np.zeros(J.shape[1])
     across = np.linalg.norm(J, axis=0)
     across[across == 0.0] = 1.0
     down = np.linalg.norm(J / across, axis=1)

@@ -58,7 +58,7 @@ class PeriodicOrbit:
     monodromy : (d, d) the derivative, in the basis.
     basis : (size, d) the directions in which states can differ, orthonormal in the weights of the system.
     parameters : parameters of the system that were changed, or all it has.
-    grazing : of each gap its turning point nearest to 0 [m]: > 0 just misses, < 0 just touches; NaN where there is none.
+    grazing : of each gap its turning point nearest to 0 [m]: > 0 just misses, < 0 just touches; NaN: it has none.
     loss : which loss of stability is nearest.
     shooting : the passes it was found with.
     """
@@ -250,7 +250,7 @@ def tolerance_of(system: Dynamics, asked: float | None) -> float:
 def _search(
     shooting: Shooting, given: np.ndarray, tolerance: float, iterations: int, *, free: bool
 ) -> tuple[Found, Shooting]:
-    """Newton from a state (1, size), or from one a part; in parts where a first pass shows that differences grow much."""
+    """Newton from a state (1, size), or from one a part; in parts where differences grow much in a first pass."""
     period = shooting.period
     if free:
         one = shooting.run(given, period)
@@ -265,7 +265,7 @@ def _search(
 
 def parts_needed(shooting: Shooting, one: Pass | None) -> int:
     """Into how many parts the period has to be divided, so that differences grow by at most `AMPLIFIED` in each."""
-    if one is None:
+    if one is None or one.gaps.size == 0:
         return 1
     growth = float(np.linalg.norm(one.monodromy, 2))
     parts = max(int(np.ceil(np.log(max(growth, 1.0)) / np.log(AMPLIFIED))), 1)

@@ -61,7 +61,9 @@ class Space:
     def basis(self, system: Dynamics) -> np.ndarray:
         """Directions (size, d), orthonormal in the weights, in which the present state can differ."""
         d = system.dimension
-        if d == system.size:
+        if d == 0:
+            W = np.zeros((system.size, 0))
+        elif d == system.size:
             W = system.on_manifold(np.eye(d))
             orthonormalise(W, self.weights)
         else:
@@ -323,6 +325,8 @@ class Shooting:
     ) -> tuple[Any, Any]:
         """(size, d) differences of starts on both sides of one, over 2 `size`, and of what becomes of them."""
         starts, after = [], []
+        if V.shape[1] == 0:
+            return V.copy(), V.copy()
         for direction in V.T:
             pair = []
             for sign in (1.0, -1.0):

@@ -111,7 +111,7 @@ def test_exponents_converge_with_their_bands():
         (lambda b: plot_branch(b, "x1"), "signal is 'x1'"),
         (lambda b: plot_branch(b, "x0", value="largest"), "value is 'largest'"),
         (lambda b: plot_branch([], "x0"), "one or several results of follow"),
-        (lambda b: plot_basin(b), "must be the result of basin"),
+        (plot_basin, "must be the result of basin"),
         (lambda b: plot_section(section().rename(period="n"), "P.ex"), "must have 'period' or 'crossing'"),
         (lambda b: plot_section(section(), "P.ez"), "signal is 'P.ez'"),
         (lambda b: plot_phase([1.0], "x", "v"), "must be a dataset"),
