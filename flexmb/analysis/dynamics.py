@@ -101,7 +101,7 @@ class Dynamics(ABC):
         raise InputError(f"{self.name!r} is a map: it has no velocity. Take an exponent of its iterations.")
 
     def tangent_basis(self, count: int, seed: int = 0) -> np.ndarray:
-        """`count` tangent vectors (size, count), orthonormal in the weights, from random directions.
+        """`count` tangent vectors (size, count), orthonormal in the weights, random by `seed`.
 
         Raises
         ------
@@ -115,7 +115,7 @@ class Dynamics(ABC):
         return W
 
     def on_manifold(self, tangents: np.ndarray) -> np.ndarray:
-        """The part of arbitrary differences (size, k) that the constraints of the system allow at its state."""
+        """The part of arbitrary differences `tangents` (size, k) that the constraints of the system allow here."""
         return np.ascontiguousarray(tangents, dtype=np.float64)
 
     @abstractmethod

@@ -143,7 +143,8 @@ def plot_basin(basin: Basin, *, title: str | None = None) -> Figure:
     (ax_name, ay_name), (ax_unit, ay_unit) = basin.axes, basin.units
     ax.set_xlabel(label_of(ax_name, ax_unit))
     ax.set_ylabel(label_of(ay_name, ay_unit))
-    ax.autoscale(enable=False)
+    ax.set_xlim(*_edges(basin.x))
+    ax.set_ylim(*_edges(basin.y))
     for k, points in enumerate(basin.attractors):
         x, y = points[:, basin.places[0]], points[:, basin.places[1]]
         ax.plot(x, y, "o", color=colours[k + 2], markeredgecolor="black", markersize=5, linestyle="none")
@@ -155,6 +156,13 @@ def plot_basin(basin: Basin, *, title: str | None = None) -> Figure:
     figure.legend(handles=patches, loc="outside right upper", frameon=False, fontsize="small")
     figure.suptitle(basin.name if title is None else title)
     return figure
+
+
+def _edges(values: np.ndarray) -> tuple[float, float]:
+    """Outer edges of the cells about the values of an axis."""
+    low, high = float(values.min()), float(values.max())
+    half = 0.5 * (high - low) / max(len(values) - 1, 1) or 0.5
+    return low - half, high + half
 
 
 def _named(number: int, period: int) -> str:

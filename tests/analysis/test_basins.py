@@ -29,9 +29,7 @@ def roots():
 
 
 def test_newtons_method_comes_to_the_three_roots(roots):
-    found = {
-        complex(*np.round(a[-1], 6)) for a in roots.attractors
-    }
+    found = {complex(*np.round(a[-1], 6)) for a in roots.attractors}
     exact = {complex(*np.round([math.cos(k), math.sin(k)], 6)) for k in (0.0, 2 * math.pi / 3, -2 * math.pi / 3)}
     assert found == exact
     assert roots.periods == (1, 1, 1)

@@ -53,6 +53,7 @@ def test_basin_shows_numbers_shares_and_attractors():
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("x", "y")
     np.testing.assert_array_equal(ax.collections[0].get_array().reshape(found.number.shape), found.number)
     assert sorted(round(float(line.get_xdata()[0]), 3) for line in ax.lines) == [-1.0, 1.0]
+    assert ax.get_xlim() == pytest.approx((-1.55, 1.45))
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert labels == ["1 (period 1): 50.0 %", "2 (period 1): 50.0 %"]
 
