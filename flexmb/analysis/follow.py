@@ -201,8 +201,9 @@ class Walk:
         )
         plane = Plane(old.ahead, through, self.lengths, self._small())
         period = through.period
+        if not self.shooting.set_value(through.value):
+            return self.shooting.status.rstrip(".")
         if not self.shooting.autonomous:
-            self.shooting.set_value(through.value)
             period = self.shooting.period
         starts = through.starts.copy()
         starts[:, self.shooting.space.handed] = one.starts[:, self.shooting.space.handed]

@@ -99,14 +99,16 @@ def correct(
     while misses[-1] > tolerance or (plane is not None and abs(plane.row(shooting, one)[3]) > 1e-6):
         if len(misses) > iterations:
             text = f"Not converged after {iterations} iterations: {misses[-1]:.3g} of the state does not come back"
-            return Found(one, tuple(misses), False, f"{text}, wanted {tolerance:g}. Give a better guess.")
+            return Found(one, tuple(misses), False, f"{text}, wanted {tolerance:g}. Give a better guess, or settle=.")
         step = _step(shooting, one, plane)
         if step is None:
             return Found(one, tuple(misses), False, f"A derivative by the parameter failed: {shooting.status}")
         following = _damped(one.miss, shooting, lambda s, one=one, step=step: _tried(shooting, one, step, s), tolerance)
         if following is None:
-            text = f"No correction brings the motion nearer to its start; {misses[-1]:.3g} of the state does not come"
-            return Found(one, tuple(misses), False, f"{text} back, wanted {tolerance:g}. Give a better guess.")
+            text = f"No correction brings the motion nearer to its start; {misses[-1]:.3g} of the state does not"
+            return Found(
+                one, tuple(misses), False, f"{text} come back, wanted {tolerance:g}. Give a better guess, or settle=."
+            )
         one = following
         misses.append(_part(shooting, one))
     return Found(one, tuple(misses), True, f"Converged after {len(misses) - 1} iterations.")
@@ -170,8 +172,7 @@ def _tried(shooting: Shooting, one: Pass, step: np.ndarray, factor: float) -> Pa
         period += factor * step[n]
     if len(step) > n + shooting.autonomous:
         value += factor * step[-1]
-        if not shooting.autonomous:
-            shooting.set_value(value)
+        if not shooting.autonomous and shooting.set_value(value):
             period = shooting.period
     return shooting.run(shooting.moved(one, factor * step[:n].reshape(one.gaps.shape)), period, value)
 

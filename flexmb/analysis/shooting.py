@@ -11,7 +11,7 @@ import numpy as np
 from flexmb import checks
 from flexmb.analysis.dynamics import Dynamics, orthonormalise
 from flexmb.analysis.mechanism_flow import MechanismFlow
-from flexmb.errors import AssemblyError, InputError, SolveError
+from flexmb.errors import AssemblyError, InputError, ModelError, SolveError
 
 TURN = 2.0 * np.pi
 TANGENTS = ("carried", "differences")
@@ -192,13 +192,19 @@ class Shooting:
             known = known(self.system.parameters)
         return checks.positive(self.label, "period", known, "s")
 
-    def set_value(self, value: float) -> None:
-        """Give the parameter that is followed a value; the period of drives follows."""
-        if self.parameter is not None:
+    def set_value(self, value: float) -> bool:
+        """Give the parameter that is followed a value; whether the system takes it.  The period of drives follows."""
+        if self.parameter is None:
+            return True
+        try:
             self.system.reset(parameters={self.parameter: float(value)})
-            self.space = Space(self.label, self.system, self.angles)
             if not self.autonomous:
                 self.base = self._base()
+        except (InputError, ModelError, AssemblyError, SolveError) as error:
+            self.status = f"{self.parameter} = {value:.6g} is refused: {error}"
+            return False
+        self.space = Space(self.label, self.system, self.angles)
+        return True
 
     @property
     def origin(self) -> float:
@@ -224,8 +230,8 @@ class Shooting:
         """A pass from these starts (M, size), brought to the manifold first; None if it fails (see `status`)."""
         M = self.segments
         found: list[tuple[np.ndarray, ...]] = []
-        if not np.isnan(value):
-            self.set_value(value)
+        if not np.isnan(value) and not self.set_value(value):
+            return None
         for j in range(M):
             one = self._part(starts[j], j, period)
             if one is None:
@@ -259,12 +265,11 @@ class Shooting:
         M, space, ends = self.segments, self.space, []
         period = one.period
         for value in (one.value + small, one.value - small):
-            self.set_value(value)
-            reached = []
-            for j in range(M):
+            reached: list[tuple[Any, Any]] = [(None, None)] * M
+            for j in range(M) if self.set_value(value) else ():
                 at = period if self.autonomous else self.period
                 end = self._go(one.starts[j], j, at, None)
-                reached.append((self.began, end))
+                reached[j] = (self.began, end)
             ends.append(reached)
         self.set_value(one.value)
         rows = np.full(one.gaps.shape, np.nan)
@@ -318,7 +323,7 @@ class Shooting:
         made, carried = self._pairs(start, W, j, period, size, ends=True)
         if made is None:
             return None, None
-        return W, carried @ np.linalg.inv((W.T * self.space.weights) @ made)
+        return W, carried @ np.linalg.pinv((W.T * self.space.weights) @ made)
 
     def _pairs(
         self, start: np.ndarray, V: np.ndarray, j: int, period: float, size: float, *, ends: bool

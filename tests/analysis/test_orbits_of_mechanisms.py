@@ -73,6 +73,19 @@ def test_driven_mass_is_followed_along_a_parameter():
         assert p.state[0] - 1 == pytest.approx(x.real, abs=2e-4 * abs(x))
 
 
+def test_a_branch_ends_where_a_part_refuses_the_value():
+    T = 2 * math.pi / W
+    orbit = periodic_orbit(MechanismFlow(shaken(), step=T / 100, period=T), tangent="differences")
+    branch = follow(orbit, "spring.damping", (0.8, -0.8), largest=0.3, step=0.1, smallest=1e-3)
+    assert not branch.ok
+    assert "must be >= 0" in branch.status
+    assert 0.0 <= branch.points[-1].value < 0.05
+    with pytest.raises(fm.InputError, match="must be >= 0"):
+        follow(orbit, "spring.damping", (-0.8, 0.8))
+    with pytest.raises(fm.FlexmbError, match="dampings"):
+        follow(orbit, "spring.dampings", (0.8, 0.1))
+
+
 def test_a_mechanism_without_drive_needs_a_period():
     flow = MechanismFlow(shaken(), step=1e-3)
     with pytest.raises(fm.InputError, match="no periodic drive and no period= is given"):
@@ -148,3 +161,25 @@ def test_slider_crank_with_worn_pin_has_an_orbit_that_simulation_confirms():
     twice = system.observe()[pin]
     assert np.hypot(*first) == pytest.approx(1e-4, rel=0.05)  # the pin lies on its bearing
     assert np.abs(twice - once).max() < 1e-3 * 1e-4
+
+
+@pytest.mark.slow
+def test_grazing_of_a_worn_joint_is_located():
+    # the pin swings freely in its bearing, until the clearance is its amplitude |F/(K - M W^2 + i D W)|
+    parts = shaken().parts
+    mass = parts[0]
+    law = fm.KelvinVoigt(stiffness=2e3, damping=0.0)
+    amplitude = abs(F / (K - M * W**2 + 1j * D * W))
+    bearing = fm.RevoluteClearance(
+        "J", fm.GROUND, mass, at=(1.0, 0.0), clearance=1.2 * amplitude, bearing_radius=0.5, normal=law
+    )
+    T = 2 * math.pi / W
+    flow = MechanismFlow(fm.Mechanism("worn", [*parts, bearing]), step=T / 500, period=T)
+    orbit = periodic_orbit(flow, tangent="differences")
+    assert orbit.ok, orbit.status
+    assert orbit.grazing["J.penetration"] == pytest.approx(0.2 * amplitude, rel=1e-3)
+    branch = follow(orbit, "J.clearance", (1.2 * amplitude, 0.98 * amplitude), step=0.1, largest=0.2)
+    found = [e for e in branch.events if e.kind == "grazing"]
+    assert len(found) == 1
+    # the steps make the amplitude larger by 4e-5
+    assert found[0].value == pytest.approx(amplitude, rel=6e-5)
