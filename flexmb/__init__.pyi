@@ -32,6 +32,15 @@ from flexmb.analysis.points import section as section
 from flexmb.analysis.points import stroboscopic as stroboscopic
 from flexmb.analysis.section_map import SectionMap as SectionMap
 from flexmb.analysis.stroboscopic import StroboscopicMap as StroboscopicMap
+from flexmb.analysis.basin import Basin as Basin
+from flexmb.analysis.basin import basin as basin
+from flexmb.analysis.branch import Branch as Branch
+from flexmb.analysis.branch import BranchPoint as BranchPoint
+from flexmb.analysis.follow import follow as follow
+from flexmb.analysis.map import Map as Map
+from flexmb.analysis.mechanism_flow import MechanismFlow as MechanismFlow
+from flexmb.analysis.periodic_orbit import PeriodicOrbit as PeriodicOrbit
+from flexmb.analysis.periodic_orbit import periodic_orbit as periodic_orbit
 from flexmb.beams.section import Circle as Circle
 from flexmb.beams.section import GeneralSection as GeneralSection
 from flexmb.beams.section import Rectangle as Rectangle
@@ -156,6 +165,11 @@ from flexmb.solve.modal import modes as modes
 from flexmb.solve.report import check as check
 from flexmb.solve.statics import Equilibrium as Equilibrium
 from flexmb.solve.statics import static_equilibrium as static_equilibrium
+from flexmb.view.orbits import plot_basin as plot_basin
+from flexmb.view.orbits import plot_branch as plot_branch
 from flexmb.view.plot import plot as plot
+from flexmb.view.portrait import plot_exponents as plot_exponents
+from flexmb.view.portrait import plot_phase as plot_phase
+from flexmb.view.portrait import plot_section as plot_section
 from flexmb.view.render import render as render
 from flexmb.view.screenshot import screenshot_vtk as screenshot_vtk

@@ -45,7 +45,7 @@ def plot(
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     for ax, panel in zip(axes, panels, strict=True):
         _draw(ax, sol, panel, x)
-    axes[-1].set_xlabel(_label(x, "s" if x == "time" else sol.units(x)))
+    axes[-1].set_xlabel(label_of(x, "s" if x == "time" else sol.units(x)))
     figure.align_ylabels(axes)
     figure.suptitle(sol.name if title is None else title)
     return figure
@@ -77,7 +77,7 @@ def _draw(ax: Axes, sol: Solution, panel: list[str], x: str) -> None:
         # a mode jumps: a slanted line would show values that it never has
         style = "steps-post" if name.endswith(".mode") else "default"
         ax.plot(across, sol.array(name), linewidth=1.1, label=name, drawstyle=style)
-    ax.set_ylabel(_label(panel[0] if len(panel) == 1 else "", sol.units(panel[0]), between="\n"))
+    ax.set_ylabel(label_of(panel[0] if len(panel) == 1 else "", sol.units(panel[0]), between="\n"))
     ax.grid(visible=True, color="0.9", linewidth=0.6)
     ax.set_axisbelow(True)
     ax.ticklabel_format(axis="both", style="sci", scilimits=(-3, 4), useMathText=True)
@@ -91,5 +91,6 @@ def _draw(ax: Axes, sol: Solution, panel: list[str], x: str) -> None:
         ax.set_aspect("equal", adjustable="datalim")  # the orbit of a journal in its bearing is a circle
 
 
-def _label(name: str, units: str, between: str = " ") -> str:
+def label_of(name: str, units: str, between: str = " ") -> str:
+    """Name of an axis with its unit in brackets."""
     return between.join(part for part in (name, f"[{unit_text(units)}]" if units else "") if part)

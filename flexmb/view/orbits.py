@@ -1,0 +1,174 @@
+"""Pictures of branches of periodic orbits and of basins of attraction."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.analysis.basin import Basin
+from flexmb.analysis.branch import Branch
+from flexmb.analysis.floquet import BRANCH, FLIP, FOLD, GRAZING, NEIMARK_SACKER
+from flexmb.errors import InputError
+from flexmb.view.plot import label_of
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+SIZE = (8.0, 5.0)  # of a figure [inch]
+
+STABLE, UNSTABLE = "tab:blue", "tab:red"
+
+MARKS = {
+    FOLD: ("o", "tab:orange", "fold"),
+    FLIP: ("s", "tab:purple", "flip (period doubling)"),
+    NEIMARK_SACKER: ("D", "tab:green", "Neimark-Sacker (torus)"),
+    GRAZING: ("v", "black", "grazing"),
+    BRANCH: ("*", "tab:brown", "branch point"),
+}
+
+LOST_COLOUR, OPEN_COLOUR = "black", "0.75"
+COLOURS = ("#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377", "#ee8866", "#44bb99", "#ffaabb", "#99ddff")
+"""Of attractors; told apart by most who see few colours (P. Tol, Colour schemes, 2021)."""
+
+
+def plot_branch(
+    branches: Branch | Sequence[Branch], signal: str, *, value: str = "section", title: str | None = None
+) -> Figure:
+    """Periodic orbits over their parameter: stable ones solid, unstable ones dashed, events marked.
+
+    Parameters
+    ----------
+    branches : one branch, or several of one system and parameter.
+    signal : which signal, or "period".
+    value : "section": its value at the start of the orbit; "max" or "min": the largest or smallest on the orbit, for
+        branches followed with extremes=; "amplitude": half of their difference.
+    title : above the figure; None: the name of the system.
+
+    Raises
+    ------
+    InputError : no branch, an unknown signal or value, extremes that were not asked for, different parameters.
+    """
+    from matplotlib.figure import Figure
+
+    listed = [branches] if isinstance(branches, Branch) else list(branches)
+    if not listed or not all(isinstance(b, Branch) for b in listed):
+        raise InputError(f"plot_branch: branches is {branches!r}; it must be one or several results of follow().")
+    if len({b.parameter for b in listed}) > 1:
+        text = ", ".join(dict.fromkeys(b.parameter for b in listed))
+        raise InputError(f"plot_branch: the branches have different parameters: {text}. Plot them one by one.")
+    checks.one_of("plot_branch", "value", value, ("section", "max", "min", "amplitude"))
+    figure = Figure(figsize=SIZE, layout="constrained")
+    ax = figure.subplots()
+    seen: set[str] = set()
+    for branch in listed:
+        _draw_branch(ax, branch, signal, value, seen)
+    first = listed[0]
+    units = first.unit if signal == "period" else dict(zip(first.names, first.units, strict=True))[signal]
+    ax.set_xlabel(first.parameter)
+    what = signal if value == "section" or signal == "period" else f"{value} of {signal}"
+    ax.set_ylabel(label_of(what, units))
+    _finish(ax)
+    ax.legend(loc="best", fontsize="small", framealpha=0.9)
+    figure.suptitle(first.name if title is None else title)
+    return figure
+
+
+def _draw_branch(ax: Axes, branch: Branch, signal: str, value: str, seen: set[str]) -> None:
+    """Pieces of one stability each; the legend names each kind once."""
+    x = np.array([p.value for p in branch.points])
+    y = _heights(branch, signal, value, branch.points)
+    stable = np.array([p.stable for p in branch.points], dtype=bool)
+    begin = 0
+    for k in range(1, len(x) + 1):
+        if k < len(x) and stable[k] == stable[begin]:
+            continue
+        end = min(k + 1, len(x))  # pieces touch one another
+        name, colour, style = ("stable", STABLE, "-") if stable[begin] else ("unstable", UNSTABLE, "--")
+        label = None if name in seen else name
+        ax.plot(x[begin:end], y[begin:end], style, color=colour, linewidth=1.5, label=label)
+        seen.add(name)
+        begin = k
+    heights = _heights(branch, signal, value, branch.events)
+    for event, height in zip(branch.events, heights, strict=True):
+        mark, colour, name = MARKS[event.kind]
+        label = None if name in seen else name
+        ax.plot(event.value, height, mark, color=colour, markersize=8, zorder=3, label=label, linestyle="none")
+        seen.add(name)
+
+
+def _heights(branch: Branch, signal: str, value: str, points: tuple) -> np.ndarray:
+    """What is drawn of each point."""
+    if signal == "period":
+        return np.array([p.period for p in points])
+    place = branch.names.index(checks.one_of("plot_branch", "signal", signal, (*branch.names, "period")))
+    if value == "section":
+        return np.array([p.signals[place] for p in points])
+    ends = np.array([p.extremes[place] for p in points]).reshape(-1, 2)
+    if len(points) and not np.isfinite(ends).any():
+        raise InputError(f"plot_branch: value is {value!r}, but extremes were not kept. Use follow(..., extremes=100).")
+    return {"min": ends[:, 0], "max": ends[:, 1], "amplitude": 0.5 * (ends[:, 1] - ends[:, 0])}[value]
+
+
+def plot_basin(basin: Basin, *, title: str | None = None) -> Figure:
+    """The grid of starts coloured by the attractor that they come to, with their share of the grid.
+
+    Attractors are marked where their own points lie within the grid's range.
+
+    Parameters
+    ----------
+    basin : the result of `basin()`.
+    title : above the figure; None: the name of the system.
+
+    Raises
+    ------
+    InputError : something else than a basin.
+    """
+    from matplotlib.colors import ListedColormap
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
+
+    if not isinstance(basin, Basin):
+        raise InputError(f"plot_basin: basin is {basin!r}; it must be the result of basin().")
+    count = len(basin.attractors)
+    colours = [LOST_COLOUR, OPEN_COLOUR, *(COLOURS[k % len(COLOURS)] for k in range(count))]
+    figure = Figure(figsize=SIZE, layout="constrained")
+    ax = figure.subplots()
+    shown = {"cmap": ListedColormap(colours), "vmin": -1.5, "vmax": count + 0.5, "shading": "nearest"}
+    ax.pcolormesh(basin.x, basin.y, basin.number, **shown)
+    (ax_name, ay_name), (ax_unit, ay_unit) = basin.axes, basin.units
+    ax.set_xlabel(label_of(ax_name, ax_unit))
+    ax.set_ylabel(label_of(ay_name, ay_unit))
+    ax.set_xlim(*_edges(basin.x))
+    ax.set_ylim(*_edges(basin.y))
+    for k, points in enumerate(basin.attractors):
+        x, y = points[:, basin.places[0]], points[:, basin.places[1]]
+        ax.plot(x, y, "o", color=colours[k + 2], markeredgecolor="black", markersize=5, linestyle="none")
+    names = {-1: "lost", 0: "undecided"} | {k + 1: _named(k + 1, n) for k, n in enumerate(basin.periods)}
+    patches = [
+        Patch(facecolor=colours[k + 1], label=f"{names[k]}: {100.0 * share:.1f} %")
+        for k, share in basin.fractions.items()
+    ]
+    figure.legend(handles=patches, loc="outside right upper", frameon=False, fontsize="small")
+    figure.suptitle(basin.name if title is None else title)
+    return figure
+
+
+def _edges(values: np.ndarray) -> tuple[float, float]:
+    """Outer edges of the cells about the values of an axis."""
+    low, high = float(values.min()), float(values.max())
+    half = 0.5 * (high - low) / max(len(values) - 1, 1) or 0.5
+    return low - half, high + half
+
+
+def _named(number: int, period: int) -> str:
+    return f"{number} (period {period})" if period else f"{number} (not periodic)"
+
+
+def _finish(ax: Axes) -> None:
+    ax.grid(visible=True, color="0.9", linewidth=0.6)
+    ax.set_axisbelow(True)
