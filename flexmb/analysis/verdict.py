@@ -105,6 +105,9 @@ def judge(
     Noise has none.  K, of lags up to n/4, is taken of what is left when the means of bands that are visited in turn
     are taken away; D compares with points of one band.
 
+    A signal that is zero at the section up to round-off (a velocity at a dead centre) is told from one that moves a
+    little by `units` or `sizes` only: give them where there is one.
+
     Parameters
     ----------
     points : (n, m) successive points of a stroboscopic or other section, of all signals, without the known transient;
@@ -118,9 +121,6 @@ def judge(
     floor : part of the size of a signal that is round-off or integration error, > 0.
     sizes : sizes (m,) of the signals, such as their largest magnitudes over the run [units]; None: those of the points,
         and at least 1e-3 of the largest of the same unit.
-
-    A signal that is zero at the section up to round-off (a velocity at a dead centre) is told from one that moves a
-    little by `units` or `sizes` only: give them where there is one.
 
     Returns
     -------

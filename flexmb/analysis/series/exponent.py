@@ -12,7 +12,6 @@ from flexmb import checks
 from flexmb.analysis.series.embedding import Embedding, embed, embedding
 from flexmb.analysis.series.neighbours import typical_log_distance
 from flexmb.analysis.series.samples import is_constant, mean_period, samples, spacing, standardised
-from flexmb.errors import InputError
 
 LEAST = 500
 """Samples below which no exponent is estimated."""
@@ -206,9 +205,3 @@ def _slope_and_error(steps: np.ndarray, blocks: np.ndarray, begin: int, end: int
 def _slope(t: np.ndarray, y: np.ndarray) -> float:
     d = t - t.mean()
     return float(d @ y / (d @ d))
-
-
-def refuse_short(owner: str, points: np.ndarray) -> None:
-    """Refuse fewer vectors than `LEAST` / 2."""
-    if len(points) < LEAST // 2:
-        raise InputError(f"{owner}: {len(points)} vectors are left of the record; take a smaller delay or dimension.")

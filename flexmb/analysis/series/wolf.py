@@ -65,15 +65,24 @@ def wolf(
 
     def slope(points: np.ndarray, window: int, theiler: int, period: float) -> Slope:
         whole = time or (3 if period < FLOW else round(period))
-        first, second = (_slope(points, theiler, t) for t in (whole, 2 * whole))
-        if not (first.why_not or second.why_not) and second.value < LASTING * first.value:
-            text = f"Followed twice as long, pairs part at {second.value / first.value:.2g} of the rate"
-            return replace(first, why_not=f"{text}: not exponentially, but once (noise).")
-        bias = BIAS * first.value if first.why_not or second.why_not else first.value - second.value
-        error = float(np.linalg.norm((first.error, bias, BIAS * first.value)))
-        return first if first.why_not else replace(first, error=error)
+        first, twice = (_slope(points, theiler, t) for t in (whole, 2 * whole))
+        if twice.why_not and whole > 1:  # too few pairs or too far apart: against half the time
+            return _lasting(first, _slope(points, theiler, whole // 2), first)
+        return _lasting(first, first, twice)
 
     return estimate("wolf", slope, signal, interval, options)
+
+
+def _lasting(chosen: Slope, short: Slope, long: Slope) -> Slope:
+    """The chosen slope, whose error holds the difference between a short and a long time, if the growth lasts."""
+    if chosen.why_not:
+        return chosen
+    known = not (short.why_not or long.why_not)
+    if known and long.value < LASTING * short.value:
+        text = f"Followed twice as long, pairs part at {long.value / short.value:.2g} of the rate"
+        return replace(chosen, why_not=f"{text}: not exponentially, but once (noise).")
+    bias = long.value - short.value if known else BIAS * chosen.value
+    return replace(chosen, error=float(np.linalg.norm((chosen.error, bias, BIAS * chosen.value))))
 
 
 def _slope(points: np.ndarray, theiler: int, evolve: int) -> Slope:
