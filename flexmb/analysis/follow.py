@@ -285,17 +285,20 @@ class Walk:
             after = new.tests.get(name, np.nan)
             if before * after < 0.0:
                 place, station = self._located(old, new, name)
-                if station is not None and self._is_one(name, station, max(abs(before), abs(after))):
+                if self._is_one(name, station, max(abs(before), abs(after))):
                     kind = name.partition(" ")[0]
                     found.append((place, replace(station.point, kind=kind)))
         low, high = min(self.span), max(self.span)
         return [point for _, point in sorted(found, key=lambda item: item[0]) if low <= point.value <= high]
 
-    def _located(self, old: Station, new: Station, name: str) -> tuple[float, Station | None]:
+    def _located(self, old: Station, new: Station, name: str) -> tuple[float, Station]:
         """Place along the step and orbit where a test vanishes."""
         away = self._dot(self._between(old, new), old.ahead)
         return root(
-            lambda s: _or_none(self._orbit_at(old, s)), (0.0, old), (away, new), lambda station: station.tests[name]
+            lambda s: _or_none(self._orbit_at(old, s)),
+            (0.0, old),
+            (away, new),
+            lambda station: station.tests.get(name, np.nan),
         )
 
     def _between(self, old: Station, new: Station) -> Direction:
@@ -357,18 +360,22 @@ def root(
     low: tuple[float, Station],
     high: tuple[float, Station],
     test: Callable[[Station], float],
-) -> tuple[float, Station | None]:
-    """Place and orbit between two at which a test of orbits vanishes: secants, kept within the bracket (Illinois)."""
+) -> tuple[float, Station]:
+    """Place and orbit between two at which a test of orbits vanishes: secants, kept within the bracket (Illinois).
+
+    Where no orbit is found, as beyond the grazing of stiff surfaces, the root is looked for before it.
+    """
     (a, one), (b, other) = low, high
     fa, fb = test(one), test(other)
-    width, largest, best = abs(b - a), max(abs(fa), abs(fb)), (a, one) if abs(fa) < abs(fb) else (b, other)
+    width, largest = abs(b - a), max(abs(fa), abs(fb))
+    best = (a, one) if abs(fa) < abs(fb) else (b, other)
     for _ in range(40):
         s = (a * fb - b * fa) / (fb - fa)
-        middle = make(s) or make(s := 0.5 * (a + b))
-        if middle is None:
-            return s, None
-        f = test(middle)
-        best = (s, middle)
+        middle = make(s)
+        f = test(middle) if middle is not None else np.nan
+        f = -fa if np.isnan(f) else f
+        if middle is not None and abs(f) < abs(test(best[1])):
+            best = (s, middle)
         if abs(f) <= LOCATED * largest or abs(b - a) <= LOCATED * width:
             break
         if f * fb < 0.0:
