@@ -52,7 +52,7 @@ class Station:
     iterations: int
 
     def test(self, name: str, old: Station) -> float:
-        """A test that changes its sign on the way from another orbit; of grazing where a gap closes more or less often."""
+        """A test that changes its sign between two orbits; that of grazing where a gap closes more or less often."""
         value = self.tests.get(name, np.nan)
         if not name.startswith(GRAZING):
             return value
