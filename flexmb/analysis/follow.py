@@ -48,7 +48,15 @@ class Station:
     point: BranchPoint
     ahead: Direction
     tests: Tests
+    touches: dict[str, int]
     iterations: int
+
+    def test(self, name: str, old: Station) -> float:
+        """A test that changes its sign between two orbits; that of grazing where a gap closes more or less often."""
+        value = self.tests.get(name, np.nan)
+        if not name.startswith(GRAZING):
+            return value
+        return abs(value) if self.touches.get(name) == old.touches.get(name) else -abs(value)
 
 
 def follow(
@@ -89,7 +97,7 @@ def follow(
     -----
     Events are located by secants along the branch, where a test changes its sign: the parameter's part of the branch's
     direction (fold), the product of multiplier + 1 (flip), the product of products of two multipliers less 1
-    (Neimark-Sacker, if the pair is complex), the closest approach of surfaces (grazing), the determinant of the whole
+    (Neimark-Sacker, if the pair is complex), how often surfaces close a gap (grazing), the determinant of the whole
     problem (branch points: pitchfork, crossing).  Two events of one kind in a step cancel: lower `largest`.
     Where surfaces do not yield, orbits end at grazing; a branch that ends there says so.
     Source: H. B. Keller, Numerical solution of bifurcation and nonlinear eigenvalue problems (1977); Y. A.
@@ -254,11 +262,15 @@ class Walk:
         system, volume = shooting.system, self.volume
         shooting.set_value(one.value)
         system.reset(one.starts[0], time=shooting.origin)
-        signals, near, ends = system.observe(), {}, np.full((len(system.names), 2), np.nan)
+        signals, ends = system.observe(), np.full((len(system.names), 2), np.nan)
+        near: dict[str, float] = {}
+        touches: dict[str, int] = {}
         if self.gaps or self.extremes:
             run = sampled(system, one.period, max(self.extremes, 200 * shooting.times if self.gaps else 0))
             ends = np.array([run[1].min(axis=0), run[1].max(axis=0)]).T
-            near = {name: least for name, (least, _) in closest_approaches(system, self.gaps, run).items()}
+            closest = closest_approaches(system, self.gaps, run)
+            near = {name: least for name, (least, _, _) in closest.items()}
+            touches = {f"{GRAZING} {name}": times for name, (_, _, times) in closest.items()}
         rising = ahead.value / self.lengths[2]
         tests = {FOLD: rising, FLIP: flip_test(multipliers), NEIMARK_SACKER: torus_test(multipliers), BRANCH: volume}
         tests |= {f"{GRAZING} {name}": least for name, least in near.items()}
@@ -276,26 +288,29 @@ class Walk:
             rising=rising,
             made_of=one,
         )
-        return Station(point, ahead, tests, len(found.misses) - 1)
+        return Station(point, ahead, tests, touches, len(found.misses) - 1)
 
     def _events(self, old: Station, new: Station) -> list[BranchPoint]:
         """The events between two orbits, in the order of the branch."""
         found = []
-        for name, before in old.tests.items():
-            after = new.tests.get(name, np.nan)
+        for name in old.tests:
+            before, after = old.test(name, old), new.test(name, old)
             if before * after < 0.0:
                 place, station = self._located(old, new, name)
-                if station is not None and self._is_one(name, station, max(abs(before), abs(after))):
+                if self._is_one(name, station, max(abs(before), abs(after))):
                     kind = name.partition(" ")[0]
                     found.append((place, replace(station.point, kind=kind)))
         low, high = min(self.span), max(self.span)
         return [point for _, point in sorted(found, key=lambda item: item[0]) if low <= point.value <= high]
 
-    def _located(self, old: Station, new: Station, name: str) -> tuple[float, Station | None]:
+    def _located(self, old: Station, new: Station, name: str) -> tuple[float, Station]:
         """Place along the step and orbit where a test vanishes."""
         away = self._dot(self._between(old, new), old.ahead)
         return root(
-            lambda s: _or_none(self._orbit_at(old, s)), (0.0, old), (away, new), lambda station: station.tests[name]
+            lambda s: _or_none(self._orbit_at(old, s)),
+            (0.0, old),
+            (away, new),
+            lambda station: station.test(name, old),
         )
 
     def _between(self, old: Station, new: Station) -> Direction:
@@ -357,18 +372,22 @@ def root(
     low: tuple[float, Station],
     high: tuple[float, Station],
     test: Callable[[Station], float],
-) -> tuple[float, Station | None]:
-    """Place and orbit between two at which a test of orbits vanishes: secants, kept within the bracket (Illinois)."""
+) -> tuple[float, Station]:
+    """Place and orbit between two at which a test of orbits vanishes: secants, kept within the bracket (Illinois).
+
+    Where no orbit is found, as beyond the grazing of stiff surfaces, the root is looked for before it.
+    """
     (a, one), (b, other) = low, high
     fa, fb = test(one), test(other)
-    width, largest, best = abs(b - a), max(abs(fa), abs(fb)), (a, one) if abs(fa) < abs(fb) else (b, other)
+    width, largest = abs(b - a), max(abs(fa), abs(fb))
+    best = (a, one) if abs(fa) < abs(fb) else (b, other)
     for _ in range(40):
         s = (a * fb - b * fa) / (fb - fa)
-        middle = make(s) or make(s := 0.5 * (a + b))
-        if middle is None:
-            return s, None
-        f = test(middle)
-        best = (s, middle)
+        middle = make(s)
+        f = test(middle) if middle is not None else np.nan
+        f = -fa if np.isnan(f) else f
+        if middle is not None and abs(f) < abs(test(best[1])):
+            best = (s, middle)
         if abs(f) <= LOCATED * largest or abs(b - a) <= LOCATED * width:
             break
         if f * fb < 0.0:

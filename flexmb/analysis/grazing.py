@@ -55,8 +55,8 @@ def closest_approaches(
     system: Dynamics,
     gaps: dict[str, tuple[int, float]],
     orbit: tuple[np.ndarray, np.ndarray, Sequence[np.ndarray]],
-) -> dict[str, tuple[float, float]]:
-    """Of each gap on a sampled orbit: its turning point nearest to 0 [m] and its travel [m].
+) -> dict[str, tuple[float, float, int]]:
+    """Of each gap on a sampled orbit: its turning point nearest to 0 [m], its travel [m], and how often it closes.
 
     > 0: the surfaces just miss each other there; < 0: they just touch.  Turning points are looked for between the
     samples.  Sharp minima, rebounds of surfaces that do not yield, are left out; NaN where no other one is found.
@@ -65,18 +65,20 @@ def closest_approaches(
     found = {}
     for name, (place, sign) in gaps.items():
         gap = sign * values[:, place]
-        best = np.nan
+        best, touches = np.nan, 0
         for k in range(1, len(gap)):
             following = gap[k + 1] if k + 1 < len(gap) else gap[1]  # it begins anew
             if not (gap[k] <= gap[k - 1] and gap[k] < following):
                 continue
             room = max(gap[k - 1], following) - gap[k]
             if not np.isnan(best) and abs(gap[k]) - room > abs(best):
+                touches += int(gap[k] < 0.0)
                 continue  # it cannot come nearer
             least = _turning_point(system, (times[k - 1], 2.0 * times[k] - times[k - 1]), states[k - 1], place, sign)
+            touches += int(not least > 0.0)  # a sharp one is an impact
             if not np.isnan(least) and (np.isnan(best) or abs(least) < abs(best)):
                 best = least
-        found[name] = (float(best), float(np.ptp(gap)))
+        found[name] = (float(best), float(np.ptp(gap)), touches)
     return found
 
 

@@ -285,11 +285,11 @@ def made(shooting: Shooting, found: Found, gaps: dict[str, tuple[int, float]]) -
     ok, status = found.ok, found.status
     if ok and one is not None:
         ok, status = _judged(shooting, one, status)
-    near: dict[str, tuple[float, float]] = {}
+    near: dict[str, tuple[float, float, int]] = {}
     if ok and gaps:
         system.reset(state, time=shooting.origin)
         near = closest_approaches(system, gaps, sampled(system, period, SAMPLES * shooting.times))
-    parts = [least / travel for least, travel in near.values() if travel > 0.0 and not np.isnan(least)]
+    parts = [least / travel for least, travel, _ in near.values() if travel > 0.0 and not np.isnan(least)]
     system.reset(state, time=shooting.origin)
     return PeriodicOrbit(
         name=system.name,
@@ -307,7 +307,7 @@ def made(shooting: Shooting, found: Found, gaps: dict[str, tuple[int, float]]) -
         monodromy=monodromy,
         basis=one.bases[0] if one is not None else np.zeros((system.size, d)),
         parameters=system.parameters,
-        grazing={name: least for name, (least, _) in near.items()},
+        grazing={name: least for name, (least, _, _) in near.items()},
         loss=nearest_loss(multipliers, min(parts, key=abs, default=None)),
         shooting=shooting,
     )
