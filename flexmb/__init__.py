@@ -49,7 +49,7 @@ _HOME = {
     "drives.table": "Table",
     "errors": (
         "FlexmbError InputError ModelError KernelError AssemblyError SolveError FileFormatError MissingPackageError "
-        "RestitutionWarning"
+        "RestitutionWarning WorkerError"
     ),
     "integrate.episodes": "Episode Episodes",
     "integrate.method": "Newmark RungeKutta4",
@@ -94,6 +94,10 @@ _HOME = {
     "solve.modal": "Modes modes",
     "solve.report": "check",
     "solve.statics": "Equilibrium static_equilibrium",
+    "sweeps.bifurcation": "bifurcation",
+    "sweeps.diagram": "load_sweep",
+    "sweeps.sweep": "sweep",
+    "view.bifurcation": "plot_bifurcation",
     "view.plot": "plot",
     "view.render": "render",
     "view.screenshot": "screenshot_vtk",
