@@ -18,8 +18,8 @@ from flexmb.integrate.method import Newmark
 from flexmb.integrate.run import installed_version
 from flexmb.integrate.simulate import Step
 from flexmb.model.mechanism import Mechanism
-from flexmb.sweeps.bar import Bar
 from flexmb.sweeps.attempt import Attempt
+from flexmb.sweeps.bar import Bar
 from flexmb.sweeps.diagram import POINTS, STATE, dataset_of
 from flexmb.sweeps.engine import PENDING, Chain, Job, drive, require_executor, require_picklable
 from flexmb.sweeps.family import Family, Make, Section, columns_of, section_point
@@ -59,7 +59,7 @@ def bifurcation(
     period: float | Callable[[float], float] | None = None,
     step: Step | None = None,
     method: Newmark | None = None,
-    exponent: bool = False,
+    exponent: bool | int = False,
     executor: Executor | None = None,
     pending: int = PENDING,
     store: Any = None,
@@ -85,7 +85,8 @@ def bifurcation(
     period : between two points [s], or period(value) that says so; None: the common period of the drives, found anew
         at every value.
     step, method : of mechanisms, as in `simulate`.
-    exponent : find the largest exponent at each value, too, over as many periods as points are kept.
+    exponent : find the largest exponent at each value, too, over so many periods after the points; True: over as many
+        as points are kept.
     executor : where points are computed, any executor of concurrent.futures: of processes, of a Dask client
         (client.get_executor()), of MPI; None: in this process.
     pending : most points that are with the executor at the same time.
@@ -134,7 +135,10 @@ def bifurcation(
     pending = checks.count(label, "pending", pending)
     first = _first(family, numbers)
     names = first.names if signals is None else tuple(checks.sequence(label, "signals", signals, "names"))
-    section = Section(checks.count(label, "skip", skip, 0), checks.count(label, "keep", keep), names, bool(exponent))
+    skip, keep = checks.count(label, "skip", skip, 0), checks.count(label, "keep", keep)
+    section = Section(
+        skip, keep, names, keep if exponent is True else checks.count(label, "exponent", int(exponent), 0)
+    )
     units = [first.units[k] for k in columns_of(first, names, label)]
     _refuse_names(label, [parameter, *names])
     settings = {"direction": direction, "chunks": chunks}

@@ -11,7 +11,7 @@ from flexmb.errors import InputError, WorkerError
 from flexmb.sweeps.attempt import Outcome, attempted
 
 PENDING = 256
-"""Jobs that are with the executor at the same time: enough for any pool on one machine, and no burden to a scheduler."""
+"""Jobs that are with the executor at the same time: enough for a pool on one machine, and no burden to a scheduler."""
 
 
 class Job(NamedTuple):
@@ -127,7 +127,8 @@ def _outcome(future: Future[Outcome], owner: str) -> Outcome:
 def _lost(owner: str, error: BaseException | None) -> WorkerError:
     what = "it was cancelled" if error is None else f"{type(error).__name__}: {' '.join(str(error).split())}"
     return WorkerError(
-        f"{owner}: a worker was lost ({what.rstrip('.')}). What is finished stands in the store, if one was given: start "
-        "workers anew and call it again with resume=True. Workers die when memory runs out, and at once when they "
-        "cannot import the function: put it into a module, and what starts workers under `if __name__ == '__main__':`."
+        f"{owner}: a worker was lost ({what.rstrip('.')}). What is finished stands in the store, if one was given: "
+        "start workers anew and call it again with resume=True. Workers die when memory runs out, and at once when "
+        "they cannot import the function: put it into a module, and what starts workers under "
+        "`if __name__ == '__main__':`."
     )

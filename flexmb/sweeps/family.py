@@ -92,13 +92,13 @@ class Section:
     skip : periods that pass before the first point.
     keep : number of points.
     signals : names of the signals that are kept.
-    exponent : whether the largest exponent is found, too.
+    exponent : periods over which the largest exponent is found; 0: it is not.
     """
 
     skip: int
     keep: int
     signals: tuple[str, ...]
-    exponent: bool = False
+    exponent: int = 0
 
     @property
     def last(self) -> int:
@@ -126,13 +126,15 @@ def section_point(family: Family, section: Section, value: float, carried: np.nd
     chosen = columns_of(flow, section.signals, family.label)
     seam = carried is not None and not _goes_on(flow, carried, section.last * period)
     found = _points(flow, period, section)
-    common: dict[str, Any] = {"seam": seam, "drive_period": period if flow.unit == "s" else np.nan}
-    if found is None:
-        if flow.status.startswith(STOPPED):
-            raise KeyboardInterrupt
-        return Outcome(common, flow.status, ok=False)
-    state = flow.state()
-    return Outcome({**common, "points": found[:, chosen], "state": state, **_judged(flow, found, section)}, flow.status)
+    lost = _not_finite(flow, found, chosen)
+    values: dict[str, Any] = {"seam": seam, "drive_period": period if flow.unit == "s" else np.nan}
+    if found is None and flow.status.startswith(STOPPED):
+        raise KeyboardInterrupt
+    if found is None or lost:
+        return Outcome(values, lost or flow.status, ok=False)
+    values |= {"points": found[:, chosen], "state": flow.state()}
+    judged, remark = _judged(flow, found, period, section)
+    return Outcome(values | judged, f"{section.keep} points, after {section.skip} that were skipped.{remark}")
 
 
 def columns_of(flow: Dynamics, signals: tuple[str, ...], label: str) -> list[int]:
@@ -159,32 +161,36 @@ def _goes_on(flow: Dynamics, carried: np.ndarray, time: float) -> bool:
 
 
 def _points(flow: Dynamics, period: float, section: Section) -> np.ndarray | None:
-    """All signals (keep, n) at the ends of periods; None when the system could not be advanced or is not finite."""
-    found = np.empty((section.keep, len(flow.names)))
+    """All signals (keep, n) at the ends of periods; None when the system could not be advanced."""
+    found, origin = np.empty((section.keep, len(flow.names))), flow.time
     for k in range(section.last + 1):
-        if k > 0 and not flow.advance(period):
+        if k > 0 and not flow.advance(1.0 if flow.unit != "s" else origin + k * period - flow.time):
             return None
         if k >= section.skip:
             found[k - section.skip] = flow.observe()
-    if not np.isfinite(flow.state()).all():
-        flow.ok, flow.status = False, "The state is not finite."
-        return None
     return found
 
 
-def _judged(flow: Dynamics, points: np.ndarray, section: Section) -> dict[str, Any]:
-    """What kind of motion the points show, and the exponent where it is asked for."""
+def _not_finite(flow: Dynamics, points: np.ndarray | None, chosen: list[int]) -> str:
+    """What is no number, in a sentence, or ""."""
+    if points is None:
+        return ""
+    bad = [flow.names[k] for k in chosen if not np.isfinite(points[:, k]).all()]
+    bad = bad or ([] if np.isfinite(flow.state()).all() else ["the state"])
+    return f"Not finite: {', '.join(bad[:5])}." if bad else ""
+
+
+def _judged(flow: Dynamics, points: np.ndarray, period: float, section: Section) -> tuple[dict[str, Any], str]:
+    """What kind of motion the points show, and the exponent where it is asked for; a remark where that has failed."""
     from flexmb.analysis.verdict import judge
 
-    known: dict[str, float] = {}
-    if section.exponent:
-        from flexmb.analysis.lyapunov import lyapunov
+    if not section.exponent:
+        return {"verdict": str(judge(points, flow.names, units=flow.units))}, ""
+    from flexmb.analysis.lyapunov import lyapunov
 
-        exponents = lyapunov(flow, skip=0, periods=max(section.keep, 1))
-        known = {"exponent": exponents.value, "error": exponents.error}
-    verdict = judge(points, flow.names, **known)
-    return {
-        "verdict": str(verdict),
-        "exponent": known.get("exponent", np.nan),
-        "exponent_error": known.get("error", np.nan),
-    }
+    found = lyapunov(flow, periods=section.exponent, period=period if flow.unit == "s" else None)
+    if not found.ok:
+        verdict = judge(points, flow.names, units=flow.units)
+        return {"verdict": str(verdict)}, f" No exponent: {found.status}"
+    verdict = judge(points, flow.names, units=flow.units, exponent=found.value, error=found.error)
+    return {"verdict": str(verdict), "exponent": found.value, "exponent_error": found.error}, ""
