@@ -133,7 +133,7 @@ def opened(path: Any, fingerprint: Mapping[str, Any], kind: str, *, resume: bool
     if (folder / GROUP_FILE).is_file():
         if not resume:
             text = f"Store {str(folder)!r}: it is there already"
-            raise InputError(f"{text}. Go on with it by resume=True, give another path, or delete it.")
+            raise InputError(f"{text}. Go on with it (resume=True, --resume), give another path, or delete it.")
         store = existing(folder, mode="r+")
         _refuse_others(store, fingerprint, kind)
         _sweep_out(folder)
