@@ -6,7 +6,7 @@ import inspect
 import re
 from typing import Any
 
-UNIT = re.compile(r"\[([^\[\]\d,]+[^\[\],]*)\]")
+UNIT = re.compile(r"\[((?:1/)?[^\[\]\d,]+[^\[\],]*)\]")
 """What stands in brackets and is no range of numbers: "[rad/s]", "[m]"."""
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import flexmb as fm
 from flexmb.analysis.map import Map
 
-OMEGA = 1.0
+OMEGA, DAMPING = 1.2, 0.1
 
 
 def logistic(x, r):
@@ -85,13 +85,13 @@ class Well(fm.Element):
     body: fm.Part
     amplitude: float
     omega: float = OMEGA
-    damping: float = 0.3
+    damping: float = DAMPING
     kernel = well_kernel
     coords = ("body.x",)
 
 
 def bistable(amplitude=0.1):
-    """A mass that starts in the right one of two valleys: x'' + 0.3 x' - x + x^3 = amplitude cos t."""
+    """A mass that starts in the right one of two valleys: x'' + 0.1 x' - x + x^3 = amplitude cos 1.2 t."""
     mass = fm.RigidBody("mass", (1.0, 0.0), 1.0, 1.0)
     return fm.Mechanism("bistable", [mass, Well("well", mass, amplitude)])
 
