@@ -19,7 +19,8 @@ from flexmb.commands.units import quantity
 from flexmb.errors import InputError
 from flexmb.integrate.steps import Adaptive, FixedStep
 from flexmb.model.mechanism import Mechanism
-from flexmb.sweeps.bifurcation import bifurcation
+from flexmb.sweeps.bifurcation import bifurcation, first_of
+from flexmb.sweeps.family import Family
 from flexmb.sweeps.pool import worker_pool
 
 if TYPE_CHECKING:
@@ -48,7 +49,9 @@ def sweep(source: Source, text: str, makers: list[Option], options: argparse.Nam
     pictures = {} if options.no_plots else {"matplotlib": ("pictures", " or leave them out with --no-plots")}
     require_packages({"h5netcdf": ("results", ""), **pictures})
     require_folder(folder)
-    workers = checks.count("flexmb sweep", "--workers", options.workers)
+    workers, solver = checks.count("flexmb sweep", "--workers", options.workers), _solver(options)
+    if options.plot and not options.no_plots:
+        _require_signals(options, Family(make, parameter, fixed, **solver), values)
     with worker_pool(workers, find, text) if workers > 1 else nullcontext() as pool:
         diagram = bifurcation(
             make,
@@ -65,7 +68,7 @@ def sweep(source: Source, text: str, makers: list[Option], options: argparse.Nam
             store=options.store,
             resume=options.resume,
             progress=not options.quiet,
-            **_solver(options),
+            **solver,
         )
     written = [Path(options.store)] if options.store else [_netcdf(diagram, folder / f"{STEM}.nc")]
     if not options.no_plots:
@@ -152,6 +155,13 @@ def _solver(options: argparse.Namespace) -> dict[str, Any]:
     if options.method is not None:
         found["method"] = method_of(options.method)
     return found
+
+
+def _require_signals(options: argparse.Namespace, family: Family, values: list[float]) -> None:
+    """Refuse before a long run a picture of a signal that there will not be."""
+    known = options.signals.split(",") if options.signals else first_of(family, values).names
+    for name in options.plot.split(","):
+        checks.one_of("--plot", "signal", name, known)
 
 
 def _netcdf(diagram: xr.Dataset, path: Path) -> Path:

@@ -124,7 +124,7 @@ def bifurcation(
     >>> found = fm.bifurcation(system, "r", [2.0, 3.2], skip=500, keep=4)
     >>> found["x0"].values.round(4)
     array([[0.5   , 0.5   , 0.5   , 0.5   ],
-           [0.513 , 0.7995, 0.513 , 0.7995]])
+           [0.7995, 0.513 , 0.7995, 0.513 ]])
     """
     family = Family(make, parameter, dict(fixed or {}), step, method, period)
     label = family.label
@@ -133,7 +133,7 @@ def bifurcation(
     require_executor(label, executor)
     require_picklable(label, executor, family, f"{label_of(make)} with what is given to it")
     pending = checks.count(label, "pending", pending)
-    first = _first(family, numbers)
+    first = first_of(family, numbers.tolist())
     names = first.names if signals is None else tuple(checks.sequence(label, "signals", signals, "names"))
     skip, keep = checks.count(label, "skip", skip, 0), checks.count(label, "keep", keep)
     section = Section(
@@ -235,12 +235,12 @@ def _check(family: Family, direction: str, chunks: int, count: int) -> None:
         raise InputError(f"{text} ({error}). Change parameter or fixed.") from error
 
 
-def _first(family: Family, numbers: np.ndarray) -> Dynamics:
+def first_of(family: Family, values: Sequence[float]) -> Dynamics:
     """The system at the first value at which there is one; what went wrong at the last value if there is none."""
-    for value in numbers:
+    for value in values:
         with Attempt() as attempt:
-            flow = family.at(value.item())
-            family.period_of(flow, value.item())
+            flow = family.at(value)
+            family.period_of(flow, value)
             return flow
     if isinstance(attempt.error, FlexmbError):
         raise attempt.error
