@@ -78,7 +78,8 @@ def bifurcation(
     skip : periods that pass at each value before the first point.
     keep : points at each value.
     direction : "cold": each value from the system's own start; "up" or "down": through rising or falling values, each
-        from the last state at the value before, brought to the nearest one that the joints allow; "both": up and down.
+        from the last state at the value before, brought to the nearest one that the joints allow; "both": up and down,
+        each begun cold.
     chunks : parts into which the values of "up" and "down" are divided, so that as many workers have something to do.
         The first point of a part starts cold; where it does, `seam` is True.
     signals : names of the signals to keep; None: all.
