@@ -75,7 +75,7 @@ _HOME = {
     "drives.table": "Table",
     "errors": (
         "FlexmbError InputError ModelError KernelError AssemblyError SolveError FileFormatError MissingPackageError "
-        "RestitutionWarning"
+        "RestitutionWarning WorkerError"
     ),
     "integrate.episodes": "Episode Episodes",
     "integrate.method": "Newmark RungeKutta4",
@@ -121,6 +121,10 @@ _HOME = {
     "solve.report": "check",
     "solve.statics": "Equilibrium static_equilibrium",
     "view.orbits": "plot_basin plot_branch",
+    "sweeps.bifurcation": "bifurcation",
+    "sweeps.diagram": "load_sweep",
+    "sweeps.sweep": "sweep",
+    "view.bifurcation": "plot_bifurcation",
     "view.plot": "plot",
     "view.portrait": "plot_exponents plot_phase plot_section",
     "view.render": "render",

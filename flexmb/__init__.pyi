@@ -95,6 +95,7 @@ from flexmb.errors import MissingPackageError as MissingPackageError
 from flexmb.errors import ModelError as ModelError
 from flexmb.errors import RestitutionWarning as RestitutionWarning
 from flexmb.errors import SolveError as SolveError
+from flexmb.errors import WorkerError as WorkerError
 from flexmb.integrate.episodes import Episode as Episode
 from flexmb.integrate.episodes import Episodes as Episodes
 from flexmb.integrate.method import Newmark as Newmark
@@ -167,6 +168,10 @@ from flexmb.solve.statics import Equilibrium as Equilibrium
 from flexmb.solve.statics import static_equilibrium as static_equilibrium
 from flexmb.view.orbits import plot_basin as plot_basin
 from flexmb.view.orbits import plot_branch as plot_branch
+from flexmb.sweeps.bifurcation import bifurcation as bifurcation
+from flexmb.sweeps.diagram import load_sweep as load_sweep
+from flexmb.sweeps.sweep import sweep as sweep
+from flexmb.view.bifurcation import plot_bifurcation as plot_bifurcation
 from flexmb.view.plot import plot as plot
 from flexmb.view.portrait import plot_exponents as plot_exponents
 from flexmb.view.portrait import plot_phase as plot_phase

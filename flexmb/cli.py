@@ -1,4 +1,4 @@
-"""The command line: flexmb run | list | check | vtk."""
+"""The command line: flexmb run | sweep | list | check | vtk."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from flexmb.commands.source import Source
 
 OK, NOT_FINISHED, REFUSED, INTERRUPTED = 0, 1, 2, 130
-WITH_SOURCE = ("run", "check")
+WITH_SOURCE = ("run", "sweep", "check")
 SOURCE_HELP = "a ready mechanism (see `flexmb list`), or FILE.py[:NAME] with a Mechanism or a function that returns one"
 UNITS_HELP = "Numbers may carry a unit: 0.5mm, 50um, 2pi, 3000rpm, 30deg, 0.1ms; without one they are SI."
 
@@ -83,6 +83,10 @@ def _dispatch(given: list[str]) -> int:
 def _with_mechanism(source: Source, maker_options: list[Option], options: argparse.Namespace) -> int:
     from flexmb.commands.options import taken
 
+    if options.command == "sweep":
+        from flexmb.commands.sweep import sweep
+
+        return sweep(source, options.source, maker_options, options)
     mechanism = source.mechanism(taken(options, maker_options))
     if options.command == "check":
         from flexmb.commands.others import check_mechanism
@@ -111,16 +115,18 @@ def _parser(source: Source | None) -> tuple[argparse.ArgumentParser, list[Option
     plain = {"allow_abbrev": False, "epilog": UNITS_HELP}
     run = commands.add_parser("run", help="simulate a mechanism and write its results", **plain)
     check = commands.add_parser("check", help="degrees of freedom, redundancies, natural frequencies", **plain)
+    sweep = commands.add_parser("sweep", help="a bifurcation diagram over one parameter", **plain)
     _add_run_options(run)
+    _add_sweep_options(sweep)
     listing = commands.add_parser("list", help="ready mechanisms and their options", allow_abbrev=False)
     vtk = commands.add_parser("vtk", help="write VTK files of a run on disk", allow_abbrev=False)
     vtk.add_argument("file", metavar="RUN.nc", type=Path, help="what `flexmb run` wrote")
     vtk.add_argument("--frames", type=int, metavar="N", help="number of frames (default: all instants, at most 200)")
     vtk.add_argument("--out", type=Path, metavar="FILE.pvd", help="default: beside RUN.nc")
-    for command in (run, check, listing, vtk):
+    for command in (run, sweep, check, listing, vtk):
         command.add_argument("--debug", action="store_true", help="show where an error came from")
     options: list[Option] = []
-    for command in (run, check):
+    for command in (run, sweep, check):
         command.add_argument("source", metavar="NAME", help=SOURCE_HELP)
         if source is not None:
             options = _add_maker(command, source)
@@ -156,6 +162,39 @@ def _add_run_options(run: argparse.ArgumentParser) -> None:
     files.add_argument("--frames", type=int, metavar="N", default=100, help="number of VTK frames (default 100)")
     files.add_argument("--no-vtk", action="store_true", help="write no VTK files")
     files.add_argument("--no-plots", action="store_true", help="draw no pictures")
+    files.add_argument("--quiet", action="store_true", help="no progress bar and no summary")
+
+
+def _add_sweep_options(sweep: argparse.ArgumentParser) -> None:
+    what = sweep.add_argument_group(
+        "sweep", "One option of the mechanism takes a range: --speed 0.5pi:2.5pi:50, or 1,2,4."
+    )
+    what.add_argument(
+        "--vary", metavar="PART.FIELD=RANGE", help="vary a field of a part, e.g. P1.clearance=0.1mm:1mm:10"
+    )
+    what.add_argument("--skip", type=int, metavar="N", default=50, help="periods before the first point (default 50)")
+    what.add_argument("--keep", type=int, metavar="N", default=50, help="points at each value (default 50)")
+    what.add_argument("--direction", metavar="NAME", default="cold", help="cold (default), up, down or both")
+    what.add_argument(
+        "--chunks", type=int, metavar="N", default=1, help="parts of up and down that begin cold (default 1)"
+    )
+    what.add_argument("--signals", metavar="A,B", help="signals to keep (default all)")
+    what.add_argument("--period", metavar="TIME", help="time between two points (default the period of the drives)")
+    what.add_argument("--exponent", action="store_true", help="find the largest exponent at each value, too")
+    solver = sweep.add_argument_group("method")
+    step = solver.add_mutually_exclusive_group()
+    step.add_argument("--step", metavar="TIME", help="fixed step, e.g. 10us (default: steps controlled by their error)")
+    step.add_argument("--rtol", metavar="X", help="accepted error of a step in velocities, relative (default 1e-4)")
+    solver.add_argument("--method", metavar="NAME", help="as of `flexmb run`, without runge-kutta")
+    solver.add_argument(
+        "--workers", type=int, metavar="N", default=1, help="processes that share the points (default 1)"
+    )
+    files = sweep.add_argument_group("files")
+    files.add_argument("--store", metavar="DIR.zarr", help="keep every point here when it is finished (zarr)")
+    files.add_argument("--resume", action="store_true", help="go on with the store, if it is there")
+    files.add_argument("--out", metavar="DIR", help="folder of dataset and picture (default out/NAME)")
+    files.add_argument("--plot", metavar="A,B", help="signals of the pictures (default: one is chosen)")
+    files.add_argument("--no-plots", action="store_true", help="draw no picture")
     files.add_argument("--quiet", action="store_true", help="no progress bar and no summary")
 
 

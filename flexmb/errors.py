@@ -33,5 +33,9 @@ class MissingPackageError(FlexmbError, ImportError):
     """An optional package that is not installed; the message says how to install it."""
 
 
+class WorkerError(FlexmbError, RuntimeError):
+    """A worker process that died or cannot be reached; the message says how to go on."""
+
+
 class RestitutionWarning(UserWarning):
     """A contact law that delivers another coefficient of restitution than it was asked for."""

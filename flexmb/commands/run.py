@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -51,9 +51,9 @@ def run(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
     FlexmbError : what `simulate` refuses; a folder that cannot be written; a package that is missing.
     """
     folder = Path(options.out or Path("out") / name)
-    _require_packages(options)
+    require_packages(_needed(options))
     keywords = {**_times(mechanism, options), **_solver(options)}
-    _require_folder(folder)
+    require_folder(folder)
     sol = simulate(mechanism, progress=not options.quiet, **keywords)
     written = [sol.to_netcdf(folder / f"{name}.nc")]  # first of all: pictures can be drawn again, a run costs time
     lost = _write_rest(mechanism, sol, folder, name, options, written)
@@ -115,20 +115,25 @@ def _solver(options: argparse.Namespace) -> dict[str, Any]:
     return found
 
 
-def _require_packages(options: argparse.Namespace) -> None:
-    """Refuse before a long run, not after it."""
+def _needed(options: argparse.Namespace) -> dict[str, tuple[str, str]]:
+    """Packages that the files of this run need: what for, and how to do without."""
     needed = {"h5netcdf": ("results", "")}
     if not options.no_plots:
         needed["matplotlib"] = ("pictures", " or leave them out with --no-plots")
     if not options.no_vtk:
         needed["meshio"] = ("VTK files", " or leave them out with --no-vtk")
+    return needed
+
+
+def require_packages(needed: Mapping[str, tuple[str, str]]) -> None:
+    """Refuse before a long run, not after it; by package what it is needed for, and how to do without."""
     for package, (purpose, other) in needed.items():
         if find_spec(package) is None:
             text = f"{purpose} need the package {package!r}, which is not installed. Install it: pip install {package}"
             raise MissingPackageError(f"{text},{other}." if other else f"{text}.")
 
 
-def _require_folder(folder: Path) -> None:
+def require_folder(folder: Path) -> None:
     """Refuse before a long run a folder that cannot be written."""
     try:
         folder.mkdir(parents=True, exist_ok=True)

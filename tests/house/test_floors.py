@@ -13,13 +13,13 @@ FLOORS = {
     "program": 3,
     "system": 4,
     "solve": 5, "integrate": 5.5,
-    "analysis": 6, "sweep": 6.5, "testing": 6,
+    "analysis": 6, "sweeps": 6.5, "testing": 6,
     "io": 7, "view": 7,
     "mechanisms": 8, "commands": 8, "cli": 8,
     "__main__": 9,
 }  # fmt: skip
 """Floor of each file and folder directly under flexmb/. Floor 5 has two halves: integrate builds on
-solve; so has floor 6: sweep builds on analysis."""
+solve; so has floor 6: sweeps builds on analysis."""
 
 SIDEWAYS = {
     ("bodies", "beams"): "a flexible link is made of beam elements",

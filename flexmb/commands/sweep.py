@@ -1,0 +1,211 @@
+"""`flexmb sweep`: a bifurcation diagram of a mechanism over one of its parameters."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections import Counter
+from contextlib import nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.commands.options import Option, options_of, taken
+from flexmb.commands.run import method_of, require_folder, require_packages
+from flexmb.commands.source import Source, find
+from flexmb.commands.units import quantity
+from flexmb.errors import InputError
+from flexmb.integrate.steps import Adaptive, FixedStep
+from flexmb.model.mechanism import Mechanism
+from flexmb.sweeps.bifurcation import bifurcation, first_of
+from flexmb.sweeps.family import Family
+from flexmb.sweeps.pool import worker_pool
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+RANGE = "FROM:TO:NUMBER, e.g. 0.5pi:2.5pi:50, or values with commas between them"
+STEM = "bifurcation"
+
+
+def sweep(source: Source, text: str, makers: list[Option], options: argparse.Namespace) -> int:
+    """Compute the diagram, write it and its picture; 0 if all points went well, else 1.
+
+    Parameters
+    ----------
+    source : where the mechanism comes from.
+    text : what was typed for it, for the workers.
+    makers : the options of its function.
+    options : what stands in the groups "sweep", "method" and "files" of the command line.
+
+    Raises
+    ------
+    FlexmbError : what `bifurcation` refuses; no range, or two; a folder that cannot be written.
+    """
+    make, parameter, values, fixed = _varied(source, makers, options)
+    folder = Path(options.out or Path("out") / source.name)
+    pictures = {} if options.no_plots else {"matplotlib": ("pictures", " or leave them out with --no-plots")}
+    require_packages({"h5netcdf": ("results", ""), **pictures})
+    require_folder(folder)
+    workers, solver = checks.count("flexmb sweep", "--workers", options.workers), _solver(options)
+    if options.plot and not options.no_plots:
+        _require_signals(options, Family(make, parameter, fixed, **solver), values)
+    with worker_pool(workers, find, text) if workers > 1 else nullcontext() as pool:
+        diagram = bifurcation(
+            make,
+            parameter,
+            values,
+            fixed=fixed,
+            skip=options.skip,
+            keep=options.keep,
+            direction=options.direction,
+            chunks=options.chunks,
+            signals=options.signals.split(",") if options.signals else None,
+            exponent=options.exponent,
+            executor=pool,
+            store=options.store,
+            resume=options.resume,
+            progress=not options.quiet,
+            **solver,
+        )
+    written = [Path(options.store)] if options.store else [_netcdf(diagram, folder / f"{STEM}.nc")]
+    if not options.no_plots:
+        written += _pictures(diagram, folder, options.plot)
+    failed = _failures(diagram)
+    if not options.quiet:
+        print(_summary(diagram))
+        print("\nwritten:", *(f"  {path}" for path in written), sep="\n")
+    if failed:
+        print(f"flexmb: {failed}", file=sys.stderr)
+    return 1 if failed else 0
+
+
+def values_of(text: str, option: Option) -> list[float]:
+    """The values that a typed range means, whole numbers for a count.
+
+    Parameters
+    ----------
+    text : "FROM:TO:NUMBER" or "A,B,C", each with its unit.
+    option : the parameter.
+
+    Raises
+    ------
+    InputError : no range, no numbers, units of another kind, a number of values below 1.
+    """
+    if ":" not in text:
+        return [option.value(part) for part in text.split(",")]
+    parts = text.split(":")
+    if len(parts) != 3:
+        raise InputError(f"{option.flag}: {text!r} is no range; give {RANGE}.")
+    first, last = (quantity(part, option.unit, option.flag) for part in parts[:2])
+    number = checks.count("flexmb sweep", f"the number of values in {option.flag}", _whole(parts[2], option.flag))
+    values = np.linspace(first, last, number).tolist()
+    return [option.value(repr(value)) for value in values] if option.kind == "count" else values
+
+
+def _whole(text: str, flag: str) -> float:
+    return quantity(text, "", f"{flag}: number of values")
+
+
+def _varied(
+    source: Source, makers: list[Option], options: argparse.Namespace
+) -> tuple[Any, str, list[float], dict[str, Any]]:
+    """What makes the mechanisms, the parameter, its values, and the other parameters."""
+    typed = vars(options)
+    given = {option.name: typed.get(f"maker.{option.name}") for option in makers if option.kind in ("number", "count")}
+    ranges = [option for option in makers if any(sign in (given.get(option.name) or "") for sign in ":,")]
+    if len(ranges) + (options.vary is not None) != 1:
+        found = ", ".join([option.flag for option in ranges] + (["--vary"] if options.vary else [])) or "none"
+        example = next((f"{option.flag} " for option in makers if option.name in given), "--vary crank.mass=")
+        text = f"flexmb sweep: one parameter must have a range, found: {found}"
+        raise InputError(f"{text}. Give it as {example}{RANGE}.")
+    fixed = taken(options, [option for option in makers if option not in ranges])
+    if ranges:
+        option = ranges[0]
+        return source.make, option.name, values_of(str(given[option.name]), option), fixed
+    mechanism = source.mechanism(fixed)
+    path, equals, text = options.vary.partition("=")
+    if not equals:
+        raise InputError(f"--vary: {options.vary!r} names no range; give PART.FIELD={RANGE}.")
+    return mechanism, path, values_of(text, _field(mechanism, path)), {}
+
+
+def _field(mechanism: Mechanism, path: str) -> Option:
+    """The field of a part, with its unit if the docstring of its class says one."""
+    name, _, rest = path.partition(".")
+    owner: Any = mechanism.find(name)
+    *inner, last = rest.split(".")
+    for field in inner:
+        owner = vars(owner).get(field)
+    known = next((option for option in options_of(type(owner)) if option.name == last), None)
+    return Option(f"vary {path}", "number", None, known.unit if known else "", "")
+
+
+def _solver(options: argparse.Namespace) -> dict[str, Any]:
+    """Period, step and method."""
+    found: dict[str, Any] = {}
+    if options.period is not None:
+        found["period"] = quantity(options.period, "s", "--period")
+    if options.step is not None:
+        found["step"] = FixedStep(quantity(options.step, "s", "--step"))
+    elif options.rtol is not None:
+        found["step"] = Adaptive(rtol=quantity(options.rtol, "", "--rtol"))
+    if options.method is not None:
+        found["method"] = method_of(options.method)
+    return found
+
+
+def _require_signals(options: argparse.Namespace, family: Family, values: list[float]) -> None:
+    """Refuse before a long run a picture of a signal that there will not be."""
+    known = options.signals.split(",") if options.signals else first_of(family, values).names
+    for name in options.plot.split(","):
+        checks.one_of("--plot", "signal", name, known)
+
+
+def _netcdf(diagram: xr.Dataset, path: Path) -> Path:
+    """Write beside the place and rename: an interrupted write leaves the old file or the new one."""
+    part = path.with_name(f".{path.name}.part")
+    diagram.to_netcdf(part, engine="h5netcdf")
+    part.replace(path)
+    return path
+
+
+def _pictures(diagram: xr.Dataset, folder: Path, asked: str | None) -> list[Path]:
+    """A picture of each signal that was asked for, or of one."""
+    from flexmb.view.bifurcation import plot_bifurcation  # noqa: PLC0415 - only when asked for
+
+    written = []
+    for signal in asked.split(",") if asked else [_telling(diagram)]:
+        path = folder / f"{STEM}-{signal}.png"
+        plot_bifurcation(diagram, signal).savefig(path, dpi=150)
+        written.append(path)
+    return written
+
+
+def _telling(diagram: xr.Dataset) -> str:
+    """A signal for the picture: of a joint with clearance, else the first that is not the same at all points."""
+    names = [str(name) for name, found in diagram.data_vars.items() if found.dims[-1] == "period"]
+    moving = [name for name in names if not name.endswith(".theta") and np.ptp(diagram[name].fillna(0.0).values) > 0.0]
+    eccentric = [name for name in names if name.endswith(".ex")]
+    return next(iter(eccentric + moving + names))
+
+
+def _failures(diagram: xr.Dataset) -> str:
+    """How many points failed, and why the first one did, or ""."""
+    failed = ~diagram["ok"].values
+    if not failed.any():
+        return ""
+    return f"{failed.sum()} of {failed.size} points failed; the first one: {diagram['status'].values[failed][0]}"
+
+
+def _summary(diagram: xr.Dataset) -> str:
+    """Number of points by verdict."""
+    verdicts = Counter(str(verdict) or "failed" for verdict in diagram["verdict"].values.ravel())
+    parameter = diagram.attrs["parameter"]
+    values, unit = diagram[parameter].values, diagram[parameter].attrs.get("units", "")
+    head = f"{diagram.attrs['name']}: {len(values)} values of {parameter} from {values.min():.6g} to {values.max():.6g}"
+    return "\n".join(
+        [f"{head} {unit}".rstrip(), *(f"  {name:<16s}{count}" for name, count in sorted(verdicts.items()))]
+    )

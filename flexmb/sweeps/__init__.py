@@ -1,0 +1,1 @@
+"""Parameters varied on any executor, in stores that survive: bifurcation diagrams, grids and designs."""

@@ -1,0 +1,316 @@
+"""A bifurcation diagram: the points of the section at each value of a parameter."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.analysis.dynamics import Dynamics
+from flexmb.analysis.mechanism_flow import MechanismFlow
+from flexmb.errors import FlexmbError, InputError
+from flexmb.integrate.method import Newmark
+from flexmb.integrate.run import installed_version
+from flexmb.integrate.simulate import Step
+from flexmb.model.mechanism import Mechanism
+from flexmb.sweeps.attempt import Attempt
+from flexmb.sweeps.bar import Bar
+from flexmb.sweeps.diagram import POINTS, STATE, dataset_of
+from flexmb.sweeps.engine import PENDING, Chain, Job, drive, require_executor, require_picklable
+from flexmb.sweeps.family import Family, Make, Section, columns_of, section_point
+from flexmb.sweeps.fingerprint import digest, label_of, shown_values
+from flexmb.sweeps.record import STATUS, Column, Record
+from flexmb.sweeps.store import opened
+from flexmb.sweeps.units import documented_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+DIRECTIONS = {"cold": ("cold",), "up": ("up",), "down": ("down",), "both": ("up", "down")}
+COLUMNS = (
+    Column("seam", "flag"),
+    Column("drive_period", units="s"),
+    Column("verdict", "text"),
+    Column("exponent"),
+    Column("exponent_error"),
+)
+"""What there is of every point, beside `ok`, `status`, the points of the section and the state after the last one."""
+
+RESERVED = ("period", "direction", "signal", "units", "status", "ok", POINTS, STATE, *(c.name for c in COLUMNS))
+"""Names in the store that no parameter and no signal may have."""
+
+
+def bifurcation(
+    make: Make,
+    parameter: str,
+    values: Sequence[float],
+    *,
+    fixed: Mapping[str, Any] | None = None,
+    skip: int,
+    keep: int,
+    direction: str = "cold",
+    chunks: int = 1,
+    signals: Sequence[str] | None = None,
+    period: float | Callable[[float], float] | None = None,
+    step: Step | None = None,
+    method: Newmark | None = None,
+    exponent: bool | int = False,
+    executor: Executor | None = None,
+    pending: int = PENDING,
+    store: Any = None,
+    resume: bool = False,
+    progress: bool = False,
+) -> xr.Dataset:
+    """The points of the section, one a period of the drives, at each value of a parameter.
+
+    Parameters
+    ----------
+    make : a function that returns a Mechanism or a system, called as make(**fixed, **{parameter: value}); or a
+        Mechanism, whose "part.field" is changed; or a system (Dynamics), one of whose parameters is.
+    parameter : what is varied.
+    values : its values, finite and different from one another.
+    fixed : other parameters, by name, that stay.
+    skip : periods that pass at each value before the first point.
+    keep : points at each value.
+    direction : "cold": each value from the system's own start; "up" or "down": through rising or falling values, each
+        from the last state at the value before, brought to the nearest one that the joints allow; "both": up and down,
+        each begun cold.
+    chunks : parts into which the values of "up" and "down" are divided, so that as many workers have something to do.
+        The first point of a part starts cold; where it does, `seam` is True.
+    signals : names of the signals to keep; None: all.
+    period : between two points [s], or period(value) that says so; None: the common period of the drives, found anew
+        at every value.
+    step, method : of mechanisms, as in `simulate`.
+    exponent : find the largest exponent at each value, too, over so many periods after the points; True: over as many
+        as points are kept.
+    executor : where points are computed, any executor of concurrent.futures: of processes, of a Dask client
+        (client.get_executor()), of MPI; None: in this process.
+    pending : most points that are with the executor at the same time.
+    store : folder in which every point is kept when it is finished (zarr); None: nowhere.
+    resume : go on with the store if it is there; else a store that is there is refused.
+    progress : show a progress bar with an estimate of the time left.
+
+    Returns
+    -------
+    xarray.Dataset : over (parameter, "period"), with "both" over ("direction", parameter, "period"): each signal, NaN
+        where a point failed.  Over the points alone: `ok`, `status`, `verdict`, `seam`, `drive_period` [s], `exponent`
+        and `exponent_error` (NaN when not asked for) [1/s, or 1/iteration].
+
+    Raises
+    ------
+    InputError : values, names or settings that make no sense; a function that cannot be sent to the executor; a store
+        that is there already or was written by another sweep.
+    WorkerError : workers that died; what is finished is in the store.
+    FlexmbError : what `make` raises, if it does at every value.
+
+    Notes
+    -----
+    A point that fails is kept with its status, and the others go on; a carried state is then that of the last value
+    that went well.  Results do not depend on the executor or on the number of workers, and neither do the bytes of a
+    finished store, killed and gone on with or not.  A carried state starts at the time of `skip + keep - 1` periods, so
+    a ramp of the drives that is over by then is not driven again.
+
+    Examples
+    --------
+    >>> import flexmb as fm
+    >>> from flexmb.analysis.map import Map
+    >>> def logistic(x, r):
+    ...     return [r * x[0] * (1.0 - x[0])]
+    >>> system = Map(logistic, [0.3], parameters={"r": 3.0})
+    >>> found = fm.bifurcation(system, "r", [2.0, 3.2], skip=500, keep=4)
+    >>> found["x0"].values.round(4)
+    array([[0.5   , 0.5   , 0.5   , 0.5   ],
+           [0.7995, 0.513 , 0.7995, 0.513 ]])
+    """
+    family = Family(make, parameter, dict(fixed or {}), step, method, period)
+    label = family.label
+    numbers = _values(label, values)
+    _check(family, direction, chunks, len(numbers))
+    require_executor(label, executor)
+    require_picklable(label, executor, family, f"{label_of(make)} with what is given to it")
+    pending = checks.count(label, "pending", pending)
+    first = first_of(family, numbers.tolist())
+    names = first.names if signals is None else tuple(checks.sequence(label, "signals", signals, "names"))
+    skip, keep = checks.count(label, "skip", skip, 0), checks.count(label, "keep", keep)
+    section = Section(
+        skip, keep, names, keep if exponent is True else checks.count(label, "exponent", int(exponent), 0)
+    )
+    units = [first.units[k] for k in columns_of(first, names, label)]
+    _refuse_names(label, [parameter, *names])
+    settings = {"direction": direction, "chunks": chunks}
+    prints = None if store is None else _fingerprint(family, section, numbers, settings, first)
+    kept = None if prints is None else opened(store, prints, "bifurcation", resume=resume)
+    record = Record(("direction", parameter), (len(DIRECTIONS[direction]), len(numbers)), kept)
+    _lay_out(record, family, section, numbers, direction, units, first)
+    done = record.done
+    if executor is not None and not done.all() and isinstance(first, MechanismFlow):
+        first.advance(1e-6 * (first.period or 1.0))  # code that is not in the cache yet is compiled once, not by all
+    parts = np.array_split(np.argsort(numbers, kind="stable"), len(numbers) if direction == "cold" else chunks)
+    with Bar(label, done.size, int(done.sum()), shown=progress) as bar:
+        run = _Run(family, section, numbers, record, done, bar)
+        chains = (run.chain(*place) for place in _places(DIRECTIONS[direction], parts))
+        drive(chains, executor, label, pending)
+    return dataset_of(record.tables, record.attributes)
+
+
+@dataclass(frozen=True)
+class _Run:
+    """What the chains of a diagram have in common."""
+
+    family: Family
+    section: Section
+    numbers: np.ndarray
+    record: Record
+    done: np.ndarray
+    bar: Bar
+
+    def chain(self, row: int, part: np.ndarray, begins: bool) -> Chain:
+        """The points of a part, one after the other, each with the state after the last one where states are carried.
+
+        `begins`: the first point has no neighbour before it, so that its cold start is no seam.
+        """
+        record, carried, carries = self.record, None, STATE in self.record.columns
+        for i in part:
+            index = (row, int(i))
+            if not self.done[index]:
+                outcome = yield Job(section_point, (self.family, self.section, self.numbers[i].item(), carried))
+                values = {**outcome.values, "ok": outcome.ok, STATUS: outcome.status}
+                cold = carried is None or bool(values.get("seam"))
+                values["seam"] = carries and cold and not begins
+                state = values.pop(STATE, None)
+                if carries and state is not None and state.shape == record.columns[STATE].shape:
+                    values[STATE] = state
+                record.keep(index, values)
+                self.bar.one_more(ok=outcome.ok)
+            begins = False
+            if carries and record.at(index, "ok"):
+                carried = record.at(index, STATE).copy()
+
+
+def _places(directions: Sequence[str], parts: Sequence[np.ndarray]) -> Iterator[tuple[int, np.ndarray, bool]]:
+    """Row, values in the order in which they are visited, and whether it is the first part, of every part."""
+    for row, name in enumerate(directions):
+        ordered = [part[::-1] for part in parts[::-1]] if name == "down" else parts
+        for k, part in enumerate(ordered):
+            yield row, part, k == 0
+
+
+def _values(label: str, values: Any) -> np.ndarray:
+    """The values (n,), whole numbers as such, or `InputError`."""
+    given = checks.sequence(label, "values", values, "numbers")
+    for k, value in enumerate(given):
+        checks.number(label, f"values[{k}]", value)
+    numbers = np.array(given)
+    if len(numbers) == 0:
+        raise InputError(f"{label}: values is empty; give at least one.")
+    if len(np.unique(numbers)) < len(numbers):
+        raise InputError(f"{label}: a value is given twice; give each value once.")
+    return numbers
+
+
+def _check(family: Family, direction: str, chunks: int, count: int) -> None:
+    """Refuse what no point can be computed with."""
+    label, make = family.label, family.make
+    checks.one_of(label, "direction", direction, DIRECTIONS)
+    checks.identifier(label, family.parameter.replace(".", "_") if isinstance(family.parameter, str) else None)
+    if checks.count(label, "chunks", chunks) > count:
+        raise InputError(f"{label}: chunks is {chunks}, but there are {count} values. Give as many at most.")
+    if direction == "cold" and chunks > 1:
+        raise InputError(f"{label}: chunks goes with direction 'up', 'down' or 'both'; cold points are apart anyway.")
+    if isinstance(make, (Mechanism, Dynamics)):
+        return
+    if not callable(make):
+        text = f"{label}: make is {type(make).__name__}"
+        raise InputError(
+            f"{text}; it must be a function that returns a Mechanism, a Mechanism or a system such as Map."
+        )
+    try:
+        inspect.signature(make).bind(**{**family.fixed, family.parameter: None})
+    except TypeError as error:
+        text = f"{label}: {label_of(make)} cannot be called with {', '.join([*family.fixed, family.parameter])}"
+        raise InputError(f"{text} ({error}). Change parameter or fixed.") from error
+
+
+def first_of(family: Family, values: Sequence[float]) -> Dynamics:
+    """The system at the first value at which there is one; what went wrong at the last value if there is none."""
+    for value in values:
+        with Attempt() as attempt:
+            flow = family.at(value)
+            family.period_of(flow, value)
+            return flow
+    if isinstance(attempt.error, FlexmbError):
+        raise attempt.error
+    text = f"{family.label}: no value gives a system ({type(attempt.error).__name__}: {attempt.error})"
+    raise InputError(f"{text}. Call the function with one value to see why.") from attempt.error
+
+
+def _refuse_names(label: str, names: Sequence[str]) -> None:
+    for name in names:
+        if name in RESERVED or names.count(name) > 1:
+            text = f"{label}: {name!r} is a name of the dataset, or given twice"
+            raise InputError(f"{text}. Rename the parameter or the signal.")
+
+
+def _fingerprint(
+    family: Family, section: Section, numbers: np.ndarray, settings: Mapping[str, Any], first: Dynamics
+) -> dict[str, Any]:
+    """What the results depend on.  Of the compiled model that at the first and at the last value is looked at."""
+    last: Any = "none"
+    with Attempt():
+        last = digest(family.at(numbers[-1].item()))
+    period = family.period
+    return {
+        "flexmb": installed_version(),
+        "make": label_of(family.make),
+        "text": digest(family.make) if not isinstance(family.make, (Mechanism, Dynamics)) else "none",
+        "model": f"{digest(first)} {last}",
+        "parameter": family.parameter,
+        "values": shown_values(numbers.tolist()),
+        "fixed": {name: f"{type(value).__name__} {digest(value)}" for name, value in sorted(family.fixed.items())},
+        "skip": section.skip,
+        "keep": section.keep,
+        "signals": shown_values(section.signals),
+        "exponent": section.exponent,
+        "period": f"{label_of(period)} ({digest(period)})" if callable(period) else period,
+        "step": repr(family.step),
+        "method": repr(family.method),
+        **settings,
+    }
+
+
+def _lay_out(
+    record: Record,
+    family: Family,
+    section: Section,
+    numbers: np.ndarray,
+    direction: str,
+    units: Sequence[str],
+    first: Dynamics,
+) -> None:
+    """Columns, coordinates and attributes of a diagram."""
+    make, parameter = family.make, family.parameter
+    shape = (section.keep, len(section.signals))
+    record.add([*COLUMNS, Column(POINTS, dims=("period", "signal"), shape=shape)])
+    if direction != "cold":
+        record.add([Column(STATE, dims=("number",), shape=(first.size,))])
+    record.coordinate("direction", ("direction",), np.array(DIRECTIONS[direction], dtype=object))
+    record.coordinate("signal", ("signal",), np.array(section.signals, dtype=object))
+    record.coordinate("units", ("signal",), np.array(units, dtype=object))
+    record.coordinate("period", ("period",), np.arange(section.skip, section.skip + section.keep))
+    unit = "" if isinstance(make, (Mechanism, Dynamics)) else documented_unit(make, parameter)
+    record.coordinate(parameter, (parameter,), numbers, unit)
+    record.describe(
+        name=first.name,
+        kind="bifurcation",
+        parameter=parameter,
+        direction=direction,
+        skip=section.skip,
+        keep=section.keep,
+        flexmb=installed_version(),
+        axes=["direction", "period", parameter, "seam"],
+    )

@@ -1,0 +1,202 @@
+"""A family of systems: what there is at each value of a parameter, and its section once a period."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.analysis.dynamics import Dynamics
+from flexmb.analysis.mechanism_flow import MechanismFlow
+from flexmb.errors import AssemblyError, InputError, SolveError
+from flexmb.integrate.method import Newmark
+from flexmb.integrate.period import common_period
+from flexmb.integrate.simulate import Step
+from flexmb.model.mechanism import Mechanism
+from flexmb.sweeps.attempt import Outcome
+
+Make = Callable[..., Mechanism | Dynamics] | Mechanism | Dynamics
+STOPPED = "Interrupted from the keyboard"
+"""How the status of a run begins that was stopped by Ctrl-C: no result of its point."""
+
+ACCOUNT = "energy."
+OF_STATE = ("energy.kinetic", "energy.strain", "energy.gravity")
+"""Signals of a mechanism under the first name count up what was done since the start, but for these: they say nothing
+of where the motion is, and never return."""
+
+
+@dataclass(frozen=True)
+class Family:
+    """What gives the system at each value; it can be sent to other processes.
+
+    Parameters
+    ----------
+    make : a function that returns a mechanism or a system, a mechanism, or a system.
+    parameter : the keyword of the function, "part.field" of the mechanism, or the parameter of the system.
+    fixed : other ones that stay.
+    step, method : of mechanisms, see `MechanismFlow`.
+    period : between two points of the section [s], or period(value) that says so; None: that of the drives.
+    """
+
+    make: Make
+    parameter: str
+    fixed: Mapping[str, Any]
+    step: Step | None = None
+    method: Newmark | None = None
+    period: float | Callable[[float], float] | None = None
+
+    @property
+    def label(self) -> str:
+        """The function that asks, and the parameter, for messages."""
+        return f"bifurcation over {self.parameter!r}"
+
+    def at(self, value: float) -> Dynamics:
+        """The system at a value of the parameter, at its own start."""
+        chosen = {**self.fixed, self.parameter: value}
+        if isinstance(self.make, Dynamics):
+            other = self.make.copy()
+            other.reset(parameters=chosen)
+            return other
+        made = self.make.with_(chosen) if isinstance(self.make, Mechanism) else self.make(**chosen)
+        if isinstance(made, Dynamics):
+            return made
+        if not isinstance(made, Mechanism):
+            text = f"{self.label}: the function returned {type(made).__name__}"
+            raise InputError(f"{text}; it must return a Mechanism or a system such as Map.")
+        return MechanismFlow(made, step=self.step, method=self.method, period=self._declared(value))
+
+    def period_of(self, flow: Dynamics, value: float) -> float:
+        """Time between two points of the section [unit of the system]: 1 for maps."""
+        if flow.unit != "s":
+            return 1.0
+        declared = self._declared(value)
+        if declared is not None:
+            return declared
+        if isinstance(flow, MechanismFlow) and flow.period is None:
+            common_period(flow.program)  # says which drives do not fit together
+        own = vars(flow).get("period")
+        if own is None:
+            text = f"{self.label}: {flow.name!r} has no period"
+            raise InputError(f"{text}. Give period= [s], a number or a function of the value.")
+        return float(own)
+
+    def _declared(self, value: float) -> float | None:
+        found = self.period(value) if callable(self.period) else self.period
+        return None if found is None else checks.positive(self.label, "period", found, "s")
+
+
+@dataclass(frozen=True)
+class Section:
+    """Which points are taken.
+
+    Parameters
+    ----------
+    skip : periods that pass before the first point.
+    keep : number of points.
+    signals : names of the signals that are kept.
+    exponent : periods over which the largest exponent is found; 0: it is not.
+    """
+
+    skip: int
+    keep: int
+    signals: tuple[str, ...]
+    exponent: int = 0
+
+    @property
+    def last(self) -> int:
+        """Number of the period at whose end the last point is taken."""
+        return self.skip + self.keep - 1
+
+
+def section_point(family: Family, section: Section, value: float, carried: np.ndarray | None) -> Outcome:
+    """One point of a diagram: what is kept of it, by the names of the columns.
+
+    Parameters
+    ----------
+    family : the systems.
+    section : what is wanted.
+    value : of the parameter.
+    carried : state at a neighbouring value from which to go on; None: from the system's own start.
+
+    Returns
+    -------
+    Outcome : `points` (keep, signals), `seam`: whether a carried state could not be used, `state` after the last
+        point, `drive_period`, `verdict`, `exponent`, `exponent_error`; without points when the system was lost.
+    """
+    flow = family.at(value)
+    period = family.period_of(flow, value)
+    chosen = columns_of(flow, section.signals, family.label)
+    seam = carried is not None and not _goes_on(flow, carried, section.last * period)
+    found = _points(flow, period, section)
+    lost = _not_finite(flow, found, chosen)
+    values: dict[str, Any] = {"seam": seam, "drive_period": period if flow.unit == "s" else np.nan}
+    if found is None and flow.status.startswith(STOPPED):
+        raise KeyboardInterrupt
+    if found is None or lost:
+        return Outcome(values, lost or flow.status, ok=False)
+    values |= {"points": found[:, chosen], "state": flow.state()}
+    judged, remark = _judged(flow, found, period, section)
+    return Outcome(values | judged, f"{section.keep} points, after {section.skip} that were skipped.{remark}")
+
+
+def columns_of(flow: Dynamics, signals: tuple[str, ...], label: str) -> list[int]:
+    """Where the chosen signals stand among those of the system.
+
+    Raises
+    ------
+    InputError : an unknown one.
+    """
+    names = list(flow.names)
+    return [names.index(checks.one_of(label, "signal", name, names)) for name in signals]
+
+
+def _goes_on(flow: Dynamics, carried: np.ndarray, time: float) -> bool:
+    """Put the system into a state of its neighbour; False where that cannot be, and it stands at its own start."""
+    if carried.shape == (flow.size,):
+        try:
+            flow.reset(carried, time=time)
+        except (AssemblyError, SolveError, InputError):
+            flow.reset()
+        else:
+            return True
+    return False
+
+
+def _points(flow: Dynamics, period: float, section: Section) -> np.ndarray | None:
+    """All signals (keep, n) at the ends of periods; None when the system could not be advanced."""
+    found, origin = np.empty((section.keep, len(flow.names))), flow.time
+    for k in range(section.last + 1):
+        if k > 0 and not flow.advance(1.0 if flow.unit != "s" else origin + k * period - flow.time):
+            return None
+        if k >= section.skip:
+            found[k - section.skip] = flow.observe()
+    return found
+
+
+def _not_finite(flow: Dynamics, points: np.ndarray | None, chosen: list[int]) -> str:
+    """What is no number, in a sentence, or ""."""
+    if points is None:
+        return ""
+    bad = [flow.names[k] for k in chosen if not np.isfinite(points[:, k]).all()]
+    bad = bad or ([] if np.isfinite(flow.state()).all() else ["the state"])
+    return f"Not finite: {', '.join(bad[:5])}." if bad else ""
+
+
+def _judged(flow: Dynamics, points: np.ndarray, period: float, section: Section) -> tuple[dict[str, Any], str]:
+    """What kind of motion the points show, and the exponent where it is asked for; a remark where that has failed."""
+    from flexmb.analysis.verdict import judge
+
+    told = [k for k, name in enumerate(flow.names) if not name.startswith(ACCOUNT) or name in OF_STATE]
+    names, units, points = [flow.names[k] for k in told], [flow.units[k] for k in told], points[:, told]
+    if not section.exponent:
+        return {"verdict": str(judge(points, names, units=units))}, ""
+    from flexmb.analysis.lyapunov import lyapunov
+
+    found = lyapunov(flow, periods=section.exponent, period=period if flow.unit == "s" else None)
+    if not found.ok:
+        return {"verdict": str(judge(points, names, units=units))}, f" No exponent: {found.status}"
+    verdict = judge(points, names, units=units, exponent=found.value, error=found.error)
+    return {"verdict": str(verdict), "exponent": found.value, "exponent_error": found.error}, ""

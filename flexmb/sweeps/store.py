@@ -1,0 +1,223 @@
+"""A store of results on disk (zarr, format 3): one chunk a point, so that it can be gone on with after any kill.
+
+The arrays lie over the dimensions of the sweep.  A chunk is written beside its place and renamed; the status of a point
+is written last, so a point has either all of its results or none that counts.  Nothing in the store depends on when,
+where and in which order points were computed: finished stores of one sweep have the same bytes.
+
+Chunks are not compressed, so their bytes are those of the numbers (codecs "bytes" and "vlen-utf8" of zarr); they are
+written here, since that takes a tenth of a millisecond, and zarr one or two.  All else is left to zarr.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import struct
+from collections.abc import Mapping
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import FileFormatError, InputError, MissingPackageError
+from flexmb.sweeps.record import KINDS, Column, Index, Tables
+
+FORMAT = 1
+"""Version of the layout; one that this file does not know is refused."""
+
+VERSION = "flexmb_sweep_format"
+GROUP_FILE = "zarr.json"
+PARTIAL = ".partial"
+"""How the name of a file ends that is being written, by zarr or here."""
+
+
+class Store:
+    """An open store; see `opened` and `existing`.
+
+    Parameters
+    ----------
+    path : its folder.
+    group : the zarr group.
+    """
+
+    def __init__(self, path: Path, group: Any) -> None:
+        self.path, self.group = path, group
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """Its attributes."""
+        return dict(self.group.attrs)
+
+    def describe(self, **attributes: Any) -> None:
+        """Add attributes, all at once."""
+        if any(self.attributes.get(name) != value for name, value in attributes.items()):
+            self._write(self.group.update_attributes, attributes)
+
+    def column(self, column: Column, dims: tuple[str, ...], shape: tuple[int, ...]) -> np.ndarray:
+        """The array of a column, made if it is not there yet: its present values (*shape, *column.shape)."""
+        kind = KINDS[column.kind]
+        if column.name not in self.group:
+            self._write(
+                self.group.create_array,
+                column.name,
+                shape=(*shape, *column.shape),
+                chunks=(*(1,) * len(shape), *(max(n, 1) for n in column.shape)),
+                dtype=kind.stored,
+                fill_value=kind.fill,
+                dimension_names=[*dims, *column.dims],
+                attributes={"units": column.units} if column.units else {},
+                compressors=None,
+                config={"write_empty_chunks": True},
+            )
+        return np.array(self.group[column.name][...], dtype=kind.dtype)
+
+    def coordinate(self, name: str, dims: tuple[str, ...], values: np.ndarray, attributes: Mapping[str, Any]) -> None:
+        """Write an array as a whole: the values along a dimension, numbers or texts."""
+        text = values.dtype.kind in "UO"
+        if name not in self.group:
+            self._write(
+                self.group.create_array,
+                name,
+                shape=values.shape,
+                chunks=tuple(max(n, 1) for n in values.shape),
+                dtype=str if text else values.dtype,
+                dimension_names=list(dims),
+                attributes=dict(attributes),
+                compressors=None,
+                config={"write_empty_chunks": True},
+            )
+        self._write(self.group[name].__setitem__, ..., values.astype(object) if text else values)
+
+    def write(self, column: Column, index: Index, value: Any) -> None:
+        """The value of a column at one point."""
+        place = self.path.joinpath(column.name, "c", *map(str, index), *("0",) * len(column.shape))
+        self._write(_put, place, _chunk(column, value))
+
+    def read(self) -> Tables:
+        """All arrays, as they are."""
+        found = {}
+        for name, array in sorted(self.group.arrays()):
+            values = np.asarray(array[...])
+            values = values if values.dtype.kind in "fcbiu" else values.astype(object)
+            found[name] = (tuple(array.metadata.dimension_names), values, dict(array.attrs))
+        return found
+
+    def _write(self, write: Any, *arguments: Any, **keywords: Any) -> None:
+        try:
+            write(*arguments, **keywords)
+        except OSError as error:
+            text = f"Store {str(self.path)!r}: cannot be written ({error.strerror or error})."
+            raise InputError(f"{text} Make room or give another folder; resume=True goes on from here.") from error
+
+
+def opened(path: Any, fingerprint: Mapping[str, Any], kind: str, *, resume: bool) -> Store:
+    """The store at `path`, made new or gone on with.
+
+    Parameters
+    ----------
+    path : its folder.
+    fingerprint : what the results depend on, by name.
+    kind : what it holds, "bifurcation" or "sweep".
+    resume : go on with one that is there; else it is refused.
+
+    Raises
+    ------
+    InputError : one that is there already; one of another model, of other settings or of another version.
+    FileFormatError : a folder with something else in it, or a damaged store.
+    MissingPackageError : zarr is not installed.
+    """
+    zarr, folder = _zarr(), Path(path)
+    if folder.exists() and not folder.is_dir():
+        raise FileFormatError(f"Store {str(folder)!r}: this is a file. Give a folder, such as out/speed.zarr.")
+    if (folder / GROUP_FILE).is_file():
+        if not resume:
+            text = f"Store {str(folder)!r}: it is there already"
+            raise InputError(f"{text}. Go on with it (resume=True, --resume), give another path, or delete it.")
+        store = existing(folder, mode="r+")
+        _refuse_others(store, fingerprint, kind)
+        _sweep_out(folder)
+        return store
+    if folder.exists() and any(not file.name.endswith(PARTIAL) for file in folder.iterdir()):
+        raise FileFormatError(f"Store {str(folder)!r}: the folder holds other files. Give an empty or a new one.")
+    attributes = {VERSION: FORMAT, "kind": kind, "fingerprint": dict(fingerprint)}
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        _sweep_out(folder)
+        return Store(folder, zarr.create_group(folder, zarr_format=3, attributes=attributes))
+    except OSError as error:
+        text = f"Store {str(folder)!r}: cannot be made ({error.strerror or error})."
+        raise InputError(f"{text} Give a writable folder.") from error
+
+
+def existing(path: Any, mode: str = "r") -> Store:
+    """The store at `path`, as it is.
+
+    Raises
+    ------
+    FileFormatError : none there, not one of flexmb, damaged, or in a format of another version.
+    """
+    zarr, folder = _zarr(), Path(path)
+    if not (folder / GROUP_FILE).is_file():
+        raise FileFormatError(f"Store {str(folder)!r}: there is none. Check the path.")
+    try:
+        group = zarr.open_group(folder, mode=mode, zarr_format=3)
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        text = f"Store {str(folder)!r}: cannot be read ({' '.join(str(error).split())})."
+        raise FileFormatError(f"{text} Delete it and compute it anew.") from error
+    version = group.attrs.get(VERSION)
+    if version is None:
+        text = f"Store {str(folder)!r}: a zarr store, but not one of flexmb's sweeps"
+        raise FileFormatError(f"{text}. Open it with xarray.open_zarr, or give another path.")
+    if version != FORMAT:
+        text = f"Store {str(folder)!r}: written in format {version}; this version of flexmb knows format {FORMAT}"
+        raise FileFormatError(f"{text}. Use the version of flexmb that wrote it.")
+    return Store(folder, group)
+
+
+def _refuse_others(store: Store, fingerprint: Mapping[str, Any], kind: str) -> None:
+    """Refuse to mix results: the error says what differs."""
+    found, label = store.attributes, f"Store {str(store.path)!r}"
+    if found.get("kind") != kind:
+        raise InputError(f"{label}: it holds a {found.get('kind')}, not a {kind}. Give another path.")
+    there, here = found.get("fingerprint", {}), json.loads(json.dumps(fingerprint))
+    names = sorted(name for name in {*there, *here} if there.get(name) != here.get(name))
+    if names:
+        listed = "; ".join(f"{name}: {there.get(name)} there, {here.get(name)} now" for name in names)
+        raise InputError(
+            f"{label}: it was written by another sweep ({listed}). Give another path, or what it was made of."
+        )
+
+
+def _chunk(column: Column, value: Any) -> bytes:
+    """The bytes of one point: numbers one after the other, or number of texts, length and UTF-8 of each."""
+    kind = KINDS[column.kind]
+    if kind.stored is not str:
+        return np.ascontiguousarray(value, dtype=np.dtype(kind.stored).newbyteorder("<")).tobytes()
+    texts = [str(text).encode() for text in np.ravel(np.array(value, dtype=object))]
+    return struct.pack("<I", len(texts)) + b"".join(struct.pack("<I", len(text)) + text for text in texts)
+
+
+def _put(place: Path, content: bytes) -> None:
+    """A file that is there as a whole or not at all."""
+    beside = place.with_name(f"{place.name}.{os.getpid()}{PARTIAL}")
+    try:
+        beside.write_bytes(content)
+    except FileNotFoundError:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        beside.write_bytes(content)
+    beside.replace(place)
+
+
+def _sweep_out(folder: Path) -> None:
+    """Remove chunks that were being written when the process was killed."""
+    for file in folder.rglob(f"*{PARTIAL}"):
+        file.unlink(missing_ok=True)
+
+
+def _zarr() -> Any:
+    try:
+        return import_module("zarr")
+    except ImportError as error:
+        text = "A store needs the package 'zarr', which is not installed. Install it: pip install zarr"
+        raise MissingPackageError(f"{text}, or leave store= out.") from error

@@ -1,0 +1,101 @@
+"""Functions and models that worker processes import."""
+
+import os
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+import flexmb as fm
+from flexmb.analysis.map import Map
+
+OMEGA, DAMPING = 1.2, 0.1
+
+
+def logistic(x, r):
+    return [r * x[0] * (1.0 - x[0])]
+
+
+def logistic_map(r, start=0.3):
+    """A map.
+
+    Parameters
+    ----------
+    r : growth a year [1/s].
+    start : where it starts.
+    """
+    if 3.3 < r < 3.32:
+        raise fm.InputError(f"r is {r:.4f}; it must not be.")
+    return Map(logistic, [start], parameters={"r": r})
+
+
+def slow_map(r, pause=0.05):
+    time.sleep(pause)
+    return logistic_map(r)
+
+
+def mortal_map(r, flag):
+    """Kills its worker at r = 3 as long as the file is there."""
+    if r == 3.0 and Path(flag).exists():
+        os._exit(1)
+    return logistic_map(r)
+
+
+def results(a, b):
+    if a == 2 and b == 5.0:
+        raise ZeroDivisionError(f"no result of {object()!r}")
+    return {"sum": a + b, "powers": a ** np.arange(3.0), "root": complex(0.0, b), "word": f"{a}"}
+
+
+def uneven(a):
+    return {"x": np.zeros(2 if a < 2 else 3)}
+
+
+def slow_results(a, b):
+    time.sleep(0.05)
+    return results(a, b)
+
+
+def leaves(a):
+    raise SystemExit(3)
+
+
+@fm.element_kernel
+def well_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    amplitude, omega, damping = p
+    r[0] = damping * v[0] - q[0] + q[0] ** 3 - amplitude * np.cos(omega * t)
+    K[0, 0] = 3.0 * q[0] ** 2 - 1.0
+    C[0, 0] = damping
+
+
+@dataclass(frozen=True)
+class Well(fm.Element):
+    """Two valleys, x^4 / 4 - x^2 / 2, with a damper and a force that turns to and fro.
+
+    Parameters
+    ----------
+    name : its name.
+    body : what moves in it.
+    amplitude : of the force [N].
+    omega : its angular frequency [rad/s].
+    damping : of the damper [N s/m].
+    """
+
+    body: fm.Part
+    amplitude: float
+    omega: float = OMEGA
+    damping: float = DAMPING
+    kernel = well_kernel
+    coords = ("body.x",)
+
+
+def bistable(amplitude=0.1):
+    """A mass that starts in the right one of two valleys: x'' + 0.1 x' - x + x^3 = amplitude cos 1.2 t."""
+    mass = fm.RigidBody("mass", (1.0, 0.0), 1.0, 1.0)
+    return fm.Mechanism("bistable", [mass, Well("well", mass, amplitude)])
+
+
+def content(folder):
+    """All files of a folder, by their place in it."""
+    return {str(file.relative_to(folder)): file.read_bytes() for file in Path(folder).rglob("*") if file.is_file()}
