@@ -11,8 +11,8 @@ from flexmb import checks
 from flexmb.analysis.dynamics import Dynamics
 from flexmb.errors import InputError
 from flexmb.integrate.arrays import DONE, RUNNING
+from flexmb.integrate.carrying import CarryingRun
 from flexmb.integrate.method import Newmark, RungeKutta4
-from flexmb.integrate.run import Run
 from flexmb.integrate.simulate import Step, period_or_none
 from flexmb.integrate.steps import Adaptive, FixedStep
 from flexmb.model.mechanism import Mechanism
@@ -125,11 +125,28 @@ class MechanismFlow(Dynamics):
         duration = checks.positive(label, "duration", duration, "s")
         if not self.ok:
             return False
-        if tangents is not None:
-            raise InputError(f"{label}: tangents are not carried yet.")
-        self.run.go_to(self.time + duration, saving=None)
+        if tangents is None:
+            self.run.go_to(self.time + duration, saving=None)
+        else:
+            self.run.carry_to(self.time + duration, self._checked(tangents))
         self.ok, self.status = self.run.code in (RUNNING, DONE) and not self.run.note, self.run.status()
         return self.ok
+
+    def on_manifold(self, tangents: np.ndarray) -> np.ndarray:
+        """The part of arbitrary differences (size, k) that joints and drives allow at the present state.
+
+        Differences of positions and velocities are projected in the metric of `weights`; those of accelerations follow
+        from them and from those of the histories, of which only what a state can differ in stays.
+        """
+        W = np.array(tangents, dtype=np.float64, order="C")
+        return self.run.on_manifold(self._checked(W))
+
+    def _checked(self, tangents: np.ndarray) -> np.ndarray:
+        W = tangents
+        if not isinstance(W, np.ndarray) or W.ndim != 2 or W.shape[0] != self.size or W.dtype != np.float64:
+            text = f"MechanismFlow of {self.name!r}: tangents have shape {np.shape(W)}"
+            raise InputError(f"{text}; they must be a float64 array ({self.size}, k), one difference a column.")
+        return W
 
     def copy(self) -> Self:
         other = type(self)(self.base, step=self.step, method=self.method, period=self.declared)
@@ -157,7 +174,7 @@ class MechanismFlow(Dynamics):
                 f"{text}. Give period= (about that of the motion), step=Adaptive(max=...) or a fixed step."
             )
         span = self.period or 1.0
-        self.run = Run(self.program, self.method, self.step, span, span)
+        self.run = CarryingRun(self.program, self.method, self.step, span, span)
         self.ok, self.status = True, "ready"
 
     def _begin(self, start: Start, z: np.ndarray | None, time: float) -> None:

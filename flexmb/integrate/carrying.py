@@ -1,0 +1,150 @@
+"""A run that carries small differences of its state along."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from flexmb.integrate.arrays import RUNNING, Options
+from flexmb.integrate.run import Run
+from flexmb.integrate.tangent import JUMPED, LOST, address_of_advance, advance_with
+from flexmb.program.program import Program
+from flexmb.solve.project import metric_of, nearest
+from flexmb.solve.system import System
+from flexmb.system.tangent import TURNED, Tangents, follow_histories, linearise, new_tangents
+from flexmb.system.work import Work, workspace
+
+MOVED = 1e-5
+"""How far states are moved for the derivative of what no kernel differentiates, as a part of the size, or an angle."""
+
+
+class CarryingRun(Run):
+    """A `Run` of the Newmark family whose differences of states, a matrix (size, k), go the same steps.
+
+    Rows are positions, velocities, histories, accelerations and auxiliary accelerations, as in `MechanismFlow`.
+    """
+
+    tangents: Tangents | None = None
+
+    def carry_to(self, end: float, W: np.ndarray) -> None:
+        """Run until `end` [s] and carry W (size, k) along, in place."""
+        self._second, self._address = workspace(self.program), None
+        self.tangents = taken_apart(self.program, W)
+        self.go_to(end, saving=None)
+        put_together(self.program, self.tangents, W)
+        self.tangents = None
+
+    def on_manifold(self, W: np.ndarray) -> np.ndarray:
+        """Differences (size, k) that joints allow, near those of W; accelerations and histories follow."""
+        T, found = taken_apart(self.program, W), np.zeros(W.shape)
+        project(self.program, self.flow, float(self.flow.clock[1]), T)
+        settle(self.program, self.flow, T, workspace(self.program), histories=True)
+        put_together(self.program, T, found)
+        return found
+
+    def _block(self, options: Options, steps: int) -> int:
+        if self.tangents is None:
+            return super()._block(options, steps)
+        step = (self.program.tables, self.program.addresses, self.lu, options, self.flow, self.trial)
+        if self._address is None:
+            self._address = address_of_advance(*step, self.work, self.record, 1)
+        code = advance_with(self._address, *step, self.work, self.record, self._second, self.tangents, steps)
+        if code == JUMPED:
+            saltate(self.program, self.flow, self.tangents)
+            settle(self.program, self.flow, self.tangents, self._second, histories=True)
+            return RUNNING
+        if code == LOST:
+            self.note = "Stopped: the tangent of a step is singular; the state cannot be told from one without solution"
+            return RUNNING
+        return int(code)
+
+    def _jump(self, instant: float, interval: float) -> None:
+        super()._jump(instant, interval)
+        if self.tangents is not None and not self.note:
+            settle(self.program, self.flow, self.tangents, self._second, histories=False)
+
+
+def taken_apart(program: Program, W: np.ndarray) -> Tangents:
+    """The differences W (size, k) in arrays of the compiled loop."""
+    n, n_z = program.n_q, program.tables.sizes.n_z
+    T = new_tangents(program, W.shape[1])
+    T.q[:, :n], T.v[:, :n], T.z[:] = W[:n].T, W[n : 2 * n].T, W[2 * n : 2 * n + n_z].T
+    T.a[:, :n], T.x[:, :n] = W[2 * n + n_z : 3 * n + n_z].T, W[3 * n + n_z :].T
+    return T
+
+
+def put_together(program: Program, T: Tangents, W: np.ndarray) -> None:
+    """W (size, k) from the arrays of the compiled loop."""
+    n = program.n_q
+    W[:] = np.concatenate([T.q[:, :n].T, T.v[:, :n].T, T.z.T, T.a[:, :n].T, T.x[:, :n].T])
+
+
+def project(program: Program, flow: Any, most: float, T: Tangents) -> None:
+    """Take out of T.q and T.v what joints forbid: G dq = 0, G dv + (dG/dt) dq = 0; `most` as in `find_turning`."""
+    n, t, metric = program.n_q, float(flow.clock[0]), metric_of(program)
+    system, q, v = System(program), flow.q[:n], flow.v[:n]
+    G = system.at(q, t=t).jacobian
+    eps = min(most, TURNED / max(np.abs(v / np.where(metric == 1.0, program.length, 1.0)).max(), 1e-300))
+    turning = (system.at(q + eps * v, t=t + eps).jacobian - system.at(q - eps * v, t=t - eps).jacobian) / (2.0 * eps)
+    for j in range(len(T.q)):
+        T.q[j, :n] += nearest(metric, G, -(G @ T.q[j, :n]))
+        T.v[j, :n] += nearest(metric, G, -(G @ T.v[j, :n] + turning @ T.q[j, :n]))
+
+
+def settle(program: Program, flow: Any, T: Tangents, work: Work, *, histories: bool) -> None:
+    """Accelerations that follow from T.q, T.v, T.z in the present state, for a first step; also `histories` if asked.
+
+    Raises
+    ------
+    SolveError : the accelerations are not unique.
+    """
+    n, t, tables = program.n_q, float(flow.clock[0]), program.tables
+    T.X[:], T.Y[:] = 0.0, 0.0
+    now = (flow.q, flow.v, flow.a, flow.lam, flow.z)
+    linearise(tables, program.addresses, t, 0.0, *now, 0.0, 1.0, T, work)
+    state = [x[:n] for x in (flow.q, flow.v, flow.a)]
+    system, whole = System(program), {"lam": flow.lam, "t": t, "z": flow.z}
+    K = system.at(*state, **whole, weights=(1.0, 0.0, 0.0)).block()
+    C = system.at(*state, **whole, weights=(0.0, 1.0, 0.0)).block()
+    b = np.zeros((len(T.q), n + program.n_c))
+    for j in range(len(T.q)):
+        dq, dv = T.q[j, :n], T.v[j, :n]
+        b[j, :n] = T.F[j, :n] - K @ dq - C @ dv
+        b[j, n:] = -_change_of_gaps(program, system, state, t, dq, dv)
+    system.at(*state[:2], **whole, weights=(0.0, 0.0, 1.0))
+    for j in range(len(T.q)):
+        T.u[j] = system.solve(b[j], f"Tangent of the accelerations of {program.name!r} at t = {t:.6g} s")
+        T.a[j, :n] = T.u[j, :n]
+    T.x[:] = T.a
+    if histories:
+        follow_histories(tables, program.addresses, t, 0.0, *now, T, work)
+
+
+def _change_of_gaps(program: Program, system: System, state: Any, t: float, dq: np.ndarray, dv: np.ndarray) -> Any:
+    """Change of G a - gamma (n_c,) by dq and dv, a held."""
+    q, v, a = state
+    if program.n_c == 0:
+        return np.zeros(0)
+    length = np.where(metric_of(program) == 1.0, program.length, 1.0)
+    fast = max(np.abs(v / length).max(), 1.0)
+    most = max(np.abs(dq / length).max(), np.abs(dv / length).max() / fast)
+    if most == 0.0:
+        return np.zeros(program.n_c)
+    sides = []
+    for eps in (MOVED / most, -MOVED / most):
+        G = system.at(q + eps * dq, v + eps * dv, t=t).jacobian
+        sides.append(G @ a - system.gamma)
+    return (sides[0] - sides[1]) / (2.0 * MOVED / most)
+
+
+def saltate(program: Program, flow: Any, T: Tangents) -> None:
+    """Jump of the velocities' differences where a contact began with a force: dv += (a_after - a_before) dgap / rate.
+
+    A neighbour that arrives later by -dgap / gap_rate feels the force later by so much.
+    """
+    n, impacts = program.n_q, T.impacts[:, 2] != 0.0
+    for c, first in enumerate(program.tables.contacts.z[:, 0]):
+        if impacts[c] and T.z0[first] == 0.0 and flow.z[first] != 0.0:
+            for j in range(len(T.q)):
+                T.v[j, :n] += (flow.a - T.a0)[:n] * T.z[j, first + 2] / flow.z[first + 4]
