@@ -110,9 +110,9 @@ def solve_for(tables, lu, kv, options, j, T, work):
         T.b[:] = 0.0
         if m > 0 and form == GEAR_GUPTA_LEIMKUHLER:
             find_shift(tables, lu, kv, j, T, work)
-            by_rates(tables, kv, T.e, T.r, T, work)
+            by_rates(tables, kv, T.e, T, work)
             for i in range(n):
-                T.b[i] = T.r[i]
+                T.b[i] = T.f[i]
         elif m > 0 and form == VELOCITY:
             add_rates(tables.constraints, n, -1.0 / kv, j, T, work)
         for i in range(n):

@@ -37,7 +37,7 @@ class Tangents(NamedTuple):
     N, T : (k, contacts) changes of normal and friction force by histories alone
     D : kv C + ka M of all elements, one after the other;  W : dG/dt, as `Work.G`
     grip : (joints, 6) direction of the slip in joints with friction
-    b, d, e, y, seen : (n_q + n_c,) vectors of the linear system;  r : (n_q + 3,) forces
+    b, d, e, y, seen : (n_q + n_c,) vectors of the linear system;  r, f : (n_q + 3,) motions and forces
     local : vectors of one piece;  own : (k, 4) changes of gap, gap rate, slip and normal force of one contact or joint
     g : (3, n_c) what constraint kernels write beside G;  zs : (n_z,) histories that are tried
     z0, a0, clock, impacts : those of the flow before the step
@@ -65,6 +65,7 @@ class Tangents(NamedTuple):
     y: np.ndarray
     seen: np.ndarray
     r: np.ndarray
+    f: np.ndarray
     local: np.ndarray
     own: np.ndarray
     g: np.ndarray
@@ -92,6 +93,7 @@ def new_tangents(program: Program, k: int) -> Tangents:
         np.zeros(tables.constraints.pos_g[-1]),
         np.zeros((n_g, 6)),
         *(np.zeros(total) for _ in range(5)),
+        np.zeros(n),
         np.zeros(n),
         np.zeros((2, max(tables.sizes.most_dofs, 6))),
         np.zeros((k, 4)),
@@ -224,9 +226,9 @@ def subtract_damping(tables, factor, x, F, T, work):
 
 
 @compiled
-def by_rates(tables, kv, x, F, T, work):
-    """F = (kv C + ka M) x with the matrices of the last `linearise`; x : (n_q + n_c,), F : (n_q + 3,)."""
-    E, n_q = tables.elements, tables.sizes.n_q
+def by_rates(tables, kv, x, T, work):
+    """T.f = (kv C + ka M) x with the matrices of the last `linearise`; x : (n_q + n_c,)."""
+    E, F, n_q = tables.elements, T.f, tables.sizes.n_q
     F[:] = 0.0
     for i in range(n_q):
         T.r[i] = x[i]
