@@ -8,7 +8,7 @@ import numpy as np
 
 from flexmb.integrate.arrays import RUNNING, Options
 from flexmb.integrate.run import Run
-from flexmb.integrate.tangent import JUMPED, LOST, address_of_advance, advance_with
+from flexmb.integrate.tangent import LOST, address_of_advance, advance_with
 from flexmb.program.program import Program
 from flexmb.solve.project import metric_of, nearest
 from flexmb.solve.system import System
@@ -32,6 +32,7 @@ class CarryingRun(Run):
         self._second, self._address = workspace(self.program), None
         self.tangents = taken_apart(self.program, W)
         self.go_to(end, saving=None)
+        look_again(self.program, self.flow, self.tangents, self._second)
         put_together(self.program, self.tangents, W)
         self.tangents = None
 
@@ -50,16 +51,14 @@ class CarryingRun(Run):
         if self._address is None:
             self._address = address_of_advance(*step, self.work, self.record, 1)
         code = advance_with(self._address, *step, self.work, self.record, self._second, self.tangents, steps)
-        if code == JUMPED:
-            saltate(self.program, self.flow, self.tangents)
-            settle(self.program, self.flow, self.tangents, self._second, histories=True)
-            return RUNNING
         if code == LOST:
             self.note = "Stopped: the tangent of a step is singular; the state cannot be told from one without solution"
             return RUNNING
         return int(code)
 
     def _jump(self, instant: float, interval: float) -> None:
+        if self.tangents is not None:
+            look_again(self.program, self.flow, self.tangents, self._second)
         super()._jump(instant, interval)
         if self.tangents is not None and not self.note:
             settle(self.program, self.flow, self.tangents, self._second, histories=False)
@@ -138,13 +137,16 @@ def _change_of_gaps(program: Program, system: System, state: Any, t: float, dq: 
     return (sides[0] - sides[1]) / (2.0 * MOVED / most)
 
 
-def saltate(program: Program, flow: Any, T: Tangents) -> None:
-    """Jump of the velocities' differences where a contact began with a force: dv += (a_after - a_before) dgap / rate.
-
-    A neighbour that arrives later by -dgap / gap_rate feels the force later by so much.
-    """
-    n, impacts = program.n_q, T.impacts[:, 2] != 0.0
-    for c, first in enumerate(program.tables.contacts.z[:, 0]):
-        if impacts[c] and T.z0[first] == 0.0 and flow.z[first] != 0.0:
-            for j in range(len(T.q)):
-                T.v[j, :n] += (flow.a - T.a0)[:n] * T.z[j, first + 2] / flow.z[first + 4]
+def look_again(program: Program, flow: Any, T: Tangents, work: Work) -> None:
+    """Look at all neighbours at the time of the present state, not later by T.tau as since the last impact."""
+    if not T.tau.any():
+        return
+    n, later = program.n_q, -T.tau[:, None]
+    kept = T.x - T.a
+    T.q[:, :n] += later * flow.v[:n]
+    T.v[:, :n] += later * flow.a[:n]
+    if T.last[0] > 0.0:
+        T.z[:] += later / T.last[0] * (flow.z - T.zp)
+    T.tau[:] = 0.0
+    settle(program, flow, T, work, histories=True)
+    T.x[:] = T.a + kept

@@ -21,7 +21,7 @@ from numba.extending import intrinsic
 from numba.np import arrayobj
 
 from flexmb.integrate.arrays import GEAR_GUPTA_LEIMKUHLER, POSITION, RUNNING, VELOCITY
-from flexmb.integrate.landing import JUMPS
+from flexmb.integrate.landing import STEP, slow
 from flexmb.integrate.loop import advance
 from flexmb.integrate.newton import starting
 from flexmb.kernels import compiled, copy
@@ -29,6 +29,7 @@ from flexmb.solve.lu import HOLD, THRESHOLD, factor
 from flexmb.solve.substitute import solve
 from flexmb.system.tangent import (
     by_rates,
+    find_rates,
     find_turning,
     follow_histories,
     linearise,
@@ -41,8 +42,8 @@ ROUNDS = 10
 ALIKE, FAR = 1e-13, 1e-9
 """Change of the positions from turn to turn, as a part of them, at which they are taken, and which is refused."""
 
-LOST, JUMPED = 40, 41
-"""Endings of a step of `carry`: its tangent is singular; a force jumped where a contact began."""
+LOST = 40
+"""Ending of a step whose tangent is singular."""
 
 STEPS, SIZE, LAST = 0, 5, 4
 """Places in `Record.count`, `Record.extreme` and `Flow.clock`."""
@@ -51,36 +52,87 @@ STEPS, SIZE, LAST = 0, 5, 4
 @compiled
 def remember_start(flow, T):
     """Note what the step begins with."""
-    copy(flow.z, T.z0)
+    copy(flow.q, T.q0)
+    copy(flow.v, T.v0)
     copy(flow.a, T.a0)
+    copy(flow.lam, T.lam0)
+    copy(flow.z, T.z0)
     copy(flow.clock, T.clock)
     for c in range(flow.impacts.shape[0]):
         copy(flow.impacts[c], T.impacts[c])
 
 
 @compiled
-def carry(tables, address, lu, h, options, flow, T, work):
+def carry(tables, address, lu, h, options, flow, trial, T, work):
     """Carry the differences T through the step of size h that led to `flow`, from what `remember_start` noted; a code."""
     first = T.clock[LAST] == 0.0
-    numbers = starting(options) if first else options
-    o = numbers
+    o = starting(options) if first else options
     kv, kx = o.gamma / (o.beta * h), 1.0 / (o.beta * h * h)
     ka = (1.0 - o.alpha_m) / (1.0 - o.alpha_f) * kx
     t, n, m = flow.clock[0], tables.sizes.n_q, tables.sizes.n_c
+    if options.adaptive and meeting(tables, flow, trial, T):
+        shift(tables, address, T, work)
     for j in range(T.q.shape[0]):
-        begin_step(n, h, 1.0 if first else h / T.clock[LAST], kv, kx, ka, numbers, j, T)
+        begin_step(n, h, 1.0 if first else h / T.clock[LAST], kv, kx, ka, o, j, T)
     linearise(tables, address, t, h, flow.q, flow.v, flow.a, flow.lam, T.z0, kv, ka, T, work)
     if m > 0 and options.form != POSITION:
         find_turning(tables, address, t, h, options.length, flow.q, flow.v, flow.lam, T, work)
     if factor(lu, work.lu, T.seen, THRESHOLD, n, HOLD if flow.clock[5] >= 0.0 else THRESHOLD) >= 0:
         return LOST
-    delta = options.alpha_m - options.alpha_f if first else 0.0
+    if shifted(T):
+        find_rates(tables, address, t, h, flow.q, flow.v, flow.a, T.z0, T, work)
+    delta = options.alpha_m - options.alpha_f
     for j in range(T.q.shape[0]):
         if not solve_for(tables, lu, kv, options, j, T, work):
             return LOST
         end_step(n, kv, kx, ka, delta, first, flow.clock[LAST] == 0.0, j, T)
     follow_histories(tables, address, t, h, flow.q, flow.v, flow.a, flow.lam, T.z0, T, work)
-    return JUMPED if jumped(tables, flow, T) else RUNNING
+    T.last[0] = 0.0 if flow.clock[LAST] == 0.0 else h
+    copy(T.a0, T.ap)
+    copy(T.z0, T.zp)
+    return RUNNING
+
+
+@compiled
+def shifted(T):
+    """Whether any neighbour is looked at at another time."""
+    for j in range(T.tau.shape[0]):
+        if T.tau[j] != 0.0:
+            return True
+    return False
+
+
+@compiled
+def meeting(tables, flow, trial, T):
+    """Whether a contact began in the step whose onset the steps were laid by; T.shift makes its gaps all alike."""
+    for c in range(tables.contacts.kernel.shape[0]):
+        k = tables.contacts.z[c, 0]
+        rate = T.z0[k + 4]
+        if T.z0[k] == 0.0 and flow.z[k] != 0.0 and T.impacts[c, STEP] > 0.0 and -rate > slow(flow, trial):
+            for j in range(T.shift.shape[0]):
+                T.shift[j] = -T.z[j, k + 2] / rate
+            return True
+    return False
+
+
+@compiled
+def shift(tables, address, T, work):
+    """Look at each neighbour later by T.shift, in the state before the step."""
+    for j in range(T.q.shape[0]):
+        later = T.shift[j]
+        T.tau[j] += later
+        for i in range(tables.sizes.n_q):
+            T.q[j, i] += later * T.v0[i]
+            T.v[j, i] += later * T.a0[i]
+        if T.last[0] > 0.0:
+            part = later / T.last[0]
+            for i in range(tables.sizes.n_q):
+                T.a[j, i] += part * (T.a0[i] - T.ap[i])
+                T.x[j, i] += part * (T.a0[i] - T.ap[i])
+            for i in range(tables.sizes.n_z):
+                T.z[j, i] += part * (T.z0[i] - T.zp[i])
+    linearise(tables, address, T.clock[0], 0.0, T.q0, T.v0, T.a0, T.lam0, T.z0, 0.0, 1.0, T, work)
+    follow_histories(tables, address, T.clock[0], 0.0, T.q0, T.v0, T.a0, T.lam0, T.z0, T, work)
 
 
 @compiled
@@ -114,9 +166,12 @@ def solve_for(tables, lu, kv, options, j, T, work):
             for i in range(n):
                 T.b[i] = T.f[i]
         elif m > 0 and form == VELOCITY:
-            add_rates(tables.constraints, n, -1.0 / kv, j, T, work)
+            add_rates(tables.constraints, n, 0.0, -1.0 / kv, j, T, work)
         for i in range(n):
-            T.b[i] += T.F[j, i]
+            T.b[i] += T.F[j, i] - T.tau[j] * T.rt[i]
+        if form != VELOCITY:
+            for i in range(m):
+                T.b[n + i] = T.tau[j] * T.moving[0, i]
         solve(lu, work.lu, T.b, T.d, T.y)
         change, size = 0.0, 0.0
         for i in range(n):
@@ -131,22 +186,27 @@ def solve_for(tables, lu, kv, options, j, T, work):
 
 @compiled
 def find_shift(tables, lu, kv, j, T, work):
-    """T.e = -S^-1 G^T mu with G e = (G X + W u) / kv: then dv = X + kv (u - e) satisfies G dv + W u = 0."""
+    """T.e = -S^-1 G^T mu with G e = (G X + W u) / kv: then dv = X + kv (u - e) satisfies G dv + W u = 0.
+
+    For a neighbour that is looked at later by tau, both sides have the rates of the drives as well.
+    """
     T.b[:] = 0.0
-    add_rates(tables.constraints, tables.sizes.n_q, 1.0 / kv, j, T, work)
+    add_rates(tables.constraints, tables.sizes.n_q, kv, 1.0 / kv, j, T, work)
     solve(lu, work.lu, T.b, T.e, T.y)
     T.b[:] = 0.0
 
 
 @compiled
-def add_rates(C, n, factor, j, T, work):
-    """Add factor (G X + W u) to the lower half of T.b."""
+def add_rates(C, n, kv, factor, j, T, work):
+    """Add factor (G X + W u + tau (kv G v - G a - W v)) to the lower half of T.b."""
+    tau = T.tau[j]
     for i in range(n):
         T.r[i] = T.u[j, i]
     for c in range(C.kernel.shape[0]):
         for i in range(C.row[c + 1] - C.row[c]):
+            row = C.row[c] + i
             rate = rows_times(C, c, work.G, T.X[j], i) + rows_times(C, c, T.W, T.r, i)
-            T.b[n + C.row[c] + i] += factor * rate
+            T.b[n + row] += factor * (rate + tau * (kv * T.moving[0, row] - T.moving[1, row]))
 
 
 @compiled
@@ -160,16 +220,6 @@ def end_step(n, kv, kx, ka, delta, first, anew, j, T):
         T.x[j, i] = T.a[j, i] + delta * (T.a[j, i] - a0) if first else T.R[j, i] + kx * moved
         if anew:
             T.x[j, i] = T.a[j, i]
-
-
-@compiled
-def jumped(tables, flow, T):
-    """Whether a contact began in the step whose force is there at once."""
-    for c in range(tables.contacts.kernel.shape[0]):
-        k = tables.contacts.z[c, 0]
-        if T.impacts[c, JUMPS] != 0.0 and T.z0[k] == 0.0 and flow.z[k] != 0.0:
-            return True
-    return False
 
 
 def _step_at() -> Any:
@@ -210,13 +260,13 @@ def address_of_advance(*arguments: Any) -> Any:
 
 @compiled
 def advance_with(table, tables, address, lu, options, flow, trial, work, record, own, T, steps):
-    """`advance` with tangents T, step by step; `own` : a second `Work`.  Returns early where a force jumped."""
+    """`advance` with tangents T, step by step; `own` : a second `Work`."""
     for _ in range(steps):
         before = record.count[STEPS]
         remember_start(flow, T)
         code = step_at(table, tables, address, lu, options, flow, trial, work, record, 1)
         if record.count[STEPS] > before:
-            carried = carry(tables, address, lu, record.extreme[SIZE], options, flow, T, own)
+            carried = carry(tables, address, lu, record.extreme[SIZE], options, flow, trial, T, own)
             code = carried if code == RUNNING else code
         if code != RUNNING:
             return code

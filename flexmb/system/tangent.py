@@ -8,13 +8,14 @@ elements lose no digits; what no kernel gives, those by histories, are central d
 
 from typing import NamedTuple
 
+import numba
 import numpy as np
 
 from flexmb.kernels import compiled, constraint_at, copy, grip_at, matrix_view, part_of
 from flexmb.program.program import Program
 from flexmb.system.constraints import add_constraints
 from flexmb.system.contacts import add_contacts, jacobians
-from flexmb.system.elements import call_element, call_tangent, factor_of, gather_state
+from flexmb.system.elements import add_elements, call_element, call_tangent, factor_of, gather_state
 from flexmb.system.tangent_history import (
     add_contact_history,
     add_element_history,
@@ -24,8 +25,15 @@ from flexmb.system.tangent_history import (
     follow_grip,
 )
 
+IN_TIME = 0.01
+"""How far the time is moved for the derivative of loads in time, as a part of the step."""
+
 TURNED = 1e-5
 """How far the mechanism moves, as an angle or a part of its size, for the derivative of G along the motion."""
+
+
+apart = numba.njit(cache=True, error_model="numpy", _nrt=False)
+"""`compiled` without inlining, for what is long and called from several places."""
 
 
 class Tangents(NamedTuple):
@@ -40,7 +48,10 @@ class Tangents(NamedTuple):
     b, d, e, y, seen : (n_q + n_c,) vectors of the linear system;  r, f : (n_q + 3,) motions and forces
     local : vectors of one piece;  own : (k, 4) changes of gap, gap rate, slip and normal force of one contact or joint
     g : (3, n_c) what constraint kernels write beside G;  zs : (n_z,) histories that are tried
-    z0, a0, clock, impacts : those of the flow before the step
+    tau : (k,) by how much later each neighbour is looked at [s];  shift : (k,) what is added to it
+    q0, v0, a0, lam0, z0, clock, impacts : those of the flow before the step;  ap, zp : before the step before
+    last : (1,) size of the step before, 0 where there is none
+    rt : (n_q + 3,) rate of the forces in time at rest;  moving : (2, n_c) G v, and G a + W v
     """
 
     q: np.ndarray
@@ -70,8 +81,18 @@ class Tangents(NamedTuple):
     own: np.ndarray
     g: np.ndarray
     zs: np.ndarray
-    z0: np.ndarray
+    tau: np.ndarray
+    shift: np.ndarray
+    q0: np.ndarray
+    v0: np.ndarray
     a0: np.ndarray
+    lam0: np.ndarray
+    z0: np.ndarray
+    ap: np.ndarray
+    zp: np.ndarray
+    last: np.ndarray
+    rt: np.ndarray
+    moving: np.ndarray
     clock: np.ndarray
     impacts: np.ndarray
 
@@ -99,14 +120,22 @@ def new_tangents(program: Program, k: int) -> Tangents:
         np.zeros((k, 4)),
         np.zeros((3, m)),
         np.zeros(n_z),
+        np.zeros(k),
+        np.zeros(k),
+        *(np.zeros(n) for _ in range(3)),
+        np.zeros(m),
         np.zeros(n_z),
         np.zeros(n),
+        np.zeros(n_z),
+        np.zeros(1),
+        np.zeros(n),
+        np.zeros((2, m)),
         np.zeros(10),
         np.zeros((n_k, 3)),
     )
 
 
-@compiled
+@apart
 def linearise(tables, address, t, h, q, v, a, lam, z, kv, ka, T, work):
     """Put [[A, G^T], [G, 0]] into work.lu and T.F = -(C X + M Y + (dr/dz) dz); begin T.z1 with what T.z does to it.
 
@@ -245,7 +274,7 @@ def by_rates(tables, kv, x, T, work):
     subtract_damping(tables, -kv, T.r, F, T, work)
 
 
-@compiled
+@apart
 def follow_histories(tables, address, t, h, q, v, a, lam, z, T, work):
     """T.z : differences of the histories at the end of a step, from T.z1 of `linearise`, T.q, T.v, T.a and T.u."""
     for e in range(tables.elements.p.shape[0]):
@@ -260,6 +289,24 @@ def follow_histories(tables, address, t, h, q, v, a, lam, z, T, work):
             follow_grip(tables, address, c, h, v, z, T, work)
     for j in range(T.z.shape[0]):
         copy(T.z1[j], T.z[j])
+
+
+@compiled
+def find_rates(tables, address, t, h, q, v, a, z, T, work):
+    """T.rt = dr/dt at a state that stands still; T.moving = G v, and G a + W v, which the drives' rows are behind by."""
+    eps, C = IN_TIME * h, tables.constraints
+    copy(z, T.zs)
+    for side in range(2):
+        work.r[:] = 0.0
+        later = t + eps if side == 0 else t - eps
+        add_elements(tables, address, later, h, q, v, a, T.zs, 0.0, 0.0, 0.0, False, work)
+        for i in range(T.rt.shape[0]):
+            T.rt[i] = work.r[i] if side == 0 else (T.rt[i] - work.r[i]) / (2.0 * eps)
+    for c in range(C.kernel.shape[0]):
+        for i in range(C.row[c + 1] - C.row[c]):
+            row = C.row[c] + i
+            T.moving[0, row] = rows_times(C, c, work.G, v, i)
+            T.moving[1, row] = rows_times(C, c, work.G, a, i) + rows_times(C, c, T.W, v, i)
 
 
 @compiled
