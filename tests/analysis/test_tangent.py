@@ -1,0 +1,254 @@
+"""The tangent of a step against differences of the step itself, of whole runs, and against exact flows."""
+
+import math
+import runpy
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import flexmb as fm
+from flexmb.analysis.dynamics import orthonormalise
+from flexmb.analysis.mechanism_flow import MechanismFlow
+from flexmb.errors import InputError
+from flexmb.mechanisms.nine_bar import nine_bar
+from flexmb.solve.system import System
+
+models = runpy.run_path(str(Path(__file__).with_name("tangent_models.py")))
+pendulum, thrown, fixed, started = (models[k] for k in ("pendulum", "thrown", "fixed", "started"))
+tight, difference, missed = (models[k] for k in ("tight", "difference", "missed"))
+
+SOFT = fm.LankaraniNikravesh(2e4, restitution=0.6)
+LUGRE = fm.LuGre(0.4, 0.3, stribeck_speed=0.2, stiffness=2e3, damping=0.5, viscous=0.05)
+
+
+def one_step(flow, duration, eps=1e-4, wanted=1e-6):
+    """Carry a difference through one step and hold it against differences of the step."""
+    W = started(flow)
+    expected = difference(flow, duration, W[:, 0], eps)
+    carried = models["displaced"](flow, np.zeros(flow.size))
+    assert carried.advance(duration, W), carried.status
+    off = missed(flow, W[:, 0], expected)
+    assert max(off.values()) < wanted, off
+
+
+SMOOTH = {
+    "rods": lambda: pendulum(),
+    "spring": lambda: pendulum(extras=(models["spring"],)),
+    "element with history": lambda: pendulum(extras=(models["limb"],)),
+    "beam": lambda: pendulum(lower=models["beam"]),
+    "bushing": lambda: models["bushed"](),
+    "LuGre in a joint": lambda: pendulum(friction=LUGRE),
+    "friction in a joint": lambda: pendulum(friction=models["LOSS"]),
+}
+
+
+@pytest.mark.parametrize("name", SMOOTH)
+@pytest.mark.parametrize("first", [True, False])
+def test_one_step_without_contacts(name, first, monkeypatch):
+    tight(monkeypatch)
+    flow = fixed(SMOOTH[name](), 1e-3)
+    flow.advance(0.1)
+    if first:
+        flow.reset(flow.state(), time=flow.time)
+    one_step(flow, 1e-3)
+
+
+@pytest.mark.parametrize("form", ["position", "velocity"])
+def test_one_step_with_other_forms_of_the_constraints(form, monkeypatch):
+    tight(monkeypatch)
+    flow = fixed(pendulum(), 2e-3, method=fm.Newmark.generalised_alpha(0.8, constraints=form))
+    flow.advance(0.1)
+    one_step(flow, 2e-3)
+
+
+def gap_of(flow):
+    """Gap of the first contact."""
+    return flow.run.flow.z[flow.program.tables.contacts.z[0, 0] + 2]
+
+
+def at_stage(flow, stage, h):
+    """Advance to the step before the onset, into the contact, or to the step before its end."""
+    while True:
+        ahead = flow.copy()
+        assert ahead.advance(h)
+        now, then = gap_of(flow), gap_of(ahead)
+        found = {
+            "flight": 0.0 < now < 0.01,
+            "onset": now > 0.0 > then,
+            "contact": now < -4e-3,
+            "release": now < 0.0 < then,
+        }
+        if found[stage]:
+            return
+        flow.advance(h)
+
+
+@pytest.mark.parametrize("friction", [models["LOSS"], LUGRE], ids=["smooth", "LuGre"])
+@pytest.mark.parametrize("stage", ["flight", "onset", "contact", "release"])
+def test_one_step_of_a_contact(stage, friction, monkeypatch):
+    tight(monkeypatch)
+    h = 1e-3
+    flow = fixed(thrown(SOFT, friction), h)
+    at_stage(flow, stage, h)
+    one_step(flow, h, eps=1e-6)
+
+
+@pytest.mark.parametrize("flexible", [False, True], ids=["rigid", "flexible"])
+def test_one_step_of_the_nine_bar(flexible, monkeypatch):
+    tight(monkeypatch)
+    flow = fixed(nine_bar(clearance=5e-4, flexible=flexible), 2e-5 if flexible else 2e-4)
+    flow.advance(4e-3)
+    one_step(flow, flow.step.size, eps=1e-9 if flexible else 1e-6, wanted=2e-6)
+
+
+@pytest.mark.parametrize("form", ["position", "gear-gupta-leimkuhler"])
+def test_runs_of_many_steps_agree_with_differences_of_runs(form, monkeypatch):
+    """What shifts positions in the second form is taken from the end of the step; steps may take that of one before.
+
+    So its tangent and the differences of its runs come together with the third power of the step alone.
+    """
+    tight(monkeypatch)
+    method = fm.Newmark.generalised_alpha(0.8, constraints=form)
+    errors = []
+    for h in (5e-3, 2.5e-3):
+        flow = fixed(pendulum(extras=(models["spring"], models["limb"])), h, method=method)
+        W = started(flow)
+        expected = difference(flow, 1.0, W[:, 0], 1e-4)
+        assert flow.advance(1.0, W)
+        off = missed(flow, W[:, 0], expected)
+        errors.append(max(off["q"], off["v"], off["z0"]))
+    print(form, errors)
+    assert errors[1] < (1e-7 if form == "position" else 5e-6), errors
+
+
+def test_the_run_itself_does_not_feel_its_tangents():
+    mechanism = thrown(SOFT)
+    alone, together = MechanismFlow(mechanism, period=0.1), MechanismFlow(mechanism, period=0.1)
+    alone.advance(0.15)
+    together.advance(0.15, together.tangent_basis(3))
+    np.testing.assert_array_equal(alone.state(), together.state())
+
+
+def turning_of(flow, dq):
+    """d(G v + g_t)/dq dq by differences of the rates themselves."""
+    n, system, t = flow.program.n_q, System(flow.program), flow.time
+    q, v = flow.run.flow.q[:n], flow.run.flow.v[:n]
+    eps = 1e-4
+    rates = [system.at(q + part * eps * dq, v, t=t).velocity_residual for part in (1.0, -1.0, 2.0, -2.0)]
+    return (8.0 * (rates[0] - rates[1]) - (rates[2] - rates[3])) / (12.0 * eps)
+
+
+def test_tangents_stay_on_the_manifold():
+    """A thousand steps of a driven mechanism with play, through impacts."""
+    flow = MechanismFlow(nine_bar(clearance=5e-4))
+    n = flow.program.n_q
+    W, steps = flow.tangent_basis(2), flow.run.record.count[0]
+    while flow.run.record.count[0] - steps < 1000:
+        assert flow.advance(0.05, W), flow.status
+        orthonormalise(W, flow.weights)
+        G = System(flow.program).at(flow.run.flow.q[:n], t=flow.time).jacobian
+        for w in W.T:
+            dq, dv = w[:n] / np.abs(w[:n]).max(), w[n : 2 * n] / np.abs(w[:n]).max()
+            assert np.abs(G @ dq).max() < 1e-10  # neighbours that hit much later cancel some digits
+            assert np.abs(G @ dv + turning_of(flow, dq)).max() < 1e-9 * max(np.abs(dv).max(), 1.0)
+
+
+def bounced(x, v, *, mass, stiffness, damping, wall, t):
+    """Position and velocity at t of a mass thrown at a wall with spring and damper that cannot pull, exactly."""
+    arrival = (wall - x) / v
+    w0, zeta = math.sqrt(stiffness / mass), damping / (2.0 * math.sqrt(stiffness * mass))
+    w = w0 * math.sqrt(1.0 - zeta * zeta)
+    end = 2.0 * math.acos(zeta) / w  # see KelvinVoigt.delivered_restitution
+    decay = math.exp(-zeta * w0 * end)
+    depth = v / w * decay * math.sin(w * end)
+    back = v * decay * (math.cos(w * end) - zeta * w0 / w * math.sin(w * end))
+    return wall + depth + back * (t - arrival - end), back
+
+
+def test_a_force_that_is_there_at_once_jumps_the_tangent():
+    """A damper in a contact: exact flow of a straight impact, all derivatives of it."""
+    law = {"mass": 1.0, "stiffness": 1e4, "damping": 60.0, "wall": 0.02, "t": 0.06}
+    ball = fm.RigidBody("ball", (0.0, 0.0), 1.0, 2e-3, velocity=(1.0, 0.0, 0.0))
+    normal = fm.KelvinVoigt(law["stiffness"], law["damping"])
+    hole = {"clearance": law["wall"], "bearing_radius": 0.08, "normal": normal}
+    mechanism = fm.Mechanism("straight", (ball, fm.RevoluteClearance("J", fm.GROUND, ball, (0.0, 0.0), **hole)))
+    errors = []
+    for rtol in (1e-4, 1e-6):
+        flow = MechanismFlow(mechanism, step=fm.Adaptive(rtol=rtol), period=0.06)
+        flow.advance(1e-3)  # away from the middle, where the gap has a peak
+        W = np.zeros((flow.size, 2))
+        W[0, 0] = W[flow.program.n_q, 1] = 1.0
+        W = flow.on_manifold(W)
+        x, v = flow.state()[[0, flow.program.n_q]]
+        assert flow.advance(law["t"], W), flow.status
+        exact = np.empty((2, 2))
+        for k, (dx, dv) in enumerate(((1.0, 0.0), (0.0, 1.0))):
+            ends = [np.array(bounced(x + e * dx, v + e * dv, **law)) for e in (1e-6, -1e-6)]
+            exact[:, k] = (ends[0] - ends[1]) / 2e-6
+        found = W[[0, flow.program.n_q]]
+        errors.append(np.abs(found - exact).max(axis=1) / np.abs(exact).max(axis=1))
+    print(errors)
+    assert np.max(errors[1]) < 2e-3
+    assert np.max(errors[1]) < 0.3 * np.max(errors[0])
+
+
+def exponents(flow, count, interval, times):
+    """Exponents [1/s] by QR, from `count` tangents over `times` intervals [s]."""
+    W, total = flow.tangent_basis(count), np.zeros(count)
+    for _ in range(times):
+        assert flow.advance(interval, W), flow.status
+        total += np.log(orthonormalise(W, flow.weights))
+    return total / (times * interval)
+
+
+def oscillator(damping, drive=False):
+    """A mass of 2 kg on a guide, held by 50 N/m; natural frequency 5 rad/s."""
+    mass = fm.RigidBody("mass", (1.0, 0.0), 2.0, 0.1, velocity=(0.3, 0.0, 0.0))
+    parts = [mass, fm.Prismatic("guide", fm.GROUND, mass)]
+    parts.append(fm.SpringDamper("S", fm.GROUND, mass, (0.0, 0.0), (1.0, 0.0), stiffness=50.0, damping=damping))
+    if drive:
+        parts.append(fm.Force("F", mass, (1.0, 0.0), (3.0, 0.0), history=fm.Harmonic(1.0, 7.0)))
+    return fm.Mechanism("oscillator", parts)
+
+
+@pytest.mark.parametrize("drive", [False, True])
+def test_exponents_of_a_linear_oscillator(drive):
+    """Both are -d/(2 m) = -0.1 1/s where it vibrates; errors fall with the square of the step."""
+    errors = []
+    for per_turn in (50, 100, 200):
+        turn = 2.0 * math.pi / math.sqrt(25.0 - 0.01)
+        flow = fixed(oscillator(0.4, drive), turn / per_turn, period=turn)
+        found = exponents(flow, 2, turn, 40)
+        errors.append(abs(found.sum() + 0.2))
+        assert np.abs(found + 0.1).max() < 3e-3  # directions within the period settle with 1/time
+    assert errors[-1] < 1e-5
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.15)
+    assert errors[1] / errors[2] == pytest.approx(4.0, rel=0.15)
+
+
+def test_exponents_of_an_overdamped_oscillator():
+    """Rates of the two real roots: m r^2 + d r + k = 0."""
+    flow = fixed(oscillator(25.0), 1e-3)
+    roots = np.sort(np.roots([2.0, 25.0, 50.0]).real)[::-1]
+    exponents(flow, 2, 0.5, 10)  # the directions find themselves
+    np.testing.assert_allclose(exponents(flow, 2, 0.5, 10), roots, rtol=3e-3)
+
+
+def test_exponents_of_a_conservative_double_pendulum_come_in_pairs():
+    """Chaotic at this energy; the volume of phase space is kept, and the pairs add up to 0 in the mean."""
+    method = fm.Newmark.trapezoidal()
+    flow = fixed(pendulum(), 2e-3, method=method, period=1.0)
+    found = exponents(flow, 4, 0.5, 200)
+    print(found)
+    assert abs(found.sum()) < 1e-3
+    assert found[0] > 0.3
+    assert found[0] + found[3] == pytest.approx(0.0, abs=0.02)
+    assert found[1] + found[2] == pytest.approx(0.0, abs=0.02)
+
+
+def test_tangents_of_another_shape_are_refused():
+    flow = fixed(pendulum(), 1e-3)
+    for wrong in (np.zeros(flow.size), np.zeros((flow.size - 1, 1)), np.zeros((flow.size, 2), dtype=np.float32)):
+        with pytest.raises(InputError, match="one difference a column"):
+            flow.advance(0.1, wrong)
