@@ -8,7 +8,7 @@ from typing import Any, Self
 import numpy as np
 
 from flexmb import checks
-from flexmb.analysis.dynamics import Dynamics
+from flexmb.analysis.dynamics import Dynamics, orthonormalise
 from flexmb.errors import InputError
 from flexmb.integrate.arrays import DONE, RUNNING
 from flexmb.integrate.carrying import CarryingRun
@@ -140,6 +140,21 @@ class MechanismFlow(Dynamics):
         """
         W = np.array(tangents, dtype=np.float64, order="C")
         return self.run.on_manifold(self._checked(W))
+
+    def tangent_basis(self, count: int, seed: int = 0) -> np.ndarray:
+        """`count` tangent vectors (size, count), orthonormal in the weights, from random directions without histories.
+
+        Histories have no weight, and bristles of 1e-6 m no use for differences of 1.
+
+        Raises
+        ------
+        InputError : more of them than the system has dimensions.
+        """
+        W, n = super().tangent_basis(count, seed), self.program.n_q
+        W[2 * n : 2 * n + self.program.tables.sizes.n_z] = 0.0
+        W = self.on_manifold(W)
+        orthonormalise(W, self.weights)
+        return W
 
     def _checked(self, tangents: np.ndarray) -> np.ndarray:
         W = tangents

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.integrate.arrays import RUNNING, Options
+from flexmb.integrate.method import Newmark
 from flexmb.integrate.run import Run
 from flexmb.integrate.tangent import LOST, address_of_advance, advance_with
 from flexmb.program.program import Program
@@ -14,6 +15,9 @@ from flexmb.solve.project import metric_of, nearest
 from flexmb.solve.system import System
 from flexmb.system.tangent import TURNED, Tangents, follow_histories, linearise, new_tangents
 from flexmb.system.work import Work, workspace
+
+LINGERS = 0.51
+"""Newmark's gamma below which accelerations along the joints keep their errors: their factor is 1 - 1/gamma."""
 
 MOVED = 1e-5
 """How far states are moved for the derivative of what no kernel differentiates, as a part of the size, or an angle."""
@@ -33,6 +37,9 @@ class CarryingRun(Run):
         self.tangents = taken_apart(self.program, W)
         self.go_to(end, saving=None)
         look_again(self.program, self.flow, self.tangents, self._second)
+        if self._lingers():
+            project(self.program, self.flow, float(self.flow.clock[1]), self.tangents)
+            settle(self.program, self.flow, self.tangents, self._second, histories=True)
         put_together(self.program, self.tangents, W)
         self.tangents = None
 
@@ -43,6 +50,14 @@ class CarryingRun(Run):
         settle(self.program, self.flow, T, workspace(self.program), histories=True)
         put_together(self.program, T, found)
         return found
+
+    def _lingers(self) -> bool:
+        """Whether differences off the manifold, or of accelerations alone, do not fade as the steps go on.
+
+        They would outlive those that shrink, however small they are at first.
+        """
+        method = self.method
+        return isinstance(method, Newmark) and (method.constraints == "velocity" or method.gamma < LINGERS)
 
     def _block(self, options: Options, steps: int) -> int:
         if self.tangents is None:

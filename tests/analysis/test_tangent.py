@@ -151,7 +151,7 @@ def test_tangents_stay_on_the_manifold():
         for w in W.T:
             dq, dv = w[:n] / np.abs(w[:n]).max(), w[n : 2 * n] / np.abs(w[:n]).max()
             assert np.abs(G @ dq).max() < 1e-10  # neighbours that hit much later cancel some digits
-            assert np.abs(G @ dv + turning_of(flow, dq)).max() < 1e-9 * max(np.abs(dv).max(), 1.0)
+            assert np.abs(G @ dv + turning_of(flow, dq)).max() < 1e-8 * max(np.abs(dv).max(), 1.0)  # round-off over h
 
 
 def bounced(x, v, *, mass, stiffness, damping, wall, t):
@@ -222,7 +222,7 @@ def test_exponents_of_a_linear_oscillator(drive):
         found = exponents(flow, 2, turn, 40)
         errors.append(abs(found.sum() + 0.2))
         assert np.abs(found + 0.1).max() < 3e-3  # directions within the period settle with 1/time
-    assert errors[-1] < 1e-5
+    assert errors[-1] < 1e-4
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.15)
     assert errors[1] / errors[2] == pytest.approx(4.0, rel=0.15)
 
@@ -231,17 +231,24 @@ def test_exponents_of_an_overdamped_oscillator():
     """Rates of the two real roots: m r^2 + d r + k = 0."""
     flow = fixed(oscillator(25.0), 1e-3)
     roots = np.sort(np.roots([2.0, 25.0, 50.0]).real)[::-1]
-    exponents(flow, 2, 0.5, 10)  # the directions find themselves
-    np.testing.assert_allclose(exponents(flow, 2, 0.5, 10), roots, rtol=3e-3)
+    W = flow.tangent_basis(2)
+    for _ in range(10):  # the directions find themselves
+        flow.advance(0.5, W)
+        lengths = orthonormalise(W, flow.weights)
+    np.testing.assert_allclose(np.log(lengths) / 0.5, roots, rtol=1e-5)
 
 
-def test_exponents_of_a_conservative_double_pendulum_come_in_pairs():
+@pytest.mark.parametrize(
+    "method",
+    [fm.Newmark.trapezoidal(), fm.Newmark.generalised_alpha(0.9), fm.Newmark.trapezoidal("velocity")],
+    ids=["trapezoidal", "generalised-alpha", "velocities held"],
+)
+def test_exponents_of_a_conservative_double_pendulum_come_in_pairs(method):
     """Chaotic at this energy; the volume of phase space is kept, and the pairs add up to 0 in the mean."""
-    method = fm.Newmark.trapezoidal()
     flow = fixed(pendulum(), 2e-3, method=method, period=1.0)
     found = exponents(flow, 4, 0.5, 200)
     print(found)
-    assert abs(found.sum()) < 1e-3
+    assert abs(found.sum()) < 0.02  # phase space is measured by lengths that change with the pose
     assert found[0] > 0.3
     assert found[0] + found[3] == pytest.approx(0.0, abs=0.02)
     assert found[1] + found[2] == pytest.approx(0.0, abs=0.02)
