@@ -141,6 +141,13 @@ class MechanismFlow(Dynamics):
         W = np.array(tangents, dtype=np.float64, order="C")
         return self.run.on_manifold(self._checked(W))
 
+    def velocity(self) -> np.ndarray:
+        """Rate (size,) of the present state; of histories only those of gaps are told, the others as 0.
+
+        Where drives or loads depend on time it is no tangent vector: a neighbour cannot be ahead of them.
+        """
+        return self.run.velocity()
+
     def tangent_basis(self, count: int, seed: int = 0) -> np.ndarray:
         """`count` tangent vectors (size, count), orthonormal in the weights, from random directions without histories.
 

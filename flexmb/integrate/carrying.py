@@ -13,7 +13,7 @@ from flexmb.integrate.tangent import LOST, address_of_advance, advance_with
 from flexmb.program.program import Program
 from flexmb.solve.project import metric_of, nearest
 from flexmb.solve.system import System
-from flexmb.system.tangent import TURNED, Tangents, follow_histories, linearise, new_tangents
+from flexmb.system.tangent import IN_TIME, TURNED, Tangents, follow_histories, linearise, new_tangents
 from flexmb.system.work import Work, workspace
 
 LINGERS = 0.51
@@ -30,16 +30,21 @@ class CarryingRun(Run):
     """
 
     tangents: Tangents | None = None
+    _second: Any = None
+    _address: Any = None
 
     def carry_to(self, end: float, W: np.ndarray) -> None:
         """Run until `end` [s] and carry W (size, k) along, in place."""
-        self._second, self._address = workspace(self.program), None
+        if self._second is None:
+            self._second = workspace(self.program)
         self.tangents = taken_apart(self.program, W)
+        if self._lingers():
+            kept = self.tangents.x - self.tangents.a
+            project(self.program, self.flow, float(self.flow.clock[1]), self.tangents)
+            settle(self.program, self.flow, self.tangents, self._second, histories=False)
+            self.tangents.x[:] = self.tangents.a + kept
         self.go_to(end, saving=None)
         look_again(self.program, self.flow, self.tangents, self._second)
-        if self._lingers():
-            project(self.program, self.flow, float(self.flow.clock[1]), self.tangents)
-            settle(self.program, self.flow, self.tangents, self._second, histories=True)
         put_together(self.program, self.tangents, W)
         self.tangents = None
 
@@ -50,6 +55,16 @@ class CarryingRun(Run):
         settle(self.program, self.flow, T, workspace(self.program), histories=True)
         put_together(self.program, T, found)
         return found
+
+    def velocity(self) -> np.ndarray:
+        """Rate (size,) of the present state; the rate of bristles and of histories of elements is left out, as 0."""
+        n, n_z = self.program.n_q, self.program.tables.sizes.n_z
+        W = np.zeros((4 * n + n_z, 1))
+        W[:n, 0], W[n : 2 * n, 0] = self.flow.v[:n], self.flow.a[:n]
+        T = taken_apart(self.program, W)
+        settle(self.program, self.flow, T, workspace(self.program), histories=True, passing=1.0)
+        put_together(self.program, T, W)
+        return W[:, 0]
 
     def _lingers(self) -> bool:
         """Whether differences off the manifold, or of accelerations alone, do not fade as the steps go on.
@@ -106,8 +121,12 @@ def project(program: Program, flow: Any, most: float, T: Tangents) -> None:
         T.v[j, :n] += nearest(metric, G, -(G @ T.v[j, :n] + turning @ T.q[j, :n]))
 
 
-def settle(program: Program, flow: Any, T: Tangents, work: Work, *, histories: bool) -> None:
+def settle(
+    program: Program, flow: Any, T: Tangents, work: Work, *, histories: bool, passing: float = 0.0
+) -> None:
     """Accelerations that follow from T.q, T.v, T.z in the present state, for a first step; also `histories` if asked.
+
+    With `passing` = 1, T is the rate of the state in time: loads and drives go on, too.
 
     Raises
     ------
@@ -117,16 +136,19 @@ def settle(program: Program, flow: Any, T: Tangents, work: Work, *, histories: b
     T.X[:], T.Y[:] = 0.0, 0.0
     now = (flow.q, flow.v, flow.a, flow.lam, flow.z)
     linearise(tables, program.addresses, t, 0.0, *now, 0.0, 1.0, T, work)
-    state = [x[:n] for x in (flow.q, flow.v, flow.a)]
-    system, whole = System(program), {"lam": flow.lam, "t": t, "z": flow.z}
-    K = system.at(*state, **whole, weights=(1.0, 0.0, 0.0)).block()
-    C = system.at(*state, **whole, weights=(0.0, 1.0, 0.0)).block()
+    state = [x[:n] for x in now[:3]]
+    system, whole = System(program), {"lam": flow.lam, "z": flow.z}
+    K = system.at(*state, **whole, t=t, weights=(1.0, 0.0, 0.0)).block()
+    C = system.at(*state, **whole, t=t, weights=(0.0, 1.0, 0.0)).block()
     b = np.zeros((len(T.q), n + program.n_c))
+    b[:, :n] = T.F[:, :n] - (K @ T.q[:, :n].T).T - (C @ T.v[:, :n].T).T
+    if passing > 0.0:
+        eps = IN_TIME * float(flow.clock[1])
+        after = system.at(*state, **whole, t=t + eps).force
+        b[:, :n] -= (after - system.at(*state, **whole, t=t - eps).force) / (2.0 * eps)
     for j in range(len(T.q)):
-        dq, dv = T.q[j, :n], T.v[j, :n]
-        b[j, :n] = T.F[j, :n] - K @ dq - C @ dv
-        b[j, n:] = -_change_of_gaps(program, system, state, t, dq, dv)
-    system.at(*state[:2], **whole, weights=(0.0, 0.0, 1.0))
+        b[j, n:] = -_change_of_gaps(program, system, state, t, (T.q[j, :n], T.v[j, :n], passing))
+    system.at(*state[:2], **whole, t=t, weights=(0.0, 0.0, 1.0))
     for j in range(len(T.q)):
         T.u[j] = system.solve(b[j], f"Tangent of the accelerations of {program.name!r} at t = {t:.6g} s")
         T.a[j, :n] = T.u[j, :n]
@@ -135,21 +157,19 @@ def settle(program: Program, flow: Any, T: Tangents, work: Work, *, histories: b
         follow_histories(tables, program.addresses, t, 0.0, *now, T, work)
 
 
-def _change_of_gaps(program: Program, system: System, state: Any, t: float, dq: np.ndarray, dv: np.ndarray) -> Any:
-    """Change of G a - gamma (n_c,) by dq and dv, a held."""
-    q, v, a = state
-    if program.n_c == 0:
-        return np.zeros(0)
+def _change_of_gaps(program: Program, system: System, state: Any, t: float, change: Any) -> np.ndarray:
+    """Change of G a - gamma (n_c,) by changes of q, v and t, with a held."""
+    (q, v, a), (dq, dv, dt) = state, change
     length = np.where(metric_of(program) == 1.0, program.length, 1.0)
-    fast = max(np.abs(v / length).max(), 1.0)
-    most = max(np.abs(dq / length).max(), np.abs(dv / length).max() / fast)
-    if most == 0.0:
+    fast = max(float(np.abs(v / length).max()), 1.0)
+    most = max(float(np.abs(dq / length).max()), float(np.abs(dv / length).max()) / fast)
+    if program.n_c == 0 or most == 0.0:
         return np.zeros(program.n_c)
-    sides = []
-    for eps in (MOVED / most, -MOVED / most):
-        G = system.at(q + eps * dq, v + eps * dv, t=t).jacobian
+    eps, sides = MOVED / most, []
+    for move in (eps, -eps):
+        G = system.at(q + move * dq, v + move * dv, t=t + move * dt).jacobian
         sides.append(G @ a - system.gamma)
-    return (sides[0] - sides[1]) / (2.0 * MOVED / most)
+    return np.asarray((sides[0] - sides[1]) / (2.0 * eps))
 
 
 def look_again(program: Program, flow: Any, T: Tangents, work: Work) -> None:

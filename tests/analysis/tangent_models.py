@@ -1,6 +1,5 @@
 """Small mechanisms whose steps are differentiated, and differences of steps."""
 
-import dataclasses
 import math
 
 import numpy as np
@@ -9,41 +8,8 @@ import flexmb as fm
 from flexmb.analysis.mechanism_flow import MechanismFlow
 from flexmb.integrate import run as run_module
 from flexmb.integrate.reuse import AGE
-from flexmb.kernels import element_kernel
 
 LOSS = fm.SmoothCoulomb(0.3, v0=0.2)
-
-
-@element_kernel
-def limb_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
-    """A stiffening spring behind a damper, between two angles: z' = w - z k/c, moment k z (1 + (z/s)^2)."""
-    k, c, s = p
-    new = (z[0] + h * (v[1] - v[0])) / (1.0 + h * k / c)
-    new_v, moment_z = h / (1.0 + h * k / c), k * (1.0 + 3.0 * (new / s) ** 2)
-    moment = k * new * (1.0 + (new / s) ** 2)
-    r[0] -= moment
-    r[1] += moment
-    for i in range(2):
-        for j in range(2):
-            C[i, j] += (1.0 if i == j else -1.0) * moment_z * new_v
-    z_new[0] = new
-
-
-@dataclasses.dataclass(frozen=True)
-class Limb(fm.Element):
-    """The element of `limb_kernel`."""
-
-    first: fm.Part
-    second: fm.Part
-    stiffness: float
-    damping: float
-    softness: float
-
-    kernel = limb_kernel
-    coords = ("first.theta", "second.theta")
-
-    def history(self):
-        return (0.05,)
 
 
 def pendulum(*, extras=(), lower=None, friction=None, gravity=9.81):
@@ -67,11 +33,6 @@ def beam(knee, tip):
 def spring(upper, lower, knee, tip):  # noqa: ARG001 - as the others
     """A spring and damper from the tip to the ground."""
     return fm.SpringDamper("S", fm.GROUND, lower, (1.5, 0.4), tip, stiffness=80.0, damping=2.0)
-
-
-def limb(upper, lower, knee, tip):  # noqa: ARG001 - as the others
-    """An element with history between the rods."""
-    return Limb("L", upper, lower, 4.0, 1.5, 0.1)
 
 
 def bushed():
