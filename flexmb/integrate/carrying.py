@@ -121,9 +121,7 @@ def project(program: Program, flow: Any, most: float, T: Tangents) -> None:
         T.v[j, :n] += nearest(metric, G, -(G @ T.v[j, :n] + turning @ T.q[j, :n]))
 
 
-def settle(
-    program: Program, flow: Any, T: Tangents, work: Work, *, histories: bool, passing: float = 0.0
-) -> None:
+def settle(program: Program, flow: Any, T: Tangents, work: Work, *, histories: bool, passing: float = 0.0) -> None:
     """Accelerations that follow from T.q, T.v, T.z in the present state, for a first step; also `histories` if asked.
 
     With `passing` = 1, T is the rate of the state in time: loads and drives go on, too.

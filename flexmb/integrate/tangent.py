@@ -64,7 +64,10 @@ def remember_start(flow, T):
 
 @compiled
 def carry(tables, address, lu, h, options, flow, trial, T, work):
-    """Carry the differences T through the step of size h that led to `flow`, from what `remember_start` noted; a code."""
+    """Carry the differences T through the step of size h that led to `flow`; RUNNING, or LOST.
+
+    It began with what `remember_start` noted.
+    """
     first = T.clock[LAST] == 0.0
     o = starting(options) if first else options
     kv, kx = o.gamma / (o.beta * h), 1.0 / (o.beta * h * h)
@@ -96,7 +99,7 @@ def carry(tables, address, lu, h, options, flow, trial, T, work):
 @compiled
 def shifted(T):
     """Whether any neighbour is looked at at another time."""
-    for j in range(T.tau.shape[0]):
+    for j in range(T.tau.shape[0]):  # noqa: SIM110 - compiled
         if T.tau[j] != 0.0:
             return True
     return False
@@ -137,8 +140,8 @@ def shift(tables, address, T, work):
 
 @compiled
 def begin_step(n, h, ratio, kv, kx, ka, o, j, T):
-    """Guess of the positions in T.u; velocities, accelerations, auxiliary ones where positions stay in T.X, T.Y, T.R."""
-    am, af = o.alpha_m, o.alpha_f
+    """Guess of the positions in T.u; velocities and accelerations where positions stay in T.X, T.Y and T.R."""
+    am = o.alpha_m
     for i in range(n):
         a0 = T.a[j, i]
         x0 = a0 + ratio * (T.x[j, i] - a0)
@@ -158,7 +161,7 @@ def solve_for(tables, lu, kv, options, j, T, work):
     n, m, form = tables.sizes.n_q, tables.sizes.n_c, options.form
     u, change, size = T.u[j], 0.0, 0.0
     T.e[:] = 0.0
-    for turn in range(ROUNDS):
+    for _ in range(ROUNDS):
         T.b[:] = 0.0
         if m > 0 and form == GEAR_GUPTA_LEIMKUHLER:
             find_shift(tables, lu, kv, j, T, work)
@@ -231,7 +234,7 @@ def _step_at() -> Any:
         return lambda table, *arguments: advance(*arguments)
 
     @intrinsic
-    def step_at(typingctx, table, tables, address, lu, options, flow, trial, work, record, steps):  # type: ignore[no-untyped-def] # noqa: PLR0913
+    def step_at(typingctx, table, tables, address, lu, options, flow, trial, work, record, steps):  # type: ignore[no-untyped-def]
         def codegen(context, builder, signature, args):  # type: ignore[no-untyped-def]
             array = arrayobj.make_array(signature.args[0])(context, builder, args[0])
             kinds = signature.args[1:]

@@ -208,7 +208,7 @@ def _take(E, e, n, s, A, X, F):
 
 @compiled
 def _find_grip(tables, address, c, q, lam, T, work):
-    """Direction of the slip in joint c, into T.grip; loads and their derivatives stay in work.grip_out and grip_curve."""
+    """Direction of the slip in joint c, into T.grip; loads and their derivatives into work.grip_out and grip_curve."""
     C = tables.constraints
     n = C.dof[c + 1] - C.dof[c]
     out, H = work.grip_out, work.grip_curve
@@ -293,7 +293,7 @@ def follow_histories(tables, address, t, h, q, v, a, lam, z, T, work):
 
 @compiled
 def find_rates(tables, address, t, h, q, v, a, z, T, work):
-    """T.rt = dr/dt at a state that stands still; T.moving = G v, and G a + W v, which the drives' rows are behind by."""
+    """T.rt = dr/dt at a state that stands still; T.moving = G v and G a + W v, the rates of what drives ask for."""
     eps, C = IN_TIME * h, tables.constraints
     copy(z, T.zs)
     for side in range(2):

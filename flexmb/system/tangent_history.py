@@ -19,7 +19,7 @@ MOTION, AWAY = 1e-3, 1e-9
 @compiled
 def changes(dz, i):
     """Whether any of the differences dz (k, n_z) has a part in history i."""
-    for j in range(dz.shape[0]):
+    for j in range(dz.shape[0]):  # noqa: SIM110 - compiled
         if dz[j, i] != 0.0:
             return True
     return False

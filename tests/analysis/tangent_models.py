@@ -30,7 +30,7 @@ def beam(knee, tip):
     return fm.FlexibleLink("lower", knee, tip, material=material, section=fm.Rectangle(0.02, 0.03), elements=3)
 
 
-def spring(upper, lower, knee, tip):  # noqa: ARG001 - as the others
+def spring(upper, lower, knee, tip):
     """A spring and damper from the tip to the ground."""
     return fm.SpringDamper("S", fm.GROUND, lower, (1.5, 0.4), tip, stiffness=80.0, damping=2.0)
 
@@ -65,8 +65,11 @@ def displaced(flow, change):
     other = flow.copy()
     n, n_z, target = flow.program.n_q, flow.program.tables.sizes.n_z, other.run.flow
     q, v, z, a, x = np.split(change, np.cumsum([n, n, n_z, n]))
-    for array, part in ((target.q[:n], q), (target.v[:n], v), (target.z, z), (target.a[:n], a), (target.x[:n], x)):
-        array += part
+    target.q[:n] += q
+    target.v[:n] += v
+    target.z[:] += z
+    target.a[:n] += a
+    target.x[:n] += x
     target.habits[AGE] = 0.0  # a step shifts positions by its own matrix, not by that of a step before
     return other
 
