@@ -121,6 +121,12 @@ class MechanismFlow(Dynamics):
         self._begin(Start(q, v, a, lam, 0), z, time)
 
     def advance(self, duration: float, tangents: np.ndarray | None = None) -> bool:
+        """See `Dynamics.advance`; `tangents` go through the very steps that the motion takes (`integrate/tangent.py`).
+
+        The sizes of steps are taken as given.  Error-controlled steps end where a contact begins, so there each
+        neighbour is compared at its own onset: a force that is there at once jumps its velocity as it should.  Fixed
+        steps do not know of onsets: a contact whose force jumps, as that of a damper does, needs `Adaptive` steps.
+        """
         label = f"MechanismFlow of {self.name!r}"
         duration = checks.positive(label, "duration", duration, "s")
         if not self.ok:
@@ -168,6 +174,9 @@ class MechanismFlow(Dynamics):
         if not isinstance(W, np.ndarray) or W.ndim != 2 or W.shape[0] != self.size or W.dtype != np.float64:
             text = f"MechanismFlow of {self.name!r}: tangents have shape {np.shape(W)}"
             raise InputError(f"{text}; they must be a float64 array ({self.size}, k), one difference a column.")
+        if not np.isfinite(W).all():
+            text = f"MechanismFlow of {self.name!r}: tangents hold numbers that are not finite"
+            raise InputError(f"{text}. Make them orthonormal after shorter times, before one is lost in the others.")
         return W
 
     def copy(self) -> Self:

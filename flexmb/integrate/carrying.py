@@ -44,7 +44,8 @@ class CarryingRun(Run):
             settle(self.program, self.flow, self.tangents, self._second, histories=False)
             self.tangents.x[:] = self.tangents.a + kept
         self.go_to(end, saving=None)
-        look_again(self.program, self.flow, self.tangents, self._second)
+        if self._still_finite():
+            look_again(self.program, self.flow, self.tangents, self._second)
         put_together(self.program, self.tangents, W)
         self.tangents = None
 
@@ -55,6 +56,13 @@ class CarryingRun(Run):
         settle(self.program, self.flow, T, workspace(self.program), histories=True)
         put_together(self.program, T, found)
         return found
+
+    def _still_finite(self) -> bool:
+        T = self.tangents
+        finite = T is not None and all(np.isfinite(x).all() for x in (T.q, T.v, T.z, T.a, T.x, T.tau))
+        if not finite and not self.note:
+            self.note = "Stopped: the carried differences grew beyond all numbers; carry them for shorter times"
+        return finite
 
     def velocity(self) -> np.ndarray:
         """Rate (size,) of the present state; the rate of bristles and of histories of elements is left out, as 0."""
@@ -82,15 +90,16 @@ class CarryingRun(Run):
             self._address = address_of_advance(*step, self.work, self.record, 1)
         code = advance_with(self._address, *step, self.work, self.record, self._second, self.tangents, steps)
         if code == LOST:
-            self.note = "Stopped: the tangent of a step is singular; the state cannot be told from one without solution"
+            self.note = "Stopped: the tangent of a step has no finite solution; or the given differences are not finite"
             return RUNNING
         return int(code)
 
     def _jump(self, instant: float, interval: float) -> None:
-        if self.tangents is not None:
+        if self.tangents is not None and self._still_finite():
             look_again(self.program, self.flow, self.tangents, self._second)
         super()._jump(instant, interval)
         if self.tangents is not None and not self.note:
+            self.tangents.last[0] = 0.0
             settle(self.program, self.flow, self.tangents, self._second, histories=False)
 
 

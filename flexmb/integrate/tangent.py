@@ -5,7 +5,14 @@ dq, see `Newmark`), at the state that it ended in,
     K dq + C dv + M da + d(G^T lam)/dq dq + G^T dlam + (dr/dz) dz = 0,
     G dq = 0,   G dv + W dq = 0,   W = dG/dt along the motion.
 Both hold since positions are shifted by e = -S^-1 G^T mu, with the step's own matrix S, beside what Newmark says.
-The sizes of the steps are taken as given.
+What S^-1 G^T itself changes by is left out: an error of second order, as the method's own.
+
+The sizes of the steps are taken as given.  But error-controlled steps end where a contact begins, for every neighbour
+at its own instant.  So where a step closes a contact each neighbour is from then on looked at later by tau, by when its
+gap closes as much later: dq + tau v has no part in the gap.  Without it the hard impact would multiply errors of the
+time by 1/duration (a neighbour would be sampled at other instants of its impact than the run), and forces that are
+there at once would be missed; with it both come out right, since at the end dq - tau v is taken with the speeds then.
+Meanwhile the rows of drives and the loads in time have tau times their rates beside them.
 
 Sources: C. W. Gear, B. Leimkuhler, G. K. Gupta, J. Comput. Appl. Math. 12-13 (1985) 77-90 (the form of the
 constraints); P. Muller, Chaos, Solitons and Fractals 5 (1995) 1671-1681 (jumps of forces).
