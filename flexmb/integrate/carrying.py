@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.integrate.arrays import RUNNING, Options
+from flexmb.errors import SolveError
+from flexmb.integrate.arrays import NOT_FINITE, Options
 from flexmb.integrate.method import Newmark
 from flexmb.integrate.run import Run
 from flexmb.integrate.tangent import LOST, address_of_advance, advance_with
@@ -44,8 +45,7 @@ class CarryingRun(Run):
             settle(self.program, self.flow, self.tangents, self._second, histories=False)
             self.tangents.x[:] = self.tangents.a + kept
         self.go_to(end, saving=None)
-        if self._still_finite():
-            look_again(self.program, self.flow, self.tangents, self._second)
+        self._look_again()
         put_together(self.program, self.tangents, W)
         self.tangents = None
 
@@ -57,12 +57,18 @@ class CarryingRun(Run):
         put_together(self.program, T, found)
         return found
 
-    def _still_finite(self) -> bool:
+    def _look_again(self) -> None:
+        """Bring all neighbours to the present time; what is wrong with them is noted as the end of the run."""
         T = self.tangents
-        finite = T is not None and all(np.isfinite(x).all() for x in (T.q, T.v, T.z, T.a, T.x, T.tau))
-        if not finite and not self.note:
+        if T is None or self.note:
+            return
+        if not all(np.isfinite(x).all() for x in (T.q, T.v, T.z, T.a, T.x, T.tau)):
             self.note = "Stopped: the carried differences grew beyond all numbers; carry them for shorter times"
-        return finite
+            return
+        try:
+            look_again(self.program, self.flow, T, self._second)
+        except SolveError as error:
+            self.note = f"Stopped: {str(error).rstrip('.')}"
 
     def velocity(self) -> np.ndarray:
         """Rate (size,) of the present state; the rate of bristles and of histories of elements is left out, as 0."""
@@ -91,16 +97,19 @@ class CarryingRun(Run):
         code = advance_with(self._address, *step, self.work, self.record, self._second, self.tangents, steps)
         if code == LOST:
             self.note = "Stopped: the tangent of a step has no finite solution; or the given differences are not finite"
-            return RUNNING
+            return NOT_FINITE
         return int(code)
 
     def _jump(self, instant: float, interval: float) -> None:
-        if self.tangents is not None and self._still_finite():
-            look_again(self.program, self.flow, self.tangents, self._second)
+        if self.tangents is not None:
+            self._look_again()
         super()._jump(instant, interval)
         if self.tangents is not None and not self.note:
             self.tangents.last[0] = 0.0
-            settle(self.program, self.flow, self.tangents, self._second, histories=False)
+            try:
+                settle(self.program, self.flow, self.tangents, self._second, histories=False)
+            except SolveError as error:
+                self.note = f"Stopped: {str(error).rstrip('.')}"
 
 
 def taken_apart(program: Program, W: np.ndarray) -> Tangents:
