@@ -10,11 +10,12 @@ import numpy as np
 from flexmb import checks
 from flexmb.analysis import mechanism_rates
 from flexmb.analysis.continuous_flow import ContinuousFlow
+from flexmb.analysis.dynamics import orthonormalise
 from flexmb.errors import InputError
 from flexmb.integrate.arrays import DONE, RUNNING
+from flexmb.integrate.carrying import CarryingRun
 from flexmb.integrate.method import Newmark, RungeKutta4
 from flexmb.integrate.period import clash
-from flexmb.integrate.run import Run
 from flexmb.integrate.simulate import Step, period_or_none
 from flexmb.integrate.steps import Adaptive, FixedStep
 from flexmb.model.mechanism import Mechanism
@@ -136,15 +137,56 @@ class MechanismFlow(ContinuousFlow):
         self._begin(Start(q, v, a, lam, 0), z, time)
 
     def advance(self, duration: float, tangents: np.ndarray | None = None) -> bool:
+        """See `Dynamics.advance`; `tangents` go through the very steps that the motion takes (`integrate/tangent.py`).
+
+        The sizes of steps are taken as given.  Error-controlled steps end where a contact begins, so there each
+        neighbour is compared at its own onset: a force that is there at once jumps its velocity as it should.  Fixed
+        steps do not know of onsets: a contact whose force jumps, as that of a damper does, needs `Adaptive` steps.
+        """
         label = f"MechanismFlow of {self.name!r}"
         duration = checks.positive(label, "duration", duration, "s")
         if not self.ok:
             return False
-        if tangents is not None:
-            raise InputError(f"{label}: tangents are not carried yet.")
-        self.run.go_to(self.time + duration, saving=None)
+        if tangents is None:
+            self.run.go_to(self.time + duration, saving=None)
+        else:
+            self.run.carry_to(self.time + duration, self._checked(tangents))
         self.ok, self.status = self.run.code in (RUNNING, DONE) and not self.run.note, self.run.status()
         return self.ok
+
+    def on_manifold(self, tangents: np.ndarray) -> np.ndarray:
+        """The part of arbitrary differences (size, k) that joints and drives allow at the present state.
+
+        Differences of positions and velocities are projected in the metric of `weights`; those of accelerations follow
+        from them and from those of the histories, of which only what a state can differ in stays.
+        """
+        W = np.array(tangents, dtype=np.float64, order="C")
+        return self.run.on_manifold(self._checked(W))
+
+    def tangent_basis(self, count: int, seed: int = 0) -> np.ndarray:
+        """`count` tangent vectors (size, count), orthonormal in the weights, from random directions without histories.
+
+        Histories have no weight, and bristles of 1e-6 m no use for differences of 1.
+
+        Raises
+        ------
+        InputError : more of them than the system has dimensions.
+        """
+        W, n = super().tangent_basis(count, seed), self.program.n_q
+        W[2 * n : 2 * n + self.program.tables.sizes.n_z] = 0.0
+        W = self.on_manifold(W)
+        orthonormalise(W, self.weights)
+        return W
+
+    def _checked(self, tangents: np.ndarray) -> np.ndarray:
+        W = tangents
+        if not isinstance(W, np.ndarray) or W.ndim != 2 or W.shape[0] != self.size or W.dtype != np.float64:
+            text = f"MechanismFlow of {self.name!r}: tangents have shape {np.shape(W)}"
+            raise InputError(f"{text}; they must be a float64 array ({self.size}, k), one difference a column.")
+        if not np.isfinite(W).all():
+            text = f"MechanismFlow of {self.name!r}: tangents hold numbers that are not finite"
+            raise InputError(f"{text}. Make them orthonormal after shorter times, before one is lost in the others.")
+        return W
 
     def take_step(self, limit: float, tangents: np.ndarray | None = None) -> bool:
         if not self.ok:
@@ -227,7 +269,7 @@ class MechanismFlow(ContinuousFlow):
                 f"{text}. Give period= (about that of the motion), step=Adaptive(max=...) or a fixed step."
             )
         span = self.period or 1.0
-        self.run = Run(self.program, self.method, self.step, span, span)
+        self.run = CarryingRun(self.program, self.method, self.step, span, span)
         self.ok, self.status = True, "ready"
 
     def _begin(self, start: Start, z: np.ndarray | None, time: float) -> None:

@@ -1,0 +1,334 @@
+"""Histories in the tangent of a step: what they do to the forces, and what becomes of their own differences.
+
+No kernel says how it depends on its history, so this is found by central differences of the law or element concerned,
+alone, each number moved by a small part of itself: a gap of 1e-6 m is not lost in coordinates of 1 m.
+"""
+
+from flexmb.contact.onset import crossing, cubic
+from flexmb.kernels import GAP_SIZE, compiled, copy, friction_at, part_of
+from flexmb.system.contacts import call_friction, call_normal, jacobians
+from flexmb.system.elements import call_element, call_force, gather_state
+
+PART, LEAST = 1e-5, 1e-11
+"""How far a number is moved: a part of itself, and at least so far where its size says nothing."""
+
+MOTION, AWAY = 1e-3, 1e-9
+"""How far the nodes of an element are moved: a part of their way in a step, and at least so far [m, rad]."""
+
+
+@compiled
+def changes(dz, i):
+    """Whether any of the differences dz (k, n_z) has a part in history i."""
+    for j in range(dz.shape[0]):  # noqa: SIM110 - compiled
+        if dz[j, i] != 0.0:
+            return True
+    return False
+
+
+@compiled
+def nudge(x, other, least):
+    """How far to move a number of value x, of which `other` is a second value."""
+    size = PART * max(abs(x), abs(other))
+    return size if size > least else LEAST
+
+
+@compiled
+def _spread(begin, end, eps, i, T, work):
+    """Add the differences of work.z_between and work.z_new, made by moving history i by eps to both sides, to T.z1."""
+    for j in range(T.z.shape[0]):
+        part = T.z[j, i] / (2.0 * eps)
+        for l in range(begin, end):
+            T.z1[j, l] += (work.z_between[l] - work.z_new[l]) * part
+
+
+@compiled
+def _keep(begin, end, work):
+    """work.z_between = work.z_new from begin to end."""
+    copy(part_of(work.z_new, begin, end), part_of(work.z_between, begin, end))
+
+
+@compiled
+def _force_alone(tables, address, e, n, t, h, z, work):
+    """Force of element e at the state that was gathered, into work.rl, and its history."""
+    for i in range(n):
+        work.rl[i] = 0.0
+    if tables.elements.force[e] >= 0:
+        call_force(tables, address, e, n, t, h, z, work)
+    else:
+        call_element(tables, address, e, n, t, h, z, work)
+
+
+@compiled
+def add_element_history(tables, address, e, n, t, h, s, z, T, work):
+    """What the histories of element e do to T.F and T.z1; s : factor of the element."""
+    E = tables.elements
+    begin, end, force = E.z[e, 0], E.z[e, 1], T.local[1]
+    dofs = part_of(E.dofs, E.dof[e], E.dof[e + 1])
+    for i in range(begin, end):
+        if not changes(T.z, i):
+            continue
+        eps = nudge(z[i], work.z_new[i], LEAST)
+        T.zs[i] = z[i] + eps
+        _force_alone(tables, address, e, n, t, h, T.zs, work)
+        _keep(begin, end, work)
+        copy(part_of(work.rl, 0, n), part_of(force, 0, n))
+        T.zs[i] = z[i] - eps
+        _force_alone(tables, address, e, n, t, h, T.zs, work)
+        T.zs[i] = z[i]
+        _spread(begin, end, eps, i, T, work)
+        for j in range(T.z.shape[0]):
+            part = s * T.z[j, i] / (2.0 * eps)
+            for l in range(n):
+                T.F[j, dofs[l]] -= (force[l] - work.rl[l]) * part
+
+
+@compiled
+def add_contact_history(tables, address, c, h, z, T, work):
+    """What the histories of contact c do to T.F and T.z1; changes of its forces are noted in T.N and T.T."""
+    K, out = tables.contacts, work.contact[c]
+    begin, middle, end = K.z[c, 1], K.z[c, 2], K.z[c, 3]
+    for i in range(begin, middle):
+        if not changes(T.z, i):
+            continue
+        eps = nudge(z[i], z[i], 0.0)
+        T.zs[i] = z[i] + eps
+        more, _, _ = call_normal(tables, address, c, h, out[0], out[1], T.zs, work.z_new)
+        _keep(begin, middle, work)
+        T.zs[i] = z[i] - eps
+        less, _, _ = call_normal(tables, address, c, h, out[0], out[1], T.zs, work.z_new)
+        T.zs[i] = z[i]
+        _spread(begin, middle, eps, i, T, work)
+        for j in range(T.z.shape[0]):
+            T.N[j, c] += (more - less) * T.z[j, i] / (2.0 * eps)
+    for i in range(middle, end):
+        if not changes(T.z, i):
+            continue
+        eps = nudge(z[i], h * out[2], LEAST)
+        T.zs[i] = z[i] + eps
+        more, _, _ = call_friction(tables, address, c, h, out[2], out[GAP_SIZE], T.zs, work.z_new)
+        _keep(middle, end, work)
+        T.zs[i] = z[i] - eps
+        less, _, _ = call_friction(tables, address, c, h, out[2], out[GAP_SIZE], T.zs, work.z_new)
+        T.zs[i] = z[i]
+        _spread(middle, end, eps, i, T, work)
+        for j in range(T.z.shape[0]):
+            T.T[j, c] += (more - less) * T.z[j, i] / (2.0 * eps)
+    S = work.contact_scratch
+    jacobians(out, S)
+    for j in range(T.z.shape[0]):
+        N = T.N[j, c]
+        friction = work.slopes[c, 3] * N + T.T[j, c]
+        for i in range(6):
+            T.F[j, K.dofs[6 * c + i]] += S[0, i] * N + S[1, i] * friction
+
+
+@compiled
+def _joint_friction(tables, address, c, h, slip, N, z, z_new):
+    """Friction force in joint c."""
+    C = tables.constraints
+    T, _, _ = friction_at(address.friction, C.grip[c, 1])(
+        part_of(tables.p, C.grip_p[c, 2], C.grip_p[c, 3]),
+        h,
+        slip,
+        N,
+        part_of(z, C.grip_z[c, 0], C.grip_z[c, 1]),
+        part_of(z_new, C.grip_z[c, 0], C.grip_z[c, 1]),
+    )
+    return T
+
+
+@compiled
+def add_grip_history(tables, address, c, h, z, T, work):
+    """The same for friction in joint c, whose grip is in work.grip_out."""
+    C = tables.constraints
+    begin, end, slip, N = C.grip_z[c, 0], C.grip_z[c, 1], work.grip[c, 1], work.grip_out[0]
+    for i in range(begin, end):
+        if not changes(T.z, i):
+            continue
+        eps = nudge(z[i], h * slip, LEAST)
+        T.zs[i] = z[i] + eps
+        more = _joint_friction(tables, address, c, h, slip, N, T.zs, work.z_new)
+        _keep(begin, end, work)
+        T.zs[i] = z[i] - eps
+        less = _joint_friction(tables, address, c, h, slip, N, T.zs, work.z_new)
+        T.zs[i] = z[i]
+        _spread(begin, end, eps, i, T, work)
+        for j in range(T.z.shape[0]):
+            force = (more - less) * T.z[j, i] / (2.0 * eps)
+            for l in range(6):
+                T.F[j, C.dofs[C.dof[c] + l]] += T.grip[c, l] * force
+
+
+@compiled
+def follow_contact(tables, address, c, h, v, z, T, work):
+    """The rest of T.z1 for contact c, from the differences T.q, T.v at the end of the step."""
+    K, out = tables.contacts, work.contact[c]
+    first, begin, middle, end = K.z[c, 0], K.z[c, 1], K.z[c, 2], K.z[c, 3]
+    _find_changes(K, c, v, T, work)
+    if middle > begin:
+        _follow_normal(tables, address, c, h, out[0], out[1], z, T, work)
+    if end > middle:
+        _follow_friction(tables, address, c, h, out[2], out[GAP_SIZE], z, T, work)
+    closing = z[first] == 0.0 and out[0] <= 0.0 < z[first + 2] and h > 0.0
+    for j in range(T.z.shape[0]):
+        own = T.own[j]
+        later = _onset_later(h, first, out[0], out[1], z, T.z[j], own) if closing else T.z[j, first + 1]
+        T.z1[j, first], T.z1[j, first + 1] = 0.0, later
+        T.z1[j, first + 2], T.z1[j, first + 3], T.z1[j, first + 4] = own[0], own[3], own[1]
+
+
+@compiled
+def _find_changes(K, c, v, T, work):
+    """T.own (k, 4) : changes of gap, gap rate, slip and normal force of contact c."""
+    out, slopes, S, by = work.contact[c], work.slopes[c], work.contact_scratch, T.local
+    dofs = part_of(K.dofs, 6 * c, 6 * c + 6)
+    jacobians(out, S)
+    for i in range(6):
+        work.vl[i] = v[dofs[i]]
+    _curve(out, work.vl, by)
+    for j in range(T.q.shape[0]):
+        gap, rate, slip = 0.0, 0.0, 0.0
+        for i in range(6):
+            dq, dv = T.q[j, dofs[i]], T.v[j, dofs[i]]
+            gap += S[0, i] * dq
+            rate += S[0, i] * dv + by[0, i] * dq
+            slip += S[1, i] * dv + by[1, i] * dq
+        T.own[j, 0], T.own[j, 1], T.own[j, 2] = gap, rate, slip
+        T.own[j, 3] = slopes[0] * gap + slopes[1] * rate + T.N[j, c]
+
+
+@compiled
+def _curve(out, v, by):
+    """Rows 0 and 1 of `by`: derivatives of gap rate J_n v and slip J_t v by the six coordinates."""
+    nx, ny, ax, ay, bx, by_ = out[3], out[4], out[5], out[6], out[7], out[8]
+    for j in range(6):
+        x, y = out[13 + j], out[19 + j]
+        axq, ayq, bxq, byq = out[25 + j], out[31 + j], out[37 + j], out[43 + j]
+        arm1, arm2 = y * ax - x * ay + ny * axq - nx * ayq, y * bx - x * by_ + ny * bxq - nx * byq
+        by[0, j] = x * (v[0] - v[3]) + y * (v[1] - v[4]) + arm1 * v[2] - arm2 * v[5]
+        along1, along2 = x * ax + y * ay + nx * axq + ny * ayq, x * bx + y * by_ + nx * bxq + ny * byq
+        by[1, j] = y * (v[0] - v[3]) - x * (v[1] - v[4]) - along1 * v[2] + along2 * v[5]
+
+
+@compiled
+def _add(begin, end, which, eps, T, work):
+    """Add what a change of gap, rate, slip or force (`which`), moved by eps to both sides, does to T.z1."""
+    for j in range(T.z.shape[0]):
+        part = T.own[j, which] / (2.0 * eps)
+        for l in range(begin, end):
+            T.z1[j, l] += (work.z_between[l] - work.z_new[l]) * part
+
+
+@compiled
+def _follow_normal(tables, address, c, h, gap, rate, z, T, work):
+    """History of the normal law by gap and gap rate."""
+    begin, end = tables.contacts.z[c, 1], tables.contacts.z[c, 2]
+    of_gap, of_rate = nudge(gap, gap, 0.0), nudge(rate, z[tables.contacts.z[c, 0] + 4], 0.0)
+    call_normal(tables, address, c, h, gap + of_gap, rate, z, work.z_new)
+    _keep(begin, end, work)
+    call_normal(tables, address, c, h, gap - of_gap, rate, z, work.z_new)
+    _add(begin, end, 0, of_gap, T, work)
+    call_normal(tables, address, c, h, gap, rate + of_rate, z, work.z_new)
+    _keep(begin, end, work)
+    call_normal(tables, address, c, h, gap, rate - of_rate, z, work.z_new)
+    _add(begin, end, 1, of_rate, T, work)
+
+
+@compiled
+def _follow_friction(tables, address, c, h, slip, N, z, T, work):
+    """History of the friction law by slip and normal force."""
+    begin, end = tables.contacts.z[c, 2], tables.contacts.z[c, 3]
+    of_slip, of_N = nudge(slip, slip, LEAST), PART * N
+    call_friction(tables, address, c, h, slip + of_slip, N, z, work.z_new)
+    _keep(begin, end, work)
+    call_friction(tables, address, c, h, slip - of_slip, N, z, work.z_new)
+    _add(begin, end, 2, of_slip, T, work)
+    if N > 0.0:
+        call_friction(tables, address, c, h, slip, N + of_N, z, work.z_new)
+        _keep(begin, end, work)
+        call_friction(tables, address, c, h, slip, N - of_N, z, work.z_new)
+        _add(begin, end, 3, of_N, T, work)
+
+
+@compiled
+def _onset_later(h, first, gap, rate, z, dz, own):
+    """How much later a contact began whose gap fell through zero in this step: the root of the cubic of `crossing`."""
+    gap0, rate0 = z[first + 2], z[first + 4]
+    s = crossing(h, gap0, rate0, gap, rate)
+    _, slope = cubic(s, h, gap0, rate0, gap, rate)
+    if slope >= 0.0:
+        return 0.0
+    of_gap0, of_gap = (1.0 + 2.0 * s) * (1.0 - s) ** 2, s * s * (3.0 - 2.0 * s)
+    of_rate0, of_rate = h * s * (1.0 - s) ** 2, h * s * s * (s - 1.0)
+    value = of_gap0 * dz[first + 2] + of_rate0 * dz[first + 4] + of_gap * own[0] + of_rate * own[1]
+    return -h * value / slope
+
+
+@compiled
+def follow_grip(tables, address, c, h, v, z, T, work):
+    """The rest of T.z1 for friction in joint c, from the differences T.q, T.v, T.u; its grip is in work.grip_curve."""
+    C, out, H, n_q = tables.constraints, work.grip_out, work.grip_curve, tables.sizes.n_q
+    begin, end, slip, N = C.grip_z[c, 0], C.grip_z[c, 1], work.grip[c, 1], work.grip_out[0]
+    dofs, rows = part_of(C.dofs, C.dof[c], C.dof[c + 1]), C.row[c + 1] - C.row[c]
+    for j in range(T.q.shape[0]):
+        of_slip, of_N = 0.0, 0.0
+        for i in range(6):
+            of_slip += out[4 + i] * T.v[j, dofs[i]]
+            for l in range(6):
+                of_slip += v[dofs[l]] * H[l, i] * T.q[j, dofs[i]]
+        for i in range(rows):
+            of_N += out[1 + i] * T.u[j, n_q + C.row[c] + i]
+        T.own[j, 2], T.own[j, 3] = of_slip, of_N
+    of_slip, of_N = nudge(slip, slip, LEAST), PART * N
+    _joint_friction(tables, address, c, h, slip + of_slip, N, z, work.z_new)
+    _keep(begin, end, work)
+    _joint_friction(tables, address, c, h, slip - of_slip, N, z, work.z_new)
+    _add(begin, end, 2, of_slip, T, work)
+    if N > 0.0:
+        _joint_friction(tables, address, c, h, slip, N + of_N, z, work.z_new)
+        _keep(begin, end, work)
+        _joint_friction(tables, address, c, h, slip, N - of_N, z, work.z_new)
+        _add(begin, end, 3, of_N, T, work)
+
+
+@compiled
+def follow_element(tables, address, e, t, h, q, v, a, z, T, work):
+    """The rest of T.z1 for element e, from the differences T.q, T.v, T.a: its nodes are moved along them."""
+    E = tables.elements
+    n, begin, end = E.dof[e + 1] - E.dof[e], E.z[e, 0], E.z[e, 1]
+    gather_state(E, e, n, q, v, a, work)
+    fast = 0.0
+    for i in range(n):
+        fast = max(fast, abs(work.vl[i]))
+    reach = max(MOTION * h * fast, AWAY)
+    for j in range(T.q.shape[0]):
+        far, quick, strong = _sizes(E, e, n, j, T)
+        most = max(far / reach, quick / max(MOTION * fast, AWAY), h * strong / max(MOTION * fast, AWAY))
+        if most == 0.0:
+            continue
+        _move_element(E, e, n, 1.0 / most, j, q, v, a, T, work)
+        _force_alone(tables, address, e, n, t, h, z, work)
+        _keep(begin, end, work)
+        _move_element(E, e, n, -1.0 / most, j, q, v, a, T, work)
+        _force_alone(tables, address, e, n, t, h, z, work)
+        for l in range(begin, end):
+            T.z1[j, l] += (work.z_between[l] - work.z_new[l]) * 0.5 * most
+
+
+@compiled
+def _sizes(E, e, n, j, T):
+    """Largest differences of positions, velocities and accelerations of element e."""
+    far, quick, strong = 0.0, 0.0, 0.0
+    for i in range(n):
+        dof = E.dofs[E.dof[e] + i]
+        far, quick, strong = max(far, abs(T.q[j, dof])), max(quick, abs(T.v[j, dof])), max(strong, abs(T.a[j, dof]))
+    return far, quick, strong
+
+
+@compiled
+def _move_element(E, e, n, eps, j, q, v, a, T, work):
+    """Gather the state of element e, moved by eps times difference j."""
+    for i in range(n):
+        dof = E.dofs[E.dof[e] + i]
+        work.ql[i], work.vl[i] = q[dof] + eps * T.q[j, dof], v[dof] + eps * T.v[j, dof]
+        work.al[i] = a[dof] + eps * T.a[j, dof]
