@@ -30,8 +30,6 @@ _HOME = {
     "analysis.basin": "Basin basin",
     "analysis.branch": "Branch BranchPoint",
     "analysis.follow": "follow",
-    "analysis.map": "Map",
-    "analysis.mechanism_flow": "MechanismFlow",
     "analysis.periodic_orbit": "PeriodicOrbit periodic_orbit",
     "beams.section": "Circle GeneralSection Rectangle Section Tapered Tube",
     "bodies.flexible_frame": "FlexibleFrame",

@@ -58,6 +58,11 @@ class Dynamics(ABC):
         return np.ones(self.size)
 
     @property
+    def telling(self) -> tuple[int, ...]:
+        """Places in `names` of the signals that say where the motion is, so that a verdict may rest on them."""
+        return tuple(range(len(self.names)))
+
+    @property
     @abstractmethod
     def parameters(self) -> Mapping[str, Any]:
         """Names and present values of what `reset` may change."""

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
 
+from flexmb.analysis.dynamics import Dynamics
+from flexmb.analysis.verdict import Verdict, judge
 from flexmb.errors import InputError
 
 BLOCKS = 20
@@ -16,8 +16,6 @@ FEWEST = 50
 """Periods (iterations, crossings, intervals) that an estimate needs."""
 SETTLING = 10
 """One part in so many is left out at the begin, where tangent vectors turn to their directions."""
-VERDICT = "flexmb.analysis.verdict"
-LEDGER = "energy."
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +54,7 @@ class Exponents:
     points: np.ndarray = field(repr=False)
     names: tuple[str, ...] = field(repr=False)
     period: float = float("nan")
-    verdict: Any = None
+    verdict: Verdict | None = None
 
     @property
     def value(self) -> float:
@@ -148,16 +146,11 @@ def check_enough(label: str, count: int, what: str) -> None:
         raise InputError(f"{text}; at least {FEWEST} are needed, and 1000 for two digits of a chaotic motion.")
 
 
-def verdict_of(found: Exponents, units: Sequence[str]) -> Any:
-    """What the motion is, or None where nothing can say so: a run that failed.
-
-    The energies of a mechanism are left out: most of them are sums over the run, which never come back.
-    """
-    if not found.ok or find_spec(VERDICT) is None:
+def verdict_of(found: Exponents, system: Dynamics) -> Verdict | None:
+    """What the motion of the system is; None after a run that failed."""
+    if not found.ok:
         return None
-    from importlib import import_module
-
-    kept = [k for k, name in enumerate(found.names) if not name.startswith(LEDGER)]
-    names, known = [found.names[k] for k in kept], [units[k] for k in kept]
+    told = list(system.telling)
+    names, units = [system.names[k] for k in told], [system.units[k] for k in told]
     value, error = (x if np.isfinite(x) else None for x in (found.value, found.error))
-    return import_module(VERDICT).judge(found.points[:, kept], names, exponent=value, error=error, units=known)
+    return judge(found.points[:, told], names, exponent=value, error=error, units=units)

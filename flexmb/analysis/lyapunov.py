@@ -340,4 +340,4 @@ def _record(plan: Schedule, growth: Growth, began: float, count: int, points: np
     period = float(np.mean(growth.times)) if plan.is_section and unit == "1/s" and growth.times else float("nan")
     about = {"name": system.name, "unit": unit, "ok": ok, "status": status, "points": points, "names": system.names}
     found = growth.record(began, count, period=period, **about)
-    return replace(found, verdict=verdict_of(found, system.units)) if plan.is_section else found
+    return replace(found, verdict=verdict_of(found, system)) if plan.is_section else found

@@ -25,6 +25,9 @@ from flexmb.solve.rank import row_rank
 from flexmb.solve.start import Start, accelerations, consistent_start
 from flexmb.solve.system import System
 
+ACCOUNT = "energy."
+OF_STATE = ("energy.kinetic", "energy.strain", "energy.gravity")
+"""Signals under the first name add up what was done since the start and never return, but for these."""
 SHORTEST = 100.0
 """Steps of mechanisms that are wanted are at least so many times the smallest one allowed."""
 
@@ -101,6 +104,11 @@ class MechanismFlow(ContinuousFlow):
         metric, n_z = metric_of(self.program), self.program.tables.sizes.n_z
         n, time = self.program.n_q, (self.period or 1.0) / (2.0 * np.pi)
         return np.concatenate([metric, time**2 * metric, np.zeros(n_z + 2 * n)])
+
+    @property
+    def telling(self) -> tuple[int, ...]:
+        told = (not name.startswith(ACCOUNT) or name in OF_STATE for name in self.names)
+        return tuple(k for k, says in enumerate(told) if says)
 
     @property
     def parameters(self) -> Mapping[str, Any]:

@@ -95,6 +95,10 @@ class SectionMap(Dynamics):
         return np.append(self.flow.weights, self._time_weight) if self.flow.driven else self.flow.weights
 
     @property
+    def telling(self) -> tuple[int, ...]:
+        return self.flow.telling
+
+    @property
     def parameters(self) -> Mapping[str, Any]:
         return self.flow.parameters
 

@@ -67,6 +67,10 @@ class StroboscopicMap(Dynamics):
         return self.flow.weights
 
     @property
+    def telling(self) -> tuple[int, ...]:
+        return self.flow.telling
+
+    @property
     def parameters(self) -> Mapping[str, Any]:
         return self.flow.parameters
 

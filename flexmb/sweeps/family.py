@@ -22,11 +22,6 @@ Make = Callable[..., Mechanism | Dynamics] | Mechanism | Dynamics
 STOPPED = "Interrupted from the keyboard"
 """How the status of a run begins that was stopped by Ctrl-C: no result of its point."""
 
-ACCOUNT = "energy."
-OF_STATE = ("energy.kinetic", "energy.strain", "energy.gravity")
-"""Signals of a mechanism under the first name count up what was done since the start, but for these: they say nothing
-of where the motion is, and never return."""
-
 
 @dataclass(frozen=True)
 class Family:
@@ -189,7 +184,7 @@ def _judged(flow: Dynamics, points: np.ndarray, period: float, section: Section)
     """What kind of motion the points show, and the exponent where it is asked for; a remark where that has failed."""
     from flexmb.analysis.verdict import judge
 
-    told = [k for k, name in enumerate(flow.names) if not name.startswith(ACCOUNT) or name in OF_STATE]
+    told = list(flow.telling)
     names, units, points = [flow.names[k] for k in told], [flow.units[k] for k in told], points[:, told]
     if not section.exponent:
         return {"verdict": str(judge(points, names, units=units))}, ""
