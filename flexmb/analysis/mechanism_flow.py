@@ -25,9 +25,8 @@ from flexmb.solve.rank import row_rank
 from flexmb.solve.start import Start, accelerations, consistent_start
 from flexmb.solve.system import System
 
-ACCOUNT = "energy."
-OF_STATE = ("energy.kinetic", "energy.strain", "energy.gravity")
-"""Signals under the first name add up what was done since the start and never return, but for these."""
+PLACES = (".ex", ".ey")
+"""How signals end that say where a journal is in its bearing."""
 SHORTEST = 100.0
 """Steps of mechanisms that are wanted are at least so many times the smallest one allowed."""
 
@@ -107,8 +106,13 @@ class MechanismFlow(ContinuousFlow):
 
     @property
     def telling(self) -> tuple[int, ...]:
-        told = (not name.startswith(ACCOUNT) or name in OF_STATE for name in self.names)
-        return tuple(k for k, says in enumerate(told) if says)
+        """Positions and velocities, which are all of a motion, and the places of journals.
+
+        Forces and accelerations are functions of these, with spikes from which no mean can be taken; accounts of
+        energies never return.
+        """
+        n = 2 * self.program.n_q
+        return tuple(k for k, name in enumerate(self.names) if k < n or name.endswith(PLACES))
 
     @property
     def parameters(self) -> Mapping[str, Any]:
