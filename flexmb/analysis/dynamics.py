@@ -63,6 +63,16 @@ class Dynamics(ABC):
         return tuple(range(len(self.names)))
 
     @property
+    def sizes(self) -> np.ndarray | None:
+        """Largest magnitudes (len(names),) of the signals since the last `reset`; None: nobody kept them."""
+        return None
+
+    @property
+    def precision(self) -> float:
+        """Part of a signal's size below which differences of points may be errors of the integration."""
+        return 1e-6
+
+    @property
     @abstractmethod
     def parameters(self) -> Mapping[str, Any]:
         """Names and present values of what `reset` may change."""

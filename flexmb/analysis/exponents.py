@@ -150,7 +150,14 @@ def verdict_of(found: Exponents, system: Dynamics) -> Verdict | None:
     """What the motion of the system is; None after a run that failed."""
     if not found.ok:
         return None
+    value, error = (x if np.isfinite(x) else None for x in (found.value, found.error))
+    return judged(system, found.points, value, error)
+
+
+def judged(system: Dynamics, points: np.ndarray, exponent: float | None = None, error: float | None = None) -> Verdict:
+    """The verdict on points (n, signals) of all signals of a system, from those that tell of its motion."""
     told = list(system.telling)
     names, units = [system.names[k] for k in told], [system.units[k] for k in told]
-    value, error = (x if np.isfinite(x) else None for x in (found.value, found.error))
-    return judge(found.points[:, told], names, exponent=value, error=error, units=units)
+    sizes = None if system.sizes is None else system.sizes[told]
+    about = {"units": units, "floor": system.precision, "sizes": sizes}
+    return judge(points[:, told], names, exponent=exponent, error=error, **about)

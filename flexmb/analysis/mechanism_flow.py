@@ -115,6 +115,15 @@ class MechanismFlow(ContinuousFlow):
         return tuple(k for k, name in enumerate(self.names) if k < n or name.endswith(PLACES))
 
     @property
+    def sizes(self) -> np.ndarray:
+        return self.run.record.peak.copy()
+
+    @property
+    def precision(self) -> float:
+        """A tenth of `rtol`: error-controlled steps fall differently in each period, even of a periodic motion."""
+        return 0.1 * self.step.rtol if isinstance(self.step, Adaptive) else super().precision
+
+    @property
     def parameters(self) -> Mapping[str, Any]:
         return dict(self.changes)
 
@@ -263,6 +272,7 @@ class MechanismFlow(ContinuousFlow):
         other._compile(self.changes)
         other.run.trial, other.run.redundant = other.run.trial._replace(free=self.run.trial.free), self.run.redundant
         other.restore(self.snapshot())
+        other.run.record.peak[:] = self.run.record.peak
         return other
 
     def _compile(self, changes: Mapping[str, Any]) -> None:

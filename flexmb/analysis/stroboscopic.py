@@ -71,6 +71,14 @@ class StroboscopicMap(Dynamics):
         return self.flow.telling
 
     @property
+    def sizes(self) -> np.ndarray | None:
+        return self.flow.sizes
+
+    @property
+    def precision(self) -> float:
+        return self.flow.precision
+
+    @property
     def parameters(self) -> Mapping[str, Any]:
         return self.flow.parameters
 

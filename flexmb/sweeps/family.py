@@ -10,6 +10,8 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.analysis.dynamics import Dynamics
+from flexmb.analysis.exponents import judged
+from flexmb.analysis.lyapunov import lyapunov
 from flexmb.analysis.mechanism_flow import MechanismFlow
 from flexmb.errors import AssemblyError, InputError, SolveError
 from flexmb.integrate.method import Newmark
@@ -182,16 +184,10 @@ def _not_finite(flow: Dynamics, points: np.ndarray | None, chosen: list[int]) ->
 
 def _judged(flow: Dynamics, points: np.ndarray, period: float, section: Section) -> tuple[dict[str, Any], str]:
     """What kind of motion the points show, and the exponent where it is asked for; a remark where that has failed."""
-    from flexmb.analysis.verdict import judge
-
-    told = list(flow.telling)
-    names, units, points = [flow.names[k] for k in told], [flow.units[k] for k in told], points[:, told]
     if not section.exponent:
-        return {"verdict": str(judge(points, names, units=units))}, ""
-    from flexmb.analysis.lyapunov import lyapunov
-
+        return {"verdict": str(judged(flow, points))}, ""
     found = lyapunov(flow, periods=section.exponent, period=period if flow.unit == "s" else None)
     if not found.ok:
-        return {"verdict": str(judge(points, names, units=units))}, f" No exponent: {found.status}"
-    verdict = judge(points, names, units=units, exponent=found.value, error=found.error)
+        return {"verdict": str(judged(flow, points))}, f" No exponent: {found.status}"
+    verdict = judged(flow, np.concatenate([points, found.points]), found.value, found.error)
     return {"verdict": str(verdict), "exponent": found.value, "exponent_error": found.error}, ""
