@@ -14,6 +14,8 @@ from flexmb.errors import InputError
 BLOCKS = 20
 FEWEST = 50
 """Periods (iterations, crossings, intervals) that an estimate needs."""
+STILL = 1e-6
+"""Signals smaller than this part of the largest one of the same unit are round-off."""
 SETTLING = 10
 """One part in so many is left out at the begin, where tangent vectors turn to their directions."""
 
@@ -157,7 +159,10 @@ def verdict_of(found: Exponents, system: Dynamics) -> Verdict | None:
 def judged(system: Dynamics, points: np.ndarray, exponent: float | None = None, error: float | None = None) -> Verdict:
     """The verdict on points (n, signals) of all signals of a system, from those that tell of its motion."""
     told = list(system.telling)
-    names, units = [system.names[k] for k in told], [system.units[k] for k in told]
-    sizes = None if system.sizes is None else system.sizes[told]
-    about = {"units": units, "floor": system.precision, "sizes": sizes}
-    return judge(points[:, told], names, exponent=exponent, error=error, **about)
+    points, names, units = points[:, told], [system.names[k] for k in told], [system.units[k] for k in told]
+    about: dict[str, Any] = {"units": units, "floor": system.precision}
+    if system.sizes is not None and len(points):
+        sizes = np.maximum(system.sizes[told], np.abs(points).max(axis=0))
+        largest = {unit: max(s for s, u in zip(sizes, units, strict=True) if u == unit) for unit in units}
+        about["sizes"] = np.maximum(sizes, [STILL * largest[unit] for unit in units])
+    return judge(points, names, exponent=exponent, error=error, **about)

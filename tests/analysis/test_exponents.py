@@ -311,7 +311,7 @@ def test_looks_are_taken_more_often_where_growth_is_fast():
 def test_the_verdict_is_made_of_the_section(monkeypatch):
     """It gets the points, without the sums that a mechanism keeps, and the largest exponent with its error."""
 
-    def judge(points, names, *, exponent, error, units, floor, sizes):
+    def judge(points, names, *, exponent, error, units, floor, sizes=None):
         assert floor == 1e-6
         assert sizes is None or np.all(sizes >= np.abs(points).max(axis=0))
         return points.shape, list(names), exponent, error, list(units)
