@@ -63,14 +63,9 @@ class Dynamics(ABC):
         return tuple(range(len(self.names)))
 
     @property
-    def sizes(self) -> np.ndarray | None:
-        """Largest magnitudes (len(names),) of the signals since the last `reset`; None: nobody kept them."""
+    def resolution(self) -> np.ndarray | None:
+        """Differences (len(names),) of the signals that may be errors of the integration; None: 1e-6 of their sizes."""
         return None
-
-    @property
-    def precision(self) -> float:
-        """Part of a signal's size below which differences of points may be errors of the integration."""
-        return 1e-6
 
     @property
     @abstractmethod

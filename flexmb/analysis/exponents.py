@@ -7,15 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.analysis.dynamics import Dynamics
-from flexmb.analysis.verdict import Verdict, judge
+from flexmb.analysis.seen import Seen
+from flexmb.analysis.verdict import Verdict
 from flexmb.errors import InputError
 
 BLOCKS = 20
 FEWEST = 50
 """Periods (iterations, crossings, intervals) that an estimate needs."""
-STILL = 1e-6
-"""Signals smaller than this part of the largest one of the same unit are round-off."""
 SETTLING = 10
 """One part in so many is left out at the begin, where tangent vectors turn to their directions."""
 
@@ -35,7 +33,7 @@ class Exponents:
     ok : whether the run came to its end.
     status : how it ended, in a sentence.
     points : (m, signals) where the system was once a period (iteration, crossing).
-    names : names of the signals.
+    seen : what the points are and how precise, for verdicts.
     period : mean time from one point to the next [s]; NaN for a map.
     verdict : what the motion is, from the points and the largest exponent; None where points are no section.
 
@@ -54,9 +52,28 @@ class Exponents:
     ok: bool
     status: str
     points: np.ndarray = field(repr=False)
-    names: tuple[str, ...] = field(repr=False)
+    seen: Seen = field(repr=False)
     period: float = float("nan")
     verdict: Verdict | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the signals of the points."""
+        return self.seen.names
+
+    def seen_through(self, *signals: str) -> Verdict:
+        """The verdict that some signals of the points alone lead to, with the exponent of the system.
+
+        Parameters
+        ----------
+        signals : names of signals; none: all that tell of the motion.
+
+        Raises
+        ------
+        InputError : an unknown signal.
+        """
+        value, error = (x if np.isfinite(x) else None for x in (self.value, self.error))
+        return self.seen.judged(self.points, signals, value, error)
 
     @property
     def value(self) -> float:
@@ -146,23 +163,3 @@ def check_enough(label: str, count: int, what: str) -> None:
     if count < FEWEST:
         text = f"{label}: {count} {what} are too few for exponents with an error"
         raise InputError(f"{text}; at least {FEWEST} are needed, and 1000 for two digits of a chaotic motion.")
-
-
-def verdict_of(found: Exponents, system: Dynamics) -> Verdict | None:
-    """What the motion of the system is; None after a run that failed."""
-    if not found.ok:
-        return None
-    value, error = (x if np.isfinite(x) else None for x in (found.value, found.error))
-    return judged(system, found.points, value, error)
-
-
-def judged(system: Dynamics, points: np.ndarray, exponent: float | None = None, error: float | None = None) -> Verdict:
-    """The verdict on points (n, signals) of all signals of a system, from those that tell of its motion."""
-    told = list(system.telling)
-    points, names, units = points[:, told], [system.names[k] for k in told], [system.units[k] for k in told]
-    about: dict[str, Any] = {"units": units, "floor": system.precision}
-    if system.sizes is not None and len(points):
-        sizes = np.maximum(system.sizes[told], np.abs(points).max(axis=0))
-        largest = {unit: max(s for s, u in zip(sizes, units, strict=True) if u == unit) for unit in units}
-        about["sizes"] = np.maximum(sizes, [STILL * largest[unit] for unit in units])
-    return judge(points, names, exponent=exponent, error=error, **about)

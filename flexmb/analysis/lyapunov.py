@@ -10,7 +10,8 @@ import numpy as np
 from flexmb import checks
 from flexmb.analysis.continuous_flow import ContinuousFlow
 from flexmb.analysis.dynamics import Dynamics, orthonormalise
-from flexmb.analysis.exponents import SETTLING, Exponents, Growth, check_enough, verdict_of
+from flexmb.analysis.exponents import SETTLING, Exponents, Growth, check_enough
+from flexmb.analysis.seen import Seen
 from flexmb.analysis.stroboscopic import StroboscopicMap
 from flexmb.analysis.wrap import clock, dynamics_of
 from flexmb.errors import InputError
@@ -338,6 +339,6 @@ def _record(plan: Schedule, growth: Growth, began: float, count: int, points: np
     unit = "1/s" if plan.is_flow or system.unit == "crossings" else "1/iteration"
     status = f"Mean of {wanted} {'points' if plan.is_flow else system.unit}." if ok else plan.trouble or system.status
     period = float(np.mean(growth.times)) if plan.is_section and unit == "1/s" and growth.times else float("nan")
-    about = {"name": system.name, "unit": unit, "ok": ok, "status": status, "points": points, "names": system.names}
+    about = {"name": system.name, "unit": unit, "ok": ok, "status": status, "points": points, "seen": Seen.of(system)}
     found = growth.record(began, count, period=period, **about)
-    return replace(found, verdict=verdict_of(found, system)) if plan.is_section else found
+    return replace(found, verdict=found.seen_through()) if plan.is_section and ok else found

@@ -115,13 +115,23 @@ class MechanismFlow(ContinuousFlow):
         return tuple(k for k, name in enumerate(self.names) if k < n or name.endswith(PLACES))
 
     @property
-    def sizes(self) -> np.ndarray:
-        return self.run.record.peak.copy()
+    def resolution(self) -> np.ndarray:
+        """A tenth of what a step may miss; error-controlled steps fall differently in each period of a periodic motion.
 
-    @property
-    def precision(self) -> float:
-        """A tenth of `rtol`: error-controlled steps fall differently in each period, even of a periodic motion."""
-        return 0.1 * self.step.rtol if isinstance(self.step, Adaptive) else super().precision
+        Of fixed steps 1e-8 of the size of the mechanism and of its largest speed.  Of signals other than positions,
+        velocities and places of journals 1e-6 of their largest values.
+        """
+        n, length, peak = self.program.n_q, self.program.length, self.run.record.peak
+        angle = np.asarray(self.program.tables.kind) == 1
+        scale = np.where(angle, 1.0 / length, 1.0)
+        speed = max(float((peak[n : 2 * n] / scale).max(initial=0.0)), 1e-300)
+        way, rate = 1e-8 * length, 1e-8 * speed
+        if isinstance(self.step, Adaptive):
+            way, rate = 0.1 * float(self.run.error), 0.1 * self.step.rtol * speed
+        found = np.maximum(1e-6 * peak, 1e-300)
+        found[:n], found[n : 2 * n] = way * scale, rate * scale
+        found[[k for k, name in enumerate(self.names) if name.endswith(PLACES)]] = way
+        return found
 
     @property
     def parameters(self) -> Mapping[str, Any]:

@@ -71,12 +71,8 @@ class StroboscopicMap(Dynamics):
         return self.flow.telling
 
     @property
-    def sizes(self) -> np.ndarray | None:
-        return self.flow.sizes
-
-    @property
-    def precision(self) -> float:
-        return self.flow.precision
+    def resolution(self) -> np.ndarray | None:
+        return self.flow.resolution
 
     @property
     def parameters(self) -> Mapping[str, Any]:

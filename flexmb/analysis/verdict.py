@@ -92,8 +92,9 @@ def judge(
        transient.  k is at most 200 and a sixth of the points.
     2. Approach: steps over k that shrink from third to third of the record make it transient.
     3. Transient, too, if the halves of the record differ: their means by more than the larger standard deviation, or
-       the deviations by more than a factor 3; or neighbours part in one and stay together in the other; or a regular
-       motion swells or shrinks from quarter to quarter, by more than 5 % in all.
+       the deviations by more than a factor 3 (of means and deviations or of medians and quartiles, whichever differ
+       less); or neighbours part in one and stay together in the other; or a regular motion swells or shrinks from
+       quarter to quarter, by more than 5 % in all.
     4. Chaotic: the exponent lies above its error, and the 0-1 test (K > 0.7) or the separation of neighbours (D > 0.5)
        says chaotic and neither says regular.  Quasi-periodic: the exponent is 0 within its error, and neither says
        chaotic, one regular (K < 0.3, D < 0.2).  Without an exponent both must agree; to a K below
@@ -222,15 +223,45 @@ def _transient(columns: Columns, evidence: dict[str, float]) -> Verdict | None:
         more = np.log(max(approach.left, 1.0)) / -np.log(approach.rate) if 0.0 < approach.rate < 1.0 else np.inf
         advice = f"some {np.ceil(more):.0f} more points" if np.isfinite(more) else "more points"
         return Verdict("transient", f"{text}; leave out these and {advice}.", approach.k, evidence)
-    first, last = columns.values[: count // 2], columns.values[count // 2 :]
-    deviations = np.maximum(np.stack([first.std(axis=0), last.std(axis=0)]), tolerances)
-    level = float((np.abs(last.mean(axis=0) - first.mean(axis=0)) / deviations.max(axis=0)).max())
-    loudness = float((deviations.max(axis=0) / deviations.min(axis=0)).max())
+    level, loudness = _halves_differ(columns.values, tolerances)
     evidence["level"], evidence["loudness"] = level, loudness
     if level <= 1.0 and loudness <= 3.0:
         return None
     text = f"The halves of the record differ: their means by {level:.2g} standard deviations, these by {loudness:.2g}"
     return Verdict("transient", f"{text} times. Leave out more points, or take more.", 0, evidence)
+
+
+def _halves_differ(values: np.ndarray, tolerances: np.ndarray) -> tuple[float, float]:
+    """How far the halves of points (n, m) are apart, in deviations, and the ratio of these; the most of all columns.
+
+    Of each column the smaller answer counts of two: mean and standard deviation, which spikes take with them, and
+    median and half the distance of quartiles, which jump where there are several bands.
+    """
+    first, last = values[: len(values) // 2], values[len(values) // 2 :]
+    levels, ratios = [], []
+    for middle, deviation in ((_mean, _deviation), (_median, _quartiles)):
+        spreads = np.maximum(np.stack([deviation(first), deviation(last)]), tolerances)
+        levels.append(np.abs(middle(last) - middle(first)) / spreads.max(axis=0))
+        ratios.append(spreads.max(axis=0) / spreads.min(axis=0))
+    return float(np.min(levels, axis=0).max()), float(np.min(ratios, axis=0).max())
+
+
+def _mean(values: np.ndarray) -> np.ndarray:
+    return np.asarray(values.mean(axis=0))
+
+
+def _deviation(values: np.ndarray) -> np.ndarray:
+    return np.asarray(values.std(axis=0))
+
+
+def _median(values: np.ndarray) -> np.ndarray:
+    return np.asarray(np.median(values, axis=0))
+
+
+def _quartiles(values: np.ndarray) -> np.ndarray:
+    """Half the distance of the quartiles, times what makes it a standard deviation if the points are normal."""
+    low, high = np.quantile(values, (0.25, 0.75), axis=0)
+    return np.asarray(0.7413 * (high - low))
 
 
 def _aperiodic(columns: Columns, evidence: dict[str, float]) -> Verdict:

@@ -10,9 +10,9 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.analysis.dynamics import Dynamics
-from flexmb.analysis.exponents import judged
 from flexmb.analysis.lyapunov import lyapunov
 from flexmb.analysis.mechanism_flow import MechanismFlow
+from flexmb.analysis.seen import Seen
 from flexmb.errors import AssemblyError, InputError, SolveError
 from flexmb.integrate.method import Newmark
 from flexmb.integrate.period import common_period
@@ -185,9 +185,10 @@ def _not_finite(flow: Dynamics, points: np.ndarray | None, chosen: list[int]) ->
 def _judged(flow: Dynamics, points: np.ndarray, period: float, section: Section) -> tuple[dict[str, Any], str]:
     """What kind of motion the points show, and the exponent where it is asked for; a remark where that has failed."""
     if not section.exponent:
-        return {"verdict": str(judged(flow, points))}, ""
+        return {"verdict": str(Seen.of(flow).judged(points))}, ""
     found = lyapunov(flow, periods=section.exponent, period=period if flow.unit == "s" else None)
     if not found.ok:
-        return {"verdict": str(judged(flow, points))}, f" No exponent: {found.status}"
-    verdict = judged(flow, np.concatenate([points, found.points]), found.value, found.error)
+        return {"verdict": str(Seen.of(flow).judged(points))}, f" No exponent: {found.status}"
+    told = {"exponent": found.value, "error": found.error}
+    verdict = Seen.of(flow).judged(np.concatenate([points, found.points]), **told)
     return {"verdict": str(verdict), "exponent": found.value, "exponent_error": found.error}, ""
