@@ -9,7 +9,7 @@ export NUMBA_CACHE_DIR := $(CURDIR)/.numba_cache
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo lint test test-all speed table validation meshes clean
+.PHONY: help demo lint test test-all speed chaos table validation meshes clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-10s %s\n", $$1, $$2}' Makefile
@@ -36,6 +36,10 @@ speed: $(VENV)/.installed-bench  ## timings, beside the peer's on the same model
 	rm -rf out/speed
 	$(BIN)/python -m pytest tests/speed -m "speed and not slow" -s; tested=$$?; \
 	  $(BIN)/python docs/performance.py --only work-precision; $(BIN)/python docs/performance.py --collect; exit $$tested
+
+chaos: $(VENV)/.installed  ## numbers and picture of docs/chaos.md: exponents and verdicts (half an hour)
+	@$(BIN)/python tests/fresh_cache.py
+	$(BIN)/python docs/chaos_table.py
 
 table: $(VENV)/.installed  ## numbers and pictures of docs/nine_bar.md, computed anew
 	@$(BIN)/python tests/fresh_cache.py

@@ -29,6 +29,9 @@ LEAST = 12
 LEAST_APERIODIC = 100
 """Points below which quasi-periodic and chaotic are not told apart."""
 
+LEAST_CHAOTIC, CLEARLY = 50, 3.0
+"""Points with which chaos can be told if the exponent is so many times its error."""
+
 SETTLED = 0.1
 """Part of the record within which points may settle on a cycle that is still called periodic."""
 
@@ -112,7 +115,7 @@ def judge(
     Parameters
     ----------
     points : (n, m) successive points of a stroboscopic or other section, of all signals, without the known transient;
-        at least 12, and 100 to tell quasi-periodic from chaotic.
+        at least 12, and 100 to tell quasi-periodic from chaotic; 50 for chaos with an exponent above 3 times its error.
     names : names (m,) of the signals.
     exponent : largest exponent of the system if it is known, of the flow (zero for a periodic motion without
         drive) or of the section [any unit].
@@ -266,7 +269,8 @@ def _quartiles(values: np.ndarray) -> np.ndarray:
 
 def _aperiodic(columns: Columns, evidence: dict[str, float]) -> Verdict:
     count = len(columns.values)
-    if count < LEAST_APERIODIC:
+    clearly = evidence.get("exponent", 0.0) > CLEARLY * evidence.get("error", 0.0)
+    if count < (LEAST_CHAOTIC if clearly else LEAST_APERIODIC):
         text = f"No cycle of up to {longest_cycle(count)} points. To tell more {LEAST_APERIODIC} are needed"
         return Verdict("inconclusive", f"{text}; there are {count}.", 0, evidence)
     clear = columns.spread > SEPARATE * columns.floor
