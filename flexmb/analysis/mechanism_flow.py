@@ -248,7 +248,8 @@ class MechanismFlow(ContinuousFlow):
 
     @property
     def shortest(self) -> float:
-        return SHORTEST * float(self.run.h_min)
+        least = self.run.h_min if isinstance(self.step, Adaptive) else 1e-9 * self.run.h_max
+        return SHORTEST * float(least)
 
     def number_of(self, owner: str, signal: str) -> int:
         node, dot, last = str(signal).rpartition(".")

@@ -92,7 +92,8 @@ def judge(
 
     1. Cycle: the shortest k for which all points of each phase in the last quarter lie within 1e-4 of the spread of
        their signal (or `floor`).  If this holds from the first tenth of the record on it is periodic-k, if only later
-       transient.  k is at most 200 and a sixth of the points.
+       transient.  k is at most 200 and a sixth of the points.  Where the exponent is negative ten times as much is
+       allowed: nothing but noise can keep such points apart.
     2. Approach: steps over k that shrink from third to third of the record make it transient.
     3. Transient, too, if the halves of the record differ: their means by more than the larger standard deviation, or
        the deviations by more than a factor 3 (of means and deviations or of medians and quartiles, whichever differ
@@ -200,6 +201,8 @@ def _tolerances(columns: Columns) -> np.ndarray:
 
 def _periodic(columns: Columns, evidence: dict[str, float]) -> Verdict | None:
     cycle = find_cycle(columns.values / _tolerances(columns))
+    if cycle is None and _sign(evidence) < 0:  # what differences there are can only be noise
+        cycle = find_cycle(columns.values / (SEPARATE * _tolerances(columns)))
     if cycle is None:
         return None
     evidence["k"], evidence["since"] = float(cycle.k), float(cycle.since)
