@@ -39,7 +39,7 @@ KINDS = {
     "section of a driven flow": lambda: section_of(systems.pendulum(), "v"),
     "mechanism": lambda: started(mechanisms.rod_flow()),
     "stroboscopic of a mechanism": lambda: fm.StroboscopicMap(mechanisms.rod_flow()),
-    "section of a mechanism": lambda: section_of(mechanisms.rod_flow(), "rod.omega"),
+    "section of a mechanism": lambda: section_of(started(mechanisms.rod_flow()), "rod.omega"),
 }
 """Each stands somewhere it can be advanced from."""
 
@@ -55,7 +55,7 @@ def held():
 HELD = {
     "mechanism": lambda: started(held()),
     "stroboscopic of a mechanism": lambda: fm.StroboscopicMap(held()),
-    "section of a mechanism": lambda: section_of(held(), "rod.omega"),
+    "section of a mechanism": lambda: section_of(started(held()), "rod.omega"),
 }
 MECHANISMS = {name for name in KINDS if "mechanism" in name}
 
