@@ -90,10 +90,11 @@ def size_of(x):
 
 def allowed(system, k, seed=3):
     """k differences of states that stay in a section."""
-    W = system.on_manifold(np.random.default_rng(seed).standard_normal((system.size, k)))
+    W = system.on_manifold(np.random.default_rng(seed).standard_normal((system.size, k + 1)))
     if isinstance(system, fm.SectionMap):
-        W[system.names.index(system.signal)] = 0.0
-    return W
+        across = W[system.names.index(system.signal)]
+        W -= np.outer(W[:, k], across / across[k])
+    return np.ascontiguousarray(W[:, :k])
 
 
 def carried(system, W, duration):
