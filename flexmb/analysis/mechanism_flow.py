@@ -124,7 +124,7 @@ class MechanismFlow(ContinuousFlow):
         n, length, peak = self.program.n_q, self.program.length, self.run.record.peak
         angle = np.asarray(self.program.tables.kind) == 1
         scale = np.where(angle, 1.0 / length, 1.0)
-        speed = max(float((peak[n : 2 * n] / scale).max(initial=0.0)), 1e-300)
+        speed = max(float((peak[n : 2 * n] / scale).max(initial=0.0)), length / (self.period or 1.0))
         way, rate = 1e-8 * length, 1e-8 * speed
         if isinstance(self.step, Adaptive):
             way, rate = 0.1 * float(self.run.error), 0.1 * self.step.rtol * speed
