@@ -207,7 +207,7 @@ def _add_chaos_options(chaos: argparse.ArgumentParser) -> None:
     what.add_argument(
         "--series", type=int, metavar="N", default=64, help="periods that are saved finely (default 64; 0: none)"
     )
-    what.add_argument("--samples", type=int, metavar="N", default=100, help="instants of these a period (default 100)")
+    what.add_argument("--samples", type=int, metavar="N", default=400, help="instants of these a period (default 400)")
     what.add_argument("--dimension", action="store_true", help="find the correlation dimension of each signal, too")
     what.add_argument("--recurrence", action="store_true", help="count recurrences of each signal, too")
     _add_method(chaos, TANGENT_METHODS)

@@ -119,7 +119,7 @@ def _study(flow: MechanismFlow, signals: list[str], options: argparse.Namespace)
     series = options.series if found.ok else 0
     times, fine, trouble = goes_on(flow, period, series, options.samples, shown=shown)
     units = tuple(flow.units[place] for place in places)
-    motion = Motion(tuple(names), units, found.points[:, places], times, fine[:, places], trouble)
+    motion = Motion(tuple(names), units, found.points[:, places], period, times, fine[:, places], trouble)
     asked = {"dimension": options.dimension, "recurrent": options.recurrence}
     findings = [looked_at(motion, name, **asked) for name in signals]
     return Study(found, period, options.skip, flow.units, motion, findings, drawn)

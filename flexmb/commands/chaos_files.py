@@ -144,15 +144,15 @@ def pictures(study: Study, folder: Path) -> list[Path]:
     study : what was found.
     folder : where they are written.
     """
-    from flexmb.view.portrait import plot_exponents, plot_section
-    from flexmb.view.spectrum import plot_spectrum
+    from flexmb.view.portrait import plot_exponents, plot_section  # noqa: PLC0415 - only when asked for
+    from flexmb.view.spectrum import plot_spectrum  # noqa: PLC0415
 
     drawn: dict[str, Figure] = {}
     number = study.skip + 1 + np.arange(len(study.motion.points))
     for x, y in study.planes if len(number) else []:
         title = f"{study.exponents.name}: once a period of {study.period:.4g} s"
         data = _columns(study.motion, study.motion.points, "period", number)
-        drawn["-".join(["section", x, *([y] if y else [])])] = _square(plot_section(data, x, y, title=title), x)
+        drawn["-".join(["section", x, *([y] if y else [])])] = _plain(plot_section(data, x, y, title=title))
         if y and len(study.motion.times):
             drawn[f"phase-{x}-{y}"] = _portrait(study, x, y)
     if len(study.exponents.history) and np.isfinite(study.exponents.history).any():
@@ -171,13 +171,16 @@ def pictures(study: Study, folder: Path) -> list[Path]:
 
 def _portrait(study: Study, x: str, y: str) -> Figure:
     """The last periods of the motion, as a curve."""
-    from flexmb.view.portrait import plot_phase
+    from flexmb.view.portrait import plot_phase  # noqa: PLC0415 - only when asked for
 
     motion = study.motion
     late = motion.times >= motion.times[-1] - PORTRAIT * study.period
     number = round((motion.times[late][-1] - motion.times[late][0]) / study.period)
     title = f"{study.exponents.name}: the last {number} periods"
-    return _square(plot_phase(_columns(motion, motion.fine[late], "time", motion.times[late]), x, y, title=title), x)
+    figure = _plain(plot_phase(_columns(motion, motion.fine[late], "time", motion.times[late]), x, y, title=title))
+    if x.endswith(".ex"):  # the journal moves in a circle
+        figure.axes[0].set_aspect("equal", adjustable="box")
+    return figure
 
 
 def _columns(motion: Motion, values: np.ndarray, axis: str, along: np.ndarray) -> xr.Dataset:
@@ -191,8 +194,7 @@ def _columns(motion: Motion, values: np.ndarray, axis: str, along: np.ndarray) -
     return xr.Dataset(data, {axis: (axis, along)})
 
 
-def _square(figure: Figure, x: str) -> Figure:
-    """Both axes to one scale, where the picture is the plane of a bearing."""
-    if x.endswith(".ex"):
-        figure.axes[0].set_aspect("equal", adjustable="datalim")
+def _plain(figure: Figure) -> Figure:
+    """Short numbers beside the axes."""
+    figure.axes[0].ticklabel_format(axis="both", style="sci", scilimits=(-3, 4), useMathText=True)
     return figure

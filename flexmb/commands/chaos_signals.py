@@ -23,6 +23,9 @@ BESIDE = {"ex": "ey", "x": "vx", "y": "vy", "theta": "omega"}
 
 HALF = np.pi
 
+ENOUGH = 100
+"""Samples a period for estimates whose cost grows with their number; more of them tell no more."""
+
 LEAST = 20
 """Points that the 0-1 test takes at least."""
 
@@ -35,6 +38,7 @@ class Motion:
     ----------
     names, units : of the signals (m,).
     points : (n, m) once a period [units].
+    period : from point to point [s].
     times : (k,) of the fine samples [s].
     fine : (k, m) samples between which the motion is smooth [units]; none where it was not asked for.
     trouble : why the fine samples end early, or "".
@@ -43,6 +47,7 @@ class Motion:
     names: tuple[str, ...]
     units: tuple[str, ...]
     points: np.ndarray
+    period: float
     times: np.ndarray
     fine: np.ndarray
     trouble: str = ""
@@ -166,14 +171,16 @@ def looked_at(motion: Motion, name: str, *, dimension: bool, recurrent: bool) ->
     walk = zero_one_test(points, thin=1) if len(points) >= LEAST else None
     if len(fine) == 0 or motion.trouble:
         return Findings(label, unit, walk, None, None, None, None)
+    thin = max(1, round(motion.period / (motion.times[1] - motion.times[0]) / ENOUGH))
+    times, some = motion.times[::thin], fine[::thin]
     return Findings(
         label,
         unit,
         walk,
-        rosenstein(fine, motion.times),
+        rosenstein(some, times),
         power_spectrum(fine, motion.times),
-        correlation_dimension(fine) if dimension else None,
-        recurrence(fine) if recurrent else None,
+        correlation_dimension(some) if dimension else None,
+        recurrence(some) if recurrent else None,
     )
 
 

@@ -27,6 +27,13 @@ MEANING = {
     "points": "points, one a period",
 }
 
+SPECTRUM = {
+    "lines": "periodic or nearly so",
+    "mixed": "lines on a floor",
+    "broad": "chaotic or random",
+    "constant": "the signal is constant",
+}
+
 LINES = 5
 """Lines of a spectrum that are listed."""
 
@@ -84,10 +91,10 @@ def meaning_of(value: float, error: float, period: float) -> str:
     if not np.isfinite(error):
         return "without an error: take more periods"
     if abs(value) <= error:
-        return "zero within its error: neighbours neither part nor meet"
+        return "zero within its error: neighbours keep their distance"
     time = 1.0 / abs(value)
     length = f"a factor e in {time:.3g} s ({time / period:.3g} periods)"
-    return f"neighbours part by {length}" if value > 0.0 else f"neighbours meet by {length}"
+    return f"neighbours part by {length}" if value > 0.0 else f"neighbours come nearer by {length}"
 
 
 def _evidence(found: Exponents) -> Iterator[str]:
@@ -107,7 +114,9 @@ def _signal(f: Findings, system: Exponents) -> Iterator[str]:
         yield _line("exponent (Rosenstein)", f.exponent.value, f.exponent.error, f.exponent.unit, text)
     if f.spectrum is not None:
         strongest = ", ".join(f"{x:.4g}" for x in f.spectrum.peaks[:LINES])
-        text = f"of the power in lines: {f.spectrum.kind}" + (f"; strongest {strongest} Hz" if strongest else "")
+        text = f"of the power in lines: {SPECTRUM[f.spectrum.kind]}" + (
+            f"; strongest {strongest} Hz" if strongest else ""
+        )
         yield _line("power spectrum", 100.0 * f.spectrum.line_share, None, "%", text)
     if f.dimension is not None:
         text = "of the motion in time, not of the section" if f.dimension.ok else f"no value: {f.dimension.status}"

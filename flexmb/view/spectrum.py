@@ -18,6 +18,9 @@ SIZE = (8.0, 4.5)  # [inch]
 DEEP = 1e-14
 """Part of the highest density below which nothing is drawn: side lobes and round-off."""
 
+ROOM = 100.0
+"""Above the highest density, for the legend."""
+
 MARKED = 12
 """Lines that are marked, the strongest first."""
 
@@ -57,12 +60,15 @@ def plot_spectrum(
         heights = density[np.searchsorted(frequency, lines)]
         ax.semilogy(lines, heights, "v", color="tab:red", markersize=5, linestyle="none", label="strongest lines")
     ax.set_xlim(frequency[0], frequency[-1])
-    ax.set_ylim(0.3 * max(float(density[density > 0.0].min(initial=highest)), DEEP * highest), 3.0 * highest)
+    ax.set_ylim(
+        0.3 * max(float(density[density > 0.0].min(initial=highest)), DEEP * highest), 100.0 * highest
+    )  # the legend has room above the lines
     ax.grid(visible=True, color="0.9", linewidth=0.6)
     ax.set_xlabel(label_of("frequency", spectrum.unit))
-    squared = f"({units})^2" if units else "1"
-    ax.set_ylabel(label_of("power density", f"{squared} / ({spectrum.unit})"))
-    ax.legend(loc="upper right", fontsize="small", framealpha=0.9)
+    squared = f"{units}^2" if units.isalpha() else f"({units})$^{{2}}$" if units else "1"
+    per = "/Hz" if spectrum.unit == "Hz" else " iteration"
+    ax.set_ylabel(label_of("power density", f"{squared}{per}"))
+    ax.legend(loc="upper right", ncols=3, fontsize="small", framealpha=0.9)
     told = f"{100.0 * spectrum.line_share:.3g} % of the power in lines: {spectrum.kind}"
     figure.suptitle((f"{signal}, {told}" if signal else told) if title is None else title)
     return figure
