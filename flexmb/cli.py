@@ -208,7 +208,11 @@ def _add_chaos_options(chaos: argparse.ArgumentParser) -> None:
         "--series", type=int, metavar="N", default=64, help="periods that are saved finely (default 64; 0: none)"
     )
     what.add_argument("--samples", type=int, metavar="N", default=400, help="instants of these a period (default 400)")
-    what.add_argument("--dimension", action="store_true", help="find the correlation dimension of each signal, too")
+    what.add_argument(
+        "--dimension",
+        action="store_true",
+        help="find the correlation dimension of each signal, too; it wants some 300 periods",
+    )
     what.add_argument("--recurrence", action="store_true", help="count recurrences of each signal, too")
     _add_method(chaos, TANGENT_METHODS)
     files = chaos.add_argument_group("files")

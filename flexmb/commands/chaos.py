@@ -7,6 +7,8 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from flexmb import checks
 from flexmb.analysis.exponents import Exponents
 from flexmb.analysis.lyapunov import lyapunov
@@ -55,6 +57,19 @@ class Study:
     def trouble(self) -> str:
         """Why it is not all there, or ""."""
         return self.motion.trouble if self.exponents.ok else self.exponents.status
+
+    @property
+    def dimension(self) -> float:
+        """Lyapunov dimension of the section; NaN unless the exponents reach from a sum >= 0 to one below 0.
+
+        j + (sum of the first j) / |exponent j + 1|, j the most that add up to >= 0 (J. L. Kaplan and J. A. Yorke,
+        Lecture Notes in Mathematics 730 (1979) 204).
+        """
+        sums = np.cumsum(self.exponents.spectrum)
+        if len(sums) < 2 or not np.isfinite(sums).all() or sums[0] < 0.0 or sums[-1] >= 0.0:
+            return float("nan")
+        j = int(np.argmax(sums < 0.0))
+        return float(j + sums[j - 1] / abs(self.exponents.spectrum[j]))
 
 
 def chaos(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:

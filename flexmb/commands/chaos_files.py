@@ -62,6 +62,7 @@ def _root(study: Study) -> xr.Dataset:
         "status": study.trouble or found.status,
         "period": study.period,
         "skip": study.skip,
+        "lyapunov_dimension": study.dimension,
         "flexmb": installed_version(),
     }
     if found.verdict is not None:
@@ -159,7 +160,7 @@ def pictures(study: Study, folder: Path) -> list[Path]:
         drawn["exponents"] = plot_exponents(study.exponents)
     for f in study.findings:
         if f.spectrum is not None:
-            drawn[f"spectrum-{f.name}"] = plot_spectrum(
+            drawn[f"spectrum-{f.name.removeprefix('sin(').removesuffix(')')}"] = plot_spectrum(
                 f.spectrum, signal=f.name, units=f.unit, up_to=HARMONICS / study.period
             )
     written = []

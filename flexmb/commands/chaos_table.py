@@ -34,6 +34,9 @@ SPECTRUM = {
     "constant": "the signal is constant",
 }
 
+MORE_THAN = 2.0
+"""Dimensions that a chaotic motion fills at least: curves on a surface cannot cross."""
+
 LINES = 5
 """Lines of a spectrum that are listed."""
 
@@ -48,6 +51,9 @@ def table(study: Study) -> str:
         "",
         *_exponents(found, study.period),
     ]
+    if np.isfinite(study.dimension):
+        text = "of the section, from the exponents; of the motion in time 1 more"
+        lines.append(_line("Lyapunov dimension", study.dimension, None, "", text))
     if found.verdict is not None:
         lines += ["", "what the verdict rests on", *_evidence(found)]
     for finding in study.findings:
@@ -119,14 +125,23 @@ def _signal(f: Findings, system: Exponents) -> Iterator[str]:
         )
         yield _line("power spectrum", 100.0 * f.spectrum.line_share, None, "%", text)
     if f.dimension is not None:
-        text = "of the motion in time, not of the section" if f.dimension.ok else f"no value: {f.dimension.status}"
-        yield _line("correlation dimension", f.dimension.value, f.dimension.error, "", text)
+        yield _line("correlation dimension", f.dimension.value, f.dimension.error, "", _about_dimension(f, system))
     if f.recurrence is not None:
         r = f.recurrence
         yield _line("recurrence: rate", r.rate, None, "", "part of the pairs of states that are near each other")
         yield _line("  determinism", r.determinism, None, "", "part of these that stay so for some samples")
         length = "samples that two states stay near each other at most; of a periodic motion the whole record"
         yield _line("  longest diagonal", r.longest_diagonal, None, "", length)
+
+
+def _about_dimension(f: Findings, system: Exponents) -> str:
+    """What a correlation dimension is of; in time chaos needs more than 2 dimensions, so less is not believed."""
+    found = f.dimension
+    if found is None or not found.ok:
+        return "" if found is None else f"no value: {found.status} Give a larger --series."
+    if str(system.verdict) == "chaotic" and found.value + found.error < MORE_THAN:
+        return "too low: chaos in time has more than 2. The record shows few neighbours; give a larger --series"
+    return "of the motion in time; of its section 1 less"
 
 
 def _compared(f: Findings, system: Exponents) -> str:
