@@ -66,7 +66,7 @@ def joined(arguments: Sequence[str]) -> list[str]:
 
 def _dispatch(given: list[str]) -> int:
     source = _source(given)
-    parser, maker_options = _parser(source)
+    parser, maker_options = _parser(source, given[0] if given else "")
     options = parser.parse_args(given)
     if options.command == "list":
         from flexmb.commands.others import list_mechanisms
@@ -111,7 +111,8 @@ def _source(given: list[str]) -> Source | None:
     return find(given[1])
 
 
-def _parser(source: Source | None) -> tuple[argparse.ArgumentParser, list[Option]]:
+def _parser(source: Source | None, wanted: str) -> tuple[argparse.ArgumentParser, list[Option]]:
+    """The parser; the options of the source go to the command that is wanted, so names of others' options are free."""
     parser = argparse.ArgumentParser(
         prog="flexmb", description="Planar flexible multibody dynamics with imperfect joints.", allow_abbrev=False
     )
@@ -133,9 +134,9 @@ def _parser(source: Source | None) -> tuple[argparse.ArgumentParser, list[Option
     for command in (run, sweep, chaos, check, listing, vtk):
         command.add_argument("--debug", action="store_true", help="show where an error came from")
     options: list[Option] = []
-    for command in (run, sweep, chaos, check):
+    for name, command in {"run": run, "sweep": sweep, "chaos": chaos, "check": check}.items():
         command.add_argument("source", metavar="NAME", help=SOURCE_HELP)
-        if source is not None:
+        if source is not None and name == wanted:
             options = _add_maker(command, source)
     return parser, options
 

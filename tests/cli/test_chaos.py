@@ -199,6 +199,15 @@ def test_what_is_refused(model, arguments, words, capsys):
     assert words in refused(["chaos", *arguments, "--quiet"], capsys)
 
 
+def test_a_parameter_may_bear_the_name_of_an_option_of_another_command(tmp_path, capsys):
+    text = "def make(samples: int = 1) -> fm.Mechanism:\n    return fm.Mechanism('one', [fm.GROUND])\n"
+    (tmp_path / "named.py").write_text(f"import flexmb as fm\n\n{text}")
+    assert "--samples" in refused(["chaos", f"{tmp_path / 'named.py'}:make"], capsys)
+    with pytest.raises(SystemExit) as stop:
+        main(["run", f"{tmp_path / 'named.py'}:make", "--help"])
+    assert stop.value.code == 0
+
+
 def test_spectrum_pictures():
     t = 0.01 * np.arange(4000)
     found = fm.power_spectrum(np.sin(2.0 * np.pi * 5.0 * t), 0.01)
