@@ -126,6 +126,7 @@ _HOME = {
     "view.plot": "plot",
     "view.portrait": "plot_exponents plot_phase plot_section",
     "view.render": "render",
+    "view.spectrum": "plot_spectrum",
     "view.screenshot": "screenshot_vtk",
 }
 _WHERE = {name: module for module, names in _HOME.items() for name in names.split()}

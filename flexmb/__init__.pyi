@@ -176,3 +176,4 @@ from flexmb.view.portrait import plot_phase as plot_phase
 from flexmb.view.portrait import plot_section as plot_section
 from flexmb.view.render import render as render
 from flexmb.view.screenshot import screenshot_vtk as screenshot_vtk
+from flexmb.view.spectrum import plot_spectrum as plot_spectrum

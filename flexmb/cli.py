@@ -1,4 +1,4 @@
-"""The command line: flexmb run | sweep | list | check | vtk."""
+"""The command line: flexmb run | sweep | chaos | list | check | vtk."""
 
 from __future__ import annotations
 
@@ -17,8 +17,9 @@ if TYPE_CHECKING:
     from flexmb.commands.source import Source
 
 OK, NOT_FINISHED, REFUSED, INTERRUPTED = 0, 1, 2, 130
-WITH_SOURCE = ("run", "sweep", "check")
+WITH_SOURCE = ("run", "sweep", "chaos", "check")
 SOURCE_HELP = "a ready mechanism (see `flexmb list`), or FILE.py[:NAME] with a Mechanism or a function that returns one"
+TANGENT_METHODS = "as of `flexmb run`, without runge-kutta"
 UNITS_HELP = "Numbers may carry a unit: 0.5mm, 50um, 2pi, 3000rpm, 30deg, 0.1ms; without one they are SI."
 
 
@@ -65,7 +66,7 @@ def joined(arguments: Sequence[str]) -> list[str]:
 
 def _dispatch(given: list[str]) -> int:
     source = _source(given)
-    parser, maker_options = _parser(source)
+    parser, maker_options = _parser(source, given[0] if given else "")
     options = parser.parse_args(given)
     if options.command == "list":
         from flexmb.commands.others import list_mechanisms
@@ -92,6 +93,10 @@ def _with_mechanism(source: Source, maker_options: list[Option], options: argpar
         from flexmb.commands.others import check_mechanism
 
         return check_mechanism(mechanism)
+    if options.command == "chaos":
+        from flexmb.commands.chaos import chaos
+
+        return chaos(mechanism, source.name, options)
     from flexmb.commands.run import run
 
     return run(mechanism, source.name, options)
@@ -106,7 +111,8 @@ def _source(given: list[str]) -> Source | None:
     return find(given[1])
 
 
-def _parser(source: Source | None) -> tuple[argparse.ArgumentParser, list[Option]]:
+def _parser(source: Source | None, wanted: str) -> tuple[argparse.ArgumentParser, list[Option]]:
+    """The parser; the options of the source go to the command that is wanted, so names of others' options are free."""
     parser = argparse.ArgumentParser(
         prog="flexmb", description="Planar flexible multibody dynamics with imperfect joints.", allow_abbrev=False
     )
@@ -116,19 +122,21 @@ def _parser(source: Source | None) -> tuple[argparse.ArgumentParser, list[Option
     run = commands.add_parser("run", help="simulate a mechanism and write its results", **plain)
     check = commands.add_parser("check", help="degrees of freedom, redundancies, natural frequencies", **plain)
     sweep = commands.add_parser("sweep", help="a bifurcation diagram over one parameter", **plain)
+    chaos = commands.add_parser("chaos", help="exponents, section and verdict: periodic or chaotic", **plain)
     _add_run_options(run)
     _add_sweep_options(sweep)
+    _add_chaos_options(chaos)
     listing = commands.add_parser("list", help="ready mechanisms and their options", allow_abbrev=False)
     vtk = commands.add_parser("vtk", help="write VTK files of a run on disk", allow_abbrev=False)
     vtk.add_argument("file", metavar="RUN.nc", type=Path, help="what `flexmb run` wrote")
     vtk.add_argument("--frames", type=int, metavar="N", help="number of frames (default: all instants, at most 200)")
     vtk.add_argument("--out", type=Path, metavar="FILE.pvd", help="default: beside RUN.nc")
-    for command in (run, sweep, check, listing, vtk):
+    for command in (run, sweep, chaos, check, listing, vtk):
         command.add_argument("--debug", action="store_true", help="show where an error came from")
     options: list[Option] = []
-    for command in (run, sweep, check):
+    for name, command in {"run": run, "sweep": sweep, "chaos": chaos, "check": check}.items():
         command.add_argument("source", metavar="NAME", help=SOURCE_HELP)
-        if source is not None:
+        if source is not None and name == wanted:
             options = _add_maker(command, source)
     return parser, options
 
@@ -151,12 +159,8 @@ def _add_run_options(run: argparse.ArgumentParser) -> None:
     time.add_argument("--save-from-period", metavar="X", help="save and look for peaks from this period on (default 0)")
     time.add_argument("--save", metavar="N", help="instants a period, or `steps` for every step (default 1000)")
     time.add_argument("--restart", metavar="RUN.nc", type=Path, help="go on from the end of this run of the mechanism")
-    solver = run.add_argument_group("method")
-    step = solver.add_mutually_exclusive_group()
-    step.add_argument("--step", metavar="TIME", help="fixed step, e.g. 10us (default: steps controlled by their error)")
-    step.add_argument("--rtol", metavar="X", help="accepted error of a step in velocities, relative (default 1e-4)")
     names = "generalised-alpha[:RADIUS] (default), hht[:ALPHA], wbz[:ALPHA], trapezoidal, runge-kutta"
-    solver.add_argument("--method", metavar="NAME", help=f"{names}; runge-kutta needs --step")
+    _add_method(run, f"{names}; runge-kutta needs --step")
     files = run.add_argument_group("files")
     files.add_argument("--out", metavar="DIR", help="folder of the results (default out/NAME)")
     files.add_argument("--frames", type=int, metavar="N", default=100, help="number of VTK frames (default 100)")
@@ -181,11 +185,7 @@ def _add_sweep_options(sweep: argparse.ArgumentParser) -> None:
     what.add_argument("--signals", metavar="A,B", help="signals to keep (default all)")
     what.add_argument("--period", metavar="TIME", help="time between two points (default the period of the drives)")
     what.add_argument("--exponent", action="store_true", help="find the largest exponent at each value, too")
-    solver = sweep.add_argument_group("method")
-    step = solver.add_mutually_exclusive_group()
-    step.add_argument("--step", metavar="TIME", help="fixed step, e.g. 10us (default: steps controlled by their error)")
-    step.add_argument("--rtol", metavar="X", help="accepted error of a step in velocities, relative (default 1e-4)")
-    solver.add_argument("--method", metavar="NAME", help="as of `flexmb run`, without runge-kutta")
+    solver = _add_method(sweep, TANGENT_METHODS)
     solver.add_argument(
         "--workers", type=int, metavar="N", default=1, help="processes that share the points (default 1)"
     )
@@ -196,6 +196,40 @@ def _add_sweep_options(sweep: argparse.ArgumentParser) -> None:
     files.add_argument("--plot", metavar="A,B", help="signals of the pictures (default: one is chosen)")
     files.add_argument("--no-plots", action="store_true", help="draw no picture")
     files.add_argument("--quiet", action="store_true", help="no progress bar and no summary")
+
+
+def _add_chaos_options(chaos: argparse.ArgumentParser) -> None:
+    what = chaos.add_argument_group("chaos")
+    what.add_argument("--skip", type=int, metavar="N", default=20, help="periods before the first point (default 20)")
+    what.add_argument("--keep", type=int, metavar="N", default=200, help="points, one a period (default 200)")
+    what.add_argument("--exponents", type=int, metavar="K", default=1, help="how many exponents (default 1)")
+    what.add_argument("--period", metavar="TIME", help="time between two points (default the period of the drives)")
+    what.add_argument("--signals", metavar="A,B", help="signals that are drawn and analysed (default: one is chosen)")
+    what.add_argument(
+        "--series", type=int, metavar="N", default=64, help="periods that are saved finely (default 64; 0: none)"
+    )
+    what.add_argument("--samples", type=int, metavar="N", default=400, help="instants of these a period (default 400)")
+    what.add_argument(
+        "--dimension",
+        action="store_true",
+        help="find the correlation dimension of each signal, too; it wants some 300 periods",
+    )
+    what.add_argument("--recurrence", action="store_true", help="count recurrences of each signal, too")
+    _add_method(chaos, TANGENT_METHODS)
+    files = chaos.add_argument_group("files")
+    files.add_argument("--out", metavar="DIR", help="folder of results and pictures (default out/NAME)")
+    files.add_argument("--no-plots", action="store_true", help="draw no pictures")
+    files.add_argument("--quiet", action="store_true", help="no progress bar and no table")
+
+
+def _add_method(command: argparse.ArgumentParser, names: str) -> argparse._ArgumentGroup:
+    """Step and method, which all commands that move a mechanism have."""
+    solver = command.add_argument_group("method")
+    step = solver.add_mutually_exclusive_group()
+    step.add_argument("--step", metavar="TIME", help="fixed step, e.g. 10us (default: steps controlled by their error)")
+    step.add_argument("--rtol", metavar="X", help="accepted error of a step in velocities, relative (default 1e-4)")
+    solver.add_argument("--method", metavar="NAME", help=names)
+    return solver
 
 
 def _version() -> str:

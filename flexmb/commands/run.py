@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-import tempfile
-from collections.abc import Callable, Mapping
-from importlib.util import find_spec
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +12,9 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.commands import summary
+from flexmb.commands.files import require_folder, require_packages
 from flexmb.commands.units import quantity
-from flexmb.errors import FlexmbError, InputError, MissingPackageError
+from flexmb.errors import FlexmbError, InputError
 from flexmb.integrate.method import Newmark, RungeKutta4
 from flexmb.integrate.netcdf import load
 from flexmb.integrate.simulate import simulate
@@ -52,7 +51,9 @@ def run(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
     """
     folder = Path(options.out or Path("out") / name)
     require_packages(_needed(options))
-    keywords = {**_times(mechanism, options), **_solver(options)}
+    keywords = {**_times(mechanism, options), **solver_of(options)}
+    if options.restart is not None:
+        keywords["restart"] = load(options.restart).restart
     require_folder(folder)
     sol = simulate(mechanism, progress=not options.quiet, **keywords)
     written = [sol.to_netcdf(folder / f"{name}.nc")]  # first of all: pictures can be drawn again, a run costs time
@@ -101,8 +102,17 @@ def _times(mechanism: Mechanism, options: argparse.Namespace) -> dict[str, Any]:
     return found
 
 
-def _solver(options: argparse.Namespace) -> dict[str, Any]:
-    """Step, method and start of the run."""
+def solver_of(options: argparse.Namespace) -> dict[str, Any]:
+    """Step and method, as keywords; what was not typed is left out.
+
+    Parameters
+    ----------
+    options : `step`, `rtol` and `method` of the command line.
+
+    Raises
+    ------
+    InputError : no numbers, a unit that is no time, an unknown method.
+    """
     found: dict[str, Any] = {}
     if options.step is not None:
         found["step"] = FixedStep(quantity(options.step, "s", "--step"))
@@ -110,9 +120,23 @@ def _solver(options: argparse.Namespace) -> dict[str, Any]:
         found["step"] = Adaptive(rtol=quantity(options.rtol, "", "--rtol"))
     if options.method is not None:
         found["method"] = method_of(options.method)
-    if options.restart is not None:
-        found["restart"] = load(options.restart).restart
     return found
+
+
+def flow_options(options: argparse.Namespace) -> dict[str, Any]:
+    """Period, step and method of a flow, as keywords; what was not typed is left out.
+
+    Parameters
+    ----------
+    options : `period` of the command line, and what `solver_of` reads.
+
+    Raises
+    ------
+    InputError : as of `solver_of`.
+    """
+    if options.period is None:
+        return solver_of(options)
+    return {"period": quantity(options.period, "s", "--period"), **solver_of(options)}
 
 
 def _needed(options: argparse.Namespace) -> dict[str, tuple[str, str]]:
@@ -123,25 +147,6 @@ def _needed(options: argparse.Namespace) -> dict[str, tuple[str, str]]:
     if not options.no_vtk:
         needed["meshio"] = ("VTK files", " or leave them out with --no-vtk")
     return needed
-
-
-def require_packages(needed: Mapping[str, tuple[str, str]]) -> None:
-    """Refuse before a long run, not after it; by package what it is needed for, and how to do without."""
-    for package, (purpose, other) in needed.items():
-        if find_spec(package) is None:
-            text = f"{purpose} need the package {package!r}, which is not installed. Install it: pip install {package}"
-            raise MissingPackageError(f"{text},{other}." if other else f"{text}.")
-
-
-def require_folder(folder: Path) -> None:
-    """Refuse before a long run a folder that cannot be written."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except OSError as error:
-        text = f"--out: {str(folder)!r} cannot be written ({error.strerror or error})."
-        raise InputError(f"{text} Give a writable folder.") from error
 
 
 def _write_rest(

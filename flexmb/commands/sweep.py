@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb import checks
+from flexmb.commands.files import require_folder, require_packages, write_netcdf
 from flexmb.commands.options import Option, options_of, taken
-from flexmb.commands.run import method_of, require_folder, require_packages
+from flexmb.commands.run import flow_options
 from flexmb.commands.source import Source, find
 from flexmb.commands.units import quantity
 from flexmb.errors import InputError
-from flexmb.integrate.steps import Adaptive, FixedStep
 from flexmb.model.mechanism import Mechanism
 from flexmb.sweeps.bifurcation import bifurcation, first_of
 from flexmb.sweeps.family import Family
@@ -49,7 +49,7 @@ def sweep(source: Source, text: str, makers: list[Option], options: argparse.Nam
     pictures = {} if options.no_plots else {"matplotlib": ("pictures", " or leave them out with --no-plots")}
     require_packages({"h5netcdf": ("results", ""), **pictures})
     require_folder(folder)
-    workers, solver = checks.count("flexmb sweep", "--workers", options.workers), _solver(options)
+    workers, solver = checks.count("flexmb sweep", "--workers", options.workers), flow_options(options)
     if options.plot and not options.no_plots:
         _require_signals(options, Family(make, parameter, fixed, **solver), values)
     with worker_pool(workers, find, text) if workers > 1 else nullcontext() as pool:
@@ -70,7 +70,7 @@ def sweep(source: Source, text: str, makers: list[Option], options: argparse.Nam
             progress=not options.quiet,
             **solver,
         )
-    written = [Path(options.store)] if options.store else [_netcdf(diagram, folder / f"{STEM}.nc")]
+    written = [Path(options.store)] if options.store else [write_netcdf(folder / f"{STEM}.nc", {"": diagram})]
     if not options.no_plots:
         written += _pictures(diagram, folder, options.plot)
     failed = _failures(diagram)
@@ -143,33 +143,11 @@ def _field(mechanism: Mechanism, path: str) -> Option:
     return Option(f"vary {path}", "number", None, known.unit if known else "", "")
 
 
-def _solver(options: argparse.Namespace) -> dict[str, Any]:
-    """Period, step and method."""
-    found: dict[str, Any] = {}
-    if options.period is not None:
-        found["period"] = quantity(options.period, "s", "--period")
-    if options.step is not None:
-        found["step"] = FixedStep(quantity(options.step, "s", "--step"))
-    elif options.rtol is not None:
-        found["step"] = Adaptive(rtol=quantity(options.rtol, "", "--rtol"))
-    if options.method is not None:
-        found["method"] = method_of(options.method)
-    return found
-
-
 def _require_signals(options: argparse.Namespace, family: Family, values: list[float]) -> None:
     """Refuse before a long run a picture of a signal that there will not be."""
     known = options.signals.split(",") if options.signals else first_of(family, values).names
     for name in options.plot.split(","):
         checks.one_of("--plot", "signal", name, known)
-
-
-def _netcdf(diagram: xr.Dataset, path: Path) -> Path:
-    """Write beside the place and rename: an interrupted write leaves the old file or the new one."""
-    part = path.with_name(f".{path.name}.part")
-    diagram.to_netcdf(part, engine="h5netcdf")
-    part.replace(path)
-    return path
 
 
 def _pictures(diagram: xr.Dataset, folder: Path, asked: str | None) -> list[Path]:

@@ -33,7 +33,7 @@ def numbers(pattern, text):
 
 
 def test_no_example_is_forgotten():
-    tested = {"pendulum", "cantilever", "flexible_four_bar", "own_law", "frame_from_mesh", "restart"}
+    tested = {"pendulum", "cantilever", "flexible_four_bar", "own_law", "frame_from_mesh", "restart", "chaos"}
     assert {path.stem for path in EXAMPLES.glob("*.py")} == tested
 
 
@@ -89,6 +89,26 @@ def test_restart(tmp_path):
     assert first + second == whole
 
 
+def test_chaos(tmp_path):
+    text = output("chaos", tmp_path)
+    doublings = numbers(r"period # doubles at G = #, published #, error #", text)
+    assert [row[0] for row in doublings] == [1, 2]
+    # J. R. Taylor, Classical Mechanics (2005), table 12.1; steps of a 400th of the period move them by 3e-4
+    assert [row[2] for row in doublings] == [1.0663, 1.0793]
+    for _, found, published, error in doublings:
+        assert found == pytest.approx(published, abs=4e-4)
+        assert error == pytest.approx(found - published, abs=1e-4)
+    assert "the orbit takes 4 s and is stable" in text
+    exponents = {drive: (value, error) for drive, value, error in numbers(r"G = #: largest exponent # \+- # /s", text)}
+    assert exponents[1.06][0] < exponents[1.06][1]
+    assert exponents[1.503][0] > 3 * exponents[1.503][1]
+    for found, exact, _ in numbers(r"add up to # /s, exact # /s, error #", text):
+        assert exact == pytest.approx(-2 * 1.5 * 2 * math.pi / 4, abs=1e-4)
+        assert found == pytest.approx(exact, rel=1e-3)
+    assert {"periodic-1", "periodic-4", "chaotic"} <= set(re.search("verdicts: (.*)", text).group(1).split(", "))
+    assert (tmp_path / "out" / "pendulum.png").read_bytes().startswith(b"\x89PNG")
+
+
 def test_readme(tmp_path, root):
     """The examples of README.md, as they stand there, one after the other."""
     text = (root / "README.md").read_text(encoding="utf-8")
@@ -104,7 +124,7 @@ def test_commands_of_the_readme(root, capsys):
     """None of them names a mechanism or an option that the command line does not know."""
     text = (root / "README.md").read_text(encoding="utf-8")
     commands = [c.split() for c in re.findall(r"^    flexmb (\S.*?)(?: +#.*)?$", text, re.MULTILINE)]
-    ready = [c for c in commands if c[0] in {"run", "check"} and not c[1].endswith(".py")]
+    ready = [c for c in commands if c[0] in {"run", "check", "sweep", "chaos"} and not c[1].endswith(".py")]
     assert len(ready) >= 3
     for command, name, *rest in ready:
         with pytest.raises(SystemExit) as stop:

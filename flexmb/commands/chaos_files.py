@@ -1,0 +1,201 @@
+"""What `flexmb chaos` writes: one netCDF file with groups, and pictures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from flexmb.commands.chaos_signals import Findings, Motion, wrapped
+from flexmb.integrate.run import installed_version
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from flexmb.commands.chaos import Study
+
+HARMONICS = 25.0
+"""A spectrum is drawn up to so many times the frequency of the section."""
+
+PORTRAIT = 20
+"""Periods of a phase portrait: more of them fill the picture."""
+
+
+def datasets(study: Study) -> dict[str, xr.Dataset]:
+    """Everything that was found, by the name of a group of the file.
+
+    The root holds all signals once a period, exponents with errors and history, the verdict with its evidence; "motion"
+    the fine samples of the chosen signals, "series" and "spectrum" what each of them says.
+    """
+    found = {"": _root(study)}
+    if study.motion.times.size:
+        found["motion"] = _motion(study.motion)
+    if study.findings:
+        found["series"] = _series(study.findings)
+    if any(finding.spectrum is not None for finding in study.findings):
+        found["spectrum"] = _spectra(study.findings)
+    return found
+
+
+def _root(study: Study) -> xr.Dataset:
+    found, unit = study.exponents, {"units": study.exponents.unit}
+    number = study.skip + 1 + np.arange(len(found.points))
+    data: dict[str, Any] = {
+        name: ("period", column, {"units": units})
+        for name, units, column in zip(found.names, study.units, found.points.T, strict=True)
+    }
+    data["exponent"] = ("number", found.spectrum, unit)
+    data["exponent_error"] = ("number", found.errors, unit)
+    data["exponent_history"] = (("history_time", "number"), found.history, unit)
+    coords = {
+        "period": ("period", number),
+        "time": ("period", study.period * number, {"units": "s"}),
+        "number": ("number", np.arange(1, len(found.spectrum) + 1)),
+        "history_time": ("history_time", found.time, {"units": "s"}),
+    }
+    attrs = {
+        "name": found.name,
+        "kind": "chaos",
+        "ok": int(found.ok and not study.motion.trouble),
+        "status": study.trouble or found.status,
+        "period": study.period,
+        "skip": study.skip,
+        "lyapunov_dimension": study.dimension,
+        "flexmb": installed_version(),
+    }
+    if found.verdict is not None:
+        attrs |= {"verdict": str(found.verdict), "reason": found.verdict.reason}
+        attrs |= {f"evidence_{name}": value for name, value in found.verdict.evidence.items()}
+    return xr.Dataset(data, coords, attrs)
+
+
+def _motion(motion: Motion) -> xr.Dataset:
+    columns = zip(motion.names, motion.units, motion.fine.T, strict=True)
+    data = {name: ("time", column, {"units": units}) for name, units, column in columns}
+    return xr.Dataset(data, {"time": ("time", motion.times, {"units": "s"})})
+
+
+def _series(findings: list[Findings]) -> xr.Dataset:
+    """Numbers and sentences by signal; NaN and "" for what there is none of."""
+    rows = [_row(finding) for finding in findings]
+    data: dict[str, Any] = {}
+    for name in dict.fromkeys(key for row in rows for key in row):
+        values = [row.get(name) for row in rows]
+        text = any(isinstance(value, str) for value in values)
+        blank = "" if text else np.nan
+        column = np.array([blank if v is None else v for v in values], dtype=object if text else np.float64)
+        data[name] = ("signal", column)
+    curves = [f.exponent for f in findings if f.exponent is not None]
+    if curves:
+        longest = max(len(c.time) for c in curves)
+        for name, which in (("divergence_time", "time"), ("divergence", "curve")):
+            table = np.full((len(findings), longest), np.nan)
+            for row, f in zip(table, findings, strict=True):
+                values = np.zeros(0) if f.exponent is None else vars(f.exponent)[which]
+                row[: len(values)] = values
+            data[name] = (("signal", "step"), table)
+    return xr.Dataset(data, {"signal": ("signal", np.array([f.name for f in findings], dtype=object))})
+
+
+def _row(f: Findings) -> dict[str, float | str]:
+    row: dict[str, float | str] = {"units": f.unit}
+    if f.zero_one is not None:
+        row |= {"zero_one": f.zero_one.value, "zero_one_spread": f.zero_one.spread, "zero_one_kind": f.zero_one.kind}
+    if f.exponent is not None:
+        row |= {"rosenstein": f.exponent.value, "rosenstein_error": f.exponent.error}
+        row["rosenstein_status"] = f.exponent.status
+    if f.spectrum is not None:
+        row |= {"line_share": f.spectrum.line_share, "spectrum_kind": f.spectrum.kind}
+    if f.dimension is not None:
+        row |= {"dimension": f.dimension.value, "dimension_error": f.dimension.error}
+        row["dimension_status"] = f.dimension.status
+    if f.recurrence is not None:
+        names = ("rate", "determinism", "laminarity", "mean_diagonal", "longest_diagonal", "entropy", "trapping_time")
+        row |= {f"recurrence_{name}": float(vars(f.recurrence)[name]) for name in (*names, "threshold")}
+    return row
+
+
+def _spectra(findings: list[Findings]) -> xr.Dataset:
+    having = [(f.name, f.spectrum) for f in findings if f.spectrum is not None]
+    most = max(len(spectrum.peaks) for _, spectrum in having)
+    dims, peaks, power = (
+        ("signal", "frequency"),
+        np.full((len(having), most), np.nan),
+        np.full((len(having), most), np.nan),
+    )
+    for k, (_, spectrum) in enumerate(having):
+        peaks[k, : len(spectrum.peaks)], power[k, : len(spectrum.peaks)] = spectrum.peaks, spectrum.power
+    data = {
+        "density": (dims, np.stack([spectrum.density for _, spectrum in having])),
+        "floor": (dims, np.stack([spectrum.floor for _, spectrum in having])),
+        "line": (("signal", "rank"), peaks, {"units": "Hz"}),
+        "line_power": (("signal", "rank"), power),
+    }
+    names = np.array([name for name, _ in having], dtype=object)
+    return xr.Dataset(data, {"signal": names, "frequency": ("frequency", having[0][1].frequency, {"units": "Hz"})})
+
+
+def pictures(study: Study, folder: Path) -> list[Path]:
+    """Section, phase portrait, convergence of the exponents, spectra: those that there is something for.
+
+    Parameters
+    ----------
+    study : what was found.
+    folder : where they are written.
+    """
+    from flexmb.view.portrait import plot_exponents, plot_section  # noqa: PLC0415 - only when asked for
+    from flexmb.view.spectrum import plot_spectrum  # noqa: PLC0415
+
+    drawn: dict[str, Figure] = {}
+    number = study.skip + 1 + np.arange(len(study.motion.points))
+    for x, y in study.planes if len(number) else []:
+        title = f"{study.exponents.name}: once a period of {study.period:.4g} s"
+        data = _columns(study.motion, study.motion.points, "period", number)
+        drawn["-".join(["section", x, *([y] if y else [])])] = _plain(plot_section(data, x, y, title=title))
+        if y and len(study.motion.times):
+            drawn[f"phase-{x}-{y}"] = _portrait(study, x, y)
+    if len(study.exponents.history) and np.isfinite(study.exponents.history).any():
+        drawn["exponents"] = plot_exponents(study.exponents)
+    for f in study.findings:
+        if f.spectrum is not None:
+            drawn[f"spectrum-{f.name.removeprefix('sin(').removesuffix(')')}"] = plot_spectrum(
+                f.spectrum, signal=f.name, units=f.unit, up_to=HARMONICS / study.period
+            )
+    written = []
+    for name, figure in drawn.items():
+        written.append(folder / f"{name}.png")
+        figure.savefig(written[-1], dpi=150)
+    return written
+
+
+def _portrait(study: Study, x: str, y: str) -> Figure:
+    """The last periods of the motion, as a curve."""
+    from flexmb.view.portrait import plot_phase  # noqa: PLC0415 - only when asked for
+
+    motion = study.motion
+    late = motion.times >= motion.times[-1] - PORTRAIT * study.period
+    number = round((motion.times[late][-1] - motion.times[late][0]) / study.period)
+    title = f"{study.exponents.name}: the last {number} periods"
+    figure = _plain(plot_phase(_columns(motion, motion.fine[late], "time", motion.times[late]), x, y, title=title))
+    if x.endswith(".ex"):  # the journal moves in a circle
+        figure.axes[0].set_aspect("equal", adjustable="box")
+    return figure
+
+
+def _columns(motion: Motion, values: np.ndarray, axis: str, along: np.ndarray) -> xr.Dataset:
+    """Signals along an axis for a picture; a line breaks where an angle goes once round."""
+    data = {}
+    for name, unit, column in zip(motion.names, motion.units, values.T, strict=True):
+        shown = wrapped(unit, column).copy()
+        if axis == "time" and unit == "rad":
+            shown[1:][np.abs(np.diff(shown)) > np.pi] = np.nan
+        data[name] = (axis, shown, {"units": unit})
+    return xr.Dataset(data, {axis: (axis, along)})
+
+
+def _plain(figure: Figure) -> Figure:
+    """Short numbers beside the axes."""
+    figure.axes[0].ticklabel_format(axis="both", style="sci", scilimits=(-3, 4), useMathText=True)
+    return figure

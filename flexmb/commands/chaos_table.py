@@ -1,0 +1,154 @@
+"""What `flexmb chaos` prints: each number with its error, its unit and what it means."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from flexmb.analysis.exponents import Exponents
+from flexmb.commands.chaos_signals import Findings
+
+if TYPE_CHECKING:
+    from flexmb.commands.chaos import Study
+
+MEANING = {
+    "zero_one": "0-1 test: 0 regular, 1 chaotic",
+    "separation": "separation of neighbours: 0 stays, 1 gets lost",
+    "k": "points of the cycle",
+    "since": "point from which on they return",
+    "shrink": "factor by which steps shrink from point to point",
+    "level": "change of the means between the halves, in deviations",
+    "loudness": "change of the deviations between the halves",
+    "swelling": "change of the amplitude, first to last quarter",
+    "bands": "parts of the section that are visited in turn",
+    "signals": "signals that the verdict rests on",
+    "points": "points, one a period",
+}
+
+SPECTRUM = {
+    "lines": "periodic or nearly so",
+    "mixed": "lines on a floor",
+    "broad": "chaotic or random",
+    "constant": "the signal is constant",
+}
+
+MORE_THAN = 2.0
+"""Dimensions that a chaotic motion fills at least: curves on a surface cannot cross."""
+
+LINES = 5
+"""Lines of a spectrum that are listed."""
+
+
+def table(study: Study) -> str:
+    """The table."""
+    found = study.exponents
+    lines = [f"{found.name}: {found.verdict or 'no verdict'}"]
+    lines += [f"  {found.verdict.reason}"] if found.verdict is not None else []
+    lines += [
+        f"  {len(found.points)} periods of {study.period:.6g} s, after {study.skip} that were left out. {found.status}",
+        "",
+        *_exponents(found, study.period),
+    ]
+    if np.isfinite(study.dimension):
+        text = "of the section, from the exponents; of the motion in time 1 more"
+        lines.append(_line("Lyapunov dimension", study.dimension, None, "", text))
+    if found.verdict is not None:
+        lines += ["", "what the verdict rests on", *_evidence(found)]
+    for finding in study.findings:
+        lines += [
+            "",
+            f"signal {finding.name}" + (f" [{finding.unit}]" if finding.unit else ""),
+            *_signal(finding, found),
+        ]
+    return "\n".join(lines)
+
+
+def _line(name: str, value: float, error: float | None, unit: str, meaning: str) -> str:
+    shown = f"{value:.4g}" if np.isfinite(value) else "-"
+    band = f"+- {error:.2g}" if error is not None and np.isfinite(error) else ""
+    return f"  {name:<24s}{shown:>11s} {band:<11s}{unit:<6s}{meaning}".rstrip()
+
+
+def _exponents(found: Exponents, period: float) -> Iterator[str]:
+    """Exponents with errors of one standard deviation."""
+    yield "Lyapunov exponents, from the tangent of the steps; errors are one standard deviation"
+    pairs = list(zip(found.spectrum, found.errors, strict=True))
+    for k, (value, error) in enumerate(pairs):
+        name = "largest exponent" if k == 0 else f"exponent {k + 1}"
+        yield _line(name, float(value), float(error), found.unit, meaning_of(float(value), float(error), period))
+    if len(pairs) > 1:
+        text = "rate at which areas grow" if len(pairs) == 2 else "rate at which volumes of the first ones grow"
+        yield _line(f"sum of these {len(pairs)}", found.sum, None, found.unit, text)
+
+
+def meaning_of(value: float, error: float, period: float) -> str:
+    """What an exponent [1/s] says, in words.
+
+    Parameters
+    ----------
+    value : the exponent [1/s].
+    error : its error [1/s]; NaN: not known.
+    period : from point to point [s].
+    """
+    if not np.isfinite(value):
+        return "none was found"
+    if not np.isfinite(error):
+        return "without an error: take more periods"
+    if abs(value) <= error:
+        return "zero within its error: neighbours keep their distance"
+    time = 1.0 / abs(value)
+    length = f"a factor e in {time:.3g} s ({time / period:.3g} periods)"
+    return f"neighbours part by {length}" if value > 0.0 else f"neighbours come nearer by {length}"
+
+
+def _evidence(found: Exponents) -> Iterator[str]:
+    verdict = found.verdict
+    for name, value in ({} if verdict is None else verdict.evidence).items():
+        if name in MEANING:
+            yield _line(name, value, None, "", MEANING[name])
+
+
+def _signal(f: Findings, system: Exponents) -> Iterator[str]:
+    """What a signal says; what it does not say, with the reason."""
+    if f.zero_one is not None:
+        text = f.zero_one.kind if f.zero_one.ok else f"no value: {f.zero_one.status} Give a larger --keep."
+        yield _line("0-1 test", f.zero_one.value, f.zero_one.spread if f.zero_one.ok else None, "", text)
+    if f.exponent is not None:
+        text = _compared(f, system) if f.exponent.ok else f"no value: {f.exponent.status}"
+        yield _line("exponent (Rosenstein)", f.exponent.value, f.exponent.error, f.exponent.unit, text)
+    if f.spectrum is not None:
+        strongest = ", ".join(f"{x:.4g}" for x in f.spectrum.peaks[:LINES])
+        text = f"of the power in lines: {SPECTRUM[f.spectrum.kind]}" + (
+            f"; strongest {strongest} Hz" if strongest else ""
+        )
+        yield _line("power spectrum", 100.0 * f.spectrum.line_share, None, "%", text)
+    if f.dimension is not None:
+        yield _line("correlation dimension", f.dimension.value, f.dimension.error, "", _about_dimension(f, system))
+    if f.recurrence is not None:
+        r = f.recurrence
+        yield _line("recurrence: rate", r.rate, None, "", "part of the pairs of states that are near each other")
+        yield _line("  determinism", r.determinism, None, "", "part of these that stay so for some samples")
+        length = "samples that two states stay near each other at most; of a periodic motion the whole record"
+        yield _line("  longest diagonal", r.longest_diagonal, None, "", length)
+
+
+def _about_dimension(f: Findings, system: Exponents) -> str:
+    """What a correlation dimension is of; in time chaos needs more than 2 dimensions, so less is not believed."""
+    found = f.dimension
+    if found is None or not found.ok:
+        return "" if found is None else f"no value: {found.status} Give a larger --series."
+    if str(system.verdict) == "chaotic" and found.value + found.error < MORE_THAN:
+        return "too low: chaos in time has more than 2. The record shows few neighbours; give a larger --series"
+    return "of the motion in time; of its section 1 less"
+
+
+def _compared(f: Findings, system: Exponents) -> str:
+    """Whether the exponent of a signal is that of the system."""
+    if f.exponent is None or not np.isfinite(system.error):
+        return ""
+    apart = abs(f.exponent.value - system.value)
+    if apart <= f.exponent.error + 2.0 * system.error:
+        return "as that of the system, within both errors"
+    return "not that of the system: trust the tangent, a signal sees finite distances only"

@@ -1,0 +1,74 @@
+"""The power spectrum of a signal as a matplotlib figure."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from flexmb.analysis.series.spectrum import PowerSpectrum
+from flexmb.errors import InputError
+from flexmb.view.plot import label_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+SIZE = (8.0, 4.5)  # [inch]
+
+DEEP = 1e-14
+"""Part of the highest density below which nothing is drawn: side lobes and round-off."""
+
+ROOM = 100.0
+"""Above the highest density, for the legend."""
+
+MARKED = 12
+"""Lines that are marked, the strongest first."""
+
+
+def plot_spectrum(
+    spectrum: PowerSpectrum, *, signal: str = "", units: str = "", up_to: float | None = None, title: str | None = None
+) -> Figure:
+    """The power spectrum of a signal, the floor between its lines, and the strongest lines marked.
+
+    Parameters
+    ----------
+    spectrum : the result of `power_spectrum`.
+    signal : name of the signal, for the axis.
+    units : its unit.
+    up_to : largest frequency that is drawn [unit of the spectrum]; None: all.
+    title : above the figure; None: the signal and the part of the power that is in lines.
+
+    Raises
+    ------
+    InputError : something else than a spectrum; no frequency up to the largest one.
+    """
+    from matplotlib.figure import Figure
+
+    if not isinstance(spectrum, PowerSpectrum):
+        raise InputError(f"plot_spectrum: spectrum is {spectrum!r}; it must be the result of power_spectrum().")
+    shown = np.ones(len(spectrum.frequency), dtype=bool) if up_to is None else spectrum.frequency <= up_to
+    if shown.sum() < 2:
+        raise InputError(f"plot_spectrum: up_to is {up_to!r}; there are no frequencies below. Give a larger one.")
+    frequency, density, floor = (x[shown] for x in (spectrum.frequency, spectrum.density, spectrum.floor))
+    figure = Figure(figsize=SIZE, layout="constrained")
+    ax = figure.subplots()
+    highest = float(density.max()) or 1.0
+    ax.semilogy(frequency, np.maximum(density, DEEP * highest), color="tab:blue", linewidth=0.8, label="density")
+    ax.semilogy(frequency, np.maximum(floor, DEEP * highest), color="black", linewidth=0.8, label="floor")
+    lines = [f for f in spectrum.peaks[:MARKED] if f <= frequency[-1]]
+    if lines:
+        heights = density[np.searchsorted(frequency, lines)]
+        ax.semilogy(lines, heights, "v", color="tab:red", markersize=5, linestyle="none", label="strongest lines")
+    ax.set_xlim(frequency[0], frequency[-1])
+    ax.set_ylim(
+        0.3 * max(float(density[density > 0.0].min(initial=highest)), DEEP * highest), 100.0 * highest
+    )  # the legend has room above the lines
+    ax.grid(visible=True, color="0.9", linewidth=0.6)
+    ax.set_xlabel(label_of("frequency", spectrum.unit))
+    squared = f"{units}^2" if units.isalpha() else f"({units})$^{{2}}$" if units else "1"
+    per = "/Hz" if spectrum.unit == "Hz" else " iteration"
+    ax.set_ylabel(label_of("power density", f"{squared}{per}"))
+    ax.legend(loc="upper right", ncols=3, fontsize="small", framealpha=0.9)
+    told = f"{100.0 * spectrum.line_share:.3g} % of the power in lines: {spectrum.kind}"
+    figure.suptitle((f"{signal}, {told}" if signal else told) if title is None else title)
+    return figure
