@@ -85,7 +85,7 @@ def zero_one_test(signal: Any, *, thin: int | None = None, count: int = 100, see
     step = max(1, round(mean_period(x) / 4.0)) if thin is None else checks.count("zero_one_test", "thin", thin)
     phi = standardised(x)[::step]
     if len(phi) < ENOUGH:
-        text = f"{len(phi)} samples are left of {len(x)}, each {step}th; at least {ENOUGH * step} are needed."
+        text = f"{_told(phi, x, step)}; at least {ENOUGH * step} are needed."
         return ZeroOne(np.nan, np.nan, "undecided", False, text, step, angles, np.full(count, np.nan))
     return _judged(phi, angles, step)
 
@@ -95,7 +95,7 @@ def _judged(phi: np.ndarray, angles: np.ndarray, step: int) -> ZeroOne:
     value = float(np.median(correlations))
     spread = 0.5 * float(np.subtract(*np.quantile(correlations, [0.75, 0.25])))
     kind = kind_of(value)
-    text = f"K = {value:.3f} of {len(phi)} samples, each {step}th: {kind}."
+    text = f"K = {value:.3f} of {_told(phi, x, step)}: {kind}."
     return ZeroOne(value, spread, kind, True, text, step, angles, correlations)
 
 
@@ -129,3 +129,8 @@ def _correlation(a: np.ndarray, b: np.ndarray) -> float:
     a, b = a - a.mean(), b - b.mean()
     scale = np.sqrt((a @ a) * (b @ b))
     return float(a @ b / scale) if scale > 0.0 else 0.0
+
+
+def _told(thinned: np.ndarray, x: np.ndarray, step: int) -> str:
+    """How many samples there are."""
+    return f"{len(x)} samples" if step == 1 else f"{len(thinned)} samples, one in {step} of {len(x)}"
