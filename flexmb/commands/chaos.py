@@ -92,6 +92,7 @@ def chaos(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
     require_packages({"h5netcdf": ("results", ""), **pictures})
     _check(mechanism, options)
     flow = MechanismFlow(mechanism, **flow_options(options))
+    _check_directions(flow, options.exponents)
     signals = chosen(mechanism, flow, options.signals)
     require_folder(folder)
     study = _study(flow, signals, options)
@@ -121,6 +122,18 @@ def _check(mechanism: Mechanism, options: argparse.Namespace) -> None:
     if series == 0 and (options.dimension or options.recurrence):
         asked = "--dimension" if options.dimension else "--recurrence"
         raise InputError(f"{OWNER}: {asked} needs the motion between the points. Give --series {FEWEST_PERIODS}.")
+
+
+def _check_directions(flow: MechanismFlow, exponents: int) -> None:
+    """Refuse more exponents than there are directions in which neighbours can differ."""
+    most = flow.dimension
+    if most == 0:
+        text = (
+            f"Mechanism {flow.name!r}: its drives prescribe the whole motion, so it has no neighbours and no exponents"
+        )
+        raise InputError(f"{text}. Give a joint play, let a link bend, or drive it by a force or torque.")
+    if checks.count(OWNER, "--exponents", exponents) > most:
+        raise InputError(f"{OWNER}: --exponents is {exponents}; {flow.name!r} has {most}.")
 
 
 def _study(flow: MechanismFlow, signals: list[str], options: argparse.Namespace) -> Study:

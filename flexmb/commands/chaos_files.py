@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 HARMONICS = 25.0
 """A spectrum is drawn up to so many times the frequency of the section."""
 
+SEEN, ROOM = 1e-3, 0.1
+"""Spread of a section, as a part of the motion's, below which it is not enlarged; what is then shown to each side."""
+
 PORTRAIT = 20
 """Periods of a phase portrait: more of them fill the picture."""
 
@@ -153,7 +156,9 @@ def pictures(study: Study, folder: Path) -> list[Path]:
     for x, y in study.planes if len(number) else []:
         title = f"{study.exponents.name}: once a period of {study.period:.4g} s"
         data = _columns(study.motion, study.motion.points, "period", number)
-        drawn["-".join(["section", x, *([y] if y else [])])] = _plain(plot_section(data, x, y, title=title))
+        section = _plain(plot_section(data, x, y, title=title))
+        _widened(section, study.motion, x, y)
+        drawn["-".join(["section", x, *([y] if y else [])])] = section
         if y and len(study.motion.times):
             drawn[f"phase-{x}-{y}"] = _portrait(study, x, y)
     if len(study.exponents.history) and np.isfinite(study.exponents.history).any():
@@ -182,6 +187,19 @@ def _portrait(study: Study, x: str, y: str) -> Figure:
     if x.endswith(".ex"):  # the journal moves in a circle
         figure.axes[0].set_aspect("equal", adjustable="box")
     return figure
+
+
+def _widened(figure: Figure, motion: Motion, x: str, y: str | None) -> None:
+    """Show the points of a cycle as points: not what round-off makes of them."""
+    ax = figure.axes[0]
+    for name, limits in ((x, ax.set_xlim), (y, ax.set_ylim)) if y else ((x, ax.set_ylim),):
+        place = motion.names.index(str(name))
+        unit, points, fine = motion.units[place], motion.points[:, place], motion.fine[:, place]
+        points = wrapped(unit, points)
+        size = float(np.ptp(fine)) if len(fine) else float(np.abs(points).max())
+        if size > 0.0 and np.ptp(points) < SEEN * size:
+            middle = 0.5 * float(points.min() + points.max())
+            limits(middle - ROOM * size, middle + ROOM * size)
 
 
 def _columns(motion: Motion, values: np.ndarray, axis: str, along: np.ndarray) -> xr.Dataset:

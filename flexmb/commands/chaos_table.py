@@ -37,6 +37,12 @@ SPECTRUM = {
 MORE_THAN = 2.0
 """Dimensions that a chaotic motion fills at least: curves on a surface cannot cross."""
 
+ROUND_OFF = 1e-14
+"""A number below is shown as 0."""
+
+HALF = 0.5
+"""Dimension below which there are but points."""
+
 LINES = 5
 """Lines of a spectrum that are listed."""
 
@@ -66,7 +72,7 @@ def table(study: Study) -> str:
 
 
 def _line(name: str, value: float, error: float | None, unit: str, meaning: str) -> str:
-    shown = f"{value:.4g}" if np.isfinite(value) else "-"
+    shown = f"{value if abs(value) > ROUND_OFF else 0.0:.4g}" if np.isfinite(value) else "-"
     band = f"+- {error:.2g}" if error is not None and np.isfinite(error) else ""
     return f"  {name:<24s}{shown:>11s} {band:<11s}{unit:<6s}{meaning}".rstrip()
 
@@ -139,6 +145,8 @@ def _about_dimension(f: Findings, system: Exponents) -> str:
     found = f.dimension
     if found is None or not found.ok:
         return "" if found is None else f"no value: {found.status} Give a larger --series."
+    if found.value < HALF:
+        return "the same few points again and again: a cycle that is sampled in step with its period"
     if str(system.verdict) == "chaotic" and found.value + found.error < MORE_THAN:
         return "too low: chaos in time has more than 2. The record shows few neighbours; give a larger --series"
     return "of the motion in time; of its section 1 less"

@@ -8,7 +8,8 @@ import xarray as xr
 
 import flexmb as fm
 from flexmb.cli import main
-from flexmb.commands.chaos_signals import goes_round, planes, wrapped
+from flexmb.commands.chaos_files import _widened
+from flexmb.commands.chaos_signals import Motion, goes_round, planes, wrapped
 from flexmb.commands.chaos_table import meaning_of
 
 MODEL = """
@@ -150,6 +151,18 @@ def test_signals_of_ones_choice(model):
     assert sorted(read("out/chaos.nc", "motion")) == ["O.fx", "rod.omega", "rod.theta"]
 
 
+def test_a_cycle_is_drawn_as_points_not_as_round_off():
+    angles = np.linspace(0.0, 2.0 * np.pi, 101)
+    fine = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    cycle = np.array([[1.0, 0.0]] * 50) + 1e-12 * np.random.default_rng(0).standard_normal((50, 2))
+    motion = Motion(("a.x", "a.vx"), ("m", "m/s"), cycle, 1.0, angles, fine)
+    data = xr.Dataset({"a.x": ("period", cycle[:, 0]), "a.vx": ("period", cycle[:, 1])})
+    figure = fm.plot_section(data, "a.x", "a.vx")
+    _widened(figure, motion, "a.x", "a.vx")
+    assert figure.axes[0].get_xlim() == pytest.approx((0.8, 1.2))
+    assert figure.axes[0].get_ylim() == pytest.approx((-0.2, 0.2))
+
+
 def test_what_is_drawn_over_what():
     known = ["a.x", "a.vx", "a.theta", "a.omega", "P.ex", "P.ey", "O.fx"]
     assert planes(["P.ey", "P.ex", "a.vx", "O.fx"], known) == [("P.ex", "P.ey"), ("a.x", "a.vx"), ("O.fx", None)]
@@ -185,7 +198,8 @@ def test_meaning_of_an_exponent(value, error, words):
         (["model.py:still"], "no periodic drive"),
         (["model.py:pendulum", "--period", "1m"], "a time"),
         (["model.py:pendulum", *COMMON, "--keep", "49"], "too few for exponents"),
-        (["model.py:pendulum", *COMMON, "--keep", "50", "--exponents", "3"], "1 to 2 independent"),
+        (["model.py:pendulum", *COMMON, "--keep", "50", "--exponents", "3"], "--exponents is 3; 'pendulum' has 2"),
+        (["slider-crank"], "prescribe the whole motion"),
         (["model.py:pendulum", *COMMON, "--series", "19"], "need 20 periods"),
         (["model.py:pendulum", *COMMON, "--samples", "10"], "--samples is 10"),
         (["model.py:pendulum", *COMMON, "--series", "0", "--dimension"], "--dimension needs"),
