@@ -318,7 +318,9 @@ def _kind_of_separation(D: float) -> str:
 def _weighed(walk: str, parting: str, evidence: dict[str, float]) -> Verdict:
     """The verdict on points without cycle and without transient, from three witnesses."""
     said, sign = {walk, parting}, _sign(evidence)
-    told = f"0-1 test {evidence['zero_one']:.2f} ({walk}), separation {evidence['separation']:.2f} ({parting})"
+    D = evidence["separation"]
+    far = f"separation {D:.2f} ({parting})" if np.isfinite(D) else "too few points to find neighbours"
+    told = f"0-1 test {evidence['zero_one']:.2f} ({walk}), {far}"
     if "exponent" in evidence:
         told = f"exponent {_band(evidence)}, {told}"
         chaotic = sign > 0 and "chaotic" in said and "regular" not in said

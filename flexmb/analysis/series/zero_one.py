@@ -87,15 +87,15 @@ def zero_one_test(signal: Any, *, thin: int | None = None, count: int = 100, see
     if len(phi) < ENOUGH:
         text = f"{_told(phi, x, step)}; at least {ENOUGH * step} are needed."
         return ZeroOne(np.nan, np.nan, "undecided", False, text, step, angles, np.full(count, np.nan))
-    return _judged(phi, angles, step)
+    return _judged(phi, angles, step, _told(phi, x, step))
 
 
-def _judged(phi: np.ndarray, angles: np.ndarray, step: int) -> ZeroOne:
+def _judged(phi: np.ndarray, angles: np.ndarray, step: int, told: str) -> ZeroOne:
     correlations = growth_correlations(phi, angles)
     value = float(np.median(correlations))
     spread = 0.5 * float(np.subtract(*np.quantile(correlations, [0.75, 0.25])))
     kind = kind_of(value)
-    text = f"K = {value:.3f} of {_told(phi, x, step)}: {kind}."
+    text = f"K = {value:.3f} of {told}: {kind}."
     return ZeroOne(value, spread, kind, True, text, step, angles, correlations)
 
 
