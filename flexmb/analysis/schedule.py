@@ -11,7 +11,7 @@ from flexmb.analysis.dynamics import Dynamics, orthonormalise
 from flexmb.analysis.wrap import clock
 
 TOO_MUCH = 1e4
-"""Growth, or spread of growths, between two looks at the vectors; from there on one looks twice as often."""
+"""Growth, or spread of growths, between two looks at the vectors; where that is usual one looks twice as often."""
 FAR_TOO_MUCH = 1e6
 """Spread from which the way since the last look is gone once more in halves: the shortest vector is hardly known."""
 LOST = 1e-13
@@ -56,12 +56,15 @@ class Schedule:
         """Logarithms (k,) of the growth of vectors W (size, k) up to the next point; None: it could not be reached."""
         if W is None:
             return np.zeros(0) if self.go(self.system, number) else None
-        logs, looks = np.zeros(W.shape[1]), self.looks
+        logs, looks, wide = np.zeros(W.shape[1]), self.looks, 0
         for look in range(1, looks + 1):
             found = self._carried(number, (look - 1) / looks, look / looks, W, weights)
             if found is None:
                 return None
             logs += found
+            wide += found.max(initial=0.0) - found.min(initial=0.0) > np.log(TOO_MUCH)
+        if self.is_flow and 4 * wide >= looks:  # a single impact is divided where it is, and not the whole period
+            self.looks = min(2 * looks, MOST_LOOKS)
         return logs
 
     def _carried(self, number: int, begin: float, end: float, W: np.ndarray, weights: np.ndarray) -> np.ndarray | None:
@@ -74,8 +77,6 @@ class Schedule:
         W[self.records] = 0.0  # they would grow beyond all numbers where the rest of a vector shrinks
         good = bool(np.isfinite(lengths).all() and np.isfinite(W).all())
         spread = lengths.max() / max(min(lengths.min(), 1.0), 1e-300) if good else np.inf
-        if self.is_flow and spread > TOO_MUCH and self.looks == round(1.0 / (end - begin)):
-            self.looks = min(2 * self.looks, MOST_LOOKS)
         if kept is not None and spread > FAR_TOO_MUCH and end - begin > 1.0 / MOST_LOOKS:
             return self._in_halves(number, (begin, end), kept, W, weights)
         if not reached:
