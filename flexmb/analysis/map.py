@@ -46,7 +46,7 @@ class Map(Dynamics):
         self.name, self.function, self.jacobian = name, function_of(label, "function", function), jacobian
         if jacobian is not None:
             function_of(label, "jacobian", jacobian)
-        self.start, self._parameters = state_of(label, start), parameters_of(label, parameters)
+        self.start, self._parameters = state_of(label, start), checks.mapping(label, "parameters", parameters)
         self.names = names_of(label, "names", names, [f"x{i}" for i in range(len(self.start))])
         self.units = ("",) * len(self.names)
         self.reset()
@@ -74,7 +74,7 @@ class Map(Dynamics):
         self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
     ) -> None:
         label = f"Map {self.name!r}"
-        for key, value in parameters_of(label, parameters).items():
+        for key, value in checks.mapping(label, "parameters", parameters).items():
             self._parameters[checks.one_of(label, "parameter", key, self._parameters)] = value
         self._state = self.start.copy() if state is None else state_of(f"Map {self.name!r}", state, self.size)
         self._time, self.ok, self.status = float(time), True, "ready"
@@ -147,13 +147,6 @@ def function_of(owner: str, what: str, value: Any) -> Callable[..., Any]:
     if not callable(value):
         raise InputError(f"{owner}: {what} is {value!r}; it must be a function.")
     return value  # type: ignore[no-any-return]
-
-
-def parameters_of(owner: str, value: Any) -> dict[str, Any]:
-    """`value` as names and values of parameters, none if it is None; or `InputError`."""
-    if value is not None and not isinstance(value, Mapping):
-        raise InputError(f"{owner}: parameters is {value!r}; it must be a mapping of names to values.")
-    return dict(value or {})
 
 
 def names_of(owner: str, what: str, value: Any, default: Sequence[str]) -> tuple[str, ...]:

@@ -13,7 +13,6 @@ from flexmb.analysis.map import (
     central_differences,
     function_of,
     names_of,
-    parameters_of,
     square_of,
     state_of,
     tangents_of,
@@ -100,7 +99,7 @@ class ODE(ContinuousFlow):
         self.rtol = checks.between(label, "rtol", rtol, 3e-14, 0.1)
         self.atol = checks.positive(label, "atol", atol)
         self.method = checks.one_of(label, "method", method, METHODS)
-        self._parameters = parameters_of(label, parameters)
+        self._parameters = checks.mapping(label, "parameters", parameters)
         self.reset()
         state_of(f"{label}: function", function(0.0, self.start.copy(), **self._parameters), size)
 
@@ -133,7 +132,7 @@ class ODE(ContinuousFlow):
         self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
     ) -> None:
         label = f"ODE {self.name!r}"
-        for key, value in parameters_of(label, parameters).items():
+        for key, value in checks.mapping(label, "parameters", parameters).items():
             self._parameters[checks.one_of(label, "parameter", key, self._parameters)] = value
         self._state = self.start.copy() if state is None else state_of(label, state, self.size)
         self._time, self._h = checks.number(label, "time", time, "s"), None
