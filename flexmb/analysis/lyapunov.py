@@ -11,6 +11,7 @@ from flexmb import checks
 from flexmb.analysis.continuous_flow import ContinuousFlow
 from flexmb.analysis.dynamics import Dynamics
 from flexmb.analysis.exponents import SETTLING, Exponents, Growth, check_enough, verdict_of
+from flexmb.analysis.mechanism_flow import MechanismFlow
 from flexmb.analysis.schedule import MOST_LOOKS, TOO_MUCH, Schedule
 from flexmb.analysis.stroboscopic import StroboscopicMap
 from flexmb.analysis.wrap import clock, dynamics_of
@@ -20,6 +21,8 @@ from flexmb.integrate.method import Newmark
 from flexmb.integrate.simulate import Step
 from flexmb.model.mechanism import Mechanism
 
+APART, APART_IN_CONTACT = 1e-6, 1e-9
+"""Usual distance of two trajectories, as a part of the state; surfaces that touch are not linear beyond some 1e-8 m."""
 INTERVALS = 1000
 """Points of a flow without period, if no interval is given."""
 
@@ -127,7 +130,7 @@ def benettin(
     system : a mechanism, which starts from its drawn pose, or a flow or map, which goes on from where it stands.
     skip, periods, duration, interval, period, step, method, seed, progress : see `lyapunov`.
     distance : distance of the two in the weights of the system (of a mechanism: metres); None: 1e-6 of the length of
-        its state.
+        its state, of a mechanism with contacts 1e-9.
 
     Returns
     -------
@@ -141,7 +144,9 @@ def benettin(
     Notes
     -----
     The distance must be far above what one period's steps miss and far below what is no longer small: with
-    error-controlled steps of a mechanism that is a narrow strait, and `FixedStep` is the better choice.
+    error-controlled steps of a mechanism that is a narrow strait, and `FixedStep` is the better choice.  Where surfaces
+    touch what is small ends far below their depth: with 2.6e-7 m the worn slider-crank at 5000 rpm gives 356 1/s, with
+    1e-9 m and 1e-11 m 464 1/s, as `lyapunov` does (467 +/- 20).
 
     Examples
     --------
@@ -200,7 +205,8 @@ class Pair:
     def beside(cls, first: Dynamics, distance: float | None, seed: int) -> Pair:
         """A copy of `first`, moved by `distance` in a random direction; see `benettin` for the arguments."""
         weights, x = first.weights, first.state()
-        usual = 1e-6 * (float(np.sqrt(weights @ x**2)) or 1.0)
+        part = APART_IN_CONTACT if isinstance(first, MechanismFlow) and first.program.normals else APART
+        usual = part * (float(np.sqrt(weights @ x**2)) or 1.0)
         wanted = usual if distance is None else checks.positive(f"benettin {first.name!r}", "distance", distance)
         pair = cls(first, first.copy(), weights, wanted)
         pair.put(first.tangent_basis(1, seed)[:, 0])
