@@ -242,7 +242,7 @@ class MechanismFlow(ContinuousFlow):
 
     @property
     def shortest(self) -> float:
-        return SHORTEST * float(self.run.h_min)
+        return SHORTEST * float(self.run.h_min) if isinstance(self.step, Adaptive) else 0.0
 
     def number_of(self, owner: str, signal: str) -> int:
         node, dot, last = str(signal).rpartition(".")

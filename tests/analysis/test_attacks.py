@@ -206,3 +206,12 @@ def test_two_trajectories_in_contact_stay_closer_than_its_depth():
     assert tangent.ok
     assert pair.value == pytest.approx(467.0, abs=75.0)
     assert tangent.value == pytest.approx(467.0, abs=75.0)
+
+
+def test_crossings_are_located_within_fixed_steps():
+    flow = mechanisms.rod_flow()
+    section = fm.SectionMap(flow, "rod.omega", direction="down")
+    place = flow.names.index("rod.omega")
+    for _ in range(3):
+        assert section.advance(1), section.status
+        assert abs(flow.observe()[place]) < 1e-9
