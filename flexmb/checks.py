@@ -1,12 +1,14 @@
 """Checks of arguments: each names the object, what is wrong with its value, and what to do."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import fields
 from difflib import get_close_matches
 from functools import cache
 from importlib import import_module
 from numbers import Real
+from os import PathLike
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -87,6 +89,20 @@ def sequence(owner: str, name: str, value: object, of: str) -> tuple[Any, ...]:
         return tuple(value)
     except TypeError:  # an array without dimensions
         raise InputError(f"{owner}: {name} is {value!r}; it must be a list of {of}.") from None
+
+
+def mapping(owner: str, name: str, value: object) -> dict[str, Any]:
+    """`value` as a dictionary, empty if it is None, or `InputError`."""
+    if value is not None and not isinstance(value, Mapping):
+        raise InputError(f"{owner}: {name} is {value!r}; it must be a dictionary of names and values.")
+    return dict(value or {})
+
+
+def path(owner: str, value: object) -> Path:
+    """`value` as a path, or `InputError`."""
+    if not isinstance(value, (str, PathLike)):
+        raise InputError(f"{owner}: the path is {value!r}; it must be a text or a Path.")
+    return Path(value)
 
 
 def number_fields(owner: Any, label: str) -> None:

@@ -8,6 +8,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from flexmb import checks
 from flexmb.errors import InputError
 
 
@@ -56,6 +57,11 @@ class Dynamics(ABC):
         They make lengths and speeds comparable; no exponent depends on them.  0: a number that others determine.
         """
         return np.ones(self.size)
+
+    @property
+    def records(self) -> np.ndarray:
+        """Places (m,) in a state of what is only noted: nothing depends on it, so its differences may be left out."""
+        return np.zeros(0, dtype=np.int64)
 
     @property
     def telling(self) -> tuple[int, ...]:
@@ -115,9 +121,10 @@ class Dynamics(ABC):
 
         Raises
         ------
-        InputError : more of them than the system has dimensions.
+        InputError : more of them than the system has dimensions; a number or a seed that is not whole.
         """
-        if not 1 <= count <= self.dimension:
+        count, seed = checks.count(f"{self.name!r}", "count", count), checks.count(f"{self.name!r}", "seed", seed, 0)
+        if count > self.dimension:
             text = f"{self.name!r}: {count} tangent vectors are asked for"
             raise InputError(f"{text}; it has 1 to {self.dimension} independent ones.")
         W = self.on_manifold(np.random.default_rng(seed).standard_normal((self.size, count)))
@@ -138,17 +145,27 @@ def orthonormalise(tangents: np.ndarray, weights: np.ndarray) -> np.ndarray:
 
     Each length is that of what is left of a column when the directions of those before it are taken away, so that
     its logarithms add up to exponents (G. Benettin et al., Meccanica 15 (1980)).  Modified Gram-Schmidt, done twice.
-    Numbers without weight follow the others.
+    Numbers without weight follow the others.  Columns may be of any length whose square is no number any more.
     """
     k = tangents.shape[1]
-    lengths = np.ones(k)
-    for _ in range(2):
-        for j in range(k):
-            column = tangents[:, j]
-            for i in range(j):
-                column -= (weights * tangents[:, i] @ column) * tangents[:, i]
-            size = float(np.sqrt(weights * column @ column))
-            lengths[j] *= size
-            if size > 0.0:
-                column /= size
+    with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is told by the lengths
+        lengths = np.array([_made_near_one(tangents[:, j], weights) for j in range(k)])
+        for _ in range(2):
+            for j in range(k):
+                column = tangents[:, j]
+                for i in range(j):
+                    column -= (weights * tangents[:, i] @ column) * tangents[:, i]
+                size = float(np.sqrt(weights * column @ column))
+                lengths[j] *= size
+                if size > 0.0:
+                    column /= size
     return lengths
+
+
+def _made_near_one(column: np.ndarray, weights: np.ndarray) -> float:
+    """Divide a vector by its largest number that has a weight, and return that number; 1 if all are 0."""
+    largest = float(np.abs(np.where(weights > 0.0, column, 0.0)).max(initial=0.0))
+    if largest == 0.0 or not np.isfinite(largest):
+        return 1.0 if largest == 0.0 else largest
+    np.divide(column, largest, out=column)
+    return largest

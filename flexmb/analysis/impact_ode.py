@@ -160,8 +160,14 @@ class ImpactODE(ContinuousFlow):
         """Derivatives (size,) of the gap by the state, and by time."""
         x, t, p = self.state(), self.time, self.parameters
         n = central_differences(lambda y: [self.gap(t, y, **p)], x)[0]
-        by_time = central_differences(lambda s: [self.gap(s[0], x, **p)], np.array([t]))[0, 0]
-        return n, float(by_time)
+        return n, float(self._by_time(lambda s: [self.gap(s, x, **p)])[0])
+
+    def _by_time(self, function: Callable[[float], Any]) -> np.ndarray:
+        """Derivatives of a function of time; the difference does not grow with the time that has passed."""
+        t = self.time
+        step = max(6e-6 * (self.period or 1.0), 1e5 * float(np.spacing(abs(t))))
+        early, late = t - step, t + step
+        return (np.asarray(function(late), dtype=np.float64) - np.asarray(function(early))) / (late - early)
 
     def _closing(self) -> float:
         n, by_time = self._gradient()
@@ -183,5 +189,5 @@ class ImpactODE(ContinuousFlow):
         if tangents is None:
             return
         J = central_differences(lambda y: self.jump(t, y, **p), x)
-        j = central_differences(lambda s: self.jump(s[0], x, **p), np.array([t]))[:, 0]
+        j = self._by_time(lambda s: self.jump(s, x, **p))
         tangents[:] = J @ tangents + np.outer(self.velocity() - J @ before - j, n @ tangents) / rate

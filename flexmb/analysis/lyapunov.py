@@ -9,8 +9,10 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.analysis.continuous_flow import ContinuousFlow
-from flexmb.analysis.dynamics import Dynamics, orthonormalise
+from flexmb.analysis.dynamics import Dynamics
 from flexmb.analysis.exponents import SETTLING, Exponents, Growth, check_enough
+from flexmb.analysis.mechanism_flow import MechanismFlow
+from flexmb.analysis.schedule import MOST_LOOKS, TOO_MUCH, Schedule
 from flexmb.analysis.seen import Seen
 from flexmb.analysis.stroboscopic import StroboscopicMap
 from flexmb.analysis.wrap import clock, dynamics_of
@@ -18,46 +20,12 @@ from flexmb.errors import InputError
 from flexmb.integrate.bar import bar
 from flexmb.integrate.method import Newmark
 from flexmb.integrate.simulate import Step
+from flexmb.model.mechanism import Mechanism
 
-TOO_MUCH = 1e4
-"""Growth, or spread of growths, between two looks at the vectors; from there on one looks twice as often."""
-MOST_LOOKS = 4096
+APART, APART_IN_CONTACT = 1e-6, 1e-9
+"""Usual distance of two trajectories, as a part of the state; surfaces that touch are not linear beyond some 1e-8 m."""
 INTERVALS = 1000
 """Points of a flow without period, if no interval is given."""
-
-
-@dataclass
-class Schedule:
-    """When a system is looked at.
-
-    Parameters
-    ----------
-    system : what is advanced: a map, or a flow.
-    unit : time from one point to the next [s]; of a map 1 iteration.
-    skip, count : points before counting begins, and those that count.
-    is_flow : whether the time between points can be divided.
-    is_section : whether the points are those of a section or a map.
-    looks : how often between two points the vectors are made orthonormal.
-    trouble : what the system itself does not know to have failed.
-    """
-
-    system: Dynamics
-    unit: float
-    skip: int
-    count: int
-    is_flow: bool
-    is_section: bool
-    looks: int = 1
-    trouble: str = ""
-
-    def __post_init__(self) -> None:
-        self.origin = self.system.time
-
-    def go(self, system: Dynamics, number: int, part: float = 1.0, tangents: np.ndarray | None = None) -> bool:
-        """Bring `system`, which stands beyond the point before, up to the `number`-th point, or part of the way."""
-        if not self.is_flow:
-            return system.advance(1, tangents)
-        return system.advance(self.origin + (number - 1 + part) * self.unit - system.time, tangents)
 
 
 def lyapunov(
@@ -114,7 +82,9 @@ def lyapunov(
     0.405465108
     """
     found = dynamics_of("lyapunov", system, period=period, step=step, method=method)
+    _refuse_idle("lyapunov", system, found, duration, interval, period)
     plan = _schedule("lyapunov", found, skip, periods, duration, interval, period)
+    seed = checks.count(f"lyapunov {found.name!r}", "seed", seed, 0)
     count = checks.count(f"lyapunov {found.name!r}", "count", count)
     weights, growth, points = plan.system.weights, Growth(), [np.zeros((0, len(found.names)))]
     shown = bar(found.name, 0.0, float(plan.skip + plan.count), shown=progress, of="periods")
@@ -123,7 +93,7 @@ def lyapunov(
         if number == plan.skip + 1:
             W = plan.system.tangent_basis(count, seed)
         began, before = _counting(plan, number, began), clock(plan.system)
-        logs = _one_period(plan, number, W if number > plan.skip else None, weights)
+        logs = plan.one_period(number, W if number > plan.skip else None, weights)
         if logs is None:
             break
         shown.update(1)
@@ -161,7 +131,7 @@ def benettin(
     system : a mechanism, which starts from its drawn pose, or a flow or map, which goes on from where it stands.
     skip, periods, duration, interval, period, step, method, seed, progress : see `lyapunov`.
     distance : distance of the two in the weights of the system (of a mechanism: metres); None: 1e-6 of the length of
-        its state.
+        its state, of a mechanism with contacts 1e-9.
 
     Returns
     -------
@@ -175,7 +145,9 @@ def benettin(
     Notes
     -----
     The distance must be far above what one period's steps miss and far below what is no longer small: with
-    error-controlled steps of a mechanism that is a narrow strait, and `FixedStep` is the better choice.
+    error-controlled steps of a mechanism that is a narrow strait, and `FixedStep` is the better choice.  Where surfaces
+    touch what is small ends far below their depth: with 2.6e-7 m the worn slider-crank at 5000 rpm gives 356 1/s, with
+    1e-9 m and 1e-11 m 464 1/s, as `lyapunov` does (467 +/- 20).
 
     Examples
     --------
@@ -186,7 +158,9 @@ def benettin(
     0.405
     """
     first = dynamics_of("benettin", system, period=period, step=step, method=method)
+    _refuse_idle("benettin", system, first, duration, interval, period)
     plan = _schedule("benettin", first, skip, periods, duration, interval, period)
+    seed = checks.count(f"benettin {first.name!r}", "seed", seed, 0)
     first, growth, points = plan.system, Growth(), [np.zeros((0, len(first.names)))]
     shown = bar(first.name, 0.0, float(plan.skip + plan.count), shown=progress, of="periods")
     while plan.skip and first.ok and shown.n < plan.skip:
@@ -232,7 +206,8 @@ class Pair:
     def beside(cls, first: Dynamics, distance: float | None, seed: int) -> Pair:
         """A copy of `first`, moved by `distance` in a random direction; see `benettin` for the arguments."""
         weights, x = first.weights, first.state()
-        usual = 1e-6 * (float(np.sqrt(weights @ x**2)) or 1.0)
+        part = APART_IN_CONTACT if isinstance(first, MechanismFlow) and first.program.normals else APART
+        usual = part * (float(np.sqrt(weights @ x**2)) or 1.0)
         wanted = usual if distance is None else checks.positive(f"benettin {first.name!r}", "distance", distance)
         pair = cls(first, first.copy(), weights, wanted)
         pair.put(first.tangent_basis(1, seed)[:, 0])
@@ -308,29 +283,26 @@ def _schedule(
     return Schedule(strobe.flow, strobe.period, skipped, number, is_flow=True, is_section=True)
 
 
+def _refuse_idle(
+    caller: str, given: Any, system: Dynamics, duration: float | None, interval: float | None, period: float | None
+) -> None:
+    """Refuse what would have no influence."""
+    label = f"{caller} {system.name!r}"
+    if interval is not None and duration is None:
+        raise InputError(f"{label}: interval= goes with duration=; between points once a period there is the period.")
+    if period is None or isinstance(given, Mechanism):
+        return
+    if not isinstance(system, ContinuousFlow):
+        raise InputError(f"{label}: period= belongs to a flow; this is a map. Leave it out.")
+    if duration is not None:
+        raise InputError(
+            f"{label}: period= goes with periods=; with duration= give interval=, the time between points."
+        )
+
+
 def _counting(plan: Schedule, number: int, began: float) -> float:
     """When counting begins: now, if this is the first period that counts."""
     return clock(plan.system) if number == plan.skip + plan.count // SETTLING + 1 else began
-
-
-def _one_period(plan: Schedule, number: int, W: np.ndarray | None, weights: np.ndarray) -> np.ndarray | None:
-    """Logarithms (k,) of the growth of the vectors up to the next point, or None if the system could not go on."""
-    if W is None:
-        return np.zeros(0) if plan.go(plan.system, number) else None
-    logs, looks = np.zeros(W.shape[1]), plan.looks
-    for look in range(1, looks + 1):
-        if not plan.go(plan.system, number, look / looks, W):
-            return None
-        lengths = orthonormalise(W, weights)
-        if not np.isfinite(lengths).all():
-            plan.trouble = f"The tangent vectors are not finite at {clock(plan.system):.6g}."
-            return None
-        with np.errstate(divide="ignore"):
-            logs += np.log(lengths)
-        spread = lengths.max() / max(min(lengths.min(), 1.0), 1e-300)
-        if plan.is_flow and spread > TOO_MUCH and looks == plan.looks:
-            plan.looks = min(2 * plan.looks, MOST_LOOKS)
-    return logs
 
 
 def _record(plan: Schedule, growth: Growth, began: float, count: int, points: np.ndarray) -> Exponents:

@@ -11,6 +11,8 @@ from flexmb import checks
 from flexmb.analysis import mechanism_rates
 from flexmb.analysis.continuous_flow import ContinuousFlow
 from flexmb.analysis.dynamics import orthonormalise
+from flexmb.contact.onset import HISTORY
+from flexmb.contact.validity import HISTORY_WITH_EXTREMES
 from flexmb.errors import InputError
 from flexmb.integrate.arrays import DONE, RUNNING
 from flexmb.integrate.carrying import CarryingRun
@@ -27,6 +29,8 @@ from flexmb.solve.system import System
 
 PLACES = (".ex", ".ey")
 """How signals end that say where a journal is in its bearing."""
+ONSET = 1
+"""Place of the instant of its onset in what is noted of a contact."""
 SHORTEST = 100.0
 """Steps of mechanisms that are wanted are at least so many times the smallest one allowed."""
 
@@ -103,6 +107,15 @@ class MechanismFlow(ContinuousFlow):
         metric, n_z = metric_of(self.program), self.program.tables.sizes.n_z
         n, time = self.program.n_q, (self.period or 1.0) / (2.0 * np.pi)
         return np.concatenate([metric, time**2 * metric, np.zeros(n_z + 2 * n)])
+
+    @property
+    def records(self) -> np.ndarray:
+        """Instants of onsets, and the largest depths, forces and speeds that contact laws have seen."""
+        tables, found = self.program.tables.contacts.z, list[int]()
+        for (common, _, end, _), law in zip(tables, self.program.normals, strict=True):
+            kept = len(HISTORY_WITH_EXTREMES) - len(HISTORY) if law.history() is HISTORY_WITH_EXTREMES else 0
+            found += [int(common) + ONSET, *range(int(end) - kept, int(end))]
+        return 2 * self.program.n_q + np.array(found, dtype=np.int64)
 
     @property
     def telling(self) -> tuple[int, ...]:
@@ -201,7 +214,7 @@ class MechanismFlow(ContinuousFlow):
 
         Raises
         ------
-        InputError : more of them than the system has dimensions.
+        InputError : more of them than the system has dimensions; a number or a seed that is not whole.
         """
         W, n = super().tangent_basis(count, seed), self.program.n_q
         W[2 * n : 2 * n + self.program.tables.sizes.n_z] = 0.0
@@ -248,8 +261,7 @@ class MechanismFlow(ContinuousFlow):
 
     @property
     def shortest(self) -> float:
-        least = self.run.h_min if isinstance(self.step, Adaptive) else 1e-9 * self.run.h_max
-        return SHORTEST * float(least)
+        return SHORTEST * float(self.run.h_min) if isinstance(self.step, Adaptive) else 0.0
 
     def number_of(self, owner: str, signal: str) -> int:
         node, dot, last = str(signal).rpartition(".")

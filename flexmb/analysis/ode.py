@@ -9,8 +9,15 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.analysis.continuous_flow import ContinuousFlow
-from flexmb.analysis.map import central_differences, state_of
-from flexmb.errors import InputError, SolveError
+from flexmb.analysis.map import (
+    central_differences,
+    function_of,
+    names_of,
+    square_of,
+    state_of,
+    tangents_of,
+)
+from flexmb.errors import SolveError
 
 METHODS = ("DOP853", "RK45", "Radau", "BDF")
 """Solvers of `scipy.integrate` whose next step can be told and taken over."""
@@ -48,7 +55,8 @@ class ODE(ContinuousFlow):
     Raises
     ------
     InputError : a start that is no list of finite numbers, names or units of another number, an unknown method,
-        tolerances out of range, a period that is not > 0, a function whose values are no rates of a state.
+        tolerances out of range, a period that is not > 0, a function whose values are no rates of a state, a jacobian
+        of another shape.
 
     Notes
     -----
@@ -81,18 +89,17 @@ class ODE(ContinuousFlow):
         method: str = "DOP853",
     ) -> None:
         label = f"ODE {name!r}"
-        self.name, self.function, self.jacobian = name, function, jacobian
+        self.name, self.function, self.jacobian = name, function_of(label, "function", function), jacobian
+        if jacobian is not None:
+            function_of(label, "jacobian", jacobian)
         self.start, self._given_period, self._given_driven = state_of(label, start), period, driven
         size = len(self.start)
-        self.names = tuple(names) if names is not None else tuple(f"x{i}" for i in range(size))
-        self.units = tuple(units) if units is not None else ("",) * size
-        for what, given in (("names", self.names), ("units", self.units)):
-            if len(given) != size:
-                raise InputError(f"{label}: {len(given)} {what} for {size} numbers of a state.")
+        self.names = names_of(label, "names", names, [f"x{i}" for i in range(size)])
+        self.units = names_of(label, "units", units, ("",) * size)
         self.rtol = checks.between(label, "rtol", rtol, 3e-14, 0.1)
         self.atol = checks.positive(label, "atol", atol)
         self.method = checks.one_of(label, "method", method, METHODS)
-        self._parameters = dict(parameters or {})
+        self._parameters = checks.mapping(label, "parameters", parameters)
         self.reset()
         state_of(f"{label}: function", function(0.0, self.start.copy(), **self._parameters), size)
 
@@ -125,7 +132,7 @@ class ODE(ContinuousFlow):
         self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
     ) -> None:
         label = f"ODE {self.name!r}"
-        for key, value in (parameters or {}).items():
+        for key, value in checks.mapping(label, "parameters", parameters).items():
             self._parameters[checks.one_of(label, "parameter", key, self._parameters)] = value
         self._state = self.start.copy() if state is None else state_of(label, state, self.size)
         self._time, self._h = checks.number(label, "time", time, "s"), None
@@ -197,7 +204,7 @@ class ODE(ContinuousFlow):
 
     def _slope(self, t: float, x: np.ndarray) -> np.ndarray:
         if self.jacobian is not None:
-            return np.asarray(self.jacobian(t, x, **self._parameters), dtype=np.float64)
+            return square_of(f"ODE {self.name!r}", self.jacobian(t, x, **self._parameters), self.size)
         return central_differences(lambda y: self._rate(t, y), x)
 
     def _go(self, limit: float, tangents: np.ndarray | None, *, single: bool) -> bool:
@@ -206,6 +213,7 @@ class ODE(ContinuousFlow):
             return False
         lengths = np.ones(0)
         if tangents is not None:
+            tangents = tangents_of(f"ODE {self.name!r}", tangents, self.size)
             lengths = np.abs(tangents).max(axis=0, initial=0.0)
             lengths[lengths == 0.0] = 1.0
             tangents /= lengths

@@ -196,6 +196,8 @@ def periodic_orbit(
             f"{LABEL}: system is {system!r}; it must be a flow or map (Map, MechanismFlow) or a Mechanism."
         )
     moved = moved.copy()
+    if not isinstance(autonomous, bool):
+        raise InputError(f"{LABEL}: autonomous is {autonomous!r}; it must be True or False.")
     checks.count(LABEL, "iterations", iterations, 0)
     parts = None if not _is_table(guess) else np.array([_guessed(one, moved) for one in guess])
     known = _guessed(guess, moved) if parts is None else parts[0]

@@ -63,7 +63,8 @@ class SectionMap(Dynamics):
         limit: float | None = None,
     ) -> None:
         if not isinstance(flow, ContinuousFlow):
-            raise InputError(f"SectionMap: flow is {flow!r}; it must be a flow in time, as MechanismFlow or ODE.")
+            text = f"SectionMap: flow is {type(flow).__name__}"
+            raise InputError(f"{text}; it must be a flow in time, as MechanismFlow(mechanism) or ODE.")
         self.flow, self.name = flow, flow.name
         self.names, self.units = flow.names, flow.units
         self.signal = signal
@@ -93,6 +94,10 @@ class SectionMap(Dynamics):
     def weights(self) -> np.ndarray:
         """The flow's; a difference of times counts by the way that the flow went in it where it was reset."""
         return np.append(self.flow.weights, self._time_weight) if self.flow.driven else self.flow.weights
+
+    @property
+    def records(self) -> np.ndarray:
+        return self.flow.records
 
     @property
     def telling(self) -> tuple[int, ...]:

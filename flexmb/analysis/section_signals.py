@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from flexmb import checks
+from flexmb.analysis.series.samples import real_numbers
 from flexmb.errors import InputError
 
 TURN = 2.0 * np.pi
@@ -43,10 +44,9 @@ class Columns:
 def points_of(points: Any, names: Sequence[str]) -> tuple[np.ndarray, tuple[str, ...]]:
     """Points as (n, m) float64 and their names, or `InputError`."""
     labels = checks.sequence("judge", "names", names, "names of signals")
-    try:
-        values = np.array(points, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError("judge: the points are no table of numbers (n, m): successive points, signals.") from None
+    values = real_numbers(points)
+    if values is None:
+        raise InputError("judge: the points are no table of numbers (n, m): successive points, signals.")
     if values.ndim == 1 and len(labels) == 1:
         values = values[:, None]
     if values.ndim != 2 or values.shape[1] != len(labels):

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from flexmb import checks
+from flexmb.analysis.continuous_flow import ContinuousFlow
 from flexmb.analysis.dynamics import Dynamics, orthonormalise
 from flexmb.analysis.mechanism_flow import MechanismFlow
 from flexmb.errors import AssemblyError, InputError, ModelError, SolveError
@@ -183,7 +184,7 @@ class Shooting:
         if not self.is_flow:
             return 1.0
         known = self.declared
-        if known is None and isinstance(self.system, MechanismFlow):
+        if known is None and isinstance(self.system, ContinuousFlow):
             known = self.system.period
         if known is None:
             text = f"{self.label}: {self.system.name!r} has no periodic drive and no period= is given"

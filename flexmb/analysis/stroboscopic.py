@@ -39,7 +39,8 @@ class StroboscopicMap(Dynamics):
 
     def __init__(self, flow: ContinuousFlow, period: float | None = None) -> None:
         if not isinstance(flow, ContinuousFlow):
-            raise InputError(f"StroboscopicMap: flow is {flow!r}; it must be a flow in time, as MechanismFlow or ODE.")
+            text = f"StroboscopicMap: flow is {type(flow).__name__}"
+            raise InputError(f"{text}; it must be a flow in time, as MechanismFlow(mechanism) or ODE.")
         self.flow, self.name = flow, flow.name
         self.declared = None if period is None else checks.positive(self._label, "period", period, "s")
         self.names, self.units = flow.names, flow.units
@@ -65,6 +66,10 @@ class StroboscopicMap(Dynamics):
     @property
     def weights(self) -> np.ndarray:
         return self.flow.weights
+
+    @property
+    def records(self) -> np.ndarray:
+        return self.flow.records
 
     @property
     def telling(self) -> tuple[int, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from numbers import Real
 from types import MappingProxyType
 from typing import Any
 
@@ -20,6 +21,7 @@ from flexmb.analysis.cycles import (
 )
 from flexmb.analysis.section_signals import SEPARATE, Columns, columns_of, points_of
 from flexmb.analysis.separation import separation
+from flexmb.analysis.series.samples import LARGEST
 from flexmb.analysis.series.zero_one import CHAOTIC, growth_correlations, kind_of
 from flexmb.errors import InputError
 
@@ -157,6 +159,8 @@ def judge(
     bad = np.flatnonzero(~np.isfinite(values).all(axis=1))
     if len(bad):
         return Verdict("inconclusive", f"Point {bad[0]} is not finite: the run failed there.", 0, evidence)
+    if np.abs(values).max(initial=0.0) > LARGEST:
+        return Verdict("inconclusive", f"A signal is above {LARGEST:g}: the motion grows without bound.", 0, evidence)
     if len(values) < LEAST:
         return Verdict("inconclusive", f"{len(values)} points; at least {LEAST} are needed.", 0, evidence)
     columns = columns_of(values, labels, checked[0], checked[1], floor, checked[2])
@@ -182,17 +186,21 @@ def _about_signals(
     given = checks.sequence("judge", "sizes", sizes, "numbers")
     if len(given) != len(names):
         raise InputError(f"judge: {len(given)} sizes for {len(names)} names.")
-    numbers = [checks.not_negative("judge", f"sizes[{k}]", float(size)) for k, size in enumerate(given)]
+    numbers = [checks.not_negative("judge", f"sizes[{k}]", size) for k, size in enumerate(given)]
     return known, without_motion, np.array(numbers)
 
 
 def _exponent(exponent: float | None, error: float | None) -> dict[str, float]:
     """The exponent and its error as evidence; none if it is None or NaN."""
-    if exponent is None or np.isnan(exponent):
+    if _is_unknown(exponent):
         return {}
-    value = checks.number("judge", "exponent", float(exponent))
-    band = 0.0 if error is None or np.isnan(error) else checks.not_negative("judge", "error", float(error))
+    value = checks.number("judge", "exponent", exponent)
+    band = 0.0 if _is_unknown(error) else checks.not_negative("judge", "error", error)
     return {"exponent": value, "error": band}
+
+
+def _is_unknown(value: Any) -> bool:
+    return value is None or (isinstance(value, Real) and bool(np.isnan(float(value))))
 
 
 def _tolerances(columns: Columns) -> np.ndarray:

@@ -12,6 +12,7 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.analysis.dynamics import Dynamics
+from flexmb.analysis.exponents import FEWEST
 from flexmb.analysis.mechanism_flow import MechanismFlow
 from flexmb.errors import FlexmbError, InputError
 from flexmb.integrate.method import Newmark
@@ -127,7 +128,9 @@ def bifurcation(
     array([[0.5   , 0.5   , 0.5   , 0.5   ],
            [0.7995, 0.513 , 0.7995, 0.513 ]])
     """
-    family = Family(make, parameter, dict(fixed or {}), step, method, period)
+    family = Family(
+        make, parameter, checks.mapping(f"bifurcation over {parameter!r}", "fixed", fixed), step, method, period
+    )
     label = family.label
     numbers = _values(label, values)
     _check(family, direction, chunks, len(numbers))
@@ -137,9 +140,7 @@ def bifurcation(
     first = first_of(family, numbers.tolist())
     names = first.names if signals is None else tuple(checks.sequence(label, "signals", signals, "names"))
     skip, keep = checks.count(label, "skip", skip, 0), checks.count(label, "keep", keep)
-    section = Section(
-        skip, keep, names, keep if exponent is True else checks.count(label, "exponent", int(exponent), 0)
-    )
+    section = Section(skip, keep, names, _exponent_over(label, exponent, keep))
     units = [first.units[k] for k in columns_of(first, names, label)]
     _refuse_names(label, [parameter, *names])
     settings = {"direction": direction, "chunks": chunks}
@@ -211,6 +212,17 @@ def _values(label: str, values: Any) -> np.ndarray:
     if len(np.unique(numbers)) < len(numbers):
         raise InputError(f"{label}: a value is given twice; give each value once.")
     return numbers
+
+
+def _exponent_over(label: str, exponent: bool | int, keep: int) -> int:
+    """Periods over which the exponent is found; 0: it is not."""
+    if exponent is False:
+        return 0
+    periods = keep if exponent is True else checks.count(label, "exponent", exponent, 0)
+    if 0 < periods < FEWEST:
+        text = f"{label}: an exponent over {periods} periods has no error; at least {FEWEST} are needed"
+        raise InputError(f"{text}. Give exponent={FEWEST} or more, or keep so many points.")
+    return periods
 
 
 def _check(family: Family, direction: str, chunks: int, count: int) -> None:

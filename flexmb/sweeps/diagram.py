@@ -33,6 +33,7 @@ def load_sweep(path: str | Path) -> xr.Dataset:
 
     Raises
     ------
+    InputError : what is no path.
     FileFormatError : no store there, not one of flexmb, damaged, or in a format of another version.
     MissingPackageError : zarr is not installed.
     """

@@ -56,14 +56,23 @@ class Family:
         if isinstance(self.make, Dynamics):
             other = self.make.copy()
             other.reset(parameters=chosen)
-            return other
+            return self._as_it_is(other)
         made = self.make.with_(chosen) if isinstance(self.make, Mechanism) else self.make(**chosen)
         if isinstance(made, Dynamics):
-            return made
+            return self._as_it_is(made)
         if not isinstance(made, Mechanism):
             text = f"{self.label}: the function returned {type(made).__name__}"
             raise InputError(f"{text}; it must return a Mechanism or a system such as Map.")
         return MechanismFlow(made, step=self.step, method=self.method, period=self._declared(value))
+
+    def _as_it_is(self, system: Dynamics) -> Dynamics:
+        """A system, if nothing is given that would have no influence on it."""
+        idle = [name for name, value in (("step", self.step), ("method", self.method)) if value is not None]
+        idle += ["period"] if self.period is not None and system.unit != "s" else []
+        if idle:
+            text = f"{self.label}: {idle[0]}= has no influence on {system.name!r}, which counts {system.unit}"
+            raise InputError(f"{text} and goes its own steps. Leave it out, or give it where the system is made.")
+        return system
 
     def period_of(self, flow: Dynamics, value: float) -> float:
         """Time between two points of the section [unit of the system]: 1 for maps."""
@@ -189,6 +198,6 @@ def _judged(flow: Dynamics, points: np.ndarray, period: float, section: Section)
     found = lyapunov(flow, periods=section.exponent, period=period if flow.unit == "s" else None)
     if not found.ok:
         return {"verdict": str(Seen.of(flow).judged(points))}, f" No exponent: {found.status}"
-    told = {"exponent": found.value, "error": found.error}
-    verdict = Seen.of(flow).judged(np.concatenate([points, found.points]), **told)
+    known = {k: v for k, v in (("exponent", found.value), ("error", found.error)) if np.isfinite(v)}
+    verdict = Seen.of(flow).judged(np.concatenate([points, found.points]), **known)
     return {"verdict": str(verdict), "exponent": found.value, "exponent_error": found.error}, ""

@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from flexmb import checks
 from flexmb.errors import FileFormatError, InputError, MissingPackageError
 from flexmb.sweeps.record import KINDS, Column, Index, Tables
 
@@ -127,7 +128,7 @@ def opened(path: Any, fingerprint: Mapping[str, Any], kind: str, *, resume: bool
     FileFormatError : a folder with something else in it, or a damaged store.
     MissingPackageError : zarr is not installed.
     """
-    zarr, folder = _zarr(), Path(path)
+    zarr, folder = _zarr(), checks.path("store", path)
     if folder.exists() and not folder.is_dir():
         raise FileFormatError(f"Store {str(folder)!r}: this is a file. Give a folder, such as out/speed.zarr.")
     if (folder / GROUP_FILE).is_file():
@@ -155,9 +156,10 @@ def existing(path: Any, mode: str = "r") -> Store:
 
     Raises
     ------
+    InputError : what is no path.
     FileFormatError : none there, not one of flexmb, damaged, or in a format of another version.
     """
-    zarr, folder = _zarr(), Path(path)
+    zarr, folder = _zarr(), checks.path("store", path)
     if not (folder / GROUP_FILE).is_file():
         raise FileFormatError(f"Store {str(folder)!r}: there is none. Check the path.")
     try:

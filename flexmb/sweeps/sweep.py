@@ -87,7 +87,7 @@ def sweep(
     if not callable(function):
         raise InputError(f"{label}: function is {function!r}; it must be a function of the parameters.")
     label = f"sweep of {label_of(function)}"
-    points, given = points_of(label, over), dict(fixed or {})
+    points, given = points_of(label, over), checks.mapping(label, "fixed", fixed)
     twice = [name for name in points.values if name in given]
     if twice:
         raise InputError(f"{label}: {twice[0]!r} is varied and fixed. Take it out of one of them.")
@@ -95,7 +95,10 @@ def sweep(
     require_executor(label, executor)
     require_picklable(label, executor, bound, f"{label_of(function)} with what is given to it")
     pending = checks.count(label, "pending", pending)
-    names = {name: tuple(checks.sequence(label, f"dims[{name!r}]", d, "names")) for name, d in (dims or {}).items()}
+    names = {
+        name: tuple(checks.sequence(label, f"dims[{name!r}]", d, "names"))
+        for name, d in checks.mapping(label, "dims", dims).items()
+    }
     prints = None if store is None else _fingerprint(function, points, given, names)
     kept = None if prints is None else opened(store, prints, "sweep", resume=resume)
     record = Record(points.dims, points.shape, kept)

@@ -52,10 +52,12 @@ def plot_bifurcation(diagram: xr.Dataset, signal: str, *, title: str | None = No
     ------
     InputError : a dataset of another kind, an unknown signal.
     """
+    import xarray
     from matplotlib.figure import Figure
 
-    if diagram.attrs.get("kind") != "bifurcation":
-        text = f"plot_bifurcation: the dataset is of kind {diagram.attrs.get('kind')!r}"
+    attributes = diagram.attrs if isinstance(diagram, xarray.Dataset) else {}
+    if attributes.get("kind") != "bifurcation":
+        text = f"plot_bifurcation: the dataset is of kind {attributes.get('kind')!r}"
         raise InputError(f"{text}; give what fm.bifurcation returned.")
     parameter = diagram.attrs["parameter"]
     signals = [str(name) for name, found in diagram.data_vars.items() if found.dims[-2:] == (parameter, "period")]

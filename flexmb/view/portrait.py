@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from flexmb import checks
+from flexmb.analysis.exponents import Exponents
 from flexmb.errors import InputError
 from flexmb.integrate.solution import Solution
 from flexmb.view.plot import label_of
@@ -23,17 +24,6 @@ MANY = 2000
 
 ALONG = ("period", "crossing")
 """Dimensions of a section dataset."""
-
-
-class Convergence(Protocol):
-    """What `plot_exponents` asks of the result of `lyapunov`."""
-
-    name: str
-    spectrum: np.ndarray
-    errors: np.ndarray
-    time: np.ndarray
-    history: np.ndarray
-    unit: str
 
 
 def plot_phase(
@@ -107,7 +97,7 @@ def plot_section(section: xr.Dataset, x: str, y: str | None = None, *, title: st
     return figure
 
 
-def plot_exponents(exponents: Convergence, *, title: str | None = None) -> Figure:
+def plot_exponents(exponents: Exponents, *, title: str | None = None) -> Figure:
     """Lyapunov exponents over the time they are taken from, with the final values and their errors as bands.
 
     Parameters
@@ -117,8 +107,11 @@ def plot_exponents(exponents: Convergence, *, title: str | None = None) -> Figur
 
     Raises
     ------
-    InputError : exponents without a history.
+    InputError : something else, or exponents without a history.
     """
+    if not isinstance(exponents, Exponents):
+        text = f"plot_exponents: exponents is {type(exponents).__name__}"
+        raise InputError(f"{text}; it must be the result of lyapunov() or benettin().")
     history = np.asarray(exponents.history, dtype=np.float64)
     if history.ndim != 2 or len(history) == 0:
         text = f"plot_exponents: the history of {exponents.name!r} has shape {history.shape}"
@@ -132,8 +125,9 @@ def plot_exponents(exponents: Convergence, *, title: str | None = None) -> Figur
             ax.axhspan(value - error, value + error, color=colour, alpha=0.2, linewidth=0)
     ax.axhline(0.0, color="black", linewidth=0.7)
     late = history[len(history) // 10 :]  # the first estimates are far off and would hide the rest
+    late = late[np.isfinite(late)] if np.isfinite(late).any() else np.zeros(1)  # -inf: a direction is lost at once
     room = 0.1 * max(float(np.ptp(np.append(late, 0.0))), 1e-12)
-    low, high = min(float(np.nanmin(late)), 0.0), max(float(np.nanmax(late)), 0.0)
+    low, high = min(float(late.min()), 0.0), max(float(late.max()), 0.0)
     ax.set_ylim(low - room, high + room)
     per = exponents.unit.partition("/")[2]
     ax.set_xlabel(label_of("time", "s") if per == "s" else per)

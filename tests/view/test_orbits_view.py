@@ -1,16 +1,18 @@
 """Figures of branches, basins, phase portraits, sections and exponents: what is drawn, labels, bad input."""
 
-from types import SimpleNamespace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import xarray as xr
 
 from flexmb.analysis.basin import basin
+from flexmb.analysis.exponents import Exponents
 from flexmb.analysis.follow import follow
 from flexmb.analysis.map import Map
 from flexmb.analysis.periodic_orbit import periodic_orbit
 from flexmb.errors import InputError
+from flexmb.view.bifurcation import plot_bifurcation
 from flexmb.view.orbits import plot_basin, plot_branch
 from flexmb.view.portrait import plot_exponents, plot_phase, plot_section
 
@@ -87,14 +89,25 @@ def test_phase_portrait_of_a_dataset():
 def exponents(n=400):
     t = np.arange(1, n + 1, dtype=float)
     history = np.array([0.9 + 3.0 * np.cos(t) / t, -14.6 - 5.0 / t]).T
-    return SimpleNamespace(
+    return Exponents(
         name="Lorenz",
         spectrum=np.array([0.9, -14.6]),
         errors=np.array([0.01, np.nan]),
         time=t,
         history=history,
         unit="1/s",
+        ok=True,
+        status="Mean of 400 points.",
+        points=np.zeros((0, 0)),
+        names=(),
     )
+
+
+def test_a_direction_that_is_lost_at_once_is_drawn():
+    lost = replace(exponents(), spectrum=np.array([0.9, -np.inf]))
+    lost.history[:, 1] = -np.inf
+    (ax,) = plot_exponents(lost).axes
+    assert np.isfinite(ax.get_ylim()).all()
 
 
 def test_exponents_converge_with_their_bands():
@@ -116,7 +129,9 @@ def test_exponents_converge_with_their_bands():
         (lambda b: plot_section(section().rename(period="n"), "P.ex"), "must have 'period' or 'crossing'"),
         (lambda b: plot_section(section(), "P.ez"), "signal is 'P.ez'"),
         (lambda b: plot_phase([1.0], "x", "v"), "must be a dataset"),
-        (lambda b: plot_exponents(SimpleNamespace(name="a", history=np.zeros((0, 1)))), "must hold exponents over"),
+        (lambda b: plot_exponents(replace(exponents(), history=np.zeros((0, 1)))), "must hold exponents over"),
+        (lambda b: plot_exponents(None), "must be the result of lyapunov"),
+        (lambda b: plot_bifurcation(None, "x0"), "what fm.bifurcation returned"),
     ],
 )
 def test_what_is_refused(branch, draw, words):

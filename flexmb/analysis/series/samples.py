@@ -9,16 +9,18 @@ import numpy as np
 from flexmb import checks
 from flexmb.errors import InputError
 
+LARGEST = 1e140
+"""Magnitude beyond which squares and their sums are lost, and below whose inverse they are."""
+
 ROUND_OFF = 1e-12
 """A spread below this part of the largest magnitude is round-off: the signal is constant."""
 
 
 def samples(owner: str, signal: Any, least: int) -> np.ndarray:
     """`signal` as finite float64 values (n,), at least `least` of them, or `InputError`."""
-    try:
-        x = np.array(signal, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError(f"{owner}: the signal is no list of numbers.") from None
+    x = real_numbers(signal)
+    if x is None:
+        raise InputError(f"{owner}: the signal is no list of numbers.")
     if x.ndim != 1:
         raise InputError(f"{owner}: the signal has shape {x.shape}; it must be one signal (n,). Give one column.")
     bad = np.flatnonzero(~np.isfinite(x))
@@ -27,7 +29,23 @@ def samples(owner: str, signal: Any, least: int) -> np.ndarray:
         raise InputError(f"{owner}: {where}, {len(bad)} of {len(x)} are not finite. Cut them off before.")
     if len(x) < least:
         raise InputError(f"{owner}: the signal has {len(x)} samples; at least {least} are needed.")
+    refuse_extremes(f"{owner}: the signal", x)
     return x
+
+
+def real_numbers(value: Any) -> np.ndarray | None:
+    """`value` as a float64 array of its own, or None where it holds something else, as complex numbers."""
+    try:
+        return None if np.iscomplexobj(value) else np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        return None
+
+
+def refuse_extremes(what: str, x: np.ndarray) -> None:
+    """Refuse numbers whose squares are too large or too small for a float, or `InputError`."""
+    largest = float(np.abs(x).max(initial=0.0))
+    if largest > LARGEST or 0.0 < largest < 1.0 / LARGEST:
+        raise InputError(f"{what} has a magnitude of {largest:.3g}, whose square is no number. Give another unit.")
 
 
 def spacing(owner: str, interval: Any, count: int) -> tuple[float, str]:
