@@ -208,9 +208,8 @@ def _tolerances(columns: Columns) -> np.ndarray:
 
 
 def _periodic(columns: Columns, evidence: dict[str, float]) -> Verdict | None:
-    cycle = find_cycle(columns.values / _tolerances(columns))
-    if cycle is None and _sign(evidence) < 0:  # what differences there are can only be noise
-        cycle = find_cycle(columns.values / (SEPARATE * _tolerances(columns)))
+    noise = SEPARATE if _sign(evidence) < 0 else 1.0  # where neighbours meet, nothing else keeps points apart
+    cycle = find_cycle(columns.values / (noise * _tolerances(columns)))
     if cycle is None:
         return None
     evidence["k"], evidence["since"] = float(cycle.k), float(cycle.since)
