@@ -10,7 +10,7 @@ import numpy as np
 from flexmb import checks
 from flexmb.analysis.continuous_flow import ContinuousFlow
 from flexmb.analysis.crossing import DOWN, UP, Bracket, Height, carry, locate, stride
-from flexmb.analysis.dynamics import Dynamics
+from flexmb.analysis.section_of_flow import SectionOfFlow
 from flexmb.analysis.map import state_of
 from flexmb.errors import InputError
 
@@ -21,7 +21,7 @@ AHEAD = 1e-9
 """Part of a step within which a point counts as on the level."""
 
 
-class SectionMap(Dynamics):
+class SectionMap(SectionOfFlow):
     """The map of a flow from one crossing of a plane to the next (Poincare map).
 
     Crossings are found to round-off on the flow's own steps, so they depend neither on what is saved nor on how far
@@ -95,27 +95,8 @@ class SectionMap(Dynamics):
         """The flow's; a difference of times counts by the way that the flow went in it where it was reset."""
         return np.append(self.flow.weights, self._time_weight) if self.flow.driven else self.flow.weights
 
-    @property
-    def records(self) -> np.ndarray:
-        return self.flow.records
-
-    @property
-    def telling(self) -> tuple[int, ...]:
-        return self.flow.telling
-
-    @property
-    def resolution(self) -> np.ndarray | None:
-        return self.flow.resolution
-
-    @property
-    def parameters(self) -> Mapping[str, Any]:
-        return self.flow.parameters
-
     def state(self) -> np.ndarray:
         return np.append(self.flow.state(), self.flow.time) if self.flow.driven else self.flow.state()
-
-    def observe(self) -> np.ndarray:
-        return self.flow.observe()
 
     def reset(
         self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None

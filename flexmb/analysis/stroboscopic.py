@@ -9,11 +9,11 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.analysis.continuous_flow import ContinuousFlow
-from flexmb.analysis.dynamics import Dynamics
+from flexmb.analysis.section_of_flow import SectionOfFlow
 from flexmb.errors import InputError
 
 
-class StroboscopicMap(Dynamics):
+class StroboscopicMap(SectionOfFlow):
     """The map of a flow from one period of what drives it to the next.
 
     Parameters
@@ -54,40 +54,6 @@ class StroboscopicMap(Dynamics):
     @property
     def time(self) -> float:
         return float(np.round((self.flow.time - self.origin) / self.period, 9))
-
-    @property
-    def size(self) -> int:
-        return self.flow.size
-
-    @property
-    def dimension(self) -> int:
-        return self.flow.dimension
-
-    @property
-    def weights(self) -> np.ndarray:
-        return self.flow.weights
-
-    @property
-    def records(self) -> np.ndarray:
-        return self.flow.records
-
-    @property
-    def telling(self) -> tuple[int, ...]:
-        return self.flow.telling
-
-    @property
-    def resolution(self) -> np.ndarray | None:
-        return self.flow.resolution
-
-    @property
-    def parameters(self) -> Mapping[str, Any]:
-        return self.flow.parameters
-
-    def state(self) -> np.ndarray:
-        return self.flow.state()
-
-    def observe(self) -> np.ndarray:
-        return self.flow.observe()
 
     def reset(
         self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
