@@ -10,8 +10,8 @@ import numpy as np
 from flexmb import checks
 from flexmb.analysis.continuous_flow import ContinuousFlow
 from flexmb.analysis.crossing import DOWN, UP, Bracket, Height, carry, locate, stride
-from flexmb.analysis.section_of_flow import SectionOfFlow
 from flexmb.analysis.map import state_of
+from flexmb.analysis.section_of_flow import SectionOfFlow
 from flexmb.errors import InputError
 
 DIRECTIONS = {"up": (UP,), "down": (DOWN,), "both": (DOWN, UP)}
