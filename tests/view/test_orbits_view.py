@@ -11,6 +11,7 @@ from flexmb.analysis.exponents import Exponents
 from flexmb.analysis.follow import follow
 from flexmb.analysis.map import Map
 from flexmb.analysis.periodic_orbit import periodic_orbit
+from flexmb.analysis.seen import Seen
 from flexmb.errors import InputError
 from flexmb.view.bifurcation import plot_bifurcation
 from flexmb.view.orbits import plot_basin, plot_branch
@@ -99,7 +100,7 @@ def exponents(n=400):
         ok=True,
         status="Mean of 400 points.",
         points=np.zeros((0, 0)),
-        names=(),
+        seen=Seen("pendulum", (), (), (), None),
     )
 
 
