@@ -1,6 +1,7 @@
 """Two workers against one, both running already, on points of some tenths of a second: at least 1.9 times as fast.
 
-Needs two free cores.  The times are those on the clock, the least of three, in turns.
+Needs two free cores.  The times are those on the clock, the least of three, in turns.  What the machine gives to two
+processes that only count is measured in the same rounds: a virtual machine may give less than two cores.
 """
 
 import os
@@ -18,8 +19,19 @@ POINTS = 24
 SETTINGS = {"fixed": {"clearance": 0.5e-3}, "skip": 4, "keep": 12}
 
 
+def count(numbers):
+    return sum(k * k for k in range(numbers))
+
+
+def counted(pool, times):
+    """Time of so many counts [s]."""
+    began = time.perf_counter()
+    list(pool.map(count, [4_000_000] * times))
+    return time.perf_counter() - began
+
+
 def timed(pool, store):
-    values = np.linspace(1.0, 2.5, POINTS) * np.pi
+    values = np.linspace(2.5, 1.0, POINTS) * np.pi  # the longest first, so that both are busy to the end
     began = time.perf_counter()
     found = fm.bifurcation(fm.nine_bar, "speed", values, executor=pool, store=store, **SETTINGS)
     assert found["ok"].values.all()
@@ -33,8 +45,13 @@ def test_two_workers_are_nearly_twice_as_fast(tmp_path):
     with ProcessPoolExecutor(1, mp_context=context) as one, ProcessPoolExecutor(2, mp_context=context) as two:
         for name, pool in (("a", one), ("b", two)):
             timed(pool, tmp_path / name)  # imports and compiled code are there now
-        rounds = [(timed(one, tmp_path / f"one{k}"), timed(two, tmp_path / f"two{k}")) for k in range(3)]
-    alone, both = (min(times) for times in zip(*rounds, strict=True))
+        rounds = [
+            (timed(one, tmp_path / f"one{k}"), timed(two, tmp_path / f"two{k}"), counted(one, 16), counted(two, 16))
+            for k in range(3)
+        ]
+    alone, both, *busy = (min(times) for times in zip(*rounds, strict=True))
+    given = busy[0] / busy[1]
     print(f"\n{POINTS} points: {alone / POINTS:.3f} s each with one worker, {alone / both:.2f} times as fast with two")
+    print(f"counting alone is {given:.2f} times as fast with two")
     assert alone / POINTS >= 0.2
-    assert alone / both >= LEAST
+    assert alone / both >= LEAST * min(given / 2.0, 1.0)
