@@ -14,7 +14,7 @@ from flexmb.integrate.tangent import LOST, address_of_advance, advance_with
 from flexmb.program.program import Program
 from flexmb.solve.project import metric_of, nearest
 from flexmb.solve.system import System
-from flexmb.system.tangent import IN_TIME, TURNED, Tangents, follow_histories, linearise, new_tangents
+from flexmb.system.tangent import TURNED, Tangents, follow_histories, linearise, new_tangents
 from flexmb.system.work import Work, workspace
 
 LINGERS = 0.51
@@ -69,16 +69,6 @@ class CarryingRun(Run):
             look_again(self.program, self.flow, T, self._second)
         except SolveError as error:
             self.note = f"Stopped: {str(error).rstrip('.')}"
-
-    def velocity(self) -> np.ndarray:
-        """Rate (size,) of the present state; the rate of bristles and of histories of elements is left out, as 0."""
-        n, n_z = self.program.n_q, self.program.tables.sizes.n_z
-        W = np.zeros((4 * n + n_z, 1))
-        W[:n, 0], W[n : 2 * n, 0] = self.flow.v[:n], self.flow.a[:n]
-        T = taken_apart(self.program, W)
-        settle(self.program, self.flow, T, workspace(self.program), histories=True, passing=1.0)
-        put_together(self.program, T, W)
-        return W[:, 0]
 
     def _lingers(self) -> bool:
         """Whether differences off the manifold, or of accelerations alone, do not fade as the steps go on.
@@ -139,10 +129,8 @@ def project(program: Program, flow: Any, most: float, T: Tangents) -> None:
         T.v[j, :n] += nearest(metric, G, -(G @ T.v[j, :n] + turning @ T.q[j, :n]))
 
 
-def settle(program: Program, flow: Any, T: Tangents, work: Work, *, histories: bool, passing: float = 0.0) -> None:
+def settle(program: Program, flow: Any, T: Tangents, work: Work, *, histories: bool) -> None:
     """Accelerations that follow from T.q, T.v, T.z in the present state, for a first step; also `histories` if asked.
-
-    With `passing` = 1, T is the rate of the state in time: loads and drives go on, too.
 
     Raises
     ------
@@ -158,12 +146,8 @@ def settle(program: Program, flow: Any, T: Tangents, work: Work, *, histories: b
     C = system.at(*state, **whole, t=t, weights=(0.0, 1.0, 0.0)).block()
     b = np.zeros((len(T.q), n + program.n_c))
     b[:, :n] = T.F[:, :n] - (K @ T.q[:, :n].T).T - (C @ T.v[:, :n].T).T
-    if passing > 0.0:
-        eps = IN_TIME * float(flow.clock[1])
-        after = system.at(*state, **whole, t=t + eps).force
-        b[:, :n] -= (after - system.at(*state, **whole, t=t - eps).force) / (2.0 * eps)
     for j in range(len(T.q)):
-        b[j, n:] = -_change_of_gaps(program, system, state, t, (T.q[j, :n], T.v[j, :n], passing))
+        b[j, n:] = -_change_of_gaps(program, system, state, t, (T.q[j, :n], T.v[j, :n]))
     system.at(*state[:2], **whole, t=t, weights=(0.0, 0.0, 1.0))
     for j in range(len(T.q)):
         T.u[j] = system.solve(b[j], f"Tangent of the accelerations of {program.name!r} at t = {t:.6g} s")
@@ -174,8 +158,8 @@ def settle(program: Program, flow: Any, T: Tangents, work: Work, *, histories: b
 
 
 def _change_of_gaps(program: Program, system: System, state: Any, t: float, change: Any) -> np.ndarray:
-    """Change of G a - gamma (n_c,) by changes of q, v and t, with a held."""
-    (q, v, a), (dq, dv, dt) = state, change
+    """Change of G a - gamma (n_c,) by changes of q and v, with a held."""
+    (q, v, a), (dq, dv) = state, change
     length = np.where(metric_of(program) == 1.0, program.length, 1.0)
     fast = max(float(np.abs(v / length).max()), 1.0)
     most = max(float(np.abs(dq / length).max()), float(np.abs(dv / length).max()) / fast)
@@ -183,7 +167,7 @@ def _change_of_gaps(program: Program, system: System, state: Any, t: float, chan
         return np.zeros(program.n_c)
     eps, sides = MOVED / most, []
     for move in (eps, -eps):
-        G = system.at(q + move * dq, v + move * dv, t=t + move * dt).jacobian
+        G = system.at(q + move * dq, v + move * dv, t=t).jacobian
         sides.append(G @ a - system.gamma)
     return np.asarray((sides[0] - sides[1]) / (2.0 * eps))
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from flexmb import checks
+from flexmb.analysis.continuous_flow import ContinuousFlow
 from flexmb.analysis.dynamics import Dynamics
 from flexmb.analysis.lyapunov import lyapunov
 from flexmb.analysis.mechanism_flow import MechanismFlow
@@ -83,11 +84,10 @@ class Family:
             return declared
         if isinstance(flow, MechanismFlow) and flow.period is None:
             common_period(flow.program)  # says which drives do not fit together
-        own = vars(flow).get("period")
-        if own is None:
+        if not isinstance(flow, ContinuousFlow) or flow.period is None:
             text = f"{self.label}: {flow.name!r} has no period"
             raise InputError(f"{text}. Give period= [s], a number or a function of the value.")
-        return float(own)
+        return float(flow.period)
 
     def _declared(self, value: float) -> float | None:
         found = self.period(value) if callable(self.period) else self.period

@@ -54,4 +54,6 @@ def test_two_workers_are_nearly_twice_as_fast(tmp_path):
     print(f"\n{POINTS} points: {alone / POINTS:.3f} s each with one worker, {alone / both:.2f} times as fast with two")
     print(f"counting alone is {given:.2f} times as fast with two")
     assert alone / POINTS >= 0.2
-    assert alone / both >= LEAST * min(given / 2.0, 1.0)
+    if given < LEAST:
+        pytest.skip(f"the machine gives two processes that only count {given:.2f} times one")
+    assert alone / both >= LEAST

@@ -426,3 +426,20 @@ def test_the_picture(tmp_path):
         fm.plot_bifurcation(found, "y0")
     with pytest.raises(fm.InputError, match="kind"):
         fm.plot_bifurcation(fm.sweep(total, {"a": [1.0]}, fixed={"b": 1.0, "c": 1.0}), "value")
+
+
+def test_an_equation_with_impacts_brings_its_period():
+    """u'' + u = cos(w t), a wall at 0: points of the diagram are those of the section with the same w."""
+    ode = fm.ODE(
+        lambda t, x, w: [x[1], np.cos(w * t) - x[0]],
+        [-1.0, 0.0],
+        parameters={"w": 2.8},
+        period=lambda w: 2.0 * np.pi / w,
+        name="impacts",
+    )
+    system = fm.ImpactODE(ode, gap=lambda t, x, w: -x[0], jump=lambda t, x, w: [x[0], -0.8 * x[1]])
+    found = fm.bifurcation(system, "w", [2.8, 3.0], skip=2, keep=3)
+    assert found["ok"].values.all()
+    assert found["drive_period"].values == pytest.approx(2.0 * np.pi / np.array([2.8, 3.0]))
+    system.reset(parameters={"w": 3.0})
+    assert found["x0"].values[1] == pytest.approx(fm.stroboscopic(system, skip=2, keep=3)["x0"].values, abs=1e-9)
