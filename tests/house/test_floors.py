@@ -15,8 +15,8 @@ FLOORS = {
     "solve": 5, "integrate": 5.5,
     "analysis": 6, "sweeps": 6.5, "testing": 6,
     "io": 7, "view": 7,
-    "mechanisms": 8, "commands": 8, "cli": 8,
-    "__main__": 9,
+    "mechanisms": 8, "paper": 8.5, "commands": 9, "cli": 9,
+    "__main__": 10,
 }  # fmt: skip
 """Floor of each file and folder directly under flexmb/. Floor 5 has two halves: integrate builds on
 solve; so has floor 6: sweeps builds on analysis."""
@@ -24,7 +24,6 @@ solve; so has floor 6: sweeps builds on analysis."""
 SIDEWAYS = {
     ("bodies", "beams"): "a flexible link is made of beam elements",
     ("joints", "contact"): "a joint with clearance holds a normal and a friction law",
-    ("commands", "mechanisms"): "the command line offers the ready mechanisms by name",
     ("cli", "commands"): "the command line reads the arguments of the commands",
 }
 """The only imports between two units of one floor, each with its reason. Those of floor 0 share one folder."""

@@ -1,0 +1,40 @@
+"""How much is computed: the whole study, or a quick look at all of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Effort:
+    """Lengths of the runs.
+
+    Parameters
+    ----------
+    name : what it is called.
+    skip : turns before the first that counts; the start (journal in the middle, beams unstressed) has died out by then.
+    keep : turns that count, in means and spreads.
+    shown : of these the last ones that curves show.
+    settle, points : periods before the first point of a section, and points.
+    series : periods of finely saved signals for exponents from time series.
+    values : about how many values of the parameter a diagram has; None: all.
+    diagram_settle, diagram_points : periods before the first point, and points, at each value of a diagram.
+    exponents : whether diagrams find the exponent at each value.
+    """
+
+    name: str
+    skip: int
+    keep: int
+    shown: int
+    settle: int
+    points: int
+    series: int
+    values: int | None
+    diagram_settle: int
+    diagram_points: int
+    exponents: bool
+
+
+FULL = Effort("full", 5, 20, 2, 40, 200, 100, None, 25, 60, exponents=True)
+QUICK = Effort("quick", 2, 3, 2, 5, 50, 20, 12, 4, 12, exponents=False)
+EFFORTS = {effort.name: effort for effort in (FULL, QUICK)}
