@@ -60,7 +60,7 @@ def bifurcation(
     period: float | Callable[[float], float] | None = None,
     step: Step | None = None,
     method: Newmark | None = None,
-    exponent: bool | int = False,
+    exponent: bool | int | str = False,
     executor: Executor | None = None,
     pending: int = PENDING,
     store: Any = None,
@@ -88,7 +88,8 @@ def bifurcation(
         at every value.
     step, method : of mechanisms, as in `simulate`.
     exponent : find the largest exponent at each value, too, over so many periods after the points; True: over as many
-        as points are kept.
+        as points are kept; "points": over the periods that end with the points, in one pass, which takes half the
+        time and needs skip >= 1.
     executor : where points are computed, any executor of concurrent.futures: of processes, of a Dask client
         (client.get_executor()), of MPI; None: in this process.
     pending : most points that are with the executor at the same time.
@@ -140,7 +141,8 @@ def bifurcation(
     first = first_of(family, numbers.tolist())
     names = first.names if signals is None else tuple(checks.sequence(label, "signals", signals, "names"))
     skip, keep = checks.count(label, "skip", skip, 0), checks.count(label, "keep", keep)
-    section = Section(skip, keep, names, _exponent_over(label, exponent, keep))
+    together = _together(label, exponent, skip)
+    section = Section(skip, keep, names, _exponent_over(label, True if together else exponent, keep), together)
     units = [first.units[k] for k in columns_of(first, names, label)]
     _refuse_names(label, [parameter, *names])
     settings = {"direction": direction, "chunks": chunks}
@@ -212,6 +214,18 @@ def _values(label: str, values: Any) -> np.ndarray:
     if len(np.unique(numbers)) < len(numbers):
         raise InputError(f"{label}: a value is given twice; give each value once.")
     return numbers
+
+
+def _together(label: str, exponent: Any, skip: int) -> bool:
+    """Whether the exponent is that of the points' own periods."""
+    if not isinstance(exponent, str):
+        return False
+    checks.one_of(label, "exponent", exponent, ["points"])
+    if skip < 1:
+        raise InputError(
+            f'{label}: exponent="points" with skip = 0, but a period must end with each point. Give skip=1.'
+        )
+    return True
 
 
 def _exponent_over(label: str, exponent: bool | int, keep: int) -> int:
@@ -287,7 +301,7 @@ def _fingerprint(
         "skip": section.skip,
         "keep": section.keep,
         "signals": shown_values(section.signals),
-        "exponent": section.exponent,
+        "exponent": "points" if section.together else section.exponent,
         "period": f"{label_of(period)} ({digest(period)})" if callable(period) else period,
         "step": repr(family.step),
         "method": repr(family.method),

@@ -11,6 +11,7 @@ import numpy as np
 from flexmb import checks
 from flexmb.analysis.continuous_flow import ContinuousFlow
 from flexmb.analysis.dynamics import Dynamics
+from flexmb.analysis.exponents import Exponents
 from flexmb.analysis.lyapunov import lyapunov
 from flexmb.analysis.mechanism_flow import MechanismFlow
 from flexmb.analysis.seen import Seen
@@ -104,12 +105,14 @@ class Section:
     keep : number of points.
     signals : names of the signals that are kept.
     exponent : periods over which the largest exponent is found; 0: it is not.
+    together : whether these are the periods between the points, not as many after them.
     """
 
     skip: int
     keep: int
     signals: tuple[str, ...]
     exponent: int = 0
+    together: bool = False
 
     @property
     def last(self) -> int:
@@ -136,7 +139,10 @@ def section_point(family: Family, section: Section, value: float, carried: np.nd
     period = family.period_of(flow, value)
     chosen = columns_of(flow, section.signals, family.label)
     seam = carried is not None and not _goes_on(flow, carried, section.last * period)
-    found = _points(flow, period, section)
+    exponents = _both(flow, period, section) if section.together else None
+    found = _points(flow, period, section) if exponents is None else exponents.points
+    if exponents is not None and not exponents.ok:
+        found = None
     lost = _not_finite(flow, found, chosen)
     values: dict[str, Any] = {"seam": seam, "drive_period": period if flow.unit == "s" else np.nan}
     if found is None and flow.status.startswith(STOPPED):
@@ -144,7 +150,7 @@ def section_point(family: Family, section: Section, value: float, carried: np.nd
     if found is None or lost:
         return Outcome(values, lost or flow.status, ok=False)
     values |= {"points": found[:, chosen], "state": flow.state()}
-    judged, remark = _judged(flow, found, period, section)
+    judged, remark = _judged(flow, found, period, section) if exponents is None else (_told(exponents), "")
     return Outcome(values | judged, f"{section.keep} points, after {section.skip} that were skipped.{remark}")
 
 
@@ -180,6 +186,17 @@ def _points(flow: Dynamics, period: float, section: Section) -> np.ndarray | Non
         if k >= section.skip:
             found[k - section.skip] = flow.observe()
     return found
+
+
+def _both(flow: Dynamics, period: float, section: Section) -> Exponents:
+    """The points and the exponent in one pass: the motion is the same with tangents as without."""
+    declared = period if flow.unit == "s" else None
+    return lyapunov(flow, skip=section.skip - 1, periods=section.keep, period=declared)
+
+
+def _told(found: Exponents) -> dict[str, Any]:
+    """The verdict of exponents and points in one."""
+    return {"verdict": str(found.verdict), "exponent": found.value, "exponent_error": found.error}
 
 
 def _not_finite(flow: Dynamics, points: np.ndarray | None, chosen: list[int]) -> str:

@@ -40,6 +40,16 @@ def test_fixed_points_and_period_two_are_exact():
     assert found["verdict"].values.tolist() == ["periodic-1"] * 3 + ["periodic-2"] * 2
 
 
+def test_the_exponent_of_the_points_themselves():
+    after, together = (quiet(map_of(), "r", [3.2, 4.0], keep=400, exponent=over) for over in (True, "points"))
+    np.testing.assert_array_equal(together["x0"].values, after["x0"].values)
+    np.testing.assert_array_equal(together["period"].values, after["period"].values)
+    assert together["verdict"].values.tolist() == ["periodic-2", "chaotic"]
+    doubled = 0.5 * np.log(abs(4.0 + 2.0 * 3.2 - 3.2**2))  # of the cycle a, b: f(a)' f(b)' = 4 + 2 r - r^2
+    assert together["exponent"].values[0] == pytest.approx(doubled, abs=1e-9)
+    assert together["exponent"].values[1] == pytest.approx(np.log(2.0), abs=0.05)
+
+
 def test_the_layout():
     found = quiet(logistic_map, "r", [2.0, 3.31, 3.5], direction="both", fixed={"start": 0.2})
     assert found["x0"].dims == ("direction", "r", "period")
@@ -202,6 +212,9 @@ def test_ctrl_c_is_no_result():
         ({"executor": 4}, "ProcessPoolExecutor"),
         ({"pending": 0}, "pending"),
         ({"exponent": -3}, "exponent"),
+        ({"exponent": "later"}, "Known: points"),
+        ({"exponent": "points", "skip": 0, "keep": 50}, "Give skip=1"),
+        ({"exponent": "points", "keep": 9}, "at least 50"),
         ({"make": 3}, "it must be a function"),
         ({"make": logistic}, "cannot be called with r"),
         ({"make": lambda r: r}, "returned float"),
