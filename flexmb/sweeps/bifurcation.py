@@ -114,8 +114,9 @@ def bifurcation(
     -----
     A point that fails is kept with its status, and the others go on; a carried state is then that of the last value
     that went well.  Results do not depend on the executor or on the number of workers, and neither do the bytes of a
-    finished store, killed and gone on with or not.  A carried state starts at the time of `skip + keep - 1` periods, so
-    a ramp of the drives that is over by then is not driven again.
+    finished store, killed and gone on with or not.  Cold values are visited in an order that fills their range evenly,
+    so that a store shows all of it while it is being computed.  A carried state starts at the time of `skip + keep - 1`
+    periods, so a ramp of the drives that is over by then is not driven again.
 
     Examples
     --------
@@ -154,6 +155,7 @@ def bifurcation(
     if executor is not None and not done.all() and isinstance(first, MechanismFlow):
         first.advance(1e-6 * (first.period or 1.0))  # code that is not in the cache yet is compiled once, not by all
     parts = np.array_split(np.argsort(numbers, kind="stable"), len(numbers) if direction == "cold" else chunks)
+    parts = [parts[k] for k in _spread(len(parts))] if direction == "cold" else parts
     with Bar(label, done.size, int(done.sum()), shown=progress) as bar:
         run = _Run(family, section, numbers, record, done, bar)
         chains = (run.chain(*place) for place in _places(DIRECTIONS[direction], parts))
@@ -193,6 +195,13 @@ class _Run:
             begins = False
             if carries and record.at(index, "ok"):
                 carried = record.at(index, STATE).copy()
+
+
+def _spread(count: int) -> list[int]:
+    """0 ... count - 1 in an order that fills the range evenly, so that a stopped diagram shows all of it coarsely."""
+    digits = max(count - 1, 1).bit_length()
+    mirrored = (int(f"{k:0{digits}b}"[::-1], 2) for k in range(1 << digits))
+    return [k for k in mirrored if k < count]
 
 
 def _places(directions: Sequence[str], parts: Sequence[np.ndarray]) -> Iterator[tuple[int, np.ndarray, bool]]:

@@ -279,12 +279,12 @@ def test_other_folders_are_refused(tmp_path):
 def test_workers_that_die_leave_a_store_to_go_on_with(tmp_path):
     flag, settings = tmp_path / "flag", {"skip": 5, "keep": 2, "pending": 2, "store": tmp_path / "s"}
     flag.write_text("")
-    values = [2.5, 2.6, 2.7, 3.0, 3.1]
+    values = [2.5, 2.6, 3.0, 3.1, 3.2]  # computed from both ends inwards
     with ProcessPoolExecutor(1) as pool, pytest.raises(fm.WorkerError, match="resume=True"):
         fm.bifurcation(mortal_map, "r", values, fixed={"flag": str(flag)}, executor=pool, **settings)
     part = fm.load_sweep(tmp_path / "s")
-    assert part["ok"].values.tolist() == [True, True, True, False, False]
-    assert part["status"].values[3] == ""
+    assert part["ok"].values.tolist() == [True, False, False, False, True]
+    assert part["status"].values[2] == ""
     flag.unlink()
     found = fm.bifurcation(mortal_map, "r", values, fixed={"flag": str(flag)}, resume=True, **settings)
     assert found["ok"].values.all()
