@@ -12,7 +12,7 @@ from flexmb.paper.plate import Run
 class Progress:
     """A bar over the estimated processor time of all runs, on stderr, or nothing.
 
-    The time left is the estimate of what is left, times what finished runs took over what was estimated for them.
+    The time left is the estimate of what is left, times what finished runs took by the clock over their estimates.
 
     Parameters
     ----------
@@ -43,20 +43,20 @@ class Progress:
         ratio = self.taken / self.estimated if self.estimated > 0.0 else 1.0
         return max(self.total - self.done, 0.0) * ratio / self.workers
 
-    def more(self, work: float, processor: float | None, *, whole: bool) -> None:
+    def more(self, work: float, wall: float | None, *, whole: bool) -> None:
         """A run or a part of one is finished.
 
         Parameters
         ----------
         work : its estimated processor time [s].
-        processor : what it took [s]; None: not known, or it was not computed now.
+        wall : what it took by the clock in its process [s]; None: it was not computed now, or not to its end.
         whole : whether a run ended with it.
         """
         self.done += work
         self.finished += whole
-        if processor is not None:
+        if wall is not None:
             self.estimated += work
-            self.taken += processor
+            self.taken += wall
         if self.bar is not None:
             self.bar.update(max(min(work, self.total - self.bar.n), 0.0))
             self._show()

@@ -64,7 +64,7 @@ def computed(run: Run, path: Path) -> Outcome:
     dataset = run.compute()
     cost = Cost(time.process_time() - processor, time.perf_counter() - wall)
     keep(run, path, dataset, cost)
-    return Outcome({"processor": cost.processor})
+    return Outcome({"wall": cost.wall})
 
 
 @contextmanager
@@ -99,7 +99,7 @@ def _chain(run: Run, kept: Kept, progress: Progress, failures: dict[str, str]) -
         raise KeyboardInterrupt
     if not outcome.ok:
         failures[run.name] = outcome.status
-    progress.more(run.work, outcome.values.get("processor"), whole=True)
+    progress.more(run.work, outcome.values.get("wall"), whole=True)
 
 
 def _lost(error: BaseException, runs: Sequence[Run], kept: Kept, failures: dict[str, str]) -> None:
@@ -137,7 +137,7 @@ class Logged(Executor):
     ----------
     pool : where jobs are done; None: here, at once.
     log : file that gets a line for each job.
-    tell : called with the processor time [s] of a finished job.
+    tell : called with the time by the clock [s] that a finished job took.
 
     Attributes
     ----------
@@ -161,7 +161,7 @@ class Logged(Executor):
     def _finished(self, future: Future) -> None:
         if not future.cancelled() and future.exception() is None:
             self.told += 1
-            self.tell(lines_of(self.log)[-1]["processor"])
+            self.tell(lines_of(self.log)[-1]["wall"])
 
 
 def logged(log: Path, call: Callable[[], Any]) -> Any:

@@ -9,6 +9,10 @@ from flexmb.commands.paper_files import Cost, Kept, append_line, lines_of
 from flexmb.commands.paper_progress import clock
 from flexmb.paper.plate import Page, Plate, Run
 
+EXPLANATION = """\
+Times in seconds. The time by the clock of a run is that in its own process; of a diagram it is the sum over its values,
+which are spread over all processes. A run is computed once, whatever number of figures shows it."""
+
 CALLS = "calls.times"
 """Log of the calls of the command, beside the results of runs."""
 
@@ -42,8 +46,7 @@ def times(items: Sequence[Plate | Page], kept: Kept, drawn: Mapping[str, float],
     longest = sorted(runs, key=lambda name: -costs[name].processor)
     pieces = [
         "# What the study took",
-        "Times in seconds. The time by the clock of a run is that in its own process; of a diagram it is the sum over its"
-        "\nvalues, which are spread over all processes. A run is computed once, whatever number of figures shows it.",
+        EXPLANATION,
         _table(["run", "processor", "clock", "shown by"], [_row(n, costs[n], users[n]) for n in longest]),
         _table(
             ["figure or page", "runs", "processor", "drawing", "runs that others show, too"],
@@ -86,8 +89,8 @@ def _whole(costs: Mapping[str, Cost], drawn: Mapping[str, float], log: Path, wor
     """The whole study: its processor time, and by the clock what its calls took."""
     processor, calls = sum(cost.processor for cost in costs.values()), lines_of(log)
     drawing = sum(drawn.values())
-    known = all(cost.measured == cost.parts for cost in costs.values())
-    text = f"All runs: {'' if known else 'at least '}{clock(processor)} of processor time; drawing and writing {clock(drawing)}.\n"
+    least = "" if all(cost.measured == cost.parts for cost in costs.values()) else "at least "
+    text = f"All runs: {least}{clock(processor)} of processor time; drawing and writing {clock(drawing)}.\n"
     text += f"On {workers} processes the runs alone need {clock(processor / workers)} by the clock or more.\n\n"
     rows = [
         [str(k), str(c["workers"]), str(c["runs"]), f"{c['processor']:.1f}", f"{c['wall']:.1f}"]

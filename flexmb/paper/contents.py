@@ -9,11 +9,13 @@ from types import ModuleType
 from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.paper.effort import Effort
-from flexmb.paper.figures import bifurcation, motion
+from flexmb.paper.figures import bifurcation, friction, motion, path
 from flexmb.paper.plate import Page, Plate, Run
 
 FIGURES: tuple[ModuleType, ...] = (
+    friction,
     motion,
+    path,
     bifurcation,
 )
 """Modules of figures, one a line."""

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flexmb.paper.curves import motion
 from flexmb.paper.diagram import Diagram
 from flexmb.paper.drawing import COLOURS as MODELS
 from flexmb.paper.drawing import Quantity, Shown, caption, sheet
 from flexmb.paper.effort import Effort
-from flexmb.paper.figures.motion import motion
 from flexmb.paper.motion import Motion
 from flexmb.paper.plate import Plate, Results, Run
 from flexmb.view.bifurcation import COLOURS, entry_of
@@ -68,7 +68,7 @@ class Figures:
     parameter : over which it is drawn.
     signals : of the two columns.
     diagrams : by model.
-    ideal : motion from whose first instant, a whole number of turns after the start, the ideal place of the slider is
+    ideal : motion from whose last instant, a whole number of turns after the start, the ideal place of the slider is
         taken; it is the same at all speeds.
     """
 
@@ -117,7 +117,7 @@ class Figures:
         """With the slider's place less that of the ideal mechanism at the same angle of the cranks."""
         if self.ideal is None:
             return found
-        there = float(results[self.ideal]["slider.x"].values[0])
+        there = float(results[self.ideal]["slider.x"].values[-1])
         return found.assign({"slider.x.deviation": found["slider.x"] - there})
 
     def _bounds(self, ax: Axes, found: xr.Dataset, signal: str) -> None:
