@@ -35,13 +35,13 @@ OVER_SPEED = dict(zip(range(28, 33), list(SIGNALS)[1:6], strict=True))
 """Signals by number of the figure."""
 
 DEVIATIONS = {
-    "slider.x": ("slider.vx", Quantity("deviation from the ideal mechanism", "µm", 1e6)),
-    "slider.vx": ("slider.ax", Quantity("deviation from the ideal mechanism", "mm/s", 1e3)),
+    "slider.x": Quantity("deviation", "µm", 1e6),
+    "slider.vx": Quantity("deviation", "mm/s", 1e3),
 }
-"""Signals that hardly differ: the rate by which the ideal one is interpolated, and how the difference is drawn."""
+"""How deviations from the ideal mechanism are drawn of signals that hardly differ; of others in the signal's unit."""
 
 DWARFED = 10.0
-"""How many times as large as the ideal mechanism's a peak is that makes a second panel necessary."""
+"""How many times as large as the ideal mechanism's peaks are that hide its curve."""
 
 ROOM = 1.6
 """Height of that panel over what the ideal curve needs of it."""
@@ -63,6 +63,8 @@ def plates(effort: Effort) -> tuple[Plate, ...]:
 @dataclass(frozen=True, eq=False)
 class Comparison:
     """A signal of the ideal, the rigid and the flexible mechanism, and below it what cannot be seen on its scale.
+
+    That is the ideal curve where peaks dwarf it, and the deviation from it where there are none such.
 
     Parameters
     ----------
@@ -92,17 +94,17 @@ class Comparison:
         results : of the motions.
         """
         found = [{model: results[run] for model, run in self._runs(panel).items()} for panel in self.panels]
-        differs = self.signal not in DEVIATIONS
-        below = not differs or any(_ratio(data, self.signal) > DWARFED for data in found)
+        below = self.signal != "P1.penetration"
         size = {"panel": (6.2, 3.3 if below else 4.2), "sharex": "col"}
         figure, axes = sheet(f"Figure {self.number}: {self.plate.title}", 1 + below, len(found), **size)
         shown = Shown()
         for column, panel, data in zip(axes.T, self.panels, found, strict=True):
             caption(column[0], panel.letter, panel.text)
-            draw_curves(column[0], shown, panel.letter, self.signal, data, peaks=differs)
+            draw_curves(column[0], shown, panel.letter, self.signal, data, peaks=self.signal not in DEVIATIONS)
             turns_above(column[0], next(iter(data.values())).attrs["period"])
             if below:
-                (_closer if differs else _deviations)(column[1], shown, panel.letter, self.signal, data)
+                second = _closer if _ratio(data, self.signal) > DWARFED else _deviations
+                second(column[1], shown, panel.letter, self.signal, data)
             column[-1].set_xlabel("time [s]")
         axes[0, 0].set_ylabel(SIGNALS[self.signal].label)
         return figure, shown.dataset()
@@ -117,18 +119,18 @@ def _closer(ax: Axes, shown: Shown, letter: str, signal: str, data: Mapping[str,
     draw_curves(ax, shown, letter, signal, data)
     ax.get_legend().remove()
     values = SIGNALS[signal].factor * values_of(data["ideal"], signal)
-    middle, half = 0.5 * (values.max() + values.min()), 0.5 * np.ptp(values)
-    ax.set_ylim(middle - ROOM * half, middle + ROOM * half)
+    lowest = SIGNALS[signal].factor * min(float(values_of(found, signal).min()) for found in data.values())
+    middle, half = 0.5 * (values.max() + values.min()), ROOM * 0.5 * np.ptp(values)
+    ax.set_ylim(max(middle - half, lowest - 0.05 * half), middle + half)
     ax.set_ylabel(f"the same, on the scale of\nthe ideal mechanism [{SIGNALS[signal].unit}]")
 
 
 def _deviations(ax: Axes, shown: Shown, letter: str, signal: str, data: Mapping[str, xr.Dataset]) -> None:
     """The difference from the ideal curve."""
-    from scipy.interpolate import CubicHermiteSpline
+    from scipy.interpolate import CubicSpline
 
-    rate, quantity = DEVIATIONS[signal]
-    ideal = data["ideal"]
-    exact = CubicHermiteSpline(time_of(ideal), values_of(ideal, signal), values_of(ideal, rate))
+    quantity = DEVIATIONS.get(signal, SIGNALS[signal])
+    exact = CubicSpline(time_of(data["ideal"]), values_of(data["ideal"], signal))
     for model in [name for name in LINES if name in data and name != "ideal"]:
         time = time_of(data[model])
         difference = values_of(data[model], signal) - exact(time)
@@ -141,8 +143,6 @@ def _deviations(ax: Axes, shown: Shown, letter: str, signal: str, data: Mapping[
 
 
 def _ratio(data: Mapping[str, xr.Dataset], signal: str) -> float:
-    """How many times as high as the ideal curve the highest one is; 0 where there is none to compare with."""
-    if "ideal" not in data:
-        return 0.0
+    """How many times as high as the ideal curve the highest one is."""
     peaks = {model: float(np.abs(values_of(found, signal)).max()) for model, found in data.items()}
     return max(peaks.values()) / max(peaks["ideal"], 1e-300)
