@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
+import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
@@ -72,7 +74,7 @@ def _crew(workers: int) -> Iterator[ProcessPoolExecutor | None]:
     """Worker processes, or None for this one alone; they end with this block, however it ends."""
     if workers > 1:
         _compile_once()
-    with worker_pool(workers, _import_all) if workers > 1 else nullcontext() as pool:
+    with worker_pool(workers, _begin) if workers > 1 else nullcontext() as pool:
         try:
             yield pool
         except KeyboardInterrupt:
@@ -87,9 +89,21 @@ def _compile_once() -> None:
         simulate(nine_bar(clearance=0.5e-3, flexible=flexible), t_end=1e-6)
 
 
-def _import_all() -> None:
-    """What every run needs is imported when the process starts."""
+def _begin() -> None:
+    """What every worker does first: imports, and a watch on the process that started it.
+
+    Where that one is killed, a worker would wait for its next job for ever.
+    """
     import xarray  # noqa: F401, PLC0415 - for its time
+
+    threading.Thread(target=_leave_with_parent, daemon=True).start()
+
+
+def _leave_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _chain(run: Run, kept: Kept, progress: Progress, failures: dict[str, str]) -> Chain:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -33,6 +34,9 @@ SIGNALS = {
     "slider.x": Quantity("slider", "mm", 1e3),
     "slider.x.deviation": Quantity("slider, less the ideal one", "µm", 1e6),
 }
+MANY = 1500
+"""Points of a panel from which on markers are small."""
+
 THRESHOLD = (1.6, 1.65)
 """Speeds of the paper between which the joint's motion becomes chaotic [pi rad/s]."""
 
@@ -95,22 +99,22 @@ class Figures:
         """
         data = {model: self._with_deviation(results[run], results) for model, run in self.diagrams.items()}
         exponents = all(np.isfinite(found["exponent"].values).any() for found in data.values())
-        shown = Shown()
-        figure, axes = sheet(
-            f"Figure {self.number}: {self.plate.title}", 3 if exponents else 2, 2, panel=(6.0, 2.9), sharex=True
-        )
-        verdicts = set[str]()
+        shown, verdicts, rows = Shown(), set[str](), 3 if exponents else 2
+        title = f"Figure {self.number}: {self.plate.title}"
+        figure, axes = sheet(title, rows, 2, panel=(6.0, 2.9), sharex=True)
         for row, (model, found) in zip(axes, data.items(), strict=False):
             for ax, letter, signal in zip(row, "ab", self.signals, strict=True):
                 verdicts |= _points(ax, shown, model, found, self.parameter, signal)
                 caption(ax, letter, f"{SIGNALS[signal].text}, {model}")
-                self._bounds(ax, data[model], signal)
+                self._marks(ax, found, signal)
+        for column, signal in zip(axes.T, self.signals, strict=True):
+            self._scale(column[:2], signal, data, results)
         if exponents:
             _exponents(axes[-1, 0], shown, data, self.parameter)
             _exponents(axes[-1, 1], shown, data, self.parameter, near=True)
         for ax in axes[-1]:
             ax.set_xlabel(PARAMETERS[self.parameter].label)
-        _legend(figure, verdicts)
+        _legend(figure, axes, verdicts)
         return figure, shown.dataset()
 
     def _with_deviation(self, found: xr.Dataset, results: Results) -> xr.Dataset:
@@ -120,22 +124,40 @@ class Figures:
         there = float(results[self.ideal]["slider.x"].values[-1])
         return found.assign({"slider.x.deviation": found["slider.x"] - there})
 
-    def _bounds(self, ax: Axes, found: xr.Dataset, signal: str) -> None:
+    def _marks(self, ax: Axes, found: xr.Dataset, signal: str) -> None:
         """What the play leaves the journal; the paper's threshold."""
+        across = PARAMETERS[self.parameter]
         if signal.startswith("P1."):
             values = found[self.parameter].values
-            play = values if self.parameter == "clearance" else np.full(len(values), 0.5e-3)
+            play = (
+                values
+                if self.parameter == "clearance"
+                else np.full(len(values), Case(model="rigid", speed=2.0).clearance)
+            )
+            style = {"color": "0.6", "linewidth": 0.8, "linestyle": "--", "zorder": 1, "label": "play of the joint"}
             for side in (-1.0, 1.0):
-                ax.plot(
-                    PARAMETERS[self.parameter].factor * values,
-                    side * 1e3 * play,
-                    color="0.6",
-                    linewidth=0.8,
-                    linestyle="--",
-                    zorder=1,
-                )
+                ax.plot(across.factor * values, side * SIGNALS[signal].factor * play, **style)
         if self.parameter == "speed":
-            ax.axvspan(*THRESHOLD, color="0.85", zorder=0)
+            ax.axvspan(*THRESHOLD, color="0.85", zorder=0, label="threshold of the paper")
+
+    def _scale(self, axes: Any, signal: str, data: Mapping[str, xr.Dataset], results: Results) -> None:
+        """One scale for both models: that of the points, for the slider that of its stroke."""
+        values = [found[signal].values[found["ok"].values] for found in data.values()]
+        if signal == "slider.x" and self.ideal is not None:
+            values = [results[self.ideal]["slider.x"].values]
+            axes[0].text(
+                0.99,
+                0.95,
+                "height: the whole stroke",
+                transform=axes[0].transAxes,
+                ha="right",
+                va="top",
+                fontsize="small",
+            )
+        low, high = min(float(v.min()) for v in values), max(float(v.max()) for v in values)
+        room = 0.05 * (high - low)
+        for ax in axes:
+            ax.set_ylim(SIGNALS[signal].factor * (low - room), SIGNALS[signal].factor * (high + room))
 
 
 def _points(ax: Axes, shown: Shown, model: str, found: xr.Dataset, parameter: str, signal: str) -> set[str]:
@@ -151,26 +173,26 @@ def _points(ax: Axes, shown: Shown, model: str, found: xr.Dataset, parameter: st
         found["verdict"].values.astype(str),
         long_name="verdict on the motion",
     )
+    good = found["ok"].values
     entries = [entry_of(str(verdict)) for verdict in found["verdict"].values]
-    size = 3.0 if points.size < 1500 else 1.8
-    for entry in dict.fromkeys(entries):
-        chosen = np.array([entry == other for other in entries]) & found["ok"].values
+    style = {
+        "marker": "o",
+        "linestyle": "none",
+        "markersize": 3.0 if points.size < MANY else 1.8,
+        "markeredgewidth": 0.0,
+    }
+    for entry in dict.fromkeys(entry for entry, ok in zip(entries, good, strict=True) if ok):
+        chosen = np.array([entry == other for other in entries]) & good
         x = np.repeat(across.factor * values[chosen], points.shape[1])
-        ax.plot(
-            x,
-            quantity.factor * points[chosen].ravel(),
-            "o",
-            color=COLOURS[entry],
-            markersize=size,
-            markeredgewidth=0.0,
-            gid=f"{model}.{signal}|{entry}",
-            zorder=2,
-        )
-    failed = across.factor * values[~found["ok"].values]
-    ax.plot(failed, np.full(len(failed), 0.03), "x", color="black", transform=ax.get_xaxis_transform(), gid="failed")
+        y = quantity.factor * points[chosen].ravel()
+        ax.plot(x, y, color=COLOURS[entry], gid=f"{model}.{signal}|{entry}", zorder=2, **style)
+    if not good.all():
+        failed = across.factor * values[~good]
+        style = {"color": "black", "transform": ax.get_xaxis_transform(), "label": "failed"}
+        ax.plot(failed, np.full(len(failed), 0.03), "x", **style)
     ax.set_ylabel(f"{quantity.text}\n[{quantity.unit}]")
     ax.ticklabel_format(axis="y", useOffset=False)
-    return set(entries)
+    return {entry for entry, ok in zip(entries, good, strict=True) if ok}
 
 
 def _exponents(ax: Axes, shown: Shown, data: dict[str, Any], parameter: str, *, near: bool = False) -> None:
@@ -202,12 +224,15 @@ def _exponents(ax: Axes, shown: Shown, data: dict[str, Any], parameter: str, *, 
     ax.legend(fontsize="small", loc="upper left")
 
 
-def _legend(figure: Figure, verdicts: set[str]) -> None:
-    """Colours of the verdicts that occur."""
+def _legend(figure: Figure, axes: Any, verdicts: set[str]) -> None:
+    """Colours of the verdicts that occur, and the lines and crosses that there are."""
     from matplotlib.lines import Line2D
 
     style: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 6.0}
     names = [name for name in COLOURS if name in verdicts]
-    handles = [Line2D([], [], color=COLOURS[name], label=name or "no verdict", **style) for name in names]
-    handles.append(Line2D([], [], color="0.6", linestyle="--", label="play of the joint"))
-    figure.legend(handles=handles, loc="outside right upper", fontsize="small", frameon=False)
+    handles: list[Any] = [Line2D([], [], color=COLOURS[name], label=name or "no verdict", **style) for name in names]
+    others: dict[str, Any] = {}
+    for ax in axes[:2].flat:
+        others |= {text: handle for handle, text in zip(*ax.get_legend_handles_labels(), strict=True)}
+    handles += others.values()
+    figure.legend(handles=handles, loc="outside lower center", fontsize="small", ncols=len(handles), frameon=False)
