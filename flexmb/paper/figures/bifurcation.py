@@ -31,8 +31,8 @@ WHERE = {"clearance": "2π rad/s", "speed": "clearance 0.5 mm"}
 SIGNALS = {
     "P1.ex": Quantity("journal along X", "mm", 1e3),
     "P1.ey": Quantity("journal along Y", "mm", 1e3),
-    "slider.x": Quantity("slider", "mm", 1e3),
-    "slider.x.deviation": Quantity("slider, less the ideal one", "µm", 1e6),
+    "slider.x": Quantity("place of the slider", "mm", 1e3),
+    "slider.x.deviation": Quantity("slider minus the ideal one", "µm", 1e6),
 }
 MANY = 1500
 """Points of a panel from which on markers are small."""
@@ -129,11 +129,7 @@ class Figures:
         across = PARAMETERS[self.parameter]
         if signal.startswith("P1."):
             values = found[self.parameter].values
-            play = (
-                values
-                if self.parameter == "clearance"
-                else np.full(len(values), Case(model="rigid", speed=2.0).clearance)
-            )
+            play = values if self.parameter == "clearance" else np.full(len(values), FIXED["speed"]["clearance"])
             style = {"color": "0.6", "linewidth": 0.8, "linestyle": "--", "zorder": 1, "label": "play of the joint"}
             for side in (-1.0, 1.0):
                 ax.plot(across.factor * values, side * SIGNALS[signal].factor * play, **style)
