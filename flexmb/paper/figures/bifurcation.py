@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb.paper.curves import motion
-from flexmb.paper.diagram import Diagram
+from flexmb.paper.diagram import FIXED, Diagram
 from flexmb.paper.drawing import COLOURS as MODELS
 from flexmb.paper.drawing import Quantity, Shown, caption, sheet
 from flexmb.paper.effort import Effort
