@@ -30,7 +30,8 @@ class Cost:
     ----------
     processor : processor time [s].
     wall : time by the clock [s]; of a diagram the sum over its points.
-    measured, parts : points of a diagram whose time is known, and all of them; 1 and 1 for other runs.
+    measured, parts : points of a diagram whose time is known, and all of them; of other runs 1 and 1, or 0 and 1 where
+        it is not known.
     """
 
     processor: float
@@ -81,8 +82,12 @@ class Kept(Mapping):
 
     def cost(self, run: Run) -> Cost:
         """What `run`, whose result is there, took."""
-        attributes = self[run].attrs
-        return Cost(*(attributes.get(name, 0) for name in ("processor_time", "wall_time", "measured", "parts")))
+        about = self[run].attrs
+        if "cpu" not in about:  # computed elsewhere
+            return Cost(0.0, 0.0, measured=0)
+        return Cost(
+            float(about["cpu"]), float(about["wall"]), int(about.get("measured", 1)), int(about.get("parts", 1))
+        )
 
     def forget(self, run: Run) -> None:
         """Remove the result of `run`."""
@@ -113,7 +118,7 @@ def keep(run: Run, path: Path, dataset: xr.Dataset, cost: Cost) -> None:
     dataset : its result.
     cost : what it took.
     """
-    about = {"fingerprint": run.fingerprint(), "processor_time": cost.processor, "wall_time": cost.wall}
+    about = {"fingerprint": run.fingerprint(), "cpu": cost.processor, "wall": cost.wall}
     about |= {"measured": cost.measured, "parts": cost.parts}
     write_netcdf(path, {"": dataset.assign_attrs(about)})
 

@@ -63,6 +63,8 @@ def label(item: Plate | Page) -> str:
 
 
 def _row(name: str, cost: Cost, users: Sequence[str]) -> list[str]:
+    if cost.measured == 0:
+        return [name, "unknown", "unknown", ", ".join(users)]
     part = "" if cost.measured == cost.parts else f" ({cost.measured} of {cost.parts} values known)"
     return [name, f"{cost.processor:.1f}{part}", f"{cost.wall:.1f}", ", ".join(users)]
 
@@ -81,7 +83,8 @@ def _items(
         took = sum(costs[run.name].processor for run in names)
         there = str(len(names)) if len(names) == len(item.runs) else f"{len(names)} of {len(item.runs)}"
         made = f"{drawn[label(item)]:.1f}" if label(item) in drawn else "missing"
-        rows.append([label(item), there, f"{took:.1f}", made, ", ".join(shared)])
+        least = "" if all(costs[run.name].measured == costs[run.name].parts for run in names) else "at least "
+        rows.append([label(item), there, f"{least}{took:.1f}", made, ", ".join(shared)])
     return rows
 
 

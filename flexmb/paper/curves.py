@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 SIGNALS = {
-    "slider.x": Quantity("place of the slider along X", "mm", 1e3),
+    "slider.x": Quantity("displacement of the slider along X", "mm", 1e3),
     "slider.vx": Quantity("velocity of the slider", "m/s"),
     "slider.ax": Quantity("acceleration of the slider", "m/s²"),
     "motor1.torque": Quantity("driving torque of crank 1", "N m"),

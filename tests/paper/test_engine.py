@@ -15,7 +15,7 @@ import xarray as xr
 from study_runs import Ramp, page, plate
 
 from flexmb.cli import main
-from flexmb.commands.paper_files import Cost, Kept, lines_of
+from flexmb.commands.paper_files import Cost, Kept, keep, lines_of
 from flexmb.commands.paper_progress import Progress, clock
 from flexmb.commands.paper_runs import work_off
 from flexmb.errors import InputError
@@ -361,10 +361,23 @@ def test_the_list(study, capsys):
     assert "long  Page long (only if asked for)" in out
 
 
-def test_unknown_times_are_said(kept, journal):
+def test_times_that_are_not_known_are_called_so(study, tmp_path, journal):
+    """A result that something else than this command wrote, or a diagram of which a part was computed elsewhere."""
     run = Ramp("a", journal)
-    work_off([run], kept, 1, shown=False)
-    assert kept.cost(run) != Cost(0.0, 0.0)
-    assert lines_of(kept.folder / "none.times") == []
-    (kept.folder / "cut.times").write_text('{"wall": 1.0}\n{"wal')
-    assert lines_of(kept.folder / "cut.times") == [{"wall": 1.0}]
+    (tmp_path / "runs").mkdir()
+    kept = Kept(tmp_path / "runs")
+    foreign = run.compute().assign_attrs(fingerprint=run.fingerprint())
+    foreign.to_netcdf(kept.path(run), engine="h5netcdf")
+    keep(Ramp("c", journal, 3.0), kept.path(Ramp("c", journal, 3.0)), foreign, Cost(4.0, 5.0, 3, 7))
+    assert paper("6", "9", "--out", tmp_path) == 0
+    text = (tmp_path / "times.md").read_text()
+    assert "| a | unknown | unknown | figure 6 |" in text
+    assert "| c | 4.0 (3 of 7 values known) | 5.0 | figure 9 |" in text
+    assert "| figure 9 | 1 | at least 4.0 |" in text
+    assert "All runs: at least 4 s of processor time" in text
+
+
+def test_a_line_that_a_kill_cut_short_is_left_out(tmp_path):
+    assert lines_of(tmp_path / "none.times") == []
+    (tmp_path / "cut.times").write_text('{"wall": 1.0}\n{"wal')
+    assert lines_of(tmp_path / "cut.times") == [{"wall": 1.0}]

@@ -46,6 +46,9 @@ DWARFED = 10.0
 ROOM = 1.6
 """Height of that panel over what the ideal curve needs of it."""
 
+WIDTHS = {"flexible": 1.6, "rigid": 0.7}
+"""Of deviations: where there are no impacts both are the same, and both should be seen."""
+
 
 def plates(effort: Effort) -> tuple[Plate, ...]:
     """The figures of motions.
@@ -135,7 +138,7 @@ def _deviations(ax: Axes, shown: Shown, letter: str, signal: str, data: Mapping[
         time = time_of(data[model])
         difference = values_of(data[model], signal) - exact(time)
         text = f"{model}, at most {largest(difference, quantity)}"
-        style = {"color": COLOURS[model], "label": text, **LINES[model], "linewidth": 0.8}
+        style = {"color": COLOURS[model], "label": text, **LINES[model], "linewidth": WIDTHS[model]}
         shown.curve(ax, f"{letter}.{model}", f"{signal}.deviation", time, difference, quantity, **style)
     finish(ax, data)
     ax.axhline(0.0, color="black", linewidth=0.8)
