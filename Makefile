@@ -45,8 +45,8 @@ table: $(VENV)/.installed  ## numbers and pictures of docs/nine_bar.md, computed
 	@$(BIN)/python tests/fresh_cache.py
 	$(BIN)/python docs/nine_bar_table.py
 
-# Hours on two cores, most of them for the four diagrams with exponents; stopped, it goes on where it was. out/paper/times.md
-# says what each run took. A look at everything within ten minutes: flexmb paper --quick.
+# About three hours on two cores, most of them for the diagrams with exponents; stopped, it goes on where it was.
+# out/paper/times.md says what each run took. A look at everything within ten minutes: flexmb paper --quick.
 paper: $(VENV)/.installed  ## figures and tables of the study of the nine-bar mechanism; results in out/paper (hours)
 	@$(BIN)/python tests/fresh_cache.py
 	$(BIN)/flexmb paper all --out out/paper

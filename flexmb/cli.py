@@ -135,7 +135,9 @@ def _parser(source: Source | None, wanted: str) -> tuple[argparse.ArgumentParser
     vtk.add_argument("file", metavar="RUN.nc", type=Path, help="what `flexmb run` wrote")
     vtk.add_argument("--frames", type=int, metavar="N", help="number of frames (default: all instants, at most 200)")
     vtk.add_argument("--out", type=Path, metavar="FILE.pvd", help="default: beside RUN.nc")
-    paper = commands.add_parser("paper", help="figures and tables of the study of the nine-bar mechanism", **plain)
+    paper = commands.add_parser(
+        "paper", help="figures and tables of the study of the nine-bar mechanism", allow_abbrev=False
+    )
     _add_paper_options(paper)
     for command in (run, sweep, chaos, check, listing, vtk, paper):
         command.add_argument("--debug", action="store_true", help="show where an error came from")
