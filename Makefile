@@ -9,7 +9,7 @@ export NUMBA_CACHE_DIR := $(CURDIR)/.numba_cache
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo lint test test-all speed chaos table validation meshes clean
+.PHONY: help demo lint test test-all speed chaos table paper validation meshes clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-10s %s\n", $$1, $$2}' Makefile
@@ -44,6 +44,12 @@ chaos: $(VENV)/.installed  ## numbers and picture of docs/chaos.md: exponents an
 table: $(VENV)/.installed  ## numbers and pictures of docs/nine_bar.md, computed anew
 	@$(BIN)/python tests/fresh_cache.py
 	$(BIN)/python docs/nine_bar_table.py
+
+# About three hours on two cores, most of them for the diagrams with exponents; stopped, it goes on where it was.
+# out/paper/times.md says what each run took. A look at everything within ten minutes: flexmb paper --quick.
+paper: $(VENV)/.installed  ## figures and tables of the study of the nine-bar mechanism; results in out/paper (hours)
+	@$(BIN)/python tests/fresh_cache.py
+	$(BIN)/flexmb paper all --out out/paper
 
 validation: $(VENV)/.installed-dev  ## docs/validation.md: every problem of tests/literature beside its references
 	@$(BIN)/python tests/fresh_cache.py

@@ -1,4 +1,4 @@
-"""The command line: flexmb run | sweep | chaos | list | check | vtk."""
+"""The command line: flexmb run | sweep | chaos | list | check | vtk | paper."""
 
 from __future__ import annotations
 
@@ -76,6 +76,10 @@ def _dispatch(given: list[str]) -> int:
         from flexmb.commands.others import write_frames
 
         return write_frames(options.file, options.out, options.frames)
+    if options.command == "paper":
+        from flexmb.commands.paper import paper
+
+        return paper(options)
     if source is None:
         parser.error(f"the mechanism comes first: flexmb {options.command} NAME [options]")
     return _with_mechanism(source, maker_options, options)
@@ -131,7 +135,11 @@ def _parser(source: Source | None, wanted: str) -> tuple[argparse.ArgumentParser
     vtk.add_argument("file", metavar="RUN.nc", type=Path, help="what `flexmb run` wrote")
     vtk.add_argument("--frames", type=int, metavar="N", help="number of frames (default: all instants, at most 200)")
     vtk.add_argument("--out", type=Path, metavar="FILE.pvd", help="default: beside RUN.nc")
-    for command in (run, sweep, chaos, check, listing, vtk):
+    paper = commands.add_parser(
+        "paper", help="figures and tables of the study of the nine-bar mechanism", allow_abbrev=False
+    )
+    _add_paper_options(paper)
+    for command in (run, sweep, chaos, check, listing, vtk, paper):
         command.add_argument("--debug", action="store_true", help="show where an error came from")
     options: list[Option] = []
     for name, command in {"run": run, "sweep": sweep, "chaos": chaos, "check": check}.items():
@@ -220,6 +228,26 @@ def _add_chaos_options(chaos: argparse.ArgumentParser) -> None:
     files.add_argument("--out", metavar="DIR", help="folder of results and pictures (default out/NAME)")
     files.add_argument("--no-plots", action="store_true", help="draw no pictures")
     files.add_argument("--quiet", action="store_true", help="no progress bar and no table")
+
+
+def _add_paper_options(paper: argparse.ArgumentParser) -> None:
+    paper.description = (
+        "The study of Chen, Jiang, Deng and Wang (Nonlinear Dynamics, 2018) computed anew. Results of runs are kept in "
+        "DIR/runs: a command that was stopped goes on where it was."
+    )
+    paper.add_argument(
+        "what",
+        metavar="WHAT",
+        nargs="*",
+        help="numbers of figures (9), ranges (9-16), names of pages, figures, pages, all; default: figures and pages, "
+        "without the slow pages, which come with `all` or by their name",
+    )
+    paper.add_argument("--out", metavar="DIR", help="folder of everything (default out/paper, quick: out/paper-quick)")
+    paper.add_argument("--quick", action="store_true", help="short runs: a look at everything within ten minutes")
+    paper.add_argument("--workers", type=int, metavar="N", help="processes (default: one for each core)")
+    paper.add_argument("--fresh", action="store_true", help="compute anew what is there already")
+    paper.add_argument("--list", action="store_true", help="list the figures and pages, and end")
+    paper.add_argument("--quiet", action="store_true", help="no progress and no list of files")
 
 
 def _add_method(command: argparse.ArgumentParser, names: str) -> argparse._ArgumentGroup:

@@ -6,17 +6,17 @@ import math
 from dataclasses import dataclass, field
 
 from flexmb import checks
-from flexmb.contact.friction.lugre import LuGre
 from flexmb.mechanisms.nine_bar import nine_bar
 from flexmb.mechanisms.nine_bar_data import NineBarData
 from flexmb.model.mechanism import Mechanism
+from flexmb.paper.lugre import LoadScaledLuGre
 
 MODELS = ("ideal", "rigid", "flexible")
 FRICTION = {
     "coulomb": "coulomb",
-    "lugre": LuGre(static=0.015, kinetic=0.01, stribeck_speed=1e-3, stiffness=1e8, damping=1.0),
+    "lugre": LoadScaledLuGre(static=0.015, kinetic=0.01, stribeck_speed=1e-3, stiffness=1e5, damping=300.0),
 }
-"""Laws of the study: the paper's modified Coulomb, and LuGre with numbers of ours (its table 3 is missing)."""
+"""Laws of the study: the paper's modified Coulomb, and its LuGre with numbers of ours (its table 3 is missing)."""
 
 
 @dataclass(frozen=True, kw_only=True)

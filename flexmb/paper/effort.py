@@ -36,5 +36,5 @@ class Effort:
 
 
 FULL = Effort("full", 5, 20, 2, 40, 200, 100, None, 25, 60, exponents=True)
-QUICK = Effort("quick", 2, 3, 2, 5, 50, 20, 12, 4, 12, exponents=False)
+QUICK = Effort("quick", 2, 3, 2, 5, 50, 20, 9, 3, 9, exponents=False)
 EFFORTS = {effort.name: effort for effort in (FULL, QUICK)}

@@ -117,18 +117,12 @@ def _measures(sol: Solution) -> dict[str, float]:
 
 def _curves(last: list[Solution]) -> dict[str, tuple[str, np.ndarray, dict[str, str]]]:
     """The signals of the shown turns, one after the other."""
-    names = [name for name in CURVES + PLAY_CURVES if name in last[0]]
-    skip = [0] + [1] * (len(last) - 1)  # a turn begins with the state that the one before ended with
+    names = [name for name in CURVES + PLAY_CURVES if name in last[0]]  # a restarted run begins after its first step
     found = {
-        name: (
-            "time",
-            np.concatenate([sol.array(name)[k:] for sol, k in zip(last, skip, strict=True)]),
-            {"units": last[0].units(name)},
-        )
+        name: ("time", np.concatenate([sol.array(name) for sol in last]), {"units": last[0].units(name)})
         for name in names
     }
-    time = np.concatenate([sol.time[k:] for sol, k in zip(last, skip, strict=True)])
-    return {"time": ("time", time, {"units": "s"}), **found}
+    return {"time": ("time", np.concatenate([sol.time for sol in last]), {"units": "s"}), **found}
 
 
 def _contacts(last: list[Solution]) -> dict[str, tuple[str, np.ndarray, dict[str, str]]]:

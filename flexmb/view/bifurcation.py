@@ -84,8 +84,8 @@ def _rows(diagram: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
     return [(str(name), diagram.isel(direction=k)) for k, name in enumerate(diagram["direction"].values)]
 
 
-def _group(verdict: str) -> str:
-    """The entry of the legend to which a verdict belongs."""
+def entry_of(verdict: str) -> str:
+    """The entry of the legend, one of `COLOURS`, to which a `verdict` belongs."""
     if verdict in COLOURS:
         return verdict
     return "periodic-5 and more" if verdict.startswith("periodic-") else "inconclusive"
@@ -95,7 +95,7 @@ def _gather(found: dict[tuple[str, str], list[Any]], row: xr.Dataset, parameter:
     """Add the points of a direction, by verdict and direction."""
     values, points = row[parameter].values, row[signal].values
     for k in np.flatnonzero(row["ok"].values):
-        key = (_group(str(row["verdict"].values[k])), name)
+        key = (entry_of(str(row["verdict"].values[k])), name)
         found.setdefault(key, []).append((np.full(points.shape[1], values[k]), points[k]))
 
 

@@ -1,0 +1,135 @@
+"""A bifurcation diagram of the study: the section once a turn at each speed or at each clearance."""
+
+from __future__ import annotations
+
+import math
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.integrate.run import installed_version
+from flexmb.mechanisms.nine_bar import nine_bar
+from flexmb.paper.effort import Effort
+from flexmb.paper.motion import StudyError
+from flexmb.sweeps.bifurcation import bifurcation
+from flexmb.sweeps.engine import PENDING
+from flexmb.sweeps.fingerprint import digest
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+VALUES = {
+    "speed": tuple(math.pi * n / 40 for n in (*range(20, 60, 2), *range(60, 81), *range(82, 101, 2))),
+    "clearance": tuple(n * 1e-5 for n in range(1, 51)),
+}
+"""Speeds [rad/s], closer to each other about the paper's threshold of 1.6 pi; clearances [m]."""
+
+FIXED = {"speed": {"clearance": 0.5e-3}, "clearance": {"speed": 2.0 * math.pi}}
+
+WORK = {False: 0.07, True: 0.75}
+"""About the processor time of a turn of the rigid and of the flexible mechanism, the mean over a diagram [s]."""
+
+TANGENT = 1.6
+"""How many times as long a turn takes whose tangent is carried."""
+
+
+@dataclass(frozen=True)
+class Diagram:
+    """The points of the section at each value of a parameter.
+
+    Parameters
+    ----------
+    parameter : "speed" (at 0.5 mm of play) or "clearance" (at 2 pi rad/s).
+    flexible : whether the links are beams.
+    skip, keep : turns before the first point, and points, at each value.
+    exponent : whether the largest exponent is found, over as many turns more.
+    values : about how many values there are; None: all of `VALUES`.
+    """
+
+    parameter: str
+    flexible: bool
+    skip: int = 25
+    keep: int = 60
+    exponent: bool = True
+    values: int | None = None
+
+    def __post_init__(self) -> None:
+        checks.one_of("Diagram", "parameter", self.parameter, VALUES)
+
+    @classmethod
+    def at(cls, parameter: str, effort: Effort, *, flexible: bool) -> Diagram:
+        """The diagram over `parameter` at an effort, `flexible` or rigid."""
+        lengths = {"skip": effort.diagram_settle, "keep": effort.diagram_points, "values": effort.values}
+        return cls(parameter, flexible, exponent=effort.exponents, **lengths)
+
+    @property
+    def name(self) -> str:
+        """Stem of the file of results, and of the store."""
+        return f"diagram-{self.parameter}-{'flexible' if self.flexible else 'rigid'}"
+
+    @property
+    def chosen(self) -> list[float]:
+        """The values of the parameter, from the first to the last."""
+        found = VALUES[self.parameter]
+        if self.values is None or self.values >= len(found):
+            return list(found)
+        return [found[k] for k in np.linspace(0, len(found) - 1, max(self.values, 2)).round().astype(int)]
+
+    @property
+    def work(self) -> float:
+        """About how much processor time it takes [s]."""
+        turns = self.skip + self.keep * (1.0 + TANGENT if self.exponent else 1.0)
+        return WORK[self.flexible] * turns * len(self.chosen)
+
+    def fingerprint(self) -> str:
+        """A text that changes with everything the result depends on."""
+        fixed, values = self._fixed(), self.chosen
+        models = [nine_bar(**fixed, **{self.parameter: value}) for value in (values[0], values[-1])]
+        settings = (self.parameter, values, fixed, self.skip, self.keep, self.exponent, installed_version())
+        return digest(("diagram", nine_bar, *models, *settings))
+
+    def compute(self) -> xr.Dataset:
+        """The diagram, in one process and kept nowhere; see `spread`."""
+        return self.spread(None, None)
+
+    def spread(self, executor: Executor | None, store: Path | None, pending: int = PENDING) -> xr.Dataset:
+        """Compute it, point by point.
+
+        Parameters
+        ----------
+        executor : where points are computed; None: in this process.
+        store : folder in which finished points are kept, and found again.
+        pending : most points that are with the executor at the same time.
+
+        Returns
+        -------
+        xarray.Dataset : as `bifurcation` returns it.  Points that failed have a status that says so.
+
+        Raises
+        ------
+        StudyError : no point went well.
+        InputError : a store of another diagram.
+        """
+        found = bifurcation(
+            nine_bar,
+            self.parameter,
+            self.chosen,
+            fixed=self._fixed(),
+            skip=self.skip,
+            keep=self.keep,
+            exponent=self.exponent,
+            executor=executor,
+            pending=pending,
+            store=store,
+            resume=store is not None,
+        )
+        if not found["ok"].any():
+            raise StudyError(f"{self.name}: no point went well; the first: {found['status'].values[0]}")
+        return found
+
+    def _fixed(self) -> dict[str, float | bool]:
+        return {**FIXED[self.parameter], "flexible": self.flexible}

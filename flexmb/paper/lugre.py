@@ -1,0 +1,82 @@
+"""The LuGre law of the paper, whose bristles are as stiff as the load is large."""
+
+import math
+from dataclasses import dataclass
+
+from flexmb import checks
+from flexmb.contact.friction.creep import load_ratio as checked_ratio
+from flexmb.contact.friction.creep import static_not_below_kinetic
+from flexmb.kernels import friction_law
+from flexmb.model.law import FrictionLaw
+
+
+@friction_law
+def load_scaled_lugre_kernel(p, h, slip, N, z, z_new):
+    """z' = slip - sigma0 |slip| z/g, T = -(sigma0 z + sigma1 z' + sigma2 slip) N; implicit in z.
+
+    From z_new = z + h (slip - sigma0 |slip| z_new/g) follows z_new = (z + h slip) g/(g + h sigma0 |slip|).
+    """
+    mu_s, mu_k, vs, sigma0, sigma1, sigma2 = p
+    if N <= 0.0:
+        z_new[0] = 0.0
+        return 0.0
+    g = mu_k + (mu_s - mu_k) * math.exp(-((slip / vs) ** 2))
+    wear = sigma0 * abs(slip)
+    new = (z[0] + h * slip) * g / (g + h * wear)
+    z_new[0] = new
+    return -(sigma0 * new + sigma1 * (slip - wear * new / g) + sigma2 * slip) * N
+
+
+@dataclass(frozen=True)
+class LoadScaledLuGre(FrictionLaw):
+    """LuGre friction with bristles that are as stiff as the load is large.
+
+    z' = slip - sigma_0 |slip| z / g,  g = mu_k + (mu_s - mu_k) exp(-(slip/v_s)^2),
+    T = -(sigma_0 z + sigma_1 z' + sigma_2 slip) N,
+    z [m] is the deflection of the bristles and the history of the law; it is gone when the surfaces part.
+
+    Parameters
+    ----------
+    static : mu_s >= mu_k.
+    kinetic : mu_k > 0.
+    stribeck_speed : v_s, slip speed of the fall from static to kinetic friction [m/s], > 0.
+    stiffness : sigma_0 for each newton of load [1/m], > 0.
+    damping : sigma_1 for each newton of load [s/m], >= 0.
+    viscous : sigma_2 for each newton of load [s/m], >= 0.
+
+    Raises
+    ------
+    InputError : a negative number, static < kinetic, kinetic, speed or stiffness not > 0.
+
+    Notes
+    -----
+    For the study alone: a load that grows multiplies the energy of the bristles, and damping that does not fade lets
+    the force oppose the motion of the bristles, not that of the surfaces.  `flexmb.LuGre` never produces energy.
+    Source: Chen, Jiang, Deng, Wang, Nonlinear Dynamics (2018), their references 32 and 33.
+    """
+
+    static: float
+    kinetic: float
+    stribeck_speed: float
+    stiffness: float
+    damping: float = 0.0
+    viscous: float = 0.0
+
+    kernel = load_scaled_lugre_kernel
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        static_not_below_kinetic("LoadScaledLuGre", self.static, self.kinetic)
+        checks.positive("LoadScaledLuGre", "kinetic", self.kinetic)
+        checks.positive("LoadScaledLuGre", "stribeck_speed", self.stribeck_speed, "m/s")
+        checks.positive("LoadScaledLuGre", "stiffness", self.stiffness, "1/m")
+        checks.not_negative("LoadScaledLuGre", "damping", self.damping, "s/m")
+        checks.not_negative("LoadScaledLuGre", "viscous", self.viscous, "s/m")
+
+    def history(self) -> tuple[float, ...]:
+        """Deflection of the bristles [m]."""
+        return (0.0,)
+
+    def creep_speed(self, load_ratio: float) -> float:
+        """Slip speed [m/s] that balances the tangential load `load_ratio` mu_s N: 0 up to 1, inf above."""
+        return 0.0 if checked_ratio("LoadScaledLuGre", load_ratio) <= 1.0 else math.inf
