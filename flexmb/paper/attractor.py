@@ -12,9 +12,11 @@ from flexmb import checks
 from flexmb.analysis.exponents import FEWEST, Exponents
 from flexmb.analysis.lyapunov import Pair, lyapunov
 from flexmb.analysis.mechanism_flow import MechanismFlow
+from flexmb.analysis.schedule import lengths_of
 from flexmb.errors import InputError
 from flexmb.integrate.run import installed_version
 from flexmb.paper.case import Case
+from flexmb.paper.effort import Effort
 from flexmb.paper.motion import StudyError
 from flexmb.sweeps.fingerprint import digest
 
@@ -31,8 +33,9 @@ SHOWN = 4
 PAIR_EACH = 5
 """Periods of the series for each pair of neighbours that is followed."""
 
-APART = 1e-10
-"""Distance of two neighbours at the start [m]; far above what one step's round-off does, far below what counts."""
+APART = 1e-9
+"""Distance of two neighbours at the start [m], in the direction that grows most; far above round-off, far below what
+counts."""
 
 LOOKS = 200
 """Looks at a pair of neighbours in the period for which it is followed."""
@@ -94,12 +97,14 @@ class Attractor:
 
         Returns
         -------
-        xarray.Dataset : over "point": `section.SIGNAL` once a period.  `exponent` and `exponent_error`, the largest of
-            the system [1/s], and over "history" how it converges: `history.time` [s], `history.exponent` [1/s].  Over
+        xarray.Dataset : over "point": `section.SIGNAL` once a period, whose attribute `resolution` says which
+            differences may be errors of the integration.  `exponent` and `exponent_error`, the largest of the system
+            [1/s], and over "history" how it converges: `history.time` [s], `history.exponent` [1/s].  Over
             "time", evenly spaced: the signals.  Over "step", every step of a few periods more: `step.time`,
-            `step.SIGNAL`.  Over "pair" and "lag": distances of two neighbours, `apart.state` (in the weights of the
-            flow [m]) and `apart.SIGNAL` of the observed signals.  Attributes: `case`, `period`, `settle`; `verdict` and
-            `reason` of the system, `verdict.SIGNAL` through each observed signal.
+            `step.SIGNAL`.  Over "pair" and "lag", from `pair.time` [s] on: distances of two neighbours, `apart.state`
+            (in the weights of the flow [m]) and `apart.SIGNAL` of the observed signals, and logarithms `growth.state`,
+            `growth.SIGNAL` of a difference that stays small; it goes on from pair to pair.  Attributes: `case`,
+            `period`, `settle`; `verdict` and `reason` of the system, `verdict.SIGNAL` through each observed signal.
 
         Raises
         ------
@@ -141,25 +146,64 @@ class Attractor:
         return np.array(times), np.array(rows)
 
     def _pairs(self, flow: MechanismFlow) -> dict[str, Any]:
-        """Distances of neighbours, each pair from another phase of the cranks."""
-        places, pairs, T = [flow.names.index(name) for name in OBSERVED], self.series // PAIR_EACH, self.case.period
-        table = np.empty((pairs, LOOKS + 1, 1 + len(OBSERVED)))
+        """Distances of neighbours, each pair from another phase of the cranks, and how small differences grow."""
+        pairs, T = self.series // PAIR_EACH, self.case.period
+        linear = _Linear(flow, [flow.names.index(name) for name in OBSERVED])
+        self._go(flow, flow.time + T / pairs, linear)  # it turns to the direction that grows most
+        table, begins = np.empty((2, pairs, LOOKS + 1, 1 + len(OBSERVED))), np.empty(pairs)
         for number in range(pairs):
-            pair = Pair.beside(flow, APART, number)
-            begin = flow.time
-            table[number, 0] = _distances(pair, places)
+            pair = Pair(flow, flow.copy(), flow.weights, APART)
+            pair.put(linear.W[:, 0])
+            begins[number] = flow.time
+            table[:, number, 0] = _distances(pair, linear.places), linear.logs()
             for look in range(1, LOOKS + 1):
-                for system in (pair.first, pair.second):
-                    self._go(system, begin + look * T / LOOKS)
-                table[number, look] = _distances(pair, places)
-            self._go(flow, begin + T + T / pairs)
-        names = ("state", *OBSERVED)
-        columns = {f"apart.{name}": (("pair", "lag"), table[..., k], {"units": "m"}) for k, name in enumerate(names)}
-        return {"lag": ("lag", np.arange(LOOKS + 1) * T / LOOKS, {"units": "s"})} | columns
+                time = begins[number] + look * T / LOOKS
+                self._go(pair.first, time, linear)
+                self._go(pair.second, time)
+                table[:, number, look] = _distances(pair, linear.places), linear.logs()
+            self._go(flow, flow.time + T / pairs, linear)
+        names, axes = ("state", *OBSERVED), ("pair", "lag")
+        columns: dict[str, Any] = {"lag": ("lag", np.arange(LOOKS + 1) * T / LOOKS, {"units": "s"})}
+        columns["pair.time"] = ("pair", begins, {"units": "s"})
+        for k, name in enumerate(names):
+            columns[f"apart.{name}"] = (axes, table[0, ..., k], {"units": "m"})
+            columns[f"growth.{name}"] = (axes, table[1, ..., k], {"units": "1"})
+        return columns
 
-    def _go(self, flow: Any, time: float) -> None:
-        if not flow.advance(time - flow.time):
+    def _go(self, flow: Any, time: float, linear: _Linear | None = None) -> None:
+        """Up to a time, with a small difference or without."""
+        if not flow.advance(time - flow.time, None if linear is None else linear.W):
             raise StudyError(f"{self.name}: the motion did not go on: {flow.status}")
+        if linear is not None:
+            linear.shorten()
+
+
+class _Linear:
+    """A difference that stays small, of which only the logarithm grows.
+
+    Parameters
+    ----------
+    flow : the motion that it goes along with.
+    places : of the signals whose differences are asked for.
+    """
+
+    def __init__(self, flow: MechanismFlow, places: Sequence[int]) -> None:
+        self.flow, self.places, self.log = flow, places, 0.0
+        self.W = flow.tangent_basis(1)
+
+    def shorten(self) -> None:
+        """Make it of length 1, and note by what it was longer."""
+        length = float(lengths_of(self.W, self.flow.weights)[0])
+        if not 0.0 < length < np.inf:
+            raise StudyError(f"{self.flow.name}: a small difference became {length} at {self.flow.time:g} s")
+        self.W /= length
+        self.W[self.flow.records] = 0.0
+        self.log += np.log(length)
+
+    def logs(self) -> np.ndarray:
+        """Logarithms of its length, and of what it does to each signal (m,)."""
+        gaps = [abs(float(self.flow.slopes(place, self.W)[0])) for place in self.places]
+        return self.log + np.log(np.maximum([1.0, *gaps], 1e-300))
 
 
 def _distances(pair: Pair, places: Sequence[int]) -> np.ndarray:
@@ -170,10 +214,10 @@ def _distances(pair: Pair, places: Sequence[int]) -> np.ndarray:
 
 def _of_section(found: Exponents, places: Sequence[int], units: dict[str, dict[str, str]]) -> dict[str, Any]:
     """Points once a period, and the exponent as it converges."""
-    points = {
-        f"section.{name}": ("point", found.points[:, place], units[name])
-        for name, place in zip(units, places, strict=True)
-    }
+    points = {}
+    for name, place in zip(units, places, strict=True):
+        noise = {} if found.seen.resolution is None else {"resolution": float(found.seen.resolution[place])}
+        points[f"section.{name}"] = ("point", found.points[:, place], units[name] | noise)
     return points | {
         "history.time": ("history", found.time, {"units": "s"}),
         "history.exponent": ("history", found.history[:, 0], {"units": "1/s"}),
@@ -194,3 +238,29 @@ def _judgements(found: Exponents) -> dict[str, str]:
     """The verdict on the system, and through each observed signal."""
     through = {f"verdict.{name}": str(found.seen_through(name)) for name in OBSERVED}
     return {"verdict": str(found.verdict), "reason": found.verdict.reason if found.verdict else ""} | through
+
+
+def by_clearance(effort: Effort) -> tuple[Attractor, Attractor]:
+    """The runs with 0.05 and 0.5 mm of play at 2 pi rad/s.
+
+    Parameters
+    ----------
+    effort : how long they are; a quick look has two beam elements a link.
+    """
+    return _at(effort, 2.0, 0.05e-3), _at(effort, 2.0, 0.5e-3)
+
+
+def by_speed(effort: Effort) -> tuple[Attractor, Attractor]:
+    """The runs at 0.5 and 2.5 pi rad/s with 0.5 mm of play.
+
+    Parameters
+    ----------
+    effort : how long they are; a quick look has two beam elements a link.
+    """
+    return _at(effort, 0.5, 0.5e-3), _at(effort, 2.5, 0.5e-3)
+
+
+def _at(effort: Effort, speed: float, clearance: float) -> Attractor:
+    elements = 2 if effort.name == "quick" else 4
+    case = Case(model="flexible", speed=speed, clearance=clearance, elements=elements)
+    return Attractor(case, effort.settle, effort.points, effort.series)

@@ -61,9 +61,11 @@ class Page:
     title : what it shows.
     runs : runs whose results it needs.
     write : from the results to the text (Markdown, without a heading) and to a dataset with its numbers.
+    draw : as of `Plate`, for a page with a picture, `NAME.png` beside its text; None: it has none.
     """
 
     name: str
     title: str
     runs: tuple[Run, ...]
     write: Callable[[Results], tuple[str, xr.Dataset]]
+    draw: Callable[[Results], tuple[Figure, xr.Dataset]] | None = None
