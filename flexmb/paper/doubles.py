@@ -43,8 +43,8 @@ class Observable:
     rate_factor: float = 1.0
 
 
-JOURNAL_X = Observable("P1.ex", "P1.vex", "journal along X", "µm", 1e6)
-JOURNAL_Y = Observable("P1.ey", "P1.vey", "journal along Y", "µm", 1e6)
+JOURNAL_X = Observable("P1.ex", "P1.vex", "journal along X", "µm", 1e6, "mm/s", 1e3)
+JOURNAL_Y = Observable("P1.ey", "P1.vey", "journal along Y", "µm", 1e6, "mm/s", 1e3)
 SLIDER = Observable("slider.x", "slider.vx", "slider", "mm", 1e3)
 OBSERVABLES = (JOURNAL_X, JOURNAL_Y, SLIDER)
 

@@ -1,10 +1,10 @@
 """Figures 21, 22, 26, 38, 39 and 43: the largest Lyapunov exponent, from one observable and of the system.
 
-Above, as the paper has it, the running estimate from one observable, by the method of Wolf et al.; the paper names
-neither sampling interval
-nor delay nor dimension.  Ours: 100 samples a period, the delay where the mutual information has its first
-minimum, the dimension with less than 1 % of false neighbours, pairs that are followed for a mean period of the
-signal.  Below the exponent of the system, from the tangent of the time stepper, which is one for all observables.
+Above, as the paper has it, the running estimate from one observable, by the method of Wolf et al.  The paper names
+neither method nor sampling interval, delay and dimension; running values over time that may be negative are Wolf's.
+Ours: 100 samples a period, the delay where the mutual information has its first minimum, the dimension with less than
+1 % of false neighbours, pairs that are followed for a mean period of the signal.  Below the exponent of the system,
+from the tangent of the time stepper, which is one for all observables.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def column(
     _system(axes[1], shown, letter, result)
     for ax in axes:
         right = ax.secondary_yaxis("right", functions=(lambda v: v * period, lambda v: v / period))
-        right.set_ylabel("a period")
+        right.set_ylabel("[1/period]")
 
 
 def _estimate(
