@@ -10,7 +10,7 @@ from flexmb.paper.effort import FULL, QUICK
 from flexmb.paper.motion import Motion
 from flexmb.paper.observed import by_period, cloud, growth_rates
 
-RUN = Attractor(Case(model="rigid", speed=0.5), settle=12, points=50, series=5, samples=50)
+RUN = Attractor(Case(model="rigid", speed=0.5), settle=12, points=50, series=20, samples=50)
 """In contact all the time, periodic, and cheap."""
 
 
@@ -21,7 +21,7 @@ def result():
 
 def test_dataset_holds_what_figures_need(result):
     assert dict(result.sizes) == {
-        **{"point": 50, "history": 45, "time": 251, "pair": 1, "lag": LOOKS + 1},
+        **{"point": 50, "history": 45, "time": 1001, "pair": 4, "lag": LOOKS + 1},
         "step": result.sizes["step"],
     }
     for name in SIGNALS:
@@ -68,11 +68,11 @@ def test_two_runs_part_as_small_differences_do(result):
 
 
 def test_fingerprint_and_name_tell_runs_apart():
-    other = Attractor(RUN.case, settle=12, points=50, series=5, samples=60)
-    assert RUN.fingerprint() == Attractor(Case(model="rigid", speed=0.5), 12, 50, 5, 50).fingerprint()
+    other = Attractor(RUN.case, settle=12, points=50, series=20, samples=60)
+    assert RUN.fingerprint() == Attractor(Case(model="rigid", speed=0.5), 12, 50, 20, 50).fingerprint()
     assert len({RUN.fingerprint(), other.fingerprint()}) == 2
     assert len({RUN.name, other.name, Motion(RUN.case, 5, 20, 2).name}) == 3
-    assert Attractor(RUN.case, 12, 50, 5).work > RUN.work / 2.0 > 0.0
+    assert Attractor(RUN.case, 12, 50, 20).work > RUN.work / 2.0 > 0.0
 
 
 @pytest.mark.parametrize("wrong", [{"points": 49}, {"series": 4}, {"settle": -1}, {"samples": 10}, {"points": 60.5}])

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flexmb.analysis.section_signals import SEPARATE
 from flexmb.paper.attractor import Attractor
 from flexmb.paper.doubles import COLOUR, Observable, length_text, noted, six
 from flexmb.paper.effort import Effort
@@ -57,7 +58,12 @@ def column(
     curve = [result[f"step.{name}"].values for name in names]
     points = [result[f"section.{name}"].values for name in names]
     _whole(axes[0], observable, curve, points)
-    _close_up(axes[1], observable, curve, points, str(result.attrs[f"verdict.{observable.place}"]))
+    noise = float(result[f"section.{observable.place}"].attrs.get("resolution", 0.0))
+    same = np.ptp(points[0]) < SEPARATE * noise
+    verdict = str(result.attrs[f"verdict.{observable.place}"]) + (
+        ", one point but for errors of the steps" if same else ""
+    )
+    _close_up(axes[1], observable, curve, points, verdict)
     for name, units, along, at in zip(names, ("m", "m/s"), curve, points, strict=True):
         shown[f"{letter}.{name}"] = noted(at, f"{letter}.point", units, f"once a period, {name}")
         shown[f"{letter}.curve.{name}"] = noted(along, f"{letter}.step", units, f"phase curve, {name}")

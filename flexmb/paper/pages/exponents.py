@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flexmb.analysis.section_signals import SEPARATE
 from flexmb.analysis.series.exponent import SeriesExponent
 from flexmb.analysis.series.kantz import kantz
 from flexmb.analysis.series.rosenstein import rosenstein
@@ -27,9 +28,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 METHODS = ("wolf", "rosenstein", "kantz")
-
-NOISY = 10.0
-"""Times the integration's errors by which points must differ for the 0-1 test."""
 
 APART = 3.0
 """Standard deviations from which on two exponents are said to differ."""
@@ -114,7 +112,7 @@ def _of_case(run: Attractor, result: xr.Dataset) -> Of:
         others = {method.__name__: method(signal, interval) for method in (rosenstein, kantz)}
         estimates[name] = {"wolf": estimate_of(result, name)} | others
         points = result[f"section.{name}"]
-        clear = float(points.std()) > NOISY * float(points.attrs.get("resolution", 0.0))
+        clear = float(points.std()) > SEPARATE * float(points.attrs.get("resolution", 0.0))
         walks[name] = zero_one_test(points.values, thin=1).value if clear else float("nan")
     return Of(
         run=run,
