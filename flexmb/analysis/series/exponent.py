@@ -130,20 +130,21 @@ def _agreed(method: str, unit: str, found: Embedding, w: int, slopes: list[Slope
     text = f"{value:.4g} +- {error:.2g} {unit}, seen in {found.dimension} and {found.dimension + 1} dimensions"
     text += "." if found.ok else f"; the embedding is doubtful: {found.status}"
     region = (a.region[0] * step, a.region[1] * step)
-    return SeriesExponent(value, error, unit, True, text, method, found, w, region, a.steps * step, _scaled(a, step))
+    curve = _scaled(method, a, step)
+    return SeriesExponent(value, error, unit, True, text, method, found, w, region, a.steps * step, curve)
 
 
 def _none(
     method: str, unit: str, found: Embedding | None, w: int, why: str, slope: Slope | None = None, step: float = 1.0
 ) -> SeriesExponent:
     nothing = Slope(np.nan, np.nan, why) if slope is None else slope
-    times, curve = nothing.steps * step, _scaled(nothing, step)
+    times, curve = nothing.steps * step, _scaled(method, nothing, step)
     return SeriesExponent(np.nan, np.nan, unit, False, why, method, found, w, (np.nan, np.nan), times, curve)
 
 
-def _scaled(slope: Slope, step: float) -> np.ndarray:
-    """The curve; a running estimate, which has no region, in the unit of the exponent."""
-    return slope.curve if np.isfinite(slope.region[0]) or slope.why_not else slope.curve / step
+def _scaled(method: str, slope: Slope, step: float) -> np.ndarray:
+    """The curve; the running estimate of "wolf", with a value or without, in the unit of the exponent."""
+    return slope.curve / step if method == "wolf" else slope.curve
 
 
 def straight_part(curves: Curves, points: np.ndarray, window: int, theiler: int, period: float) -> Slope:

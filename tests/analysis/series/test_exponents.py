@@ -139,3 +139,11 @@ def test_a_labelled_array_is_a_signal(signals):
     x, _ = signals["henon x"]
     labelled = xr.DataArray(x[:2000], dims="time", attrs={"units": "m"})
     assert fm.rosenstein(labelled).value == fm.rosenstein(x[:2000]).value
+
+
+def test_running_estimate_has_the_unit_of_the_exponent_without_a_value_too():
+    noise = np.random.default_rng(3).standard_normal(1500)
+    coarse, fine = fm.wolf(noise, 1.0), fm.wolf(noise, 0.01)
+    assert not fine.ok
+    assert len(fine.curve) > 10
+    np.testing.assert_allclose(fine.curve, 100.0 * coarse.curve)
