@@ -61,9 +61,13 @@ class Page:
     title : what it shows.
     runs : runs whose results it needs.
     write : from the results to the text (Markdown, without a heading) and to a dataset with its numbers.
+    draw : as of a plate, for a page with a picture; None: it has none.
+    slow : whether it is left out unless it is asked for by its name or by "all".
     """
 
     name: str
     title: str
     runs: tuple[Run, ...]
     write: Callable[[Results], tuple[str, xr.Dataset]]
+    draw: Callable[[Results], tuple[Figure, xr.Dataset]] | None = None
+    slow: bool = False

@@ -1,0 +1,110 @@
+"""The page "claims": what the paper says of its results, one by one, against ours."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from flexmb.paper.claims.catalogue import CLAIMS, Claim
+from flexmb.paper.claims.evidence import Plan
+from flexmb.paper.claims.finding import DISAGREES, NOT_JUDGED, Finding, tally
+from flexmb.paper.claims.plan import attacks, plan
+from flexmb.paper.effort import Effort
+from flexmb.paper.markdown import paragraph, table
+from flexmb.paper.plate import Page, Results, Run
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+INTRODUCTION = """
+Each claim is decided by a rule that was written down before the numbers were looked at; it stands above the parts of the
+claim. A claim agrees when all its parts do, and disagrees when one of them does. Means are those of successive settled
+turns; a value after ± is the standard deviation from turn to turn, and the interval of a ratio holds it with 99.7 %
+probability, with the correlation of neighbouring turns taken into account. "Higher" and "lower" mean that the whole
+interval of the difference lies beyond 1 %; "equal" that it lies within 5 %. What cannot be told from the spread of the
+turns is not decided.
+"""
+
+
+def pages(effort: Effort) -> tuple[Page, ...]:
+    """The page at an effort."""
+    deciding, others = plan(effort), attacks(effort)
+
+    def write(results: Results) -> tuple[str, xr.Dataset]:
+        return written(results, deciding, others)
+
+    runs: dict[Run, None] = dict.fromkeys(deciding.runs)
+    for other in others.values():
+        runs.update(dict.fromkeys(other.runs))
+    return (Page("claims", "The paper's claims, judged", tuple(runs), write),)
+
+
+def written(results: Results, deciding: Plan, others: Mapping[str, Plan]) -> tuple[str, xr.Dataset]:
+    """The text and the numbers.
+
+    Parameters
+    ----------
+    results : by runs.
+    deciding : the runs that decide.
+    others : runs with which what disagrees is attacked, by what is finer in them.
+    """
+    seen = deciding.read(results)
+    found = {claim.number: claim.judge(seen) for claim in CLAIMS}
+    against = {name: other.read(results) for name, other in others.items()}
+    attacked = {
+        claim.number: {name: claim.judge(evidence) for name, evidence in against.items()}
+        for claim in CLAIMS
+        if found[claim.number].verdict == DISAGREES
+    }
+    rows = [
+        [str(c.number), c.text, c.figures, found[c.number].verdict, tally(found[c.number]), found[c.number].reason]
+        for c in CLAIMS
+    ]
+    head = ["claim", "what the paper says", "figures", "verdict", "agree / disagree / open", "reason"]
+    passages = [paragraph(INTRODUCTION), table(head, rows, left=6)]
+    passages += [_passage(claim, found[claim.number], attacked.get(claim.number, {})) for claim in CLAIMS]
+    return "\n\n".join(passages) + "\n", _dataset(found)
+
+
+def _passage(claim: Claim, found: Finding, attacked: Mapping[str, Finding]) -> str:
+    lines = [f"## Claim {claim.number}: {found.verdict}", paragraph(claim.text), paragraph(claim.rule)]
+    if found.parts:
+        rows = [[part.what, part.verdict, part.numbers] for part in found.parts]
+        lines.append(table(["part", "verdict", "numbers"], rows, left=3))
+    if found.verdict == DISAGREES:
+        lines.append(attacked_with(attacked))
+    return "\n\n".join(lines)
+
+
+def attacked_with(attacked: Mapping[str, Finding]) -> str:
+    """What came of the finer and longer runs.
+
+    Parameters
+    ----------
+    attacked : findings by what is finer in their runs.
+    """
+    tried = {name: found for name, found in attacked.items() if found.verdict != NOT_JUDGED}
+    if not tried:
+        return "Attacked with: nothing yet."
+    rows = [[name, found.verdict, tally(found), found.reason] for name, found in tried.items()]
+    return "Attacked with:\n\n" + table(["runs", "verdict", "agree / disagree / open", "reason"], rows, left=4)
+
+
+def _dataset(found: Mapping[int, Finding]) -> xr.Dataset:
+    """All numbers of all parts, over "number"; verdicts over "claim" and over "part"."""
+    import xarray
+
+    parts = [(number, part) for number, finding in found.items() for part in finding.parts]
+    numbers = [(place, name, value) for place, (_, part) in enumerate(parts) for name, value in part.values.items()]
+    return xarray.Dataset(
+        {
+            "verdict": ("claim", [finding.verdict for finding in found.values()]),
+            "part.claim": ("part", [number for number, _ in parts]),
+            "part.what": ("part", [part.what for _, part in parts]),
+            "part.verdict": ("part", [part.verdict for _, part in parts]),
+            "number.part": ("number", [place for place, _, _ in numbers]),
+            "number.name": ("number", [name for _, name, _ in numbers]),
+            "number.value": ("number", [float(value) for _, _, value in numbers]),
+        },
+        coords={"claim": list(found)},
+    )
