@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
@@ -73,8 +74,8 @@ class Reaction:
 
         Returns
         -------
-        xarray.Dataset : over "angle" (of crank 4, from its angle at the start [rad]) and "axis" (x, y): `static` [N] and
-            `dynamic` [N s^2].
+        xarray.Dataset : over "angle" (of crank 4, from its angle at the start [rad]) and "axis" (x, y): `static` [N]
+            and `dynamic` [N s^2].
         """
         import dataclasses
 
@@ -199,7 +200,7 @@ def reversal(static: np.ndarray, dynamic: np.ndarray, highest: float = 4.0) -> f
         return float((force @ mean).min() / math.hypot(*mean))
 
     speeds = np.linspace(0.25, highest, round((highest - 0.25) / 0.05) + 1)
-    for low, high in zip(speeds[:-1], speeds[1:], strict=True):
+    for low, high in itertools.pairwise(speeds):
         if least(low) > 0.0 >= least(high):
             return float(brentq(least, low, high, xtol=1e-9))
     return math.nan

@@ -122,7 +122,11 @@ class Comparison:
         """The ratio and its interval."""
         if not math.isfinite(self.ratio):
             return "-"
-        return f"{self.ratio:.3g}" if self.high - self.low < 2e-3 else f"{self.ratio:.3g} ({self.low:.2g}..{self.high:.2g})"
+        return (
+            f"{self.ratio:.3g}"
+            if self.high - self.low < 2e-3
+            else f"{self.ratio:.3g} ({self.low:.2g}..{self.high:.2g})"
+        )
 
 
 def compare(first: Mean, second: Mean) -> Comparison:

@@ -34,9 +34,7 @@ class Claim(NamedTuple):
 
 
 CLAIMS = (
-    Claim(
-        1, "Slider displacement and velocity hardly change with clearance.", "9, 10", response.path_of_slider
-    ),
+    Claim(1, "Slider displacement and velocity hardly change with clearance.", "9, 10", response.path_of_slider),
     Claim(
         2,
         "Peaks of slider acceleration and of both torques are far above the ideal mechanism's, and grow from 0.05 to "
@@ -63,9 +61,7 @@ CLAIMS = (
         "15, 16, 33",
         response.flexible_holds_on,
     ),
-    Claim(
-        7, "At 2 pi the joint is chaotic at 0.05 and at 0.5 mm, more so at 0.5 mm.", "17-23", chaos.chaotic_joint
-    ),
+    Claim(7, "At 2 pi the joint is chaotic at 0.05 and at 0.5 mm, more so at 0.5 mm.", "17-23", chaos.chaotic_joint),
     Claim(
         8,
         "At 0.5 pi and 0.5 mm contact is unbroken, the phase curve closes and the Poincare map is one point.",
@@ -84,9 +80,7 @@ CLAIMS = (
         "23",
         chaos.chaos_by_clearance,
     ),
-    Claim(
-        11, "The slider's Poincare map stays one point in all runs.", "25, 27, 42, 44", chaos.slider_is_one_point
-    ),
+    Claim(11, "The slider's Poincare map stays one point in all runs.", "25, 27, 42, 44", chaos.slider_is_one_point),
     Claim(
         12,
         "Modified Coulomb and LuGre give the same impact times; the peaks with LuGre are higher.",

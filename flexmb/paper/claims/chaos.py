@@ -94,7 +94,9 @@ def _is_chaotic(key: Key, kind: Kind) -> Part:
 def _more(model: str, small: Kind, large: Kind) -> Part:
     difference, error = large.exponent - small.exponent, math.hypot(large.error, small.error)
     verdict = by_rule(agrees=difference > SURE * error, disagrees=difference < -SURE * error)
-    text = f"{large.exponent:.3g} ± {large.error:.1g} 1/s at 0.5 mm, {small.exponent:.3g} ± {small.error:.1g} at 0.05 mm"
+    text = (
+        f"{large.exponent:.3g} ± {large.error:.1g} 1/s at 0.5 mm, {small.exponent:.3g} ± {small.error:.1g} at 0.05 mm"
+    )
     return Part(f"more so at 0.5 mm, {model}", verdict, text, {"difference": difference, "error": error})
 
 
@@ -234,5 +236,3 @@ def _clouds(diagram: xr.Dataset, parameter: str) -> Part:
     at = f"{value / math.pi:.4g} pi rad/s" if parameter == "speed" else f"{1e3 * value:.3g} mm"
     text = f"largest cloud {1e6 * sizes[k]:.3g} um at {at}; {int((sizes > 1e-7).sum())} of {len(sizes)} above 0.1 um"
     return Part(f"diagram over the {parameter}", ASIDE, text, {"cloud": float(sizes[k])})
-
-

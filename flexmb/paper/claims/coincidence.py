@@ -1,4 +1,4 @@
-"""Claims on instants: do peaks coincide (3), and do two friction laws hit at the same times (12)?"""
+"""Claims on instants: whether peaks coincide (3), and whether two friction laws hit at the same times (12)."""
 
 from __future__ import annotations
 

@@ -25,9 +25,6 @@ MANY_TURNS = 100
 
 FINER = 1e-5
 MESHES = (2, 8)
-NEAR = (1.55, 1.6, 1.65, 1.7)
-"""Speeds over pi [rad/s] at which the kind of motion is looked at over a longer time."""
-
 NO_FRICTION = NineBarData(friction_coefficient=0.0)
 
 
@@ -36,9 +33,7 @@ def case_of(key: Key) -> Case:
     if key.model == "ideal":
         return Case(model="ideal", speed=key.speed)
     if key.law == "none":
-        return Case(
-            model=key.model, speed=key.speed, clearance=key.clearance, data=NO_FRICTION, label="cf=0"
-        )
+        return Case(model=key.model, speed=key.speed, clearance=key.clearance, data=NO_FRICTION, label="cf=0")
     return Case(model=key.model, speed=key.speed, clearance=key.clearance, friction=key.law)
 
 
@@ -94,9 +89,10 @@ def attacks(effort: Effort) -> Mapping[str, Plan]:
         return {}
     keys = [Key(model, *case) for model in PLAY_MODELS for case in CASES]
     pure = {ideal(speed): settled(ideal(speed), effort) for speed in (SLOW, MIDDLE, FAST)}
+    other_speeds = [Key(model, speed) for model in PLAY_MODELS for speed in SPEEDS[effort.name]]
     laws = [Key("rigid", FAST), Key("rigid", FAST, LARGE, "lugre")]
     finer = Plan(
-        pure | {key: settled(key, effort, FINER) for key in [*keys, laws[1]]},
+        pure | {key: settled(key, effort, FINER) for key in [*keys, *other_speeds, laws[1]]},
         {key: started(key, FINER) for key in laws},
     )
     meshes = {f"{n} elements": Plan(pure | {key: meshed(key, effort, n) for key in keys}) for n in MESHES}

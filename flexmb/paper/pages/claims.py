@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from flexmb.paper.claims.catalogue import CLAIMS, Claim
 from flexmb.paper.claims.evidence import Plan
-from flexmb.paper.claims.finding import DISAGREES, NOT_JUDGED, Finding, tally
+from flexmb.paper.claims.finding import DISAGREES, UNDECIDED, Finding, tally
 from flexmb.paper.claims.plan import attacks, plan
 from flexmb.paper.effort import Effort
 from flexmb.paper.markdown import paragraph, table
@@ -16,13 +16,16 @@ from flexmb.paper.plate import Page, Results, Run
 if TYPE_CHECKING:
     import xarray as xr
 
+ATTACKED = (DISAGREES, UNDECIDED)
+"""Verdicts that are not taken as they are."""
+
 INTRODUCTION = """
-Each claim is decided by a rule that was written down before the numbers were looked at; it stands above the parts of the
-claim. A claim agrees when all its parts do, and disagrees when one of them does. Means are those of successive settled
-turns; a value after ± is the standard deviation from turn to turn, and the interval of a ratio holds it with 99.7 %
-probability, with the correlation of neighbouring turns taken into account. "Higher" and "lower" mean that the whole
-interval of the difference lies beyond 1 %; "equal" that it lies within 5 %. What cannot be told from the spread of the
-turns is not decided.
+Each claim is decided by a rule that was written down before the numbers were looked at; it stands above the parts of
+the claim. A claim agrees when all its parts do, and disagrees when one of them does. Means are those of successive
+settled turns; a value after ± is the standard deviation from turn to turn, and the interval of a ratio holds it with
+99.7 % probability, with the correlation of neighbouring turns taken into account. "Higher" and "lower" mean that the
+whole interval of the difference lies beyond 1 %; "equal" that it lies within 5 %. What cannot be told from the spread
+of the turns is not decided. Parts that do not agree are tried again with finer or longer runs.
 """
 
 
@@ -46,7 +49,7 @@ def written(results: Results, deciding: Plan, others: Mapping[str, Plan]) -> tup
     ----------
     results : by runs.
     deciding : the runs that decide.
-    others : runs with which what disagrees is attacked, by what is finer in them.
+    others : runs with which what does not agree is attacked, by what is finer in them.
     """
     seen = deciding.read(results)
     found = {claim.number: claim.judge(seen) for claim in CLAIMS}
@@ -54,7 +57,7 @@ def written(results: Results, deciding: Plan, others: Mapping[str, Plan]) -> tup
     attacked = {
         claim.number: {name: claim.judge(evidence) for name, evidence in against.items()}
         for claim in CLAIMS
-        if found[claim.number].verdict == DISAGREES
+        if found[claim.number].verdict in ATTACKED
     }
     rows = [
         [str(c.number), c.text, c.figures, found[c.number].verdict, tally(found[c.number]), found[c.number].reason]
@@ -71,23 +74,29 @@ def _passage(claim: Claim, found: Finding, attacked: Mapping[str, Finding]) -> s
     if found.parts:
         rows = [[part.what, part.verdict, part.numbers] for part in found.parts]
         lines.append(table(["part", "verdict", "numbers"], rows, left=3))
-    if found.verdict == DISAGREES:
-        lines.append(attacked_with(attacked))
+    if found.verdict in ATTACKED:
+        lines.append(attacked_with(found, attacked))
     return "\n\n".join(lines)
 
 
-def attacked_with(attacked: Mapping[str, Finding]) -> str:
-    """What came of the finer and longer runs.
+def attacked_with(found: Finding, attacked: Mapping[str, Finding]) -> str:
+    """What finer and longer runs say of the parts that do not agree.
 
     Parameters
     ----------
-    attacked : findings by what is finer in their runs.
+    found : the finding.
+    attacked : findings by what is finer in their runs; parts that they lack are left out.
     """
-    tried = {name: found for name, found in attacked.items() if found.verdict != NOT_JUDGED}
-    if not tried:
-        return "Attacked with: nothing yet."
-    rows = [[name, found.verdict, tally(found), found.reason] for name, found in tried.items()]
-    return "Attacked with:\n\n" + table(["runs", "verdict", "agree / disagree / open", "reason"], rows, left=4)
+    rows = []
+    for part in found.counted:
+        if part.verdict not in ATTACKED:
+            continue
+        again = [(name, other) for name, f in attacked.items() for other in f.parts if other.what == part.what]
+        rows += [[part.what, part.verdict, name, other.verdict, other.numbers] for name, other in again]
+        if not again:
+            rows.append([part.what, part.verdict, "no finer run", "-", "-"])
+    head = ["part", "verdict", "attacked with", "verdict then", "numbers then"]
+    return "Attacked with:\n\n" + table(head, rows, left=len(head))
 
 
 def _dataset(found: Mapping[int, Finding]) -> xr.Dataset:
