@@ -24,6 +24,9 @@ POINTS = 240
 FINER = 20
 """Places between two points at which sign changes are looked for, by the trigonometric series."""
 
+ROUNDING = 1e-12
+"""Part of the largest cross product below which one is zero."""
+
 
 class Crossing(NamedTuple):
     """A speed at which the force is zero at some instant of the turn.
@@ -120,14 +123,16 @@ def crossings(static: np.ndarray, dynamic: np.ndarray) -> list[Crossing]:
         return float(sx * dy - sy * dx)
 
     values = _finer(np.hstack([static, dynamic]), FINER)
-    values = np.vstack([values, values[:1]])
-    fine = np.linspace(0.0, 2.0 * math.pi, len(values))
-    sign = np.sign(values[:, 0] * values[:, 3] - values[:, 1] * values[:, 2])
+    product = values[:, 0] * values[:, 3] - values[:, 1] * values[:, 2]
+    product[np.abs(product) <= ROUNDING * np.abs(product).max()] = 0.0
+    fine = np.linspace(0.0, 2.0 * math.pi, len(values) + 1)
+    angles = [float(fine[k]) for k in np.flatnonzero(product == 0.0)]
+    for k in np.flatnonzero(product * np.roll(product, -1) < 0.0):
+        angles.append(brentq(cross, fine[k], fine[k + 1], xtol=1e-13))
     found = []
-    for k in np.flatnonzero(sign[1:] * sign[:-1] <= 0.0):
-        angle = float(fine[k]) if sign[k] == 0.0 else brentq(cross, fine[k], fine[k + 1], xtol=1e-13)
+    for angle in angles:
         sx, sy, dx, dy = at(angle)
-        if sign[k + 1] != 0.0 and sx * dx + sy * dy < 0.0:
+        if sx * dx + sy * dy < 0.0:
             found.append(Crossing(math.sqrt(math.hypot(sx, sy) / math.hypot(dx, dy)) / math.pi, angle))
     return sorted(found)
 

@@ -167,7 +167,7 @@ def _with_play(onsets: dict[Run, xr.Dataset]) -> list[str]:
     )
     text = SIMULATION.format(begin=BEGIN, fine=FINE, keep=one.keep, settle=one.settle, ramp=RAMP)
     said = (
-        "The paper calls the motion (flexible, 0.5 mm) periodic up to 1.6 pi and chaotic from 1.65 pi rad/s on; it gives "
-        "no speed for contact and none for other clearances."
+        "The paper calls the motion (flexible, 0.5 mm) periodic up to 1.6 pi and chaotic from 1.65 pi rad/s on; it "
+        "gives no speed for contact and none for other clearances."
     )
     return ["## With play", paragraph(text), table(head, rows, left=3), paragraph(said)]
