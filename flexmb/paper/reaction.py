@@ -127,8 +127,8 @@ def crossings(static: np.ndarray, dynamic: np.ndarray) -> list[Crossing]:
     product[np.abs(product) <= ROUNDING * np.abs(product).max()] = 0.0
     fine = np.linspace(0.0, 2.0 * math.pi, len(values) + 1)
     angles = [float(fine[k]) for k in np.flatnonzero(product == 0.0)]
-    for k in np.flatnonzero(product * np.roll(product, -1) < 0.0):
-        angles.append(brentq(cross, fine[k], fine[k + 1], xtol=1e-13))
+    changes = np.flatnonzero(product * np.roll(product, -1) < 0.0)
+    angles.extend(brentq(cross, fine[k], fine[k + 1], xtol=1e-13) for k in changes)
     found = []
     for angle in angles:
         sx, sy, dx, dy = at(angle)

@@ -88,10 +88,9 @@ def correlation_time(values: np.ndarray) -> float:
     power = float(x @ x) / n
     if n < 8 or power <= 0.0:
         return 1.0
-    rho = np.array([float(x[: n - k] @ x[k:]) / (n - k) for k in range(n // 2)]) / power
     total = 0.0
-    for k in range(0, len(rho) - 1, 2):
-        pair = rho[k] + rho[k + 1]
+    for k in range(0, n // 2 - 1, 2):
+        pair = sum(float(x[: n - m] @ x[m:]) / (n - m) for m in (k, k + 1)) / power
         if pair <= 0.0:
             break
         total += pair

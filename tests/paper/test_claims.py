@@ -84,7 +84,10 @@ def paths(off):
 
 
 def growing(small, large, spread=0.05):
-    pair = {Key("rigid", MIDDLE, SMALL): motion(small, spread=spread), Key("rigid", MIDDLE): motion(large, spread=spread)}
+    pair = {
+        Key("rigid", MIDDLE, SMALL): motion(small, spread=spread),
+        Key("rigid", MIDDLE): motion(large, spread=spread),
+    }
     return Evidence({ideal(MIDDLE): motion(), **pair})
 
 
@@ -208,6 +211,7 @@ def test_where_the_rigid_mechanism_moves_like_the_ideal_one_nothing_is_softened(
     found = JUDGE[5](responses({}, {}))
     assert {part.verdict for part in found.parts} == {ASIDE}
     assert found.verdict == NOT_JUDGED
+    assert JUDGE[5](responses({}, {"factor": 2.0})).verdict == DISAGREES
 
 
 def test_late_chaos_contradicts_the_threshold_as_early_chaos_does():
@@ -228,7 +232,11 @@ def test_a_chaotic_verdict_against_a_negative_exponent_decides_nothing():
 
 def test_peaks_are_found_where_they_are():
     t = np.linspace(0.0, 1.0, 10_001)
-    x = np.exp(-(((t - 0.2) / 0.01) ** 2)) - 0.8 * np.exp(-(((t - 0.5) / 0.01) ** 2)) + 0.3 * np.exp(-(((t - 0.8) / 0.01) ** 2))
+    x = (
+        np.exp(-(((t - 0.2) / 0.01) ** 2))
+        - 0.8 * np.exp(-(((t - 0.5) / 0.01) ** 2))
+        + 0.3 * np.exp(-(((t - 0.8) / 0.01) ** 2))
+    )
     assert at.peaks_of(t, x, 0.01) == pytest.approx([0.2, 0.5], abs=1e-4)  # 0.3 is below half of the largest
     ripple = x + 0.02 * np.cos(2.0 * math.pi * t / 0.002)
     assert len(at.peaks_of(t, ripple, 0.03)) == 2

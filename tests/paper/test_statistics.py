@@ -32,8 +32,8 @@ def autoregressive(phi: float, shape: tuple[int, ...], seed: int) -> np.ndarray:
 @pytest.mark.parametrize("phi", [0.0, 0.5, 0.8])
 def test_standard_error_of_a_long_series_is_the_known_one(phi):
     # of the mean of n values of an AR(1) process with unit noise: 1 / ((1 - phi) sqrt(n))
-    n = 20_000
-    errors = [Mean.of(series).error for series in autoregressive(phi, (8, n), seed=3)]
+    n = 4000
+    errors = [Mean.of(series).error for series in autoregressive(phi, (40, n), seed=3)]
     assert np.mean(errors) == pytest.approx(1.0 / ((1.0 - phi) * math.sqrt(n)), rel=0.05)
 
 
@@ -86,7 +86,9 @@ def test_verdict_on_two_means(first, second, verdict):
 
 def test_equal_distributions_are_seldom_called_different():
     rng = np.random.default_rng(5)
-    verdicts = [compare(Mean.of(rng.normal(1.0, 0.2, 20)), Mean.of(rng.normal(1.0, 0.2, 20))).verdict for _ in range(1000)]
+    verdicts = [
+        compare(Mean.of(rng.normal(1.0, 0.2, 20)), Mean.of(rng.normal(1.0, 0.2, 20))).verdict for _ in range(1000)
+    ]
     assert sum(verdict in (HIGHER, LOWER) for verdict in verdicts) <= 10
 
 

@@ -125,7 +125,7 @@ def flexible_softens(seen: Evidence) -> Finding:
 
     Rule, for each case and quantity: the mean peak of the flexible mechanism against that of the rigid one, by
     `compare`.  Where the rigid peak is within 5 % of the ideal one there is nothing to lower, and the part is not
-    counted.
+    counted, unless the flexible one is higher.
     """
     parts = []
     for rigid, flexible in _pairs(seen):
@@ -133,7 +133,8 @@ def flexible_softens(seen: Evidence) -> Finding:
             part = _contrast(seen, _where(rigid), flexible, rigid, quantity, LOWER)
             if seen.has(ideal(rigid.speed)):
                 pure = float(seen.motions[ideal(rigid.speed)][quantity].values.max())
-                if abs(seen.mean(rigid, quantity).value - pure) <= ALIKE * pure:
+                near = abs(seen.mean(rigid, quantity).value - pure) <= ALIKE * pure
+                if near and not part.numbers.endswith(HIGHER):
                     text = f"{part.numbers}; nothing to lower, the ideal peak is {pure:.4g}"
                     part = Part(part.what, ASIDE, text, part.values)
             parts.append(part)
