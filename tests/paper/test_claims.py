@@ -219,6 +219,14 @@ def test_late_chaos_contradicts_the_threshold_as_early_chaos_does():
     assert JUDGE[9](late).verdict == DISAGREES
 
 
+def test_long_runs_stand_in_for_a_diagram_about_the_threshold_only():
+    near = {Key("flexible", speed): growth(**PERIODIC) for speed in (1.55, 1.6)}
+    later = {Key("flexible", speed): growth() for speed in (1.65, 1.7)}
+    assert JUDGE[9](Evidence(growths=near | later)).verdict == AGREES
+    assert JUDGE[9](Evidence(growths=near | {Key("flexible", 1.65): growth(**PERIODIC)})).verdict == DISAGREES
+    assert JUDGE[9](Evidence(growths={Key("flexible", speed): growth() for speed in (0.5, 2.0)})).verdict == NOT_JUDGED
+
+
 def test_the_rigid_diagram_is_shown_but_does_not_decide():
     both = Evidence(diagrams={("speed", "flexible"): speeds(), ("speed", "rigid"): speeds(below="chaotic")})
     found = JUDGE[9](both)

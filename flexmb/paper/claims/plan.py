@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 from flexmb.mechanisms.nine_bar_data import NineBarData
 from flexmb.paper.case import Case
+from flexmb.paper.claims.chaos import NEAR
 from flexmb.paper.claims.evidence import FAST, LARGE, MIDDLE, PLAY_MODELS, SLOW, Key, Plan, ideal
 from flexmb.paper.claims.response import CASES
 from flexmb.paper.effort import Effort
@@ -22,6 +23,9 @@ SPEEDS_WITHOUT_FRICTION = {"full": (0.5, 1.0, 1.5, 2.0, 2.5), "quick": (SLOW, MI
 START_TURNS = 3
 MANY_TURNS = 100
 """Of the rigid mechanism, where a difference is within the spread of the usual number."""
+
+LONG = (100, 300)
+"""Periods before the first point, and points, of exponents that are looked at again."""
 
 FINER = 1e-5
 MESHES = (2, 8)
@@ -97,11 +101,16 @@ def attacks(effort: Effort) -> Mapping[str, Plan]:
     )
     meshes = {f"{n} elements": Plan(pure | {key: meshed(key, effort, n) for key in keys}) for n in MESHES}
     rigid = [key for key in (*keys, laws[1]) if key.model == "rigid"]
+    near = [Key(model, speed) for model in PLAY_MODELS for speed in NEAR]
     longer = Plan(
         pure | {key: lengthened(key, effort) for key in rigid},
-        growths={Key("rigid", *case): Growth(case_of(Key("rigid", *case)), 100, 400) for case in CASES},
+        growths={key: Growth(case_of(key), *LONG) for key in (*(Key("rigid", *case) for case in CASES), *near)},
     )
-    return {f"rtol {FINER:g}": finer, **meshes, f"rigid, {MANY_TURNS} turns, exponents of 400": longer}
+    return {
+        f"rtol {FINER:g}": finer,
+        **meshes,
+        f"{MANY_TURNS} turns (rigid), exponents over {LONG[1]} after {LONG[0]}": longer,
+    }
 
 
 def meshed(key: Key, effort: Effort, elements: int) -> Motion:
