@@ -121,11 +121,19 @@ class Comparison:
         """The ratio and its interval."""
         if not math.isfinite(self.ratio):
             return "-"
-        return (
-            f"{self.ratio:.3g}"
-            if self.high - self.low < 2e-3
-            else f"{self.ratio:.3g} ({self.low:.2g}..{self.high:.2g})"
-        )
+        ratio = plain(self.ratio, 3)
+        return ratio if self.high - self.low < 2e-3 else f"{ratio} ({plain(self.low, 3)}..{plain(self.high, 3)})"
+
+
+def plain(value: float, digits: int) -> str:
+    """`value` to so many digits, without an exponent unless it is very small.
+
+    Parameters
+    ----------
+    value : a number.
+    digits : how many of them count.
+    """
+    return f"{float(f'{value:.{digits}g}'):g}"
 
 
 def compare(first: Mean, second: Mean) -> Comparison:

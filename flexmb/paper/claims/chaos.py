@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from flexmb.paper.claims.evidence import FAST, LARGE, MIDDLE, SLOW, SMALL, Evidence, Key
-from flexmb.paper.claims.finding import ASIDE, Finding, Part, by_rule, finding
+from flexmb.paper.claims.finding import ASIDE, UNDECIDED, Finding, Part, by_rule, finding
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -78,7 +78,12 @@ def chaotic_joint(seen: Evidence) -> Finding:
     parts = []
     for number, model in enumerate(models):
         small, large = Key(model, MIDDLE, SMALL), Key(model, MIDDLE, LARGE)
-        found = [_is_chaotic(key, Kind.of(seen.growths[key])) for key in (small, large) if key in seen.growths]
+        found = [
+            _is_chaotic(key, Kind.of(seen.growths[key]))
+            if key in seen.growths
+            else Part(f"chaotic, {key.text}", UNDECIDED, "no run")
+            for key in (small, large)
+        ]
         if small in seen.growths and large in seen.growths:
             found.append(_more(model, Kind.of(seen.growths[small]), Kind.of(seen.growths[large])))
         parts += found if number == 0 else [_aside(part) for part in found]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from flexmb.paper.plate import Results, Run
-from flexmb.paper.statistics import Mean
+from flexmb.paper.statistics import Mean, plain
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -160,5 +160,5 @@ def shown(mean: Mean, quantity: str) -> str:
     """
     _, unit, factor = QUANTITIES[quantity]
     value, spread = factor * mean.value, factor * mean.deviation
-    text = f"{value:.4g}" if spread <= 1e-4 * abs(value) else f"{value:.4g} ± {spread:.2g}"
+    text = plain(value, 4) if spread <= 1e-4 * abs(value) else f"{plain(value, 4)} ± {plain(spread, 2)}"
     return f"{text} {unit}".rstrip()

@@ -12,7 +12,7 @@ from flexmb.paper.effort import Effort
 from flexmb.paper.markdown import paragraph, table
 from flexmb.paper.motion import Motion
 from flexmb.paper.plate import Page, Results, Run
-from flexmb.paper.statistics import EQUAL, HIGHER, LOWER, Mean, compare
+from flexmb.paper.statistics import EQUAL, HIGHER, LOWER, Mean, compare, plain
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -127,10 +127,10 @@ def _means(at: dict[Level, xr.Dataset]) -> str:
         cells = []
         for quantity, (_, _, factor) in QUANTITIES.items():
             mean = _mean(data, quantity)
-            error = "" if mean.error <= 1e-4 * abs(mean.value) else f" ({factor * mean.error:.2g})"
+            error = "" if mean.error <= 1e-4 * abs(mean.value) else f" ({plain(factor * mean.error, 2)})"
             unit = QUANTITIES[quantity][1]
             cells.append(shown(mean, quantity).removesuffix(f" {unit}") + error)
-        rows.append([level.text, *cells, f"{1e6 * float(data['step'].mean()):.3g}"])
+        rows.append([level.text, *cells, plain(1e6 * float(data["step"].mean()), 3)])
     head = ["model", *(f"{name} [{unit}]" if unit else name for name, unit, _ in QUANTITIES.values()), "step [us]"]
     return table(head, rows)
 

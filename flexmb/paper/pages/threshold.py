@@ -47,8 +47,8 @@ With play, the last speed at which no settled turn has any free flight (the smal
 would count), and the first at which one has, found by going up from {begin:g} pi rad/s and halving the bracket down
 to {fine:g} pi rad/s. Contact counts as unbroken after {keep} turns without flight, {settle} turns after the cranks
 have come to speed. A soft start brings them there within {ramp:g} turns; a hard one begins at full speed with the
-journal in the middle of its bearing. Least force: the smallest normal force in the turns that count at the last
-unbroken speed.
+journal in the middle of its bearing. Least force: the smallest normal force in the turns that count at the last unbroken
+speed; beside it that of the ideal joint.
 """
 
 
@@ -91,7 +91,7 @@ def written(reaction: xr.Dataset, onsets: dict[Run, xr.Dataset]) -> tuple[str, x
 
     static, dynamic = reaction["static"].values, reaction["dynamic"].values
     round_at, zeros = reversal(static, dynamic), crossings(static, dynamic)
-    text = [*_ideal(static, dynamic, round_at), *_with_play(onsets)]
+    text = [*_ideal(static, dynamic, round_at), *_with_play(onsets, static, dynamic)]
     ends = {run: (data.attrs["last_unbroken"], data.attrs["first_broken"]) for run, data in onsets.items()}
     data = xarray.Dataset(
         {
@@ -140,7 +140,7 @@ def _ideal(static: np.ndarray, dynamic: np.ndarray, round_at: float) -> list[str
     ]
 
 
-def _with_play(onsets: dict[Run, xr.Dataset]) -> list[str]:
+def _with_play(onsets: dict[Run, xr.Dataset], static: np.ndarray, dynamic: np.ndarray) -> list[str]:
     """What simulations with play say, and the paper's values."""
     if not onsets:
         return []
@@ -157,17 +157,26 @@ def _with_play(onsets: dict[Run, xr.Dataset]) -> list[str]:
                 f"{low:.4f} pi",
                 f"{high:.4f} pi",
                 f"{float(data['least_force'][at]):.3g}",
+                f"{turning(static, dynamic, low).least:.3g}",
                 f"{100.0 * float(data['flight'][above]):.2g}",
                 "yes" if low >= PAPER[0] - FINE and high <= PAPER[1] + FINE else "no",
             ]
         )
     head = (
         *("model", "clearance [mm]", "start", "last unbroken [rad/s]", "first broken [rad/s]", "least force [N]"),
+        "least force, ideal [N]",
         *("free flight at the first broken [%]", "between the paper's 1.6 and 1.65 pi"),
     )
     text = SIMULATION.format(begin=BEGIN, fine=FINE, keep=one.keep, settle=one.settle, ramp=RAMP)
     said = (
         "The paper calls the motion (flexible, 0.5 mm) periodic up to 1.6 pi and chaotic from 1.65 pi rad/s on; it "
         "gives no speed for contact and none for other clearances."
+    )
+    ends = [data.attrs[name] for data in onsets.values() for name in ("last_unbroken", "first_broken")]
+    low, high, round_at = min(ends), max(ends), reversal(static, dynamic)
+    where = "below" if high < round_at else "above" if low > round_at else "on both sides of"
+    said += (
+        f" Contact breaks between {low:.3f} and {high:.3f} pi rad/s, {where} the speed of {round_at:.3f} pi rad/s at "
+        "which the reaction of the ideal joint turns round: the journal swings in its play, and the force with it."
     )
     return ["## With play", paragraph(text), table(head, rows, left=3), paragraph(said)]
