@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from flexmb.analysis.series.zero_one import zero_one_test
 from flexmb.paper.claims.evidence import FAST, LARGE, MIDDLE, SLOW, SMALL, Evidence, Key
 from flexmb.paper.claims.finding import ASIDE, UNDECIDED, Finding, Part, by_rule, finding
 
@@ -24,6 +25,8 @@ NEAR = (1.55, 1.575, 1.6, 1.65, 1.7)
 
 THROUGH = ("P1.ex", "P1.ey", "slider.x")
 ROUNDING = 1e-9
+NOISE = 1e-8
+"""Differences of positions that may be errors of the integration [m]."""
 
 
 class Kind(NamedTuple):
@@ -220,7 +223,8 @@ def slider_is_one_point(seen: Evidence) -> Finding:
 
     Rule, for each case, flexible where there is one: it agrees if the motion is called periodic-1 through the position
     of the slider alone, and disagrees if it is called chaotic or quasi-periodic through it.  The size of the cloud of
-    points is given beside the stroke: on the scale of the stroke any of them may look like one point.
+    points is given beside the stroke: on the scale of the stroke any of them may look like one point.  So is the 0-1
+    test of the points alone (near 1 chaotic, near 0 regular), which knows nothing of the system's exponent.
     """
     parts = []
     for speed, clearance in ((MIDDLE, SMALL), (MIDDLE, LARGE), (SLOW, LARGE), (FAST, LARGE)):
@@ -239,6 +243,9 @@ def _cloud(seen: Evidence, key: Key) -> Part:
     through, size = str(data.attrs["verdict.slider.x"]), float(np.ptp(data["section.slider.x"].values))
     stroke = seen.stroke(key.speed)
     text = f"{through}; cloud {1e6 * size:.3g} um, {size / stroke:.1e} of the stroke of {1e3 * stroke:.4g} mm"
+    test = zero_one_test(data["section.slider.x"].values) if size > NOISE else None
+    if test is not None and test.ok:
+        text += f"; 0-1 test of the points alone {test.value:.2f}"
     apart = through in ("chaotic", "quasi-periodic")
     verdict = by_rule(agrees=through == "periodic-1", disagrees=apart)
     return Part(key.text, verdict, text, {"cloud": size, "stroke": stroke})

@@ -27,6 +27,9 @@ MANY_TURNS = 100
 LONG = (100, 300)
 """Periods before the first point, and points, of exponents that are looked at again."""
 
+SHORT = (20, 50)
+"""The same with finer steps."""
+
 FINER = 1e-5
 MESHES = (2, 8)
 NO_FRICTION = NineBarData(friction_coefficient=0.0)
@@ -98,6 +101,7 @@ def attacks(effort: Effort) -> Mapping[str, Plan]:
     finer = Plan(
         pure | {key: settled(key, effort, FINER) for key in [*keys, *other_speeds, laws[1]]},
         {key: started(key, FINER) for key in laws},
+        {key: Growth(case_of(key), *SHORT, FINER) for key in keys if key.model == "flexible"},
     )
     meshes = {f"{n} elements": Plan(pure | {key: meshed(key, effort, n) for key in keys}) for n in MESHES}
     rigid = [key for key in (*keys, laws[1]) if key.model == "rigid"]

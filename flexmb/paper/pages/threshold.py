@@ -47,8 +47,8 @@ With play, the last speed at which no settled turn has any free flight (the smal
 would count), and the first at which one has, found by going up from {begin:g} pi rad/s and halving the bracket down
 to {fine:g} pi rad/s. Contact counts as unbroken after {keep} turns without flight, {settle} turns after the cranks
 have come to speed. A soft start brings them there within {ramp:g} turns; a hard one begins at full speed with the
-journal in the middle of its bearing. Least force: the smallest normal force in the turns that count at the last unbroken
-speed; beside it that of the ideal joint.
+journal in the middle of its bearing. Least force: the smallest normal force in the turns that count at the last
+unbroken speed; beside it that of the ideal joint.
 """
 
 
