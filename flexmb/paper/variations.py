@@ -23,7 +23,7 @@ class Variation:
 
     Parameters
     ----------
-    letter : short name, for the table of verdicts and for names of runs; "" of the mechanism as it is.
+    letter : short name, for tables and names of runs, in small letters; "" of the mechanism as it is.
     what : what is changed, and to what.
     data : changed numbers of the mechanism.
     start : angles of cranks 1 and 4 at the start [rad].
@@ -99,7 +99,7 @@ class Variation:
 
 
 def _label(letter: str, label: str) -> str:
-    return "-".join(text for text in ("varied" + letter, label) if text)
+    return "-".join(text for text in ("varied", letter, label) if text)
 
 
 def _pivot(dx: float, dy: float) -> dict[str, Any]:
@@ -139,6 +139,6 @@ VARIATIONS = (
     Variation("x", "restitution 0.5 (this law then gives 0.73)", {"restitution": 0.5}),
     Variation("y", "2 elements a link", elements=2, beams_only=True),
     Variation("z", "8 elements a link", elements=8, beams_only=True),
-    Variation("A", "coarser steps, rtol = 1e-3", rtol=1e-3),
-    Variation("B", "finer steps, rtol = 1e-5", rtol=1e-5),
+    Variation("aa", "coarser steps, rtol = 1e-3", rtol=1e-3),
+    Variation("bb", "finer steps, rtol = 1e-5", rtol=1e-5),
 )
