@@ -20,12 +20,14 @@ ATTACKED = (DISAGREES, UNDECIDED)
 """Verdicts that are not taken as they are."""
 
 INTRODUCTION = """
-Each claim is decided by a rule that was written down before the numbers were looked at; it stands above the parts of
-the claim. A claim agrees when all its parts do, and disagrees when one of them does. Means are those of successive
-settled turns; a value after ± is the standard deviation from turn to turn, and the interval of a ratio holds it with
-99.7 % probability, with the correlation of neighbouring turns taken into account. "Higher" and "lower" mean that the
-whole interval of the difference lies beyond 1 %; "equal" that it lies within 5 %. What cannot be told from the spread
-of the turns is not decided. Parts that do not agree are tried again with finer or longer runs.
+Each claim is decided by the rule that stands above its parts. The rules were written down before the numbers were
+looked at, but for claim 13, whose two parts, what the paper shows and what it says, were one before. A claim agrees
+when all its parts do, and disagrees when one of them does. Means are those of successive settled turns; a value after
+± is the standard deviation from turn to turn, and the interval of a ratio holds it with 99.7 % probability, with the
+correlation of neighbouring turns taken into account. In comparisons (`compare` in the rules) "higher" and "lower"
+mean that the whole interval of the difference lies beyond 1 % of the larger mean, "equal" that it lies within 5 %.
+What cannot be told from the spread of the turns is not decided. Parts that do not agree are tried again with finer or
+longer runs.
 """
 
 
