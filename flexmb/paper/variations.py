@@ -1,0 +1,144 @@
+"""What the paper leaves open, varied one at a time."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from flexmb.errors import FlexmbError, RestitutionWarning
+from flexmb.mechanisms.nine_bar_data import NineBarData
+from flexmb.paper.case import Case
+
+DATA = NineBarData()
+QUARTER = 0.5 * math.pi
+
+
+@dataclass(frozen=True)
+class Variation:
+    """One change to what was reconstructed.
+
+    Parameters
+    ----------
+    letter : short name, for tables and names of runs, in small letters; "" of the mechanism as it is.
+    what : what is changed, and to what.
+    data : changed numbers of the mechanism.
+    start : angles of cranks 1 and 4 at the start [rad].
+    elements : beam elements of each link.
+    rtol : accepted error of a step; None: the default.
+    convex : whether the stiffness of the contact is that of two convex surfaces.
+    beams_only : whether the rigid mechanism is not touched.
+    """
+
+    letter: str
+    what: str
+    data: Mapping[str, Any] = field(default_factory=dict)
+    start: tuple[float, float] = (0.0, 0.0)
+    elements: int = 4
+    rtol: float | None = None
+    convex: bool = False
+    beams_only: bool = False
+
+    def touches(self, model: str) -> bool:
+        """Whether a model is another one by it.
+
+        Parameters
+        ----------
+        model : "ideal", "rigid" or "flexible".
+        """
+        return bool(self.letter) and not (self.beams_only and model != "flexible")
+
+    def numbers(self, clearance: float) -> NineBarData:
+        """The numbers of the mechanism.
+
+        Parameters
+        ----------
+        clearance : at P1 [m]; the stiffness of convex surfaces depends on it.
+        """
+        found = dataclasses.replace(DATA, **self.data)
+        if not self.convex:
+            return found
+        # sqrt(R1 R2 / (R1 + R2)) instead of sqrt(R1 R2 / (R1 - R2)), as eq. (4) is printed; K is proportional to E
+        factor = math.sqrt(clearance / (2.0 * found.bearing_radius - clearance))
+        return dataclasses.replace(found, contact_young=factor * found.contact_young)
+
+    def of(self, case: Case) -> Case:
+        """The case with this change.
+
+        Parameters
+        ----------
+        case : with the usual numbers.
+        """
+        if not self.touches(case.model):
+            return dataclasses.replace(case, label=_label("", case.label))
+        return dataclasses.replace(
+            case,
+            data=self.numbers(case.clearance),
+            start=self.start,
+            elements=self.elements if case.model == "flexible" else case.elements,
+            label=_label(self.letter, case.label),
+        )
+
+    def why_not(self, case: Case) -> str:
+        """Why this case cannot be built; empty if it can.
+
+        Parameters
+        ----------
+        case : with the usual numbers.
+        """
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RestitutionWarning)  # what the law gives instead is said in `what`
+            try:
+                self.of(case).mechanism()
+            except FlexmbError as error:
+                return str(error)
+        return ""
+
+
+def _label(letter: str, label: str) -> str:
+    return "-".join(text for text in ("varied", letter, label) if text)
+
+
+def _pivot(dx: float, dy: float) -> dict[str, Any]:
+    return {"pivot6": (round(DATA.pivot6[0] + dx, 6), round(DATA.pivot6[1] + dy, 6))}
+
+
+SWAPPED = {"side_ab": DATA.side_ac, "side_ac": DATA.side_ab}
+SLENDER = {"depth": 0.020, "thickness": 0.0150, "thickness3": 0.0075}
+"""Bars 20 mm deep, of the same area, so that the masses are met."""
+
+USUAL = Variation("", "as reconstructed")
+
+VARIATIONS = (
+    Variation("a", "sides AB and AC of the panel swapped: .304, .229 m", SWAPPED),
+    Variation("b", "J7 = 3.802e-3 kg m^2, as printed", {"inertia7": 3.802e-3}),
+    Variation("c", "J7 = 2.3e-2 kg m^2, a uniform triangle", {"inertia7": 2.3e-2}),
+    Variation("d", "no friction, cf = 0", {"friction_coefficient": 0.0}),
+    Variation("e", "cf = 0.03", {"friction_coefficient": 0.03}),
+    Variation("f", "cf = 0.1", {"friction_coefficient": 0.1}),
+    Variation("g", "R1 = 5 mm", {"bearing_radius": 0.005}),
+    Variation("h", "R1 = 20 mm", {"bearing_radius": 0.020}),
+    Variation("i", "zeta2 = 0", {"damping": 0.0}, beams_only=True),
+    Variation("j", "zeta2 = 1e-7 s", {"damping": 1e-7}, beams_only=True),
+    Variation("k", "zeta2 = 1e-5 s", {"damping": 1e-5}, beams_only=True),
+    Variation("l", "zeta2 = 1e-4 s", {"damping": 1e-4}, beams_only=True),
+    Variation("m", "zeta1 = 10 1/s, on rates of deformation", {"mass_damping": 10.0}, beams_only=True),
+    Variation("n", "start at 90, 0 degrees", start=(QUARTER, 0.0)),
+    Variation("o", "start at 180, 0 degrees", start=(2.0 * QUARTER, 0.0)),
+    Variation("p", "start at 270, 0 degrees", start=(3.0 * QUARTER, 0.0)),
+    Variation("q", "O6 10 mm towards +X", _pivot(0.01, 0.0)),
+    Variation("r", "O6 10 mm towards -X", _pivot(-0.01, 0.0)),
+    Variation("s", "O6 10 mm towards +Y", _pivot(0.0, 0.01)),
+    Variation("t", "O6 10 mm towards -Y", _pivot(0.0, -0.01)),
+    Variation("u", "bars 20 mm deep, 15 mm thick (link 3: 7.5 mm)", SLENDER, beams_only=True),
+    Variation("v", "K of convex surfaces, R1 R2 / (R1 + R2), as eq. (4) is printed", convex=True),
+    Variation("w", "restitution 0.7 (this law then gives 0.80)", {"restitution": 0.7}),
+    Variation("x", "restitution 0.5 (this law then gives 0.73)", {"restitution": 0.5}),
+    Variation("y", "2 elements a link", elements=2, beams_only=True),
+    Variation("z", "8 elements a link", elements=8, beams_only=True),
+    Variation("aa", "coarser steps, rtol = 1e-3", rtol=1e-3),
+    Variation("bb", "finer steps, rtol = 1e-5", rtol=1e-5),
+)
