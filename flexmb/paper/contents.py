@@ -9,7 +9,8 @@ from types import ModuleType
 from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.paper.effort import Effort
-from flexmb.paper.figures import bifurcation, friction, motion, path
+from flexmb.paper.figures import bifurcation, exponent, friction, motion, path, phase, section
+from flexmb.paper.pages import claims, convergence, exponents, sensitivity, threshold
 from flexmb.paper.plate import Page, Plate, Run
 
 FIGURES: tuple[ModuleType, ...] = (
@@ -17,10 +18,19 @@ FIGURES: tuple[ModuleType, ...] = (
     motion,
     path,
     bifurcation,
+    phase,
+    section,
+    exponent,
 )
 """Modules of figures, one a line."""
 
-PAGES: tuple[ModuleType, ...] = ()
+PAGES: tuple[ModuleType, ...] = (
+    claims,
+    convergence,
+    threshold,
+    exponents,
+    sensitivity,
+)
 """Modules of pages, one a line."""
 
 GROUPS = ("figures", "pages", "all")

@@ -6,10 +6,12 @@ import dataclasses
 from collections.abc import Mapping
 
 from flexmb.mechanisms.nine_bar_data import NineBarData
+from flexmb.paper.attractor import Attractor
 from flexmb.paper.case import Case
 from flexmb.paper.claims.chaos import NEAR
 from flexmb.paper.claims.evidence import FAST, LARGE, MIDDLE, PLAY_MODELS, SLOW, Key, Plan, ideal
 from flexmb.paper.claims.response import CASES
+from flexmb.paper.diagram import VALUES, Diagram
 from flexmb.paper.effort import Effort
 from flexmb.paper.growth import Growth
 from flexmb.paper.motion import Motion
@@ -57,12 +59,16 @@ def started(key: Key, rtol: float | None = None) -> Motion:
 def of_long_run(key: Key, effort: Effort) -> Run:
     """The long run that says what kind of motion it is; a quick look has two beam elements a link."""
     elements = 2 if effort.name == "quick" and key.model == "flexible" else 4
-    return Growth(dataclasses.replace(case_of(key), elements=elements), effort.settle, effort.points)
+    return Attractor(dataclasses.replace(case_of(key), elements=elements), effort.settle, effort.points, effort.series)
 
 
 def of_diagrams(effort: Effort) -> dict[tuple[str, str], Run]:
     """Diagrams over the speed and over the clearance, by parameter and model."""
-    return {}
+    return {
+        (parameter, model): Diagram.at(parameter, effort, flexible=model == "flexible")
+        for parameter in VALUES
+        for model in PLAY_MODELS
+    }
 
 
 def plan(effort: Effort) -> Plan:
