@@ -70,7 +70,8 @@ class Deformation(NamedTuple):
     u, u1, u2 : (n_q + 3,) U, U', U'';  load : (n_t + 3,) what is handed back
     G, drift : rows of the joints at the last pose, and G U' (n_c,) there: they turn
     motions : (free, n_t) rigid motions that are taken out of U
-    memory : power of the beams' damping [W], largest force [N] of rows that only share displacements
+    memory : power of the beams' damping [W], largest force [N] of rows that only share displacements, power of loads on
+        U' [W]
     """
 
     u: np.ndarray
@@ -89,7 +90,7 @@ class Scratch(NamedTuple):
     q, v, a : (n_q + 3,) motion of the nodes with the twin; later the whole motion
     cs : (bodies, 2) cosine and sine of how far each body has turned
     X, Y, Z : (n_q,) what mass, damping and stiffness are multiplied by, in the axes of the bodies
-    f : (n_q + 3,) forces;  b, c, x, y, seen, work : (n,);  pair : (2 n,)
+    f, given : (n_q + 3,) forces, those of loads without a potential alone;  b, c, x, y, seen, work : (n,);  pair : (2 n,)
     lam, z : zeros;  signals : of the twin;  rows, square, side : of `free`;  shapes, moved : (free, n_q)
     """
 
@@ -101,6 +102,7 @@ class Scratch(NamedTuple):
     Y: np.ndarray
     Z: np.ndarray
     f: np.ndarray
+    given: np.ndarray
     b: np.ndarray
     c: np.ndarray
     x: np.ndarray
@@ -255,7 +257,7 @@ def _deformation(program: Program, twin: Program, motions: np.ndarray) -> Deform
     n = program.n_q + 3
     length = int(program.tables.constraints.pos_g[-1])
     arrays: list[Any] = [np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(twin.n_q + 3), np.zeros(length)]
-    return Deformation(*arrays, np.zeros(program.n_c), motions.copy(), np.zeros(2))
+    return Deformation(*arrays, np.zeros(program.n_c), motions.copy(), np.zeros(3))
 
 
 def _scratch(program: Program, twin: Program, free: int) -> Scratch:
@@ -264,7 +266,7 @@ def _scratch(program: Program, twin: Program, free: int) -> Scratch:
         *(np.zeros(n + 3) for _ in range(3)),
         np.zeros((twin.n_q // 3, 2)),
         *(np.zeros(n) for _ in range(3)),
-        np.zeros(n + 3),
+        *(np.zeros(n + 3) for _ in range(2)),
         *(np.zeros(total) for _ in range(6)),
         np.zeros(2 * total),
         np.zeros(m),

@@ -143,6 +143,7 @@ def add_contact_forces(el, tables, work, q):
 def add_loads(el, t, h):
     """Forces of the elements that belong to no body, at the rigid motion."""
     E, S, work = el.tables.elements, el.scratch, el.work
+    S.given[:] = 0.0
     for k in range(el.model.loads.shape[0]):
         e = el.model.loads[k]
         n = E.dof[e + 1] - E.dof[e]
@@ -153,7 +154,10 @@ def add_loads(el, t, h):
             call_force(el.tables, el.address, e, n, t, h, S.z, work)
         factor_e = factor_of(el.tables, el.address, e, t)
         for i in range(n):
-            S.f[E.dofs[E.dof[e] + i]] -= factor_e * work.rl[i]
+            dof = E.dofs[E.dof[e] + i]
+            S.f[dof] -= factor_e * work.rl[i]
+            if E.energy[e] < 0:
+                S.given[dof] -= factor_e * work.rl[i]
 
 
 @compiled
@@ -205,6 +209,9 @@ def elastic_step(el, tables, work, t, h, q, v, a):
         new.memory[1] = max(new.memory[1], abs(S.x[n + el.model.ties[k]]))
     keep_joints(el, n, h)
     take_out_motions(el)
+    new.memory[2] = 0.0
+    for i in range(n):
+        new.memory[2] += S.given[i] * new.u1[i]
     return checked(el, n)
 
 

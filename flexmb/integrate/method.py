@@ -126,7 +126,7 @@ class Staggered:
     ----------
     rotation : terms of the rotating axes: "printed", as above; or "inertial", without 2 R^T m R' and R^T m R'', and
         with damping of the rates seen from the body.  See the notes.
-    play : what a joint with play does to U: "shared", both of its ends are displaced alike; or "independent".
+    play : what a joint with play does to U: "independent", nothing; or "shared", both of its ends are displaced alike.
     mean_axes : whether rigid motions that G leaves to U are taken out of it: it then has no momentum in any of them.
     passes : times each step is done, with the inertia of the elastic motion that was found at its end, >= 1.
 
@@ -144,22 +144,25 @@ class Staggered:
     Positions, velocities and accelerations of nodes are those of the rigid model plus U, U', U''.  Energies belong to
     this sum, and `energy.residual` is what the coupling made or lost.  Loads and springs see the rigid motion only.
 
-    With "shared" displacements the play is that of the whole motion, so the scheme tends to the coupled linear
-    equations with smaller steps; but the load of step 3 is one step late, and it follows slowly where it is nearly as
-    large as the inertia of the rigid model (docs/design.md has the numbers).
+    Contacts see the rigid motion alone.  With "independent" displacements and mean axes, U has no momentum in what the
+    joints leave free, so impacts are those of the rigid mechanism: compliance softens none.  With "shared" ones the play
+    is that of the whole motion, and the scheme tends to the coupled linear equations with h -> 0.  But the load of step 3
+    is one step late, and nearly as large as the inertia of the rigid model: in contact that acts as negative damping,
+    and runs blow up at any step that can be afforded (docs/design.md).  Without mean axes, rigid motions of U are
+    neutral: they keep whatever disturbs them.
 
-    Source: X. Chen, S. Jiang, Y. Deng, Q. Wang, Nonlinear Dynamics (2018), section 4, eqs (26)-(30) and 4.4, where
-    options are left open; the defaults are what is printed, vectors U^1 and U^2 of the clearance joint included.
+    Source: X. Chen, S. Jiang, Y. Deng, Q. Wang, Nonlinear Dynamics (2018), section 4, eqs (26)-(30) and 4.4.  There the
+    vectors U^1 and U^2 share the coordinates of the clearance joint, though the text calls its members independent.
     """
 
     rotation: str = "printed"
-    play: str = "shared"
+    play: str = "independent"
     mean_axes: bool = True
     passes: int = 1
 
     def __post_init__(self) -> None:
         checks.one_of("Staggered", "rotation", self.rotation, ["printed", "inertial"])
-        checks.one_of("Staggered", "play", self.play, ["shared", "independent"])
+        checks.one_of("Staggered", "play", self.play, ["independent", "shared"])
         if not isinstance(self.mean_axes, bool):
             raise InputError(f"Staggered: mean_axes is {self.mean_axes!r}; it must be True or False.")
         checks.count("Staggered", "passes", self.passes)

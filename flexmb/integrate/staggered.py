@@ -10,7 +10,7 @@ from flexmb.integrate.contact_work import contact_losses
 from flexmb.integrate.elastic_step import carry, elastic_step, hand_back
 from flexmb.integrate.explicit import project_state
 from flexmb.integrate.finish import finished, next_size, save
-from flexmb.integrate.ledger import DAMPING, RESIDUAL, keep_account, work_of_bow
+from flexmb.integrate.ledger import DAMPING, LOAD, RESIDUAL, keep_account, work_of_bow
 from flexmb.integrate.predict import compare
 from flexmb.integrate.touch import follow_contacts, no_room
 from flexmb.kernels import compiled, copy
@@ -116,13 +116,14 @@ def adopt(el):
     for k in range(now.motions.shape[0]):
         copy(new.motions[k], now.motions[k])
     now.memory[1] = max(now.memory[1], new.memory[1])
+    now.memory[2] = new.memory[2]
 
 
 @compiled
 def whole_motion(el, t, h, q, v, a, d, ledger, work):
     """Add the displacements of d to the motion of the nodes with the twin; energies of the sum, as the twin's.
 
-    Its damping beyond that of the twin's dampers is that of the beams: it is booked here.
+    Its damping beyond that of the twin's dampers is that of the beams: it is booked here, as is the work of loads on U.
     """
     S = el.scratch
     carry(el, q, v, a)
@@ -136,6 +137,7 @@ def whole_motion(el, t, h, q, v, a, d, ledger, work):
         work.power[k] = el.whole_work.power[k]
     power = el.whole_work.power[3] - work.power[3]
     ledger[DAMPING] += 0.5 * h * (el.now.memory[0] + power)
+    ledger[LOAD] += 0.5 * h * (el.now.memory[2] + d.memory[2])
     el.now.memory[0] = power
 
 
