@@ -1,7 +1,7 @@
 """Compute the numbers and the picture of the last part of docs/nine_bar.md anew: the paper's own scheme.
 
-    python docs/staggered_table.py [--cases 0.5/0.5 2/0.5 2.5/0.5 2/0.05] [--ways rigid coupled half 4e-5 "shared 1e-5" ...]
-        [--turns 10] [--skip 5] [--picture] [--write]
+    python docs/staggered_table.py [--cases 0.5/0.5 2/0.5 2.5/0.5 2/0.05]
+        [--ways rigid coupled half 4e-5 "shared 1e-5" ...] [--turns 10] [--skip 5] [--picture] [--write]
 
 A case is a speed over pi and a clearance in mm.  A way is the rigid mechanism, the coupled solver with default steps or
 with half of their tolerance, or the staggered scheme with a step in seconds.  In a "shared" one the joint with play

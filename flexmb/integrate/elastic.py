@@ -90,7 +90,8 @@ class Scratch(NamedTuple):
     q, v, a : (n_q + 3,) motion of the nodes with the twin; later the whole motion
     cs : (bodies, 2) cosine and sine of how far each body has turned
     X, Y, Z : (n_q,) what mass, damping and stiffness are multiplied by, in the axes of the bodies
-    f, given : (n_q + 3,) forces, those of loads without a potential alone;  b, c, x, y, seen, work : (n,);  pair : (2 n,)
+    f, given : (n_q + 3,) forces, and those of loads without a potential alone
+    b, c, x, y, seen, work : (n,);  pair : (2 n,)
     lam, z : zeros;  signals : of the twin;  rows, square, side : of `free`;  shapes, moved : (free, n_q)
     """
 
@@ -214,9 +215,8 @@ def _blocks(mechanism: Mechanism) -> tuple[np.ndarray, list[np.ndarray]]:
     """Pairs of nodes (blocks, 2) and their stiffness, mass and damping (blocks, 9), from the bodies alone."""
     bodies = compile_mechanism(Mechanism(mechanism.name, mechanism.bodies))
     system, q = System(bodies), _drawn(mechanism).ravel()
-    n, found = len(q) // 3, []
-    for weights in ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 1.0, 0.0)):
-        found.append(system.at(q, weights=weights).work.lu[bodies.symbolic.places])
+    n, kinds = len(q) // 3, ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 1.0, 0.0))
+    found = [system.at(q, weights=weights).work.lu[bodies.symbolic.places] for weights in kinds]
     rows, columns = bodies.symbolic.a_rows, bodies.symbolic.a_cols
     keys, number = np.unique(n * (rows // 3) + columns // 3, return_inverse=True)
     matrices = [np.zeros((len(keys), 9)) for _ in found]
@@ -238,7 +238,7 @@ def _places(program: Program, rows: np.ndarray, columns: np.ndarray) -> np.ndarr
 
 def _free_motions(program: Program, twin: Program, model: Model) -> np.ndarray:
     """Rigid motions (k, n_t) that the joints of `program` leave in the drawn pose."""
-    from flexmb.solve.motions import null_space  # noqa: PLC0415 - scipy's matrices take long to import
+    from flexmb.solve.motions import null_space  # here, since scipy's matrices take long to import
 
     nodes = np.arange(len(model.body))
     centre = np.asarray(twin.drawn.q).reshape(-1, 3)[model.body]

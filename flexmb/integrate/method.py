@@ -1,4 +1,4 @@
-"""Time integration methods: the Newmark family, Runge-Kutta for rigid mechanisms, a rigid and an elastic step in turn."""
+"""Time integration methods: the Newmark family, Runge-Kutta for rigid mechanisms, rigid and elastic steps in turn."""
 
 from __future__ import annotations
 
@@ -145,11 +145,11 @@ class Staggered:
     this sum, and `energy.residual` is what the coupling made or lost.  Loads and springs see the rigid motion only.
 
     Contacts see the rigid motion alone.  With "independent" displacements and mean axes, U has no momentum in what the
-    joints leave free, so impacts are those of the rigid mechanism: compliance softens none.  With "shared" ones the play
-    is that of the whole motion, and the scheme tends to the coupled linear equations with h -> 0.  But the load of step 3
-    is one step late, and nearly as large as the inertia of the rigid model: in contact that acts as negative damping,
-    and runs blow up at any step that can be afforded (docs/design.md).  Without mean axes, rigid motions of U are
-    neutral: they keep whatever disturbs them.
+    joints leave free, so impacts are those of the rigid mechanism: compliance softens none.  With "shared" ones the
+    play is that of the whole motion, and the scheme tends to the coupled linear equations as h tends to 0.  But the
+    load of step 3 is one step late, and nearly as large as the inertia of the rigid model: in contact that acts as
+    negative damping, and runs blow up at any step that can be afforded (docs/design.md).  Without mean axes, rigid
+    motions of U are neutral: they keep whatever disturbs them.
 
     Source: X. Chen, S. Jiang, Y. Deng, Q. Wang, Nonlinear Dynamics (2018), section 4, eqs (26)-(30) and 4.4.  There the
     vectors U^1 and U^2 share the coordinates of the clearance joint, though the text calls its members independent.

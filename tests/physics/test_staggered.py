@@ -22,7 +22,14 @@ AT_REST = 1.875104068711961**2 * math.sqrt(EI / LINE) / LENGTH**2  # first bendi
 def beam(damping=0.0, elements=4, young=YOUNG, **changes):
     material = fm.Material(young, DENSITY)
     return fm.FlexibleLink(
-        "beam", (0.0, 0.0), (LENGTH, 0.0), section=SECTION, material=material, elements=elements, damping=damping, **changes
+        "beam",
+        (0.0, 0.0),
+        (LENGTH, 0.0),
+        section=SECTION,
+        material=material,
+        elements=elements,
+        damping=damping,
+        **changes,
     )
 
 
