@@ -74,12 +74,12 @@ def test_a_rigid_mechanism_moves_as_with_runge_kutta(clearance):
 def test_a_beam_that_turns_slowly_hangs_as_in_statics():
     """Tip of a cantilever under its weight, q L^4 / (8 EI) across its axis, while a drive turns it by 60 degrees.
 
-    The turn takes 200 periods of its first mode; the damping lets the shock of the start, which is twice the static
-    value, die out before the last tenth.
+    The turn takes 200 periods of its first mode.  The shock of the start has died out before the last tenth; the
+    printed damping lags by 2 xi w/f = 3e-4 rad there.
     """
     time = 200.0 * 2.0 * math.pi / AT_REST
     damping = 0.2 / AT_REST  # a tenth of critical in the first mode
-    mech = driven(fm.CycloidalRamp(math.pi / 3.0, time), gravity=(0.0, -9.81), damping=damping)
+    mech = driven(fm.CycloidalRamp(2.0 * math.pi / 3.0 / time, time), gravity=(0.0, -9.81), damping=damping)
     sol = fm.simulate(mech, t_end=time, step=2e-4, method=fm.Staggered(), save=400)
     assert sol.ok, sol.status
     late = sol.time > 0.9 * time
@@ -88,25 +88,37 @@ def test_a_beam_that_turns_slowly_hangs_as_in_statics():
 
 
 def slow_crank(speed):
-    """A flexible rod on a crank that starts softly."""
-    return slider_crank(speed, flexible=True, ramp=0.5 * 2.0 * math.pi / speed, elements=2)
+    """A soft rod on a crank that starts softly, within half a turn."""
+    data = SliderCrankData(young=2e9, damping=1e-4)
+    return slider_crank(speed, flexible=True, ramp=math.pi / speed, elements=2, data=data)
 
 
-def test_the_coupled_solution_is_approached_with_the_first_order_of_the_step():
-    """Errors against the coupled solver: the load is one step late.  Below, second order for the scheme without lag."""
-    speed, t_end = 20.0, 0.1
-    mech = slow_crank(speed)
-    exact = run(mech, method=fm.Newmark.trapezoidal(), t_end=t_end, step=2e-5, save=50)
-    errors = []
-    for step in (4e-4, 2e-4, 1e-4):
-        sol = run(mech, t_end=t_end, step=step, save=50)
-        errors.append([np.abs(sol.array(n) - exact.array(n)).max() / np.ptp(exact.array(n)) for n in ORDERED])
-    rates = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
-    assert (rates[-1] > 0.8).all(), (errors, rates)
-    assert np.max(errors[-1]) < 2e-2, errors
+def differences(sols, others):
+    """Largest differences of deflection and torque, over the range of each, pair by pair."""
+    pairs = zip(sols, others, strict=True)
+    names = ("rod.deflection", "motor.torque")
+    return np.array([[np.abs(a.array(n) - b.array(n)).max() / np.ptp(b.array(n)) for n in names] for a, b in pairs])
 
 
-ORDERED = ("rod.deflection", "motor.torque")
+def test_deflections_are_of_second_order_and_torques_of_first():
+    """Between steps h and h/2: the load, and with it the torque, is one step late."""
+    mech, options = slow_crank(20.0), {"t_end": 0.1, "save": 50}
+    sols = [run(mech, step=4e-4 / 2**k, **options) for k in range(4)]
+    found = differences(sols[:-1], sols[1:])
+    rates = np.log2(found[:-1] / found[1:])
+    assert rates[:, 0] == pytest.approx([2.0, 2.0], abs=0.25), rates
+    assert (rates[:, 1] > 0.9).all(), rates
+
+
+def test_the_coupled_solution_is_approached_as_the_crank_turns_slower():
+    """What the equations leave out is of the second order in speed over frequency; 3e-4 at 20 rad/s."""
+    found = []
+    for speed in (20.0, 10.0):
+        mech, options = slow_crank(speed), {"t_end": 2.0 / speed, "save": 50}
+        exact = run(mech, method=fm.Newmark.trapezoidal(), step=2e-5, **options)
+        found.append(differences([run(mech, step=5e-5, **options)], [exact])[0])
+    assert np.max(found[0]) < 5e-4, found
+    assert (found[1] < found[0] / 2.5).all(), found
 
 
 def frequency(mech, t_end, step, method):
@@ -133,23 +145,25 @@ def test_the_frequency_of_a_rotating_cantilever_shows_what_is_left_out():
     t_end, step = 40.0 * 2.0 * math.pi / AT_REST, 5e-4
     found = {name: frequency(mech, t_end, step, fm.Staggered(rotation=name)) for name in ("printed", "inertial")}
     found["coupled"] = frequency(mech, t_end, step, fm.Newmark.trapezoidal())
-    print({k: v / AT_REST for k, v in found.items()})
     assert found["printed"] / AT_REST == pytest.approx(1.0, rel=3e-3)
     assert found["inertial"] / AT_REST == pytest.approx(math.sqrt(0.75), rel=3e-3)
     assert found["coupled"] / AT_REST == pytest.approx(math.sqrt(1.0 + 0.193 * 0.25), rel=3e-3)
 
 
 def test_a_free_beam_keeps_the_momentum_that_a_blow_gave_it():
-    """Linear momentum is the impulse; angular momentum about the origin that of the impulse at the tip's path."""
+    """Linear momentum is the impulse; angular momentum about the origin that of the impulse at the tip.
+
+    The momentum is that of the bent beam, so it is kept to second order in the deflection: 5e-4 of the impulse.
+    """
     rod = beam()
     push = fm.Force("push", rod, (LENGTH, 0.0), (0.0, 2.0), history=fm.Pulse(1.0, 0.0, 0.004))
     mech = fm.Mechanism("free", (rod, push))
     sol = run(mech, t_end=0.05, step=1e-4)
     after = sol.time > 0.0041
     found = fm.momentum(mech, sol)
-    np.testing.assert_allclose(found.linear[after], [[0.0, 0.008]] * int(after.sum()), atol=1e-9)
+    np.testing.assert_allclose(found.linear[after], [[0.0, 0.008]] * int(after.sum()), atol=8e-6)
     spin = found.angular[after]
-    assert np.ptp(spin) < 1e-6 * abs(spin.mean())
+    assert np.ptp(spin) < 2e-3 * abs(spin.mean())
     assert spin.mean() == pytest.approx(0.008 * LENGTH, rel=2e-3)
 
 
@@ -194,10 +208,9 @@ def test_contacts_see_the_rigid_motion_alone():
     rigid = first_impact(run(worn(), method=fm.RungeKutta4(), **options))
     soft = first_impact(run(worn(flexible=True), **options))
     coupled = first_impact(run(worn(flexible=True), method=fm.Newmark.generalised_alpha(), t_end=1e-3, save=10))
-    print(rigid.peak_force, soft.peak_force, coupled.peak_force)
     assert soft.peak_force == pytest.approx(rigid.peak_force, rel=1e-3)
-    assert soft.start == pytest.approx(rigid.start, rel=1e-6)
-    assert coupled.peak_force < 0.9 * rigid.peak_force
+    assert soft.start == pytest.approx(rigid.start, rel=1e-5)
+    assert coupled.peak_force < 0.6 * rigid.peak_force
 
 
 def test_shared_displacements_blow_up_in_contact_and_are_no_success():
