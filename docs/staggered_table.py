@@ -125,7 +125,7 @@ def write() -> None:
     PAGE.write_text(f"{page.split(BEGIN)[0]}{BEGIN}\n\n{text}\n\n{END}{page.split(END)[1]}", encoding="utf-8")
 
 
-def picture(case: str = "2/0.5", way: str = "1e-5", turn: int = 6) -> None:
+def picture(case: str = "2/0.5", way: str = "2e-5", turn: int = 6) -> None:
     """Slider acceleration and force at P1 of one turn: rigid, staggered, coupled."""
     figure = Figure(figsize=(9.0, 7.0), layout="constrained")
     left, right = figure.subplots(3, 2, sharex=True).T
