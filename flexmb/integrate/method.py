@@ -148,7 +148,8 @@ class Staggered:
     joints leave free, so impacts are those of the rigid mechanism: compliance softens none.  With "shared" ones the
     play is that of the whole motion, and the scheme tends to the coupled linear equations as h tends to 0.  But the
     load of step 3 is one step late, and nearly as large as the inertia of the rigid model: in contact that acts as
-    negative damping, and runs blow up at any step that can be afforded (docs/design.md).  Without mean axes, rigid
+    negative damping, and runs with one pass blow up at any step that can be afforded (docs/design.md); passes repeated
+    until the load stays give the impacts of the coupled equations, to the first order of h.  Without mean axes, rigid
     motions of U are neutral: they keep whatever disturbs them.
 
     Source: X. Chen, S. Jiang, Y. Deng, Q. Wang, Nonlinear Dynamics (2018), section 4, eqs (26)-(30) and 4.4.  There the

@@ -221,6 +221,17 @@ def test_shared_displacements_blow_up_in_contact_and_are_no_success():
     assert "displaced" in sol.status or "finite" in sol.status or "energ" in sol.status, sol.status
 
 
+def test_repeated_passes_with_shared_displacements_give_the_impact_of_the_coupled_equations():
+    """Peak force and start of the first impact; what is left falls with the first order of the step."""
+    options = {"t_end": 2.6e-4, "save": 5}
+    exact = first_impact(run(worn(flexible=True), method=fm.Newmark.trapezoidal(), step=2e-7, **options))
+    method = fm.Staggered(play="shared", rotation="inertial", passes=200)
+    found = [first_impact(run(worn(flexible=True), method=method, step=step, **options)) for step in (2e-6, 1e-6)]
+    errors = np.array([[exact.peak_force - e.peak_force, exact.start - e.start] for e in found])
+    assert np.abs(errors[1] / [exact.peak_force, exact.start]).max() < 0.015
+    np.testing.assert_allclose(errors[0] / errors[1], 2.0, rtol=0.1)
+
+
 def test_a_run_goes_on_bit_for_bit():
     """Steps and ends are powers of two, so that no end changes a step by round-off."""
     step = 2.0**-19
