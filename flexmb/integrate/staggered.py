@@ -25,9 +25,7 @@ from flexmb.system.outputs import write_outputs
 def accelerate_loaded(tables, address, lu, t, part, h, load, flow, trial, work, record, stages):
     """Accelerations and multipliers of the trial state under a load (n_t,): M a + G^T lam = load - r, G a = gamma."""
     n, m = tables.sizes.n_q, tables.sizes.n_c
-    evaluate(
-        tables, address, t, part * h, trial.q, trial.v, stages.zero, trial.lam, flow.z, 0.0, 0.0, 1.0, True, work
-    )
+    evaluate(tables, address, t, part * h, trial.q, trial.v, stages.zero, trial.lam, flow.z, 0.0, 0.0, 1.0, True, work)
     record.count[3] += 1
     for i in range(n):
         trial.b[i] = load[i] - (work.r[i] + work.Gl[i])
