@@ -76,7 +76,7 @@ _HOME = {
         "RestitutionWarning WorkerError"
     ),
     "integrate.episodes": "Episode Episodes",
-    "integrate.method": "Newmark RungeKutta4",
+    "integrate.method": "Newmark RungeKutta4 Staggered",
     "integrate.momentum": "Momentum momentum",
     "integrate.netcdf": "load",
     "integrate.simulate": "simulate",

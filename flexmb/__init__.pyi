@@ -98,6 +98,7 @@ from flexmb.integrate.episodes import Episode as Episode
 from flexmb.integrate.episodes import Episodes as Episodes
 from flexmb.integrate.method import Newmark as Newmark
 from flexmb.integrate.method import RungeKutta4 as RungeKutta4
+from flexmb.integrate.method import Staggered as Staggered
 from flexmb.integrate.momentum import Momentum as Momentum
 from flexmb.integrate.momentum import momentum as momentum
 from flexmb.integrate.netcdf import load as load

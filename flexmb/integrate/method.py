@@ -1,10 +1,11 @@
-"""Time integration methods: the Newmark family is one method with four numbers; Runge-Kutta for rigid mechanisms."""
+"""Time integration methods: the Newmark family, Runge-Kutta for rigid mechanisms, rigid and elastic steps in turn."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from flexmb import checks
+from flexmb.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -101,3 +102,68 @@ class RungeKutta4:
 
     For rigid mechanisms.  Beams are stiff: their fastest wave sets the step, so use `Newmark` for them.
     """
+
+
+@dataclass(frozen=True)
+class Staggered:
+    """A rigid and an elastic model that take steps in turn, each with what the other found last.
+
+    1. Runge and Kutta's step of the rigid mechanism: every flexible body is replaced by the rigid one of the same mass,
+       centre and inertia; contact forces come from its motion.
+    2. Newmark's step (beta = 1/4, gamma = 1/2) of linear elasticity about the pose found, U being the displacements of
+       the nodes along X and Y and their rotations:
+
+           M U'' + (C + 2 R^T m R') U' + (K + R^T m R'') U = F - M a_r,    G U = 0
+
+       with u = R U in the axes of a body, F of contact, loads and weight, a_r accelerations of the rigid model, and G
+       the joints and drives of the pose; C is the damping of the bodies.
+    3. The inertia force and moment of the elastic motion, summed body by body, load the rigid model in the next step.
+
+    For mechanisms of `RigidBody`, `RigidLink`, `FlexibleLink`, `FlexibleFrame`, with joints without friction in ideal
+    ones, drives, contacts and loads; with `FixedStep` only.
+
+    Parameters
+    ----------
+    rotation : terms of the rotating axes: "printed", as above; or "inertial", without 2 R^T m R' and R^T m R'', and
+        with damping of the rates seen from the body.  See the notes.
+    play : what a joint with play does to U: "independent", nothing; or "shared", both of its ends are displaced alike.
+    mean_axes : whether rigid motions that G leaves to U are taken out of it: it then has no momentum in any of them.
+    passes : times each step is done, with the inertia of the elastic motion that was found at its end, >= 1.
+
+    Raises
+    ------
+    InputError : an unknown word, passes that are no whole number > 0.
+
+    Notes
+    -----
+    Where U is in fixed axes, M U'' is the inertia force; the printed terms are correct for none but u'' in place of
+    the accelerations, that is for slow turning.  A beam that turns at w has, in the plane, the frequency at rest f
+    with "printed", sqrt(f^2 - w^2) with "inertial"; centrifugal forces, which stiffen it, are in neither.
+
+    Drive torques, forces of joints and contacts, ex and ey are those of the rigid model with the load of step 3.
+    Positions, velocities and accelerations of nodes are those of the rigid model plus U, U', U''.  Energies belong to
+    this sum, and `energy.residual` is what the coupling made or lost.  Loads and springs see the rigid motion only.
+
+    Contacts see the rigid motion alone.  With "independent" displacements and mean axes, U has no momentum in what the
+    joints leave free, so impacts are those of the rigid mechanism: compliance softens none.  With "shared" ones the
+    play is that of the whole motion, and the scheme tends to the coupled linear equations as h tends to 0.  But the
+    load of step 3 is one step late, and nearly as large as the inertia of the rigid model: in contact that acts as
+    negative damping, and runs with one pass blow up at any step that can be afforded (docs/design.md); passes repeated
+    until the load stays give the impacts of the coupled equations, to the first order of h.  Without mean axes, rigid
+    motions of U are neutral: they keep whatever disturbs them.
+
+    Source: X. Chen, S. Jiang, Y. Deng, Q. Wang, Nonlinear Dynamics (2018), section 4, eqs (26)-(30) and 4.4.  There the
+    vectors U^1 and U^2 share the coordinates of the clearance joint, though the text calls its members independent.
+    """
+
+    rotation: str = "printed"
+    play: str = "independent"
+    mean_axes: bool = True
+    passes: int = 1
+
+    def __post_init__(self) -> None:
+        checks.one_of("Staggered", "rotation", self.rotation, ["printed", "inertial"])
+        checks.one_of("Staggered", "play", self.play, ["independent", "shared"])
+        if not isinstance(self.mean_axes, bool):
+            raise InputError(f"Staggered: mean_axes is {self.mean_axes!r}; it must be True or False.")
+        checks.count("Staggered", "passes", self.passes)

@@ -29,7 +29,7 @@ from flexmb.integrate.explicit import new_stages
 from flexmb.integrate.finish import save
 from flexmb.integrate.ledger import LIMIT, MISSING, MISSING_IN_RUNGE_KUTTA, final_verdict, keep_account, open_account
 from flexmb.integrate.loop import advance, advance_explicit
-from flexmb.integrate.method import Newmark, RungeKutta4
+from flexmb.integrate.method import Newmark, RungeKutta4, Staggered
 from flexmb.integrate.solution import ContactLog, Peaks, Solution
 from flexmb.integrate.stats import Stats
 from flexmb.integrate.status import sentence
@@ -63,7 +63,7 @@ class Run:
     def __init__(
         self,
         program: Program,
-        method: Newmark | RungeKutta4,
+        method: Newmark | RungeKutta4 | Staggered,
         step: FixedStep | Adaptive,
         t_end: float,
         period: float | None,

@@ -11,18 +11,19 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
-from flexmb.integrate.method import Newmark, RungeKutta4
+from flexmb.integrate.method import Newmark, RungeKutta4, Staggered
 from flexmb.integrate.period import common_period
 from flexmb.integrate.remarks import contact_remarks
 from flexmb.integrate.run import Run
 from flexmb.integrate.solution import Solution
+from flexmb.integrate.staggered_run import StaggeredRun
 from flexmb.integrate.steps import Adaptive, FixedStep
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile_with_start
 from flexmb.program.program import Program
 from flexmb.solve.start import consistent_start
 
-Method = Newmark | RungeKutta4
+Method = Newmark | RungeKutta4 | Staggered
 Step = FixedStep | Adaptive | float
 
 REDUNDANT = ("refuse", "least-norm")
@@ -59,8 +60,8 @@ def simulate(
     save_from_period : the same in periods.
     save : instants a period (a run without periodic drives: in all), or "steps" for every accepted step.
     step : `Adaptive(...)`, the default, or `FixedStep(size)`, for which the bare size [s] will do.
-    method : `Newmark...` (default: generalised-alpha with spectral radius 0.8), or `RungeKutta4()`, which needs
-        `FixedStep`.
+    method : `Newmark...` (default: generalised-alpha with spectral radius 0.8), or `RungeKutta4()` or `Staggered()`,
+        which need `FixedStep`.
     restart : `restart` of a solution of the same model; the run goes on from there bit for bit.
     max_steps : stop, with a status, after so many accepted steps.
     redundant : joints that repeat one another in every pose, as a third parallel crank does: "refuse" them, or
@@ -95,9 +96,11 @@ def simulate(
     _check_kinds(mechanism, method, step)
     if max_steps is not None:
         checks.count(f"simulate {mechanism.name!r}", "max_steps", max_steps)
-    run = Run(program, method, step, end, period, max_steps=max_steps, progress=progress)
     checks.one_of(f"simulate {mechanism.name!r}", "redundant", redundant, REDUNDANT)
-    if restart is None:
+    run = _new_run(mechanism, program, method, step, end, period, max_steps, progress, redundant)
+    if restart is None and isinstance(run, StaggeredRun):
+        run.start()
+    elif restart is None:
         run.begin(consistent_start(mechanism, program, redundant=redundant == "least-norm", closed=closed))
     else:
         run.resume(restart, redundant=redundant == "least-norm")
@@ -107,8 +110,28 @@ def simulate(
         run.go_to(begin, saving=None)
         run.forget_peaks()
     run.go_to(end, saving=save_interval(mechanism, save, period, begin, end))
-    notes = contact_remarks(program, run.flow.z)
+    notes = contact_remarks(run.program, run.flow.z)
     return run.solution(model={"name": mechanism.name}, notes=notes, wall_time=time.perf_counter() - started)
+
+
+def _new_run(
+    mechanism: Mechanism,
+    program: Program,
+    method: Method,
+    step: FixedStep | Adaptive,
+    end: float,
+    period: float | None,
+    max_steps: int | None,
+    progress: bool,
+    redundant: str,
+) -> Run:
+    """A run of the kind that the method needs."""
+    if not isinstance(method, Staggered):
+        return Run(program, method, step, end, period, max_steps=max_steps, progress=progress)
+    if redundant != REDUNDANT[0] or not isinstance(step, FixedStep):
+        text = f"simulate {mechanism.name!r}: redundant is {redundant!r}"
+        raise InputError(f"{text}; Staggered needs independent joints. Use a Newmark method.")
+    return StaggeredRun(mechanism, program, method, step, end, period, max_steps=max_steps, progress=progress)
 
 
 def period_or_none(program: Program) -> float | None:
@@ -162,9 +185,9 @@ def _check_ahead(mechanism: Mechanism, now: float, end: float) -> None:
 
 def _check_kinds(mechanism: Mechanism, method: Any, step: Any) -> None:
     label = f"simulate {mechanism.name!r}"
-    if not isinstance(method, (Newmark, RungeKutta4)):
-        raise InputError(f"{label}: method is {method!r}; it must be Newmark(...) or RungeKutta4().")
+    if not isinstance(method, (Newmark, RungeKutta4, Staggered)):
+        raise InputError(f"{label}: method is {method!r}; it must be Newmark(...), RungeKutta4() or Staggered(...).")
     if not isinstance(step, (FixedStep, Adaptive)):
         raise InputError(f"{label}: step is {step!r}; it must be FixedStep(size) or Adaptive(...).")
-    if isinstance(method, RungeKutta4) and not isinstance(step, FixedStep):
-        raise InputError(f"{label}: RungeKutta4 has no error estimate; give step=FixedStep(size).")
+    if not isinstance(method, Newmark) and not isinstance(step, FixedStep):
+        raise InputError(f"{label}: {type(method).__name__} has no error estimate; give step=FixedStep(size).")
