@@ -94,10 +94,12 @@ def judged(tables, address, code, h, ratio, numbers, options, flow, trial, work,
     if code != RUNNING:
         shorten(h, 0.25, flow, record)
     elif flow.clock[REFUSED] >= TURNS or met(tables, address, h, options, flow, trial, work, record):
+        before = flow.clock[SPEED]
         note_speed(tables, options, trial.v, flow, trial)
         error = error_ratio(tables, h, ratio, numbers, flow, trial)
         growth = min(max(0.9 * max(error, 1e-12) ** (-1.0 / 3.0), 0.2), 2.0)
         if error > 1.0:
+            flow.clock[SPEED] = before  # a trial may be wild, and what is refused leaves no trace
             shorten(h, min(growth, 0.9), flow, record)
             growth = 0.0
     if growth == 0.0:
