@@ -32,7 +32,7 @@ SIGNALS = {
     "P1.ex": Quantity("journal along X", "mm", 1e3),
     "P1.ey": Quantity("journal along Y", "mm", 1e3),
     "slider.x": Quantity("place of the slider", "mm", 1e3),
-    "slider.x.deviation": Quantity("slider minus the ideal one", "µm", 1e6),
+    "slider.x.deviation": Quantity("slider less its mean", "µm", 1e6),
 }
 MANY = 1500
 """Points of a panel from which on markers are small."""
@@ -72,8 +72,7 @@ class Figures:
     parameter : over which it is drawn.
     signals : of the two columns.
     diagrams : by model.
-    ideal : motion from whose last instant, a whole number of turns after the start, the ideal place of the slider is
-        taken; it is the same at all speeds.
+    ideal : motion whose stroke is the scale of the slider's place; None: a figure of the joint.
     """
 
     number: int
@@ -97,7 +96,7 @@ class Figures:
         ----------
         results : of the diagrams.
         """
-        data = {model: self._with_deviation(results[run], results) for model, run in self.diagrams.items()}
+        data = {model: self._with_deviation(results[run]) for model, run in self.diagrams.items()}
         exponents = all(np.isfinite(found["exponent"].values).any() for found in data.values())
         shown, verdicts, rows = Shown(), set[str](), 3 if exponents else 2
         title = f"Figure {self.number}: {self.plate.title}"
@@ -117,12 +116,11 @@ class Figures:
         _legend(figure, axes, verdicts)
         return figure, shown.dataset()
 
-    def _with_deviation(self, found: xr.Dataset, results: Results) -> xr.Dataset:
-        """With the slider's place less that of the ideal mechanism at the same angle of the cranks."""
+    def _with_deviation(self, found: xr.Dataset) -> xr.Dataset:
+        """With the slider's place less its mean over the turns at each value: the size of the cloud."""
         if self.ideal is None:
             return found
-        there = float(results[self.ideal]["slider.x"].values[-1])
-        return found.assign({"slider.x.deviation": found["slider.x"] - there})
+        return found.assign({"slider.x.deviation": found["slider.x"] - found["slider.x"].mean("period")})
 
     def _marks(self, ax: Axes, found: xr.Dataset, signal: str) -> None:
         """What the play leaves the journal; the paper's threshold."""
@@ -144,7 +142,7 @@ class Figures:
             axes[0].text(
                 0.99,
                 0.95,
-                "height: the whole stroke",
+                "height: the stroke of the slider",
                 transform=axes[0].transAxes,
                 ha="right",
                 va="top",
