@@ -150,8 +150,8 @@ def _systems(cases: list[Of]) -> str:
     )
     if not all(case.agrees for case in cases):
         told += (
-            f" (!): the two differ by more than {APART:g} standard deviations: the exponent is not settled, or depends on "
-            f"the steps, which {LOOKS} stops a period make shorter in the second."
+            f" (!): the two differ by more than {APART:g} standard deviations: the exponent is not settled, or "
+            f"depends on the steps, which {LOOKS} stops a period make shorter in the second."
         )
     return "## The system\n\n" + told + "\n\n" + _table(head, rows)
 
