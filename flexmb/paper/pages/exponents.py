@@ -14,7 +14,7 @@ from flexmb.analysis.series.exponent import SeriesExponent
 from flexmb.analysis.series.kantz import kantz
 from flexmb.analysis.series.rosenstein import rosenstein
 from flexmb.analysis.series.zero_one import zero_one_test
-from flexmb.paper.attractor import OBSERVED, Attractor, by_clearance, by_speed
+from flexmb.paper.attractor import LOOKS, OBSERVED, Attractor, by_clearance, by_speed
 from flexmb.paper.doubles import length_text
 from flexmb.paper.effort import Effort
 from flexmb.paper.figures import signs as picture
@@ -149,7 +149,10 @@ def _systems(cases: list[Of]) -> str:
         "What that difference does to each observable grows at one and the same rate, the slider's included."
     )
     if not all(case.agrees for case in cases):
-        told += f" (!): the two differ by more than {APART:g} standard deviations, so one of them is not settled."
+        told += (
+            f" (!): the two differ by more than {APART:g} standard deviations: the exponent is not settled, or "
+            f"depends on the steps, which {LOOKS} stops a period make shorter in the second."
+        )
     return "## The system\n\n" + told + "\n\n" + _table(head, rows)
 
 
