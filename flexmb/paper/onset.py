@@ -122,8 +122,9 @@ class Onset:
                 sol = simulate(mechanism, t_end=(before + k) * period, save="steps", restart=sol.restart, **common)
             if not sol.ok:
                 raise StudyError(f"{self.name}: the run at {speed:g} pi rad/s did not end: {sol.status}")
-            depth, steps = sol.array("P1.penetration"), np.diff(sol.time)
-            worst = max(worst, float(steps[depth[1:] < 0.0].sum()) / period)
+            # a run that goes on may save nothing at its begin
+            depth, steps = sol.array("P1.penetration"), np.diff(sol.time, prepend=(before + k - 1) * period)
+            worst = max(worst, float(steps[depth < 0.0].sum()) / period)
             landings = max(landings, int(np.count_nonzero((depth[1:] > 0.0) & (depth[:-1] <= 0.0))))
             least = min(least, float(sol.array("P1.normal_force").min()))
             if worst > 0.0:

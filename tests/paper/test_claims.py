@@ -207,6 +207,13 @@ def test_one_part_that_disagrees_is_enough_and_asides_do_not_count():
     assert "b: 2" in Finding(tuple(parts)).reason
 
 
+def test_other_turns_than_those_of_the_ideal_mechanism_are_compared_with_these():
+    later = motion(off=0.005)
+    later["time"] = later["time"] + 37.0
+    seen = Evidence({ideal(MIDDLE): motion(), Key("rigid", MIDDLE): later})
+    assert JUDGE[1](seen).verdict == AGREES
+
+
 def test_where_the_rigid_mechanism_moves_like_the_ideal_one_nothing_is_softened():
     found = JUDGE[5](responses({}, {}))
     assert {part.verdict for part in found.parts} == {ASIDE}

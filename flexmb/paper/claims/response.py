@@ -60,7 +60,9 @@ def path_of_slider(seen: Evidence) -> Finding:
 def _off(seen: Evidence, key: Key, signal: str, little: float, much: float) -> Part:
     """Largest difference to the ideal mechanism, over the range of displacements or the size of velocities."""
     found, pure = seen.motions[key], seen.motions[ideal(key.speed)]
-    wanted = np.interp(found["time"].values, pure["time"].values, pure[signal].values)
+    time, period = pure["time"].values, float(pure.attrs["period"])
+    whole = period * max(round((time[-1] - time[0]) / period), 1)  # the turns of both need not have the same numbers
+    wanted = np.interp(found["time"].values, time, pure[signal].values, period=whole)
     size = float(np.ptp(wanted) if signal == "slider.x" else np.abs(wanted).max())
     part = float(np.abs(found[signal].values - wanted).max()) / size
     what = "displacement" if signal == "slider.x" else "velocity"

@@ -93,7 +93,12 @@ def attacked_with(found: Finding, attacked: Mapping[str, Finding]) -> str:
     for part in found.counted:
         if part.verdict not in ATTACKED:
             continue
-        again = [(name, other) for name, f in attacked.items() for other in f.parts if other.what == part.what]
+        again = [
+            (name, other)
+            for name, f in attacked.items()
+            for other in f.parts
+            if other.what == part.what and other.numbers != part.numbers  # the same numbers come from the same run
+        ]
         rows += [[part.what, part.verdict, name, other.verdict, other.numbers] for name, other in again]
         if not again:
             rows.append([part.what, part.verdict, "no finer run", "-", "-"])
