@@ -38,10 +38,8 @@ TANGENT = 1.6
 """How many times as long a turn takes whose tangent is carried."""
 
 
-COSTLY, COARSE = (15, 50, "points"), 1e-3
-"""Of the diagram over the clearance, where the flexible mechanism has impacts at all values: `skip`, `keep`, `exponent`
-and `rtol`, which take a third of the time.  At 0.5 mm the exponent is 32.6 +- 0.8 1/s with them, 33.1 +- 1.0 1/s with
-the lengths and steps of the other diagram."""
+COARSE = 1e-3
+"""`rtol` of diagrams with exponents: their runs are long, and take half the time that default steps would."""
 
 
 @dataclass(frozen=True)
@@ -60,8 +58,8 @@ class Diagram:
 
     parameter: str
     flexible: bool
-    skip: int = 25
-    keep: int = 60
+    skip: int = 20
+    keep: int = 50
     exponent: bool | str = True
     values: int | None = None
     rtol: float | None = None
@@ -72,10 +70,9 @@ class Diagram:
     @classmethod
     def at(cls, parameter: str, effort: Effort, *, flexible: bool) -> Diagram:
         """The diagram over `parameter` at an effort, `flexible` or rigid."""
-        if parameter == "clearance" and effort.exponents:
-            return cls(parameter, flexible, *COSTLY, effort.values, COARSE)
-        lengths = (effort.diagram_settle, effort.diagram_points, effort.exponents, effort.values)
-        return cls(parameter, flexible, *lengths)
+        lengths = (effort.diagram_settle, effort.diagram_points)
+        exponent, rtol = ("points", COARSE) if effort.exponents else (False, None)
+        return cls(parameter, flexible, *lengths, exponent, effort.values, rtol)
 
     @property
     def name(self) -> str:

@@ -35,6 +35,6 @@ class Effort:
     exponents: bool
 
 
-FULL = Effort("full", 5, 20, 2, 40, 100, 100, None, 25, 60, exponents=True)
+FULL = Effort("full", 5, 20, 2, 40, 100, 100, None, 20, 50, exponents=True)
 QUICK = Effort("quick", 2, 3, 2, 5, 50, 20, 9, 3, 9, exponents=False)
 EFFORTS = {effort.name: effort for effort in (FULL, QUICK)}

@@ -217,7 +217,8 @@ def test_full_diagrams_are_the_published_sweeps(monkeypatch):
     monkeypatch.setattr("flexmb.paper.diagram.bifurcation", noted)
     Diagram.at("speed", FULL, flexible=True).spread(None, None)
     assert asked["fixed"] == {"clearance": 0.5e-3, "flexible": True}
-    assert (asked["skip"], asked["keep"], asked["exponent"]) == (25, 60, True)
+    assert (asked["skip"], asked["keep"], asked["exponent"]) == (20, 50, "points")
+    assert asked["step"] == fm.Adaptive(rtol=1e-3)
     assert len(asked["values"]) == 51
     assert asked["values"][0] == pytest.approx(0.5 * np.pi)
     assert asked["values"][-1] == pytest.approx(2.5 * np.pi)
