@@ -19,6 +19,7 @@ from flexmb.commands.paper_files import Cost, Kept, keep, lines_of
 from flexmb.commands.paper_progress import Progress, clock
 from flexmb.commands.paper_runs import work_off
 from flexmb.errors import InputError
+from flexmb.integrate.steps import Adaptive
 from flexmb.paper import contents
 from flexmb.paper.contents import chosen, runs_of, shown_numbers
 from flexmb.paper.diagram import VALUES, Diagram
@@ -218,7 +219,7 @@ def test_full_diagrams_are_the_published_sweeps(monkeypatch):
     Diagram.at("speed", FULL, flexible=True).spread(None, None)
     assert asked["fixed"] == {"clearance": 0.5e-3, "flexible": True}
     assert (asked["skip"], asked["keep"], asked["exponent"]) == (20, 50, "points")
-    assert asked["step"] == fm.Adaptive(rtol=1e-3)
+    assert asked["step"] == Adaptive(rtol=1e-3)
     assert len(asked["values"]) == 51
     assert asked["values"][0] == pytest.approx(0.5 * np.pi)
     assert asked["values"][-1] == pytest.approx(2.5 * np.pi)
