@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import flexmb as fm
+from flexmb.integrate.landing import SPEED
+from flexmb.mechanisms import nine_bar
 
 OMEGA = 5000.0 * math.pi / 30.0
 STEEL = fm.Material(young=207e9, density=7850.0, poisson=0.3)
@@ -94,3 +96,19 @@ def test_the_flight_goes_on_with_its_step_right_after_an_impact(two_turns):
     flight = np.diff(sol.time[(sol.time > first.end) & (sol.time < second.start)])
     assert np.sort(flight)[len(flight) // 2] > 0.5 * before.max()
     assert np.count_nonzero(flight < 0.5 * before.max()) <= 6
+
+
+def test_a_refused_trial_leaves_no_trace_in_the_tolerance():
+    """The largest speed of the run scales the tolerance of velocities; a wild trial, refused, once raised it 263 times.
+
+    With these coarse steps such a trial comes in the third turn.
+    """
+    flow = fm.MechanismFlow(nine_bar(2.5 * np.pi, clearance=0.5e-3), step=fm.Adaptive(rtol=1e-2))
+    n, size, most, end = flow.program.n_q, flow.program.length, 0.0, 3.2 * flow.period
+    refused = flow.run.record.count[1]
+    while flow.time < end * (1.0 - 1e-12):
+        v = flow.run.flow.v[:n].reshape(-1, 3)
+        most = max(most, np.hypot(v[:, 0], v[:, 1]).max(), size * np.abs(v[:, 2]).max())
+        assert flow.take_step(end), flow.status
+    assert flow.run.record.count[1] > refused + 10, "this says something only if trials were refused"
+    assert flow.run.flow.clock[SPEED] <= most * (1.0 + 1e-12)
