@@ -152,4 +152,4 @@ def length_text(metres: float) -> str:
     for unit, factor in (("m", 1.0), ("mm", 1e3), ("µm", 1e6), ("nm", 1e9)):
         if abs(metres) * factor >= 1.0:
             return f"{metres * factor:.3g} {unit}"
-    return "0" if metres == 0.0 else f"{metres * 1e12:.2g} pm"
+    return "0" if metres == 0.0 else f"{metres * 1e9:.2g} nm"

@@ -36,5 +36,5 @@ class Effort:
 
 
 FULL = Effort("full", 5, 20, 2, 40, 100, 100, None, 20, 50, exponents=True)
-QUICK = Effort("quick", 2, 3, 2, 5, 50, 20, 9, 3, 9, exponents=False)
+QUICK = Effort("quick", 2, 3, 2, 5, 50, 45, 9, 3, 9, exponents=False)
 EFFORTS = {effort.name: effort for effort in (FULL, QUICK)}

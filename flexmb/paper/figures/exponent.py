@@ -9,6 +9,7 @@ from the tangent of the time stepper, which is one for all observables.
 
 from __future__ import annotations
 
+import textwrap
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -72,6 +73,10 @@ def _estimate(
     if len(found.curve):
         trusted = f"± {found.error:.2g} 1/s" if found.ok else "1/s, no value by its own checks"
         ax.plot(found.time, found.curve, color=ESTIMATE, lw=1.1, label=f"Wolf: {float(found.curve[-1]):.3g} {trusted}")
+    else:
+        ax.set_xlim(0.0, float(np.ptp(result["time"].values)))
+        text = "no estimate: " + "\n".join(textwrap.wrap(found.status, 48))
+        ax.text(0.5, 0.5, text, transform=ax.transAxes, fontsize="small", color=ESTIMATE, ha="center", va="center")
     if np.isfinite(value):
         ax.axhline(value, color=PAPER, linestyle="--", linewidth=1.2, label=f"the paper: {value:+.4f}, unit unknown")
     _limit(ax, np.append(found.curve, [0.0, value]))

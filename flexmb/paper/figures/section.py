@@ -60,9 +60,8 @@ def column(
     _whole(axes[0], observable, curve, points)
     noise = float(result[f"section.{observable.place}"].attrs.get("resolution", 0.0))
     same = np.ptp(points[0]) < SEPARATE * noise
-    verdict = str(result.attrs[f"verdict.{observable.place}"]) + (
-        ", one point but for errors of the steps" if same else ""
-    )
+    verdict = str(result.attrs[f"verdict.{observable.place}"])
+    verdict += "\none point but for errors of the steps" if same else ""
     _close_up(axes[1], observable, curve, points, verdict)
     for name, units, along, at in zip(names, ("m", "m/s"), curve, points, strict=True):
         shown[f"{letter}.{name}"] = noted(at, f"{letter}.point", units, f"once a period, {name}")
