@@ -284,15 +284,17 @@ def test_numbers_are_shown_as_ranges():
 def test_the_study_has_these_figures_and_each_once():
     numbers = [plate.number for plate in contents.plates(FULL)]
     assert len(set(numbers)) == len(numbers)
-    assert {*range(6, 17), 23, 27, *range(28, 34), 40, 44} <= set(numbers)
-    assert set(numbers) <= set(range(6, 45))
+    assert numbers == list(range(6, 45))
 
 
 @pytest.mark.parametrize("effort", [FULL, QUICK])
-def test_runs_have_names_of_their_own(effort):
+def test_little_is_computed_twice(effort):
+    """Some variations change nothing in some models, so that runs of two names are the same; two runs of one name are
+    refused by `runs_of`."""
     runs = runs_of([*contents.plates(effort), *contents.pages(effort)])
-    assert len({run.fingerprint() for run in runs.values()}) == len(runs)
     assert all(run.work > 0.0 for run in runs.values())
+    once = {run.fingerprint(): run.work for run in runs.values()}
+    assert sum(once.values()) > 0.95 * sum(run.work for run in runs.values())
 
 
 # The command.

@@ -8,9 +8,11 @@ import pytest
 import xarray as xr
 
 import flexmb as fm
+from flexmb.paper.attractor import Attractor
 from flexmb.paper.case import Case
 from flexmb.paper.claims import plan as plans
 from flexmb.paper.claims.evidence import LARGE, MIDDLE, QUANTITIES, SMALL, Key
+from flexmb.paper.diagram import Diagram
 from flexmb.paper.effort import FULL, QUICK
 from flexmb.paper.growth import Growth
 from flexmb.paper.motion import CURVES, Motion, StudyError
@@ -26,18 +28,26 @@ PLACE = {"claims": claims, "threshold": threshold, "convergence": convergence, "
 def made_up(run):
     """A result of the right form; peaks of flexible links are half of those of rigid ones."""
     if isinstance(run, Motion):
-        low = {"ideal": 0.1, "rigid": 1.0, "flexible": 0.5}[run.case.model]
+        low = {"ideal": 0.1, "rigid": 1.0, "flexible": 0.5}[run.case.model] * (1.0 if run.rtol is None else 1.001)
         jitter = 1.0 + 0.01 * np.tile([1.0, -1.0], run.keep)[: run.keep]
         t = np.linspace(0.0, run.shown * run.case.period, 301)
         columns = dict.fromkeys((*QUANTITIES, "step"), ("turn", low * run.case.speed * jitter))
         columns |= {name: ("time", np.sin(math.pi * run.case.speed * t)) for name in CURVES}
         columns |= {"time": ("time", t), "contact.start": ("episode", t[::50])}
         return xr.Dataset(columns, attrs={"period": run.case.period, "first_turn": run.skip + 1})
-    if isinstance(run, Growth):
+    if isinstance(run, Growth | Attractor):
         names = ("P1.ex", "P1.ey", "slider.x")
         about = {"verdict": "chaotic", "reason": "", **{f"verdict.{name}": "chaotic" for name in names}}
         columns = {f"section.{name}": ("point", np.linspace(0.0, 1e-5, 50)) for name in names}
         return xr.Dataset(columns | {"exponent": 20.0, "exponent_error": 0.5}, attrs=about)
+    if isinstance(run, Diagram):
+        values = np.array(run.chosen)
+        exponent = np.linspace(-3.0, 30.0, len(values))
+        kinds = np.where(exponent > 0.0, "chaotic", "periodic-1").astype(object)
+        columns = {"verdict": kinds, "exponent": exponent, "exponent_error": 0.1 + 0.0 * values, "ok": values > 0.0}
+        columns = {name: (run.parameter, column) for name, column in columns.items()}
+        columns["slider.x"] = ((run.parameter, "period"), 1e-6 * values[:, None] * np.array([0.0, 1.0, 0.5]))
+        return xr.Dataset(columns, coords={run.parameter: values})
     if isinstance(run, Reaction):
         angle = np.arange(run.points) * 2.0 * math.pi / run.points
         static = np.tile([-50.0, 0.1], (run.points, 1))
