@@ -1,9 +1,9 @@
-"""Put the results of the study into docs/nine_bar.md: its tables between their marks, some of its pictures.
+"""Put the results of the study into the documentation: its pages into docs/paper, the verdicts into docs/nine_bar.md.
 
     flexmb paper all --out out/paper
     python docs/paper_page.py [--results out/paper]
 
-A passage is written if its file is there; which were not is said at the end.
+What is not there is left as it was, and named.
 """
 
 import argparse
@@ -11,47 +11,60 @@ import shutil
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-PAGE, PICTURES = HERE / "nine_bar.md", HERE / "pictures"
-PASSAGES = ("claims", "convergence", "threshold", "exponents", "sensitivity", "times")
-FIGURES = (6, 11, 14, 15, 16, 20, 22, 23, 25, 27, 30, 32, 33, 36, 40, 44)
-DRAWN_PAGES = ("exponents",)
+PAGE, FOLDER, PICTURES = HERE / "nine_bar.md", HERE / "paper", HERE / "pictures"
+PAGES = ("claims", "convergence", "threshold", "exponents", "sensitivity", "times")
+FIGURES = (6, 11, 14, 16, 20, 25, 22, 23, 27, 32, 33, 36, 40, 44)
+BEGIN, END = "<!-- verdicts: begin, written by paper_page.py -->", "<!-- verdicts: end -->"
 
 
-def write(name: str, text: str) -> None:
-    """Put a passage between its marks in the page.
+def first_table(text: str) -> str:
+    """The first table of a page.
 
     Parameters
     ----------
-    name : of the passage.
     text : Markdown.
     """
-    begin, end = f"<!-- {name}: begin, written by paper_page.py -->", f"<!-- {name}: end -->"
+    lines = text.splitlines()
+    begin = next(k for k, line in enumerate(lines) if line.startswith("|"))
+    end = next((k for k in range(begin, len(lines)) if not lines[k].startswith("|")), len(lines))
+    return "\n".join(lines[begin:end])
+
+
+def put_verdicts(table: str) -> None:
+    """Put the table of claims between its marks.
+
+    Parameters
+    ----------
+    table : Markdown.
+    """
     page = PAGE.read_text(encoding="utf-8")
-    if page.count(begin) != 1 or page.count(end) != 1 or page.index(end) < page.index(begin):
-        raise SystemExit(f"{PAGE.name}: the passage {name!r} needs the marks {begin!r} and {end!r}, once each")
-    before, after = page.split(begin)[0], page.split(end)[1]
-    PAGE.write_text(f"{before}{begin}\n\n{text.strip()}\n\n{end}{after}", encoding="utf-8")
+    if page.count(BEGIN) != 1 or page.count(END) != 1 or page.index(END) < page.index(BEGIN):
+        raise SystemExit(f"{PAGE.name} needs the marks {BEGIN!r} and {END!r}, once each")
+    before, after = page.split(BEGIN)[0], page.split(END)[1]
+    PAGE.write_text(f"{before}{BEGIN}\n\n{table}\n\n{END}{after}", encoding="utf-8")
 
 
 def main() -> None:
-    """Passages and pictures."""
+    """Pages, verdicts, pictures."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--results", type=Path, default=HERE.parent / "out" / "paper", help="folder of the study")
     folder = parser.parse_args().results
-    missing = []
-    for name in PASSAGES:
-        found = folder / f"{name}.md"
-        if found.exists():
-            write(name, found.read_text(encoding="utf-8"))
-        else:
-            missing.append(found.name)
-    for stem in [f"figure-{number:02d}" for number in FIGURES] + list(DRAWN_PAGES):
-        found = folder / f"{stem}.png"
-        if found.exists():
-            shutil.copyfile(found, PICTURES / f"paper_{stem.removeprefix('figure-')}.png")
-        else:
-            missing.append(found.name)
-    print(f"written: {PAGE}", *([f"not there, left as it was: {', '.join(missing)}"] if missing else []), sep="\n")
+    copies = {folder / f"{name}.md": FOLDER / f"{name}.md" for name in PAGES}
+    copies |= {folder / f"figure-{n:02d}.png": PICTURES / f"paper_{n:02d}.png" for n in FIGURES}
+    copies |= {folder / "exponents.png": PICTURES / "paper_exponents.png"}
+    FOLDER.mkdir(exist_ok=True)
+    for source, target in copies.items():
+        if source.exists():
+            shutil.copyfile(source, target)
+    claims = folder / "claims.md"
+    if claims.exists():
+        put_verdicts(first_table(claims.read_text(encoding="utf-8")))
+    missing = [source.name for source in copies if not source.exists()]
+    print(
+        f"written: {PAGE}, {FOLDER}",
+        *([f"not there, left as it was: {', '.join(missing)}"] if missing else []),
+        sep="\n",
+    )
 
 
 if __name__ == "__main__":
