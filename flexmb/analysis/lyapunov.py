@@ -73,6 +73,12 @@ def lyapunov(
         exponents than the system has directions.
     ModelError, AssemblyError, KernelError : a mechanism that cannot start.
 
+    Notes
+    -----
+    The exponent is that of the steps.  Vibrations that they do not resolve are damped by the method, so that a negative
+    exponent may be its dissipation, as in mechanisms with play that turn slowly: repeat it with shorter steps,
+    `step=Adaptive(max=...)`, or without dissipation, `method=Newmark.trapezoidal()`.
+
     Examples
     --------
     >>> import flexmb as fm
