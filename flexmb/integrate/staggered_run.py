@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.errors import InputError
+from flexmb.errors import InputError, ModelError
 from flexmb.integrate.arrays import BUFFER_FULL, RUNNING, Options, new_record
 from flexmb.integrate.contact_work import contact_losses
 from flexmb.integrate.elastic import elastic_model
@@ -67,7 +67,13 @@ class StaggeredRun(Run):
 
     def start(self) -> None:
         """Take the start values of the twin, and elastic accelerations that go with them."""
-        self.begin(consistent_start(self.mechanism, self.program, closed=self.closed))
+        try:
+            start = consistent_start(self.mechanism, self.program, closed=self.closed)
+        except ModelError as error:
+            label, text = f"simulate {self.mechanism.name!r} with Staggered", str(error).partition(". ")[0]
+            text = f"{label}: with rigid bodies in place of the flexible ones, {text}"
+            raise ModelError(f"{text}. Remove what is too much, or use a Newmark method.") from error
+        self.begin(start)
 
     def begin(self, start: Start, *, z: np.ndarray | None = None, time: float = 0.0) -> None:
         """Take start values of the twin, the bodies unstressed; see `Run.begin`."""
