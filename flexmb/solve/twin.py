@@ -49,7 +49,9 @@ def rigid_twin(owner: str, mechanism: Mechanism) -> Mechanism:
             raise InputError(f"{text}, which is not known to both models. Use a Newmark method.")
         held = next((name for name, _, _ in element.coordinates if name in flexible), None)
         if element.energy is not None and element.part not in flexible and held is not None:
-            text = f"{owner}: {mechanism.find(element.part).label} acts on {held!r}, whose deformation it would not feel"
+            text = (
+                f"{owner}: {mechanism.find(element.part).label} acts on {held!r}, whose deformation it would not feel"
+            )
             raise InputError(f"{text}. Connect it to rigid bodies, or use a Newmark method.")
     return replace(mechanism, parts=parts)
 
