@@ -18,7 +18,7 @@ COLOURS = {"ideal": "black", "rigid": "#e07b00", "flexible": "#0072b2"}
 
 GRID = {"visible": True, "color": "0.9", "linewidth": 0.6}
 
-SI = {"mm": "m", "µm": "m", "mm/s": "m/s", "m/s²": "m/s^2", "π rad/s": "rad/s"}
+SI = {"mm": "m", "µm": "m", "mm/s": "m/s", "m/s²": "m/s2", "π rad/s": "rad/s"}
 """Units of the data by those of axes, where they are not the same."""
 
 

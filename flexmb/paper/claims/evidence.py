@@ -34,7 +34,7 @@ QUANTITIES = {
 }
 """Measures of a turn: what they are called, and in what unit they are shown, so many to one of SI."""
 
-SI = {"%": "1", "um": "m", "": "1"}
+SI = {"%": "1", "um": "m", "": "1", "m/s^2": "m/s2"}
 
 PEAKS = ("peak.P1.force", "peak.slider.ax", "peak.motor1.torque", "peak.motor4.torque")
 RESPONSES = PEAKS[1:]
