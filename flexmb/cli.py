@@ -233,7 +233,7 @@ def _add_chaos_options(chaos: argparse.ArgumentParser) -> None:
 def _add_paper_options(paper: argparse.ArgumentParser) -> None:
     paper.description = (
         "The study of Chen, Jiang, Deng and Wang (Nonlinear Dynamics, 2018) computed anew. Results of runs are kept in "
-        "DIR/runs: a command that was stopped goes on where it was."
+        "DIR/runs (quick: DIR/runs-quick): a command that was stopped goes on where it was."
     )
     paper.add_argument(
         "what",

@@ -12,7 +12,7 @@ from pathlib import Path
 from flexmb import checks
 from flexmb.commands.files import require_folder, require_packages
 from flexmb.commands.paper_files import RUNS, Kept, make_page, make_plate, write_text
-from flexmb.commands.paper_runs import work_off
+from flexmb.commands.paper_runs import failed_points, work_off
 from flexmb.commands.paper_times import label, note_call, times
 from flexmb.paper.contents import chosen, pages, plates, runs_of
 from flexmb.paper.effort import FULL, QUICK, Effort
@@ -42,15 +42,15 @@ def paper(options: argparse.Namespace) -> int:
     workers = cores() if options.workers is None else checks.count("flexmb paper", "--workers", options.workers)
     folder = Path(options.out or Path("out") / ("paper-quick" if options.quick else "paper"))
     require_packages({"h5netcdf": ("results", ""), "matplotlib": ("figures", ""), "zarr": ("diagrams", "")})
-    for place in (folder, folder / RUNS):
+    for place in (folder, folder / RUNS[effort.name]):
         require_folder(place)
     began, busy = time.perf_counter(), time.process_time()
-    kept, runs = Kept(folder / RUNS), runs_of([*figures, *tables])
+    kept, runs = Kept(folder / RUNS[effort.name]), runs_of([*figures, *tables])
     if options.fresh:
         for run in runs.values():
             kept.forget(run)
     missing = [run for run in runs.values() if not kept.has(run)]
-    failures = work_off(missing, kept, workers, shown=not options.quiet)
+    failures = failed_points(runs.values(), kept) | work_off(missing, kept, workers, shown=not options.quiet)
     written, drawn, unmade = _made([*figures, *tables], kept, folder, effort)
     computed = [run for run in missing if kept.has(run)]
     processor = time.process_time() - busy + (sum(kept.cost(run).processor for run in computed) if workers > 1 else 0.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -18,8 +19,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 DPI = 160
-RUNS = "runs"
-"""Folder of the results of runs."""
+RUNS = {"full": "runs", "quick": "runs-quick"}
+"""Folders of the results of runs, by effort: a quick look must not replace what a whole study took hours for."""
 
 
 @dataclass(frozen=True)
@@ -190,14 +191,18 @@ def append_line(path: Path, **values: Any) -> None:
     path : the log.
     **values : the numbers.
     """
-    with path.open("a", encoding="utf-8") as log:
-        log.write(json.dumps(values) + "\n")
+    line = json.dumps(values) + "\n"
+    with path.open("a+b") as log:
+        if log.seek(0, os.SEEK_END):
+            log.seek(-1, os.SEEK_END)
+            line = line if log.read() == b"\n" else "\n" + line  # what a kill cut short must not swallow this one
+        log.write(line.encode())
 
 
 def lines_of(path: Path) -> list[dict[str, Any]]:
     """The lines of a log, none where there is no log; lines that a kill cut short are left out."""
     found = []
-    for line in path.read_text(encoding="utf-8").splitlines() if path.is_file() else []:
+    for line in path.read_text(encoding="utf-8", errors="replace").splitlines() if path.is_file() else []:
         try:
             entry = json.loads(line)
         except json.JSONDecodeError:

@@ -6,7 +6,7 @@ import multiprocessing
 import os
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager, nullcontext
 from functools import partial
@@ -49,7 +49,8 @@ def work_off(runs: Sequence[Run], kept: Kept, workers: int, *, shown: bool) -> d
     diagrams = sorted((run for run in runs if isinstance(run, Diagram)), key=_work, reverse=True)
     others = sorted((run for run in runs if not isinstance(run, Diagram)), key=_work, reverse=True)
     failures: dict[str, str] = {}
-    with _crew(workers) as pool, Progress(runs, workers, shown=shown) as progress:
+    jobs = len(others) + sum(len(diagram.chosen) for diagram in diagrams)
+    with _crew(workers, jobs) as pool, Progress(runs, workers, shown=shown) as progress:
         for diagram in diagrams:
             _spread(diagram, kept, pool, progress, failures)
         chains = (_chain(run, kept, progress, failures) for run in others)
@@ -58,6 +59,23 @@ def work_off(runs: Sequence[Run], kept: Kept, workers: int, *, shown: bool) -> d
         if attempt.error is not None:
             _lost(attempt.error, others, kept, failures)
     return failures
+
+
+def failed_points(runs: Iterable[Run], kept: Kept) -> dict[str, str]:
+    """By the name of a diagram whose result is there but of whose points some failed, what happened.
+
+    Parameters
+    ----------
+    runs : what is looked at.
+    kept : results of runs.
+    """
+    found = {}
+    for run in runs:
+        if isinstance(run, Diagram) and kept.has(run):
+            ok, status = kept[run]["ok"].values, kept[run]["status"].values
+            if not ok.all():
+                found[run.name] = f"{(~ok).sum()} of {len(ok)} values failed; the first: {status[ok.argmin()]}"
+    return found
 
 
 def computed(run: Run, path: Path) -> Outcome:
@@ -70,11 +88,11 @@ def computed(run: Run, path: Path) -> Outcome:
 
 
 @contextmanager
-def _crew(workers: int) -> Iterator[ProcessPoolExecutor | None]:
-    """Worker processes, or None for this one alone; they end with this block, however it ends."""
+def _crew(workers: int, jobs: int) -> Iterator[ProcessPoolExecutor | None]:
+    """Worker processes, no more than jobs, or None for this one alone; they end with this block, however it ends."""
     if workers > 1:
         _compile_once()
-    with worker_pool(workers, _begin) if workers > 1 else nullcontext() as pool:
+    with worker_pool(min(workers, jobs), _begin) if workers > 1 else nullcontext() as pool:
         try:
             yield pool
         except KeyboardInterrupt:
@@ -129,15 +147,15 @@ def _spread(diagram: Diagram, kept: Kept, pool: Executor | None, progress: Progr
     """One diagram, its points spread over the workers."""
     count = len(diagram.chosen)
     share = diagram.work / count
+    if not kept.store(diagram).exists():
+        kept.log(diagram).unlink(missing_ok=True)  # of points that are there no more
     logged = Logged(pool, kept.log(diagram), lambda took: progress.more(share, took, whole=False))
     with Attempt() as attempt:
         found = diagram.spread(logged, kept.store(diagram), PENDING if pool is not None else 1)
         points = lines_of(logged.log)[:count]
         took = (sum(float(point[name]) for point in points) for name in ("processor", "wall"))
         keep(diagram, kept.path(diagram), found, Cost(*took, len(points), count))
-        failed = [status for ok, status in zip(found["ok"].values, found["status"].values, strict=True) if not ok]
-        if failed:
-            failures[diagram.name] = f"{len(failed)} of {count} values failed; the first: {failed[0]}"
+        failures.update(failed_points([diagram], kept))
     if attempt.error is not None:
         hint = "" if logged.told or isinstance(attempt.error, WorkerError) else FRESH
         failures[diagram.name] = f"{failure(attempt.error).status} {hint}".strip()

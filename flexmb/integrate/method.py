@@ -120,7 +120,7 @@ class Staggered:
     3. The inertia force and moment of the elastic motion, summed body by body, load the rigid model in the next step.
 
     For mechanisms of `RigidBody`, `RigidLink`, `FlexibleLink`, `FlexibleFrame`, with joints without friction in ideal
-    ones, drives, contacts and loads; with `FixedStep` only.
+    ones, drives, contacts and loads, and springs between rigid ones; with `FixedStep` only.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ class Staggered:
 
     Drive torques, forces of joints and contacts, ex and ey are those of the rigid model with the load of step 3.
     Positions, velocities and accelerations of nodes are those of the rigid model plus U, U', U''.  Energies belong to
-    this sum, and `energy.residual` is what the coupling made or lost.  Loads and springs see the rigid motion only.
+    this sum, and `energy.residual` is what the coupling made or lost.  Loads see the rigid motion only.
 
     Contacts see the rigid motion alone.  With "independent" displacements and mean axes, U has no momentum in what the
     joints leave free, so impacts are those of the rigid mechanism: compliance softens none.  With "shared" ones the

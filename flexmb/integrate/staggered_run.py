@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.errors import InputError
+from flexmb.errors import AssemblyError, InputError, ModelError
 from flexmb.integrate.arrays import BUFFER_FULL, RUNNING, Options, new_record
 from flexmb.integrate.contact_work import contact_losses
 from flexmb.integrate.elastic import elastic_model
@@ -67,7 +67,17 @@ class StaggeredRun(Run):
 
     def start(self) -> None:
         """Take the start values of the twin, and elastic accelerations that go with them."""
-        self.begin(consistent_start(self.mechanism, self.program, closed=self.closed))
+        try:
+            start = consistent_start(self.mechanism, self.program, closed=self.closed)
+        except (ModelError, AssemblyError) as error:
+            text, _, advice = str(error).partition(". ")
+            if "make a link flexible" not in advice:
+                raise
+            text = (
+                f"simulate {self.mechanism.name!r} with Staggered: with rigid bodies in place of flexible ones, {text}"
+            )
+            raise type(error)(f"{text}. Remove a joint, start in another pose, or use a Newmark method.") from error
+        self.begin(start)
 
     def begin(self, start: Start, *, z: np.ndarray | None = None, time: float = 0.0) -> None:
         """Take start values of the twin, the bodies unstressed; see `Run.begin`."""

@@ -34,7 +34,7 @@ PAGES: tuple[ModuleType, ...] = (
 """Modules of pages, one a line."""
 
 GROUPS = ("figures", "pages", "all")
-RANGE = re.compile(r"(\d+)(?:-(\d+))?")
+RANGE = re.compile(r"([0-9]+)(?:-([0-9]+))?")
 
 
 def plates(effort: Effort) -> tuple[Plate, ...]:

@@ -129,17 +129,32 @@ def six(
     )
 
 
-def noted(values: Any, axis: str, units: str, text: str) -> tuple[str, np.ndarray, dict[str, str]]:
+Axes = str | tuple[str, ...]
+
+
+def noted(values: Any, axis: Axes, units: str, text: str) -> tuple[Axes, np.ndarray, dict[str, str]]:
     """A variable of a dataset.
 
     Parameters
     ----------
-    values : (n,) [units].
-    axis : name of its dimension.
+    values : (n,) or more axes [units].
+    axis : name of its dimension, or of several.
     units : SI.
     text : what it is.
     """
     return axis, np.asarray(values), {"units": units, "long_name": text}
+
+
+def named(values: Any, axis: Axes, text: str) -> tuple[Axes, np.ndarray, dict[str, str]]:
+    """A variable of a dataset that has no unit: names, verdicts, counts.
+
+    Parameters
+    ----------
+    values : (n,) or more axes.
+    axis : name of its dimension, or of several.
+    text : what it is.
+    """
+    return axis, np.asarray(values), {"long_name": text}
 
 
 def length_text(metres: float) -> str:

@@ -18,6 +18,9 @@ COLOURS = {"ideal": "black", "rigid": "#e07b00", "flexible": "#0072b2"}
 
 GRID = {"visible": True, "color": "0.9", "linewidth": 0.6}
 
+SI = {"mm": "m", "µm": "m", "mm/s": "m/s", "m/s²": "m/s2", "π rad/s": "rad/s"}
+"""Units of the data by those of axes, where they are not the same."""
+
 
 @dataclass(frozen=True)
 class Quantity:
@@ -38,6 +41,11 @@ class Quantity:
     def label(self) -> str:
         """For an axis."""
         return f"{self.text} [{self.unit}]"
+
+    @property
+    def noted(self) -> dict[str, str]:
+        """Attributes of the data [SI]."""
+        return {"units": SI.get(self.unit, self.unit), "long_name": self.text}
 
 
 @dataclass
@@ -70,7 +78,7 @@ class Shown:
         """
         name = f"{group}.{signal}"
         self.variables[group] = (group, x, {"units": "s", "long_name": "time from the first instant shown"})
-        self.variables[name] = (group, y, {"long_name": quantity.text})
+        self.variables[name] = (group, y, quantity.noted)
         (line,) = ax.plot(x, quantity.factor * y, gid=name, **style)
         return line
 

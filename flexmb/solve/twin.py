@@ -30,7 +30,7 @@ def rigid_twin(owner: str, mechanism: Mechanism) -> Mechanism:
     Raises
     ------
     InputError : a body of another kind; fields of displacement or velocity; friction in an ideal joint; a part whose
-        forces remember.
+        forces remember; a spring or bushing on a flexible body, which would not feel its deformation.
     """
     for body in mechanism.bodies:
         if not isinstance(body, KNOWN):
@@ -47,6 +47,12 @@ def rigid_twin(owner: str, mechanism: Mechanism) -> Mechanism:
         if element.history:
             text = f"{owner}: {mechanism.find(element.part).label} has a force that remembers"
             raise InputError(f"{text}, which is not known to both models. Use a Newmark method.")
+        held = next((name for name, _, _ in element.coordinates if name in flexible), None)
+        if element.energy is not None and element.part not in flexible and held is not None:
+            text = (
+                f"{owner}: {mechanism.find(element.part).label} acts on {held!r}, whose deformation it would not feel"
+            )
+            raise InputError(f"{text}. Connect it to rigid bodies, or use a Newmark method.")
     return replace(mechanism, parts=parts)
 
 

@@ -13,7 +13,8 @@ from __future__ import annotations
 import json
 import os
 import struct
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -58,7 +59,7 @@ class Store:
     def column(self, column: Column, dims: tuple[str, ...], shape: tuple[int, ...]) -> np.ndarray:
         """The array of a column, made if it is not there yet: its present values (*shape, *column.shape)."""
         kind = KINDS[column.kind]
-        if column.name not in self.group:
+        if not self._has(column.name):
             self._write(
                 self.group.create_array,
                 column.name,
@@ -71,12 +72,13 @@ class Store:
                 compressors=None,
                 config={"write_empty_chunks": True},
             )
-        return np.array(self.group[column.name][...], dtype=kind.dtype)
+        with _reading(self.path):
+            return np.array(self.group[column.name][...], dtype=kind.dtype)
 
     def coordinate(self, name: str, dims: tuple[str, ...], values: np.ndarray, attributes: Mapping[str, Any]) -> None:
         """Write an array as a whole: the values along a dimension, numbers or texts."""
         text = values.dtype.kind in "UO"
-        if name not in self.group:
+        if not self._has(name):
             self._write(
                 self.group.create_array,
                 name,
@@ -98,11 +100,16 @@ class Store:
     def read(self) -> Tables:
         """All arrays, as they are."""
         found = {}
-        for name, array in sorted(self.group.arrays()):
-            values = np.asarray(array[...])
-            values = values if values.dtype.kind in "fcbiu" else values.astype(object)
-            found[name] = (tuple(array.metadata.dimension_names), values, dict(array.attrs))
+        with _reading(self.path):
+            for name, array in sorted(self.group.arrays()):
+                values = np.asarray(array[...])
+                values = values if values.dtype.kind in "fcbiu" else values.astype(object)
+                found[name] = (tuple(array.metadata.dimension_names), values, dict(array.attrs))
         return found
+
+    def _has(self, name: str) -> bool:
+        with _reading(self.path):
+            return name in self.group
 
     def _write(self, write: Any, *arguments: Any, **keywords: Any) -> None:
         try:
@@ -151,6 +158,16 @@ def opened(path: Any, fingerprint: Mapping[str, Any], kind: str, *, resume: bool
         raise InputError(f"{text} Give a writable folder.") from error
 
 
+@contextmanager
+def _reading(folder: Path) -> Iterator[None]:
+    """What zarr raises where a file is damaged, as an error that says what to do."""
+    try:
+        yield
+    except (OSError, ValueError, KeyError, TypeError, RuntimeError) as error:
+        text = f"Store {str(folder)!r}: cannot be read ({' '.join(str(error).split())})."
+        raise FileFormatError(f"{text} Delete it and compute it anew.") from error
+
+
 def existing(path: Any, mode: str = "r") -> Store:
     """The store at `path`, as it is.
 
@@ -162,11 +179,8 @@ def existing(path: Any, mode: str = "r") -> Store:
     zarr, folder = _zarr(), checks.path("store", path)
     if not (folder / GROUP_FILE).is_file():
         raise FileFormatError(f"Store {str(folder)!r}: there is none. Check the path.")
-    try:
+    with _reading(folder):
         group = zarr.open_group(folder, mode=mode, zarr_format=3)
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        text = f"Store {str(folder)!r}: cannot be read ({' '.join(str(error).split())})."
-        raise FileFormatError(f"{text} Delete it and compute it anew.") from error
     version = group.attrs.get(VERSION)
     if version is None:
         text = f"Store {str(folder)!r}: a zarr store, but not one of flexmb's sweeps"

@@ -58,3 +58,12 @@ def page(name, *runs, slow=False, picture=False):
         return f"The sum is {sum(float(results[run]['y'].sum()) for run in runs):g}.", results[runs[0]]
 
     return Page(name, f"Page {name}", runs, write, plate(0, *runs).draw if picture else None, slow)
+
+
+def check_data(data, path):
+    """It can be written and read, every variable says what it is, and every number with a fraction its unit."""
+    data.to_netcdf(path, engine="h5netcdf")
+    with xr.open_dataset(path, engine="h5netcdf") as back:
+        for name, variable in back.variables.items():
+            assert variable.attrs.get("long_name"), name
+            assert variable.dtype.kind != "f" or variable.attrs.get("units"), name

@@ -274,3 +274,17 @@ def test_random_instants_do_not_coincide():
 
 def test_quantities_are_those_of_a_motion():
     assert set(QUANTITIES) <= set(motion().data_vars)
+
+
+@pytest.mark.parametrize("number", [8, 11])
+def test_more_points_than_one_are_not_one_point(number):
+    kind = PERIODIC | {"verdict": "periodic-2", "cloud": 1e-5}
+    seen = slow(growth(**kind), [0.0]) if number == 8 else sliders(**kind)
+    assert JUDGE[number](seen).verdict == DISAGREES
+
+
+def test_landings_of_a_motion_that_never_lands():
+    none = motion()
+    coulomb, lugre = Key("rigid", FAST), Key("rigid", FAST, LARGE, "lugre")
+    found = JUDGE[12](Evidence({}, {coulomb: none, lugre: none}))
+    assert "the first 0 landings agree" in found.parts[1].numbers

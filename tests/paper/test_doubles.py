@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from study_runs import check_data
 
 from flexmb.paper.attractor import OBSERVED, SIGNALS
 from flexmb.paper.effort import FULL
@@ -55,8 +56,9 @@ def test_all_figures_of_the_nonlinear_part_are_there():
 
 
 @pytest.mark.parametrize("plate", all_plates(), ids=lambda plate: str(plate.number))
-def test_every_axis_has_a_label_with_a_unit_and_data(plate, results):
+def test_every_axis_has_a_label_with_a_unit_and_data(plate, results, tmp_path):
     figure, data = plate.draw(results)
+    check_data(data, tmp_path / "figure.nc")
     for ax in figure.axes:
         assert "[" in ax.get_xlabel()
         assert "[" in ax.get_ylabel()

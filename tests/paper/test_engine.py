@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -15,7 +16,7 @@ import xarray as xr
 from study_runs import Ramp, page, plate
 
 from flexmb.cli import main
-from flexmb.commands.paper_files import Cost, Kept, keep, lines_of
+from flexmb.commands.paper_files import Cost, Kept, append_line, keep, lines_of
 from flexmb.commands.paper_progress import Progress, clock
 from flexmb.commands.paper_runs import work_off
 from flexmb.errors import InputError
@@ -385,3 +386,50 @@ def test_a_line_that_a_kill_cut_short_is_left_out(tmp_path):
     assert lines_of(tmp_path / "none.times") == []
     (tmp_path / "cut.times").write_text('{"wall": 1.0}\n{"wal')
     assert lines_of(tmp_path / "cut.times") == [{"wall": 1.0}]
+    append_line(tmp_path / "cut.times", wall=2.0)
+    append_line(tmp_path / "cut.times", wall=3.0)
+    assert lines_of(tmp_path / "cut.times") == [{"wall": 1.0}, {"wall": 2.0}, {"wall": 3.0}]
+
+
+def test_a_quick_look_in_the_same_folder_leaves_the_whole_study_as_it_was(study, tmp_path, journal):
+    study.plates = lambda effort: (plate(6, Ramp("a", journal, {"full": 1.0, "quick": 2.0}[effort.name])),)
+    for words in ((), ("--quick",), (), ("--quick",)):
+        assert paper("6", "--out", tmp_path, *words) == 0
+    assert computed(journal) == ["a", "a"]
+
+
+def test_values_that_failed_are_told_each_time(study, tmp_path, journal, capsys, monkeypatch):
+    """A diagram that was kept with them is found again, but never called whole."""
+
+    def half(make, parameter, values, **keywords):
+        columns = {"ok": ("k", [True, False]), "status": ("k", ["", "the step became too small"])}
+        return xr.Dataset(columns)
+
+    monkeypatch.setattr("flexmb.paper.diagram.bifurcation", half)
+    diagram = Diagram("speed", False, skip=1, keep=2, exponent=False, values=2)
+    drawn = plate(7, Ramp("a", journal))
+    study.plates = lambda effort: (replace(drawn, runs=(diagram, *drawn.runs)),)
+    for _ in range(2):
+        paper("7", "--out", tmp_path)
+        assert "1 of 2 values failed; the first: the step became too small" in capsys.readouterr().err
+    assert paper("7", "--out", tmp_path, "--quiet") == 1
+
+
+def test_times_of_points_that_were_deleted_are_forgotten(kept):
+    diagram = Diagram("speed", False, skip=1, keep=2, exponent=False, values=2)
+    kept.log(diagram).write_text('{"processor": 1e6, "wall": 1e6}\n')
+    work_off([diagram], kept, 1, shown=False)
+    assert kept.cost(diagram).processor < 1e5
+
+
+def test_there_are_no_more_workers_than_jobs(kept, journal, monkeypatch):
+    asked = []
+
+    def noted(workers, begin):
+        asked.append(workers)
+        return nullcontext()
+
+    monkeypatch.setattr("flexmb.commands.paper_runs.worker_pool", noted)
+    monkeypatch.setattr("flexmb.commands.paper_runs._compile_once", lambda: None)
+    work_off([Ramp("a", journal), Ramp("b", journal)], kept, 5000, shown=False)
+    assert asked == [2]

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
+from study_runs import check_data
 
 from flexmb.paper.case import Case
 from flexmb.paper.curves import SIGNALS
@@ -89,6 +90,15 @@ def test_curves_are_those_of_the_run(number, signal, results):
         np.testing.assert_allclose(data["slider.x"].values[late] - there, found[late], atol=1e-6)  # 4 m/s² (1 ms)² / 8
 
 
+@pytest.mark.parametrize(
+    ("number", "signal"), [(9, "slider.x"), (11, "slider.ax"), (12, "motor1.torque"), (14, "P1.force")]
+)
+def test_units_are_those_of_the_run(number, signal, results):
+    _, shown = MOTIONS[number].draw(results)
+    (run,) = [run for run in MOTIONS[number].runs if run.name == "rigid-2pi-0.5mm"]
+    assert shown[f"b.rigid.{signal}"].attrs["units"] == results[run][signal].attrs["units"]
+
+
 def test_no_penetration_in_flight(results):
     _, shown = MOTIONS[15].draw(results)
     depth = shown["b.rigid.P1.penetration"].values
@@ -113,8 +123,9 @@ def test_paths(number, results):
 
 
 @pytest.mark.parametrize("plate", MOTIONS.values(), ids=str)
-def test_axes_have_units(plate, results):
-    figure, _ = plate.draw(results)
+def test_axes_and_data_have_units(plate, results, tmp_path):
+    figure, shown = plate.draw(results)
+    check_data(shown, tmp_path / "figure.nc")
     for row in {ax.get_subplotspec().rowspan for ax in figure.axes}:
         axes = [ax for ax in figure.axes if ax.get_subplotspec().rowspan == row]
         assert is_labelled(axes[0])
@@ -152,7 +163,7 @@ def test_the_cloud_of_the_slider(results):
     assert np.ptp(figure.axes[0].get_ylim()) == pytest.approx(1.1 * 76.0, abs=1.0)  # stroke of the ideal slider [mm]
 
 
-def test_exponents_have_a_panel_of_their_own(results):
+def test_exponents_have_a_panel_of_their_own(results, tmp_path):
     plate = DIAGRAMS[40]
     with_exponents = {}
     for k, run in enumerate(plate.runs):
@@ -160,6 +171,7 @@ def test_exponents_have_a_panel_of_their_own(results):
         value = np.array([-1.0, 20.0 + k])
         with_exponents[run] = found.assign(exponent=("speed", value), exponent_error=("speed", 0.1 * np.abs(value)))
     figure, shown = plate.draw(with_exponents)
+    check_data(shown, tmp_path / "figure.nc")
     assert len(figure.axes) == 6
     np.testing.assert_array_equal(shown["rigid.exponent"], [-1.0, 21.0])
     x, y = figure.axes[4].containers[1].lines[0].get_data()

@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
+from study_runs import check_data
 
 import flexmb as fm
 from flexmb.paper.attractor import Attractor
@@ -82,12 +83,12 @@ def test_runs_of_one_name_are_one_run_across_the_pages(effort):
 
 
 @pytest.mark.parametrize("name", list(PLACE))
-def test_a_page_is_written_from_its_results(name, effort):
+def test_a_page_is_written_from_its_results(name, effort, tmp_path):
     (page,) = PLACE[name].pages(effort)
     text, data = page.write({run: made_up(run) for run in page.runs})
     assert text.endswith("\n")
     assert "nan" not in text
-    assert isinstance(data, xr.Dataset)
+    check_data(data, tmp_path / "page.nc")
     widths = {line.count(" | ") for line in text.split("\n\n")[-1].splitlines() if line.startswith("| ")}
     assert len(widths) <= 1  # every row of a table has as many cells
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.errors import InputError
+from flexmb.errors import AssemblyError, InputError, ModelError
 from flexmb.mechanisms import SliderCrankData, slider_crank
 
 LENGTH, SIDE, YOUNG, DENSITY = 1.0, 0.01, 70e9, 2700.0
@@ -278,6 +278,39 @@ def test_parts_it_cannot_do_are_named():
     rough = fm.Revolute("O", fm.GROUND, arm, (0.0, 0.0), friction=fm.SmoothCoulomb(0.1, 1e-3), radius=0.01)
     with pytest.raises(InputError, match=r"Revolute 'O' has friction"):
         fm.simulate(fm.Mechanism("rough", (arm, rough)), t_end=0.1, step=1e-3, method=fm.Staggered())
+
+
+@pytest.mark.parametrize(
+    "part",
+    [
+        lambda arm: fm.SpringDamper("k", fm.GROUND, arm, (LENGTH, -1.0), (LENGTH, 0.0), stiffness=1e3),
+        lambda arm: fm.TorsionSpring("k", fm.GROUND, arm, stiffness=100.0),
+        lambda arm: fm.Bushing("k", fm.GROUND, arm, (LENGTH, 0.0), stiffness=(1e3, 1e3)),
+    ],
+)
+def test_springs_on_flexible_bodies_are_refused(part):
+    """They would act on the rigid motion and keep the energy of the whole one."""
+    arm = beam()
+    mech = fm.Mechanism("sprung", (arm, fm.Revolute("O", fm.GROUND, arm, (0.0, 0.0)), part(arm)))
+    with pytest.raises(InputError, match=r"'k' acts on 'beam'"):
+        fm.simulate(mech, t_end=0.01, step=1e-3, method=fm.Staggered())
+
+
+@pytest.mark.parametrize(("driven", "error"), [(True, ModelError), (False, AssemblyError)])
+def test_joints_that_only_flexible_bodies_allow_are_refused(driven, error):
+    """A third parallel crank: the beams give way, their rigid twins repeat one another."""
+    material = fm.Material(YOUNG, DENSITY)
+    points = [((x, 0.0), (x, 0.5)) for x in (0.0, 0.5, 1.0)] + [((0.0, 0.5), (1.0, 0.5))]
+    *cranks, top = [
+        fm.FlexibleLink(f"b{k}", *ends, section=SECTION, material=material, elements=2) for k, ends in enumerate(points)
+    ]
+    joints = [fm.Revolute(f"O{k}", fm.GROUND, c, (0.5 * k, 0.0)) for k, c in enumerate(cranks)]
+    joints += [fm.Revolute(f"P{k}", c, top, (0.5 * k, 0.5)) for k, c in enumerate(cranks)]
+    motor = [fm.Drive("motor", "O0", fm.ConstantSpeed(3.0))] if driven else []
+    mech = fm.Mechanism("cranks", (*cranks, top, *joints, *motor))
+    with pytest.raises(error, match="with rigid bodies in place of flexible ones, Mechanism 'cranks'") as found:
+        fm.simulate(mech, t_end=0.01, step=1e-3, method=fm.Staggered())
+    assert "make a link flexible" not in str(found.value)
 
 
 @pytest.mark.parametrize("bad", [{"rotation": "none"}, {"play": "loose"}, {"mean_axes": 1}, {"passes": 0}])

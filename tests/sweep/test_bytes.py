@@ -276,6 +276,17 @@ def test_other_folders_are_refused(tmp_path):
     assert (tmp_path / "notes.txt").read_text() == "mine"
 
 
+@pytest.mark.parametrize("file", ["points/zarr.json", "points/c/0/0/0/0", "status/c/0/0", "ok/c/0/0"])
+def test_a_damaged_store_is_refused_by_name(reference, tmp_path, file):
+    """Chunks and descriptions are renamed into place, so only a failing disk or another program cuts them short."""
+    path = shutil.copytree(reference[0], tmp_path / "r.zarr")
+    (path / file).write_bytes((path / file).read_bytes()[:-1])
+    with pytest.raises(fm.FileFormatError, match=r"r.zarr': cannot be read .* Delete it"):
+        diagram(path, resume=True)
+    with pytest.raises(fm.FileFormatError, match="cannot be read"):
+        fm.load_sweep(path)
+
+
 def test_workers_that_die_leave_a_store_to_go_on_with(tmp_path):
     flag, settings = tmp_path / "flag", {"skip": 5, "keep": 2, "pending": 2, "store": tmp_path / "s"}
     flag.write_text("")

@@ -116,7 +116,8 @@ def slow_is_periodic(seen: Evidence) -> Finding:
 
     Rule, for each model: contact agrees if no settled turn has any free flight, and disagrees if every turn has; the
     map agrees if the motion is called periodic-1 through both coordinates of the joint with an exponent three errors
-    below zero, and disagrees if it is called otherwise with an exponent three errors above zero.
+    below zero, and disagrees if it is called otherwise with an exponent three errors above zero, or periodic of a
+    longer period with one three errors below.
     """
     parts = []
     for model in ("flexible", "rigid"):
@@ -131,7 +132,8 @@ def slow_is_periodic(seen: Evidence) -> Finding:
             kind = Kind.of(data)
             through = {str(data.attrs[f"verdict.{name}"]) for name in THROUGH[:2]}
             closed = through == {"periodic-1"} and kind.exponent < -SURE * kind.error
-            open_ = through != {"periodic-1"} and kind.exponent > SURE * kind.error
+            longer = kind.periodic and any(t.startswith("periodic") and t != "periodic-1" for t in through)
+            open_ = longer or (through != {"periodic-1"} and kind.exponent > SURE * kind.error)
             text = f"{kind.text}; through the joint: {', '.join(sorted(through))}"
             parts.append(Part(f"one point, {key.text}", by_rule(agrees=closed, disagrees=open_), text, kind.values))
     return finding(parts)
@@ -222,7 +224,8 @@ def slider_is_one_point(seen: Evidence) -> Finding:
     """Claim 11: the Poincare map of the slider stays one point in all runs.
 
     Rule, for each case, flexible where there is one: it agrees if the motion is called periodic-1 through the position
-    of the slider alone, and disagrees if it is called chaotic or quasi-periodic through it.  The size of the cloud of
+    of the slider alone, and disagrees if it is called chaotic, quasi-periodic or periodic of a longer period through
+    it, which are more points than one.  The size of the cloud of
     points is given beside the stroke: on the scale of the stroke any of them may look like one point.  So is the 0-1
     test of the points alone (near 1 chaotic, near 0 regular), which knows nothing of the system's exponent.
     """
@@ -246,7 +249,7 @@ def _cloud(seen: Evidence, key: Key) -> Part:
     test = zero_one_test(data["section.slider.x"].values) if size > NOISE else None
     if test is not None and test.ok:
         text += f"; 0-1 test of the points alone {test.value:.2f}"
-    apart = through in ("chaotic", "quasi-periodic")
+    apart = through in ("chaotic", "quasi-periodic") or (through.startswith("periodic") and through != "periodic-1")
     verdict = by_rule(agrees=through == "periodic-1", disagrees=apart)
     return Part(key.text, verdict, text, {"cloud": size, "stroke": stroke})
 

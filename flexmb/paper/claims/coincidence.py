@@ -196,6 +196,6 @@ def _equal_landings(first: xr.Dataset, second: xr.Dataset) -> Part:
     count = min(len(a), len(b))
     apart = np.abs(a[:count] - b[:count]) > WINDOW * period
     same = int(apart.argmax()) if apart.any() else count
-    until = float(a[same]) if same < count else float(a[count - 1])
+    until = float(a[min(same, count - 1)]) if count else 0.0
     text = f"the first {same} landings agree within {1e3 * WINDOW * period:.2g} ms, until {1e3 * until:.3g} ms"
     return Part("landings in their order", ASIDE, text, {"same": same, "until": until})

@@ -34,6 +34,8 @@ QUANTITIES = {
 }
 """Measures of a turn: what they are called, and in what unit they are shown, so many to one of SI."""
 
+SI = {"%": "1", "um": "m", "": "1", "m/s^2": "m/s2"}
+
 PEAKS = ("peak.P1.force", "peak.slider.ax", "peak.motor1.torque", "peak.motor4.torque")
 RESPONSES = PEAKS[1:]
 
@@ -162,3 +164,14 @@ def shown(mean: Mean, quantity: str) -> str:
     value, spread = factor * mean.value, factor * mean.deviation
     text = plain(value, 4) if spread <= 1e-4 * abs(value) else f"{plain(value, 4)} ± {plain(spread, 2)}"
     return f"{text} {unit}".rstrip()
+
+
+def si_unit(quantity: str) -> str:
+    """The unit of a measure in results.
+
+    Parameters
+    ----------
+    quantity : one of `QUANTITIES`.
+    """
+    _, unit, _ = QUANTITIES[quantity]
+    return SI.get(unit, unit)

@@ -159,7 +159,7 @@ def _points(ax: Axes, shown: Shown, model: str, found: xr.Dataset, parameter: st
     across, quantity = PARAMETERS[parameter], SIGNALS[signal]
     values, points = found[parameter].values, found[signal].values
     note = {"units": "m", "long_name": f"{quantity.text}, once a turn"}
-    shown.note(f"{model}.{parameter}", (f"{model}.{parameter}",), values, units=found[parameter].attrs.get("units", ""))
+    shown.note(f"{model}.{parameter}", (f"{model}.{parameter}",), values, **across.noted)
     shown.note(f"{model}.{signal}", (f"{model}.{parameter}", "turn"), points, **note)
     shown.note(
         f"{model}.verdict",
@@ -192,9 +192,10 @@ def _points(ax: Axes, shown: Shown, model: str, found: xr.Dataset, parameter: st
 def _exponents(ax: Axes, shown: Shown, data: dict[str, Any], parameter: str, *, near: bool = False) -> None:
     """The largest exponent of both models with its error; `near` zero once more."""
     across = PARAMETERS[parameter]
+    names = {"exponent": "largest exponent", "exponent_error": "its standard deviation"}
     for model, found in data.items():
-        for name in ("exponent", "exponent_error"):
-            shown.note(f"{model}.{name}", (f"{model}.{parameter}",), found[name].values, units="1/s")
+        for name, text in names.items():
+            shown.note(f"{model}.{name}", (f"{model}.{parameter}",), found[name].values, units="1/s", long_name=text)
         x, y = across.factor * found[parameter].values, found["exponent"].values
         ax.errorbar(
             x,

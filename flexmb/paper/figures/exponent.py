@@ -86,7 +86,7 @@ def _estimate(
     ax.text(0.02, 0.02, _settings(found), transform=ax.transAxes, fontsize="x-small", color="0.3")
     shown[f"{letter}.time"] = noted(found.time, f"{letter}.estimate", "s", "length of the record")
     shown[f"{letter}.wolf"] = noted(found.curve, f"{letter}.estimate", "1/s", f"running estimate, {observable.place}")
-    shown[f"{letter}.printed"] = ((), value, {"long_name": "value printed in the paper"})
+    shown[f"{letter}.printed"] = ((), value, {"units": "unknown", "long_name": "value printed in the paper"})
 
 
 def _system(ax: Any, shown: dict[str, Any], letter: str, result: xr.Dataset) -> None:

@@ -68,7 +68,7 @@ def _apart(ax: Any, shown: dict[str, Any], result: xr.Dataset) -> None:
         ax.annotate(f"its cloud: {length_text(size)}", (0.0, size), color=COLOURS[name], va="bottom", fontsize="small")
         shown[f"apart.{name}"] = noted(values, "lag", "m", f"distance of two runs, {name}")
         shown[f"small.{name}"] = noted(np.exp(ahead), "lag", "m", f"distance if it stayed small, {name}")
-        shown[f"cloud.{name}"] = ((), size, {"units": "m"})
+        shown[f"cloud.{name}"] = noted(size, (), "m", f"distance from the periodic part, root mean square, {name}")
     shown["lag"] = noted(lags, "lag", "s", "time since the start of the second run")
     ax.set_ylim(1e-15, 1.0)
     ax.set(xlabel="time since the start of the second run [s]", ylabel="distance of two runs [m]")

@@ -9,6 +9,7 @@ from flexmb.paper.claims.catalogue import CLAIMS, Claim
 from flexmb.paper.claims.evidence import Plan
 from flexmb.paper.claims.finding import DISAGREES, UNDECIDED, Finding, tally
 from flexmb.paper.claims.plan import attacks, plan
+from flexmb.paper.doubles import named, noted
 from flexmb.paper.effort import Effort
 from flexmb.paper.markdown import paragraph, table
 from flexmb.paper.plate import Page, Results, Run
@@ -114,13 +115,13 @@ def _dataset(found: Mapping[int, Finding]) -> xr.Dataset:
     numbers = [(place, name, value) for place, (_, part) in enumerate(parts) for name, value in part.values.items()]
     return xarray.Dataset(
         {
-            "verdict": ("claim", [finding.verdict for finding in found.values()]),
-            "part.claim": ("part", [number for number, _ in parts]),
-            "part.what": ("part", [part.what for _, part in parts]),
-            "part.verdict": ("part", [part.verdict for _, part in parts]),
-            "number.part": ("number", [place for place, _, _ in numbers]),
-            "number.name": ("number", [name for _, name, _ in numbers]),
-            "number.value": ("number", [float(value) for _, _, value in numbers]),
+            "verdict": named([finding.verdict for finding in found.values()], "claim", "verdict on the claim"),
+            "part.claim": named([number for number, _ in parts], "part", "claim of the part"),
+            "part.what": named([part.what for _, part in parts], "part", "case or quantity"),
+            "part.verdict": named([part.verdict for _, part in parts], "part", "verdict on the part"),
+            "number.part": named([place for place, _, _ in numbers], "number", "place of its part"),
+            "number.name": named([name for _, name, _ in numbers], "number", "what the number is"),
+            "number.value": noted([float(v) for _, _, v in numbers], "number", "SI", "number, in the unit of its name"),
         },
-        coords={"claim": list(found)},
+        coords={"claim": named(list(found), "claim", "number of the claim")},
     )

@@ -5,9 +5,10 @@ from __future__ import annotations
 import dataclasses
 from typing import TYPE_CHECKING, NamedTuple
 
-from flexmb.paper.claims.evidence import QUANTITIES, Key, shown
+from flexmb.paper.claims.evidence import QUANTITIES, Key, shown, si_unit
 from flexmb.paper.claims.plan import FINER, case_of
 from flexmb.paper.claims.response import CASES
+from flexmb.paper.doubles import named, noted
 from flexmb.paper.effort import Effort
 from flexmb.paper.markdown import paragraph, table
 from flexmb.paper.motion import Motion
@@ -176,12 +177,14 @@ def _dataset(found: dict[Place, xr.Dataset]) -> xr.Dataset:
             mean = _mean(data, quantity)
             values[cases.index(case), there.index(level), k] = mean.value, mean.deviation, mean.error
     axes = ("case", "level", "quantity")
-    names = ("mean", "deviation", "error")
+    texts = {"mean": "mean", "deviation": "standard deviation of the turns", "error": "standard error of the mean"}
+    speeds = [f"{speed:g} pi rad/s, {1e3 * clearance:g} mm" for speed, clearance in cases]
     return xarray.Dataset(
-        {name: (axes, values[..., k]) for k, name in enumerate(names)},
+        {name: noted(values[..., k], axes, "that of `unit`", text) for k, (name, text) in enumerate(texts.items())},
         coords={
-            "case": [f"{speed:g} pi rad/s, {1e3 * clearance:g} mm" for speed, clearance in cases],
-            "level": [level.text for level in there],
-            "quantity": list(QUANTITIES),
+            "case": named(speeds, "case", "speed and clearance"),
+            "level": named([level.text for level in there], "level", "elements and steps"),
+            "quantity": named(list(QUANTITIES), "quantity", "measure of a turn"),
+            "unit": named([si_unit(quantity) for quantity in QUANTITIES], "quantity", "unit of the quantity"),
         },
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
@@ -15,7 +16,7 @@ from flexmb.analysis.series.kantz import kantz
 from flexmb.analysis.series.rosenstein import rosenstein
 from flexmb.analysis.series.zero_one import zero_one_test
 from flexmb.paper.attractor import LOOKS, OBSERVED, Attractor, by_clearance, by_speed
-from flexmb.paper.doubles import length_text
+from flexmb.paper.doubles import length_text, named, noted
 from flexmb.paper.effort import Effort
 from flexmb.paper.figures import signs as picture
 from flexmb.paper.figures.exponent import estimate_of
@@ -295,40 +296,49 @@ def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
 
 def _numbers(cases: list[Of]) -> dict[str, object]:
     """The tables of all cases, as variables of a dataset."""
-    rate, both = {"units": "1/s"}, ("case", "observable")
+    both = ("case", "observable")
+
+    def of_each(value: Callable[[Of, str], object]) -> list[list[object]]:
+        return [[value(case, name) for name in OBSERVED] for case in cases]
+
     found: dict[str, object] = {
-        "case": ("case", [case.run.case.name for case in cases]),
-        "observable": ("observable", list(OBSERVED)),
-        "exponent": ("case", [case.exponent for case in cases], rate),
-        "exponent_error": ("case", [case.error for case in cases], rate),
-        "verdict": ("case", [case.verdict for case in cases]),
-        "later": ("case", [case.rates["state"][0] for case in cases], rate),
-        "later_error": ("case", [case.rates["state"][1] for case in cases], rate),
-        "growth": (both, [[case.rates[name][0] for name in OBSERVED] for case in cases], rate),
-        "printed": (both, [[printed(case.run.case, name) for name in OBSERVED] for case in cases]),
-        "zero_one": (both, [[case.zero_one[name] for name in OBSERVED] for case in cases]),
-        "verdict_through": (both, [[case.through[name] for name in OBSERVED] for case in cases]),
-        "cloud": (both, [[case.clouds[name] for name in OBSERVED] for case in cases], {"units": "m"}),
+        "case": named([case.run.case.name for case in cases], "case", "case"),
+        "observable": named(list(OBSERVED), "observable", "observable"),
+        "exponent": noted([case.exponent for case in cases], "case", "1/s", "exponent of the system"),
+        "exponent_error": noted([case.error for case in cases], "case", "1/s", "its standard deviation"),
+        "verdict": named([case.verdict for case in cases], "case", "verdict on the system"),
+        "later": noted([case.rates["state"][0] for case in cases], "case", "1/s", "exponent in the periods after"),
+        "later_error": noted([case.rates["state"][1] for case in cases], "case", "1/s", "its standard deviation"),
+        "growth": noted(of_each(lambda c, n: c.rates[n][0]), both, "1/s", "growth of a small difference"),
+        "printed": noted(of_each(lambda c, n: printed(c.run.case, n)), both, "unknown", "value printed in the paper"),
+        "zero_one": noted(of_each(lambda c, n: c.zero_one[n]), both, "1", "0-1 test of the points"),
+        "verdict_through": named(of_each(lambda c, n: c.through[n]), both, "verdict through the observable"),
+        "cloud": noted(
+            of_each(lambda c, n: c.clouds[n]), both, "m", "how far it is from its periodic part, root mean square"
+        ),
     }
     for method in METHODS:
         made = [[case.estimates[name][method] for name in OBSERVED] for case in cases]
-        found[method] = (both, [[e.value for e in row] for row in made], rate)
-        found[f"{method}_error"] = (both, [[e.error for e in row] for row in made], rate)
+        found[method] = noted([[e.value for e in row] for row in made], both, "1/s", f"estimate, {method}")
+        found[f"{method}_error"] = noted([[e.error for e in row] for row in made], both, "1/s", f"its error, {method}")
     last = [[case.estimates[name]["wolf"].curve for name in OBSERVED] for case in cases]
-    found["wolf_unchecked"] = (both, [[c[-1] if len(c) else np.nan for c in row] for row in last], rate)
+    ends = [[c[-1] if len(c) else np.nan for c in row] for row in last]
+    found["wolf_unchecked"] = noted(ends, both, "1/s", "estimate, wolf, passed by its own checks or not")
     return found
 
 
 def _of_experiments(tables: list[ByDistance], settings: dict[str, dict[str, tuple[float, bool]]]) -> dict[str, object]:
     """The experiments, as variables of a dataset."""
-    rate = {"units": "1/s"}
+    both = ("series", "setting")
+    rates, over = np.array([table.rates for table in tables]), ("signal", "followed", "distance")
+    wolf, good = ([[entry[k] for entry in row.values()] for row in settings.values()] for k in (0, 1))
     return {
-        "signal": ("signal", [table.signal for table in tables]),
-        "followed": ("followed", list(FOLLOWED), {"long_name": "time of following, in periods"}),
-        "distance": ("distance", np.sqrt(EDGES[1:] * EDGES[:-1]), {"units": "m"}),
-        "rate": (("signal", "followed", "distance"), np.array([table.rates for table in tables]), rate),
-        "setting": ("setting", list(SETTINGS)),
-        "series": ("series", list(settings)),
-        "wolf_by_setting": (("series", "setting"), [[e[0] for e in row.values()] for row in settings.values()], rate),
-        "wolf_by_setting_ok": (("series", "setting"), [[e[1] for e in row.values()] for row in settings.values()]),
+        "signal": named([table.signal for table in tables], "signal", "signal"),
+        "followed": noted(list(FOLLOWED), "followed", "1", "time of following, in periods"),
+        "distance": noted(np.sqrt(EDGES[1:] * EDGES[:-1]), "distance", "m", "distance of neighbours"),
+        "rate": noted(rates, over, "1/s", "rate at which neighbours part"),
+        "setting": named(list(SETTINGS), "setting", "what is changed in Wolf's method"),
+        "series": named(list(settings), "series", "signal"),
+        "wolf_by_setting": noted(wolf, both, "1/s", "Wolf's estimate"),
+        "wolf_by_setting_ok": named(good, both, "whether it passes its own checks"),
     }

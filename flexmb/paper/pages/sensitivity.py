@@ -13,6 +13,7 @@ from flexmb.paper.claims.catalogue import CLAIMS
 from flexmb.paper.claims.evidence import FAST, LARGE, MIDDLE, SLOW, SMALL, Evidence, Key, Plan, ideal
 from flexmb.paper.claims.finding import AGREES, DISAGREES, NOT_JUDGED, UNDECIDED, Finding
 from flexmb.paper.claims.plan import START_TURNS, case_of
+from flexmb.paper.doubles import named, noted
 from flexmb.paper.effort import Effort
 from flexmb.paper.growth import Growth
 from flexmb.paper.markdown import paragraph, table
@@ -203,6 +204,18 @@ HEAD = (
     "exponent, rigid, 2 pi, 0.05 mm [1/s]",
 )
 
+COLUMNS = (
+    ("force_ratio.large", "1", "peak force, flexible over rigid, 0.5 mm"),
+    ("acceleration_ratio.large", "1", "peak acceleration, flexible over rigid, 0.5 mm"),
+    ("acceleration_ratio.small", "1", "peak acceleration, flexible over rigid, 0.05 mm"),
+    ("flight.large", "%", "free flight, flexible, 0.5 mm"),
+    ("flight.small", "%", "free flight, flexible, 0.05 mm"),
+    ("reversal", "pi rad/s", "speed at which the reaction turns round"),
+    ("exponent.large", "1/s", "exponent, rigid, 0.5 mm"),
+    ("exponent.small", "1/s", "exponent, rigid, 0.05 mm"),
+)
+"""The same in the file: names (which may have no slash), units, texts."""
+
 
 def _numbers(seen: Evidence, reaction: xr.Dataset) -> dict[str, tuple[str, float]]:
     """What the claims mainly rest on: as text, and as a number."""
@@ -254,8 +267,14 @@ def _dataset(
     import xarray
 
     verdicts = [[findings[claim.number].verdict for claim in CLAIMS] for findings in found]
-    columns = {name: ("variation", [line[name][1] for line in numbers]) for name in HEAD}
+    columns = {
+        name: noted([line[text][1] for line in numbers], "variation", unit, said)
+        for text, (name, unit, said) in zip(HEAD, COLUMNS, strict=True)
+    }
     return xarray.Dataset(
-        {"verdict": (("variation", "claim"), verdicts), **columns},
-        coords={"variation": [row.variation.what for row in rows], "claim": [claim.number for claim in CLAIMS]},
+        {"verdict": named(verdicts, ("variation", "claim"), "verdict on the claim"), **columns},
+        coords={
+            "variation": named([row.variation.what for row in rows], "variation", "what is varied"),
+            "claim": named([claim.number for claim in CLAIMS], "claim", "number of the claim"),
+        },
     )

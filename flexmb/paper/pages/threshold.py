@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flexmb.paper.case import Case
+from flexmb.paper.doubles import named, noted
 from flexmb.paper.effort import Effort
 from flexmb.paper.markdown import paragraph, table
 from flexmb.paper.onset import FINE, RAMP, Onset
@@ -95,12 +96,16 @@ def written(reaction: xr.Dataset, onsets: dict[Run, xr.Dataset]) -> tuple[str, x
     ends = {run: (data.attrs["last_unbroken"], data.attrs["first_broken"]) for run, data in onsets.items()}
     data = xarray.Dataset(
         {
-            "last_unbroken": ("run", [low for low, _ in ends.values()], {"units": "pi rad/s"}),
-            "first_broken": ("run", [high for _, high in ends.values()], {"units": "pi rad/s"}),
-            "static": (("angle", "axis"), static, {"units": "N"}),
-            "dynamic": (("angle", "axis"), dynamic, {"units": "N s^2"}),
+            "last_unbroken": noted([low for low, _ in ends.values()], "run", "pi rad/s", "last speed without flight"),
+            "first_broken": noted([high for _, high in ends.values()], "run", "pi rad/s", "first speed with flight"),
+            "static": noted(static, ("angle", "axis"), "N", "force S on the ideal P1 at rest"),
+            "dynamic": noted(dynamic, ("angle", "axis"), "N s^2", "force D, S + w^2 D at the speed w [rad/s]"),
         },
-        coords={"run": [run.name for run in ends], "angle": reaction["angle"].values, "axis": ["x", "y"]},
+        coords={
+            "run": named([run.name for run in ends], "run", "run with play"),
+            "angle": noted(reaction["angle"].values, "angle", "rad", "angle of crank 4"),
+            "axis": named(["x", "y"], "axis", "component"),
+        },
         attrs={"reversal": round_at, "first_crossing": zeros[0].speed if zeros else math.nan},
     )
     return "\n\n".join(text) + "\n", data
