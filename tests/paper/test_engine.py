@@ -121,6 +121,7 @@ def test_ctrl_c_stops_and_keeps_what_is_finished(kept, journal, how):
 
 
 KILLED = """
+import signal
 import sys
 from pathlib import Path
 from study_runs import Ramp
@@ -128,6 +129,7 @@ from flexmb.commands import paper_runs
 from flexmb.commands.paper_files import Kept
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # what runs in the background may ignore it
     paper_runs._compile_once = lambda: None  # these runs simulate nothing
     journal, folder = sys.argv[1:]
     runs = [Ramp("slow", journal, how="slow", work=9.0), Ramp("a", journal, work=2.0), Ramp("b", journal)]
