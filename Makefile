@@ -45,7 +45,7 @@ table: $(VENV)/.installed  ## numbers and pictures of docs/nine_bar.md, computed
 	@$(BIN)/python tests/fresh_cache.py
 	$(BIN)/python docs/nine_bar_table.py
 
-# About three hours on two cores, most of them for the diagrams with exponents; stopped, it goes on where it was.
+# Hours on two cores (its own estimates add up to two), most of them for diagrams with exponents; goes on where it was.
 # out/paper/times.md says what each run took. A look at everything within ten minutes: flexmb paper --quick.
 paper: $(VENV)/.installed  ## figures and tables of the study of the nine-bar mechanism; results in out/paper (hours)
 	@$(BIN)/python tests/fresh_cache.py

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
-from flexmb.paper.statistics import EQUAL, UNTOLD, Comparison
+from flexmb.paper.statistics import UNTOLD, Comparison
 
 AGREES, DISAGREES, UNDECIDED = "agrees", "disagrees", "cannot be decided"
 ASIDE = "not counted"
@@ -93,7 +93,7 @@ def expect(found: Comparison, wanted: str) -> str:
     """
     if found.verdict == UNTOLD:
         return UNDECIDED
-    return AGREES if found.verdict == wanted and found.verdict != EQUAL else DISAGREES
+    return AGREES if found.verdict == wanted else DISAGREES
 
 
 def by_rule(*, agrees: bool, disagrees: bool) -> str:

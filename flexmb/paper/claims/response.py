@@ -177,8 +177,8 @@ def torque_rises(seen: Evidence) -> Finding:
 
     Rule, at 0.5 mm for each model, friction and torque.  What the paper shows: the mean at 2.5 pi rad/s against that at
     0.5 pi, by `compare`.  Rising all the way: the means at neighbouring speeds are compared; it agrees if none is lower
-    than the one before and the fastest is higher than the slowest, disagrees if one is lower, and cannot be decided
-    otherwise.  Beside it, not counted, the ideal mechanism.
+    than the one before and the fastest is higher than the slowest, disagrees if one is lower or if the fastest equals
+    the slowest, and cannot be decided otherwise.  Beside it, not counted, the ideal mechanism.
     """
     parts = []
     for model, law in ((model, law) for model in PLAY_MODELS for law in ("coulomb", "none")):

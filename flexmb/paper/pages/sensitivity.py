@@ -109,7 +109,9 @@ def row_of(variation: Variation, effort: Effort) -> Row:
     settle, points = PERIODS[effort.name]
     # steps of exponents are the usual ones: with others the exponent itself is asked elsewhere, on the page "claims"
     growths = (
-        {} if effort.name == "quick" else {key: Growth(variation.of(case_of(key)), settle, points) for key in GROWING}
+        {}
+        if effort.name == "quick"
+        else {key: Growth(variation.of(case_of(key)), settle, points, variation.rtol) for key in GROWING}
     )
     plan = Plan(
         {key: _motion(variation, key, *TURNS[effort.name], effort.shown) for key in keys},
