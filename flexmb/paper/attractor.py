@@ -90,7 +90,7 @@ class Attractor:
     def fingerprint(self) -> str:
         """A text that changes with everything the result depends on."""
         numbers = (self.settle, self.points, self.series, self.samples, SIGNALS, SHOWN, PAIR_EACH, APART, LOOKS)
-        return digest(("attractor", self.case.mechanism(), *numbers, installed_version()))
+        return digest(("attractor", self.case.mechanism(), *numbers, repr(self.case.steps()), installed_version()))
 
     def compute(self) -> xr.Dataset:
         """Compute one motion after the other, each from where the one before ended.
@@ -112,7 +112,7 @@ class Attractor:
         """
         import xarray
 
-        flow = MechanismFlow(self.case.mechanism())
+        flow = MechanismFlow(self.case.mechanism(), step=self.case.steps(), period=self.case.period)
         places = [flow.names.index(name) for name in SIGNALS]
         units = {name: {"units": flow.units[place]} for name, place in zip(SIGNALS, places, strict=True)}
         found = lyapunov(flow, skip=self.settle, periods=self.points)

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field
 
 from flexmb import checks
+from flexmb.integrate.steps import Adaptive
 from flexmb.mechanisms.nine_bar import nine_bar
 from flexmb.mechanisms.nine_bar_data import NineBarData
 from flexmb.model.mechanism import Mechanism
@@ -17,6 +18,20 @@ FRICTION = {
     "lugre": LoadScaledLuGre(static=0.015, kinetic=0.01, stribeck_speed=1e-3, stiffness=1e5, damping=300.0),
 }
 """Laws of the study: the paper's modified Coulomb, and its LuGre with numbers of ours (its table 3 is missing)."""
+
+
+LONGEST_STEP = 2e-4
+"""[s], a hundredth of the period in which a journal that is pressed on its bearing swings along it.
+
+Friction is constant while it slides, so these vibrations hardly die out.  Steps of milliseconds, which the default
+tolerance allows where nothing else moves fast, would damp them: at 0.5 pi rad/s the exponent of the rigid mechanism is
+-3 1/s with such steps, and -0.01 +- 0.05 1/s with these."""
+
+SOFT = 2.0
+"""Turns in which the cranks get to their speed; a start at full speed would set off vibrations that hardly die out."""
+
+FEWEST_STEPS = 1000
+"""A turn, so that smooth peaks are met, too."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,6 +47,8 @@ class Case:
     elements : beam elements of each link, and of each side of the panel.
     start : angles of both cranks at the start [rad].
     data : the numbers of the mechanism.
+    ramp : turns in which the cranks get from rest to their speed; 0: they start at full speed, as those of an ideal
+        mechanism always do.
     label : what is unusual about the numbers, for the name: "J7=3.802e-3".
 
     Raises
@@ -46,6 +63,7 @@ class Case:
     elements: int = 4
     start: tuple[float, float] = (0.0, 0.0)
     data: NineBarData = field(default_factory=NineBarData)
+    ramp: float = SOFT
     label: str = ""
 
     def __post_init__(self) -> None:
@@ -53,6 +71,7 @@ class Case:
         checks.one_of("Case", "friction", self.friction, list(FRICTION))
         checks.positive("Case", "speed", self.speed, "pi rad/s")
         checks.positive("Case", "clearance", self.clearance, "m")
+        checks.not_negative("Case", "ramp", self.ramp, "turns")
 
     @property
     def period(self) -> float:
@@ -68,6 +87,16 @@ class Case:
         label = f"-{self.label}" if self.label else ""
         return f"{self.model}-{self.speed:.5g}pi{play}{law}{mesh}{label}"
 
+    def steps(self, rtol: float | None = None) -> Adaptive:
+        """Steps of its runs.
+
+        Parameters
+        ----------
+        rtol : accepted error in velocities, relative; None: the default.
+        """
+        longest = min(self.period / FEWEST_STEPS, LONGEST_STEP)
+        return Adaptive(max=longest) if rtol is None else Adaptive(rtol=rtol, max=longest)
+
     def mechanism(self) -> Mechanism:
         """The mechanism of this case."""
         return nine_bar(
@@ -77,5 +106,6 @@ class Case:
             friction=FRICTION[self.friction],
             elements=self.elements,
             start=self.start,
+            ramp=self.ramp * self.period if self.ramp and self.model != "ideal" else None,
             data=self.data,
         )

@@ -13,7 +13,7 @@ import numpy as np
 from flexmb import checks
 from flexmb.integrate.run import installed_version
 from flexmb.integrate.steps import Adaptive
-from flexmb.mechanisms.nine_bar import nine_bar
+from flexmb.paper.case import LONGEST_STEP, Case
 from flexmb.paper.effort import Effort
 from flexmb.paper.motion import StudyError
 from flexmb.sweeps.bifurcation import bifurcation
@@ -23,6 +23,8 @@ from flexmb.sweeps.fingerprint import digest
 if TYPE_CHECKING:
     import xarray as xr
 
+    from flexmb.model.mechanism import Mechanism
+
 VALUES = {
     "speed": tuple(math.pi * n / 40 for n in (*range(20, 60, 2), *range(60, 81), *range(82, 101, 2))),
     "clearance": tuple(n * 1e-5 for n in range(1, 51)),
@@ -30,6 +32,7 @@ VALUES = {
 """Speeds [rad/s], closer to each other about the paper's threshold of 1.6 pi; clearances [m]."""
 
 FIXED = {"speed": {"clearance": 0.5e-3}, "clearance": {"speed": 2.0 * math.pi}}
+"""What stays: 0.5 mm of play [m], or 2 pi rad/s."""
 
 WORK = {False: 0.07, True: 0.75}
 """About the processor time of a turn of the rigid and of the flexible mechanism, the mean over a diagram [s]."""
@@ -97,10 +100,10 @@ class Diagram:
     def fingerprint(self) -> str:
         """A text that changes with everything the result depends on."""
         fixed, values = self._fixed(), self.chosen
-        models = [nine_bar(**fixed, **{self.parameter: value}) for value in (values[0], values[-1])]
-        lengths = (self.skip, self.keep, self.exponent, self.rtol)
+        models = [softly_started(**fixed, **{self.parameter: value}) for value in (values[0], values[-1])]
+        lengths = (self.skip, self.keep, self.exponent, repr(self._step()))
         settings = (self.parameter, values, fixed, *lengths, installed_version())
-        return digest(("diagram", nine_bar, *models, *settings))
+        return digest(("diagram", softly_started, *models, *settings))
 
     def compute(self) -> xr.Dataset:
         """The diagram, in one process and kept nowhere; see `spread`."""
@@ -125,14 +128,15 @@ class Diagram:
         InputError : a store of another diagram.
         """
         found = bifurcation(
-            nine_bar,
+            softly_started,
             self.parameter,
             self.chosen,
             fixed=self._fixed(),
             skip=self.skip,
             keep=self.keep,
             exponent=self.exponent,
-            step=None if self.rtol is None else Adaptive(rtol=self.rtol),
+            period=turn_of if self.parameter == "speed" else turn_of(FIXED["clearance"]["speed"]),
+            step=self._step(),
             executor=executor,
             pending=pending,
             store=store,
@@ -142,5 +146,31 @@ class Diagram:
             raise StudyError(f"{self.name}: no point went well; the first: {found['status'].values[0]}")
         return found
 
+    def _step(self) -> Adaptive:
+        return Adaptive(max=LONGEST_STEP) if self.rtol is None else Adaptive(rtol=self.rtol, max=LONGEST_STEP)
+
     def _fixed(self) -> dict[str, float | bool]:
         return {**FIXED[self.parameter], "flexible": self.flexible}
+
+
+def softly_started(speed: float, clearance: float, *, flexible: bool) -> Mechanism:
+    """The mechanism, its cranks brought to their speed within two turns.
+
+    Parameters
+    ----------
+    speed : of the cranks [rad/s].
+    clearance : at P1 [m].
+    flexible : whether the links are beams.
+    """
+    model = "flexible" if flexible else "rigid"
+    return Case(model=model, speed=speed / math.pi, clearance=clearance).mechanism()
+
+
+def turn_of(speed: float) -> float:
+    """The time of a turn [s]; drives with a ramp have no period of their own.
+
+    Parameters
+    ----------
+    speed : of the cranks [rad/s].
+    """
+    return 2.0 * math.pi / speed

@@ -12,7 +12,7 @@ class Effort:
     Parameters
     ----------
     name : what it is called.
-    skip : turns before the first that counts; the start (journal in the middle, beams unstressed) has died out by then.
+    skip : turns before the first that counts: those of the soft start, and others until it has died out.
     keep : turns that count, in means and spreads.
     shown : of these the last ones that curves show.
     settle, points : periods before the first point of a section, and points.
@@ -35,6 +35,6 @@ class Effort:
     exponents: bool
 
 
-FULL = Effort("full", 5, 20, 2, 40, 100, 100, None, 20, 50, exponents=True)
-QUICK = Effort("quick", 2, 3, 2, 5, 50, 45, 9, 3, 9, exponents=False)
+FULL = Effort("full", 7, 20, 2, 40, 100, 100, None, 20, 50, exponents=True)
+QUICK = Effort("quick", 3, 3, 2, 5, 50, 45, 9, 3, 9, exponents=False)
 EFFORTS = {effort.name: effort for effort in (FULL, QUICK)}

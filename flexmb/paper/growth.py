@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from flexmb.analysis.lyapunov import lyapunov
+from flexmb.analysis.mechanism_flow import MechanismFlow
 from flexmb.integrate.run import installed_version
-from flexmb.integrate.steps import Adaptive
 from flexmb.paper.case import Case
 from flexmb.paper.motion import StudyError
 from flexmb.sweeps.fingerprint import digest
@@ -51,7 +51,7 @@ class Growth:
 
     def fingerprint(self) -> str:
         """A text that changes with everything the result depends on."""
-        numbers = (self.settle, self.points, self.rtol, installed_version())
+        numbers = (self.settle, self.points, repr(self.case.steps(self.rtol)), installed_version())
         return digest(("growth", self.case.mechanism(), *numbers))
 
     def compute(self) -> xr.Dataset:
@@ -68,8 +68,9 @@ class Growth:
         """
         import xarray
 
-        step = None if self.rtol is None else Adaptive(rtol=self.rtol)
-        found = lyapunov(self.case.mechanism(), skip=self.settle, periods=self.points, step=step)
+        step = self.case.steps(self.rtol)
+        flow = MechanismFlow(self.case.mechanism(), step=step, period=self.case.period)
+        found = lyapunov(flow, skip=self.settle, periods=self.points)
         if not found.ok:
             raise StudyError(f"{self.name}: the run with tangents did not end: {found.status}")
         columns = {

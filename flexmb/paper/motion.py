@@ -12,15 +12,11 @@ from flexmb.integrate.method import Newmark
 from flexmb.integrate.run import installed_version
 from flexmb.integrate.simulate import simulate
 from flexmb.integrate.solution import Solution
-from flexmb.integrate.steps import Adaptive
 from flexmb.paper.case import Case
 from flexmb.sweeps.fingerprint import digest
 
 if TYPE_CHECKING:
     import xarray as xr
-
-FEWEST_STEPS = 1000
-"""A turn, so that smooth peaks are met, too."""
 
 CURVES = ("slider.x", "slider.vx", "slider.ax", "motor1.torque", "motor4.torque", "P1.force")
 PLAY_CURVES = ("P1.normal_force", "P1.penetration", "P1.ex", "P1.ey", "P1.vex", "P1.vey")
@@ -63,9 +59,8 @@ class Motion:
 
     def fingerprint(self) -> str:
         """A text that changes with everything the result depends on."""
-        return digest(
-            ("motion", self.case.mechanism(), self.skip, self.keep, self.shown, self.rtol, installed_version())
-        )
+        numbers = (self.skip, self.keep, self.shown, repr(self.case.steps(self.rtol)), installed_version())
+        return digest(("motion", self.case.mechanism(), *numbers))
 
     def compute(self) -> xr.Dataset:
         """Simulate, turn by turn.
@@ -84,7 +79,7 @@ class Motion:
         import xarray
 
         state, turns, last = None, [], []
-        step = Adaptive(max=self.case.period / FEWEST_STEPS, **({} if self.rtol is None else {"rtol": self.rtol}))
+        step = self.case.steps(self.rtol)
         mechanism = self.case.mechanism()
         for k in range(1, self.skip + self.keep + 1):
             sol = simulate(mechanism, t_end=k * self.case.period, save="steps", step=step, restart=state, method=METHOD)

@@ -11,22 +11,15 @@ import numpy as np
 from flexmb import checks
 from flexmb.integrate.run import installed_version
 from flexmb.integrate.simulate import simulate
-from flexmb.integrate.steps import Adaptive
-from flexmb.mechanisms.nine_bar import nine_bar
-from flexmb.paper.case import FRICTION, Case
-from flexmb.paper.motion import FEWEST_STEPS, METHOD, WORK, StudyError
+from flexmb.paper.case import SOFT, Case
+from flexmb.paper.motion import METHOD, WORK, StudyError
 from flexmb.sweeps.fingerprint import digest
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from flexmb.model.mechanism import Mechanism
-
 COARSE, FINE = 0.05, 0.005
 """Steps over pi [rad/s] of the way up, and the width of the bracket that is left."""
-
-RAMP = 2.0
-"""Turns in which a soft start brings the cranks to their speed."""
 
 STARTS = ("soft", "hard")
 
@@ -72,8 +65,8 @@ class Onset:
 
     def fingerprint(self) -> str:
         """A text that changes with everything the result depends on."""
-        numbers = (self.highest, self.settle, self.keep, self.start, COARSE, FINE, RAMP, installed_version())
-        return digest(("onset", self.case.mechanism(), *numbers))
+        numbers = (self.highest, self.settle, self.keep, self.start, COARSE, FINE, SOFT, installed_version())
+        return digest(("onset", self.case.mechanism(), *numbers, repr(self.case.steps())))
 
     def compute(self) -> xr.Dataset:
         """Look for it.
@@ -110,36 +103,21 @@ class Onset:
 
     def _try(self, speed: float) -> tuple[float, float, float, float]:
         """Speed, largest share of free flight, most landings in a turn, least normal force [N]."""
-        period = 2.0 / speed
-        before = self.settle + (RAMP if self.start == "soft" else 0.0)
-        step = Adaptive(max=period / FEWEST_STEPS)
-        common = {"step": step, "method": METHOD}
-        mechanism = self._mechanism(speed)
-        sol = simulate(mechanism, t_end=before * period, save=2, **common)
+        case = dataclasses.replace(self.case, speed=speed, ramp=SOFT if self.start == "soft" else 0.0)
+        before, mechanism = self.settle + case.ramp, case.mechanism()
+        common = {"step": case.steps(), "method": METHOD}
+        sol = simulate(mechanism, t_end=before * case.period, save=2, **common)
         worst, landings, least = 0.0, 0, np.inf
         for k in range(1, self.keep + 1):
             if sol.ok:
-                sol = simulate(mechanism, t_end=(before + k) * period, save="steps", restart=sol.restart, **common)
+                sol = simulate(mechanism, t_end=(before + k) * case.period, save="steps", restart=sol.restart, **common)
             if not sol.ok:
                 raise StudyError(f"{self.name}: the run at {speed:g} pi rad/s did not end: {sol.status}")
             # a run that goes on may save nothing at its begin
-            depth, steps = sol.array("P1.penetration"), np.diff(sol.time, prepend=(before + k - 1) * period)
-            worst = max(worst, float(steps[depth < 0.0].sum()) / period)
+            depth, steps = sol.array("P1.penetration"), np.diff(sol.time, prepend=(before + k - 1) * case.period)
+            worst = max(worst, float(steps[depth < 0.0].sum()) / case.period)
             landings = max(landings, int(np.count_nonzero((depth[1:] > 0.0) & (depth[:-1] <= 0.0))))
             least = min(least, float(sol.array("P1.normal_force").min()))
             if worst > 0.0:
                 break  # what the other turns do cannot mend it
         return speed, worst, float(landings), least
-
-    def _mechanism(self, speed: float) -> Mechanism:
-        case = dataclasses.replace(self.case, speed=speed)
-        return nine_bar(
-            np.pi * speed,
-            clearance=case.clearance,
-            flexible=case.model == "flexible",
-            friction=FRICTION[case.friction],
-            elements=case.elements,
-            start=case.start,
-            ramp=RAMP * case.period if self.start == "soft" else None,
-            data=case.data,
-        )

@@ -53,7 +53,7 @@ def settled(key: Key, effort: Effort, rtol: float | None = None) -> Motion:
 
 def started(key: Key, rtol: float | None = None) -> Motion:
     """Its first turns."""
-    return Motion(dataclasses.replace(case_of(key), label="start"), 0, START_TURNS, START_TURNS, rtol)
+    return Motion(dataclasses.replace(case_of(key), label="start", ramp=0.0), 0, START_TURNS, START_TURNS, rtol)
 
 
 def of_long_run(key: Key, effort: Effort) -> Run:

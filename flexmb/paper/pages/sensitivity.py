@@ -26,7 +26,7 @@ from flexmb.paper.variations import USUAL, VARIATIONS, Variation
 if TYPE_CHECKING:
     import xarray as xr
 
-TURNS = {"full": (4, 10), "quick": (2, 3)}
+TURNS = {"full": (4, 10), "quick": (3, 3)}
 """Turns before the first that counts, and turns that count."""
 
 PERIODS = {"full": (10, 50), "quick": (5, 50)}
@@ -127,7 +127,7 @@ def _motion(variation: Variation, key: Key, skip: int, keep: int, shown: int) ->
 
 
 def _start(variation: Variation, key: Key) -> Motion:
-    case = dataclasses.replace(case_of(key), label="start")
+    case = dataclasses.replace(case_of(key), label="start", ramp=0.0)
     return Motion(variation.of(case), 0, START_TURNS, START_TURNS, variation.rtol)
 
 
