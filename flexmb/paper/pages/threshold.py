@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flexmb.paper.case import Case
+from flexmb.paper.case import SOFT, Case
 from flexmb.paper.doubles import named, noted
 from flexmb.paper.effort import Effort
 from flexmb.paper.markdown import paragraph, table
-from flexmb.paper.onset import FINE, RAMP, Onset
+from flexmb.paper.onset import FINE, Onset
 from flexmb.paper.plate import Page, Results, Run
 from flexmb.paper.reaction import Reaction, crossings, reversal, turning
 
@@ -172,7 +172,7 @@ def _with_play(onsets: dict[Run, xr.Dataset], static: np.ndarray, dynamic: np.nd
         "least force, ideal [N]",
         *("free flight at the first broken [%]", "between the paper's 1.6 and 1.65 pi"),
     )
-    text = SIMULATION.format(begin=BEGIN, fine=FINE, keep=one.keep, settle=one.settle, ramp=RAMP)
+    text = SIMULATION.format(begin=BEGIN, fine=FINE, keep=one.keep, settle=one.settle, ramp=SOFT)
     said = (
         "The paper calls the motion (flexible, 0.5 mm) periodic up to 1.6 pi and chaotic from 1.65 pi rad/s on; it "
         "gives no speed for contact and none for other clearances."
