@@ -10,18 +10,20 @@ from flexmb.paper.effort import FULL, QUICK
 from flexmb.paper.motion import Motion
 from flexmb.paper.observed import by_period, cloud, growth_rates
 
-RUN = Attractor(Case(model="rigid", speed=0.5), settle=12, points=50, series=20, samples=50)
-"""In contact all the time, periodic, and cheap."""
+RUN = Attractor(Case(model="rigid", speed=0.5), settle=12, points=50, series=60, samples=50)
+"""In contact all the time, periodic, and cheap with steps of milliseconds, whose damping makes differences shrink."""
 
 
 @pytest.fixture(scope="module")
 def result():
-    return RUN.compute()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("flexmb.paper.case.LONGEST_STEP", 1.0)
+        return RUN.compute()
 
 
 def test_dataset_holds_what_figures_need(result):
     assert dict(result.sizes) == {
-        **{"point": 50, "history": 45, "time": 1001, "pair": 4, "lag": LOOKS + 1},
+        **{"point": 50, "history": 45, "time": 3001, "pair": 12, "lag": LOOKS + 1},
         "step": result.sizes["step"],
     }
     for name in SIGNALS:
@@ -53,7 +55,7 @@ def test_series_and_section_show_one_periodic_motion(result):
 
 
 def test_a_small_difference_shrinks_at_one_rate_in_every_observable(result):
-    """The rate itself depends by a tenth on the steps, which damp the contact: 200 stops a period make them shorter."""
+    """The rate itself depends on the steps, which damp the contact."""
     assert float(result["exponent"]) < 0.0
     rates = growth_rates(result)
     assert rates["state"][0] < 0.0
@@ -70,11 +72,11 @@ def test_two_runs_part_as_small_differences_do(result):
 
 
 def test_fingerprint_and_name_tell_runs_apart():
-    other = Attractor(RUN.case, settle=12, points=50, series=20, samples=60)
-    assert RUN.fingerprint() == Attractor(Case(model="rigid", speed=0.5), 12, 50, 20, 50).fingerprint()
+    other = Attractor(RUN.case, settle=12, points=50, series=60, samples=60)
+    assert RUN.fingerprint() == Attractor(Case(model="rigid", speed=0.5), 12, 50, 60, 50).fingerprint()
     assert len({RUN.fingerprint(), other.fingerprint()}) == 2
     assert len({RUN.name, other.name, Motion(RUN.case, 5, 20, 2).name}) == 3
-    assert Attractor(RUN.case, 12, 50, 20).work > RUN.work / 2.0 > 0.0
+    assert Attractor(RUN.case, 12, 50, 60).work > RUN.work / 2.0 > 0.0
 
 
 @pytest.mark.parametrize("wrong", [{"points": 49}, {"series": 4}, {"settle": -1}, {"samples": 10}, {"points": 60.5}])

@@ -44,7 +44,8 @@ def motion(factor=1.0, *, spread=0.0, flight=0.0, depth=1e-6, off=0.0, peaks=(),
 def growth(verdict="chaotic", exponent=20.0, error=0.5, through=None, cloud=1e-5):
     points = np.linspace(0.0, cloud, 50)
     seen = {f"verdict.{name}": through or verdict for name in ("P1.ex", "P1.ey", "slider.x")}
-    columns = {"exponent": exponent, "exponent_error": error, "section.slider.x": ("point", points)}
+    columns = {f"section.{name}": ("point", points) for name in ("P1.ex", "P1.ey", "slider.x")}
+    columns |= {"exponent": exponent, "exponent_error": error}
     return xr.Dataset(columns, attrs={"verdict": verdict, "reason": "", **seen})
 
 
@@ -243,6 +244,18 @@ def test_the_rigid_diagram_is_shown_but_does_not_decide():
 
 def test_a_chaotic_verdict_against_a_negative_exponent_decides_nothing():
     assert JUDGE[7](chaos(growth(exponent=-1.0, error=0.1), growth())).verdict == UNDECIDED
+
+
+@pytest.mark.parametrize(
+    ("kind", "verdict"),
+    [
+        ({"exponent": 0.01, "error": 0.02}, AGREES),  # vibrations in contact hardly die out
+        ({"exponent": 0.01, "error": 0.02, "cloud": 1e-6}, UNDECIDED),  # 2 thousandths of the clearance
+        ({"exponent": 0.1, "error": 0.02}, UNDECIDED),  # it returned, but neighbours part
+    ],
+)
+def test_a_point_is_one_by_its_size_when_the_exponent_cannot_be_told_from_zero(kind, verdict):
+    assert JUDGE[8](slow(growth(**(PERIODIC | kind)), [0.0])).verdict == verdict
 
 
 def test_peaks_are_found_where_they_are():

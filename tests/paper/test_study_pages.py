@@ -206,8 +206,9 @@ def test_contact_of_the_rigid_mechanism_breaks_between_16_and_165_pi():
 
 
 @pytest.mark.slow
-def test_growth_of_a_slow_mechanism_shrinks():
-    found = Growth(Case(model="rigid", speed=0.5), 5, 50).compute()
+def test_a_slow_mechanism_returns_and_the_steps_damp_none_of_it():
+    found = Growth(Case(model="rigid", speed=0.5), 20, 50).compute()
     assert found.attrs["verdict"] == "periodic-1"
-    assert -4.0 < float(found["exponent"]) < -2.0
+    assert abs(float(found["exponent"])) < 0.15  # -3 1/s with steps of milliseconds
     assert found.sizes["point"] == 50
+    assert max(np.ptp(found[f"section.{name}"].values) for name in ("P1.ex", "P1.ey")) < 1e-3 * 0.5e-3

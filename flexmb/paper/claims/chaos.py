@@ -23,7 +23,11 @@ LAST_PERIODIC, FIRST_CHAOTIC = 1.6, 1.65
 NEAR = (1.55, 1.575, 1.6, 1.65, 1.7)
 """Speeds over pi [rad/s] at which long runs look again at where chaos begins."""
 
-THROUGH = ("P1.ex", "P1.ey", "slider.x")
+JOURNAL = ("P1.ex", "P1.ey")
+
+POINT = 1e-3
+"""Part of the clearance within which points of the journal are one point to the eye."""
+
 ROUNDING = 1e-9
 NOISE = 1e-8
 """Differences of positions that may be errors of the integration [m]."""
@@ -36,16 +40,19 @@ class Kind(NamedTuple):
     ----------
     verdict : "periodic-1", "chaotic", ...
     exponent, error : of the system [1/s].
+    cloud : side of the square that holds the journal's points, one a turn [m].
     """
 
     verdict: str
     exponent: float
     error: float
+    cloud: float = math.nan
 
     @classmethod
     def of(cls, data: xr.Dataset) -> Kind:
         """Of a `Growth` or an `Attractor`."""
-        return cls(str(data.attrs["verdict"]), float(data["exponent"]), float(data["exponent_error"]))
+        cloud = max(float(np.ptp(data[f"section.{name}"].values)) for name in JOURNAL)
+        return cls(str(data.attrs["verdict"]), float(data["exponent"]), float(data["exponent_error"]), cloud)
 
     @property
     def chaotic(self) -> bool:
@@ -54,19 +61,20 @@ class Kind(NamedTuple):
 
     @property
     def periodic(self) -> bool:
-        """Called so, with an exponent (where there is one) below zero by three errors."""
-        return self.verdict.startswith("periodic") and not self.exponent >= -SURE * self.error
+        """Called so, with an exponent (where there is one) that is not above zero by three errors."""
+        return self.verdict.startswith("periodic") and not self.exponent > SURE * self.error
 
     @property
     def text(self) -> str:
         """For tables."""
         exponent = f", exponent {self.exponent:.3g} ± {self.error:.1g} 1/s" if math.isfinite(self.exponent) else ""
-        return f"{self.verdict}{exponent}"
+        points = f", points within {1e6 * self.cloud:.2g} um" if math.isfinite(self.cloud) else ""
+        return f"{self.verdict}{exponent}{points}"
 
     @property
     def values(self) -> dict[str, float]:
         """The numbers."""
-        return {"exponent": self.exponent, "error": self.error}
+        return {"exponent": self.exponent, "error": self.error, "cloud": self.cloud}
 
 
 def chaotic_joint(seen: Evidence) -> Finding:
@@ -74,8 +82,8 @@ def chaotic_joint(seen: Evidence) -> Finding:
 
     Rule, flexible mechanism (the rigid one is shown beside it; where there are exponents of the rigid one alone, it
     decides): chaotic is what is called so and has an exponent three errors above zero; it disagrees if the motion is
-    called periodic with an exponent three errors below zero.  "More so" agrees if the exponent at 0.5 mm is larger by
-    three errors of the difference, and disagrees if it is smaller by as much.
+    called periodic, since its points return, with an exponent that is not above zero by three errors.  "More so" agrees
+    if the exponent at 0.5 mm is larger by three errors of the difference, and disagrees if it is smaller by as much.
     """
     models = [m for m in ("flexible", "rigid") if any(k.model == m and k.speed == MIDDLE for k in seen.growths)]
     parts = []
@@ -115,9 +123,9 @@ def slow_is_periodic(seen: Evidence) -> Finding:
     """Claim 8: at 0.5 pi rad/s and 0.5 mm contact is unbroken, the phase curve closes, the Poincare map is one point.
 
     Rule, for each model: contact agrees if no settled turn has any free flight, and disagrees if every turn has; the
-    map agrees if the motion is called periodic-1 through both coordinates of the joint with an exponent three errors
-    below zero, and disagrees if it is called otherwise with an exponent three errors above zero, or periodic of a
-    longer period with one three errors below.
+    map agrees if the motion is called periodic-1 through both coordinates of the joint, its points lie within a
+    thousandth of the clearance and the exponent is not above zero by three errors; it disagrees if it is called
+    otherwise with an exponent three errors above zero, or periodic of a longer period.
     """
     parts = []
     for model in ("flexible", "rigid"):
@@ -130,8 +138,8 @@ def slow_is_periodic(seen: Evidence) -> Finding:
         if key in seen.growths:
             data = seen.growths[key]
             kind = Kind.of(data)
-            through = {str(data.attrs[f"verdict.{name}"]) for name in THROUGH[:2]}
-            closed = through == {"periodic-1"} and kind.exponent < -SURE * kind.error
+            through = {str(data.attrs[f"verdict.{name}"]) for name in JOURNAL}
+            closed = through == {"periodic-1"} and kind.periodic and kind.cloud <= POINT * key.clearance
             longer = kind.periodic and any(t.startswith("periodic") and t != "periodic-1" for t in through)
             open_ = longer or (through != {"periodic-1"} and kind.exponent > SURE * kind.error)
             text = f"{kind.text}; through the joint: {', '.join(sorted(through))}"
@@ -141,23 +149,27 @@ def slow_is_periodic(seen: Evidence) -> Finding:
 
 def kinds_of(diagram: xr.Dataset, parameter: str) -> list[tuple[float, Kind]]:
     """What the motion is at each value of a diagram, by rising value; points that failed are inconclusive."""
+    clouds = [np.ptp(diagram[name].values, axis=1) for name in JOURNAL if name in diagram]
     table = zip(
         diagram[parameter].values,
         diagram["verdict"].values,
         diagram["exponent"].values,
         diagram["exponent_error"].values,
+        np.max(clouds, axis=0) if clouds else np.full(len(diagram[parameter]), np.nan),
         diagram["ok"].values,
         strict=True,
     )
-    found = [(float(v), Kind(str(text) if ok else "inconclusive", float(x), float(e))) for v, text, x, e, ok in table]
-    return sorted(found)
+    return sorted(
+        (float(value), Kind(str(text) if ok else "inconclusive", *(float(number) for number in numbers)))
+        for value, text, *numbers, ok in table
+    )
 
 
 def threshold_of_chaos(seen: Evidence) -> Finding:
     """Claim 9: over the speed the joint is periodic up to 1.6 pi and chaotic from 1.65 pi rad/s on.
 
     Rule, flexible mechanism (the rigid one is shown beside it), 0.5 mm.  Up to 1.6 pi it agrees if every value is
-    called periodic with an exponent three errors below zero, and disagrees if one is chaotic in the sense of claim 7.
+    periodic in the sense of claim 7, and disagrees if one is chaotic in that sense.
     From 1.65 pi on it agrees if every value is chaotic, and disagrees if one is periodic.
     """
     parts = []
