@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from flexmb.errors import FlexmbError
-from flexmb.integrate.method import Newmark
+from flexmb.integrate.method import Newmark, Staggered
 from flexmb.integrate.run import installed_version
 from flexmb.integrate.simulate import simulate
 from flexmb.integrate.solution import Solution
+from flexmb.integrate.steps import FixedStep
 from flexmb.paper.case import Case
 from flexmb.sweeps.fingerprint import digest
 
@@ -23,6 +24,9 @@ PLAY_CURVES = ("P1.normal_force", "P1.penetration", "P1.ex", "P1.ey", "P1.vex", 
 PEAKS = ("slider.ax", "motor1.torque", "motor4.torque", "P1.force")
 WORK = {"ideal": 0.01, "rigid": 0.2, "flexible": 1.0}
 """About the processor time of a turn with impacts [s]."""
+
+STAGGERED_STEP = 7e-5
+"""About the processor time of a step of the paper's own scheme [s]."""
 
 
 class StudyError(FlexmbError):
@@ -39,6 +43,7 @@ class Motion:
     skip, keep : turns before the first that counts, and turns that count.
     shown : of these the last ones whose signals are kept at every step.
     rtol : accepted error of a step in velocities, relative; None: the default.
+    staggered : step [s] of the paper's own scheme in place of the coupled equations; None: these.
     """
 
     case: Case
@@ -46,21 +51,32 @@ class Motion:
     keep: int
     shown: int
     rtol: float | None = None
+    staggered: float | None = None
 
     @property
     def name(self) -> str:
         """Stem of the file of results."""
-        return self.case.name + ("" if self.rtol is None else f"-rtol{self.rtol:g}")
+        scheme = "" if self.staggered is None else f"-staggered{self.staggered:g}"
+        return self.case.name + ("" if self.rtol is None else f"-rtol{self.rtol:g}") + scheme
 
     @property
     def work(self) -> float:
         """About how much processor time it takes [s]."""
-        return WORK[self.case.model] * (self.skip + self.keep) * (self.case.elements / 4.0) ** 1.5
+        turn = WORK[self.case.model] if self.staggered is None else STAGGERED_STEP * self.case.period / self.staggered
+        return turn * (self.skip + self.keep) * (self.case.elements / 4.0) ** 1.5
 
     def fingerprint(self) -> str:
         """A text that changes with everything the result depends on."""
         numbers = (self.skip, self.keep, self.shown, repr(self.case.steps(self.rtol)), installed_version())
-        return digest(("motion", self.case.mechanism(), *numbers))
+        scheme = () if self.staggered is None else (repr(self._solver),)
+        return digest(("motion", self.case.mechanism(), *numbers, *scheme))
+
+    @property
+    def _solver(self) -> dict[str, Any]:
+        """Step and method."""
+        if self.staggered is None:
+            return {"step": self.case.steps(self.rtol), "method": METHOD}
+        return {"step": FixedStep(self.staggered), "method": Staggered()}
 
     def compute(self) -> xr.Dataset:
         """Simulate, turn by turn.
@@ -79,10 +95,9 @@ class Motion:
         import xarray
 
         state, turns, last = None, [], []
-        step = self.case.steps(self.rtol)
-        mechanism = self.case.mechanism()
+        mechanism, solver = self.case.mechanism(), self._solver
         for k in range(1, self.skip + self.keep + 1):
-            sol = simulate(mechanism, t_end=k * self.case.period, save="steps", step=step, restart=state, method=METHOD)
+            sol = simulate(mechanism, t_end=k * self.case.period, save="steps", restart=state, **solver)
             if not sol.ok:
                 raise StudyError(f"{self.name}: turn {k} did not end: {sol.status}")
             state = sol.restart

@@ -29,6 +29,7 @@ class Variation:
     start : angles of cranks 1 and 4 at the start [rad].
     elements : beam elements of each link.
     rtol : accepted error of a step; None: the default.
+    staggered : step of the paper's own scheme [s], for flexible mechanisms; None: the coupled equations.
     convex : whether the stiffness of the contact is that of two convex surfaces.
     beams_only : whether the rigid mechanism is not touched.
     """
@@ -39,6 +40,7 @@ class Variation:
     start: tuple[float, float] = (0.0, 0.0)
     elements: int = 4
     rtol: float | None = None
+    staggered: float | None = None
     convex: bool = False
     beams_only: bool = False
 
@@ -141,4 +143,5 @@ VARIATIONS = (
     Variation("z", "8 elements a link", elements=8, beams_only=True),
     Variation("aa", "coarser steps, rtol = 1e-3", rtol=1e-3),
     Variation("bb", "finer steps, rtol = 1e-5", rtol=1e-5),
+    Variation("cc", "the paper's own scheme (staggered), steps of 4e-5 s", staggered=4e-5, beams_only=True),
 )

@@ -123,7 +123,8 @@ def row_of(variation: Variation, effort: Effort) -> Row:
 
 
 def _motion(variation: Variation, key: Key, skip: int, keep: int, shown: int) -> Motion:
-    return Motion(variation.of(case_of(key)), skip, keep, min(shown, keep), variation.rtol)
+    scheme = variation.staggered if key.model == "flexible" else None
+    return Motion(variation.of(case_of(key)), skip, keep, min(shown, keep), variation.rtol, scheme)
 
 
 def _start(variation: Variation, key: Key) -> Motion:
