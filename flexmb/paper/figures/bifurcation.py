@@ -66,6 +66,9 @@ def plates(effort: Effort) -> tuple[Plate, ...]:
 class Figures:
     """A bifurcation diagram: two signals, the flexible mechanism above the rigid one, and below both the exponents.
 
+    Beside the exponents: over the speed the same near zero, where the sign changes; over the clearance, where it does
+    not, the size of the clouds, which on the scale of the diagram look like one point when the play is small.
+
     Parameters
     ----------
     number : of the figure.
@@ -110,7 +113,10 @@ class Figures:
             self._scale(column[:2], signal, data, results)
         if exponents:
             _exponents(axes[-1, 0], shown, data, self.parameter)
-            _exponents(axes[-1, 1], shown, data, self.parameter, near=True)
+            if self.parameter == "speed":
+                _exponents(axes[-1, 1], shown, data, self.parameter, near=True)
+            else:
+                _clouds(axes[-1, 1], shown, data, self.signals[0])
         for ax in axes[-1]:
             ax.set_xlabel(PARAMETERS[self.parameter].label)
         _legend(figure, axes, verdicts)
@@ -217,6 +223,20 @@ def _exponents(ax: Axes, shown: Shown, data: dict[str, Any], parameter: str, *, 
     if parameter == "speed":
         ax.axvspan(*THRESHOLD, color="0.85", zorder=0, label="threshold of the paper")
     ax.legend(fontsize="small", loc="upper left")
+
+
+def _clouds(ax: Axes, shown: Shown, data: Mapping[str, xr.Dataset], signal: str) -> None:
+    """Over the clearance, how far the points of a signal are apart."""
+    across, name = PARAMETERS["clearance"], SIGNALS[signal].text
+    for model, found in data.items():
+        size = np.where(found["ok"].values, np.ptp(found[signal].values, axis=1), np.nan)
+        note = {"units": "m", "long_name": f"largest less smallest {name}, once a turn"}
+        shown.note(f"{model}.{signal}.cloud", (f"{model}.clearance",), size, **note)
+        x = across.factor * found["clearance"].values
+        ax.semilogy(x, 1e6 * size, "o-", color=MODELS[model], markersize=2.5, linewidth=0.7, label=model)
+    ax.set_ylabel("size of the cloud\n[µm]")
+    caption(ax, "", f"largest less smallest {name}, once a turn")
+    ax.legend(fontsize="small", loc="lower right")
 
 
 def _legend(figure: Figure, axes: Any, verdicts: set[str]) -> None:
