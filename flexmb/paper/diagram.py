@@ -42,7 +42,10 @@ TANGENT = 1.6
 
 
 COARSE = 1e-3
-"""`rtol` of diagrams with exponents: their runs are long, and take half the time that default steps would."""
+"""`rtol` of diagrams with exponents and beams: their runs are long, and take half the time that default steps would.
+
+Their exponents do not depend on it: 50.5 +- 1.0 1/s at 0.05 mm with 1e-4, 50.5 +- 1.5 with 1e-5, 51.1 +- 1.7 in the
+diagram.  Without beams they do where the play is small, 28.8 +- 0.7 against 12.9 +- 0.5 1/s, and no time is gained."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +77,8 @@ class Diagram:
     def at(cls, parameter: str, effort: Effort, *, flexible: bool) -> Diagram:
         """The diagram over `parameter` at an effort, `flexible` or rigid."""
         lengths = (effort.diagram_settle, effort.diagram_points)
-        exponent, rtol = ("points", COARSE) if effort.exponents else (False, None)
+        exponent = "points" if effort.exponents else False
+        rtol = COARSE if effort.exponents and flexible else None
         return cls(parameter, flexible, *lengths, exponent, effort.values, rtol)
 
     @property

@@ -8,7 +8,7 @@ import xarray as xr
 
 from flexmb.paper.claims import coincidence as at
 from flexmb.paper.claims.catalogue import CLAIMS
-from flexmb.paper.claims.evidence import FAST, LARGE, MIDDLE, QUANTITIES, SLOW, SMALL, Evidence, Key, ideal
+from flexmb.paper.claims.evidence import FAST, LARGE, MIDDLE, QUANTITIES, SLOW, SMALL, SMALLEST, Evidence, Key, ideal
 from flexmb.paper.claims.finding import AGREES, ASIDE, DISAGREES, NOT_JUDGED, UNDECIDED, Finding, Part
 
 JUDGE = {claim.number: claim.judge for claim in CLAIMS}
@@ -233,6 +233,13 @@ def test_long_runs_stand_in_for_a_diagram_about_the_threshold_only():
     assert JUDGE[9](Evidence(growths=near | later)).verdict == AGREES
     assert JUDGE[9](Evidence(growths=near | {Key("flexible", 1.65): growth(**PERIODIC)})).verdict == DISAGREES
     assert JUDGE[9](Evidence(growths={Key("flexible", speed): growth() for speed in (0.5, 2.0)})).verdict == NOT_JUDGED
+
+
+def test_long_runs_at_both_ends_stand_in_for_a_diagram_over_the_clearance():
+    ends = {Key("flexible", MIDDLE, SMALLEST): growth(**PERIODIC), Key("flexible", MIDDLE): growth()}
+    assert JUDGE[10](Evidence(growths=ends)).verdict == AGREES
+    assert JUDGE[10](Evidence(growths={key: growth() for key in ends})).verdict == DISAGREES
+    assert JUDGE[10](Evidence(growths={Key("flexible", MIDDLE): growth()})).verdict == NOT_JUDGED
 
 
 def test_the_rigid_diagram_is_shown_but_does_not_decide():

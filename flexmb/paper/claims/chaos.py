@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from flexmb.analysis.series.zero_one import zero_one_test
-from flexmb.paper.claims.evidence import FAST, LARGE, MIDDLE, SLOW, SMALL, Evidence, Key
+from flexmb.paper.claims.evidence import FAST, LARGE, MIDDLE, SLOW, SMALL, SMALLEST, Evidence, Key
 from flexmb.paper.claims.finding import ASIDE, UNDECIDED, Finding, Part, by_rule, finding
 
 if TYPE_CHECKING:
@@ -218,9 +218,9 @@ def chaos_by_clearance(seen: Evidence) -> Finding:
     """
     parts = []
     for model in ("flexible", "rigid"):
-        if ("clearance", model) not in seen.diagrams:
+        kinds = _over_clearance(seen, model)
+        if not kinds:
             continue
-        kinds = [(1e3 * value, kind) for value, kind in kinds_of(seen.diagrams["clearance", model], "clearance")]
         periodic, chaotic = (sum(getattr(kind, name) for _, kind in kinds) for name in ("periodic", "chaotic"))
         found = [
             _all_of(f"periodic at {kinds[0][0]:.3g} mm, {model}", kinds[:1], "mm", chaotic=False),
@@ -230,6 +230,16 @@ def chaos_by_clearance(seen: Evidence) -> Finding:
         parts += found if model == "flexible" else [_aside(part) for part in found]
         parts.append(Part(f"all clearances, {model}", ASIDE, text, {"periodic": periodic, "chaotic": chaotic}))
     return finding(parts)
+
+
+def _over_clearance(seen: Evidence, model: str) -> list[tuple[float, Kind]]:
+    """What the motion is at clearances [mm], from the diagram; without one from long runs at both of its ends."""
+    if ("clearance", model) in seen.diagrams:
+        return [(1e3 * value, kind) for value, kind in kinds_of(seen.diagrams["clearance", model], "clearance")]
+    ends = [Key(model, MIDDLE, clearance) for clearance in (SMALLEST, LARGE)]
+    if not all(key in seen.growths for key in ends):
+        return []
+    return [(1e3 * key.clearance, Kind.of(seen.growths[key])) for key in ends]
 
 
 def slider_is_one_point(seen: Evidence) -> Finding:

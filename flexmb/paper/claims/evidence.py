@@ -15,8 +15,8 @@ from flexmb.paper.statistics import Mean, plain
 if TYPE_CHECKING:
     import xarray as xr
 
-LARGE, SMALL = 0.5e-3, 0.05e-3
-"""Clearances of the paper [m]."""
+LARGE, SMALL, SMALLEST = 0.5e-3, 0.05e-3, 0.01e-3
+"""Clearances of the paper [m]; the last one is where its diagrams begin."""
 
 SLOW, MIDDLE, FAST = 0.5, 2.0, 2.5
 """Speeds of the paper over pi [rad/s]."""

@@ -9,7 +9,7 @@ from flexmb.mechanisms.nine_bar_data import NineBarData
 from flexmb.paper.attractor import Attractor
 from flexmb.paper.case import Case
 from flexmb.paper.claims.chaos import NEAR
-from flexmb.paper.claims.evidence import FAST, LARGE, MIDDLE, PLAY_MODELS, SLOW, Key, Plan, ideal
+from flexmb.paper.claims.evidence import FAST, LARGE, MIDDLE, PLAY_MODELS, SLOW, SMALLEST, Key, Plan, ideal
 from flexmb.paper.claims.response import CASES
 from flexmb.paper.diagram import VALUES, Diagram
 from flexmb.paper.effort import Effort
@@ -108,7 +108,11 @@ def attacks(effort: Effort) -> Mapping[str, Plan]:
     finer = Plan(
         pure | {key: settled(key, effort, FINER) for key in [*keys, *other_speeds, laws[1]]},
         {key: started(key, FINER) for key in laws},
-        {key: Growth(case_of(key), *SHORT, FINER) for key in keys if key.model == "flexible"},
+        {
+            key: Growth(case_of(key), *SHORT, FINER)
+            for key in [*keys, Key("flexible", MIDDLE, SMALLEST)]
+            if key.model == "flexible"
+        },
     )
     meshes = {f"{n} elements": Plan(pure | {key: meshed(key, effort, n) for key in keys}) for n in MESHES}
     rigid = [key for key in (*keys, laws[1]) if key.model == "rigid"]
