@@ -121,7 +121,7 @@ def main() -> None:
     parser.add_argument("--speeds", type=float, nargs="+", default=[0.5, 1.5, 2.0, 2.5], help="in pi rad/s")
     parser.add_argument("--models", nargs="+", choices=MODELS, default=list(MODELS))
     parser.add_argument("--skip", type=int, default=40, help="periods for the transient")
-    parser.add_argument("--keep", type=int, default=200, help="periods that count")
+    parser.add_argument("--keep", type=int, default=100, help="periods that count")
     chosen = parser.parse_args()
     rows = json.loads(ROWS.read_text(encoding="utf-8")) if ROWS.exists() else {}
     points = dict(np.load(POINTS)) if POINTS.exists() else {}

@@ -77,7 +77,8 @@ def lyapunov(
     -----
     The exponent is that of the steps.  Vibrations that they do not resolve are damped by the method, so that a negative
     exponent may be its dissipation, as in mechanisms with play that turn slowly: repeat it with shorter steps,
-    `step=Adaptive(max=...)`, or without dissipation, `method=Newmark.trapezoidal()`.
+    `step=Adaptive(max=...)`, or without dissipation, `method=Newmark.trapezoidal()`.  Hard impacts want a finer
+    tolerance than the motion itself: `step=Adaptive(rtol=...)` should not change what is found.
 
     Examples
     --------
