@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -20,8 +21,8 @@ SURE = 3.0
 LAST_PERIODIC, FIRST_CHAOTIC = 1.6, 1.65
 """Speeds over pi between which the paper sees chaos begin [rad/s]."""
 
-NEAR = (1.55, 1.575, 1.6, 1.65, 1.7)
-"""Speeds over pi [rad/s] at which long runs look again at where chaos begins."""
+NEAR = (1.55, 1.575, 1.6, 1.65, 1.7, 1.975)
+"""Speeds over pi [rad/s] at which long runs look again: where chaos begins, and where the diagram was not sure."""
 
 JOURNAL = ("P1.ex", "P1.ey")
 
@@ -170,7 +171,8 @@ def threshold_of_chaos(seen: Evidence) -> Finding:
 
     Rule, flexible mechanism (the rigid one is shown beside it), 0.5 mm.  Up to 1.6 pi it agrees if every value is
     periodic in the sense of claim 7, and disagrees if one is chaotic in that sense.
-    From 1.65 pi on it agrees if every value is chaotic, and disagrees if one is periodic.
+    From 1.65 pi on it agrees if every value is chaotic, and disagrees if one is periodic.  Where there is a longer run,
+    with default steps, it stands in for the point of the diagram.
     """
     parts = []
     for model in ("flexible", "rigid"):
@@ -188,11 +190,20 @@ def threshold_of_chaos(seen: Evidence) -> Finding:
 
 
 def _over_speed(seen: Evidence, model: str) -> list[tuple[float, Kind]]:
-    """What the motion is at speeds over pi, from the diagram; without one from long runs about the threshold."""
+    """What the motion is at speeds over pi, from the diagram, or from a longer run where there is one.
+
+    Without a diagram it is the long runs about the threshold alone.
+    """
+    long = {key.speed: Kind.of(seen.growths[key]) for key in seen.growths if key[::2] == (model, LARGE)}
     if ("speed", model) in seen.diagrams:
-        return [(value / math.pi, kind) for value, kind in kinds_of(seen.diagrams["speed", model], "speed")]
-    keys = [key for key in seen.growths if key.model == model and key.clearance == LARGE and key.speed in NEAR]
-    return sorted((key.speed, Kind.of(seen.growths[key])) for key in keys)
+        found = [(value / math.pi, kind) for value, kind in kinds_of(seen.diagrams["speed", model], "speed")]
+        return [(value, _instead(kind, value, long)) for value, kind in found]
+    return sorted((speed, kind) for speed, kind in long.items() if speed in NEAR)
+
+
+def _instead(kind: Kind, value: float, long: Mapping[float, Kind]) -> Kind:
+    """What a longer run at the same value says, if there is one."""
+    return next((other for at, other in long.items() if math.isclose(at, value, rel_tol=ROUNDING)), kind)
 
 
 def _all_of(what: str, kinds: list[tuple[float, Kind]], unit: str, *, chaotic: bool) -> Part:
@@ -214,7 +225,8 @@ def chaos_by_clearance(seen: Evidence) -> Finding:
     """Claim 10: over the clearance, from 0.01 to 0.5 mm at 2 pi rad/s, the joint goes from periodic to chaotic.
 
     Rule, flexible mechanism (the rigid one is shown beside it): the smallest value must be called periodic and the
-    largest chaotic, in the sense of claims 7 and 9; it disagrees where one of them is the opposite.
+    largest chaotic, in the sense of claims 7 and 9; it disagrees where one of them is the opposite.  Longer runs stand
+    in for points of the diagram, as there.
     """
     parts = []
     for model in ("flexible", "rigid"):
@@ -233,13 +245,17 @@ def chaos_by_clearance(seen: Evidence) -> Finding:
 
 
 def _over_clearance(seen: Evidence, model: str) -> list[tuple[float, Kind]]:
-    """What the motion is at clearances [mm], from the diagram; without one from long runs at both of its ends."""
+    """What the motion is at clearances [mm], from the diagram, or from a longer run where there is one.
+
+    Without a diagram it is the long runs at both of its ends.
+    """
+    long = {key.clearance: Kind.of(seen.growths[key]) for key in seen.growths if key[:2] == (model, MIDDLE)}
     if ("clearance", model) in seen.diagrams:
-        return [(1e3 * value, kind) for value, kind in kinds_of(seen.diagrams["clearance", model], "clearance")]
-    ends = [Key(model, MIDDLE, clearance) for clearance in (SMALLEST, LARGE)]
-    if not all(key in seen.growths for key in ends):
+        found = kinds_of(seen.diagrams["clearance", model], "clearance")
+        return [(1e3 * value, _instead(kind, value, long)) for value, kind in found]
+    if not {SMALLEST, LARGE} <= set(long):
         return []
-    return [(1e3 * key.clearance, Kind.of(seen.growths[key])) for key in ends]
+    return [(1e3 * value, long[value]) for value in (SMALLEST, LARGE)]
 
 
 def slider_is_one_point(seen: Evidence) -> Finding:

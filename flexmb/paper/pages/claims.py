@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from flexmb.paper.claims.catalogue import CLAIMS, Claim
 from flexmb.paper.claims.evidence import Plan
-from flexmb.paper.claims.finding import DISAGREES, UNDECIDED, Finding, tally
+from flexmb.paper.claims.finding import DISAGREES, UNDECIDED, Finding, Part, tally
 from flexmb.paper.claims.plan import attacks, plan
 from flexmb.paper.doubles import named, noted
 from flexmb.paper.effort import Effort
@@ -30,7 +31,7 @@ a value after ± is the standard deviation from turn to turn, and the interval o
 probability, with the correlation of neighbouring turns taken into account. In comparisons (`compare` in the rules)
 "higher" and "lower" mean that the whole interval of the difference lies beyond 1 % of the larger mean, "equal" that it
 lies within 5 %. What cannot be told from the spread of the turns is not decided. Parts that do not agree are tried
-again with finer or longer runs.
+again with finer or longer runs, and one that disagrees in the first runs only is not decided.
 """
 
 
@@ -64,6 +65,7 @@ def written(results: Results, deciding: Plan, others: Mapping[str, Plan]) -> tup
         for claim in CLAIMS
         if found[claim.number].verdict in ATTACKED
     }
+    found = {number: withstood(finding, attacked.get(number, {})) for number, finding in found.items()}
     rows = [
         [str(c.number), c.text, c.figures, found[c.number].verdict, tally(found[c.number]), found[c.number].reason]
         for c in CLAIMS
@@ -84,6 +86,41 @@ def _passage(claim: Claim, found: Finding, attacked: Mapping[str, Finding]) -> s
     return "\n\n".join(lines)
 
 
+def withstood(found: Finding, attacked: Mapping[str, Finding]) -> Finding:
+    """What is left of a finding: a part that disagrees, but not in all finer or longer runs, is not decided.
+
+    Parameters
+    ----------
+    found : the finding of the runs that decide.
+    attacked : findings by what is finer in their runs.
+    """
+    return Finding(tuple(_withstood(part, again(part, attacked)) for part in found.parts))
+
+
+def _withstood(part: Part, others: list[tuple[str, Part]]) -> Part:
+    lost = [name for name, other in others if other.verdict != DISAGREES]
+    if part.verdict != DISAGREES or not lost:
+        return part
+    text = f"{part.numbers}; this disagrees, but not with {lost[0]}"
+    return dataclasses.replace(part, verdict=UNDECIDED, numbers=text)
+
+
+def again(part: Part, attacked: Mapping[str, Finding]) -> list[tuple[str, Part]]:
+    """The same part from other runs, by what is finer in them.
+
+    Parameters
+    ----------
+    part : one part of a finding.
+    attacked : findings by what is finer in their runs; the same numbers come from the same run, and are left out.
+    """
+    return [
+        (name, other)
+        for name, finding in attacked.items()
+        for other in finding.parts
+        if other.what == part.what and not part.numbers.startswith(other.numbers)
+    ]
+
+
 def attacked_with(found: Finding, attacked: Mapping[str, Finding]) -> str:
     """What finer and longer runs say of the parts that do not agree.
 
@@ -96,14 +133,9 @@ def attacked_with(found: Finding, attacked: Mapping[str, Finding]) -> str:
     for part in found.counted:
         if part.verdict not in ATTACKED:
             continue
-        again = [
-            (name, other)
-            for name, f in attacked.items()
-            for other in f.parts
-            if other.what == part.what and other.numbers != part.numbers  # the same numbers come from the same run
-        ]
-        rows += [[part.what, part.verdict, name, other.verdict, other.numbers] for name, other in again]
-        if not again:
+        others = again(part, attacked)
+        rows += [[part.what, part.verdict, name, other.verdict, other.numbers] for name, other in others]
+        if not others:
             rows.append([part.what, part.verdict, "no finer run", "-", "-"])
     head = ["part", "verdict", "attacked with", "verdict then", "numbers then"]
     return "Attacked with:\n\n" + table(head, rows, left=len(head))
