@@ -169,7 +169,7 @@ def test_every_variation_changes_what_it_says():
     for variation in VARIATIONS:
         case = variation.of(usual)
         solver = (variation.rtol, variation.staggered) != (None, None)
-            assert case != dataclasses.replace(USUAL.of(usual), label=case.label) or solver
+        assert case != dataclasses.replace(USUAL.of(usual), label=case.label) or solver
         rigid = variation.of(plans.case_of(Key("rigid", MIDDLE)))
         assert (rigid.data == DATA) or not variation.beams_only
 
