@@ -105,7 +105,10 @@ def row_of(variation: Variation, effort: Effort) -> Row:
     effort : how long the runs are.
     """
     lacking = variation.why_not(case_of(FLEXIBLE[0]))
-    keys = (*PURE, *RIGID, *(() if lacking or effort.name == "quick" else FLEXIBLE))
+    bent = () if lacking or effort.name == "quick" else FLEXIBLE
+    if variation.staggered is not None:
+        bent = tuple(key for key in bent if key.speed != SLOW)  # its energies do not add up in a soft start that slow
+    keys = (*PURE, *RIGID, *bent)
     settle, points = PERIODS[effort.name]
     # steps of exponents are the usual ones: with others the exponent itself is asked elsewhere, on the page "claims"
     growths = (
