@@ -57,15 +57,16 @@ def _apart(ax: Any, shown: dict[str, Any], result: xr.Dataset) -> None:
     """Distances of two runs that start 1e-9 m apart, in both observables: the pair that parts fastest, and all."""
     lags, state = result["lag"].values, result["apart.state"].values
     typical = int(np.argsort(np.log(np.maximum(state, 1e-300)).mean(axis=1))[len(state) // 2])
-    for name in BESIDE:
+    sizes = {name: float(np.sqrt(2.0) * cloud(by_period(result, name))) for name in BESIDE}
+    for name, size in sizes.items():
         values = np.maximum(result[f"apart.{name}"].values[typical], 1e-16)
         logs = result[f"growth.{name}"].values[typical]
         ahead = logs - result["growth.state"].values[typical, 0] + np.log(state[typical, 0])
         ax.semilogy(lags, values, color=COLOURS[name], lw=1.2, label=f"{name}: two runs")
         ax.semilogy(lags, np.exp(ahead), color=COLOURS[name], lw=0.8, ls=":", label=f"{name}: if it stayed small")
-        size = np.sqrt(2.0) * cloud(by_period(result, name))
+        side = "bottom" if size == max(sizes.values()) else "top"
         ax.axhline(size, color=COLOURS[name], ls="--", lw=0.8)
-        ax.annotate(f"its cloud: {length_text(size)}", (0.0, size), color=COLOURS[name], va="bottom", fontsize="small")
+        ax.annotate(f"its cloud: {length_text(size)}", (0.0, size), color=COLOURS[name], va=side, fontsize="small")
         shown[f"apart.{name}"] = noted(values, "lag", "m", f"distance of two runs, {name}")
         shown[f"small.{name}"] = noted(np.exp(ahead), "lag", "m", f"distance if it stayed small, {name}")
         shown[f"cloud.{name}"] = noted(size, (), "m", f"distance from the periodic part, root mean square, {name}")
