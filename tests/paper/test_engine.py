@@ -222,12 +222,17 @@ def test_full_diagrams_are_the_published_sweeps(monkeypatch):
     Diagram.at("speed", FULL, flexible=True).spread(None, None)
     assert asked["fixed"] == {"clearance": 0.5e-3, "flexible": True}
     assert (asked["skip"], asked["keep"], asked["exponent"]) == (20, 50, "points")
-    assert asked["step"] == Adaptive(rtol=1e-3)
+    assert asked["step"] == Adaptive(rtol=1e-3, max=2e-4)
+    assert asked["period"](2.0 * np.pi) == pytest.approx(1.0)
+    mechanism = asked["make"](speed=2.0 * np.pi, clearance=0.5e-3, flexible=True)
+    assert mechanism.find("motor1").motion.time == pytest.approx(2.0)  # a soft start within two turns
     assert len(asked["values"]) == 51
     assert asked["values"][0] == pytest.approx(0.5 * np.pi)
     assert asked["values"][-1] == pytest.approx(2.5 * np.pi)
     Diagram.at("clearance", FULL, flexible=False).spread(None, None)
     assert asked["fixed"] == {"speed": 2.0 * np.pi, "flexible": False}
+    assert asked["step"] == Adaptive(max=2e-4)
+    assert asked["period"] == pytest.approx(1.0)
     np.testing.assert_allclose(asked["values"], np.linspace(1e-5, 5e-4, 50))
 
 

@@ -12,7 +12,7 @@ from flexmb.paper.effort import Effort
 from flexmb.paper.figures import bifurcation, friction, motion, path
 from flexmb.paper.motion import Motion
 
-TINY = Effort("tiny", 1, 1, 1, 1, 2, 1, 2, 1, 3, exponents=False)
+TINY = Effort("tiny", 3, 1, 1, 1, 2, 1, 2, 4, 3, exponents=False)
 FACTORS = {"mm": 1e3, "µm": 1e6, "mm/s": 1e3, "m/s": 1.0, "m/s²": 1.0, "N": 1.0, "N m": 1.0}
 MOTIONS = {plate.number: plate for module in (friction, motion, path) for plate in module.plates(TINY)}
 DIAGRAMS = {plate.number: plate for plate in bifurcation.plates(TINY)}
