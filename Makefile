@@ -47,7 +47,7 @@ table: $(VENV)/.installed  ## numbers and pictures of docs/nine_bar.md, computed
 
 # Hours on two cores (its own estimates add up to two), most of them for diagrams with exponents; goes on where it was.
 # out/paper/times.md says what each run took. A look at everything within ten minutes: flexmb paper --quick.
-paper: $(VENV)/.installed  ## figures and tables of the study of the nine-bar mechanism; results in out/paper (hours)
+paper: $(VENV)/.installed  ## figures and tables of the study of the nine-bar mechanism; results in out/paper (two hours on two cores)
 	@$(BIN)/python tests/fresh_cache.py
 	$(BIN)/flexmb paper all --out out/paper
 
