@@ -110,7 +110,7 @@ class MechanismFlow(ContinuousFlow):
 
     @property
     def records(self) -> np.ndarray:
-        """Instants of onsets, and the largest depths, forces and speeds that contact laws have seen."""
+        """Instants and speeds of onsets, and the largest depths, forces and speeds that contact laws have seen."""
         tables, found = self.program.tables.contacts.z, list[int]()
         for (common, _, end, _), law in zip(tables, self.program.normals, strict=True):
             kept = len(HISTORY_WITH_EXTREMES) - len(HISTORY) if law.history() is HISTORY_WITH_EXTREMES else 0

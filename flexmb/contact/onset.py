@@ -1,9 +1,19 @@
-"""The approach speed of a contact, found where the gap closes inside a step."""
+"""The speed by which a contact law scales its damping: the approach speed, found where the gap closes inside a step."""
 
 from flexmb.kernels import compiled
 
 HISTORY = (0.0, 1.0, 0.0)
-"""Start values: approach speed (0: open), gap and gap rate at the last accepted state."""
+"""Start values: reference speed (0: open), gap and gap rate at the last accepted state."""
+
+LEAST_APPROACH = 1e-6
+"""Default lower bound of the reference speed [m/s].
+
+Contacts of machines begin with some 1e-3 m/s; with 1e-4 to 1e-6 m/s the means of the nine-bar mechanism agree
+(docs/numbers.md).
+"""
+
+ONSET, LARGEST = "onset", "largest"
+"""Reference speeds: the closing speed at the onset, as the laws are published; the largest one since the onset."""
 
 
 @compiled
@@ -43,21 +53,47 @@ def approach_speed(h, gap, gap_rate, least, z, z_new):
     """Approach speed of the present contact and its derivatives by gap and gap rate; 0 while the gap is open.
 
     The speed is taken where the gap falls through zero between the last accepted state (z) and now, not at the end of
-    the step, and is kept as long as the contact lasts.  `least` is its lower bound.
+    the step, and is kept as long as the contact lasts.  `least` is its lower bound.  For laws as they are published.
     """
-    speed, gap0, rate0 = z[0], z[1], z[2]
-    by_gap, by_rate = 0.0, 0.0
+    speed, by_gap, by_rate = z[0], 0.0, 0.0
     if gap > 0.0:
         speed = 0.0
     elif speed == 0.0:
-        speed = -gap_rate
-        by_rate = -1.0
-        if h > 0.0 and gap0 > 0.0:
-            speed, by_gap, by_rate = _located(h, gap0, rate0, gap, gap_rate)
+        speed, by_gap, by_rate = _onset(h, gap, gap_rate, z)
         if speed < least:
             speed, by_gap, by_rate = least, 0.0, 0.0
     z_new[0], z_new[1], z_new[2] = speed, gap, gap_rate
     return speed, by_gap, by_rate
+
+
+@compiled
+def reference_speed(h, gap, gap_rate, least, largest, z, z_new):
+    """Reference speed w of the present contact and its derivatives by gap and gap rate; 0 while the gap is open.
+
+    As `approach_speed`, which is noted in z[3].  If `largest`, or if the contact began slower than `least` (at rest, or
+    grazing), w is the largest closing speed since the onset.
+    """
+    speed, onset, by_gap, by_rate = z[0], z[3], 0.0, 0.0
+    if gap > 0.0:
+        speed, onset = 0.0, 0.0
+    else:
+        if z[1] > 0.0:
+            onset, by_gap, by_rate = _onset(h, gap, gap_rate, z)
+            speed = onset
+            if speed < least or speed < 0.0:
+                speed, by_gap, by_rate = least, 0.0, 0.0
+        if (largest or onset < least or onset <= 0.0) and -gap_rate > speed:
+            speed, by_gap, by_rate = -gap_rate, 0.0, -1.0
+    z_new[0], z_new[1], z_new[2], z_new[3] = speed, gap, gap_rate, onset
+    return speed, by_gap, by_rate
+
+
+@compiled
+def _onset(h, gap, gap_rate, z):
+    """Closing speed where the contact began, and its derivatives by gap and gap rate."""
+    if h > 0.0 and z[1] > 0.0:
+        return _located(h, z[1], z[2], gap, gap_rate)
+    return -gap_rate, 0.0, -1.0
 
 
 @compiled

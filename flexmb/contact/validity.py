@@ -4,13 +4,40 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple, Self
 
 from flexmb.contact.onset import HISTORY
 from flexmb.kernels import compiled
 from flexmb.model.material import Material
 
-HISTORY_WITH_EXTREMES = (*HISTORY, 0.0, 0.0, 0.0, 0.0)
-"""Start values: those of the onset; largest approach speed, depth, force and cut tension of the whole run."""
+HISTORY_WITH_EXTREMES = (*HISTORY, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+"""Start values: those of the onset; the approach speed of the present contact; largest approach speed, depth, force, cut
+tension and excess of the whole run."""
+
+
+class Extremes(NamedTuple):
+    """Largest values of a contact in a run.
+
+    Parameters
+    ----------
+    approach : closing speed at an onset [m/s].
+    depth : [m].
+    force : normal force [N].
+    tension : force that was cut because it would have pulled [N].
+    excess : force above (1 + chi) times the elastic one, the most that a free impact reaches [N].
+    """
+
+    approach: float
+    depth: float
+    force: float
+    tension: float
+    excess: float
+
+    @classmethod
+    def of(cls, history: Sequence[float]) -> Self:
+        """The extremes in a `history` that starts with `HISTORY_WITH_EXTREMES`."""
+        return cls(*history[len(HISTORY) + 1 : len(HISTORY_WITH_EXTREMES)])
+
 
 LOVE = 1e-5
 """Largest approach speed as part of sqrt(E/rho).
@@ -32,17 +59,18 @@ WIDE = 0.3
 Hertz's theory wants it to be much smaller than 1 (Johnson 1985, section 4.2) and gives no number; this one is ours.
 """
 
-SMALL_TENSION = 0.01
-"""Cut tension, as part of the largest force, that goes without a remark."""
+SMALL_TENSION, SMALL_EXCESS = 0.01, 0.01
+"""Cut tension and excess, as parts of the largest force, that go without a remark."""
 
 
 @compiled
-def keep_extremes(depth, force, tension, z, z_new):
-    """Largest approach speed, depth, force and cut tension so far; the approach speed is read from z_new[0]."""
-    z_new[3] = max(z[3], z_new[0])
-    z_new[4] = max(z[4], depth)
-    z_new[5] = max(z[5], force)
-    z_new[6] = max(z[6], tension)
+def keep_extremes(depth, force, tension, excess, z, z_new):
+    """Largest approach speed, depth, force, cut tension and excess so far; the approach speed is read from z_new[3]."""
+    z_new[4] = max(z[4], z_new[3])
+    z_new[5] = max(z[5], depth)
+    z_new[6] = max(z[6], force)
+    z_new[7] = max(z[7], tension)
+    z_new[8] = max(z[8], excess)
 
 
 def effective_modulus(materials: Sequence[Material]) -> float:
@@ -61,10 +89,19 @@ def pulled(tension: float, force: float) -> Iterator[str]:
         yield f"it would have pulled with up to {tension:.3g} N (largest force {force:.3g} N) and was cut at zero"
 
 
-def too_fast(approach: float, least: float, materials: Sequence[Material]) -> Iterator[str]:
-    """A remark on the largest approach speed [m/s]; `least` stands for all slower ones and says nothing."""
+def pressed(excess: float, force: float) -> Iterator[str]:
+    """A remark on surfaces that were pressed together faster than they met, against the largest force [N]."""
+    if excess > SMALL_EXCESS * force:
+        text = "the surfaces were pressed together faster than they met, which the damping as published is not made for"
+        text = f"{text}: its force rose by up to {excess:.3g} N above the most that a free impact reaches, (1 + chi)"
+        text = f"{text} times the elastic force (largest force {force:.3g} N)"
+        yield f"{text}. Compare with reference_speed='largest' (docs/contact.md, slow impacts)"
+
+
+def too_fast(approach: float, materials: Sequence[Material]) -> Iterator[str]:
+    """A remark on the largest approach speed [m/s]."""
     limit = LOVE * min(math.sqrt(m.young / m.density) for m in materials)
-    if approach > max(limit, least):
+    if approach > limit:
         text = f"the surfaces met with up to {approach:.3g} m/s, above {limit:.3g} m/s = 1e-5 sqrt(E/rho)"
         yield f"{text} (Love's criterion): such impacts leave marks and waves, which an elastic law does not know"
 

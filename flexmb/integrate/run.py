@@ -352,15 +352,16 @@ class Run:
             aliases=program.names.aliases,
             shapes=program.shapes,
             restart=restart,
-            contacts=ContactLog(program.names.contacts, self._log()),
+            contacts=self.contact_log(),
             notes=notes,
             model={**model, "flexmb": installed_version(), "method": repr(self.method), "step": repr(self.step)},
         )
 
-    def _log(self) -> np.ndarray:
+    def contact_log(self) -> ContactLog:
         """Rows of the episodes that ended since saving began, and of those that are running."""
         running = still_running(self.program.tables, self.flow)
-        return np.concatenate([*self.episodes, running if self.saving else running[:0]])
+        rows = np.concatenate([*self.episodes, running if self.saving else running[:0]])
+        return ContactLog(self.program.names.contacts, rows)
 
     def status(self) -> str:
         """How the run ended, in a sentence."""

@@ -74,9 +74,10 @@ def simulate(
     -------
     Solution : its `ok` is True only if the run reached its end; `status` says in a sentence what happened,
         names the joints whose forces were not unique because the run passed a singular position; `notes` says where
-        contact laws left their validity.  A run whose energies miss 1 % of what was turned over or is in motion, or
-        whose steps took or made 5 % of it, stops there and is not ok; so is one whose steps took or made 2 % of what
-        went through contacts: its steps were too coarse.  From a fifth of these on `status` warns.
+        contact laws left their validity, and which contacts began very slowly or had no onset for a period.  A run
+        whose energies miss 1 % of what was turned over or is in motion, or whose steps took or made 5 % of it, stops
+        there and is not ok; so is one whose steps took or made 2 % of what went through contacts: its steps were too
+        coarse.  From a fifth of these on `status` warns.
 
     Raises
     ------
@@ -110,7 +111,9 @@ def simulate(
         run.go_to(begin, saving=None)
         run.forget_peaks()
     run.go_to(end, saving=save_interval(mechanism, save, period, begin, end))
-    notes = contact_remarks(run.program, run.flow.z)
+    now = float(run.flow.clock[0])
+    span = period if period is not None else 0.5 * (now - begin)
+    notes = contact_remarks(run.program, run.flow.z, run.contact_log(), now, span)
     return run.solution(model={"name": mechanism.name}, notes=notes, wall_time=time.perf_counter() - started)
 
 

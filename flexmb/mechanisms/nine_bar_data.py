@@ -9,13 +9,14 @@ from flexmb import checks
 from flexmb.beams.section import Rectangle
 from flexmb.contact.friction.modified_coulomb import ModifiedCoulomb
 from flexmb.contact.normal.lankarani_nikravesh import LankaraniNikravesh
+from flexmb.contact.onset import LARGEST, LEAST_APPROACH, ONSET
 from flexmb.errors import InputError
 from flexmb.mechanisms.geometry import LEFT, RIGHT, Point, at_angle, corner, on_line
 from flexmb.model.material import Material
 
 POINTS = ("pivot1", "pivot4", "pivot6")
 MAY_BE_ANYTHING = ("slider_line", "gravity")
-MAY_BE_ZERO = ("friction_coefficient", "v0", "damping", "mass_damping")
+MAY_BE_ZERO = ("friction_coefficient", "v0", "damping", "mass_damping", "least_approach")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,6 +45,8 @@ class NineBarData:
     bearing_radius : R1 at P1 [m].  Reconstructed; the paper's table 3 is missing.
     restitution : coefficient of restitution of the contact.  As above.
     contact_young, contact_poisson : E [Pa] and nu of both partners of the contact.  As above.
+    least_approach, reference_speed : of the normal law, see `LankaraniNikravesh`.  Eq. (6) of the paper takes the speed
+        at the onset, however small.
     friction_coefficient, v0, v1 : cf and the slip speeds of eq. (8) [1, m/s, m/s].  As above.
     young, density : E [Pa] and rho [kg/m^3] of the beams.  Fitted to the table's masses.
     depth, thickness, thickness3 : depth of all bars in the plane of motion, thickness of all but link 3, thickness of
@@ -101,6 +104,8 @@ class NineBarData:
     restitution: float = 0.9
     contact_young: float = 207e9
     contact_poisson: float = 0.29
+    least_approach: float = LEAST_APPROACH
+    reference_speed: str = ONSET
     friction_coefficient: float = 0.01
     v0: float = 1e-4
     v1: float = 1e-3
@@ -119,6 +124,8 @@ class NineBarData:
             value = getattr(self, name)
             if name in POINTS:
                 object.__setattr__(self, name, checks.point(owner, name, value))
+            elif name == "reference_speed":
+                checks.one_of(owner, name, value, (ONSET, LARGEST))
             elif name in MAY_BE_ANYTHING:
                 checks.number(owner, name, value)
             elif name in MAY_BE_ZERO:
@@ -175,7 +182,13 @@ class NineBarData:
     def normal(self) -> LankaraniNikravesh:
         """Normal law of the contact at P1, its stiffness by eq. (4) with both radii."""
         partner = Material(self.contact_young, self.density, self.contact_poisson)
-        return LankaraniNikravesh.from_materials(partner, partner, restitution=self.restitution)
+        return LankaraniNikravesh.from_materials(
+            partner,
+            partner,
+            restitution=self.restitution,
+            least_approach=self.least_approach,
+            reference_speed=self.reference_speed,
+        )
 
     @property
     def coulomb(self) -> ModifiedCoulomb:

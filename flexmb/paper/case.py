@@ -49,6 +49,8 @@ class Case:
     data : the numbers of the mechanism.
     ramp : turns in which the cranks get from rest to their speed; 0: they start at full speed, as those of an ideal
         mechanism always do.
+    longest : longest step [s].
+    impact_steps : steps that an impact gets at least; None: as the tolerance asks for.
     label : what is unusual about the numbers, for the name: "J7=3.802e-3".
 
     Raises
@@ -64,6 +66,8 @@ class Case:
     start: tuple[float, float] = (0.0, 0.0)
     data: NineBarData = field(default_factory=NineBarData)
     ramp: float = SOFT
+    longest: float = LONGEST_STEP
+    impact_steps: int | None = None
     label: str = ""
 
     def __post_init__(self) -> None:
@@ -72,6 +76,7 @@ class Case:
         checks.positive("Case", "speed", self.speed, "pi rad/s")
         checks.positive("Case", "clearance", self.clearance, "m")
         checks.not_negative("Case", "ramp", self.ramp, "turns")
+        checks.positive("Case", "longest", self.longest, "s")
 
     @property
     def period(self) -> float:
@@ -94,8 +99,8 @@ class Case:
         ----------
         rtol : accepted error in velocities, relative; None: the default.
         """
-        longest = min(self.period / FEWEST_STEPS, LONGEST_STEP)
-        return Adaptive(max=longest) if rtol is None else Adaptive(rtol=rtol, max=longest)
+        longest, tolerance = min(self.period / FEWEST_STEPS, self.longest), {} if rtol is None else {"rtol": rtol}
+        return Adaptive(max=longest, impact_steps=self.impact_steps, **tolerance)
 
     def mechanism(self) -> Mechanism:
         """The mechanism of this case."""

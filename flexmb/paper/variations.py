@@ -9,9 +9,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from flexmb.contact.onset import LARGEST
 from flexmb.errors import FlexmbError, RestitutionWarning
 from flexmb.mechanisms.nine_bar_data import NineBarData
-from flexmb.paper.case import Case
+from flexmb.paper.case import LONGEST_STEP, Case
 
 DATA = NineBarData()
 QUARTER = 0.5 * math.pi
@@ -30,6 +31,8 @@ class Variation:
     elements : beam elements of each link.
     rtol : accepted error of a step; None: the default.
     staggered : step of the paper's own scheme [s], for flexible mechanisms; None: the coupled equations.
+    longest : longest step [s].
+    impact_steps : steps that an impact gets at least; None: as the tolerance asks for.
     convex : whether the stiffness of the contact is that of two convex surfaces.
     beams_only : whether the rigid mechanism is not touched.
     """
@@ -41,6 +44,8 @@ class Variation:
     elements: int = 4
     rtol: float | None = None
     staggered: float | None = None
+    longest: float = LONGEST_STEP
+    impact_steps: int | None = None
     convex: bool = False
     beams_only: bool = False
 
@@ -81,6 +86,8 @@ class Variation:
             data=self.numbers(case.clearance),
             start=self.start,
             elements=self.elements if case.model == "flexible" else case.elements,
+            longest=self.longest,
+            impact_steps=self.impact_steps,
             label=_label(self.letter, case.label),
         )
 
@@ -146,4 +153,11 @@ VARIATIONS = (
     Variation(
         "cc", "the paper's own scheme (staggered), steps of 4e-5 s, 2 pi rad/s only", staggered=4e-5, beams_only=True
     ),
+    Variation("dd", "the largest closing speed of a contact scales its damping", {"reference_speed": LARGEST}),
+    Variation("ee", "lower bound of the reference speed 1e-5 m/s (1e-6)", {"least_approach": 1e-5}),
+    Variation("ff", "lower bound of the reference speed 1e-7 m/s", {"least_approach": 1e-7}),
+    Variation("gg", "lower bound of the reference speed 1e-3 m/s", {"least_approach": 1e-3}),
+    Variation("hh", "steps of 0.05 ms at most (0.2 ms)", longest=5e-5),
+    Variation("ii", "128 steps at least in an impact (32)", impact_steps=128),
+    Variation("jj", "friction rises from 1e-5 to 1e-4 m/s (1e-4 to 1e-3)", {"v0": 1e-5, "v1": 1e-4}),
 )

@@ -218,7 +218,7 @@ EVERY = [
 
 def force(law, depth, rate, approach):
     """N in a contact that began with `approach`."""
-    history = (approach, -depth, -rate, *law.history()[3:])
+    history = (approach, -depth, -rate, approach, *law.history()[4:])
     return law.kernel(law.parameters(), 1e-6, -depth, -rate, np.array(history), np.zeros(len(history)))[0]
 
 
@@ -238,7 +238,7 @@ def test_a_contact_that_begins_at_rest():
     """Without a least approach speed the contact is elastic, not damped without limit."""
     law = fm.ExactRestitution(stiffness=1e9, restitution=0.5, least_approach=0.0)
     for rate in (0.0, 1e-3):  # at rest, and already parting
-        z, z_new = np.array((0.0, -1e-6, rate, 0.0, 0.0, 0.0, 0.0)), np.zeros(7)
+        z, z_new = np.array((0.0, -1e-6, rate, *[0.0] * 6)), np.zeros(9)
         assert law.kernel(law.parameters(), 0.0, -1e-6, rate, z, z_new) == pytest.approx((1.0, -1.5e6, 0.0))
         assert np.isfinite(z_new).all()
 

@@ -16,7 +16,7 @@ from typing import Self
 from flexmb import checks
 from flexmb.contact import validity
 from flexmb.contact.normal.hysteresis import damped, two_materials
-from flexmb.contact.onset import approach_speed
+from flexmb.contact.onset import LARGEST, LEAST_APPROACH, ONSET, reference_speed
 from flexmb.contact.restitution import delivered_restitution, exact_chi
 from flexmb.errors import InputError
 from flexmb.kernels import compiled, normal_law
@@ -55,15 +55,15 @@ def line_load(sigma, A, depth):
 
 @normal_law
 def cylinder_kernel(p, h, gap, gap_rate, z, z_new):
-    """N = L f(depth) (1 + chi depth_rate / approach), never pulling."""
-    sigma, A, L, chi, least = p
-    approach, by_gap, by_rate = approach_speed(h, gap, gap_rate, least, z, z_new)
+    """N = L f(depth) (1 + chi depth_rate / w), never pulling."""
+    sigma, A, L, chi, least, largest = p
+    speed, by_gap, by_rate = reference_speed(h, gap, gap_rate, least, largest > 0.0, z, z_new)
     if gap >= 0.0:
-        validity.keep_extremes(0.0, 0.0, 0.0, z, z_new)
+        validity.keep_extremes(0.0, 0.0, 0.0, 0.0, z, z_new)
         return 0.0, 0.0, 0.0
     f, stiffness = line_load(sigma, A, -gap)
-    N, dN_dgap, dN_drate, tension = damped(L * f, -L * stiffness, chi, gap_rate, approach, by_gap, by_rate)
-    validity.keep_extremes(-gap, N, tension, z, z_new)
+    N, dN_dgap, dN_drate, tension, excess = damped(L * f, -L * stiffness, chi, gap_rate, speed, by_gap, by_rate)
+    validity.keep_extremes(-gap, N, tension, excess, z, z_new)
     return N, dN_dgap, dN_drate
 
 
@@ -76,7 +76,10 @@ class CylinderLaw(NormalLaw):
     length : length L of the contact, out of the plane [m], > 0.
     materials : materials of bearing and journal.
     restitution : e, in (0, 1]; free impacts return exactly this.
-    least_approach : lower bound of the approach speed [m/s]; 0 switches it off.
+    least_approach : lower bound of the reference speed [m/s]; a contact that begins slower, at rest or grazing, is
+        damped by its largest closing speed instead.
+    reference_speed : "onset": the approach speed, as published; "largest": the largest closing speed since the onset,
+        for contacts that are pressed together faster than they met (docs/contact.md).
 
     Raises
     ------
@@ -86,7 +89,8 @@ class CylinderLaw(NormalLaw):
     length: float
     materials: tuple[Material, Material]
     restitution: float = 0.9
-    least_approach: float = 1e-3
+    least_approach: float = LEAST_APPROACH
+    reference_speed: str = ONSET
     radii: tuple[float, float] | None = field(default=None, init=False, repr=False, compare=False)
 
     kernel = cylinder_kernel
@@ -103,6 +107,7 @@ class CylinderLaw(NormalLaw):
         checks.positive(name, "restitution", self.restitution)
         checks.between(name, "restitution", self.restitution, 0.0, 1.0)
         checks.not_negative(name, "least_approach", self.least_approach, "m/s")
+        checks.one_of(name, "reference_speed", self.reference_speed, (ONSET, LARGEST))
 
     @property
     def sigma(self) -> float:
@@ -136,18 +141,19 @@ class CylinderLaw(NormalLaw):
         return delivered_restitution(exact_chi(asked))
 
     def parameters(self) -> tuple[float, ...]:
-        """sigma, A, L, chi, least approach speed."""
-        return *self._scales(), self.length, exact_chi(self.restitution), self.least_approach
+        """sigma, A, L, chi, lower bound of the reference speed, whether that is the largest closing speed."""
+        largest = float(self.reference_speed == LARGEST)
+        return *self._scales(), self.length, exact_chi(self.restitution), self.least_approach, largest
 
     def history(self) -> tuple[float, ...]:
-        """Approach speed, gap, gap rate; largest approach speed, depth, force, cut tension."""
+        """Reference speed, gap, gap rate, approach speed; largest approach speed, depth, force, cut tension, excess."""
         return validity.HISTORY_WITH_EXTREMES
 
     def remarks(self, history: Sequence[float]) -> tuple[str, ...]:
-        """Whether the run left the validity of the law: tension, speed, end of the logarithm, width, yield."""
-        approach, depth, force, tension = history[3:7]
-        found = [*validity.pulled(tension, force)]
-        found += validity.too_fast(approach, self.least_approach, self.materials)
+        """Limits that the run passed: tension, excess, speed, end of the logarithm, width, yield."""
+        approach, depth, force, tension, excess = validity.Extremes.of(history)
+        found = [*validity.pulled(tension, force), *validity.pressed(excess, force)]
+        found += validity.too_fast(approach, self.materials)
         sigma, A = self._scales()
         if self.radii is None:
             return tuple(found)

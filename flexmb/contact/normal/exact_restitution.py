@@ -20,9 +20,11 @@ class ExactRestitution(HysteresisLaw):
     stiffness : K [N/m^n], > 0; None with `materials`: Hertz, from the radii of the joint.
     exponent : n, > 0.
     restitution : e asked for, in (0, 1].
-    least_approach : lower bound of the approach speed [m/s], which keeps contacts that begin at rest from being
-        damped without limit; 0 switches it off.
+    least_approach : lower bound of the reference speed [m/s]; a contact that begins slower, at rest or grazing, is
+        damped by its largest closing speed instead.
     materials : materials of bearing and journal, when `stiffness` is None.
+    reference_speed : "onset": the approach speed, as published; "largest": the largest closing speed since the onset,
+        for contacts that are pressed together faster than they met (docs/contact.md).
 
     Raises
     ------
@@ -31,7 +33,7 @@ class ExactRestitution(HysteresisLaw):
     Notes
     -----
     Exact for every K, n, mass and speed of a free impact between two bodies; with further forces acting during the
-    impact, or approach speeds below `least_approach`, more or less is returned.
+    impact more or less is returned.
     Source: the integral of K. H. Hunt, F. R. E. Crossley, Journal of Applied Mechanics 42 (1975) 440-445, solved
     without their expansion; the same root is given by A. S. Carvalho, J. M. Martins, Mechanism and Machine Theory 139
     (2019) 174-194.

@@ -19,9 +19,11 @@ class Gonthier(HysteresisLaw):
     stiffness : K [N/m^n], > 0; None with `materials`: Hertz, from the radii of the joint.
     exponent : n, > 0.
     restitution : e asked for, in (0, 1].
-    least_approach : lower bound of the approach speed [m/s], which keeps contacts that begin at rest from being
-        damped without limit; 0 switches it off.
+    least_approach : lower bound of the reference speed [m/s]; a contact that begins slower, at rest or grazing, is
+        damped by its largest closing speed instead.
     materials : materials of bearing and journal, when `stiffness` is None.
+    reference_speed : "onset": the approach speed, as published; "largest": the largest closing speed since the onset,
+        for contacts that are pressed together faster than they met (docs/contact.md).
 
     Raises
     ------

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Self
 
 from flexmb.contact.normal.hysteresis import HysteresisLaw
+from flexmb.contact.onset import ONSET
 from flexmb.model.material import Material
 
 
@@ -31,6 +32,7 @@ class Hertz(HysteresisLaw):
 
     restitution: float = field(default=1.0, init=False, repr=False)
     least_approach: float = field(default=0.0, init=False, repr=False)
+    reference_speed: str = field(default=ONSET, init=False, repr=False)
 
     @classmethod
     def from_materials(cls, bearing: Material, journal: Material) -> Self:  # type: ignore[override]

@@ -1,4 +1,4 @@
-"""Normal laws N = K depth^n (1 + chi depth_rate/approach): one kernel, and what all of them share."""
+"""Normal laws N = K depth^n (1 + chi depth_rate/w): one kernel, and the base of all of them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from typing import Self
 from flexmb import checks
 from flexmb.contact import validity
 from flexmb.contact.hertz import hertz_stiffness
-from flexmb.contact.onset import approach_speed
+from flexmb.contact.onset import LARGEST, LEAST_APPROACH, ONSET, reference_speed
 from flexmb.contact.restitution import delivered_restitution
 from flexmb.errors import InputError, RestitutionWarning
 from flexmb.kernels import compiled, normal_law
@@ -26,55 +26,58 @@ MISS = 0.05
 
 
 @compiled
-def damped(elastic, slope, chi, gap_rate, approach, by_gap, by_rate):
-    """Elastic force times (1 + chi depth_rate/approach), its derivatives by gap and gap rate, the tension cut off.
+def damped(elastic, slope, chi, gap_rate, speed, by_gap, by_rate):
+    """Elastic force times (1 + chi depth_rate/w), its derivatives by gap and gap rate, the tension cut off, the excess.
 
-    slope : derivative of the elastic force by the gap; by_gap, by_rate : those of the approach speed.
-    A contact that began at rest (approach 0) is not damped.
+    slope : derivative of the elastic force by the gap; by_gap, by_rate : those of the reference speed w = `speed`.
+    The excess is the force above 1 + chi times the elastic one.  A contact at rest (w = 0) is not damped.
     """
-    if approach <= 0.0:
-        return elastic, slope, 0.0, 0.0
-    ratio = -gap_rate / approach
+    if speed <= 0.0:
+        return elastic, slope, 0.0, 0.0, 0.0
+    ratio = -gap_rate / speed
     factor = 1.0 + chi * ratio
     if factor <= 0.0:
-        return 0.0, 0.0, 0.0, -elastic * factor
-    by_approach = -elastic * chi * ratio / approach
+        return 0.0, 0.0, 0.0, -elastic * factor, 0.0
+    by_speed = -elastic * chi * ratio / speed
     return (
         elastic * factor,
-        slope * factor + by_approach * by_gap,
-        -elastic * chi / approach + by_approach * by_rate,
+        slope * factor + by_speed * by_gap,
+        -elastic * chi / speed + by_speed * by_rate,
         0.0,
+        elastic * chi * max(ratio - 1.0, 0.0),
     )
 
 
 @normal_law
 def hysteresis_kernel(p, h, gap, gap_rate, z, z_new):
-    """N = K depth^n (1 + chi depth_rate / approach), never pulling."""
-    K, n, chi, least = p
-    approach, by_gap, by_rate = approach_speed(h, gap, gap_rate, least, z, z_new)
+    """N = K depth^n (1 + chi depth_rate / w), never pulling."""
+    K, n, chi, least, largest = p
+    speed, by_gap, by_rate = reference_speed(h, gap, gap_rate, least, largest > 0.0, z, z_new)
     if gap >= 0.0:
-        validity.keep_extremes(0.0, 0.0, 0.0, z, z_new)
+        validity.keep_extremes(0.0, 0.0, 0.0, 0.0, z, z_new)
         return 0.0, 0.0, 0.0
     elastic = K * (-gap) ** n
-    N, dN_dgap, dN_drate, tension = damped(elastic, n * elastic / gap, chi, gap_rate, approach, by_gap, by_rate)
-    validity.keep_extremes(-gap, N, tension, z, z_new)
+    N, dN_dgap, dN_drate, tension, excess = damped(elastic, n * elastic / gap, chi, gap_rate, speed, by_gap, by_rate)
+    validity.keep_extremes(-gap, N, tension, excess, z, z_new)
     return N, dN_dgap, dN_drate
 
 
 @dataclass(frozen=True)
 class HysteresisLaw(NormalLaw):
-    """Base of the laws N = K depth^n (1 + chi depth_rate/approach), cut at zero; a subclass gives chi(e).
+    """Base of the laws N = K depth^n (1 + chi depth_rate/w), cut at zero; a subclass gives chi(e).
 
-    `approach` is the closing speed where the contact began, located inside the step.
+    w is the reference speed: the closing speed where the contact began, located inside the step, if not told otherwise.
 
     Parameters
     ----------
     stiffness : K [N/m^n], > 0; None with `materials`: Hertz, from the radii of the joint.
     exponent : n, > 0.
     restitution : e asked for, in (0, 1].
-    least_approach : lower bound of the approach speed [m/s], which keeps contacts that begin at rest from being
-        damped without limit; 0 switches it off.
+    least_approach : lower bound of the reference speed [m/s]; a contact that begins slower, at rest or grazing, is
+        damped by its largest closing speed instead.
     materials : materials of bearing and journal, when `stiffness` is None.
+    reference_speed : "onset": the approach speed, as published; "largest": the largest closing speed since the onset,
+        for contacts that are pressed together faster than they met (docs/contact.md).
 
     Raises
     ------
@@ -89,8 +92,9 @@ class HysteresisLaw(NormalLaw):
     stiffness: float | None = None
     exponent: float = 1.5
     restitution: float = 0.9
-    least_approach: float = 1e-3
+    least_approach: float = LEAST_APPROACH
     materials: tuple[Material, Material] | None = None
+    reference_speed: str = ONSET
     radii: tuple[float, float] | None = field(default=None, init=False, repr=False, compare=False)
 
     kernel = hysteresis_kernel
@@ -113,11 +117,18 @@ class HysteresisLaw(NormalLaw):
         checks.positive(name, "restitution", self.restitution)
         checks.between(name, "restitution", self.restitution, 0.0, 1.0)
         checks.not_negative(name, "least_approach", self.least_approach, "m/s")
+        checks.one_of(name, "reference_speed", self.reference_speed, (ONSET, LARGEST))
         self._warn_of_a_miss()
 
     @classmethod
     def from_materials(
-        cls, bearing: Material, journal: Material, *, restitution: float = 0.9, least_approach: float = 1e-3
+        cls,
+        bearing: Material,
+        journal: Material,
+        *,
+        restitution: float = 0.9,
+        least_approach: float = LEAST_APPROACH,
+        reference_speed: str = ONSET,
     ) -> Self:
         """The law with Hertz's stiffness for n = 3/2, from the materials here and the radii of the joint.
 
@@ -125,9 +136,11 @@ class HysteresisLaw(NormalLaw):
         ----------
         bearing, journal : materials.
         restitution : e asked for, in (0, 1].
-        least_approach : lower bound of the approach speed [m/s].
+        least_approach : lower bound of the reference speed [m/s].
+        reference_speed : "onset" or "largest".
         """
-        return cls(restitution=restitution, least_approach=least_approach, materials=(bearing, journal))
+        given = {"restitution": restitution, "least_approach": least_approach, "reference_speed": reference_speed}
+        return cls(materials=(bearing, journal), **given)
 
     def for_radii(self, bearing_radius: float, journal_radius: float) -> Self:
         """The law with its stiffness for these radii [m]."""
@@ -147,22 +160,23 @@ class HysteresisLaw(NormalLaw):
         return delivered_restitution(self.chi(asked))
 
     def parameters(self) -> tuple[float, ...]:
-        """K, n, chi, least approach speed."""
+        """K, n, chi, lower bound of the reference speed, whether that is the largest closing speed."""
         if self.stiffness is None:
             name = type(self).__name__
             raise InputError(f"{name}: the stiffness depends on radii; use it in a clearance joint.")
-        return self.stiffness, self.exponent, self.chi(self.restitution), self.least_approach
+        largest = float(self.reference_speed == LARGEST)
+        return self.stiffness, self.exponent, self.chi(self.restitution), self.least_approach, largest
 
     def history(self) -> tuple[float, ...]:
-        """Approach speed, gap, gap rate; largest approach speed, depth, force, cut tension."""
+        """Reference speed, gap, gap rate, approach speed; largest approach speed, depth, force, cut tension, excess."""
         return validity.HISTORY_WITH_EXTREMES
 
     def remarks(self, history: Sequence[float]) -> tuple[str, ...]:
-        """Whether the run left the validity of the law: tension, speed; with Hertz's stiffness also width and yield."""
-        approach, depth, force, tension = history[3:7]
-        found = [*validity.pulled(tension, force)]
+        """Limits that the run passed: tension, excess, speed; with Hertz's stiffness also width and yield."""
+        approach, depth, force, tension, excess = validity.Extremes.of(history)
+        found = [*validity.pulled(tension, force), *validity.pressed(excess, force)]
         if self.materials is not None:
-            found += validity.too_fast(approach, self.least_approach, self.materials)
+            found += validity.too_fast(approach, self.materials)
             if self.radii is not None and self.exponent == 1.5:
                 R, E = validity.relative_radius(*self.radii), validity.effective_modulus(self.materials)
                 found += validity.too_wide(math.sqrt(R * depth), self.radii[1])  # Johnson 1985, eq. (4.23)

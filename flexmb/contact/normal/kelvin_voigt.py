@@ -9,7 +9,7 @@ from typing import Self
 
 from flexmb import checks
 from flexmb.contact import validity
-from flexmb.contact.onset import approach_speed
+from flexmb.contact.onset import reference_speed
 from flexmb.errors import InputError
 from flexmb.kernels import normal_law
 from flexmb.model.law import NormalLaw
@@ -19,9 +19,9 @@ from flexmb.model.law import NormalLaw
 def kelvin_voigt_kernel(p, h, gap, gap_rate, z, z_new):
     """N = K depth + C s depth_rate, never pulling; s grows from 0 to 1 over the depth `ramp`."""
     K, C, ramp = p
-    approach_speed(h, gap, gap_rate, 0.0, z, z_new)
+    reference_speed(h, gap, gap_rate, 0.0, False, z, z_new)
     if gap >= 0.0:
-        validity.keep_extremes(0.0, 0.0, 0.0, z, z_new)
+        validity.keep_extremes(0.0, 0.0, 0.0, 0.0, z, z_new)
         return 0.0, 0.0, 0.0
     s, s_depth = 1.0, 0.0
     if -gap < ramp:
@@ -29,9 +29,9 @@ def kelvin_voigt_kernel(p, h, gap, gap_rate, z, z_new):
         s, s_depth = x * x * (3.0 - 2.0 * x), 6.0 * x * (1.0 - x) / ramp
     N = -K * gap - C * s * gap_rate
     if N <= 0.0:
-        validity.keep_extremes(-gap, 0.0, -N, z, z_new)
+        validity.keep_extremes(-gap, 0.0, -N, 0.0, z, z_new)
         return 0.0, 0.0, 0.0
-    validity.keep_extremes(-gap, N, 0.0, z, z_new)
+    validity.keep_extremes(-gap, N, 0.0, 0.0, z, z_new)
     return N, -K + C * s_depth * gap_rate, -C * s
 
 
@@ -106,12 +106,13 @@ class KelvinVoigt(NormalLaw):
         return _restitution(self.damping / (2.0 * math.sqrt(self.stiffness * m)))
 
     def history(self) -> tuple[float, ...]:
-        """Approach speed, gap, gap rate; largest approach speed, depth, force, cut tension."""
+        """Reference speed, gap, gap rate, approach speed; largest approach speed, depth, force, cut tension, excess."""
         return validity.HISTORY_WITH_EXTREMES
 
     def remarks(self, history: Sequence[float]) -> tuple[str, ...]:
-        """How large a tension was cut."""
-        return tuple(validity.pulled(history[6], history[5]))
+        """The tension that was cut, where it matters."""
+        extremes = validity.Extremes.of(history)
+        return tuple(validity.pulled(extremes.tension, extremes.force))
 
 
 def _restitution(zeta: float) -> float:

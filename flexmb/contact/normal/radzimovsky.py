@@ -21,7 +21,10 @@ class Radzimovsky(CylinderLaw):
     length : length L of the contact, out of the plane [m], > 0.
     materials : materials of bearing and journal.
     restitution : e, in (0, 1]; free impacts return exactly this.
-    least_approach : lower bound of the approach speed [m/s]; 0 switches it off.
+    least_approach : lower bound of the reference speed [m/s]; a contact that begins slower, at rest or grazing, is
+        damped by its largest closing speed instead.
+    reference_speed : "onset": the approach speed, as published; "largest": the largest closing speed since the onset,
+        for contacts that are pressed together faster than they met (docs/contact.md).
 
     Raises
     ------

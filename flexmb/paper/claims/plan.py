@@ -39,6 +39,10 @@ FINER = 1e-5
 MESHES = (2, 8)
 NO_FRICTION = NineBarData(friction_coefficient=0.0)
 
+SLOWER = NineBarData(least_approach=1e-7)
+SHORTER = 5e-5
+"""Numbers that are no physics, made finer: lower bound of the reference speed [m/s] and longest step [s]."""
+
 
 def case_of(key: Key) -> Case:
     """The case that a key names."""
@@ -128,8 +132,14 @@ def attacks(effort: Effort) -> Mapping[str, Plan]:
         pure | {key: lengthened(key, effort) for key in rigid},
         growths={key: Growth(case_of(key), *LONG) for key in (*(Key("rigid", *case) for case in CASES), *near)},
     )
+    ours = Plan(
+        pure
+        | {key: finer_numbers(key, effort) for key in [*keys, *other_speeds, *slippery, laws[1]]}
+        | {key: finer_numbers(key, effort, SOME_TURNS) for key in keys if key.clearance == SMALL}
+    )
     return {
         f"rtol {FINER:g}": finer,
+        f"least_approach {SLOWER.least_approach:g} m/s, steps of {1e3 * SHORTER:g} ms at most": ours,
         **meshes,
         f"{MANY_TURNS} turns (rigid), exponents over {LONG[1]} after {LONG[0]}": longer,
     }
@@ -140,6 +150,16 @@ def meshed(key: Key, effort: Effort, elements: int) -> Motion:
     case = case_of(key)
     case = dataclasses.replace(case, elements=elements) if key.model == "flexible" else case
     return Motion(case, effort.skip, effort.keep, effort.shown)
+
+
+def finer_numbers(key: Key, effort: Effort, turns: int | None = None) -> Motion:
+    """Its settled turns with the numbers that are no physics made finer."""
+    case = case_of(key)
+    data = dataclasses.replace(case.data, least_approach=SLOWER.least_approach)
+    case = dataclasses.replace(
+        case, data=data, longest=SHORTER, label="-".join(filter(None, (case.label, "ours finer")))
+    )
+    return Motion(case, effort.skip, turns or effort.keep, effort.shown)
 
 
 def lengthened(key: Key, effort: Effort, turns: int = MANY_TURNS, rtol: float | None = None) -> Motion:

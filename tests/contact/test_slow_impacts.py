@@ -1,0 +1,207 @@
+"""Contacts that begin slowly, at rest or are pressed together faster than they met."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import flexmb as fm
+from flexmb.contact.restitution import exact_chi
+
+PLAY, MASS, K, E = 2e-4, 0.5, 1e9, 0.6
+LOAD = 50.0
+CHI = exact_chi(E)
+REST = (LOAD / K) ** (2.0 / 3.0)
+"""Depth at rest under the load [m]."""
+
+IMPACT = math.sqrt(2.0 * LOAD * REST / (2.5 * MASS))
+"""Speed of the free impact that reaches this depth without damping [m/s]."""
+
+
+def law(**numbers):
+    return fm.ExactRestitution(stiffness=K, restitution=E, **numbers)
+
+
+def pressed(normal, speed, *, t_end=0.02, step=None, periods=None):
+    """A ball at the wall of its hole, pushed against it by the load and moving towards it with `speed`."""
+    ball = fm.RigidBody("ball", (0.0, 0.0), MASS, 1.0, velocity=(speed, 0.0, 0.0))
+    joint = fm.RevoluteClearance(
+        "J", fm.GROUND, ball, (0.0, 0.0), clearance=PLAY, bearing_radius=1e-2, normal=normal, start=(PLAY, 0.0)
+    )
+    mech = fm.Mechanism("pressed", [ball, joint], gravity=(LOAD / MASS, 0.0))
+    return fm.simulate(mech, t_end=t_end, step=step or fm.Adaptive(rtol=1e-7, max=1e-5), save="steps")
+
+
+def swinging(speed, *, largest, t_end=0.02):
+    """Depth at 4001 instants by an integrator of its own: m x'' = F - K x^1.5 (1 + chi x'/w), begun with `speed`."""
+    t, h = 0.0, t_end / 4000 / 50
+    x, v, w, found = 0.0, speed, speed, [0.0]
+
+    def rate(x, v):
+        if x <= 0.0:
+            return LOAD / MASS
+        scale = max(w, v) if largest else w
+        factor = 1.0 + CHI * v / scale if scale > 0.0 else 1.0
+        return (LOAD - K * x**1.5 * max(factor, 0.0)) / MASS
+
+    for k in range(200_000):
+        a1 = rate(x, v)
+        v2 = v + 0.5 * h * a1
+        a2 = rate(x + 0.5 * h * v, v2)
+        v3 = v + 0.5 * h * a2
+        a3 = rate(x + 0.5 * h * v2, v3)
+        v4 = v + h * a3
+        a4 = rate(x + h * v3, v4)
+        x, v = x + h / 6.0 * (v + 2.0 * v2 + 2.0 * v3 + v4), v + h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4)
+        w = max(w, v) if largest else w
+        t += h
+        if k % 50 == 49:
+            found.append(x)
+    return np.linspace(0.0, t_end, 4001), np.array(found)
+
+
+@pytest.mark.parametrize("reference", ["onset", "largest"])
+def test_at_rest_under_load(reference):
+    """The contact swings about its depth at rest, damped as an impact is, and not more."""
+    sol = pressed(law(reference_speed=reference), 0.0)
+    assert sol.ok, sol.status
+    depth = sol.array("J.penetration")
+    times, wanted = swinging(0.0, largest=True)
+    assert np.interp(times, sol.time, depth) == pytest.approx(wanted, abs=2e-4 * REST)
+    swings = np.count_nonzero(np.diff(np.sign(depth - REST)))
+    assert swings >= 10
+    assert depth[-1] == pytest.approx(REST, rel=0.02)
+
+
+@pytest.mark.parametrize("share", [1e-4, 1e-2, 0.3, 3.0])
+def test_the_largest_speed_bounds_the_force(share):
+    """N <= (1 + chi) K depth^n at any approach speed: what a free impact reaches."""
+    sol = pressed(law(reference_speed="largest"), share * IMPACT)
+    depth, N = sol.array("J.penetration"), sol.array("J.normal_force")
+    assert ((1.0 + CHI) * K * np.maximum(depth, 0.0) ** 1.5 * (1.0 + 1e-9) >= N).all()
+    assert not any("pressed together faster" in note for note in sol.notes)
+
+
+def test_the_speed_at_the_onset_does_not_bound_it_and_the_run_says_so():
+    sol = pressed(law(), 1e-2 * IMPACT)
+    depth, N = sol.array("J.penetration"), sol.array("J.normal_force")
+    inside = depth > 0.1 * REST
+    assert (N[inside] / (K * depth[inside] ** 1.5)).max() > 2.0 * (1.0 + CHI)
+    (note,) = (note for note in sol.notes if "pressed together faster" in note)
+    excess = (N - (1.0 + CHI) * K * np.maximum(depth, 0.0) ** 1.5).max()
+    assert f"up to {excess:.3g} N above" in note
+
+
+def test_free_impacts_are_the_same_bit_for_bit():
+    found = []
+    for reference in ("onset", "largest"):
+        ball = fm.RigidBody("ball", (0.0, 0.0), MASS, 1.0, velocity=(0.3, 0.0, 0.0))
+        joint = fm.RevoluteClearance(
+            "J", fm.GROUND, ball, (0.0, 0.0), clearance=PLAY, bearing_radius=1e-2, normal=law(reference_speed=reference)
+        )
+        found.append(fm.simulate(fm.Mechanism("free", [ball, joint]), t_end=5e-3, save="steps"))
+    assert len(found[0].episodes("J")) >= 2
+    assert np.array_equal(found[0].values, found[1].values)
+
+
+def test_results_converge_as_the_bound_falls():
+    """The largest speed does not remember the bound; the speed at the onset does not where it is faster."""
+    for reference, speed in (("largest", 0.0), ("onset", 1e-2 * IMPACT)):
+        bounds = [part * IMPACT for part in (1e-3, 1e-4, 1e-5, 0.0)]
+        sols = [pressed(law(reference_speed=reference, least_approach=bound), speed) for bound in bounds]
+        times = np.linspace(0.0, 0.02, 2001)
+        depths = [np.interp(times, sol.time, sol.array("J.penetration")) for sol in sols]
+        apart = [np.abs(depth - depths[-1]).max() / REST for depth in depths[:-1]]
+        assert apart[0] < 1e-3
+        assert apart[1] < 1e-4
+        assert apart[2] < 1e-4
+
+
+@pytest.mark.parametrize("reference", ["onset", "largest"])
+@pytest.mark.parametrize("speed", [0.0, 1e-2, 1.0])
+def test_the_account_of_energy_closes(reference, speed):
+    """Damping takes, never gives, and the loss is all that is missing."""
+    sol = pressed(law(reference_speed=reference), speed * IMPACT)
+    assert sol.ok, sol.status
+    lost = sol.array("energy.contact_loss") if "energy.contact_loss" in sol else None
+    scale = LOAD * REST
+    assert np.abs(sol.array("energy.residual")).max() < 1e-5 * scale
+    if lost is not None:
+        assert (np.diff(lost) >= -1e-9 * scale).all()
+
+
+def test_slow_contacts_that_carry_the_impulse_are_named():
+    """A ball that begins at rest carries its whole load through that contact."""
+    ball = fm.RigidBody("ball", (0.0, 0.0), MASS, 1.0)
+    joint = fm.RevoluteClearance(
+        "J",
+        fm.GROUND,
+        ball,
+        (0.0, 0.0),
+        clearance=PLAY,
+        bearing_radius=1e-2,
+        normal=law(least_approach=1.0),
+        start=(0.5 * PLAY, 0.0),
+    )
+    mech = fm.Mechanism("slow", [ball, joint], gravity=(LOAD / MASS, 0.0))
+    sol = fm.simulate(mech, t_end=0.1)
+    assert (sol.episodes("J").approach_speed < 1.0).all()
+    (note,) = (note for note in sol.notes if "least_approach" in note)
+    assert "100 % of the impulse" in note
+    quiet = fm.simulate(mech.with_part(replace(joint, normal=law())), t_end=0.1)
+    assert not any("least_approach" in note for note in quiet.notes)
+
+
+def test_a_contact_without_onset_is_named():
+    sol = pressed(law(), 1e-2 * IMPACT, t_end=0.05)
+    (note,) = (note for note in sol.notes if "closed without a break" in note)
+    assert "still scales its damping" in note
+    (note,) = (n for n in pressed(law(reference_speed="largest"), IMPACT, t_end=0.05).notes if "without a break" in n)
+    assert "the largest closing speed since then" in note
+    assert not any("without a break" in note for note in pressed(fm.Hertz(stiffness=K), IMPACT, t_end=0.05).notes)
+
+
+@pytest.mark.parametrize("reference", ["onset", "largest"])
+def test_the_part_keeps_its_contract(reference):
+    ball = fm.RigidBody("ball", (0.0, 0.0), MASS, 1.0)
+    joint = fm.RevoluteClearance(
+        "J", fm.GROUND, ball, (0.0, 0.0), clearance=PLAY, bearing_radius=1e-2, normal=law(reference_speed=reference)
+    )
+    fm.testing.check_part(fm.Mechanism("part", [ball, joint]), "J")
+
+
+def test_settled_swings_do_not_remember_a_slow_first_touch():
+    """A load that swings: with the largest speed the steady motion hardly depends on how slow the first touch was.
+
+    With the speed at the onset there is one steady motion for each first touch, and the run says why.
+    """
+
+    wave = fm.Harmonic(1.0, frequency=450.0)
+
+    def settled(reference, first):
+        ball = fm.RigidBody("ball", (0.0, 0.0), MASS, 1.0, velocity=(first, 0.0, 0.0))
+        joint = fm.RevoluteClearance(
+            "J",
+            fm.GROUND,
+            ball,
+            (0.0, 0.0),
+            clearance=PLAY,
+            bearing_radius=1e-2,
+            normal=law(reference_speed=reference),
+            start=(PLAY, 0.0),
+        )
+        swing = fm.Force("swing", ball, (0.0, 0.0), (0.3 * LOAD, 0.0), history=wave)
+        mech = fm.Mechanism("swung", [ball, joint, swing], gravity=(LOAD / MASS, 0.0))
+        return fm.simulate(mech, t_end=0.2, save="steps", step=fm.Adaptive(rtol=1e-6, max=1e-5))
+
+    depths = {}
+    for reference in ("onset", "largest"):
+        for first in (0.02 * IMPACT, 0.2 * IMPACT):
+            sol = settled(reference, first)
+            late = sol.time > 0.15
+            depths[reference, first] = np.ptp(sol.array("J.penetration")[late])
+    a, b = (depths["largest", first] for first in (0.02 * IMPACT, 0.2 * IMPACT))
+    assert a == pytest.approx(b, rel=0.02)
+    a, b = (depths["onset", first] for first in (0.02 * IMPACT, 0.2 * IMPACT))
+    assert abs(a - b) > 0.1 * b

@@ -1,0 +1,144 @@
+"""The rigid nine-bar mechanism with play beside an integrator of its own (nine_bar.py)."""
+
+import importlib.util
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import flexmb as fm
+from flexmb.mechanisms import NineBarData, nine_bar
+from flexmb.mechanisms.nine_bar_data import NineBarPose
+
+spec = importlib.util.spec_from_file_location("independent_nine_bar", Path(__file__).with_name("nine_bar.py"))
+own = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(own)
+
+DATA = NineBarData()
+RULES = {"onset": own.PRINTED, "largest": own.LARGEST}
+LEAST = 1e-6
+SKIP, TURNS = 8, 60
+QUANTITIES = ("peak force", "peak acceleration of the slider", "share of free flight")
+
+CASES = [
+    (2.0, 0.05e-3, "onset"),
+    (2.0, 0.5e-3, "onset"),
+    (2.5, 0.5e-3, "onset"),
+    (2.0, 0.05e-3, "largest"),
+    (2.0, 0.5e-3, "largest"),
+]
+"""Speed over pi [rad/s], clearance [m], reference speed of the damping."""
+
+
+def model(speed, clearance, rule="onset", ramp=2.0):
+    """The model of the integrator, its state at the start; ramp : turns of the start from rest."""
+    w = speed * math.pi
+    p = own.model_of(DATA, w, clearance, rule=RULES[rule], least=LEAST, ramp=ramp * 2.0 * math.pi / w)
+    pose = NineBarPose.at(DATA, 0.0, 0.0)
+    a = math.atan2(pose.B[1] - pose.P4[1], pose.B[0] - pose.P4[0])
+    b = math.atan2(pose.B[1] - pose.P1[1], pose.B[0] - pose.P1[0])
+    return p, np.array([a, b, 0.0, 0.0])
+
+
+def mechanism(speed, clearance, rule="onset"):
+    data = NineBarData(least_approach=LEAST, reference_speed=rule)
+    return nine_bar(speed * math.pi, clearance=clearance, ramp=2.0 * 2.0 / speed, data=data)
+
+
+def by_integrator(speed, clearance, rule, h=5e-6, skip=SKIP, turns=TURNS):
+    """Rows (turns, 3) of `QUANTITIES`."""
+    p, y = model(speed, clearance, rule)
+    rows = np.zeros((skip + turns, 6))
+    own.turns(p, y, 0.0, h, 0, skip + turns, rows)
+    return rows[skip:, :3]
+
+
+def by_library(speed, clearance, rule, rtol=1e-5, skip=SKIP, turns=TURNS):
+    """The same."""
+    mech, state, rows, T = mechanism(speed, clearance, rule), None, [], 2.0 / speed
+    for k in range(1, skip + turns + 1):
+        sol = fm.simulate(mech, t_end=k * T, save="steps", restart=state, step=fm.Adaptive(rtol=rtol, max=2e-4))
+        assert sol.ok, sol.status
+        state = sol.restart
+        if k > skip:
+            depth = sol.array("P1.penetration")
+            flight = np.diff(sol.time)[depth[1:] < 0.0].sum() / T
+            rows.append((sol.peak("P1.normal_force").value, sol.peak("slider.ax").value, flight))
+    return np.array(rows)
+
+
+def mean_and_error(rows, blocks=12):
+    """Means over the turns and their standard errors, from blocks of turns, which follow one another dependently."""
+    size = len(rows) // blocks
+    means = rows[-blocks * size :].reshape(blocks, size, -1).mean(axis=1)
+    return rows.mean(axis=0), means.std(axis=0, ddof=1) / math.sqrt(blocks)
+
+
+def test_first_motion_point_by_point():
+    """Start from rest, journal in its middle: fall, first impacts and sliding, half a turn at 0.5 mm."""
+    p, y = model(2.0, 0.5e-3)
+    h, w, times, places = 2e-6, 0.0, [], []
+    for i in range(250_000):
+        w, _ = own.step(p, i * h, h, y, w)
+        if i % 1000 == 999:
+            times.append((i + 1) * h)
+            places.append(own.closures(p, times[-1], y[:2])[8])
+    sol = fm.simulate(mechanism(2.0, 0.5e-3), t_end=0.5, save=250, step=fm.Adaptive(rtol=1e-8, max=2e-5))
+    assert sol.ok, sol.status
+    found = np.interp(times, sol.time, sol.array("slider.x"))
+    start = NineBarPose.at(DATA, 0.0, 0.0).S[0]
+    assert np.abs(np.array(places) - start).max() > 0.01
+    assert found == pytest.approx(places, abs=2e-8)
+
+
+def test_order_of_the_integrator():
+    """Without contact, errors of half the step are a sixteenth."""
+    found = []
+    for n in (200, 400, 800):
+        p, y = model(2.0, 0.05)  # so much play that nothing touches
+        for i in range(n):
+            own.step(p, i * 0.05 / n, 0.05 / n, y, 0.0)
+        found.append(y)
+    assert np.abs(found[1] - found[0]).max() / np.abs(found[2] - found[1]).max() == pytest.approx(16.0, rel=0.15)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("speed", "clearance", "rule"), CASES)
+def test_means_over_turns(speed, clearance, rule):
+    wanted, wide = mean_and_error(by_integrator(speed, clearance, rule))
+    found, width = mean_and_error(by_library(speed, clearance, rule))
+    for name, a, b, error in zip(QUANTITIES, found, wanted, np.hypot(width, wide), strict=True):
+        print(f"{speed} pi, {1e3 * clearance:g} mm, {rule}: {name} {a:.5g}, integrator {b:.5g}, error {error:.2g}")
+        assert abs(a - b) <= 3.0 * error, name
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("speed", "clearance", "rule"), CASES)
+def test_exponents(speed, clearance, rule):
+    p, y = model(speed, clearance, rule)
+    w = own.turns(p, y, 0.0, 5e-6, 0, 20, np.zeros((20, 6)))
+    logs = np.zeros(120)
+    own.growth(p, y, w, 5e-6, 20, 120, 200, 1e-10, logs)
+    (wanted,), (wide,) = mean_and_error(logs[12:, None] * 0.5 * speed, 18)
+    flow = fm.MechanismFlow(
+        mechanism(speed, clearance, rule), step=fm.Adaptive(rtol=1e-5, max=2e-4), period=2.0 / speed
+    )
+    found = fm.lyapunov(flow, skip=20, periods=120)
+    both = f"{found.value:.4g} +- {found.error:.2g}, integrator {wanted:.4g} +- {wide:.2g}"
+    text = f"{speed} pi, {1e3 * clearance:g} mm, {rule}: {both}"
+    print(text)
+    assert abs(found.value - wanted) <= 3.0 * math.hypot(found.error, wide), text
+
+
+@pytest.mark.slow
+def test_threshold_speed():
+    """The speed at which the contact breaks for the first time, 0.5 mm: both say the same within 0.0125 pi rad/s."""
+    grid = np.arange(1.575, 1.66, 0.0125)
+    unbroken = [
+        [rows(speed, 0.5e-3, "onset", skip=30, turns=6)[:, 2].max() == 0.0 for speed in grid]
+        for rows in (by_integrator, by_library)
+    ]
+    last = [float(grid[np.flatnonzero(flags)[-1]]) for flags in unbroken]
+    print("last unbroken speeds", last)
+    assert abs(last[0] - last[1]) <= 0.0126
