@@ -11,7 +11,7 @@ from flexmb.kernels import compiled
 from flexmb.model.material import Material
 
 HISTORY_WITH_EXTREMES = (*HISTORY, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-"""Start values: those of the onset; the approach speed of the present contact; largest approach speed, depth, force, cut
+"""Start values: those of the onset; approach speed of the present contact; largest approach speed, depth, force, cut
 tension and excess of the whole run."""
 
 

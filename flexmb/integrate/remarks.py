@@ -54,7 +54,7 @@ def _slow(law: HysteresisLaw | CylinderLaw, rows: np.ndarray) -> Iterator[str]:
         text = (
             f"{int(slow.sum())} of {len(rows)} contacts began at less than least_approach = {law.least_approach:g} m/s"
         )
-        text = f"{text} and carry {100.0 * shares[0]:.2g} % of the impulse and {100.0 * shares[1]:.2g} % of the loss"
+        text = f"{text} and carry {100.0 * shares[0]:.3g} % of the impulse and {100.0 * shares[1]:.3g} % of the loss"
         yield f"{text}; their largest closing speed scales their damping. Try a smaller least_approach"
 
 

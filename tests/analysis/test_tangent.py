@@ -136,6 +136,22 @@ def test_one_step_of_a_contact(stage, friction, monkeypatch):
     one_step(flow, h, eps=1e-6)
 
 
+@pytest.mark.parametrize("reference", ["onset", "largest"])
+@pytest.mark.parametrize("stage", ["onset", "contact", "release"])
+def test_one_step_of_a_contact_that_is_pressed(stage, reference, monkeypatch):
+    """The disc is pushed on the wall, so that it closes faster than it met; the damping follows or not."""
+    tight(monkeypatch)
+    h = 1e-3
+    disc = thrown(dataclasses.replace(SOFT, reference_speed=reference), speed=0.3)
+    push = fm.Force("F", disc.find("ball"), (0.0, 0.0), (60.0, 0.0))
+    flow = fixed(fm.Mechanism("pushed", (*disc.parts, push)), h)
+    at_stage(flow, stage, h)
+    one_step(flow, h, eps=1e-6)
+    if stage == "contact":
+        onset, reached = flow.run.flow.z[flow.program.tables.contacts.z[0, 1] + np.array([3, 0])]
+        assert (reached > 1.2 * onset) == (reference == "largest")
+
+
 @pytest.mark.parametrize("flexible", [False, True], ids=["rigid", "flexible"])
 def test_one_step_of_the_nine_bar(flexible, monkeypatch):
     tight(monkeypatch)
