@@ -1,0 +1,63 @@
+"""A second run beside a first one: with finer steps, from another start, and a fifth as long."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from flexmb.analysis.exponent_error import combined
+from flexmb.analysis.exponents import Confirmed, Exponents
+from flexmb.analysis.schedule import Schedule
+from flexmb.analysis.tangent_run import carried
+from flexmb.errors import AssemblyError, InputError, SolveError
+
+PART = 5
+"""One in so many points of the first run is what the second one has, and one in so many is left out before."""
+
+LEAST = 20
+"""Points of the second run, at least."""
+
+APART = (1e-3, 1e-9)
+"""How far the other start is, as a part of the state; the second one where the first one leads nowhere."""
+
+
+def confirmed(first: Exponents, plan: Schedule, seed: int, *, shown: bool) -> Exponents:
+    """The first run with what a second one found, and errors that cover what it changes.
+
+    The second run begins beside the state in which the first one ended, so that the transient is over, and leaves
+    that state alone.
+
+    Parameters
+    ----------
+    first : what the first run found.
+    plan : when the system was looked at.
+    seed : of other directions.
+    shown : whether a progress bar is.
+    """
+    text, count = "", len(first.spectrum)
+    for part in APART:
+        other = _begun(plan, part, seed)
+        if other is None:
+            continue
+        found = carried(other, count, seed, shown=shown)
+        if found.ok and not np.isnan(found.spectrum).any():
+            second = Confirmed(found.spectrum, found.errors, other.count, other.system.fineness)
+            errors = combined(first.spectrum, first.statistical, second.spectrum, second.errors)
+            return replace(first, errors=errors, confirmed=second)
+        text = found.status
+    why = text or "no state beside the end of the first run can be started from."
+    return replace(first, unconfirmed=why, status=f"{first.status} The second run failed: {why}")
+
+
+def _begun(plan: Schedule, part: float, seed: int) -> Schedule | None:
+    """A plan for a finer system that stands beside the end of the first run; None: it cannot stand there."""
+    system = plan.system.finer()
+    try:
+        system.reset(system.another_start(part, seed), time=plan.system.time)
+    except (InputError, AssemblyError, SolveError):
+        return None
+    return Schedule(
+        system, plan.unit, -(-plan.skip // PART), max(plan.count // PART, LEAST),
+        is_flow=plan.is_flow, is_section=plan.is_section, looks=plan.looks,
+    )  # fmt: skip

@@ -1,0 +1,283 @@
+"""Errors and verdicts of exponents that a finer tolerance, another start and a longer record do not overturn."""
+
+import math
+from dataclasses import replace
+from typing import Self
+
+import numpy as np
+import pytest
+import systems
+
+import flexmb as fm
+from flexmb.analysis.exponent_error import error_of
+
+N = 400
+
+
+def times(count=N):
+    return np.ones(count)
+
+
+# The error of one record.
+
+
+def test_an_error_is_never_below_round_off():
+    """Each logarithm is known to some 1e-16 at best, however alike they are."""
+    for log in (0.0, math.log(1.5), -30.0):
+        found = error_of(np.full(N, log), times())
+        assert 1e-16 * max(1.0, abs(log)) < found < 1e-12 * max(1.0, abs(log))
+    tent = fm.Map(lambda x: 1.5 * np.minimum(x, 1.0 - x), [0.3], jacobian=lambda x: [[1.5 if x[0] < 0.5 else -1.5]])
+    found = fm.lyapunov(tent, skip=100, periods=1000)
+    assert abs(found.value - math.log(1.5)) <= found.error < 1e-13
+
+
+@pytest.mark.parametrize("last", [20, 60, 150])
+@pytest.mark.parametrize("turned", [1e-3, 1.0, -5.0])
+def test_an_error_covers_what_still_turns(last, turned):
+    """Vectors that turn to their direction within `last` periods leave turned / N in the mean."""
+    n = np.arange(N)
+    logs = -2.0 + turned / last * np.exp(-n / last)
+    off = abs(logs.mean() + 2.0)
+    assert error_of(logs, times()) > 0.5 * off
+
+
+def test_an_error_covers_what_swings():
+    """Vectors that turn round and round: the mean is off by part of a swing."""
+    n = np.arange(N + 1)
+    for turns in (0.31, 0.031, 0.0031):
+        swing = 0.7 * np.cos(2.0 * math.pi * turns * n + 1.0)
+        assert error_of(-0.05 + np.diff(swing), times()) > 0.5 * abs(swing[-1] - swing[0]) / N
+
+
+@pytest.mark.parametrize("power", [0.5, 1.0, 2.0])
+@pytest.mark.parametrize("count", [45, 450, 4500])
+def test_growth_like_a_power_of_time_is_not_above_zero(power, count):
+    """log(t) / t is no exponent."""
+    begin = count / 9.0
+    logs = power * np.diff(np.log(begin + np.arange(count + 1)))
+    assert error_of(logs, times(count)) >= logs.mean()
+
+
+def test_chaos_is_above_zero_soon():
+    """Growth by a factor of a hundred over the last half is more than a power of time makes."""
+    rng = np.random.default_rng(0)
+    logs = 2.0 * math.log(100.0) / N + 0.02 * rng.standard_normal(N)
+    assert error_of(logs, times()) < 0.3 * logs.mean()
+
+
+def test_errors_of_limit_cycles_stay_small():
+    """Directions settle exponentially there, so an exponent over a record T is known far better than 1/T."""
+    found = fm.lyapunov(systems.oscillator(3.0, 2.0), skip=5, periods=50, count=2)
+    assert (found.statistical < 1e-6).all()
+    assert (np.abs(found.spectrum - [-1.0, -2.0]) <= np.maximum(4.0 * found.errors, 1e-9)).all()
+
+
+def test_a_shear_has_no_exponent():
+    shear = fm.Map(lambda x: [x[0] + x[1], x[1]], [0.1, 0.2], jacobian=lambda x: [[1.0, 1.0], [0.0, 1.0]])
+    for periods in (100, 1000, 5000):
+        found = fm.lyapunov(shear, periods=periods)
+        assert 0.0 < found.value <= found.error
+
+
+# Conservative systems.
+
+
+@pytest.mark.parametrize("start", [(math.pi + 0.5, 0.0), (math.pi - 1.2, 0.1)])
+@pytest.mark.parametrize("periods", [200, 1000])
+def test_islands_of_the_standard_map_are_closed_curves(start, periods):
+    system = wrapped_standard(0.8)
+    system.reset(np.array(start))
+    found = fm.lyapunov(system, periods=periods)
+    assert abs(found.value) <= found.error
+    assert str(found.verdict) == "quasi-periodic", found.verdict.reason
+
+
+def wrapped_standard(K):
+    """Angle and action counted modulo a turn."""
+
+    def step(x):
+        p = x[1] + K * np.sin(x[0])
+        return np.mod([x[0] + p, p], 2.0 * math.pi)
+
+    def slope(x):
+        c = K * np.cos(x[0])
+        return [[1.0 + c, 1.0], [c, 1.0]]
+
+    return fm.Map(step, [0.1, 0.2], jacobian=slope, name="standard map")
+
+
+def test_the_sea_of_the_standard_map_is_chaotic():
+    found = fm.lyapunov(wrapped_standard(7.0), periods=1000, count=2)
+    assert str(found.verdict) == "chaotic", found.verdict.reason
+
+
+@pytest.mark.parametrize("energy", [1.0 / 24.0, 0.125])
+def test_henon_and_heiles(energy):
+    """Below 1/12 nearly all of it is tori; at 1/8 there is a sea.  One that is not decided says why."""
+    section = fm.SectionMap(systems.henon_heiles(energy), "x")
+    found = fm.lyapunov(section, skip=5, periods=100, count=3)
+    assert found.paired
+    assert found.ok, found.status
+    allowed = {1.0 / 24.0: ("quasi-periodic", "inconclusive"), 0.125: ("chaotic", "inconclusive", "transient")}[energy]
+    assert str(found.verdict) in allowed, found.verdict.reason
+    if energy < 0.1:
+        assert abs(found.value) <= found.error
+    if str(found.verdict) in ("inconclusive", "transient"):
+        assert "conservative" in found.verdict.reason
+
+
+def test_the_accumulation_of_doublings():
+    r = 3.569945672
+    logistic = fm.Map(lambda x: r * x * (1.0 - x), [0.3123], jacobian=lambda x: r * (1.0 - 2.0 * x)[None])
+    found = fm.lyapunov(logistic, skip=5000, periods=2000)
+    assert abs(found.value) < 5e-3
+    assert str(found.verdict) == "inconclusive"
+    assert "doubl" in found.verdict.reason
+
+
+# A second run.
+
+
+class Stepped(fm.Map):
+    """Logistic map whose parameter is `coarse`, and with finer steps `fine`: an exponent of the steps."""
+
+    def __init__(self, coarse, fine, count=None):
+        self.coarse, self.fine, self.calls = coarse, fine, count if count is not None else [0]
+        super().__init__(self._one, [0.3], jacobian=lambda x: [[self.coarse * (1.0 - 2.0 * x[0])]])
+
+    def _one(self, x):
+        self.calls[0] += 1
+        return self.coarse * x * (1.0 - x)
+
+    def copy(self) -> Self:
+        other = type(self)(self.coarse, self.fine, self.calls)
+        other.reset(self.state(), time=self.time)
+        return other
+
+    def finer(self) -> Self:
+        other = type(self)(self.fine, self.fine, self.calls)
+        other.reset(self.state(), time=self.time)
+        return other
+
+
+def test_chaos_that_finer_steps_do_not_show_is_inconclusive():
+    found = fm.lyapunov(Stepped(3.9, 3.5), skip=100, periods=500)
+    assert found.value > 0.4
+    assert str(found.verdict) == "inconclusive"
+    assert f"{found.value:.3g}" in found.verdict.reason
+    assert f"{found.confirmed.value:.3g}" in found.verdict.reason
+    assert "finer" in found.verdict.reason
+    alone = fm.lyapunov(Stepped(3.9, 3.5), skip=100, periods=500, confirm=False)
+    assert str(alone.verdict) == "chaotic"
+    assert alone.value == found.value
+    assert alone.confirmed is None
+
+
+def test_a_cycle_that_finer_steps_make_chaotic_is_inconclusive():
+    found = fm.lyapunov(Stepped(3.5, 3.9), skip=100, periods=500)
+    assert str(found.verdict) == "inconclusive"
+    assert "finer" in found.verdict.reason
+
+
+def test_an_error_covers_what_finer_steps_change():
+    found = fm.lyapunov(Stepped(4.0, 3.9), skip=100, periods=2000)
+    assert str(found.verdict) == "chaotic"  # both say so
+    apart = found.value - found.confirmed.value
+    both = math.hypot(found.statistical[0], found.confirmed.error)
+    assert apart > 3.0 * both
+    assert found.error == pytest.approx(math.hypot(found.statistical[0], apart - 2.0 * both))
+    # 0.496: of 1e6 iterations
+    assert abs(found.value - 0.496) < 1.5 * found.error
+    assert "second run" in str(found)
+    assert f"{found.confirmed.value:.4g}" in str(found)
+
+
+def test_a_second_run_of_the_same_system_changes_little():
+    """Its own fluctuations are no error of the first one."""
+    kept = []
+    for k in range(6):
+        system = systems.henon()
+        system.reset([0.05 * k - 0.2, 0.1])
+        found = fm.lyapunov(system, skip=100, periods=1000)
+        assert str(found.verdict) == "chaotic"
+        kept.append(found.error / found.statistical[0])
+    assert min(kept) >= 1.0
+    assert sorted(kept)[3] < 1.2
+
+
+def test_a_second_run_costs_less_than_half_and_leaves_the_system_alone():
+    calls, ends = [], []
+    for confirm in (False, True):
+        system = Stepped(3.9, 3.9)
+        fm.lyapunov(system, skip=100, periods=500, confirm=confirm)
+        calls.append(system.calls[0])
+        ends.append((system.state(), system.time))
+    assert calls[1] < 1.3 * calls[0]
+    assert ends[0] == ends[1]
+
+
+def test_a_second_start_that_escapes_is_tried_nearer():
+    """Beyond 1 the logistic map at 4 falls to minus infinity."""
+
+    def step(x):
+        return 4.0 * x * (1.0 - x) if abs(x[0]) < 1e100 else [np.nan]
+
+    logistic = fm.Map(step, [0.3], jacobian=lambda x: 4.0 * (1.0 - 2.0 * x)[None])
+    for start in np.linspace(0.05, 0.95, 19):
+        logistic.reset(np.array([start + 1e-3]))
+        found = fm.lyapunov(logistic, skip=10, periods=300)
+        assert found.confirmed is not None, found.status
+        assert str(found.verdict) == "chaotic"
+
+
+def test_a_second_run_that_fails_is_told():
+    class Breaking(Stepped):
+        def finer(self):
+            other = super().finer()
+            other.function = lambda x: [np.nan]
+            return other
+
+    found = fm.lyapunov(Breaking(3.9, 3.9), skip=10, periods=300)
+    assert found.ok
+    assert found.confirmed is None
+    assert "second run" in found.status
+    assert str(found.verdict) == "inconclusive"
+    assert "second run" in found.verdict.reason
+
+
+def test_per_period_scales_all_errors():
+    found = fm.lyapunov(systems.pendulum(rtol=1e-6), skip=5, periods=60)
+    scaled = found.per_period()
+    for name in ("errors", "statistical"):
+        np.testing.assert_allclose(getattr(scaled, name), 2.0 * math.pi * getattr(found, name))
+    assert scaled.confirmed.value == pytest.approx(2.0 * math.pi * found.confirmed.value)
+
+
+@pytest.mark.parametrize(
+    ("make", "finer"),
+    [
+        (lambda: systems.pendulum(rtol=1e-6), "rtol 1e-07"),
+        (lambda: fm.StroboscopicMap(systems.pendulum(rtol=1e-6)), "rtol 1e-07"),
+        (lambda: fm.SectionMap(systems.lorenz(rtol=1e-6), "z", level=27.0), "rtol 1e-07"),
+        (lambda: systems.pendulum(rtol=3e-14), "rtol 3e-14"),
+        (systems.henon, ""),
+        (lambda: systems.ImpactOscillator().flow(), "rtol 1e-12"),
+    ],
+)
+def test_what_is_finer(make, finer):
+    system = make()
+    system.advance(3)
+    other = system.finer()
+    assert type(other) is type(system)
+    assert other.fineness == finer
+    assert other.time == system.time
+    np.testing.assert_array_equal(other.state(), system.state())
+    assert other.advance(1)
+    assert system.time != other.time
+
+
+def test_steps_of_mechanisms_that_are_finer():
+    assert fm.Adaptive(rtol=1e-4).finer() == fm.Adaptive(rtol=1e-5)
+    assert fm.FixedStep(1e-3).finer() == fm.FixedStep(5e-4)
+    given = fm.Adaptive(rtol=1e-4, atol=1e-9, max=1e-3, impact_steps=20).finer()
+    assert given == replace(fm.Adaptive(rtol=1e-5), atol=1e-10, max=1e-3, impact_steps=44)
