@@ -13,7 +13,10 @@ from flexmb.analysis.tangent_run import carried
 from flexmb.errors import AssemblyError, InputError, SolveError
 
 PART = 5
-"""One in so many points of the first run is what the second one has, and one in so many is left out before."""
+"""One in so many points of the first run is what the second one has; as many of those that were left out before it."""
+
+SETTLES = 10
+"""One in so many points of the first run is left out at least: other steps may lead the motion elsewhere."""
 
 LEAST = 20
 """Points of the second run, at least."""
@@ -58,6 +61,6 @@ def _begun(plan: Schedule, part: float, seed: int) -> Schedule | None:
     except (InputError, AssemblyError, SolveError):
         return None
     return Schedule(
-        system, plan.unit, -(-plan.skip // PART), max(plan.count // PART, LEAST),
+        system, plan.unit, max(-(-plan.skip // PART), plan.count // SETTLES), max(plan.count // PART, LEAST),
         is_flow=plan.is_flow, is_section=plan.is_section, looks=plan.looks,
     )  # fmt: skip

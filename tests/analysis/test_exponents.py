@@ -316,7 +316,7 @@ def test_the_verdict_is_made_of_the_section(monkeypatch):
         return points.shape, list(names), exponent, error, list(units)
 
     monkeypatch.setattr("flexmb.analysis.seen.judge", judge)
-    found = fm.lyapunov(systems.henon(), skip=10, periods=60)
+    found = fm.lyapunov(systems.henon(), skip=10, periods=60, confirm=False)
     assert found.verdict == ((60, 2), ["x0", "x1"], found.value, found.error, ["", ""])
     found = fm.benettin(mechanisms.rod(), period=TURN, step=TURN / 50, periods=50)
     shape, names, _, _, units = found.verdict

@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 from typing import Self
 
+import mechanisms
 import numpy as np
 import pytest
 import systems
@@ -281,3 +282,68 @@ def test_steps_of_mechanisms_that_are_finer():
     assert fm.FixedStep(1e-3).finer() == fm.FixedStep(5e-4)
     given = fm.Adaptive(rtol=1e-4, atol=1e-9, max=1e-3, impact_steps=20).finer()
     assert given == replace(fm.Adaptive(rtol=1e-5), atol=1e-10, max=1e-3, impact_steps=44)
+
+
+# Mechanisms.
+
+
+def test_a_finer_mechanism_stands_where_it_stood_and_misses_less():
+    flow = mechanisms.swinging(rtol=1e-4)
+    flow.advance(1.0)
+    finer = flow.finer()
+    assert finer.fineness == "rtol 1e-05"
+    assert finer.time == flow.time
+    np.testing.assert_allclose(finer.state()[:6], flow.state()[:6], atol=1e-9)
+    best = mechanisms.swinging(rtol=1e-8)
+    best.reset(flow.state(), time=flow.time)
+    for system in (flow, finer, best):
+        assert system.advance(3.0)
+    off = [np.abs(system.state()[:6] - best.state()[:6]).max() for system in (flow, finer)]
+    assert off[1] < 0.5 * off[0]
+    assert mechanisms.rod_flow(steps=100).finer().fineness == f"steps of {systems.TURN / 200:g} s"
+
+
+def hanging(normal):
+    """A rod on a pin with play, pressed against its bearing by gravity, rocked gently."""
+    bar = fm.RigidLink("rod", (0.0, 0.0), (0.0, -2.0), mass=1.0, inertia=1.0 / 3.0)
+    pin = fm.RevoluteClearance("O", fm.GROUND, bar, at=(0.0, 0.0), clearance=1e-3, bearing_radius=0.02, normal=normal,
+                               start="seated")  # fmt: skip
+    damper = fm.TorsionSpring("damper", fm.GROUND, bar, stiffness=0.0, damping=1.0, at=(0.0, 0.0))
+    push = fm.Torque("push", bar, torque=0.05, history=fm.Harmonic(1.0, frequency=1.0))
+    return fm.Mechanism("hanging", [bar, pin, damper, push], gravity=(0.0, -9.81))
+
+
+def test_another_start_of_a_mechanism_keeps_its_pose():
+    flow = fm.MechanismFlow(hanging(fm.LankaraniNikravesh(1e8, 0.9)), period=1.0)
+    flow.advance(3.0)
+    here, there = flow.state(), flow.another_start(1e-3, 1)
+    n = flow.program.n_q
+    np.testing.assert_array_equal(there[:n], here[:n])
+    weights = flow.weights[n : 2 * n]
+    moved, speed = there[n : 2 * n] - here[n : 2 * n], here[n : 2 * n]
+    assert np.sqrt(weights @ moved**2) == pytest.approx(1e-3 * np.sqrt(weights @ speed**2))
+
+
+def test_a_contact_that_never_opened_is_told():
+    """Where the law keeps the approach speed of the last onset; not where nothing depends on it."""
+    worn = hanging(fm.LankaraniNikravesh(1e8, 0.9))
+    found = fm.lyapunov(worn, period=1.0, skip=5, periods=50)
+    assert found.ok, found.status
+    assert "O has been in contact without a break" in found.status
+    assert "approach speed" in found.status
+    assert found.confirmed is not None, found.status
+    assert str(found.verdict) == "periodic-1", found.verdict.reason
+
+
+def test_a_contact_that_opens_is_not_told():
+    found = fm.lyapunov(fm.slider_crank(clearance=5e-4), skip=3, periods=50, confirm=False)
+    assert found.ok, found.status
+    assert "without a break" not in found.status
+
+
+def test_the_pendulum_is_chaotic_with_finer_steps_too():
+    found = fm.lyapunov(mechanisms.rod(), period=systems.TURN, step=systems.TURN / 200, skip=20, periods=200)
+    assert str(found.verdict) == "chaotic", found.verdict.reason
+    assert found.confirmed.fineness == f"steps of {systems.TURN / 400:g} s"
+    assert found.confirmed.periods == 40
+    assert abs(found.value - 0.160) < 4.0 * found.error
