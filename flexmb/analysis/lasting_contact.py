@@ -12,13 +12,15 @@ from flexmb.integrate.touch import still_running
 
 CONTACT, START, APPROACH = 0, 4, 5
 """Columns of an episode: which contact, when it began [s], how fast its surfaces came together [m/s]."""
+ASKED = "restitution"
+"""What laws of hysteresis damping are asked for: below 1 their damping takes the approach speed of the last onset."""
 
 
 def lasting(system: Dynamics, since: float) -> list[str]:
     """A sentence on each contact that has been closed since `since` [s], so that no onset of it was counted.
 
-    Normal laws with a memory keep the approach speed of the last onset, which sets the damping as long as the contact
-    lasts; one without a memory does not depend on it, and nothing is said.
+    Laws of hysteresis damping keep the approach speed of the last onset, which sets the damping as long as the contact
+    lasts; others do not depend on it, and nothing is said.
 
     Parameters
     ----------
@@ -31,7 +33,7 @@ def lasting(system: Dynamics, since: float) -> list[str]:
     said, program = [], flow.program
     for row in still_running(program.tables, flow.run.flow):
         contact, start, speed = int(row[CONTACT]), row[START], row[APPROACH]
-        if start > since or not program.normals[contact].history():
+        if start > since or vars(program.normals[contact]).get(ASKED, 1.0) == 1.0:
             continue
         known = f"the approach speed of its last onset, {speed:.3g} m/s" if np.isfinite(speed) else (
             "the approach speed that it began the run with")  # fmt: skip

@@ -314,7 +314,7 @@ def hanging(normal):
 
 
 def test_another_start_of_a_mechanism_keeps_its_pose():
-    flow = fm.MechanismFlow(hanging(fm.LankaraniNikravesh(1e8, 0.9)), period=1.0)
+    flow = fm.MechanismFlow(hanging(fm.LankaraniNikravesh(stiffness=1e8, restitution=0.9)), period=1.0)
     flow.advance(3.0)
     here, there = flow.state(), flow.another_start(1e-3, 1)
     n = flow.program.n_q
@@ -326,11 +326,13 @@ def test_another_start_of_a_mechanism_keeps_its_pose():
 
 def test_a_contact_that_never_opened_is_told():
     """Where the law keeps the approach speed of the last onset; not where nothing depends on it."""
-    worn = hanging(fm.LankaraniNikravesh(1e8, 0.9))
+    worn = hanging(fm.LankaraniNikravesh(stiffness=1e8, restitution=0.9))
     found = fm.lyapunov(worn, period=1.0, skip=5, periods=50)
     assert found.ok, found.status
     assert "O has been in contact without a break" in found.status
     assert "approach speed" in found.status
+    plain = fm.KelvinVoigt(stiffness=1e7, damping=1e3)
+    assert "without a break" not in fm.lyapunov(hanging(plain), period=1.0, periods=50, confirm=False).status
     assert found.confirmed is not None, found.status
     assert str(found.verdict) == "periodic-1", found.verdict.reason
 
