@@ -18,7 +18,7 @@ LOGS = 4.0
 number."""
 
 WITHIN = 2.0
-"""Two exponents that differ by less than this multiple of their errors together do not differ."""
+"""Two exponents that differ by less than this multiple of their errors do not differ."""
 
 
 def error_of(logs: np.ndarray, times: np.ndarray) -> float:
@@ -27,7 +27,8 @@ def error_of(logs: np.ndarray, times: np.ndarray) -> float:
     The largest of four:
 
     - that of block averages (`block_error`): the fluctuations of a stationary motion;
-    - the difference between the last half and the whole: vectors that still turn, a motion that still changes;
+    - the difference between the last half and the whole, where it is above twice that of the blocks: vectors that still
+      turn, a motion that still changes;
     - round-off: 4 + sqrt(n) units of each logarithm, which add up at the worst;
     - the exponent itself, if over the last half neighbours part by no more than the third power of time makes, a factor
       of 6: log(t) / t is above zero in any finite record.
@@ -46,7 +47,7 @@ def error_of(logs: np.ndarray, times: np.ndarray) -> float:
     unit = (LOGS + np.sqrt(len(logs))) * np.finfo(float).eps
     round_off = unit * np.maximum(np.abs(logs), 1.0).sum() / times.sum()
     algebraic = value + round_off if value > 0.0 and late <= POWER * LATE else 0.0
-    return float(max(blocks, changed, round_off, algebraic))
+    return float(max(blocks, changed if changed > WITHIN * blocks else 0.0, round_off, algebraic))
 
 
 def block_error(logs: np.ndarray, times: np.ndarray) -> float:
@@ -76,8 +77,8 @@ def block_error(logs: np.ndarray, times: np.ndarray) -> float:
 def combined(values: np.ndarray, errors: np.ndarray, others: np.ndarray, theirs: np.ndarray) -> np.ndarray:
     """Errors (k,) of exponents that a second run was made for.
 
-    sqrt(s^2 + e^2): s the error of the record; e = max(|l - l'| - 2 sqrt(s^2 + s'^2), 0), what the second run differs
-    by beyond twice the errors of both, as its own fluctuations are no error of the first one.
+    sqrt(s^2 + e^2): s the error of the record; e = |l - l'|, what the second run differs by, where that is above twice
+    the errors of both, sqrt(s^2 + s'^2), else 0: its own fluctuations are no error of the first one.
 
     Parameters
     ----------
@@ -85,6 +86,21 @@ def combined(values: np.ndarray, errors: np.ndarray, others: np.ndarray, theirs:
     others, theirs : l' and s' of the second one; what is not finite there adds nothing.
     """
     with np.errstate(invalid="ignore"):
-        excess = np.abs(values - others) - WITHIN * np.hypot(errors, np.nan_to_num(theirs))
-    excess = np.where(np.isfinite(excess), excess, 0.0)
-    return np.asarray(np.hypot(errors, np.maximum(excess, 0.0)))
+        apart, both = np.abs(values - others), np.hypot(errors, np.nan_to_num(theirs))
+    counts = np.isfinite(apart) & (apart > WITHIN * both)
+    return np.asarray(np.hypot(errors, np.where(counts, apart, 0.0)))
+
+
+def outgrown(value: float, span: float) -> float:
+    """By how much an exponent is too large for a motion that stays on its cycle; 0: it may be right.
+
+    Steps in time make round-off in every period, which may grow to the size of the motion, by 1/eps, in `span` at the
+    soonest.  So an exponent above log(1/eps) / span contradicts the motion by what it lies above that.
+
+    Parameters
+    ----------
+    value : the largest exponent.
+    span : how long the motion was seen to stay on the cycle.
+    """
+    limit = -np.log(np.finfo(float).eps) / span if span > 0.0 else np.inf
+    return float(max(value - limit, 0.0))

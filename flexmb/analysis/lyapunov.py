@@ -11,6 +11,7 @@ from flexmb import checks
 from flexmb.analysis.confirm import confirmed
 from flexmb.analysis.continuous_flow import ContinuousFlow
 from flexmb.analysis.dynamics import Dynamics
+from flexmb.analysis.exponent_error import outgrown
 from flexmb.analysis.exponents import SETTLING, Exponents, Growth, check_enough
 from flexmb.analysis.mechanism_flow import MechanismFlow
 from flexmb.analysis.schedule import MOST_LOOKS, TOO_MUCH, Schedule
@@ -27,6 +28,8 @@ APART, APART_IN_CONTACT = 1e-6, 1e-9
 """Usual distance of two trajectories, as a part of the state; surfaces that touch are not linear beyond some 1e-8 m."""
 INTERVALS = 1000
 """Points of a flow without period, if no interval is given."""
+ERRORS = ("errors", "statistical")
+"""Fields of a record that hold errors."""
 
 
 def lyapunov(
@@ -301,5 +304,18 @@ def _refuse_idle(
 
 
 def _judged(plan: Schedule, found: Exponents) -> Exponents:
-    """The exponents with a verdict, where points are those of a section."""
-    return replace(found, verdict=found.seen_through()) if plan.is_section and found.ok else found
+    """The exponents with a verdict, where points are those of a section; more error where the verdict is against them.
+
+    A flow that stays on a cycle which its exponent calls unstable, for longer than round-off needs to be seen, has
+    another exponent.
+    """
+    if not plan.is_section or not found.ok:
+        return found
+    verdict = found.seen_through()
+    if verdict.kind == "inconclusive" and "since" in verdict.evidence and found.unit == "1/s":
+        span = (len(found.points) - verdict.evidence["since"]) * found.period
+        excess = outgrown(found.value, span)
+        first = np.arange(len(found.errors)) == 0
+        errors = {n: np.where(first, np.hypot(getattr(found, n), excess), getattr(found, n)) for n in ERRORS}
+        return replace(found, **errors, verdict=verdict)
+    return replace(found, verdict=verdict)

@@ -309,7 +309,7 @@ class MechanismFlow(ContinuousFlow):
         x, weights = self.state(), self.weights
         size = float(np.sqrt(weights[n : 2 * n] @ x[n : 2 * n] ** 2))
         length = float(np.sqrt(weights[n : 2 * n] @ way[n : 2 * n] ** 2))
-        x[n : 2 * n] += part * size / (length or 1.0) * way[n : 2 * n]
+        x[n : 2 * n] += part * (size or self.program.length) / (length or 1.0) * way[n : 2 * n]
         return x
 
     def _with(self, step: Adaptive | FixedStep) -> Self:
