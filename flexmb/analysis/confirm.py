@@ -6,8 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from flexmb.analysis.dynamics import Dynamics
 from flexmb.analysis.exponent_error import combined
 from flexmb.analysis.exponents import Confirmed, Exponents
+from flexmb.analysis.lasting_contact import lasting
 from flexmb.analysis.schedule import Schedule
 from flexmb.analysis.tangent_run import carried
 from flexmb.errors import AssemblyError, InputError, SolveError
@@ -29,7 +31,8 @@ def confirmed(first: Exponents, plan: Schedule, seed: int, *, shown: bool) -> Ex
     """The first run with what a second one found, and errors that cover what it changes.
 
     The second run begins beside the state in which the first one ended, so that the transient is over, and leaves
-    that state alone.
+    that state alone.  Where a contact was closed during all that was counted it begins at the mechanism's own start,
+    with the whole transient: what the contact keeps of its last onset would be the same in both runs else.
 
     Parameters
     ----------
@@ -39,8 +42,9 @@ def confirmed(first: Exponents, plan: Schedule, seed: int, *, shown: bool) -> Ex
     shown : whether a progress bar is.
     """
     text, count = "", len(first.spectrum)
-    for part in APART:
-        other = _begun(plan, part, seed)
+    kept = bool(lasting(plan.system, float(first.time[0])))
+    for part in (0.0,) if kept else APART:
+        other = _anew(plan) if kept else _begun(plan, part, seed)
         if other is None:
             continue
         found = carried(other, count, seed, shown=shown)
@@ -53,6 +57,13 @@ def confirmed(first: Exponents, plan: Schedule, seed: int, *, shown: bool) -> Ex
     return replace(first, unconfirmed=why, status=f"{first.status} The second run failed: {why}")
 
 
+def _anew(plan: Schedule) -> Schedule:
+    """A plan for a finer system from its own start, with the transient of the first run."""
+    system = plan.system.finer()
+    system.reset(time=plan.origin)
+    return _shorter(plan, system, max(plan.skip, plan.count // SETTLES))
+
+
 def _begun(plan: Schedule, part: float, seed: int) -> Schedule | None:
     """A plan for a finer system that stands beside the end of the first run; None: it cannot stand there."""
     system = plan.system.finer()
@@ -60,7 +71,10 @@ def _begun(plan: Schedule, part: float, seed: int) -> Schedule | None:
         system.reset(system.another_start(part, seed), time=plan.system.time)
     except (InputError, AssemblyError, SolveError):
         return None
-    return Schedule(
-        system, plan.unit, max(-(-plan.skip // PART), plan.count // SETTLES), max(plan.count // PART, LEAST),
-        is_flow=plan.is_flow, is_section=plan.is_section, looks=plan.looks,
-    )  # fmt: skip
+    return _shorter(plan, system, max(-(-plan.skip // PART), plan.count // SETTLES))
+
+
+def _shorter(plan: Schedule, system: Dynamics, skip: int) -> Schedule:
+    """The plan of a second run of `system`, after `skip` points."""
+    kinds = {"is_flow": plan.is_flow, "is_section": plan.is_section}
+    return Schedule(system, plan.unit, skip, max(plan.count // PART, LEAST), **kinds, looks=plan.looks)

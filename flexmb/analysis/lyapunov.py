@@ -65,8 +65,9 @@ def lyapunov(
     step, method : of a mechanism, see `simulate`.
     seed : of the random directions in which the vectors start.
     confirm : follow up with a second run of a fifth of the periods (20 at least): with a tenth of the tolerance, or
-        half of a fixed step, and from another start, beside the state in which the first run ended.  What it changes
-        goes into the errors, and "chaotic" is said only if both runs say so.  False: one run, its errors and verdict.
+        half of a fixed step, and from another start: beside the state in which the first run ended, or, where a contact
+        never opened, the mechanism's own and after the whole of `skip`.  What it changes goes into the errors, and
+        "chaotic" is said only if both runs say so.  False: one run, its errors and verdict.
     progress : show a progress bar with an estimate of the time left.
 
     Returns

@@ -10,6 +10,7 @@ import pytest
 import systems
 
 import flexmb as fm
+from flexmb.analysis import confirm as second_run
 from flexmb.analysis.exponent_error import error_of
 
 N = 400
@@ -345,6 +346,24 @@ def test_a_contact_that_never_opened_is_told():
     assert "without a break" not in fm.lyapunov(hanging(plain), period=1.0, periods=50, confirm=False).status
     assert found.confirmed is not None, found.status
     assert str(found.verdict) == "periodic-1", found.verdict.reason
+
+
+def test_a_contact_that_lasts_begins_anew_in_the_second_run(monkeypatch):
+    """What it keeps of its last onset is then another one, from the mechanism's own start on."""
+    begins, carried = [], second_run.carried
+
+    def seen(plan, count, seed, *, shown):
+        begins.append((plan.system.time, plan.skip, plan.count))
+        return carried(plan, count, seed, shown=shown)
+
+    monkeypatch.setattr(second_run, "carried", seen)
+    flow = fm.MechanismFlow(hanging(fm.LankaraniNikravesh(stiffness=1e8, restitution=0.9)), period=1.0)
+    fm.lyapunov(flow, skip=25, periods=50)
+    assert begins == [(0.0, 25, 20)]
+    assert flow.time == pytest.approx(75.0)
+    fm.lyapunov(fm.slider_crank(clearance=5e-4), skip=3, periods=50)
+    assert begins[1][0] > 0.0
+    assert begins[1][1:] == (5, 20)
 
 
 def test_a_contact_that_opens_is_not_told():
