@@ -223,6 +223,11 @@ def _add_chaos_options(chaos: argparse.ArgumentParser) -> None:
         help="find the correlation dimension of each signal, too; it wants some 300 periods",
     )
     what.add_argument("--recurrence", action="store_true", help="count recurrences of each signal, too")
+    what.add_argument(
+        "--no-confirm",
+        action="store_true",
+        help="no second run with finer steps, a fifth as long, that errors and the verdict then rest on",
+    )
     _add_method(chaos, TANGENT_METHODS)
     files = chaos.add_argument_group("files")
     files.add_argument("--out", metavar="DIR", help="folder of results and pictures (default out/NAME)")

@@ -139,6 +139,26 @@ class Dynamics(ABC):
     def copy(self) -> Self:
         """Another system in the same state, which goes its own way."""
 
+    @property
+    def fineness(self) -> str:
+        """How fine its steps are, in words; "" for a map, which has none."""
+        return ""
+
+    def finer(self) -> Self:
+        """A copy that takes finer steps from here on: a tenth of a tolerance, half of a fixed step; of a map a copy."""
+        return self.copy()
+
+    def another_start(self, part: float, seed: int) -> np.ndarray:
+        """A state (size,) beside the present one, in a random direction.
+
+        Parameters
+        ----------
+        part : distance, as a part of the length of the state.
+        seed : of the direction.
+        """
+        x, way = self.state(), self.tangent_basis(1, seed)[:, 0]
+        return x + part * (float(np.sqrt(self.weights @ x**2)) or 1.0) * way
+
 
 def orthonormalise(tangents: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Make the columns of `tangents` (size, k) orthonormal in the weights (size,), in place; their lengths (k,) before.

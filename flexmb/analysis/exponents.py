@@ -7,15 +7,57 @@ from typing import Any
 
 import numpy as np
 
+from flexmb.analysis.exponent_error import error_of
 from flexmb.analysis.seen import Seen
 from flexmb.analysis.verdict import Verdict
 from flexmb.errors import InputError
 
-BLOCKS = 20
 FEWEST = 50
 """Periods (iterations, crossings, intervals) that an estimate needs."""
 SETTLING = 10
 """One part in so many is left out at the begin, where tangent vectors turn to their directions."""
+
+
+CLEARLY = 3.0
+"""A second exponent that lies above zero by so many times its error speaks against a regular motion."""
+
+CONSERVATIVE = (
+    "The exponents pair to zero, so the system is conservative: its motions neither settle nor end near tori that they "
+    "stick to, and neighbours that part like a power of time have an exponent of log(t) / t; a finite record need not "
+    "decide it."
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Confirmed:
+    """What a second, shorter run of the same system found, with finer steps and from another start.
+
+    Parameters
+    ----------
+    spectrum, errors : (k,) its exponents and the errors of its record alone [unit of the first run].
+    periods : points that it counts.
+    fineness : its steps, such as "rtol 1e-05"; "": a map, which has none.
+    """
+
+    spectrum: np.ndarray
+    errors: np.ndarray
+    periods: int
+    fineness: str
+
+    @property
+    def value(self) -> float:
+        """The largest exponent."""
+        return float(self.spectrum[0])
+
+    @property
+    def error(self) -> float:
+        """Its error."""
+        return float(self.errors[0])
+
+    def __str__(self) -> str:
+        listed = ", ".join(f"{v:.4g} +/- {e:.1g}" for v, e in zip(self.spectrum, self.errors, strict=True))
+        steps = f"{self.fineness}, " if self.fineness else ""
+        return f"second run ({steps}another start, {self.periods} points): {listed}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +68,8 @@ class Exponents:
     ----------
     name : the system.
     spectrum : (k,) exponents [unit].
-    errors : (k,) one standard deviation of each, from block averages [unit]; NaN where the run failed early.
+    errors : (k,) one standard deviation of each, with what finer steps and another start change where a second run
+        was made (`exponent_error.combined`) [unit]; NaN where the run failed early.
     time : (n,) time after which a history stands [s], or iterations of a map.
     history : (n, k) what the exponents would be if the run had ended there [unit].
     unit : "1/s", "1/iteration" or "1/period".
@@ -36,11 +79,14 @@ class Exponents:
     seen : what the points are and how precise, for verdicts.
     period : mean time from one point to the next [s]; NaN for a map.
     verdict : what the motion is, from the points and the largest exponent; None where points are no section.
+    statistical : (k,) the errors of the record alone (`exponent_error.error_of`) [unit]; None: `errors`.
+    confirmed : what the second run found; None: there was none.
+    unconfirmed : why a second run that was asked for found nothing; "": it did, or none was asked for.
 
     Notes
     -----
-    An error covers the fluctuations of a stationary motion, not a transient that has not ended nor the steps of a
-    solver.  Half of the exponents of a limit cycle do not fluctuate at all; their errors are then those of round-off.
+    The errors of the record cover the fluctuations of a stationary motion, vectors that still turn, growth like a power
+    of time and round-off; not a transient that has not ended.  What steps of a solver miss shows in the second run.
     """
 
     name: str
@@ -55,6 +101,13 @@ class Exponents:
     seen: Seen = field(repr=False)
     period: float = float("nan")
     verdict: Verdict | None = None
+    statistical: np.ndarray = field(default=None, repr=False)  # type: ignore[assignment]
+    confirmed: Confirmed | None = None
+    unconfirmed: str = field(default="", repr=False)
+
+    def __post_init__(self) -> None:
+        if self.statistical is None:
+            object.__setattr__(self, "statistical", self.errors)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -72,8 +125,31 @@ class Exponents:
         ------
         InputError : an unknown signal.
         """
-        value, error = (x if np.isfinite(x) else None for x in (self.value, self.error))
-        return self.seen.judged(self.points, signals, value, error)
+        alone = float(self.statistical[0]) if len(self.statistical) else float("nan")
+        value, error = (x if np.isfinite(x) else None for x in (self.value, alone))
+        found = self.seen.judged(self.points, signals, value, error)
+        if self.paired and found.kind in ("inconclusive", "transient"):
+            found = replace(found, reason=f"{found.reason} {CONSERVATIVE}")
+        return self._agreed(found)
+
+    def _agreed(self, verdict: Verdict) -> Verdict:
+        """The verdict on the first run, unless the second one speaks against it."""
+        second, chaotic = self.confirmed, verdict.kind == "chaotic"
+        if second is None:
+            if not self.unconfirmed:
+                return verdict
+            text = f"{verdict.reason} The second run failed, so nothing confirms it: {self.unconfirmed}"
+            return replace(verdict, kind="inconclusive" if chaotic else verdict.kind, reason=text)
+        told = f"{second.value:.3g} +- {second.error:.2g}"
+        evidence = {**verdict.evidence, "confirmed": second.value, "confirmed_error": second.error}
+        against = second.value <= second.error if chaotic else second.value > CLEARLY * second.error
+        if verdict.kind not in ("periodic", "quasi-periodic", "chaotic") or not against:
+            text = f"{verdict.reason} A second run gives {told}."
+            return replace(verdict, reason=text, evidence=evidence)
+        steps = f"with {second.fineness} and from another start" if second.fineness else "from another start"
+        text = f"This run is {verdict}: exponent {self.value:.3g} +- {self.statistical[0]:.2g}. A second one {steps}"
+        text += f" gives {told}, which is not. Take finer steps and more periods until both agree."
+        return Verdict("inconclusive", text, verdict.k, evidence)
 
     @property
     def value(self) -> float:
@@ -82,13 +158,20 @@ class Exponents:
 
     @property
     def error(self) -> float:
-        """Its standard deviation [unit]."""
+        """Its error [unit]."""
         return float(self.errors[0]) if len(self.errors) else float("nan")
 
     @property
     def sum(self) -> float:
         """Sum of the exponents [unit]: with all of them the mean rate at which volumes of states grow."""
         return float(self.spectrum.sum())
+
+    @property
+    def paired(self) -> bool:
+        """Whether all exponents are known and pair to zero within their errors, as in a conservative system."""
+        if len(self.spectrum) != self.seen.dimension or len(self.spectrum) < 2:
+            return False
+        return bool((np.abs(self.spectrum + self.spectrum[::-1]) <= self.errors + self.errors[::-1]).all())
 
     def per_period(self) -> Exponents:
         """The same exponents counted by periods (crossings) instead of seconds.
@@ -101,13 +184,17 @@ class Exponents:
             text = f"Exponents of {self.name!r}: they are in {self.unit} and the system has no period"
             raise InputError(f"{text}. Take them as they are.")
         T = self.period
-        scaled = {"spectrum": T * self.spectrum, "errors": T * self.errors, "history": T * self.history}
-        return replace(self, **scaled, unit="1/period")
+        names, second = ("spectrum", "errors", "history", "statistical"), self.confirmed
+        if second is not None:
+            second = replace(second, spectrum=T * second.spectrum, errors=T * second.errors)
+        scaled = {name: T * getattr(self, name) for name in names}
+        return replace(self, **scaled, confirmed=second, unit="1/period")
 
     def __str__(self) -> str:
         listed = ", ".join(f"{v:.4g} +/- {e:.1g}" for v, e in zip(self.spectrum, self.errors, strict=True))
         said = "" if self.verdict is None else f", {self.verdict}"
-        return f"{self.name}: {listed or 'nothing'} {self.unit}{said}. {self.status}"
+        again = "" if self.confirmed is None else f"; {self.confirmed}"
+        return f"{self.name}: {listed or 'nothing'} {self.unit}{again}{said}. {self.status}"
 
 
 @dataclass
@@ -134,28 +221,9 @@ class Growth:
         with np.errstate(invalid="ignore"):
             history = sums / spent[:, None]
         order = np.argsort(-history[-1], kind="stable")
-        errors = np.array([block_error(logs[:, j], times) for j in range(count)])
+        errors = np.array([error_of(logs[:, j], times) for j in range(count)])
         found = {"spectrum": history[-1][order], "errors": errors[order], "history": history[:, order]}
         return Exponents(time=begin + spent, **found, **about)
-
-
-def block_error(logs: np.ndarray, times: np.ndarray) -> float:
-    """Standard deviation of sum(logs) / sum(times), both (n,); NaN below 2 BLOCKS entries or where it is not finite.
-
-    Twenty blocks of equal numbers of entries make what is left of each block, the mean rate taken away, nearly
-    independent.  What correlation r > 0 is left between neighbours makes the variance (1 + r) / (1 - r) times as large,
-    as it is where correlations fall off as r^k.
-    """
-    size = len(logs) // BLOCKS
-    if size < 2 or not np.isfinite(logs).all():
-        return float("nan")
-    n = size * BLOCKS
-    logs, times = logs[-n:], times[-n:]
-    rest = (logs - logs.sum() / times.sum() * times).reshape(BLOCKS, size).sum(axis=1)
-    spread = float(rest @ rest)
-    r = float(rest[1:] @ rest[:-1]) / spread if spread > 0.0 else 0.0
-    wider = (1.0 + r) / (1.0 - r) if r > 0.0 else 1.0
-    return float(np.sqrt(wider * spread * BLOCKS / (BLOCKS - 1.0)) / times.sum())
 
 
 def check_enough(label: str, count: int, what: str) -> None:

@@ -146,6 +146,15 @@ class ImpactODE(ContinuousFlow):
         other.restore(self.snapshot())
         return other
 
+    @property
+    def fineness(self) -> str:
+        return self.ode.fineness
+
+    def finer(self) -> Self:
+        other = self.copy()
+        other.ode = self.ode.finer()
+        return other
+
     def _check_start(self) -> None:
         gap, speed = self._height(), self._closing()
         if gap < -1e-9 * max(1.0, float(np.abs(self.state()).max())) or (gap < 0.0 and speed < 0.0):

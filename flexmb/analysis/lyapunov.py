@@ -8,13 +8,15 @@ from typing import Any
 import numpy as np
 
 from flexmb import checks
+from flexmb.analysis.confirm import confirmed
 from flexmb.analysis.continuous_flow import ContinuousFlow
 from flexmb.analysis.dynamics import Dynamics
+from flexmb.analysis.exponent_error import outgrown
 from flexmb.analysis.exponents import SETTLING, Exponents, Growth, check_enough
 from flexmb.analysis.mechanism_flow import MechanismFlow
 from flexmb.analysis.schedule import MOST_LOOKS, TOO_MUCH, Schedule
-from flexmb.analysis.seen import Seen
 from flexmb.analysis.stroboscopic import StroboscopicMap
+from flexmb.analysis.tangent_run import carried, counting, recorded
 from flexmb.analysis.wrap import clock, dynamics_of
 from flexmb.errors import InputError
 from flexmb.integrate.bar import bar
@@ -26,6 +28,8 @@ APART, APART_IN_CONTACT = 1e-6, 1e-9
 """Usual distance of two trajectories, as a part of the state; surfaces that touch are not linear beyond some 1e-8 m."""
 INTERVALS = 1000
 """Points of a flow without period, if no interval is given."""
+ERRORS = ("errors", "statistical")
+"""Fields of a record that hold errors."""
 
 
 def lyapunov(
@@ -40,6 +44,7 @@ def lyapunov(
     step: Step | None = None,
     method: Newmark | None = None,
     seed: int = 0,
+    confirm: bool = True,
     progress: bool = False,
 ) -> Exponents:
     """Lyapunov exponents of a system, from tangent vectors that are carried along the motion.
@@ -59,13 +64,17 @@ def lyapunov(
     period : the period [s]; None: the common period of the drives.
     step, method : of a mechanism, see `simulate`.
     seed : of the random directions in which the vectors start.
+    confirm : follow up with a second run of a fifth of the periods (20 at least): with a tenth of the tolerance, or
+        half of a fixed step, and from another start: beside the state in which the first run ended, or, where a contact
+        never opened, the mechanism's own and after the whole of `skip`.  What it changes goes into the errors, and
+        "chaotic" is said only if both runs say so.  False: one run, its errors and verdict.
     progress : show a progress bar with an estimate of the time left.
 
     Returns
     -------
-    Exponents : in 1/s for flows and their sections, in 1/iteration for maps; with errors from block averages, the
-        convergence history, the points on the way and the verdict they lead to.  A run that fails midway is not ok and
-        holds what was found until then.
+    Exponents : in 1/s for flows and their sections, in 1/iteration for maps; with errors (of the record, and of what
+        the second run changes), the convergence history, the points on the way and the verdict they lead to.  A run
+        that fails midway is not ok and holds what was found until then.
 
     Raises
     ------
@@ -78,7 +87,9 @@ def lyapunov(
     The exponent is that of the steps.  Vibrations that they do not resolve are damped by the method, so that a negative
     exponent may be its dissipation, as in mechanisms with play that turn slowly: repeat it with shorter steps,
     `step=Adaptive(max=...)`, or without dissipation, `method=Newmark.trapezoidal()`.  Hard impacts want a finer
-    tolerance than the motion itself: `step=Adaptive(rtol=...)` should not change what is found.
+    tolerance than the motion itself: the second run tells, and `step=Adaptive(rtol=...)` mends it.
+
+    The system is left where the first run ended.
 
     Examples
     --------
@@ -93,24 +104,10 @@ def lyapunov(
     plan = _schedule("lyapunov", found, skip, periods, duration, interval, period)
     seed = checks.count(f"lyapunov {found.name!r}", "seed", seed, 0)
     count = checks.count(f"lyapunov {found.name!r}", "count", count)
-    weights, growth, points = plan.system.weights, Growth(), [np.zeros((0, len(found.names)))]
-    shown = bar(found.name, 0.0, float(plan.skip + plan.count), shown=progress, of="periods")
-    W, began = np.zeros((0, count)), clock(plan.system)
-    for number in range(1, plan.skip + plan.count + 1):
-        if number == plan.skip + 1:
-            W = plan.system.tangent_basis(count, seed)
-        began, before = _counting(plan, number, began), clock(plan.system)
-        logs = plan.one_period(number, W if number > plan.skip else None, weights)
-        if logs is None:
-            break
-        shown.update(1)
-        if number > plan.skip:
-            points.append(plan.system.observe()[None])
-        if number > plan.skip + plan.count // SETTLING:
-            growth.logs.append(logs)
-            growth.times.append(clock(plan.system) - before)
-    shown.close()
-    return _record(plan, growth, began, count, np.concatenate(points))
+    first = carried(plan, count, seed, shown=progress)
+    if confirm and first.ok:
+        first = confirmed(first, plan, seed + 1, shown=progress)
+    return _judged(plan, first)
 
 
 def benettin(
@@ -174,11 +171,11 @@ def benettin(
         plan.go(first, int(shown.n) + 1)
         shown.update(1)
     if not first.ok:
-        return _record(plan, growth, clock(first), 1, points[0])
+        return recorded(plan, growth, clock(first), 1, points[0])
     pair = Pair.beside(first, distance, seed)
     began = clock(first)
     for number in range(plan.skip + 1, plan.skip + plan.count + 1):
-        began, before = _counting(plan, number, began), clock(first)
+        began, before = counting(plan, number, began), clock(first)
         logs = pair.one_period(plan, number)
         if logs is None:
             break
@@ -188,7 +185,7 @@ def benettin(
             growth.logs.append(np.array([logs]))
             growth.times.append(clock(first) - before)
     shown.close()
-    return _record(plan, growth, began, 1, np.concatenate(points))
+    return _judged(plan, recorded(plan, growth, began, 1, np.concatenate(points)))
 
 
 @dataclass
@@ -307,17 +304,19 @@ def _refuse_idle(
         )
 
 
-def _counting(plan: Schedule, number: int, began: float) -> float:
-    """When counting begins: now, if this is the first period that counts."""
-    return clock(plan.system) if number == plan.skip + plan.count // SETTLING + 1 else began
+def _judged(plan: Schedule, found: Exponents) -> Exponents:
+    """The exponents with a verdict, where points are those of a section; more error where the verdict is against them.
 
-
-def _record(plan: Schedule, growth: Growth, began: float, count: int, points: np.ndarray) -> Exponents:
-    system, wanted = plan.system, plan.count - plan.count // SETTLING
-    ok = len(growth.times) == wanted
-    unit = "1/s" if plan.is_flow or system.unit == "crossings" else "1/iteration"
-    status = f"Mean of {wanted} {'points' if plan.is_flow else system.unit}." if ok else plan.trouble or system.status
-    period = float(np.mean(growth.times)) if plan.is_section and unit == "1/s" and growth.times else float("nan")
-    about = {"name": system.name, "unit": unit, "ok": ok, "status": status, "points": points, "seen": Seen.of(system)}
-    found = growth.record(began, count, period=period, **about)
-    return replace(found, verdict=found.seen_through()) if plan.is_section and ok else found
+    A flow that stays on a cycle which its exponent calls unstable, for longer than round-off needs to be seen, has
+    another exponent.
+    """
+    if not plan.is_section or not found.ok:
+        return found
+    verdict = found.seen_through()
+    if verdict.kind == "inconclusive" and "since" in verdict.evidence and found.unit == "1/s":
+        span = (len(found.points) - verdict.evidence["since"]) * found.period
+        excess = outgrown(found.value, span)
+        first = np.arange(len(found.errors)) == 0
+        errors = {n: np.where(first, np.hypot(getattr(found, n), excess), getattr(found, n)) for n in ERRORS}
+        return replace(found, **errors, verdict=verdict)
+    return replace(found, verdict=verdict)

@@ -291,7 +291,30 @@ class MechanismFlow(ContinuousFlow):
         self.run.code, self.run.note, self.ok, self.status = snapshot[3:]
 
     def copy(self) -> Self:
-        other = type(self)(self.base, step=self.step, method=self.method, period=self.declared)
+        return self._with(self.step)
+
+    @property
+    def fineness(self) -> str:
+        step = self.step
+        return f"rtol {step.rtol:g}" if isinstance(step, Adaptive) else f"steps of {step.size:g} s"
+
+    def finer(self) -> Self:
+        other = self._with(self.step.finer())
+        other.reset(self.state(), time=self.time)  # what the step control has learnt belongs to the other steps
+        return other
+
+    def another_start(self, part: float, seed: int) -> np.ndarray:
+        """Other velocities in the same pose, so that no journal is pushed into its bearing."""
+        n, way = self.program.n_q, self.tangent_basis(1, seed)[:, 0]
+        x, weights = self.state(), self.weights
+        size = float(np.sqrt(weights[n : 2 * n] @ x[n : 2 * n] ** 2))
+        length = float(np.sqrt(weights[n : 2 * n] @ way[n : 2 * n] ** 2))
+        x[n : 2 * n] += part * (size or self.program.length) / (length or 1.0) * way[n : 2 * n]
+        return x
+
+    def _with(self, step: Adaptive | FixedStep) -> Self:
+        """A copy with these steps."""
+        other = type(self)(self.base, step=step, method=self.method, period=self.declared)
         other._compile(self.changes)
         other.run.trial, other.run.redundant = other.run.trial._replace(free=self.run.trial.free), self.run.redundant
         other.restore(self.snapshot())

@@ -22,6 +22,9 @@ from flexmb.errors import SolveError
 METHODS = ("DOP853", "RK45", "Radau", "BDF")
 """Solvers of `scipy.integrate` whose next step can be told and taken over."""
 
+FINEST = 3e-14
+"""Smallest tolerance of a step."""
+
 TANGENT_ATOL = 1e-3
 """Absolute tolerance of tangent vectors of length 1, as a part of rtol: they may shrink by 1e4 between two looks."""
 
@@ -96,7 +99,7 @@ class ODE(ContinuousFlow):
         size = len(self.start)
         self.names = names_of(label, "names", names, [f"x{i}" for i in range(size)])
         self.units = names_of(label, "units", units, ("",) * size)
-        self.rtol = checks.between(label, "rtol", rtol, 3e-14, 0.1)
+        self.rtol = checks.between(label, "rtol", rtol, FINEST, 0.1)
         self.atol = checks.positive(label, "atol", atol)
         self.method = checks.one_of(label, "method", method, METHODS)
         self._parameters = checks.mapping(label, "parameters", parameters)
@@ -166,6 +169,18 @@ class ODE(ContinuousFlow):
         self._state = state.copy()
 
     def copy(self) -> Self:
+        return self._with(self.rtol, self.atol)
+
+    @property
+    def fineness(self) -> str:
+        return f"rtol {self.rtol:g}"
+
+    def finer(self) -> Self:
+        rtol = max(self.rtol / 10.0, FINEST)
+        return self._with(rtol, self.atol * rtol / self.rtol)
+
+    def _with(self, rtol: float, atol: float) -> Self:
+        """A copy with these tolerances."""
         other = type(self)(
             self.function,
             self.start,
@@ -176,8 +191,8 @@ class ODE(ContinuousFlow):
             period=self._given_period,
             driven=self._given_driven,
             name=self.name,
-            rtol=self.rtol,
-            atol=self.atol,
+            rtol=rtol,
+            atol=atol,
             method=self.method,
         )
         other.restore(self.snapshot())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -54,3 +54,17 @@ class SectionOfFlow(Dynamics):
 
     def observe(self) -> np.ndarray:
         return self.flow.observe()
+
+    @property
+    def fineness(self) -> str:
+        return self.flow.fineness
+
+    def finer(self) -> Self:
+        other = self.copy()
+        other.flow = self.flow.finer()
+        return other
+
+    def another_start(self, part: float, seed: int) -> np.ndarray:
+        start = self.state()
+        start[: self.flow.size] = self.flow.another_start(part, seed)
+        return start

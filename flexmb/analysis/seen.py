@@ -23,6 +23,7 @@ class Seen:
     names, units : of its signals (m,).
     telling : places of those that tell of the motion.
     resolution : (m,) differences of the signals that may be errors of the integration; None: 1e-6 of their sizes.
+    dimension : exponents that the system has; 0: not known.
     """
 
     name: str
@@ -30,11 +31,12 @@ class Seen:
     units: tuple[str, ...]
     telling: tuple[int, ...]
     resolution: np.ndarray | None
+    dimension: int = 0
 
     @classmethod
     def of(cls, system: Dynamics) -> Self:
         """What there is to say of the points of a system."""
-        return cls(system.name, system.names, system.units, system.telling, system.resolution)
+        return cls(system.name, system.names, system.units, system.telling, system.resolution, system.dimension)
 
     def judged(
         self,

@@ -13,12 +13,15 @@ import numpy as np
 from flexmb import checks
 from flexmb.analysis.cycles import (
     band_count,
+    doublings,
     find_approach,
     find_cycle,
     longest_cycle,
     swells,
     without_bands,
 )
+from flexmb.analysis.drift import find_drift
+from flexmb.analysis.halves import halves_differ
 from flexmb.analysis.section_signals import SEPARATE, Columns, columns_of, points_of
 from flexmb.analysis.separation import separation
 from flexmb.analysis.series.samples import LARGEST
@@ -97,15 +100,25 @@ def judge(
        transient.  k is at most 200 and a sixth of the points.  Where the exponent is negative ten times as much is
        allowed: nothing but noise can keep such points apart.
     2. Approach: steps over k that shrink from third to third of the record make it transient.
-    3. Transient, too, if the halves of the record differ: their means by more than the larger standard deviation, or
+    3. Drift: a signal that moves on by the same amount from point to point, to the tolerance (a cycle may be on top),
+       or in the means of sixteen parts of the record, 95 % of whose mean square is a line.  Transient, with the step in
+       a point: a motion that moves on for ever is told from one that settles by its rate, not by its place.  An angle
+       ("rad") counts modulo 2 pi: one that goes all the way round is no drift, one that has not come round is.
+    4. Transient, too, if the halves of the record differ: their means by more than the larger standard deviation, or
        the deviations by more than a factor 3 (of means and deviations or of medians and quartiles, whichever differ
        less); or neighbours part in one and stay together in the other; or a regular motion swells or shrinks from
-       quarter to quarter, by more than 5 % in all.
-    4. Chaotic: the exponent lies above its error, and the 0-1 test (K > 0.7) or the separation of neighbours (D > 0.5)
-       says chaotic and neither says regular.  Quasi-periodic: the exponent is 0 within its error, and neither says
-       chaotic, one regular (K < 0.3, D < 0.2).  Without an exponent both must agree; to a K below
-       0.7 a D below 0.05 will do, as the 0-1 test needs some 200 points of a closed curve to come near 0.
-    5. All else contradicts itself or is too little: inconclusive.
+       quarter to quarter, by more than 5 % in all.  So is what walks away as chance leads it, as the action in a
+       chaotic sea does, unless it is an angle.
+    5. Chaotic: the exponent lies above its error, and the 0-1 test (K > 0.7) or the separation of neighbours (D > 0.5)
+       says chaotic and neither says regular.
+    6. Bands that double as far as the record can show (2, 4, 8 ..., of 12 points each), each time with a fourth of the
+       mean square at most: at or near a point where period doublings accumulate.  There the exponent is 0 and the
+       points are a set of Cantor's kind, no closed curve: inconclusive.
+    7. Quasi-periodic: the exponent is 0 within its error, and neither says chaotic, one regular (K < 0.3, D < 0.2).
+       Without an exponent both must agree; to a K below 0.7 a D below 0.05 will do, as the 0-1 test needs some 200
+       points of a closed curve to come near 0.  An island of a conservative system is a closed curve as well.
+    8. All else contradicts itself or is too little: inconclusive.  So is an exponent of 0 without a closed curve, as in
+       conservative systems, where neighbours part like a power of time and the exponent falls as log(t) / t.
 
     The separation D says how much of the way from the distance of nearest neighbours (of points with their two
     successors) to that of arbitrary ones is gone after up to n/5 steps: closed curves keep it, chaos loses it.
@@ -132,8 +145,9 @@ def judge(
     Returns
     -------
     The verdict.  Its `evidence` holds, where they were found, "points", "signals" (used), "k", "since", "shrink",
-    "level" (difference of means over deviation), "loudness" (ratio of deviations), "swelling" (of quarters), "bands",
-    "zero_one" (K), "separation" (D), "exponent", "error".  Points that are not finite make it inconclusive.
+    "drift" (in a point), "level" (difference of means over deviation), "loudness" (ratio of deviations), "swelling" (of
+    quarters), "bands", "doublings", "zero_one" (K), "separation" (D), "exponent", "error".  Points that are not finite
+    make it inconclusive.
 
     Raises
     ------
@@ -216,6 +230,9 @@ def _periodic(columns: Columns, evidence: dict[str, float]) -> Verdict | None:
     count = len(columns.values)
     text = f"The points return after {cycle.k} step{'s' if cycle.k > 1 else ''}"
     if cycle.since > SETTLED * count:
+        drifts = _drifts(columns, evidence)
+        if drifts is not None:
+            return drifts
         text += f", but only from point {cycle.since} of {count} on: leave out at least {cycle.since} more."
         return Verdict("transient", text, cycle.k, evidence)
     if _sign(evidence) > 0:
@@ -236,45 +253,32 @@ def _transient(columns: Columns, evidence: dict[str, float]) -> Verdict | None:
         more = np.log(max(approach.left, 1.0)) / -np.log(approach.rate) if 0.0 < approach.rate < 1.0 else np.inf
         advice = f"some {np.ceil(more):.0f} more points" if np.isfinite(more) else "more points"
         return Verdict("transient", f"{text}; leave out these and {advice}.", approach.k, evidence)
-    level, loudness = _halves_differ(columns.values, tolerances)
+    drifts = _drifts(columns, evidence)
+    if drifts is not None:
+        return drifts
+    level, loudness = halves_differ(columns.values, tolerances)
     evidence["level"], evidence["loudness"] = level, loudness
     if level <= 1.0 and loudness <= 3.0:
         return None
     text = f"The halves of the record differ: their means by {level:.2g} standard deviations, these by {loudness:.2g}"
-    return Verdict("transient", f"{text} times. Leave out more points, or take more.", 0, evidence)
+    text += " times. Leave out more points, or take more"
+    advice = "What walks away as chance leads it is to be left out, or given as rad if it counts modulo 2 pi"
+    return Verdict("transient", f"{text}. {advice}." if _sign(evidence) > 0 else f"{text}.", 0, evidence)
 
 
-def _halves_differ(values: np.ndarray, tolerances: np.ndarray) -> tuple[float, float]:
-    """How far the halves of points (n, m) are apart, in deviations, and the ratio of these; the most of all columns.
-
-    Of each column the smaller answer counts of two: mean and standard deviation, which spikes take with them, and
-    median and half the distance of quartiles, which jump where there are several bands.
-    """
-    first, last = values[: len(values) // 2], values[len(values) // 2 :]
-    levels, ratios = [], []
-    for middle, deviation in ((_mean, _deviation), (_median, _quartiles)):
-        spreads = np.maximum(np.stack([deviation(first), deviation(last)]), tolerances)
-        levels.append(np.abs(middle(last) - middle(first)) / spreads.max(axis=0))
-        ratios.append(spreads.max(axis=0) / spreads.min(axis=0))
-    return float(np.min(levels, axis=0).max()), float(np.min(ratios, axis=0).max())
-
-
-def _mean(values: np.ndarray) -> np.ndarray:
-    return np.asarray(values.mean(axis=0))
-
-
-def _deviation(values: np.ndarray) -> np.ndarray:
-    return np.asarray(values.std(axis=0))
-
-
-def _median(values: np.ndarray) -> np.ndarray:
-    return np.asarray(np.median(values, axis=0))
-
-
-def _quartiles(values: np.ndarray) -> np.ndarray:
-    """Half the distance of the quartiles, times what makes it a standard deviation if the points are normal."""
-    low, high = np.quantile(values, (0.25, 0.75), axis=0)
-    return np.asarray(0.7413 * (high - low))
+def _drifts(columns: Columns, evidence: dict[str, float]) -> Verdict | None:
+    """The verdict on points that move on from period to period; None: they do not."""
+    found = find_drift(columns.values, _tolerances(columns))
+    if found is None:
+        return None
+    evidence["drift"], evidence["k"] = found.step, float(found.k)
+    whole = found.step * (len(columns.values) - 1)
+    text = f"{columns.names[found.column]} moves on by {found.step:.3g} a point, {whole:.3g} over the record"
+    if found.k > 1:
+        text += f", with a {found.k}-cycle on top"
+    advice = "Leave out more points if it comes to rest; if it goes on for ever, look at its rate instead"
+    return Verdict("transient", f"{text}. {advice}; give an angle the unit rad and enough points to come round.",
+                   found.k, evidence)  # fmt: skip
 
 
 def _aperiodic(columns: Columns, evidence: dict[str, float]) -> Verdict:
@@ -296,7 +300,7 @@ def _aperiodic(columns: Columns, evidence: dict[str, float]) -> Verdict:
     angles = np.random.default_rng(0).uniform(np.pi / 5, 4 * np.pi / 5, 60)
     K = float(np.median([np.median(growth_correlations(column, angles, PART)) for column in left.T]))
     D = separation(z, bands)
-    evidence.update(bands=float(bands), zero_one=K, separation=D)
+    evidence.update(bands=float(bands), doublings=float(doublings(z)), zero_one=K, separation=D)
     return _changing(z, bands, evidence) or _weighed(kind_of(K), _kind_of_separation(D), evidence)
 
 
@@ -337,11 +341,19 @@ def _weighed(walk: str, parting: str, evidence: dict[str, float]) -> Verdict:
         chaotic, closed = said == {"chaotic"}, said == {"regular"} or together
     if chaotic:
         return Verdict("chaotic", f"No cycle, and neighbours part: {told}.", 0, evidence)
+    if evidence["doublings"]:
+        text = f"Bands double again and again, {2 ** evidence['doublings']:.0f} are seen: {told}"
+        advice = "At or near a point where period doublings accumulate, chaos and long cycles look alike"
+        return Verdict("inconclusive", f"{text}. {advice}: take more points, or another parameter.", 0, evidence)
     if closed:
         return Verdict("quasi-periodic", f"No cycle, and neighbours stay together: {told}.", 0, evidence)
     if sign < 0:
         text = f"No cycle of up to {longest_cycle(int(evidence['points']))} points, yet a negative exponent: {told}."
         return Verdict("inconclusive", f"{text} A longer cycle, or one not reached yet: take more points.", 0, evidence)
+    if "exponent" in evidence and sign == 0:
+        text = f"An exponent of zero, but no closed curve is seen: {told}. Neighbours part like a power of time, as in"
+        advice = "a conservative system, which a finite record does not decide; or chaos is too weak to be told yet"
+        return Verdict("inconclusive", f"{text} {advice}: take more points.", 0, evidence)
     advice = "Take more points" + ("" if "exponent" in evidence else ", or give the exponent of the system")
     return Verdict("inconclusive", f"The witnesses do not agree: {told}. {advice}.", 0, evidence)
 

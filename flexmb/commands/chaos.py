@@ -137,10 +137,11 @@ def _check_directions(flow: MechanismFlow, exponents: int) -> None:
 
 
 def _study(flow: MechanismFlow, signals: list[str], options: argparse.Namespace) -> Study:
-    """The exponents, then the same motion for some periods more."""
+    """The exponents and a second run that confirms them, then the first motion for some periods more."""
     period = StroboscopicMap(flow).period
     shown = not options.quiet
-    found = lyapunov(flow, skip=options.skip, periods=options.keep, count=options.exponents, progress=shown)
+    asked = {"count": options.exponents, "confirm": not options.no_confirm, "progress": shown}
+    found = lyapunov(flow, skip=options.skip, periods=options.keep, **asked)
     drawn = planes(signals, flow.names)
     names = list(dict.fromkeys([*signals, *(name for plane in drawn for name in plane if name is not None)]))
     places = [flow.names.index(name) for name in names]
@@ -148,6 +149,6 @@ def _study(flow: MechanismFlow, signals: list[str], options: argparse.Namespace)
     times, fine, trouble = goes_on(flow, period, series, options.samples, shown=shown)
     units = tuple(flow.units[place] for place in places)
     motion = Motion(tuple(names), units, found.points[:, places], period, times, fine[:, places], trouble)
-    asked = {"dimension": options.dimension, "recurrent": options.recurrence}
-    findings = [looked_at(motion, name, **asked) for name in signals]
+    wanted = {"dimension": options.dimension, "recurrent": options.recurrence}
+    findings = [looked_at(motion, name, **wanted) for name in signals]
     return Study(found, period, options.skip, flow.units, motion, findings, drawn)

@@ -29,8 +29,9 @@ PORTRAIT = 20
 def datasets(study: Study) -> dict[str, xr.Dataset]:
     """Everything that was found, by the name of a group of the file.
 
-    The root holds all signals once a period, exponents with errors and history, the verdict with its evidence; "motion"
-    the fine samples of the chosen signals, "series" and "spectrum" what each of them says.
+    The root holds all signals once a period, exponents with errors (of the run alone, and with what a second one
+    changes) and history, those of the second run, the verdict with its evidence; "motion" the fine samples of the
+    chosen signals, "series" and "spectrum" what each of them says.
     """
     found = {"": _root(study)}
     if study.motion.times.size:
@@ -51,6 +52,10 @@ def _root(study: Study) -> xr.Dataset:
     }
     data["exponent"] = ("number", found.spectrum, unit)
     data["exponent_error"] = ("number", found.errors, unit)
+    data["exponent_statistical"] = ("number", found.statistical, unit)
+    if found.confirmed is not None:
+        data["exponent_second"] = ("number", found.confirmed.spectrum, unit)
+        data["exponent_second_error"] = ("number", found.confirmed.errors, unit)
     data["exponent_history"] = (("history_time", "number"), found.history, unit)
     coords = {
         "period": ("period", number),
@@ -66,6 +71,7 @@ def _root(study: Study) -> xr.Dataset:
         "period": study.period,
         "skip": study.skip,
         "lyapunov_dimension": study.dimension,
+        "second_run": str(found.confirmed or found.unconfirmed),
         "flexmb": installed_version(),
     }
     if found.verdict is not None:

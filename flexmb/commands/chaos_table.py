@@ -22,6 +22,8 @@ MEANING = {
     "level": "change of the means between the halves, in deviations",
     "loudness": "change of the deviations between the halves",
     "swelling": "change of the amplitude, first to last quarter",
+    "drift": "step by which a signal moves on from point to point",
+    "doublings": "times that bands double, as far as the points can show",
     "bands": "parts of the section that are visited in turn",
     "signals": "signals that the verdict rests on",
     "points": "points, one a period",
@@ -78,12 +80,18 @@ def _line(name: str, value: float, error: float | None, unit: str, meaning: str)
 
 
 def _exponents(found: Exponents, period: float) -> Iterator[str]:
-    """Exponents with errors of one standard deviation."""
-    yield "Lyapunov exponents, from the tangent of the steps; errors are one standard deviation"
+    """Exponents with their errors, and what the errors are made of where there was a second run."""
+    second = found.confirmed
+    made = "of this run alone" if second is None else "with what the second run changes"
+    yield f"Lyapunov exponents, from the tangent of the steps; errors are one standard deviation, {made}"
     pairs = list(zip(found.spectrum, found.errors, strict=True))
     for k, (value, error) in enumerate(pairs):
         name = "largest exponent" if k == 0 else f"exponent {k + 1}"
         yield _line(name, float(value), float(error), found.unit, meaning_of(float(value), float(error), period))
+        if second is not None:
+            yield _line("  this run alone", float(value), float(found.statistical[k]), found.unit, "")
+            steps = f"{second.fineness}, another start, {second.periods} periods"
+            yield _line("  second run", float(second.spectrum[k]), float(second.errors[k]), found.unit, steps)
     if len(pairs) > 1:
         text = "rate at which areas grow" if len(pairs) == 2 else "rate at which volumes of the first ones grow"
         yield _line(f"sum of these {len(pairs)}", found.sum, None, found.unit, text)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
+from typing import Self
 
 from flexmb import checks
 from flexmb.errors import InputError
@@ -31,6 +33,10 @@ class FixedStep:
 
     def __post_init__(self) -> None:
         checks.positive("FixedStep", "size", self.size, "s")
+
+    def finer(self) -> Self:
+        """Steps of half the size."""
+        return replace(self, size=0.5 * self.size)
 
 
 @dataclass(frozen=True)
@@ -86,3 +92,9 @@ class Adaptive:
         if self.impact_steps is not None:
             return float(self.impact_steps)
         return max(IMPACT_STEPS * (1e-4 / self.rtol) ** (1.0 / 3.0), FEWEST)
+
+    def finer(self) -> Self:
+        """The same with a tenth of the tolerances."""
+        steps = None if self.impact_steps is None else math.ceil(10.0 ** (1.0 / 3.0) * self.impact_steps)
+        atol = None if self.atol is None else self.atol / 10.0
+        return replace(self, rtol=self.rtol / 10.0, atol=atol, impact_steps=steps)

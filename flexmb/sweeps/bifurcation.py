@@ -89,7 +89,8 @@ def bifurcation(
     step, method : of mechanisms, as in `simulate`.
     exponent : find the largest exponent at each value, too, over so many periods after the points; True: over as many
         as points are kept; "points": over the periods that end with the points, in one pass, which takes half the
-        time and needs skip >= 1.
+        time and needs skip >= 1.  Its error is that of the one run: points of a diagram have no second run with finer
+        steps, as `lyapunov` makes; a diagram with another `step` shows what steps change.
     executor : where points are computed, any executor of concurrent.futures: of processes, of a Dask client
         (client.get_executor()), of MPI; None: in this process.
     pending : most points that are with the executor at the same time.

@@ -191,7 +191,7 @@ def _points(flow: Dynamics, period: float, section: Section) -> np.ndarray | Non
 def _both(flow: Dynamics, period: float, section: Section) -> Exponents:
     """The points and the exponent in one pass: the motion is the same with tangents as without."""
     declared = period if flow.unit == "s" else None
-    return lyapunov(flow, skip=section.skip - 1, periods=section.keep, period=declared)
+    return lyapunov(flow, skip=section.skip - 1, periods=section.keep, period=declared, confirm=False)
 
 
 def _told(found: Exponents) -> dict[str, Any]:
@@ -212,7 +212,7 @@ def _judged(flow: Dynamics, points: np.ndarray, period: float, section: Section)
     """What kind of motion the points show, and the exponent where it is asked for; a remark where that has failed."""
     if not section.exponent:
         return {"verdict": str(Seen.of(flow).judged(points))}, ""
-    found = lyapunov(flow, periods=section.exponent, period=period if flow.unit == "s" else None)
+    found = lyapunov(flow, periods=section.exponent, period=period if flow.unit == "s" else None, confirm=False)
     if not found.ok:
         return {"verdict": str(Seen.of(flow).judged(points))}, f" No exponent: {found.status}"
     known = {k: v for k, v in (("exponent", found.value), ("error", found.error)) if np.isfinite(v)}

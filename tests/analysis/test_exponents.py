@@ -310,16 +310,20 @@ def test_looks_are_taken_more_often_where_growth_is_fast():
 
 def test_the_verdict_is_made_of_the_section(monkeypatch):
     """It gets the points, without the sums that a mechanism keeps, and the largest exponent with its error."""
+    asked = []
 
     def judge(points, names, *, exponent, error, units, floor=1e-6, sizes=None):
         assert (floor, sizes) == (1e-6, None) or (floor == 1.0 and 0.0 < sizes.max() < 1e-4)
-        return points.shape, list(names), exponent, error, list(units)
+        asked.append((points.shape, list(names), exponent, error, list(units)))
+        return fm.Verdict("transient", "Asked.")
 
     monkeypatch.setattr("flexmb.analysis.seen.judge", judge)
-    found = fm.lyapunov(systems.henon(), skip=10, periods=60)
-    assert found.verdict == ((60, 2), ["x0", "x1"], found.value, found.error, ["", ""])
-    found = fm.benettin(mechanisms.rod(), period=TURN, step=TURN / 50, periods=50)
-    shape, names, _, _, units = found.verdict
+    for confirm in (False, True):
+        found = fm.lyapunov(systems.henon(), skip=10, periods=60, confirm=confirm)
+        assert asked.pop() == ((60, 2), ["x0", "x1"], found.value, found.statistical[0], ["", ""])
+        assert str(found.verdict) == "transient"
+    fm.benettin(mechanisms.rod(), period=TURN, step=TURN / 50, periods=50)
+    shape, names, _, _, units = asked.pop()
     assert shape == (50, len(names))
     assert units[names.index("rod.theta")] == "rad"
     assert "rod.omega" in names

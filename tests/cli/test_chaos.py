@@ -116,6 +116,26 @@ def test_too_few_points_are_inconclusive_and_say_so(model, capsys, monkeypatch):
     assert "Give a larger --keep" in out  # the 0-1 test
 
 
+def test_a_second_run_is_told_unless_it_is_not_wanted(model, capsys):
+    """Each exponent with its error, that of the run alone and what the second run found."""
+    arguments = ["chaos", model, *COMMON, "--push", "1.5", "--keep", "100", "--series", "0", "--no-plots"]
+    assert main([*arguments, "--out", "both"]) == 0
+    out, found = capsys.readouterr().out, read("both/chaos.nc")
+    steps = f"steps of {PERIOD / 800:g} s"
+    assert out.count("  this run alone") == out.count("  second run") == 1
+    assert f"{steps}, another start, 20 periods" in out
+    assert steps in found.attrs["second_run"]
+    own, error = (float(found[name][0]) for name in ("exponent_statistical", "exponent_error"))
+    apart = abs(float(found["exponent"][0]) - float(found["exponent_second"][0]))
+    both = math.hypot(own, float(found["exponent_second_error"][0]))
+    assert error == pytest.approx(math.hypot(own, apart if apart > 2.0 * both else 0.0))
+    assert main([*arguments, "--out", "one", "--no-confirm"]) == 0
+    out, found = capsys.readouterr().out, read("one/chaos.nc")
+    assert "second run" not in out
+    assert "exponent_second" not in found
+    assert found["exponent_error"].values.tolist() == found["exponent_statistical"].values.tolist() == [own]
+
+
 @pytest.mark.parametrize(("burst", "points"), [("1", 0), ("200", 21), ("500", 50)])
 def test_a_run_that_fails(model, capsys, burst, points):
     """At once, among the points, and in the fine samples that follow; what was found until then is written."""
