@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from flexmb.analysis.dynamics import Dynamics
 from flexmb.analysis.mechanism_flow import MechanismFlow
 from flexmb.analysis.section_map import SectionMap
 from flexmb.analysis.stroboscopic import StroboscopicMap
+from flexmb.integrate.remarks import PLACE, damped_since_onset
 from flexmb.integrate.touch import still_running
-
-CONTACT, START, APPROACH = 0, 4, 5
-"""Columns of an episode: which contact, when it began [s], how fast its surfaces came together [m/s]."""
-ASKED = "restitution"
-"""What laws of hysteresis damping are asked for: below 1 their damping takes the approach speed of the last onset."""
 
 
 def lasting(system: Dynamics, since: float) -> list[str]:
     """A sentence on each contact that has been closed since `since` [s], so that no onset of it was counted.
 
-    Laws of hysteresis damping keep the approach speed of the last onset, which sets the damping as long as the contact
-    lasts; others do not depend on it, and nothing is said.
+    Laws with hysteresis damping keep a speed of the last onset, which scales the damping as long as the contact lasts;
+    others do not depend on it, and nothing is said.
 
     Parameters
     ----------
@@ -32,11 +26,9 @@ def lasting(system: Dynamics, since: float) -> list[str]:
         return []
     said, program = [], flow.program
     for row in still_running(program.tables, flow.run.flow):
-        contact, start, speed = int(row[CONTACT]), row[START], row[APPROACH]
-        if start > since or vars(program.normals[contact]).get(ASKED, 1.0) == 1.0:
-            continue
-        known = f"the approach speed of its last onset, {speed:.3g} m/s" if np.isfinite(speed) else (
-            "the approach speed that it began the run with")  # fmt: skip
-        text = f"{program.names.contacts[contact]} has been in contact without a break during all that was counted"
-        said.append(f"{text}: its damping is set by {known}.")
+        contact = int(row[PLACE["contact"]])
+        damped = damped_since_onset(program.normals[contact], row)
+        if damped and not row[PLACE["start"]] > since:
+            name = program.names.contacts[contact]
+            said.append(f"{name} has been in contact without a break during all that was counted: {damped}.")
     return said

@@ -10,6 +10,7 @@ from flexmb.contact.normal.cylinder import CylinderLaw
 from flexmb.contact.normal.hysteresis import HysteresisLaw
 from flexmb.contact.onset import LARGEST
 from flexmb.integrate.episodes import COLUMNS, ContactLog
+from flexmb.model.law import NormalLaw
 from flexmb.program.program import Program
 
 SMALL_SHARE = 0.01
@@ -35,15 +36,16 @@ def contact_remarks(program: Program, z: np.ndarray, log: ContactLog, end: float
         history = tuple(float(x) for x in z[place[1] : place[2]])
         label = f"{program.names.contacts[c].partition('.')[0]} ({type(law).__name__})"
         texts = list(law.remarks(history))
-        if isinstance(law, HysteresisLaw | CylinderLaw) and law.restitution < 1.0:
-            rows = log.rows[log.rows[:, 0] == c]
-            texts += [*_slow(law, rows), *_lasting(law, rows, end, span)]
+        rows = log.rows[log.rows[:, 0] == c]
+        texts += [*_slow(law, rows), *_lasting(law, rows, end, span)]
         found += [f"{label}: {text}." for text in texts]
     return tuple(found)
 
 
-def _slow(law: HysteresisLaw | CylinderLaw, rows: np.ndarray) -> Iterator[str]:
+def _slow(law: NormalLaw, rows: np.ndarray) -> Iterator[str]:
     """A remark where contacts that began slower than `least_approach` carry a share of impulses or losses."""
+    if not isinstance(law, HysteresisLaw | CylinderLaw):
+        return
     slow = rows[:, PLACE["approach_speed"]] < law.least_approach
     shares = []
     for name in ("impulse", "dissipated_contact"):
@@ -58,16 +60,27 @@ def _slow(law: HysteresisLaw | CylinderLaw, rows: np.ndarray) -> Iterator[str]:
         yield f"{text}; their largest closing speed scales their damping. Try a smaller least_approach"
 
 
-def _lasting(law: HysteresisLaw | CylinderLaw, rows: np.ndarray, end: float, span: float) -> Iterator[str]:
+def _lasting(law: NormalLaw, rows: np.ndarray, end: float, span: float) -> Iterator[str]:
     """A remark on a contact that is closed at the end of the run and began more than `span` before."""
     for row in rows[np.isnan(rows[:, PLACE["end"]])]:
-        start, approach = row[PLACE["start"]], row[PLACE["approach_speed"]]
-        if start > end - span:
-            continue
-        text = "closed without a break since " + ("the start" if np.isnan(start) else f"t = {start:.6g} s")
-        if law.reference_speed == LARGEST:
-            yield f"{text}; the largest closing speed since then scales its damping"
-        elif np.isfinite(approach):
-            yield f"{text}; the speed of that onset, {approach:.3g} m/s, still scales its damping (docs/contact.md)"
-        else:
-            yield f"{text}; the speed of its onset still scales its damping (docs/contact.md)"
+        start = row[PLACE["start"]]
+        damped = damped_since_onset(law, row)
+        if damped and not start > end - span:
+            yield f"closed without a break since {'the start' if np.isnan(start) else f't = {start:.6g} s'}; {damped}"
+
+
+def damped_since_onset(law: NormalLaw, row: np.ndarray) -> str:
+    """What scales the damping of a contact that lasts, in a sentence; "" for a law without hysteresis damping.
+
+    Parameters
+    ----------
+    law : its normal law.
+    row : of the log of contacts.
+    """
+    if not isinstance(law, HysteresisLaw | CylinderLaw) or law.restitution == 1.0:
+        return ""
+    if law.reference_speed == LARGEST:
+        return "the largest closing speed since then scales its damping"
+    approach = row[PLACE["approach_speed"]]
+    known = f", {approach:.3g} m/s," if np.isfinite(approach) else ""
+    return f"the speed of that onset{known} still scales its damping (docs/contact.md)"

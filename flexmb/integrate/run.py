@@ -88,7 +88,8 @@ class Run:
     def _limits(self) -> tuple[float, float, float, tuple[float, ...]]:
         """Largest and smallest step [s], accepted error of a step [m], and the bounds of `landing`.
 
-        Speeds count from that which takes 100 times 1000 of the largest steps to cross the mechanism, or 100 times 250.
+        Speeds count from that which takes 100 times 1000 of the largest steps to cross the mechanism; with clearance 100
+        times 250, to cross the mechanism or 100 clearances, so that a contact that comes to rest is resolved, too.
         """
         if isinstance(self.step, FixedStep):
             return self.step.size, self.step.size, NEVER, (1.0, 1.0, 1.0, 1.0)
@@ -98,7 +99,8 @@ class Run:
         largest = self.step.max or span / steps
         flight, loose = (FLIGHT_COUNTS, 2.0) if rigid_coordinates(self.program).all() else (1.0, 4.0)
         part = 1e-3 * length if clearance is None else loose * min(clearance, 1e-2 * length)
-        bounds = (rtol, 1e-2 / steps * length / largest, self.step.steps_of_an_impact, flight)
+        way = length if clearance is None else min(length, 1e2 * clearance)
+        bounds = (rtol, 1e-2 / steps * way / largest, self.step.steps_of_an_impact, flight)
         return largest, self.step.min or min(1e-9 * largest, 1e-12 * span), self.step.atol or rtol * part, bounds
 
     def begin(self, start: Start, *, z: np.ndarray | None = None, time: float = 0.0) -> None:
