@@ -88,8 +88,8 @@ class Run:
     def _limits(self) -> tuple[float, float, float, tuple[float, ...]]:
         """Largest and smallest step [s], accepted error of a step [m], and the bounds of `landing`.
 
-        Speeds count from that which takes 100 times 1000 of the largest steps to cross the mechanism; with clearance 100
-        times 250, to cross the mechanism or 100 clearances, so that a contact that comes to rest is resolved, too.
+        Speeds count from that which takes 100 times 1000 of the largest steps to cross the mechanism; with clearance
+        100 times 250, to cross 100 clearances if these are less, so that a contact that comes to rest is resolved.
         """
         if isinstance(self.step, FixedStep):
             return self.step.size, self.step.size, NEVER, (1.0, 1.0, 1.0, 1.0)

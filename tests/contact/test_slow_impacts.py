@@ -165,6 +165,33 @@ def test_a_contact_without_onset_is_named():
 
 
 @pytest.mark.parametrize("reference", ["onset", "largest"])
+@pytest.mark.parametrize("start", ["centred", "seated", (0.3e-3, -0.1e-3)])
+def test_a_light_contact_comes_to_rest(start, reference):
+    """1 g in a bearing with 0.5 mm of play, default steps: the depth under its weight, and energies that add up."""
+    normal = fm.LankaraniNikravesh.from_materials(fm.STEEL, fm.STEEL, reference_speed=reference)
+    ball = fm.RigidBody("ball", (0.0, 0.0), 1e-3, 1e-8)
+    friction = fm.ModifiedCoulomb(0.05, 1e-4, 1e-3)
+    joint = fm.RevoluteClearance(
+        "J",
+        fm.GROUND,
+        ball,
+        (0.0, 0.0),
+        clearance=0.5e-3,
+        bearing_radius=1e-2,
+        normal=normal,
+        friction=friction,
+        start=start,
+    )
+    sol = fm.simulate(fm.Mechanism("light", [ball, joint], gravity=(0.0, -9.81)), t_end=0.5)
+    assert sol.ok, sol.status
+    if isinstance(start, str):  # else it swings in the hollow
+        depth, N = (sol.array(f"J.{name}")[-1] for name in ("penetration", "normal_force"))
+        stiffness = normal.for_radii(1e-2, 9.5e-3).stiffness
+        assert depth == pytest.approx((9.81e-3 / stiffness) ** (2.0 / 3.0), rel=1e-6)
+        assert N == pytest.approx(9.81e-3, rel=1e-6)  # noqa: SIM300
+
+
+@pytest.mark.parametrize("reference", ["onset", "largest"])
 def test_the_part_keeps_its_contract(reference):
     ball = fm.RigidBody("ball", (0.0, 0.0), MASS, 1.0)
     joint = fm.RevoluteClearance(
