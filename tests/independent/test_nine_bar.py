@@ -22,19 +22,19 @@ SKIP, TURNS = 8, 60
 QUANTITIES = ("peak force", "peak acceleration of the slider", "share of free flight")
 
 CASES = [
-    (2.0, 0.05e-3, "onset"),
-    (2.0, 0.5e-3, "onset"),
-    (2.5, 0.5e-3, "onset"),
-    (2.0, 0.05e-3, "largest"),
-    (2.0, 0.5e-3, "largest"),
+    (2.0, 0.05e-3, "onset", 1e-5),
+    (2.0, 0.5e-3, "onset", 1e-5),
+    (2.5, 0.5e-3, "onset", 1e-5),
+    (2.0, 0.05e-3, "largest", 1e-6),
+    (2.0, 0.5e-3, "largest", 1e-6),
 ]
-"""Speed over pi [rad/s], clearance [m], reference speed of the damping."""
+"""Speed over pi [rad/s], clearance [m], reference speed, tolerance (finer where turns are nearly alike)."""
 
 
-def model(speed, clearance, rule="onset", ramp=2.0):
+def model(speed, clearance, rule="onset", ramp=2.0, data=DATA):
     """The model of the integrator, its state at the start; ramp : turns of the start from rest."""
     w = speed * math.pi
-    p = own.model_of(DATA, w, clearance, rule=RULES[rule], least=LEAST, ramp=ramp * 2.0 * math.pi / w)
+    p = own.model_of(data, w, clearance, rule=RULES[rule], least=LEAST, ramp=ramp * 2.0 * math.pi / w)
     pose = NineBarPose.at(DATA, 0.0, 0.0)
     a = math.atan2(pose.B[1] - pose.P4[1], pose.B[0] - pose.P4[0])
     b = math.atan2(pose.B[1] - pose.P1[1], pose.B[0] - pose.P1[0])
@@ -75,28 +75,28 @@ def mean_and_error(rows, blocks=12):
     return rows.mean(axis=0), means.std(axis=0, ddof=1) / math.sqrt(blocks)
 
 
-def test_first_motion_point_by_point():
-    """Start from rest, journal in its middle: fall, first impacts and sliding, half a turn at 0.5 mm."""
-    p, y = model(2.0, 0.5e-3)
-    h, w, times, places = 2e-6, 0.0, [], []
-    for i in range(250_000):
+@pytest.mark.parametrize("rule", ["onset", "largest"])
+def test_first_motion_point_by_point(rule):
+    """Start from rest, journal in its middle: 50 ms of fall, first impacts and sliding, which chaos does not reach yet."""
+    p, y = model(2.0, 0.5e-3, rule)
+    h, w, times, places = 1e-6, 0.0, [], []
+    for i in range(50_000):
         w, _ = own.step(p, i * h, h, y, w)
         if i % 1000 == 999:
             times.append((i + 1) * h)
             places.append(own.closures(p, times[-1], y[:2])[8])
-    sol = fm.simulate(mechanism(2.0, 0.5e-3), t_end=0.5, save=250, step=fm.Adaptive(rtol=1e-8, max=2e-5))
+    sol = fm.simulate(mechanism(2.0, 0.5e-3, rule), t_end=0.05, save=50, step=fm.Adaptive(rtol=1e-9, max=2e-5))
     assert sol.ok, sol.status
-    found = np.interp(times, sol.time, sol.array("slider.x"))
-    start = NineBarPose.at(DATA, 0.0, 0.0).S[0]
-    assert np.abs(np.array(places) - start).max() > 0.01
-    assert found == pytest.approx(places, abs=2e-8)
+    assert len(sol.episodes("P1")) >= 5
+    assert sol.time[1:] == pytest.approx(times, abs=1e-15)
+    assert sol.array("slider.x")[1:] == pytest.approx(places, abs=5e-9)
 
 
 def test_order_of_the_integrator():
     """Without contact, errors of half the step are a sixteenth."""
-    found = []
-    for n in (200, 400, 800):
-        p, y = model(2.0, 0.05)  # so much play that nothing touches
+    wide, found = NineBarData(bearing_radius=0.2), []
+    for n in (25, 50, 100):
+        p, y = model(2.0, 0.1, data=wide)  # so much play that nothing touches
         for i in range(n):
             own.step(p, i * 0.05 / n, 0.05 / n, y, 0.0)
         found.append(y)
@@ -104,27 +104,27 @@ def test_order_of_the_integrator():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("speed", "clearance", "rule"), CASES)
-def test_means_over_turns(speed, clearance, rule):
+@pytest.mark.parametrize(("speed", "clearance", "rule", "rtol"), CASES)
+def test_means_over_turns(speed, clearance, rule, rtol):
     wanted, wide = mean_and_error(by_integrator(speed, clearance, rule))
-    found, width = mean_and_error(by_library(speed, clearance, rule))
+    found, width = mean_and_error(by_library(speed, clearance, rule, rtol))
     for name, a, b, error in zip(QUANTITIES, found, wanted, np.hypot(width, wide), strict=True):
         print(f"{speed} pi, {1e3 * clearance:g} mm, {rule}: {name} {a:.5g}, integrator {b:.5g}, error {error:.2g}")
         assert abs(a - b) <= 3.0 * error, name
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("speed", "clearance", "rule"), CASES)
-def test_exponents(speed, clearance, rule):
+@pytest.mark.parametrize(("speed", "clearance", "rule", "rtol"), CASES)
+def test_exponents(speed, clearance, rule, rtol):
     p, y = model(speed, clearance, rule)
     w = own.turns(p, y, 0.0, 5e-6, 0, 20, np.zeros((20, 6)))
     logs = np.zeros(120)
     own.growth(p, y, w, 5e-6, 20, 120, 200, 1e-10, logs)
     (wanted,), (wide,) = mean_and_error(logs[12:, None] * 0.5 * speed, 18)
     flow = fm.MechanismFlow(
-        mechanism(speed, clearance, rule), step=fm.Adaptive(rtol=1e-5, max=2e-4), period=2.0 / speed
+        mechanism(speed, clearance, rule), step=fm.Adaptive(rtol=rtol, max=2e-4), period=2.0 / speed
     )
-    found = fm.lyapunov(flow, skip=20, periods=120)
+    found = fm.lyapunov(flow, skip=20, periods=120, confirm=False)
     both = f"{found.value:.4g} +- {found.error:.2g}, integrator {wanted:.4g} +- {wide:.2g}"
     text = f"{speed} pi, {1e3 * clearance:g} mm, {rule}: {both}"
     print(text)
