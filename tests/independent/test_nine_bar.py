@@ -77,7 +77,7 @@ def mean_and_error(rows, blocks=12):
 
 @pytest.mark.parametrize("rule", ["onset", "largest"])
 def test_first_motion_point_by_point(rule):
-    """Start from rest, journal in its middle: 50 ms of fall, first impacts and sliding, which chaos does not reach yet."""
+    """Start from rest, journal in its middle: 50 ms of fall, first impacts and sliding, before chaos."""
     p, y = model(2.0, 0.5e-3, rule)
     h, w, times, places = 1e-6, 0.0, [], []
     for i in range(50_000):
