@@ -46,7 +46,7 @@ contact.onset.crossing#40 | iterations | nothing | most iterations for the insta
 contact.onset.crossing#1e-15 | 1 | a step | accuracy of the instant of an onset | 0.01 0.1 10 100 1e6
 integrate.control.TURNS | trials | nothing | most trials of one step that look for a contact | 0.125 0.5 10
 integrate.control.SAME | 1 | a step | a step is not shortened for less | 0.1 0.5 1.05
-integrate.control.GROWS | 1 | a step | a step is not lengthened for less | 0.84 2 10
+integrate.control.GROWS | 1 | a step | a step is not lengthened for less | 0.84 1.25 1.6
 integrate.control.velocity_constant#0.02 | 1 | method | floor of the error constant of velocities
 integrate.control.error_ratio#0.05 | 1 | method | floor of the error constant of positions
 integrate.control.missed#12.0 | 1 | method | error of a first step: change of the acceleration over this

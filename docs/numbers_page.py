@@ -18,6 +18,9 @@ NUMERICAL = 0.01
 """A smaller change, as a part of the mean, moves nothing."""
 
 SIGMAS = 3.0
+SHARES = ("taken by steps", "missing")
+"""Quantities that are parts of something larger: their changes are not taken relative to themselves."""
+
 COSTLY = 1.5
 """Factor of the steps that is worth a word."""
 
@@ -66,7 +69,7 @@ class Change:
 
     def __str__(self) -> str:
         if self.text:
-            return f"×{self.factor:g} fails: {self.text}"
+            return f"×{self.factor:g} {self.text}"
         return f"×{self.factor:g}: {self.quantity} {100.0 * self.part:+.3g} % ({min(self.sigmas, 99.0):.1f} σ)"
 
 
@@ -103,14 +106,21 @@ def changes(case: str, rows: Rows, place: str) -> Iterator[Change]:
         if key.rpartition(" ")[0] != place:
             continue
         factor = float(key.rpartition(" ")[2])
-        if not row["ok"]:
-            yield Change(case, factor, "status", math.inf, math.inf, row["status"].partition(":")[0].rstrip("."))
+        if row["ok"] != runs[0]["ok"]:
+            text = "is ok, which it is not as it is" if row["ok"] else f"fails: {reason(row['status'])}"
+            yield Change(case, factor, "status", math.inf, math.inf, text)
         if row["values"] == runs[0]["values"]:
             continue
         for name, value in row["values"].items():
             if name in base:
-                part = (value[0] - base[name][0]) / (abs(base[name][0]) or 1.0)
+                whole = 1.0 if name.startswith(SHARES) else abs(base[name][0]) or 1.0
+                part = (value[0] - base[name][0]) / whole
                 yield Change(case, factor, name, part, sigmas(value, base[name]))
+
+
+def reason(status: str) -> str:
+    """The beginning of a status, without instants and sizes."""
+    return " ".join(status.split(",", maxsplit=1)[0].rstrip(".").split()[:20])
 
 
 def scatter(case: str, rows: Rows) -> Iterator[str]:

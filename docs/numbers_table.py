@@ -20,7 +20,7 @@ from numbers_list import ASKED, ELSEWHERE, FLEXIBLE_TOO, READ, Number
 
 HERE = Path(__file__).resolve().parent
 PAGE, ROWS = HERE / "numbers.md", HERE / "numbers.json"
-CACHE = HERE.parent / "out" / "numbers"
+CACHE = HERE.parent / "out" / "numbers" / "cache"
 
 
 def code_of_flexmb() -> str:
