@@ -42,7 +42,7 @@ chaos: $(VENV)/.installed  ## numbers and picture of docs/chaos.md: exponents an
 	$(BIN)/python docs/chaos_table.py
 
 # The special build is compiled once for each state of the code, in out/numbers; results in docs/numbers.json.
-numbers: $(VENV)/.installed  ## numbers of docs/numbers.md: what every threshold and default does to results (HOURS); goes on where it was
+numbers: $(VENV)/.installed  ## numbers of docs/numbers.md: what thresholds and defaults do to results (three hours; goes on)
 	$(BIN)/python docs/numbers_table.py
 
 table: $(VENV)/.installed  ## numbers and pictures of docs/nine_bar.md, computed anew

@@ -40,6 +40,10 @@ comparisons that were made some {chance:.0f} lie above {sigmas:g} sigmas by chan
 does.
 """
 
+EMPTY = """\
+Empty: not varied there. With flexible links a turn costs many seconds, so only numbers are varied that meet beams, the
+error of steps or the iterations, by a tenth to ten; the others act on the same contact as in the rigid run."""
+
 
 @dataclass(frozen=True)
 class Change:
@@ -184,7 +188,7 @@ def page(cases: Mapping[str, Rows], titles: Mapping[str, str], values: Mapping[s
     for number in (*READ, *ASKED):
         cells = [cell(case, rows, number) for case, rows in cases.items()]
         lines.append(_row(number, values, cells))
-    lines += ["", "Empty: not varied there.", "", "## Numbers that none of the runs reaches", ""]
+    lines += ["", EMPTY, "", "## Numbers that none of the runs reaches", ""]
     lines += [*_table(("number", "value", "of", "stands for")), *(_row(n, values, ()) for n in ELSEWHERE)]
     lines += ["", "## Left out", ""]
     for reason in dict.fromkeys(LEFT_OUT.values()):
