@@ -102,7 +102,7 @@ def keep(store: dict[str, Any], rows: dict[str, Any], key: str, result: dict[str
     rows[key] = result
     print(key, result["ok"], {name: value[0] for name, value in result["values"].items()}, flush=True)
     written = ROWS.with_suffix(".new")
-    written.write_text(json.dumps(store, indent=0) + "\n", encoding="utf-8")
+    written.write_text(json.dumps(store).replace('}, "', '},\n"') + "\n", encoding="utf-8")
     written.replace(ROWS)
 
 
