@@ -91,7 +91,6 @@ integrate.newton.CHEAP | unknowns | nothing | up to so many, each iteration that
 integrate.newton.BENDS | 1 | what is wanted | size of a correction up to which its factors serve a contact
 integrate.newton.OF_GAPS | 1 | round-off of corrections | round-off of a gap
 integrate.newton.FIRST_TURN | rad | nothing | angles up to here have the round-off of 1 rad
-integrate.newton.starting#0.25 | 1 | method | beta of the first step | 0.67 2
 integrate.newton.implicit_step#0.1 | 1 | corrections | noise, and a correction that does not get smaller | 0.01 0.1 5
 integrate.predict.FADING | 1 | what an order missed | weight of what was before the last step | 0.01 0.1 1.9
 integrate.reuse.LONGEST_PAUSE | steps | nothing | most steps with new factors after old ones were refused

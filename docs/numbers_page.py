@@ -110,7 +110,8 @@ def changes(case: str, rows: Rows, place: str) -> Iterator[Change]:
         if key.rpartition(" ")[0] != place:
             continue
         factor = float(key.rpartition(" ")[2])
-        if row["ok"] != runs[0]["ok"]:
+        stopped = len(row["values"]) < len(base)
+        if row["ok"] != runs[0]["ok"] or stopped:
             text = "is ok, which it is not as it is" if row["ok"] else f"fails: {reason(row['status'])}"
             yield Change(case, factor, "status", math.inf, math.inf, text)
         if row["values"] == runs[0]["values"]:
@@ -131,11 +132,19 @@ def scatter(case: str, rows: Rows) -> Iterator[str]:
     """Lines on the runs with the numbers as they are: each against all others."""
     runs = [row for key, row in rows.items() if key.startswith("base ")]
     for name, (mean, error, _) in pooled(runs).items():
-        apart = []
+        apart: list[str] = []
         for k in range(len(runs) if len(runs) > 1 else 0):
             others = pooled([run for i, run in enumerate(runs) if i != k])
             apart.append(f"{sigmas(runs[k]['values'][name], others[name]):.1f}")
         yield f"| {case} | {name} | {mean:.5g} | {error:.2g} | {' '.join(apart) or '-'} |"
+
+
+def doubtful(cases: Mapping[str, Rows]) -> Iterator[tuple[str, str]]:
+    """Runs that are not ok with the numbers as they are, and what they say."""
+    for case, rows in cases.items():
+        bad = [row["status"] for key, row in rows.items() if key.startswith("base ") and not row["ok"]]
+        if bad:
+            yield case, bad[0]
 
 
 def cell(case: str, rows: Rows, number: Number) -> str:
@@ -182,6 +191,7 @@ def page(cases: Mapping[str, Rows], titles: Mapping[str, str], values: Mapping[s
     lines += ["Runs whose starts differ a little; the last column is each of them against the others [sigmas].", ""]
     lines += _table(("run", "quantity", "mean", "error", "repeats"))
     lines += [line for case, rows in cases.items() for line in scatter(case, rows)]
+    lines += [f"\n{case} is not ok as it is: {why}" for case, why in doubtful(cases)]
     lines += ["", "## What moves results", "", "The surest first, and numbers with which a run only fails last.", ""]
     lines += [*_table(("number", "moves", "most")), *ranking(cases)]
     lines += ["", "## Numbers that the runs reach", "", *_table(("number", "value", "of", "stands for", *cases))]
