@@ -9,7 +9,7 @@ export NUMBA_CACHE_DIR := $(CURDIR)/.numba_cache
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo lint test test-all speed chaos table paper validation meshes clean
+.PHONY: help demo lint test test-all speed chaos numbers table paper validation meshes clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-10s %s\n", $$1, $$2}' Makefile
@@ -40,6 +40,10 @@ speed: $(VENV)/.installed-bench  ## timings, beside the peer's on the same model
 chaos: $(VENV)/.installed  ## numbers and picture of docs/chaos.md: exponents and verdicts (half an hour)
 	@$(BIN)/python tests/fresh_cache.py
 	$(BIN)/python docs/chaos_table.py
+
+# The special build is compiled once for each state of the code, in out/numbers; results in docs/numbers.json.
+numbers: $(VENV)/.installed  ## numbers of docs/numbers.md: what thresholds and defaults do to results (three hours; goes on)
+	$(BIN)/python docs/numbers_table.py
 
 table: $(VENV)/.installed  ## numbers and pictures of docs/nine_bar.md, computed anew
 	@$(BIN)/python tests/fresh_cache.py
