@@ -114,6 +114,7 @@ integrate.run.NEWTON_TOLERANCE | 1 | way h^2 a | what is wanted of corrections
 integrate.run.ITERATIONS | iterations | nothing | most iterations of Newton's method | 0.1 0.5 10
 integrate.run.Run._limits#0.001 | 1 | size of the mechanism | error of positions over rtol, without clearance
 integrate.run.Run._limits#0.01 | 1 | size / largest step | least speed for rtol; cap of the clearance for atol
+integrate.run.Run._limits#100.0 | 1 | least clearance | way that the least speed for rtol crosses
 integrate.run.Run._limits#1e-09 | 1 | largest step | smallest step
 integrate.run.Run._limits#1e-12 | 1 | period | smallest step
 integrate.run.Run.begin#0.001 | 1 | largest step | first step
@@ -155,7 +156,7 @@ ModifiedCoulomb.v0 ModifiedCoulomb.v1
 integrate.control.error_ratio#0.05 integrate.control.missed#12.0 integrate.held.ASIDE integrate.landing.REACH
 integrate.landing.PROBE integrate.landing.LASTS integrate.landing.LEAST_DIP integrate.landing.STEEPEST
 integrate.newton.CHEAP integrate.newton.BENDS integrate.newton.ROUND_OFF integrate.reuse.ALIKE integrate.reuse.LEFT
-integrate.reuse.UNSEEN integrate.reuse.RUBBING integrate.run.NEWTON_TOLERANCE integrate.run.Run._limits#0.01
+integrate.reuse.UNSEEN integrate.reuse.RUBBING integrate.run.NEWTON_TOLERANCE integrate.run.Run._limits#0.01 integrate.run.Run._limits#100.0
 solve.lu.HOLD
 """.split()
 )
@@ -182,6 +183,8 @@ contact.restitution.SMALL_CHI | 1 | chi | below it a series is summed
 contact.restitution.TERMS | terms | nothing | terms of that series
 contact.restitution.SERIES_FROM | 1 | restitution | from it on the series serves
 contact.validity.WIDE | 1 | radius of the journal | half-width of a contact that gets a remark
+contact.validity.SMALL_EXCESS | 1 | largest force | force above a free impact's that goes without a remark
+integrate.remarks.SMALL_SHARE | 1 | impulse, loss | slow contacts that go without a remark
 contact.validity.SMALL_TENSION | 1 | largest force | cut tension that goes without a remark
 joints.revolute_clearance.TOUCHING | 1 | clearance | round-off of a start that touches
 integrate.carrying.LINGERS | 1 | method | gamma below which errors of accelerations stay
@@ -239,7 +242,24 @@ analysis.crossing.CLOSE | 1 | a step | how near a crossing has to be
 analysis.cycles.RETURNS | returns | nothing | returns that make a cycle
 analysis.cycles.TAIL | points | nothing | least points of a cycle
 analysis.cycles.LONGEST | points | nothing | longest cycle that is looked for
-analysis.exponents.BLOCKS | blocks | nothing | blocks that an error is taken from
+analysis.confirm.PART | 1 | points of the first run | the second run has one in so many
+analysis.confirm.SETTLES | 1 | points of the first run | the second run leaves out one in so many
+analysis.confirm.LEAST | points | nothing | points of the second run, at least
+analysis.confirm.APART | 1 | size of the state | distance of the other start
+analysis.cycles.LEAST_IN_BAND | points | nothing | points of a band that doubles
+analysis.cycles.FINER | 1 | mean square | what a doubling leaves at most
+analysis.cycles.FEWEST_DOUBLINGS | doublings | nothing | fewest that accumulate
+analysis.drift.BLOCKS | blocks | nothing | parts of a record that are laid on a line
+analysis.drift.LEAST_BLOCKS | blocks | nothing | fewest of them
+analysis.drift.LEAST_OF_BLOCK | points | nothing | points of one
+analysis.drift.STRAIGHT | 1 | mean square | share of the line in a drift
+analysis.drift.LEAST_IN_BAND | points | nothing | points of a band whose mean is taken away
+analysis.exponent_error.BLOCKS | blocks | nothing | blocks that an error is taken from
+analysis.exponent_error.FEWEST_BLOCKS | blocks | nothing | fewest of them
+analysis.exponent_error.POWER | 1 | logarithm of time | growth like this power of time is none
+analysis.exponent_error.LOGS | 1 | round-off | error of a logarithm
+analysis.exponent_error.WITHIN | 1 | errors | exponents that do not differ
+analysis.exponents.CLEARLY | 1 | errors | a second exponent that speaks against a regular motion
 analysis.exponents.FEWEST | intervals | nothing | fewest for an error
 analysis.exponents.SETTLING | intervals | nothing | those that directions need to settle
 analysis.floquet.REAL | 1 | a multiplier | imaginary part that is none
@@ -262,6 +282,7 @@ analysis.mechanism_rates.NUDGE | 1 | size of the state | difference for a rate
 analysis.newton.HALVINGS | halvings | nothing | most halvings of a correction
 analysis.newton.SMALLEST_SINGULAR | 1 | largest singular value | directions without a say
 analysis.newton.LARGEST_STRETCH | 1 | size of the state | longest correction
+analysis.ode.FINEST | 1 | state | finest tolerance of a second run
 analysis.ode.TANGENT_ATOL | 1 | tangents | absolute tolerance of carried differences
 analysis.periodic_orbit.TOLERANCE | 1 | size of the state | what does not come back
 analysis.periodic_orbit.TOLERANCE_OF_STEPS | 1 | size of the state | the same with error-controlled steps
@@ -333,7 +354,8 @@ beams.mesh.STRAIGHT | rad | nothing | bend of a link that is straight
 def _left_out() -> dict[str, str]:
     """Why, by place."""
     reasons = """
-    a factor of a formula: contact.friction.lugre.PASSIVE integrate.contact_work.GAUSS solve.project.TURN
+    the default of an argument that is varied: contact.onset.LEAST_APPROACH
+    a factor of a formula: analysis.exponent_error.LATE contact.friction.lugre.PASSIVE integrate.contact_work.GAUSS solve.project.TURN
         analysis.section_signals.TURN analysis.shooting.TURN beams.corotational.TURN beams.corotational.REST
     printed with the theory, and only a remark: contact.validity.LOVE contact.validity.YIELD_OF_POINT
         contact.validity.YIELD_OF_LINE
