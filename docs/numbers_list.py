@@ -156,7 +156,8 @@ ModifiedCoulomb.v0 ModifiedCoulomb.v1
 integrate.control.error_ratio#0.05 integrate.control.missed#12.0 integrate.held.ASIDE integrate.landing.REACH
 integrate.landing.PROBE integrate.landing.LASTS integrate.landing.LEAST_DIP integrate.landing.STEEPEST
 integrate.newton.CHEAP integrate.newton.BENDS integrate.newton.ROUND_OFF integrate.reuse.ALIKE integrate.reuse.LEFT
-integrate.reuse.UNSEEN integrate.reuse.RUBBING integrate.run.NEWTON_TOLERANCE integrate.run.Run._limits#0.01 integrate.run.Run._limits#100.0
+integrate.reuse.UNSEEN integrate.reuse.RUBBING integrate.run.NEWTON_TOLERANCE
+integrate.run.Run._limits#0.01 integrate.run.Run._limits#100.0
 solve.lu.HOLD
 """.split()
 )
@@ -355,7 +356,8 @@ def _left_out() -> dict[str, str]:
     """Why, by place."""
     reasons = """
     the default of an argument that is varied: contact.onset.LEAST_APPROACH
-    a factor of a formula: analysis.exponent_error.LATE contact.friction.lugre.PASSIVE integrate.contact_work.GAUSS solve.project.TURN
+    a factor of a formula: analysis.exponent_error.LATE contact.friction.lugre.PASSIVE integrate.contact_work.GAUSS
+        solve.project.TURN
         analysis.section_signals.TURN analysis.shooting.TURN beams.corotational.TURN beams.corotational.REST
     printed with the theory, and only a remark: contact.validity.LOVE contact.validity.YIELD_OF_POINT
         contact.validity.YIELD_OF_LINE
