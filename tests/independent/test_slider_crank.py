@@ -1,0 +1,150 @@
+"""flexmb's slider-crank with a worn piston pin against a hand-written integrator that shares no line with it.
+
+5000 rpm, 0.5 mm of play: point by point before chaos tells two computations apart, then by means over turns and by the
+largest Lyapunov exponent.  Errors are standard errors from means of blocks of turns, which allow for correlation.
+"""
+
+import dataclasses
+import functools
+import math
+
+import numpy as np
+import pytest
+import slider_crank as own
+
+import flexmb as fm
+from flexmb.mechanisms import SliderCrankData
+
+VARIANT, LEAST = own.PRINTED, 1e-3
+"""The reference speed of flexmb's contact law, and its lower bound [m/s]."""
+
+OMEGA, CLEARANCE, STEP = 5000 * math.pi / 30, 0.5e-3, 2e-7
+TURN = 2 * math.pi / OMEGA
+SETTLE, TURNS, BLOCKS = 40, 200, 20
+FINE = fm.Adaptive(rtol=1e-6)
+
+
+def data(clearance=CLEARANCE, *, mu=0.0, variant=VARIANT, least=LEAST, held=1.0, **changes):
+    numbers = dataclasses.replace(SliderCrankData(), **changes)
+    return own.data_of(numbers, clearance, OMEGA, variant=variant, least=least, held=held, mu=mu)
+
+
+def carried(p, end, step, begin=0.0):
+    """State, memory and signals after a run from the centred journal."""
+    y, memory, signals = own.start(p), np.zeros(2), np.zeros(10)
+    own.go(begin, end, step, y, memory, signals, p)
+    return y, memory, signals
+
+
+def positions(p, step, turns):
+    """The slider at 101 instants of each turn."""
+    y, memory, signals = own.start(p), np.zeros(2), np.zeros(10)
+    x = [y[1]]
+    for i in range(100 * turns):
+        own.go(i * TURN / 100, (i + 1) * TURN / 100, step, y, memory, signals, p)
+        x.append(y[1])
+    return np.array(x)
+
+
+@pytest.mark.parametrize("variant", [own.PRINTED, own.LARGEST])
+@pytest.mark.parametrize("mu", [0.0, 0.03])
+def test_error_of_the_integrator_falls_with_the_step_to_the_power_of_five_halves(mu, variant):
+    """Two impacts in 1 ms; the exponent is that of a force that begins like t^(3/2)."""
+    p = data(mu=mu, variant=variant)
+    x = [carried(p, 1e-3, step)[0][1] for step in (8e-7, 4e-7, 2e-7, 2.5e-8)]
+    errors = np.abs(np.array(x[:-1]) - x[-1])
+    assert errors[-1] < 1e-10
+    assert errors[0] / errors[2] > 2.0 ** (2 * 2.2)
+
+
+@pytest.mark.parametrize(("variant", "held"), [(own.PRINTED, 1.0), (own.LARGEST, 1.0), (own.HELD, 0.5)])
+def test_first_impact_returns_what_the_law_returns(variant, held):
+    """A free impact: all reference speeds that equal the closing speed give the same motion."""
+    p = data(variant=variant, held=4.385783 if variant == own.HELD else held)
+    _, memory, signals = carried(p, 3.5e-4, 1e-7)
+    assert memory[0] == 0.0
+    assert signals[3] == 1.0
+    assert signals[8] == pytest.approx(4.385783, abs=1e-6)
+    assert signals[0] == pytest.approx(45872.0, abs=1.0)
+
+
+def test_energy_of_an_elastic_contact_is_work_of_the_drive():
+    p = data(restitution=1.0)
+    assert p.chi == 0.0
+    y, memory, signals = carried(p, 2 * TURN, 5e-8)
+    assert signals[3] > 20
+    assert y[5] == 0.0
+    rest = own.energy(2 * TURN, y, memory, p) - own.energy(0.0, own.start(p), np.zeros(2), p)
+    assert abs(rest) < 1e-6  # of 140 J in motion
+
+
+@pytest.mark.parametrize("variant", [own.PRINTED, own.LARGEST])
+def test_losses_close_the_balance_with_damping_and_friction(variant):
+    p = data(mu=0.03, variant=variant)
+    y, memory, signals = carried(p, 2 * TURN, 5e-8)
+    assert y[5] > 1.0
+    rest = own.energy(2 * TURN, y, memory, p) - own.energy(0.0, own.start(p), np.zeros(2), p)
+    assert abs(rest) < 1e-6
+
+
+def test_stiff_damping_is_followed_by_implicit_steps():
+    """A held reference speed of 0.1 mm/s: explicit steps of 10 ns are stable, those of 200 ns would not be."""
+    p = data(1e-4, variant=own.HELD, held=1e-4)
+    coarse, fine = (carried(p, 0.5 * TURN, step)[0] for step in (2e-7, 1e-8))
+    assert coarse[1] == pytest.approx(fine[1], abs=1e-9)
+    assert coarse[3] == pytest.approx(fine[3], abs=1e-4)
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.03])
+def test_first_turn_point_by_point(mu):
+    """After a turn the motion without friction has forgotten 1e-9 m; after two, 1e-4 m."""
+    p = data(mu=mu)
+    friction = fm.ModifiedCoulomb(mu, v0=p.v0, v1=p.v1) if mu else None
+    mechanism = fm.slider_crank(OMEGA, clearance=CLEARANCE, friction=friction)
+    sol = fm.simulate(mechanism, periods=1, save=100, step=2.5e-8, method=fm.RungeKutta4())
+    assert sol.ok, sol.status
+    assert np.abs(sol.array("slider.x")[:101] - positions(p, 1e-8, 1)).max() < 1e-7
+
+
+@functools.cache
+def own_turns():
+    """Signals of the settled turns, by name."""
+    p = data()
+    y, memory = own.start(p), np.zeros(2)
+    own.turns(0, SETTLE, STEP, y, memory, p)
+    signals, _ = own.turns(SETTLE, TURNS, STEP, y, memory, p)
+    return dict(zip(own.SIGNALS, signals.T, strict=True))
+
+
+@functools.cache
+def flexmb_turns():
+    """The same of flexmb, from every accepted step."""
+    mechanism = fm.slider_crank(OMEGA, clearance=CLEARANCE)
+    sol = fm.simulate(mechanism, periods=SETTLE + TURNS, save_from_period=SETTLE, save="steps", step=FINE)
+    assert sol.ok, sol.status
+    turn = np.clip(np.floor(sol.time / TURN - SETTLE + 1e-9).astype(int), 0, TURNS - 1)
+    open_steps = np.diff(sol.time, prepend=sol.time[0]) * (sol.array("B.penetration") <= 0.0)
+    force, acceleration = np.zeros(TURNS), np.zeros(TURNS)
+    np.maximum.at(force, turn, sol.array("B.normal_force"))
+    np.maximum.at(acceleration, turn, np.abs(sol.array("slider.ax")))
+    flight = np.bincount(turn, open_steps, TURNS) / TURN
+    return {"peak_force": force, "peak_acceleration": acceleration, "flight": flight}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("signal", ["peak_force", "peak_acceleration", "flight"])
+def test_means_over_turns_agree(signal):
+    (a, da), (b, db) = (own.mean_and_error(found()[signal], BLOCKS) for found in (own_turns, flexmb_turns))
+    assert max(da, db) < 0.1 * a
+    assert abs(a - b) < 3.0 * math.hypot(da, db)
+
+
+@pytest.mark.slow
+def test_exponents_agree():
+    p = data()
+    y, memory = own.start(p), np.zeros(2)
+    own.turns(0, SETTLE, STEP, y, memory, p)
+    value, error = own.mean_and_error(own.growth(SETTLE, TURNS, STEP, y, memory, p, 1e-10)[TURNS // 10 :] / TURN)
+    found = fm.lyapunov(fm.slider_crank(OMEGA, clearance=CLEARANCE), skip=SETTLE, periods=TURNS, step=FINE)
+    assert value > 10.0 * error
+    assert abs(value - found.value) < 3.0 * math.hypot(error, found.error)
