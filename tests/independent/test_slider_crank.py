@@ -1,4 +1,4 @@
-"""flexmb's slider-crank with a worn piston pin against a hand-written integrator that shares no line with it.
+"""The slider-crank of flexmb with a worn piston pin against a hand-written integrator that shares no line with it.
 
 5000 rpm, 0.5 mm of play: point by point before chaos tells two computations apart, then by means over turns and by the
 largest Lyapunov exponent.  Errors are standard errors from means of blocks of turns, which allow for correlation.
@@ -36,11 +36,11 @@ def carried(p, end, step, begin=0.0):
     return y, memory, signals
 
 
-def positions(p, step, turns):
-    """The slider at 101 instants of each turn."""
+def positions(p, step, count):
+    """The slider at so many hundredths of a turn."""
     y, memory, signals = own.start(p), np.zeros(2), np.zeros(10)
     x = [y[1]]
-    for i in range(100 * turns):
+    for i in range(count):
         own.go(i * TURN / 100, (i + 1) * TURN / 100, step, y, memory, signals, p)
         x.append(y[1])
     return np.array(x)
@@ -48,24 +48,25 @@ def positions(p, step, turns):
 
 @pytest.mark.parametrize("variant", [own.PRINTED, own.LARGEST])
 @pytest.mark.parametrize("mu", [0.0, 0.03])
-def test_error_of_the_integrator_falls_with_the_step_to_the_power_of_five_halves(mu, variant):
-    """Two impacts in 1 ms; the exponent is that of a force that begins like t^(3/2)."""
+def test_error_of_the_integrator_falls_at_least_with_the_square_of_the_step(mu, variant):
+    """One millisecond: 5/2 for a force that begins like t^(3/2), 2 where a largest speed falls between two steps."""
     p = data(mu=mu, variant=variant)
-    x = [carried(p, 1e-3, step)[0][1] for step in (8e-7, 4e-7, 2e-7, 2.5e-8)]
-    errors = np.abs(np.array(x[:-1]) - x[-1])
-    assert errors[-1] < 1e-10
-    assert errors[0] / errors[2] > 2.0 ** (2 * 2.2)
+    coarse, fine, x = (carried(p, 1e-3, step)[0][1] for step in (1.6e-6, 5e-8, 5e-9))
+    assert abs(fine - x) < 1e-10
+    assert abs(coarse - x) > 32**2 * abs(fine - x)
 
 
-@pytest.mark.parametrize(("variant", "held"), [(own.PRINTED, 1.0), (own.LARGEST, 1.0), (own.HELD, 0.5)])
-def test_first_impact_returns_what_the_law_returns(variant, held):
-    """A free impact: all reference speeds that equal the closing speed give the same motion."""
-    p = data(variant=variant, held=4.385783 if variant == own.HELD else held)
-    _, memory, signals = carried(p, 3.5e-4, 1e-7)
+PEAKS = {own.PRINTED: 45872.0, own.LARGEST: 45884.0, own.HELD: 45872.0}
+"""Largest force of the first impact [N]; the crank pushes a little faster than the surfaces met."""
+
+
+@pytest.mark.parametrize("variant", PEAKS)
+def test_first_impact(variant):
+    _, memory, signals = carried(data(variant=variant, held=4.385783), 3.5e-4, 2e-8)
     assert memory[0] == 0.0
     assert signals[3] == 1.0
     assert signals[8] == pytest.approx(4.385783, abs=1e-6)
-    assert signals[0] == pytest.approx(45872.0, abs=1.0)
+    assert signals[0] == pytest.approx(PEAKS[variant], abs=1.0)
 
 
 def test_energy_of_an_elastic_contact_is_work_of_the_drive():
@@ -88,22 +89,31 @@ def test_losses_close_the_balance_with_damping_and_friction(variant):
 
 
 def test_stiff_damping_is_followed_by_implicit_steps():
-    """A held reference speed of 0.1 mm/s: explicit steps of 10 ns are stable, those of 200 ns would not be."""
+    """A held reference speed of 0.1 mm/s: explicit steps of 20 ns are stable, those of 200 ns would not be."""
     p = data(1e-4, variant=own.HELD, held=1e-4)
-    coarse, fine = (carried(p, 0.5 * TURN, step)[0] for step in (2e-7, 1e-8))
+    coarse, fine = (carried(p, 0.5 * TURN, step)[0] for step in (2e-7, 2e-8))
     assert coarse[1] == pytest.approx(fine[1], abs=1e-9)
     assert coarse[3] == pytest.approx(fine[3], abs=1e-4)
 
 
-@pytest.mark.parametrize("mu", [0.0, 0.03])
-def test_first_turn_point_by_point(mu):
-    """After a turn the motion without friction has forgotten 1e-9 m; after two, 1e-4 m."""
+@pytest.mark.parametrize(("mu", "power"), [(0.0, 1.6), (0.03, 0.5)])
+def test_half_a_turn_point_by_point(mu, power):
+    """flexmb comes closer with the square of its step, more slowly where friction turns within a step.
+
+    Chaos makes the distance 100 times as large until the turn is over: there the integrator itself is precise to 1e-8 m
+    (here to 1e-10 m), after two turns to 1e-4 m.
+    """
     p = data(mu=mu)
     friction = fm.ModifiedCoulomb(mu, v0=p.v0, v1=p.v1) if mu else None
-    mechanism = fm.slider_crank(OMEGA, clearance=CLEARANCE, friction=friction)
-    sol = fm.simulate(mechanism, periods=1, save=100, step=2.5e-8, method=fm.RungeKutta4())
-    assert sol.ok, sol.status
-    assert np.abs(sol.array("slider.x")[:101] - positions(p, 1e-8, 1)).max() < 1e-7
+    mechanism, x = fm.slider_crank(OMEGA, clearance=CLEARANCE, friction=friction), positions(p, 2e-8, 50)
+    errors = []
+    for step in (8e-8, 4e-8):
+        sol = fm.simulate(mechanism, t_end=0.5 * TURN, save=50, step=step, method=fm.Newmark.trapezoidal())
+        assert sol.ok, sol.status
+        assert np.allclose(sol.time, np.arange(51) * TURN / 100, rtol=0.0, atol=1e-15)
+        errors.append(np.abs(sol.array("slider.x") - x).max())
+    assert errors[1] < 1e-7
+    assert errors[0] > 2.0**power * errors[1]
 
 
 @functools.cache
