@@ -15,7 +15,7 @@ import slider_crank as own
 import flexmb as fm
 from flexmb.mechanisms import SliderCrankData
 
-VARIANT, LEAST = own.PRINTED, 1e-3
+VARIANT, LEAST = own.PRINTED, 1e-6
 """The reference speed of flexmb's contact law, and its lower bound [m/s]."""
 
 OMEGA, CLEARANCE, STEP = 5000 * math.pi / 30, 0.5e-3, 2e-7
