@@ -1,4 +1,4 @@
-"""Lets the files of this folder import `slider_crank`."""
+"""Lets the files of this folder import the integrators beside them."""
 
 import sys
 from pathlib import Path

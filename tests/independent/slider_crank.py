@@ -367,13 +367,3 @@ def energy(t, y, memory, p):
     moving = 0.5 * (p.rod_mass * (vx**2 + vy**2) + about_centre * y[2] ** 2 + p.slider_mass * y[3] ** 2)
     depth = geometry(t, y, p)[0] if memory[0] > 0.0 else 0.0
     return moving + 0.4 * p.stiffness * max(depth, 0.0) ** 2.5 - y[4] + y[5]
-
-
-def mean_and_error(values, blocks=20) -> tuple[float, float]:
-    """Mean of a series and its standard error from the means of blocks, correlation of neighbours counted."""
-    values = np.asarray(values, dtype=float)
-    size = len(values) // blocks
-    means = values[: size * blocks].reshape(blocks, size).mean(axis=1)
-    away = means - means.mean()
-    r = max(0.0, float(away[1:] @ away[:-1] / max(away @ away, 1e-300)))
-    return float(values.mean()), math.sqrt(away @ away / (blocks - 1) / blocks * (1.0 + r) / (1.0 - r))

@@ -1,24 +1,20 @@
 """The rigid nine-bar mechanism with play beside an integrator of its own (nine_bar.py)."""
 
-import importlib.util
 import math
-from pathlib import Path
 
+import nine_bar as own
 import numpy as np
 import pytest
+from averages import mean_and_error
 
 import flexmb as fm
 from flexmb.mechanisms import NineBarData, nine_bar
 from flexmb.mechanisms.nine_bar_data import NineBarPose
 
-spec = importlib.util.spec_from_file_location("independent_nine_bar", Path(__file__).with_name("nine_bar.py"))
-own = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(own)
-
 DATA = NineBarData()
 RULES = {"onset": own.PRINTED, "largest": own.LARGEST}
 LEAST = 1e-6
-SKIP, TURNS = 8, 60
+SKIP, TURNS, BLOCKS, PERIODS = 8, 60, 12, 200
 QUANTITIES = ("peak force", "peak acceleration of the slider", "share of free flight")
 
 CASES = [
@@ -68,13 +64,6 @@ def by_library(speed, clearance, rule, rtol=1e-5, skip=SKIP, turns=TURNS):
     return np.array(rows)
 
 
-def mean_and_error(rows, blocks=12):
-    """Means over the turns and their standard errors, from blocks of turns, which follow one another dependently."""
-    size = len(rows) // blocks
-    means = rows[-blocks * size :].reshape(blocks, size, -1).mean(axis=1)
-    return rows.mean(axis=0), means.std(axis=0, ddof=1) / math.sqrt(blocks)
-
-
 @pytest.mark.parametrize("rule", ["onset", "largest"])
 def test_first_motion_point_by_point(rule):
     """Start from rest, journal in its middle: 50 ms of fall, first impacts and sliding, before chaos."""
@@ -106,9 +95,10 @@ def test_order_of_the_integrator():
 @pytest.mark.slow
 @pytest.mark.parametrize(("speed", "clearance", "rule", "rtol"), CASES)
 def test_means_over_turns(speed, clearance, rule, rtol):
-    wanted, wide = mean_and_error(by_integrator(speed, clearance, rule))
-    found, width = mean_and_error(by_library(speed, clearance, rule, rtol))
-    for name, a, b, error in zip(QUANTITIES, found, wanted, np.hypot(width, wide), strict=True):
+    columns = by_library(speed, clearance, rule, rtol).T, by_integrator(speed, clearance, rule).T
+    for name, ours, theirs in zip(QUANTITIES, *columns, strict=True):
+        (a, wide), (b, width) = mean_and_error(ours, BLOCKS), mean_and_error(theirs, BLOCKS)
+        error = math.hypot(wide, width)
         print(f"{speed} pi, {1e3 * clearance:g} mm, {rule}: {name} {a:.5g}, integrator {b:.5g}, error {error:.2g}")
         assert abs(a - b) <= 3.0 * error, name
 
@@ -118,13 +108,13 @@ def test_means_over_turns(speed, clearance, rule, rtol):
 def test_exponents(speed, clearance, rule, rtol):
     p, y = model(speed, clearance, rule)
     w = own.turns(p, y, 0.0, 5e-6, 0, 20, np.zeros((20, 6)))
-    logs = np.zeros(120)
-    own.growth(p, y, w, 5e-6, 20, 120, 200, 1e-10, logs)
-    (wanted,), (wide,) = mean_and_error(logs[12:, None] * 0.5 * speed, 18)
+    logs = np.zeros(PERIODS)
+    own.growth(p, y, w, 5e-6, 20, PERIODS, 200, 1e-10, logs)
+    wanted, wide = mean_and_error(logs[PERIODS // 10 :] * 0.5 * speed)
     flow = fm.MechanismFlow(
         mechanism(speed, clearance, rule), step=fm.Adaptive(rtol=rtol, max=2e-4), period=2.0 / speed
     )
-    found = fm.lyapunov(flow, skip=20, periods=120, confirm=False)
+    found = fm.lyapunov(flow, skip=20, periods=PERIODS, confirm=False)
     both = f"{found.value:.4g} +- {found.error:.2g}, integrator {wanted:.4g} +- {wide:.2g}"
     text = f"{speed} pi, {1e3 * clearance:g} mm, {rule}: {both}"
     print(text)

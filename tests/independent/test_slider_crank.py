@@ -11,6 +11,7 @@ import math
 import numpy as np
 import pytest
 import slider_crank as own
+from averages import mean_and_error
 
 import flexmb as fm
 from flexmb.mechanisms import SliderCrankData
@@ -144,7 +145,7 @@ def flexmb_turns():
 @pytest.mark.slow
 @pytest.mark.parametrize("signal", ["peak_force", "peak_acceleration", "flight"])
 def test_means_over_turns_agree(signal):
-    (a, da), (b, db) = (own.mean_and_error(found()[signal], BLOCKS) for found in (own_turns, flexmb_turns))
+    (a, da), (b, db) = (mean_and_error(found()[signal], BLOCKS) for found in (own_turns, flexmb_turns))
     assert max(da, db) < 0.1 * a
     assert abs(a - b) < 3.0 * math.hypot(da, db)
 
@@ -154,7 +155,7 @@ def test_exponents_agree():
     p = data()
     y, memory = own.start(p), np.zeros(2)
     own.turns(0, SETTLE, STEP, y, memory, p)
-    value, error = own.mean_and_error(own.growth(SETTLE, TURNS, STEP, y, memory, p, 1e-10)[TURNS // 10 :] / TURN)
+    value, error = mean_and_error(own.growth(SETTLE, TURNS, STEP, y, memory, p, 1e-10)[TURNS // 10 :] / TURN)
     found = fm.lyapunov(fm.slider_crank(OMEGA, clearance=CLEARANCE), skip=SETTLE, periods=TURNS, step=FINE)
     assert value > 10.0 * error
     assert abs(value - found.value) < 3.0 * math.hypot(error, found.error)
