@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import numbers_live
+import numpy as np
 from numbers_list import ASKED, ELSEWHERE, FLEXIBLE_TOO, READ, Number
 
 HERE = Path(__file__).resolve().parent
@@ -121,7 +122,7 @@ def value_of(place: str) -> float:
 
 def values_of(store: dict[str, Any]) -> dict[str, str]:
     """What each number is, by place; of arguments whose default depends on the model, that of each run."""
-    found = {n.place: f"{value_of(n.place):.6g}" for n in (*READ, *ELSEWHERE)}
+    found = {n.place: ", ".join(f"{v:.6g}" for v in np.atleast_1d(value_of(n.place))) for n in (*READ, *ELSEWHERE)}
     for number in ASKED:
         own = [f"{value:.3g}" for key, value in store["values"].items() if key.rpartition(" ")[0] == number.place]
         found[number.place] = ", ".join(dict.fromkeys(own))
