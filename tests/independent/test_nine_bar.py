@@ -15,6 +15,9 @@ DATA = NineBarData()
 RULES = {"onset": own.PRINTED, "largest": own.LARGEST}
 LEAST = 1e-6
 SKIP, TURNS, BLOCKS, PERIODS = 8, 60, 12, 200
+LOOKS, APART = 50, 1e-8
+"""How often in a turn a neighbour is put back, and its distance [rad]; contacts make 1e-10 round-off (1 1/s more)."""
+
 QUANTITIES = ("peak force", "peak acceleration of the slider", "share of free flight")
 
 CASES = [
@@ -109,7 +112,7 @@ def test_exponents(speed, clearance, rule, rtol):
     p, y = model(speed, clearance, rule)
     w = own.turns(p, y, 0.0, 5e-6, 0, 20, np.zeros((20, 6)))
     logs = np.zeros(PERIODS)
-    own.growth(p, y, w, 5e-6, 20, PERIODS, 200, 1e-10, logs)
+    own.growth(p, y, w, 5e-6, 20, PERIODS, LOOKS, APART, logs)
     wanted, wide = mean_and_error(logs[PERIODS // 10 :] * 0.5 * speed)
     flow = fm.MechanismFlow(
         mechanism(speed, clearance, rule), step=fm.Adaptive(rtol=rtol, max=2e-4), period=2.0 / speed
