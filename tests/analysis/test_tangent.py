@@ -137,12 +137,12 @@ def test_one_step_of_a_contact(stage, friction, monkeypatch):
 
 
 @pytest.mark.parametrize("reference", ["onset", "largest"])
-@pytest.mark.parametrize("stage", ["onset", "contact", "release"])
+@pytest.mark.parametrize("stage", ["onset", "contact"])
 def test_one_step_of_a_contact_that_is_pressed(stage, reference, monkeypatch):
     """The disc is pushed on the wall, so that it closes faster than it met; the damping follows or not."""
     tight(monkeypatch)
     h = 1e-3
-    disc = thrown(dataclasses.replace(SOFT, reference_speed=reference), speed=0.3)
+    disc = thrown(dataclasses.replace(SOFT, reference_speed=reference), speed=0.3, clearance=0.002)
     push = fm.Force("F", disc.find("ball"), (0.0, 0.0), (60.0, 0.0))
     flow = fixed(fm.Mechanism("pushed", (*disc.parts, push)), h)
     at_stage(flow, stage, h)
