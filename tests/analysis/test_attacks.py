@@ -69,7 +69,7 @@ def test_whole_spectrum_of_a_mechanism_in_contact(make):
 def test_what_contacts_only_note_is_known():
     flow = fm.MechanismFlow(worn(3000.0))
     n = flow.program.n_q
-    assert list(flow.records - 2 * n) == [1, 8, 9, 10, 11]
+    assert list(flow.records - 2 * n) == [1, 8, 9, 10, 11, 12, 13]
     strobe = fm.StroboscopicMap(flow)
     assert (strobe.records == flow.records).all()
     flow.advance(0.02)
