@@ -10,15 +10,14 @@ from flexmb.paper.effort import FULL, QUICK
 from flexmb.paper.motion import Motion
 from flexmb.paper.observed import by_period, cloud, growth_rates
 
-RUN = Attractor(Case(model="rigid", speed=0.5), settle=12, points=50, series=60, samples=50)
+CASE = Case(model="rigid", speed=0.5, longest=1.0)
+RUN = Attractor(CASE, settle=12, points=50, series=60, samples=50)
 """In contact all the time, periodic, and cheap with steps of milliseconds, whose damping makes differences shrink."""
 
 
 @pytest.fixture(scope="module")
 def result():
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("flexmb.paper.case.LONGEST_STEP", 1.0)
-        return RUN.compute()
+    return RUN.compute()
 
 
 def test_dataset_holds_what_figures_need(result):
@@ -73,7 +72,7 @@ def test_two_runs_part_as_small_differences_do(result):
 
 def test_fingerprint_and_name_tell_runs_apart():
     other = Attractor(RUN.case, settle=12, points=50, series=60, samples=60)
-    assert RUN.fingerprint() == Attractor(Case(model="rigid", speed=0.5), 12, 50, 60, 50).fingerprint()
+    assert RUN.fingerprint() == Attractor(CASE, 12, 50, 60, 50).fingerprint()
     assert len({RUN.fingerprint(), other.fingerprint()}) == 2
     assert len({RUN.name, other.name, Motion(RUN.case, 5, 20, 2).name}) == 3
     assert Attractor(RUN.case, 12, 50, 60).work > RUN.work / 2.0 > 0.0
