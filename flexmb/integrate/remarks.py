@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TypeGuard
 
 import numpy as np
 
@@ -44,7 +45,7 @@ def contact_remarks(program: Program, z: np.ndarray, log: ContactLog, end: float
 
 def _slow(law: NormalLaw, rows: np.ndarray) -> Iterator[str]:
     """A remark where contacts that began slower than `least_approach` carry a share of impulses or losses."""
-    if not isinstance(law, HysteresisLaw | CylinderLaw):
+    if not _damps(law):
         return
     slow = rows[:, PLACE["approach_speed"]] < law.least_approach
     shares = []
@@ -77,10 +78,15 @@ def damped_since_onset(law: NormalLaw, row: np.ndarray) -> str:
     law : its normal law.
     row : of the log of contacts.
     """
-    if not isinstance(law, HysteresisLaw | CylinderLaw) or law.restitution == 1.0:
+    if not _damps(law):
         return ""
     if law.reference_speed == LARGEST:
         return "the largest closing speed since then scales its damping"
     approach = row[PLACE["approach_speed"]]
     known = f", {approach:.3g} m/s," if np.isfinite(approach) else ""
     return f"the speed of that onset{known} still scales its damping (docs/contact.md)"
+
+
+def _damps(law: NormalLaw) -> TypeGuard[HysteresisLaw | CylinderLaw]:
+    """Whether the law has hysteresis damping: one with restitution 1 has none."""
+    return isinstance(law, HysteresisLaw | CylinderLaw) and law.restitution != 1.0
