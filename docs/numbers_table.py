@@ -24,8 +24,8 @@ from numbers_list import ASKED, ELSEWHERE, FLEXIBLE_TOO, READ, Number
 HERE = Path(__file__).resolve().parent
 PAGE, ROWS = HERE / "numbers.md", HERE / "numbers.json"
 FLEXMB = HERE.parent / "flexmb"
-ELSEWHERE_ROOMS = ("analysis", "cli.py", "commands", "io", "paper", "sweeps", "testing", "view")
-"""Rooms of which the runs use nothing."""
+UNUSED = ("analysis/", "cli.py", "commands/", "integrate/remarks.py", "io/", "paper/", "sweeps/", "testing/", "view/")
+"""Folders and files on which no result of the runs depends."""
 
 CACHE = HERE.parent / "out" / "numbers" / "cache"
 
@@ -33,8 +33,9 @@ CACHE = HERE.parent / "out" / "numbers" / "cache"
 def code_of_flexmb() -> str:
     """A name for the code that the runs use, its docstrings and comments left out."""
     digest = hashlib.sha256()
-    files = (file for file in sorted(FLEXMB.rglob("*.py")) if file.relative_to(FLEXMB).parts[0] not in ELSEWHERE_ROOMS)
-    for file in files:
+    for file in sorted(FLEXMB.rglob("*.py")):
+        if file.relative_to(FLEXMB).as_posix().startswith(UNUSED):
+            continue
         tree = ast.parse(file.read_text(encoding="utf-8"))
         for node in ast.walk(tree):
             if isinstance(getattr(node, "body", None), list):
