@@ -144,7 +144,7 @@ Adaptive.max | s | period of the drives | largest step | 0.01 0.1 10
 Adaptive.min | s | largest step | smallest step | 0.01 100 1e4 1e6
 Adaptive.impact_steps | steps | an impact | steps of an impact | 0.1 0.25 4 10
 generalised_alpha.radius | 1 | method | spectral radius at infinite frequency | 0.1 0.5 1.25
-normal.least_approach | m/s | nothing | lower bound of the approach speed
+normal.least_approach | m/s | nothing | a contact that begins slower has no approach speed
 ModifiedCoulomb.v0 | m/s | nothing | slip speed below which there is no friction | 0.01 0.1 5
 ModifiedCoulomb.v1 | m/s | nothing | slip speed of full friction | 0.2 10 100
 """)
@@ -195,6 +195,7 @@ integrate.explicit.ROUNDS | iterations | nothing | rounds that friction in joint
 integrate.ledger.MISSING_IN_RUNGE_KUTTA | 1 | energy turned over | largest residual of a Runge-Kutta run
 integrate.held.PART | 1 | largest entry | joints that share a force that is not unique, in the status
 integrate.status.DOUBTFUL | 1 | limits of the ledger | from here on the status warns
+integrate.touch.TOUCHES | 1 | size of the mechanism | gap at the start that is a contact
 integrate.tangent.ROUNDS | iterations | nothing | iterations of a carried step
 integrate.tangent.ALIKE | 1 | carried differences | change that is round-off
 integrate.tangent.FAR | 1 | carried differences | change that has to become smaller
@@ -371,7 +372,8 @@ def _left_out() -> dict[str, str]:
         integrate.newton.AGAIN integrate.predict.ORDER integrate.predict.KNOWN integrate.predict.MISSED
         integrate.predict.SPACING integrate.run.NOT_SAVING integrate.tangent.LOST integrate.tangent.STEPS
         integrate.tangent.SIZE integrate.tangent.LAST integrate.touch.IMPACT integrate.touch.LASTING
-        integrate.touch.LASTING_PHASE solve.lu.HELD solve.lu.NO_ROW analysis.crossing.DOWN analysis.crossing.UP
+        integrate.remarks.APPROACH integrate.touch.CLOSING_PHASE integrate.touch.LASTING_PHASE
+        solve.lu.HELD solve.lu.NO_ROW analysis.crossing.DOWN analysis.crossing.UP
         analysis.mechanism_flow.ONSET analysis.watched.LOST analysis.watched.UNDECIDED
         program.signals.CONTACT_PENETRATION program.tables.CONTACT_COMMON
     stands for infinity: integrate.arrays.NEVER

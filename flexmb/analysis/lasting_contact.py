@@ -24,11 +24,12 @@ def lasting(system: Dynamics, since: float) -> list[str]:
     flow = system.flow if isinstance(system, (StroboscopicMap, SectionMap)) else system
     if not isinstance(flow, MechanismFlow):
         return []
-    said, program = [], flow.program
-    for row in still_running(program.tables, flow.run.flow):
+    said, program, now = [], flow.program, flow.run.flow
+    for row in still_running(program.tables, now):
         contact = int(row[PLACE["contact"]])
-        damped = damped_since_onset(program.normals[contact], row)
-        if damped and not row[PLACE["start"]] > since:
+        _, begin, end, _ = program.tables.contacts.z[contact]
+        damped = damped_since_onset(program.normals[contact], now.z[begin:end])
+        if damped and row[PLACE["peak_force"]] > 0.0 and not row[PLACE["start"]] > since:
             name = program.names.contacts[contact]
             said.append(f"{name} has been in contact without a break during all that was counted: {damped}.")
     return said

@@ -6,14 +6,14 @@ HISTORY = (0.0, 1.0, 0.0)
 """Start values: reference speed (0: open), gap and gap rate at the last accepted state."""
 
 LEAST_APPROACH = 1e-6
-"""Default lower bound of the reference speed [m/s].
+"""Approach speed [m/s] below which a contact has none to speak of, by default.
 
 Contacts of machines begin with some 1e-3 m/s; with 1e-4 to 1e-6 m/s the means of the nine-bar mechanism agree
 (docs/numbers.md).
 """
 
 ONSET, LARGEST = "onset", "largest"
-"""Reference speeds: the closing speed at the onset, as the laws are published; the largest one since the onset."""
+"""Reference speeds: the closing speed at the onset, as the laws are published; the largest speed since the onset."""
 
 
 @compiled
@@ -67,11 +67,13 @@ def approach_speed(h, gap, gap_rate, least, z, z_new):
 
 
 @compiled
-def reference_speed(h, gap, gap_rate, least, largest, z, z_new):
+def reference_speed(h, gap, gap_rate, least, largest, e, z, z_new):
     """Reference speed w of the present contact and its derivatives by gap and gap rate; 0 while the gap is open.
 
-    As `approach_speed`, which is noted in z[3].  If `largest`, or if the contact began slower than `least` (at rest, or
-    grazing), w is the largest closing speed since the onset.
+    w is the approach speed, noted in z[3].  If `largest`, or if the contact began slower than `least` (at rest, or
+    grazing), w is the largest since the onset of closing speed and opening speed/e.  In a free impact with restitution
+    e that is the approach speed, so the factor 1 + chi depth_rate/w stays within 1 - chi e and 1 + chi, as in a free
+    impact, whatever presses or releases.
     """
     speed, onset, by_gap, by_rate = z[0], z[3], 0.0, 0.0
     if gap > 0.0:
@@ -79,11 +81,12 @@ def reference_speed(h, gap, gap_rate, least, largest, z, z_new):
     else:
         if z[1] > 0.0:
             onset, by_gap, by_rate = _onset(h, gap, gap_rate, z)
-            speed = onset
-            if speed < least or speed < 0.0:
-                speed, by_gap, by_rate = least, 0.0, 0.0
-        if (largest or onset < least or onset <= 0.0) and -gap_rate > speed:
-            speed, by_gap, by_rate = -gap_rate, 0.0, -1.0
+            speed = max(onset, 0.0)
+        if largest or onset < least or onset <= 0.0:
+            if -gap_rate > speed:
+                speed, by_gap, by_rate = -gap_rate, 0.0, -1.0
+            elif gap_rate > e * speed:
+                speed, by_gap, by_rate = gap_rate / e, 0.0, 1.0 / e
     z_new[0], z_new[1], z_new[2], z_new[3] = speed, gap, gap_rate, onset
     return speed, by_gap, by_rate
 
@@ -102,7 +105,7 @@ def _located(h, gap0, rate0, gap, gap_rate):
     s = crossing(h, gap0, rate0, gap, gap_rate)
     _, slope = cubic(s, h, gap0, rate0, gap, gap_rate)
     if slope >= 0.0:
-        return 0.0, 0.0, 0.0  # grazing: the least approach speed holds
+        return 0.0, 0.0, 0.0  # grazing
     d0, d1 = h * rate0, h * gap_rate
     rise = gap - gap0
     curve = 2.0 * (3.0 * rise - 2.0 * d0 - d1) + 6.0 * s * (d0 + d1 - 2.0 * rise)

@@ -24,7 +24,7 @@ class Extremes(NamedTuple):
     depth : [m].
     force : normal force [N].
     tension : force that was cut because it would have pulled [N].
-    excess : force above (1 + chi) times the elastic one, the most that a free impact reaches [N].
+    excess : damping force beyond that of a free impact with the approach speed [N].
     """
 
     approach: float
@@ -90,11 +90,11 @@ def pulled(tension: float, force: float) -> Iterator[str]:
 
 
 def pressed(excess: float, force: float) -> Iterator[str]:
-    """A remark on surfaces that were pressed together faster than they met, against the largest force [N]."""
+    """A remark on surfaces that were pressed together or released faster than they met, against the largest force."""
     if excess > SMALL_EXCESS * force:
-        text = "the surfaces were pressed together faster than they met, which the damping as published is not made for"
-        text = f"{text}: its force rose by up to {excess:.3g} N above the most that a free impact reaches, (1 + chi)"
-        text = f"{text} times the elastic force (largest force {force:.3g} N)"
+        text = "the surfaces were pressed together or released faster than in a free impact with their approach speed"
+        text = f"{text}, which the damping as published is not made for: it was up to {excess:.3g} N more than such an"
+        text = f"{text} impact has (largest force {force:.3g} N)"
         yield f"{text}. Compare with reference_speed='largest' (docs/contact.md, slow impacts)"
 
 

@@ -34,7 +34,7 @@ from flexmb.integrate.solution import ContactLog, Peaks, Solution
 from flexmb.integrate.stats import Stats
 from flexmb.integrate.status import sentence
 from flexmb.integrate.steps import FLIGHT_COUNTS, LARGEST_STEPS, SMOOTH_STEPS, Adaptive, FixedStep
-from flexmb.integrate.touch import still_running, taken_out, touching_from_the_start
+from flexmb.integrate.touch import close_what_touches, still_running, taken_out, touching_from_the_start
 from flexmb.program.program import Program
 from flexmb.solve import lu
 from flexmb.solve.rank import row_rank
@@ -116,7 +116,9 @@ class Run:
         flow.clock[1] = self.h_max if isinstance(self.step, FixedStep) else 1e-3 * self.h_max
         self._look()
         open_account(flow.ledger, flow.memory)
+        begun = flow.z.copy()
         flow.z[:] = self.work.z_new
+        close_what_touches(self.program, begun, flow)
         touching_from_the_start(self.program.tables, flow)
         self._write()
         self.forget_peaks()

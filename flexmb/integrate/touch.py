@@ -11,7 +11,8 @@ import numpy as np
 from flexmb.contact.onset import crossing, cubic
 from flexmb.integrate.arrays import CONTACT_MEMORY, EPISODE, EPISODE_ROW, MEMORY_HEAD, NEVER, Flow, Record
 from flexmb.kernels import GAP_SIZE, compiled
-from flexmb.program.tables import Tables
+from flexmb.program.program import Program
+from flexmb.program.tables import CONTACT_COMMON, Addresses, Tables
 
 START, APPROACH, IMPULSE, PEAK_FORCE, PEAK_DEPTH, CONTACT_LOSS, FRICTION_LOSS = range(7)
 """Columns of `Flow.episodes`: start [s], approach speed [m/s], impulse [N s], largest force [N] and depth [m], losses
@@ -24,8 +25,12 @@ from CARRIED on."""
 IMPACT, LASTING = 1.0, 2.0
 """Modes, those of the signal `mode`."""
 
-LASTING_PHASE = 3.0
-"""Phase of a contact that was pressed together again after its first rebound (`system/contacts.py`)."""
+CLOSING_PHASE, LASTING_PHASE = 1.0, 3.0
+"""Phases of a contact in its first approach, and of one that was pressed together again after its first rebound
+(`system/contacts.py`)."""
+
+TOUCHES = 2e-12
+"""Gap at the start, relative to the size of the mechanism, that may be left over from closing the loops."""
 
 
 @compiled
@@ -88,6 +93,27 @@ def write_down(c, h, phase, gap, rate, k, flow, record):
 def no_room(flow, record):
     """Whether the next step could end more episodes than the buffer has room for."""
     return record.ended[0] + flow.episodes.shape[0] > record.episodes.shape[0]
+
+
+def close_what_touches(program: Program, z: np.ndarray, flow: Flow) -> None:
+    """Take contacts for closed whose gap in a start state is round-off, with the histories of a gap of 0.
+
+    As an onset, it would have an approach speed of round-off.
+
+    Parameters
+    ----------
+    program : the compiled mechanism.
+    z : (n_z,) histories that the start state was evaluated with.
+    flow : the start state; its histories are changed.
+    """
+    K, laws = program.tables.contacts, program.kernels[Addresses._fields.index("normal")]
+    for kernel, p, (begin, normal, end, _) in zip(K.kernel[:, 1], K.p[:, 2:4], K.z, strict=True):
+        gap, rate = flow.z[begin + 2], flow.z[begin + 4]
+        if 0.0 < gap <= TOUCHES * program.length:
+            N, _, _ = laws[kernel].dispatcher(
+                program.tables.p[slice(*p)], 0.0, 0.0, rate, z[normal:end], flow.z[normal:end]
+            )
+            flow.z[begin : begin + CONTACT_COMMON] = CLOSING_PHASE, flow.clock[0], 0.0, N, rate
 
 
 def touching_from_the_start(tables: Tables, flow: Flow) -> None:

@@ -235,11 +235,13 @@ def test_never_pulls_and_never_gives_energy(law, depth, approach, share):
 
 
 def test_a_contact_that_begins_at_rest():
-    """Without a least approach speed the contact is elastic, not damped without limit."""
+    """It is elastic until it moves, and then within what a free impact has: not damped without limit."""
     law = fm.ExactRestitution(stiffness=1e9, restitution=0.5, least_approach=0.0)
-    for rate in (0.0, 1e-3):  # at rest, and already parting
+    chi = exact_chi(0.5)
+    for rate, factor in ((0.0, 1.0), (1e-3, 1.0 - 0.5 * chi), (-1e-3, 1.0 + chi)):  # at rest, parting, pressed
         z, z_new = np.array((0.0, -1e-6, rate, *[0.0] * 6)), np.zeros(9)
-        assert law.kernel(law.parameters(), 0.0, -1e-6, rate, z, z_new) == pytest.approx((1.0, -1.5e6, 0.0))
+        found = law.kernel(law.parameters(), 0.0, -1e-6, rate, z, z_new)
+        assert found == pytest.approx((factor, -1.5e6 * factor, 0.0))
         assert np.isfinite(z_new).all()
 
 

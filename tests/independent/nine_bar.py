@@ -16,8 +16,9 @@ Contact, with eta = journal - bearing, depth d = |eta| - clearance, n = eta/|eta
 
     N = max(0, K d^1.5 (1 + chi d'/w)),   T = -cf ramp(slip; v0, v1) N
 
-w is the reference speed: with RULE = PRINTED the closing speed at the onset of the contact, with LARGEST the largest
-closing speed since the onset, both at least `least`.  The friction acts at R1 + d/2 from the centre of the bearing.
+w is the reference speed: with RULE = PRINTED the closing speed at the onset of the contact, at least `least`; with
+LARGEST the largest since the onset of closing speed and opening speed/e, e being the restitution of a free impact.
+The friction acts at R1 + d/2 from the centre of the bearing.
 
 Steps: classical Runge-Kutta of fixed size, split where a contact begins (root of d by Newton on the step's length).
 """
@@ -27,6 +28,7 @@ from typing import NamedTuple
 
 import numba
 import numpy as np
+from restitution import delivered
 
 PRINTED, LARGEST = 0, 1
 """Rules for the reference speed of the normal law."""
@@ -66,6 +68,7 @@ class Model(NamedTuple):
     R1: float
     K: float
     chi: float
+    e: float
     cf: float
     v0: float
     v1: float
@@ -85,13 +88,14 @@ def model_of(data, speed, clearance, *, rule=LARGEST, least=0.0, ramp=0.0):
     R1, R2 = data.bearing_radius, data.bearing_radius - clearance
     compliance = (1.0 - data.contact_poisson**2) / data.contact_young
     K = 4.0 / (3.0 * 2.0 * compliance) * math.sqrt(R1 * R2 / (R1 - R2))
+    chi = 0.75 * (1.0 - data.restitution**2)
     return Model(
         data.length1, data.length2, data.length3, data.length4, data.length6, data.length8,
         AB, Cx, Cy, share * towards[0], share * towards[1],
         data.pivot4[1], data.pivot6[0], data.pivot6[1], data.slider_line,
         data.mass2, data.mass3, data.mass6, data.mass7, data.mass8, data.mass9,
         data.inertia2, data.inertia3, data.inertia6, data.inertia7, data.inertia8,
-        data.gravity, clearance, R1, K, 0.75 * (1.0 - data.restitution**2),
+        data.gravity, clearance, R1, K, chi, delivered(chi),
         data.friction_coefficient, data.v0, data.v1, least, rule, speed, ramp,
     )  # fmt: skip
 
@@ -199,8 +203,8 @@ def motion(p, t, q, v, w):
         nx, ny = etax / size, etay / size
         closing = nx * vex + ny * vey
         if w > 0.0 and depth > 0.0:
-            if p.rule == LARGEST and closing > w:
-                w = closing
+            if p.rule == LARGEST:
+                w = max(w, closing, -closing / p.e)
             N = max(0.0, p.K * depth * math.sqrt(depth) * (1.0 + p.chi * closing / w))
             arm = p.R1 + 0.5 * depth
             slip = -ny * vex + nx * vey + v[1] * (arm - size) + rate * arm
@@ -270,7 +274,7 @@ def step(p, t, h, y, w):
             if depth <= 0.0:
                 w = 0.0
             elif p.rule == LARGEST:
-                w = max(w, closing)
+                w = max(w, closing, -closing / p.e)
         left = 0.0
     return w, onsets
 

@@ -16,7 +16,8 @@ Contact, from d = 0 to the next d = 0, with the reference speed u (Lankarani and
     T = -mu N sign(v) min(1, max(0, (|v| - v0)/(v1 - v0)))
 
     PRINTED  u is the closing speed where the contact began, `least` at least, kept until the surfaces part
-    LARGEST  u is the largest closing speed since the contact began, `least` at least; the present one counts
+    LARGEST  u is the largest since the contact began of d' and -d'/e, `least` at least; the present one counts; e is
+             the restitution of a free impact
     HELD     u is a given constant
 
 Equations of motion, where P = -N n + T t acts on the slider and a is the acceleration of A:
@@ -31,7 +32,7 @@ Steps are of one size, four times as long in free flight; they are split where a
 round-off by repeating the step).  Classical Runge-Kutta steps of order 4; where damping in the contact is too stiff for
 them, an L-stable diagonally implicit method of order 3 (R. Alexander, SIAM J. Numer. Anal. 14 (1977) 1006), whose
 stages are solved for the closing speed by bracketing.  N begins like t^(3/2), so its first step in contact is wrong by
-h^(5/2), the order of the whole.  A largest closing speed that falls between the ends of steps is missed by h^2.
+h^(5/2), the order of the whole.  A largest speed that falls between the ends of steps is missed by h^2.
 """
 
 from __future__ import annotations
@@ -41,6 +42,7 @@ from typing import NamedTuple
 
 import numba
 import numpy as np
+from restitution import delivered
 
 PRINTED, LARGEST, HELD = 0, 1, 2
 OPEN_STEPS = 4.0
@@ -64,7 +66,7 @@ class Data(NamedTuple):
     rod_mass, rod_inertia, slider_mass : the inertia is that about the crank pin.
     omega : rate of the crank.
     clearance, bearing_radius : c and R1.
-    stiffness, chi : K and the factor of damping.
+    stiffness, chi, e : K, the factor of damping, restitution of a free impact.
     mu, v0, v1 : friction.
     variant, least, held : which reference speed, its lower bound, the given one.
     """
@@ -79,6 +81,7 @@ class Data(NamedTuple):
     bearing_radius: float
     stiffness: float
     chi: float
+    e: float
     mu: float
     v0: float
     v1: float
@@ -95,7 +98,7 @@ def data_of(numbers, clearance, omega, *, variant=PRINTED, least=1e-3, held=1.0,
     K = 4.0 / (3.0 * compliance) * math.sqrt(n.bearing_radius * journal / clearance)
     chi = 0.75 * (1.0 - n.restitution**2)
     masses = (n.rod_mass, about_pin, n.slider_mass)
-    contact = (clearance, n.bearing_radius, K, chi)
+    contact = (clearance, n.bearing_radius, K, chi, delivered(chi))
     return Data(n.crank, n.rod, *masses, omega, *contact, mu, n.v0, n.v1, variant, least, held)
 
 
@@ -131,8 +134,8 @@ def normal_force(depth, rate, u, p):
     """N, its derivative by the rate while it is not cut, its elastic part."""
     if depth <= 0.0:
         return 0.0, 0.0, 0.0
-    if p.variant == LARGEST and rate > u:
-        u = rate
+    if p.variant == LARGEST:
+        u = max(u, rate, -rate / p.e)
     elastic = p.stiffness * depth * math.sqrt(depth)
     return elastic * max(0.0, 1.0 + p.chi * rate / u), elastic * p.chi / u, elastic
 
@@ -316,7 +319,8 @@ def go(begin, end, step, y, memory, signals, p):
         elif crossed:
             begun(geometry(t, y, p)[1], memory, signals, p)
         elif touching and p.variant == LARGEST:
-            memory[1] = max(u, geometry(t, y, p)[1])
+            rate = geometry(t, y, p)[1]
+            memory[1] = max(u, rate, -rate / p.e)
 
 
 @numba.njit(cache=True)

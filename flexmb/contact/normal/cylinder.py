@@ -56,13 +56,13 @@ def line_load(sigma, A, depth):
 @normal_law
 def cylinder_kernel(p, h, gap, gap_rate, z, z_new):
     """N = L f(depth) (1 + chi depth_rate / w), never pulling."""
-    sigma, A, L, chi, least, largest = p
-    speed, by_gap, by_rate = reference_speed(h, gap, gap_rate, least, largest > 0.0, z, z_new)
+    sigma, A, L, chi, least, largest, e = p
+    speed, by_gap, by_rate = reference_speed(h, gap, gap_rate, least, largest > 0.0, e, z, z_new)
     if gap >= 0.0:
         validity.keep_extremes(0.0, 0.0, 0.0, 0.0, z, z_new)
         return 0.0, 0.0, 0.0
     f, stiffness = line_load(sigma, A, -gap)
-    N, dN_dgap, dN_drate, tension, excess = damped(L * f, -L * stiffness, chi, gap_rate, speed, by_gap, by_rate)
+    N, dN_dgap, dN_drate, tension, excess = damped(L * f, -L * stiffness, chi, e, gap_rate, speed, by_gap, by_rate)
     validity.keep_extremes(-gap, N, tension, excess, z, z_new)
     return N, dN_dgap, dN_drate
 
@@ -76,10 +76,10 @@ class CylinderLaw(NormalLaw):
     length : length L of the contact, out of the plane [m], > 0.
     materials : materials of bearing and journal.
     restitution : e, in (0, 1]; free impacts return exactly this.
-    least_approach : lower bound of the reference speed [m/s]; a contact that begins slower, at rest or grazing, is
-        damped by its largest closing speed instead.
-    reference_speed : "onset": the approach speed, as published; "largest": the largest closing speed since the onset,
-        for contacts that are pressed together faster than they met (docs/contact.md).
+    least_approach : approach speed [m/s] below which a contact has none to speak of; one that begins slower, at rest
+        or grazing, takes the largest speed since its onset instead.
+    reference_speed : "onset": the approach speed, as published; "largest": the largest speed since the onset, for
+        contacts that are pressed together or released faster than they met (docs/contact.md).
 
     Raises
     ------
@@ -141,9 +141,9 @@ class CylinderLaw(NormalLaw):
         return delivered_restitution(exact_chi(asked))
 
     def parameters(self) -> tuple[float, ...]:
-        """sigma, A, L, chi, lower bound of the reference speed, whether that is the largest closing speed."""
-        largest = float(self.reference_speed == LARGEST)
-        return *self._scales(), self.length, exact_chi(self.restitution), self.least_approach, largest
+        """sigma, A, L, chi, least approach speed, whether the reference speed is the largest one, restitution."""
+        largest, e = float(self.reference_speed == LARGEST), self.restitution
+        return *self._scales(), self.length, exact_chi(e), self.least_approach, largest, e
 
     def history(self) -> tuple[float, ...]:
         """Reference speed, gap, gap rate, approach speed; largest approach speed, depth, force, cut tension, excess."""

@@ -26,38 +26,34 @@ MISS = 0.05
 
 
 @compiled
-def damped(elastic, slope, chi, gap_rate, speed, by_gap, by_rate):
+def damped(elastic, slope, chi, e, gap_rate, speed, by_gap, by_rate):
     """Elastic force times (1 + chi depth_rate/w), its derivatives by gap and gap rate, the tension cut off, the excess.
 
     slope : derivative of the elastic force by the gap; by_gap, by_rate : those of the reference speed w = `speed`.
-    The excess is the force above 1 + chi times the elastic one.  A contact at rest (w = 0) is not damped.
+    The excess is the damping force beyond that of a free impact, whose depth_rate/w is between -e and 1.  A contact at
+    rest (w = 0) is not damped.
     """
     if speed <= 0.0:
         return elastic, slope, 0.0, 0.0, 0.0
     ratio = -gap_rate / speed
-    factor = 1.0 + chi * ratio
+    factor, excess = 1.0 + chi * ratio, elastic * chi * max(ratio - 1.0, -e - ratio, 0.0)
     if factor <= 0.0:
-        return 0.0, 0.0, 0.0, -elastic * factor, 0.0
+        return 0.0, 0.0, 0.0, -elastic * factor, excess
     by_speed = -elastic * chi * ratio / speed
-    return (
-        elastic * factor,
-        slope * factor + by_speed * by_gap,
-        -elastic * chi / speed + by_speed * by_rate,
-        0.0,
-        elastic * chi * max(ratio - 1.0, 0.0),
-    )
+    by_rate = -elastic * chi / speed + by_speed * by_rate
+    return elastic * factor, slope * factor + by_speed * by_gap, by_rate, 0.0, excess
 
 
 @normal_law
 def hysteresis_kernel(p, h, gap, gap_rate, z, z_new):
     """N = K depth^n (1 + chi depth_rate / w), never pulling."""
-    K, n, chi, least, largest = p
-    speed, by_gap, by_rate = reference_speed(h, gap, gap_rate, least, largest > 0.0, z, z_new)
+    K, n, chi, least, largest, e = p
+    speed, by_gap, by_rate = reference_speed(h, gap, gap_rate, least, largest > 0.0, e, z, z_new)
     if gap >= 0.0:
         validity.keep_extremes(0.0, 0.0, 0.0, 0.0, z, z_new)
         return 0.0, 0.0, 0.0
     elastic = K * (-gap) ** n
-    N, dN_dgap, dN_drate, tension, excess = damped(elastic, n * elastic / gap, chi, gap_rate, speed, by_gap, by_rate)
+    N, dN_dgap, dN_drate, tension, excess = damped(elastic, n * elastic / gap, chi, e, gap_rate, speed, by_gap, by_rate)
     validity.keep_extremes(-gap, N, tension, excess, z, z_new)
     return N, dN_dgap, dN_drate
 
@@ -73,11 +69,11 @@ class HysteresisLaw(NormalLaw):
     stiffness : K [N/m^n], > 0; None with `materials`: Hertz, from the radii of the joint.
     exponent : n, > 0.
     restitution : e asked for, in (0, 1].
-    least_approach : lower bound of the reference speed [m/s]; a contact that begins slower, at rest or grazing, is
-        damped by its largest closing speed instead.
+    least_approach : approach speed [m/s] below which a contact has none to speak of; one that begins slower, at rest
+        or grazing, takes the largest speed since its onset instead.
     materials : materials of bearing and journal, when `stiffness` is None.
-    reference_speed : "onset": the approach speed, as published; "largest": the largest closing speed since the onset,
-        for contacts that are pressed together faster than they met (docs/contact.md).
+    reference_speed : "onset": the approach speed, as published; "largest": the largest speed since the onset, for
+        contacts that are pressed together or released faster than they met (docs/contact.md).
 
     Raises
     ------
@@ -136,7 +132,7 @@ class HysteresisLaw(NormalLaw):
         ----------
         bearing, journal : materials.
         restitution : e asked for, in (0, 1].
-        least_approach : lower bound of the reference speed [m/s].
+        least_approach : approach speed below which a contact has none to speak of [m/s].
         reference_speed : "onset" or "largest".
         """
         given = {"restitution": restitution, "least_approach": least_approach, "reference_speed": reference_speed}
@@ -160,12 +156,13 @@ class HysteresisLaw(NormalLaw):
         return delivered_restitution(self.chi(asked))
 
     def parameters(self) -> tuple[float, ...]:
-        """K, n, chi, lower bound of the reference speed, whether that is the largest closing speed."""
+        """K, n, chi, least approach speed, whether the reference speed is the largest one, restitution delivered."""
         if self.stiffness is None:
             name = type(self).__name__
             raise InputError(f"{name}: the stiffness depends on radii; use it in a clearance joint.")
         largest = float(self.reference_speed == LARGEST)
-        return self.stiffness, self.exponent, self.chi(self.restitution), self.least_approach, largest
+        chi, e = self.chi(self.restitution), self.delivered_restitution()
+        return self.stiffness, self.exponent, chi, self.least_approach, largest, e
 
     def history(self) -> tuple[float, ...]:
         """Reference speed, gap, gap rate, approach speed; largest approach speed, depth, force, cut tension, excess."""

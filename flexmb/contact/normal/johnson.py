@@ -20,10 +20,10 @@ class Johnson(CylinderLaw):
     length : length L of the contact, out of the plane [m], > 0.
     materials : materials of bearing and journal.
     restitution : e, in (0, 1]; free impacts return exactly this.
-    least_approach : lower bound of the reference speed [m/s]; a contact that begins slower, at rest or grazing, is
-        damped by its largest closing speed instead.
-    reference_speed : "onset": the approach speed, as published; "largest": the largest closing speed since the onset,
-        for contacts that are pressed together faster than they met (docs/contact.md).
+    least_approach : approach speed [m/s] below which a contact has none to speak of; one that begins slower, at rest
+        or grazing, takes the largest speed since its onset instead.
+    reference_speed : "onset": the approach speed, as published; "largest": the largest speed since the onset, for
+        contacts that are pressed together or released faster than they met (docs/contact.md).
 
     Raises
     ------

@@ -19,7 +19,7 @@ from flexmb.model.law import NormalLaw
 def kelvin_voigt_kernel(p, h, gap, gap_rate, z, z_new):
     """N = K depth + C s depth_rate, never pulling; s grows from 0 to 1 over the depth `ramp`."""
     K, C, ramp = p
-    reference_speed(h, gap, gap_rate, 0.0, False, z, z_new)
+    reference_speed(h, gap, gap_rate, 0.0, False, 1.0, z, z_new)
     if gap >= 0.0:
         validity.keep_extremes(0.0, 0.0, 0.0, 0.0, z, z_new)
         return 0.0, 0.0, 0.0

@@ -19,11 +19,11 @@ class LankaraniNikravesh(HysteresisLaw):
     stiffness : K [N/m^n], > 0; None with `materials`: Hertz, from the radii of the joint.
     exponent : n, > 0.
     restitution : e asked for, in (0, 1].
-    least_approach : lower bound of the reference speed [m/s]; a contact that begins slower, at rest or grazing, is
-        damped by its largest closing speed instead.
+    least_approach : approach speed [m/s] below which a contact has none to speak of; one that begins slower, at rest
+        or grazing, takes the largest speed since its onset instead.
     materials : materials of bearing and journal, when `stiffness` is None.
-    reference_speed : "onset": the approach speed, as published; "largest": the largest closing speed since the onset,
-        for contacts that are pressed together faster than they met (docs/contact.md).
+    reference_speed : "onset": the approach speed, as published; "largest": the largest speed since the onset, for
+        contacts that are pressed together or released faster than they met (docs/contact.md).
 
     Raises
     ------

@@ -41,7 +41,7 @@ NO_FRICTION = NineBarData(friction_coefficient=0.0)
 
 SLOWER = NineBarData(least_approach=1e-7)
 SHORTER = 5e-5
-"""Numbers that are no physics, made finer: lower bound of the reference speed [m/s] and longest step [s]."""
+"""Numbers that are no physics, made finer: least approach speed [m/s] and longest step [s]."""
 
 
 def case_of(key: Key) -> Case:
