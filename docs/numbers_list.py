@@ -364,14 +364,14 @@ def _left_out() -> dict[str, str]:
         contact.validity.YIELD_OF_LINE
     start values of histories: contact.onset.HISTORY contact.validity.HISTORY_WITH_EXTREMES
     a name of a code, a mode or a place in an array: integrate.arrays.ENERGY_MISSING integrate.arrays.ENERGY_MADE
-        integrate.arrays.ENERGY_LOST integrate.arrays.HABITS integrate.arrays.EPISODE integrate.arrays.EPISODE_ROW
-        integrate.arrays.IMPACT integrate.arrays.MEMORY_HEAD integrate.arrays.CONTACT_MEMORY
+        integrate.arrays.ENERGY_LOST integrate.arrays.EPISODE integrate.arrays.EPISODE_ROW
+        integrate.arrays.IMPACT integrate.arrays.CONTACT_MEMORY
         integrate.elastic_step.ELASTIC_SINGULAR integrate.elastic_step.TOO_FAR integrate.episodes.IMPACT
-        integrate.episodes.CONTINUOUS integrate.landing.SIZE integrate.landing.LAST integrate.landing.SPEED
-        integrate.landing.BRAKE integrate.landing.AGAIN integrate.landing.REFUSED integrate.netcdf.FORMAT
-        integrate.newton.AGAIN integrate.predict.ORDER integrate.predict.KNOWN integrate.predict.MISSED
-        integrate.predict.SPACING integrate.run.NOT_SAVING integrate.tangent.LOST integrate.tangent.STEPS
-        integrate.tangent.SIZE integrate.tangent.LAST integrate.touch.IMPACT integrate.touch.LASTING
+        integrate.episodes.CONTINUOUS
+        integrate.netcdf.FORMAT
+        integrate.newton.AGAIN
+        integrate.run.NOT_SAVING integrate.tangent.LOST
+        integrate.touch.IMPACT integrate.touch.LASTING
         integrate.remarks.APPROACH integrate.touch.CLOSING_PHASE integrate.touch.LASTING_PHASE
         solve.lu.HELD solve.lu.NO_ROW analysis.crossing.DOWN analysis.crossing.UP
         analysis.mechanism_flow.ONSET analysis.watched.LOST analysis.watched.UNDECIDED

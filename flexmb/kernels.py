@@ -45,11 +45,13 @@ from typing import Any
 import numba
 import numpy as np
 from numba import types
-from numba.core import cgutils, config
+from numba.core import config
 from numba.core.errors import NumbaError
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
+from flexmb.compiled.pieces import whole
+from flexmb.compiled.pointers import KernelPointer
 from flexmb.derivatives.forward import differentiated
 from flexmb.derivatives.source import Source, returned_numbers, text_of
 from flexmb.errors import KernelError
@@ -60,7 +62,7 @@ _P = types.Array(_F, 1, "C", readonly=True)
 _M = types.Array(_F, 2, "C")
 _TRIPLE = types.UniTuple(_F, 3)
 
-compiled = numba.njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+compiled = whole(error_model="numpy", _nrt=False, forceinline=True)
 """Decorator of the compiled functions of kernels and loop.
 
 They are compiled without numba's memory management: nothing can be allocated (a function that tries does not compile),
@@ -68,7 +70,7 @@ and views of arrays cost nothing.  They are inlined into one another, since hand
 more than most of them do.  Kernels themselves may allocate, since users write them.
 """
 
-fast = numba.njit(cache=True, error_model="numpy", _nrt=False, forceinline=True, fastmath={"contract", "nsz", "arcp"})
+fast = whole(error_model="numpy", _nrt=False, forceinline=True, fastmath={"contract", "nsz", "arcp"})
 """`compiled`, for the formulas of elements: a product and a sum may be fused, which takes a sixth off a beam.
 
 Sums stay in their order (reordering them gains another 4 % and may lose digits where large terms cancel), and NaN and
@@ -298,21 +300,16 @@ def _caller(contract: Contract) -> Any:
     """A compiled function (table, k) that returns kernel number k as a callable."""
     if config.DISABLE_JIT:
         return lambda table, k: table[k]
-    function_type = types.FunctionType(contract.signature)
+    pointer_type = KernelPointer(contract.name, contract.signature)
 
     @intrinsic
     def kernel_at(typingctx, table, k):  # type: ignore[no-untyped-def]
         def codegen(context, builder, signature, args):  # type: ignore[no-untyped-def]
             array = arrayobj.make_array(signature.args[0])(context, builder, args[0])
             address = builder.load(builder.gep(array.data, [args[1]]))
-            pointer = context.get_value_type(types.voidptr)
-            function = cgutils.create_struct_proxy(function_type)(context, builder)
-            function.c_addr = pointer(None)
-            function.py_addr = pointer(None)
-            function.jit_addr = builder.inttoptr(address, pointer)
-            return function._getvalue()
+            return builder.inttoptr(address, context.get_value_type(types.voidptr))
 
-        return function_type(table, k), codegen
+        return pointer_type(table, k), codegen
 
     return kernel_at
 

@@ -39,7 +39,7 @@ class Snapshot(NamedTuple):
     """A state with all that the step control has learnt: time, arrays of `Flow`, signals, code, note, ok, status."""
 
     time: float
-    arrays: tuple[np.ndarray, ...]
+    arrays: dict[str, np.ndarray]
     signals: np.ndarray
     code: int
     note: str
@@ -90,7 +90,7 @@ class MechanismFlow(ContinuousFlow):
 
     @property
     def time(self) -> float:
-        return float(self.run.flow.clock[0])
+        return float(self.run.flow.clock.t)
 
     @property
     def size(self) -> int:
@@ -281,12 +281,10 @@ class MechanismFlow(ContinuousFlow):
 
     def snapshot(self) -> Snapshot:
         run = self.run
-        arrays = tuple(array.copy() for array in run.flow)
-        return Snapshot(self.time, arrays, run.record.new.copy(), run.code, run.note, self.ok, self.status)
+        return Snapshot(self.time, run.flow.saved(), run.record.new.copy(), run.code, run.note, self.ok, self.status)
 
     def restore(self, snapshot: Snapshot) -> None:
-        for target, array in zip(self.run.flow, snapshot.arrays, strict=True):
-            target[...] = array
+        self.run.flow.restore(snapshot.arrays)
         self.run.record.new[:] = snapshot.signals
         self.run.code, self.run.note, self.ok, self.status = snapshot[3:]
 
@@ -316,7 +314,7 @@ class MechanismFlow(ContinuousFlow):
         """A copy with these steps."""
         other = type(self)(self.base, step=step, method=self.method, period=self.declared)
         other._compile(self.changes)
-        other.run.trial, other.run.redundant = other.run.trial._replace(free=self.run.trial.free), self.run.redundant
+        other.run.trial, other.run.redundant = other.run.trial.replaced(free=self.run.trial.free), self.run.redundant
         other.restore(self.snapshot())
         other.run.record.peak[:] = self.run.record.peak
         return other
@@ -342,4 +340,4 @@ class MechanismFlow(ContinuousFlow):
 
     def _begin(self, start: Start, z: np.ndarray | None, time: float) -> None:
         self.run.begin(start, z=z, time=time)
-        self.run.flow.clock[2] = -1.0
+        self.run.flow.clock.saving_from = -1.0

@@ -84,7 +84,7 @@ def value_at(flow: MechanismFlow, signal: int, state: np.ndarray, time: float) -
     a, lam = accelerations(flow.program, q, v, time, z)
     arrays = run.flow
     arrays.q[:n], arrays.v[:n], arrays.a[:n], arrays.lam[:], arrays.z[:] = q, v, a, lam, z
-    arrays.clock[0] = time
+    arrays.clock.t = time
     run.look()
     value = float(run.record.new[signal])
     flow.restore(here)

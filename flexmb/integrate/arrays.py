@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
+from flexmb.compiled.records import Flags, Matrix, Record, Vector
 from flexmb.program.program import Program
 from flexmb.program.signals import CONTACT_PENETRATION
 from flexmb.system.work import load_forces
@@ -22,20 +21,108 @@ FORMS = {"gear-gupta-leimkuhler": GEAR_GUPTA_LEIMKUHLER, "position": POSITION, "
 NOTHING_KNOWN, ALL_KNOWN, JOINTS_KNOWN = range(3)
 """What the last evaluation of a step says of the state it ends with: nothing, all, or the rows of its joints alone."""
 
-PAST_STATES, HABITS = 3, 22
-"""Accepted states that a prediction looks back to, and numbers of `Flow.habits`."""
+PAST_STATES = 3
+"""Accepted states that a prediction looks back to."""
 
 EPISODE, EPISODE_ROW, IMPACT = 7, 11, 3
 """Numbers of a running episode of contact, of one that is written down (see `touch`), of one to come (`landing`)."""
 
 
-class Flow(NamedTuple):
+class Clock(Record):
+    """Time and sizes of steps.
+
+    t : time [s]
+    size, brake : step that errors allow [s], and within contacts (0: no other)
+    again : step to try after a contact had a trial refused [s] (0: none)
+    last : last step [s]; 0: the next one is a first step
+    refused : refused trials of the next step
+    speed : largest speed so far, which the tolerance is relative to [m/s]
+    held_steps : steps without a break in which rows were held; -1: rows that look dependent are always needed
+    saving_from, saved : when saving began [s] (-1: not yet), and instants of its grid that are saved
+    """
+
+    t: float
+    size: float
+    saving_from: float
+    saved: float
+    last: float
+    held_steps: float
+    speed: float
+    brake: float
+    again: float
+    refused: float
+
+
+class Account(Record):
+    """Numbers of the account of energies beside the energies themselves.
+
+    start : energy that was stored at the start [J];  damping_power : power of dampers at the last state [W]
+    steps : steps so far;  round_off : of all works [J]
+    through_contacts, lost_in_contacts : energy that went through contacts; what steps lost there [J]
+    put_in : energy in motion and strain at the start and all that drives and loads moved since [J]
+    level, fallen : gravity at the start and its largest change [J]
+    limit : largest part of the energies that may be missing
+    """
+
+    start: float
+    damping_power: float
+    steps: float
+    through_contacts: float
+    lost_in_contacts: float
+    round_off: float
+    put_in: float
+    level: float
+    fallen: float
+    limit: float
+
+
+class Prediction(Record):
+    """What the predictor knows.
+
+    order : of the polynomial that predicts the next step
+    known : states in `Flow.past`
+    before, earlier : the two steps before the last one [s]
+    """
+
+    order: int
+    known: int
+    before: float
+    earlier: float
+
+
+class Reuse(Record):
+    """What was learnt of the last factors of the iteration matrix.
+
+    age : steps that they served; 0: there are none
+    kv, ka : coefficients that they were made with
+    theta, since : ratio of successive corrections when last measured, and steps since
+    extra, best : iterations beyond the best step's since they were made, and iterations of that step
+    weak : smallest relative pivot of a constraint
+    first : size of the last first correction
+    expected, check : iteration that is expected to be the last; the same counted from new factors on
+    wait, pause : steps to begin with new factors since old ones were refused, and how many the last time
+    fresh : 1 if the trial step has made factors
+    """
+
+    age: float
+    kv: float
+    ka: float
+    theta: float
+    since: float
+    extra: float
+    best: float
+    weak: float
+    first: float
+    expected: float
+    check: float
+    wait: float
+    pause: float
+    fresh: float
+
+
+class Flow(Record):
     """The accepted state, changed in place: everything that a restart needs.
 
-    clock : t, proposed step, start of saving (-1: not begun), number of saved instants, last step, steps
-        without a break in which rows were held, or -1 (see `settle`); for the step control: largest speed so far,
-        step that errors allow within contacts (0: no other), step to try after a refused one (0: none), refused
-        trials of the next step
     q, v, a : (n_q + 3,), a the true acceleration
     x : auxiliary acceleration of the generalised-alpha family;  lam : (n_c,);  z : (n_z,)
     ledger : energies in the order of the signals;  memory : powers and forces at the last state, for the ledger
@@ -43,70 +130,97 @@ class Flow(NamedTuple):
     impacts : (contacts, IMPACT) steps of each contact (see `landing`)
     momentum : (n_q + 3,) M v
     past : (PAST_STATES, n_q + n_c) accelerations and multipliers of the states before, newest first
+    missed : (PAST_STATES + 1,) what each order of prediction missed by, older steps fading
     gaps : (PAST_STATES + 1, n_c) what the shifts of the last steps closed in all, over h^3, newest first
-    habits : (HABITS,) what prediction and reuse of factors learnt from the steps before (see `habits`)
     factors : last L and U of an accepted step;  slopes : `Work.slopes` they were made with
     """
 
-    clock: np.ndarray
-    q: np.ndarray
-    v: np.ndarray
-    a: np.ndarray
-    x: np.ndarray
-    lam: np.ndarray
-    z: np.ndarray
-    ledger: np.ndarray
-    memory: np.ndarray
-    episodes: np.ndarray
-    past: np.ndarray
-    habits: np.ndarray
-    factors: np.ndarray
-    slopes: np.ndarray
-    impacts: np.ndarray
-    momentum: np.ndarray
-    gaps: np.ndarray
+    clock: Clock
+    account: Account
+    prediction: Prediction
+    reuse: Reuse
+    q: Vector
+    v: Vector
+    a: Vector
+    x: Vector
+    lam: Vector
+    z: Vector
+    ledger: Vector
+    memory: Vector
+    episodes: Matrix
+    past: Matrix
+    missed: Vector
+    factors: Vector
+    slopes: Matrix
+    impacts: Matrix
+    momentum: Vector
+    gaps: Matrix
 
 
-class Trial(NamedTuple):
+class Bounds(Record, frozen=True):
+    """Numbers of the step control at contacts.
+
+    rtol : tolerance of velocities;  least_speed : least speed that it is relative to [m/s]
+    impact_steps : steps of an impact at least;  flight : how much more the error of positions counts in free flight
+    """
+
+    rtol: float
+    least_speed: float
+    impact_steps: float
+    flight: float
+
+
+class Trial(Record):
     """The state that a step tries, and vectors of the linear system.
 
     free : (number of redundant rows, n_c) orthonormal multipliers without effect
-    rigid : (n_q,) coordinates of rigid bodies;  bounds : (4,) numbers of the step control (see `landing`)
+    rigid : (n_q,) coordinates of rigid bodies
     c, pair : second right side, and workspace for two;  before : (n_q + n_c,) last correction
     gaps : (n_c,) what the shifts of this step close in all
-    habits, slopes : what those of `Flow` become if the step is accepted
+    prediction, reuse, slopes : what those of `Flow` become if the step is accepted
     """
 
-    q: np.ndarray
-    v: np.ndarray
-    a: np.ndarray
-    x: np.ndarray
-    lam: np.ndarray
-    mean_v: np.ndarray
-    lag: np.ndarray
-    b: np.ndarray
-    d: np.ndarray
-    e: np.ndarray
-    seen: np.ndarray
-    y: np.ndarray
-    free: np.ndarray
-    rigid: np.ndarray
-    bounds: np.ndarray
-    c: np.ndarray
-    pair: np.ndarray
-    before: np.ndarray
-    gaps: np.ndarray
-    habits: np.ndarray
-    slopes: np.ndarray
+    bounds: Bounds
+    prediction: Prediction
+    reuse: Reuse
+    q: Vector
+    v: Vector
+    a: Vector
+    x: Vector
+    lam: Vector
+    mean_v: Vector
+    lag: Vector
+    b: Vector
+    d: Vector
+    e: Vector
+    seen: Vector
+    y: Vector
+    free: Matrix
+    rigid: Flags
+    c: Vector
+    pair: Vector
+    before: Vector
+    gaps: Vector
+    slopes: Matrix
 
 
-class Options(NamedTuple):
-    """Numbers of method and step control."""
+class Coefficients(Record, frozen=True):
+    """Numbers of a step of the Newmark family, see `Newmark`."""
 
     alpha_m: float
     alpha_f: float
     beta: float
     gamma: float
+
+
+class Options(Record, frozen=True):
+    """Numbers of method and step control.
+
+    regular, first : coefficients of all steps, and of those that begin anew
+    """
+
+    regular: Coefficients
+    first: Coefficients
     form: int
     tolerance: float  # Newton: part of h^2 |a|
     iterations: int
@@ -119,36 +233,77 @@ class Options(NamedTuple):
     save_interval: float  # 0: every step
 
 
-class Record(NamedTuple):
-    """What the loop writes: saved instants, peaks, counters.
+class Counters(Record):
+    """What was counted, and what the last step left.
 
-    count : steps, rejected, Newton iterations, evaluations, factorisations, rows in the buffer, lost unknown,
-        steps with held multipliers, `outcome` of the last step, what is known of the trial state, solves,
-        1 + contact that had the last trial refused
-    extreme : smallest and largest step, last Newton correction, wanted correction, begin and size of the last step,
-        first instant with held multipliers, round-off in the last wanted correction, size of the last trial that was
-        refused, wanted corrections of lengths and of angles
-    held : (n_c,) rows whose multipliers were not unique
-    peak : largest absolute values; largest positive ones where one_sided (a penetration is negative in free flight)
-    episodes, ended : (rows, EPISODE_ROW) episodes of contact that ended, and (1,) how many (see `touch`)
+    steps, rejected, iterations, evaluations, factorisations, solves : of the run so far
+    rows, episodes : instants and episodes of contact in the buffers
+    lost : unknown whose pivot was lost
+    held_steps : steps with held multipliers;  outcome : of the last step (see `held`)
+    known : what is known of the trial state (`ALL_KNOWN`, ...)
+    contact : 1 + the contact that had the last trial refused
     """
 
-    times: np.ndarray
-    values: np.ndarray
-    old: np.ndarray
-    new: np.ndarray
-    peak: np.ndarray
-    peak_time: np.ndarray
-    one_sided: np.ndarray
-    count: np.ndarray
-    extreme: np.ndarray
-    held: np.ndarray
-    episodes: np.ndarray
-    ended: np.ndarray
+    steps: int
+    rejected: int
+    iterations: int
+    evaluations: int
+    factorisations: int
+    rows: int
+    lost: int
+    held_steps: int
+    outcome: int
+    known: int
+    solves: int
+    contact: int
+    episodes: int
 
 
-MEMORY_HEAD, CONTACT_MEMORY = 10, 13
-"""Numbers of the ledger itself (see `ledger`); then of every contact normal force and twelve generalised forces,
+class StepReport(Record):
+    """Sizes of steps and of Newton's corrections.
+
+    smallest, largest : accepted steps [s];  began, size : of the last one [s];  refused : last refused one [s]
+    correction, wanted : last correction, and what was wanted of it, of lengths [m] or of angles
+    wanted_length, wanted_angle : what was wanted of both [m, rad];  round_off : the part of round-off in `wanted`
+    first_held : first instant with held multipliers [s]
+    """
+
+    smallest: float
+    largest: float
+    correction: float
+    wanted: float
+    began: float
+    size: float
+    first_held: float
+    round_off: float
+    refused: float
+    wanted_length: float
+    wanted_angle: float
+
+
+class RunRecord(Record):
+    """What the loop writes: saved instants, peaks, counters.
+
+    held : (n_c,) rows whose multipliers were not unique
+    peak : largest absolute values; largest positive ones where one_sided (a penetration is negative in free flight)
+    episodes : (rows, EPISODE_ROW) episodes of contact that ended (see `touch`)
+    """
+
+    count: Counters
+    step: StepReport
+    times: Vector
+    values: Matrix
+    old: Vector
+    new: Vector
+    peak: Vector
+    peak_time: Vector
+    one_sided: Flags
+    held: Flags
+    episodes: Matrix
+
+
+CONTACT_MEMORY = 13
+"""Numbers of `Flow.memory` of every contact: normal force and twelve generalised forces.  After those of all contacts:
 (motion, force) of every constraint row, (friction force, slip) of every constraint, forces of elements that are
 loads."""
 
@@ -157,22 +312,27 @@ def new_flow(program: Program) -> Flow:
     """A state of zeros."""
     n, m = program.n_q + 3, program.n_c
     n_k, n_g = len(program.tables.contacts.kernel), len(program.tables.constraints.kernel)
-    memory = np.zeros(MEMORY_HEAD + CONTACT_MEMORY * n_k + 2 * m + 2 * n_g + load_forces(program))
     return Flow(
-        np.zeros(10),
-        *(np.zeros(n) for _ in range(4)),
-        np.zeros(m),
-        np.zeros(program.tables.sizes.n_z),
-        np.zeros(11),
-        memory,
-        np.zeros((n_k, EPISODE)),
-        np.zeros((PAST_STATES, program.n_q + m)),
-        np.zeros(HABITS),
-        np.zeros(program.symbolic.size),
-        np.zeros((n_k + n_g, 4)),
-        np.zeros((n_k, IMPACT)),
-        np.zeros(n),
-        np.zeros((PAST_STATES + 1, m)),
+        clock=Clock(*(0.0,) * 10),
+        account=Account(*(0.0,) * 10),
+        prediction=Prediction(0, 0, 0.0, 0.0),
+        reuse=Reuse(*(0.0,) * 14),
+        missed=PAST_STATES + 1,
+        q=n,
+        v=n,
+        a=n,
+        x=n,
+        lam=m,
+        z=program.tables.sizes.n_z,
+        ledger=11,
+        memory=CONTACT_MEMORY * n_k + 2 * m + 2 * n_g + load_forces(program),
+        episodes=(n_k, EPISODE),
+        past=(PAST_STATES, program.n_q + m),
+        factors=program.symbolic.size,
+        slopes=(n_k + n_g, 4),
+        impacts=(n_k, IMPACT),
+        momentum=n,
+        gaps=(PAST_STATES + 1, m),
     )
 
 
@@ -180,21 +340,17 @@ def new_trial(program: Program, redundant: int = 0, bounds: tuple[float, ...] = 
     """Work vectors; `redundant` rows more than the joints need, `bounds` of the step control (see `landing`)."""
     n, m = program.n_q + 3, program.n_c
     total = program.n_q + m
+    vectors = dict.fromkeys(("q", "v", "a", "x", "mean_v", "lag"), n) | dict.fromkeys(("lam", "gaps"), m)
+    vectors |= dict.fromkeys(("b", "c", "d", "e", "seen", "y", "before"), total)
     return Trial(
-        *(np.zeros(n) for _ in range(4)),
-        np.zeros(m),
-        np.zeros(n),
-        np.zeros(n),
-        *(np.zeros(total) for _ in range(5)),
-        np.zeros((redundant, m)),
-        rigid_coordinates(program),
-        np.array(bounds),
-        np.zeros(total),
-        np.zeros(2 * total),
-        np.zeros(total),
-        np.zeros(m),
-        np.zeros(HABITS),
-        np.zeros((len(program.tables.contacts.kernel) + len(program.tables.constraints.kernel), 4)),
+        **vectors,
+        pair=2 * total,
+        free=(redundant, m),
+        rigid=rigid_coordinates(program),
+        bounds=Bounds(*bounds),
+        prediction=Prediction(0, 0, 0.0, 0.0),
+        reuse=Reuse(*(0.0,) * 14),
+        slopes=(len(program.tables.contacts.kernel) + len(program.tables.constraints.kernel), 4),
     )
 
 
@@ -204,22 +360,18 @@ def rigid_coordinates(program: Program) -> np.ndarray:
     return np.repeat(np.bincount(body)[body] == 1, 3)
 
 
-def new_record(program: Program, rows: int) -> Record:
+def new_record(program: Program, rows: int) -> RunRecord:
     """Buffers for `rows` saved instants, and for as many episodes beside those that one step may end."""
     n_y = program.tables.sizes.n_y
     one_sided = np.zeros(n_y, dtype=np.bool_)
     one_sided[program.tables.contacts.out + CONTACT_PENETRATION] = True
-    return Record(
-        np.zeros(rows),
-        np.zeros((rows, n_y)),
-        np.zeros(n_y),
-        np.zeros(n_y),
-        np.zeros(n_y),
-        np.zeros(n_y),
-        one_sided,
-        np.zeros(12, dtype=np.int64),
-        np.array([np.inf, *np.zeros(10)]),
-        np.zeros(program.n_c, dtype=np.bool_),
-        np.zeros((rows + len(program.tables.contacts.kernel), EPISODE_ROW)),
-        np.zeros(1, dtype=np.int64),
+    return RunRecord(
+        times=rows,
+        values=(rows, n_y),
+        **dict.fromkeys(("old", "new", "peak", "peak_time"), n_y),
+        one_sided=one_sided,
+        count=Counters(*(0,) * 13),
+        step=StepReport(np.inf, *(0.0,) * 10),
+        held=program.n_c,
+        episodes=(rows + len(program.tables.contacts.kernel), EPISODE_ROW),
     )

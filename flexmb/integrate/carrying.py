@@ -41,7 +41,7 @@ class CarryingRun(Run):
         self.tangents = taken_apart(self.program, W)
         if self._lingers():
             kept = self.tangents.x - self.tangents.a
-            project(self.program, self.flow, float(self.flow.clock[1]), self.tangents)
+            project(self.program, self.flow, float(self.flow.clock.size), self.tangents)
             settle(self.program, self.flow, self.tangents, self._second, histories=False)
             self.tangents.x[:] = self.tangents.a + kept
         self.go_to(end, saving=None)
@@ -52,7 +52,7 @@ class CarryingRun(Run):
     def on_manifold(self, W: np.ndarray) -> np.ndarray:
         """Differences (size, k) that joints allow, near those of W; accelerations and histories follow."""
         T, found = taken_apart(self.program, W), np.zeros(W.shape)
-        project(self.program, self.flow, float(self.flow.clock[1]), T)
+        project(self.program, self.flow, float(self.flow.clock.size), T)
         settle(self.program, self.flow, T, workspace(self.program), histories=True)
         put_together(self.program, T, found)
         return found
@@ -95,7 +95,7 @@ class CarryingRun(Run):
             self._look_again()
         super()._jump(instant, interval)
         if self.tangents is not None and not self.note:
-            self.tangents.last[0] = 0.0
+            self.tangents.step.last = 0.0
             try:
                 settle(self.program, self.flow, self.tangents, self._second, histories=False)
             except SolveError as error:
@@ -119,7 +119,7 @@ def put_together(program: Program, T: Tangents, W: np.ndarray) -> None:
 
 def project(program: Program, flow: Any, most: float, T: Tangents) -> None:
     """Take out of T.q and T.v what joints forbid: G dq = 0, G dv + (dG/dt) dq = 0; `most` as in `find_turning`."""
-    n, t, metric = program.n_q, float(flow.clock[0]), metric_of(program)
+    n, t, metric = program.n_q, float(flow.clock.t), metric_of(program)
     system, q, v = System(program), flow.q[:n], flow.v[:n]
     G = system.at(q, t=t).jacobian
     eps = min(most, TURNED / max(np.abs(v / np.where(metric == 1.0, program.length, 1.0)).max(), 1e-300))
@@ -136,7 +136,7 @@ def settle(program: Program, flow: Any, T: Tangents, work: Work, *, histories: b
     ------
     SolveError : the accelerations are not unique.
     """
-    n, t, tables = program.n_q, float(flow.clock[0]), program.tables
+    n, t, tables = program.n_q, float(flow.clock.t), program.tables
     T.X[:], T.Y[:] = 0.0, 0.0
     now = (flow.q, flow.v, flow.a, flow.lam, flow.z)
     linearise(tables, program.addresses, t, 0.0, *now, 0.0, 1.0, T, work)
@@ -180,8 +180,8 @@ def look_again(program: Program, flow: Any, T: Tangents, work: Work) -> None:
     kept = T.x - T.a
     T.q[:, :n] += later * flow.v[:n]
     T.v[:, :n] += later * flow.a[:n]
-    if T.last[0] > 0.0:
-        T.z[:] += later / T.last[0] * (flow.z - T.zp)
+    if T.step.last > 0.0:
+        T.z[:] += later / T.step.last * (flow.z - T.zp)
     T.tau[:] = 0.0
     settle(program, flow, T, work, histories=True)
     T.x[:] = T.a + kept

@@ -1,7 +1,7 @@
 """Work of contacts in a step: by their laws along the path, and by the forces that the step took as linear."""
 
 from flexmb.contact.onset import crossing
-from flexmb.integrate.arrays import CONTACT_MEMORY, MEMORY_HEAD
+from flexmb.integrate.arrays import CONTACT_MEMORY
 from flexmb.kernels import GAP_SIZE, compiled, part_of
 from flexmb.system.contacts import call_gap, call_normal, jacobians
 
@@ -21,7 +21,7 @@ def contact_losses(tables, address, h, flow, q1, v1, work):
     K = tables.contacts
     for c in range(K.kernel.shape[0]):
         loss, contact = work.loss[c], work.contact[c]
-        k = MEMORY_HEAD + CONTACT_MEMORY * c
+        k = CONTACT_MEMORY * c
         memory = part_of(flow.memory, k, k + CONTACT_MEMORY)
         N, T = contact[GAP_SIZE], contact[GAP_SIZE + 1]
         touched = N != 0.0 or T != 0.0

@@ -3,7 +3,7 @@
 import math
 
 from flexmb.integrate.arrays import RUNNING
-from flexmb.integrate.landing import AGAIN, BRAKE, FLIGHT, LAST, LEAST_SPEED, REFUSED, RTOL, SIZE, SPEED, STEP, located
+from flexmb.integrate.landing import STEP, located
 from flexmb.kernels import compiled
 
 TURNS = 8
@@ -14,21 +14,21 @@ SAME, GROWS = 0.95, 1.2
 
 
 @compiled
-def velocity_constant(options):
+def velocity_constant(scheme):
     """Factor of h^3 a'' in the local error of velocities.
 
     x stands for a at a time Delta h later up to e h^2 a'', by its recurrence; the sum (1 - gamma) x0 + gamma x1 is
     compared with the mean of a.
     """
-    am, af = options.alpha_m, options.alpha_f
+    am, af = scheme.alpha_m, scheme.alpha_f
     delta = am - af
     e = 0.5 * ((1.0 - af) - (1.0 - am) * (1.0 + 2.0 * delta) - delta * delta)
-    own = 0.5 * (delta * delta + options.gamma * (1.0 + 2.0 * delta)) - 1.0 / 6.0
+    own = 0.5 * (delta * delta + scheme.gamma * (1.0 + 2.0 * delta)) - 1.0 / 6.0
     return max(abs(own + e), 0.02)
 
 
 @compiled
-def error_ratio(tables, h, ratio, options, flow, trial):
+def error_ratio(tables, h, ratio, scheme, options, flow, trial):
     """Estimated local error of positions and velocities over the accepted one.
 
     Positions: h^2 |beta - 1/6| |x1 - x0|.  Velocities of rigid bodies: c h^3 |a''| with a'' from the last three
@@ -37,12 +37,12 @@ def error_ratio(tables, h, ratio, options, flow, trial):
 
     In free flight positions count more (`FLIGHT`): their errors add up, and decide where the next impact hits.
     """
-    h0 = flow.clock[LAST]
-    of_q = h * h * max(abs(options.beta - 1.0 / 6.0), 0.05) / options.error
+    h0 = flow.clock.last
+    of_q = h * h * max(abs(scheme.beta - 1.0 / 6.0), 0.05) / options.error
     if flying(tables, flow):
-        of_q *= trial.bounds[FLIGHT]
-    of_v = h / (trial.bounds[RTOL] * flow.clock[SPEED])
-    of_bend = 2.0 * velocity_constant(options) * h * h / (h + h0)
+        of_q *= trial.bounds.flight
+    of_v = h / (trial.bounds.rtol * flow.clock.speed)
+    of_bend = 2.0 * velocity_constant(scheme) * h * h / (h + h0)
     worst = 0.0
     for k in range(0, tables.sizes.n_q, 3):
         worst = max(worst, missed(k, k + 2, h, ratio, of_q, of_v, of_bend, flow, trial))
@@ -55,7 +55,7 @@ def error_ratio(tables, h, ratio, options, flow, trial):
 @compiled
 def missed(begin, end, h, ratio, of_q, of_v, of_bend, flow, trial):
     """Error of a node: of x and y together, so that no direction counts more, or of its angle."""
-    first, h0 = flow.clock[LAST] == 0.0, flow.clock[LAST]
+    first, h0 = flow.clock.last == 0.0, flow.clock.last
     of_x, of_a, along = 0.0, 0.0, 0.0
     for i in range(begin, end):
         x0 = flow.a[i] + ratio * (flow.x[i] - flow.a[i])
@@ -81,31 +81,31 @@ def flying(tables, flow):
 @compiled
 def note_speed(tables, options, v, flow, trial):
     """Bring the largest speed of the run to that of v; angles count by the size of the mechanism."""
-    most = max(flow.clock[SPEED], trial.bounds[LEAST_SPEED])
+    most = max(flow.clock.speed, trial.bounds.least_speed)
     for k in range(0, tables.sizes.n_q, 3):
         most = max(most, math.sqrt(v[k] ** 2 + v[k + 1] ** 2), options.length * abs(v[k + 2]))
-    flow.clock[SPEED] = most
+    flow.clock.speed = most
 
 
 @compiled
-def judged(tables, address, code, h, ratio, numbers, options, flow, trial, work, record):
+def judged(tables, address, code, h, ratio, scheme, options, flow, trial, work, record):
     """Factor for the next step by the error, 0 when the trial is refused; then the clock holds what to try."""
     growth = 0.0
     if code != RUNNING:
         shorten(h, 0.25, flow, record)
-    elif flow.clock[REFUSED] >= TURNS or met(tables, address, h, options, flow, trial, work, record):
-        before = flow.clock[SPEED]
+    elif flow.clock.refused >= TURNS or met(tables, address, h, options, flow, trial, work, record):
+        before = flow.clock.speed
         note_speed(tables, options, trial.v, flow, trial)
-        error = error_ratio(tables, h, ratio, numbers, flow, trial)
+        error = error_ratio(tables, h, ratio, scheme, options, flow, trial)
         growth = min(max(0.9 * max(error, 1e-12) ** (-1.0 / 3.0), 0.2), 2.0)
         if error > 1.0:
-            flow.clock[SPEED] = before  # a trial may be wild, and what is refused leaves no trace
+            flow.clock.speed = before  # a trial may be wild, and what is refused leaves no trace
             shorten(h, min(growth, 0.9), flow, record)
             growth = 0.0
     if growth == 0.0:
-        flow.clock[REFUSED] += 1.0
-        record.count[1] += 1
-        record.extreme[8] = h
+        flow.clock.refused += 1.0
+        record.count.rejected += 1
+        record.step.refused = h
     return growth
 
 
@@ -115,34 +115,34 @@ def met(tables, address, h, options, flow, trial, work, record):
     wanted = located(tables, address, h, options, flow, trial, work, record)
     if wanted >= 0.999 * h or (h <= 1.001 * options.h_min and fits(options, flow, record)):
         return True
-    flow.clock[AGAIN] = wanted
+    flow.clock.again = wanted
     return False
 
 
 @compiled
 def fits(options, flow, record):
     """Whether the contact that asks for less could have its impact with the smallest step: then it is only met late."""
-    return flow.impacts[record.count[11] - 1, STEP] >= options.h_min
+    return flow.impacts[record.count.contact - 1, STEP] >= options.h_min
 
 
 @compiled
 def shorten(h, factor, flow, record):
     """Try again with a part of h; the step of the flight stays what it is where a contact had asked for less."""
-    flow.clock[AGAIN], record.count[11] = 0.0, 0
-    if h < 0.99 * flow.clock[SIZE]:
-        flow.clock[BRAKE] = h * factor
+    flow.clock.again, record.count.contact = 0.0, 0
+    if h < 0.99 * flow.clock.size:
+        flow.clock.brake = h * factor
     else:
-        flow.clock[SIZE] = h * factor
+        flow.clock.size = h * factor
 
 
 @compiled
 def resize(h, growth, options, flow):
     """The sizes for the next step after an accepted one; nothing grows right after a refusal."""
-    keep = (growth >= SAME and growth < GROWS) or (growth >= GROWS and flow.clock[REFUSED] > 0.0)
-    if not keep and h >= 0.99 * flow.clock[SIZE]:
-        flow.clock[SIZE] = min(h * growth, options.h_max)
-    elif not keep and h >= 0.99 * flow.clock[BRAKE] > 0.0:
-        flow.clock[BRAKE] = h * growth
-    if flow.clock[BRAKE] >= flow.clock[SIZE]:
-        flow.clock[BRAKE] = 0.0
-    flow.clock[AGAIN], flow.clock[REFUSED] = 0.0, 0.0
+    keep = (growth >= SAME and growth < GROWS) or (growth >= GROWS and flow.clock.refused > 0.0)
+    if not keep and h >= 0.99 * flow.clock.size:
+        flow.clock.size = min(h * growth, options.h_max)
+    elif not keep and h >= 0.99 * flow.clock.brake > 0.0:
+        flow.clock.brake = h * growth
+    if flow.clock.brake >= flow.clock.size:
+        flow.clock.brake = 0.0
+    flow.clock.again, flow.clock.refused = 0.0, 0.0

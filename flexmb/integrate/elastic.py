@@ -7,10 +7,11 @@ turn with their bodies, and nothing else changes in them.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
+from flexmb.compiled.records import Integers, IntegerTable, Matrix, Places, Record, Vector
 from flexmb.integrate.method import Staggered
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body
@@ -22,7 +23,7 @@ from flexmb.solve.system import System
 from flexmb.system.work import Work, workspace
 
 
-class Settings(NamedTuple):
+class Settings(Record, frozen=True):
     """Numbers of the method and of the model.
 
     printed : 1 for the printed terms of rotation, 0 without them
@@ -42,7 +43,7 @@ class Settings(NamedTuple):
     last: int
 
 
-class Model(NamedTuple):
+class Model(Record):
     """What does not change.
 
     body, arm, turn : of each node its body, place (n, 2) in the axes of the twin's [m], angle against it [rad]
@@ -51,40 +52,50 @@ class Model(NamedTuple):
     loads : (n,) elements that are not part of a body;  ties : (n,) rows of joints with play
     """
 
-    body: np.ndarray
-    arm: np.ndarray
-    turn: np.ndarray
-    drawn: np.ndarray
-    nodes: np.ndarray
-    k: np.ndarray
-    m: np.ndarray
-    d: np.ndarray
-    places: np.ndarray
-    loads: np.ndarray
-    ties: np.ndarray
+    body: Integers
+    arm: Matrix
+    turn: Vector
+    drawn: Vector
+    nodes: IntegerTable
+    k: Matrix
+    m: Matrix
+    d: Matrix
+    places: Places
+    loads: Integers
+    ties: Integers
 
 
-class Deformation(NamedTuple):
+class ElasticMemory(Record):
+    """Numbers that the elastic step keeps.
+
+    damping_power, load_power : power of the beams' damping, and of loads on U' [W]
+    tie : largest force of rows that only share displacements [N]
+    """
+
+    damping_power: float
+    tie: float
+    load_power: float
+
+
+class Deformation(Record):
     """The accepted state, changed in place: everything that a restart needs beside that of the twin.
 
     u, u1, u2 : (n_q + 3,) U, U', U'';  load : (n_t + 3,) what is handed back
     G, drift : rows of the joints at the last pose, and G U' (n_c,) there: they turn
     motions : (free, n_t) rigid motions that are taken out of U
-    memory : power of the beams' damping [W], largest force [N] of rows that only share displacements, power of loads on
-        U' [W]
     """
 
-    u: np.ndarray
-    u1: np.ndarray
-    u2: np.ndarray
-    load: np.ndarray
-    G: np.ndarray
-    drift: np.ndarray
-    motions: np.ndarray
-    memory: np.ndarray
+    u: Vector
+    u1: Vector
+    u2: Vector
+    load: Vector
+    G: Vector
+    drift: Vector
+    motions: Matrix
+    memory: ElasticMemory
 
 
-class Scratch(NamedTuple):
+class Scratch(Record):
     """Workspace of a step.
 
     q, v, a : (n_q + 3,) motion of the nodes with the twin; later the whole motion
@@ -95,33 +106,33 @@ class Scratch(NamedTuple):
     lam, z : zeros;  signals : of the twin;  rows, square, side : of `free`;  shapes, moved : (free, n_q)
     """
 
-    q: np.ndarray
-    v: np.ndarray
-    a: np.ndarray
-    cs: np.ndarray
-    X: np.ndarray
-    Y: np.ndarray
-    Z: np.ndarray
-    f: np.ndarray
-    given: np.ndarray
-    b: np.ndarray
-    c: np.ndarray
-    x: np.ndarray
-    y: np.ndarray
-    seen: np.ndarray
-    work: np.ndarray
-    pair: np.ndarray
-    lam: np.ndarray
-    z: np.ndarray
-    signals: np.ndarray
-    rows: np.ndarray
-    square: np.ndarray
-    side: np.ndarray
-    shapes: np.ndarray
-    moved: np.ndarray
+    q: Vector
+    v: Vector
+    a: Vector
+    cs: Matrix
+    X: Vector
+    Y: Vector
+    Z: Vector
+    f: Vector
+    given: Vector
+    b: Vector
+    c: Vector
+    x: Vector
+    y: Vector
+    seen: Vector
+    work: Vector
+    pair: Vector
+    lam: Vector
+    z: Vector
+    signals: Vector
+    rows: Matrix
+    square: Matrix
+    side: Vector
+    shapes: Matrix
+    moved: Matrix
 
 
-class Elastic(NamedTuple):
+class Elastic(Record):
     """The elastic model: its program with the joints as U sees them, and the one whose signals are reported."""
 
     tables: Tables
@@ -187,9 +198,9 @@ def _model(mechanism: Mechanism, program: Program, twin: Program) -> Model:
     loads = [e for e, piece in enumerate(pieces.elements) if not isinstance(mechanism.find(piece.part), Body)]
     ties = [row for row, name in enumerate(program.names.rows) if name.partition("[")[0] in _with_play(mechanism)]
     return Model(
-        body,
+        np.ascontiguousarray(body),
         np.column_stack([c * dx + s * dy, c * dy - s * dx]),
-        (pose - centre)[:, 2],
+        np.ascontiguousarray((pose - centre)[:, 2]),
         np.array(twin.drawn.q[2::3]),
         nodes,
         k,
@@ -257,24 +268,24 @@ def _deformation(program: Program, twin: Program, motions: np.ndarray) -> Deform
     n = program.n_q + 3
     length = int(program.tables.constraints.pos_g[-1])
     arrays: list[Any] = [np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(twin.n_q + 3), np.zeros(length)]
-    return Deformation(*arrays, np.zeros(program.n_c), motions.copy(), np.zeros(3))
+    return Deformation(*arrays, np.zeros(program.n_c), motions.copy(), ElasticMemory(0.0, 0.0, 0.0))
 
 
 def _scratch(program: Program, twin: Program, free: int) -> Scratch:
     n, m, total = program.n_q, program.n_c, program.n_q + program.n_c
     return Scratch(
-        *(np.zeros(n + 3) for _ in range(3)),
-        np.zeros((twin.n_q // 3, 2)),
-        *(np.zeros(n) for _ in range(3)),
-        *(np.zeros(n + 3) for _ in range(2)),
-        *(np.zeros(total) for _ in range(6)),
-        np.zeros(2 * total),
-        np.zeros(m),
-        np.zeros(program.tables.sizes.n_z),
-        np.zeros(twin.tables.sizes.n_y),
-        np.zeros((m, twin.n_q)),
-        np.zeros((m, m)),
-        np.zeros(m),
-        np.zeros((free, n)),
-        np.zeros((free, n)),
+        *(n + 3 for _ in range(3)),
+        (twin.n_q // 3, 2),
+        *(n for _ in range(3)),
+        *(n + 3 for _ in range(2)),
+        *(total for _ in range(6)),
+        2 * total,
+        m,
+        program.tables.sizes.n_z,
+        twin.tables.sizes.n_y,
+        (m, twin.n_q),
+        (m, m),
+        m,
+        (free, n),
+        (free, n),
     )

@@ -206,12 +206,12 @@ def elastic_step(el, tables, work, t, h, q, v, a):
         new.u1[i] += 0.5 * h * S.x[i]
         new.u[i] += 0.25 * h * h * S.x[i]
     for k in range(el.model.ties.shape[0]):
-        new.memory[1] = max(new.memory[1], abs(S.x[n + el.model.ties[k]]))
+        new.memory.tie = max(new.memory.tie, abs(S.x[n + el.model.ties[k]]))
     keep_joints(el, n, h)
     take_out_motions(el)
-    new.memory[2] = 0.0
+    new.memory.load_power = 0.0
     for i in range(n):
-        new.memory[2] += S.given[i] * new.u1[i]
+        new.memory.load_power += S.given[i] * new.u1[i]
     return checked(el, n)
 
 

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
-import numpy as np
-
+from flexmb.compiled.records import Matrix, Record, Vector
 from flexmb.integrate.arrays import NOT_FINITE, RUNNING, SINGULAR
 from flexmb.integrate.held import first_hold, free_gap, outcome
 from flexmb.kernels import compiled, copy
@@ -18,18 +16,18 @@ PROJECTIONS = 3
 ROUNDS = 8
 
 
-class Stages(NamedTuple):
+class Stages(Record):
     """Velocities and accelerations of the four stages, (4, n_q + 3)."""
 
-    v: np.ndarray
-    a: np.ndarray
-    zero: np.ndarray
+    v: Matrix
+    a: Matrix
+    zero: Vector
 
 
 def new_stages(program: Program) -> Stages:
     """Work arrays of the Runge-Kutta loop."""
     n = program.n_q + 3
-    return Stages(np.zeros((4, n)), np.zeros((4, n)), np.zeros(n))
+    return Stages(v=(4, n), a=(4, n), zero=n)
 
 
 @compiled
@@ -59,15 +57,15 @@ def accelerate_once(tables, address, lu, t, part, h, options, flow, trial, work,
     while lost == HELD:
         q, v, still = trial.q, trial.v, stages.zero
         evaluate(tables, address, t, part * h, q, v, still, trial.lam, flow.z, 0.0, 0.0, 1.0, True, work)
-        record.count[3] += 1
+        record.count.evaluations += 1
         for i in range(n):
             trial.b[i] = -(work.r[i] + work.Gl[i])
         for i in range(m):
             trial.b[n + i] = work.gamma[i]
         lost = factor(lu, work.lu, trial.seen, THRESHOLD, n, hold)
-        record.count[4] += 1
+        record.count.factorisations += 1
         if lost >= 0:
-            record.count[6] = lost
+            record.count.lost = lost
             return SINGULAR if math.isfinite(trial.b.sum()) else NOT_FINITE
         if lost == HELD:
             left = h * h * left_over(lu, work.lu, trial.seen, trial.b, trial.y)
@@ -80,7 +78,7 @@ def accelerate_once(tables, address, lu, t, part, h, options, flow, trial, work,
     for i in range(m):
         trial.lam[i] += trial.d[n + i]
     finite = math.isfinite(trial.d.sum())
-    record.count[8] = outcome(lost == HELD, hold == THRESHOLD, flow)
+    record.count.outcome = outcome(lost == HELD, hold == THRESHOLD, flow)
     return RUNNING if finite else NOT_FINITE
 
 
@@ -91,21 +89,21 @@ def project_state(tables, address, lu, t, h, options, flow, trial, work, record,
     level, hold = 0, first_hold(flow)
     while level < PROJECTIONS:
         evaluate(tables, address, t, h, trial.q, trial.v, stages.zero, trial.lam, flow.z, 0.0, 0.0, 1.0, True, work)
-        record.count[3] += 1
+        record.count.evaluations += 1
         trial.b[:] = 0.0
         velocities = level == PROJECTIONS - 1
         for i in range(m):
             trial.b[n + i] = -work.gv[i] if velocities else -work.g[i]
         lost = factor(lu, work.lu, trial.seen, THRESHOLD, n, hold)
-        record.count[4] += 1
+        record.count.factorisations += 1
         if lost >= 0:
-            record.count[6] = lost
+            record.count.lost = lost
             return SINGULAR
         if lost == HELD:
             left = left_over(lu, work.lu, trial.seen, trial.b, trial.y) * (h if velocities else 1.0)
             if left > free_gap(tables, h, options, flow, flow.a):
                 if hold == THRESHOLD:  # the rows contradict the others
-                    record.count[6] = first_held(lu, trial.seen)
+                    record.count.lost = first_held(lu, trial.seen)
                     return SINGULAR
                 hold = THRESHOLD  # they say something of their own
                 continue
@@ -123,7 +121,7 @@ def project_state(tables, address, lu, t, h, options, flow, trial, work, record,
 def runge_kutta_step(tables, address, lu, h, options, flow, trial, work, record, stages):
     """Try one step; RUNNING when it is good, else the code of the failure."""
     n, m = tables.sizes.n_q, tables.sizes.n_c
-    t = flow.clock[0]
+    t = flow.clock.t
     copy(flow.q, trial.q)
     copy(flow.v, trial.v)
     copy(flow.lam, trial.lam)

@@ -2,7 +2,7 @@
 
 from flexmb.integrate.arrays import BUFFER_FULL, JOINTS_KNOWN, NOTHING_KNOWN, RUNNING
 from flexmb.integrate.contact_work import contact_losses
-from flexmb.integrate.ledger import SETTLED, STEPS, keep_account, verdict, work_of_bow
+from flexmb.integrate.ledger import SETTLED, keep_account, verdict, work_of_bow
 from flexmb.integrate.predict import compare
 from flexmb.integrate.touch import follow_contacts, no_room
 from flexmb.kernels import compiled, copy
@@ -19,14 +19,14 @@ def accept(tables, address, h, ratio, options, flow, trial, work, record):
 
     BUFFER_FULL when what was saved must be fetched, what the ledger says when energies do not add up, else RUNNING.
     """
-    t = flow.clock[0] + h
-    if record.count[9] == NOTHING_KNOWN:
+    t = flow.clock.t + h
+    if record.count.known == NOTHING_KNOWN:
         compare(tables.sizes.n_q, h, flow, trial)
         evaluate_accepted(
             tables, address, t, h, trial.q, trial.v, trial.a, trial.lam, flow.z, trial.mean_v, trial.lag, work
         )
-        record.count[3] += 1
-    elif record.count[9] == JOINTS_KNOWN:
+        record.count.evaluations += 1
+    elif record.count.known == JOINTS_KNOWN:
         compare(tables.sizes.n_q, h, flow, trial)
         work.r[:] = 0.0
         account(tables, address, t, h, trial.q, trial.v, trial.a, trial.mean_v, trial.lag, flow.z, work)
@@ -35,7 +35,7 @@ def accept(tables, address, h, ratio, options, flow, trial, work, record):
     work_of_bow(tables.sizes.n_q, flow, trial, work)
     contact_losses(tables, address, h, flow, trial.q, trial.v, work)
     follow_contacts(tables, h, options, flow, work, record)
-    keep_account(tables, address, t, h, flow.q, flow.v, trial.q, trial.v, flow.ledger, flow.memory, work)
+    keep_account(tables, address, t, h, flow.q, flow.v, trial.q, trial.v, flow.ledger, flow.account, flow.memory, work)
     copy(record.new, record.old)
     write_outputs(tables, address, t, trial.q, trial.v, trial.a, work, flow.ledger, record.new)
     for i in range(record.new.shape[0]):  # without branches: the compiler makes vectors of it
@@ -43,21 +43,21 @@ def accept(tables, address, h, ratio, options, flow, trial, work, record):
         larger = size > record.peak[i]
         record.peak[i] = size if larger else record.peak[i]
         record.peak_time[i] = t if larger else record.peak_time[i]
-    t0 = flow.clock[0]
-    flow.clock[0] = t
+    t0 = flow.clock.t
+    flow.clock.t = t
     copy(trial.q, flow.q)
     copy(trial.v, flow.v)
     copy(trial.a, flow.a)
     copy(trial.x, flow.x)
     copy(trial.lam, flow.lam)
     copy(work.z_new, flow.z)
-    record.count[0] += 1
-    record.extreme[0], record.extreme[1] = min(record.extreme[0], h), max(record.extreme[1], h)
-    record.extreme[4], record.extreme[5] = t0, h
+    record.count.steps += 1
+    record.step.smallest, record.step.largest = min(record.step.smallest, h), max(record.step.largest, h)
+    record.step.began, record.step.size = t0, h
     code = save(tables, t0, h, options, flow, record)
     if code != RUNNING or no_room(flow, record):
         return BUFFER_FULL
-    return verdict(flow.ledger, flow.memory) if flow.memory[STEPS] >= SETTLED else RUNNING
+    return verdict(flow.ledger, flow.account) if flow.account.steps >= SETTLED else RUNNING
 
 
 @compiled
@@ -67,20 +67,20 @@ def save(tables, t0, h, options, flow, record):
     When the buffer is full before all are written, it must be emptied and `save` called again before the next step.
     """
     if options.save_interval == 0.0:
-        row = record.count[5]
-        record.times[row] = flow.clock[0]
+        row = record.count.rows
+        record.times[row] = flow.clock.t
         copy(record.new, record.values[row])
-        record.count[5] += 1
+        record.count.rows += 1
     else:
-        due = flow.clock[2] + (flow.clock[3] + 1.0) * options.save_interval
-        while due <= flow.clock[0] + 1e-9 * options.save_interval and record.count[5] < record.times.shape[0]:
-            row = record.count[5]
+        due = flow.clock.saving_from + (flow.clock.saved + 1.0) * options.save_interval
+        while due <= flow.clock.t + 1e-9 * options.save_interval and record.count.rows < record.times.shape[0]:
+            row = record.count.rows
             interpolate(tables, min((due - t0) / h, 1.0), h, record.old, record.new, record.values[row])
             record.times[row] = due
-            record.count[5] += 1
-            flow.clock[3] += 1.0
-            due = flow.clock[2] + (flow.clock[3] + 1.0) * options.save_interval
-    return BUFFER_FULL if record.count[5] >= record.times.shape[0] else RUNNING
+            record.count.rows += 1
+            flow.clock.saved += 1.0
+            due = flow.clock.saving_from + (flow.clock.saved + 1.0) * options.save_interval
+    return BUFFER_FULL if record.count.rows >= record.times.shape[0] else RUNNING
 
 
 @compiled
@@ -117,4 +117,4 @@ def next_size(proposed, remaining):
 @compiled
 def finished(options, flow):
     """Whether the end is reached but for round-off."""
-    return options.t_end - flow.clock[0] <= 1e-12 * max(abs(options.t_end), 1e-300)
+    return options.t_end - flow.clock.t <= 1e-12 * max(abs(options.t_end), 1e-300)

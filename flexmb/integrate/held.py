@@ -25,19 +25,19 @@ PART = 1e-3
 @compiled
 def first_hold(flow):
     """What a step begins to hold rows with."""
-    return HOLD if flow.clock[5] >= 0.0 else THRESHOLD
+    return HOLD if flow.clock.held_steps >= 0.0 else THRESHOLD
 
 
 @compiled
 def outcome(held, strict, flow):
     """Of a step, for `settle`: 1 when rows were held at its end, plus 2 when some were held and then needed."""
-    return (1 if held else 0) + (2 if strict and flow.clock[5] >= 0.0 else 0)
+    return (1 if held else 0) + (2 if strict and flow.clock.held_steps >= 0.0 else 0)
 
 
 @compiled
 def free_gap(tables, h, options, flow, a):
     """Largest gap with which rows may be held in the present step; a : accelerations."""
-    if flow.clock[5] >= PASSING or flow.clock[5] < 0.0:
+    if flow.clock.held_steps >= PASSING or flow.clock.held_steps < 0.0:
         return CLOSED * options.length
     fast = 0.0
     for k in range(0, tables.sizes.n_q, 3):
@@ -50,23 +50,23 @@ def settle(tables, lu, t, flow, trial, work, record):
     """After a good step: note the instant and the rows whose multipliers are not unique; take those of least norm.
 
     Every held row stands for a set of multipliers u without effect, G^T u = 0.  Where they are as many as the rows of
-    trial.free, they are made orthonormal there and taken out of the multipliers.  flow.clock[5] counts the steps
-    without a break in which more rows than these were held, or were needed after all; it becomes -1, for good, in a
-    model whose rows are always needed: then only those are held whose pivot is lost.
+    trial.free, they are made orthonormal there and taken out of the multipliers.  `held_steps` of the clock counts the
+    steps without a break in which more rows than these were held, or were needed after all; it becomes -1, for good, in
+    a model whose rows are always needed: then only those are held whose pivot is lost.
     """
-    held, needed = record.count[8] % 2 == 1, record.count[8] >= 2
+    held, needed = record.count.outcome % 2 == 1, record.count.outcome >= 2
     total = 0
     for place in range(trial.seen.shape[0]):
         if held and trial.seen[place] < 0.0:
             total += 1
-    if needed and not held and flow.clock[5] >= PASSING:
-        flow.clock[5] = -1.0
-    elif flow.clock[5] >= 0.0:
-        flow.clock[5] = flow.clock[5] + 1.0 if needed or total > trial.free.shape[0] else 0.0
+    if needed and not held and flow.clock.held_steps >= PASSING:
+        flow.clock.held_steps = -1.0
+    elif flow.clock.held_steps >= 0.0:
+        flow.clock.held_steps = flow.clock.held_steps + 1.0 if needed or total > trial.free.shape[0] else 0.0
     if held:
-        if record.count[7] == 0:
-            record.extreme[6] = t
-        record.count[7] += 1
+        if record.count.held_steps == 0:
+            record.step.first_held = t
+        record.count.held_steps += 1
         note_rows(tables.sizes.n_q, tables.sizes.n_c, lu, total == trial.free.shape[0], trial, work, record)
 
 

@@ -12,17 +12,12 @@ from flexmb.contact.onset import crossing, cubic
 from flexmb.integrate.arrays import ALL_KNOWN
 from flexmb.integrate.touch import APPROACH, LASTING_PHASE, START
 from flexmb.kernels import GAP_SIZE, compiled, part_of
+from flexmb.program.tables import GAP, GAP_RATE
 from flexmb.system.contacts import call_gap, call_normal
-
-SIZE, LAST, SPEED, BRAKE, AGAIN, REFUSED = 1, 4, 6, 7, 8, 9
-"""Places in `Flow.clock`."""
 
 STEP, GAP_ACCELERATION, JUMPS = range(3)
 """Columns of `Flow.impacts`: step for the impact [s] (0: not known), acceleration of the gap in flight [m/s^2], whether
 the force jumps where the contact begins."""
-
-RTOL, LEAST_SPEED, IMPACT_STEPS, FLIGHT = range(4)
-"""Places in `Trial.bounds`."""
 
 REACH = 0.04
 """A contact begins, or has ended, within this part of an impact's step."""
@@ -55,17 +50,17 @@ LEAST_DIP = 1e-13
 @compiled
 def slow(flow, trial):
     """Approach speed below which a contact needs no resolution [m/s]."""
-    return trial.bounds[RTOL] * flow.clock[SPEED]
+    return trial.bounds.rtol * flow.clock.speed
 
 
 @compiled
 def planned(tables, address, options, flow, trial, work):
     """The step to try: what the error allows, not beyond the next onset that is foreseen, short in an impact."""
-    h = flow.clock[SIZE]
-    if flow.clock[BRAKE] > 0.0:
-        h = min(h, flow.clock[BRAKE])
-    if flow.clock[AGAIN] > 0.0:
-        return max(min(h, flow.clock[AGAIN]), options.h_min)
+    h = flow.clock.size
+    if flow.clock.brake > 0.0:
+        h = min(h, flow.clock.brake)
+    if flow.clock.again > 0.0:
+        return max(min(h, flow.clock.again), options.h_min)
     for c in range(tables.contacts.kernel.shape[0]):
         step = flow.impacts[c, STEP]
         if step == 0.0:
@@ -81,7 +76,7 @@ def planned(tables, address, options, flow, trial, work):
             h = min(h, max(arrival - 0.5 * REACH * step, 0.5 * arrival))
         else:
             find_jump(tables, address, c, speed, flow, work)
-            probe = max(PROBE * trial.bounds[IMPACT_STEPS], 1.0) * step
+            probe = max(PROBE * trial.bounds.impact_steps, 1.0) * step
             h = min(h, across(arrival, step) if flow.impacts[c, JUMPS] != 0.0 else probe)
     return max(h, options.h_min)
 
@@ -97,7 +92,7 @@ def across(arrival, step):
 def foreseen(tables, c, flow):
     """Time until the open contact c closes and its approach speed then, (inf, 0) when it does not."""
     k = tables.contacts.z[c, 0]
-    gap, rate, bend = flow.z[k + 2], flow.z[k + 4], flow.impacts[c, GAP_ACCELERATION]
+    gap, rate, bend = flow.z[k + GAP], flow.z[k + GAP_RATE], flow.impacts[c, GAP_ACCELERATION]
     square = rate * rate - 2.0 * bend * gap
     if square <= 0.0:
         return math.inf, 0.0
@@ -110,9 +105,9 @@ def foreseen(tables, c, flow):
 @compiled
 def struck(tables, c, flow, trial):
     """Whether the closed contact c is in an impact that needs its own steps."""
-    lasted = flow.clock[0] - flow.episodes[c, START]
+    lasted = flow.clock.t - flow.episodes[c, START]
     impact = flow.z[tables.contacts.z[c, 0]] != LASTING_PHASE and flow.episodes[c, APPROACH] > slow(flow, trial)
-    return impact and lasted < LASTS * trial.bounds[IMPACT_STEPS] * flow.impacts[c, STEP]
+    return impact and lasted < LASTS * trial.bounds.impact_steps * flow.impacts[c, STEP]
 
 
 @compiled
@@ -136,7 +131,7 @@ def find_jump(tables, address, c, speed, flow, work):
 @compiled
 def measure(tables, address, c, trial, work, record):
     """Gap and gap rate of contact c in the trial state."""
-    if record.count[9] == ALL_KNOWN:
+    if record.count.known == ALL_KNOWN:
         return work.contact[c, 0], work.contact[c, 1]
     dofs = part_of(tables.contacts.dofs, 6 * c, 6 * c + 6)
     for i in range(6):
@@ -153,7 +148,7 @@ def located(tables, address, h, options, flow, trial, work, record):
     wanted = h
     for c in range(tables.contacts.kernel.shape[0]):
         k = tables.contacts.z[c, 0]
-        gap0, rate0 = flow.z[k + 2], flow.z[k + 4]
+        gap0, rate0 = flow.z[k + GAP], flow.z[k + GAP_RATE]
         gap, rate = measure(tables, address, c, trial, work, record)
         own = h
         if gap0 > 0.0 >= gap:
@@ -163,14 +158,14 @@ def located(tables, address, h, options, flow, trial, work, record):
         elif gap0 <= 0.0 < gap:
             own = release(c, h, gap0, rate0, gap, rate, flow, trial)
         elif gap0 <= 0.0 and struck(tables, c, flow, trial):
-            most = 1.3 * STEEPEST * flow.episodes[c, APPROACH] / trial.bounds[IMPACT_STEPS]
+            most = 1.3 * STEEPEST * flow.episodes[c, APPROACH] / trial.bounds.impact_steps
             change = abs(rate - rate0)
             if change > most:
                 own = h * max(0.9 * most / change, 0.2)
                 flow.impacts[c, STEP] = own
         if own < wanted:
             wanted = own
-            record.count[11] = c + 1
+            record.count.contact = c + 1
     return wanted
 
 
@@ -183,7 +178,7 @@ def onset(tables, address, c, h, gap0, rate0, gap, rate, options, flow, trial, w
     if speed <= slow(flow, trial):
         return h
     step = flow.impacts[c, STEP]
-    if step == 0.0 or (arrival <= REACH * step and h > max(0.5 * PROBE * trial.bounds[IMPACT_STEPS], 1.5) * step):
+    if step == 0.0 or (arrival <= REACH * step and h > max(0.5 * PROBE * trial.bounds.impact_steps, 1.5) * step):
         own = rate - flow.impacts[c, GAP_ACCELERATION] * (h - arrival)
         step = impact_step(tables, address, c, h, speed, gap, own, options, flow, trial, work)
     flow.impacts[c, STEP] = step
@@ -192,7 +187,7 @@ def onset(tables, address, c, h, gap0, rate0, gap, rate, options, flow, trial, w
     # the trial felt the contact, so its gap came through zero later: each refusal goes back further, and no further on
     # than flight alone would
     ahead, _ = foreseen(tables, c, flow)
-    margin = 0.5 * REACH * step * 4.0 ** flow.clock[REFUSED]
+    margin = 0.5 * REACH * step * 4.0**flow.clock.refused
     return min(h, max(min(arrival, ahead) - margin, 0.5 * arrival))
 
 
@@ -216,7 +211,7 @@ def graze(c, h, gap0, rate0, gap, rate, options, flow, trial):
     if -slope / part <= slow(flow, trial):
         return part
     arrival = s * part
-    step = 2.0 * (part - arrival) / trial.bounds[IMPACT_STEPS]
+    step = 2.0 * (part - arrival) / trial.bounds.impact_steps
     if flow.impacts[c, STEP] > 0.0:
         step = min(step, flow.impacts[c, STEP])
     flow.impacts[c, STEP] = step
@@ -250,10 +245,10 @@ def impact_step(tables, address, c, h, speed, gap, rate, options, flow, trial, w
     if rate < -0.5 * speed:
         share = speed * speed / max(speed * speed - rate * rate, 1e-3 * speed * speed)
     else:
-        mass = options.gamma * h * N / (rate + speed)
+        mass = options.regular.gamma * h * N / (rate + speed)
         share = (n + 1.0) * mass * speed * speed / (2.0 * N * depth)
     T = DURATION * depth * share ** (1.0 / (n + 1.0)) / speed
-    return lasting(T, speed, flow.impacts[c, GAP_ACCELERATION]) / trial.bounds[IMPACT_STEPS]
+    return lasting(T, speed, flow.impacts[c, GAP_ACCELERATION]) / trial.bounds.impact_steps
 
 
 @compiled
@@ -283,24 +278,24 @@ def remember(tables, address, h, options, flow, trial, work):
     anew = False
     for c in range(tables.contacts.kernel.shape[0]):
         k = tables.contacts.z[c, 0]
-        gap0, rate0 = flow.z[k + 2], flow.z[k + 4]
+        gap0, rate0 = flow.z[k + GAP], flow.z[k + GAP_RATE]
         gap, rate = work.contact[c, 0], work.contact[c, 1]
         if gap > 0.0:
             flow.impacts[c, GAP_ACCELERATION] = (rate - rate0) / h if gap0 > 0.0 else 0.0
             if gap0 <= 0.0 and rate > slow(flow, trial):
                 anew = True
-                flow.clock[BRAKE] = 0.0
+                flow.clock.brake = 0.0
         elif gap0 > 0.0:
             anew = anew or flow.impacts[c, JUMPS] != 0.0
             flow.impacts[c, JUMPS] = 0.0
         elif flow.z[k] == 1.0 and struck(tables, c, flow, trial):
             speed = flow.episodes[c, APPROACH]
-            own = rate - flow.impacts[c, GAP_ACCELERATION] * (flow.clock[0] + h - flow.episodes[c, START])
+            own = rate - flow.impacts[c, GAP_ACCELERATION] * (flow.clock.t + h - flow.episodes[c, START])
             left = own * own / (speed * speed)
             if own < 0.0 and 0.4 < left < 0.9:
                 n = power_of(tables, address, c, gap, speed, flow, work)
                 T = DURATION * -gap * (1.0 - left) ** (-1.0 / (n + 1.0)) / speed
-                step = lasting(T, speed, flow.impacts[c, GAP_ACCELERATION]) / trial.bounds[IMPACT_STEPS]
+                step = lasting(T, speed, flow.impacts[c, GAP_ACCELERATION]) / trial.bounds.impact_steps
                 if not LESS * flow.impacts[c, STEP] < step < MORE * flow.impacts[c, STEP]:
                     flow.impacts[c, STEP] = step
     return anew

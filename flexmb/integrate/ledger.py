@@ -16,7 +16,6 @@ from flexmb.integrate.arrays import (
     ENERGY_LOST,
     ENERGY_MADE,
     ENERGY_MISSING,
-    MEMORY_HEAD,
     NOT_FINITE,
     RUNNING,
 )
@@ -26,12 +25,6 @@ KINETIC, STRAIN, GRAVITY, DRIVE, LOAD, CONTACT, FRICTION, DAMPING, ALGORITHM, RE
 """Places in the ledger, in the order of the signals.  TURNED is half of the sum of all changes of all other accounts
 (each drive and contact for itself), steps taken one by one and without signs: what goes from one to another is counted
 in both."""
-
-START, DAMPING_POWER, STEPS, THROUGH_CONTACTS, LOST_IN_CONTACTS, ROUND_OFF, PUT_IN, LEVEL, FALLEN, LIMIT = range(10)
-"""Places in the memory of the ledger: stored energy at the start [J], power of damping [W], steps so far, energy that
-went through contacts [J], the part of ALGORITHM that is due to contacts [J], round-off of all works [J]; energy in
-motion and strain at the start and all that drives and loads moved since [J], gravity at the start and its largest
-change [J]; largest part that may be missing."""
 
 MISSING, MISSING_IN_RUNGE_KUTTA = 0.01, 0.05
 """Largest residual, as part of the energy turned over or in motion or of all that was put in, of a run that is ok.
@@ -69,46 +62,46 @@ def work_of_bow(n, flow, trial, work):
     """
     for i in range(n):
         bow = trial.mean_v[i] - 0.5 * (flow.v[i] + trial.v[i])
-        work.power[4] += bow * (work.momentum[i] - flow.momentum[i])
+        work.power.algorithm += bow * (work.momentum[i] - flow.momentum[i])
         flow.momentum[i] = work.momentum[i]
 
 
-def open_account(ledger, memory):
+def open_account(ledger, account):
     """Begin the account with the energies of the present state."""
-    memory[START], memory[LEVEL] = ledger[:3].sum(), ledger[GRAVITY]
-    memory[PUT_IN], memory[FALLEN], ledger[RESIDUAL] = abs(ledger[KINETIC]) + abs(ledger[STRAIN]), 0.0, 0.0
+    account.start, account.level = ledger[:3].sum(), ledger[GRAVITY]
+    account.put_in, account.fallen, ledger[RESIDUAL] = abs(ledger[KINETIC]) + abs(ledger[STRAIN]), 0.0, 0.0
 
 
 @compiled
-def keep_account(tables, address, t, h, q0, v0, q1, v1, ledger, memory, work):
+def keep_account(tables, address, t, h, q0, v0, q1, v1, ledger, account, memory, work):
     """Bring the ledger to the state of the last evaluation; with h = 0 only remember the powers and forces there."""
-    kinetic, strain, gravity = work.power[0], work.power[1], work.power[2]
+    kinetic, strain, gravity = work.power.kinetic, work.power.strain, work.power.gravity
     turned = abs(kinetic - ledger[KINETIC]) + abs(strain - ledger[STRAIN]) + abs(gravity - ledger[GRAVITY])
     ledger[KINETIC], ledger[STRAIN], ledger[GRAVITY] = kinetic, strain, gravity
-    damped, beyond = _damped(tables, address, t, h, q0, v0, q1, v1, memory, work)
+    damped, beyond = _damped(tables, address, t, h, q0, v0, q1, v1, account, work)
     ledger[DAMPING] += damped
-    ledger[ALGORITHM] += work.power[4] + beyond
-    turned += abs(damped) + _contacts(h, ledger, memory, work)
-    k = MEMORY_HEAD + CONTACT_MEMORY * work.contact.shape[0]
+    ledger[ALGORITHM] += work.power.algorithm + beyond
+    turned += abs(damped) + _contacts(ledger, account, memory, work)
+    k = CONTACT_MEMORY * work.contact.shape[0]
     brought = _drives(tables, h, k, ledger, memory, work)
     k += 2 * work.drive.shape[0]
     turned += _joint_friction(tables, h, k, ledger, memory, work)
     k += 2 * work.grip.shape[0]
     brought += _loads(tables, h, k, q0, q1, ledger, memory, work)
     turned += brought
-    memory[PUT_IN] += brought
-    memory[FALLEN] = max(memory[FALLEN], abs(gravity - memory[LEVEL]))
+    account.put_in += brought
+    account.fallen = max(account.fallen, abs(gravity - account.level))
     stored = kinetic + strain + gravity
     if h > 0.0:
         ledger[TURNED] += 0.5 * turned
-        memory[STEPS] += 1.0
-        memory[ROUND_OFF] += PART * _forces_times_size(tables, q1, work)
+        account.steps += 1.0
+        account.round_off += PART * _forces_times_size(tables, q1, work)
     lost = ledger[CONTACT] + ledger[FRICTION] + ledger[DAMPING] + ledger[ALGORITHM]
-    ledger[RESIDUAL] = stored - memory[START] + lost - ledger[DRIVE] - ledger[LOAD]
+    ledger[RESIDUAL] = stored - account.start + lost - ledger[DRIVE] - ledger[LOAD]
 
 
 @compiled
-def _contacts(h, ledger, memory, work):
+def _contacts(ledger, account, memory, work):
     """Losses by the laws along the path; what the linear forces took beyond them goes to the algorithm."""
     turned = 0.0
     for c in range(work.contact.shape[0]):
@@ -117,12 +110,12 @@ def _contacts(h, ledger, memory, work):
         ledger[FRICTION] += friction
         ledger[ALGORITHM] += beyond
         turned += abs(normal) + abs(friction)
-        memory[LOST_IN_CONTACTS] += beyond
-        memory[PUT_IN] += max(-friction, 0.0)  # a belt
-        k = MEMORY_HEAD + CONTACT_MEMORY * c
+        account.lost_in_contacts += beyond
+        account.put_in += max(-friction, 0.0)  # a belt
+        k = CONTACT_MEMORY * c
         for i in range(CONTACT_MEMORY):
             memory[k + i] = work.loss[c, 3 + i]
-    memory[THROUGH_CONTACTS] += turned
+    account.through_contacts += turned
     return turned
 
 
@@ -175,7 +168,7 @@ def _loads(tables, h, k, q0, q1, ledger, memory, work):
 
 
 @compiled
-def _damped(tables, address, t, h, q0, v0, q1, v1, memory, work):
+def _damped(tables, address, t, h, q0, v0, q1, v1, account, work):
     """Energy that damping took, and what the rule above takes beyond that, which goes to the algorithm.
 
     With D the damping, v the mean of both velocities and w the mean rate, dampers take h v.D v and the rule h v.D w,
@@ -183,8 +176,8 @@ def _damped(tables, address, t, h, q0, v0, q1, v1, memory, work):
     back each time, and b is all that the algorithm moves.  The mean of the powers at both ends would count fast
     vibrations twice.
     """
-    before, now = memory[DAMPING_POWER], work.power[3]
-    memory[DAMPING_POWER] = now
+    before, now = account.damping_power, work.power.damping
+    account.damping_power = now
     if h == 0.0 or (before == 0.0 and now == 0.0):
         return 0.0, 0.0
     E, took, beyond = tables.elements, 0.0, 0.0
@@ -233,29 +226,29 @@ def _forces_times_size(tables, q, work):
 
 
 @compiled
-def turned_over(ledger, memory):
+def turned_over(ledger, account):
     """What residuals are measured against [J]: energy turned over, in motion and in strain.
 
     Of heights, which count from an arbitrary level, and of forces at rest only what round-off makes of them.
     """
     seen = ledger[TURNED] + abs(ledger[KINETIC]) + abs(ledger[STRAIN])
-    return seen + 1e-6 * abs(ledger[GRAVITY]) + memory[ROUND_OFF] / MISSING
+    return seen + 1e-6 * abs(ledger[GRAVITY]) + account.round_off / MISSING
 
 
 @compiled
-def put_in(ledger, memory):
+def put_in(ledger, account):
     """All energy that there was [J]: at the start in motion and strain, from heights, by drives and loads."""
-    return memory[PUT_IN] + memory[FALLEN] + 1e-6 * abs(ledger[GRAVITY]) + memory[ROUND_OFF] / MISSING
+    return account.put_in + account.fallen + 1e-6 * abs(ledger[GRAVITY]) + account.round_off / MISSING
 
 
 @compiled
-def verdict(ledger, memory):
+def verdict(ledger, account):
     """RUNNING when the energies add up, else the code of what they say."""
     if not math.isfinite(ledger[RESIDUAL]):
         return NOT_FINITE
-    scale, taken = turned_over(ledger, memory), ledger[ALGORITHM]
-    level = min(scale, put_in(ledger, memory))
-    if abs(ledger[RESIDUAL]) > memory[LIMIT] * level:
+    scale, taken = turned_over(ledger, account), ledger[ALGORITHM]
+    level = min(scale, put_in(ledger, account))
+    if abs(ledger[RESIDUAL]) > account.limit * level:
         return ENERGY_MISSING
     if taken < -TAKEN * level:
         return ENERGY_MADE
@@ -264,10 +257,10 @@ def verdict(ledger, memory):
     return RUNNING
 
 
-def final_verdict(ledger, memory):
+def final_verdict(ledger, account):
     """The verdict at the end, on contacts too: within an impact its first step would weigh too much."""
-    code = verdict(ledger, memory)
-    through = memory[THROUGH_CONTACTS] + FEW * turned_over(ledger, memory)
-    if code != RUNNING or abs(memory[LOST_IN_CONTACTS]) <= IN_CONTACTS * through:
+    code = verdict(ledger, account)
+    through = account.through_contacts + FEW * turned_over(ledger, account)
+    if code != RUNNING or abs(account.lost_in_contacts) <= IN_CONTACTS * through:
         return code
-    return ENERGY_LOST if memory[LOST_IN_CONTACTS] > 0.0 else ENERGY_MADE
+    return ENERGY_LOST if account.lost_in_contacts > 0.0 else ENERGY_MADE

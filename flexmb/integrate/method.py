@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from flexmb import checks
 from flexmb.errors import InputError
@@ -47,6 +47,17 @@ class Newmark:
             checks.number("Newmark", name, getattr(self, name))
         checks.positive("Newmark", "beta", self.beta)
         checks.one_of("Newmark", "constraints", self.constraints, ["gear-gupta-leimkuhler", "position", "velocity"])
+
+    @property
+    def starting(self) -> Newmark:
+        """The method of a first step.
+
+        x stands for the acceleration at a time Delta h later, Delta = alpha_m - alpha_f.  With x0 = a0 the multipliers
+        would begin with an error of first order.  x0 = a0 + Delta (a1 - a0) turns the method into a plain Newmark step
+        with gamma = 1/2, beta = (1 + Delta^2)/4, whatever its own numbers; after it x = a1 + Delta (a1 - a0).
+        """
+        delta = self.alpha_m - self.alpha_f
+        return replace(self, alpha_m=0.0, alpha_f=0.0, beta=0.25 * (1.0 + delta * delta), gamma=0.5)
 
     @classmethod
     def trapezoidal(cls, constraints: str = "gear-gupta-leimkuhler") -> Newmark:

@@ -12,18 +12,13 @@ from flexmb.integrate.arrays import (
     POSITION,
     RUNNING,
     SINGULAR,
-    Options,
 )
 from flexmb.integrate.held import STILL, first_hold, free_gap, outcome
-from flexmb.integrate.predict import ORDER, close_ahead, compare, forget_past, predict
+from flexmb.integrate.predict import close_ahead, compare, forget_past, predict
 from flexmb.integrate.reuse import (
-    CHECK,
-    EXPECTED,
-    FIRST,
     MEASURE_AGAIN,
-    SINCE,
     STALE_ITERATIONS,
-    begin_habits,
+    begin_trial,
     bounds,
     forget_factors,
     judged,
@@ -63,72 +58,45 @@ AGAIN = -1
 
 
 @compiled
-def starting(options):
-    """Numbers of the first step.
-
-    x stands for the acceleration at a time Delta h later, Delta = alpha_m - alpha_f.  With x0 = a0 the multipliers
-    would begin with an error of first order.  x0 = a0 + Delta (a1 - a0) turns the method into a plain Newmark step with
-    gamma = 1/2, beta = (1 + Delta^2)/4, whatever its own numbers; after it `lead` sets x.
-    """
-    o, delta = options, options.alpha_m - options.alpha_f
-    return Options(
-        0.0,
-        0.0,
-        0.25 * (1.0 + delta * delta),
-        0.5,
-        o.form,
-        o.tolerance,
-        o.iterations,
-        o.length,
-        o.adaptive,
-        o.error,
-        o.h_min,
-        o.h_max,
-        o.t_end,
-        o.save_interval,
-    )
-
-
-@compiled
 def lead(n, options, flow, trial):
     """The auxiliary acceleration at the end of the first step."""
     for i in range(n):
-        trial.x[i] = trial.a[i] + (options.alpha_m - options.alpha_f) * (trial.a[i] - flow.a[i])
+        trial.x[i] = trial.a[i] + (options.regular.alpha_m - options.regular.alpha_f) * (trial.a[i] - flow.a[i])
 
 
 @compiled
-def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, record):  # noqa: PLR0912, PLR0915 - one loop
+def implicit_step(tables, address, lu, h, ratio, scheme, options, flow, trial, work, record):  # noqa: PLR0912, PLR0915 - one loop
     """Try a step of size h; RUNNING when it converged, else the code of the failure.
 
     While old factors serve, the residual is all that is evaluated, and where the iteration is expected to end it is
     evaluated together with the energies: if the correction then is small enough that state is the accepted one.
     Otherwise each iteration has its own matrix, and its factors then try to serve a last iteration as old ones.
-    record.count[9] says what is known of the state it ends with.
+    record.count.known says what is known of the state it ends with.
     """
     n, m = tables.sizes.n_q, tables.sizes.n_c
-    t, habits = flow.clock[0] + h, trial.habits
-    kv = options.gamma / (options.beta * h)
-    kx = 1.0 / (options.beta * h * h)
-    ka = (1.0 - options.alpha_m) / (1.0 - options.alpha_f) * kx
-    begin_habits(flow, trial)
-    if flow.clock[4] == 0.0:
-        forget_past(habits)
+    t, reuse = flow.clock.t + h, trial.reuse
+    kv = scheme.gamma / (scheme.beta * h)
+    kx = 1.0 / (scheme.beta * h * h)
+    ka = (1.0 - scheme.alpha_m) / (1.0 - scheme.alpha_f) * kx
+    begin_trial(flow, trial)
+    if flow.clock.last == 0.0:
+        forget_past(trial.prediction)
     cheap = n + m <= CHEAP
-    order, turn = int(habits[ORDER]), habits[SINCE] >= MEASURE_AGAIN
-    old = may_serve(kv, ka, flow, habits) and not (cheap and rubbing(trial.slopes))
-    predict(n, m, h, ratio, order, options, flow, trial)
+    order, turn = trial.prediction.order, reuse.since >= MEASURE_AGAIN
+    old = may_serve(kv, ka, flow, reuse) and not (cheap and rubbing(trial.slopes))
+    predict(n, m, h, ratio, order, scheme, flow, trial)
     if old and m > 0 and order > 0 and options.form == GEAR_GUPTA_LEIMKUHLER:
         close_ahead(n, m, lu, h, order, flow, trial)
     last, same, part, reach, hold, lost = math.inf, math.inf, 1.0, math.inf, first_hold(flow), -1
     fresh, stale, checks, wanted_x, wanted_t = 0, 0, True, 0.0, 0.0
     for _ in range(options.iterations):
-        accounted = old and stale >= (habits[CHECK] if fresh > 0 else habits[EXPECTED] + (1.0 if turn else 0.0))
+        accounted = old and stale >= (reuse.check if fresh > 0 else reuse.expected + (1.0 if turn else 0.0))
         accounted = accounted and not touching(tables, work)
         look(tables, address, t, h, kv, ka, old, accounted, flow, trial, work)
-        record.count[3] += 1
+        record.count.evaluations += 1
         if old and slopes_changed(trial, work):
             old, checks = False, fresh == 0
-            refused(fresh, habits)
+            refused(fresh, reuse)
             continue
         right_sides(n, m, kv, options, trial, work)
         if not old:
@@ -142,43 +110,43 @@ def implicit_step(tables, address, lu, h, ratio, options, flow, trial, work, rec
         if not old:
             part, reach = shortened(n, fresh - 1, part, reach, trial)
         size = correct(tables, h, kv, kx, ka, part, options, trial, record) / part
-        if not (alike(wanted_x, record.extreme[9]) and alike(wanted_t, record.extreme[10])):
+        if not (alike(wanted_x, record.step.wanted_length) and alike(wanted_t, record.step.wanted_angle)):
             last = same = math.inf  # two sizes with different measures say no ratio
-        wanted_x, wanted_t = record.extreme[9], record.extreme[10]
-        record.count[2] += 1
-        record.count[10] += 1
-        noise = 0.1 * record.extreme[7]
+        wanted_x, wanted_t = record.step.wanted_length, record.step.wanted_angle
+        record.count.iterations += 1
+        record.count.solves += 1
+        noise = 0.1 * record.step.round_off
         unseen, left = bounds(noise, work)
         if old:
-            done, seen, good = judged(size, same, unseen, left, noise, habits)
+            done, seen, good = judged(size, same, unseen, left, noise, reuse)
             if fresh == 0 and stale == 0:
-                habits[FIRST] = size
+                reuse.first = size
             if done:
-                served(fresh, stale, seen, turn, habits)
-                record.count[8], record.count[9] = 0, known(tables, accounted and seen, size, work)
+                served(fresh, stale, seen, turn, reuse)
+                record.count.outcome, record.count.known = 0, known(tables, accounted and seen, size, work)
                 return RUNNING
             stale += 1
             if not good or stale >= STALE_ITERATIONS:
                 old, checks = False, fresh == 0
-                refused(fresh, habits)
+                refused(fresh, reuse)
                 if not size < last:  # they led away
                     order, size = 0, math.inf
-                    predict(n, m, h, ratio, order, options, flow, trial)
+                    predict(n, m, h, ratio, order, scheme, flow, trial)
             last = same = size
             continue
         small = size <= (1.0 if fresh > 1 else unseen)
         small = small or (part == 1.0 and fresh > 1 and size < last < math.inf and size * size / (last - size) <= 1.0)
         if small or (fresh > 2 and size > 0.1 * last and only_noise(n, m, lu, trial, work, record)):
-            record.count[8] = outcome(lost == HELD, hold == THRESHOLD, flow)
-            record.count[9] = known(tables, False, size, work)
+            record.count.outcome = outcome(lost == HELD, hold == THRESHOLD, flow)
+            record.count.known = known(tables, False, size, work)
             return RUNNING
         if not math.isfinite(size) or (reach == math.inf and fresh > 4 and size > 2.0 * last):
             if order == 0:
                 return NEWTON_FAILED if math.isfinite(size) else NOT_FINITE
             order, fresh, part, size = 0, 0, 1.0, math.inf  # the prediction may have been too bold
-            predict(n, m, h, ratio, order, options, flow, trial)
+            predict(n, m, h, ratio, order, scheme, flow, trial)
         last = same = size
-        old = checks and part == 1.0 and reach == math.inf and size < math.inf and may_check(habits)
+        old = checks and part == 1.0 and reach == math.inf and size < math.inf and may_check(reuse)
         old = old and not (cheap and size > BENDS and rubbing(work.slopes))
     return NEWTON_FAILED
 
@@ -220,15 +188,15 @@ def new_factors(tables, lu, h, kv, ka, hold, options, flow, trial, work, record)
     AGAIN : held rows say something of their own, so the matrix is to be evaluated and factored again.
     """
     n = tables.sizes.n_q
-    forget_factors(trial.habits)
+    forget_factors(trial.reuse)
     lost = factor(lu, work.lu, trial.seen, THRESHOLD, n, hold)
-    record.count[4] += 1
+    record.count.factorisations += 1
     if lost >= 0:
-        record.count[6] = lost
+        record.count.lost = lost
         return (SINGULAR if math.isfinite(trial.b.sum()) else NOT_FINITE), lost, hold
     if lost == HELD and opens(tables, lu, h, options, flow, trial, work):
         if hold == THRESHOLD:  # they contradict the others
-            record.count[6] = first_held(lu, trial.seen)
+            record.count.lost = first_held(lu, trial.seen)
             return SINGULAR, lost, hold
         return AGAIN, lost, THRESHOLD
     if lost == HELD and hold == HOLD:
@@ -280,7 +248,7 @@ def opens(tables, lu, h, options, flow, trial, work):
 def only_noise(n, m, lu, trial, work, record):
     """Whether a correction that does not get smaller is round-off of the gaps, divided by the angle of two rows."""
     angle = math.sqrt(weakest(lu, work.lu, trial.seen, n)) if m > 0 else 1.0
-    return record.extreme[2] <= record.extreme[3] * (1.0 + OF_GAPS * record.extreme[7] / angle)
+    return record.step.correction <= record.step.wanted * (1.0 + OF_GAPS * record.step.round_off / angle)
 
 
 @compiled
@@ -344,9 +312,17 @@ def correct(tables, h, kv, kx, ka, part, options, trial, record):
         trial.gaps[i] += part * trial.c[n + i]
     wanted_x = options.tolerance * h * h * fast_x + ROUND_OFF * far_x
     wanted_t = options.tolerance * h * h * fast_t + ROUND_OFF * far_t
-    record.extreme[9], record.extreme[10] = wanted_x, wanted_t
+    record.step.wanted_length, record.step.wanted_angle = wanted_x, wanted_t
     if moved_x / wanted_x > moved_t / wanted_t:
-        record.extreme[2], record.extreme[3], record.extreme[7] = moved_x, wanted_x, ROUND_OFF * far_x / wanted_x
+        record.step.correction, record.step.wanted, record.step.round_off = (
+            moved_x,
+            wanted_x,
+            ROUND_OFF * far_x / wanted_x,
+        )
     else:
-        record.extreme[2], record.extreme[3], record.extreme[7] = moved_t, wanted_t, ROUND_OFF * far_t / wanted_t
+        record.step.correction, record.step.wanted, record.step.round_off = (
+            moved_t,
+            wanted_t,
+            ROUND_OFF * far_t / wanted_t,
+        )
     return max(moved_x / wanted_x, moved_t / wanted_t)

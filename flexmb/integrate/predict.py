@@ -11,22 +11,18 @@ from flexmb.integrate.arrays import PAST_STATES
 from flexmb.kernels import compiled
 from flexmb.solve.substitute import solve
 
-ORDER, KNOWN, MISSED, SPACING = 0, 1, 2, 6
-"""Places in `Flow.habits`: order of the next prediction, states in `Flow.past`, what the four orders missed by, the two
-steps before the last one."""
-
 FADING = 0.5
 """Weight of what an order missed before, against the last step."""
 
 
 @compiled
-def forget_past(habits):
+def forget_past(prediction):
     """Predict constant accelerations until new states are known."""
-    habits[ORDER], habits[KNOWN] = 0.0, 0.0
+    prediction.order, prediction.known = 0, 0
 
 
 @compiled
-def weights(order, h, last, habits):
+def weights(order, h, last, prediction):
     """Weights of the last four states in the polynomial of that order at a time h later (Lagrange)."""
     if order == 0:
         return 1.0, 0.0, 0.0, 0.0
@@ -34,11 +30,11 @@ def weights(order, h, last, habits):
     x0, x1 = h, h + t1
     if order == 1:
         return x1 / t1, -x0 / t1, 0.0, 0.0
-    t2 = t1 + habits[SPACING]
+    t2 = t1 + prediction.before
     x2 = h + t2
     if order == 2:
         return x1 * x2 / (t1 * t2), -x0 * x2 / (t1 * (t2 - t1)), x0 * x1 / (t2 * (t2 - t1)), 0.0
-    t3 = t2 + habits[SPACING + 1]
+    t3 = t2 + prediction.earlier
     x3 = h + t3
     return (
         x1 * x2 * x3 / (t1 * t2 * t3),
@@ -49,11 +45,11 @@ def weights(order, h, last, habits):
 
 
 @compiled
-def predict(n, m, h, ratio, order, options, flow, trial):
+def predict(n, m, h, ratio, order, scheme, flow, trial):
     """Start values of the step."""
-    am, af, beta, gamma = options.alpha_m, options.alpha_f, options.beta, options.gamma
-    last, past = flow.clock[4], flow.past
-    w0, w1, w2, w3 = weights(order, h, last, trial.habits)
+    am, af, beta, gamma = scheme.alpha_m, scheme.alpha_f, scheme.beta, scheme.gamma
+    last, past = flow.clock.last, flow.past
+    w0, w1, w2, w3 = weights(order, h, last, trial.prediction)
     for i in range(n):
         x0 = flow.a[i] + ratio * (flow.x[i] - flow.a[i])
         a1 = w0 * flow.a[i] + w1 * past[0, i] + w2 * past[1, i] + w3 * past[2, i]
@@ -74,8 +70,8 @@ def close_ahead(n, m, lu, h, order, flow, trial):
     The gaps are extrapolated, over h^3, not the shifts: with the factors at hand these have no part along the joints,
     which no later correction would take back.
     """
-    known, gaps, cube = int(trial.habits[KNOWN]), flow.gaps, h * h * h
-    w0, w1, w2, w3 = weights(min(order, known - 1), h, flow.clock[4], trial.habits)
+    known, gaps, cube = trial.prediction.known, flow.gaps, h * h * h
+    w0, w1, w2, w3 = weights(min(order, known - 1), h, flow.clock.last, trial.prediction)
     for i in range(n):
         trial.c[i] = 0.0
     for i in range(m):
@@ -100,12 +96,12 @@ def look_back(tables, h, length, flow, trial, work):
 
     length [m] : angles count as so long.
     """
-    n, m, habits, past = tables.sizes.n_q, tables.sizes.n_c, flow.habits, flow.past
-    known, last = int(habits[KNOWN]), flow.clock[4]
+    n, m, prediction, past = tables.sizes.n_q, tables.sizes.n_c, flow.prediction, flow.past
+    known, last = prediction.known, flow.clock.last
     most = min(known, PAST_STATES)
-    u0, u1, _, _ = weights(min(1, most), h, last, habits)
-    v0, v1, v2, _ = weights(min(2, most), h, last, habits)
-    w0, w1, w2, w3 = weights(most, h, last, habits)
+    u0, u1, _, _ = weights(min(1, most), h, last, prediction)
+    v0, v1, v2, _ = weights(min(2, most), h, last, prediction)
+    w0, w1, w2, w3 = weights(most, h, last, prediction)
     m0 = m1 = m2 = m3 = 0.0
     for i in range(0, n, 3):  # x, y, theta of a node
         n0 = n1 = n2 = n3 = 0.0
@@ -126,14 +122,14 @@ def look_back(tables, h, length, flow, trial, work):
     best, misses = 0, (math.sqrt(m0), math.sqrt(m1), math.sqrt(m2), math.sqrt(m3))
     for order in range(most + 1):
         now = misses[order]
-        now += FADING * (habits[MISSED + order] if order < known else now)  # one that is new has no past yet
-        habits[MISSED + order] = now
-        if now < habits[MISSED + best]:
+        now += FADING * (flow.missed[order] if order < known else now)  # one that is new has no past yet
+        flow.missed[order] = now
+        if now < flow.missed[best]:
             best = order
-    habits[SPACING + 1], habits[SPACING] = habits[SPACING], last
-    habits[ORDER], habits[KNOWN] = float(best), min(known + 1.0, PAST_STATES + 1.0)
+    prediction.earlier, prediction.before = prediction.before, last
+    prediction.order, prediction.known = best, min(known + 1, PAST_STATES + 1)
     if last == 0.0 or phase_changed(tables, flow, work):
-        forget_past(habits)
+        forget_past(prediction)
 
 
 @compiled

@@ -9,14 +9,8 @@ theta is measured anew every few steps.
 
 import math
 
+from flexmb.compiled.record_type import copy_numbers
 from flexmb.kernels import compiled, copy
-
-AGE, KV, KA, THETA, SINCE, EXTRA, BEST, WEAK, FIRST, EXPECTED, CHECK, WAIT, PAUSE, FRESH = range(8, 22)
-"""Places in `Flow.habits`: steps that the factors served, 0 when there are none; coefficients they were made with; last
-measured theta; steps since; iterations beyond the best step's since they were made; iterations of that step; smallest
-relative pivot of a constraint; size of the last first correction; iteration that is expected to be the last, and
-the same counted from new factors on; steps to begin with new ones, because old ones were refused, and how many that
-were the last time; 1 if the trial step has made factors."""
 
 LONGEST_PAUSE = 15.0
 
@@ -58,53 +52,55 @@ RUBBING = 1e-4
 
 
 @compiled
-def may_serve(kv, ka, flow, habits):
+def may_serve(kv, ka, flow, reuse):
     """Whether the factors of earlier steps may serve one with these coefficients."""
-    if habits[WAIT] > 0.0:
-        habits[WAIT] -= 1.0
+    if reuse.wait > 0.0:
+        reuse.wait -= 1.0
         return False
-    if habits[AGE] == 0.0 or habits[AGE] > OLDEST or habits[EXTRA] >= MOST_EXTRA or habits[WEAK] < REGULAR:
+    if reuse.age == 0.0 or reuse.age > OLDEST or reuse.extra >= MOST_EXTRA or reuse.weak < REGULAR:
         return False
-    alike = abs(kv - habits[KV]) <= OTHER_STEP * abs(kv) and abs(ka - habits[KA]) <= OTHER_STEP * abs(ka)
-    return alike and flow.clock[5] <= 0.0
+    alike = abs(kv - reuse.kv) <= OTHER_STEP * abs(kv) and abs(ka - reuse.ka) <= OTHER_STEP * abs(ka)
+    return alike and flow.clock.held_steps <= 0.0
 
 
 @compiled
-def forget_factors(habits):
+def forget_factors(reuse):
     """There are none, or they must not be used."""
-    habits[AGE] = 0.0
+    reuse.age = 0.0
 
 
 @compiled
 def note_factors(kv, ka, weak, trial, work):
     """New factors are at hand."""
-    habits = trial.habits
-    habits[FRESH] = 1.0
-    habits[AGE], habits[KV], habits[KA], habits[WEAK] = 1.0, kv, ka, weak
-    habits[EXTRA], habits[BEST] = 0.0, 0.0
+    reuse = trial.reuse
+    reuse.fresh = 1.0
+    reuse.age, reuse.kv, reuse.ka, reuse.weak = 1.0, kv, ka, weak
+    reuse.extra, reuse.best = 0.0, 0.0
     for k in range(trial.slopes.shape[0]):
         copy(work.slopes[k], trial.slopes[k])
 
 
 @compiled
-def begin_habits(flow, trial):
+def begin_trial(flow, trial):
     """A trial step begins with what the accepted ones taught; a rejected one leaves no trace."""
-    copy(flow.habits, trial.habits)
-    trial.habits[FRESH] = 0.0
+    copy_numbers(flow.prediction, trial.prediction)
+    copy_numbers(flow.reuse, trial.reuse)
+    trial.reuse.fresh = 0.0
     for k in range(trial.slopes.shape[0]):
         copy(flow.slopes[k], trial.slopes[k])
-    if flow.clock[4] == 0.0:
-        forget_factors(trial.habits)
+    if flow.clock.last == 0.0:
+        forget_factors(trial.reuse)
 
 
 @compiled
-def keep_habits(flow, trial, work):
+def keep_trial(flow, trial, work):
     """The trial step is accepted."""
-    if trial.habits[FRESH] > 0.0 and trial.habits[AGE] > 0.0:
+    if trial.reuse.fresh > 0.0 and trial.reuse.age > 0.0:
         copy(work.lu, flow.factors)
         for k in range(trial.slopes.shape[0]):
             copy(trial.slopes[k], flow.slopes[k])
-    copy(trial.habits, flow.habits)
+    copy_numbers(trial.prediction, flow.prediction)
+    copy_numbers(trial.reuse, flow.reuse)
 
 
 @compiled
@@ -129,17 +125,17 @@ def rubbing(slopes):
 
 
 @compiled
-def may_check(habits):
+def may_check(reuse):
     """Whether factors that are new in this step may serve its further iterations."""
-    return habits[AGE] == 1.0 and habits[WEAK] >= REGULAR
+    return reuse.age == 1.0 and reuse.weak >= REGULAR
 
 
 @compiled
-def refused(fresh, habits):
+def refused(fresh, reuse):
     """Old factors were of no use; if of an earlier step, the next steps begin with new ones, more of them each time."""
     if fresh == 0:
-        habits[PAUSE] = min(2.0 * habits[PAUSE] + 1.0, LONGEST_PAUSE)
-        habits[WAIT] = habits[PAUSE]
+        reuse.pause = min(2.0 * reuse.pause + 1.0, LONGEST_PAUSE)
+        reuse.wait = reuse.pause
 
 
 @compiled
@@ -161,15 +157,15 @@ def touching(tables, work):
 
 
 @compiled
-def judged(size, same, unseen, left, noise, habits):
+def judged(size, same, unseen, left, noise, reuse):
     """Whether a correction with old factors is the last, whether the state before it will do, and whether to go on.
 
     same : size of the correction before it with the same factors, inf for none.
     """
     seen = size <= unseen
     if same == math.inf:
-        return seen and believed(size, habits) and size * habits[THETA] <= left, seen, size < math.inf
-    theta = measured(size, same, habits)
+        return seen and believed(size, reuse) and size * reuse.theta <= left, seen, size < math.inf
+    theta = measured(size, same, reuse)
     if theta > FAIR and size <= noise:  # it gets no smaller
         return True, seen, True
     if size <= left or (theta <= FAIR and size * theta <= left * (1.0 - theta)):
@@ -178,37 +174,37 @@ def judged(size, same, unseen, left, noise, habits):
 
 
 @compiled
-def believed(size, habits):
+def believed(size, reuse):
     """Whether a first correction below what is wanted may be the last one."""
-    grown = size > 1e-3 and size > GROWN * habits[FIRST]
-    return habits[THETA] <= GOOD and habits[SINCE] < MEASURE_AGAIN and not grown
+    grown = size > 1e-3 and size > GROWN * reuse.first
+    return reuse.theta <= GOOD and reuse.since < MEASURE_AGAIN and not grown
 
 
 @compiled
-def measured(size, last, habits):
+def measured(size, last, reuse):
     """The ratio of two corrections with the same factors; noted."""
     theta = size / last if last > 0.0 else 0.0
-    habits[THETA] = min(theta, GOOD) if size <= 0.05 else theta  # round-off says nothing of the factors
-    habits[SINCE] = 0.0
+    reuse.theta = min(theta, GOOD) if size <= 0.05 else theta  # round-off says nothing of the factors
+    reuse.since = 0.0
     return theta
 
 
 @compiled
-def served(fresh, stale, seen, turn, habits):
+def served(fresh, stale, seen, turn, reuse):
     """A step is done, its last `stale` iterations and one more with old factors, `fresh` before them with new ones.
 
     seen : the state of the last evaluation was the accepted one.  turn : theta was due to be measured, which takes an
     iteration more.
     """
-    habits[SINCE] += 1.0
+    reuse.since += 1.0
     if fresh > 0:
-        habits[CHECK] = float(stale if seen else stale + 1)
+        reuse.check = float(stale if seen else stale + 1)
         return
     used = float(stale if turn and stale > 0 else stale + 1)
-    if habits[BEST] == 0.0:
-        habits[BEST] = used
-    habits[EXTRA] += max(used - habits[BEST], 0.0)
-    habits[AGE] += 1.0
-    habits[PAUSE] = 0.0
+    if reuse.best == 0.0:
+        reuse.best = used
+    reuse.extra += max(used - reuse.best, 0.0)
+    reuse.age += 1.0
+    reuse.pause = 0.0
     if not turn:
-        habits[EXPECTED] = float(stale if seen else stale + 1)
+        reuse.expected = float(stale if seen else stale + 1)

@@ -17,6 +17,7 @@ from flexmb.integrate.arrays import (
     FORMS,
     NEVER,
     RUNNING,
+    Coefficients,
     Options,
     new_flow,
     new_record,
@@ -27,7 +28,7 @@ from flexmb.integrate.bar import bar as progress_bar
 from flexmb.integrate.contact_work import contact_losses
 from flexmb.integrate.explicit import new_stages
 from flexmb.integrate.finish import save
-from flexmb.integrate.ledger import LIMIT, MISSING, MISSING_IN_RUNGE_KUTTA, final_verdict, keep_account, open_account
+from flexmb.integrate.ledger import MISSING, MISSING_IN_RUNGE_KUTTA, final_verdict, keep_account, open_account
 from flexmb.integrate.loop import advance, advance_explicit
 from flexmb.integrate.method import Newmark, RungeKutta4, Staggered
 from flexmb.integrate.solution import ContactLog, Peaks, Solution
@@ -109,13 +110,13 @@ class Run:
         flow = self.flow
         flow.q[:n], flow.v[:n], flow.a[:n], flow.x[:n] = start.q, start.v, start.a, start.a
         flow.lam[:], flow.z[:] = start.lam, self.program.drawn.z if z is None else z
-        flow.clock[0] = time
+        flow.clock.t = time
         self._expect(start.redundant)
-        flow.clock[5] = -1.0 if self._seems_dependent(start) else 0.0
-        flow.clock[2] = NOT_SAVING
-        flow.clock[1] = self.h_max if isinstance(self.step, FixedStep) else 1e-3 * self.h_max
+        flow.clock.held_steps = -1.0 if self._seems_dependent(start) else 0.0
+        flow.clock.saving_from = NOT_SAVING
+        flow.clock.size = self.h_max if isinstance(self.step, FixedStep) else 1e-3 * self.h_max
         self._look()
-        open_account(flow.ledger, flow.memory)
+        open_account(flow.ledger, flow.account)
         begun = flow.z.copy()
         flow.z[:] = self.work.z_new
         close_what_touches(self.program, begun, flow)
@@ -126,16 +127,16 @@ class Run:
     def _look(self) -> None:
         """Evaluate the present state, and remember its powers and forces for the ledger."""
         flow, still = self.flow, np.zeros(self.program.n_q + 3)
-        common = (self.program.tables, self.program.addresses, flow.clock[0], 0.0)
+        common = (self.program.tables, self.program.addresses, flow.clock.t, 0.0)
         evaluate_accepted(*common, flow.q, flow.v, flow.a, flow.lam, flow.z, still, still, self.work)
         report_forces(self.program.tables, flow.lam, self.work)
         flow.momentum[:] = self.work.momentum
         contact_losses(*common[:2], 0.0, flow, flow.q, flow.v, self.work)
-        keep_account(*common, flow.q, flow.v, flow.q, flow.v, flow.ledger, flow.memory, self.work)
+        keep_account(*common, flow.q, flow.v, flow.q, flow.v, flow.ledger, flow.account, flow.memory, self.work)
 
     def _write(self) -> None:
         """Signals of the state that was looked at last."""
-        flow, common = self.flow, (self.program.tables, self.program.addresses, self.flow.clock[0])
+        flow, common = self.flow, (self.program.tables, self.program.addresses, self.flow.clock.t)
         write_outputs(*common, flow.q, flow.v, flow.a, self.work, flow.ledger, self.record.new)
 
     def look(self) -> None:
@@ -145,7 +146,7 @@ class Run:
 
     def one_step(self, limit: float) -> bool:
         """Take one step, not beyond the time `limit` [s]; whether it was accepted.  Nothing is saved."""
-        kept, self.max_steps = self.max_steps, int(self.record.count[0]) + 1
+        kept, self.max_steps = self.max_steps, int(self.record.count.steps) + 1
         self.go_to(limit, saving=None)
         self.max_steps = kept
         if self.note.startswith(ENOUGH):
@@ -171,16 +172,18 @@ class Run:
         if not isinstance(restart, Mapping):
             text = f"simulate {self.program.name!r}: restart is {restart!r}"
             raise InputError(f"{text}; it must be `restart` of a solution of the same mechanism.")
-        for name, target in (*self.flow._asdict().items(), ("signals", self.record.new)):
-            given = restart.get(name)
-            if given is None or np.shape(given) != target.shape:
-                raise InputError(
-                    f"simulate {self.program.name!r}: restart does not fit this model "
-                    f"({name!r} is missing or of another size). Use `restart` of a solution of the same mechanism."
-                )
-            target[:] = given
+        try:
+            if np.shape(restart.get("signals")) != self.record.new.shape:
+                raise ValueError("signals")
+            self.flow.restore(restart)
+        except ValueError as error:
+            raise InputError(
+                f"simulate {self.program.name!r}: restart does not fit this model "
+                f"({str(error)!r} is missing or of another size). Use `restart` of a solution of the same mechanism."
+            ) from error
+        self.record.new[:] = restart["signals"]
         if redundant:
-            G = System(self.program).at(self.flow.q[: self.program.n_q], t=self.flow.clock[0]).jacobian
+            G = System(self.program).at(self.flow.q[: self.program.n_q], t=self.flow.clock.t).jacobian
             self._expect(len(row_rank(G).redundant))
         self.forget_peaks()
 
@@ -192,7 +195,7 @@ class Run:
     def forget_peaks(self) -> None:
         """Begin to look for peaks at the present state."""
         self.record.peak[:] = np.where(self.record.one_sided, np.maximum(self.record.new, 0.0), np.abs(self.record.new))
-        self.record.peak_time[:] = self.flow.clock[0]
+        self.record.peak_time[:] = self.flow.clock.t
 
     def go_to(self, end: float, saving: float | None) -> None:
         """Run until `end`; `saving` is the time between saved instants, 0 for every step, None for nothing.
@@ -204,18 +207,18 @@ class Run:
         if saving is not None:
             self._begin_saving(saving)
         explicit = isinstance(self.method, RungeKutta4)
-        self.flow.memory[LIMIT] = MISSING_IN_RUNGE_KUTTA if explicit else MISSING
+        self.flow.account.limit = MISSING_IN_RUNGE_KUTTA if explicit else MISSING
         interval = NEVER if saving is None else saving
-        bar = progress_bar(self.program.name, float(self.flow.clock[0]), end, shown=self.progress)
+        bar = progress_bar(self.program.name, float(self.flow.clock.t), end, shown=self.progress)
         try:
             for instant in self.program.breaks(end):
-                if instant > self.flow.clock[0] and self._reach(just_before(instant), interval, bar, ahead=True):
+                if instant > self.flow.clock.t and self._reach(just_before(instant), interval, bar, ahead=True):
                     self._jump(instant, interval)
                 if self.note or self.code not in (RUNNING, DONE):
                     break
             else:
                 if self._reach(end, interval, bar) and saving is not None:
-                    self.code = final_verdict(self.flow.ledger, self.flow.memory) or DONE
+                    self.code = final_verdict(self.flow.ledger, self.flow.account) or DONE
         except KeyboardInterrupt:
             self.note = "Interrupted from the keyboard"
         bar.close()
@@ -227,7 +230,7 @@ class Run:
         while self.code == RUNNING:
             began = time.perf_counter()
             steps = self._allowed(steps)
-            if steps == 0 and ahead and self.flow.clock[0] >= (1.0 - 1e-12) * target:
+            if steps == 0 and ahead and self.flow.clock.t >= (1.0 - 1e-12) * target:
                 self.code = DONE
             elif steps == 0:
                 self.note = f"{ENOUGH} {self.max_steps} steps, as asked for"
@@ -235,7 +238,7 @@ class Run:
             else:
                 self.code = self._block(options, steps)
             self._empty(options)
-            bar.update(min(self.flow.clock[0], bar.total) - bar.n)
+            bar.update(min(self.flow.clock.t, bar.total) - bar.n)
             took = time.perf_counter() - began
             steps = int(min(max(steps * min(BLOCK_SECONDS / max(took, 1e-6), 4.0), 16), 1_000_000))
             if self.code == BUFFER_FULL:
@@ -248,7 +251,7 @@ class Run:
         Positions, velocities, histories and energies stay.  The next step is a first step.
         """
         flow, n = self.flow, self.program.n_q
-        flow.clock[0], flow.clock[4] = instant, 0.0
+        flow.clock.t, flow.clock.last = instant, 0.0
         try:
             solve = least_norm if self.redundant else accelerations
             a, lam = solve(self.program, flow.q[:n], flow.v[:n], instant, flow.z)
@@ -265,23 +268,23 @@ class Run:
         record.peak_time[size > record.peak] = instant
         record.peak[:] = np.maximum(record.peak, size)
         if interval == 0.0:
-            self._keep(flow.clock[0:1].copy(), record.new[None, :].copy())
+            self._keep(np.array([flow.clock.t]), record.new[None, :].copy())
         elif interval < NEVER and self.times and abs(self.times[-1][-1] - instant) <= 1e-9 * interval:
             self.values[-1][-1] = record.new  # an instant of the grid at the jump shows the state just after
 
     def _begin_saving(self, saving: float) -> None:
         """Save the present instant, or go on with the grid of the run that was resumed."""
         clock, self.saving = self.flow.clock, True
-        if clock[2] < 0.0:
-            clock[2], clock[3] = clock[0], 0.0
-            self._keep(clock[0:1].copy(), self.record.new[None, :].copy())
+        if clock.saving_from < 0.0:
+            clock.saving_from, clock.saved = clock.t, 0.0
+            self._keep(np.array([clock.t]), self.record.new[None, :].copy())
         elif saving > 0.0:  # counted anew, since the interval may be another one
-            clock[3] = np.floor((clock[0] - clock[2]) / saving + 1e-9)
+            clock.saved = np.floor((clock.t - clock.saving_from) / saving + 1e-9)
 
     def _allowed(self, steps: int) -> int:
         if self.max_steps is None:
             return steps
-        return max(0, min(steps, self.max_steps - int(self.record.count[0])))
+        return max(0, min(steps, self.max_steps - int(self.record.count.steps)))
 
     def _block(self, options: Options, steps: int) -> int:
         common = (self.program.tables, self.program.addresses, self.lu, options, self.flow, self.trial)
@@ -292,10 +295,7 @@ class Run:
     def _options(self, end: float, saving: float) -> Options:
         method = self.method if isinstance(self.method, Newmark) else Newmark()
         return Options(
-            float(method.alpha_m),
-            float(method.alpha_f),
-            float(method.beta),
-            float(method.gamma),
+            *(Coefficients(m.alpha_m, m.alpha_f, m.beta, m.gamma) for m in (method, method.starting)),
             FORMS[method.constraints],
             NEWTON_TOLERANCE,
             ITERATIONS,
@@ -309,20 +309,20 @@ class Run:
         )
 
     def _fetch(self) -> None:
-        if self.record.ended[0]:
+        if self.record.count.episodes:
             self.episodes.append(taken_out(self.record))
-        rows = int(self.record.count[5])
+        rows = int(self.record.count.rows)
         if rows:
             self._keep(self.record.times[:rows].copy(), self.record.values[:rows].copy())
-            self.record.count[5] = 0
+            self.record.count.rows = 0
 
     def _empty(self, options: Options) -> None:
         """Fetch the buffer, again and again where the last step passed more instants than it has room for."""
         self._fetch()
         while self.code == BUFFER_FULL and options.save_interval > 0.0:
-            begin, size = self.record.extreme[4:6]
+            begin, size = self.record.step.began, self.record.step.size
             save(self.program.tables, begin, size, options, self.flow, self.record)
-            if self.record.count[5] == 0:
+            if self.record.count.rows == 0:
                 return
             self._fetch()
 
@@ -334,7 +334,7 @@ class Run:
         """The record of what was run so far, with remarks and the time it took on the clock [s]."""
         program, count = self.program, self.record.count
         n_y = program.tables.sizes.n_y
-        restart = {name: array.copy() for name, array in self.flow._asdict().items()}
+        restart = self.flow.saved()
         restart["signals"] = self.record.new.copy()
         return Solution(
             time=_joined(self.times, np.zeros(0)),
@@ -344,13 +344,13 @@ class Run:
             status=self.status(),
             ok=self.code == DONE and not self.note,
             stats=Stats(
-                int(count[0]),
-                int(count[1]),
-                int(count[2]),
-                int(count[3]),
-                int(count[4]),
-                float(self.record.extreme[0]) if count[0] else 0.0,
-                float(self.record.extreme[1]),
+                count.steps,
+                count.rejected,
+                count.iterations,
+                count.evaluations,
+                count.factorisations,
+                self.record.step.smallest if count.steps else 0.0,
+                self.record.step.largest,
                 wall_time,
             ),
             aliases=program.names.aliases,
@@ -370,7 +370,7 @@ class Run:
     def status(self) -> str:
         """How the run ended, in a sentence."""
         if self.note:
-            return f"{self.note}, at t = {self.flow.clock[0]:.6g} s."
+            return f"{self.note}, at t = {self.flow.clock.t:.6g} s."
         return sentence(self.program, self.code, self.flow, self.trial, self.record)
 
 

@@ -105,13 +105,13 @@ def simulate(
         run.begin(consistent_start(mechanism, program, redundant=redundant == "least-norm", closed=closed))
     else:
         run.resume(restart, redundant=redundant == "least-norm")
-        _check_ahead(mechanism, float(run.flow.clock[0]), end)
+        _check_ahead(mechanism, float(run.flow.clock.t), end)
     started = time.perf_counter()
-    if run.flow.clock[0] < begin:
+    if run.flow.clock.t < begin:
         run.go_to(begin, saving=None)
         run.forget_peaks()
     run.go_to(end, saving=save_interval(mechanism, save, period, begin, end))
-    now = float(run.flow.clock[0])
+    now = float(run.flow.clock.t)
     span = period if period is not None else 0.5 * (now - begin)
     notes = contact_remarks(run.program, run.flow.z, run.contact_log(), now, span)
     return run.solution(model={"name": mechanism.name}, notes=notes, wall_time=time.perf_counter() - started)

@@ -26,15 +26,15 @@ def accelerate_loaded(tables, address, lu, t, part, h, load, flow, trial, work, 
     """Accelerations and multipliers of the trial state under a load (n_t,): M a + G^T lam = load - r, G a = gamma."""
     n, m = tables.sizes.n_q, tables.sizes.n_c
     evaluate(tables, address, t, part * h, trial.q, trial.v, stages.zero, trial.lam, flow.z, 0.0, 0.0, 1.0, True, work)
-    record.count[3] += 1
+    record.count.evaluations += 1
     for i in range(n):
         trial.b[i] = load[i] - (work.r[i] + work.Gl[i])
     for i in range(m):
         trial.b[n + i] = work.gamma[i]
     lost = factor(lu, work.lu, trial.seen, THRESHOLD)
-    record.count[4] += 1
+    record.count.factorisations += 1
     if lost >= 0:
-        record.count[6] = lost
+        record.count.lost = lost
         return SINGULAR if math.isfinite(trial.b.sum()) else NOT_FINITE
     solve(lu, work.lu, trial.b, trial.d, trial.y)
     for i in range(n):
@@ -47,7 +47,7 @@ def accelerate_loaded(tables, address, lu, t, part, h, load, flow, trial, work, 
 @compiled
 def rigid_step(tables, address, lu, h, load, options, flow, trial, work, record, stages):
     """`runge_kutta_step` under a load that stays the same in the step."""
-    n, m, t = tables.sizes.n_q, tables.sizes.n_c, flow.clock[0]
+    n, m, t = tables.sizes.n_q, tables.sizes.n_c, flow.clock.t
     copy(flow.q, trial.q)
     copy(flow.v, trial.v)
     copy(flow.lam, trial.lam)
@@ -92,8 +92,8 @@ def both_steps(tables, address, lu, h, options, flow, trial, work, record, stage
     for _ in range(el.settings.passes if el.settings.flexible else 1):
         code = rigid_step(tables, address, lu, h, el.trial.load, options, flow, trial, work, record, stages)
         if code == RUNNING and el.settings.flexible:
-            el.trial.memory[1] = 0.0
-            code = elastic_step(el, tables, work, flow.clock[0] + h, h, trial.q, trial.v, trial.a)
+            el.trial.memory.tie = 0.0
+            code = elastic_step(el, tables, work, flow.clock.t + h, h, trial.q, trial.v, trial.a)
         if code != RUNNING:
             break
         if el.settings.flexible:
@@ -113,8 +113,8 @@ def adopt(el):
     copy(new.drift, now.drift)
     for k in range(now.motions.shape[0]):
         copy(new.motions[k], now.motions[k])
-    now.memory[1] = max(now.memory[1], new.memory[1])
-    now.memory[2] = new.memory[2]
+    now.memory.tie = max(now.memory.tie, new.memory.tie)
+    now.memory.load_power = new.memory.load_power
 
 
 @compiled
@@ -131,12 +131,12 @@ def whole_motion(el, t, h, q, v, a, d, ledger, work):
         S.a[i] += d.u2[i]
     S.f[:] = 0.0
     account(el.whole, el.whole_address, t, h, S.q, S.v, S.a, S.f, S.f, S.z, el.whole_work)
-    for k in range(3):
-        work.power[k] = el.whole_work.power[k]
-    power = el.whole_work.power[3] - work.power[3]
-    ledger[DAMPING] += 0.5 * h * (el.now.memory[0] + power)
-    ledger[LOAD] += 0.5 * h * (el.now.memory[2] + d.memory[2])
-    el.now.memory[0] = power
+    whole = el.whole_work.power
+    work.power.kinetic, work.power.strain, work.power.gravity = whole.kinetic, whole.strain, whole.gravity
+    power = whole.damping - work.power.damping
+    ledger[DAMPING] += 0.5 * h * (el.now.memory.damping_power + power)
+    ledger[LOAD] += 0.5 * h * (el.now.memory.load_power + d.memory.load_power)
+    el.now.memory.damping_power = power
 
 
 @compiled
@@ -152,21 +152,21 @@ def write_whole(tables, address, t, flow, work, record, el):
 @compiled
 def accept_both(tables, address, h, options, flow, trial, work, record, el):
     """Make both trial states the accepted ones; BUFFER_FULL when what was saved must be fetched."""
-    t0 = flow.clock[0]
+    t0 = flow.clock.t
     t = t0 + h
     compare(tables.sizes.n_q, h, flow, trial)
     evaluate_accepted(
         tables, address, t, h, trial.q, trial.v, trial.a, trial.lam, flow.z, trial.mean_v, trial.lag, work
     )
-    record.count[3] += 1
+    record.count.evaluations += 1
     report_forces(tables, trial.lam, work)
     work_of_bow(tables.sizes.n_q, flow, trial, work)
     contact_losses(tables, address, h, flow, trial.q, trial.v, work)
     follow_contacts(tables, h, options, flow, work, record)
     whole_motion(el, t, h, trial.q, trial.v, trial.a, el.trial, flow.ledger, work)
-    keep_account(tables, address, t, h, flow.q, flow.v, trial.q, trial.v, flow.ledger, flow.memory, work)
+    keep_account(tables, address, t, h, flow.q, flow.v, trial.q, trial.v, flow.ledger, flow.account, flow.memory, work)
     adopt(el)
-    flow.clock[0] = t
+    flow.clock.t = t
     copy(trial.q, flow.q)
     copy(trial.v, flow.v)
     copy(trial.a, flow.a)
@@ -176,9 +176,9 @@ def accept_both(tables, address, h, options, flow, trial, work, record, el):
     copy(record.new, record.old)
     write_whole(tables, address, t, flow, work, record, el)
     note_peaks(t, record)
-    record.count[0] += 1
-    record.extreme[0], record.extreme[1] = min(record.extreme[0], h), max(record.extreme[1], h)
-    record.extreme[4], record.extreme[5] = t0, h
+    record.count.steps += 1
+    record.step.smallest, record.step.largest = min(record.step.smallest, h), max(record.step.largest, h)
+    record.step.began, record.step.size = t0, h
     code = save(el.whole, t0, h, options, flow, record)
     if not math.isfinite(flow.ledger[RESIDUAL]):
         return NOT_FINITE
@@ -201,7 +201,7 @@ def advance_staggered(tables, address, lu, options, flow, trial, work, record, s
     for _ in range(steps):
         if finished(options, flow):
             return DONE
-        h = next_size(flow.clock[1], options.t_end - flow.clock[0])
+        h = next_size(flow.clock.size, options.t_end - flow.clock.t)
         code = both_steps(tables, address, lu, h, options, flow, trial, work, record, stages, el)
         if code == RUNNING:
             code = accept_both(tables, address, h, options, flow, trial, work, record, el)

@@ -14,7 +14,7 @@ from flexmb.integrate.contact_work import contact_losses
 from flexmb.integrate.elastic import elastic_model
 from flexmb.integrate.elastic_step import ELASTIC_SINGULAR, TOO_FAR
 from flexmb.integrate.finish import save
-from flexmb.integrate.ledger import LIMIT, MISSING_IN_RUNGE_KUTTA, keep_account
+from flexmb.integrate.ledger import MISSING_IN_RUNGE_KUTTA, keep_account
 from flexmb.integrate.method import Staggered
 from flexmb.integrate.run import BUFFER, Run
 from flexmb.integrate.solution import Solution
@@ -63,7 +63,7 @@ class StaggeredRun(Run):
         self.elastic = elastic_model(mechanism, whole, twin, method)
         super().__init__(twin, method, step, t_end, period, max_steps=max_steps, progress=progress)
         rigid, shown = new_record(twin, 1), new_record(whole, BUFFER)
-        self.record = shown._replace(held=rigid.held)
+        self.record = shown.replaced(held=rigid.held)
 
     def start(self) -> None:
         """Take the start values of the twin, and elastic accelerations that go with them."""
@@ -97,36 +97,38 @@ class StaggeredRun(Run):
     def resume(self, restart: Mapping[str, np.ndarray], *, redundant: bool = False) -> None:
         """Take the final state of another run of the same model."""
         super().resume(restart, redundant=redundant)
-        for name, target in self.elastic.now._asdict().items():
-            given = restart.get(f"elastic.{name}")
-            if given is None or np.shape(given) != target.shape:
-                text = f"simulate {self.program.name!r}: restart does not fit this model ({name!r} of the elastic part)"
-                raise InputError(f"{text}. Use `restart` of a solution with the same method.")
-            target[:] = given
+        own = {name.removeprefix("elastic."): array for name, array in restart.items() if name.startswith("elastic.")}
+        try:
+            self.elastic.now.restore(own)
+        except ValueError as error:
+            text = (
+                f"simulate {self.program.name!r}: restart does not fit this model ({str(error)!r} of the elastic part)"
+            )
+            raise InputError(f"{text}. Use `restart` of a solution with the same method.") from error
 
     def _look(self) -> None:
         """Evaluate the present state, and remember its powers and forces for the ledger."""
         flow, still, el = self.flow, np.zeros(self.program.n_q + 3), self.elastic
-        common = (self.program.tables, self.program.addresses, flow.clock[0], 0.0)
+        common = (self.program.tables, self.program.addresses, flow.clock.t, 0.0)
         evaluate_accepted(*common, flow.q, flow.v, flow.a, flow.lam, flow.z, still, still, self.work)
         report_forces(self.program.tables, flow.lam, self.work)
         flow.momentum[:] = self.work.momentum
         contact_losses(*common[:2], 0.0, flow, flow.q, flow.v, self.work)
-        whole_motion(el, flow.clock[0], 0.0, flow.q, flow.v, flow.a, el.now, flow.ledger, self.work)
-        keep_account(*common, flow.q, flow.v, flow.q, flow.v, flow.ledger, flow.memory, self.work)
+        whole_motion(el, flow.clock.t, 0.0, flow.q, flow.v, flow.a, el.now, flow.ledger, self.work)
+        keep_account(*common, flow.q, flow.v, flow.q, flow.v, flow.ledger, flow.account, flow.memory, self.work)
 
     def _write(self) -> None:
         """Signals of the state that was looked at last."""
-        common = (self.program.tables, self.program.addresses, self.flow.clock[0])
+        common = (self.program.tables, self.program.addresses, self.flow.clock.t)
         write_whole(*common, self.flow, self.work, self.record, self.elastic)
 
     def forget_peaks(self) -> None:
         """Begin to look for peaks at the present state."""
         super().forget_peaks()
-        self.elastic.now.memory[1] = 0.0
+        self.elastic.now.memory.tie = 0.0
 
     def _reach(self, target: float, interval: float, bar: Any, *, ahead: bool = False) -> bool:
-        self.flow.memory[LIMIT] = MISSING_IN_RUNGE_KUTTA
+        self.flow.account.limit = MISSING_IN_RUNGE_KUTTA
         return super()._reach(target, interval, bar, ahead=ahead)
 
     def _block(self, options: Options, steps: int) -> int:
@@ -137,9 +139,9 @@ class StaggeredRun(Run):
         """Fetch the buffer, again and again where the last step passed more instants than it has room for."""
         self._fetch()
         while self.code == BUFFER_FULL and options.save_interval > 0.0:
-            begin, size = self.record.extreme[4:6]
+            begin, size = self.record.step.began, self.record.step.size
             save(self.whole.tables, begin, size, options, self.flow, self.record)
-            if self.record.count[5] == 0:
+            if self.record.count.rows == 0:
                 return
             self._fetch()
 
@@ -147,11 +149,11 @@ class StaggeredRun(Run):
         """The record of what was run so far, with the nodes of the flexible bodies; see `Run.solution`."""
         twin, self.program = self.program, self.whole
         try:
-            text, deformation = self._status_of(twin), self.elastic.now._asdict()
+            text, deformation = self._status_of(twin), self.elastic.now.saved()
             found = super().solution(model, notes=(*notes, *self._remarks()), wall_time=wall_time)
         finally:
             self.program = twin
-        elastic = {f"elastic.{name}": array.copy() for name, array in deformation.items()}
+        elastic = {f"elastic.{name}": array for name, array in deformation.items()}
         return replace(found, status=text, restart={**found.restart, **elastic})
 
     def status(self) -> str:
@@ -160,9 +162,9 @@ class StaggeredRun(Run):
 
     def _status_of(self, twin: Program) -> str:
         if self.note:
-            return f"{self.note}, at t = {self.flow.clock[0]:.6g} s."
+            return f"{self.note}, at t = {self.flow.clock.t:.6g} s."
         if self.code in ENDINGS:
-            return f"Stopped at t = {self.flow.clock[0]:.6g} s: {self._ending(self.code)}"
+            return f"Stopped at t = {self.flow.clock.t:.6g} s: {self._ending(self.code)}"
         return sentence(twin, self.code, self.flow, self.trial, self.record)
 
     def _ending(self, code: int) -> str:
@@ -174,7 +176,7 @@ class StaggeredRun(Run):
 
     def _remarks(self) -> tuple[str, ...]:
         """What the shared displacements of joints with play carried."""
-        force = float(self.elastic.now.memory[1])
+        force = self.elastic.now.memory.tie
         if not (self.elastic.settings.flexible and len(self.elastic.model.ties)):
             return ()
         text = f"Displacements shared in joints with play carried forces of up to {force:.3g} N"

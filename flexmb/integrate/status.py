@@ -13,8 +13,9 @@ from flexmb.integrate.arrays import (
     NOT_FINITE,
     SINGULAR,
     STEP_TOO_SMALL,
+    Account,
     Flow,
-    Record,
+    RunRecord,
     Trial,
 )
 from flexmb.integrate.landing import STEP
@@ -24,15 +25,13 @@ from flexmb.integrate.ledger import (
     FEW,
     IN_CONTACTS,
     KINETIC,
-    LIMIT,
-    LOST_IN_CONTACTS,
     RESIDUAL,
     TAKEN,
-    THROUGH_CONTACTS,
     put_in,
     turned_over,
 )
 from flexmb.program.program import Program
+from flexmb.program.tables import GAP, GAP_RATE
 
 FINER = "Try a smaller step, or step=Adaptive(...) with a smaller rtol, so that impacts and vibrations are resolved."
 
@@ -70,28 +69,28 @@ DOUBTFUL = 0.2
 """Part of the limits of the ledger from which on a run that is ok says so."""
 
 
-def sentence(program: Program, code: int, flow: Flow, trial: Trial, record: Record) -> str:
+def sentence(program: Program, code: int, flow: Flow, trial: Trial, record: RunRecord) -> str:
     """The status of a run that ended with `code`."""
     names = (*program.names.coordinates, *program.names.rows)
     template = SENTENCES.get(code, "Not finished, at {t}.")
     cause, remedy = refused(program, flow, trial, record)
     text = template.format(
-        t=f"t = {flow.clock[0]:.6g} s",
-        h=f"{record.extreme[8] or flow.clock[1]:.3g} s",
+        t=f"t = {flow.clock.t:.6g} s",
+        h=f"{record.step.refused or flow.clock.size:.3g} s",
         cause=cause,
         remedy=remedy,
-        lost=names[int(record.count[6])],
-        last=record.extreme[2],
-        wanted=record.extreme[3],
+        lost=names[int(record.count.lost)],
+        last=record.step.correction,
+        wanted=record.step.wanted,
         worst=_worst(program, flow, trial),
-        **energies(flow.ledger, flow.memory),
+        **energies(flow.ledger, flow.account),
     )
-    return text + not_unique(program, trial, record) + balance(flow.ledger, flow.memory) if code == DONE else text
+    return text + not_unique(program, trial, record) + balance(flow.ledger, flow.account) if code == DONE else text
 
 
-def refused(program: Program, flow: Flow, trial: Trial, record: Record) -> tuple[str, str]:
+def refused(program: Program, flow: Flow, trial: Trial, record: RunRecord) -> tuple[str, str]:
     """What asked for a smaller step than the smallest one, and what helps beside a smaller one."""
-    met = int(record.count[11]) - 1
+    met = int(record.count.contact) - 1
     if met >= 0:
         needed = flow.impacts[met, STEP]
         why = f"the impact of {_seen(program, flow, met)} needs steps of {needed:.3g} s"
@@ -105,50 +104,50 @@ def refused(program: Program, flow: Flow, trial: Trial, record: Record) -> tuple
 def _seen(program: Program, flow: Flow, contact: int) -> str:
     """A contact with its gap and gap rate at the last good step."""
     k = program.tables.contacts.z[contact, 0]
-    return f"{program.names.contacts[contact]!r} (gap {flow.z[k + 2]:.3g} m, gap rate {flow.z[k + 4]:.3g} m/s)"
+    return f"{program.names.contacts[contact]!r} (gap {flow.z[k + GAP]:.3g} m, gap rate {flow.z[k + GAP_RATE]:.3g} m/s)"
 
 
-def not_unique(program: Program, trial: Trial, record: Record) -> str:
+def not_unique(program: Program, trial: Trial, record: RunRecord) -> str:
     """Which joints had forces that are not unique, and why; "" when there are none."""
-    if record.count[7] == 0:
+    if record.count.held_steps == 0:
         return ""
     rows = np.flatnonzero(record.held)
     joints = list(dict.fromkeys(program.names.rows[k].partition("[")[0] for k in rows))
     listed = ", ".join(repr(joint) for joint in joints[:MOST]) + (", ..." if len(joints) > MOST else "")
     if len(trial.free):
         return f" The joints {listed} repeat one another: their forces are those of least norm."
-    when = f"t = {record.extreme[6]:.6g} s"
+    when = f"t = {record.step.first_held:.6g} s"
     return f" Passed a singular position at {when}, where the forces of {listed} are not unique."
 
 
-def energies(ledger: np.ndarray, memory: np.ndarray) -> dict[str, str]:
+def energies(ledger: np.ndarray, account: Account) -> dict[str, str]:
     """What sentences on the energies say [J]."""
     return {
         "missing": f"{ledger[RESIDUAL]:.3g} J",
         "taken": f"{abs(ledger[ALGORITHM]):.3g} J",
-        "in_contacts": f"{abs(memory[LOST_IN_CONTACTS]):.3g} J",
-        "through": f"{memory[THROUGH_CONTACTS]:.3g} J",
+        "in_contacts": f"{abs(account.lost_in_contacts):.3g} J",
+        "through": f"{account.through_contacts:.3g} J",
         "kinetic": f"{ledger[KINETIC]:.3g} J",
-        "scale": f"{turned_over(ledger, memory):.3g} J",
-        "put_in": f"{put_in(ledger, memory):.3g} J",
+        "scale": f"{turned_over(ledger, account):.3g} J",
+        "put_in": f"{put_in(ledger, account):.3g} J",
     }
 
 
-def balance(ledger: np.ndarray, memory: np.ndarray) -> str:
+def balance(ledger: np.ndarray, account: Account) -> str:
     """Warnings of energies that add up, but not well; "" when they do."""
-    scale, found = turned_over(ledger, memory), ""
-    through, named = memory[THROUGH_CONTACTS] + FEW * scale, energies(ledger, memory)
-    if abs(ledger[RESIDUAL]) > DOUBTFUL * memory[LIMIT] * min(scale, put_in(ledger, memory)):
+    scale, found = turned_over(ledger, account), ""
+    through, named = account.through_contacts + FEW * scale, energies(ledger, account)
+    if abs(ledger[RESIDUAL]) > DOUBTFUL * account.limit * min(scale, put_in(ledger, account)):
         found += " But the energies miss {missing}, where {put_in} were put in and {scale} turned over: {remedy}."
     if abs(ledger[ALGORITHM]) > DOUBTFUL * TAKEN * scale:
         found += " But the steps {verb} {taken} of {scale} turned over or in motion: {remedy}."
-    elif abs(ledger[ALGORITHM]) > TAKEN * put_in(ledger, memory):
+    elif abs(ledger[ALGORITHM]) > TAKEN * put_in(ledger, account):
         found += " But the steps {verb} {taken} where {put_in} were put in: {remedy}."
-    elif abs(memory[LOST_IN_CONTACTS]) > DOUBTFUL * IN_CONTACTS * through:
+    elif abs(account.lost_in_contacts) > DOUBTFUL * IN_CONTACTS * through:
         found += " But the steps {in_verb} {in_contacts} of {through} that went through contacts: {remedy}."
     if ledger[CONTACT] < -DOUBTFUL * IN_CONTACTS * through:
         found += f" But the laws of contact made {-ledger[CONTACT]:.3g} J of {{through}} that went through contacts."
-    verbs = ["took" if x > 0.0 else "made" for x in (ledger[ALGORITHM], memory[LOST_IN_CONTACTS])]
+    verbs = ["took" if x > 0.0 else "made" for x in (ledger[ALGORITHM], account.lost_in_contacts)]
     return found.format(**named, verb=verbs[0], in_verb=verbs[1], remedy="try smaller ones to see what changes")
 
 

@@ -30,8 +30,8 @@ from numba.np import arrayobj
 from flexmb.integrate.arrays import GEAR_GUPTA_LEIMKUHLER, POSITION, RUNNING, VELOCITY
 from flexmb.integrate.landing import STEP, slow
 from flexmb.integrate.loop import advance
-from flexmb.integrate.newton import starting
 from flexmb.kernels import compiled, copy
+from flexmb.program.tables import GAP_RATE
 from flexmb.solve.lu import HOLD, THRESHOLD, factor
 from flexmb.solve.substitute import solve
 from flexmb.system.tangent import (
@@ -52,9 +52,6 @@ ALIKE, FAR = 1e-13, 1e-9
 LOST = 40
 """Ending of a step whose tangent is singular."""
 
-STEPS, SIZE, LAST = 0, 5, 4
-"""Places in `Record.count`, `Record.extreme` and `Flow.clock`."""
-
 
 @compiled
 def remember_start(flow, T):
@@ -64,7 +61,7 @@ def remember_start(flow, T):
     copy(flow.a, T.a0)
     copy(flow.lam, T.lam0)
     copy(flow.z, T.z0)
-    copy(flow.clock, T.clock)
+    T.step.began, T.step.before = flow.clock.t, flow.clock.last
     for c in range(flow.impacts.shape[0]):
         copy(flow.impacts[c], T.impacts[c])
 
@@ -75,29 +72,29 @@ def carry(tables, address, lu, h, options, flow, trial, T, work):
 
     It began with what `remember_start` noted.
     """
-    first = T.clock[LAST] == 0.0
-    o = starting(options) if first else options
+    first = T.step.before == 0.0
+    o = options.first if first else options.regular
     kv, kx = o.gamma / (o.beta * h), 1.0 / (o.beta * h * h)
     ka = (1.0 - o.alpha_m) / (1.0 - o.alpha_f) * kx
-    t, n, m = flow.clock[0], tables.sizes.n_q, tables.sizes.n_c
+    t, n, m = flow.clock.t, tables.sizes.n_q, tables.sizes.n_c
     if options.adaptive and meeting(tables, flow, trial, T):
         shift(tables, address, T, work)
     for j in range(T.q.shape[0]):
-        begin_step(n, h, 1.0 if first else h / T.clock[LAST], kv, kx, ka, o, j, T)
+        begin_step(n, h, 1.0 if first else h / T.step.before, kv, kx, ka, o, j, T)
     linearise(tables, address, t, h, flow.q, flow.v, flow.a, flow.lam, T.z0, kv, ka, T, work)
     if m > 0 and options.form != POSITION:
         find_turning(tables, address, t, h, options.length, flow.q, flow.v, flow.lam, T, work)
-    if factor(lu, work.lu, T.seen, THRESHOLD, n, HOLD if flow.clock[5] >= 0.0 else THRESHOLD) >= 0:
+    if factor(lu, work.lu, T.seen, THRESHOLD, n, HOLD if flow.clock.held_steps >= 0.0 else THRESHOLD) >= 0:
         return LOST
     if shifted(T):
         find_rates(tables, address, t, h, flow.q, flow.v, flow.a, T.z0, T, work)
-    delta = options.alpha_m - options.alpha_f
+    delta = options.regular.alpha_m - options.regular.alpha_f
     for j in range(T.q.shape[0]):
         if not solve_for(tables, lu, kv, options, j, T, work):
             return LOST
-        end_step(n, kv, kx, ka, delta, first, flow.clock[LAST] == 0.0, j, T)
+        end_step(n, kv, kx, ka, delta, first, flow.clock.last == 0.0, j, T)
     follow_histories(tables, address, t, h, flow.q, flow.v, flow.a, flow.lam, T.z0, T, work)
-    T.last[0] = 0.0 if flow.clock[LAST] == 0.0 else h
+    T.step.last = 0.0 if flow.clock.last == 0.0 else h
     copy(T.a0, T.ap)
     copy(T.z0, T.zp)
     return RUNNING
@@ -117,7 +114,7 @@ def meeting(tables, flow, trial, T):
     """Whether a contact began in the step whose onset the steps were laid by; T.shift makes its gaps all alike."""
     for c in range(tables.contacts.kernel.shape[0]):
         k = tables.contacts.z[c, 0]
-        rate = T.z0[k + 4]
+        rate = T.z0[k + GAP_RATE]
         if T.z0[k] == 0.0 and flow.z[k] != 0.0 and T.impacts[c, STEP] > 0.0 and -rate > slow(flow, trial):
             for j in range(T.shift.shape[0]):
                 T.shift[j] = -T.z[j, k + 2] / rate
@@ -134,15 +131,15 @@ def shift(tables, address, T, work):
         for i in range(tables.sizes.n_q):
             T.q[j, i] += later * T.v0[i]
             T.v[j, i] += later * T.a0[i]
-        if T.last[0] > 0.0:
-            part = later / T.last[0]
+        if T.step.last > 0.0:
+            part = later / T.step.last
             for i in range(tables.sizes.n_q):
                 T.a[j, i] += part * (T.a0[i] - T.ap[i])
                 T.x[j, i] += part * (T.a0[i] - T.ap[i])
             for i in range(tables.sizes.n_z):
                 T.z[j, i] += part * (T.z0[i] - T.zp[i])
-    linearise(tables, address, T.clock[0], 0.0, T.q0, T.v0, T.a0, T.lam0, T.z0, 0.0, 1.0, T, work)
-    follow_histories(tables, address, T.clock[0], 0.0, T.q0, T.v0, T.a0, T.lam0, T.z0, T, work)
+    linearise(tables, address, T.step.began, 0.0, T.q0, T.v0, T.a0, T.lam0, T.z0, 0.0, 1.0, T, work)
+    follow_histories(tables, address, T.step.began, 0.0, T.q0, T.v0, T.a0, T.lam0, T.z0, T, work)
 
 
 @compiled
@@ -272,11 +269,11 @@ def address_of_advance(*arguments: Any) -> Any:
 def advance_with(table, tables, address, lu, options, flow, trial, work, record, own, T, steps):
     """`advance` with tangents T, step by step; `own` : a second `Work`."""
     for _ in range(steps):
-        before = record.count[STEPS]
+        before = record.count.steps
         remember_start(flow, T)
         code = step_at(table, tables, address, lu, options, flow, trial, work, record, 1)
-        if record.count[STEPS] > before:
-            carried = carry(tables, address, lu, record.extreme[SIZE], options, flow, trial, T, own)
+        if record.count.steps > before:
+            carried = carry(tables, address, lu, record.step.size, options, flow, trial, T, own)
             code = carried if code == RUNNING else code
         if code != RUNNING:
             return code

@@ -9,10 +9,10 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.contact.onset import crossing, cubic
-from flexmb.integrate.arrays import CONTACT_MEMORY, EPISODE, EPISODE_ROW, MEMORY_HEAD, NEVER, Flow, Record
+from flexmb.integrate.arrays import CONTACT_MEMORY, EPISODE, EPISODE_ROW, NEVER, Flow, RunRecord
 from flexmb.kernels import GAP_SIZE, compiled
 from flexmb.program.program import Program
-from flexmb.program.tables import CONTACT_COMMON, Addresses, Tables
+from flexmb.program.tables import CONTACT_COMMON, GAP, GAP_RATE, ONSET_TIME, Addresses, Tables
 
 START, APPROACH, IMPULSE, PEAK_FORCE, PEAK_DEPTH, CONTACT_LOSS, FRICTION_LOSS = range(7)
 """Columns of `Flow.episodes`: start [s], approach speed [m/s], impulse [N s], largest force [N] and depth [m], losses
@@ -48,9 +48,9 @@ def follow_contacts(tables, h, options, flow, work, record):
             continue
         gap, rate, N = work.contact[c, 0], work.contact[c, 1], work.contact[c, GAP_SIZE]
         if before == 0.0:
-            flow.episodes[c, START] = work.z_new[k + 1]
-            flow.episodes[c, APPROACH] = speed_at_crossing(h, flow.z[k + 2], flow.z[k + 4], gap, rate)
-        m, depth = MEMORY_HEAD + CONTACT_MEMORY * c, max(-gap, 0.0)
+            flow.episodes[c, START] = work.z_new[k + ONSET_TIME]
+            flow.episodes[c, APPROACH] = speed_at_crossing(h, flow.z[k + GAP], flow.z[k + GAP_RATE], gap, rate)
+        m, depth = CONTACT_MEMORY * c, max(-gap, 0.0)
         flow.episodes[c, IMPULSE] += 0.5 * h * (flow.memory[m] + N)
         flow.episodes[c, CONTACT_LOSS] += work.loss[c, 0]
         flow.episodes[c, FRICTION_LOSS] += work.loss[c, 1]
@@ -76,23 +76,23 @@ def speed_at_crossing(h, gap0, rate0, gap1, rate1):
 @compiled
 def write_down(c, h, phase, gap, rate, k, flow, record):
     """One row of the buffer for the episode of contact c, which ended in this step; k : place of its history."""
-    row = record.ended[0]
-    gap0, rate0 = flow.z[k + 2], flow.z[k + 4]
+    row = record.count.episodes
+    gap0, rate0 = flow.z[k + GAP], flow.z[k + GAP_RATE]
     s = crossing(h, -gap0, -rate0, -gap, -rate)
     _, slope = cubic(s, h, gap0, rate0, gap, rate)
     record.episodes[row, CONTACT] = c
     record.episodes[row, MODE] = LASTING if phase == LASTING_PHASE else IMPACT
-    record.episodes[row, END] = flow.clock[0] + s * h
+    record.episodes[row, END] = flow.clock.t + s * h
     record.episodes[row, SEPARATION] = max(slope / h, 0.0)
     for i in range(EPISODE):
         record.episodes[row, CARRIED + i] = flow.episodes[c, i]
-    record.ended[0] += 1
+    record.count.episodes += 1
 
 
 @compiled
 def no_room(flow, record):
     """Whether the next step could end more episodes than the buffer has room for."""
-    return record.ended[0] + flow.episodes.shape[0] > record.episodes.shape[0]
+    return record.count.episodes + flow.episodes.shape[0] > record.episodes.shape[0]
 
 
 def close_what_touches(program: Program, z: np.ndarray, flow: Flow) -> None:
@@ -113,7 +113,7 @@ def close_what_touches(program: Program, z: np.ndarray, flow: Flow) -> None:
             N, _, _ = laws[kernel].dispatcher(
                 program.tables.p[slice(*p)], 0.0, 0.0, rate, z[normal:end], flow.z[normal:end]
             )
-            flow.z[begin : begin + CONTACT_COMMON] = CLOSING_PHASE, flow.clock[0], 0.0, N, rate
+            flow.z[begin : begin + CONTACT_COMMON] = CLOSING_PHASE, flow.clock.t, 0.0, N, rate
 
 
 def touching_from_the_start(tables: Tables, flow: Flow) -> None:
@@ -126,10 +126,10 @@ def touching_from_the_start(tables: Tables, flow: Flow) -> None:
     flow.episodes[closed, PEAK_DEPTH] = np.maximum(-z[first[closed] + 2], 0.0)
 
 
-def taken_out(record: Record) -> np.ndarray:
+def taken_out(record: RunRecord) -> np.ndarray:
     """The rows of the buffer, which is empty afterwards."""
-    rows = record.episodes[: record.ended[0]].copy()
-    record.ended[0] = 0
+    rows = record.episodes[: record.count.episodes].copy()
+    record.count.episodes = 0
     return rows
 
 

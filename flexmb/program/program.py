@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from flexmb.compiled.records import Record
 from flexmb.kernels import Kernel, address_table
 from flexmb.model.law import Motion, NormalLaw
 from flexmb.model.pieces import AXES
@@ -103,9 +104,11 @@ def resolve(name: str, aliases: dict[str, str]) -> str:
 
 
 def freeze(value: Any) -> None:
-    """Make every array in nested tuples read-only."""
+    """Make every array in nested tuples and records read-only."""
     if isinstance(value, np.ndarray):
         value.flags.writeable = False
     elif isinstance(value, tuple):
         for item in value:
             freeze(item)
+    elif isinstance(value, Record):
+        freeze(tuple(value.as_dict().values()))

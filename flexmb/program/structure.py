@@ -57,7 +57,7 @@ class Structure:
 
     def filled(self, p: np.ndarray) -> Tables:
         """The tables with the numbers (n_p,) of one mechanism."""
-        return self.tables._replace(p=p)
+        return self.tables.replaced(p=p)
 
 
 def structure_of(pieces: Pieces, number: Numbering) -> Structure:

@@ -8,80 +8,78 @@ Positions are indices into the value array of the factored matrix (see `flexmb.p
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
-import numpy as np
+from flexmb.compiled.records import Integers, IntegerTable, Places, Record, Vector
 
 
-class Elements(NamedTuple):
+class Elements(Record):
     """Elements: numbers of their kernels (-1: none), where p, z, dofs, positions (row by row) are.
 
     An element with force, tangent and account is never called through `kernel` and `energy`, which then are -1.
     """
 
-    kernel: np.ndarray  # (n,)
-    energy: np.ndarray  # (n,)
-    factor: np.ndarray  # (n,) a motion
-    force: np.ndarray  # (n,)
-    tangent: np.ndarray  # (n,)
-    account: np.ndarray  # (n,)
-    p: np.ndarray  # (n, 2)
-    factor_p: np.ndarray  # (n, 2)
-    z: np.ndarray  # (n, 2)
-    dof: np.ndarray  # (n + 1,)
-    pos: np.ndarray  # (n + 1,)
-    dofs: np.ndarray
-    positions: np.ndarray
+    kernel: Integers  # (n,)
+    energy: Integers  # (n,)
+    factor: Integers  # (n,) a motion
+    force: Integers  # (n,)
+    tangent: Integers  # (n,)
+    account: Integers  # (n,)
+    p: IntegerTable  # (n, 2)
+    factor_p: IntegerTable  # (n, 2)
+    z: IntegerTable  # (n, 2)
+    dof: Integers  # (n + 1,)
+    pos: Integers  # (n + 1,)
+    dofs: Places
+    positions: Places
 
 
-class Constraints(NamedTuple):
+class Constraints(Record):
     """Constraints: kernels, motions of their rows (-1: none), where numbers, rows, dofs and positions are, signals."""
 
-    kernel: np.ndarray  # (n,)
-    motion: np.ndarray  # (n_c,) of each row
-    p: np.ndarray  # (n, 2)
-    motion_p: np.ndarray  # (n_c, 2)
-    row: np.ndarray  # (n + 1,)
-    dof: np.ndarray  # (n + 1,)
-    pos_g: np.ndarray  # (n + 1,)
-    pos_h: np.ndarray  # (n + 1,)
-    dofs: np.ndarray
-    positions_g: np.ndarray
-    positions_gt: np.ndarray
-    positions_h: np.ndarray
-    second: np.ndarray  # (n, 3) places of x, y, theta of the second body among the dofs, -1: none
-    moment: np.ndarray  # (n,) row of the reported moment, -1: none
-    out: np.ndarray  # (n,) first of its signals
-    forces: np.ndarray  # (n,) how many signals its force has, before those of its motions; 0 for a drive
-    grip: np.ndarray  # (n, 2) grip and friction kernel, -1: no friction
-    grip_p: np.ndarray  # (n, 4) begin and end for grip and friction law
-    grip_z: np.ndarray  # (n, 2)
-    grip_arm: np.ndarray  # (n,)
+    kernel: Integers  # (n,)
+    motion: Integers  # (n_c,) of each row
+    p: IntegerTable  # (n, 2)
+    motion_p: IntegerTable  # (n_c, 2)
+    row: Integers  # (n + 1,)
+    dof: Integers  # (n + 1,)
+    pos_g: Integers  # (n + 1,)
+    pos_h: Integers  # (n + 1,)
+    dofs: Places
+    positions_g: Places
+    positions_gt: Places
+    positions_h: Places
+    second: IntegerTable  # (n, 3) places of x, y, theta of the second body among the dofs, -1: none
+    moment: Integers  # (n,) row of the reported moment, -1: none
+    out: Integers  # (n,) first of its signals
+    forces: Integers  # (n,) how many signals its force has, before those of its motions; 0 for a drive
+    grip: IntegerTable  # (n, 2) grip and friction kernel, -1: no friction
+    grip_p: IntegerTable  # (n, 4) begin and end for grip and friction law
+    grip_z: IntegerTable  # (n, 2)
+    grip_arm: Vector  # (n,)
 
 
-class Contacts(NamedTuple):
+class Contacts(Record):
     """Contacts: numbers of gap, normal and friction kernel, where their numbers, histories and positions are."""
 
-    kernel: np.ndarray  # (n, 3)
-    p: np.ndarray  # (n, 6) begin and end for gap, normal, friction
-    z: np.ndarray  # (n, 4) begin of common, normal and friction history, end
-    dofs: np.ndarray  # (6 n,)
-    positions: np.ndarray  # (36 n,)
-    out: np.ndarray  # (n,) first of its signals
+    kernel: IntegerTable  # (n, 3)
+    p: IntegerTable  # (n, 6) begin and end for gap, normal, friction
+    z: IntegerTable  # (n, 4) begin of common, normal and friction history, end
+    dofs: Places  # (6 n,)
+    positions: Places  # (36 n,)
+    out: Integers  # (n,) first of its signals
 
 
-class Measured(NamedTuple):
+class Measured(Record):
     """Signals computed by kernels."""
 
-    kernel: np.ndarray  # (n,)
-    p: np.ndarray  # (n, 2)
-    dof: np.ndarray  # (n + 1,)
-    dofs: np.ndarray
-    out: np.ndarray  # (n,)
-    modes: np.ndarray  # those of `out` that number states
+    kernel: Integers  # (n,)
+    p: IntegerTable  # (n, 2)
+    dof: Integers  # (n + 1,)
+    dofs: Integers
+    out: Integers  # (n,)
+    modes: Integers  # those of `out` that number states
 
 
-class Sizes(NamedTuple):
+class Sizes(Record, frozen=True):
     """Numbers of coordinates, multipliers, histories, signals; first energy signal; longest lists of a piece."""
 
     n_q: int
@@ -94,34 +92,36 @@ class Sizes(NamedTuple):
     gripped: bool  # whether an ideal joint has friction
 
 
-class Tables(NamedTuple):
+class Tables(Record):
     """All arrays of a program."""
 
     sizes: Sizes
-    p: np.ndarray
+    p: Vector
     elements: Elements
     constraints: Constraints
     contacts: Contacts
     measured: Measured
-    kind: np.ndarray  # (n_q,) 0 for a length, 1 for an angle
+    kind: Integers  # (n_q,) 0 for a length, 1 for an angle
 
 
-class Addresses(NamedTuple):
+class Addresses(Record):
     """Where the kernels are; made anew in every process."""
 
-    element: object
-    energy: object
-    constraint: object
-    motion: object
-    gap: object
-    normal: object
-    friction: object
-    grip: object
-    signal: object
-    force: object
-    tangent: object
-    account: object
+    element: Integers
+    energy: Integers
+    constraint: Integers
+    motion: Integers
+    gap: Integers
+    normal: Integers
+    friction: Integers
+    grip: Integers
+    signal: Integers
+    force: Integers
+    tangent: Integers
+    account: Integers
 
 
+PHASE, ONSET_TIME, GAP, FORCE, GAP_RATE = range(5)
 CONTACT_COMMON = 5
-"""History that every contact keeps: phase, time of its onset, gap, force and gap rate at the last state."""
+"""History that every contact keeps, and its length: phase, time of its onset, gap, force and gap rate at the last
+state."""

@@ -10,10 +10,9 @@ it does not: compare `multiply` with the right-hand side where the result matter
 Source: T. A. Davis, Direct Methods for Sparse Linear Systems, SIAM 2006, section 6.3 (right-looking LU).
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
+from flexmb.compiled.records import Integers, Places, Record, SmallPlaces
 from flexmb.kernels import compiled, part_of
 from flexmb.program.symbolic import Symbolic
 from flexmb.solve.substitute import forward, solve
@@ -32,20 +31,20 @@ NO_ROW = 1 << 62
 """First constraint for `factor` when no multiplier may be held."""
 
 
-class LU(NamedTuple):
+class LU(Record):
     """The arrays of `Symbolic` that the compiled functions walk along, read-only.
 
     into : `order` as unsigned indices, as rows and targets are: nobody need ask whether they count from the end.
     """
 
-    order: np.ndarray
-    starts: np.ndarray
-    row_ptr: np.ndarray
-    rows: np.ndarray
-    value_ptr: np.ndarray
-    target_ptr: np.ndarray
-    targets: np.ndarray
-    into: np.ndarray
+    order: Integers
+    starts: Integers
+    row_ptr: Integers
+    rows: Places
+    value_ptr: Integers
+    target_ptr: Integers
+    targets: SmallPlaces
+    into: Places
 
 
 def tables(symbolic: Symbolic) -> LU:
@@ -68,7 +67,8 @@ def factor(sym, lu, seen, threshold, first_row=NO_ROW, hold=HOLD):
     A constraint whose pivot is `hold` times that term or smaller hardly differs from those before it.  It is left out,
     as if its pivot were infinite: `solve` then leaves its multiplier as it is.  At its place `seen` becomes negative.
     """
-    order, starts, row_ptr, rows, value_ptr, target_ptr, targets, _ = sym
+    order, starts, row_ptr, rows = sym.order, sym.starts, sym.row_ptr, sym.rows
+    value_ptr, target_ptr, targets = sym.value_ptr, sym.target_ptr, sym.targets
     _start_seen(starts, row_ptr, value_ptr, lu, seen)
     held = -1
     for s in range(len(starts) - 1):

@@ -194,7 +194,7 @@ def growth(mechanism: Mechanism, program: Program) -> Callable[[float], Program]
     if bare is mechanism:
         return lambda _part: program
     none, full = compile_mechanism(bare).tables.p, program.tables.p
-    return lambda part: replace(program, tables=program.tables._replace(p=(1.0 - part) * none + part * full))
+    return lambda part: replace(program, tables=program.tables.replaced(p=(1.0 - part) * none + part * full))
 
 
 def _newton(

@@ -135,7 +135,8 @@ def account(tables, address, t, h, q, v, a, x, y, z, work):
     dissipates.  work.load: what elements without energies of their own exert;  work.momentum: M v.
     """
     E = tables.elements
-    work.power[:] = 0.0
+    power = work.power
+    power.kinetic = power.strain = power.gravity = power.damping = power.algorithm = 0.0
     work.momentum[:] = 0.0
     place = 0
     for e in range(E.p.shape[0]):
@@ -156,11 +157,11 @@ def account(tables, address, t, h, q, v, a, x, y, z, work):
             work.momentum[dof] += work.Mvl[i]
             kinetic += work.vl[i] * work.Mvl[i]
             product += x[dof] * work.Myl[i]
-        work.power[0] += 0.5 * kinetic
-        work.power[1] += strain
-        work.power[2] += gravity
-        work.power[3] += damping
-        work.power[4] += product
+        power.kinetic += 0.5 * kinetic
+        power.strain += strain
+        power.gravity += gravity
+        power.damping += damping
+        power.algorithm += product
 
 
 @compiled

@@ -6,11 +6,8 @@ With dv = X + kv u and da = Y + ka u of unknown differences u of positions, the 
 elements lose no digits; what no kernel gives, those by histories, are central differences of one law or element alone.
 """
 
-from typing import NamedTuple
-
-import numba
-import numpy as np
-
+from flexmb.compiled.pieces import whole
+from flexmb.compiled.records import Matrix, Record, Vector
 from flexmb.kernels import compiled, constraint_at, copy, grip_at, matrix_view, part_of
 from flexmb.program.program import Program
 from flexmb.system.constraints import add_constraints
@@ -32,11 +29,23 @@ TURNED = 1e-5
 """How far the mechanism moves, as an angle or a part of its size, for the derivative of G along the motion."""
 
 
-apart = numba.njit(cache=True, error_model="numpy", _nrt=False)
+apart = whole(error_model="numpy", _nrt=False)
 """`compiled` without inlining, for what is long and called from several places."""
 
 
-class Tangents(NamedTuple):
+class CarriedStep(Record):
+    """Of the step that is carried through.
+
+    began : where it began [s];  before : the step before it [s], 0: it was a first step
+    last : the last step [s], 0: a first step follows
+    """
+
+    began: float
+    before: float
+    last: float
+
+
+class Tangents(Record):
     """k differences of a state, and what carries them along; k rows, one after the other, zeros for the ground.
 
     q, v, a, x, z : (k, n_q + 3), z (k, n_z) the differences themselves;  z1 : those of the histories to come
@@ -54,47 +63,46 @@ class Tangents(NamedTuple):
     rt : (n_q + 3,) rate of the forces in time at rest;  moving : (2, n_c) G v, and G a + W v
     """
 
-    q: np.ndarray
-    v: np.ndarray
-    a: np.ndarray
-    x: np.ndarray
-    z: np.ndarray
-    z1: np.ndarray
-    X: np.ndarray
-    Y: np.ndarray
-    R: np.ndarray
-    F: np.ndarray
-    u: np.ndarray
-    N: np.ndarray
-    T: np.ndarray
-    D: np.ndarray
-    W: np.ndarray
-    grip: np.ndarray
-    b: np.ndarray
-    d: np.ndarray
-    e: np.ndarray
-    y: np.ndarray
-    seen: np.ndarray
-    r: np.ndarray
-    f: np.ndarray
-    local: np.ndarray
-    own: np.ndarray
-    g: np.ndarray
-    zs: np.ndarray
-    tau: np.ndarray
-    shift: np.ndarray
-    q0: np.ndarray
-    v0: np.ndarray
-    a0: np.ndarray
-    lam0: np.ndarray
-    z0: np.ndarray
-    ap: np.ndarray
-    zp: np.ndarray
-    last: np.ndarray
-    rt: np.ndarray
-    moving: np.ndarray
-    clock: np.ndarray
-    impacts: np.ndarray
+    q: Matrix
+    v: Matrix
+    a: Matrix
+    x: Matrix
+    z: Matrix
+    z1: Matrix
+    X: Matrix
+    Y: Matrix
+    R: Matrix
+    F: Matrix
+    u: Matrix
+    N: Matrix
+    T: Matrix
+    D: Vector
+    W: Vector
+    grip: Matrix
+    b: Vector
+    d: Vector
+    e: Vector
+    y: Vector
+    seen: Vector
+    r: Vector
+    f: Vector
+    local: Matrix
+    own: Matrix
+    g: Matrix
+    zs: Vector
+    tau: Vector
+    shift: Vector
+    q0: Vector
+    v0: Vector
+    a0: Vector
+    lam0: Vector
+    z0: Vector
+    ap: Vector
+    zp: Vector
+    rt: Vector
+    moving: Matrix
+    step: CarriedStep
+    impacts: Matrix
 
 
 def new_tangents(program: Program, k: int) -> Tangents:
@@ -102,36 +110,24 @@ def new_tangents(program: Program, k: int) -> Tangents:
     tables, n, m = program.tables, program.n_q + 3, program.n_c
     n_z, n_k, n_g = tables.sizes.n_z, len(tables.contacts.kernel), len(tables.constraints.kernel)
     total = program.n_q + m
+    rows, mean = dict.fromkeys(("q", "v", "a", "x", "X", "Y", "R", "F"), (k, n)), max(tables.sizes.most_dofs, 6)
+    rows |= dict.fromkeys(("z", "z1"), (k, n_z)) | dict.fromkeys(("N", "T"), (k, n_k))
+    vectors = dict.fromkeys(("b", "d", "e", "y", "seen"), total) | dict.fromkeys(("zs", "z0", "zp"), n_z)
+    vectors |= dict.fromkeys(("r", "f", "q0", "v0", "a0", "ap", "rt"), n) | dict.fromkeys(("tau", "shift"), k)
     return Tangents(
-        *(np.zeros((k, n)) for _ in range(4)),
-        np.zeros((k, n_z)),
-        np.zeros((k, n_z)),
-        *(np.zeros((k, n)) for _ in range(4)),
-        np.zeros((k, total)),
-        np.zeros((k, n_k)),
-        np.zeros((k, n_k)),
-        np.zeros(tables.elements.pos[-1]),
-        np.zeros(tables.constraints.pos_g[-1]),
-        np.zeros((n_g, 6)),
-        *(np.zeros(total) for _ in range(5)),
-        np.zeros(n),
-        np.zeros(n),
-        np.zeros((2, max(tables.sizes.most_dofs, 6))),
-        np.zeros((k, 4)),
-        np.zeros((3, m)),
-        np.zeros(n_z),
-        np.zeros(k),
-        np.zeros(k),
-        *(np.zeros(n) for _ in range(3)),
-        np.zeros(m),
-        np.zeros(n_z),
-        np.zeros(n),
-        np.zeros(n_z),
-        np.zeros(1),
-        np.zeros(n),
-        np.zeros((2, m)),
-        np.zeros(10),
-        np.zeros((n_k, 3)),
+        **rows,
+        **vectors,
+        step=CarriedStep(0.0, 0.0, 0.0),
+        u=(k, total),
+        D=tables.elements.pos[-1],
+        W=tables.constraints.pos_g[-1],
+        grip=(n_g, 6),
+        local=(2, mean),
+        own=(k, 4),
+        g=(3, m),
+        lam0=m,
+        moving=(2, m),
+        impacts=(n_k, 3),
     )
 
 

@@ -7,7 +7,6 @@ import numpy as np
 import flexmb as fm
 from flexmb.analysis.mechanism_flow import MechanismFlow
 from flexmb.integrate import run as run_module
-from flexmb.integrate.reuse import AGE
 
 LOSS = fm.SmoothCoulomb(0.3, v0=0.2)
 
@@ -70,7 +69,7 @@ def displaced(flow, change):
     target.z[:] += z
     target.a[:n] += a
     target.x[:n] += x
-    target.habits[AGE] = 0.0  # a step shifts positions by its own matrix, not by that of a step before
+    target.reuse.age = 0.0  # a step shifts positions by its own matrix, not by that of a step before
     return other
 
 

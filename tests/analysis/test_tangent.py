@@ -12,7 +12,6 @@ import flexmb as fm
 from flexmb.analysis.dynamics import orthonormalise
 from flexmb.analysis.mechanism_flow import MechanismFlow
 from flexmb.errors import InputError
-from flexmb.integrate.reuse import AGE
 from flexmb.mechanisms.nine_bar import nine_bar
 from flexmb.solve.system import System
 
@@ -163,7 +162,7 @@ def test_one_step_of_the_nine_bar(flexible, monkeypatch):
 def half_a_second(flow, h, W=None):
     """Advance step by step, each with factors of its own."""
     for _ in range(round(0.5 / h)):
-        flow.run.flow.habits[AGE] = 0.0
+        flow.run.flow.reuse.age = 0.0
         assert flow.advance(h, W) if W is not None else flow.advance(h), flow.status
 
 
@@ -290,8 +289,8 @@ def test_tangents_stay_on_the_manifold():
     """A thousand steps of a driven mechanism with play, through impacts."""
     flow = MechanismFlow(nine_bar(clearance=5e-4))
     n = flow.program.n_q
-    W, steps = flow.tangent_basis(2), flow.run.record.count[0]
-    while flow.run.record.count[0] - steps < 1000:
+    W, steps = flow.tangent_basis(2), flow.run.record.count.steps
+    while flow.run.record.count.steps - steps < 1000:
         assert flow.advance(0.05, W), flow.status
         G = System(flow.program).at(flow.run.flow.q[:n], t=flow.time).jacobian
         for w in W.T:

@@ -46,7 +46,7 @@ def drift(method, step, *, bend, steps=10_000):
         found = momentum(system, run.flow.q[:n], run.flow.v[:n])
         worst = np.maximum(worst, np.abs(found - start) / np.abs(start))
         strain.append(run.flow.ledger[1])
-    assert run.record.count[0] == steps
+    assert run.record.count.steps == steps
     return worst.max(), np.array(strain)
 
 

@@ -293,7 +293,7 @@ def test_a_restart_in_mid_episode_goes_on_bit_for_bit(slider_crank, tmp_path, st
     same_bits(rows(rest), rows(whole)[1:])
 
 
-@pytest.mark.parametrize("name", ["episodes", "habits", "past", "impacts"])
+@pytest.mark.parametrize("name", ["episodes", "reuse", "past", "impacts"])
 def test_a_state_that_lacks_something_is_refused(worn_run, name):
     """It could only go on as if nothing had been, and not bit for bit."""
     mechanism, _ = worn_run

@@ -30,7 +30,7 @@ def run_in_impact(slider_crank):
 
 def frozen(arrays):
     """Bytes of every array of a record."""
-    return {name: array.tobytes() for name, array in arrays._asdict().items()}
+    return {name: array.tobytes() for name, array in arrays.saved().items()}
 
 
 RESULTS = ("r", "Gl", "g", "gv", "gamma", "lu", "z_new", "contact", "drive", "joint")
@@ -41,12 +41,13 @@ def evaluated(run, h=2e-6):
     """The results of an evaluation with a matrix and one without, at a state a little further on."""
     program, flow, work = run.program, run.flow, run.work
     q = flow.q + h * flow.v
-    common = (program.tables, program.addresses, flow.clock[0] + h, h)
+    common = (program.tables, program.addresses, flow.clock.t + h, h)
     evaluate(*common, q, flow.v, flow.a, flow.lam, flow.z, 1.0, 1e6, 1e12, True, work)
     first = {name: getattr(work, name).tobytes() for name in RESULTS}
     still = np.zeros_like(q)
     evaluate_accepted(*common, q, flow.v, flow.a, flow.lam, flow.z, still, still, work)
-    return first, {name: getattr(work, name).tobytes() for name in (*RESULTS, "power")}
+    later = {name: getattr(work, name).tobytes() for name in RESULTS}
+    return first, {**later, "power": work.power.numbers().tobytes()}
 
 
 def test_forces_evaluated_twice_are_the_same_bits(run_in_impact):
@@ -71,10 +72,20 @@ def test_an_evaluation_elsewhere_leaves_no_trace(run_in_impact):
 def step_of(run, h):
     """The code of one step of size h that is tried and not accepted."""
     options = run._options(1.0, 0.0)
-    ratio = h / run.flow.clock[4]
+    ratio = h / run.flow.clock.last
     program = run.program
     return implicit_step(
-        program.tables, program.addresses, run.lu, h, ratio, options, run.flow, run.trial, run.work, run.record
+        program.tables,
+        program.addresses,
+        run.lu,
+        h,
+        ratio,
+        options.regular,
+        options,
+        run.flow,
+        run.trial,
+        run.work,
+        run.record,
     )
 
 
@@ -103,11 +114,11 @@ def test_a_run_goes_on_after_thrown_away_steps_as_if_they_had_not_been(slider_cr
 
 def take_one_step(run):
     """One step of the loop, accepted or rejected; its size when it was accepted, else None."""
-    program, before = run.program, run.record.count[0]
+    program, before = run.program, run.record.count.steps
     options = run._options(run.t_end, 0.0)
     advance(program.tables, program.addresses, run.lu, options, run.flow, run.trial, run.work, run.record, 1)
     run._fetch()
-    return float(run.record.extreme[5]) if run.record.count[0] > before else None
+    return float(run.record.step.size) if run.record.count.steps > before else None
 
 
 def test_rejected_steps_of_the_step_control_leave_no_trace(slider_crank):
@@ -117,19 +128,19 @@ def test_rejected_steps_of_the_step_control_leave_no_trace(slider_crank):
     controlled = Run(program, method, fm.Adaptive(atol=1e-8, max=5e-6), 1e-3, None)
     controlled.begin(consistent_start(mechanism, program))
     sizes, anew = [], []
-    while controlled.flow.clock[0] < 9e-4:
+    while controlled.flow.clock.t < 9e-4:
         sizes.append(take_one_step(controlled))
-        anew.append(controlled.flow.clock[4] == 0.0)  # the next step is a first step, after the end of a contact
+        anew.append(controlled.flow.clock.last == 0.0)  # the next step is a first step, after the end of a contact
     assert sizes.count(None) > 3
     replayed = Run(program, method, fm.FixedStep(1e-3), 1.0, None)
     replayed.begin(consistent_start(mechanism, program))
     for size, again in zip(sizes, anew, strict=True):
         if size is None:
             continue
-        replayed.flow.clock[1] = size
+        replayed.flow.clock.size = size
         assert take_one_step(replayed) == size
         if again:
-            replayed.flow.clock[4], replayed.flow.x[:] = 0.0, replayed.flow.a
+            replayed.flow.clock.last, replayed.flow.x[:] = 0.0, replayed.flow.a
     one, other = frozen(controlled.flow), frozen(replayed.flow)
     for name in ("clock", "past", "impacts"):  # what the step control remembers
         one.pop(name), other.pop(name)

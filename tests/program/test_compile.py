@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import flexmb as fm
+from flexmb.compiled.records import Record
 
 HERE = Path(__file__).parent
 
@@ -27,7 +28,9 @@ def user():
 
 
 def arrays(value, name="program"):
-    """All arrays in nested tuples, by place."""
+    """All arrays in nested tuples and records, by place."""
+    if isinstance(value, Record):
+        value = tuple(value.as_dict().values())
     if isinstance(value, np.ndarray):
         yield name, value
     elif isinstance(value, tuple):
@@ -110,6 +113,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 import numpy as np
 import flexmb as fm
+from flexmb.compiled.records import Record
 import kernels_of_a_user as user
 
 @fm.element_kernel

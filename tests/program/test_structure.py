@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import flexmb as fm
+from flexmb.compiled.records import Record
 from flexmb.errors import KernelError
 from flexmb.model.pieces import ElementPiece
 from flexmb.program import smoke, structure
@@ -43,7 +44,9 @@ MECHANISMS = {
 
 
 def arrays(value):
-    """All arrays in nested tuples, and the plain numbers between them."""
+    """All arrays in nested tuples and records, and the plain numbers between them."""
+    if isinstance(value, Record):
+        value = tuple(value.as_dict().values())
     if isinstance(value, tuple):
         return [leaf for item in value for leaf in arrays(item)]
     return [np.asarray(value)]

@@ -71,7 +71,7 @@ def test_a_step_allocates_nothing(flexible):
     options = run._options(1e3, 1e300)
     arguments = (program.tables, program.addresses, run.lu, options, run.flow, run.trial, run.work, run.record)
     assert grows(lambda steps: advance(*arguments, steps)) == (False, False)
-    assert run.record.count[0] == 10 + REPEATS * 1010, run.status()  # it did step
+    assert run.record.count.steps == 10 + REPEATS * 1010, run.status()  # it did step
 
 
 def test_an_allocation_in_compiled_code_is_seen():

@@ -68,7 +68,7 @@ def per_step(mechanism, step, steps):
         before = time.process_time()
         run.go_to((steps + 3) * step, saving=None)
         times.append(1e6 * (time.process_time() - before) / steps)
-        assert run.record.count[0] == steps + 3, run.status()
+        assert run.record.count.steps == steps + 3, run.status()
         assert np.isfinite(run.flow.q).all()
     return median(times)
 

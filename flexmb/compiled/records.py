@@ -1,0 +1,293 @@
+"""Records: named numbers and arrays that compiled code is handed as one pointer.
+
+numba hands a tuple of arrays on field by field, in every call of every compiled function.  A record keeps what compiled
+code needs to know of its fields in one buffer of 64-bit words: of a number its value, of an array where its data are
+and its shape, of a record within it where that one is.  Compiled code gets the address of the buffer and loads what it
+reads.  A field is read and written by its name on both sides:
+
+    class Clock(Record):
+        t: float
+        steps: int
+
+    class State(Record):
+        clock: Clock
+        q: Vector
+
+    state = State(Clock(0.0, 0), np.zeros(3))
+    state.clock.t += h          # in compiled functions and in Python alike
+
+Arrays are filled in place and never exchanged, so compiled code may take where they are for constant.  The numbers of
+a record that is declared with `frozen=True` never change either.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Self, get_args, get_origin, get_type_hints
+
+import numpy as np
+from numba import types
+from numba.core import config
+from numba.extending import typeof_impl
+from numba.np import numpy_support
+
+from flexmb.compiled.record_type import RecordType
+
+
+def _array(dtype: Any, ndim: int) -> Any:
+    return types.Array(numpy_support.from_dtype(np.dtype(dtype)), ndim, "C")
+
+
+Vector = Annotated[np.ndarray, _array(np.float64, 1)]
+Matrix = Annotated[np.ndarray, _array(np.float64, 2)]
+Integers = Annotated[np.ndarray, _array(np.int64, 1)]
+IntegerTable = Annotated[np.ndarray, _array(np.int64, 2)]
+Places = Annotated[np.ndarray, _array(np.uint64, 1)]
+"""Indices: compiled code need not ask whether they count from the end."""
+Flags = Annotated[np.ndarray, _array(np.bool_, 1)]
+SmallPlaces = Annotated[np.ndarray, _array(np.uint32, 1)]
+
+LINE = 64
+"""Bytes of a line of a processor's cache; arrays that are made here begin at one."""
+
+PLAIN = 0x0001 | 0x0100
+"""numpy's flags of arrays in C order and of aligned ones."""
+
+NUMBERS = {float: types.float64, int: types.int64, bool: types.boolean}
+
+
+class Record:
+    """Base of the records; a subclass declares its fields as annotations, in order.
+
+    Fields are float, int, bool, another record, or one of the array types of this module.
+
+    Parameters
+    ----------
+    values : of the fields, in order or by name; for a vector a length will do, for a matrix a shape, and means zeros.
+
+    Raises
+    ------
+    TypeError : a field is missing or unknown, an array of another type, or not in C order.
+    """
+
+    _fields: ClassVar[tuple[str, ...]] = ()
+    _numba_type_: ClassVar[Any] = None
+    _places: ClassVar[dict[str, tuple[Any, int]]] = {}
+    _layout: ClassVar[tuple[tuple[str, Any, int, Any, int], ...]] = ()
+    _plans: ClassVar[dict[Any, Any]] = {}
+    _size: ClassVar[int] = 0
+
+    def __init_subclass__(cls, *, frozen: bool = False, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        own = cls.__annotations__
+        bare = type(cls.__name__, (), {"__annotations__": own})  # hints of the base are not asked for
+        hints = get_type_hints(bare, vars(sys.modules[cls.__module__]), include_extras=True)
+        fields, place = [], 0
+        for name in own:
+            kind = _kind(hints[name])
+            fields.append((name, kind, place))
+            place += 1 + (kind.ndim if isinstance(kind, types.Array) else 0)
+        cls._fields, cls._size = tuple(own), place
+        cls._numba_type_ = RecordType(cls.__name__, tuple(fields), frozen)
+        cls._places = cls._numba_type_.fields
+        cls._plans = {}
+        cls._layout = tuple((name, kind, at, *_stored(kind)) for name, kind, at in fields)
+        for name, kind, at in fields:
+            if kind in NUMBERS.values():
+                setattr(cls, name, _number(name, kind, at))
+
+    def __init__(self, *values: Any, **named: Any) -> None:
+        given = values if not named and len(values) == len(self._fields) else self._in_order(values, named)
+        store, numbers, others, shapes = self.__dict__, [], [], []
+        for (name, kind, place, dtype, ndim), value in zip(self._layout, given, strict=True):
+            if ndim and (isinstance(value, (int, np.integer)) or (ndim > 1 and isinstance(value, tuple))):
+                shapes.append((name, value))
+            elif ndim:
+                store[name] = value
+                if _fits(value, dtype, ndim):
+                    interface = value.__array_interface__
+                    others.append((place, interface["data"][0]))
+                    others += [(place + 1 + k, length) for k, length in enumerate(interface["shape"])]
+                else:
+                    self._refuse(name, value, dtype, ndim)
+            elif dtype is not None:
+                numbers.append((place, dtype, value))
+            elif getattr(value, "_numba_type_", None) is kind:
+                store[name] = value
+                others.append((place, value._address))
+            else:
+                text = f"{type(self).__name__}: {name} is a {type(value).__name__}"
+                raise TypeError(f"{text}, not a record of the declared kind")
+        words = store["_words"] = self._begun(tuple(shapes))
+        for place, word in others:
+            words[place] = word
+        store["_address"] = words.__array_interface__["data"][0]
+        if numbers:
+            store["_floats"], store["_integers"] = words.view(np.float64), words.view(np.int64)
+            for place, dtype, value in numbers:
+                store["_floats" if dtype is float else "_integers"][place] = value
+
+    def _begun(self, shapes: tuple[tuple[str, Any], ...]) -> np.ndarray:
+        """The words, with those of arrays of zeros: one behind the other in one piece of memory.
+
+        Python's view of such an array is made when it is asked for.
+        """
+        plan = self._plans.get(shapes)
+        if plan is None:
+            plan = self._plans[shapes] = _Plan(type(self), shapes)
+        arena = np.zeros(plan.size, dtype=np.uint8)
+        address = arena.__array_interface__["data"][0]
+        first = -address % LINE
+        self.__dict__["_arena"] = arena, first, plan
+        return plan.words + plan.moved * np.uint64(address + first)
+
+    def __getattr__(self, name: str) -> Any:
+        arena, first, plan = self.__dict__.get("_arena", (None, 0, None))
+        if plan is None or name not in plan.views:
+            raise AttributeError(f"{type(self).__name__} has no field {name!r}")
+        shape, dtype, begin = plan.views[name]
+        array = self.__dict__[name] = np.ndarray(shape, dtype, arena, first + begin)
+        return array
+
+    def _in_order(self, values: tuple[Any, ...], named: dict[str, Any]) -> list[Any]:
+        """The given values in the order of the fields."""
+        given = dict(zip(self._fields, values, strict=False), **named)
+        if len(values) + len(named) != len(self._fields) or set(given) != set(self._fields):
+            raise TypeError(f"{type(self).__name__} has the fields {self._fields}; given were {tuple(given)}")
+        return [given[name] for name in self._fields]
+
+    def _refuse(self, name: str, value: Any, dtype: Any, ndim: int) -> None:
+        """Refuse an array of another type; without JIT a table of kernels holds functions, which pass."""
+        if config.DISABLE_JIT and not isinstance(value, np.ndarray):
+            return
+        text = f"{type(self).__name__}: {name} is {type(value).__name__} {getattr(value, 'dtype', '')}"
+        raise TypeError(f"{text}; it must be an array of {dtype} with {ndim} dimension(s) in C order")
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        kind, place = self._places.get(name, (None, 0))
+        if kind is None or isinstance(kind, (types.Array, RecordType)):
+            raise AttributeError(f"{type(self).__name__}.{name} cannot be exchanged; change it in place")
+        (self._floats if kind is types.float64 else self._integers)[place] = value
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({', '.join(f'{name}={getattr(self, name)!r}' for name in self._fields)})"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), tuple(getattr(self, name) for name in self._fields)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Values of the fields by name."""
+        return {name: getattr(self, name) for name in self._fields}
+
+    def replaced(self, **changes: Any) -> Self:
+        """A record with other values of some fields; arrays that are not named are shared."""
+        return type(self)(**{name: changes.get(name, getattr(self, name)) for name in self._fields})
+
+    def saved(self) -> dict[str, np.ndarray]:
+        """Copies of the arrays by name, and of the numbers of each record in it by its name."""
+        found = {name: getattr(self, name) for name in self._fields}
+        return {name: x.numbers() if isinstance(x, Record) else x.copy() for name, x in found.items()}
+
+    def restore(self, saved: Mapping[str, np.ndarray]) -> None:
+        """Take back what `saved` returned.
+
+        Raises
+        ------
+        ValueError : an array is missing or has another shape; its message is the name.
+        """
+        for name in self._fields:
+            target, given = getattr(self, name), saved.get(name)
+            now = target.numbers() if isinstance(target, Record) else target
+            if given is None or np.shape(given) != now.shape:
+                raise ValueError(name)
+            if isinstance(target, Record):
+                target.set_numbers(np.asarray(given))
+            else:
+                target[...] = given
+
+    def numbers(self) -> np.ndarray:
+        """The values of the fields that are numbers, in order, as floats."""
+        found = [getattr(self, name) for name, (kind, _) in self._places.items() if kind in NUMBERS.values()]
+        return np.array(found, dtype=np.float64)
+
+    def set_numbers(self, values: np.ndarray) -> None:
+        """Give the fields that are numbers the `values` that `numbers` returned."""
+        names = [name for name, (kind, _) in self._places.items() if kind in NUMBERS.values()]
+        for name, value in zip(names, values, strict=True):
+            setattr(self, name, float(value) if self._places[name][0] is types.float64 else int(value))
+
+
+class _Plan:
+    """Where arrays of zeros of given shapes stand in one piece of memory.
+
+    Parameters
+    ----------
+    kind : class of the record.
+    shapes : name and shape, or length, of each array.
+    """
+
+    def __init__(self, kind: type[Record], shapes: tuple[tuple[str, Any], ...]) -> None:
+        self.words = np.zeros(max(kind._size, 1), dtype=np.uint64)
+        self.moved = np.zeros_like(self.words)
+        self.views: dict[str, tuple[tuple[int, ...], Any, int]] = {}
+        end = 0
+        for name, given in shapes:
+            place = kind._places[name][1]
+            dtype, ndim = _stored(kind._places[name][0])
+            shape = tuple(int(n) for n in given) if ndim > 1 else (int(given),)
+            if len(shape) != ndim:
+                raise TypeError(f"{kind.__name__}: {name} has {ndim} dimension(s), not the shape {shape}")
+            self.views[name] = shape, dtype, end
+            self.words[place], self.moved[place] = end, 1
+            self.words[place + 1 : place + 1 + ndim] = shape
+            size = math.prod(shape) * dtype.itemsize
+            end += (size + LINE - 1) // LINE * LINE
+        self.size = end + LINE
+
+
+def _kind(hint: Any) -> Any:
+    """numba's type of a field."""
+    if hint in NUMBERS:
+        return NUMBERS[hint]
+    if get_origin(hint) is Annotated:
+        return get_args(hint)[1]
+    if isinstance(hint, type) and issubclass(hint, Record):
+        return hint._numba_type_
+    raise TypeError(f"a record holds numbers, records and arrays, not {hint!r}")
+
+
+def _stored(kind: Any) -> tuple[Any, int]:
+    """Type and dimensions of an array; float or int and 0 of a number; None and 0 of a record."""
+    if isinstance(kind, types.Array):
+        return numpy_support.as_dtype(kind.dtype), kind.ndim
+    if isinstance(kind, RecordType):
+        return None, 0
+    return (float if kind is types.float64 else int), 0
+
+
+def _fits(value: Any, dtype: Any, ndim: int) -> bool:
+    """Whether a value is an array of this type in C order."""
+    if not isinstance(value, np.ndarray) or value.ndim != ndim or value.flags.num & PLAIN != PLAIN:
+        return False
+    return value.dtype is dtype or bool(value.dtype == dtype)
+
+
+def _number(name: str, kind: Any, place: int) -> property:
+    """A number that stands in the words."""
+    store = "_floats" if kind is types.float64 else "_integers"
+    python = {types.float64: float, types.int64: int, types.boolean: bool}[kind]
+
+    def read(record: Any) -> Any:
+        return python(record.__dict__[store][place])
+
+    def write(record: Any, value: Any) -> None:
+        record.__dict__[store][place] = value
+
+    return property(read, write, doc=name)
+
+
+@typeof_impl.register(Record)
+def _typeof(value: Record, _: Any) -> Any:
+    return value._numba_type_

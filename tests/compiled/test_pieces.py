@@ -1,0 +1,109 @@
+"""Functions as pieces of whole modules: same results as ordinary compilation, and far fewer modules."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numba
+import numpy as np
+import pytest
+
+from flexmb.compiled import pieces
+
+ROOT = Path(__file__).resolve().parents[2]
+
+LAYERS = """
+import numpy as np
+from flexmb.compiled.pieces import whole
+
+make = whole(error_model="numpy", _nrt=False)
+
+@make
+def deep(x):
+    return np.sqrt(x) + 1.0 / 3.0
+
+@make
+def middle(x, n):
+    total = 0.0
+    for i in range(n):
+        total += deep(x + i)
+    return total
+
+@make
+def other(x):
+    return deep(x) - middle(x, 2)
+
+@make
+def top(values, n):
+    for i in range(values.shape[0]):
+        values[i] = middle(values[i], n) + other(values[i])
+    return values.sum()
+"""
+
+
+@pytest.fixture
+def layers(tmp_path, monkeypatch):
+    """A module of four functions that call one another."""
+    (tmp_path / "layers_of_pieces.py").write_text(LAYERS, encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    sys.modules.pop("layers_of_pieces", None)
+    import layers_of_pieces
+
+    return layers_of_pieces
+
+
+def by_hand(values, n):
+    deep = lambda x: np.sqrt(x) + 1.0 / 3.0  # noqa: E731
+    middle = lambda x: sum(deep(x + i) for i in range(n))  # noqa: E731
+    return [middle(x) + deep(x) - (deep(x) + deep(x + 1)) for x in values]
+
+
+def test_the_same_numbers(layers):
+    values = np.array([1.0, 2.5, 7.0])
+    expected = by_hand(values, 3)
+    assert layers.top(values, 3) == pytest.approx(sum(expected), rel=1e-14)
+    assert values == pytest.approx(expected, rel=1e-14)
+
+
+def test_called_from_python_a_piece_is_whole_too(layers):
+    assert layers.deep(4.0) == 2.0 + 1.0 / 3.0
+    assert layers.middle(4.0, 1) == 2.0 + 1.0 / 3.0
+
+
+def test_ordinary_compiled_functions_may_call_pieces(layers):
+    deep, middle = layers.deep, layers.middle
+
+    @numba.njit
+    def ordinary(x):
+        return deep(x) + middle(x, 1)
+
+    assert ordinary(4.0) == 2.0 * (2.0 + 1.0 / 3.0)
+
+
+def test_an_error_of_typing_names_the_function(layers):
+    with pytest.raises(numba.TypingError, match="deep"):
+        layers.top(np.array(["a"]), 1)
+
+
+def test_one_module_is_kept_for_what_python_calls(layers, tmp_path):
+    """A second process finds it; pieces leave nothing behind."""
+    code = "import numpy as np, layers_of_pieces as m; found = m.top(np.array([1.0, 2.0]), 2)"
+    code = f"{code}; print(found, sum(m.top.stats.cache_hits.values()))"
+    cache = tmp_path / "cache"
+    path = os.pathsep.join([str(tmp_path), str(ROOT)])
+    environment = {**os.environ, "PYTHONPATH": path, "NUMBA_CACHE_DIR": str(cache)}
+    said = [
+        subprocess.run([sys.executable, "-c", code], env=environment, check=True, capture_output=True, text=True).stdout
+        for _ in range(2)
+    ]
+    assert said[0].split()[0] == said[1].split()[0]
+    assert [text.split()[1] for text in said] == ["0", "1"]
+    assert len(list(cache.rglob("*.nbc"))) == 1
+
+
+def test_another_numba_compiles_in_the_ordinary_way(monkeypatch):
+    monkeypatch.setattr(pieces.numba, "__version__", "0.70.0")
+    assert not pieces.supported()
+    monkeypatch.setattr(pieces.numba, "__version__", "0.68.1")
+    assert pieces.supported()
