@@ -78,6 +78,7 @@ class Record:
     _layout: ClassVar[tuple[tuple[str, Any, int, Any, int], ...]] = ()
     _plans: ClassVar[dict[Any, Any]] = {}
     _size: ClassVar[int] = 0
+    _all_floats: ClassVar[bool] = False
 
     def __init_subclass__(cls, *, frozen: bool = False, **options: Any) -> None:
         super().__init_subclass__(**options)
@@ -93,6 +94,7 @@ class Record:
         cls._numba_type_ = RecordType(cls.__name__, tuple(fields), frozen)
         cls._places = cls._numba_type_.fields
         cls._plans = {}
+        cls._all_floats = bool(fields) and all(kind is types.float64 for _, kind, _ in fields)
         cls._layout = tuple((name, kind, at, *_stored(kind)) for name, kind, at in fields)
         for name, kind, at in fields:
             if kind in NUMBERS.values():
@@ -100,6 +102,9 @@ class Record:
 
     def __init__(self, *values: Any, **named: Any) -> None:
         given = values if not named and len(values) == len(self._fields) else self._in_order(values, named)
+        if self._all_floats:
+            self._keep_floats(given)
+            return
         store, numbers, others, shapes = self.__dict__, [], [], []
         for (name, kind, place, dtype, ndim), value in zip(self._layout, given, strict=True):
             if ndim and (isinstance(value, (int, np.integer)) or (ndim > 1 and isinstance(value, tuple))):
@@ -129,11 +134,21 @@ class Record:
             for place, dtype, value in numbers:
                 store["_floats" if dtype is float else "_integers"][place] = value
 
+    def _keep_floats(self, given: Any) -> None:
+        """The quick way for a record of floats alone."""
+        store = self.__dict__
+        floats = store["_floats"] = np.array(given, dtype=np.float64)
+        words = store["_words"] = floats.view(np.uint64)
+        store["_integers"] = floats.view(np.int64)
+        store["_address"] = words.__array_interface__["data"][0]
+
     def _begun(self, shapes: tuple[tuple[str, Any], ...]) -> np.ndarray:
         """The words, with those of arrays of zeros: one behind the other in one piece of memory.
 
         Python's view of such an array is made when it is asked for.
         """
+        if not shapes:
+            return np.zeros(max(self._size, 1), dtype=np.uint64)
         plan = self._plans.get(shapes)
         if plan is None:
             plan = self._plans[shapes] = _Plan(type(self), shapes)
