@@ -24,7 +24,10 @@ from numbers_list import ASKED, ELSEWHERE, FLEXIBLE_TOO, READ, Number
 HERE = Path(__file__).resolve().parent
 PAGE, ROWS = HERE / "numbers.md", HERE / "numbers.json"
 FLEXMB = HERE.parent / "flexmb"
-UNUSED = ("analysis/", "cli.py", "commands/", "integrate/remarks.py", "io/", "paper/", "sweeps/", "testing/", "view/")
+UNUSED = (
+    *("analysis/", "cli.py", "commands/", "compiled/", "integrate/remarks.py", "io/", "paper/", "sweeps/"),
+    *("testing/", "view/"),
+)
 """Folders and files on which no result of the runs depends."""
 
 CACHE = HERE.parent / "out" / "numbers" / "cache"
