@@ -182,7 +182,7 @@ class Record:
 
     def __setattr__(self, name: str, value: Any) -> None:
         kind, place = self._places.get(name, (None, 0))
-        if kind is None or isinstance(kind, (types.Array, RecordType)):
+        if kind is None or isinstance(kind, (types.Array, RecordType)) or self._numba_type_.frozen:
             raise AttributeError(f"{type(self).__name__}.{name} cannot be exchanged; change it in place")
         (self._floats if kind is types.float64 else self._integers)[place] = value
 
@@ -198,7 +198,7 @@ class Record:
 
     def replaced(self, **changes: Any) -> Self:
         """A record with other values of some fields; arrays that are not named are shared."""
-        return type(self)(**{name: changes.get(name, getattr(self, name)) for name in self._fields})
+        return type(self)(**{**self.as_dict(), **changes})
 
     def saved(self) -> dict[str, np.ndarray]:
         """Copies of the arrays by name, and of the numbers of each record in it by its name."""
@@ -217,10 +217,10 @@ class Record:
             now = target.numbers() if isinstance(target, Record) else target
             if given is None or np.shape(given) != now.shape:
                 raise ValueError(name)
-            if isinstance(target, Record):
-                target.set_numbers(np.asarray(given))
-            else:
+            if not isinstance(target, Record):
                 target[...] = given
+            elif not target._numba_type_.frozen:
+                target.set_numbers(np.asarray(given))
 
     def numbers(self) -> np.ndarray:
         """The values of the fields that are numbers, in order, as floats."""
@@ -297,10 +297,7 @@ def _number(name: str, kind: Any, place: int) -> property:
     def read(record: Any) -> Any:
         return python(record.__dict__[store][place])
 
-    def write(record: Any, value: Any) -> None:
-        record.__dict__[store][place] = value
-
-    return property(read, write, doc=name)
+    return property(read, doc=name)
 
 
 @typeof_impl.register(Record)

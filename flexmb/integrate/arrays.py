@@ -77,7 +77,7 @@ class Account(Record):
 
 
 class Prediction(Record):
-    """What the predictor knows.
+    """State of the predictor.
 
     order : of the polynomial that predicts the next step
     known : states in `Flow.past`
@@ -91,7 +91,7 @@ class Prediction(Record):
 
 
 class Reuse(Record):
-    """What was learnt of the last factors of the iteration matrix.
+    """State of the factors of the iteration matrix that may serve again.
 
     age : steps that they served; 0: there are none
     kv, ka : coefficients that they were made with
@@ -234,7 +234,7 @@ class Options(Record, frozen=True):
 
 
 class Counters(Record):
-    """What was counted, and what the last step left.
+    """Counters of a run, and codes of its last step.
 
     steps, rejected, iterations, evaluations, factorisations, solves : of the run so far
     rows, episodes : instants and episodes of contact in the buffers

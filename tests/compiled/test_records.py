@@ -96,6 +96,11 @@ def test_what_compiled_code_takes_for_constant_cannot_be_exchanged():
         with pytest.raises(AttributeError, match=f"State.{name} cannot be exchanged"):
             setattr(s, name, np.zeros(3))
 
+    with pytest.raises(AttributeError, match=r"Fixed\.length cannot be exchanged"):
+        s.fixed.length = 1.0
+    with pytest.raises(TypeError, match="given were"):
+        s.replaced(unknown=1)
+
     @numba.njit
     def exchange(state):
         state.fixed.length = 1.0
