@@ -190,8 +190,8 @@ contact.validity.SMALL_TENSION | 1 | largest force | cut tension that goes witho
 joints.revolute_clearance.TOUCHING | 1 | clearance | round-off of a start that touches
 integrate.carrying.LINGERS | 1 | method | gamma below which errors of accelerations stay
 integrate.carrying.MOVED | 1 | size of the mechanism | differences of states for a derivative
-integrate.explicit.PROJECTIONS | iterations | nothing | projections of a Runge-Kutta step
-integrate.explicit.ROUNDS | iterations | nothing | rounds that friction in joints takes there
+integrate.runge_kutta.PROJECTIONS | iterations | nothing | projections of a Runge-Kutta step
+integrate.runge_kutta.ROUNDS | iterations | nothing | rounds that friction in joints takes there
 integrate.ledger.MISSING_IN_RUNGE_KUTTA | 1 | energy turned over | largest residual of a Runge-Kutta run
 integrate.held.PART | 1 | largest entry | joints that share a force that is not unique, in the status
 integrate.status.DOUBTFUL | 1 | limits of the ledger | from here on the status warns

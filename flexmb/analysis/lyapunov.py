@@ -20,7 +20,7 @@ from flexmb.analysis.tangent_run import carried, counting, recorded
 from flexmb.analysis.wrap import clock, dynamics_of
 from flexmb.errors import InputError
 from flexmb.integrate.bar import bar
-from flexmb.integrate.method import Newmark
+from flexmb.integrate.newmark import Newmark
 from flexmb.integrate.simulate import Step
 from flexmb.model.mechanism import Mechanism
 

@@ -16,7 +16,8 @@ from flexmb.contact.validity import HISTORY_WITH_EXTREMES
 from flexmb.errors import InputError
 from flexmb.integrate.arrays import DONE, RUNNING
 from flexmb.integrate.carrying import CarryingRun
-from flexmb.integrate.method import Newmark, RungeKutta4
+from flexmb.integrate.method import Method
+from flexmb.integrate.newmark import Newmark
 from flexmb.integrate.period import clash
 from flexmb.integrate.simulate import Step, period_or_none
 from flexmb.integrate.steps import Adaptive, FixedStep
@@ -78,9 +79,8 @@ class MechanismFlow(ContinuousFlow):
     ) -> None:
         self.name = mechanism.name
         label = f"MechanismFlow of {self.name!r}"
-        if method is not None and not isinstance(method, Newmark):
-            kind = "RungeKutta4()" if isinstance(method, RungeKutta4) else repr(method)
-            raise InputError(f"{label}: method is {kind}; it must be Newmark(...), whose steps have a tangent.")
+        if method is not None and not (isinstance(method, Method) and method.has_tangent):
+            raise InputError(f"{label}: method is {method!r}; it must be Newmark(...), whose steps have a tangent.")
         step = Adaptive() if step is None else step
         self.step = step if isinstance(step, (Adaptive, FixedStep)) else FixedStep(step)
         self.method = method or Newmark.generalised_alpha()

@@ -14,7 +14,7 @@ from flexmb.analysis.stroboscopic import StroboscopicMap
 from flexmb.analysis.wrap import clock, dynamics_of, strobe_of
 from flexmb.errors import InputError
 from flexmb.integrate.bar import bar
-from flexmb.integrate.method import Newmark
+from flexmb.integrate.newmark import Newmark
 from flexmb.integrate.simulate import Step
 
 if TYPE_CHECKING:

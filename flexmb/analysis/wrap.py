@@ -10,7 +10,7 @@ from flexmb.analysis.mechanism_flow import MechanismFlow
 from flexmb.analysis.section_map import SectionMap
 from flexmb.analysis.stroboscopic import StroboscopicMap
 from flexmb.errors import InputError
-from flexmb.integrate.method import Newmark
+from flexmb.integrate.newmark import Newmark
 from flexmb.integrate.simulate import Step
 from flexmb.model.mechanism import Mechanism
 

@@ -15,8 +15,9 @@ from flexmb.commands import summary
 from flexmb.commands.files import require_folder, require_packages
 from flexmb.commands.units import quantity
 from flexmb.errors import FlexmbError, InputError
-from flexmb.integrate.method import Newmark, RungeKutta4
 from flexmb.integrate.netcdf import load
+from flexmb.integrate.newmark import Newmark
+from flexmb.integrate.runge_kutta import RungeKutta4
 from flexmb.integrate.simulate import simulate
 from flexmb.integrate.solution import Solution
 from flexmb.integrate.steps import Adaptive, FixedStep

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import SolveError
-from flexmb.integrate.arrays import NOT_FINITE, Options
-from flexmb.integrate.method import Newmark
+from flexmb.integrate.arrays import Options
+from flexmb.integrate.newmark import Newmark, NewmarkStepper
 from flexmb.integrate.run import Run
 from flexmb.integrate.tangent import LOST, address_of_advance, advance_with
 from flexmb.program.program import Program
@@ -24,30 +24,65 @@ MOVED = 1e-5
 """How far states are moved for the derivative of what no kernel differentiates, as a part of the size, or an angle."""
 
 
+class CarryingStepper(NewmarkStepper):
+    """Steps of the Newmark family that carry small differences of the state along, where there are any.
+
+    Parameters
+    ----------
+    program : the compiled mechanism.
+    method : a method of the Newmark family.
+    """
+
+    tangents: Tangents | None = None
+    _address: Any = None
+
+    def __init__(self, program: Program, method: Newmark) -> None:
+        super().__init__(program, method)
+        self.second = workspace(program)
+        self.lingers = method.constraints == "velocity" or method.gamma < LINGERS
+
+    def advance(self, run: Run, options: Options, steps: int) -> int:
+        """Take at most `steps` steps: the code of the ending."""
+        if self.tangents is None:
+            return super().advance(run, options, steps)
+        arguments = run.arguments(options)
+        if self._address is None:
+            self._address = address_of_advance(*arguments, 1)
+        return int(advance_with(self._address, *arguments, self.second, self.tangents, steps))
+
+    def explain(self, code: int) -> str | None:
+        """What the end of the tangents means."""
+        if code != LOST:
+            return super().explain(code)
+        return "the tangent of a step has no finite solution; or the given differences are not finite"
+
+
 class CarryingRun(Run):
     """A `Run` of the Newmark family whose differences of states, a matrix (size, k), go the same steps.
 
     Rows are positions, velocities, histories, accelerations and auxiliary accelerations, as in `MechanismFlow`.
+    Differences off the manifold, or of accelerations alone, that do not fade as the steps go on (`lingers`) are taken
+    out at the start: they would outlive those that shrink, however small they are at first.
     """
 
-    tangents: Tangents | None = None
-    _second: Any = None
-    _address: Any = None
+    stepper: CarryingStepper
+
+    def __init__(self, program: Program, method: Newmark, *others: Any) -> None:
+        super().__init__(program, method, *others)
+        self.stepper = CarryingStepper(program, method)
 
     def carry_to(self, end: float, W: np.ndarray) -> None:
         """Run until `end` [s] and carry W (size, k) along, in place."""
-        if self._second is None:
-            self._second = workspace(self.program)
-        self.tangents = taken_apart(self.program, W)
-        if self._lingers():
-            kept = self.tangents.x - self.tangents.a
-            project(self.program, self.flow, float(self.flow.clock.size), self.tangents)
-            settle(self.program, self.flow, self.tangents, self._second, histories=False)
-            self.tangents.x[:] = self.tangents.a + kept
+        self.stepper.tangents = T = taken_apart(self.program, W)
+        if self.stepper.lingers:
+            kept = T.x - T.a
+            project(self.program, self.flow, float(self.flow.clock.size), T)
+            settle(self.program, self.flow, T, self.stepper.second, histories=False)
+            T.x[:] = T.a + kept
         self.go_to(end, saving=None)
         self._look_again()
-        put_together(self.program, self.tangents, W)
-        self.tangents = None
+        put_together(self.program, T, W)
+        self.stepper.tangents = None
 
     def on_manifold(self, W: np.ndarray) -> np.ndarray:
         """Differences (size, k) that joints allow, near those of W; accelerations and histories follow."""
@@ -59,45 +94,26 @@ class CarryingRun(Run):
 
     def _look_again(self) -> None:
         """Bring all neighbours to the present time; what is wrong with them is noted as the end of the run."""
-        T = self.tangents
+        T = self.stepper.tangents
         if T is None or self.note:
             return
         if not all(np.isfinite(x).all() for x in (T.q, T.v, T.z, T.a, T.x, T.tau)):
             self.note = "Stopped: the carried differences grew beyond all numbers; carry them for shorter times"
             return
         try:
-            look_again(self.program, self.flow, T, self._second)
+            look_again(self.program, self.flow, T, self.stepper.second)
         except SolveError as error:
             self.note = f"Stopped: {str(error).rstrip('.')}"
 
-    def _lingers(self) -> bool:
-        """Whether differences off the manifold, or of accelerations alone, do not fade as the steps go on.
-
-        They would outlive those that shrink, however small they are at first.
-        """
-        method = self.method
-        return isinstance(method, Newmark) and (method.constraints == "velocity" or method.gamma < LINGERS)
-
-    def _block(self, options: Options, steps: int) -> int:
-        if self.tangents is None:
-            return super()._block(options, steps)
-        step = (self.program.tables, self.program.addresses, self.lu, options, self.flow, self.trial)
-        if self._address is None:
-            self._address = address_of_advance(*step, self.work, self.record, 1)
-        code = advance_with(self._address, *step, self.work, self.record, self._second, self.tangents, steps)
-        if code == LOST:
-            self.note = "Stopped: the tangent of a step has no finite solution; or the given differences are not finite"
-            return NOT_FINITE
-        return int(code)
-
     def _jump(self, instant: float, interval: float) -> None:
-        if self.tangents is not None:
+        T = self.stepper.tangents
+        if T is not None:
             self._look_again()
         super()._jump(instant, interval)
-        if self.tangents is not None and not self.note:
-            self.tangents.step.last = 0.0
+        if T is not None and not self.note:
+            T.step.last = 0.0
             try:
-                settle(self.program, self.flow, self.tangents, self._second, histories=False)
+                settle(self.program, self.flow, T, self.stepper.second, histories=False)
             except SolveError as error:
                 self.note = f"Stopped: {str(error).rstrip('.')}"
 

@@ -7,12 +7,11 @@ turn with their bodies, and nothing else changes in them.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from flexmb.compiled.records import Integers, IntegerTable, Matrix, Places, Record, Vector
-from flexmb.integrate.method import Staggered
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body
 from flexmb.program.compiler import compile as compile_mechanism
@@ -21,6 +20,9 @@ from flexmb.program.tables import Addresses, Tables
 from flexmb.solve import lu
 from flexmb.solve.system import System
 from flexmb.system.work import Work, workspace
+
+if TYPE_CHECKING:
+    from flexmb.integrate.staggered import Staggered
 
 
 class Settings(Record, frozen=True):

@@ -14,11 +14,23 @@ from flexmb.system.outputs import write_outputs
 
 
 @compiled
-def accept(tables, address, h, ratio, options, flow, trial, work, record):
+def accept(tables, address, h, options, flow, trial, work, record):
     """Make the trial state the accepted one.
 
     BUFFER_FULL when what was saved must be fetched, what the ledger says when energies do not add up, else RUNNING.
     """
+    find_forces(tables, address, h, flow, trial, work, record)
+    book(tables, address, h, options, flow, trial, work, record)
+    take_over(h, flow, trial, work, record)
+    write_outputs(tables, address, flow.clock.t, flow.q, flow.v, flow.a, work, flow.ledger, record.new)
+    if keep(tables, options, flow, record) != RUNNING:
+        return BUFFER_FULL
+    return verdict(flow.ledger, flow.account) if flow.account.steps >= SETTLED else RUNNING
+
+
+@compiled
+def find_forces(tables, address, h, flow, trial, work, record):
+    """Forces, histories and energies of the trial state, as far as they are not known yet."""
     t = flow.clock.t + h
     if record.count.known == NOTHING_KNOWN:
         compare(tables.sizes.n_q, h, flow, trial)
@@ -31,33 +43,52 @@ def accept(tables, address, h, ratio, options, flow, trial, work, record):
         work.r[:] = 0.0
         account(tables, address, t, h, trial.q, trial.v, trial.a, trial.mean_v, trial.lag, flow.z, work)
         add_contacts(tables, address, t, h, trial.q, trial.v, flow.z, 0.0, 0.0, False, work)
+
+
+@compiled
+def book(tables, address, h, options, flow, trial, work, record):
+    """Bring joint forces, episodes of contact and the ledger to the trial state."""
+    t = flow.clock.t + h
     report_forces(tables, trial.lam, work)
     work_of_bow(tables.sizes.n_q, flow, trial, work)
     contact_losses(tables, address, h, flow, trial.q, trial.v, work)
     follow_contacts(tables, h, options, flow, work, record)
     keep_account(tables, address, t, h, flow.q, flow.v, trial.q, trial.v, flow.ledger, flow.account, flow.memory, work)
-    copy(record.new, record.old)
-    write_outputs(tables, address, t, trial.q, trial.v, trial.a, work, flow.ledger, record.new)
-    for i in range(record.new.shape[0]):  # without branches: the compiler makes vectors of it
-        size = record.new[i] if record.one_sided[i] else abs(record.new[i])
-        larger = size > record.peak[i]
-        record.peak[i] = size if larger else record.peak[i]
-        record.peak_time[i] = t if larger else record.peak_time[i]
+
+
+@compiled
+def take_over(h, flow, trial, work, record):
+    """Copy the trial state into the accepted one, and count the step."""
     t0 = flow.clock.t
-    flow.clock.t = t
+    flow.clock.t = t0 + h
     copy(trial.q, flow.q)
     copy(trial.v, flow.v)
     copy(trial.a, flow.a)
     copy(trial.x, flow.x)
     copy(trial.lam, flow.lam)
     copy(work.z_new, flow.z)
+    copy(record.new, record.old)
     record.count.steps += 1
     record.step.smallest, record.step.largest = min(record.step.smallest, h), max(record.step.largest, h)
     record.step.began, record.step.size = t0, h
-    code = save(tables, t0, h, options, flow, record)
-    if code != RUNNING or no_room(flow, record):
-        return BUFFER_FULL
-    return verdict(flow.ledger, flow.account) if flow.account.steps >= SETTLED else RUNNING
+
+
+@compiled
+def keep(tables, options, flow, record):
+    """Largest values of the new signals, and the instants that are due; BUFFER_FULL when these must be fetched."""
+    note_peaks(flow.clock.t, record)
+    code = save(tables, record.step.began, record.step.size, options, flow, record)
+    return BUFFER_FULL if code != RUNNING or no_room(flow, record) else RUNNING
+
+
+@compiled
+def note_peaks(t, record):
+    """Largest values so far."""
+    for i in range(record.new.shape[0]):  # without branches: the compiler makes vectors of it
+        size = record.new[i] if record.one_sided[i] else abs(record.new[i])
+        larger = size > record.peak[i]
+        record.peak[i] = size if larger else record.peak[i]
+        record.peak_time[i] = t if larger else record.peak_time[i]
 
 
 @compiled

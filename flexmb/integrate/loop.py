@@ -1,14 +1,13 @@
-"""The compiled time loops: one for the Newmark family, one for Runge-Kutta; compiled once for every model."""
+"""The compiled time loop of the Newmark family, the same for every model."""
 
 from flexmb.integrate.arrays import DONE, NOTHING_KNOWN, RUNNING, STEP_TOO_SMALL
 from flexmb.integrate.control import judged, resize
-from flexmb.integrate.explicit import runge_kutta_step
 from flexmb.integrate.finish import accept, finished, next_size
 from flexmb.integrate.held import settle
 from flexmb.integrate.landing import planned, remember
 from flexmb.integrate.newton import implicit_step, lead
 from flexmb.integrate.predict import look_back
-from flexmb.integrate.reuse import forget_factors, keep_trial
+from flexmb.integrate.reuse import keep_trial
 from flexmb.kernels import compiled, copy
 
 
@@ -42,30 +41,10 @@ def advance(tables, address, lu, options, flow, trial, work, record, steps):
             anew = remember(tables, address, h, options, flow, trial, work)
             resize(h, growth, options, flow)
         look_back(tables, h, options.length, flow, trial, work)
-        code = accept(tables, address, h, ratio, options, flow, trial, work, record)
+        code = accept(tables, address, h, options, flow, trial, work, record)
         flow.clock.last = 0.0 if anew else h
         if anew:
             copy(flow.a, flow.x)
-        if code != RUNNING:
-            return code
-    return RUNNING
-
-
-@compiled
-def advance_explicit(tables, address, lu, options, flow, trial, work, record, stages, steps):
-    """At most `steps` Runge-Kutta steps of fixed size; the code of the ending."""
-    forget_factors(flow.reuse)
-    record.count.known = NOTHING_KNOWN
-    for _ in range(steps):
-        if finished(options, flow):
-            return DONE
-        h = next_size(flow.clock.size, options.t_end - flow.clock.t)
-        code = runge_kutta_step(tables, address, lu, h, options, flow, trial, work, record, stages)
-        if code != RUNNING:
-            return code
-        if record.count.outcome != 0 or flow.clock.held_steps > 0.0:
-            settle(tables, lu, flow.clock.t + h, flow, trial, work, record)
-        code = accept(tables, address, h, 1.0, options, flow, trial, work, record)
         if code != RUNNING:
             return code
     return RUNNING

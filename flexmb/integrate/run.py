@@ -14,37 +14,29 @@ from flexmb.errors import InputError, SolveError
 from flexmb.integrate.arrays import (
     BUFFER_FULL,
     DONE,
-    FORMS,
     NEVER,
     RUNNING,
-    Coefficients,
     Options,
     new_flow,
-    new_record,
     new_trial,
     rigid_coordinates,
 )
 from flexmb.integrate.bar import bar as progress_bar
-from flexmb.integrate.contact_work import contact_losses
-from flexmb.integrate.explicit import new_stages
 from flexmb.integrate.finish import save
-from flexmb.integrate.ledger import MISSING, MISSING_IN_RUNGE_KUTTA, final_verdict, keep_account, open_account
-from flexmb.integrate.loop import advance, advance_explicit
-from flexmb.integrate.method import Newmark, RungeKutta4, Staggered
+from flexmb.integrate.ledger import final_verdict, open_account
+from flexmb.integrate.method import Method
 from flexmb.integrate.solution import ContactLog, Peaks, Solution
 from flexmb.integrate.stats import Stats
 from flexmb.integrate.status import sentence
 from flexmb.integrate.steps import FLIGHT_COUNTS, LARGEST_STEPS, SMOOTH_STEPS, Adaptive, FixedStep
 from flexmb.integrate.touch import close_what_touches, still_running, taken_out, touching_from_the_start
+from flexmb.model.mechanism import Mechanism
 from flexmb.program.program import Program
 from flexmb.solve import lu
 from flexmb.solve.rank import row_rank
 from flexmb.solve.redundant import least_norm
 from flexmb.solve.start import Start, accelerations
 from flexmb.solve.system import System
-from flexmb.system.constraints import report_forces
-from flexmb.system.evaluate import evaluate_accepted
-from flexmb.system.outputs import write_outputs
 from flexmb.system.work import workspace
 
 BUFFER = 512
@@ -64,20 +56,21 @@ class Run:
     def __init__(
         self,
         program: Program,
-        method: Newmark | RungeKutta4 | Staggered,
+        method: Method,
         step: FixedStep | Adaptive,
         t_end: float,
         period: float | None,
         *,
+        mechanism: Mechanism | None = None,
         max_steps: int | None = None,
         progress: bool = False,
     ) -> None:
-        self.program, self.method, self.step = program, method, step
+        self.method, self.step, self.stepper = method, step, method.stepper(program, mechanism)
+        self.program = program = self.stepper.program
         self.period, self.t_end, self.max_steps, self.progress = period, t_end, max_steps, progress
         self.lu = lu.tables(program.symbolic)
-        self.record, self.work = new_record(program, BUFFER), workspace(program)
+        self.record, self.work = self.stepper.record(BUFFER), workspace(program)
         self.flow = new_flow(program)
-        self.stages = new_stages(program)
         self.times: list[np.ndarray] = []
         self.values: list[np.ndarray] = []
         self.episodes: list[np.ndarray] = []
@@ -106,43 +99,30 @@ class Run:
 
     def begin(self, start: Start, *, z: np.ndarray | None = None, time: float = 0.0) -> None:
         """Take start values, at that time [s] and with histories z (n_z,), None: those of the drawn pose."""
-        n = self.program.n_q
-        flow = self.flow
+        n, z = self.program.n_q, self.program.drawn.z if z is None else z
+        flow, code = self.flow, self.stepper.prepare(self, start, z, time)
         flow.q[:n], flow.v[:n], flow.a[:n], flow.x[:n] = start.q, start.v, start.a, start.a
-        flow.lam[:], flow.z[:] = start.lam, self.program.drawn.z if z is None else z
+        flow.lam[:], flow.z[:] = start.lam, z
         flow.clock.t = time
         self._expect(start.redundant)
         flow.clock.held_steps = -1.0 if self._seems_dependent(start) else 0.0
         flow.clock.saving_from = NOT_SAVING
         flow.clock.size = self.h_max if isinstance(self.step, FixedStep) else 1e-3 * self.h_max
-        self._look()
+        self.stepper.look(self)
         open_account(flow.ledger, flow.account)
         begun = flow.z.copy()
         flow.z[:] = self.work.z_new
         close_what_touches(self.program, begun, flow)
         touching_from_the_start(self.program.tables, flow)
-        self._write()
+        self.stepper.write(self)
         self.forget_peaks()
-
-    def _look(self) -> None:
-        """Evaluate the present state, and remember its powers and forces for the ledger."""
-        flow, still = self.flow, np.zeros(self.program.n_q + 3)
-        common = (self.program.tables, self.program.addresses, flow.clock.t, 0.0)
-        evaluate_accepted(*common, flow.q, flow.v, flow.a, flow.lam, flow.z, still, still, self.work)
-        report_forces(self.program.tables, flow.lam, self.work)
-        flow.momentum[:] = self.work.momentum
-        contact_losses(*common[:2], 0.0, flow, flow.q, flow.v, self.work)
-        keep_account(*common, flow.q, flow.v, flow.q, flow.v, flow.ledger, flow.account, flow.memory, self.work)
-
-    def _write(self) -> None:
-        """Signals of the state that was looked at last."""
-        flow, common = self.flow, (self.program.tables, self.program.addresses, self.flow.clock.t)
-        write_outputs(*common, flow.q, flow.v, flow.a, self.work, flow.ledger, self.record.new)
+        if code != RUNNING:
+            self.code, self.note = code, self.stepper.explain(code) or ""
 
     def look(self) -> None:
         """Find energies, forces and signals of what stands in `flow`; a restored state alone may follow."""
-        self._look()
-        self._write()
+        self.stepper.look(self)
+        self.stepper.write(self)
 
     def one_step(self, limit: float) -> bool:
         """Take one step, not beyond the time `limit` [s]; whether it was accepted.  Nothing is saved."""
@@ -176,6 +156,7 @@ class Run:
             if np.shape(restart.get("signals")) != self.record.new.shape:
                 raise ValueError("signals")
             self.flow.restore(restart)
+            self.stepper.restore(restart)
         except ValueError as error:
             raise InputError(
                 f"simulate {self.program.name!r}: restart does not fit this model "
@@ -194,6 +175,7 @@ class Run:
 
     def forget_peaks(self) -> None:
         """Begin to look for peaks at the present state."""
+        self.stepper.forget_peaks()
         self.record.peak[:] = np.where(self.record.one_sided, np.maximum(self.record.new, 0.0), np.abs(self.record.new))
         self.record.peak_time[:] = self.flow.clock.t
 
@@ -206,8 +188,7 @@ class Run:
             return  # a run that was stopped before the instants to be saved stays stopped
         if saving is not None:
             self._begin_saving(saving)
-        explicit = isinstance(self.method, RungeKutta4)
-        self.flow.account.limit = MISSING_IN_RUNGE_KUTTA if explicit else MISSING
+        self.flow.account.limit = self.stepper.missing
         interval = NEVER if saving is None else saving
         bar = progress_bar(self.program.name, float(self.flow.clock.t), end, shown=self.progress)
         try:
@@ -225,7 +206,7 @@ class Run:
 
     def _reach(self, target: float, interval: float, bar: Any, *, ahead: bool = False) -> bool:
         """Run until `target`; whether it was reached.  With `ahead` that is seen even if no step is left to take."""
-        options = self._options(target, interval)
+        options = self.options(target, interval)
         steps, self.code = max(FIRST_BLOCK // (self.program.symbolic.n + 1), 16), RUNNING
         while self.code == RUNNING:
             began = time.perf_counter()
@@ -236,7 +217,7 @@ class Run:
                 self.note = f"{ENOUGH} {self.max_steps} steps, as asked for"
                 return False
             else:
-                self.code = self._block(options, steps)
+                self.code = self.stepper.advance(self, options, steps)
             self._empty(options)
             bar.update(min(self.flow.clock.t, bar.total) - bar.n)
             took = time.perf_counter() - began
@@ -260,9 +241,9 @@ class Run:
             return
         flow.a[:n], flow.x[:n], flow.lam[:] = a, a, lam
         kept = flow.ledger.copy()
-        self._look()
+        self.stepper.look(self)
         flow.ledger[:] = kept
-        self._write()
+        self.stepper.write(self)
         record = self.record
         size = np.where(record.one_sided, record.new, np.abs(record.new))
         record.peak_time[size > record.peak] = instant
@@ -286,17 +267,17 @@ class Run:
             return steps
         return max(0, min(steps, self.max_steps - int(self.record.count.steps)))
 
-    def _block(self, options: Options, steps: int) -> int:
+    def arguments(self, options: Options) -> tuple[Any, ...]:
+        """What every compiled loop is called with: tables, kernels, factors, options, state, trial, work, record."""
         common = (self.program.tables, self.program.addresses, self.lu, options, self.flow, self.trial)
-        if isinstance(self.method, RungeKutta4):
-            return advance_explicit(*common, self.work, self.record, self.stages, steps)
-        return advance(*common, self.work, self.record, steps)
+        return *common, self.work, self.record
 
-    def _options(self, end: float, saving: float) -> Options:
-        method = self.method if isinstance(self.method, Newmark) else Newmark()
+    def options(self, end: float, saving: float) -> Options:
+        """Numbers of method and step control for a run until `end` that saves every `saving` [s]."""
         return Options(
-            *(Coefficients(m.alpha_m, m.alpha_f, m.beta, m.gamma) for m in (method, method.starting)),
-            FORMS[method.constraints],
+            self.stepper.regular,
+            self.stepper.first,
+            self.stepper.form,
             NEWTON_TOLERANCE,
             ITERATIONS,
             float(self.program.length),
@@ -321,7 +302,7 @@ class Run:
         self._fetch()
         while self.code == BUFFER_FULL and options.save_interval > 0.0:
             begin, size = self.record.step.began, self.record.step.size
-            save(self.program.tables, begin, size, options, self.flow, self.record)
+            save(self.stepper.shown.tables, begin, size, options, self.flow, self.record)
             if self.record.count.rows == 0:
                 return
             self._fetch()
@@ -332,10 +313,9 @@ class Run:
 
     def solution(self, model: dict[str, Any], *, notes: tuple[str, ...] = (), wall_time: float = 0.0) -> Solution:
         """The record of what was run so far, with remarks and the time it took on the clock [s]."""
-        program, count = self.program, self.record.count
+        program, count = self.stepper.shown, self.record.count
         n_y = program.tables.sizes.n_y
-        restart = self.flow.saved()
-        restart["signals"] = self.record.new.copy()
+        restart = {**self.flow.saved(), "signals": self.record.new.copy(), **self.stepper.saved()}
         return Solution(
             time=_joined(self.times, np.zeros(0)),
             values=_joined(self.values, np.zeros((0, n_y))),
@@ -357,7 +337,7 @@ class Run:
             shapes=program.shapes,
             restart=restart,
             contacts=self.contact_log(),
-            notes=notes,
+            notes=(*notes, *self.stepper.remarks()),
             model={**model, "flexmb": installed_version(), "method": repr(self.method), "step": repr(self.step)},
         )
 
@@ -371,6 +351,9 @@ class Run:
         """How the run ended, in a sentence."""
         if self.note:
             return f"{self.note}, at t = {self.flow.clock.t:.6g} s."
+        own = self.stepper.explain(self.code)
+        if own is not None:
+            return f"Stopped at t = {self.flow.clock.t:.6g} s: {own}"
         return sentence(self.program, self.code, self.flow, self.trial, self.record)
 
 

@@ -11,19 +11,17 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
-from flexmb.integrate.method import Newmark, RungeKutta4, Staggered
+from flexmb.integrate.method import Method
+from flexmb.integrate.newmark import Newmark
 from flexmb.integrate.period import common_period
 from flexmb.integrate.remarks import contact_remarks
 from flexmb.integrate.run import Run
 from flexmb.integrate.solution import Solution
-from flexmb.integrate.staggered_run import StaggeredRun
 from flexmb.integrate.steps import Adaptive, FixedStep
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile_with_start
 from flexmb.program.program import Program
-from flexmb.solve.start import consistent_start
 
-Method = Newmark | RungeKutta4 | Staggered
 Step = FixedStep | Adaptive | float
 
 REDUNDANT = ("refuse", "least-norm")
@@ -94,17 +92,16 @@ def simulate(
     method = method or Newmark.generalised_alpha()
     step = Adaptive() if step is None else step
     step = FixedStep(step) if isinstance(step, Real) and not isinstance(step, bool) else step
-    _check_kinds(mechanism, method, step)
+    label, least = f"simulate {mechanism.name!r}", redundant == "least-norm"
     if max_steps is not None:
-        checks.count(f"simulate {mechanism.name!r}", "max_steps", max_steps)
-    checks.one_of(f"simulate {mechanism.name!r}", "redundant", redundant, REDUNDANT)
-    run = _new_run(mechanism, program, method, step, end, period, max_steps, progress, redundant)
-    if restart is None and isinstance(run, StaggeredRun):
-        run.start()
-    elif restart is None:
-        run.begin(consistent_start(mechanism, program, redundant=redundant == "least-norm", closed=closed))
+        checks.count(label, "max_steps", max_steps)
+    checks.one_of(label, "redundant", redundant, REDUNDANT)
+    check_kinds(label, method, step, redundant)
+    run = Run(program, method, step, end, period, mechanism=mechanism, max_steps=max_steps, progress=progress)
+    if restart is None:
+        run.begin(run.stepper.start(mechanism, closed, redundant=least))
     else:
-        run.resume(restart, redundant=redundant == "least-norm")
+        run.resume(restart, redundant=least)
         _check_ahead(mechanism, float(run.flow.clock.t), end)
     started = time.perf_counter()
     if run.flow.clock.t < begin:
@@ -115,26 +112,6 @@ def simulate(
     span = period if period is not None else 0.5 * (now - begin)
     notes = contact_remarks(run.program, run.flow.z, run.contact_log(), now, span)
     return run.solution(model={"name": mechanism.name}, notes=notes, wall_time=time.perf_counter() - started)
-
-
-def _new_run(
-    mechanism: Mechanism,
-    program: Program,
-    method: Method,
-    step: FixedStep | Adaptive,
-    end: float,
-    period: float | None,
-    max_steps: int | None,
-    progress: bool,
-    redundant: str,
-) -> Run:
-    """A run of the kind that the method needs."""
-    if not isinstance(method, Staggered):
-        return Run(program, method, step, end, period, max_steps=max_steps, progress=progress)
-    if redundant != REDUNDANT[0] or not isinstance(step, FixedStep):
-        text = f"simulate {mechanism.name!r}: redundant is {redundant!r}"
-        raise InputError(f"{text}; Staggered needs independent joints. Use a Newmark method.")
-    return StaggeredRun(mechanism, program, method, step, end, period, max_steps=max_steps, progress=progress)
 
 
 def period_or_none(program: Program) -> float | None:
@@ -186,11 +163,11 @@ def _check_ahead(mechanism: Mechanism, now: float, end: float) -> None:
         raise InputError(f"{text}. The end counts from the start of the first run; give a larger t_end or periods.")
 
 
-def _check_kinds(mechanism: Mechanism, method: Any, step: Any) -> None:
-    label = f"simulate {mechanism.name!r}"
-    if not isinstance(method, (Newmark, RungeKutta4, Staggered)):
-        raise InputError(f"{label}: method is {method!r}; it must be Newmark(...), RungeKutta4() or Staggered(...).")
+def check_kinds(label: str, method: Any, step: Any, redundant: str) -> None:
+    """Refuse what is no method or no step, and what the method cannot do."""
+    if not isinstance(method, Method):
+        known = "Newmark(...), RadauIIA(), RungeKutta4() or Staggered(...)"
+        raise InputError(f"{label}: method is {method!r}; it must be {known}.")
     if not isinstance(step, (FixedStep, Adaptive)):
         raise InputError(f"{label}: step is {step!r}; it must be FixedStep(size) or Adaptive(...).")
-    if not isinstance(method, Newmark) and not isinstance(step, FixedStep):
-        raise InputError(f"{label}: {type(method).__name__} has no error estimate; give step=FixedStep(size).")
+    method.check(label, step, redundant)

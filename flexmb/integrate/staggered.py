@@ -1,220 +1,203 @@
-"""The compiled loop of `Staggered`: Runge and Kutta's step of the rigid twin, the elastic step, the end of both.
+"""Rigid and elastic steps in turn: the method `Staggered`."""
 
-Source of the order of the two: X. Chen, S. Jiang, Y. Deng, Q. Wang, Nonlinear Dynamics (2018), 4.4.
-"""
+from __future__ import annotations
 
-import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from flexmb.integrate.arrays import BUFFER_FULL, DONE, NOT_FINITE, RUNNING, SINGULAR
-from flexmb.integrate.contact_work import contact_losses
-from flexmb.integrate.elastic_step import carry, elastic_step, hand_back
-from flexmb.integrate.explicit import project_state
-from flexmb.integrate.finish import finished, next_size, save
-from flexmb.integrate.ledger import DAMPING, LOAD, RESIDUAL, keep_account, work_of_bow
-from flexmb.integrate.predict import compare
-from flexmb.integrate.touch import follow_contacts, no_room
-from flexmb.kernels import compiled, copy
-from flexmb.solve.lu import THRESHOLD, factor, solve
-from flexmb.system.constraints import report_forces
-from flexmb.system.elements import account
-from flexmb.system.evaluate import evaluate, evaluate_accepted
-from flexmb.system.outputs import write_outputs
+import numpy as np
 
+from flexmb import checks
+from flexmb.errors import AssemblyError, InputError, ModelError
+from flexmb.integrate.arrays import RUNNING, Options
+from flexmb.integrate.elastic import elastic_model
+from flexmb.integrate.elastic_step import ELASTIC_SINGULAR, TOO_FAR
+from flexmb.integrate.ledger import MISSING_IN_RUNGE_KUTTA
+from flexmb.integrate.method import Method
+from flexmb.integrate.runge_kutta import new_stages
+from flexmb.integrate.staggered_loop import advance_staggered, begin_elastic, whole_motion, write_whole
+from flexmb.integrate.stepper import Stepper, evaluate_state, remember_powers
+from flexmb.model.mechanism import Mechanism
+from flexmb.program.compiler import compile_with_start
+from flexmb.program.program import Program
+from flexmb.solve.start import Start, consistent_start
+from flexmb.solve.twin import rigid_twin
+from flexmb.system.evaluate import evaluate_accepted
 
-@compiled
-def accelerate_loaded(tables, address, lu, t, part, h, load, flow, trial, work, record, stages):
-    """Accelerations and multipliers of the trial state under a load (n_t,): M a + G^T lam = load - r, G a = gamma."""
-    n, m = tables.sizes.n_q, tables.sizes.n_c
-    evaluate(tables, address, t, part * h, trial.q, trial.v, stages.zero, trial.lam, flow.z, 0.0, 0.0, 1.0, True, work)
-    record.count.evaluations += 1
-    for i in range(n):
-        trial.b[i] = load[i] - (work.r[i] + work.Gl[i])
-    for i in range(m):
-        trial.b[n + i] = work.gamma[i]
-    lost = factor(lu, work.lu, trial.seen, THRESHOLD)
-    record.count.factorisations += 1
-    if lost >= 0:
-        record.count.lost = lost
-        return SINGULAR if math.isfinite(trial.b.sum()) else NOT_FINITE
-    solve(lu, work.lu, trial.b, trial.d, trial.y)
-    for i in range(n):
-        trial.a[i] = trial.d[i]
-    for i in range(m):
-        trial.lam[i] += trial.d[n + i]
-    return RUNNING if math.isfinite(trial.d.sum()) else NOT_FINITE
+if TYPE_CHECKING:
+    from flexmb.integrate.run import Run
+
+ENDINGS = {
+    ELASTIC_SINGULAR: "the elastic equations became singular at {name!r}. Do the joints leave it without mass?",
+    TOO_FAR: (
+        "{name!r} is displaced by {moved:.3g} against the rigid model, too far for linear elasticity. The load that is "
+        "handed back one step late may be unstable: try a smaller step, more passes, or a Newmark method."
+    ),
+}
+"""How elastic steps end a run."""
 
 
-@compiled
-def rigid_step(tables, address, lu, h, load, options, flow, trial, work, record, stages):
-    """`runge_kutta_step` under a load that stays the same in the step."""
-    n, m, t = tables.sizes.n_q, tables.sizes.n_c, flow.clock.t
-    copy(flow.q, trial.q)
-    copy(flow.v, trial.v)
-    copy(flow.lam, trial.lam)
-    for stage in range(5):
-        c = 0.0 if stage == 0 else (1.0 if stage >= 3 else 0.5)
-        if stage == 4:
-            end_of_stages(n, h, flow, trial, stages)
-            code = RUNNING
-            if m > 0:
-                code = project_state(tables, address, lu, t + h, h, options, flow, trial, work, record, stages)
-            if code != RUNNING:
-                return code
-        elif stage > 0:
-            for i in range(n):
-                trial.q[i] = flow.q[i] + c * h * stages.v[stage - 1, i]
-                trial.v[i] = flow.v[i] + c * h * stages.a[stage - 1, i]
-        code = accelerate_loaded(tables, address, lu, t + c * h, c, h, load, flow, trial, work, record, stages)
-        if code != RUNNING:
-            return code
-        if stage < 4:
-            for i in range(n):
-                stages.v[stage, i], stages.a[stage, i] = trial.v[i], trial.a[i]
-    copy(trial.a, trial.x)
-    return RUNNING
+@dataclass(frozen=True)
+class Staggered(Method):
+    """A rigid and an elastic model that take steps in turn, each with what the other found last.
 
+    1. Runge and Kutta's step of the rigid mechanism: every flexible body is replaced by the rigid one of the same mass,
+       centre and inertia; contact forces come from its motion.
+    2. Newmark's step (beta = 1/4, gamma = 1/2) of linear elasticity about the pose found, U being the displacements of
+       the nodes along X and Y and their rotations:
 
-@compiled
-def end_of_stages(n, h, flow, trial, stages):
-    """Positions and velocities at the end of the step."""
-    for i in range(n):
-        v = stages.v[0, i] + 2.0 * (stages.v[1, i] + stages.v[2, i]) + stages.v[3, i]
-        a = stages.a[0, i] + 2.0 * (stages.a[1, i] + stages.a[2, i]) + stages.a[3, i]
-        trial.q[i] = flow.q[i] + h / 6.0 * v
-        trial.v[i] = flow.v[i] + h / 6.0 * a
+           M U'' + (C + 2 R^T m R') U' + (K + R^T m R'') U = F - M a_r,    G U = 0
 
+       with u = R U in the axes of a body, F of contact, loads and weight, a_r accelerations of the rigid model, and G
+       the joints and drives of the pose; C is the damping of the bodies.
+    3. The inertia force and moment of the elastic motion, summed body by body, load the rigid model in the next step.
 
-@compiled
-def both_steps(tables, address, lu, h, options, flow, trial, work, record, stages, el):
-    """One step of the twin, one of the elastic model; again with the new load where passes are left; a code."""
-    copy(el.now.load, el.trial.load)
-    code = RUNNING
-    for _ in range(el.settings.passes if el.settings.flexible else 1):
-        code = rigid_step(tables, address, lu, h, el.trial.load, options, flow, trial, work, record, stages)
-        if code == RUNNING and el.settings.flexible:
-            el.trial.memory.tie = 0.0
-            code = elastic_step(el, tables, work, flow.clock.t + h, h, trial.q, trial.v, trial.a)
-        if code != RUNNING:
-            break
-        if el.settings.flexible:
-            hand_back(el, trial.q, trial.v, trial.a)
-    return code
+    For mechanisms of `RigidBody`, `RigidLink`, `FlexibleLink`, `FlexibleFrame`, with joints without friction in ideal
+    ones, drives, contacts and loads, and springs between rigid ones; with `FixedStep` only.
 
+    Parameters
+    ----------
+    rotation : terms of the rotating axes: "printed", as above; or "inertial", without 2 R^T m R' and R^T m R'', and
+        with damping of the rates seen from the body.  See the notes.
+    play : what a joint with play does to U: "independent", nothing; or "shared", both of its ends are displaced alike.
+    mean_axes : whether rigid motions that G leaves to U are taken out of it: it then has no momentum in any of them.
+    passes : times each step is done, with the inertia of the elastic motion that was found at its end, >= 1.
 
-@compiled
-def adopt(el):
-    """Make the trial displacements the accepted ones."""
-    now, new = el.now, el.trial
-    copy(new.u, now.u)
-    copy(new.u1, now.u1)
-    copy(new.u2, now.u2)
-    copy(new.load, now.load)
-    copy(new.G, now.G)
-    copy(new.drift, now.drift)
-    for k in range(now.motions.shape[0]):
-        copy(new.motions[k], now.motions[k])
-    now.memory.tie = max(now.memory.tie, new.memory.tie)
-    now.memory.load_power = new.memory.load_power
+    Raises
+    ------
+    InputError : an unknown word, passes that are no whole number > 0.
 
+    Notes
+    -----
+    Where U is in fixed axes, M U'' is the inertia force; the printed terms are correct for none but u'' in place of
+    the accelerations, that is for slow turning.  A beam that turns at w has, in the plane, the frequency at rest f
+    with "printed", sqrt(f^2 - w^2) with "inertial"; centrifugal forces, which stiffen it, are in neither.
 
-@compiled
-def whole_motion(el, t, h, q, v, a, d, ledger, work):
-    """Add the displacements of d to the motion of the nodes with the twin; energies of the sum, as the twin's.
+    Drive torques, forces of joints and contacts, ex and ey are those of the rigid model with the load of step 3.
+    Positions, velocities and accelerations of nodes are those of the rigid model plus U, U', U''.  Energies belong to
+    this sum, and `energy.residual` is what the coupling made or lost.  Loads see the rigid motion only.
 
-    Its damping beyond that of the twin's dampers is that of the beams: it is booked here, as is the work of loads on U.
+    Contacts see the rigid motion alone.  With "independent" displacements and mean axes, U has no momentum in what the
+    joints leave free, so impacts are those of the rigid mechanism: compliance softens none.  With "shared" ones the
+    play is that of the whole motion, and the scheme tends to the coupled linear equations as h tends to 0.  But the
+    load of step 3 is one step late, and nearly as large as the inertia of the rigid model: in contact that acts as
+    negative damping, and runs with one pass blow up at any step that can be afforded (docs/design.md); passes repeated
+    until the load stays give the impacts of the coupled equations, to the first order of h.  Without mean axes, rigid
+    motions of U are neutral: they keep whatever disturbs them.
+
+    Source: X. Chen, S. Jiang, Y. Deng, Q. Wang, Nonlinear Dynamics (2018), section 4, eqs (26)-(30) and 4.4.  There the
+    vectors U^1 and U^2 share the coordinates of the clearance joint, though the text calls its members independent.
     """
-    S = el.scratch
-    carry(el, q, v, a)
-    for i in range(el.whole.sizes.n_q):
-        S.q[i] += d.u[i]
-        S.v[i] += d.u1[i]
-        S.a[i] += d.u2[i]
-    S.f[:] = 0.0
-    account(el.whole, el.whole_address, t, h, S.q, S.v, S.a, S.f, S.f, S.z, el.whole_work)
-    whole = el.whole_work.power
-    work.power.kinetic, work.power.strain, work.power.gravity = whole.kinetic, whole.strain, whole.gravity
-    power = whole.damping - work.power.damping
-    ledger[DAMPING] += 0.5 * h * (el.now.memory.damping_power + power)
-    ledger[LOAD] += 0.5 * h * (el.now.memory.load_power + d.memory.load_power)
-    el.now.memory.damping_power = power
+
+    independent: ClassVar[bool] = True
+
+    rotation: str = "printed"
+    play: str = "independent"
+    mean_axes: bool = True
+    passes: int = 1
+
+    def __post_init__(self) -> None:
+        checks.one_of("Staggered", "rotation", self.rotation, ["printed", "inertial"])
+        checks.one_of("Staggered", "play", self.play, ["independent", "shared"])
+        if not isinstance(self.mean_axes, bool):
+            raise InputError(f"Staggered: mean_axes is {self.mean_axes!r}; it must be True or False.")
+        checks.count("Staggered", "passes", self.passes)
+
+    def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:
+        """What steps the compiled mechanism."""
+        if mechanism is None:
+            raise InputError("Staggered: the mechanism is missing; a program alone has no rigid twin.")
+        return StaggeredStepper(program, mechanism, self)
 
 
-@compiled
-def write_whole(tables, address, t, flow, work, record, el):
-    """All signals: nodes of the whole motion, joints and contacts of the twin."""
-    S, N = el.scratch, el.settings
-    write_outputs(tables, address, t, flow.q, flow.v, flow.a, work, flow.ledger, S.signals)
-    write_outputs(el.whole, el.whole_address, t, S.q, S.v, S.a, el.whole_work, flow.ledger, record.new)
-    for k in range(N.last - N.first):
-        record.new[N.shown + k] = S.signals[N.first + k]
+class StaggeredStepper(Stepper):
+    """Steps of the rigid twin and of the elastic model in turn; signals are those of the mechanism itself.
 
+    Parameters
+    ----------
+    whole : the compiled mechanism.
+    mechanism : the mechanism.
+    method : its numbers.
+    """
 
-@compiled
-def accept_both(tables, address, h, options, flow, trial, work, record, el):
-    """Make both trial states the accepted ones; BUFFER_FULL when what was saved must be fetched."""
-    t0 = flow.clock.t
-    t = t0 + h
-    compare(tables.sizes.n_q, h, flow, trial)
-    evaluate_accepted(
-        tables, address, t, h, trial.q, trial.v, trial.a, trial.lam, flow.z, trial.mean_v, trial.lag, work
-    )
-    record.count.evaluations += 1
-    report_forces(tables, trial.lam, work)
-    work_of_bow(tables.sizes.n_q, flow, trial, work)
-    contact_losses(tables, address, h, flow, trial.q, trial.v, work)
-    follow_contacts(tables, h, options, flow, work, record)
-    whole_motion(el, t, h, trial.q, trial.v, trial.a, el.trial, flow.ledger, work)
-    keep_account(tables, address, t, h, flow.q, flow.v, trial.q, trial.v, flow.ledger, flow.account, flow.memory, work)
-    adopt(el)
-    flow.clock.t = t
-    copy(trial.q, flow.q)
-    copy(trial.v, flow.v)
-    copy(trial.a, flow.a)
-    copy(trial.x, flow.x)
-    copy(trial.lam, flow.lam)
-    copy(work.z_new, flow.z)
-    copy(record.new, record.old)
-    write_whole(tables, address, t, flow, work, record, el)
-    note_peaks(t, record)
-    record.count.steps += 1
-    record.step.smallest, record.step.largest = min(record.step.smallest, h), max(record.step.largest, h)
-    record.step.began, record.step.size = t0, h
-    code = save(el.whole, t0, h, options, flow, record)
-    if not math.isfinite(flow.ledger[RESIDUAL]):
-        return NOT_FINITE
-    return BUFFER_FULL if code != RUNNING or no_room(flow, record) else RUNNING
+    missing = MISSING_IN_RUNGE_KUTTA
 
+    def __init__(self, whole: Program, mechanism: Mechanism, method: Staggered) -> None:
+        self.mechanism = rigid_twin(f"simulate {mechanism.name!r} with Staggered", mechanism)
+        twin, self.closed = compile_with_start(self.mechanism)
+        super().__init__(twin)
+        self.shown = whole
+        self.elastic = elastic_model(mechanism, whole, twin, method)
+        self.stages = new_stages(twin)
 
-@compiled
-def note_peaks(t, record):
-    """Largest values so far."""
-    for i in range(record.new.shape[0]):
-        size = record.new[i] if record.one_sided[i] else abs(record.new[i])
-        larger = size > record.peak[i]
-        record.peak[i] = size if larger else record.peak[i]
-        record.peak_time[i] = t if larger else record.peak_time[i]
+    def start(self, mechanism: Mechanism, closed: Program, *, redundant: bool) -> Start:  # noqa: ARG002 - the twin's
+        """Start values of the twin."""
+        try:
+            return consistent_start(self.mechanism, self.program, closed=self.closed)
+        except (ModelError, AssemblyError) as error:
+            text, _, advice = str(error).partition(". ")
+            if "make a link flexible" not in advice:
+                raise
+            text = (
+                f"simulate {self.mechanism.name!r} with Staggered: with rigid bodies in place of flexible ones, {text}"
+            )
+            raise type(error)(f"{text}. Remove a joint, start in another pose, or use a Newmark method.") from error
 
+    def prepare(self, run: Run, start: Start, z: np.ndarray, time: float) -> int:
+        """Elastic accelerations that go with the start of the twin, the bodies unstressed."""
+        n, full = self.program.n_q, [np.zeros(self.program.n_q + 3) for _ in range(3)]
+        for target, values in zip(full, (start.q, start.v, start.a), strict=True):
+            target[:n] = values
+        still = np.zeros(n + 3)
+        common = (self.program.tables, self.program.addresses, time, 0.0)
+        evaluate_accepted(*common, *full, start.lam, z.copy(), still, still, run.work)
+        if not self.elastic.settings.flexible:
+            return RUNNING
+        return begin_elastic(self.program.tables, time, run.work, self.elastic, *full)
 
-@compiled
-def advance_staggered(tables, address, lu, options, flow, trial, work, record, stages, el, steps):
-    """At most `steps` steps of fixed size of both models; the code of the ending."""
-    for _ in range(steps):
-        if finished(options, flow):
-            return DONE
-        h = next_size(flow.clock.size, options.t_end - flow.clock.t)
-        code = both_steps(tables, address, lu, h, options, flow, trial, work, record, stages, el)
-        if code == RUNNING:
-            code = accept_both(tables, address, h, options, flow, trial, work, record, el)
-        if code != RUNNING:
-            return code
-    return RUNNING
+    def advance(self, run: Run, options: Options, steps: int) -> int:
+        """Take at most `steps` steps of both models: the code of the ending."""
+        return advance_staggered(*run.arguments(options), self.stages, self.elastic, steps)
 
+    def look(self, run: Run) -> None:
+        """Evaluate the present state with its displacements; remember its powers and forces for the ledger."""
+        flow, el = run.flow, self.elastic
+        evaluate_state(self.program, flow, run.work)
+        whole_motion(el, flow.clock.t, 0.0, flow.q, flow.v, flow.a, el.now, flow.ledger, run.work)
+        remember_powers(self.program, flow, run.work)
 
-@compiled
-def begin_elastic(tables, t, work, el, q, v, a):
-    """U'' at rest and without displacement, under the accelerations and contacts of the start; a code."""
-    code = elastic_step(el, tables, work, t, 0.0, q, v, a)
-    if code == RUNNING:
-        hand_back(el, q, v, a)
-        adopt(el)
-    return code
+    def write(self, run: Run) -> None:
+        """Signals of the state that was looked at last."""
+        common = (self.program.tables, self.program.addresses, run.flow.clock.t)
+        write_whole(*common, run.flow, run.work, run.record, self.elastic)
+
+    def forget_peaks(self) -> None:
+        """Begin anew to look for the largest shared force."""
+        self.elastic.now.memory.tie = 0.0
+
+    def explain(self, code: int) -> str | None:
+        """What an elastic step says that could not be done."""
+        if code not in ENDINGS:
+            return None
+        place = int(self.elastic.scratch.b[0])
+        moved = float(np.abs(self.elastic.trial.u[:-3]).max())
+        names = (*self.shown.names.coordinates, *(f"joint row {k}" for k in range(len(self.elastic.now.drift))))
+        return ENDINGS[code].format(name=names[place], moved=moved)
+
+    def remarks(self) -> tuple[str, ...]:
+        """What the shared displacements of joints with play carried."""
+        force = self.elastic.now.memory.tie
+        if not (self.elastic.settings.flexible and len(self.elastic.model.ties)):
+            return ()
+        text = f"Displacements shared in joints with play carried forces of up to {force:.3g} N"
+        return (f"{text}, which tend to 0 with smaller steps.",)
+
+    def saved(self) -> dict[str, np.ndarray]:
+        """The displacements."""
+        return {f"elastic.{name}": array for name, array in self.elastic.now.saved().items()}
+
+    def restore(self, restart: Mapping[str, Any]) -> None:
+        """Take the displacements."""
+        own = {name.removeprefix("elastic."): array for name, array in restart.items() if name.startswith("elastic.")}
+        self.elastic.now.restore(own)

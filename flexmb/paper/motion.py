@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb.errors import FlexmbError
-from flexmb.integrate.method import Newmark, Staggered
+from flexmb.integrate.newmark import Newmark
 from flexmb.integrate.run import installed_version
 from flexmb.integrate.simulate import simulate
 from flexmb.integrate.solution import Solution
+from flexmb.integrate.staggered import Staggered
 from flexmb.integrate.steps import FixedStep
 from flexmb.paper.case import Case
 from flexmb.sweeps.fingerprint import digest

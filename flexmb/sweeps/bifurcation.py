@@ -15,7 +15,7 @@ from flexmb.analysis.dynamics import Dynamics
 from flexmb.analysis.exponents import FEWEST
 from flexmb.analysis.mechanism_flow import MechanismFlow
 from flexmb.errors import FlexmbError, InputError
-from flexmb.integrate.method import Newmark
+from flexmb.integrate.newmark import Newmark
 from flexmb.integrate.run import installed_version
 from flexmb.integrate.simulate import Step
 from flexmb.model.mechanism import Mechanism

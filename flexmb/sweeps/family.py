@@ -16,7 +16,7 @@ from flexmb.analysis.lyapunov import lyapunov
 from flexmb.analysis.mechanism_flow import MechanismFlow
 from flexmb.analysis.seen import Seen
 from flexmb.errors import AssemblyError, InputError, SolveError
-from flexmb.integrate.method import Newmark
+from flexmb.integrate.newmark import Newmark
 from flexmb.integrate.period import common_period
 from flexmb.integrate.simulate import Step
 from flexmb.model.mechanism import Mechanism

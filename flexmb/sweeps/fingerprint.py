@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.analysis.dynamics import Dynamics
-from flexmb.integrate.method import Newmark
+from flexmb.integrate.newmark import Newmark
 from flexmb.integrate.steps import Adaptive, FixedStep
 from flexmb.kernels import Kernel
 from flexmb.model.mechanism import Mechanism

@@ -46,7 +46,7 @@ def motion(program):
     """Signals of a short run of a compiled mechanism, (n, n_y), started as `simulate` starts it."""
     import numpy as np
 
-    from flexmb.integrate.method import Newmark
+    from flexmb.integrate.newmark import Newmark
     from flexmb.integrate.run import Run
     from flexmb.integrate.steps import FixedStep
     from flexmb.solve.start import Start, accelerations

@@ -1,19 +1,61 @@
-"""One step of the classical Runge-Kutta method with projection onto the constraints."""
+"""The classical Runge-Kutta method for rigid mechanisms, with projection onto the constraints."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from flexmb.compiled.records import Matrix, Record, Vector
-from flexmb.integrate.arrays import NOT_FINITE, RUNNING, SINGULAR
-from flexmb.integrate.held import first_hold, free_gap, outcome
+from flexmb.integrate.arrays import DONE, NOT_FINITE, NOTHING_KNOWN, RUNNING, SINGULAR, Options
+from flexmb.integrate.finish import accept, finished, next_size
+from flexmb.integrate.held import first_hold, free_gap, outcome, settle
+from flexmb.integrate.ledger import MISSING_IN_RUNGE_KUTTA
+from flexmb.integrate.method import Method
+from flexmb.integrate.reuse import forget_factors
+from flexmb.integrate.stepper import Stepper
 from flexmb.kernels import compiled, copy
 from flexmb.program.program import Program
 from flexmb.solve.lu import HELD, THRESHOLD, factor, first_held, left_over, solve
 from flexmb.system.evaluate import evaluate
 
+if TYPE_CHECKING:
+    from flexmb.integrate.run import Run
+    from flexmb.model.mechanism import Mechanism
+
 PROJECTIONS = 3
 ROUNDS = 8
+
+
+@dataclass(frozen=True)
+class RungeKutta4(Method):
+    """Classical explicit Runge-Kutta of order 4; positions and velocities are projected after every step.
+
+    For rigid mechanisms.  Beams are stiff: their fastest wave sets the step, so use `Newmark` for them.
+    """
+
+    def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:  # noqa: ARG002 - see `Staggered`
+        """What steps the compiled mechanism."""
+        return RungeKuttaStepper(program)
+
+
+class RungeKuttaStepper(Stepper):
+    """Steps of Runge and Kutta; the account is of second order, so it is coarser than the motion they find.
+
+    Parameters
+    ----------
+    program : the compiled mechanism.
+    """
+
+    missing = MISSING_IN_RUNGE_KUTTA
+
+    def __init__(self, program: Program) -> None:
+        super().__init__(program)
+        self.stages = new_stages(program)
+
+    def advance(self, run: Run, options: Options, steps: int) -> int:
+        """Take at most `steps` steps: the code of the ending."""
+        return advance_explicit(*run.arguments(options), self.stages, steps)
 
 
 class Stages(Record):
@@ -31,11 +73,11 @@ def new_stages(program: Program) -> Stages:
 
 
 @compiled
-def accelerate(tables, address, lu, t, part, h, options, flow, trial, work, record, stages):
+def accelerate(tables, address, lu, t, part, h, load, options, flow, trial, work, record, stages):
     """Accelerations and multipliers, `accelerate_once` repeated where friction depends on the multipliers."""
     n, m, last = tables.sizes.n_q, tables.sizes.n_c, math.inf
     for _ in range(ROUNDS if tables.sizes.gripped else 1):
-        code = accelerate_once(tables, address, lu, t, part, h, options, flow, trial, work, record, stages)
+        code = accelerate_once(tables, address, lu, t, part, h, load, options, flow, trial, work, record, stages)
         change, size = 0.0, 0.0
         for i in range(m):
             change, size = max(change, abs(trial.d[n + i])), max(size, abs(trial.lam[i]))
@@ -46,11 +88,11 @@ def accelerate(tables, address, lu, t, part, h, options, flow, trial, work, reco
 
 
 @compiled
-def accelerate_once(tables, address, lu, t, part, h, options, flow, trial, work, record, stages):
-    """Accelerations and multipliers at the trial positions and velocities: M a + G^T lam = -r, G a = gamma.
+def accelerate_once(tables, address, lu, t, part, h, load, options, flow, trial, work, record, stages):
+    """Accelerations and multipliers at the trial positions and velocities: M a + G^T lam = load - r, G a = gamma.
 
     Solved for the change of the multipliers, so those that are held keep their last values.  part : of the step h that
-    has passed.
+    has passed;  load : (n_q + 3,) forces beside those of the model.
     """
     n, m = tables.sizes.n_q, tables.sizes.n_c
     hold, lost = first_hold(flow), HELD
@@ -59,7 +101,7 @@ def accelerate_once(tables, address, lu, t, part, h, options, flow, trial, work,
         evaluate(tables, address, t, part * h, q, v, still, trial.lam, flow.z, 0.0, 0.0, 1.0, True, work)
         record.count.evaluations += 1
         for i in range(n):
-            trial.b[i] = -(work.r[i] + work.Gl[i])
+            trial.b[i] = load[i] - (work.r[i] + work.Gl[i])
         for i in range(m):
             trial.b[n + i] = work.gamma[i]
         lost = factor(lu, work.lu, trial.seen, THRESHOLD, n, hold)
@@ -118,8 +160,8 @@ def project_state(tables, address, lu, t, h, options, flow, trial, work, record,
 
 
 @compiled
-def runge_kutta_step(tables, address, lu, h, options, flow, trial, work, record, stages):
-    """Try one step; RUNNING when it is good, else the code of the failure."""
+def runge_kutta_step(tables, address, lu, h, load, options, flow, trial, work, record, stages):
+    """Try one step under a load that stays the same; RUNNING when it is good, else the code of the failure."""
     n, m = tables.sizes.n_q, tables.sizes.n_c
     t = flow.clock.t
     copy(flow.q, trial.q)
@@ -131,7 +173,7 @@ def runge_kutta_step(tables, address, lu, h, options, flow, trial, work, record,
             if stage > 0:
                 trial.q[i] = flow.q[i] + c * h * stages.v[stage - 1, i]
                 trial.v[i] = flow.v[i] + c * h * stages.a[stage - 1, i]
-        code = accelerate(tables, address, lu, t + c * h, c, h, options, flow, trial, work, record, stages)
+        code = accelerate(tables, address, lu, t + c * h, c, h, load, options, flow, trial, work, record, stages)
         if code != RUNNING:
             return code
         for i in range(n):
@@ -145,6 +187,26 @@ def runge_kutta_step(tables, address, lu, h, options, flow, trial, work, record,
         code = project_state(tables, address, lu, t + h, h, options, flow, trial, work, record, stages)
         if code != RUNNING:
             return code
-    code = accelerate(tables, address, lu, t + h, 1.0, h, options, flow, trial, work, record, stages)
+    code = accelerate(tables, address, lu, t + h, 1.0, h, load, options, flow, trial, work, record, stages)
     copy(trial.a, trial.x)
     return code
+
+
+@compiled
+def advance_explicit(tables, address, lu, options, flow, trial, work, record, stages, steps):
+    """At most `steps` steps of fixed size; the code of the ending."""
+    forget_factors(flow.reuse)
+    record.count.known = NOTHING_KNOWN
+    for _ in range(steps):
+        if finished(options, flow):
+            return DONE
+        h = next_size(flow.clock.size, options.t_end - flow.clock.t)
+        code = runge_kutta_step(tables, address, lu, h, stages.zero, options, flow, trial, work, record, stages)
+        if code != RUNNING:
+            return code
+        if record.count.outcome != 0 or flow.clock.held_steps > 0.0:
+            settle(tables, lu, flow.clock.t + h, flow, trial, work, record)
+        code = accept(tables, address, h, options, flow, trial, work, record)
+        if code != RUNNING:
+            return code
+    return RUNNING
