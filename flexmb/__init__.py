@@ -80,6 +80,7 @@ _HOME = {
     "integrate.newmark": "Newmark",
     "integrate.momentum": "Momentum momentum",
     "integrate.netcdf": "load",
+    "integrate.radau": "RadauIIA",
     "integrate.runge_kutta": "RungeKutta4",
     "integrate.simulate": "simulate",
     "integrate.solution": "Solution",

@@ -41,7 +41,7 @@ def error_ratio(tables, h, ratio, scheme, options, flow, trial):
     of_q = h * h * max(abs(scheme.beta - 1.0 / 6.0), 0.05) / options.error
     if flying(tables, flow):
         of_q *= trial.bounds.flight
-    of_v = h / (trial.bounds.rtol * flow.clock.speed)
+    of_v = h / (trial.bounds.rtol * fastest(tables.sizes.n_q, options, flow, trial))
     of_bend = 2.0 * velocity_constant(scheme) * h * h / (h + h0)
     worst = 0.0
     for k in range(0, tables.sizes.n_q, 3):
@@ -79,39 +79,40 @@ def flying(tables, flow):
 
 
 @compiled
-def note_speed(tables, options, v, flow, trial):
-    """Bring the largest speed of the run to that of v; angles count by the size of the mechanism."""
-    most = max(flow.clock.speed, trial.bounds.least_speed)
-    for k in range(0, tables.sizes.n_q, 3):
+def fastest(n, options, flow, trial):
+    """Largest speed of the run up to the trial state [m/s]; angles count by the size of the mechanism."""
+    most, v = max(flow.clock.speed, trial.bounds.least_speed), trial.v
+    for k in range(0, n, 3):
         most = max(most, math.sqrt(v[k] ** 2 + v[k + 1] ** 2), options.length * abs(v[k + 2]))
-    flow.clock.speed = most
+    return most
 
 
 @compiled
-def judged(tables, address, code, h, ratio, scheme, options, flow, trial, work, record):
-    """Factor for the next step by the error, 0 when the trial is refused; then the clock holds what to try."""
-    growth = 0.0
+def judged(tables, h, error, growth, options, flow, trial, record):
+    """Factor for the next step, 0 when the trial is refused; then the clock holds what to try.
+
+    error : of the trial over the accepted one, negative where it did not converge or did not meet its contacts.
+    growth : what the step may become by this error, over h.
+    """
+    if 0.0 <= error <= 1.0:
+        flow.clock.speed = fastest(tables.sizes.n_q, options, flow, trial)
+        return growth
+    if error > 1.0:
+        shorten(h, min(growth, 0.9), flow, record)
+    flow.clock.refused += 1.0
+    record.count.rejected += 1
+    record.step.refused = h
+    return 0.0
+
+
+@compiled
+def met(tables, address, code, h, options, flow, trial, work, record):
+    """Whether the trial converged and meets the contacts well, or nearly so where no smaller step is allowed."""
     if code != RUNNING:
         shorten(h, 0.25, flow, record)
-    elif flow.clock.refused >= TURNS or met(tables, address, h, options, flow, trial, work, record):
-        before = flow.clock.speed
-        note_speed(tables, options, trial.v, flow, trial)
-        error = error_ratio(tables, h, ratio, scheme, options, flow, trial)
-        growth = min(max(0.9 * max(error, 1e-12) ** (-1.0 / 3.0), 0.2), 2.0)
-        if error > 1.0:
-            flow.clock.speed = before  # a trial may be wild, and what is refused leaves no trace
-            shorten(h, min(growth, 0.9), flow, record)
-            growth = 0.0
-    if growth == 0.0:
-        flow.clock.refused += 1.0
-        record.count.rejected += 1
-        record.step.refused = h
-    return growth
-
-
-@compiled
-def met(tables, address, h, options, flow, trial, work, record):
-    """Whether the trial meets the contacts well, or nearly so where no smaller step is allowed."""
+        return False
+    if flow.clock.refused >= TURNS:
+        return True
     wanted = located(tables, address, h, options, flow, trial, work, record)
     if wanted >= 0.999 * h or (h <= 1.001 * options.h_min and fits(options, flow, record)):
         return True

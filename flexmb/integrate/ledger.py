@@ -91,13 +91,25 @@ def keep_account(tables, address, t, h, q0, v0, q1, v1, ledger, account, memory,
     turned += brought
     account.put_in += brought
     account.fallen = max(account.fallen, abs(gravity - account.level))
-    stored = kinetic + strain + gravity
     if h > 0.0:
         ledger[TURNED] += 0.5 * turned
-        account.steps += 1.0
-        account.round_off += PART * _forces_times_size(tables, q1, work)
+        note_step(tables, q1, account, work)
+    balance(ledger, account)
+
+
+@compiled
+def balance(ledger, account):
+    """What is missing: energy that is stored now and was at the start, losses, and what was brought."""
+    stored = ledger[KINETIC] + ledger[STRAIN] + ledger[GRAVITY]
     lost = ledger[CONTACT] + ledger[FRICTION] + ledger[DAMPING] + ledger[ALGORITHM]
     ledger[RESIDUAL] = stored - account.start + lost - ledger[DRIVE] - ledger[LOAD]
+
+
+@compiled
+def note_step(tables, q, account, work):
+    """Count a step, and the round-off of its works."""
+    account.steps += 1.0
+    account.round_off += PART * _forces_times_size(tables, q, work)
 
 
 @compiled

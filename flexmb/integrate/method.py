@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from flexmb.errors import InputError
-from flexmb.integrate.steps import Adaptive, FixedStep
+from flexmb.integrate.steps import LARGEST_STEPS, SMOOTH_STEPS, Adaptive, FixedStep
 from flexmb.program.program import Program
 
 if TYPE_CHECKING:
@@ -20,19 +20,27 @@ class Method:
 
     A method of your own derives from it, makes a `Stepper` in `stepper`, and says what it can do by the class variables
     `estimates_error`, whether its steps can be chosen by their errors; `has_tangent`, whether small differences of a
-    state can be carried through its steps; `independent`, whether joints must not repeat one another.
+    state can be carried through its steps; `independent`, whether joints must not repeat one another; `longest`, steps
+    in a period or a run that error control takes at least, without clearance and with it.
     """
 
     estimates_error: ClassVar[bool] = False
     has_tangent: ClassVar[bool] = False
     independent: ClassVar[bool] = False
+    longest: ClassVar[tuple[float, float]] = SMOOTH_STEPS, LARGEST_STEPS
 
     def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:
-        """What steps the compiled `mechanism`."""
+        """What steps the `mechanism`, which compiles to `program`; most methods need the latter alone."""
         raise NotImplementedError
 
     def check(self, label: str, step: FixedStep | Adaptive, redundant: str) -> None:
         """Refuse steps and joints that the method cannot do.
+
+        Parameters
+        ----------
+        label : what errors begin with.
+        step : kind of steps.
+        redundant : "refuse" or "least-norm", see `simulate`.
 
         Raises
         ------

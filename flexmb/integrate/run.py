@@ -22,13 +22,12 @@ from flexmb.integrate.arrays import (
     rigid_coordinates,
 )
 from flexmb.integrate.bar import bar as progress_bar
-from flexmb.integrate.finish import save
 from flexmb.integrate.ledger import final_verdict, open_account
 from flexmb.integrate.method import Method
 from flexmb.integrate.solution import ContactLog, Peaks, Solution
 from flexmb.integrate.stats import Stats
 from flexmb.integrate.status import sentence
-from flexmb.integrate.steps import FLIGHT_COUNTS, LARGEST_STEPS, SMOOTH_STEPS, Adaptive, FixedStep
+from flexmb.integrate.steps import FLIGHT_COUNTS, Adaptive, FixedStep
 from flexmb.integrate.touch import close_what_touches, still_running, taken_out, touching_from_the_start
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.program import Program
@@ -82,14 +81,14 @@ class Run:
     def _limits(self) -> tuple[float, float, float, tuple[float, ...]]:
         """Largest and smallest step [s], accepted error of a step [m], and the bounds of `landing`.
 
-        Speeds count from that which takes 100 times 1000 of the largest steps to cross the mechanism; with clearance
-        100 times 250, to cross 100 clearances if these are less, so that a contact that comes to rest is resolved.
+        Speeds count from that which takes 100 runs or periods to cross the mechanism; with clearance to cross 100
+        clearances if these are less, so that a contact that comes to rest is resolved.
         """
         if isinstance(self.step, FixedStep):
             return self.step.size, self.step.size, NEVER, (1.0, 1.0, 1.0, 1.0)
         span = self.t_end if self.period is None else min(self.period, self.t_end)
         clearance, length, rtol = self.program.least_clearance, self.program.length, self.step.rtol
-        steps = SMOOTH_STEPS if clearance is None else LARGEST_STEPS
+        steps = self.method.longest[0 if clearance is None else 1]
         largest = self.step.max or span / steps
         flight, loose = (FLIGHT_COUNTS, 2.0) if rigid_coordinates(self.program).all() else (1.0, 4.0)
         part = 1e-3 * length if clearance is None else loose * min(clearance, 1e-2 * length)
@@ -301,8 +300,7 @@ class Run:
         """Fetch the buffer, again and again where the last step passed more instants than it has room for."""
         self._fetch()
         while self.code == BUFFER_FULL and options.save_interval > 0.0:
-            begin, size = self.record.step.began, self.record.step.size
-            save(self.stepper.shown.tables, begin, size, options, self.flow, self.record)
+            self.stepper.save(self, options)
             if self.record.count.rows == 0:
                 return
             self._fetch()

@@ -9,6 +9,7 @@ import numpy as np
 
 from flexmb.integrate.arrays import GEAR_GUPTA_LEIMKUHLER, RUNNING, Coefficients, Flow, Options, RunRecord, new_record
 from flexmb.integrate.contact_work import contact_losses
+from flexmb.integrate.finish import save
 from flexmb.integrate.ledger import MISSING, keep_account
 from flexmb.program.program import Program
 from flexmb.solve.start import Start, consistent_start
@@ -63,6 +64,11 @@ class Stepper:
     def advance(self, run: Run, options: Options, steps: int) -> int:
         """Take at most `steps` steps: the code of the ending."""
         raise NotImplementedError
+
+    def save(self, run: Run, options: Options) -> None:
+        """Go on with the instants that the last step passed, where the buffer had no room for all."""
+        step = run.record.step
+        save(self.shown.tables, step.began, step.size, options, run.flow, run.record)
 
     def look(self, run: Run) -> None:
         """Evaluate the present state of `run.flow`; remember its powers and forces for the ledger."""

@@ -264,9 +264,9 @@ def test_a_run_that_does_not_finish(tmp_path, capsys, monkeypatch):
 
 
 def test_keyboard_leaves_what_was_computed(tmp_path, capsys, monkeypatch):
-    from flexmb.integrate.run import Run
+    from flexmb.integrate.newmark import NewmarkStepper
 
-    block, calls = Run._block, []
+    block, calls = NewmarkStepper.advance, []
 
     def interrupted(self, *arguments):
         calls.append(None)
@@ -274,7 +274,7 @@ def test_keyboard_leaves_what_was_computed(tmp_path, capsys, monkeypatch):
             raise KeyboardInterrupt
         return block(self, *arguments)
 
-    monkeypatch.setattr(Run, "_block", interrupted)
+    monkeypatch.setattr(NewmarkStepper, "advance", interrupted)
     monkeypatch.setattr("flexmb.integrate.run.FIRST_BLOCK", 0)  # so that the least block is taken, of 16 steps
     assert main(["run", "slider-crank", *SHORT, "--out", str(tmp_path)]) == 1
     sol = load(tmp_path / "slider-crank.nc")
@@ -285,7 +285,7 @@ def test_keyboard_leaves_what_was_computed(tmp_path, capsys, monkeypatch):
 
 
 def test_keyboard_before_the_first_saved_instant(tmp_path, capsys, monkeypatch):
-    from flexmb.integrate.run import Run
+    from flexmb.integrate.newmark import NewmarkStepper
 
     calls = []
 
@@ -293,7 +293,7 @@ def test_keyboard_before_the_first_saved_instant(tmp_path, capsys, monkeypatch):
         calls.append(None)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(Run, "_block", interrupted)
+    monkeypatch.setattr(NewmarkStepper, "advance", interrupted)
     arguments = ["run", "slider-crank", "--periods", "2", "--save-from-period", "1", "--step", "20us", "--quiet"]
     assert main([*arguments, "--out", str(tmp_path)]) == 1
     assert len(calls) == 1  # the run does not go on with what was to be saved

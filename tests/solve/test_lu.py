@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from flexmb.errors import InputError, SolveError
 from flexmb.program.ordering import elimination_order
 from flexmb.program.symbolic import Symbolic, symbolic
+from flexmb.solve.complex_lu import factor_complex, solve_complex
 from flexmb.solve.lu import HELD, THRESHOLD, dependence, factor, multiply, solve, tables
 from flexmb.solve.pivoting import PivotingSolver
 
@@ -438,3 +439,28 @@ def test_pivoting_solver_names_the_entry_that_is_not_finite():
     values[pattern.positions(2, 4)] = np.nan
     with pytest.raises(SolveError, match=r"entry \(2, 4\) of the matrix is nan"):
         PivotingSolver(pattern).factor(values)
+
+
+# Complex matrices, for pairs of stages of implicit Runge-Kutta methods.
+
+
+@pytest.mark.parametrize("case", [lambda s: chain(3, 2, seed=s), lambda s: tree(seed=s), lambda s: loop(seed=s)])
+def test_complex_solutions_are_those_of_numpy(case):
+    real, imaginary = case(1), case(2)
+    pattern = real.pattern()
+    re, im = real.values(pattern), imaginary.values(pattern)
+    A = real.dense() + 1j * imaginary.dense()
+    rng = np.random.default_rng(3)
+    b = rng.normal(size=real.n) + 1j * rng.normal(size=real.n)
+    x, y = b.real.copy(), b.imag.copy()
+    sym = tables(pattern)
+    assert factor_complex(sym, re, im, np.ones(real.n)) == -1
+    solve_complex(sym, re, im, x, y, np.zeros(2 * real.n))
+    assert np.abs(A @ (x + 1j * y) - b).max() < 1e-11 * np.abs(b).max()
+
+
+def test_a_lost_pivot_of_a_complex_matrix_is_named():
+    case = chain(2, 1, seed=1)
+    pattern = case.pattern()
+    zeros = np.zeros(pattern.size)
+    assert factor_complex(tables(pattern), zeros, zeros.copy(), np.ones(case.n)) >= 0

@@ -1,0 +1,156 @@
+"""Numbers and arrays of Radau's method with three stages (Radau IIA, order 5).
+
+Stages lie at t + c_i h.  With A the matrix of the method and D its inverse, of the places Q_i
+
+    h V_i = sum_j D_ij (Q_j - q0),   h A_i = sum_j D_ij (V_j - v0).
+
+D has a real eigenvalue and a complex pair; in its eigenvectors the three stages of a linear system fall apart into a
+real system and a complex one.  Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II (Springer,
+1996), IV.5 and IV.8.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.compiled.records import Matrix, Record, Vector
+from flexmb.program.program import Program
+
+STAGES = 3
+_ROOT = 6.0**0.5
+_C = np.array([(4.0 - _ROOT) / 10.0, (4.0 + _ROOT) / 10.0, 1.0])
+_A = np.array(
+    [
+        [(88.0 - 7.0 * _ROOT) / 360.0, (296.0 - 169.0 * _ROOT) / 1800.0, (-2.0 + 3.0 * _ROOT) / 225.0],
+        [(296.0 + 169.0 * _ROOT) / 1800.0, (88.0 + 7.0 * _ROOT) / 360.0, (-2.0 - 3.0 * _ROOT) / 225.0],
+        [(16.0 - _ROOT) / 36.0, (16.0 + _ROOT) / 36.0, 1.0 / 9.0],
+    ]
+)
+_VALUES, _VECTORS = np.linalg.eig(np.linalg.inv(_A))
+_ORDER = [int(np.argmin(abs(_VALUES.imag))), int(np.argmax(_VALUES.imag))]
+_INVERSE = np.linalg.inv(_VECTORS)
+
+
+def _numbers(array: np.ndarray) -> tuple[float, ...]:
+    return tuple(float(x) for x in array)
+
+
+C = _numbers(_C)
+ONCE, TWICE = tuple(map(_numbers, _A)), tuple(map(_numbers, _A @ _A))
+"""V_i = v0 + h sum ONCE_ij A_j;  Q_i = q0 + c_i h v0 + h^2 sum TWICE_ij A_j."""
+
+REAL = float(_VALUES[_ORDER[0]].real)
+PAIR = (float(_VALUES[_ORDER[1]].real), float(_VALUES[_ORDER[1]].imag))
+"""Eigenvalues of D."""
+
+TO_REAL, FROM_REAL = _numbers(_INVERSE[_ORDER[0]].real), _numbers(_VECTORS[:, _ORDER[0]].real)
+TO_PAIR = _numbers(_INVERSE[_ORDER[1]].real), _numbers(_INVERSE[_ORDER[1]].imag)
+FROM_PAIR = _numbers(2.0 * _VECTORS[:, _ORDER[1]].real), _numbers(2.0 * _VECTORS[:, _ORDER[1]].imag)
+"""Into the eigenvectors and back: with w = TO . Q of the stages, Q_i = FROM_REAL_i w_1 + Re((a_i + i b_i) w_2)."""
+
+ESTIMATE = (-(13.0 + 7.0 * _ROOT) / 3.0, (-13.0 + 7.0 * _ROOT) / 3.0, -1.0 / 3.0)
+"""Weights of the stages in the estimate of the error, of third order."""
+
+
+class StageStep(Record):
+    """Sizes of the steps of Radau's method.
+
+    last : last accepted step [s], 0: the next one is a first step
+    factored : step that the factors are made for [s], 0: there are none
+    rate : theta/(1 - theta) of Newton's iterations, theta the ratio of successive corrections
+    turns : iterations of the last step
+    began, size : of the step that `old` is the start of [s]
+    """
+
+    last: float
+    factored: float
+    rate: float
+    turns: int
+    began: float
+    size: float
+
+
+class Works(Record):
+    """Works of a step [J]; sizes without signs, part by part."""
+
+    drives: float
+    loads: float
+    joints: float
+    damping: float
+    brought: float
+    joints_size: float
+
+
+class OldState(Record):
+    """The state that the last accepted step began with, for instants within it."""
+
+    q: Vector
+    v: Vector
+    a: Vector
+    z: Vector
+    lam: Vector
+    ledger: Vector
+
+
+class Collocation(Record):
+    """State and workspace of Radau's method; the first three are all that a restart needs.
+
+    past, past_lam : (4, n_q + 3), (4, n_c) accelerations and multipliers at 0, c_1, c_2, 1 of the last step
+    Q, V, A, L : (3, ...) positions, velocities, accelerations, multipliers of the stages
+    b : (3, n) right sides;  real, re, im : (size,) factors;  d, x, y : (n,), pair : (2 n,) solutions, workspace
+    of_q, of_v : (n_q + 3,) estimated errors;  losses : (contacts, 2) normal and tangential [J];  zero : (n_q + 3,)
+    between : the state and ledger at an instant within a step
+    rates : (2, 11) rates of the ledger at both ends of the step [W]
+    """
+
+    step: StageStep
+    past: Matrix
+    past_lam: Matrix
+    works: Works
+    old: OldState
+    between: OldState
+    Q: Matrix
+    V: Matrix
+    A: Matrix
+    L: Matrix
+    b: Matrix
+    real: Vector
+    re: Vector
+    im: Vector
+    d: Vector
+    x: Vector
+    y: Vector
+    pair: Vector
+    of_q: Vector
+    of_v: Vector
+    losses: Matrix
+    zero: Vector
+    rates: Matrix
+
+
+def collocation(program: Program) -> Collocation:
+    """Arrays for a compiled mechanism."""
+    n, m, size = program.n_q + 3, program.n_c, program.symbolic.size
+    total = program.n_q + m
+    states = {name: _old(program) for name in ("old", "between")}
+    return Collocation(
+        step=StageStep(0.0, 0.0, 0.0, 0, 0.0, 0.0),
+        past=(STAGES + 1, n),
+        past_lam=(STAGES + 1, m),
+        works=Works(*(0.0,) * 6),
+        **states,
+        **dict.fromkeys(("Q", "V", "A"), (STAGES, n)),
+        L=(STAGES, m),
+        b=(STAGES, total),
+        **dict.fromkeys(("real", "re", "im"), size),
+        **dict.fromkeys(("d", "x", "y"), total),
+        pair=2 * total,
+        **dict.fromkeys(("of_q", "of_v", "zero"), n),
+        losses=(len(program.tables.contacts.kernel), 2),
+        rates=(2, 11),
+    )
+
+
+def _old(program: Program) -> OldState:
+    n = program.n_q + 3
+    return OldState(q=n, v=n, a=n, z=program.tables.sizes.n_z, lam=program.n_c, ledger=11)

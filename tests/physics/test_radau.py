@@ -1,0 +1,214 @@
+"""Radau's method: order, published digits, account of energies, instants within steps, contacts, restarts."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import flexmb as fm
+from flexmb.errors import InputError
+
+G = 9.81
+UPPER, LOWER = (1.0, 0.8, 0.12), (0.7, 0.5, 0.03)  # length [m], mass [kg], inertia about the middle [kg m^2]
+START = (0.3, -0.7)  # directions of the rods against +X [rad]
+
+ANDREWS = (
+    15.81077119629904, -15.75637105984298, 0.04082224013073101, -0.5347301163226948, 0.5244099658805304,
+    0.5347301163226948, 1.048080741042263,
+)  # fmt: skip
+"""Angles of Andrews' mechanism at 0.03 s: F. Mazzia, C. Magherini, Test Set for IVP Solvers, release 2.4 (2008)."""
+
+RADAU = fm.RadauIIA()
+
+
+def pendulum():
+    """Two rigid rods, hinged at the origin and to each other."""
+    (L1, m1, J1), (L2, m2, J2) = UPPER, LOWER
+    knee = (L1 * math.cos(START[0]), L1 * math.sin(START[0]))
+    tip = (knee[0] + L2 * math.cos(START[1]), knee[1] + L2 * math.sin(START[1]))
+    upper, lower = fm.RigidLink("upper", (0.0, 0.0), knee, m1, J1), fm.RigidLink("lower", knee, tip, m2, J2)
+    joints = (fm.Revolute("O", fm.GROUND, upper, (0.0, 0.0)), fm.Revolute("P", upper, lower, knee))
+    return fm.Mechanism("pendulum", (upper, lower, *joints), gravity=(0.0, -G))
+
+
+def textbook(t, y):
+    """Rates of (a, b, a', b') by Lagrange's equations, directions against +X."""
+    a, b, p, q = y
+    (L1, m1, J1), (L2, m2, J2) = UPPER, LOWER
+    c, s = math.cos(a - b), math.sin(a - b)
+    k = m2 * L1 * L2 / 2
+    M = np.array([[J1 + m1 * L1**2 / 4 + m2 * L1**2, k * c], [k * c, J2 + m2 * L2**2 / 4]])
+    right = [
+        -k * s * q * q - (m1 / 2 + m2) * G * L1 * math.cos(a),
+        k * s * p * p - m2 * G * L2 / 2 * math.cos(b),
+    ]
+    return [p, q, *np.linalg.solve(M, right)]
+
+
+def motion(times):
+    """Angles (n, 2), speeds (n, 2) and horizontal force of the knee on the lower rod (n,)."""
+    span = (0.0, float(times[-1]))
+    y = solve_ivp(textbook, span, (*START, 0.0, 0.0), "DOP853", times, rtol=1e-13, atol=1e-13).y.T
+    alpha = np.array([textbook(0.0, state)[2:] for state in y])
+    (L1, _, _), (L2, m2, _) = UPPER, LOWER
+    across, along = -L1 * np.sin(y[:, 0]), L1 * np.cos(y[:, 0])
+    ax = alpha[:, 0] * across - y[:, 2] ** 2 * along
+    ax += L2 / 2 * (-alpha[:, 1] * np.sin(y[:, 1]) - y[:, 3] ** 2 * np.cos(y[:, 1]))
+    return y[:, :2], y[:, 2:], m2 * ax
+
+
+def missed(sol):
+    """Largest errors of angles, speeds and knee force over all saved instants."""
+    angles, speeds, force = motion(sol.time)
+    both = [np.column_stack([sol.array(f"{rod}.{x}") for rod in ("upper", "lower")]) for x in ("theta", "omega")]
+    return [np.abs(both[0] - angles).max(), np.abs(both[1] - speeds).max(), np.abs(sol.array("P.fx") - force).max()]
+
+
+def run(**options):
+    sol = fm.simulate(pendulum(), t_end=2.0, method=RADAU, **{"save": "steps", **options})
+    assert sol.ok, sol.status
+    return sol
+
+
+def test_fifth_order_of_positions_velocities_and_joint_forces():
+    coarse, fine = (np.array(missed(run(step=h))) for h in (0.05, 0.025))
+    orders = np.log2(coarse / fine)
+    assert np.all(orders > 4.6)
+    assert np.all(orders < 6.5)
+
+
+def test_unequal_steps_keep_the_order():
+    found = [np.array(missed(run(step=fm.Adaptive(rtol=r)))) for r in (1e-4, 1e-8)]
+    assert np.all(found[1] < 1e-2 * found[0])
+    assert found[0][0] < 1e-4
+    assert found[1][0] < 1e-8
+
+
+def test_instants_within_steps_are_as_good_as_their_ends():
+    sol = run(step=0.05, save=401)
+    ends = np.array(missed(run(step=0.05)))
+    assert np.all(np.array(missed(sol)) < 3.0 * ends)
+
+
+def test_joints_stay_closed_in_positions_and_velocities():
+    sol = run(step=0.05)
+    theta, half = sol.array("upper.theta"), 0.5 * UPPER[0]
+    x, y = sol.array("upper.x") - half * np.cos(theta), sol.array("upper.y") - half * np.sin(theta)
+    vx = sol.array("upper.vx") + half * np.sin(theta) * sol.array("upper.omega")
+    assert np.abs([x, y]).max() < 1e-13
+    assert np.abs(vx).max() < 1e-12
+
+
+def test_published_digits_of_andrews_mechanism():
+    sol = fm.simulate(fm.andrews(), t_end=0.03, method=RADAU, step=fm.Adaptive(rtol=1e-9), save=1)
+    assert sol.ok, sol.status
+    assert np.abs(fm.andrews_angles(sol)[:, -1] - ANDREWS).max() < 1e-8
+    assert sol.stats.steps < 2000
+
+
+def driven(stiffness=2e3, damping=5.0):
+    """A slider-crank that drags a spring and a damper along."""
+    parts = fm.slider_crank().parts
+    slider = next(p for p in parts if p.name == "slider")
+    spring = fm.SpringDamper("spring", fm.GROUND, slider, (0.0, 0.1), (0.3, 0.0), stiffness=stiffness, damping=damping)
+    return fm.Mechanism("driven", (*parts, spring))
+
+
+def test_works_of_drive_and_damper_add_up():
+    sol = fm.simulate(driven(), t_end=0.05, method=RADAU, step=fm.Adaptive(rtol=1e-7), save=50)
+    assert sol.ok, sol.status
+    drive, damped = sol.array("energy.drive_work")[-1], sol.array("energy.dissipated_damping")[-1]
+    assert damped > 0.0
+    assert abs(sol.array("energy.residual")[-1]) < 1e-6 * max(abs(drive), damped)
+
+
+@pytest.mark.parametrize("stiffness", [1e3, 1e7, 1e11])
+def test_a_stiff_spring_does_not_set_the_step(stiffness):
+    """A pendulum whose bob hangs at a stiff spring: its slow motion is all that is asked for."""
+    rod = fm.RigidLink("rod", (0.0, 0.0), (1.0, 0.0), 1.0, 0.1)
+    bob = fm.RigidBody("bob", (1.0, 0.0), 1.0, 0.01)
+    bushing = fm.Bushing("B", rod, bob, (1.0, 0.0), stiffness=stiffness)
+    parts = (rod, bob, fm.Revolute("O", fm.GROUND, rod, (0.0, 0.0)), bushing)
+    sol = fm.simulate(fm.Mechanism("bob", parts, gravity=(0.0, -G)), t_end=0.5, method=RADAU, save=1)
+    assert sol.ok, sol.status
+    assert sol.stats.steps < (3000 if stiffness < 1e4 else 1500)
+
+
+def test_a_flexible_pendulum_as_the_newmark_family_has_it():
+    rod = fm.FlexibleLink(
+        "rod", (0.0, 0.0), (1.0, 0.0), section=fm.Rectangle(0.02, 0.02), material=fm.STEEL, elements=2
+    )
+    mech = fm.Mechanism("rod", (rod, fm.Revolute("O", fm.GROUND, rod, (0.0, 0.0))), gravity=(0.0, -G))
+    radau = fm.simulate(mech, t_end=0.2, method=RADAU, step=2e-4, save=4)
+    fine = fm.simulate(mech, t_end=0.2, step=1e-5, save=4, method=fm.Newmark.trapezoidal())
+    assert radau.ok, radau.status
+    assert np.abs(radau.array("rod.end.y") - fine.array("rod.end.y")).max() < 2e-6
+
+
+def thrown(**options):
+    """A pin that flies against its bearing."""
+    pin = fm.RigidBody("pin", at=(0.0, 0.0), mass=1.0, inertia=1.0, velocity=(1.0, 0.0, 0.0))
+    law = fm.LankaraniNikravesh(stiffness=1e9, restitution=0.9)
+    size = {"at": (0.0, 0.0), "clearance": 1e-3, "bearing_radius": 0.1}
+    mech = fm.Mechanism("thrown", [pin, fm.RevoluteClearance("J", fm.GROUND, pin, normal=law, **size)])
+    return fm.simulate(mech, t_end=0.002, method=RADAU, **options)
+
+
+def test_an_impact_has_the_restitution_of_its_law():
+    sol = thrown()
+    hit = sol.episodes("J")[0]
+    assert sol.ok, sol.status
+    a = 0.75 * (1.0 - 0.9**2)
+    exact = brentq(lambda e: a * (1.0 + e) - math.log((1.0 + a) / (1.0 - a * e)), 0.5, 1.0)  # `test_impact.py`
+    assert hit.separation_speed == pytest.approx(exact, rel=1e-5)
+    lost = 0.5 * (1.0 - hit.separation_speed**2)
+    assert hit.dissipated_contact == pytest.approx(lost, rel=1e-3)
+    assert abs(sol.array("energy.residual")[-1]) < 1e-4
+
+
+def test_a_worn_slider_crank_as_the_newmark_family_has_it():
+    mech = fm.slider_crank(clearance=5e-4)
+    radau = fm.simulate(mech, t_end=0.004, method=RADAU, step=fm.Adaptive(rtol=1e-7), save=20)
+    newmark = fm.simulate(mech, t_end=0.004, step=fm.Adaptive(rtol=1e-7), save=20)
+    assert radau.ok, radau.status
+    assert np.abs(radau.array("slider.x") - newmark.array("slider.x")).max() < 5e-8
+    assert len(radau.episodes()) == len(newmark.episodes()) > 2
+
+
+def test_a_restart_goes_on_to_the_bit():
+    whole = run(step=fm.Adaptive(rtol=1e-6))
+    half = fm.simulate(pendulum(), t_end=2.0, method=RADAU, step=fm.Adaptive(rtol=1e-6), save="steps", max_steps=20)
+    rest = run(step=fm.Adaptive(rtol=1e-6), restart=half.restart)
+    assert np.array_equal(rest.array("lower.theta")[-1:], whole.array("lower.theta")[-1:])
+
+
+def test_a_restart_of_another_method_begins_anew():
+    half = fm.simulate(pendulum(), t_end=1.0, save=1)
+    sol = fm.simulate(pendulum(), t_end=2.0, method=RADAU, step=fm.Adaptive(rtol=1e-8), restart=half.restart, save=1)
+    assert sol.ok, sol.status
+
+
+def test_parallel_cranks_that_repeat_one_another():
+    ends = [((0.5 * k, 0.0), (0.5 * k + 0.1, 0.2)) for k in range(3)]
+    cranks = [fm.RigidLink(f"crank{k}", *ends[k], 1.0, 0.01) for k in range(3)]
+    rod = fm.RigidLink("rod", ends[0][1], ends[2][1], 1.0, 0.1)
+    joints = [fm.Revolute(f"A{k}", fm.GROUND, cranks[k], ends[k][0]) for k in range(3)]
+    joints += [fm.Revolute(f"B{k}", cranks[k], rod, ends[k][1]) for k in range(3)]
+    mech = fm.Mechanism("cranks", (*cranks, rod, *joints), gravity=(0.0, -G))
+    sol = fm.simulate(mech, t_end=0.2, method=RADAU, step=1e-3, redundant="least-norm", save=10)
+    newmark = fm.simulate(mech, t_end=0.2, step=1e-4, redundant="least-norm", save=10)
+    assert sol.ok, sol.status
+    assert np.abs(sol.array("rod.x") - newmark.array("rod.x")).max() < 1e-6
+
+
+def test_a_step_that_is_far_too_long_says_so():
+    sol = fm.simulate(fm.slider_crank(), t_end=0.1, method=RADAU, step=0.05)
+    assert not sol.ok
+    assert "Newton did not converge" in sol.status or "energies" in sol.status or "singular" in sol.status
+
+
+def test_tangents_are_refused():
+    with pytest.raises(InputError, match="method is RadauIIA"):
+        fm.MechanismFlow(fm.slider_crank(), method=RADAU)
