@@ -1,7 +1,10 @@
-"""Names of the places in what kernels write and in the histories of contacts; `flexmb.program.tables` has columns.
+"""Names of the places in what gap and grip kernels write, and numbers put in the order of such places.
 
-A name is an integer constant, so `out[SLIP]` costs what `out[2]` does.
+A name is an integer constant, so `out[SLIP]` costs what `out[2]` does.  Places of numbers that one file knows are named
+there, columns of tables in `flexmb.program.tables`, those of results in `flexmb.system.work`.
 """
+
+from collections.abc import Mapping
 
 (
     GAP,
@@ -34,3 +37,8 @@ LOAD, LOAD_BY_LAM = range(2)
 
 (SLIDING,) = range(4, 5)
 """Behind it the first of the six entries of J, with the slip J v."""
+
+
+def packed(numbers: Mapping[int, float]) -> tuple[float, ...]:
+    """Numbers by their places 0, 1, 2, ... in order: the p of a kernel that reads them by the same names."""
+    return tuple(numbers[place] for place in range(len(numbers)))

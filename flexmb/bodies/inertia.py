@@ -2,6 +2,7 @@
 
 from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel, tangent_kernel
 from flexmb.model.pieces import ElementPiece, node_coordinates
+from flexmb.places import packed
 
 MASS, INERTIA, GRAVITY_X, GRAVITY_Y = range(4)
 """What p of a node's mass holds."""
@@ -65,7 +66,8 @@ def node_mass_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
 
 def node_mass(part, node, mass, inertia, gravity):
     """Piece of a rigid mass `mass` [kg] with moment of inertia `inertia` [kg m^2] at a node."""
-    p = (mass, inertia, *gravity)
+    gx, gy = gravity
+    p = packed({MASS: mass, INERTIA: inertia, GRAVITY_X: gx, GRAVITY_Y: gy})
     short = {"force": node_mass_force, "tangent": node_mass_tangent, "account": node_mass_account}
     return ElementPiece(part, node_mass_kernel, node_coordinates(part, node), p, energy=node_mass_energy, **short)
 

@@ -14,6 +14,7 @@ from flexmb.joints.revolute import coincidence_piece, drawn_angle
 from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel, signal_kernel
 from flexmb.model.part import Joint
 from flexmb.model.pieces import ElementPiece, Piece, SignalPiece
+from flexmb.places import packed
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -177,10 +178,15 @@ class Bushing(Joint):
         first, second = ends = self.ends(mechanism)
         coordinates = (*first.coordinates, *second.coordinates)
         angle = math.atan2(self.along[1], self.along[0]) - mechanism.body(first.part).node(first.node).theta
-        laws = (*self.stiffness, self.torsion, *self.damping, self.torsion_damping)  # type: ignore[misc]
-        p = (*laws, math.cos(angle), math.sin(angle), *first.offset, *second.offset, drawn_angle(mechanism, ends))
+        (kx, ky), (cx, cy) = self.stiffness, self.damping  # type: ignore[misc]
+        (x1, y1), (x2, y2) = first.offset, second.offset
+        numbers = {STIFFNESS_X: kx, STIFFNESS_Y: ky, TORSION: self.torsion}
+        numbers |= {DAMPING_X: cx, DAMPING_Y: cy, TORSION_DAMPING: self.torsion_damping}
+        numbers |= {AXIS_X: math.cos(angle), AXIS_Y: math.sin(angle), ANGLE: drawn_angle(mechanism, ends)}
+        numbers |= {OFFSET1_X: x1, OFFSET1_Y: y1, OFFSET2_X: x2, OFFSET2_Y: y2}
+        p = packed(numbers)
         signals = [
-            SignalPiece(self.name, name, unit, bushing_signal, coordinates, (*p, float(k)))
+            SignalPiece(self.name, name, unit, bushing_signal, coordinates, packed({**numbers, CHOSEN: float(k)}))
             for k, (name, unit) in enumerate(SIGNALS)
         ]
         short = {"force": bushing_force, "account": bushing_account}

@@ -12,6 +12,7 @@ from flexmb.errors import InputError
 from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel
 from flexmb.model.part import Part
 from flexmb.model.pieces import ElementPiece, Piece
+from flexmb.places import packed
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -157,7 +158,9 @@ class SpringDamper(Part):
         first = mechanism.body(self.first.name, self.label).attach(self.label, self.at)
         second = mechanism.body(self.second.name, self.label).attach(self.label, self.to)
         length = planar.distance(self.at, self.to) if self.free_length is None else self.free_length
-        p = (self.stiffness, self.damping, length, *first.offset, *second.offset)
+        (x1, y1), (x2, y2) = first.offset, second.offset
+        laws = {STIFFNESS: self.stiffness, DAMPING: self.damping, FREE_LENGTH: length}
+        p = packed({**laws, OFFSET1_X: x1, OFFSET1_Y: y1, OFFSET2_X: x2, OFFSET2_Y: y2})
         coordinates = (*first.coordinates, *second.coordinates)
         short = {"force": spring_damper_force, "account": spring_damper_account}
         return [ElementPiece(self.name, spring_damper_kernel, coordinates, p, energy=spring_damper_energy, **short)]
