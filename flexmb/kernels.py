@@ -125,7 +125,7 @@ SIGNAL = _contract("signal", "p t q v a", _F, _P, _F, _V, _V, _V)
 GAP_SIZE = 49
 """Length of a gap kernel's `out`: gap, gap rate, slip, normal (2), arm on the first body (2), arm on the second (2),
 eccentricity (2), its rate (2), then the derivatives by the six coordinates of normal, first arm, second arm (2 x 6
-each, row by row)."""
+each, row by row).  `flexmb.places` has names for them."""
 
 GRIP_SIZE = 4 + 6
 """Length of a grip kernel's `out`: how a joint's multipliers press its surfaces together, and which way they slide.

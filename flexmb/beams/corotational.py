@@ -29,13 +29,12 @@ import math
 
 from flexmb.kernels import account_kernel, element_kernel, energy_kernel, fast, force_kernel, tangent_kernel
 
-PARAMETERS = (
-    "L ka kb11 kb12 kb22 offset1 offset2 zeta gx gy m11 m12 m22 g11 g12 g21 g22 h11 h12 h22 J j1 j2 k11 k12 k22"
-).split()
-"""What p holds, in this order.
+LENGTH, AXIAL, B11, B12, B22, OFFSET1, OFFSET2, ZETA, GRAVITY_X, GRAVITY_Y = range(10)
+M11, M12, M22, G11, G12, G21, G22, H11, H12, H22, J, J1, J2, K11, K12, K22, PARAMETERS = range(10, 27)
+"""What p holds: L, ka, kb, offsets, zeta, g, and integrals of mass; how many numbers these are.
 
-int rho A of products: m of (1 - xi, xi) with themselves, g of these with (N2, N4), h of (N2, N4) with themselves;
-int rho I of products: J of 1 with itself, j of 1 with (dN2/ds, dN4/ds), k of the latter with themselves.
+int rho A of products: M of (1 - xi, xi) with themselves, G of these with (N2, N4), H of (N2, N4) with themselves;
+int rho I of products: J of 1 with itself, J1 and J2 of 1 with (dN2/ds, dN4/ds), K of the latter with themselves.
 """
 
 TURN, REST = 6.28125, 0.0019353071795864769
@@ -55,11 +54,11 @@ def turned_back(theta, angle):
 @fast
 def deformation(p, q):
     """Chord (1/l, cos, sin), elongation e and rotations u1, u2 against the chord."""
-    dx, dy = q[3] - q[0], q[4] - q[1]
+    dx, dy, L = q[3] - q[0], q[4] - q[1], p[LENGTH]
     l = math.sqrt(dx * dx + dy * dy)
     i, alpha = 1.0 / l, math.atan2(dy, dx)
-    u1, u2 = turned_back(q[2], alpha - p[5]), turned_back(q[5], alpha - p[6])
-    e = l - p[0] + p[0] / 30.0 * (2.0 * u1 * u1 - u1 * u2 + 2.0 * u2 * u2)
+    u1, u2 = turned_back(q[2], alpha - p[OFFSET1]), turned_back(q[5], alpha - p[OFFSET2])
+    e = l - L + L / 30.0 * (2.0 * u1 * u1 - u1 * u2 + 2.0 * u2 * u2)
     return i, dx * i, dy * i, e, u1, u2
 
 
@@ -86,20 +85,21 @@ def second_rates(i, a, chord_a, rho, longer):
 @fast
 def felt(p, c, s, chord_a):
     """Accelerations of the ends less gravity, in the axes of the chord: weight is inertia upside down."""
-    gx, gy = c * p[8] + s * p[9], c * p[9] - s * p[8]
+    X, Y = p[GRAVITY_X], p[GRAVITY_Y]
+    gx, gy = c * X + s * Y, c * Y - s * X
     return chord_a[0] - gx, chord_a[1] - gy, chord_a[2] - gx, chord_a[3] - gy
 
 
 @fast
 def with_ends(p, x1, x2):
     """int rho A of (1 - xi) w and xi w, for w = N2 x1 + N4 x2."""
-    return p[13] * x1 + p[14] * x2, p[15] * x1 + p[16] * x2
+    return p[G11] * x1 + p[G12] * x2, p[G21] * x1 + p[G22] * x2
 
 
 @fast
 def with_cubics(p, x1, x2):
     """int rho A of N2 w and N4 w, for w = N2 x1 + N4 x2."""
-    return p[17] * x1 + p[18] * x2, p[18] * x1 + p[19] * x2
+    return p[H11] * x1 + p[H12] * x2, p[H12] * x1 + p[H22] * x2
 
 
 @fast
@@ -111,13 +111,13 @@ def inertia(p, u1, u2, x, rho, d1, d2):
     b1, b2 = with_ends(p, d1, d2)
     c1, c2 = with_cubics(p, d1, d2)
     return (
-        p[10] * x0 + p[11] * x3 - rho * w1,
-        p[10] * x1 + p[11] * x4 + b1,
-        p[11] * x0 + p[12] * x3 - rho * w2,
-        p[11] * x1 + p[12] * x4 + b2,
-        p[13] * x1 + p[15] * x4 + c1 + p[23] * d1 + p[24] * d2 + p[21] * rho,
-        p[14] * x1 + p[16] * x4 + c2 + p[24] * d1 + p[25] * d2 + p[22] * rho,
-        (u1 * k1 + u2 * k2 + p[20]) * rho - w1 * x0 - w2 * x3 + p[21] * d1 + p[22] * d2,
+        p[M11] * x0 + p[M12] * x3 - rho * w1,
+        p[M11] * x1 + p[M12] * x4 + b1,
+        p[M12] * x0 + p[M22] * x3 - rho * w2,
+        p[M12] * x1 + p[M22] * x4 + b2,
+        p[G11] * x1 + p[G21] * x4 + c1 + p[K11] * d1 + p[K12] * d2 + p[J1] * rho,
+        p[G12] * x1 + p[G22] * x4 + c2 + p[K12] * d1 + p[K22] * d2 + p[J2] * rho,
+        (u1 * k1 + u2 * k2 + p[J]) * rho - w1 * x0 - w2 * x3 + p[J1] * d1 + p[J2] * d2,
     )
 
 
@@ -134,17 +134,17 @@ def by_turning(p, u1, u2, rho, d1, d2):
 @fast
 def bowing(p, x1, x2):
     """The gradient of e by u1 and u2 is (g1, g2) at (u1, u2); it is linear."""
-    return p[0] / 30.0 * (4.0 * x1 - x2), p[0] / 30.0 * (4.0 * x2 - x1)
+    return p[LENGTH] / 30.0 * (4.0 * x1 - x2), p[LENGTH] / 30.0 * (4.0 * x2 - x1)
 
 
 @fast
 def elastic(p, e, u1, u2, longer, d1, d2):
     """Normal force and moments on u1 and u2, of elasticity and damping."""
-    zeta = p[7]
+    zeta = p[ZETA]
     g1, g2 = bowing(p, u1, u2)
-    N = p[1] * (e + zeta * (longer + g1 * d1 + g2 * d2))
+    N = p[AXIAL] * (e + zeta * (longer + g1 * d1 + g2 * d2))
     x1, x2 = u1 + zeta * d1, u2 + zeta * d2
-    return N, p[2] * x1 + p[3] * x2 + N * g1, p[3] * x1 + p[4] * x2 + N * g2
+    return N, p[B11] * x1 + p[B12] * x2 + N * g1, p[B12] * x1 + p[B22] * x2 + N * g2
 
 
 @fast
@@ -167,7 +167,7 @@ def forces(p, u, x, motion):
 
     u : what `deformation` finds; x : `felt` accelerations of the ends; motion : rates of chord, u1, u2 and their rates.
     """
-    i, e, u1, u2 = u[0], u[3], u[4], u[5]
+    i, _, _, e, u1, u2 = u
     rho, longer, d1, d2, rho_dot, dd1, dd2 = motion
     m = inertia(p, u1, u2, x, rho_dot, dd1, dd2)
     n = by_turning(p, u1, u2, rho, d1, d2)
@@ -182,7 +182,7 @@ def forces(p, u, x, motion):
 def state(p, q, v, a):
     """`deformation`, `felt` accelerations and all rates of an element."""
     u = deformation(p, q)
-    i, c, s = u[0], u[1], u[2]
+    i, c, s, _, _, _ = u
     rho, longer, d1, d2 = rates(i, v, to_chord(c, s, v))
     chord_a = to_chord(c, s, a)
     rho_dot, dd1, dd2 = second_rates(i, a, chord_a, rho, longer)
@@ -192,38 +192,42 @@ def state(p, q, v, a):
 @fast
 def along_turn(p, u, motion, r, r_dot):
     """Change of forces on ends, u1, u2 and alpha when rho grows by r and its rate by r_dot; theta does not."""
-    u1, u2, rho, d1, d2, zeta = u[4], u[5], motion[0], motion[2], motion[3], p[7]
+    _, _, _, _, u1, u2 = u
+    rho, _, d1, d2, _, _, _ = motion
     w1, w2 = with_ends(p, u1, u2)
     v1, v2 = with_ends(p, d1, d2)
     k1, k2 = with_cubics(p, u1, u2)
-    s1, s2 = p[13] + p[14], p[15] + p[16]
+    s1, s2 = p[G11] + p[G12], p[G21] + p[G22]
     twice = 2.0 * rho
     return (
         -w1 * r_dot - 2.0 * (v1 - rho * s1) * r,
         -s1 * r_dot - twice * w1 * r,
         -w2 * r_dot - 2.0 * (v2 - rho * s2) * r,
         -s2 * r_dot - twice * w2 * r,
-        (p[21] - p[17] - p[18] - p[23] - p[24]) * r_dot - (twice * k1 + zeta * (p[2] + p[3])) * r,
-        (p[22] - p[18] - p[19] - p[24] - p[25]) * r_dot - (twice * k2 + zeta * (p[3] + p[4])) * r,
-        (u1 * k1 + u2 * k2 + p[20] - p[21] - p[22]) * r_dot + 2.0 * (k1 * d1 + k2 * d2 - rho * (k1 + k2)) * r,
+        (p[J1] - p[H11] - p[H12] - p[K11] - p[K12]) * r_dot - (twice * k1 + p[ZETA] * (p[B11] + p[B12])) * r,
+        (p[J2] - p[H12] - p[H22] - p[K12] - p[K22]) * r_dot - (twice * k2 + p[ZETA] * (p[B12] + p[B22])) * r,
+        (u1 * k1 + u2 * k2 + p[J] - p[J1] - p[J2]) * r_dot + 2.0 * (k1 * d1 + k2 * d2 - rho * (k1 + k2)) * r,
     )
 
 
 @fast
 def with_normal(p, u, f, dN):
     """Forces f and those of a normal force dN."""
-    g1, g2 = bowing(p, u[4], u[5])
+    _, _, _, _, u1, u2 = u
+    g1, g2 = bowing(p, u1, u2)
     return f[0] - dN, f[1], f[2] + dN, f[3], f[4] + g1 * dN, f[5] + g2 * dN, f[6]
 
 
 @fast
 def by_length(p, u, x, motion, lift, kq, kv):
     """Derivative of the nodal forces when the second end moves along the chord."""
-    i, rho, stretch = u[0], motion[0], motion[1] * u[0]
-    g1, g2 = bowing(p, u[4], u[5])
+    i, _, _, _, u1, u2 = u
+    rho, longer, _, _, _, _, _ = motion
+    stretch = longer * i
+    g1, g2 = bowing(p, u1, u2)
     r = -kq * rho * i
     r_dot = -kq * (x[3] - x[1]) * i * i - 2.0 * (stretch * r + rho * i * (kv - kq * stretch))
-    dN = p[1] * (kq + p[7] * (kv - (g1 + g2) * r))
+    dN = p[AXIAL] * (kq + p[ZETA] * (kv - (g1 + g2) * r))
     f = spread(i, with_normal(p, u, along_turn(p, u, motion, r, r_dot), dN))
     back = kq * lift * i
     return f[0], f[1] + back, f[2], f[3], f[4] - back, f[5]
@@ -232,8 +236,8 @@ def by_length(p, u, x, motion, lift, kq, kv):
 @fast
 def by_side(p, u, x, motion, F, N, kq, kv, ka):
     """Derivative of the nodal forces F when the second end moves across the chord, which turns."""
-    i, u1, u2 = u[0], u[4], u[5]
-    rho, longer, d1, d2, rho_dot = motion[0], motion[1], motion[2], motion[3], motion[4]
+    i, _, _, _, u1, u2 = u
+    rho, longer, d1, d2, rho_dot, _, _ = motion
     x0, x1, x3, x4 = x
     turn, stretch = kq * i, longer * i
     g1, g2 = bowing(p, u1, u2)
@@ -241,19 +245,19 @@ def by_side(p, u, x, motion, F, N, kq, kv, ka):
     w1, w2 = with_ends(p, u1, u2)
     k1, k2 = with_cubics(p, u1 + u1, u2 + u2)
     m1, m2 = with_cubics(p, d1 + d1, d2 + d2)
-    s1, s2, both = p[13] + p[14], p[15] + p[16], rho * rho
+    s1, s2, both = p[G11] + p[G12], p[G21] + p[G22], rho * rho
     r = (kv - kq * stretch) * i
     r_dot = (ka - turn * (x3 - x0)) * i - 2.0 * (stretch * r + rho * rho * turn)
-    dN = p[1] * (p[7] * (kq * rho - (g1 + g2) * r - turn * (gd1 + gd2)) - turn * (g1 + g2))
+    dN = p[AXIAL] * (p[ZETA] * (kq * rho - (g1 + g2) * r - turn * (gd1 + gd2)) - turn * (g1 + g2))
     f = along_turn(p, u, motion, r, r_dot)
-    n = N * p[0] / 10.0
+    n = N * p[LENGTH] / 10.0
     f = (
-        f[0] + turn * (p[10] * x1 + p[11] * x4 + rho_dot * s1),
-        f[1] - turn * (p[10] * x0 + p[11] * x3 - both * s1),
-        f[2] + turn * (p[11] * x1 + p[12] * x4 + rho_dot * s2),
-        f[3] - turn * (p[11] * x0 + p[12] * x3 - both * s2),
-        f[4] - turn * (p[13] * x0 + p[15] * x3 - both * (p[17] + p[18]) + p[2] + p[3] + n),
-        f[5] - turn * (p[14] * x0 + p[16] * x3 - both * (p[18] + p[19]) + p[3] + p[4] + n),
+        f[0] + turn * (p[M11] * x1 + p[M12] * x4 + rho_dot * s1),
+        f[1] - turn * (p[M11] * x0 + p[M12] * x3 - both * s1),
+        f[2] + turn * (p[M12] * x1 + p[M22] * x4 + rho_dot * s2),
+        f[3] - turn * (p[M12] * x0 + p[M22] * x3 - both * s2),
+        f[4] - turn * (p[G11] * x0 + p[G21] * x3 - both * (p[H11] + p[H12]) + p[B11] + p[B12] + n),
+        f[5] - turn * (p[G12] * x0 + p[G22] * x3 - both * (p[H12] + p[H22]) + p[B12] + p[B22] + n),
         f[6] - turn * (w1 * x1 + w2 * x4 - s1 * x0 - s2 * x3 + rho_dot * (k1 + k2) + rho * (m1 + m2)),
     )
     f = spread(i, with_normal(p, u, f, dN))
@@ -263,23 +267,24 @@ def by_side(p, u, x, motion, F, N, kq, kv, ka):
 @fast
 def by_rotation(p, u, x, motion, N, k, kq, kv, ka):
     """Derivative of the nodal forces by the rotation of the first end (k = 0) or of the second (k = 1)."""
-    zeta, rho, rho_dot = p[7], motion[0], motion[4]
-    ga, gb, ha, hb, ra, rb = p[13 + k], p[15 + k], p[17 + k], p[18 + k], p[23 + k], p[24 + k]
-    a, b, both = -(rho_dot * kq + 2.0 * rho * kv), ka - kq * rho * rho, kq + zeta * kv
-    n = kq * N * p[0] / 30.0
-    dN = p[1] * (both * bowing(p, u[4], u[5])[k] + zeta * kq * bowing(p, motion[2], motion[3])[k])
-    w, w_dot = with_cubics(p, u[4], u[5])[k], with_cubics(p, motion[2], motion[3])[k]
+    i, _, _, _, u1, u2 = u
+    rho, _, d1, d2, rho_dot, _, _ = motion
+    ga, gb, ha, hb, ra, rb = p[G11 + k], p[G21 + k], p[H11 + k], p[H12 + k], p[K11 + k], p[K12 + k]
+    a, b, both = -(rho_dot * kq + 2.0 * rho * kv), ka - kq * rho * rho, kq + p[ZETA] * kv
+    n = kq * N * p[LENGTH] / 30.0
+    dN = p[AXIAL] * (both * bowing(p, u1, u2)[k] + p[ZETA] * kq * bowing(p, d1, d2)[k])
+    w, w_dot = with_cubics(p, u1, u2)[k], with_cubics(p, d1, d2)[k]
     on_alpha = 2.0 * (rho_dot * w + rho * w_dot) - ga * x[0] - gb * x[2]
     f = (
         ga * a,
         ga * b,
         gb * a,
         gb * b,
-        ha * b + ra * ka + p[2 + k] * both + (-n if k else 4.0 * n),
-        hb * b + rb * ka + p[3 + k] * both + (4.0 * n if k else -n),
-        kq * on_alpha + 2.0 * kv * rho * w + ka * p[21 + k],
+        ha * b + ra * ka + p[B11 + k] * both + (-n if k else 4.0 * n),
+        hb * b + rb * ka + p[B12 + k] * both + (4.0 * n if k else -n),
+        kq * on_alpha + 2.0 * kv * rho * w + ka * p[J1 + k],
     )
-    return spread(u[0], with_normal(p, u, f, dN))
+    return spread(i, with_normal(p, u, f, dN))
 
 
 @fast
@@ -310,17 +315,17 @@ def evaluate(p, q, v, a, kq, kv, ka, r, A):
     But for inertia no force depends on where the element is: the columns of its two ends are opposite.
     """
     u, x, motion = state(p, q, v, a)
-    i, c, s = u[0], u[1], u[2]
+    i, c, s, _, u1, u2 = u
     F, lift, N = forces(p, u, x, motion)
     write(c, s, F, r)
     X = by_length(p, u, x, motion, lift, kq, kv)
     Y = by_side(p, u, x, motion, F, N, kq, kv, ka)
-    w1, w2 = with_ends(p, u[4], u[5])
-    s1, s2 = (p[13] + p[14]) * i, (p[15] + p[16]) * i
-    x0 = (ka * p[10] - X[0], ka * w1 * i - X[1], -X[2], ka * p[11] - X[3], -ka * w1 * i - X[4], -X[5])
-    x3 = (ka * p[11] + X[0], ka * w2 * i + X[1], X[2], ka * p[12] + X[3], -ka * w2 * i + X[4], X[5])
-    x1 = add(ka, (0.0, p[10] + s1, p[13], 0.0, p[11] - s1, p[14]), add(-1.0, Y, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)))
-    x4 = add(ka, (0.0, p[11] + s2, p[15], 0.0, p[12] - s2, p[16]), Y)
+    w1, w2 = with_ends(p, u1, u2)
+    s1, s2 = (p[G11] + p[G12]) * i, (p[G21] + p[G22]) * i
+    x0 = (ka * p[M11] - X[0], ka * w1 * i - X[1], -X[2], ka * p[M12] - X[3], -ka * w1 * i - X[4], -X[5])
+    x3 = (ka * p[M12] + X[0], ka * w2 * i + X[1], X[2], ka * p[M22] + X[3], -ka * w2 * i + X[4], X[5])
+    x1 = add(ka, (0.0, p[M11] + s1, p[G11], 0.0, p[M12] - s1, p[G12]), add(-1.0, Y, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)))
+    x4 = add(ka, (0.0, p[M12] + s2, p[G21], 0.0, p[M22] - s2, p[G22]), Y)
     write_pair(c, s, x0, x1, 0, A)
     write_column(c, s, by_rotation(p, u, x, motion, N, 0, kq, kv, ka), 2, A)
     write_pair(c, s, x3, x4, 3, A)
@@ -344,43 +349,52 @@ def beam_tangent(p, t, h, q, v, a, z, kq, kv, ka, r, A, z_new):
 def beam_force(p, t, h, q, v, a, z, r, z_new):
     """r (6,) alone."""
     u, x, motion = state(p, q, v, a)
-    write(u[1], u[2], forces(p, u, x, motion)[0], r)
+    _, c, s, _, _, _ = u
+    F, _, _ = forces(p, u, x, motion)
+    write(c, s, F, r)
 
 
 @fast
-def energies(p, q, u, motion):
+def energies(p, q, u, longer, d1, d2):
     """Strain energy, potential of gravity, power dissipated by damping."""
-    e, u1, u2, longer, d1, d2 = u[3], u[4], u[5], motion[1], motion[2], motion[3]
+    _, c, s, e, u1, u2 = u
+    gx, gy = p[GRAVITY_X], p[GRAVITY_Y]
     g1, g2 = bowing(p, u1, u2)
     e_dot = longer + g1 * d1 + g2 * d2
-    strain = 0.5 * (p[1] * e * e + p[2] * u1 * u1 + 2.0 * p[3] * u1 * u2 + p[4] * u2 * u2)
-    power = p[7] * (p[1] * e_dot * e_dot + p[2] * d1 * d1 + 2.0 * p[3] * d1 * d2 + p[4] * d2 * d2)
-    height = (p[10] + p[11]) * (p[8] * q[0] + p[9] * q[1]) + (p[11] + p[12]) * (p[8] * q[3] + p[9] * q[4])
-    aside = (p[13] + p[15]) * u1 + (p[14] + p[16]) * u2
-    return strain, -height - (u[1] * p[9] - u[2] * p[8]) * aside, power
+    ka, kb11, kb12, kb22 = p[AXIAL], p[B11], p[B12], p[B22]
+    strain = 0.5 * (ka * e * e + kb11 * u1 * u1 + 2.0 * kb12 * u1 * u2 + kb22 * u2 * u2)
+    power = p[ZETA] * (ka * e_dot * e_dot + kb11 * d1 * d1 + 2.0 * kb12 * d1 * d2 + kb22 * d2 * d2)
+    height = (p[M11] + p[M12]) * (gx * q[0] + gy * q[1]) + (p[M12] + p[M22]) * (gx * q[3] + gy * q[4])
+    aside = (p[G11] + p[G21]) * u1 + (p[G12] + p[G22]) * u2
+    return strain, -height - (c * gy - s * gx) * aside, power
 
 
 @fast
 def mass_times(p, u, x, Mx):
     """Mx = M x."""
-    i, c, s = u[0], u[1], u[2]
+    i, c, s, _, u1, u2 = u
     y = to_chord(c, s, x)
     turn = (y[3] - y[1]) * i
-    write(c, s, spread(i, inertia(p, u[4], u[5], y, turn, x[2] - turn, x[5] - turn)), Mx)
+    write(c, s, spread(i, inertia(p, u1, u2, y, turn, x[2] - turn, x[5] - turn)), Mx)
 
 
 @energy_kernel
 def beam_energy(p, t, q, v):
     """Strain energy, potential of gravity, power dissipated by damping."""
     u = deformation(p, q)
-    return energies(p, q, u, rates(u[0], v, to_chord(u[1], u[2], v)))
+    i, c, s, _, _, _ = u
+    _, longer, d1, d2 = rates(i, v, to_chord(c, s, v))
+    return energies(p, q, u, longer, d1, d2)
 
 
 @account_kernel
 def beam_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
     """r, M v, M y (6,); energies as `beam_energy` gives them."""
     u, x, motion = state(p, q, v, a)
-    write(u[1], u[2], forces(p, u, x, motion)[0], r)
+    _, c, s, _, _, _ = u
+    _, longer, d1, d2, _, _, _ = motion
+    F, _, _ = forces(p, u, x, motion)
+    write(c, s, F, r)
     mass_times(p, u, v, Mv)
     mass_times(p, u, y, My)
-    return energies(p, q, u, motion)
+    return energies(p, q, u, longer, d1, d2)

@@ -21,6 +21,10 @@ import numpy as np
 
 from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel
 
+ZETA, M11, M12, M13, M14, M15, M16, M22, M23, M24, M25, M26 = range(12)
+M33, M34, M35, M36, M44, M45, M46, M55, M56, M66 = range(12, 22)
+"""What p holds: the damping rate, the upper triangle of m row by row."""
+
 
 @compiled
 def turned(x):
@@ -57,15 +61,15 @@ def deformation_rate(q, v):
 
 @compiled
 def mass_times(p, x):
-    """M x; p[1:] is the upper triangle of m, row by row."""
+    """M x; p holds the upper triangle of m."""
     a, b, c, d, e, f = x
     return (
-        p[1] * a + p[2] * b + p[3] * c + p[4] * d + p[5] * e + p[6] * f,
-        p[2] * a + p[7] * b + p[8] * c + p[9] * d + p[10] * e + p[11] * f,
-        p[3] * a + p[8] * b + p[12] * c + p[13] * d + p[14] * e + p[15] * f,
-        p[4] * a + p[9] * b + p[13] * c + p[16] * d + p[17] * e + p[18] * f,
-        p[5] * a + p[10] * b + p[14] * c + p[17] * d + p[19] * e + p[20] * f,
-        p[6] * a + p[11] * b + p[15] * c + p[18] * d + p[20] * e + p[21] * f,
+        p[M11] * a + p[M12] * b + p[M13] * c + p[M14] * d + p[M15] * e + p[M16] * f,
+        p[M12] * a + p[M22] * b + p[M23] * c + p[M24] * d + p[M25] * e + p[M26] * f,
+        p[M13] * a + p[M23] * b + p[M33] * c + p[M34] * d + p[M35] * e + p[M36] * f,
+        p[M14] * a + p[M24] * b + p[M34] * c + p[M44] * d + p[M45] * e + p[M46] * f,
+        p[M15] * a + p[M25] * b + p[M35] * c + p[M45] * d + p[M55] * e + p[M56] * f,
+        p[M16] * a + p[M26] * b + p[M36] * c + p[M46] * d + p[M56] * e + p[M66] * f,
     )
 
 
@@ -88,7 +92,7 @@ def add_product(y, hx, hy, X):
 @compiled
 def fill_blocks(p, rate, K, C):
     """C = S^T m S and K = rate S^T m D S."""
-    k = 1
+    k = M11
     for i in range(4, 10):
         for j in range(i, 10):
             C[i, j] = p[k]
@@ -144,7 +148,7 @@ def write_force(zeta, l, c, s, g, f, r):
 @element_kernel
 def mass_damping_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     """Damping of d_dot; q = (xA, yA, xB, yB, xi, yi, thetai, xj, yj, thetaj), r (10,), K, C (10, 10), M = 0."""
-    zeta = p[0]
+    zeta = p[ZETA]
     l, c, s, rate, hx, hy, g, d_dot = deformation_rate(q, v)
     f, x, y = mass_times(p, d_dot), mass_times(p, g), mass_times(p, turned(d_dot))
     write_force(zeta, l, c, s, g, f, r)
@@ -174,8 +178,8 @@ def put_force(p, q, v, r):
     """r (10,), and the power of damping."""
     l, c, s, rate, hx, hy, g, d_dot = deformation_rate(q, v)
     f = mass_times(p, d_dot)
-    write_force(p[0], l, c, s, g, f, r)
-    return p[0] * dot(d_dot, f)
+    write_force(p[ZETA], l, c, s, g, f, r)
+    return p[ZETA] * dot(d_dot, f)
 
 
 @force_kernel
@@ -187,8 +191,8 @@ def mass_damping_force(p, t, h, q, v, a, z, r, z_new):
 @energy_kernel
 def mass_damping_energy(p, t, q, v):
     """Nothing is stored; the power of damping."""
-    d_dot = deformation_rate(q, v)[7]
-    return 0.0, 0.0, p[0] * dot(d_dot, mass_times(p, d_dot))
+    _, _, _, _, _, _, _, d_dot = deformation_rate(q, v)
+    return 0.0, 0.0, p[ZETA] * dot(d_dot, mass_times(p, d_dot))
 
 
 @account_kernel

@@ -11,7 +11,25 @@ from itertools import pairwise
 import numpy as np
 
 from flexmb import checks, planar
-from flexmb.beams.corotational import beam_account, beam_energy, beam_force, beam_kernel, beam_tangent
+from flexmb.beams.corotational import (
+    AXIAL,
+    B11,
+    B12,
+    B22,
+    GRAVITY_X,
+    GRAVITY_Y,
+    LENGTH,
+    M11,
+    OFFSET1,
+    OFFSET2,
+    PARAMETERS,
+    ZETA,
+    beam_account,
+    beam_energy,
+    beam_force,
+    beam_kernel,
+    beam_tangent,
+)
 from flexmb.beams.mass_damping import (
     damping_parameters,
     mass_damping_account,
@@ -91,9 +109,13 @@ def beam_parameters(beam: Beam, nodes: dict[str, Node], damping: float, gravity:
         ka, kb = data.axial_stiffness[k], data.bending_stiffness[k]
         offsets = (nodes[beam.nodes[k]].theta, nodes[beam.nodes[k + 1]].theta)
         # the offset makes theta + offset the direction of the element's axis in the drawn pose
-        head = (length, ka[1, 1], kb[1, 1], kb[1, 3], kb[3, 3], angle - offsets[0], angle - offsets[1], damping)
-        row = (*head, *gravity, *data.inertia_integrals(k))
-        rows.append(tuple(float(x) for x in row))
+        p = np.zeros(PARAMETERS)
+        p[LENGTH], p[AXIAL], p[ZETA] = length, ka[1, 1], damping
+        p[B11], p[B12], p[B22] = kb[1, 1], kb[1, 3], kb[3, 3]
+        p[OFFSET1], p[OFFSET2] = angle - offsets[0], angle - offsets[1]
+        p[GRAVITY_X], p[GRAVITY_Y] = gravity
+        p[M11:] = data.inertia_integrals(k)
+        rows.append(tuple(p.tolist()))
     return rows
 
 
@@ -148,7 +170,8 @@ def beam_shapes(part: str, beams: Sequence[Beam], nodes: dict[str, Node]) -> tup
         for k, p in enumerate(beam_parameters(beam, nodes, 0.0, (0.0, 0.0))):
             ei = (float(data.ei[k, 0]), float(data.ei[k, 1]))
             ends = (beam.nodes[k], beam.nodes[k + 1])
-            shapes.append(BeamShape(part, *ends, p[0], p[5], p[6], p[1], (p[2], p[3], p[4]), ei))
+            bending = p[B11], p[B12], p[B22]
+            shapes.append(BeamShape(part, *ends, p[LENGTH], p[OFFSET1], p[OFFSET2], p[AXIAL], bending, ei))
     return tuple(shapes)
 
 

@@ -2,15 +2,19 @@
 
 from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel, tangent_kernel
 from flexmb.model.pieces import ElementPiece, node_coordinates
+from flexmb.places import packed
+
+MASS, INERTIA, GRAVITY_X, GRAVITY_Y = range(4)
+"""What p of a node's mass holds."""
 
 
 @element_kernel
 def node_mass_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     """Rigid body at its centre of mass (x, y, theta): r = m (a - g), J alpha."""
     node_force(p, a, r)
-    M[0, 0] = p[0]
-    M[1, 1] = p[0]
-    M[2, 2] = p[1]
+    M[0, 0] = p[MASS]
+    M[1, 1] = p[MASS]
+    M[2, 2] = p[INERTIA]
 
 
 @compiled
@@ -32,15 +36,15 @@ def node_mass_force(p, t, h, q, v, a, z, r, z_new):
 def node_mass_tangent(p, t, h, q, v, a, z, kq, kv, ka, r, A, z_new):
     """r (3,) and ka M, a diagonal."""
     node_force(p, a, r)
-    A[0, 0] = ka * p[0]
-    A[1, 1] = ka * p[0]
-    A[2, 2] = ka * p[1]
+    A[0, 0] = ka * p[MASS]
+    A[1, 1] = ka * p[MASS]
+    A[2, 2] = ka * p[INERTIA]
 
 
 @compiled
 def node_weight(p, q):
     """Potential energy of gravity of a rigid body."""
-    return -p[0] * (p[2] * q[0] + p[3] * q[1])
+    return -p[MASS] * (p[GRAVITY_X] * q[0] + p[GRAVITY_Y] * q[1])
 
 
 @energy_kernel
@@ -54,15 +58,16 @@ def node_mass_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
     """r, M v, M y (3,); energies as `node_mass_energy` gives them."""
     node_force(p, a, r)
     for x, Mx in ((v, Mv), (y, My)):
-        Mx[0] = p[0] * x[0]
-        Mx[1] = p[0] * x[1]
-        Mx[2] = p[1] * x[2]
+        Mx[0] = p[MASS] * x[0]
+        Mx[1] = p[MASS] * x[1]
+        Mx[2] = p[INERTIA] * x[2]
     return 0.0, node_weight(p, q), 0.0
 
 
 def node_mass(part, node, mass, inertia, gravity):
     """Piece of a rigid mass `mass` [kg] with moment of inertia `inertia` [kg m^2] at a node."""
-    p = (mass, inertia, *gravity)
+    gx, gy = gravity
+    p = packed({MASS: mass, INERTIA: inertia, GRAVITY_X: gx, GRAVITY_Y: gy})
     short = {"force": node_mass_force, "tangent": node_mass_tangent, "account": node_mass_account}
     return ElementPiece(part, node_mass_kernel, node_coordinates(part, node), p, energy=node_mass_energy, **short)
 
@@ -70,12 +75,13 @@ def node_mass(part, node, mass, inertia, gravity):
 @element_kernel
 def mean_mass_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     """Mass at the mean of n points, q = (x1, y1, x2, y2, ...): T = m/2 |mean velocity|^2."""
-    share_out(p[0], -p[1], -p[2], a, r)
+    m, gx, gy = p
+    share_out(m, -gx, -gy, a, r)
     n = q.shape[0] // 2
     for i in range(n):
         for j in range(n):
-            M[2 * i, 2 * j] = p[0] / (n * n)
-            M[2 * i + 1, 2 * j + 1] = p[0] / (n * n)
+            M[2 * i, 2 * j] = m / (n * n)
+            M[2 * i + 1, 2 * j + 1] = m / (n * n)
 
 
 @compiled
@@ -102,14 +108,16 @@ def share_out(m, bx, by, x, r):
 @force_kernel
 def mean_mass_force(p, t, h, q, v, a, z, r, z_new):
     """r (2 n,) alone."""
-    share_out(p[0], -p[1], -p[2], a, r)
+    m, gx, gy = p
+    share_out(m, -gx, -gy, a, r)
 
 
 @compiled
 def mean_weight(p, q):
     """Potential energy of gravity of a mass at the mean of n points."""
     x, y = mean(q)
-    return -p[0] * (p[1] * x + p[2] * y)
+    m, gx, gy = p
+    return -m * (gx * x + gy * y)
 
 
 @energy_kernel
@@ -121,9 +129,10 @@ def mean_mass_energy(p, t, q, v):
 @account_kernel
 def mean_mass_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
     """r, M v, M y (2 n,); energies as `mean_mass_energy` gives them."""
-    share_out(p[0], -p[1], -p[2], a, r)
-    share_out(p[0], 0.0, 0.0, v, Mv)
-    share_out(p[0], 0.0, 0.0, y, My)
+    m, gx, gy = p
+    share_out(m, -gx, -gy, a, r)
+    share_out(m, 0.0, 0.0, v, Mv)
+    share_out(m, 0.0, 0.0, y, My)
     return 0.0, mean_weight(p, q), 0.0
 
 

@@ -2,6 +2,10 @@
 
 from flexmb.kernels import compiled
 
+SPEED, LAST_GAP, LAST_RATE, APPROACH = range(4)
+"""What the histories of laws begin with: reference speed (0: open), gap and gap rate at the last accepted state; with
+`reference_speed` also the approach speed."""
+
 HISTORY = (0.0, 1.0, 0.0)
 """Start values: reference speed (0: open), gap and gap rate at the last accepted state."""
 
@@ -55,14 +59,14 @@ def approach_speed(h, gap, gap_rate, least, z, z_new):
     The speed is taken where the gap falls through zero between the last accepted state (z) and now, not at the end of
     the step, and is kept as long as the contact lasts.  `least` is its lower bound.  For laws as they are published.
     """
-    speed, by_gap, by_rate = z[0], 0.0, 0.0
+    speed, by_gap, by_rate = z[SPEED], 0.0, 0.0
     if gap > 0.0:
         speed = 0.0
     elif speed == 0.0:
         speed, by_gap, by_rate = _onset(h, gap, gap_rate, z)
         if speed < least:
             speed, by_gap, by_rate = least, 0.0, 0.0
-    z_new[0], z_new[1], z_new[2] = speed, gap, gap_rate
+    z_new[SPEED], z_new[LAST_GAP], z_new[LAST_RATE] = speed, gap, gap_rate
     return speed, by_gap, by_rate
 
 
@@ -70,16 +74,16 @@ def approach_speed(h, gap, gap_rate, least, z, z_new):
 def reference_speed(h, gap, gap_rate, least, largest, e, z, z_new):
     """Reference speed w of the present contact and its derivatives by gap and gap rate; 0 while the gap is open.
 
-    w is the approach speed, noted in z[3].  If `largest`, or if the contact began slower than `least` (at rest, or
+    w is the approach speed, noted in z.  If `largest`, or if the contact began slower than `least` (at rest, or
     grazing), w is the largest since the onset of closing speed and opening speed/e.  In a free impact with restitution
     e that is the approach speed, so the factor 1 + chi depth_rate/w stays within 1 - chi e and 1 + chi, as in a free
     impact, whatever presses or releases.
     """
-    speed, onset, by_gap, by_rate = z[0], z[3], 0.0, 0.0
+    speed, onset, by_gap, by_rate = z[SPEED], z[APPROACH], 0.0, 0.0
     if gap > 0.0:
         speed, onset = 0.0, 0.0
     else:
-        if z[1] > 0.0:
+        if z[LAST_GAP] > 0.0:
             onset, by_gap, by_rate = _onset(h, gap, gap_rate, z)
             speed = max(onset, 0.0)
         if largest or onset < least or onset <= 0.0:
@@ -87,15 +91,16 @@ def reference_speed(h, gap, gap_rate, least, largest, e, z, z_new):
                 speed, by_gap, by_rate = -gap_rate, 0.0, -1.0
             elif gap_rate > e * speed:
                 speed, by_gap, by_rate = gap_rate / e, 0.0, 1.0 / e
-    z_new[0], z_new[1], z_new[2], z_new[3] = speed, gap, gap_rate, onset
+    z_new[SPEED], z_new[LAST_GAP], z_new[LAST_RATE] = speed, gap, gap_rate
+    z_new[APPROACH] = onset
     return speed, by_gap, by_rate
 
 
 @compiled
 def _onset(h, gap, gap_rate, z):
     """Closing speed where the contact began, and its derivatives by gap and gap rate."""
-    if h > 0.0 and z[1] > 0.0:
-        return _located(h, z[1], z[2], gap, gap_rate)
+    if h > 0.0 and z[LAST_GAP] > 0.0:
+        return _located(h, z[LAST_GAP], z[LAST_RATE], gap, gap_rate)
     return -gap_rate, 0.0, -1.0
 
 

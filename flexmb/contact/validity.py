@@ -6,13 +6,16 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple, Self
 
-from flexmb.contact.onset import HISTORY
+from flexmb.contact.onset import APPROACH, HISTORY
 from flexmb.kernels import compiled
 from flexmb.model.material import Material
 
 HISTORY_WITH_EXTREMES = (*HISTORY, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 """Start values: those of the onset; approach speed of the present contact; largest approach speed, depth, force, cut
 tension and excess of the whole run."""
+
+MOST_APPROACH, DEPTH, FORCE, TENSION, EXCESS = range(4, 9)
+"""Places of the extremes."""
 
 
 class Extremes(NamedTuple):
@@ -65,12 +68,12 @@ SMALL_TENSION, SMALL_EXCESS = 0.01, 0.01
 
 @compiled
 def keep_extremes(depth, force, tension, excess, z, z_new):
-    """Largest approach speed, depth, force, cut tension and excess so far; the approach speed is read from z_new[3]."""
-    z_new[4] = max(z[4], z_new[3])
-    z_new[5] = max(z[5], depth)
-    z_new[6] = max(z[6], force)
-    z_new[7] = max(z[7], tension)
-    z_new[8] = max(z[8], excess)
+    """Largest approach speed, depth, force, cut tension and excess so far; the approach speed is read from z_new."""
+    z_new[MOST_APPROACH] = max(z[MOST_APPROACH], z_new[APPROACH])
+    z_new[DEPTH] = max(z[DEPTH], depth)
+    z_new[FORCE] = max(z[FORCE], force)
+    z_new[TENSION] = max(z[TENSION], tension)
+    z_new[EXCESS] = max(z[EXCESS], excess)
 
 
 def effective_modulus(materials: Sequence[Material]) -> float:

@@ -10,7 +10,7 @@ from flexmb.model.law import Motion
 @drive_kernel
 def constant_speed_kernel(p, t):
     """s = w t."""
-    w = p[0]
+    (w,) = p
     return w * t, w, 0.0
 
 

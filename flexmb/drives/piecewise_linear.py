@@ -13,11 +13,11 @@ from flexmb.model.law import Motion
 def piecewise_linear_kernel(p, t):
     """Linear between points, constant outside; p = (t_0 .. t_n-1, s_0 .. s_n-1)."""
     n = p.shape[0] // 2
-    if t < p[0]:
-        return p[n], 0.0, 0.0
-    if t >= p[n - 1]:
-        return p[2 * n - 1], 0.0, 0.0
     low, high = 0, n - 1
+    if t < p[low]:
+        return p[n + low], 0.0, 0.0
+    if t >= p[high]:
+        return p[n + high], 0.0, 0.0
     while high - low > 1:
         middle = (low + high) // 2
         if p[middle] <= t:

@@ -9,28 +9,34 @@ from flexmb.drives.points import checked_points
 from flexmb.kernels import drive_kernel
 from flexmb.model.law import Motion
 
+COUNT, PERIODIC, TIMES = range(3)
+CUBIC, SQUARE, LINEAR, CONSTANT = range(4)
+"""What p begins with, see `table_kernel`; what is kept of a piece."""
+
 
 @drive_kernel
 def table_kernel(p, t):
-    """Piecewise cubic; p = (n, periodic, t_0 .. t_n-1, then c3 c2 c1 c0 of each of the n - 1 pieces)."""
-    n = int(p[0])
-    first, last = p[2], p[1 + n]
+    """Piecewise cubic; p = (n, periodic, t_0 .. t_n-1, c3 c2 c1 c0 of each of n - 1 pieces, growth over the table)."""
+    n = int(p[COUNT])
+    low, high = 0, n - 1
+    pieces = TIMES + n
+    growth = pieces + 4 * high
+    first, last = p[TIMES], p[TIMES + high]
     rest = 0.0
-    if p[1] > 0.0:
+    if p[PERIODIC] > 0.0:
         turns = np.floor((t - first) / (last - first))
         t -= turns * (last - first)
-        rest = turns * p[1 + n + 4 * (n - 1) + 1]
-    low, high = 0, n - 1
+        rest = turns * p[growth]
     while high - low > 1:
         middle = (low + high) // 2
-        if p[2 + middle] <= t:
+        if p[TIMES + middle] <= t:
             low = middle
         else:
             high = middle
-    k = 2 + n + 4 * low
-    x = min(max(t, first), last) - p[2 + low]
+    k = pieces + 4 * low
+    x = min(max(t, first), last) - p[TIMES + low]
     beyond = t - min(max(t, first), last)  # outside the table the motion goes on at the speed of the end
-    c3, c2, c1, c0 = p[k], p[k + 1], p[k + 2], p[k + 3]
+    c3, c2, c1, c0 = p[k + CUBIC], p[k + SQUARE], p[k + LINEAR], p[k + CONSTANT]
     v = (3.0 * c3 * x + 2.0 * c2) * x + c1
     a = 6.0 * c3 * x + 2.0 * c2 if beyond == 0.0 else 0.0
     return ((c3 * x + c2) * x + c1) * x + c0 + v * beyond + rest, v, a

@@ -302,10 +302,12 @@ class RunRecord(Record):
     episodes: Matrix
 
 
+PRESSED, BY_NORMAL = range(2)
+(BY_FRICTION,) = range(7, 8)
 CONTACT_MEMORY = 13
-"""Numbers of `Flow.memory` of every contact: normal force and twelve generalised forces.  After those of all contacts:
-(motion, force) of every constraint row, (friction force, slip) of every constraint, forces of elements that are
-loads."""
+"""Numbers of `Flow.memory` of every contact: normal force, six generalised forces of it, six of friction.  After those
+of all contacts: (motion, force) of every constraint row, (friction force, slip) of every constraint, forces of elements
+that are loads."""
 
 
 def new_flow(program: Program) -> Flow:

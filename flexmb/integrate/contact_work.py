@@ -1,9 +1,12 @@
 """Work of contacts in a step: by their laws along the path, and by the forces that the step took as linear."""
 
 from flexmb.contact.onset import crossing
-from flexmb.integrate.arrays import CONTACT_MEMORY
+from flexmb.integrate.arrays import BY_FRICTION, BY_NORMAL, CONTACT_MEMORY, PRESSED
 from flexmb.kernels import GAP_SIZE, compiled, part_of
+from flexmb.places import FRICTION_FORCE, GAP, GAP_RATE, NORMAL, NORMAL_FORCE, TANGENTIAL
+from flexmb.program.tables import COMMON_Z, LAST_GAP, LAST_GAP_RATE
 from flexmb.system.contacts import call_gap, call_normal, jacobians
+from flexmb.system.work import LOSS_BEYOND, LOSS_FRICTION, LOSS_MEMORY, LOSS_NORMAL
 
 GAUSS = 0.5 / 3.0**0.5
 """The two points of Gauss' rule lie so far from the middle: exact for cubics, and ends of a contact need no value."""
@@ -23,32 +26,34 @@ def contact_losses(tables, address, h, flow, q1, v1, work):
         loss, contact = work.loss[c], work.contact[c]
         k = CONTACT_MEMORY * c
         memory = part_of(flow.memory, k, k + CONTACT_MEMORY)
-        N, T = contact[GAP_SIZE], contact[GAP_SIZE + 1]
+        N, T = contact[NORMAL_FORCE], contact[FRICTION_FORCE]
         touched = N != 0.0 or T != 0.0
         for i in range(1, CONTACT_MEMORY):
             touched = touched or memory[i] != 0.0
-        for i in range(3 + CONTACT_MEMORY):
+        for i in range(LOSS_MEMORY + CONTACT_MEMORY):
             loss[i] = 0.0
         if touched:
             jacobians(contact, work.contact_scratch)
             normal, friction, dofs = 0.0, 0.0, part_of(K.dofs, 6 * c, 6 * c + 6)
-            loss[3] = N
+            now = part_of(loss, LOSS_MEMORY, LOSS_MEMORY + CONTACT_MEMORY)
+            now[PRESSED] = N
             for i in range(6):
                 way = q1[dofs[i]] - flow.q[dofs[i]]
-                loss[4 + i], loss[10 + i] = N * work.contact_scratch[0, i], T * work.contact_scratch[1, i]
-                normal += 0.5 * (memory[1 + i] + loss[4 + i]) * way
-                friction += 0.5 * (memory[7 + i] + loss[10 + i]) * way
+                now[BY_NORMAL + i] = N * work.contact_scratch[NORMAL, i]
+                now[BY_FRICTION + i] = T * work.contact_scratch[TANGENTIAL, i]
+                normal += 0.5 * (memory[BY_NORMAL + i] + now[BY_NORMAL + i]) * way
+                friction += 0.5 * (memory[BY_FRICTION + i] + now[BY_FRICTION + i]) * way
             if h > 0.0:
-                loss[0] = _by_law(tables, address, c, h, flow, q1, v1, work)
-                loss[1] = -friction
-                loss[2] = -normal - loss[0]
+                by_law = _by_law(tables, address, c, h, flow, q1, v1, work)
+                loss[LOSS_NORMAL], loss[LOSS_FRICTION], loss[LOSS_BEYOND] = by_law, -friction, -normal - by_law
 
 
 @compiled
 def _by_law(tables, address, c, h, flow, q1, v1, work):
     """Loss of contact c by its normal law, in the part of the step in which its surfaces touch."""
     K = tables.contacts
-    begin, end = _touching(h, flow.z[K.z[c, 0] + 2], flow.z[K.z[c, 0] + 4], work.contact[c, 0], work.contact[c, 1])
+    k, contact = K.z[c, COMMON_Z], work.contact[c]
+    begin, end = _touching(h, flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE], contact[GAP], contact[GAP_RATE])
     half, dofs, loss = 0.5 * (end - begin), part_of(K.dofs, 6 * c, 6 * c + 6), 0.0
     for point in range(2):
         s = begin + half + (2 * point - 1) * GAUSS * (end - begin)
@@ -63,8 +68,8 @@ def _by_law(tables, address, c, h, flow, q1, v1, work):
         for i in range(GAP_SIZE):
             gap[i] = 0.0
         call_gap(tables, address, c, work.ql, work.vl, gap)
-        N, _, _ = call_normal(tables, address, c, s * h, gap[0], gap[1], flow.z, work.z_between)
-        loss -= half * h * N * gap[1]
+        N, _, _ = call_normal(tables, address, c, s * h, gap[GAP], gap[GAP_RATE], flow.z, work.z_between)
+        loss -= half * h * N * gap[GAP_RATE]
     return loss
 
 

@@ -5,6 +5,7 @@ import math
 from flexmb.integrate.arrays import RUNNING
 from flexmb.integrate.landing import STEP, located
 from flexmb.kernels import compiled
+from flexmb.program.tables import COMMON_Z
 
 TURNS = 8
 """Trials of one step, at most, that look for a contact."""
@@ -73,7 +74,7 @@ def missed(begin, end, h, ratio, of_q, of_v, of_bend, flow, trial):
 def flying(tables, flow):
     """Whether there are contacts and none is closed."""
     for c in range(tables.contacts.kernel.shape[0]):
-        if flow.z[tables.contacts.z[c, 0]] != 0.0:
+        if flow.z[tables.contacts.z[c, COMMON_Z]] != 0.0:
             return False
     return tables.contacts.kernel.shape[0] > 0
 
@@ -123,7 +124,8 @@ def met(tables, address, code, h, options, flow, trial, work, record):
 @compiled
 def fits(options, flow, record):
     """Whether the contact that asks for less could have its impact with the smallest step: then it is only met late."""
-    return flow.impacts[record.count.contact - 1, STEP] >= options.h_min
+    contact = record.count.contact - 1
+    return flow.impacts[contact, STEP] >= options.h_min
 
 
 @compiled

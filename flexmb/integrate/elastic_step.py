@@ -13,8 +13,10 @@ Source: X. Chen, S. Jiang, Y. Deng, Q. Wang, Nonlinear Dynamics (2018), eqs (26)
 import math
 
 from flexmb.integrate.arrays import NOT_FINITE, RUNNING
-from flexmb.integrate.free import take_out_motions
-from flexmb.kernels import GAP_SIZE, compiled, part_of
+from flexmb.integrate.free import COS, SIN, take_out_motions
+from flexmb.kernels import compiled, part_of
+from flexmb.places import FRICTION_FORCE, NORMAL, NORMAL_FORCE, TANGENTIAL
+from flexmb.program.tables import BEGIN, END
 from flexmb.solve.lu import THRESHOLD, factor
 from flexmb.solve.substitute import solve, solve_two
 from flexmb.system.constraints import add_constraints
@@ -24,6 +26,9 @@ from flexmb.system.elements import call_element, call_force, factor_of, gather_s
 ELASTIC_SINGULAR, TOO_FAR = 30, 31
 """Codes of endings: a lost pivot of the elastic equations; displacements beyond what is linear."""
 
+(WHERE,) = range(1)
+"""Place in `Scratch.b` of the unknown that such a code is about."""
+
 
 @compiled
 def carry(el, q, v, a):
@@ -31,7 +36,7 @@ def carry(el, q, v, a):
     M, S = el.model, el.scratch
     for b in range(M.drawn.shape[0]):
         phi = q[3 * b + 2] - M.drawn[b]
-        S.cs[b, 0], S.cs[b, 1] = math.cos(phi), math.sin(phi)
+        S.cs[b, COS], S.cs[b, SIN] = math.cos(phi), math.sin(phi)
     for i in range(M.body.shape[0]):
         b, j = 3 * M.body[i], 3 * i
         c, s = math.cos(q[b + 2]), math.sin(q[b + 2])
@@ -50,7 +55,7 @@ def to_bodies(el, v, a, u, u1, u2, with_rigid):
     M, S, N = el.model, el.scratch, el.settings
     for i in range(M.body.shape[0]):
         b, j = M.body[i], 3 * i
-        c, s = S.cs[b, 0], S.cs[b, 1]
+        c, s = S.cs[b, COS], S.cs[b, SIN]
         w, alpha, seen = v[3 * b + 2] * N.printed, a[3 * b + 2] * N.printed, v[3 * b + 2] * (1.0 - N.printed)
         ax, ay, turn = u2[j], u2[j + 1], u2[j + 2]
         if with_rigid:
@@ -69,13 +74,13 @@ def subtract_forces(el, elastic, f):
     """f -= m X, and with `elastic` d Y + k Z, in the axes of the plane."""
     M, S = el.model, el.scratch
     for e in range(M.nodes.shape[0]):
-        i, j, b = 3 * M.nodes[e, 0], 3 * M.nodes[e, 1], M.body[M.nodes[e, 0]]
+        i, j, b = 3 * M.nodes[e, BEGIN], 3 * M.nodes[e, END], M.body[M.nodes[e, BEGIN]]
         x, y, turn = _row_sums(M.m[e], S.X, j)
         if elastic:
             dx, dy, dt = _row_sums(M.d[e], S.Y, j)
             kx, ky, kt = _row_sums(M.k[e], S.Z, j)
             x, y, turn = x + dx + kx, y + dy + ky, turn + dt + kt
-        c, s = S.cs[b, 0], S.cs[b, 1]
+        c, s = S.cs[b, COS], S.cs[b, SIN]
         f[i] -= c * x - s * y
         f[i + 1] -= s * x + c * y
         f[i + 2] -= turn
@@ -97,8 +102,8 @@ def add_blocks(el, h, v, a):
     M, S, N, values = el.model, el.scratch, el.settings, el.work.lu
     g, b4 = 0.5 * h, 0.25 * h * h
     for e in range(M.nodes.shape[0]):
-        b = M.body[M.nodes[e, 0]]
-        c, s = S.cs[b, 0], S.cs[b, 1]
+        b = M.body[M.nodes[e, BEGIN]]
+        c, s = S.cs[b, COS], S.cs[b, SIN]
         w, alpha, seen = v[3 * b + 2] * N.printed, a[3 * b + 2] * N.printed, v[3 * b + 2] * (1.0 - N.printed)
         p, r, o = 1.0 - b4 * w * w, -2.0 * w * g - alpha * b4, -b4 * seen
         x = _turned_row(M, e, 0, p, r, g, o, b4, c, s)
@@ -107,8 +112,8 @@ def add_blocks(el, h, v, a):
         at = part_of(M.places, 9 * e, 9 * e + 9)
         for k in range(3):
             values[at[k]] += c * x[k] - s * y[k]
-            values[at[3 + k]] += s * x[k] + c * y[k]
-            values[at[6 + k]] += z[k]
+            values[at[k + 3]] += s * x[k] + c * y[k]
+            values[at[k + 6]] += z[k]
 
 
 @compiled
@@ -125,15 +130,15 @@ def add_contact_forces(el, tables, work, q):
     """Forces of the twin's contacts, on the nodes that they act on; q : (n_t + 3,) coordinates of the twin."""
     S, J = el.scratch, work.contact_scratch
     for k in range(tables.contacts.kernel.shape[0]):
-        N, T = work.contact[k, GAP_SIZE], work.contact[k, GAP_SIZE + 1]
+        N, T = work.contact[k, NORMAL_FORCE], work.contact[k, FRICTION_FORCE]
         if N == 0.0 and T == 0.0:
             continue
         jacobians(work.contact[k], J)
         for end in range(2):
             there, here = tables.contacts.dofs[6 * k + 3 * end], el.whole.contacts.dofs[6 * k + 3 * end]
-            fx = N * J[0, 3 * end] + T * J[1, 3 * end]
-            fy = N * J[0, 3 * end + 1] + T * J[1, 3 * end + 1]
-            moment = N * J[0, 3 * end + 2] + T * J[1, 3 * end + 2]
+            fx = N * J[NORMAL, 3 * end] + T * J[TANGENTIAL, 3 * end]
+            fy = N * J[NORMAL, 3 * end + 1] + T * J[TANGENTIAL, 3 * end + 1]
+            moment = N * J[NORMAL, 3 * end + 2] + T * J[TANGENTIAL, 3 * end + 2]
             S.f[here] += fx
             S.f[here + 1] += fy
             S.f[here + 2] += moment + (q[there] - S.q[here]) * fy - (q[there + 1] - S.q[here + 1]) * fx
@@ -193,7 +198,7 @@ def elastic_step(el, tables, work, t, h, q, v, a):
     add_constraints(el.tables, el.address, t, h, S.q, S.v, S.lam, S.z, 0.0, 0.0, True, el.work)
     lost = factor(el.lu, el.work.lu, S.seen, THRESHOLD)
     if lost >= 0:
-        S.b[0] = lost
+        S.b[WHERE] = lost
         return ELASTIC_SINGULAR
     S.b[:] = 0.0
     if h > 0.0:
@@ -253,7 +258,7 @@ def checked(el, n):
         return NOT_FINITE
     for i in range(0, n, 3):
         if max(abs(el.trial.u[i]), abs(el.trial.u[i + 1])) > el.settings.far or abs(el.trial.u[i + 2]) > 1.0:
-            el.scratch.b[0] = i
+            el.scratch.b[WHERE] = i
             return TOO_FAR
     return RUNNING
 

@@ -8,6 +8,10 @@ along z = B w in the metric of the mass, z^T M U, so they carry no momentum in t
 import math
 
 from flexmb.kernels import compiled
+from flexmb.program.tables import BEGIN, END
+
+COS, SIN = range(2)
+"""Columns of `Scratch.cs`."""
 
 
 @compiled
@@ -95,7 +99,7 @@ def turned_arm(M, S, i):
     """From the twin's node to node i, in the axes of the plane."""
     b = M.body[i]
     c0, s0 = math.cos(M.drawn[b]), math.sin(M.drawn[b])
-    c, s = S.cs[b, 0] * c0 - S.cs[b, 1] * s0, S.cs[b, 1] * c0 + S.cs[b, 0] * s0
+    c, s = S.cs[b, COS] * c0 - S.cs[b, SIN] * s0, S.cs[b, SIN] * c0 + S.cs[b, COS] * s0
     return c * M.arm[i, 0] - s * M.arm[i, 1], s * M.arm[i, 0] + c * M.arm[i, 1]
 
 
@@ -155,8 +159,8 @@ def mass_times(el, x, out):
     for i in range(out.shape[0]):
         out[i] = 0.0
     for e in range(M.nodes.shape[0]):
-        i, j, b, m = 3 * M.nodes[e, 0], 3 * M.nodes[e, 1], M.body[M.nodes[e, 0]], M.m[e]
-        c, s = S.cs[b, 0], S.cs[b, 1]
+        i, j, b, m = 3 * M.nodes[e, BEGIN], 3 * M.nodes[e, END], M.body[M.nodes[e, BEGIN]], M.m[e]
+        c, s = S.cs[b, COS], S.cs[b, SIN]
         p, q, r = c * x[j] + s * x[j + 1], c * x[j + 1] - s * x[j], x[j + 2]
         X, Y = m[0] * p + m[1] * q + m[2] * r, m[3] * p + m[4] * q + m[5] * r
         out[i] += c * X - s * Y

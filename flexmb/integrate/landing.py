@@ -12,7 +12,8 @@ from flexmb.contact.onset import crossing, cubic
 from flexmb.integrate.arrays import ALL_KNOWN
 from flexmb.integrate.touch import APPROACH, LASTING_PHASE, START
 from flexmb.kernels import GAP_SIZE, compiled, part_of
-from flexmb.program.tables import GAP, GAP_RATE
+from flexmb.places import GAP, GAP_RATE
+from flexmb.program.tables import COMMON_Z, LAST_GAP, LAST_GAP_RATE
 from flexmb.system.contacts import call_gap, call_normal
 
 STEP, GAP_ACCELERATION, JUMPS = range(3)
@@ -65,7 +66,7 @@ def planned(tables, address, options, flow, trial, work):
         step = flow.impacts[c, STEP]
         if step == 0.0:
             continue
-        if flow.z[tables.contacts.z[c, 0]] != 0.0:
+        if flow.z[tables.contacts.z[c, COMMON_Z]] != 0.0:
             if struck(tables, c, flow, trial):
                 h = min(h, step)
             continue
@@ -91,8 +92,8 @@ def across(arrival, step):
 @compiled
 def foreseen(tables, c, flow):
     """Time until the open contact c closes and its approach speed then, (inf, 0) when it does not."""
-    k = tables.contacts.z[c, 0]
-    gap, rate, bend = flow.z[k + GAP], flow.z[k + GAP_RATE], flow.impacts[c, GAP_ACCELERATION]
+    k = tables.contacts.z[c, COMMON_Z]
+    gap, rate, bend = flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE], flow.impacts[c, GAP_ACCELERATION]
     square = rate * rate - 2.0 * bend * gap
     if square <= 0.0:
         return math.inf, 0.0
@@ -106,7 +107,7 @@ def foreseen(tables, c, flow):
 def struck(tables, c, flow, trial):
     """Whether the closed contact c is in an impact that needs its own steps."""
     lasted = flow.clock.t - flow.episodes[c, START]
-    impact = flow.z[tables.contacts.z[c, 0]] != LASTING_PHASE and flow.episodes[c, APPROACH] > slow(flow, trial)
+    impact = flow.z[tables.contacts.z[c, COMMON_Z]] != LASTING_PHASE and flow.episodes[c, APPROACH] > slow(flow, trial)
     return impact and lasted < LASTS * trial.bounds.impact_steps * flow.impacts[c, STEP]
 
 
@@ -132,14 +133,14 @@ def find_jump(tables, address, c, speed, flow, work):
 def measure(tables, address, c, trial, work, record):
     """Gap and gap rate of contact c in the trial state."""
     if record.count.known == ALL_KNOWN:
-        return work.contact[c, 0], work.contact[c, 1]
+        return work.contact[c, GAP], work.contact[c, GAP_RATE]
     dofs = part_of(tables.contacts.dofs, 6 * c, 6 * c + 6)
     for i in range(6):
         dof = dofs[i]
         work.ql[i], work.vl[i] = trial.q[dof], trial.v[dof]
     out = work.contact[c, :GAP_SIZE]
     call_gap(tables, address, c, work.ql, work.vl, out)
-    return out[0], out[1]
+    return out[GAP], out[GAP_RATE]
 
 
 @compiled
@@ -147,8 +148,8 @@ def located(tables, address, h, options, flow, trial, work, record):
     """The step to try instead of h so that contacts are met; h itself when it is good."""
     wanted = h
     for c in range(tables.contacts.kernel.shape[0]):
-        k = tables.contacts.z[c, 0]
-        gap0, rate0 = flow.z[k + GAP], flow.z[k + GAP_RATE]
+        k = tables.contacts.z[c, COMMON_Z]
+        gap0, rate0 = flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE]
         gap, rate = measure(tables, address, c, trial, work, record)
         own = h
         if gap0 > 0.0 >= gap:
@@ -277,9 +278,9 @@ def remember(tables, address, h, options, flow, trial, work):
     """
     anew = False
     for c in range(tables.contacts.kernel.shape[0]):
-        k = tables.contacts.z[c, 0]
-        gap0, rate0 = flow.z[k + GAP], flow.z[k + GAP_RATE]
-        gap, rate = work.contact[c, 0], work.contact[c, 1]
+        k = tables.contacts.z[c, COMMON_Z]
+        gap0, rate0 = flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE]
+        gap, rate = work.contact[c, GAP], work.contact[c, GAP_RATE]
         if gap > 0.0:
             flow.impacts[c, GAP_ACCELERATION] = (rate - rate0) / h if gap0 > 0.0 else 0.0
             if gap0 <= 0.0 and rate > slow(flow, trial):

@@ -17,14 +17,32 @@ from flexmb.integrate.arrays import (
     ENERGY_MADE,
     ENERGY_MISSING,
     NOT_FINITE,
+    PRESSED,
     RUNNING,
 )
 from flexmb.kernels import compiled, energy_at, part_of
+from flexmb.program.tables import BEGIN, END, GRIP_LAW
+from flexmb.system.work import (
+    DRIVE_FORCE,
+    GRIP_FORCE,
+    GRIP_SLIP,
+    LOSS_BEYOND,
+    LOSS_FRICTION,
+    LOSS_MEMORY,
+    LOSS_NORMAL,
+    MOTION,
+)
 
 KINETIC, STRAIN, GRAVITY, DRIVE, LOAD, CONTACT, FRICTION, DAMPING, ALGORITHM, RESIDUAL, TURNED = range(11)
 """Places in the ledger, in the order of the signals.  TURNED is half of the sum of all changes of all other accounts
 (each drive and contact for itself), steps taken one by one and without signs: what goes from one to another is counted
 in both."""
+
+MOVED, PUSHED = range(2)
+"""What the memory holds of a driven row: its motion and the force that drives it."""
+
+RUBBED, SLID = range(2)
+"""What it holds of a joint: friction force and slip."""
 
 MISSING, MISSING_IN_RUNGE_KUTTA = 0.01, 0.05
 """Largest residual, as part of the energy turned over or in motion or of all that was put in, of a run that is ok.
@@ -117,7 +135,8 @@ def _contacts(ledger, account, memory, work):
     """Losses by the laws along the path; what the linear forces took beyond them goes to the algorithm."""
     turned = 0.0
     for c in range(work.contact.shape[0]):
-        normal, friction, beyond = work.loss[c, 0], work.loss[c, 1], work.loss[c, 2]
+        loss = work.loss[c]
+        normal, friction, beyond = loss[LOSS_NORMAL], loss[LOSS_FRICTION], loss[LOSS_BEYOND]
         ledger[CONTACT] += normal
         ledger[FRICTION] += friction
         ledger[ALGORITHM] += beyond
@@ -126,7 +145,7 @@ def _contacts(ledger, account, memory, work):
         account.put_in += max(-friction, 0.0)  # a belt
         k = CONTACT_MEMORY * c
         for i in range(CONTACT_MEMORY):
-            memory[k + i] = work.loss[c, 3 + i]
+            memory[k + i] = loss[LOSS_MEMORY + i]
     account.through_contacts += turned
     return turned
 
@@ -137,12 +156,12 @@ def _drives(tables, h, k, ledger, memory, work):
     turned = 0.0
     for row in range(work.drive.shape[0]):
         if tables.constraints.motion[row] >= 0:
-            s, force = work.drive[row, 0], work.drive[row, 3]
+            s, force = work.drive[row, MOTION], work.drive[row, DRIVE_FORCE]
             if h > 0.0:
-                gain = 0.5 * (memory[k + 1] + force) * (s - memory[k])
+                gain = 0.5 * (memory[k + PUSHED] + force) * (s - memory[k + MOVED])
                 ledger[DRIVE] += gain
                 turned += abs(gain)
-            memory[k], memory[k + 1] = s, force
+            memory[k + MOVED], memory[k + PUSHED] = s, force
         k += 2
     return turned
 
@@ -152,12 +171,12 @@ def _joint_friction(tables, h, k, ledger, memory, work):
     """Friction in joints: mean force times mean slip."""
     turned = 0.0
     for c in range(work.grip.shape[0]):
-        if tables.constraints.grip[c, 0] >= 0:
-            T1, slip = work.grip[c, 0], work.grip[c, 1]
-            loss = -0.25 * h * (memory[k] + T1) * (memory[k + 1] + slip)
+        if tables.constraints.grip[c, GRIP_LAW] >= 0:
+            T1, slip = work.grip[c, GRIP_FORCE], work.grip[c, GRIP_SLIP]
+            loss = -0.25 * h * (memory[k + RUBBED] + T1) * (memory[k + SLID] + slip)
             ledger[FRICTION] += loss
             turned += abs(loss)
-            memory[k], memory[k + 1] = T1, slip
+            memory[k + RUBBED], memory[k + SLID] = T1, slip
         k += 2
     return turned
 
@@ -218,7 +237,9 @@ def _power(tables, address, t, e, way, less, q0, v0, q1, v1, work):
     for i in range(n):
         k = E.dofs[E.dof[e] + i]
         work.vl[i] = way * (q1[k] - q0[k]) - less * (v0[k] + v1[k])
-    _, _, power = energy_at(address.energy, E.energy[e])(tables.p[E.p[e, 0] : E.p[e, 1]], t, work.ql[:n], work.vl[:n])
+    _, _, power = energy_at(address.energy, E.energy[e])(
+        tables.p[E.p[e, BEGIN] : E.p[e, END]], t, work.ql[:n], work.vl[:n]
+    )
     return power
 
 
@@ -231,7 +252,7 @@ def _forces_times_size(tables, q, work):
         far_x, far_t = max(abs(place[0]), abs(place[1]), far_x), max(abs(place[2]), far_t)
         force, moment = force + (abs(Gl[0]) + abs(Gl[1])), moment + abs(Gl[2])
     for c in range(work.contact.shape[0]):
-        force += abs(work.loss[c, 3])
+        force += abs(work.loss[c, LOSS_MEMORY + PRESSED])
     for i in range(work.load.shape[0]):
         force += abs(work.load[i])
     return force * far_x + moment * far_t

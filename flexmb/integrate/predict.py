@@ -9,6 +9,7 @@ import math
 
 from flexmb.integrate.arrays import PAST_STATES
 from flexmb.kernels import compiled
+from flexmb.program.tables import COMMON_Z
 from flexmb.solve.substitute import solve
 
 FADING = 0.5
@@ -136,7 +137,7 @@ def look_back(tables, h, length, flow, trial, work):
 def phase_changed(tables, flow, work):
     """Whether a contact opened or closed."""
     for c in range(tables.contacts.kernel.shape[0]):
-        k = tables.contacts.z[c, 0]
+        k = tables.contacts.z[c, COMMON_Z]
         if (flow.z[k] == 0.0) != (work.z_new[k] == 0.0):
             return True
     return False

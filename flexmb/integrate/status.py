@@ -31,7 +31,7 @@ from flexmb.integrate.ledger import (
     turned_over,
 )
 from flexmb.program.program import Program
-from flexmb.program.tables import GAP, GAP_RATE
+from flexmb.program.tables import COMMON_Z, LAST_GAP, LAST_GAP_RATE
 
 FINER = "Try a smaller step, or step=Adaptive(...) with a smaller rtol, so that impacts and vibrations are resolved."
 
@@ -96,15 +96,16 @@ def refused(program: Program, flow: Flow, trial: Trial, record: RunRecord) -> tu
         why = f"the impact of {_seen(program, flow, met)} needs steps of {needed:.3g} s"
         return why, ", fewer impact_steps, or a softer contact"
     why = f"the error of the step was too large, or Newton did not converge{_worst(program, flow, trial)}"
-    closed = any(flow.z[k] > 0.0 for k in program.tables.contacts.z[:, 0])
+    closed = any(flow.z[k] > 0.0 for k in program.tables.contacts.z[:, COMMON_Z])
     jump = ", or a contact law without a jump at the touch (KelvinVoigt: a ramp; friction: v0 > 0)" if closed else ""
     return why, f", or a larger rtol and atol{jump}"
 
 
 def _seen(program: Program, flow: Flow, contact: int) -> str:
     """A contact with its gap and gap rate at the last good step."""
-    k = program.tables.contacts.z[contact, 0]
-    return f"{program.names.contacts[contact]!r} (gap {flow.z[k + GAP]:.3g} m, gap rate {flow.z[k + GAP_RATE]:.3g} m/s)"
+    k = program.tables.contacts.z[contact, COMMON_Z]
+    gap, rate = flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE]
+    return f"{program.names.contacts[contact]!r} (gap {gap:.3g} m, gap rate {rate:.3g} m/s)"
 
 
 def not_unique(program: Program, trial: Trial, record: RunRecord) -> str:
@@ -155,7 +156,7 @@ def _worst(program: Program, flow: Flow, trial: Trial) -> str:
     """The coordinate that moved most in the last Newton correction, and the contacts that are closed."""
     d = np.abs(trial.d[: program.n_q])
     name = program.names.coordinates[int(np.argmax(np.where(np.isfinite(d), d, np.inf)))]
-    phases = program.tables.contacts.z[:, 0]
+    phases = program.tables.contacts.z[:, COMMON_Z]
     closed = [_seen(program, flow, c) for c, k in enumerate(phases) if flow.z[k] > 0.0]
     touching = f"; in contact: {', '.join(closed)}" if closed else ""
     return f"; largest at {name!r}{touching}"

@@ -31,10 +31,12 @@ from flexmb.integrate.arrays import GEAR_GUPTA_LEIMKUHLER, POSITION, RUNNING, VE
 from flexmb.integrate.landing import STEP, slow
 from flexmb.integrate.loop import advance
 from flexmb.kernels import compiled, copy
-from flexmb.program.tables import GAP_RATE
+from flexmb.program.tables import COMMON_Z, LAST_GAP, LAST_GAP_RATE, PHASE
 from flexmb.solve.lu import HOLD, THRESHOLD, factor
 from flexmb.solve.substitute import solve
 from flexmb.system.tangent import (
+    ACCELERATION,
+    SPEED,
     by_rates,
     find_rates,
     find_turning,
@@ -113,11 +115,16 @@ def shifted(T):
 def meeting(tables, flow, trial, T):
     """Whether a contact began in the step whose onset the steps were laid by; T.shift makes its gaps all alike."""
     for c in range(tables.contacts.kernel.shape[0]):
-        k = tables.contacts.z[c, 0]
-        rate = T.z0[k + GAP_RATE]
-        if T.z0[k] == 0.0 and flow.z[k] != 0.0 and T.impacts[c, STEP] > 0.0 and -rate > slow(flow, trial):
+        k = tables.contacts.z[c, COMMON_Z]
+        rate = T.z0[k + LAST_GAP_RATE]
+        if (
+            T.z0[k + PHASE] == 0.0
+            and flow.z[k + PHASE] != 0.0
+            and T.impacts[c, STEP] > 0.0
+            and -rate > slow(flow, trial)
+        ):
             for j in range(T.shift.shape[0]):
-                T.shift[j] = -T.z[j, k + 2] / rate
+                T.shift[j] = -T.z[j, k + LAST_GAP] / rate
             return True
     return False
 
@@ -178,7 +185,7 @@ def solve_for(tables, lu, kv, options, j, T, work):
             T.b[i] += T.F[j, i] - T.tau[j] * T.rt[i]
         if form != VELOCITY:
             for i in range(m):
-                T.b[n + i] = T.tau[j] * T.moving[0, i]
+                T.b[n + i] = T.tau[j] * T.moving[SPEED, i]
         solve(lu, work.lu, T.b, T.d, T.y)
         change, size = 0.0, 0.0
         for i in range(n):
@@ -213,7 +220,7 @@ def add_rates(C, n, kv, factor, j, T, work):
         for i in range(C.row[c + 1] - C.row[c]):
             row = C.row[c] + i
             rate = rows_times(C, c, work.G, T.X[j], i) + rows_times(C, c, T.W, T.r, i)
-            T.b[n + row] += factor * (rate + tau * (kv * T.moving[0, row] - T.moving[1, row]))
+            T.b[n + row] += factor * (rate + tau * (kv * T.moving[SPEED, row] - T.moving[ACCELERATION, row]))
 
 
 @compiled

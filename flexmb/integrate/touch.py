@@ -9,10 +9,25 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.contact.onset import crossing, cubic
-from flexmb.integrate.arrays import CONTACT_MEMORY, EPISODE, EPISODE_ROW, NEVER, Flow, RunRecord
-from flexmb.kernels import GAP_SIZE, compiled
+from flexmb.integrate.arrays import CONTACT_MEMORY, EPISODE, EPISODE_ROW, NEVER, PRESSED, Flow, RunRecord
+from flexmb.kernels import compiled
+from flexmb.places import GAP, GAP_RATE, NORMAL_FORCE
 from flexmb.program.program import Program
-from flexmb.program.tables import CONTACT_COMMON, GAP, GAP_RATE, ONSET_TIME, Addresses, Tables
+from flexmb.program.tables import (
+    COMMON_Z,
+    CONTACT_COMMON,
+    LAST_FORCE,
+    LAST_GAP,
+    LAST_GAP_RATE,
+    NORMAL_LAW,
+    NORMAL_P,
+    NORMAL_P_END,
+    ONSET_TIME,
+    PHASE,
+    Addresses,
+    Tables,
+)
+from flexmb.system.work import LOSS_FRICTION, LOSS_NORMAL
 
 START, APPROACH, IMPULSE, PEAK_FORCE, PEAK_DEPTH, CONTACT_LOSS, FRICTION_LOSS = range(7)
 """Columns of `Flow.episodes`: start [s], approach speed [m/s], impulse [N s], largest force [N] and depth [m], losses
@@ -42,18 +57,20 @@ def follow_contacts(tables, h, options, flow, work, record):
     """
     K = tables.contacts
     for c in range(K.kernel.shape[0]):
-        k = K.z[c, 0]
-        before, now = flow.z[k], work.z_new[k]
+        k = K.z[c, COMMON_Z]
+        before, now = flow.z[k + PHASE], work.z_new[k + PHASE]
         if before == 0.0 and now == 0.0:
             continue
-        gap, rate, N = work.contact[c, 0], work.contact[c, 1], work.contact[c, GAP_SIZE]
+        gap, rate, N = work.contact[c, GAP], work.contact[c, GAP_RATE], work.contact[c, NORMAL_FORCE]
         if before == 0.0:
             flow.episodes[c, START] = work.z_new[k + ONSET_TIME]
-            flow.episodes[c, APPROACH] = speed_at_crossing(h, flow.z[k + GAP], flow.z[k + GAP_RATE], gap, rate)
+            flow.episodes[c, APPROACH] = speed_at_crossing(
+                h, flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE], gap, rate
+            )
         m, depth = CONTACT_MEMORY * c, max(-gap, 0.0)
-        flow.episodes[c, IMPULSE] += 0.5 * h * (flow.memory[m] + N)
-        flow.episodes[c, CONTACT_LOSS] += work.loss[c, 0]
-        flow.episodes[c, FRICTION_LOSS] += work.loss[c, 1]
+        flow.episodes[c, IMPULSE] += 0.5 * h * (flow.memory[m + PRESSED] + N)
+        flow.episodes[c, CONTACT_LOSS] += work.loss[c, LOSS_NORMAL]
+        flow.episodes[c, FRICTION_LOSS] += work.loss[c, LOSS_FRICTION]
         flow.episodes[c, PEAK_FORCE] = max(flow.episodes[c, PEAK_FORCE], N)
         flow.episodes[c, PEAK_DEPTH] = max(flow.episodes[c, PEAK_DEPTH], depth)
         if now == 0.0:
@@ -77,7 +94,7 @@ def speed_at_crossing(h, gap0, rate0, gap1, rate1):
 def write_down(c, h, phase, gap, rate, k, flow, record):
     """One row of the buffer for the episode of contact c, which ended in this step; k : place of its history."""
     row = record.count.episodes
-    gap0, rate0 = flow.z[k + GAP], flow.z[k + GAP_RATE]
+    gap0, rate0 = flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE]
     s = crossing(h, -gap0, -rate0, -gap, -rate)
     _, slope = cubic(s, h, gap0, rate0, gap, rate)
     record.episodes[row, CONTACT] = c
@@ -107,8 +124,10 @@ def close_what_touches(program: Program, z: np.ndarray, flow: Flow) -> None:
     flow : the start state; its histories are changed.
     """
     K, laws = program.tables.contacts, program.kernels[Addresses._fields.index("normal")]
-    for kernel, p, (begin, normal, end, _) in zip(K.kernel[:, 1], K.p[:, 2:4], K.z, strict=True):
-        gap, rate = flow.z[begin + 2], flow.z[begin + 4]
+    for kernel, p, (begin, normal, end, _) in zip(
+        K.kernel[:, NORMAL_LAW], K.p[:, NORMAL_P : NORMAL_P_END + 1], K.z, strict=True
+    ):
+        gap, rate = flow.z[begin + LAST_GAP], flow.z[begin + LAST_GAP_RATE]
         if 0.0 < gap <= TOUCHES * program.length:
             N, _, _ = laws[kernel].dispatcher(
                 program.tables.p[slice(*p)], 0.0, 0.0, rate, z[normal:end], flow.z[normal:end]
@@ -118,12 +137,12 @@ def close_what_touches(program: Program, z: np.ndarray, flow: Flow) -> None:
 
 def touching_from_the_start(tables: Tables, flow: Flow) -> None:
     """Begin episodes of the contacts that are closed in a state whose past is not known: their start is NaN."""
-    z, first = flow.z, tables.contacts.z[:, 0]
-    closed = z[first] != 0.0
+    z, first = flow.z, tables.contacts.z[:, COMMON_Z]
+    closed = z[first + PHASE] != 0.0
     flow.episodes[:] = 0.0
     flow.episodes[closed, START] = flow.episodes[closed, APPROACH] = np.nan
-    flow.episodes[closed, PEAK_FORCE] = z[first[closed] + 3]
-    flow.episodes[closed, PEAK_DEPTH] = np.maximum(-z[first[closed] + 2], 0.0)
+    flow.episodes[closed, PEAK_FORCE] = z[first[closed] + LAST_FORCE]
+    flow.episodes[closed, PEAK_DEPTH] = np.maximum(-z[first[closed] + LAST_GAP], 0.0)
 
 
 def taken_out(record: RunRecord) -> np.ndarray:
@@ -135,7 +154,7 @@ def taken_out(record: RunRecord) -> np.ndarray:
 
 def still_running(tables: Tables, flow: Flow) -> np.ndarray:
     """Rows of the episodes that have not ended: end and separation speed are NaN, the rest is what it is so far."""
-    phase = flow.z[tables.contacts.z[:, 0]]
+    phase = flow.z[tables.contacts.z[:, COMMON_Z] + PHASE]
     running = np.flatnonzero(phase != 0.0)
     rows = np.full((len(running), EPISODE_ROW), np.nan)
     rows[:, CONTACT] = running

@@ -14,18 +14,24 @@ from flexmb.joints.revolute import coincidence_piece, drawn_angle
 from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel, signal_kernel
 from flexmb.model.part import Joint
 from flexmb.model.pieces import ElementPiece, Piece, SignalPiece
+from flexmb.places import packed
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
 
 Pair = float | tuple[float, float]
 
+STIFFNESS_X, STIFFNESS_Y, TORSION, DAMPING_X, DAMPING_Y, TORSION_DAMPING = range(6)
+AXIS_X, AXIS_Y, OFFSET1_X, OFFSET1_Y, OFFSET2_X, OFFSET2_Y, ANGLE, CHOSEN = range(6, 14)
+"""What p holds: laws along both axes and of the rotation; direction of the first axis, the points in the frames of
+their nodes, rotation without moment; of a signal, which one it is."""
+
 
 @compiled
 def along_axis(p, q, first):
     """`direction` for the first axis of the bushing, or for the second."""
-    mx, my = (p[6], p[7]) if first else (-p[7], p[6])
-    return direction(mx, my, p[8], p[9], p[10], p[11], q)
+    mx, my = (p[AXIS_X], p[AXIS_Y]) if first else (-p[AXIS_Y], p[AXIS_X])
+    return direction(mx, my, p[OFFSET1_X], p[OFFSET1_Y], p[OFFSET2_X], p[OFFSET2_Y], q)
 
 
 @compiled
@@ -33,11 +39,11 @@ def put_force(p, q, v, r):
     """r (6,) alone; it must be zero before."""
     for first in (True, False):
         i = 0 if first else 1
-        d, J = along_axis(p, q, first)[:2]
-        f = p[i] * d + p[3 + i] * dot(J, v)
+        d, J, _, _, _, _ = along_axis(p, q, first)
+        f = p[STIFFNESS_X + i] * d + p[DAMPING_X + i] * dot(J, v)
         for m in range(6):
             r[m] += f * J[m]
-    moment = p[2] * (q[5] - q[2] - p[12]) + p[5] * (v[5] - v[2])
+    moment = p[TORSION] * (q[5] - q[2] - p[ANGLE]) + p[TORSION_DAMPING] * (v[5] - v[2])
     r[2] -= moment
     r[5] += moment
 
@@ -50,15 +56,15 @@ def bushing_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
         i = 0 if first else 1
         d, J, nx, ny, far, near = along_axis(p, q, first)
         Jv = curvature_times(nx, ny, far, near, v)
-        f = p[i] * d + p[3 + i] * dot(J, v)
+        f = p[STIFFNESS_X + i] * d + p[DAMPING_X + i] * dot(J, v)
         for m in range(6):
             for n in range(6):
-                K[m, n] += J[m] * (p[i] * J[n] + p[3 + i] * Jv[n])
-                C[m, n] += J[m] * p[3 + i] * J[n]
+                K[m, n] += J[m] * (p[STIFFNESS_X + i] * J[n] + p[DAMPING_X + i] * Jv[n])
+                C[m, n] += J[m] * p[DAMPING_X + i] * J[n]
         add_curvature(f, nx, ny, far, near, K)
     for m, n, sign in ((2, 2, 1.0), (5, 5, 1.0), (2, 5, -1.0), (5, 2, -1.0)):
-        K[m, n] += sign * p[2]
-        C[m, n] += sign * p[5]
+        K[m, n] += sign * p[TORSION]
+        C[m, n] += sign * p[TORSION_DAMPING]
 
 
 @force_kernel
@@ -70,12 +76,12 @@ def bushing_force(p, t, h, q, v, a, z, r, z_new):
 @compiled
 def energies(p, q, v):
     """Strain energy, no weight, power of damping."""
-    x, Jx = along_axis(p, q, True)[:2]
-    y, Jy = along_axis(p, q, False)[:2]
-    turn, rate = q[5] - q[2] - p[12], v[5] - v[2]
-    strain = 0.5 * (p[0] * x * x + p[1] * y * y + p[2] * turn * turn)
+    x, Jx, _, _, _, _ = along_axis(p, q, True)
+    y, Jy, _, _, _, _ = along_axis(p, q, False)
+    turn, rate = q[5] - q[2] - p[ANGLE], v[5] - v[2]
+    strain = 0.5 * (p[STIFFNESS_X] * x * x + p[STIFFNESS_Y] * y * y + p[TORSION] * turn * turn)
     vx, vy = dot(Jx, v), dot(Jy, v)
-    return strain, 0.0, p[3] * vx * vx + p[4] * vy * vy + p[5] * rate * rate
+    return strain, 0.0, p[DAMPING_X] * vx * vx + p[DAMPING_Y] * vy * vy + p[TORSION_DAMPING] * rate * rate
 
 
 @account_kernel
@@ -93,16 +99,16 @@ def bushing_energy(p, t, q, v):
 
 @signal_kernel
 def bushing_signal(p, t, q, v, a):
-    """p[13] chooses: 0 dx, 1 dy, 2 rotation, 3 fx, 4 fy, 5 force, 6 moment; forces act on the second body."""
-    which = int(p[13])
-    x, Jx = along_axis(p, q, True)[:2]
-    y, Jy = along_axis(p, q, False)[:2]
-    turn = q[5] - q[2] - p[12]
+    """`CHOSEN`: 0 dx, 1 dy, 2 rotation, 3 fx, 4 fy, 5 force, 6 moment; forces act on the second body."""
+    which = int(p[CHOSEN])
+    x, Jx, _, _, _, _ = along_axis(p, q, True)
+    y, Jy, _, _, _, _ = along_axis(p, q, False)
+    turn = q[5] - q[2] - p[ANGLE]
     if which < 3:
         return x if which == 0 else (y if which == 1 else turn)
     if which == 6:
-        return -p[2] * turn - p[5] * (v[5] - v[2])
-    f, g = p[0] * x + p[3] * dot(Jx, v), p[1] * y + p[4] * dot(Jy, v)
+        return -p[TORSION] * turn - p[TORSION_DAMPING] * (v[5] - v[2])
+    f, g = p[STIFFNESS_X] * x + p[DAMPING_X] * dot(Jx, v), p[STIFFNESS_Y] * y + p[DAMPING_Y] * dot(Jy, v)
     fx, fy = -f * Jx[3] - g * Jy[3], -f * Jx[4] - g * Jy[4]
     return fx if which == 3 else (fy if which == 4 else math.sqrt(fx * fx + fy * fy))
 
@@ -172,10 +178,15 @@ class Bushing(Joint):
         first, second = ends = self.ends(mechanism)
         coordinates = (*first.coordinates, *second.coordinates)
         angle = math.atan2(self.along[1], self.along[0]) - mechanism.body(first.part).node(first.node).theta
-        laws = (*self.stiffness, self.torsion, *self.damping, self.torsion_damping)  # type: ignore[misc]
-        p = (*laws, math.cos(angle), math.sin(angle), *first.offset, *second.offset, drawn_angle(mechanism, ends))
+        (kx, ky), (cx, cy) = self.stiffness, self.damping  # type: ignore[misc]
+        (x1, y1), (x2, y2) = first.offset, second.offset
+        numbers = {STIFFNESS_X: kx, STIFFNESS_Y: ky, TORSION: self.torsion}
+        numbers |= {DAMPING_X: cx, DAMPING_Y: cy, TORSION_DAMPING: self.torsion_damping}
+        numbers |= {AXIS_X: math.cos(angle), AXIS_Y: math.sin(angle), ANGLE: drawn_angle(mechanism, ends)}
+        numbers |= {OFFSET1_X: x1, OFFSET1_Y: y1, OFFSET2_X: x2, OFFSET2_Y: y2}
+        p = packed(numbers)
         signals = [
-            SignalPiece(self.name, name, unit, bushing_signal, coordinates, (*p, float(k)))
+            SignalPiece(self.name, name, unit, bushing_signal, coordinates, packed({**numbers, CHOSEN: float(k)}))
             for k, (name, unit) in enumerate(SIGNALS)
         ]
         short = {"force": bushing_force, "account": bushing_account}

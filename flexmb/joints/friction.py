@@ -9,6 +9,7 @@ from flexmb.errors import InputError
 from flexmb.joints.direction import add_curvature, direction
 from flexmb.kernels import grip_kernel
 from flexmb.model.law import FrictionLaw
+from flexmb.places import LOAD, LOAD_BY_LAM, SLIDING
 
 
 @grip_kernel
@@ -16,10 +17,12 @@ def journal_grip(p, q, lam, out, H):
     """Pin of radius R: N = |force| + preload, slip = R (omega2 - omega1)."""
     R, preload = p
     F = math.sqrt(lam[0] * lam[0] + lam[1] * lam[1])
-    out[0] = F + preload
+    out[LOAD] = F + preload
     if F > 0.0:
-        out[1], out[2] = lam[0] / F, lam[1] / F
-    out[6], out[9] = -R, R
+        for i in range(2):
+            out[LOAD_BY_LAM + i] = lam[i] / F
+    for theta, arm in ((2, -R), (5, R)):
+        out[SLIDING + theta] = arm
 
 
 @grip_kernel
@@ -28,14 +31,14 @@ def guide_grip(p, q, lam, out, H):
     ux, uy, s1x, s1y, s2x, s2y, length, preload = p
     across, couple = abs(lam[0]), 2.0 * abs(lam[1]) / length
     if across >= couple:
-        out[0] = across + preload
-        out[1] = 1.0 if lam[0] > 0.0 else (-1.0 if lam[0] < 0.0 else 0.0)
+        row, load, by_lam = 0, across, 1.0 if lam[0] > 0.0 else (-1.0 if lam[0] < 0.0 else 0.0)
     else:
-        out[0] = couple + preload
-        out[2] = math.copysign(2.0 / length, lam[1])
+        row, load, by_lam = 1, couple, math.copysign(2.0 / length, lam[1])
+    out[LOAD] = load + preload
+    out[LOAD_BY_LAM + row] = by_lam
     _, J, nx, ny, far, near = direction(ux, uy, s1x, s1y, s2x, s2y, q)
     for j in range(6):
-        out[4 + j] = J[j]
+        out[SLIDING + j] = J[j]
     add_curvature(1.0, nx, ny, far, near, H)
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from flexmb import checks
 from flexmb.contact.friction.frictionless import Frictionless
 from flexmb.errors import InputError
-from flexmb.joints.contact_point import put_column, put_point
+from flexmb.joints.contact_point import put_column, put_eccentricity, put_point
 from flexmb.joints.direction import direction
 from flexmb.joints.prismatic import direction_row
 from flexmb.joints.revolute_clearance import check_laws
@@ -34,7 +34,8 @@ def slot_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
 def slot_travel(p, t, q, v, a):
     """How far the pin is along the slot."""
     ux, uy, s1x, s1y, s2x, s2y = p
-    return direction(ux, uy, s1x, s1y, s2x, s2y, q)[0]
+    travel, _, _, _, _, _ = direction(ux, uy, s1x, s1y, s2x, s2y, q)
+    return travel
 
 
 @gap_kernel
@@ -63,9 +64,9 @@ def slot_gap_kernel(p, q, v, out):
     ahead = radius + 0.5 * (c + size) - size  # from the pin's centre to the contact point
     X, Y = q[3] + bx + ahead * nx, q[4] + by + ahead * ny
     put_point(out, q, v, c - size, nx, ny, X, Y)
-    out[9], out[10] = (size * nx, size * ny) if side else (ex, ey)
     vx, vy = v[3] - v[5] * by - v[0] + v[2] * ay, v[4] + v[5] * bx - v[1] - v[2] * ax
-    out[11], out[12] = vx, vy
+    wx, wy = (size * nx, size * ny) if side else (ex, ey)
+    put_eccentricity(out, wx, wy, vx, vy)
     for j in range(6):
         # column j of the pin's centre, and of its way from the middle of the slot, or of the round end
         gx, gy, Xq, Yq = 0.0, 0.0, 0.0, 0.0

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from flexmb import checks
 from flexmb.contact.friction.frictionless import Frictionless
 from flexmb.errors import InputError
-from flexmb.joints.contact_point import put_column, put_point
+from flexmb.joints.contact_point import put_column, put_eccentricity, put_point
 from flexmb.joints.prismatic import Guide
 from flexmb.joints.revolute_clearance import check_laws
 from flexmb.kernels import compiled, gap_kernel, signal_kernel
@@ -39,9 +39,9 @@ def corner_gap_kernel(p, q, v, out):
     X, Y = q[3] + bx, q[4] + by
     ex, ey = X - q[0] - c1 * s1x + d1 * s1y, Y - q[1] - d1 * s1x - c1 * s1y
     put_point(out, q, v, c + half - nx * ex - ny * ey, nx, ny, X, Y)
-    out[9], out[10] = ex, ey
-    out[11] = v[3] - v[5] * by - v[0] + v[2] * (d1 * s1x + c1 * s1y)
-    out[12] = v[4] + v[5] * bx - v[1] - v[2] * (c1 * s1x - d1 * s1y)
+    vex = v[3] - v[5] * by - v[0] + v[2] * (d1 * s1x + c1 * s1y)
+    vey = v[4] + v[5] * bx - v[1] - v[2] * (c1 * s1x - d1 * s1y)
+    put_eccentricity(out, ex, ey, vex, vey)
     for j in range(6):
         put_column(out, j, 0.0, 0.0, 0.0, 0.0)
     put_column(out, 2, -ny, nx, 0.0, 0.0)
@@ -51,9 +51,8 @@ def corner_gap_kernel(p, q, v, out):
 
 
 @compiled
-def pose_in_guide(p, q):
-    """Travel, offset across the guide and tilt of the slider's centre; p = (mx, my, s1x, s1y, s2x, s2y, angle, ...)."""
-    mx, my, s1x, s1y, s2x, s2y, angle = p[0], p[1], p[2], p[3], p[4], p[5], p[6]
+def pose_in_guide(mx, my, s1x, s1y, s2x, s2y, angle, q):
+    """Travel, offset across the guide and tilt of the slider's centre."""
     c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
     ex = q[3] + c2 * s2x - d2 * s2y - q[0] - c1 * s1x + d1 * s1y
     ey = q[4] + d2 * s2x + c2 * s2y - q[1] - d1 * s1x - c1 * s1y
@@ -63,12 +62,12 @@ def pose_in_guide(p, q):
 
 @signal_kernel
 def slider_signal(p, t, q, v, a):
-    """p[10] chooses: 0 travel, 1 offset, 2 tilt, 3 mode (0 free, 1 one corner, 2 two across, 3 face, 4 more)."""
-    travel, offset, tilt = pose_in_guide(p, q)
-    which = int(p[10])
+    """`chosen`: 0 travel, 1 offset, 2 tilt, 3 mode (0 free, 1 one corner, 2 two across, 3 face, 4 more)."""
+    mx, my, s1x, s1y, s2x, s2y, angle, c, length, height, chosen = p
+    travel, offset, tilt = pose_in_guide(mx, my, s1x, s1y, s2x, s2y, angle, q)
+    which = int(chosen)
     if which < 3:
         return travel if which == 0 else (offset if which == 1 else tilt)
-    c, length, height = p[7], p[8], p[9]
     upper, lower = 0, 0
     for along in (-1.0, 1.0):
         rise = offset + along * length * math.sin(tilt)

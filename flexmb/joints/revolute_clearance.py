@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING
 from flexmb import checks
 from flexmb.contact.friction.frictionless import Frictionless
 from flexmb.errors import InputError
-from flexmb.joints.contact_point import put_column
+from flexmb.joints.contact_point import put_arms, put_column, put_eccentricity
 from flexmb.joints.revolute import coincide
 from flexmb.kernels import constraint_kernel, gap_kernel
 from flexmb.model.law import FrictionLaw, NormalLaw
 from flexmb.model.part import GROUND, Joint
 from flexmb.model.pieces import ConstraintPiece, ContactPiece, Piece
+from flexmb.places import GAP, GAP_RATE, SLIP
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -41,12 +42,12 @@ def journal_gap_kernel(p, q, v, out):
     radius = R1 + 0.5 * (size - c)
     r1x, r1y = ax + radius * nx, ay + radius * ny  # from node 1 to the contact point
     r2x, r2y = r1x + q[0] - q[3], r1y + q[1] - q[4]
-    out[0] = c - size
-    out[1] = -(nx * vex + ny * vey)
+    out[GAP] = c - size
+    out[GAP_RATE] = -(nx * vex + ny * vey)
     ux, uy = v[3] - v[5] * r2y - v[0] + v[2] * r1y, v[4] + v[5] * r2x - v[1] - v[2] * r1x
-    out[2] = -ny * ux + nx * uy
-    out[3], out[4], out[5], out[6], out[7], out[8] = nx, ny, r1x, r1y, r2x, r2y
-    out[9], out[10], out[11], out[12] = ex, ey, vex, vey
+    out[SLIP] = -ny * ux + nx * uy
+    put_arms(out, nx, ny, r1x, r1y, r2x, r2y)
+    put_eccentricity(out, ex, ey, vex, vey)
     for j in range(6):
         # de/dq, column j
         gx, gy = 0.0, 0.0

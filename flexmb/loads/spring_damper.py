@@ -12,17 +12,22 @@ from flexmb.errors import InputError
 from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel
 from flexmb.model.part import Part
 from flexmb.model.pieces import ElementPiece, Piece
+from flexmb.places import packed
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
+
+STIFFNESS, DAMPING, FREE_LENGTH, OFFSET1_X, OFFSET1_Y, OFFSET2_X, OFFSET2_Y = range(7)
+"""What p holds: k, d, l0, and the points in the frames of their nodes."""
 
 
 @compiled
 def arms(p, q):
     """Vectors from the nodes to the points, and from the first point to the second."""
     c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
-    ax, ay = c1 * p[3] - d1 * p[4], d1 * p[3] + c1 * p[4]
-    bx, by = c2 * p[5] - d2 * p[6], d2 * p[5] + c2 * p[6]
+    s1x, s1y, s2x, s2y = p[OFFSET1_X], p[OFFSET1_Y], p[OFFSET2_X], p[OFFSET2_Y]
+    ax, ay = c1 * s1x - d1 * s1y, d1 * s1x + c1 * s1y
+    bx, by = c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y
     return ax, ay, bx, by, q[3] + bx - q[0] - ax, q[4] + by - q[1] - ay
 
 
@@ -41,14 +46,14 @@ def stretched(p, q, v):
 @compiled
 def energies(p, l, rate):
     """Energy of the spring, no weight, power of the damper."""
-    return 0.5 * p[0] * (l - p[2]) ** 2, 0.0, p[1] * rate * rate
+    return 0.5 * p[STIFFNESS] * (l - p[FREE_LENGTH]) ** 2, 0.0, p[DAMPING] * rate * rate
 
 
 @compiled
 def put_force(p, q, v, r):
     """r (6,); length and its rate."""
     l, rate, nx, ny, ax, ay, bx, by = stretched(p, q, v)
-    F = p[0] * (l - p[2]) + p[1] * rate
+    F = p[STIFFNESS] * (l - p[FREE_LENGTH]) + p[DAMPING] * rate
     r[0], r[1], r[2] = -F * nx, -F * ny, F * (nx * ay - ny * ax)
     r[3], r[4], r[5] = F * nx, F * ny, F * (ny * bx - nx * by)
     return l, rate
@@ -57,7 +62,7 @@ def put_force(p, q, v, r):
 @element_kernel
 def spring_damper_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     """F = k (l - l0) + d l_dot along the line of the points; q (6,)."""
-    k, d, l0 = p[0], p[1], p[2]
+    k, d, l0 = p[STIFFNESS], p[DAMPING], p[FREE_LENGTH]
     l, rate, nx, ny, ax, ay, bx, by = stretched(p, q, v)
     if l == 0.0:
         return  # no direction: no force
@@ -105,7 +110,7 @@ def spring_damper_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
 @energy_kernel
 def spring_damper_energy(p, t, q, v):
     """Energy of the spring, power of the damper."""
-    l, rate = stretched(p, q, v)[:2]
+    l, rate, _, _, _, _, _, _ = stretched(p, q, v)
     return energies(p, l, rate)
 
 
@@ -153,7 +158,9 @@ class SpringDamper(Part):
         first = mechanism.body(self.first.name, self.label).attach(self.label, self.at)
         second = mechanism.body(self.second.name, self.label).attach(self.label, self.to)
         length = planar.distance(self.at, self.to) if self.free_length is None else self.free_length
-        p = (self.stiffness, self.damping, length, *first.offset, *second.offset)
+        (x1, y1), (x2, y2) = first.offset, second.offset
+        laws = {STIFFNESS: self.stiffness, DAMPING: self.damping, FREE_LENGTH: length}
+        p = packed({**laws, OFFSET1_X: x1, OFFSET1_Y: y1, OFFSET2_X: x2, OFFSET2_Y: y2})
         coordinates = (*first.coordinates, *second.coordinates)
         short = {"force": spring_damper_force, "account": spring_damper_account}
         return [ElementPiece(self.name, spring_damper_kernel, coordinates, p, energy=spring_damper_energy, **short)]

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 @element_kernel
 def torque_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     """Torque on one theta."""
-    r[0] = -p[0]
+    (torque,) = p
+    r[0] = -torque
 
 
 @dataclass(frozen=True)

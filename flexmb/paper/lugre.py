@@ -9,6 +9,9 @@ from flexmb.contact.friction.creep import static_not_below_kinetic
 from flexmb.kernels import friction_law
 from flexmb.model.law import FrictionLaw
 
+(DEFLECTION,) = range(1)
+"""The history: deflection of the bristles."""
+
 
 @friction_law
 def load_scaled_lugre_kernel(p, h, slip, N, z, z_new):
@@ -18,12 +21,12 @@ def load_scaled_lugre_kernel(p, h, slip, N, z, z_new):
     """
     mu_s, mu_k, vs, sigma0, sigma1, sigma2 = p
     if N <= 0.0:
-        z_new[0] = 0.0
+        z_new[DEFLECTION] = 0.0
         return 0.0
     g = mu_k + (mu_s - mu_k) * math.exp(-((slip / vs) ** 2))
     wear = sigma0 * abs(slip)
-    new = (z[0] + h * slip) * g / (g + h * wear)
-    z_new[0] = new
+    new = (z[DEFLECTION] + h * slip) * g / (g + h * wear)
+    z_new[DEFLECTION] = new
     return -(sigma0 * new + sigma1 * (slip - wear * new / g) + sigma2 * slip) * N
 
 

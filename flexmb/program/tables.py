@@ -1,7 +1,7 @@
 """The flat arrays of a program, as the compiled loop reads them.
 
 Lists of different lengths are stored one after the other: dof[k] : dof[k + 1] bounds what belongs to piece k.
-Pairs (n, 2) hold begin and end in the long lists p (numbers of the parts) and z (histories).
+Pairs (n, 2) hold BEGIN and END in the long lists p (numbers of the parts) and z (histories).
 Coordinates are numbered 0 .. n_q - 1; n_q, n_q + 1, n_q + 2 are those of the ground, which stay 0.
 Positions are indices into the value array of the factored matrix (see `flexmb.program.symbolic`).
 """
@@ -9,6 +9,29 @@ Positions are indices into the value array of the factored matrix (see `flexmb.p
 from __future__ import annotations
 
 from flexmb.compiled.records import Integers, IntegerTable, Places, Record, Vector
+
+BEGIN, END = range(2)
+"""Columns of pairs."""
+
+GRIP_LAW, SLIDING_LAW = range(2)
+"""Columns of `Constraints.grip`: what presses the surfaces of a joint together, and its law of friction."""
+
+GRIP_P, GRIP_P_END, SLIDING_P, SLIDING_P_END = range(4)
+"""Columns of `Constraints.grip_p`."""
+
+GAP_KERNEL, NORMAL_LAW, FRICTION_LAW = range(3)
+"""Columns of `Contacts.kernel`."""
+
+GAP_P, GAP_P_END, NORMAL_P, NORMAL_P_END, FRICTION_P, FRICTION_P_END = range(6)
+"""Columns of `Contacts.p`."""
+
+COMMON_Z, NORMAL_Z, FRICTION_Z, Z_END = range(4)
+"""Columns of `Contacts.z`: where the history begins that every contact keeps, and those of its laws; their end."""
+
+PHASE, ONSET_TIME, LAST_GAP, LAST_FORCE, LAST_GAP_RATE = range(5)
+CONTACT_COMMON = 5
+"""History that every contact keeps, and its length: phase, time of its onset, gap, force and gap rate at the last
+state."""
 
 
 class Elements(Record):
@@ -51,8 +74,8 @@ class Constraints(Record):
     moment: Integers  # (n,) row of the reported moment, -1: none
     out: Integers  # (n,) first of its signals
     forces: Integers  # (n,) how many signals its force has, before those of its motions; 0 for a drive
-    grip: IntegerTable  # (n, 2) grip and friction kernel, -1: no friction
-    grip_p: IntegerTable  # (n, 4) begin and end for grip and friction law
+    grip: IntegerTable  # (n, 2) GRIP_LAW and SLIDING_LAW, -1: no friction
+    grip_p: IntegerTable  # (n, 4) GRIP_P, GRIP_P_END, SLIDING_P, SLIDING_P_END
     grip_z: IntegerTable  # (n, 2)
     grip_arm: Vector  # (n,)
 
@@ -60,9 +83,9 @@ class Constraints(Record):
 class Contacts(Record):
     """Contacts: numbers of gap, normal and friction kernel, where their numbers, histories and positions are."""
 
-    kernel: IntegerTable  # (n, 3)
-    p: IntegerTable  # (n, 6) begin and end for gap, normal, friction
-    z: IntegerTable  # (n, 4) begin of common, normal and friction history, end
+    kernel: IntegerTable  # (n, 3) GAP_KERNEL, NORMAL_LAW, FRICTION_LAW
+    p: IntegerTable  # (n, 6) GAP_P, GAP_P_END, NORMAL_P, NORMAL_P_END, FRICTION_P, FRICTION_P_END
+    z: IntegerTable  # (n, 4) COMMON_Z, NORMAL_Z, FRICTION_Z, Z_END
     dofs: Places  # (6 n,)
     positions: Places  # (36 n,)
     out: Integers  # (n,) first of its signals
@@ -119,9 +142,3 @@ class Addresses(Record):
     force: Integers
     tangent: Integers
     account: Integers
-
-
-PHASE, ONSET_TIME, GAP, FORCE, GAP_RATE = range(5)
-CONTACT_COMMON = 5
-"""History that every contact keeps, and its length: phase, time of its onset, gap, force and gap rate at the last
-state."""

@@ -15,6 +15,7 @@ from flexmb.program.program import Program
 from flexmb.solve.either import plain
 from flexmb.solve.rigid import RigidMotion
 from flexmb.solve.system import System
+from flexmb.system.work import MOTION
 
 CLOSED = 1e-12
 """Gap of a closed joint relative to the size of the mechanism."""
@@ -85,7 +86,7 @@ def close_loops(
     system, rigid = System(program), RigidMotion(program)
     q = np.array(program.drawn.q if start is None else start)
     g = system.at(q, t=t).residual
-    motion = dict(zip(program.drives, system.work.drive[program.tables.constraints.motion >= 0, 0], strict=True))
+    motion = dict(zip(program.drives, system.work.drive[program.tables.constraints.motion >= 0, MOTION], strict=True))
     rows = drive_rows(program)
     # shift turns the rows of the drives into measure - target; `ahead` is what they have to go
     shift = np.zeros(program.n_c)

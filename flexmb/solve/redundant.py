@@ -12,6 +12,7 @@ from flexmb.solve.either import bordered_solution, plain
 from flexmb.solve.rank import TOLERANCE, row_rank
 from flexmb.solve.rigid import RigidMotion
 from flexmb.solve.system import System
+from flexmb.system.work import MOTION
 
 ASIDE = 0.05
 """How far the pose is moved on to tell a redundant joint from a singular pose [rad, or part of the size]."""
@@ -49,7 +50,7 @@ def moved_on(closed: Program, q: np.ndarray, t: float) -> np.ndarray:
     w = ways @ np.cos(1.0 + 2.3 * np.arange(ways.shape[1]))
     aside = rigid.moved(q, ASIDE * w / np.abs(w).max())
     system.at(aside, t=t)
-    motion = system.work.drive[closed.tables.constraints.motion >= 0, 0]
+    motion = system.work.drive[closed.tables.constraints.motion >= 0, MOTION]
     target = {
         name: float(s + system.work.g[row]) for (name, row), s in zip(rows.items(), motion, strict=True)
     }  # where the drives stand now

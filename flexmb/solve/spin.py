@@ -19,6 +19,7 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND
 from flexmb.program.program import Program
 from flexmb.solve.system import System
+from flexmb.system.work import MOTION_RATE
 
 SAME_SPEED = 1e-9
 """Drives may turn at the speed of the frame or stand still, to this part of it."""
@@ -72,7 +73,7 @@ def check_spin(owner: str, mechanism: Mechanism, program: Program, system: Syste
         )
     driven = program.tables.constraints.motion >= 0
     sense = turning_sense(mechanism)
-    for name, speed in zip(program.drives, system.work.drive[driven, 1], strict=True):
+    for name, speed in zip(program.drives, system.work.drive[driven, MOTION_RATE], strict=True):
         if not speed or (sense[name] and abs(speed - sense[name] * spin.speed) <= SAME_SPEED * abs(spin.speed)):
             continue
         remedy = (

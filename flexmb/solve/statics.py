@@ -20,6 +20,7 @@ from flexmb.solve.stability import is_stable
 from flexmb.solve.start import check_independent
 from flexmb.solve.system import System
 from flexmb.system.constraints import report_forces
+from flexmb.system.work import FORCE_X, FORCE_Y, MOMENT
 
 ITERATIONS = 40
 ROUND_OFF = 1e-11
@@ -312,7 +313,7 @@ def reactions(program: Program, system: System, lam: np.ndarray) -> dict[str, tu
     C = program.tables.constraints
     for c in range(len(C.kernel)):
         name = program.names.rows[int(C.row[c])].partition("[")[0]
-        fx, fy, moment = system.work.joint[c, :3]
+        fx, fy, moment = system.work.joint[c, [FORCE_X, FORCE_Y, MOMENT]]
         has_moment = C.moment[c] >= 0 or C.forces[c] == 0
         found[name] = (float(fx), float(fy), float(moment) if has_moment else 0.0)
     return found

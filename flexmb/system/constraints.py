@@ -4,6 +4,19 @@ With J of the sliding direction (slip = J v), N(lam) and T from the friction law
 """
 
 from flexmb.kernels import compiled, constraint_at, friction_at, grip_at, matrix_view, motion_at, part_of
+from flexmb.places import LOAD, LOAD_BY_LAM, SLIDING
+from flexmb.program.tables import BEGIN, END, GRIP_LAW, GRIP_P, GRIP_P_END, SLIDING_LAW, SLIDING_P, SLIDING_P_END
+from flexmb.system.work import (
+    DRIVE_FORCE,
+    GRIP_BY_LAM,
+    GRIP_BY_SLIP,
+    GRIP_FORCE,
+    GRIP_SLIP,
+    MOMENT,
+    MOTION,
+    MOTION_ACCELERATION,
+    MOTION_RATE,
+)
 
 
 @compiled
@@ -33,7 +46,7 @@ def add_constraints(tables, address, t, h, q, v, lam, z, kq, kv, matrix, work):
             for k in range(n * n):
                 if work.Kl[k] != 0.0:
                     work.lu[positions[k]] += kq * work.Kl[k]
-        if C.grip[c, 0] >= 0:
+        if C.grip[c, GRIP_LAW] >= 0:
             _add_grip(tables, address, c, n, m, h, lam, z, kq, kv, matrix, work)
 
 
@@ -68,8 +81,8 @@ def _add_grip(tables, address, c, n, m, h, lam, z, kq, kv, matrix, work):
     out, H = work.grip_out, work.grip_curve
     out[:] = 0.0
     H[:, :] = 0.0
-    grip_at(address.grip, C.grip[c, 0])(
-        part_of(tables.p, C.grip_p[c, 0], C.grip_p[c, 1]),
+    grip_at(address.grip, C.grip[c, GRIP_LAW])(
+        part_of(tables.p, C.grip_p[c, GRIP_P], C.grip_p[c, GRIP_P_END]),
         part_of(work.ql, 0, n),
         part_of(lam, C.row[c], C.row[c + 1]),
         out,
@@ -77,21 +90,23 @@ def _add_grip(tables, address, c, n, m, h, lam, z, kq, kv, matrix, work):
     )
     slip = 0.0
     for j in range(6):
-        slip += out[4 + j] * work.vl[j]
-    T, T_slip, T_N = friction_at(address.friction, C.grip[c, 1])(
-        part_of(tables.p, C.grip_p[c, 2], C.grip_p[c, 3]),
+        slip += out[SLIDING + j] * work.vl[j]
+    T, T_slip, T_N = friction_at(address.friction, C.grip[c, SLIDING_LAW])(
+        part_of(tables.p, C.grip_p[c, SLIDING_P], C.grip_p[c, SLIDING_P_END]),
         h,
         slip,
-        out[0],
-        part_of(z, C.grip_z[c, 0], C.grip_z[c, 1]),
-        part_of(work.z_new, C.grip_z[c, 0], C.grip_z[c, 1]),
+        out[LOAD],
+        part_of(z, C.grip_z[c, BEGIN], C.grip_z[c, END]),
+        part_of(work.z_new, C.grip_z[c, BEGIN], C.grip_z[c, END]),
     )
-    work.grip[c, 0], work.grip[c, 1] = T, slip
+    work.grip[c, GRIP_FORCE], work.grip[c, GRIP_SLIP] = T, slip
     slopes = work.slopes[tables.contacts.kernel.shape[0] + c]
-    slopes[0], slopes[1], slopes[2], slopes[3] = T_slip, T_N * out[1], T_N * out[2], T_N * out[3]
+    slopes[GRIP_BY_SLIP] = T_slip
+    for k in range(3):
+        slopes[GRIP_BY_LAM + k] = T_N * out[LOAD_BY_LAM + k]
     begin = C.dof[c]
     for i in range(6):
-        work.r[C.dofs[begin + i]] -= T * out[4 + i]
+        work.r[C.dofs[begin + i]] -= T * out[SLIDING + i]
     if not matrix:
         return
     for j in range(6):
@@ -99,12 +114,12 @@ def _add_grip(tables, address, c, n, m, h, lam, z, kq, kv, matrix, work):
         for k in range(6):
             slip_q += H[k, j] * work.vl[k]
         for i in range(6):
-            by_q = out[4 + i] * T_slip * slip_q + T * H[i, j]
-            by_v = out[4 + i] * T_slip * out[4 + j]
+            by_q = out[SLIDING + i] * T_slip * slip_q + T * H[i, j]
+            by_v = out[SLIDING + i] * T_slip * out[SLIDING + j]
             work.lu[C.positions_h[C.pos_h[c] + 6 * i + j]] -= kq * by_q + kv * by_v
     for k in range(m):
         for i in range(6):
-            work.lu[C.positions_gt[C.pos_g[c] + 6 * k + i]] -= out[4 + i] * T_N * out[1 + k]
+            work.lu[C.positions_gt[C.pos_g[c] + 6 * k + i]] -= out[SLIDING + i] * T_N * out[LOAD_BY_LAM + k]
 
 
 @compiled
@@ -113,7 +128,7 @@ def _call(tables, address, c, n, m, t, lam, work):
     C = tables.constraints
     begin, end = C.row[c], C.row[c + 1]
     constraint_at(address.constraint, C.kernel[c])(
-        part_of(tables.p, C.p[c, 0], C.p[c, 1]),
+        part_of(tables.p, C.p[c, BEGIN], C.p[c, END]),
         t,
         part_of(work.ql, 0, n),
         part_of(work.vl, 0, n),
@@ -128,12 +143,13 @@ def _call(tables, address, c, n, m, t, lam, work):
         if C.motion[k] < 0:
             continue
         s, s_dot, s_ddot = motion_at(address.motion, C.motion[k])(
-            part_of(tables.p, C.motion_p[k, 0], C.motion_p[k, 1]), t
+            part_of(tables.p, C.motion_p[k, BEGIN], C.motion_p[k, END]), t
         )
         work.g[k] -= s
         work.gv[k] -= s_dot
         work.gamma[k] += s_ddot
-        work.drive[k, 0], work.drive[k, 1], work.drive[k, 2] = s, s_dot, s_ddot
+        work.drive[k, MOTION], work.drive[k, MOTION_RATE] = s, s_dot
+        work.drive[k, MOTION_ACCELERATION] = s_ddot
 
 
 @compiled
@@ -152,6 +168,7 @@ def report_forces(tables, lam, work):
                 for i in range(m):
                     force -= work.G[C.pos_g[c] + i * n + place] * lam[row + i]
             work.joint[c, k] = force
-        work.joint[c, 2] = -lam[row + C.moment[c]] if C.moment[c] >= 0 else -lam[row + m - 1]
+        moment = C.moment[c] if C.moment[c] >= 0 else m - 1
+        work.joint[c, MOMENT] = -lam[row + moment]
     for k in range(lam.shape[0]):
-        work.drive[k, 3] = -lam[k]
+        work.drive[k, DRIVE_FORCE] = -lam[k]

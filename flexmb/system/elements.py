@@ -11,6 +11,7 @@ from flexmb.kernels import (
     part_of,
     tangent_at,
 )
+from flexmb.program.tables import BEGIN, END
 
 
 @compiled
@@ -60,15 +61,15 @@ def call_force(tables, address, e, n, t, h, z, work):
     """Call the force kernel of element e, without its factor; results in rl, z_new."""
     E = tables.elements
     force_at(address.force, E.force[e])(
-        part_of(tables.p, E.p[e, 0], E.p[e, 1]),
+        part_of(tables.p, E.p[e, BEGIN], E.p[e, END]),
         t,
         h,
         part_of(work.ql, 0, n),
         part_of(work.vl, 0, n),
         part_of(work.al, 0, n),
-        part_of(z, E.z[e, 0], E.z[e, 1]),
+        part_of(z, E.z[e, BEGIN], E.z[e, END]),
         part_of(work.rl, 0, n),
-        part_of(work.z_new, E.z[e, 0], E.z[e, 1]),
+        part_of(work.z_new, E.z[e, BEGIN], E.z[e, END]),
     )
 
 
@@ -79,19 +80,19 @@ def call_tangent(tables, address, e, n, t, h, z, kq, kv, ka, work):
     for i in range(n * n):
         work.Kl[i] = 0.0
     tangent_at(address.tangent, E.tangent[e])(
-        part_of(tables.p, E.p[e, 0], E.p[e, 1]),
+        part_of(tables.p, E.p[e, BEGIN], E.p[e, END]),
         t,
         h,
         part_of(work.ql, 0, n),
         part_of(work.vl, 0, n),
         part_of(work.al, 0, n),
-        part_of(z, E.z[e, 0], E.z[e, 1]),
+        part_of(z, E.z[e, BEGIN], E.z[e, END]),
         kq,
         kv,
         ka,
         part_of(work.rl, 0, n),
         matrix_view(work.Kl, n, n),
-        part_of(work.z_new, E.z[e, 0], E.z[e, 1]),
+        part_of(work.z_new, E.z[e, BEGIN], E.z[e, END]),
     )
 
 
@@ -102,18 +103,18 @@ def call_element(tables, address, e, n, t, h, z, work):
     for i in range(n * n):
         work.Kl[i], work.Cl[i], work.Ml[i] = 0.0, 0.0, 0.0
     element_at(address.element, E.kernel[e])(
-        part_of(tables.p, E.p[e, 0], E.p[e, 1]),
+        part_of(tables.p, E.p[e, BEGIN], E.p[e, END]),
         t,
         h,
         part_of(work.ql, 0, n),
         part_of(work.vl, 0, n),
         part_of(work.al, 0, n),
-        part_of(z, E.z[e, 0], E.z[e, 1]),
+        part_of(z, E.z[e, BEGIN], E.z[e, END]),
         part_of(work.rl, 0, n),
         matrix_view(work.Kl, n, n),
         matrix_view(work.Cl, n, n),
         matrix_view(work.Ml, n, n),
-        part_of(work.z_new, E.z[e, 0], E.z[e, 1]),
+        part_of(work.z_new, E.z[e, BEGIN], E.z[e, END]),
     )
 
 
@@ -123,7 +124,7 @@ def factor_of(tables, address, e, t):
     E = tables.elements
     if E.factor[e] < 0:
         return 1.0
-    s, _, _ = motion_at(address.motion, E.factor[e])(part_of(tables.p, E.factor_p[e, 0], E.factor_p[e, 1]), t)
+    s, _, _ = motion_at(address.motion, E.factor[e])(part_of(tables.p, E.factor_p[e, BEGIN], E.factor_p[e, END]), t)
     return s
 
 
@@ -171,18 +172,18 @@ def call_account(tables, address, e, n, t, h, z, work):
     for i in range(n):
         work.Mvl[i], work.Myl[i] = 0.0, 0.0
     return account_at(address.account, E.account[e])(
-        part_of(tables.p, E.p[e, 0], E.p[e, 1]),
+        part_of(tables.p, E.p[e, BEGIN], E.p[e, END]),
         t,
         h,
         part_of(work.ql, 0, n),
         part_of(work.vl, 0, n),
         part_of(work.al, 0, n),
         part_of(work.yl, 0, n),
-        part_of(z, E.z[e, 0], E.z[e, 1]),
+        part_of(z, E.z[e, BEGIN], E.z[e, END]),
         part_of(work.rl, 0, n),
         part_of(work.Mvl, 0, n),
         part_of(work.Myl, 0, n),
-        part_of(work.z_new, E.z[e, 0], E.z[e, 1]),
+        part_of(work.z_new, E.z[e, BEGIN], E.z[e, END]),
     )
 
 
@@ -206,5 +207,5 @@ def account_by_matrix(tables, address, e, n, t, h, z, place, work):
     if E.energy[e] < 0:
         return 0.0, 0.0, 0.0
     return energy_at(address.energy, E.energy[e])(
-        part_of(tables.p, E.p[e, 0], E.p[e, 1]), t, part_of(work.ql, 0, n), part_of(work.vl, 0, n)
+        part_of(tables.p, E.p[e, BEGIN], E.p[e, END]), t, part_of(work.ql, 0, n), part_of(work.vl, 0, n)
     )

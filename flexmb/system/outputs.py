@@ -2,8 +2,32 @@
 
 import math
 
-from flexmb.kernels import GAP_SIZE, compiled, signal_at
+from flexmb.kernels import compiled, signal_at
+from flexmb.places import (
+    ECCENTRICITY_RATE_X,
+    ECCENTRICITY_RATE_Y,
+    ECCENTRICITY_X,
+    ECCENTRICITY_Y,
+    FRICTION_FORCE,
+    GAP,
+    GAP_RATE,
+    NORMAL_FORCE,
+    NORMAL_X,
+    NORMAL_Y,
+)
+from flexmb.program.tables import BEGIN, COMMON_Z, END, GRIP_LAW
 from flexmb.system.elements import gather
+from flexmb.system.work import DRIVE_FORCE, FORCE_X, FORCE_Y, GRIP_FORCE, MOMENT, MOTION, MOTION_RATE
+
+FX, FY, FORCE, JOINT_MOMENT = range(4)
+"""Signals of a joint: force on its second body along X and Y, its size, the moment if one is reported."""
+
+DRIVEN, SPEED, DRIVING, POWER, DRIVE_SIGNALS = range(5)
+"""Signals of a driven row: coordinate, rate, force, power; how many they are."""
+
+EX, EY, VEX, VEY, PENETRATION, PENETRATION_RATE = range(6)
+NORMAL_SIGNAL, FRICTION_SIGNAL, CONTACT_FX, CONTACT_FY, CONTACT_FORCE, MODE = range(6, 12)
+"""Signals of a contact."""
 
 
 @compiled
@@ -21,7 +45,7 @@ def write_outputs(tables, address, t, q, v, a, work, ledger, y):
         gather(v, S.dofs, S.dof[k], m, work.vl)
         gather(a, S.dofs, S.dof[k], m, work.al)
         y[S.out[k]] = signal_at(address.signal, S.kernel[k])(
-            tables.p[S.p[k, 0] : S.p[k, 1]], t, work.ql[:m], work.vl[:m], work.al[:m]
+            tables.p[S.p[k, BEGIN] : S.p[k, END]], t, work.ql[:m], work.vl[:m], work.al[:m]
         )
     for i in range(ledger.shape[0]):
         y[tables.sizes.energy + i] = ledger[i]
@@ -33,18 +57,20 @@ def _constraints(tables, work, y):
     for c in range(C.kernel.shape[0]):
         k = C.out[c]
         if C.forces[c] > 0:
-            fx, fy = work.joint[c, 0], work.joint[c, 1]
-            y[k], y[k + 1], y[k + 2] = fx, fy, math.sqrt(fx * fx + fy * fy)
+            fx, fy = work.joint[c, FORCE_X], work.joint[c, FORCE_Y]
+            y[k + FX], y[k + FY], y[k + FORCE] = fx, fy, math.sqrt(fx * fx + fy * fy)
             if C.moment[c] >= 0:
-                y[k + 3] = work.joint[c, 2]
-            if C.grip[c, 0] >= 0:
-                y[k + C.forces[c] - 1] = C.grip_arm[c] * work.grip[c, 0]
+                y[k + JOINT_MOMENT] = work.joint[c, MOMENT]
+            if C.grip[c, GRIP_LAW] >= 0:
+                last = C.forces[c] - 1
+                y[k + last] = C.grip_arm[c] * work.grip[c, GRIP_FORCE]
         k += C.forces[c]
         for row in range(C.row[c], C.row[c + 1]):
             if C.motion[row] >= 0:
-                speed, force = work.drive[row, 1], work.drive[row, 3]
-                y[k], y[k + 1], y[k + 2], y[k + 3] = work.drive[row, 0], speed, force, force * speed
-                k += 4
+                speed, force = work.drive[row, MOTION_RATE], work.drive[row, DRIVE_FORCE]
+                y[k + DRIVEN], y[k + SPEED] = work.drive[row, MOTION], speed
+                y[k + DRIVING], y[k + POWER] = force, force * speed
+                k += DRIVE_SIGNALS
 
 
 @compiled
@@ -52,13 +78,13 @@ def _contacts(tables, work, y):
     K = tables.contacts
     for c in range(K.kernel.shape[0]):
         k = K.out[c]
-        N, T = work.contact[c, GAP_SIZE], work.contact[c, GAP_SIZE + 1]
-        nx, ny = work.contact[c, 3], work.contact[c, 4]
-        for i in range(4):
-            y[k + i] = work.contact[c, 9 + i]
-        y[k + 4], y[k + 5] = -work.contact[c, 0], -work.contact[c, 1]
-        y[k + 6], y[k + 7] = N, T
+        N, T = work.contact[c, NORMAL_FORCE], work.contact[c, FRICTION_FORCE]
+        nx, ny = work.contact[c, NORMAL_X], work.contact[c, NORMAL_Y]
+        y[k + EX], y[k + EY] = work.contact[c, ECCENTRICITY_X], work.contact[c, ECCENTRICITY_Y]
+        y[k + VEX], y[k + VEY] = work.contact[c, ECCENTRICITY_RATE_X], work.contact[c, ECCENTRICITY_RATE_Y]
+        y[k + PENETRATION], y[k + PENETRATION_RATE] = -work.contact[c, GAP], -work.contact[c, GAP_RATE]
+        y[k + NORMAL_SIGNAL], y[k + FRICTION_SIGNAL] = N, T
         fx, fy = -N * nx - T * ny, -N * ny + T * nx  # on the second body
-        y[k + 8], y[k + 9], y[k + 10] = fx, fy, math.sqrt(fx * fx + fy * fy)
-        phase = work.z_new[K.z[c, 0]]
-        y[k + 11] = 0.0 if phase == 0.0 else (1.0 if phase < 3.0 else 2.0)
+        y[k + CONTACT_FX], y[k + CONTACT_FY], y[k + CONTACT_FORCE] = fx, fy, math.sqrt(fx * fx + fy * fy)
+        phase = work.z_new[K.z[c, COMMON_Z]]
+        y[k + MODE] = 0.0 if phase == 0.0 else (1.0 if phase < 3.0 else 2.0)

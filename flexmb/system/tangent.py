@@ -9,11 +9,14 @@ elements lose no digits; what no kernel gives, those by histories, are central d
 from flexmb.compiled.pieces import whole
 from flexmb.compiled.records import Matrix, Record, Vector
 from flexmb.kernels import compiled, constraint_at, copy, grip_at, matrix_view, part_of
+from flexmb.places import NORMAL, SLIDING, TANGENTIAL
 from flexmb.program.program import Program
+from flexmb.program.tables import BEGIN, END, GRIP_LAW, GRIP_P, GRIP_P_END
 from flexmb.system.constraints import add_constraints
 from flexmb.system.contacts import add_contacts, jacobians
 from flexmb.system.elements import add_elements, call_element, call_tangent, factor_of, gather_state
 from flexmb.system.tangent_history import (
+    FIRST,
     add_contact_history,
     add_element_history,
     add_grip_history,
@@ -21,6 +24,13 @@ from flexmb.system.tangent_history import (
     follow_element,
     follow_grip,
 )
+from flexmb.system.work import GRIP_BY_SLIP, N_BY_RATE, T_BY_N, T_BY_SLIP
+
+SPEED, ACCELERATION = range(2)
+"""Rows of `Tangents.moving`: G v, and G a + W v."""
+
+RESIDUAL, RATE, RIGHT_SIDE = range(3)
+"""Rows of `Tangents.g`: g, g_t and gamma of constraint kernels."""
 
 IN_TIME = 0.01
 """How far the time is moved for the derivative of loads in time, as a part of the step."""
@@ -151,7 +161,7 @@ def linearise(tables, address, t, h, q, v, a, lam, z, kv, ka, T, work):
     for c in range(tables.contacts.kernel.shape[0]):
         add_contact_history(tables, address, c, h, z, T, work)
     for c in range(tables.constraints.kernel.shape[0]):
-        if tables.constraints.grip[c, 0] >= 0:
+        if tables.constraints.grip[c, GRIP_LAW] >= 0:
             _find_grip(tables, address, c, q, lam, T, work)
             add_grip_history(tables, address, c, h, z, T, work)
     for j in range(T.q.shape[0]):
@@ -186,7 +196,7 @@ def _add_elements(tables, address, t, h, q, v, a, z, kv, ka, T, work):
             call_tangent(tables, address, e, n, t, h, z, 1.0, 0.0, 0.0, work)
             for i in range(n * n):
                 work.lu[positions[i]] += s * work.Kl[i] + D[i]
-        if E.z[e, 1] > E.z[e, 0]:
+        if E.z[e, END] > E.z[e, BEGIN]:
             add_element_history(tables, address, e, n, t, h, s, z, T, work)
 
 
@@ -212,15 +222,15 @@ def _find_grip(tables, address, c, q, lam, T, work):
     H[:, :] = 0.0
     for i in range(n):
         work.ql[i] = q[C.dofs[C.dof[c] + i]]
-    grip_at(address.grip, C.grip[c, 0])(
-        part_of(tables.p, C.grip_p[c, 0], C.grip_p[c, 1]),
+    grip_at(address.grip, C.grip[c, GRIP_LAW])(
+        part_of(tables.p, C.grip_p[c, GRIP_P], C.grip_p[c, GRIP_P_END]),
         part_of(work.ql, 0, n),
         part_of(lam, C.row[c], C.row[c + 1]),
         out,
         H,
     )
     for i in range(6):
-        T.grip[c, i] = out[4 + i]
+        T.grip[c, i] = out[SLIDING + i]
 
 
 @compiled
@@ -229,23 +239,23 @@ def subtract_damping(tables, factor, x, F, T, work):
     K, C, S = tables.contacts, tables.constraints, work.contact_scratch
     for c in range(K.kernel.shape[0]):
         slopes = work.slopes[c]
-        if slopes[1] == 0.0 and slopes[2] == 0.0:
+        if slopes[N_BY_RATE] == 0.0 and slopes[T_BY_SLIP] == 0.0:
             continue
         jacobians(work.contact[c], S)
         dofs, rate, slip = part_of(K.dofs, 6 * c, 6 * c + 6), 0.0, 0.0
         for i in range(6):
-            rate += S[0, i] * x[dofs[i]]
-            slip += S[1, i] * x[dofs[i]]
-        N = factor * slopes[1] * rate
-        friction = slopes[3] * N + factor * slopes[2] * slip
+            rate += S[NORMAL, i] * x[dofs[i]]
+            slip += S[TANGENTIAL, i] * x[dofs[i]]
+        N = factor * slopes[N_BY_RATE] * rate
+        friction = slopes[T_BY_N] * N + factor * slopes[T_BY_SLIP] * slip
         for i in range(6):
-            F[dofs[i]] += S[0, i] * N + S[1, i] * friction
+            F[dofs[i]] += S[NORMAL, i] * N + S[TANGENTIAL, i] * friction
     for c in range(C.kernel.shape[0]):
-        if C.grip[c, 0] >= 0:
+        if C.grip[c, GRIP_LAW] >= 0:
             begin, slip = C.dof[c], 0.0
             for i in range(6):
                 slip += T.grip[c, i] * x[C.dofs[begin + i]]
-            friction = factor * work.slopes[K.kernel.shape[0] + c, 0] * slip
+            friction = factor * work.slopes[K.kernel.shape[0] + c, GRIP_BY_SLIP] * slip
             for i in range(6):
                 F[C.dofs[begin + i]] += T.grip[c, i] * friction
 
@@ -259,7 +269,7 @@ def by_rates(tables, kv, x, T, work):
         T.r[i] = x[i]
     for e in range(E.p.shape[0]):
         n, dofs = E.dof[e + 1] - E.dof[e], part_of(E.dofs, E.dof[e], E.dof[e + 1])
-        D, own = part_of(T.D, E.pos[e], E.pos[e + 1]), T.local[0]
+        D, own = part_of(T.D, E.pos[e], E.pos[e + 1]), T.local[FIRST]
         for i in range(n):
             own[i] = T.r[dofs[i]]
         for i in range(n):
@@ -274,13 +284,13 @@ def by_rates(tables, kv, x, T, work):
 def follow_histories(tables, address, t, h, q, v, a, lam, z, T, work):
     """T.z : differences of the histories at the end of a step, from T.z1 of `linearise`, T.q, T.v, T.a and T.u."""
     for e in range(tables.elements.p.shape[0]):
-        if tables.elements.z[e, 1] > tables.elements.z[e, 0]:
+        if tables.elements.z[e, END] > tables.elements.z[e, BEGIN]:
             follow_element(tables, address, e, t, h, q, v, a, z, T, work)
     for c in range(tables.contacts.kernel.shape[0]):
         follow_contact(tables, address, c, h, v, z, T, work)
     for c in range(tables.constraints.kernel.shape[0]):
         C = tables.constraints
-        if C.grip[c, 0] >= 0 and C.grip_z[c, 1] > C.grip_z[c, 0]:
+        if C.grip[c, GRIP_LAW] >= 0 and C.grip_z[c, END] > C.grip_z[c, BEGIN]:
             _find_grip(tables, address, c, q, lam, T, work)
             follow_grip(tables, address, c, h, v, z, T, work)
     for j in range(T.z.shape[0]):
@@ -301,8 +311,8 @@ def find_rates(tables, address, t, h, q, v, a, z, T, work):
     for c in range(C.kernel.shape[0]):
         for i in range(C.row[c + 1] - C.row[c]):
             row = C.row[c] + i
-            T.moving[0, row] = rows_times(C, c, work.G, v, i)
-            T.moving[1, row] = rows_times(C, c, work.G, a, i) + rows_times(C, c, T.W, v, i)
+            T.moving[SPEED, row] = rows_times(C, c, work.G, v, i)
+            T.moving[ACCELERATION, row] = rows_times(C, c, work.G, a, i) + rows_times(C, c, T.W, v, i)
 
 
 @compiled
@@ -338,15 +348,15 @@ def _add_jacobian(tables, address, c, t, eps, factor, q, v, lam, T, work):
         work.Kl[i] = 0.0
     T.g[:, :] = 0.0
     constraint_at(address.constraint, C.kernel[c])(
-        part_of(tables.p, C.p[c, 0], C.p[c, 1]),
+        part_of(tables.p, C.p[c, BEGIN], C.p[c, END]),
         t,
         part_of(work.ql, 0, n),
         part_of(work.vl, 0, n),
         part_of(lam, begin, end),
-        T.g[0, begin:end],
+        T.g[RESIDUAL, begin:end],
         matrix_view(work.Cl, m, n),
-        T.g[1, begin:end],
-        T.g[2, begin:end],
+        T.g[RATE, begin:end],
+        T.g[RIGHT_SIDE, begin:end],
         matrix_view(work.Kl, n, n),
     )
     for i in range(m * n):

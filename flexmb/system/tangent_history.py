@@ -5,9 +5,55 @@ alone, each number moved by a small part of itself: a gap of 1e-6 m is not lost 
 """
 
 from flexmb.contact.onset import crossing, cubic
-from flexmb.kernels import GAP_SIZE, compiled, copy, friction_at, part_of
+from flexmb.kernels import compiled, copy, friction_at, part_of
+from flexmb.places import (
+    ARM1_X,
+    ARM1_X_Q,
+    ARM1_Y,
+    ARM1_Y_Q,
+    ARM2_X,
+    ARM2_X_Q,
+    ARM2_Y,
+    ARM2_Y_Q,
+    GAP,
+    GAP_RATE,
+    LOAD,
+    LOAD_BY_LAM,
+    NORMAL,
+    NORMAL_FORCE,
+    NORMAL_X,
+    NORMAL_X_Q,
+    NORMAL_Y,
+    NORMAL_Y_Q,
+    SLIDING,
+    SLIP,
+    TANGENTIAL,
+)
+from flexmb.program.tables import (
+    BEGIN,
+    COMMON_Z,
+    END,
+    FRICTION_Z,
+    LAST_FORCE,
+    LAST_GAP,
+    LAST_GAP_RATE,
+    NORMAL_Z,
+    ONSET_TIME,
+    PHASE,
+    SLIDING_LAW,
+    SLIDING_P,
+    SLIDING_P_END,
+    Z_END,
+)
 from flexmb.system.contacts import call_friction, call_normal, jacobians
 from flexmb.system.elements import call_element, call_force, gather_state
+from flexmb.system.work import GRIP_SLIP, N_BY_GAP, N_BY_RATE, T_BY_N
+
+FIRST, SECOND = range(2)
+"""Rows of `Tangents.local`."""
+
+OF_GAP, OF_RATE, OF_SLIP, OF_NORMAL = range(4)
+"""Columns of `Tangents.own`: changes of gap, gap rate, slip and normal force."""
 
 PART, LEAST = 1e-5, 1e-11
 """How far a number is moved: a part of itself, and at least so far where its size says nothing."""
@@ -62,7 +108,7 @@ def _force_alone(tables, address, e, n, t, h, z, work):
 def add_element_history(tables, address, e, n, t, h, s, z, T, work):
     """What the histories of element e do to T.F and T.z1; s : factor of the element."""
     E = tables.elements
-    begin, end, force = E.z[e, 0], E.z[e, 1], T.local[1]
+    begin, end, force = E.z[e, BEGIN], E.z[e, END], T.local[SECOND]
     dofs = part_of(E.dofs, E.dof[e], E.dof[e + 1])
     for i in range(begin, end):
         if not changes(T.z, i):
@@ -86,16 +132,16 @@ def add_element_history(tables, address, e, n, t, h, s, z, T, work):
 def add_contact_history(tables, address, c, h, z, T, work):
     """What the histories of contact c do to T.F and T.z1; changes of its forces are noted in T.N and T.T."""
     K, out = tables.contacts, work.contact[c]
-    begin, middle, end = K.z[c, 1], K.z[c, 2], K.z[c, 3]
+    begin, middle, end = K.z[c, NORMAL_Z], K.z[c, FRICTION_Z], K.z[c, Z_END]
     for i in range(begin, middle):
         if not changes(T.z, i):
             continue
         eps = nudge(z[i], z[i], 0.0)
         T.zs[i] = z[i] + eps
-        more, _, _ = call_normal(tables, address, c, h, out[0], out[1], T.zs, work.z_new)
+        more, _, _ = call_normal(tables, address, c, h, out[GAP], out[GAP_RATE], T.zs, work.z_new)
         _keep(begin, middle, work)
         T.zs[i] = z[i] - eps
-        less, _, _ = call_normal(tables, address, c, h, out[0], out[1], T.zs, work.z_new)
+        less, _, _ = call_normal(tables, address, c, h, out[GAP], out[GAP_RATE], T.zs, work.z_new)
         T.zs[i] = z[i]
         _spread(begin, middle, eps, i, T, work)
         for j in range(T.z.shape[0]):
@@ -103,12 +149,12 @@ def add_contact_history(tables, address, c, h, z, T, work):
     for i in range(middle, end):
         if not changes(T.z, i):
             continue
-        eps = nudge(z[i], h * out[2], LEAST)
+        eps = nudge(z[i], h * out[SLIP], LEAST)
         T.zs[i] = z[i] + eps
-        more, _, _ = call_friction(tables, address, c, h, out[2], out[GAP_SIZE], T.zs, work.z_new)
+        more, _, _ = call_friction(tables, address, c, h, out[SLIP], out[NORMAL_FORCE], T.zs, work.z_new)
         _keep(middle, end, work)
         T.zs[i] = z[i] - eps
-        less, _, _ = call_friction(tables, address, c, h, out[2], out[GAP_SIZE], T.zs, work.z_new)
+        less, _, _ = call_friction(tables, address, c, h, out[SLIP], out[NORMAL_FORCE], T.zs, work.z_new)
         T.zs[i] = z[i]
         _spread(middle, end, eps, i, T, work)
         for j in range(T.z.shape[0]):
@@ -117,22 +163,22 @@ def add_contact_history(tables, address, c, h, z, T, work):
     jacobians(out, S)
     for j in range(T.z.shape[0]):
         N = T.N[j, c]
-        friction = work.slopes[c, 3] * N + T.T[j, c]
+        friction = work.slopes[c, T_BY_N] * N + T.T[j, c]
         for i in range(6):
-            T.F[j, K.dofs[6 * c + i]] += S[0, i] * N + S[1, i] * friction
+            T.F[j, K.dofs[6 * c + i]] += S[NORMAL, i] * N + S[TANGENTIAL, i] * friction
 
 
 @compiled
 def _joint_friction(tables, address, c, h, slip, N, z, z_new):
     """Friction force in joint c."""
     C = tables.constraints
-    T, _, _ = friction_at(address.friction, C.grip[c, 1])(
-        part_of(tables.p, C.grip_p[c, 2], C.grip_p[c, 3]),
+    T, _, _ = friction_at(address.friction, C.grip[c, SLIDING_LAW])(
+        part_of(tables.p, C.grip_p[c, SLIDING_P], C.grip_p[c, SLIDING_P_END]),
         h,
         slip,
         N,
-        part_of(z, C.grip_z[c, 0], C.grip_z[c, 1]),
-        part_of(z_new, C.grip_z[c, 0], C.grip_z[c, 1]),
+        part_of(z, C.grip_z[c, BEGIN], C.grip_z[c, END]),
+        part_of(z_new, C.grip_z[c, BEGIN], C.grip_z[c, END]),
     )
     return T
 
@@ -141,7 +187,7 @@ def _joint_friction(tables, address, c, h, slip, N, z, z_new):
 def add_grip_history(tables, address, c, h, z, T, work):
     """The same for friction in joint c, whose grip is in work.grip_out."""
     C = tables.constraints
-    begin, end, slip, N = C.grip_z[c, 0], C.grip_z[c, 1], work.grip[c, 1], work.grip_out[0]
+    begin, end, slip, N = C.grip_z[c, BEGIN], C.grip_z[c, END], work.grip[c, GRIP_SLIP], work.grip_out[LOAD]
     for i in range(begin, end):
         if not changes(T.z, i):
             continue
@@ -163,18 +209,21 @@ def add_grip_history(tables, address, c, h, z, T, work):
 def follow_contact(tables, address, c, h, v, z, T, work):
     """The rest of T.z1 for contact c, from the differences T.q, T.v at the end of the step."""
     K, out = tables.contacts, work.contact[c]
-    first, begin, middle, end = K.z[c, 0], K.z[c, 1], K.z[c, 2], K.z[c, 3]
+    first, begin, middle, end = K.z[c, COMMON_Z], K.z[c, NORMAL_Z], K.z[c, FRICTION_Z], K.z[c, Z_END]
     _find_changes(K, c, v, T, work)
     if middle > begin:
-        _follow_normal(tables, address, c, h, out[0], out[1], z, T, work)
+        _follow_normal(tables, address, c, h, out[GAP], out[GAP_RATE], z, T, work)
     if end > middle:
-        _follow_friction(tables, address, c, h, out[2], out[GAP_SIZE], z, T, work)
-    closing = z[first] == 0.0 and out[0] <= 0.0 < z[first + 2] and h > 0.0
+        _follow_friction(tables, address, c, h, out[SLIP], out[NORMAL_FORCE], z, T, work)
+    closing = z[first + PHASE] == 0.0 and out[GAP] <= 0.0 < z[first + LAST_GAP] and h > 0.0
     for j in range(T.z.shape[0]):
         own = T.own[j]
-        later = _onset_later(h, first, out[0], out[1], z, T.z[j], own) if closing else T.z[j, first + 1]
-        T.z1[j, first], T.z1[j, first + 1] = 0.0, later
-        T.z1[j, first + 2], T.z1[j, first + 3], T.z1[j, first + 4] = own[0], own[3], own[1]
+        later = T.z[j, first + ONSET_TIME]
+        if closing:
+            later = _onset_later(h, first, out[GAP], out[GAP_RATE], z, T.z[j], own)
+        T.z1[j, first + PHASE], T.z1[j, first + ONSET_TIME] = 0.0, later
+        T.z1[j, first + LAST_GAP], T.z1[j, first + LAST_GAP_RATE] = own[OF_GAP], own[OF_RATE]
+        T.z1[j, first + LAST_FORCE] = own[OF_NORMAL]
 
 
 @compiled
@@ -190,24 +239,25 @@ def _find_changes(K, c, v, T, work):
         gap, rate, slip = 0.0, 0.0, 0.0
         for i in range(6):
             dq, dv = T.q[j, dofs[i]], T.v[j, dofs[i]]
-            gap += S[0, i] * dq
-            rate += S[0, i] * dv + by[0, i] * dq
-            slip += S[1, i] * dv + by[1, i] * dq
-        T.own[j, 0], T.own[j, 1], T.own[j, 2] = gap, rate, slip
-        T.own[j, 3] = slopes[0] * gap + slopes[1] * rate + T.N[j, c]
+            gap += S[NORMAL, i] * dq
+            rate += S[NORMAL, i] * dv + by[NORMAL, i] * dq
+            slip += S[TANGENTIAL, i] * dv + by[TANGENTIAL, i] * dq
+        T.own[j, OF_GAP], T.own[j, OF_RATE], T.own[j, OF_SLIP] = gap, rate, slip
+        T.own[j, OF_NORMAL] = slopes[N_BY_GAP] * gap + slopes[N_BY_RATE] * rate + T.N[j, c]
 
 
 @compiled
 def _curve(out, v, by):
-    """Rows 0 and 1 of `by`: derivatives of gap rate J_n v and slip J_t v by the six coordinates."""
-    nx, ny, ax, ay, bx, by_ = out[3], out[4], out[5], out[6], out[7], out[8]
+    """Rows NORMAL and TANGENTIAL of `by`: derivatives of gap rate J_n v and slip J_t v by the six coordinates."""
+    nx, ny = out[NORMAL_X], out[NORMAL_Y]
+    ax, ay, bx, by_ = out[ARM1_X], out[ARM1_Y], out[ARM2_X], out[ARM2_Y]
     for j in range(6):
-        x, y = out[13 + j], out[19 + j]
-        axq, ayq, bxq, byq = out[25 + j], out[31 + j], out[37 + j], out[43 + j]
+        x, y = out[NORMAL_X_Q + j], out[NORMAL_Y_Q + j]
+        axq, ayq, bxq, byq = out[ARM1_X_Q + j], out[ARM1_Y_Q + j], out[ARM2_X_Q + j], out[ARM2_Y_Q + j]
         arm1, arm2 = y * ax - x * ay + ny * axq - nx * ayq, y * bx - x * by_ + ny * bxq - nx * byq
-        by[0, j] = x * (v[0] - v[3]) + y * (v[1] - v[4]) + arm1 * v[2] - arm2 * v[5]
+        by[NORMAL, j] = x * (v[0] - v[3]) + y * (v[1] - v[4]) + arm1 * v[2] - arm2 * v[5]
         along1, along2 = x * ax + y * ay + nx * axq + ny * ayq, x * bx + y * by_ + nx * bxq + ny * byq
-        by[1, j] = y * (v[0] - v[3]) - x * (v[1] - v[4]) - along1 * v[2] + along2 * v[5]
+        by[TANGENTIAL, j] = y * (v[0] - v[3]) - x * (v[1] - v[4]) - along1 * v[2] + along2 * v[5]
 
 
 @compiled
@@ -222,45 +272,46 @@ def _add(begin, end, which, eps, T, work):
 @compiled
 def _follow_normal(tables, address, c, h, gap, rate, z, T, work):
     """History of the normal law by gap and gap rate."""
-    begin, end = tables.contacts.z[c, 1], tables.contacts.z[c, 2]
-    of_gap, of_rate = nudge(gap, gap, 0.0), nudge(rate, z[tables.contacts.z[c, 0] + 4], 0.0)
+    begin, end = tables.contacts.z[c, NORMAL_Z], tables.contacts.z[c, FRICTION_Z]
+    of_gap, of_rate = nudge(gap, gap, 0.0), nudge(rate, z[tables.contacts.z[c, COMMON_Z] + LAST_GAP_RATE], 0.0)
     call_normal(tables, address, c, h, gap + of_gap, rate, z, work.z_new)
     _keep(begin, end, work)
     call_normal(tables, address, c, h, gap - of_gap, rate, z, work.z_new)
-    _add(begin, end, 0, of_gap, T, work)
+    _add(begin, end, OF_GAP, of_gap, T, work)
     call_normal(tables, address, c, h, gap, rate + of_rate, z, work.z_new)
     _keep(begin, end, work)
     call_normal(tables, address, c, h, gap, rate - of_rate, z, work.z_new)
-    _add(begin, end, 1, of_rate, T, work)
+    _add(begin, end, OF_RATE, of_rate, T, work)
 
 
 @compiled
 def _follow_friction(tables, address, c, h, slip, N, z, T, work):
     """History of the friction law by slip and normal force."""
-    begin, end = tables.contacts.z[c, 2], tables.contacts.z[c, 3]
+    begin, end = tables.contacts.z[c, FRICTION_Z], tables.contacts.z[c, Z_END]
     of_slip, of_N = nudge(slip, slip, LEAST), PART * N
     call_friction(tables, address, c, h, slip + of_slip, N, z, work.z_new)
     _keep(begin, end, work)
     call_friction(tables, address, c, h, slip - of_slip, N, z, work.z_new)
-    _add(begin, end, 2, of_slip, T, work)
+    _add(begin, end, OF_SLIP, of_slip, T, work)
     if N > 0.0:
         call_friction(tables, address, c, h, slip, N + of_N, z, work.z_new)
         _keep(begin, end, work)
         call_friction(tables, address, c, h, slip, N - of_N, z, work.z_new)
-        _add(begin, end, 3, of_N, T, work)
+        _add(begin, end, OF_NORMAL, of_N, T, work)
 
 
 @compiled
 def _onset_later(h, first, gap, rate, z, dz, own):
     """How much later a contact began whose gap fell through zero in this step: the root of the cubic of `crossing`."""
-    gap0, rate0 = z[first + 2], z[first + 4]
+    gap0, rate0 = z[first + LAST_GAP], z[first + LAST_GAP_RATE]
     s = crossing(h, gap0, rate0, gap, rate)
     _, slope = cubic(s, h, gap0, rate0, gap, rate)
     if slope >= 0.0:
         return 0.0
     of_gap0, of_gap = (1.0 + 2.0 * s) * (1.0 - s) ** 2, s * s * (3.0 - 2.0 * s)
     of_rate0, of_rate = h * s * (1.0 - s) ** 2, h * s * s * (s - 1.0)
-    value = of_gap0 * dz[first + 2] + of_rate0 * dz[first + 4] + of_gap * own[0] + of_rate * own[1]
+    of_last = of_gap0 * dz[first + LAST_GAP] + of_rate0 * dz[first + LAST_GAP_RATE]
+    value = of_last + of_gap * own[OF_GAP] + of_rate * own[OF_RATE]
     return -h * value / slope
 
 
@@ -268,34 +319,34 @@ def _onset_later(h, first, gap, rate, z, dz, own):
 def follow_grip(tables, address, c, h, v, z, T, work):
     """The rest of T.z1 for friction in joint c, from the differences T.q, T.v, T.u; its grip is in work.grip_curve."""
     C, out, H, n_q = tables.constraints, work.grip_out, work.grip_curve, tables.sizes.n_q
-    begin, end, slip, N = C.grip_z[c, 0], C.grip_z[c, 1], work.grip[c, 1], work.grip_out[0]
+    begin, end, slip, N = C.grip_z[c, BEGIN], C.grip_z[c, END], work.grip[c, GRIP_SLIP], work.grip_out[LOAD]
     dofs, rows = part_of(C.dofs, C.dof[c], C.dof[c + 1]), C.row[c + 1] - C.row[c]
     for j in range(T.q.shape[0]):
         of_slip, of_N = 0.0, 0.0
         for i in range(6):
-            of_slip += out[4 + i] * T.v[j, dofs[i]]
+            of_slip += out[SLIDING + i] * T.v[j, dofs[i]]
             for l in range(6):
                 of_slip += v[dofs[l]] * H[l, i] * T.q[j, dofs[i]]
         for i in range(rows):
-            of_N += out[1 + i] * T.u[j, n_q + C.row[c] + i]
-        T.own[j, 2], T.own[j, 3] = of_slip, of_N
+            of_N += out[LOAD_BY_LAM + i] * T.u[j, n_q + C.row[c] + i]
+        T.own[j, OF_SLIP], T.own[j, OF_NORMAL] = of_slip, of_N
     of_slip, of_N = nudge(slip, slip, LEAST), PART * N
     _joint_friction(tables, address, c, h, slip + of_slip, N, z, work.z_new)
     _keep(begin, end, work)
     _joint_friction(tables, address, c, h, slip - of_slip, N, z, work.z_new)
-    _add(begin, end, 2, of_slip, T, work)
+    _add(begin, end, OF_SLIP, of_slip, T, work)
     if N > 0.0:
         _joint_friction(tables, address, c, h, slip, N + of_N, z, work.z_new)
         _keep(begin, end, work)
         _joint_friction(tables, address, c, h, slip, N - of_N, z, work.z_new)
-        _add(begin, end, 3, of_N, T, work)
+        _add(begin, end, OF_NORMAL, of_N, T, work)
 
 
 @compiled
 def follow_element(tables, address, e, t, h, q, v, a, z, T, work):
     """The rest of T.z1 for element e, from the differences T.q, T.v, T.a: its nodes are moved along them."""
     E = tables.elements
-    n, begin, end = E.dof[e + 1] - E.dof[e], E.z[e, 0], E.z[e, 1]
+    n, begin, end = E.dof[e + 1] - E.dof[e], E.z[e, BEGIN], E.z[e, END]
     gather_state(E, e, n, q, v, a, work)
     fast = 0.0
     for i in range(n):

@@ -6,6 +6,25 @@ from flexmb.compiled.records import Matrix, Record, Vector
 from flexmb.kernels import GAP_SIZE, GRIP_SIZE
 from flexmb.program.program import Program
 
+MOTION, MOTION_RATE, MOTION_ACCELERATION, DRIVE_FORCE = range(4)
+"""Columns of `Work.drive`: s, s_dot and s_ddot of a driven row, and the force that drives it."""
+
+FORCE_X, FORCE_Y, MOMENT = range(3)
+"""Columns of `Work.joint`: force on the second body, multiplier of the row whose moment is reported."""
+
+GRIP_FORCE, GRIP_SLIP = range(2)
+"""Columns of `Work.grip`: friction force and slip of a joint."""
+
+N_BY_GAP, N_BY_RATE, T_BY_SLIP, T_BY_N = range(4)
+"""Columns of `Work.slopes` of a contact: dN/dgap, dN/drate, dT/dslip, dT/dN."""
+
+GRIP_BY_SLIP, GRIP_BY_LAM = range(2)
+"""Columns of `Work.slopes` of a joint: dT/dslip, the first of three dT/dlam."""
+
+LOSS_NORMAL, LOSS_FRICTION, LOSS_BEYOND, LOSS_MEMORY = range(4)
+"""Columns of `Work.loss`: losses normal, tangential, beyond the laws of a contact [J]; then what the account of
+energies remembers of it (`arrays.CONTACT_MEMORY` numbers)."""
+
 
 class Powers(Record):
     """Energies of a state [J], the power of dampers [W], and the work that a step's algorithm makes up [J]."""

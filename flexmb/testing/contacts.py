@@ -7,6 +7,19 @@ import numpy as np
 from flexmb.kernels import GAP_SIZE
 from flexmb.model.law import FrictionLaw, Law, NormalLaw
 from flexmb.model.pieces import ContactPiece
+from flexmb.places import (
+    ARM1_X,
+    ARM1_X_Q,
+    ARM2_X,
+    ARM2_X_Q,
+    ECCENTRICITY_RATE_X,
+    ECCENTRICITY_X,
+    GAP,
+    GAP_RATE,
+    NORMAL_X,
+    NORMAL_X_Q,
+    SLIP,
+)
 from flexmb.testing.bench import Bench
 from flexmb.testing.subject import State, Subject
 
@@ -27,7 +40,7 @@ def check_gap(bench: Bench, piece: ContactPiece) -> float:
     q = bench.pose[bench.number.dofs(piece.coordinates)]
     scale = bench.scales(piece.coordinates)
     still = subject.watched({"q": q, "v": np.zeros(6)})["out"]
-    size = abs(float(still[0])) or 1e-3 * float(scale.max())
+    size = abs(float(still[GAP])) or 1e-3 * float(scale.max())
     # near the drawn pose gaps of its own size; then, as for other pieces, larger motions
     distances = np.array([*(size * f for f in (0.1, 0.5, 0.9, 1.1, 1.5, 3.0)), 1e-3 * scale[0], 0.1 * scale[0]])
     for distance in np.repeat(distances, 3):
@@ -43,7 +56,7 @@ def check_gap(bench: Bench, piece: ContactPiece) -> float:
 def check_gap_at(bench: Bench, subject: Subject, state: State, scale: np.ndarray, size: float) -> None:
     """Derivatives, contact point and frame at one state."""
     out = subject.watched(state)["out"]
-    where = "contact" if out[0] < 0.0 else "free flight"
+    where = "contact" if out[GAP] < 0.0 else "free flight"
     bench.note(f"{subject.kernel.name}: compiled = Python, finite, repeatable, in {where}")
     step = np.where(scale == 1.0, 1.0, size)  # lengths of the size of the gap, angles of 1 rad at most
     step[[2, 5]] = min(1.0, size / float(scale.max()))
@@ -54,29 +67,30 @@ def check_gap_at(bench: Bench, subject: Subject, state: State, scale: np.ndarray
         return lambda x: subject({**state, "q": x})["out"][begin:end]
 
     units = {"columns": step}
-    bench.derivative(subject, "J_n = d(gap)/dq", state, normal[None, :], part(0, 1), q, step, **units)
-    blocks = (("normal", 3, 13), ("first_arm", 5, 25), ("second_arm", 7, 37))
+    bench.derivative(subject, "J_n = d(gap)/dq", state, normal[None, :], part(GAP, GAP_RATE), q, step, **units)
+    blocks = (("normal", NORMAL_X, NORMAL_X_Q), ("first_arm", ARM1_X, ARM1_X_Q), ("second_arm", ARM2_X, ARM2_X_Q))
     for name, begin, place in blocks:
         got = out[place : place + 12].reshape(2, 6)
         floor = 1e-6 * float(np.abs(out[begin : begin + 2]).max())
         bench.derivative(
             subject, f"{name} = its derivatives by q", state, got, part(begin, begin + 2), q, step, floor=floor, **units
         )
-    for name, value, row in (("gap rate and J_n v", out[1], normal), ("slip and J_t v", out[2], tangent)):
+    for name, value, row in (("gap rate and J_n v", out[GAP_RATE], normal), ("slip and J_t v", out[SLIP], tangent)):
         bench.balanced(subject, name, state, [value, *(-row * v)], "they must be equal")
     rule = "both arms must end in one point, or the forces have a moment"
     for axis in (0, 1):  # one contact point for both bodies, so that forces have the same moment
-        terms = [q[axis], out[5 + axis], -q[3 + axis], -out[7 + axis]]
+        terms = [q[axis], out[ARM1_X + axis], -q[3 + axis], -out[ARM2_X + axis]]
         bench.balanced(subject, f"contact points along {'xy'[axis]}", state, terms, rule)
     check_frame(bench, subject, state, out, scale)
 
 
 def rows(out: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """J_n and J_t: gap rate and slip by the velocities of the nodes, from normal and arms."""
-    n, t = out[3:5], np.array([-out[4], out[3]])
+    n = out[NORMAL_X:ARM1_X]
+    t = np.array([-n[1], n[0]])
 
     def row(direction: np.ndarray) -> np.ndarray:
-        moments = [direction[1] * out[k] - direction[0] * out[k + 1] for k in (5, 7)]
+        moments = [direction[1] * out[k] - direction[0] * out[k + 1] for k in (ARM1_X, ARM2_X)]
         return np.array([*direction, moments[0], *-direction, -moments[1]])
 
     return row(n), -row(t)
@@ -87,14 +101,16 @@ def check_frame(bench: Bench, subject: Subject, state: State, out: np.ndarray, s
     turn, shift = bench.rotation(float(scale.max()))
     moved = {"q": turn @ state["q"] + shift, "v": turn @ state["v"]}
     after = subject(moved)["out"]
-    gap = max(abs(float(out[0])), float(np.hypot(*out[9:11])))
-    length = float(np.abs(moved["q"][[0, 1, 3, 4]]).max() + np.abs(out[5:9]).max())
+    gap = max(abs(float(out[GAP])), float(np.hypot(*out[ECCENTRICITY_X:ECCENTRICITY_RATE_X])))
+    length = float(np.abs(moved["q"][[0, 1, 3, 4]]).max() + np.abs(out[ARM1_X:ECCENTRICITY_X]).max())
     speed = float(np.abs(state["v"]).max()) * max(1.0, float(scale.max()))
     blur = length / max(gap, 1e-300)  # how much larger round-off of the normal is than that of positions
-    bench.turned(subject, "gap", state, after[0:1], out[0:1], length)
-    bench.turned(subject, "gap_rate and slip", state, after[1:3], out[1:3], speed * max(blur, 1.0))
-    bench.turned(subject, "normal", state, after[3:5], turn[:2, :2] @ out[3:5], max(blur, 1.0))
-    for name, k in (("first arm", 5), ("second arm", 7)):
+    bench.turned(subject, "gap", state, after[GAP:GAP_RATE], out[GAP:GAP_RATE], length)
+    bench.turned(
+        subject, "gap_rate and slip", state, after[GAP_RATE:NORMAL_X], out[GAP_RATE:NORMAL_X], speed * max(blur, 1.0)
+    )
+    bench.turned(subject, "normal", state, after[NORMAL_X:ARM1_X], turn[:2, :2] @ out[NORMAL_X:ARM1_X], max(blur, 1.0))
+    for name, k in (("first arm", ARM1_X), ("second arm", ARM2_X)):
         bench.turned(subject, name, state, after[k : k + 2], turn[:2, :2] @ out[k : k + 2], length * max(blur, 1.0))
 
 

@@ -5,7 +5,7 @@ import pytest
 from skfem import CellBasis, ElementLineHermite, MeshLine
 
 from flexmb.beams import hermite
-from flexmb.beams.corotational import PARAMETERS, beam_kernel
+from flexmb.beams.corotational import AXIAL, B11, B12, B22, LENGTH, OFFSET1, OFFSET2, PARAMETERS, beam_kernel
 from flexmb.model.shape import BeamShape
 
 L, EA, EI = 0.8, 3.0e5, 2.5
@@ -69,8 +69,8 @@ def test_the_shape_is_that_of_an_element_of_scikit_fem():
 
 def test_end_forces_balance_what_the_kernel_exerts_on_the_nodes():
     tapered = BeamShape("rod", "a", "b", L, 0.2, -0.1, 4e3, (13.0, 5.0, 9.0), (2.0, 1.0))
-    numbers = {"L": L, "ka": 4e3, "kb11": 13.0, "kb12": 5.0, "kb22": 9.0, "offset1": 0.2, "offset2": -0.1}
-    p = np.array([numbers.get(name, 0.0) for name in PARAMETERS])
+    p = np.zeros(PARAMETERS)
+    p[[LENGTH, AXIAL, B11, B12, B22, OFFSET1, OFFSET2]] = L, 4e3, 13.0, 5.0, 9.0, 0.2, -0.1
     q = np.array([0.1, 0.2, 0.9, 0.5, 0.95, 1.35])
     r, zero, none = np.zeros(6), np.zeros(6), np.zeros(0)
     beam_kernel(p, 0.0, 0.0, q, zero, zero, none, r, *np.zeros((3, 6, 6)), none)

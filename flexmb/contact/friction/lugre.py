@@ -14,6 +14,9 @@ PASSIVE = 4.0 * math.sqrt(2.0 * math.e)
 """Largest damping kinetic/stribeck_speed: sigma_1(v) v is largest at v_s/sqrt(2), sigma_1 v_s/sqrt(2 e), and must not
 exceed 4 mu_k."""
 
+(DEFLECTION,) = range(1)
+"""The history: deflection of the bristles."""
+
 
 @friction_law
 def lugre_kernel(p, h, slip, N, z, z_new):
@@ -24,13 +27,13 @@ def lugre_kernel(p, h, slip, N, z, z_new):
     """
     mu_s, mu_k, vs, sigma0, sigma1, sigma2 = p
     if N < 1e-200:
-        z_new[0] = 0.0
+        z_new[DEFLECTION] = 0.0
         return 0.0, 0.0, 0.0
     bell = math.exp(-((slip / vs) ** 2))
     g = mu_k + (mu_s - mu_k) * bell
     g_v = -2.0 * (mu_s - mu_k) * bell * slip / (vs * vs)  # _v: by slip, _N: by N
     most = mu_s / sigma0  # times N: what the bristles can bear now; a load that falls lets them go
-    old, old_N = z[0], 0.0
+    old, old_N = z[DEFLECTION], 0.0
     if abs(old) > most * N:
         old_N = math.copysign(most, old)
         old = old_N * N
@@ -48,7 +51,7 @@ def lugre_kernel(p, h, slip, N, z, z_new):
     damping = sigma1 * bell
     damping_v = -2.0 * damping * slip / (vs * vs)
     inner = damping * rate + sigma2 * slip
-    z_new[0] = new
+    z_new[DEFLECTION] = new
     return (
         -(sigma0 * new + N * inner),
         -(sigma0 * new_v + N * (damping_v * rate + sigma2) + damping * rate_v),

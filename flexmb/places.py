@@ -1,0 +1,44 @@
+"""Names of the places in what gap and grip kernels write, and numbers put in the order of such places.
+
+A name is an integer constant, so `out[SLIP]` costs what `out[2]` does.  Places of numbers that one file knows are named
+there, columns of tables in `flexmb.program.tables`, those of results in `flexmb.system.work`.
+"""
+
+from collections.abc import Mapping
+
+(
+    GAP,
+    GAP_RATE,
+    SLIP,
+    NORMAL_X,
+    NORMAL_Y,
+    ARM1_X,
+    ARM1_Y,
+    ARM2_X,
+    ARM2_Y,
+    ECCENTRICITY_X,
+    ECCENTRICITY_Y,
+    ECCENTRICITY_RATE_X,
+    ECCENTRICITY_RATE_Y,
+) = range(13)
+"""What a gap kernel writes: gap, gap rate, slip, normal, arms from the nodes to the contact point, eccentricity."""
+
+NORMAL_X_Q, NORMAL_Y_Q, ARM1_X_Q, ARM1_Y_Q, ARM2_X_Q, ARM2_Y_Q = range(13, 49, 6)
+"""Behind it the first of six derivatives of each component, by the six coordinates."""
+
+NORMAL_FORCE, FRICTION_FORCE = range(49, 51)
+"""What a contact's row holds behind that."""
+
+NORMAL, TANGENTIAL = range(2)
+"""Rows of the Jacobian of a contact: of the gap rate J_n v, and of the slip J_t v."""
+
+LOAD, LOAD_BY_LAM = range(2)
+"""What a grip kernel writes: normal load, the first of its three derivatives by multipliers."""
+
+(SLIDING,) = range(4, 5)
+"""Behind it the first of the six entries of J, with the slip J v."""
+
+
+def packed(numbers: Mapping[int, float]) -> tuple[float, ...]:
+    """Numbers by their places 0, 1, 2, ... in order: the p of a kernel that reads them by the same names."""
+    return tuple(numbers[place] for place in range(len(numbers)))

@@ -1,0 +1,71 @@
+"""Names of places agree with the lengths of what they are places in, and with the signals that are reported."""
+
+import numpy as np
+import pytest
+
+from flexmb import places
+from flexmb.beams import corotational, mass_damping
+from flexmb.beams.fem import beam_matrices
+from flexmb.beams.section import Rectangle
+from flexmb.integrate import arrays
+from flexmb.kernels import GAP_SIZE, GRIP_SIZE
+from flexmb.model.material import Material
+from flexmb.program.signals import CONTACT, CONTACT_PENETRATION
+from flexmb.system import outputs
+
+
+def test_what_a_gap_kernel_writes_is_as_long_as_its_places():
+    assert places.ARM2_Y_Q + 6 == GAP_SIZE
+    assert places.NORMAL_X_Q == places.ECCENTRICITY_RATE_Y + 1
+    assert (places.NORMAL_FORCE, places.FRICTION_FORCE) == (GAP_SIZE, GAP_SIZE + 1)
+
+
+def test_what_a_grip_kernel_writes_is_as_long_as_its_places():
+    assert (places.LOAD, places.LOAD_BY_LAM, places.SLIDING) == (0, 1, GRIP_SIZE - 6)
+
+
+def test_memory_of_a_contact_is_as_long_as_its_places():
+    assert (arrays.BY_NORMAL + 6, arrays.BY_FRICTION + 6) == (arrays.BY_FRICTION, arrays.CONTACT_MEMORY)
+
+
+def test_signals_are_written_in_the_order_of_their_names():
+    names = (
+        *("EX", "EY", "VEX", "VEY", "PENETRATION", "PENETRATION_RATE", "NORMAL_SIGNAL", "FRICTION_SIGNAL"),
+        *("CONTACT_FX", "CONTACT_FY", "CONTACT_FORCE", "MODE"),
+    )
+    said = [name.lower().removeprefix("contact_").replace("_signal", "_force") for name in names]
+    assert said == [name for name, _ in CONTACT]
+    assert [getattr(outputs, name) for name in names] == list(range(len(CONTACT)))
+    assert outputs.PENETRATION == CONTACT_PENETRATION
+
+
+def test_numbers_are_packed_in_the_order_of_their_places():
+    assert places.packed({2: 0.3, 0: 0.1, 1: 0.2}) == (0.1, 0.2, 0.3)
+    with pytest.raises(KeyError):
+        places.packed({0: 0.1, 2: 0.3})
+
+
+def test_mass_of_damping_is_packed_as_the_kernel_reads_it():
+    axial, bending = np.array([[2.0, 1.0], [1.0, 3.0]]), np.arange(16.0).reshape(4, 4)
+    m = bending + bending.T
+    p = mass_damping.damping_parameters(0.5, 0.0, axial, m, ((0.0, 0.0), (0.0, 0.0)))
+    whole = np.zeros((6, 6))
+    whole[np.ix_((0, 3), (0, 3))], whole[np.ix_((1, 2, 4, 5), (1, 2, 4, 5))] = axial, m
+    assert p[mass_damping.ZETA] == 0.5
+    for i in range(6):
+        for j in range(i, 6):
+            assert p[getattr(mass_damping, f"M{i + 1}{j + 1}")] == whole[i, j]
+
+
+def test_integrals_of_mass_are_packed_as_the_beam_reads_them():
+    """A straight uniform rod of length L and mass m: int rho A of products of (1 - xi, xi) and of the cubics."""
+    L, section = 2.0, Rectangle(0.01, 0.02)
+    steel = Material(young=2e11, density=7800.0)
+    p = np.zeros(corotational.PARAMETERS)
+    p[corotational.M11 :] = beam_matrices(np.array([0.0, L]), section, steel).inertia_integrals(0)
+    m = 7800.0 * 0.01 * 0.02 * L
+    expected = {"M11": m / 3, "M12": m / 6, "M22": m / 3, "G11": m * L / 20, "G12": -m * L / 30}
+    expected |= {"G21": m * L / 30, "G22": -m * L / 20}
+    expected |= {"H11": m * L**2 / 105, "H12": -m * L**2 / 140, "H22": m * L**2 / 105}
+    for name, value in expected.items():
+        assert p[getattr(corotational, name)] == pytest.approx(value, rel=1e-9), name
