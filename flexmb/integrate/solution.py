@@ -14,7 +14,7 @@ from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.integrate.episodes import ContactLog, Episodes, select
 from flexmb.integrate.stats import Stats
-from flexmb.model.shape import Shapes
+from flexmb.model.shape import LateShapes, Shapes
 from flexmb.model.signal import Signal
 
 if TYPE_CHECKING:
@@ -109,7 +109,7 @@ class Solution:
         self._set("peaks", Peaks(_frozen("peaks.values", largest, (n_s,)), _frozen("peaks.times", when, (n_s,))))
         self._set("contacts", self.contacts.checked())
         self._set("signals", tuple(self.signals))
-        self._set("shapes", tuple(self.shapes))
+        self._set("shapes", self.shapes if isinstance(self.shapes, LateShapes) else tuple(self.shapes))
         self._set("restart", {name: _read_only(array) for name, array in self.restart.items()})
         self._set("aliases", dict(self.aliases))
         self._set("notes", tuple(self.notes))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from flexmb import checks, kernels
@@ -18,6 +19,12 @@ if TYPE_CHECKING:
 
 
 Triple = tuple[float, float, float]
+
+
+def declared_state(value: Any) -> dict[str, Any]:
+    """What is pickled: all but what was worked out from it."""
+    kind = type(value)
+    return {k: v for k, v in vars(value).items() if not isinstance(getattr(kind, k, None), cached_property)}
 
 
 @dataclass(frozen=True)
@@ -42,6 +49,13 @@ class Part(ABC):
     def label(self) -> str:
         """Class and name, as messages show it."""
         return f"{type(self).__name__} {self.name!r}"
+
+    def __getstate__(self) -> dict[str, Any]:
+        return declared_state(self)
+
+    @classmethod
+    def prepare(cls, parts: Sequence[Any]) -> None:  # noqa: B027 - most parts are worked out one by one
+        """Work out what costs less for all `parts` of this class together; their pieces are asked for next."""
 
     @abstractmethod
     def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:

@@ -8,7 +8,7 @@ from flexmb.errors import InputError, ModelError
 from flexmb.model.law import Motion
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.pieces import Pieces, RowMotion, node_coordinates
-from flexmb.model.shape import Shapes
+from flexmb.model.shape import LateShapes, Shapes
 from flexmb.program.numbering import Numbering
 from flexmb.program.program import Drawn, Names, Program
 from flexmb.program.signals import aliases
@@ -32,7 +32,7 @@ def compile(mechanism: Mechanism, *, closed: bool = False, start: bool = False) 
     KernelError : a user's kernel that unpacks a wrong number of parameters, cannot be compiled or returns NaN.
     """
     pieces = chosen_pieces(_pieces(mechanism), closed=closed or start, start=start)
-    return _compiled(mechanism, pieces, Numbering(mechanism), mechanism.shapes())
+    return _compiled(mechanism, pieces, Numbering(mechanism), LateShapes(mechanism.shapes))
 
 
 def compile_with_start(mechanism: Mechanism) -> tuple[Program, Program]:
@@ -46,7 +46,7 @@ def compile_with_start(mechanism: Mechanism) -> tuple[Program, Program]:
     ------
     ModelError, InputError, KernelError : see `compile`.
     """
-    pieces, number, shapes = _pieces(mechanism), Numbering(mechanism), mechanism.shapes()
+    pieces, number, shapes = _pieces(mechanism), Numbering(mechanism), LateShapes(mechanism.shapes)
     program = _compiled(mechanism, chosen_pieces(pieces, closed=False, start=False), number, shapes)
     if not pieces.contacts and all(c.holds == "always" for c in pieces.constraints):
         return program, program
