@@ -13,7 +13,7 @@ from flexmb.kernels import Kernel, address_table
 from flexmb.model.law import Motion, NormalLaw
 from flexmb.model.pieces import AXES
 from flexmb.model.shape import Shapes
-from flexmb.model.signal import Signal
+from flexmb.model.signal import Signals
 from flexmb.program.symbolic import Symbolic
 from flexmb.program.tables import Addresses, Tables
 
@@ -36,7 +36,7 @@ class Names:
     rows: tuple[str, ...]
     contacts: tuple[str, ...]
     bodies: tuple[str, ...]
-    signals: tuple[Signal, ...]
+    signals: Signals
     aliases: dict[str, str]
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from flexmb.kernels import Kernel
 from flexmb.model.law import Law
 from flexmb.model.pieces import Pieces
-from flexmb.model.signal import Signal
+from flexmb.model.signal import Signals
 from flexmb.program.numbering import Numbering, blocks_and_edges
 from flexmb.program.ordering import elimination_order
 from flexmb.program.packing import KINDS, Packer, motion_of_each_row
@@ -53,7 +53,7 @@ class Structure:
     rows: tuple[str, ...]
     contacts: tuple[str, ...]
     drives: tuple[str, ...]
-    signals: tuple[Signal, ...]
+    signals: Signals
 
     def filled(self, p: np.ndarray) -> Tables:
         """The tables with the numbers (n_p,) of one mechanism."""
@@ -93,18 +93,15 @@ def _read(value: Any, kernels: list[Kernel]) -> Any:
     if _is_law(type(value)):
         kernels.append(value.kernel)
         return id(value.kernel), len(value.parameters()), len(value.history())
-    names = _fields(type(value))
-    if not names:
+    kind = type(value)
+    lengths, names, others = _fields(kind)
+    if not lengths and not names and not others:
         return value
-    found: list[Any] = [type(value)]
-    for name in names:
+    found: list[Any] = [kind, *[len(getattr(value, name)) for name in lengths]]
+    found += [getattr(value, name) for name in names]
+    for name in others:
         item = getattr(value, name)
-        if name in NUMBERS:
-            found.append(len(item))
-        elif name in NAMES:
-            found.append(item)
-        else:
-            found.append(_read(item, kernels))
+        found.append(item if item is None else _read(item, kernels))
     return tuple(found)
 
 
@@ -115,9 +112,12 @@ def _is_law(kind: type) -> bool:
 
 
 @cache
-def _fields(kind: type) -> tuple[str, ...]:
-    """Names of the fields of a dataclass; () of anything else."""
-    return tuple(f.name for f in fields(kind)) if is_dataclass(kind) else ()
+def _fields(kind: type) -> tuple[tuple[str, ...], ...]:
+    """Fields of a dataclass of which the length matters, those that hold names, and the others; none of anything else.
+    """
+    known = [f.name for f in fields(kind)] if is_dataclass(kind) else []
+    lengths, names = ([name for name in known if name in group] for group in (NUMBERS, NAMES))
+    return tuple(lengths), tuple(names), tuple([name for name in known if name not in (*lengths, *names)])
 
 
 def new_structure(pieces: Pieces, number: Numbering) -> Structure:
