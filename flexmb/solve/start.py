@@ -137,10 +137,11 @@ def declared_rows(closed: Program, rigid: RigidMotion, B: Any) -> tuple[np.ndarr
     The rigid motion of a field is the one nearest to it, all nodes counted alike; with d beside it any other would do.
     """
     v = np.asarray(closed.drawn.v)
-    body = np.repeat(rigid.body, 3)
+    declared = np.flatnonzero(~np.isnan(v))
+    body = rigid.body[declared // 3]  # in order, as the coordinates are
     rows, d = [], np.zeros(len(v))
-    for k in range(rigid.count):
-        given = np.flatnonzero((body == k) & ~np.isnan(v))
+    for k, begin, number in zip(*np.unique(body, return_index=True, return_counts=True), strict=True):
+        given = declared[begin : begin + number]
         if len(given) > 3:
             own = plain(B[given][:, 3 * k : 3 * k + 3])
             size = np.array([1.0, 1.0, max(float(np.abs(own[:, 2]).max()), 1e-300)])
@@ -176,9 +177,9 @@ def accelerations(
     system, lam = System(program), np.zeros(program.n_c)
     system.at(q, v, t=t, z=z, weights=(0.0, 0.0, 1.0))
     M, G = system.blocks
-    bare = np.flatnonzero(np.abs(M).sum(axis=1) == 0.0)
-    free = [k for k in bare if abs(G[:, [k]]).sum() == 0.0]
-    if free:
+    sums = abs(M).sum(axis=1), abs(G).sum(axis=0)  # of sparse matrices these are matrices
+    free = np.flatnonzero(np.ravel(sums[0]) + np.ravel(sums[1]) == 0.0)
+    if len(free):
         name = program.names.coordinates[free[0]]
         raise SolveError(
             f"Mechanism {program.name!r}: coordinate {name!r} has no mass and no joint; give it some mass."
