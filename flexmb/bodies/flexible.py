@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -69,6 +70,7 @@ def rotary_inertia_of(label: str, value: object) -> float | None:
     return checks.not_negative(label, "rotary_inertia", value, "kg m")
 
 
+@lru_cache(maxsize=64)
 def fractions(elements: Elements) -> tuple[float, ...]:
     """Positions of all nodes as fractions of the length."""
     if isinstance(elements, int):

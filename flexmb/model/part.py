@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from functools import cached_property
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from flexmb import checks, kernels
@@ -75,10 +75,16 @@ class Part(ABC):
     def references(self) -> tuple[str, ...]:
         """Names of the parts this one is connected to."""
         values = [getattr(self, name) for name, _ in checks.declared_fields(type(self))]
-        return tuple([v.name for v in values if isinstance(v, Part)])
+        return tuple([v.name for v in values if _is_part(type(v))])
 
     def validate(self, mechanism: Mechanism) -> None:  # noqa: B027 - most parts have nothing to check there
         """Check what can only be checked beside the other parts of `mechanism`."""
+
+
+@cache
+def _is_part(kind: type) -> bool:
+    """Whether it is a class of parts; asking each time, as an abstract base class wants it, takes longer."""
+    return issubclass(kind, Part)
 
 
 @dataclass(frozen=True)

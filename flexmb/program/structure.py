@@ -8,9 +8,10 @@ safe because everything they are made of stands in the key, and because nobody c
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -64,7 +65,7 @@ def structure_of(pieces: Pieces, number: Numbering) -> Structure:
     """The structure of these pieces, remembered or new."""
     kernels: list[Kernel] = []
     groups = (pieces.elements, pieces.constraints, pieces.contacts, pieces.signals)
-    key = (tuple((part, node.name) for part, node in number.nodes), *(_read(group, kernels) for group in groups))
+    key = (tuple([(part, node.name) for part, node in number.nodes]), *(_read_all(group, kernels) for group in groups))
     try:
         known = _LATEST.get(key)
     except TypeError:  # a part of one's own put something into its pieces that cannot be compared
@@ -79,6 +80,22 @@ def structure_of(pieces: Pieces, number: Numbering) -> Structure:
 
 def _unknowns() -> int:
     return sum(structure.symbolic.n for structure, _ in _LATEST.values())
+
+
+def _read_all(group: Sequence[Any], kernels: list[Kernel]) -> tuple[Any, ...]:
+    """What a group of pieces means for the structure, field by field; a value that several share is read once."""
+    kinds = tuple(map(type, group))
+    if len(set(kinds)) != 1:
+        return tuple([_read(piece, kernels) for piece in group])
+    lengths, names, others = _fields(kinds[0])
+    found: list[tuple[Any, ...]] = [kinds]
+    found += [tuple([len(getattr(piece, name)) for piece in group]) for name in lengths]
+    found += [tuple(map(attrgetter(name), group)) for name in names]
+    for name in others:
+        values = list(map(attrgetter(name), group))
+        known = {place: _read(value, kernels) for place, value in {id(value): value for value in values}.items()}
+        found.append(tuple([known[id(value)] for value in values]))
+    return tuple(found)
 
 
 def _read(value: Any, kernels: list[Kernel]) -> Any:
@@ -141,7 +158,7 @@ def new_structure(pieces: Pieces, number: Numbering) -> Structure:
         max((p.rows for p in pieces.constraints), default=1),
         any(p.grip is not None for p in pieces.constraints),
     )
-    kind = np.array([k % 3 == 2 for k in range(number.n_q)], dtype=np.int64)
+    kind = (np.arange(number.n_q) % 3 == 2).astype(np.int64)
     tables = Tables(sizes, np.array(packer.p, dtype=float), elements, constraints, contacts, measured, kind)
     freeze(tables)
     driven = [(c.part, row) for c in pieces.constraints for row in c.motions]
