@@ -87,10 +87,11 @@ _KNOWN: dict[Hashable, BeamMatrices] = {}
 
 def matrices(beam: Beam) -> BeamMatrices:
     """Element matrices of a beam through scikit-fem, remembered for beams of equal data."""
-    key = _data_of(beam)
-    if key not in _KNOWN:
+    found = _KNOWN.get(_data_of(beam))
+    if found is None:
         assemble([beam])
-    return _KNOWN[key]
+        found = _KNOWN[_data_of(beam)]
+    return found
 
 
 def assemble(beams: Iterable[Beam]) -> None:
@@ -204,6 +205,9 @@ def boss_pieces(part: str, corners: Sequence[str], bosses: Bosses, gravity: Poin
 
 def nearest_node(label: str, owner: str, nodes: Sequence[Node], point: Point, size: float) -> Node:
     """The node at a world point of the drawn pose, or `InputError` that names the nodes nearby."""
+    for node in nodes:
+        if (node.x, node.y) == point:
+            return node
     nearest = min(nodes, key=lambda n: planar.distance((n.x, n.y), point))
     if planar.distance((nearest.x, nearest.y), point) <= 1e-6 * size:
         return nearest

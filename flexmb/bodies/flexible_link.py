@@ -29,7 +29,7 @@ from flexmb.bodies.flexible import (
 )
 from flexmb.errors import InputError
 from flexmb.model.material import Material
-from flexmb.model.pieces import Attachment, Node, Piece, SignalPiece, node_coordinates
+from flexmb.model.pieces import Attachment, Node, Piece, SignalPiece
 from flexmb.model.shape import Shapes
 
 if TYPE_CHECKING:
@@ -223,8 +223,8 @@ class FlexibleLink(Bar):
 
     def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
         """Elements, bosses, damping and the signal `deflection`."""
-        nodes = {n.name: n for n in self.nodes()}
-        ends = (self.aliases["start"], self.aliases["end"])
+        nodes, zeta = {n.name: n for n in self._nodes}, self.mass_damping
+        ends = (self._nodes[0].name, self._nodes[-1].name)
         bosses = self._bosses
         if self.pivot_inertia:
             extra = Bosses((0.0,), self.pivot_inertia, 0.0)
@@ -232,12 +232,12 @@ class FlexibleLink(Bar):
         else:
             pivot = []
         three = (ends[0], self.main, ends[1])
-        coordinates = tuple(c for node in three for c in node_coordinates(self.name, node)[:2])
+        coordinates = tuple([(self.name, node, axis) for node in three for axis in (0, 1)])
         return [
             *beam_pieces(self.name, [self._beam], nodes, self.damping, mechanism.gravity),
             *boss_pieces(self.name, ends, bosses, mechanism.gravity),
             *pivot,
-            *mass_damping_pieces(self.name, [self._beam], self._beam, self.mass_damping, self._lumps()),
+            *(mass_damping_pieces(self.name, [self._beam], self._beam, zeta, self._lumps()) if zeta else ()),
             SignalPiece(self.name, "deflection", "m", deflection_kernel, coordinates),
         ]
 

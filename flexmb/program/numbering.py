@@ -49,14 +49,18 @@ class Numbering:
         named = [(part, node.name) for part, node in self.nodes]
         every = [(part, node, axis) for part, node in (*named, (GROUND.name, "")) for axis in (0, 1, 2)]
         self._number: dict[Coordinate, int] = dict(zip(every, range(len(every)), strict=True))
+        self._lists: dict[int, tuple[Sequence[Placed], Lists]] = {}
 
     def dofs(self, coordinates: Sequence[Coordinate]) -> list[int]:
         """Numbers of coordinates; the ground's are n_q, n_q + 1, n_q + 2."""
         return [self._number[c] for c in coordinates]
 
     def lists(self, pieces: Sequence[Placed]) -> Lists:
-        """Numbers of the coordinates of each piece."""
-        return Lists.of([list(map(self._number.__getitem__, piece.coordinates)) for piece in pieces])
+        """Numbers of the coordinates of each piece, remembered for the same sequence of pieces."""
+        if id(pieces) not in self._lists:
+            number = self._number.__getitem__
+            self._lists[id(pieces)] = pieces, Lists.of([list(map(number, piece.coordinates)) for piece in pieces])
+        return self._lists[id(pieces)][1]
 
     def names(self) -> tuple[str, ...]:
         """Names of the coordinates."""

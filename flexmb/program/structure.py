@@ -65,7 +65,7 @@ def structure_of(pieces: Pieces, number: Numbering) -> Structure:
     """The structure of these pieces, remembered or new."""
     kernels: list[Kernel] = []
     groups = (pieces.elements, pieces.constraints, pieces.contacts, pieces.signals)
-    key = (tuple([(part, node.name) for part, node in number.nodes]), *(_read_all(group, kernels) for group in groups))
+    key = (tuple([(part, node.name) for part, node in number.nodes]), *(_read_all(group, number, kernels) for group in groups))
     try:
         known = _LATEST.get(key)
     except TypeError:  # a part of one's own put something into its pieces that cannot be compared
@@ -82,15 +82,19 @@ def _unknowns() -> int:
     return sum(structure.symbolic.n for structure, _ in _LATEST.values())
 
 
-def _read_all(group: Sequence[Any], kernels: list[Kernel]) -> tuple[Any, ...]:
-    """What a group of pieces means for the structure, field by field; a value that several share is read once."""
+def _read_all(group: Sequence[Any], number: Numbering, kernels: list[Kernel]) -> tuple[Any, ...]:
+    """What a group of pieces means for the structure, field by field; a value that several share is read once.
+
+    Numbers of the coordinates say the same as their names, beside the names of all nodes.
+    """
     kinds = tuple(map(type, group))
     if len(set(kinds)) != 1:
         return tuple([_read(piece, kernels) for piece in group])
     lengths, names, others = _fields(kinds[0])
-    found: list[tuple[Any, ...]] = [kinds]
+    dofs = number.lists(group)
+    found: list[tuple[Any, ...]] = [kinds, (dofs.ptr.tobytes(), dofs.values.tobytes())]
     found += [tuple([len(getattr(piece, name)) for piece in group]) for name in lengths]
-    found += [tuple(map(attrgetter(name), group)) for name in names]
+    found += [tuple(map(attrgetter(name), group)) for name in names if name != "coordinates"]
     for name in others:
         values = list(map(attrgetter(name), group))
         known = {place: _read(value, kernels) for place, value in {id(value): value for value in values}.items()}
