@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.compiled.records import Flags, Matrix, Record, Vector
+from flexmb.compiled.records import Flags, Integers, Matrix, Record, Vector
 from flexmb.program.program import Program
 from flexmb.program.signals import CONTACT_PENETRATION
 from flexmb.system.work import load_forces
@@ -287,12 +287,16 @@ class RunRecord(Record):
     held : (n_c,) rows whose multipliers were not unique
     peak : largest absolute values; largest positive ones where one_sided (a penetration is negative in free flight)
     episodes : (rows, EPISODE_ROW) episodes of contact that ended (see `touch`)
+    values : (rows, n_s) signals that are saved;  kept : (n_s,) their places among all, empty: all are
+    between : all signals at an instant inside a step; empty where all are saved
     """
 
     count: Counters
     step: StepReport
     times: Vector
     values: Matrix
+    kept: Integers
+    between: Vector
     old: Vector
     new: Vector
     peak: Vector
@@ -360,14 +364,20 @@ def rigid_coordinates(program: Program) -> np.ndarray:
     return np.repeat(np.bincount(body)[body] == 1, 3)
 
 
-def new_record(program: Program, rows: int) -> RunRecord:
-    """Buffers for `rows` saved instants, and for as many episodes beside those that one step may end."""
+def new_record(program: Program, rows: int, kept: np.ndarray | None = None) -> RunRecord:
+    """Buffers for `rows` saved instants, and for as many episodes beside those that one step may end.
+
+    `kept` are the places of the signals that are saved, ascending; None: all.
+    """
     n_y = program.tables.sizes.n_y
+    kept = None if kept is None or len(kept) == n_y else kept
     one_sided = np.zeros(n_y, dtype=np.bool_)
     one_sided[program.tables.contacts.out + CONTACT_PENETRATION] = True
     return RunRecord(
         times=rows,
-        values=(rows, n_y),
+        values=(rows, n_y if kept is None else len(kept)),
+        kept=np.zeros(0, dtype=np.int64) if kept is None else kept,
+        between=0 if kept is None else n_y,
         **dict.fromkeys(("old", "new", "peak", "peak_time"), n_y),
         one_sided=one_sided,
         count=Counters(*(0,) * 13),

@@ -69,18 +69,32 @@ def save(tables, t0, h, options, flow, record):
     if options.save_interval == 0.0:
         row = record.count.rows
         record.times[row] = flow.clock.t
-        copy(record.new, record.values[row])
+        keep(record.new, record, row)
         record.count.rows += 1
     else:
         due = flow.clock.saving_from + (flow.clock.saved + 1.0) * options.save_interval
         while due <= flow.clock.t + 1e-9 * options.save_interval and record.count.rows < record.times.shape[0]:
             row = record.count.rows
-            interpolate(tables, min((due - t0) / h, 1.0), h, record.old, record.new, record.values[row])
+            if record.between.shape[0] == 0:
+                interpolate(tables, min((due - t0) / h, 1.0), h, record.old, record.new, record.values[row])
+            else:
+                interpolate(tables, min((due - t0) / h, 1.0), h, record.old, record.new, record.between)
+                keep(record.between, record, row)
             record.times[row] = due
             record.count.rows += 1
             flow.clock.saved += 1.0
             due = flow.clock.saving_from + (flow.clock.saved + 1.0) * options.save_interval
     return BUFFER_FULL if record.count.rows >= record.times.shape[0] else RUNNING
+
+
+@compiled
+def keep(signals, record, row):
+    """Write those of all signals that are saved into a row of the buffer."""
+    if record.between.shape[0] == 0:
+        copy(signals, record.values[row])
+        return
+    for k in range(record.kept.shape[0]):
+        record.values[row, k] = signals[record.kept[k]]
 
 
 @compiled

@@ -19,6 +19,7 @@ from flexmb.integrate.arrays import (
     RUNNING,
     Coefficients,
     Options,
+    RunRecord,
     new_flow,
     new_record,
     new_trial,
@@ -31,6 +32,7 @@ from flexmb.integrate.finish import save
 from flexmb.integrate.ledger import MISSING, MISSING_IN_RUNGE_KUTTA, final_verdict, keep_account, open_account
 from flexmb.integrate.loop import advance, advance_explicit
 from flexmb.integrate.method import Newmark, RungeKutta4, Staggered
+from flexmb.integrate.saved import SavedRows
 from flexmb.integrate.solution import ContactLog, Peaks, Solution
 from flexmb.integrate.stats import Stats
 from flexmb.integrate.status import sentence
@@ -47,7 +49,9 @@ from flexmb.system.evaluate import evaluate_accepted
 from flexmb.system.outputs import write_outputs
 from flexmb.system.work import workspace
 
-BUFFER = 512
+BUFFER, LEAST_BUFFER, BUFFER_NUMBERS = 512, 16, 1 << 23
+"""Saved instants in the buffer of the loop at most and at least, and numbers in it: 64 MB."""
+
 BLOCK_SECONDS = 0.2
 FIRST_BLOCK = 20_000
 """Unknowns times steps of the first block, whose speed is not known yet: some ten milliseconds."""
@@ -71,20 +75,26 @@ class Run:
         *,
         max_steps: int | None = None,
         progress: bool = False,
+        kept: np.ndarray | None = None,
     ) -> None:
         self.program, self.method, self.step = program, method, step
         self.period, self.t_end, self.max_steps, self.progress = period, t_end, max_steps, progress
         self.lu = lu.tables(program.symbolic)
-        self.record, self.work = new_record(program, BUFFER), workspace(program)
+        self.kept = kept
+        self.record, self.work = self._new_record(program), workspace(program)
         self.flow = new_flow(program)
         self.stages = new_stages(program)
-        self.times: list[np.ndarray] = []
-        self.values: list[np.ndarray] = []
+        self.saved = SavedRows(self.record.values.shape[1], kept)
         self.episodes: list[np.ndarray] = []
         self.saving = False
         self.code, self.note, self.redundant = RUNNING, "", 0
         self.h_max, self.h_min, self.error, self.bounds = self._limits()
         self.trial = new_trial(program, 0, self.bounds)
+
+    def _new_record(self, program: Program) -> RunRecord:
+        """Buffers for the kept signals of a program, shorter ones where they are many."""
+        columns = program.tables.sizes.n_y if self.kept is None else len(self.kept)
+        return new_record(program, max(LEAST_BUFFER, min(BUFFER, BUFFER_NUMBERS // max(columns, 1))), self.kept)
 
     def _limits(self) -> tuple[float, float, float, tuple[float, ...]]:
         """Largest and smallest step [s], accepted error of a step [m], and the bounds of `landing`.
@@ -205,7 +215,7 @@ class Run:
         if self.note or self.code not in (RUNNING, DONE):
             return  # a run that was stopped before the instants to be saved stays stopped
         if saving is not None:
-            self._begin_saving(saving)
+            self._begin_saving(saving, end)
         explicit = isinstance(self.method, RungeKutta4)
         self.flow.account.limit = MISSING_IN_RUNGE_KUTTA if explicit else MISSING
         interval = NEVER if saving is None else saving
@@ -268,16 +278,18 @@ class Run:
         record.peak_time[size > record.peak] = instant
         record.peak[:] = np.maximum(record.peak, size)
         if interval == 0.0:
-            self._keep(np.array([flow.clock.t]), record.new[None, :].copy())
-        elif interval < NEVER and self.times and abs(self.times[-1][-1] - instant) <= 1e-9 * interval:
-            self.values[-1][-1] = record.new  # an instant of the grid at the jump shows the state just after
+            self.saved.add_one(flow.clock.t, record.new)
+        elif interval < NEVER and self.saved.is_at(instant, 1e-9 * interval):
+            self.saved.replace_last(record.new)  # an instant of the grid at the jump shows the state just after
 
-    def _begin_saving(self, saving: float) -> None:
+    def _begin_saving(self, saving: float, end: float) -> None:
         """Save the present instant, or go on with the grid of the run that was resumed."""
         clock, self.saving = self.flow.clock, True
+        if saving > 0.0:
+            self.saved.expect(int(min((end - clock.t) / saving, 1e9)) + 2)
         if clock.saving_from < 0.0:
             clock.saving_from, clock.saved = clock.t, 0.0
-            self._keep(np.array([clock.t]), self.record.new[None, :].copy())
+            self.saved.add_one(clock.t, self.record.new)
         elif saving > 0.0:  # counted anew, since the interval may be another one
             clock.saved = np.floor((clock.t - clock.saving_from) / saving + 1e-9)
 
@@ -313,7 +325,7 @@ class Run:
             self.episodes.append(taken_out(self.record))
         rows = int(self.record.count.rows)
         if rows:
-            self._keep(self.record.times[:rows].copy(), self.record.values[:rows].copy())
+            self.saved.add(self.record.times[:rows], self.record.values[:rows])
             self.record.count.rows = 0
 
     def _empty(self, options: Options) -> None:
@@ -326,21 +338,18 @@ class Run:
                 return
             self._fetch()
 
-    def _keep(self, times: np.ndarray, values: np.ndarray) -> None:
-        self.times.append(times)
-        self.values.append(values)
-
     def solution(self, model: dict[str, Any], *, notes: tuple[str, ...] = (), wall_time: float = 0.0) -> Solution:
         """The record of what was run so far, with remarks and the time it took on the clock [s]."""
         program, count = self.program, self.record.count
-        n_y = program.tables.sizes.n_y
+        kept = slice(None) if self.kept is None else self.kept
+        names, (time, values) = program.names.signals, self.saved.finished()
         restart = self.flow.saved()
         restart["signals"] = self.record.new.copy()
         return Solution(
-            time=_joined(self.times, np.zeros(0)),
-            values=_joined(self.values, np.zeros((0, n_y))),
-            signals=program.names.signals,
-            peaks=Peaks(self.record.peak.copy(), self.record.peak_time.copy()),
+            time=time,
+            values=values,
+            signals=names if self.kept is None else names.chosen(self.kept),
+            peaks=Peaks(self.record.peak[kept].copy(), self.record.peak_time[kept].copy()),
             status=self.status(),
             ok=self.code == DONE and not self.note,
             stats=Stats(
@@ -372,13 +381,6 @@ class Run:
         if self.note:
             return f"{self.note}, at t = {self.flow.clock.t:.6g} s."
         return sentence(self.program, self.code, self.flow, self.trial, self.record)
-
-
-def _joined(blocks: list[np.ndarray], nothing: np.ndarray) -> np.ndarray:
-    """All rows of the blocks, read-only; `nothing` where there are none."""
-    rows = np.concatenate(blocks) if blocks else nothing
-    rows.setflags(write=False)
-    return rows
 
 
 def just_before(instant: float) -> float:

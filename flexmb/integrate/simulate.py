@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from numbers import Real
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
+from flexmb.integrate.chosen import SAVED, chosen_places
 from flexmb.integrate.method import Newmark, RungeKutta4, Staggered
 from flexmb.integrate.period import common_period
 from flexmb.integrate.remarks import contact_remarks
@@ -43,6 +44,7 @@ def simulate(
     restart: Mapping[str, np.ndarray] | None = None,
     max_steps: int | None = None,
     redundant: str = "refuse",
+    signals: Sequence[str] | None = None,
     progress: bool = False,
 ) -> Solution:
     """Simulate a mechanism from its drawn pose.
@@ -68,6 +70,9 @@ def simulate(
         "least-norm": of all multipliers that give the motion those with the least sum of squares are taken.  Forces in
         N and moments in N m then count alike, and only sums of forces of such joints mean something.  Friction in
         such joints follows these forces, and what drives work against it with them.
+    signals : names of the signals that are saved, and patterns in which * stands for any text: ["slider.x", "rod.*"];
+        the solution holds these and their peaks alone, in its usual order.  None: all.  Final state, contacts,
+        statistics and status are whole in any case.  Drawing and VTK files need x, y and theta of all nodes.
     progress : show a progress bar with an estimate of the time left.
 
     Returns
@@ -82,7 +87,7 @@ def simulate(
     Raises
     ------
     InputError : times that are not > 0, neither or both of t_end and periods, unknown kinds of step or method, a
-        restart beyond the end.
+        restart beyond the end, signals that the mechanism has not.
     ModelError, AssemblyError, KernelError : a mechanism that cannot start; see `compile` and `consistent_start`.
     """
     program, closed = compile_with_start(mechanism)
@@ -98,7 +103,8 @@ def simulate(
     if max_steps is not None:
         checks.count(f"simulate {mechanism.name!r}", "max_steps", max_steps)
     checks.one_of(f"simulate {mechanism.name!r}", "redundant", redundant, REDUNDANT)
-    run = _new_run(mechanism, program, method, step, end, period, max_steps, progress, redundant)
+    kept = chosen_places(f"simulate {mechanism.name!r}", program.names, signals)
+    run = _new_run(mechanism, program, method, step, end, period, max_steps, progress, redundant, kept)
     if restart is None and isinstance(run, StaggeredRun):
         run.start()
     elif restart is None:
@@ -114,7 +120,8 @@ def simulate(
     now = float(run.flow.clock.t)
     span = period if period is not None else 0.5 * (now - begin)
     notes = contact_remarks(run.program, run.flow.z, run.contact_log(), now, span)
-    return run.solution(model={"name": mechanism.name}, notes=notes, wall_time=time.perf_counter() - started)
+    model = {"name": mechanism.name} if signals is None else {"name": mechanism.name, SAVED: list(signals)}
+    return run.solution(model=model, notes=notes, wall_time=time.perf_counter() - started)
 
 
 def _new_run(
@@ -127,14 +134,16 @@ def _new_run(
     max_steps: int | None,
     progress: bool,
     redundant: str,
+    kept: np.ndarray | None,
 ) -> Run:
     """A run of the kind that the method needs."""
     if not isinstance(method, Staggered):
-        return Run(program, method, step, end, period, max_steps=max_steps, progress=progress)
+        return Run(program, method, step, end, period, max_steps=max_steps, progress=progress, kept=kept)
     if redundant != REDUNDANT[0] or not isinstance(step, FixedStep):
         text = f"simulate {mechanism.name!r}: redundant is {redundant!r}"
         raise InputError(f"{text}; Staggered needs independent joints. Use a Newmark method.")
-    return StaggeredRun(mechanism, program, method, step, end, period, max_steps=max_steps, progress=progress)
+    common = (mechanism, program, method, step, end, period)
+    return StaggeredRun(*common, max_steps=max_steps, progress=progress, kept=kept)
 
 
 def period_or_none(program: Program) -> float | None:

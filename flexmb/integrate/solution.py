@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from flexmb import checks
 from flexmb.errors import InputError
+from flexmb.integrate.chosen import SAVED, hint, resolved
 from flexmb.integrate.episodes import ContactLog, Episodes, select
 from flexmb.integrate.stats import Stats
 from flexmb.model.shape import LateShapes, Shapes
@@ -126,7 +126,7 @@ class Solution:
         )
 
     def __contains__(self, name: object) -> bool:
-        return isinstance(name, str) and self._resolved(name) in self._places
+        return isinstance(name, str) and resolved(name, self.signals, self.aliases) in self._places
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.names)
@@ -208,32 +208,14 @@ class Solution:
     def _places(self) -> dict[str, int]:
         return self.signals.places
 
-    def _resolved(self, name: str) -> str:
-        """`name` with its longest prefix that is an alias replaced; a signal's own name comes first."""
-        if name in self._places:
-            return name
-        prefix = name
-        while "." in prefix:
-            prefix = prefix.rpartition(".")[0]
-            if prefix in self.aliases:
-                return self.aliases[prefix] + name[len(prefix) :]
-        return name
-
     def _place(self, name: str) -> int:
-        place = self._places.get(self._resolved(name)) if isinstance(name, str) else None
+        place = self._places.get(resolved(name, self.signals, self.aliases)) if isinstance(name, str) else None
         if place is None:
-            hint = checks.did_you_mean(str(name), self._candidates(str(name)))
-            raise UnknownSignalError(f"Solution of {self.name!r} has no signal {name!r}. {hint}")
+            text = f"Solution of {self.name!r} has no signal {name!r}. {hint(str(name), self.signals, self.aliases)}"
+            if SAVED in self.model:
+                text += f" Of all signals were saved those of simulate(..., signals={self.model[SAVED]!r})."
+            raise UnknownSignalError(text)
         return place
-
-    def _candidates(self, name: str) -> list[str]:
-        """Names to offer for an unknown one: those of its part, else of parts with such a signal, else all."""
-        part, _, tail = name.partition(".")
-        ends = {node: alias for alias, node in self.aliases.items()}
-        stems = ((n, n.rpartition(".")) for n in self.names)
-        known = [f"{ends[stem]}.{axis}" if stem in ends else n for n, (stem, _, axis) in stems]
-        own = [n for n in known if n.startswith(f"{part}.")]
-        return own or [n for n in known if n.partition(".")[2] == tail] or known
 
 
 def _frozen(name: str, values: object, shape: tuple[int | None, ...]) -> np.ndarray:

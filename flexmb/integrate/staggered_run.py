@@ -16,7 +16,8 @@ from flexmb.integrate.elastic_step import ELASTIC_SINGULAR, TOO_FAR
 from flexmb.integrate.finish import save
 from flexmb.integrate.ledger import MISSING_IN_RUNGE_KUTTA, keep_account
 from flexmb.integrate.method import Staggered
-from flexmb.integrate.run import BUFFER, Run
+from flexmb.integrate.run import Run
+from flexmb.integrate.saved import SavedRows
 from flexmb.integrate.solution import Solution
 from flexmb.integrate.staggered import advance_staggered, begin_elastic, whole_motion, write_whole
 from flexmb.integrate.status import sentence
@@ -56,14 +57,16 @@ class StaggeredRun(Run):
         *,
         max_steps: int | None = None,
         progress: bool = False,
+        kept: np.ndarray | None = None,
     ) -> None:
         self.mechanism = rigid_twin(f"simulate {mechanism.name!r} with Staggered", mechanism)
         twin, self.closed = compile_with_start(self.mechanism)
         self.whole, self.given = whole, method
         self.elastic = elastic_model(mechanism, whole, twin, method)
         super().__init__(twin, method, step, t_end, period, max_steps=max_steps, progress=progress)
-        rigid, shown = new_record(twin, 1), new_record(whole, BUFFER)
-        self.record = shown.replaced(held=rigid.held)
+        self.kept, rigid = kept, new_record(twin, 1)
+        self.record = self._new_record(whole).replaced(held=rigid.held)
+        self.saved = SavedRows(self.record.values.shape[1], kept)
 
     def start(self) -> None:
         """Take the start values of the twin, and elastic accelerations that go with them."""
