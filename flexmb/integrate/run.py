@@ -168,7 +168,7 @@ class Run:
 
         How much they do depends on the direction of the bodies against X and Y: all are turned together.
         """
-        system, angles = System(self.program), np.asarray(self.program.tables.kind) == 1
+        system, angles = System(self.program, self.work), np.asarray(self.program.tables.kind) == 1
         for turn in (0.0, 0.7, 2.3):
             values = system.at(start.q + turn * angles, weights=(0.0, 0.0, 1.0)).work.lu.copy()
             seen = np.zeros(self.program.symbolic.n)

@@ -34,6 +34,9 @@ KEPT = 16
 KEPT_UNKNOWNS = 50_000
 """Unknowns of all structures that are remembered beside the latest one: some hundred megabytes."""
 
+MANY = 100
+"""Pieces from which on they are read field by field, which costs less."""
+
 NUMBERS = ("p", "history")
 """Fields of pieces of which only the length matters to a structure."""
 
@@ -88,7 +91,7 @@ def _read_all(group: Sequence[Any], number: Numbering, kernels: list[Kernel]) ->
     Numbers of the coordinates say the same as their names, beside the names of all nodes.
     """
     kinds = tuple(map(type, group))
-    if len(set(kinds)) != 1:
+    if len(group) < MANY or len(set(kinds)) != 1:
         return tuple([_read(piece, kernels) for piece in group])
     lengths, names, others = _fields(kinds[0])
     dofs = number.lists(group)

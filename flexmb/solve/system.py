@@ -33,11 +33,12 @@ class System:
     Parameters
     ----------
     program : the compiled mechanism.
+    work : a workspace of it that may be written to; None: a new one.
     """
 
-    def __init__(self, program: Program) -> None:
+    def __init__(self, program: Program, work: Work | None = None) -> None:
         self.program = program
-        self.work: Work = workspace(program)
+        self.work: Work = work or workspace(program)
         self._pattern = program.symbolic
         self.small = self._pattern.n <= SMALL
 
