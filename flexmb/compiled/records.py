@@ -78,6 +78,7 @@ class Record:
     _layout: ClassVar[tuple[tuple[str, Any, int, Any, int], ...]] = ()
     _plans: ClassVar[dict[Any, Any]] = {}
     _groups: ClassVar[dict[Any, Any]] = {}
+    _inner: ClassVar[tuple[tuple[str, int], ...]] = ()
     _size: ClassVar[int] = 0
     _all_floats: ClassVar[bool] = False
 
@@ -95,6 +96,7 @@ class Record:
         cls._numba_type_ = RecordType(cls.__name__, tuple(fields), frozen)
         cls._places = cls._numba_type_.fields
         cls._plans, cls._groups = {}, {}
+        cls._inner = tuple((name, at) for name, kind, at in fields if kind not in NUMBERS.values())
         cls._all_floats = bool(fields) and all(kind is types.float64 for _, kind, _ in fields)
         cls._layout = tuple((name, kind, at, *_stored(kind)) for name, kind, at in fields)
         for name, kind, at in fields:
@@ -155,9 +157,7 @@ class Record:
         plan = self._plans.get(shapes)
         if plan is None:
             plan = self._plans[shapes] = _Plan(type(self), shapes)
-        arena = np.zeros(plan.size, dtype=np.uint8)
-        address = arena.__array_interface__["data"][0]
-        first = -address % LINE
+        arena, first, address = plan.arena()
         self.__dict__["_arena"] = arena, first, plan
         return plan.words + plan.moved * np.uint64(address + first)
 
@@ -214,6 +214,31 @@ class Record:
                 return type(self)(**{**self.as_dict(), **changes})
             other.__dict__[name] = value
             words[place : place + 1 + ndim] = value.__array_interface__["data"][0], *value.shape
+        return other
+
+    def twin(self, **records: Record) -> Self:
+        """A record of the same shapes and numbers, in a fifth of the time: what was made of zeros is zeros again.
+
+        Arrays that were given are shared; records within have twins of their own, or are exchanged for `records`.
+        """
+        mine, words = self.__dict__, self._words.copy()
+        other = type(self).__new__(type(self))
+        if "_arena" in mine:
+            _, first, plan = mine["_arena"]
+            base = mine["_arena"][0].__array_interface__["data"][0] + first
+            arena, first, address = plan.arena()
+            other.__dict__["_arena"] = arena, first, plan
+            words += plan.moved * np.uint64((address + first - base) % (1 << 64))
+        views = mine["_arena"][2].views if "_arena" in mine else {}
+        for name, place in self._inner:
+            if name in views:
+                continue
+            value = mine[name]
+            if isinstance(value, Record):
+                value = records[name] if name in records else value.twin()
+                words[place] = value._address
+            other.__dict__[name] = value
+        other._adopt(words)
         return other
 
     def saved(self) -> dict[str, np.ndarray]:
@@ -276,6 +301,12 @@ class _Plan:
             size = math.prod(shape) * dtype.itemsize
             end += (size + LINE - 1) // LINE * LINE
         self.size = end + LINE
+
+    def arena(self) -> tuple[np.ndarray, int, int]:
+        """New memory, where in it the first array begins, and its address."""
+        arena = np.zeros(self.size, dtype=np.uint8)
+        address = arena.__array_interface__["data"][0]
+        return arena, -address % LINE, address
 
 
 def _grouped(kind: type[Record], given: Any) -> tuple[list[tuple[Any, ...]], ...]:

@@ -7,6 +7,7 @@ import numpy as np
 from flexmb.compiled.records import Flags, Integers, Matrix, Record, Vector
 from flexmb.program.program import Program
 from flexmb.program.signals import CONTACT_PENETRATION
+from flexmb.system.templates import fresh
 from flexmb.system.work import load_forces
 
 RUNNING, DONE, BUFFER_FULL, NEWTON_FAILED, SINGULAR, NOT_FINITE, STEP_TOO_SMALL = range(7)
@@ -314,6 +315,10 @@ loads."""
 
 def new_flow(program: Program) -> Flow:
     """A state of zeros."""
+    return fresh(program, "flow", lambda: _blank_flow(program))
+
+
+def _blank_flow(program: Program) -> Flow:
     n, m = program.n_q + 3, program.n_c
     n_k, n_g = len(program.tables.contacts.kernel), len(program.tables.constraints.kernel)
     return Flow(
@@ -342,6 +347,11 @@ def new_flow(program: Program) -> Flow:
 
 def new_trial(program: Program, redundant: int = 0, bounds: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)) -> Trial:
     """Work vectors; `redundant` rows more than the joints need, `bounds` of the step control (see `landing`)."""
+    given = Bounds(*bounds)
+    return fresh(program, ("trial", redundant), lambda: _blank_trial(program, redundant, given), bounds=given)
+
+
+def _blank_trial(program: Program, redundant: int, bounds: Bounds) -> Trial:
     n, m = program.n_q + 3, program.n_c
     total = program.n_q + m
     vectors = dict.fromkeys(("q", "v", "a", "x", "mean_v", "lag"), n) | dict.fromkeys(("lam", "gaps"), m)
@@ -351,7 +361,7 @@ def new_trial(program: Program, redundant: int = 0, bounds: tuple[float, ...] = 
         pair=2 * total,
         free=(redundant, m),
         rigid=rigid_coordinates(program),
-        bounds=Bounds(*bounds),
+        bounds=bounds,
         prediction=Prediction(0, 0, 0.0, 0.0),
         reuse=Reuse(*(0.0,) * 14),
         slopes=(len(program.tables.contacts.kernel) + len(program.tables.constraints.kernel), 4),
@@ -369,8 +379,13 @@ def new_record(program: Program, rows: int, kept: np.ndarray | None = None) -> R
 
     `kept` are the places of the signals that are saved, ascending; None: all.
     """
+    if kept is None or len(kept) == program.tables.sizes.n_y:
+        return fresh(program, ("record", rows), lambda: _blank_record(program, rows, None))
+    return _blank_record(program, rows, kept)
+
+
+def _blank_record(program: Program, rows: int, kept: np.ndarray | None) -> RunRecord:
     n_y = program.tables.sizes.n_y
-    kept = None if kept is None or len(kept) == n_y else kept
     one_sided = np.zeros(n_y, dtype=np.bool_)
     one_sided[program.tables.contacts.out + CONTACT_PENETRATION] = True
     return RunRecord(

@@ -41,7 +41,7 @@ class Signals(Sequence[Signal]):
         self.names, self.units = tuple(names), tuple(units)
         if len(self.places) != len(self.names):
             twice = next(name for name in self.names if self.names.count(name) > 1)
-            raise InputError(f"Solution: signal {twice!r} appears more than once. Give every part its own name.")
+            raise InputError(f"Signals: {twice!r} appears more than once. Give every part its own name.")
 
     @staticmethod
     def of(signals: Iterable[Signal]) -> Signals:

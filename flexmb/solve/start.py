@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Container
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -144,8 +145,9 @@ def declared_rows(closed: Program, rigid: RigidMotion, B: Any) -> tuple[np.ndarr
     declared = np.flatnonzero(~np.isnan(v))
     body = rigid.body[declared // 3]  # in order, as the coordinates are
     rows, d = [], np.zeros(len(v))
-    for k, begin, number in zip(*np.unique(body, return_index=True, return_counts=True), strict=True):
-        given = declared[begin : begin + number]
+    bounds = np.searchsorted(body, np.arange(rigid.count + 1)).tolist() if len(body) else [0]
+    for k, (begin, end) in enumerate(pairwise(bounds)):
+        given = declared[begin:end]
         if len(given) > 3:
             own = plain(B[given][:, 3 * k : 3 * k + 3])
             size = np.array([1.0, 1.0, max(float(np.abs(own[:, 2]).max()), 1e-300)])
