@@ -88,7 +88,7 @@ class BeamMatrices:
 
     @cached_property
     def parameters(self) -> tuple[tuple[tuple[float, ...], tuple[float, ...]], ...]:
-        """Of each element its length, stiffnesses ka kb11 kb12 kb22 of the chord frame, and its integrals of inertia."""
+        """Length and stiffnesses ka kb11 kb12 kb22 in the chord frame, and integrals of inertia, of each element."""
         ka, kb = self.axial_stiffness[:, 1, 1], self.bending_stiffness
         heads = np.stack([self.lengths, ka, kb[:, 1, 1], kb[:, 1, 3], kb[:, 3, 3]], axis=1).tolist()
         return tuple(zip(map(tuple, heads), map(tuple, self.inertia_integrals.tolist()), strict=True))

@@ -119,7 +119,10 @@ def beam_parameters(beam: Beam, nodes: dict[str, Node], damping: float, gravity:
     # the offset makes theta + offset the direction of the element's axis in the drawn pose
     offsets = [angle - nodes[name].theta for name in beam.nodes]
     load, data = (float(damping), *map(float, gravity)), matrices(beam).parameters
-    return [(*head, first, second, *load, *tail) for (head, tail), (first, second) in zip(data, pairwise(offsets), strict=True)]
+    return [
+        (*head, first, second, *load, *tail)
+        for (head, tail), (first, second) in zip(data, pairwise(offsets), strict=True)
+    ]
 
 
 def beam_pieces(

@@ -15,9 +15,9 @@ from flexmb.bodies.fields import Field, Triple, start_displacement, start_veloci
 from flexmb.bodies.flexible import (
     Beam,
     Elements,
+    assemble,
     beam_pieces,
     beam_shapes,
-    assemble,
     boss_pieces,
     checked_elements,
     fractions,

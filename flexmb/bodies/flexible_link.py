@@ -15,9 +15,9 @@ from flexmb.bodies.fields import Field, FieldLike, Triple, start_displacement, s
 from flexmb.bodies.flexible import (
     Beam,
     Elements,
+    assemble,
     beam_pieces,
     beam_shapes,
-    assemble,
     boss_pieces,
     checked_elements,
     deflection_kernel,

@@ -375,10 +375,7 @@ def rigid_coordinates(program: Program) -> np.ndarray:
 
 
 def new_record(program: Program, rows: int, kept: np.ndarray | None = None) -> RunRecord:
-    """Buffers for `rows` saved instants, and for as many episodes beside those that one step may end.
-
-    `kept` are the places of the signals that are saved, ascending; None: all.
-    """
+    """Buffers for `rows` instants of the signals `kept` (places, None: all), and for the episodes that end meanwhile."""
     if kept is None or len(kept) == program.tables.sizes.n_y:
         return fresh(program, ("record", rows), lambda: _blank_record(program, rows, None))
     return _blank_record(program, rows, kept)

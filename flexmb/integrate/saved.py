@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-
 AHEAD = 1 << 30
 """Bytes of rows that are asked for before they are needed."""
 

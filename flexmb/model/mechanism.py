@@ -73,9 +73,13 @@ class Mechanism:
         """Names of the parts in order of declaration."""
         return tuple(self._by_name)
 
-    @cached_property
+    @property
     def bodies(self) -> tuple[Body, ...]:
         """The bodies in order of declaration, without the ground."""
+        return self._bodies
+
+    @cached_property
+    def _bodies(self) -> tuple[Body, ...]:
         return tuple([part for part in self.parts if isinstance(part, Body)])
 
     @cached_property

@@ -54,8 +54,9 @@ class Part(ABC):
         return declared_state(self)
 
     @classmethod
-    def prepare(cls, parts: Sequence[Any]) -> None:  # noqa: B027 - most parts are worked out one by one
+    def prepare(cls, parts: Sequence[Any]) -> None:
         """Work out what costs less for all `parts` of this class together; their pieces are asked for next."""
+        return
 
     @abstractmethod
     def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
@@ -75,7 +76,7 @@ class Part(ABC):
     def references(self) -> tuple[str, ...]:
         """Names of the parts this one is connected to."""
         values = [getattr(self, name) for name, _ in checks.declared_fields(type(self))]
-        return tuple([v.name for v in values if _is_part(type(v))])
+        return tuple([v.name for v in values if _is_part(v.__class__)])
 
     def validate(self, mechanism: Mechanism) -> None:  # noqa: B027 - most parts have nothing to check there
         """Check what can only be checked beside the other parts of `mechanism`."""

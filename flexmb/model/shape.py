@@ -118,6 +118,7 @@ class LateShapes(Sequence[Shape]):
     def __reduce__(self) -> tuple[Any, ...]:
         return tuple, (self.all(),)
 
+
 KINDS: dict[str, type[Shape]] = {"rigid": RigidShape, "beam": BeamShape, "point": PointShape}
 
 

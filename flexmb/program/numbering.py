@@ -19,7 +19,8 @@ class Placed(Protocol):
     """A piece, as far as it stands on coordinates."""
 
     @property
-    def coordinates(self) -> tuple[Coordinate, ...]: ...
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """Names of its coordinates."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -68,7 +68,10 @@ def structure_of(pieces: Pieces, number: Numbering) -> Structure:
     """The structure of these pieces, remembered or new."""
     kernels: list[Kernel] = []
     groups = (pieces.elements, pieces.constraints, pieces.contacts, pieces.signals)
-    key = (tuple([(part, node.name) for part, node in number.nodes]), *(_read_all(group, number, kernels) for group in groups))
+    key = (
+        tuple([(part, node.name) for part, node in number.nodes]),
+        *(_read_all(group, number, kernels) for group in groups),
+    )
     try:
         known = _LATEST.get(key)
     except TypeError:  # a part of one's own put something into its pieces that cannot be compared
@@ -137,8 +140,7 @@ def _is_law(kind: type) -> bool:
 
 @cache
 def _fields(kind: type) -> tuple[tuple[str, ...], ...]:
-    """Fields of a dataclass of which the length matters, those that hold names, and the others; none of anything else.
-    """
+    """Fields of a dataclass of which the length matters, those that hold names, the others; none of anything else."""
     known = [f.name for f in fields(kind)] if is_dataclass(kind) else []
     lengths, names = ([name for name in known if name in group] for group in (NUMBERS, NAMES))
     return tuple(lengths), tuple(names), tuple([name for name in known if name not in (*lengths, *names)])

@@ -1,16 +1,20 @@
 """Time from the declaration of a chain to its first step, part by part: `python tests/speed/start.py [LINKS ...]`.
 
+The rows are kept in out/speed for `python docs/performance.py --collect`.
+
 A chain of LINKS hinged links of 4 beams hangs on the ground and falls (`models.chain`).  With the peer installed the
 same chain is built and assembled there, and takes one step.  Times are of the processor; each chain has a process of
 its own, so that nothing is remembered from another and the memory is its own.
 """
 
+import math
 import multiprocessing
 import resource
 import sys
 import time
 
 import models
+from duel import keep
 
 import flexmb as fm
 from flexmb.program.compiler import compile_with_start
@@ -19,6 +23,7 @@ from flexmb.solve.start import consistent_start
 ELEMENTS = 4
 STEP = 1e-4  # s
 CHAINS = (100, 900, 2500, 10_000, 25_000)
+MOST_LINKS_OF_THE_PEER = 2500  # its time grows with the square: 74 s for 10,000
 HEADS = ("links", "declared", "compiled", "start", "in all", "ms/element", "MB", "peer", "ours/peer")
 
 
@@ -50,6 +55,8 @@ def theirs(links: int) -> float:
         import peer
     except ImportError:
         return float("nan")
+    if links > MOST_LINKS_OF_THE_PEER:
+        return float("nan")
     stepping = peer.Stepping(1, solver=peer.TRAPEZOIDAL, sparse=True, tolerances=peer.BEAM_TOLERANCES)
     peer.chain(2, ELEMENTS).solve(STEP, stepping)
     began = time.process_time()
@@ -72,5 +79,8 @@ def row(links: int) -> list[float]:
 
 if __name__ == "__main__":
     print("".join(f"{head:>11}" for head in HEADS))
+    found = []
     for count in [int(word) for word in sys.argv[1:]] or CHAINS:
-        print("".join(f"{value:11.4g}" for value in row(count)), flush=True)
+        found.append(row(count))
+        print("".join(f"{value:11.4g}" for value in found[-1]), flush=True)
+    keep("start", {"rows": [[None if math.isnan(value) else value for value in one] for one in found]})
