@@ -375,7 +375,7 @@ def rigid_coordinates(program: Program) -> np.ndarray:
 
 
 def new_record(program: Program, rows: int, kept: np.ndarray | None = None) -> RunRecord:
-    """Buffers for `rows` instants of the signals `kept` (places, None: all), and for the episodes that end meanwhile."""
+    """Buffers for `rows` instants of the signals `kept` (places; None: all), and for episodes that end meanwhile."""
     if kept is None or len(kept) == program.tables.sizes.n_y:
         return fresh(program, ("record", rows), lambda: _blank_record(program, rows, None))
     return _blank_record(program, rows, kept)
