@@ -51,6 +51,8 @@ def write(path: Path, data: dict, order: list[str]) -> None:
         parts += work_precision(others["work-precision"], path.parent / "pictures")
     if "limits" in others:
         parts += limits(others["limits"])
+    if "start" in others:
+        parts += start(others["start"])
     path.write_text("\n\n".join(wrapped(p) for p in parts if p) + "\n", encoding="utf-8")
 
 
@@ -206,3 +208,19 @@ def limits(record: dict) -> list[str]:
     processes by the clock. {where["date"]},
     load average {where["load"]}."""
     return ["## Costs and their growth", text, "\n".join(lines)]
+
+
+def start(record: dict) -> list[str]:
+    """From the declaration of a chain to its first step, by tests/speed/start.py."""
+    heads = ("links of 4 beams", "declared [s]", "compiled [s]", "start values [s]", "to the first step [s]")
+    heads += ("ms an element", "memory [MB]", "Exudyn, to the first step [s]", "ours over Exudyn's")
+    lines = [f"| {' | '.join(heads)} |", "|" + "---:|" * len(heads)]
+    for links, *values in record["rows"]:
+        cells = ("-" if value is None else number(value) for value in values)
+        lines.append(f"| {links:,.0f} | {' | '.join(cells)} |")
+    where = record["where"]
+    text = f"""\
+    From the declaration of a falling chain to the end of its first step, each chain in a process of its own, compiled
+    functions loaded, signals of the start alone saved (`python tests/speed/start.py`, then `python docs/performance.py
+    --collect`); processor times. {where["date"]}, load average {where["load"]}."""
+    return ["## Start of large models", text, "\n".join(lines)]

@@ -96,14 +96,14 @@ from flexmb.errors import SolveError as SolveError
 from flexmb.errors import WorkerError as WorkerError
 from flexmb.integrate.episodes import Episode as Episode
 from flexmb.integrate.episodes import Episodes as Episodes
-from flexmb.integrate.method import Newmark as Newmark
-from flexmb.integrate.method import RungeKutta4 as RungeKutta4
-from flexmb.integrate.method import Staggered as Staggered
 from flexmb.integrate.momentum import Momentum as Momentum
 from flexmb.integrate.momentum import momentum as momentum
 from flexmb.integrate.netcdf import load as load
+from flexmb.integrate.newmark import Newmark as Newmark
+from flexmb.integrate.runge_kutta import RungeKutta4 as RungeKutta4
 from flexmb.integrate.simulate import simulate as simulate
 from flexmb.integrate.solution import Solution as Solution
+from flexmb.integrate.staggered import Staggered as Staggered
 from flexmb.integrate.steps import Adaptive as Adaptive
 from flexmb.integrate.steps import FixedStep as FixedStep
 from flexmb.io.vtk import write_vtk as write_vtk

@@ -109,9 +109,15 @@ def number_fields(owner: Any, label: str) -> None:
     """Refuse a dataclass with a field declared as a number that holds none, or one that is not finite."""
     for name, declared in declared_fields(owner.__class__):
         value = getattr(owner, name)
-        is_number = type(value) is float or (isinstance(value, Real) and not isinstance(value, bool))
-        if is_number or declared == "float" or (declared == "float | None" and value is not None):
+        wanted = declared == "float" or (declared == "float | None" and value is not None)
+        if wanted or is_kind_of_number(value.__class__):
             number(label, name, value)
+
+
+@cache
+def is_kind_of_number(kind: type) -> bool:
+    """Whether it is a class of real numbers; asking each time, as an abstract base class wants it, takes longer."""
+    return issubclass(kind, Real) and not issubclass(kind, bool)
 
 
 @cache

@@ -7,12 +7,17 @@ Bending   stiffness  int E I w'' v'' dx    mass  int rho A w v dx     cubic Herm
 The axial stiffness is that of the weak form of Hellinger and Reissner with a constant force in the element, which is
 exact for tapered bars under end loads; with the linear displacement alone, int E A u' v' dx, they would be too stiff.
 w is positive to the left of the direction of the beam, so theta is counter-clockwise.
-This runs when a program is compiled, never inside the time loop.
+The elements of all beams of a model are assembled in one mesh.  This runs when a program is compiled, never inside the
+time loop.
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -60,20 +65,33 @@ class BeamMatrices:
         for field in fields(self):
             getattr(self, field.name).setflags(write=False)
 
-    def inertia_integrals(self, k: int) -> tuple[float, ...]:
-        """m11 m12 m22 g11 g12 g21 g22 h11 h12 h22 J j1 j2 k11 k12 k22 of element k, as `corotational` wants them.
+    @cached_property
+    def inertia_integrals(self) -> Array:
+        """(n, 16) m11 m12 m22 g11 g12 g21 g22 h11 h12 h22 J j1 j2 k11 k12 k22, as `corotational` wants them.
 
         1 - xi and xi are the cubics (1, -1/L, 0, -1/L) and (0, 1/L, 1, 1/L) of the order w1, theta1, w2, theta2; a turn
         of all sections by 1 is (0, 1, L, 1).
         """
-        L = self.lengths[k]
-        basis = np.array([[1.0, -1.0 / L, 0.0, -1.0 / L], [0.0, 1.0 / L, 1.0, 1.0 / L], [0, 1, 0, 0], [0, 0, 0, 1]])
-        moved = basis @ (self.bending_mass[k] - self.rotary_mass[k]) @ basis.T
-        basis = np.array([[0.0, 1.0, L, 1.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
-        turned = basis @ self.rotary_mass[k] @ basis.T
-        m, g, h = moved[:2, :2], moved[:2, 2:], moved[2:, 2:]
-        symmetric = (m[0, 0], m[0, 1], m[1, 1], *g.ravel(), h[0, 0], h[0, 1], h[1, 1])
-        return tuple(float(x) for x in (*symmetric, *turned[np.triu_indices(3)]))
+        n, L = len(self.lengths), self.lengths
+        basis = np.zeros((n, 4, 4))
+        basis[:, 0, 0] = basis[:, 1, 2] = basis[:, 2, 1] = basis[:, 3, 3] = 1.0
+        basis[:, 0, 1] = basis[:, 0, 3] = -1.0 / L
+        basis[:, 1, 1] = basis[:, 1, 3] = 1.0 / L
+        m = basis @ (self.bending_mass - self.rotary_mass) @ basis.transpose(0, 2, 1)
+        basis = np.zeros((n, 3, 4))
+        basis[:, 0, 1] = basis[:, 0, 3] = basis[:, 1, 1] = basis[:, 2, 3] = 1.0
+        basis[:, 0, 2] = L
+        turned = basis @ self.rotary_mass @ basis.transpose(0, 2, 1)
+        pairs = ((0, 0), (0, 1), (1, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 2), (2, 3), (3, 3))
+        upper = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+        return np.stack([*(m[:, i, j] for i, j in pairs), *(turned[:, i, j] for i, j in upper)], axis=1)
+
+    @cached_property
+    def parameters(self) -> tuple[tuple[tuple[float, ...], tuple[float, ...]], ...]:
+        """Length and stiffnesses ka kb11 kb12 kb22 in the chord frame, and integrals of inertia, of each element."""
+        ka, kb = self.axial_stiffness[:, 1, 1], self.bending_stiffness
+        heads = np.stack([self.lengths, ka, kb[:, 1, 1], kb[:, 1, 3], kb[:, 3, 3]], axis=1).tolist()
+        return tuple(zip(map(tuple, heads), map(tuple, self.inertia_integrals.tolist()), strict=True))
 
     def mass_moments(self) -> tuple[float, float, float]:
         """Mass [kg], first moment [kg m] and moment of inertia [kg m^2] about the start of the beam.
@@ -129,31 +147,56 @@ def beam_matrices(
     Source of the weak forms: R. D. Cook, D. S. Malkus, M. E. Plesha, R. J. Witt, Concepts and Applications of Finite
     Element Analysis, 4th ed., Wiley 2002, sections 2.3 and 11.3.
     """
-    x = _checked_stations(stations)
-    _require(section, Section, "section", "Rectangle(width=..., height=...)")
-    _require(material, Material, "material", "Material(young=..., density=...)")
-    mesh = _separate_elements(x)
+    return assembled([BeamData(_checked_stations(stations), section, material, rotary_inertia)])[0]
+
+
+@dataclass(frozen=True, eq=False)
+class BeamData:
+    """What the matrices of a beam depend on: stations (n + 1,) [m], section, material, and `rotary_inertia`."""
+
+    stations: Array
+    section: Section
+    material: Material
+    rotary_inertia: bool | float = False
+
+    def __post_init__(self) -> None:
+        _require(self.section, Section, "section", "Rectangle(width=..., height=...)")
+        _require(self.material, Material, "material", "Material(young=..., density=...)")
+
+
+def assembled(beams: Sequence[BeamData]) -> list[BeamMatrices]:
+    """Matrices of several beams, all their elements in one mesh; see `beam_matrices`."""
+    if not beams:
+        return []
+    counts = [beam.stations.size - 1 for beam in beams]
+    begin, end = (np.concatenate([beam.stations[part] for beam in beams]) for part in (slice(-1), slice(1, None)))
+    origin = np.repeat([beam.stations[0] for beam in beams], counts)[:, None]
+    size = np.repeat([beam.stations[-1] - beam.stations[0] for beam in beams], counts)[:, None]
+    mesh = _separate_elements(end - begin)
     axial = Basis(mesh, ElementLineP1(), intorder=QUADRATURE_ORDER)
     bending = Basis(mesh, ElementLineHermite(), intorder=QUADRATURE_ORDER)
-    E, rho = material.young, material.density
-    s = (x[:-1, None] - x[0] + np.asarray(axial.global_coordinates())[0]) / (x[-1] - x[0])
-    A = _section_values(section, "area_at", s)
-    I = _section_values(section, "second_moment_at", s)
+    E = np.repeat([beam.material.young for beam in beams], counts)[:, None]
+    rho = np.repeat([beam.material.density for beam in beams], counts)[:, None]
+    inside = (begin[:, None] - origin + np.asarray(axial.global_coordinates())[0]) / size
+    A, I = _dimensions(beams, counts, inside)
+    A_ends, I_ends = _dimensions(beams, counts, (np.stack([begin, end], axis=1) - origin) / size, least=0.0)
+    given = [math.nan if beam.rotary_inertia is True else float(beam.rotary_inertia) for beam in beams]
+    turning = np.repeat(given, counts)[:, None]
     flexibility: Array = _INVERSE.elemental(axial, weight=E * A)
     mass = _local(_PRODUCT, bending, rho * A)
-    turning = rho * I if rotary_inertia is True else np.full_like(I, float(rotary_inertia))
-    rotary = _local(_SLOPES, bending, turning)
-    s_ends = (np.stack([x[:-1], x[1:]], axis=1) - x[0]) / (x[-1] - x[0])
-    return BeamMatrices(
-        lengths=np.diff(x),
-        axial_stiffness=np.array([[1.0, -1.0], [-1.0, 1.0]]) / flexibility[:, None, None],
-        axial_mass=_local(_PRODUCT, axial, rho * A),
-        bending_stiffness=_local(_CURVATURES, bending, E * I),
-        bending_mass=mass + rotary,
-        rotary_mass=rotary,
-        ea=E * _section_values(section, "area_at", s_ends, least=0.0),
-        ei=E * _section_values(section, "second_moment_at", s_ends, least=0.0),
+    rotary = _local(_SLOPES, bending, np.where(np.isnan(turning), rho * I, turning))
+    whole = (
+        end - begin,
+        np.array([[1.0, -1.0], [-1.0, 1.0]]) / flexibility[:, None, None],
+        _local(_PRODUCT, axial, rho * A),
+        _local(_CURVATURES, bending, E * I),
+        mass + rotary,
+        rotary,
+        E * A_ends,
+        E * I_ends,
     )
+    bounds = np.cumsum([0, *counts]).tolist()
+    return [BeamMatrices(*(array[i:j] for array in whole)) for i, j in pairwise(bounds)]
 
 
 _INVERSE = Functional(lambda w: 1.0 / w.weight)
@@ -162,15 +205,14 @@ _SLOPES = BilinearForm(lambda u, v, w: w.weight * u.grad[0] * v.grad[0])
 _CURVATURES = BilinearForm(lambda u, v, w: w.weight * u.hess[0, 0] * v.hess[0, 0])
 
 
-def _separate_elements(x: Array) -> MeshLine:
+def _separate_elements(lengths: Array) -> MeshLine:
     """Mesh in which every element begins at 0 and has nodes of its own.
 
     scikit-fem inverts a Vandermonde matrix of 1, x, x^2, x^3 for Hermite elements; far from the origin that loses
     digits: 1e-5 in the stiffness of the last of 2000 elements.  Beginning at 0, all digits stay.
     """
-    n = x.size - 1
-    ends = np.stack([np.zeros(n), np.diff(x)], axis=1)
-    return MeshLine(ends.reshape(1, -1), np.arange(2 * n).reshape(n, 2).T)
+    ends = np.stack([np.zeros_like(lengths), lengths], axis=1)
+    return MeshLine(ends.reshape(1, -1), np.ascontiguousarray(np.arange(ends.size).reshape(-1, 2).T))
 
 
 def _local(form: BilinearForm, basis: Basis, weight: Array) -> Array:
@@ -203,6 +245,27 @@ def _checked_stations(stations: npt.ArrayLike) -> Array:
 def _require(value: object, kind: type, name: str, example: str) -> None:
     if not isinstance(value, kind):
         raise InputError(f"Beam: {name} is {value!r}; it must be a {kind.__name__}, such as {example}.")
+
+
+def _dimensions(
+    beams: Sequence[BeamData], counts: Sequence[int], s: Array, least: float | None = None
+) -> tuple[Array, Array]:
+    """Area and second moment of all beams at s (elements, places); each section is asked once."""
+    groups: dict[int, tuple[Section, list[int]]] = {}
+    for k, beam in enumerate(beams):
+        groups.setdefault(id(beam.section), (beam.section, []))[1].append(k)
+    if len(groups) == 1:
+        return _both(beams[0].section, s, least)
+    A, I = np.empty_like(s), np.empty_like(s)
+    ends = np.cumsum(counts)
+    for section, members in groups.values():
+        rows = np.concatenate([np.arange(ends[k] - counts[k], ends[k]) for k in members])
+        A[rows], I[rows] = _both(section, s[rows], least)
+    return A, I
+
+
+def _both(section: Section, s: Array, least: float | None) -> tuple[Array, Array]:
+    return _section_values(section, "area_at", s, least), _section_values(section, "second_moment_at", s, least)
 
 
 def _section_values(section: Section, method: str, s: Array, least: float | None = None) -> Array:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,14 +17,9 @@ from flexmb.beams.corotational import (
     B11,
     B12,
     B22,
-    GRAVITY_X,
-    GRAVITY_Y,
     LENGTH,
-    M11,
     OFFSET1,
     OFFSET2,
-    PARAMETERS,
-    ZETA,
     beam_account,
     beam_energy,
     beam_force,
@@ -45,6 +41,9 @@ from flexmb.kernels import signal_kernel
 from flexmb.model.material import Material
 from flexmb.model.pieces import ElementPiece, Node, Piece, node_coordinates
 from flexmb.model.shape import BeamShape
+
+if TYPE_CHECKING:
+    from flexmb.beams.fem import BeamMatrices
 
 Point = tuple[float, float]
 Elements = int | tuple[float, ...]
@@ -84,6 +83,7 @@ def rotary_inertia_of(label: str, value: object) -> float | None:
     return checks.not_negative(label, "rotary_inertia", value, "kg m")
 
 
+@lru_cache(maxsize=64)
 def fractions(elements: Elements) -> tuple[float, ...]:
     """Positions of all nodes as fractions of the length."""
     if isinstance(elements, int):
@@ -91,32 +91,51 @@ def fractions(elements: Elements) -> tuple[float, ...]:
     return (0.0, *elements, 1.0)
 
 
-@lru_cache(maxsize=256)
-def matrices(beam: Beam):
-    """Element matrices of a beam through scikit-fem, remembered for equal beams."""
-    from flexmb.beams.fem import beam_matrices  # noqa: PLC0415 - scikit-fem is needed only here
+REMEMBERED = 4096
+"""Beams whose matrices are remembered beside those that were asked for last."""
 
-    rotary = True if beam.rotary_inertia is None else beam.rotary_inertia
-    return beam_matrices(np.array(beam.stations), beam.section, beam.material, rotary_inertia=rotary)
+_KNOWN: dict[Hashable, BeamMatrices] = {}
+"""Matrices by what they depend on."""
+
+
+def matrices(beam: Beam) -> BeamMatrices:
+    """Element matrices of a beam through scikit-fem, remembered for beams of equal data."""
+    found = _KNOWN.get(_data_of(beam))
+    if found is None:
+        assemble([beam])
+        found = _KNOWN[_data_of(beam)]
+    return found
+
+
+def assemble(beams: Iterable[Beam]) -> None:
+    """Work out the matrices of these beams, those of equal data once and all together."""
+    from flexmb.beams.fem import BeamData, assembled  # noqa: PLC0415 - scikit-fem is needed only here
+
+    keys = {_data_of(beam): None for beam in beams}
+    if len(_KNOWN) > REMEMBERED:
+        kept = {key: _KNOWN[key] for key in keys if key in _KNOWN}
+        _KNOWN.clear()
+        _KNOWN.update(kept)
+    new = [key for key in keys if key not in _KNOWN]
+    data = [BeamData(np.array(stations), *rest) for stations, *rest in new]
+    _KNOWN.update(zip(new, assembled(data), strict=True))
+
+
+def _data_of(beam: Beam) -> tuple[tuple[float, ...], Section, Material, bool | float]:
+    """What the matrices of a beam depend on."""
+    return beam.stations, beam.section, beam.material, True if beam.rotary_inertia is None else beam.rotary_inertia
 
 
 def beam_parameters(beam: Beam, nodes: dict[str, Node], damping: float, gravity: Point) -> list[tuple[float, ...]]:
     """p of every element of a beam."""
-    data = matrices(beam)
     angle = direction(beam)
-    rows = []
-    for k, length in enumerate(data.lengths):
-        ka, kb = data.axial_stiffness[k], data.bending_stiffness[k]
-        offsets = (nodes[beam.nodes[k]].theta, nodes[beam.nodes[k + 1]].theta)
-        # the offset makes theta + offset the direction of the element's axis in the drawn pose
-        p = np.zeros(PARAMETERS)
-        p[LENGTH], p[AXIAL], p[ZETA] = length, ka[1, 1], damping
-        p[B11], p[B12], p[B22] = kb[1, 1], kb[1, 3], kb[3, 3]
-        p[OFFSET1], p[OFFSET2] = angle - offsets[0], angle - offsets[1]
-        p[GRAVITY_X], p[GRAVITY_Y] = gravity
-        p[M11:] = data.inertia_integrals(k)
-        rows.append(tuple(p.tolist()))
-    return rows
+    # the offset makes theta + offset the direction of the element's axis in the drawn pose
+    offsets = [angle - nodes[name].theta for name in beam.nodes]
+    load, data = (float(damping), *map(float, gravity)), matrices(beam).parameters
+    return [
+        (*head, first, second, *load, *tail)
+        for (head, tail), (first, second) in zip(data, pairwise(offsets), strict=True)
+    ]
 
 
 def beam_pieces(
@@ -124,11 +143,11 @@ def beam_pieces(
 ) -> list[Piece]:
     """Element pieces of all beams of a body."""
     pieces: list[Piece] = []
+    short = {"force": beam_force, "tangent": beam_tangent, "account": beam_account}
     for beam in beams:
-        for k, p in enumerate(beam_parameters(beam, nodes, damping, gravity)):
-            ends = (*node_coordinates(part, beam.nodes[k]), *node_coordinates(part, beam.nodes[k + 1]))
-            short = {"force": beam_force, "tangent": beam_tangent, "account": beam_account}
-            pieces.append(ElementPiece(part, beam_kernel, ends, p, energy=beam_energy, **short))
+        ends = [node_coordinates(part, node) for node in beam.nodes]
+        for p, (first, second) in zip(beam_parameters(beam, nodes, damping, gravity), pairwise(ends), strict=True):
+            pieces.append(ElementPiece(part, beam_kernel, (*first, *second), p, energy=beam_energy, **short))
     return pieces
 
 
@@ -203,10 +222,13 @@ def boss_pieces(part: str, corners: Sequence[str], bosses: Bosses, gravity: Poin
 
 def nearest_node(label: str, owner: str, nodes: Sequence[Node], point: Point, size: float) -> Node:
     """The node at a world point of the drawn pose, or `InputError` that names the nodes nearby."""
-    by_distance = sorted(nodes, key=lambda n: planar.distance((n.x, n.y), point))
-    nearest = by_distance[0]
+    for node in nodes:
+        if (node.x, node.y) == point:
+            return node
+    nearest = min(nodes, key=lambda n: planar.distance((n.x, n.y), point))
     if planar.distance((nearest.x, nearest.y), point) <= 1e-6 * size:
         return nearest
+    by_distance = sorted(nodes, key=lambda n: planar.distance((n.x, n.y), point))
     near = ", ".join(f"{n.name} at ({n.x:.6g}, {n.y:.6g})" for n in by_distance[:3])
     gap = planar.distance((nearest.x, nearest.y), point)
     raise InputError(

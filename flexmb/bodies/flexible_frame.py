@@ -15,6 +15,7 @@ from flexmb.bodies.fields import Field, Triple, start_displacement, start_veloci
 from flexmb.bodies.flexible import (
     Beam,
     Elements,
+    assemble,
     beam_pieces,
     beam_shapes,
     boss_pieces,
@@ -268,6 +269,11 @@ class FlexibleFrame(Body):
     def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - the beams alone
         """The elements."""
         return beam_shapes(self.name, self._beams(), {n.name: n for n in self.nodes()})
+
+    @classmethod
+    def prepare(cls, parts: Sequence[FlexibleFrame]) -> None:
+        """Matrices of all beams in one assembly."""
+        assemble(beam for part in parts for beam in part._beams())
 
     def _beams(self) -> list[Beam]:
         sections = self.section if isinstance(self.section, tuple) else (self.section,) * len(self.edges)

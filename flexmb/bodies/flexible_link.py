@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, cast
 
 from flexmb import checks, planar
@@ -14,6 +15,7 @@ from flexmb.bodies.fields import Field, FieldLike, Triple, start_displacement, s
 from flexmb.bodies.flexible import (
     Beam,
     Elements,
+    assemble,
     beam_pieces,
     beam_shapes,
     boss_pieces,
@@ -27,7 +29,7 @@ from flexmb.bodies.flexible import (
 )
 from flexmb.errors import InputError
 from flexmb.model.material import Material
-from flexmb.model.pieces import Attachment, Node, Piece, SignalPiece, node_coordinates
+from flexmb.model.pieces import Attachment, Node, Piece, SignalPiece
 from flexmb.model.shape import Shapes
 
 if TYPE_CHECKING:
@@ -110,7 +112,7 @@ class FlexibleLink(Bar):
         places = fractions(self.elements)
         for name, checked in (("velocity", start_velocity), ("displacement", start_displacement)):
             object.__setattr__(self, name, checked(self.label, getattr(self, name), len(places), places))
-        self._bosses()
+        _ = self._bosses  # refuses what bosses cannot make
 
     @classmethod
     def from_mesh(
@@ -180,22 +182,24 @@ class FlexibleLink(Bar):
 
     def nodes(self) -> tuple[Node, ...]:
         """Nodes from start to end."""
+        return self._nodes
+
+    @cached_property
+    def _nodes(self) -> tuple[Node, ...]:
         angle = self.angle
         (x0, y0), (x1, y1) = self.start, self.end
-        return tuple(
-            Node(f"node{i}", x0 + s * (x1 - x0), y0 + s * (y1 - y0), angle)
-            for i, s in enumerate(fractions(self.elements))
-        )
+        places = enumerate(fractions(self.elements))
+        return tuple([Node(f"node{i}", x0 + s * (x1 - x0), y0 + s * (y1 - y0), angle) for i, s in places])
 
     @property
     def main(self) -> str:
         """The node in the middle of the chain."""
-        return f"node{len(fractions(self.elements)) // 2}"
+        return f"node{len(self._nodes) // 2}"
 
     @property
     def aliases(self) -> dict[str, str]:
         """start and end."""
-        return {"start": "node0", "end": f"node{len(fractions(self.elements)) - 1}"}
+        return {"start": "node0", "end": f"node{len(self._nodes) - 1}"}
 
     def attach(self, owner: str, point: Point) -> Attachment:
         """The node at that point."""
@@ -211,7 +215,7 @@ class FlexibleLink(Bar):
 
     def properties(self) -> RigidProperties:
         """Mass, centre of mass and moment of inertia of the link as a rigid body in the drawn pose."""
-        bosses, parts = self._bosses(), mass_parts(self._beam())
+        bosses, parts = self._bosses, mass_parts(self._beam)
         ends = zip(bosses.masses, (self.start, self.end), strict=True)
         parts += [(mass, point, bosses.inertia) for mass, point in ends]
         parts.append((0.0, self.start, self.pivot_inertia))
@@ -219,44 +223,52 @@ class FlexibleLink(Bar):
 
     def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
         """Elements, bosses, damping and the signal `deflection`."""
-        nodes = {n.name: n for n in self.nodes()}
-        ends = (self.aliases["start"], self.aliases["end"])
-        bosses = self._bosses()
+        nodes, zeta = {n.name: n for n in self._nodes}, self.mass_damping
+        ends = (self._nodes[0].name, self._nodes[-1].name)
+        bosses = self._bosses
         if self.pivot_inertia:
             extra = Bosses((0.0,), self.pivot_inertia, 0.0)
             pivot = boss_pieces(self.name, ends[:1], extra, mechanism.gravity)
         else:
             pivot = []
         three = (ends[0], self.main, ends[1])
-        coordinates = tuple(c for node in three for c in node_coordinates(self.name, node)[:2])
+        coordinates = tuple([(self.name, node, axis) for node in three for axis in (0, 1)])
         return [
-            *beam_pieces(self.name, [self._beam()], nodes, self.damping, mechanism.gravity),
+            *beam_pieces(self.name, [self._beam], nodes, self.damping, mechanism.gravity),
             *boss_pieces(self.name, ends, bosses, mechanism.gravity),
             *pivot,
-            *mass_damping_pieces(self.name, [self._beam()], self._beam(), self.mass_damping, self._lumps()),
+            *(mass_damping_pieces(self.name, [self._beam], self._beam, zeta, self._lumps()) if zeta else ()),
             SignalPiece(self.name, "deflection", "m", deflection_kernel, coordinates),
         ]
 
     def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - the beam alone
         """The elements."""
-        return beam_shapes(self.name, [self._beam()], {n.name: n for n in self.nodes()})
+        return beam_shapes(self.name, [self._beam], {n.name: n for n in self.nodes()})
 
+    @classmethod
+    def prepare(cls, parts: Sequence[FlexibleLink]) -> None:
+        """Matrices of all beams in one assembly."""
+        assemble(part._beam for part in parts)
+
+    @cached_property
     def _beam(self) -> Beam:
-        names = tuple(n.name for n in self.nodes())
-        stations = tuple(s * self.length for s in fractions(self.elements))
+        length = self.length
+        names = tuple([node.name for node in self._nodes])
+        stations = tuple([s * length for s in fractions(self.elements)])
         rotary = rotary_inertia_of(self.label, self.rotary_inertia)
         return Beam(names, self.start, self.end, stations, self.section, self.material, rotary)
 
     def _lumps(self) -> dict[str, tuple[float, float]]:
         """Mass and moment of inertia put on the end nodes."""
-        bosses = self._bosses()
+        bosses = self._bosses
         (first, last), J = bosses.masses, bosses.inertia
         return {self.aliases["start"]: (first, J + self.pivot_inertia), self.aliases["end"]: (last, J)}
 
+    @cached_property
     def _bosses(self) -> Bosses:
         if self.mass is None and self.inertia is None:
             return Bosses((0.0, 0.0), 0.0, 0.0)
-        beam = RigidProperties.of(mass_parts(self._beam()))
+        beam = RigidProperties.of(mass_parts(self._beam))
         mass = beam.mass if self.mass is None else self.mass
         along = (self.centre * self.length, 0.0)
         centre = beam.centre if self.mass is None else planar.from_frame(self.start, self.angle, along)

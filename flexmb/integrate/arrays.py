@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.compiled.records import Flags, Matrix, Record, Vector
+from flexmb.compiled.records import Flags, Integers, Matrix, Record, Vector
 from flexmb.program.program import Program
 from flexmb.program.signals import CONTACT_PENETRATION
+from flexmb.system.templates import fresh
 from flexmb.system.work import load_forces
 
 RUNNING, DONE, BUFFER_FULL, NEWTON_FAILED, SINGULAR, NOT_FINITE, STEP_TOO_SMALL = range(7)
@@ -287,12 +288,16 @@ class RunRecord(Record):
     held : (n_c,) rows whose multipliers were not unique
     peak : largest absolute values; largest positive ones where one_sided (a penetration is negative in free flight)
     episodes : (rows, EPISODE_ROW) episodes of contact that ended (see `touch`)
+    values : (rows, n_s) signals that are saved;  kept : (n_s,) their places among all, empty: all are
+    between : all signals at an instant inside a step; empty where all are saved
     """
 
     count: Counters
     step: StepReport
     times: Vector
     values: Matrix
+    kept: Integers
+    between: Vector
     old: Vector
     new: Vector
     peak: Vector
@@ -312,6 +317,10 @@ that are loads."""
 
 def new_flow(program: Program) -> Flow:
     """A state of zeros."""
+    return fresh(program, "flow", lambda: _blank_flow(program))
+
+
+def _blank_flow(program: Program) -> Flow:
     n, m = program.n_q + 3, program.n_c
     n_k, n_g = len(program.tables.contacts.kernel), len(program.tables.constraints.kernel)
     return Flow(
@@ -340,6 +349,11 @@ def new_flow(program: Program) -> Flow:
 
 def new_trial(program: Program, redundant: int = 0, bounds: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)) -> Trial:
     """Work vectors; `redundant` rows more than the joints need, `bounds` of the step control (see `landing`)."""
+    given = Bounds(*bounds)
+    return fresh(program, ("trial", redundant), lambda: _blank_trial(program, redundant, given), bounds=given)
+
+
+def _blank_trial(program: Program, redundant: int, bounds: Bounds) -> Trial:
     n, m = program.n_q + 3, program.n_c
     total = program.n_q + m
     vectors = dict.fromkeys(("q", "v", "a", "x", "mean_v", "lag"), n) | dict.fromkeys(("lam", "gaps"), m)
@@ -349,7 +363,7 @@ def new_trial(program: Program, redundant: int = 0, bounds: tuple[float, ...] = 
         pair=2 * total,
         free=(redundant, m),
         rigid=rigid_coordinates(program),
-        bounds=Bounds(*bounds),
+        bounds=bounds,
         prediction=Prediction(0, 0, 0.0, 0.0),
         reuse=Reuse(*(0.0,) * 14),
         slopes=(len(program.tables.contacts.kernel) + len(program.tables.constraints.kernel), 4),
@@ -362,14 +376,22 @@ def rigid_coordinates(program: Program) -> np.ndarray:
     return np.repeat(np.bincount(body)[body] == 1, 3)
 
 
-def new_record(program: Program, rows: int) -> RunRecord:
-    """Buffers for `rows` saved instants, and for as many episodes beside those that one step may end."""
+def new_record(program: Program, rows: int, kept: np.ndarray | None = None) -> RunRecord:
+    """Buffers for `rows` instants of the signals `kept` (places; None: all), and for episodes that end meanwhile."""
+    if kept is None or len(kept) == program.tables.sizes.n_y:
+        return fresh(program, ("record", rows), lambda: _blank_record(program, rows, None))
+    return _blank_record(program, rows, kept)
+
+
+def _blank_record(program: Program, rows: int, kept: np.ndarray | None) -> RunRecord:
     n_y = program.tables.sizes.n_y
     one_sided = np.zeros(n_y, dtype=np.bool_)
     one_sided[program.tables.contacts.out + CONTACT_PENETRATION] = True
     return RunRecord(
         times=rows,
-        values=(rows, n_y),
+        values=(rows, n_y if kept is None else len(kept)),
+        kept=np.zeros(0, dtype=np.int64) if kept is None else kept,
+        between=0 if kept is None else n_y,
         **dict.fromkeys(("old", "new", "peak", "peak_time"), n_y),
         one_sided=one_sided,
         count=Counters(*(0,) * 13),

@@ -17,6 +17,12 @@ from flexmb.compiled.records import Matrix, Record, Vector
 from flexmb.program.program import Program
 
 STAGES = 3
+MIDDLE, LAST = 1, 2
+"""Numbers of stages."""
+
+AT_START, AT_END = range(2)
+"""Rows of `Collocation.rates`."""
+
 _ROOT = 6.0**0.5
 _C = np.array([(4.0 - _ROOT) / 10.0, (4.0 + _ROOT) / 10.0, 1.0])
 _A = np.array(
@@ -40,12 +46,12 @@ ONCE, TWICE = tuple(map(_numbers, _A)), tuple(map(_numbers, _A @ _A))
 """V_i = v0 + h sum ONCE_ij A_j;  Q_i = q0 + c_i h v0 + h^2 sum TWICE_ij A_j."""
 
 REAL = float(_VALUES[_ORDER[0]].real)
-PAIR = (float(_VALUES[_ORDER[1]].real), float(_VALUES[_ORDER[1]].imag))
-"""Eigenvalues of D."""
+PAIR_RE, PAIR_IM = float(_VALUES[_ORDER[1]].real), float(_VALUES[_ORDER[1]].imag)
+"""Eigenvalues of D: REAL, and PAIR_RE + i PAIR_IM with its conjugate."""
 
 TO_REAL, FROM_REAL = _numbers(_INVERSE[_ORDER[0]].real), _numbers(_VECTORS[:, _ORDER[0]].real)
-TO_PAIR = _numbers(_INVERSE[_ORDER[1]].real), _numbers(_INVERSE[_ORDER[1]].imag)
-FROM_PAIR = _numbers(2.0 * _VECTORS[:, _ORDER[1]].real), _numbers(2.0 * _VECTORS[:, _ORDER[1]].imag)
+TO_RE, TO_IM = _numbers(_INVERSE[_ORDER[1]].real), _numbers(_INVERSE[_ORDER[1]].imag)
+FROM_RE, FROM_IM = _numbers(2.0 * _VECTORS[:, _ORDER[1]].real), _numbers(2.0 * _VECTORS[:, _ORDER[1]].imag)
 """Into the eigenvectors and back: with w = TO . Q of the stages, Q_i = FROM_REAL_i w_1 + Re((a_i + i b_i) w_2)."""
 
 ESTIMATE = (-(13.0 + 7.0 * _ROOT) / 3.0, (-13.0 + 7.0 * _ROOT) / 3.0, -1.0 / 3.0)
@@ -100,7 +106,7 @@ class Collocation(Record):
     b : (3, n) right sides;  real, re, im : (size,) factors;  d, x, y : (n,), pair : (2 n,) solutions, workspace
     of_q, of_v : (n_q + 3,) estimated errors;  losses : (contacts, 2) normal and tangential [J];  zero : (n_q + 3,)
     between : the state and ledger at an instant within a step
-    rates : (2, 11) rates of the ledger at both ends of the step [W]
+    rates : (2, 11) rates of the ledger at both ends of the step [W];  signals : (n_y,) at an instant within it
     """
 
     step: StageStep
@@ -126,6 +132,7 @@ class Collocation(Record):
     losses: Matrix
     zero: Vector
     rates: Matrix
+    signals: Vector
 
 
 def collocation(program: Program) -> Collocation:
@@ -148,6 +155,7 @@ def collocation(program: Program) -> Collocation:
         **dict.fromkeys(("of_q", "of_v", "zero"), n),
         losses=(len(program.tables.contacts.kernel), 2),
         rates=(2, 11),
+        signals=program.tables.sizes.n_y,
     )
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flexmb.beams import hermite
+from flexmb.errors import InputError
 from flexmb.integrate.solution import Solution
 from flexmb.model.shape import BeamShape, PointShape, RigidShape
 
@@ -58,6 +59,24 @@ def pose(sol: Solution, part: str, node: str, instants: np.ndarray) -> np.ndarra
     return np.stack([sol.array(f"{stem}.{axis}")[instants] for axis in ("x", "y", "theta")], axis=-1)
 
 
+def require_nodes(sol: Solution) -> None:
+    """Refuse a solution whose run did not save where the nodes of its shapes are."""
+    nodes: dict[str, None] = {}
+    for shape in sol.shapes:
+        ends = (shape.start, shape.end) if isinstance(shape, BeamShape) else (shape.node,)
+        part = shape.body if isinstance(shape, PointShape) else shape.part
+        nodes |= {f"{part}.{node}" if node else part: None for node in ends if part != GROUND}
+    missing = [f"{node}.{axis}" for node in nodes for axis in ("x", "y", "theta") if f"{node}.{axis}" not in sol]
+    if missing:
+        parts = list(dict.fromkeys(name.partition(".")[0] for name in missing))
+        shown = ", ".join(missing[:3]) + (f" and {len(missing) - 3} more" if len(missing) > 3 else "")
+        wanted = ", ".join(repr(f"{part}.*") for part in parts[:3]) + (", ..." if len(parts) > 3 else "")
+        raise InputError(
+            f"Solution of {sol.name!r}: to draw it, signals are missing that were not saved: {shown}. "
+            f"Add {wanted} to simulate(..., signals=[...]), or leave it out to save all."
+        )
+
+
 def carried(pose: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Points (m, 2) in the frame of a node, carried along by its poses (n, 3): (n, m, 2)."""
     c, s = np.cos(pose[:, 2, None]), np.sin(pose[:, 2, None])
@@ -67,6 +86,7 @@ def carried(pose: np.ndarray, points: np.ndarray) -> np.ndarray:
 
 def lines(sol: Solution, instants: np.ndarray, points_per_element: int) -> list[Line]:
     """All lines of the solution: outlines of rigid bodies and axes of beams, in the order of the shapes."""
+    require_nodes(sol)
     xi = np.linspace(0.0, 1.0, points_per_element)
     found = []
     for shape in sol.shapes:
@@ -80,6 +100,7 @@ def lines(sol: Solution, instants: np.ndarray, points_per_element: int) -> list[
 
 def marks(sol: Solution, instants: np.ndarray) -> list[Mark]:
     """All joints; one with clearance gives its bearing and, where the run recorded ex and ey, its journal."""
+    require_nodes(sol)
     found = []
     for shape in sol.shapes:
         if not isinstance(shape, PointShape):

@@ -23,7 +23,7 @@ def accept(tables, address, h, options, flow, trial, work, record):
     book(tables, address, h, options, flow, trial, work, record)
     take_over(h, flow, trial, work, record)
     write_outputs(tables, address, flow.clock.t, flow.q, flow.v, flow.a, work, flow.ledger, record.new)
-    if keep(tables, options, flow, record) != RUNNING:
+    if publish(tables, options, flow, record) != RUNNING:
         return BUFFER_FULL
     return verdict(flow.ledger, flow.account) if flow.account.steps >= SETTLED else RUNNING
 
@@ -74,7 +74,7 @@ def take_over(h, flow, trial, work, record):
 
 
 @compiled
-def keep(tables, options, flow, record):
+def publish(tables, options, flow, record):
     """Largest values of the new signals, and the instants that are due; BUFFER_FULL when these must be fetched."""
     note_peaks(flow.clock.t, record)
     code = save(tables, record.step.began, record.step.size, options, flow, record)
@@ -100,18 +100,32 @@ def save(tables, t0, h, options, flow, record):
     if options.save_interval == 0.0:
         row = record.count.rows
         record.times[row] = flow.clock.t
-        copy(record.new, record.values[row])
+        keep(record.new, record, row)
         record.count.rows += 1
     else:
         due = flow.clock.saving_from + (flow.clock.saved + 1.0) * options.save_interval
         while due <= flow.clock.t + 1e-9 * options.save_interval and record.count.rows < record.times.shape[0]:
             row = record.count.rows
-            interpolate(tables, min((due - t0) / h, 1.0), h, record.old, record.new, record.values[row])
+            if record.between.shape[0] == 0:
+                interpolate(tables, min((due - t0) / h, 1.0), h, record.old, record.new, record.values[row])
+            else:
+                interpolate(tables, min((due - t0) / h, 1.0), h, record.old, record.new, record.between)
+                keep(record.between, record, row)
             record.times[row] = due
             record.count.rows += 1
             flow.clock.saved += 1.0
             due = flow.clock.saving_from + (flow.clock.saved + 1.0) * options.save_interval
     return BUFFER_FULL if record.count.rows >= record.times.shape[0] else RUNNING
+
+
+@compiled
+def keep(signals, record, row):
+    """Write those of all signals that are saved into a row of the buffer."""
+    if record.between.shape[0] == 0:
+        copy(signals, record.values[row])
+        return
+    for k in range(record.kept.shape[0]):
+        record.values[row, k] = signals[record.kept[k]]
 
 
 @compiled

@@ -8,9 +8,11 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
+from flexmb.integrate.chosen import SAVED
 from flexmb.integrate.solution import Solution
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
+from flexmb.program.program import Program
 from flexmb.solve.rigid import RigidMotion
 from flexmb.solve.system import System
 
@@ -65,12 +67,11 @@ def momentum(mechanism: Mechanism, solution: Solution, bodies: tuple[str, ...] |
     if not names:
         raise InputError(f"{label}: bodies is empty; name at least one, or leave it out for all.")
     n = program.n_q
-    if solution.names != tuple(signal.name for signal in program.names.signals):
-        raise InputError(f"{label}: the solution of {solution.name!r} has other signals. Give that of this mechanism.")
+    places = _places_of_motion(label, solution, program)
     chosen = np.isin(np.asarray(program.names.bodies)[RigidMotion(program).body], names)
     system, rows = System(program), []
     for values in solution.values:
-        q, v = values[:n], values[n : 2 * n]
+        q, v = values[places[:n]], values[places[n:]]
         rigid = motions(q, chosen)
         M = system.mass(q)
         rows.append(np.concatenate([rigid.T @ (M @ v), (rigid.T @ (M @ rigid))[:2].ravel()]))
@@ -78,6 +79,19 @@ def momentum(mechanism: Mechanism, solution: Solution, bodies: tuple[str, ...] |
     mass = float(found[0, 3]) if len(found) else 0.0
     centre = np.stack([found[:, 8], -found[:, 5]], axis=1) / (mass or 1.0)
     return Momentum(np.asarray(solution.time), mass, centre, found[:, :2], found[:, 2])
+
+
+def _places_of_motion(label: str, solution: Solution, program: Program) -> np.ndarray:
+    """Places of all positions and velocities (2 n_q,) among the signals of the solution."""
+    known, places = program.names.signals, solution.signals.places
+    if not set(solution.names) <= known.places.keys() or (SAVED not in solution.model and len(places) < len(known)):
+        raise InputError(f"{label}: the solution of {solution.name!r} has other signals. Give that of this mechanism.")
+    needed = known.names[: 2 * program.n_q]
+    missing = [name for name in needed if name not in places]
+    if missing:
+        text = f"{label}: {len(missing)} positions and velocities were not saved, the first is {missing[0]!r}"
+        raise InputError(f"{text}. Add them to simulate(..., signals=[...]), or leave it out to save all.")
+    return np.array([places[name] for name in needed])
 
 
 def motions(q: np.ndarray, chosen: np.ndarray) -> np.ndarray:

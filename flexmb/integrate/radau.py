@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from flexmb.integrate.arrays import BUFFER_FULL, DONE, NOTHING_KNOWN, RUNNING, STEP_TOO_SMALL, Options
-from flexmb.integrate.collocation import STAGES, collocation
+from flexmb.integrate.collocation import AT_END, AT_START, LAST, STAGES, collocation
 from flexmb.integrate.contact_work import contact_losses
 from flexmb.integrate.control import judged, met, resize
-from flexmb.integrate.finish import finished, keep, next_size, note_peaks, take_over
+from flexmb.integrate.finish import finished, keep, next_size, note_peaks, publish, take_over
 from flexmb.integrate.held import settle
 from flexmb.integrate.landing import planned, remember
 from flexmb.integrate.ledger import (
@@ -38,11 +38,14 @@ from flexmb.integrate.reuse import forget_factors
 from flexmb.integrate.runge_kutta import accelerate
 from flexmb.integrate.stepper import Stepper
 from flexmb.integrate.touch import follow_contacts, no_room
-from flexmb.kernels import GAP_SIZE, compiled, copy
+from flexmb.kernels import compiled, copy
+from flexmb.places import FRICTION_FORCE, GAP_RATE, NORMAL_FORCE, SLIP
 from flexmb.program.program import Program
+from flexmb.program.tables import GRIP_LAW
 from flexmb.system.constraints import report_forces
 from flexmb.system.evaluate import evaluate_accepted
 from flexmb.system.outputs import write_outputs
+from flexmb.system.work import DRIVE_FORCE, GRIP_FORCE, GRIP_SLIP, LOSS_FRICTION, LOSS_NORMAL, MOTION_RATE
 
 if TYPE_CHECKING:
     from flexmb.integrate.run import Run
@@ -182,14 +185,15 @@ def accept_stages(tables, address, lu, h, options, flow, trial, work, record, R)
     contact_losses(tables, address, 0.0, flow, trial.q, trial.v, work)
     turned = abs(R.works.damping) + R.works.joints_size + R.works.brought
     for c in range(R.losses.shape[0]):
-        work.loss[c, 0], work.loss[c, 1] = R.losses[c, 0], R.losses[c, 1]
-        turned += abs(R.losses[c, 0]) + abs(R.losses[c, 1])
+        normal, friction = R.losses[c, LOSS_NORMAL], R.losses[c, LOSS_FRICTION]
+        work.loss[c, LOSS_NORMAL], work.loss[c, LOSS_FRICTION] = normal, friction
+        turned += abs(normal) + abs(friction)
     follow_contacts(tables, h, options, flow, work, record)
     book_works(tables, address, t0 + h, turned, flow, trial, work, R)
     take_over(h, flow, trial, work, record)
     write_outputs(tables, address, flow.clock.t, flow.q, flow.v, flow.a, work, flow.ledger, record.new)
     if options.save_interval == 0.0:
-        if keep(tables, options, flow, record) != RUNNING:
+        if publish(tables, options, flow, record) != RUNNING:
             return BUFFER_FULL
     else:
         note_peaks(flow.clock.t, record)
@@ -206,8 +210,7 @@ def add_works(tables, address, lu, h, options, flow, trial, work, record, R):
     The multipliers of the stages are of third order.  So those of the middle are found from the quintic through both
     ends, as those of instants that are saved.
     """
-    W, last = R.works, STAGES - 1
-    Q, V, A, L = R.Q[last], R.V[last], R.A[last], R.L[last]
+    W, Q, V, A, L = R.works, R.Q[LAST], R.V[LAST], R.A[LAST], R.L[LAST]
     W.drives = W.loads = W.joints = W.damping = W.brought = W.joints_size = 0.0
     R.losses[:, :] = 0.0
     R.rates[:, :] = 0.0
@@ -217,20 +220,20 @@ def add_works(tables, address, lu, h, options, flow, trial, work, record, R):
     copy(trial.lam, L)
     t = flow.clock.t
     if working(tables, flow):
-        add_powers(tables, address, t, 0.0, h / 6.0, flow.q, flow.v, flow.a, flow.lam, flow, work, R, R.rates[0])
+        add_powers(tables, address, t, 0.0, h / 6.0, flow.q, flow.v, flow.a, flow.lam, flow, work, R, R.rates[AT_START])
         quintic(tables.sizes.n_q, 0.5, h, R.old, Q, V, A, trial)
         for i in range(tables.sizes.n_c):
             trial.lam[i] = 0.5 * (flow.lam[i] + L[i])
         accelerate(tables, address, lu, t + 0.5 * h, 0.5, h, R.zero, options, flow, trial, work, record, R)
         q, v, a, lam = trial.q, trial.v, trial.a, trial.lam
-        add_powers(tables, address, t + 0.5 * h, 0.5 * h, h / 1.5, q, v, a, lam, flow, work, R, R.rates[1])
-        R.rates[1, :] = 0.0
+        add_powers(tables, address, t + 0.5 * h, 0.5 * h, h / 1.5, q, v, a, lam, flow, work, R, R.rates[AT_END])
+        R.rates[AT_END, :] = 0.0
         copy(Q, trial.q)
         copy(V, trial.v)
         copy(A, trial.a)
         copy(L, trial.lam)
         record.count.evaluations += 2
-    add_powers(tables, address, t + h, h, h / 6.0, Q, V, A, L, flow, work, R, R.rates[1])
+    add_powers(tables, address, t + h, h, h / 6.0, Q, V, A, L, flow, work, R, R.rates[AT_END])
     record.count.evaluations += 1
 
 
@@ -244,21 +247,21 @@ def add_powers(tables, address, t, part, share, q, v, a, lam, flow, work, R, rat
     rates[DAMPING] += work.power.damping
     for row in range(work.drive.shape[0]):
         if tables.constraints.motion[row] >= 0:
-            power = work.drive[row, 1] * work.drive[row, 3]
+            power = work.drive[row, MOTION_RATE] * work.drive[row, DRIVE_FORCE]
             W.drives += share * power
             rates[DRIVE] += power
             W.brought += share * abs(power)
     for c in range(work.grip.shape[0]):
-        if tables.constraints.grip[c, 0] >= 0:
-            power = work.grip[c, 0] * work.grip[c, 1]
+        if tables.constraints.grip[c, GRIP_LAW] >= 0:
+            power = work.grip[c, GRIP_FORCE] * work.grip[c, GRIP_SLIP]
             W.joints -= share * power
             rates[FRICTION] -= power
             W.joints_size += share * abs(power)
     for c in range(R.losses.shape[0]):
         contact = work.contact[c]
-        normal, friction = contact[GAP_SIZE] * contact[1], contact[GAP_SIZE + 1] * contact[2]
-        R.losses[c, 0] -= share * normal
-        R.losses[c, 1] -= share * friction
+        normal, friction = contact[NORMAL_FORCE] * contact[GAP_RATE], contact[FRICTION_FORCE] * contact[SLIP]
+        R.losses[c, LOSS_NORMAL] -= share * normal
+        R.losses[c, LOSS_FRICTION] -= share * friction
         rates[CONTACT] -= normal
         rates[FRICTION] -= friction
     add_loads(tables, share, v, work, W, rates)
@@ -305,7 +308,7 @@ def keep_start(h, flow, R):
     copy(flow.lam, old.lam)
     copy(flow.ledger, old.ledger)
     copy(flow.a, R.past[0])
-    copy(flow.lam, R.past_lam[0])
+    copy(flow.lam, R.past_lam[AT_START])
     for stage in range(STAGES):
         copy(R.A[stage], R.past[stage + 1])
         copy(R.L[stage], R.past_lam[stage + 1])
@@ -339,10 +342,10 @@ def save_between(tables, address, lu, options, flow, trial, work, record, R):
     due = flow.clock.saving_from + (flow.clock.saved + 1.0) * options.save_interval
     while due <= flow.clock.t + 1e-9 * options.save_interval and record.count.rows < record.times.shape[0]:
         row, s = record.count.rows, (due - R.step.began) / R.step.size
-        if s >= 1.0 - 1e-9 or not signals_at(
-            tables, address, lu, s, options, flow, trial, work, record, R, record.values[row]
-        ):
-            copy(record.new, record.values[row])
+        if s < 1.0 - 1e-9 and signals_at(tables, address, lu, s, options, flow, trial, work, record, R, R.signals):
+            keep(R.signals, record, row)
+        else:
+            keep(record.new, record, row)
         record.times[row] = due
         record.count.rows += 1
         flow.clock.saved += 1.0
@@ -377,7 +380,7 @@ def ledger_at(s, h, old, rates, flow, work, ledger):
     """The ledger at the fraction s of a step: cubics through works and powers at its ends, energies of the state."""
     rise, begin, end = s * s * (3.0 - 2.0 * s), h * s * (1.0 - s) ** 2, h * s * s * (s - 1.0)
     for i in range(ledger.shape[0]):
-        ledger[i] = old[i] + rise * (flow.ledger[i] - old[i]) + begin * rates[0, i] + end * rates[1, i]
+        ledger[i] = old[i] + rise * (flow.ledger[i] - old[i]) + begin * rates[AT_START, i] + end * rates[AT_END, i]
     power = work.power
     ledger[KINETIC], ledger[STRAIN], ledger[GRAVITY] = power.kinetic, power.strain, power.gravity
     balance(ledger, flow.account)

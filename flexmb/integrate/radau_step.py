@@ -9,13 +9,18 @@ import math
 from flexmb.integrate.arrays import NEWTON_FAILED, NOT_FINITE, RUNNING, SINGULAR
 from flexmb.integrate.collocation import (
     ESTIMATE,
-    FROM_PAIR,
+    FROM_IM,
+    FROM_RE,
     FROM_REAL,
+    LAST,
+    MIDDLE,
     ONCE,
-    PAIR,
+    PAIR_IM,
+    PAIR_RE,
     REAL,
     STAGES,
-    TO_PAIR,
+    TO_IM,
+    TO_RE,
     TO_REAL,
     TWICE,
     C,
@@ -74,10 +79,9 @@ def radau_step(tables, address, lu, h, options, flow, trial, work, record, R):
     if code != RUNNING:
         R.step.factored = 0.0
         return code
-    last = STAGES - 1
-    copy(R.Q[last], trial.q)
-    copy(R.V[last], trial.v)
-    copy(R.L[last], trial.lam)
+    copy(R.Q[LAST], trial.q)
+    copy(R.V[LAST], trial.v)
+    copy(R.L[LAST], trial.lam)
     t = flow.clock.t + h
     if tables.sizes.n_c > 0:
         code = close_joints(tables, address, lu, t, h, options, flow, trial, work, record, R)
@@ -94,9 +98,9 @@ def new_factors(tables, address, lu, h, flow, trial, work, record, R):
 
     Real and imaginary part of the complex matrix have G and G^T in them: in it they are multiplied by 1 + i.
     """
-    n, past = tables.sizes.n_q, C[1] * h
-    t, Q, V, A, L = flow.clock.t + past, R.Q[1], R.V[1], R.A[1], R.L[1]
-    s, a, b = REAL / h, PAIR[0] / h, PAIR[1] / h
+    n, past = tables.sizes.n_q, C[MIDDLE] * h
+    t, Q, V, A, L = flow.clock.t + past, R.Q[MIDDLE], R.V[MIDDLE], R.A[MIDDLE], R.L[MIDDLE]
+    s, a, b = REAL / h, PAIR_RE / h, PAIR_IM / h
     for part in range(3):
         kq = 0.0 if part == 2 else 1.0
         kv = s if part == 0 else (a if part == 1 else b)
@@ -230,8 +234,8 @@ def residuals(tables, address, h, flow, work, record, R):
 def correct(tables, lu, h, options, flow, trial, record, R):
     """Correct all stages; size of the correction relative to what is wanted, and of what round-off makes of it."""
     n, m = tables.sizes.n_q, tables.sizes.n_c
-    s, a, b = REAL / h, PAIR[0] / h, PAIR[1] / h
-    to_d, to_x, to_y = TO_REAL, TO_PAIR[0], TO_PAIR[1]
+    s, a, b = REAL / h, PAIR_RE / h, PAIR_IM / h
+    to_d, to_x, to_y = TO_REAL, TO_RE, TO_IM
     for i in range(n + m):
         r0, r1, r2 = R.b[0, i], R.b[1, i], R.b[2, i]
         R.d[i] = to_d[0] * r0 + to_d[1] * r1 + to_d[2] * r2
@@ -248,7 +252,7 @@ def correct(tables, lu, h, options, flow, trial, record, R):
         x, y = R.x[i], R.y[i]
         R.x[i], R.y[i] = x - y, x + y
     for stage in range(STAGES):
-        own, along, across = FROM_REAL[stage], FROM_PAIR[0][stage], FROM_PAIR[1][stage]
+        own, along, across = FROM_REAL[stage], FROM_RE[stage], FROM_IM[stage]
         Q, V, A, L = R.Q[stage], R.V[stage], R.A[stage], R.L[stage]
         for i in range(n):
             d, x, y = R.d[i], R.x[i], R.y[i]

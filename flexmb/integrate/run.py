@@ -24,6 +24,7 @@ from flexmb.integrate.arrays import (
 from flexmb.integrate.bar import bar as progress_bar
 from flexmb.integrate.ledger import final_verdict, open_account
 from flexmb.integrate.method import Method
+from flexmb.integrate.saved import SavedRows
 from flexmb.integrate.solution import ContactLog, Peaks, Solution
 from flexmb.integrate.stats import Stats
 from flexmb.integrate.status import sentence
@@ -38,7 +39,9 @@ from flexmb.solve.start import Start, accelerations
 from flexmb.solve.system import System
 from flexmb.system.work import workspace
 
-BUFFER = 512
+BUFFER, LEAST_BUFFER, BUFFER_NUMBERS = 512, 16, 1 << 23
+"""Saved instants in the buffer of the loop at most and at least, and numbers in it: 64 MB."""
+
 BLOCK_SECONDS = 0.2
 FIRST_BLOCK = 20_000
 """Unknowns times steps of the first block, whose speed is not known yet: some ten milliseconds."""
@@ -63,15 +66,16 @@ class Run:
         mechanism: Mechanism | None = None,
         max_steps: int | None = None,
         progress: bool = False,
+        kept: np.ndarray | None = None,
     ) -> None:
         self.method, self.step, self.stepper = method, step, method.stepper(program, mechanism)
         self.program = program = self.stepper.program
         self.period, self.t_end, self.max_steps, self.progress = period, t_end, max_steps, progress
         self.lu = lu.tables(program.symbolic)
-        self.record, self.work = self.stepper.record(BUFFER), workspace(program)
-        self.flow = new_flow(program)
-        self.times: list[np.ndarray] = []
-        self.values: list[np.ndarray] = []
+        self.kept, rows = kept, BUFFER_NUMBERS // max(len(kept) if kept is not None else self.stepper.columns, 1)
+        self.record = self.stepper.record(max(LEAST_BUFFER, min(BUFFER, rows)), kept)
+        self.work, self.flow = workspace(program), new_flow(program)
+        self.saved = SavedRows(self.record.values.shape[1], kept)
         self.episodes: list[np.ndarray] = []
         self.saving = False
         self.code, self.note, self.redundant = RUNNING, "", 0
@@ -137,7 +141,7 @@ class Run:
 
         How much they do depends on the direction of the bodies against X and Y: all are turned together.
         """
-        system, angles = System(self.program), np.asarray(self.program.tables.kind) == 1
+        system, angles = System(self.program, self.work), np.asarray(self.program.tables.kind) == 1
         for turn in (0.0, 0.7, 2.3):
             values = system.at(start.q + turn * angles, weights=(0.0, 0.0, 1.0)).work.lu.copy()
             seen = np.zeros(self.program.symbolic.n)
@@ -186,7 +190,7 @@ class Run:
         if self.note or self.code not in (RUNNING, DONE):
             return  # a run that was stopped before the instants to be saved stays stopped
         if saving is not None:
-            self._begin_saving(saving)
+            self._begin_saving(saving, end)
         self.flow.account.limit = self.stepper.missing
         interval = NEVER if saving is None else saving
         bar = progress_bar(self.program.name, float(self.flow.clock.t), end, shown=self.progress)
@@ -248,16 +252,18 @@ class Run:
         record.peak_time[size > record.peak] = instant
         record.peak[:] = np.maximum(record.peak, size)
         if interval == 0.0:
-            self._keep(np.array([flow.clock.t]), record.new[None, :].copy())
-        elif interval < NEVER and self.times and abs(self.times[-1][-1] - instant) <= 1e-9 * interval:
-            self.values[-1][-1] = record.new  # an instant of the grid at the jump shows the state just after
+            self.saved.add_one(flow.clock.t, record.new)
+        elif interval < NEVER and self.saved.is_at(instant, 1e-9 * interval):
+            self.saved.replace_last(record.new)  # an instant of the grid at the jump shows the state just after
 
-    def _begin_saving(self, saving: float) -> None:
+    def _begin_saving(self, saving: float, end: float) -> None:
         """Save the present instant, or go on with the grid of the run that was resumed."""
         clock, self.saving = self.flow.clock, True
+        if saving > 0.0:
+            self.saved.expect(int(min((end - clock.t) / saving, 1e9)) + 2)
         if clock.saving_from < 0.0:
             clock.saving_from, clock.saved = clock.t, 0.0
-            self._keep(np.array([clock.t]), self.record.new[None, :].copy())
+            self.saved.add_one(clock.t, self.record.new)
         elif saving > 0.0:  # counted anew, since the interval may be another one
             clock.saved = np.floor((clock.t - clock.saving_from) / saving + 1e-9)
 
@@ -293,7 +299,7 @@ class Run:
             self.episodes.append(taken_out(self.record))
         rows = int(self.record.count.rows)
         if rows:
-            self._keep(self.record.times[:rows].copy(), self.record.values[:rows].copy())
+            self.saved.add(self.record.times[:rows], self.record.values[:rows])
             self.record.count.rows = 0
 
     def _empty(self, options: Options) -> None:
@@ -305,39 +311,36 @@ class Run:
                 return
             self._fetch()
 
-    def _keep(self, times: np.ndarray, values: np.ndarray) -> None:
-        self.times.append(times)
-        self.values.append(values)
-
     def solution(self, model: dict[str, Any], *, notes: tuple[str, ...] = (), wall_time: float = 0.0) -> Solution:
         """The record of what was run so far, with remarks and the time it took on the clock [s]."""
-        program, count = self.stepper.shown, self.record.count
-        n_y = program.tables.sizes.n_y
-        restart = {**self.flow.saved(), "signals": self.record.new.copy(), **self.stepper.saved()}
+        program = self.stepper.shown
+        kept = slice(None) if self.kept is None else self.kept
+        names, (time, values) = program.names.signals, self.saved.finished()
         return Solution(
-            time=_joined(self.times, np.zeros(0)),
-            values=_joined(self.values, np.zeros((0, n_y))),
-            signals=program.names.signals,
-            peaks=Peaks(self.record.peak.copy(), self.record.peak_time.copy()),
+            time=time,
+            values=values,
+            signals=names if self.kept is None else names.chosen(self.kept),
+            peaks=Peaks(self.record.peak[kept].copy(), self.record.peak_time[kept].copy()),
             status=self.status(),
             ok=self.code == DONE and not self.note,
-            stats=Stats(
-                count.steps,
-                count.rejected,
-                count.iterations,
-                count.evaluations,
-                count.factorisations,
-                self.record.step.smallest if count.steps else 0.0,
-                self.record.step.largest,
-                wall_time,
-            ),
+            stats=self.stats(wall_time),
             aliases=program.names.aliases,
             shapes=program.shapes,
-            restart=restart,
+            restart=self.restart(),
             contacts=self.contact_log(),
             notes=(*notes, *self.stepper.remarks()),
             model={**model, "flexmb": installed_version(), "method": repr(self.method), "step": repr(self.step)},
         )
+
+    def restart(self) -> dict[str, np.ndarray]:
+        """The present state, from which a run of the same model goes on to the bit."""
+        return {**self.flow.saved(), "signals": self.record.new.copy(), **self.stepper.saved()}
+
+    def stats(self, wall_time: float = 0.0) -> Stats:
+        """What the run cost so far, which took `wall_time` on the clock [s]."""
+        count, step = self.record.count, self.record.step
+        numbers = (count.steps, count.rejected, count.iterations, count.evaluations, count.factorisations)
+        return Stats(*numbers, step.smallest if count.steps else 0.0, step.largest, wall_time)
 
     def contact_log(self) -> ContactLog:
         """Rows of the episodes that ended since saving began, and of those that are running."""
@@ -353,13 +356,6 @@ class Run:
         if own is not None:
             return f"Stopped at t = {self.flow.clock.t:.6g} s: {own}"
         return sentence(self.program, self.code, self.flow, self.trial, self.record)
-
-
-def _joined(blocks: list[np.ndarray], nothing: np.ndarray) -> np.ndarray:
-    """All rows of the blocks, read-only; `nothing` where there are none."""
-    rows = np.concatenate(blocks) if blocks else nothing
-    rows.setflags(write=False)
-    return rows
 
 
 def just_before(instant: float) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from numbers import Real
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
+from flexmb.integrate.chosen import SAVED, chosen_places
 from flexmb.integrate.method import Method
 from flexmb.integrate.newmark import Newmark
 from flexmb.integrate.period import common_period
@@ -41,6 +42,7 @@ def simulate(
     restart: Mapping[str, np.ndarray] | None = None,
     max_steps: int | None = None,
     redundant: str = "refuse",
+    signals: Sequence[str] | None = None,
     progress: bool = False,
 ) -> Solution:
     """Simulate a mechanism from its drawn pose.
@@ -66,6 +68,9 @@ def simulate(
         "least-norm": of all multipliers that give the motion those with the least sum of squares are taken.  Forces in
         N and moments in N m then count alike, and only sums of forces of such joints mean something.  Friction in
         such joints follows these forces, and what drives work against it with them.
+    signals : names of the signals that are saved, and patterns in which * stands for any text: ["slider.x", "rod.*"];
+        the solution holds these and their peaks alone, in its usual order.  None: all.  Final state, contacts,
+        statistics and status are whole in any case.  Drawing and VTK files need x, y and theta of all nodes.
     progress : show a progress bar with an estimate of the time left.
 
     Returns
@@ -80,7 +85,7 @@ def simulate(
     Raises
     ------
     InputError : times that are not > 0, neither or both of t_end and periods, unknown kinds of step or method, a
-        restart beyond the end.
+        restart beyond the end, signals that the mechanism has not.
     ModelError, AssemblyError, KernelError : a mechanism that cannot start; see `compile` and `consistent_start`.
     """
     program, closed = compile_with_start(mechanism)
@@ -97,7 +102,8 @@ def simulate(
         checks.count(label, "max_steps", max_steps)
     checks.one_of(label, "redundant", redundant, REDUNDANT)
     check_kinds(label, method, step, redundant)
-    run = Run(program, method, step, end, period, mechanism=mechanism, max_steps=max_steps, progress=progress)
+    kept, more = chosen_places(label, program.names, signals), {"max_steps": max_steps, "progress": progress}
+    run = Run(program, method, step, end, period, mechanism=mechanism, kept=kept, **more)
     if restart is None:
         run.begin(run.stepper.start(mechanism, closed, redundant=least))
     else:
@@ -111,7 +117,8 @@ def simulate(
     now = float(run.flow.clock.t)
     span = period if period is not None else 0.5 * (now - begin)
     notes = contact_remarks(run.program, run.flow.z, run.contact_log(), now, span)
-    return run.solution(model={"name": mechanism.name}, notes=notes, wall_time=time.perf_counter() - started)
+    model = {"name": mechanism.name} if signals is None else {"name": mechanism.name, SAVED: list(signals)}
+    return run.solution(model=model, notes=notes, wall_time=time.perf_counter() - started)
 
 
 def period_or_none(program: Program) -> float | None:

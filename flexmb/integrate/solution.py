@@ -4,23 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import KW_ONLY, dataclass, field
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from flexmb import checks
 from flexmb.errors import InputError
+from flexmb.integrate.chosen import SAVED, hint, resolved
 from flexmb.integrate.episodes import ContactLog, Episodes, select
 from flexmb.integrate.stats import Stats
-from flexmb.model.shape import Shapes
-from flexmb.model.signal import Signal
+from flexmb.model.shape import LateShapes, Shapes
+from flexmb.model.signal import Signals
 
 if TYPE_CHECKING:
     import xarray as xr
-
-CACHED = ("_places",)
 
 
 class UnknownSignalError(InputError, KeyError):
@@ -88,7 +85,7 @@ class Solution:
     _: KW_ONLY
     time: np.ndarray
     values: np.ndarray
-    signals: tuple[Signal, ...]
+    signals: Signals
     peaks: Peaks
     status: str
     ok: bool
@@ -101,6 +98,7 @@ class Solution:
     model: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        self._set("signals", Signals.of(self.signals))
         n_s = len(self.signals)
         time = _frozen("time", self.time, (None,))
         self._set("time", time)
@@ -108,16 +106,11 @@ class Solution:
         largest, when = self.peaks
         self._set("peaks", Peaks(_frozen("peaks.values", largest, (n_s,)), _frozen("peaks.times", when, (n_s,))))
         self._set("contacts", self.contacts.checked())
-        self._set("signals", tuple(self.signals))
-        self._set("shapes", tuple(self.shapes))
+        self._set("shapes", self.shapes if isinstance(self.shapes, LateShapes) else tuple(self.shapes))
         self._set("restart", {name: _read_only(array) for name, array in self.restart.items()})
         self._set("aliases", dict(self.aliases))
         self._set("notes", tuple(self.notes))
         self._set("model", dict(self.model))
-        if len(self._places) != n_s:
-            names = [s.name for s in self.signals]
-            twice = next(name for name in names if names.count(name) > 1)
-            raise InputError(f"Solution: signal {twice!r} appears more than once. Give every part its own name.")
         if np.any(np.diff(time) < 0.0):
             raise InputError("Solution: time decreases; it must increase from one saved instant to the next.")
 
@@ -126,14 +119,14 @@ class Solution:
         import xarray as xr
 
         k = self._place(name)
-        units = self.signals[k].units
+        units = self.signals.units[k]
         time = xr.Variable("time", self.time, {"units": "s"})
         return xr.DataArray(
             self.values[:, k], coords={"time": time}, dims="time", name=name, attrs={"units": units, "name": name}
         )
 
     def __contains__(self, name: object) -> bool:
-        return isinstance(name, str) and self._resolved(name) in self._places
+        return isinstance(name, str) and resolved(name, self.signals, self.aliases) in self._places
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.names)
@@ -141,7 +134,7 @@ class Solution:
     @property
     def names(self) -> tuple[str, ...]:
         """Names of all signals, without their aliases."""
-        return tuple(s.name for s in self.signals)
+        return self.signals.names
 
     @property
     def dataset(self) -> xr.Dataset:
@@ -166,7 +159,7 @@ class Solution:
 
     def units(self, name: str) -> str:
         """SI unit of the signal `name`."""
-        return self.signals[self._place(name)].units
+        return self.signals.units[self._place(name)]
 
     def peak(self, name: str) -> Peak:
         """Largest absolute value of the signal `name` and its time, over all accepted steps and not the saved ones."""
@@ -204,9 +197,6 @@ class Solution:
         lines += [f"  {'note':8s}{text}" for text in self.notes]
         return "\n".join([*lines, f"  {'signals':8s}{len(self.signals)} of {parts or 'no part'}"])
 
-    def __getstate__(self) -> dict[str, Any]:
-        return {k: v for k, v in self.__dict__.items() if k not in CACHED}
-
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
         self.__post_init__()  # arrays come back writeable
@@ -214,36 +204,18 @@ class Solution:
     def _set(self, name: str, value: object) -> None:
         object.__setattr__(self, name, value)
 
-    @cached_property
+    @property
     def _places(self) -> dict[str, int]:
-        return {s.name: k for k, s in enumerate(self.signals)}
-
-    def _resolved(self, name: str) -> str:
-        """`name` with its longest prefix that is an alias replaced; a signal's own name comes first."""
-        if name in self._places:
-            return name
-        prefix = name
-        while "." in prefix:
-            prefix = prefix.rpartition(".")[0]
-            if prefix in self.aliases:
-                return self.aliases[prefix] + name[len(prefix) :]
-        return name
+        return self.signals.places
 
     def _place(self, name: str) -> int:
-        place = self._places.get(self._resolved(name)) if isinstance(name, str) else None
+        place = self._places.get(resolved(name, self.signals, self.aliases)) if isinstance(name, str) else None
         if place is None:
-            hint = checks.did_you_mean(str(name), self._candidates(str(name)))
-            raise UnknownSignalError(f"Solution of {self.name!r} has no signal {name!r}. {hint}")
+            text = f"Solution of {self.name!r} has no signal {name!r}. {hint(str(name), self.signals, self.aliases)}"
+            if SAVED in self.model:
+                text += f" Of all signals were saved those of simulate(..., signals={self.model[SAVED]!r})."
+            raise UnknownSignalError(text)
         return place
-
-    def _candidates(self, name: str) -> list[str]:
-        """Names to offer for an unknown one: those of its part, else of parts with such a signal, else all."""
-        part, _, tail = name.partition(".")
-        ends = {node: alias for alias, node in self.aliases.items()}
-        stems = ((n, n.rpartition(".")) for n in self.names)
-        known = [f"{ends[stem]}.{axis}" if stem in ends else n for n, (stem, _, axis) in stems]
-        own = [n for n in known if n.startswith(f"{part}.")]
-        return own or [n for n in known if n.partition(".")[2] == tail] or known
 
 
 def _frozen(name: str, values: object, shape: tuple[int | None, ...]) -> np.ndarray:

@@ -7,7 +7,7 @@ import math
 
 from flexmb.integrate.arrays import DONE, NOT_FINITE, NOTHING_KNOWN, RUNNING
 from flexmb.integrate.elastic_step import carry, elastic_step, hand_back
-from flexmb.integrate.finish import book, find_forces, finished, keep, next_size, take_over
+from flexmb.integrate.finish import book, find_forces, finished, next_size, publish, take_over
 from flexmb.integrate.ledger import DAMPING, LOAD, RESIDUAL
 from flexmb.integrate.runge_kutta import runge_kutta_step
 from flexmb.kernels import compiled, copy
@@ -90,7 +90,7 @@ def accept_both(tables, address, h, options, flow, trial, work, record, el):
     adopt(el)
     take_over(h, flow, trial, work, record)
     write_whole(tables, address, flow.clock.t, flow, work, record, el)
-    code = keep(el.whole, options, flow, record)
+    code = publish(el.whole, options, flow, record)
     return code if math.isfinite(flow.ledger[RESIDUAL]) else NOT_FINITE
 
 

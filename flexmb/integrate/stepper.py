@@ -46,9 +46,14 @@ class Stepper:
     def __init__(self, program: Program) -> None:
         self.program = self.shown = program
 
-    def record(self, rows: int) -> RunRecord:
-        """Buffers for `rows` saved instants of the signals of `shown`."""
-        record = new_record(self.shown, rows)
+    @property
+    def columns(self) -> int:
+        """Number of signals."""
+        return int(self.shown.tables.sizes.n_y)
+
+    def record(self, rows: int, kept: np.ndarray | None = None) -> RunRecord:
+        """Buffers for `rows` saved instants of the signals `kept` of `shown` (places; None: all)."""
+        record = new_record(self.shown, rows, kept)
         if self.shown is self.program:
             return record
         return record.replaced(held=new_record(self.program, 1).held)

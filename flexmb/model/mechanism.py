@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
+from functools import cached_property
 from typing import Any
 
 from flexmb import checks
 from flexmb.errors import InputError, ModelError
-from flexmb.model.part import GROUND, Body, Part
+from flexmb.model.part import GROUND, Body, Part, declared_state
 from flexmb.model.pieces import Node, Piece, Pieces
 from flexmb.model.shape import Shapes
 
@@ -42,7 +43,7 @@ class Mechanism:
         self._check_names()
         for part in self.parts:
             for name in part.references():
-                if name != GROUND.name and name not in self.names:
+                if name != GROUND.name and name not in self._by_name:
                     raise ModelError(
                         f"{part.label} refers to {name!r}, which is not in mechanism {self.name!r}. "
                         f"Add it to the parts. {checks.did_you_mean(name, self.names)}"
@@ -70,18 +71,29 @@ class Mechanism:
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the parts in order of declaration."""
-        return tuple(part.name for part in self.parts)
+        return tuple(self._by_name)
 
     @property
     def bodies(self) -> tuple[Body, ...]:
         """The bodies in order of declaration, without the ground."""
-        return tuple(part for part in self.parts if isinstance(part, Body))
+        return self._bodies
+
+    @cached_property
+    def _bodies(self) -> tuple[Body, ...]:
+        return tuple([part for part in self.parts if isinstance(part, Body)])
+
+    @cached_property
+    def _by_name(self) -> dict[str, Part]:
+        return {part.name: part for part in self.parts}
+
+    def __getstate__(self) -> dict[str, Any]:
+        return declared_state(self)
 
     def find(self, name: str) -> Part:
         """The part of that name, or `ModelError` with the nearest name."""
-        for part in self.parts:
-            if part.name == name:
-                return part
+        part = self._by_name.get(name)
+        if part is not None:
+            return part
         if name == GROUND.name:
             return GROUND
         raise ModelError(f"{self.label} has no part {name!r}. {checks.did_you_mean(name, self.names)}")
@@ -97,7 +109,7 @@ class Mechanism:
         """The mechanism with `part` in the place of the one of the same name, or added when there is none."""
         if not isinstance(part, Part):
             raise InputError(f"{self.label}: {part!r} is not a part.")
-        if part.name in self.names:
+        if part.name in self._by_name:
             return replace(self, parts=tuple(part if p.name == part.name else p for p in self.parts))
         return replace(self, parts=(*self.parts, part))
 
@@ -120,7 +132,7 @@ class Mechanism:
         if not isinstance(changes, Mapping):
             text = f"{self.label}: changes are {changes!r}; they must be a dictionary such as"
             raise InputError(f"{text} {{'crank.mass': 0.5}}.")
-        parts = {part.name: part for part in self.parts}
+        parts = dict(self._by_name)
         top: dict[str, Any] = {}
         for key, value in changes.items():
             if not isinstance(key, str):
@@ -140,6 +152,11 @@ class Mechanism:
 
     def pieces(self) -> Pieces:
         """What all parts contribute to the equations of motion."""
+        kinds: dict[type[Part], list[Part]] = {}
+        for part in self.parts:
+            kinds.setdefault(type(part), []).append(part)
+        for kind, parts in kinds.items():
+            kind.prepare(parts)
         found: list[Piece] = []
         for part in self.parts:
             found.extend(part.pieces(self))

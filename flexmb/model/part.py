@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from flexmb import checks, kernels
@@ -18,6 +19,12 @@ if TYPE_CHECKING:
 
 
 Triple = tuple[float, float, float]
+
+
+def declared_state(value: Any) -> dict[str, Any]:
+    """What is pickled: all but what was worked out from it."""
+    kind = type(value)
+    return {k: v for k, v in vars(value).items() if not isinstance(getattr(kind, k, None), cached_property)}
 
 
 @dataclass(frozen=True)
@@ -43,6 +50,14 @@ class Part(ABC):
         """Class and name, as messages show it."""
         return f"{type(self).__name__} {self.name!r}"
 
+    def __getstate__(self) -> dict[str, Any]:
+        return declared_state(self)
+
+    @classmethod
+    def prepare(cls, parts: Sequence[Any]) -> None:
+        """Work out what costs less for all `parts` of this class together; their pieces are asked for next."""
+        return
+
     @abstractmethod
     def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
         """What the part contributes to the equations of motion of `mechanism`."""
@@ -61,10 +76,16 @@ class Part(ABC):
     def references(self) -> tuple[str, ...]:
         """Names of the parts this one is connected to."""
         values = [getattr(self, name) for name, _ in checks.declared_fields(type(self))]
-        return tuple([v.name for v in values if isinstance(v, Part)])
+        return tuple([v.name for v in values if _is_part(v.__class__)])
 
     def validate(self, mechanism: Mechanism) -> None:  # noqa: B027 - most parts have nothing to check there
         """Check what can only be checked beside the other parts of `mechanism`."""
+
+
+@cache
+def _is_part(kind: type) -> bool:
+    """Whether it is a class of parts; asking each time, as an abstract base class wants it, takes longer."""
+    return issubclass(kind, Part)
 
 
 @dataclass(frozen=True)

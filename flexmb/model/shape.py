@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -75,7 +76,48 @@ class PointShape:
 
 
 Shape = RigidShape | BeamShape | PointShape
-Shapes = tuple[Shape, ...]
+Shapes = Sequence[Shape]
+
+
+class LateShapes(Sequence[Shape]):
+    """Shapes that are worked out when they are first looked at; equal to the tuple of them, and pickled as it.
+
+    Parameters
+    ----------
+    find : returns them.
+    """
+
+    def __init__(self, find: Callable[[], Shapes]) -> None:
+        self._find: Callable[[], Shapes] | None = find
+        self._found: tuple[Shape, ...] = ()
+
+    def all(self) -> tuple[Shape, ...]:
+        """The shapes."""
+        if self._find is not None:
+            self._found, self._find = tuple(self._find()), None
+        return self._found
+
+    def __len__(self) -> int:
+        return len(self.all())
+
+    def __getitem__(self, place: Any) -> Any:
+        return self.all()[place]
+
+    def __iter__(self) -> Iterator[Shape]:
+        return iter(self.all())
+
+    def __eq__(self, other: object) -> bool:
+        return self.all() == (other.all() if isinstance(other, LateShapes) else other)
+
+    def __hash__(self) -> int:
+        return hash(self.all())
+
+    def __repr__(self) -> str:
+        return repr(self.all())
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return tuple, (self.all(),)
+
 
 KINDS: dict[str, type[Shape]] = {"rigid": RigidShape, "beam": BeamShape, "point": PointShape}
 

@@ -1,6 +1,13 @@
 """The name and unit of one number that a run reports over time."""
 
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from flexmb.errors import InputError
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,3 +22,66 @@ class Signal:
 
     name: str
     units: str = ""
+
+
+class Signals(Sequence[Signal]):
+    """Names and units of many signals, and their places; equal to any sequence of the same signals.
+
+    Parameters
+    ----------
+    names : full names.
+    units : SI units.
+
+    Raises
+    ------
+    InputError : two signals of one name.
+    """
+
+    def __init__(self, names: Iterable[str], units: Iterable[str]) -> None:
+        self.names, self.units = tuple(names), tuple(units)
+        if len(self.places) != len(self.names):
+            twice = next(name for name in self.names if self.names.count(name) > 1)
+            raise InputError(f"Signals: {twice!r} appears more than once. Give every part its own name.")
+
+    @staticmethod
+    def of(signals: Iterable[Signal]) -> Signals:
+        """These signals."""
+        if isinstance(signals, Signals):
+            return signals
+        known = tuple(signals)
+        return Signals((s.name for s in known), (s.units for s in known))
+
+    @cached_property
+    def places(self) -> dict[str, int]:
+        """Place of each name."""
+        return dict(zip(self.names, range(len(self.names)), strict=True))
+
+    def chosen(self, places: Iterable[int]) -> Signals:
+        """Those at some places."""
+        kept = list(places)
+        return Signals((self.names[k] for k in kept), (self.units[k] for k in kept))
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def __getitem__(self, place: Any) -> Any:
+        if isinstance(place, slice):
+            return tuple(map(Signal, self.names[place], self.units[place]))
+        return Signal(self.names[place], self.units[place])
+
+    def __iter__(self) -> Iterator[Signal]:
+        return map(Signal, self.names, self.units)
+
+    def __eq__(self, other: object) -> bool:
+        if isinstance(other, Signals):
+            return self.names == other.names and self.units == other.units
+        return isinstance(other, Sequence) and tuple(self) == tuple(other)
+
+    def __hash__(self) -> int:
+        return hash((self.names, self.units))
+
+    def __repr__(self) -> str:
+        return repr(tuple(self))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Signals, (self.names, self.units)

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import gc
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import numpy as np
 
 from flexmb.errors import InputError, ModelError
 from flexmb.model.law import Motion
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.pieces import Pieces, RowMotion, node_coordinates
-from flexmb.model.shape import Shapes
+from flexmb.model.shape import LateShapes, Shapes
 from flexmb.program.numbering import Numbering
 from flexmb.program.program import Drawn, Names, Program
 from flexmb.program.signals import aliases
@@ -31,8 +35,9 @@ def compile(mechanism: Mechanism, *, closed: bool = False, start: bool = False) 
     InputError : something that is no mechanism; parts whose points do not fit their bodies.
     KernelError : a user's kernel that unpacks a wrong number of parameters, cannot be compiled or returns NaN.
     """
-    pieces = chosen_pieces(_pieces(mechanism), closed=closed or start, start=start)
-    return _compiled(mechanism, pieces, Numbering(mechanism), mechanism.shapes())
+    with _collector_at_rest():
+        pieces = chosen_pieces(_pieces(mechanism), closed=closed or start, start=start)
+        return _compiled(mechanism, pieces, Numbering(mechanism), LateShapes(mechanism.shapes))
 
 
 def compile_with_start(mechanism: Mechanism) -> tuple[Program, Program]:
@@ -46,11 +51,24 @@ def compile_with_start(mechanism: Mechanism) -> tuple[Program, Program]:
     ------
     ModelError, InputError, KernelError : see `compile`.
     """
-    pieces, number, shapes = _pieces(mechanism), Numbering(mechanism), mechanism.shapes()
-    program = _compiled(mechanism, chosen_pieces(pieces, closed=False, start=False), number, shapes)
-    if not pieces.contacts and all(c.holds == "always" for c in pieces.constraints):
-        return program, program
-    return program, _compiled(mechanism, chosen_pieces(pieces, closed=True, start=True), number, shapes)
+    with _collector_at_rest():
+        pieces, number, shapes = _pieces(mechanism), Numbering(mechanism), LateShapes(mechanism.shapes)
+        program = _compiled(mechanism, chosen_pieces(pieces, closed=False, start=False), number, shapes)
+        if not pieces.contacts and all(c.holds == "always" for c in pieces.constraints):
+            return program, program
+        return program, _compiled(mechanism, chosen_pieces(pieces, closed=True, start=True), number, shapes)
+
+
+@contextmanager
+def _collector_at_rest() -> Iterator[None]:
+    """Python's collector of cycles rests: of the objects that are made here by the hundred thousand none is lost."""
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collects:
+            gc.enable()
 
 
 def _pieces(mechanism: Mechanism) -> Pieces:

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain, pairwise
+from typing import Protocol
 
 import numpy as np
 
@@ -12,34 +15,62 @@ from flexmb.model.part import GROUND
 from flexmb.model.pieces import AXES, Coordinate, Node, Pieces
 
 
+class Placed(Protocol):
+    """A piece, as far as it stands on coordinates."""
+
+    @property
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """Names of its coordinates."""
+
+
+@dataclass(frozen=True, eq=False)
+class Lists:
+    """Lists of whole numbers, one behind the other in `values`; list k is values[ptr[k] : ptr[k + 1]]."""
+
+    ptr: np.ndarray
+    values: np.ndarray
+
+    @staticmethod
+    def of(lists: Sequence[Sequence[int]]) -> Lists:
+        """These lists."""
+        lengths = np.fromiter(map(len, lists), dtype=np.int64, count=len(lists))
+        ptr = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
+        return Lists(ptr, np.fromiter(chain.from_iterable(lists), dtype=np.int64, count=int(ptr[-1])))
+
+
 class Numbering:
     """Numbers of the coordinates of a mechanism: three a node, in the order of declaration."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.nodes: tuple[tuple[str, Node], ...] = mechanism.nodes()
-        self._first = {(part, node.name): 3 * k for k, (part, node) in enumerate(self.nodes)}
         self.of_body: dict[str, tuple[int, int]] = {}  # where the coordinates of each body begin and end
         for k, (part, _) in enumerate(self.nodes):
             self.of_body[part] = self.of_body.get(part, (3 * k, 0))[0], 3 * k + 3
         self.n_q = 3 * len(self.nodes)
-        self._first[(GROUND.name, "")] = self.n_q
+        named = [(part, node.name) for part, node in self.nodes]
+        every = [(part, node, axis) for part, node in (*named, (GROUND.name, "")) for axis in (0, 1, 2)]
+        self._number: dict[Coordinate, int] = dict(zip(every, range(len(every)), strict=True))
+        self._lists: dict[int, tuple[Sequence[Placed], Lists]] = {}
 
     def dofs(self, coordinates: Sequence[Coordinate]) -> list[int]:
         """Numbers of coordinates; the ground's are n_q, n_q + 1, n_q + 2."""
-        return [self._first[(part, node)] + axis for part, node, axis in coordinates]
+        return [self._number[c] for c in coordinates]
 
-    def unknowns(self, coordinates: Sequence[Coordinate]) -> list[int]:
-        """The same with -1 for the ground's coordinates."""
-        return [d if d < self.n_q else -1 for d in self.dofs(coordinates)]
+    def lists(self, pieces: Sequence[Placed]) -> Lists:
+        """Numbers of the coordinates of each piece, remembered for the same sequence of pieces."""
+        if id(pieces) not in self._lists:
+            number = self._number.__getitem__
+            self._lists[id(pieces)] = pieces, Lists.of([list(map(number, piece.coordinates)) for piece in pieces])
+        return self._lists[id(pieces)][1]
 
     def names(self) -> tuple[str, ...]:
         """Names of the coordinates."""
         stems = (f"{part}.{node.name}" if node.name else part for part, node in self.nodes)
-        return tuple(f"{stem}.{axis}" for stem in stems for axis in AXES)
+        return tuple([f"{stem}.{axis}" for stem in stems for axis in AXES])
 
     def pose(self) -> np.ndarray:
         """The drawn pose, (n_q,) [m, rad]."""
-        return np.array([x for _, n in self.nodes for x in (n.x, n.y, n.theta)])
+        return np.array([x for _, n in self.nodes for x in (n.x, n.y, n.theta)], dtype=float)
 
     @cached_property
     def extent(self) -> float:
@@ -50,20 +81,25 @@ class Numbering:
         return extent or float(np.hypot(*points.T).max()) or 1.0
 
 
-def blocks_and_edges(pieces: Pieces, number: Numbering) -> tuple[list[np.ndarray], list[tuple[int, ...]], list[bool]]:
+def blocks_and_edges(pieces: Pieces, number: Numbering) -> tuple[list[range], list[tuple[int, ...]], list[bool]]:
     """Blocks of unknowns (nodes, then constraints), groups of coupled blocks, and which blocks are constraints."""
     n_nodes = number.n_q // 3
-    blocks = [np.arange(3 * k, 3 * k + 3) for k in range(n_nodes)]
-    last = [False] * n_nodes
-
-    def touched(coordinates: Sequence[Coordinate]) -> set[int]:
-        return {d // 3 for d in number.unknowns(coordinates) if d >= 0}
-
-    edges = [tuple(sorted(touched(e.coordinates))) for e in (*pieces.elements, *pieces.contacts)]
-    row = number.n_q
-    for piece in pieces.constraints:
-        edges.append((*sorted(touched(piece.coordinates)), len(blocks)))
-        blocks.append(np.arange(row, row + piece.rows))
-        last.append(True)
+    blocks = [range(3 * k, 3 * k + 3) for k in range(n_nodes)]
+    groups = (pieces.elements, pieces.contacts, pieces.constraints)
+    touched = [nodes for group in groups for nodes in _nodes_of(number.lists(group), n_nodes)]
+    free, row = len(touched) - len(pieces.constraints), number.n_q
+    for k, piece in enumerate(pieces.constraints):
+        touched[free + k] = (*touched[free + k], n_nodes + k)
+        blocks.append(range(row, row + piece.rows))
         row += piece.rows
-    return blocks, edges, last
+    return blocks, touched, [False] * n_nodes + [True] * len(pieces.constraints)
+
+
+def _nodes_of(dofs: Lists, ground: int) -> list[tuple[int, ...]]:
+    """The nodes that each piece stands on, ascending, without that of the ground."""
+    nodes, bounds = (dofs.values // 3).tolist(), dofs.ptr.tolist()
+    found = []
+    for begin, end in pairwise(bounds):
+        own = sorted(set(nodes[begin:end]))
+        found.append(tuple(own[:-1] if own and own[-1] == ground else own))
+    return found

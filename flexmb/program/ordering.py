@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from heapq import heapify, heappop, heappush
+from itertools import chain
 
 import numpy as np
 
@@ -65,11 +66,15 @@ def _check(blocks: Sequence[Sequence[int]], edges: Sequence[Sequence[int]], last
     count = len(blocks)
     if len(last) != count:
         raise InputError(f"{_OWNER}: last has {len(last)} entries for {count} blocks; give one for each block.")
-    unknowns = sorted(unknown for block in blocks for unknown in block)
-    for expected, unknown in enumerate(unknowns):
-        if unknown != expected:
+    unknowns = sorted(chain.from_iterable(blocks))
+    if unknowns != list(range(len(unknowns))):
+        for expected, unknown in enumerate(unknowns):
+            if unknown == expected:
+                continue
             fault = "stands in two blocks" if 0 <= unknown < expected else f"comes where {expected} is missing"
             raise InputError(f"{_OWNER}: unknown {unknown} {fault}; every unknown 0 .. n-1 needs exactly one block.")
+    if min(map(min, filter(None, edges)), default=0) >= 0 and max(map(max, filter(None, edges)), default=-1) < count:
+        return
     for edge in edges:
         for block in edge:
             if not 0 <= block < count:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 
 from flexmb.kernels import Kernel
 from flexmb.model.law import Motion
 from flexmb.model.pieces import ConstraintPiece, Coordinate, Pieces
-from flexmb.program.numbering import Numbering
+from flexmb.program.numbering import Lists, Numbering
 from flexmb.program.signals import force_signals
 from flexmb.program.tables import CONTACT_COMMON, Constraints, Contacts, Elements, Measured
 
@@ -33,37 +35,25 @@ class KernelList:
         return self._number[id(kernel)]
 
 
-class Ragged:
-    """Lists of different lengths stored one after the other, with offsets."""
-
-    def __init__(self) -> None:
-        self.offset = [0]
-        self.values: list[int] = []
-
-    def add(self, values: Iterable[int]) -> None:
-        """Append one list."""
-        self.values.extend(values)
-        self.offset.append(len(self.values))
-
-
+@dataclass(frozen=True, eq=False)
 class Blocks:
-    """Dense blocks of the matrix, row by row, with offsets."""
+    """Dense blocks of the matrix, row by row: where each begins, row and column numbers of all entries."""
 
-    def __init__(self) -> None:
-        self.offset = [0]
-        self.rows: list[int] = []
-        self.columns: list[int] = []
+    ptr: np.ndarray
+    rows: np.ndarray
+    columns: np.ndarray
 
-    def add(self, rows: Sequence[int], columns: Sequence[int]) -> None:
-        """Append one block."""
-        self.rows.extend(i for i in rows for _ in columns)
-        self.columns.extend(j for _ in rows for j in columns)
-        self.offset.append(len(self.rows))
-
-    @property
-    def arrays(self) -> tuple[np.ndarray, np.ndarray]:
-        """Row and column numbers."""
-        return ints(self.rows), ints(self.columns)
+    @staticmethod
+    def of(rows: Lists, columns: Lists) -> Blocks:
+        """One block for each two lists of unknowns."""
+        width = np.diff(columns.ptr)
+        size = np.diff(rows.ptr) * width
+        ptr = np.concatenate([[0], np.cumsum(size)]).astype(np.int64)
+        block = np.repeat(np.arange(len(size)), size)
+        within = np.arange(ptr[-1]) - ptr[block]
+        row = within // width[block]
+        column = within - row * width[block]
+        return Blocks(ptr, rows.values[rows.ptr[block] + row], columns.values[columns.ptr[block] + column])
 
 
 def ints(values: Sequence[int]) -> np.ndarray:
@@ -90,25 +80,29 @@ class Packer:
         self.p: list[float] = []
         self.z: list[float] = []
         self.kernels = {name: KernelList() for name in KINDS}
-        self.element_blocks, self.contact_blocks = Blocks(), Blocks()
-        self.g_blocks, self.h_blocks = Blocks(), Blocks()
-        for target, group in ((self.element_blocks, pieces.elements), (self.contact_blocks, pieces.contacts)):
-            for piece in group:
-                unknowns = number.unknowns(piece.coordinates)
-                target.add(unknowns, unknowns)
-        row = number.n_q
-        for constraint in pieces.constraints:
-            unknowns = number.unknowns(constraint.coordinates)
-            self.g_blocks.add(range(row, row + constraint.rows), unknowns)
-            self.h_blocks.add(unknowns, unknowns)
-            row += constraint.rows
-        self.n_c = row - number.n_q
+        groups = (pieces.elements, pieces.contacts, pieces.constraints)
+        self.element_dofs, self.contact_dofs, self.constraint_dofs = (number.lists(group) for group in groups)
+        self.element_blocks, self.contact_blocks = (self.square(d) for d in (self.element_dofs, self.contact_dofs))
+        row = np.cumsum([0, *(piece.rows for piece in pieces.constraints)])
+        self.n_c = int(row[-1])
+        rows = Lists(row, number.n_q + np.arange(self.n_c))
+        self.g_blocks = Blocks.of(rows, self.unknowns(self.constraint_dofs))
+        self.h_blocks = self.square(self.constraint_dofs)
+
+    def unknowns(self, dofs: Lists) -> Lists:
+        """Numbers of coordinates with -1 for those of the ground."""
+        return Lists(dofs.ptr, np.where(dofs.values < self.number.n_q, dofs.values, -1))
+
+    def square(self, dofs: Lists) -> Blocks:
+        """Blocks on the coordinates of each piece."""
+        unknowns = self.unknowns(dofs)
+        return Blocks.of(unknowns, unknowns)
 
     def pattern(self) -> tuple[np.ndarray, np.ndarray]:
         """Rows and columns of all structural nonzeros, without those of the ground."""
         groups = (self.element_blocks, self.contact_blocks, self.g_blocks, self.h_blocks)
-        rows = np.concatenate([g.arrays[0] for g in groups])
-        columns = np.concatenate([g.arrays[1] for g in groups])
+        rows = np.concatenate([g.rows for g in groups])
+        columns = np.concatenate([g.columns for g in groups])
         inside = (rows >= 0) & (columns >= 0)
         return rows[inside], columns[inside]
 
@@ -117,6 +111,23 @@ class Packer:
         begin = len(self.p)
         self.p.extend(values)
         return begin, len(self.p)
+
+    def add_each(self, lists: Sequence[Sequence[float]]) -> np.ndarray:
+        """Append the numbers of several parts; where they begin and end, (n, 2)."""
+        ends = len(self.p) + np.cumsum([0, *map(len, lists)])
+        self.p.extend(chain.from_iterable(lists))
+        return np.stack([ends[:-1], ends[1:]], axis=1)
+
+    def remember_each(self, lists: Sequence[Sequence[float]]) -> np.ndarray:
+        """Append start values of several histories; where they begin and end, (n, 2)."""
+        ends = len(self.z) + np.cumsum([0, *map(len, lists)])
+        self.z.extend(chain.from_iterable(lists))
+        return np.stack([ends[:-1], ends[1:]], axis=1)
+
+    def numbers(self, kind: str, kernels: Iterable[Kernel | None]) -> np.ndarray:
+        """Numbers of the kernels of a kind, -1 for None."""
+        number = self.kernels[kind].number
+        return ints([number(kernel) for kernel in kernels])
 
     def remember(self, values: Iterable[float]) -> Bounds:
         """Append start values of a history; where they begin and end."""
@@ -127,49 +138,43 @@ class Packer:
     def elements(self, positions) -> Elements:
         """Arrays of the elements; `positions` maps rows and columns to places in the factored matrix."""
         pieces = self.pieces.elements
-        dofs = Ragged()
-        for piece in pieces:
-            dofs.add(self.number.dofs(piece.coordinates))
         factors = [piece.factor for piece in pieces]
         # what is never called is not compiled
         slow = [None if piece.is_complete else piece for piece in pieces]
         return Elements(
-            ints([self.kernels["element"].number(piece.kernel if piece else None) for piece in slow]),
-            ints([self.kernels["energy"].number(piece.energy) for piece in pieces]),
-            ints([self.kernels["motion"].number(law.kernel if law else None) for law in factors]),
-            ints([self.kernels["force"].number(piece.force) for piece in pieces]),
-            ints([self.kernels["tangent"].number(piece.tangent) for piece in pieces]),
-            ints([self.kernels["account"].number(piece.account) for piece in pieces]),
-            table([self.add(piece.p) for piece in pieces], 2),
-            table([self.add(law.parameters() if law else ()) for law in factors], 2),
-            table([self.remember(piece.history) for piece in pieces], 2),
-            ints(dofs.offset),
-            ints(self.element_blocks.offset),
-            places(dofs.values),
-            places(positions(*self.element_blocks.arrays)),
+            self.numbers("element", [piece.kernel if piece else None for piece in slow]),
+            self.numbers("energy", [piece.energy for piece in pieces]),
+            self.numbers("motion", [law.kernel if law else None for law in factors]),
+            self.numbers("force", [piece.force for piece in pieces]),
+            self.numbers("tangent", [piece.tangent for piece in pieces]),
+            self.numbers("account", [piece.account for piece in pieces]),
+            self.add_each([piece.p for piece in pieces]),
+            self.add_each([law.parameters() if law else () for law in factors]),
+            self.remember_each([piece.history for piece in pieces]),
+            self.element_dofs.ptr,
+            self.element_blocks.ptr,
+            places(self.element_dofs.values),
+            places(positions(self.element_blocks.rows, self.element_blocks.columns)),
         )
 
     def constraints(self, positions, out: Sequence[int]) -> Constraints:
         """Arrays of the constraints; `out` numbers the first signal of each."""
         pieces = self.pieces.constraints
-        dofs = Ragged()
-        for piece in pieces:
-            dofs.add(self.number.dofs(piece.coordinates))
         laws = [law for piece in pieces for law in motion_of_each_row(piece)]
-        rows, columns = self.g_blocks.arrays
+        rows, columns = self.g_blocks.rows, self.g_blocks.columns
         return Constraints(
-            ints([self.kernels["constraint"].number(piece.kernel) for piece in pieces]),
-            ints([self.kernels["motion"].number(law.kernel if law else None) for law in laws]),
-            table([self.add(piece.p) for piece in pieces], 2),
-            table([self.add(law.parameters() if law else ()) for law in laws], 2),
+            self.numbers("constraint", [piece.kernel for piece in pieces]),
+            self.numbers("motion", [law.kernel if law else None for law in laws]),
+            self.add_each([piece.p for piece in pieces]),
+            self.add_each([law.parameters() if law else () for law in laws]),
             ints(np.cumsum([0, *(piece.rows for piece in pieces)])),
-            ints(dofs.offset),
-            ints(self.g_blocks.offset),
-            ints(self.h_blocks.offset),
-            places(dofs.values),
+            self.constraint_dofs.ptr,
+            self.g_blocks.ptr,
+            self.h_blocks.ptr,
+            places(self.constraint_dofs.values),
             places(positions(rows, columns)),
             places(positions(columns, rows)),
-            places(positions(*self.h_blocks.arrays)),
+            places(positions(self.h_blocks.rows, self.h_blocks.columns)),
             table([places_of_second(piece) for piece in pieces], 3),
             ints([piece.moment_row for piece in pieces]),
             ints(out),
@@ -179,6 +184,9 @@ class Packer:
 
     def grips(self, pieces: Sequence[ConstraintPiece]) -> tuple[np.ndarray, ...]:
         """Kernels, numbers, histories and arms of friction in ideal joints."""
+        if not any(piece.grip for piece in pieces):
+            count, end = len(pieces), (len(self.p), len(self.z))
+            return np.full((count, 2), -1), np.full((count, 4), end[0]), np.full((count, 2), end[1]), np.ones(count)
         kernel, p, z, arm = [], [], [], []
         for piece in pieces:
             grip = piece.grip
@@ -192,7 +200,7 @@ class Packer:
 
     def contacts(self, positions, out: Sequence[int]) -> Contacts:
         """Arrays of the contacts; `out` numbers the first signal of each."""
-        kernel, p, z, dofs = [], [], [], []
+        kernel, p, z = [], [], []
         for piece in self.pieces.contacts:
             parts = (("gap", piece.gap), ("normal", piece.normal.kernel), ("friction", piece.friction.kernel))
             kernel.append([self.kernels[kind].number(k) for kind, k in parts])
@@ -201,21 +209,20 @@ class Packer:
             histories = ((0.0,) * CONTACT_COMMON, piece.normal.history(), piece.friction.history())
             bounds = [self.remember(h) for h in histories]
             z.append([*(b for b, _ in bounds), bounds[-1][1]])
-            dofs.extend(self.number.dofs(piece.coordinates))
-        positions = places(positions(*self.contact_blocks.arrays))
-        return Contacts(table(kernel, 3), table(p, 6), table(z, 4), places(dofs), positions, ints(out))
+        positions = places(positions(self.contact_blocks.rows, self.contact_blocks.columns))
+        return Contacts(
+            table(kernel, 3), table(p, 6), table(z, 4), places(self.contact_dofs.values), positions, ints(out)
+        )
 
     def measured(self, out: Sequence[int]) -> Measured:
         """Arrays of the signals computed by kernels."""
         pieces = self.pieces.signals
-        dofs = Ragged()
-        for piece in pieces:
-            dofs.add(self.number.dofs(piece.coordinates))
+        dofs = self.number.lists(pieces)
         return Measured(
-            ints([self.kernels["signal"].number(piece.kernel) for piece in pieces]),
-            table([self.add(piece.p) for piece in pieces], 2),
-            ints(dofs.offset),
-            ints(dofs.values),
+            self.numbers("signal", [piece.kernel for piece in pieces]),
+            self.add_each([piece.p for piece in pieces]),
+            dofs.ptr,
+            dofs.values,
             ints(out),
             ints([place for piece, place in zip(pieces, out, strict=True) if piece.is_mode]),
         )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from flexmb.kernels import Kernel, address_table
 from flexmb.model.law import Motion, NormalLaw
 from flexmb.model.pieces import AXES
 from flexmb.model.shape import Shapes
-from flexmb.model.signal import Signal
+from flexmb.model.signal import Signals
 from flexmb.program.symbolic import Symbolic
 from flexmb.program.tables import Addresses, Tables
 
@@ -36,7 +36,7 @@ class Names:
     rows: tuple[str, ...]
     contacts: tuple[str, ...]
     bodies: tuple[str, ...]
-    signals: tuple[Signal, ...]
+    signals: Signals
     aliases: dict[str, str]
 
 
@@ -62,8 +62,7 @@ class Program:
     normals: tuple[NormalLaw, ...] = ()  # of the contacts
 
     def __post_init__(self) -> None:
-        freeze(self.tables)
-        freeze((self.drawn.q, self.drawn.v, self.drawn.z, self.drawn.body))
+        freeze((self.tables.p, self.drawn.q, self.drawn.v, self.drawn.z, self.drawn.body))
 
     def breaks(self, t_end: float) -> tuple[float, ...]:
         """Instants in (0, t_end] where a drive or a load jumps or has a kink, in order [s]."""
@@ -73,7 +72,7 @@ class Program:
     @cached_property
     def addresses(self) -> Addresses:
         """Addresses of the kernels in this process."""
-        return Addresses(*(address_table(group) for group in self.kernels))
+        return _addresses(self.kernels)
 
     @property
     def n_q(self) -> int:
@@ -94,7 +93,14 @@ class Program:
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
+        freeze(self.tables)
         self.__post_init__()
+
+
+@lru_cache(maxsize=64)
+def _addresses(kernels: tuple[tuple[Kernel, ...], ...]) -> Addresses:
+    """Addresses of kernels in this process."""
+    return Addresses(*(address_table(group) for group in kernels))
 
 
 def resolve(name: str, aliases: dict[str, str]) -> str:

@@ -5,17 +5,19 @@ The vector of signals holds q, v, a of all coordinates, then constraints, contac
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.pieces import ConstraintPiece, Pieces, RowMotion
-from flexmb.model.signal import Signal
+from flexmb.model.signal import Signals
 
 POSE = (
     (("x", "m"), ("y", "m"), ("theta", "rad")),
     (("vx", "m/s"), ("vy", "m/s"), ("omega", "rad/s")),
     (("ax", "m/s2"), ("ay", "m/s2"), ("alpha", "rad/s2")),
 )
+FORCE = (("fx", "N"), ("fy", "N"), ("force", "N"))
 CONTACT = (
     ("ex", "m"),
     ("ey", "m"),
@@ -50,7 +52,7 @@ ENERGY = (
 class Layout:
     """All signals in order, first signals of constraints, contacts and measured ones, of the energies."""
 
-    signals: tuple[Signal, ...]
+    signals: Signals
     constraints: tuple[int, ...]
     contacts: tuple[int, ...]
     measured: tuple[int, ...]
@@ -61,9 +63,10 @@ def force_signals(piece: ConstraintPiece) -> tuple[tuple[str, str], ...]:
     """Signals of a joint's force on its second body; none for a drive."""
     if piece.is_drive:
         return ()
-    forces = (("fx", "N"), ("fy", "N"), ("force", "N"))
+    if piece.moment_row < 0 and piece.grip is None:
+        return FORCE
     moment = (("moment", "N m"),) if piece.moment_row >= 0 else ()
-    return (*forces, *moment, *((piece.grip.signal,) if piece.grip else ()))
+    return (*FORCE, *moment, *((piece.grip.signal,) if piece.grip else ()))
 
 
 def motion_signals(driven: RowMotion) -> tuple[tuple[str, str], ...]:
@@ -83,24 +86,21 @@ def constraint_signals(piece: ConstraintPiece) -> tuple[tuple[str, str], ...]:
 
 def layout(pieces: Pieces, coordinate_names: tuple[str, ...]) -> Layout:
     """Signals of a mechanism."""
-    signals = []
-    for level in POSE:
-        for k, name in enumerate(coordinate_names):
-            stem = name.rpartition(".")[0]
-            signals.append(Signal(f"{stem}.{level[k % 3][0]}", level[k % 3][1]))
-    places: dict[str, list[int]] = {"constraints": [], "contacts": [], "measured": []}
-    for constraint in pieces.constraints:
-        places["constraints"].append(len(signals))
-        signals += [Signal(f"{constraint.part}.{n}", u) for n, u in constraint_signals(constraint)]
-    for contact in pieces.contacts:
-        places["contacts"].append(len(signals))
-        signals += [Signal(f"{contact.label}.{n}", u) for n, u in CONTACT]
-    for piece in pieces.signals:
-        places["measured"].append(len(signals))
-        signals.append(Signal(f"{piece.part}.{piece.name}", piece.units))
-    energy = len(signals)
-    signals += [Signal(f"energy.{name}", "J") for name in ENERGY]
-    return Layout(tuple(signals), *(tuple(v) for v in places.values()), energy)
+    stems = [name.rpartition(".")[0] for name in coordinate_names[::3]]
+    names = [f"{stem}.{name}" for level in POSE for stem in stems for name, _ in level]
+    units = [unit for level in POSE for _ in stems for _, unit in level]
+
+    def more(owner: str, found: Sequence[tuple[str, str]]) -> int:
+        first = len(names)
+        names.extend([f"{owner}.{name}" for name, _ in found])
+        units.extend([unit for _, unit in found])
+        return first
+
+    constraints = tuple([more(piece.part, constraint_signals(piece)) for piece in pieces.constraints])
+    contacts = tuple([more(piece.label, CONTACT) for piece in pieces.contacts])
+    measured = tuple([more(piece.part, ((piece.name, piece.units),)) for piece in pieces.signals])
+    energy = more("energy", [(name, "J") for name in ENERGY])
+    return Layout(Signals(names, units), constraints, contacts, measured, energy)
 
 
 def aliases(mechanism: Mechanism) -> dict[str, str]:

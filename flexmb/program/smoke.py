@@ -25,7 +25,7 @@ def call_each_kernel(pieces: Pieces, number: Numbering) -> None:
     """
     pose = [*number.pose().tolist(), 0.0, 0.0, 0.0]
     seen: set[tuple[int, int]] = set()
-    for piece in (*pieces.elements, *pieces.constraints, *pieces.contacts, *pieces.signals):
+    for piece in (*_different(pieces.elements), *pieces.constraints, *pieces.contacts, *pieces.signals):
         for kernel, p, z, what in _kernels_of(piece):
             if (id(kernel), len(p)) in seen:
                 continue
@@ -39,6 +39,16 @@ def call_each_kernel(pieces: Pieces, number: Numbering) -> None:
             if len(_GOOD) >= REMEMBERED:
                 _GOOD.clear()
             _GOOD[call] = kernel
+
+
+def _different(elements: Sequence[ElementPiece]) -> list[ElementPiece]:
+    """The first elements of each set of kernels and number of parameters."""
+    found: dict[tuple[Any, ...], ElementPiece] = {}
+    for e in elements:
+        kernels = e.kernel, e.energy, e.force, e.tangent, e.account, e.factor and e.factor.kernel
+        lengths = len(e.p), e.factor and len(e.factor.parameters())
+        found.setdefault((*map(id, kernels), *lengths), e)
+    return list(found.values())
 
 
 REMEMBERED = 4096

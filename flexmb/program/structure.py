@@ -8,9 +8,10 @@ safe because everything they are made of stands in the key, and because nobody c
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ import numpy as np
 from flexmb.kernels import Kernel
 from flexmb.model.law import Law
 from flexmb.model.pieces import Pieces
-from flexmb.model.signal import Signal
+from flexmb.model.signal import Signals
 from flexmb.program.numbering import Numbering, blocks_and_edges
 from flexmb.program.ordering import elimination_order
 from flexmb.program.packing import KINDS, Packer, motion_of_each_row
@@ -32,6 +33,9 @@ KEPT = 16
 
 KEPT_UNKNOWNS = 50_000
 """Unknowns of all structures that are remembered beside the latest one: some hundred megabytes."""
+
+MANY = 100
+"""Pieces from which on they are read field by field, which costs less."""
 
 NUMBERS = ("p", "history")
 """Fields of pieces of which only the length matters to a structure."""
@@ -53,7 +57,7 @@ class Structure:
     rows: tuple[str, ...]
     contacts: tuple[str, ...]
     drives: tuple[str, ...]
-    signals: tuple[Signal, ...]
+    signals: Signals
 
     def filled(self, p: np.ndarray) -> Tables:
         """The tables with the numbers (n_p,) of one mechanism."""
@@ -64,7 +68,10 @@ def structure_of(pieces: Pieces, number: Numbering) -> Structure:
     """The structure of these pieces, remembered or new."""
     kernels: list[Kernel] = []
     groups = (pieces.elements, pieces.constraints, pieces.contacts, pieces.signals)
-    key = (tuple((part, node.name) for part, node in number.nodes), *(_read(group, kernels) for group in groups))
+    key = (
+        tuple([(part, node.name) for part, node in number.nodes]),
+        *(_read_all(group, number, kernels) for group in groups),
+    )
     try:
         known = _LATEST.get(key)
     except TypeError:  # a part of one's own put something into its pieces that cannot be compared
@@ -81,6 +88,26 @@ def _unknowns() -> int:
     return sum(structure.symbolic.n for structure, _ in _LATEST.values())
 
 
+def _read_all(group: Sequence[Any], number: Numbering, kernels: list[Kernel]) -> tuple[Any, ...]:
+    """What a group of pieces means for the structure, field by field; a value that several share is read once.
+
+    Numbers of the coordinates say the same as their names, beside the names of all nodes.
+    """
+    kinds = tuple(map(type, group))
+    if len(group) < MANY or len(set(kinds)) != 1:
+        return tuple([_read(piece, kernels) for piece in group])
+    lengths, names, others = _fields(kinds[0])
+    dofs = number.lists(group)
+    found: list[tuple[Any, ...]] = [kinds, (dofs.ptr.tobytes(), dofs.values.tobytes())]
+    found += [tuple([len(getattr(piece, name)) for piece in group]) for name in lengths]
+    found += [tuple(map(attrgetter(name), group)) for name in names if name != "coordinates"]
+    for name in others:
+        values = list(map(attrgetter(name), group))
+        known = {place: _read(value, kernels) for place, value in {id(value): value for value in values}.items()}
+        found.append(tuple([known[id(value)] for value in values]))
+    return tuple(found)
+
+
 def _read(value: Any, kernels: list[Kernel]) -> Any:
     """What `value` means for the structure, as something that can be compared; kernels that were met are collected."""
     if isinstance(value, (str, int, float)) or value is None:
@@ -93,18 +120,15 @@ def _read(value: Any, kernels: list[Kernel]) -> Any:
     if _is_law(type(value)):
         kernels.append(value.kernel)
         return id(value.kernel), len(value.parameters()), len(value.history())
-    names = _fields(type(value))
-    if not names:
+    kind = type(value)
+    lengths, names, others = _fields(kind)
+    if not lengths and not names and not others:
         return value
-    found: list[Any] = [type(value)]
-    for name in names:
+    found: list[Any] = [kind, *[len(getattr(value, name)) for name in lengths]]
+    found += [getattr(value, name) for name in names]
+    for name in others:
         item = getattr(value, name)
-        if name in NUMBERS:
-            found.append(len(item))
-        elif name in NAMES:
-            found.append(item)
-        else:
-            found.append(_read(item, kernels))
+        found.append(item if item is None else _read(item, kernels))
     return tuple(found)
 
 
@@ -115,9 +139,11 @@ def _is_law(kind: type) -> bool:
 
 
 @cache
-def _fields(kind: type) -> tuple[str, ...]:
-    """Names of the fields of a dataclass; () of anything else."""
-    return tuple(f.name for f in fields(kind)) if is_dataclass(kind) else ()
+def _fields(kind: type) -> tuple[tuple[str, ...], ...]:
+    """Fields of a dataclass of which the length matters, those that hold names, the others; none of anything else."""
+    known = [f.name for f in fields(kind)] if is_dataclass(kind) else []
+    lengths, names = ([name for name in known if name in group] for group in (NUMBERS, NAMES))
+    return tuple(lengths), tuple(names), tuple([name for name in known if name not in (*lengths, *names)])
 
 
 def new_structure(pieces: Pieces, number: Numbering) -> Structure:
@@ -141,7 +167,7 @@ def new_structure(pieces: Pieces, number: Numbering) -> Structure:
         max((p.rows for p in pieces.constraints), default=1),
         any(p.grip is not None for p in pieces.constraints),
     )
-    kind = np.array([k % 3 == 2 for k in range(number.n_q)], dtype=np.int64)
+    kind = (np.arange(number.n_q) % 3 == 2).astype(np.int64)
     tables = Tables(sizes, np.array(packer.p, dtype=float), elements, constraints, contacts, measured, kind)
     freeze(tables)
     driven = [(c.part, row) for c in pieces.constraints for row in c.motions]

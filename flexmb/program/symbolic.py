@@ -2,20 +2,17 @@
 
 from dataclasses import dataclass, field, fields
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 
 from flexmb.errors import InputError
+from flexmb.program.fill import count_below, join_panels, list_below, locate_all, locate_targets
 
 WIDEST = 3
 """Most unknowns in one panel: the coordinates of a node, for which the numeric kernel has unrolled loops."""
 
 WASTE = 0.2
 """Part of zeros in a panel up to which joining two is faster than keeping them apart (tests/speed/lu_time.py)."""
-
-CHUNK = 1024
-"""Panels whose targets are looked up at once: bounds the memory of the temporary arrays."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,16 +58,13 @@ class Symbolic:
     a_cols: np.ndarray
     _place: np.ndarray = field(init=False, repr=False)
     _panel: np.ndarray = field(init=False, repr=False)
-    _keys: np.ndarray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         place = np.empty(self.n, dtype=np.int64)
         place[self.order] = np.arange(self.n)
         panel = np.repeat(np.arange(len(self.starts) - 1), np.diff(self.starts))
-        owner = np.repeat(np.arange(len(self.starts) - 1), np.diff(self.row_ptr))
         object.__setattr__(self, "_place", place)
         object.__setattr__(self, "_panel", panel)
-        object.__setattr__(self, "_keys", owner * self.n + self.rows)
         for entry in fields(self):
             value = getattr(self, entry.name)
             if isinstance(value, np.ndarray):
@@ -131,20 +125,9 @@ class Symbolic:
 
     def _at(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
         """Positions of the entries at places (i, j), -1 outside the pattern."""
-        low, high = np.minimum(i, j), np.maximum(i, j)
-        s = self._panel[low]
-        width, below = self.starts[s + 1] - self.starts[s], self.row_ptr[s + 1] - self.row_ptr[s]
-        inside = high < self.starts[s + 1]
-        key = s * self.n + high
-        found = np.minimum(np.searchsorted(self._keys, key), max(len(self._keys) - 1, 0))
-        known = inside | ((self._keys[found] == key) if len(self._keys) else False)
-        k = low - self.starts[s]  # row of U, or of transposed L, within the panel
-        m = found - self.row_ptr[s]
-        length = width + below
-        upper = self.value_ptr[s] + k * length + width + m
-        lower = self.value_ptr[s] + width * length + k * below + m
-        square = self.value_ptr[s] + (i - self.starts[s]) * length + (j - self.starts[s])
-        return np.where(known, np.where(inside, square, np.where(i < j, upper, lower)), -1)
+        found = np.empty(len(i), dtype=np.int64)
+        locate_all(self.starts, self.row_ptr, self.rows, self.value_ptr, self._panel, i, j, found)
+        return found
 
 
 def symbolic(n: int, rows: np.ndarray, cols: np.ndarray, order: np.ndarray) -> Symbolic:
@@ -172,8 +155,7 @@ def symbolic(n: int, rows: np.ndarray, cols: np.ndarray, order: np.ndarray) -> S
 
     Notes
     -----
-    Source: T. A. Davis, Direct Methods for Sparse Linear Systems, SIAM 2006, sections 4.1 (elimination tree) and 4.8
-    (supernodes).
+    Sources: see `flexmb.program.fill`.
 
     Examples
     --------
@@ -190,17 +172,17 @@ def symbolic(n: int, rows: np.ndarray, cols: np.ndarray, order: np.ndarray) -> S
     a_rows, a_cols = _pattern(owner, n, rows, cols)
     place = np.empty(n, dtype=np.int64)
     place[order] = np.arange(n)
-    structures = _fill(n, place[a_rows], place[a_cols])
-    starts = _panels(structures)
-    below = [sorted(structures[end - 1]) for end in starts[1:]]
-    u = np.array([len(places) for places in below], dtype=np.int64)
-    w = np.diff(np.array(starts, dtype=np.int64))
+    parent, ptr, below = _fill(n, place[a_rows], place[a_cols])
+    starts = _panels(parent, ptr)
+    u = np.diff(ptr)[starts[1:] - 1]
+    w = np.diff(starts)
+    row_ptr = _running(u)
     parts = {
         "n": n,
         "order": order.copy(),
-        "starts": np.array(starts, dtype=np.int64),
-        "row_ptr": _running(u),
-        "rows": np.array([place for places in below for place in places], dtype=np.int64),
+        "starts": starts,
+        "row_ptr": row_ptr,
+        "rows": below[np.arange(row_ptr[-1]) + np.repeat(ptr[starts[1:] - 1] - row_ptr[:-1], u)],
         "value_ptr": _running(w * (w + 2 * u)),
         "target_ptr": _running(u * u),
         "a_rows": a_rows,
@@ -223,41 +205,33 @@ def _pattern(owner: str, n: int, rows: np.ndarray, cols: np.ndarray) -> tuple[np
     _check_range(owner, n, i, j)
     free = (i >= 0) & (j >= 0)
     i, j, diagonal = i[free], j[free], np.arange(n)
-    keys = np.unique(np.concatenate([i + n * j, j + n * i, diagonal + n * diagonal]))
-    return keys % n, keys // n
+    keys = np.concatenate([i + n * j, j + n * i, diagonal + n * diagonal])
+    keys.sort()
+    keys = keys[np.diff(keys, prepend=-1) > 0]
+    cols = keys // max(n, 1)
+    return keys - n * cols, cols
 
 
-def _fill(n: int, rows: np.ndarray, cols: np.ndarray) -> list[set[int]]:
-    """Places below each pivot once the fill is there: its own and those its children in the tree hand up."""
-    structures: list[set[int]] = [set() for _ in range(n)]
-    for i, j in zip(rows.tolist(), cols.tolist(), strict=True):
-        if i > j:
-            structures[j].add(i)
-    for structure in structures:
-        if structure:
-            parent = min(structure)
-            structures[parent] |= structure
-            structures[parent].discard(parent)
-    return structures
+def _fill(n: int, rows: np.ndarray, cols: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Parents in the elimination tree, and the places below each pivot once the fill is there, with offsets."""
+    keys = (rows * n + cols)[rows > cols]
+    keys.sort()
+    rows = keys // max(n, 1)
+    columns, row_ptr = keys - n * rows, _running(np.bincount(rows, minlength=n))
+    parent, count, mark = (np.empty(n, dtype=np.int64) for _ in range(3))
+    count_below(row_ptr, columns, parent, count, mark)
+    ptr = _running(count)
+    below = np.empty(ptr[-1], dtype=np.int64)
+    list_below(row_ptr, columns, parent, ptr, below, count, mark)
+    return parent, ptr, below
 
 
-def _panels(structures: list[set[int]]) -> list[int]:
+def _panels(parent: np.ndarray, ptr: np.ndarray) -> np.ndarray:
     """First places of the panels, and n: equal structures first, then neighbours that cost few zeros."""
-    starts = _merged(structures, list(range(len(structures) + 1)), 0.0)
-    return _merged(structures, starts, WASTE)
-
-
-def _merged(structures: list[set[int]], starts: list[int], waste: float) -> list[int]:
-    """Panels joined while they stay narrow and the part of stored zeros in L stays below `waste`."""
-    result = starts[:1]
-    for start, end in pairwise(starts[1:]):
-        first = result[-1]
-        stored = (end - first) * len(structures[end - 1]) + (end - first) * (end - first - 1) // 2
-        needed = sum(len(structures[k]) for k in range(first, end))
-        child = start in structures[start - 1] if start < end else False
-        if not (child and end - first <= WIDEST and stored - needed <= waste * stored):
-            result.append(start)
-    return [*result, len(structures)] if structures else [0]
+    starts = np.arange(len(ptr))
+    count = join_panels(parent, ptr, WIDEST, 0.0, starts, len(parent)) if len(parent) else 0
+    count = join_panels(parent, ptr, WIDEST, WASTE, starts, count) if count else 0
+    return starts[: count + 1].copy()
 
 
 def _running(lengths: np.ndarray) -> np.ndarray:
@@ -268,11 +242,5 @@ def _running(lengths: np.ndarray) -> np.ndarray:
 def _targets(bare: Symbolic) -> np.ndarray:
     """Position of every entry that the product of a panel's L and U is subtracted from."""
     result = np.empty(bare.target_ptr[-1], dtype=np.uint32)
-    u = np.diff(bare.row_ptr)
-    for low in range(0, len(u), CHUNK):
-        ptr = bare.target_ptr[low : low + CHUNK + 1]
-        s = np.repeat(np.arange(low, low + len(ptr) - 1), np.diff(ptr))
-        entry = np.arange(ptr[0], ptr[-1]) - bare.target_ptr[s]
-        i, j = bare.row_ptr[s] + entry // u[s], bare.row_ptr[s] + entry % u[s]
-        result[ptr[0] : ptr[-1]] = bare._at(bare.rows[i], bare.rows[j])
+    locate_targets(bare.starts, bare.row_ptr, bare.rows, bare.value_ptr, bare._panel, result)
     return result

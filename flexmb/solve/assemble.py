@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from flexmb.errors import AssemblyError
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
-from flexmb.solve.either import plain
+from flexmb.solve.either import bordered_solution, plain
 from flexmb.solve.rigid import RigidMotion
 from flexmb.solve.system import System
 from flexmb.system.work import MOTION
@@ -24,6 +25,9 @@ STRIDE = 0.1
 """Largest change of a drive between two intermediate poses [rad, or part of the mechanism's size]."""
 
 ITERATIONS = 60
+
+LARGE = 400_000
+"""Entries of the matrix of all joints and bodies from which on the least movement is sought by sparse factors."""
 
 
 @dataclass(frozen=True)
@@ -115,13 +119,24 @@ def _newton(
         if gap <= wanted:
             return q, gap
         best = min(best, gap)
-        A = plain(system.blocks[1] @ rigid.plain_basis(q))
-        w = np.linalg.lstsq(A, -g, rcond=1e-10)[0]
+        w = least_shift(system.blocks[1] @ rigid.plain_basis(q), -g)
         largest = np.abs(w).max()
         q = rigid.moved(q, w * min(1.0, 0.3 / largest) if largest > 0.3 else w)
     if gap <= 1e3 * wanted:
         return q, gap
     raise AssemblyError(_open_joints(program, g, gap))
+
+
+def least_shift(A: Any, b: np.ndarray) -> np.ndarray:
+    """The least w that brings A w nearest to b; A plain, or sparse, as with hundreds of bodies."""
+    m, n = A.shape
+    if not isinstance(A, np.ndarray) and m * n > LARGE:
+        import scipy.sparse as sp  # noqa: PLC0415 - large models alone need it, and it takes long to import
+
+        found = bordered_solution(sp.eye_array(n), A, np.concatenate([np.zeros(n), b]))
+        if found is not None and np.abs(A @ found[:n] - b).max() <= 1e-9 * np.abs(b).max():
+            return found[:n]
+    return np.linalg.lstsq(plain(A), b, rcond=1e-10)[0]
 
 
 def _open_joints(program: Program, g: np.ndarray, gap: float) -> str:

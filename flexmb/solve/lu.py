@@ -10,6 +10,8 @@ it does not: compare `multiply` with the right-hand side where the result matter
 Source: T. A. Davis, Direct Methods for Sparse Linear Systems, SIAM 2006, section 6.3 (right-looking LU).
 """
 
+from weakref import WeakKeyDictionary
+
 import numpy as np
 
 from flexmb.compiled.records import Integers, Places, Record, SmallPlaces
@@ -48,10 +50,17 @@ class LU(Record):
 
 
 def tables(symbolic: Symbolic) -> LU:
-    """What `factor`, `solve` and `multiply` need of `symbolic`: its integer arrays, shared with it."""
-    s, unsigned = symbolic, np.uint64
-    into, rows = s.order.view(unsigned), s.rows.view(unsigned)
-    return LU(s.order, s.starts, s.row_ptr, rows, s.value_ptr, s.target_ptr, s.targets, into)
+    """What `factor`, `solve` and `multiply` need of `symbolic`: its integer arrays, shared with it; remembered."""
+    found = _TABLES.get(symbolic)
+    if found is None:
+        s, unsigned = symbolic, np.uint64
+        into, rows = s.order.view(unsigned), s.rows.view(unsigned)
+        found = LU(s.order, s.starts, s.row_ptr, rows, s.value_ptr, s.target_ptr, s.targets, into)
+        _TABLES[symbolic] = found
+    return found
+
+
+_TABLES: WeakKeyDictionary[Symbolic, LU] = WeakKeyDictionary()
 
 
 @compiled

@@ -48,7 +48,7 @@ class PivotingSolver:
     def __init__(self, symbolic: Symbolic) -> None:
         self._n = symbolic.n
         self._rows, self._cols = symbolic.a_rows, symbolic.a_cols
-        self._from = symbolic.positions(self._rows, self._cols)
+        self._from = symbolic.places
         self._column_starts = np.searchsorted(self._cols, np.arange(self._n + 1))
         self._by_row = np.argsort(self._rows, kind="stable")
         self._row_starts = np.searchsorted(self._rows[self._by_row], np.arange(self._n))

@@ -10,6 +10,10 @@ from scipy.linalg.lapack import dgeqp3
 
 TOLERANCE = 1e-9
 
+INDEPENDENT = 1e12
+"""Norm of the inverse of G G^T, its rows of length 1, below which the rows of a sparse G are independent beyond doubt:
+those of a chain of n links reach n^2, those that repeat one another 1e16."""
+
 
 @dataclass(frozen=True)
 class Rank:
@@ -22,7 +26,8 @@ class Rank:
 def row_rank(G: Any) -> Rank:
     """Rank of the rows of G, a plain array or sparse, after scaling them to length 1.
 
-    By a pivoted QR of G^T (dense) or of G G^T (large).
+    By a pivoted QR of G^T (dense) or of G G^T (large); a sparse G whose rows are clearly independent needs none, and
+    of the others each group of rows that share no column with the rest has its own.
     """
     m = G.shape[0]
     if m == 0:
@@ -30,24 +35,49 @@ def row_rank(G: Any) -> Rank:
     if isinstance(G, np.ndarray):
         used = G[:, G.any(axis=0)]
         lengths = np.sqrt((used * used).sum(axis=1))
-        dense, tolerance = (used / np.where(lengths > 0.0, lengths, 1.0)[:, None]).T, TOLERANCE
-    else:
-        dense, tolerance = _of_sparse(G)
-    if dense.shape[0] == 0:
+        return _by_qr((used / np.where(lengths > 0.0, lengths, 1.0)[:, None]).T, m, TOLERANCE)
+    return _of_sparse(G)
+
+
+def _by_qr(columns: np.ndarray, m: int, tolerance: float) -> Rank:
+    """Rank of m columns; one is too many whose diagonal in R is this part of the largest or less."""
+    if columns.shape[0] == 0:
         return Rank(0, tuple(range(m)))
-    factored, order = dgeqp3(dense)[:2]  # R in the upper triangle; columns are counted from 1
+    factored, order = dgeqp3(columns)[:2]  # R in the upper triangle; columns are counted from 1
     diagonal = np.abs(np.diag(factored))
     rank = int((diagonal > tolerance * max(diagonal[0], 1e-300)).sum())
     return Rank(rank, tuple(sorted(int(k) - 1 for k in order[rank:])))
 
 
-def _of_sparse(G: Any) -> tuple[np.ndarray, float]:
-    """What the QR is made of, and the part of its largest diagonal entry below which a row is too many."""
+def _of_sparse(G: Any) -> Rank:
+    """Rank of a sparse matrix."""
     import scipy.sparse as sp  # noqa: PLC0415 - large models alone need it, and it takes long to import
+    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
 
+    m = G.shape[0]
     lengths = np.sqrt(np.asarray(G.multiply(G).sum(axis=1)).ravel())
     unit = (sp.diags_array(1.0 / np.where(lengths > 0.0, lengths, 1.0)) @ G).tocsr()
+    gram = (unit @ unit.T).tocsc()
+    if (lengths > 0.0).all() and _clearly_independent(gram):
+        return Rank(m, ())
     used = np.unique(unit.indices)
-    if G.shape[0] * len(used) <= 400_000:
-        return unit[:, used].toarray().T, TOLERANCE
-    return (unit @ unit.T).toarray(), TOLERANCE**1.5
+    if m * len(used) <= 400_000:
+        return _by_qr(unit[:, used].toarray().T, m, TOLERANCE)
+    count, group = connected_components(gram, directed=False)
+    redundant: list[int] = []
+    for rows in np.split(np.argsort(group, kind="stable"), np.cumsum(np.bincount(group, minlength=count))[:-1]):
+        found = _by_qr(gram[rows][:, rows].toarray(), len(rows), TOLERANCE**1.5)
+        redundant += [int(rows[k]) for k in found.redundant]
+    return Rank(m - len(redundant), tuple(sorted(redundant)))
+
+
+def _clearly_independent(gram: Any) -> bool:
+    """Whether the inverse of G G^T, sparse, is so small that no row can be made of the others."""
+    from scipy.sparse.linalg import LinearOperator, onenormest, splu  # noqa: PLC0415 - see `_of_sparse`
+
+    try:
+        factors = splu(gram, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+    except RuntimeError:  # exactly singular
+        return False
+    inverse = LinearOperator(gram.shape, matvec=factors.solve, rmatvec=factors.solve, dtype=float)
+    return bool(onenormest(inverse) < INDEPENDENT)

@@ -25,10 +25,8 @@ class RigidMotion:
         self.program = program
         self.count = len(program.names.bodies)
         self.body = np.asarray(program.drawn.body[::3])  # of each node
-        first = np.full(self.count, -1)
-        for node in range(len(self.body) - 1, -1, -1):
-            first[self.body[node]] = node
-        self.first = first
+        self.first = np.full(self.count, -1)
+        self.first[self.body[::-1]] = np.arange(len(self.body))[::-1]  # of several the last one stays
 
     def basis(self, q: np.ndarray) -> sp.csr_matrix:
         """B (n_q, 3 bodies): velocities of the coordinates by those of the bodies, about the first node of each."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Container
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -63,16 +64,18 @@ def consistent_start(
     closed = compile_mechanism(mechanism, start=True) if closed is None else closed
     q, _ = close_loops(closed, {}, t=t)
     extra = redundant_rows(program, closed, q, t) if redundant else 0
+    system = System(program)
     if extra == 0:
-        check_independent(program, q)
-    v = rigid_velocities(closed, q, t, soft={name.partition(".")[0] for name in program.names.contacts})
-    a, lam = (least_norm if extra else accelerations)(program, q, v, t)
+        check_independent(program, q, system)
+    soft = {name.partition(".")[0] for name in program.names.contacts}
+    v = rigid_velocities(closed, q, t, soft, system if closed is program else None)
+    a, lam = least_norm(program, q, v, t) if extra else accelerations(program, q, v, t, system=system)
     return Start(q, v, a, lam, extra)
 
 
-def check_independent(program: Program, q: np.ndarray) -> None:
+def check_independent(program: Program, q: np.ndarray, system: System | None = None) -> None:
     """Refuse joints that are not independent at q; says which, and whether the pose or the structure is to blame."""
-    found = row_rank(System(program).at(q).blocks[1])
+    found = row_rank((system or System(program)).at(q).blocks[1])
     if not found.redundant:
         return
     parts = sorted({program.names.rows[k].partition("[")[0] for k in found.redundant})
@@ -95,14 +98,16 @@ def check_independent(program: Program, q: np.ndarray) -> None:
     )
 
 
-def rigid_velocities(closed: Program, q: np.ndarray, t: float, soft: Container[str] = ()) -> np.ndarray:
+def rigid_velocities(
+    closed: Program, q: np.ndarray, t: float, soft: Container[str] = (), system: System | None = None
+) -> np.ndarray:
     """Velocities (n_q,) that the drives impose on rigid bodies, with least kinetic energy where they leave a choice.
 
     Declared velocities hold exactly; `AssemblyError` when the joints forbid them.  Joints named in `soft` (those with
     play) give way to declared velocities, so a journal can be thrown into its bearing.
     v = B w + d, where B w are rigid motions and d is the part of declared fields that is none.
     """
-    system, rigid = System(closed), RigidMotion(closed)
+    system, rigid = system or System(closed), RigidMotion(closed)
     B = rigid.plain_basis(q)
     declared, d = declared_rows(closed, rigid, B)
     M, G = system.at(q, d, t=t, weights=(0.0, 0.0, 1.0)).blocks
@@ -137,10 +142,12 @@ def declared_rows(closed: Program, rigid: RigidMotion, B: Any) -> tuple[np.ndarr
     The rigid motion of a field is the one nearest to it, all nodes counted alike; with d beside it any other would do.
     """
     v = np.asarray(closed.drawn.v)
-    body = np.repeat(rigid.body, 3)
+    declared = np.flatnonzero(~np.isnan(v))
+    body = rigid.body[declared // 3]  # in order, as the coordinates are
     rows, d = [], np.zeros(len(v))
-    for k in range(rigid.count):
-        given = np.flatnonzero((body == k) & ~np.isnan(v))
+    bounds = np.searchsorted(body, np.arange(rigid.count + 1)).tolist() if len(body) else [0]
+    for k, (begin, end) in enumerate(pairwise(bounds)):
+        given = declared[begin:end]
         if len(given) > 3:
             own = plain(B[given][:, 3 * k : 3 * k + 3])
             size = np.array([1.0, 1.0, max(float(np.abs(own[:, 2]).max()), 1e-300)])
@@ -167,18 +174,24 @@ def least_energy(inertia: Any, A: Any, b: np.ndarray) -> np.ndarray:
 
 
 def accelerations(
-    program: Program, q: np.ndarray, v: np.ndarray, t: float, z: np.ndarray | None = None
+    program: Program,
+    q: np.ndarray,
+    v: np.ndarray,
+    t: float,
+    z: np.ndarray | None = None,
+    *,
+    system: System | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Accelerations (n_q,) and multipliers (n_c,): M a + G^T lam = -r(q, v, 0), G a = gamma.
 
-    `z` is the history (n_z,) at this state, None: that of the drawn pose.
+    `z` is the history (n_z,) at this state, None: that of the drawn pose; `system` one of the program, None: a new one.
     """
-    system, lam = System(program), np.zeros(program.n_c)
+    system, lam = system or System(program), np.zeros(program.n_c)
     system.at(q, v, t=t, z=z, weights=(0.0, 0.0, 1.0))
     M, G = system.blocks
-    bare = np.flatnonzero(np.abs(M).sum(axis=1) == 0.0)
-    free = [k for k in bare if abs(G[:, [k]]).sum() == 0.0]
-    if free:
+    sums = abs(M).sum(axis=1), abs(G).sum(axis=0)  # of sparse matrices these are matrices
+    free = np.flatnonzero(np.ravel(sums[0]) + np.ravel(sums[1]) == 0.0)
+    if len(free):
         name = program.names.coordinates[free[0]]
         raise SolveError(
             f"Mechanism {program.name!r}: coordinate {name!r} has no mass and no joint; give it some mass."

@@ -9,6 +9,7 @@ import numpy as np
 
 from flexmb.errors import SolveError
 from flexmb.program.program import Program
+from flexmb.solve import lu
 from flexmb.solve.dense import solve_dense
 from flexmb.solve.either import SMALL
 from flexmb.solve.pivoting import PivotingSolver
@@ -19,17 +20,25 @@ if TYPE_CHECKING:
     import scipy.sparse as sp
 
 
+LARGE = 10_000
+"""Unknowns from which on a linear system is first tried without pivoting, in a sixth of the time."""
+
+REFINEMENTS, SOLVED = 4, 1e-11
+"""Rounds of refinement, and part of the right-hand side that they may leave."""
+
+
 class System:
     """Evaluation of a program; the arrays it returns are copies.
 
     Parameters
     ----------
     program : the compiled mechanism.
+    work : a workspace of it that may be written to; None: a new one.
     """
 
-    def __init__(self, program: Program) -> None:
+    def __init__(self, program: Program, work: Work | None = None) -> None:
         self.program = program
-        self.work: Work = workspace(program)
+        self.work: Work = work or workspace(program)
         self._pattern = program.symbolic
         self.small = self._pattern.n <= SMALL
 
@@ -116,10 +125,29 @@ class System:
 
     def solve(self, b: np.ndarray, purpose: str) -> np.ndarray:
         """Solve with the present matrix, with pivoting; `SolveError` when it is singular."""
+        found = self._without_pivoting(b) if self._pattern.n > LARGE else None
+        if found is not None:
+            return found
         try:
             return solve_dense(self.dense, b) if self.small else self._solver.factor(self.work.lu).solve(b)
         except SolveError as error:
             raise SolveError(f"{purpose}: {error}") from error
+
+    def _without_pivoting(self, b: np.ndarray) -> np.ndarray | None:
+        """The same with the factors of the time loop, refined; None where they leave more than round-off."""
+        n, sym, values = self._pattern.n, lu.tables(self._pattern), self.work.lu.copy()
+        seen, x, left, shift, spare = (np.zeros(n) for _ in range(5))
+        if lu.factor(sym, values, seen, lu.THRESHOLD) >= 0:
+            return None
+        size = np.abs(b).max(initial=0.0)
+        for _ in range(REFINEMENTS):
+            lu.multiply(sym, self.work.lu, x, left)
+            left = b - left
+            if np.abs(left).max(initial=0.0) <= SOLVED * size:
+                return x
+            lu.solve(sym, values, left, shift, spare)
+            x += shift
+        return None
 
     def mass(self, q) -> sp.csc_matrix:
         """M (n_q, n_q) at positions q."""

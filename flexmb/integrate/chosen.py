@@ -1,0 +1,77 @@
+"""Which signals a run saves: the places of names and patterns, and what to say about those that are not there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fnmatch import filter as matching
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.errors import InputError
+from flexmb.model.signal import Signals
+from flexmb.program.program import Names
+
+OFFERED = 2000
+"""Names that are looked through for one like an unknown one."""
+
+
+SAVED = "signals"
+"""Under which name `Solution.model` says what was asked for, where not all signals were saved."""
+
+
+def chosen_places(owner: str, names: Names, wanted: object) -> np.ndarray | None:
+    """Places (n,) of the wanted signals, ascending, each once; None for all.
+
+    Parameters
+    ----------
+    owner : who asks, for messages.
+    names : those of the program.
+    wanted : None, or names of signals, and patterns in which * stands for any text: "slider.x", "coupler.*", "*.force".
+
+    Raises
+    ------
+    InputError : no list of texts; a name that is no signal; a pattern that fits none.
+    """
+    if wanted is None:
+        return None
+    signals, aliases = names.signals, names.aliases
+    found: set[int] = set()
+    for name in checks.sequence(owner, "signals", wanted, "names such as 'slider.x' or 'slider.*'"):
+        if not isinstance(name, str):
+            raise InputError(f"{owner}: signals holds {name!r}; it must hold names such as 'slider.x' or 'slider.*'.")
+        own = resolved(name, signals, aliases)
+        if own in signals.places:
+            found.add(signals.places[own])
+            continue
+        fitting = matching(signals.names, own) if "*" in own else []
+        if not fitting:
+            what = "signal fits" if "*" in own else "signal is called"
+            raise InputError(f"{owner}: no {what} {name!r}. {hint(name, signals, aliases)}")
+        found.update(signals.places[one] for one in fitting)
+    return np.array(sorted(found), dtype=np.int64)
+
+
+def resolved(name: str, signals: Signals, aliases: Mapping[str, str]) -> str:
+    """`name` with its longest prefix that is an alias replaced; a signal's own name comes first."""
+    if name in signals.places:
+        return name
+    prefix = name
+    while "." in prefix:
+        prefix = prefix.rpartition(".")[0]
+        if prefix in aliases and not name.endswith("*"):
+            return aliases[prefix] + name[len(prefix) :]
+        if "." in prefix and prefix in aliases:  # "rod.end.*" is a node, "rod.*" all of the part
+            return aliases[prefix] + name[len(prefix) :]
+    return name
+
+
+def hint(name: str, signals: Signals, aliases: Mapping[str, str]) -> str:
+    """The tail of a message about an unknown name: those of its part, else such ones of other parts, else all."""
+    part, _, tail = name.partition(".")
+    ends = {node: alias for alias, node in aliases.items()}
+    stems = ((n, n.rpartition(".")) for n in signals.names)
+    known = [f"{ends[stem]}.{axis}" if stem in ends else n for n, (stem, _, axis) in stems]
+    own = [n for n in known if n.startswith(f"{part}.")]
+    near: Sequence[str] = own or [n for n in known if n.partition(".")[2] == tail] or known
+    return checks.did_you_mean(name, near[:OFFERED])

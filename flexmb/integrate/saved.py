@@ -1,0 +1,68 @@
+"""The rows that a run saves, gathered in one array that grows: they are copied once, out of the buffer of the loop."""
+
+from __future__ import annotations
+
+import numpy as np
+
+AHEAD = 1 << 30
+"""Bytes of rows that are asked for before they are needed."""
+
+
+class SavedRows:
+    """Saved instants and their signals.
+
+    Parameters
+    ----------
+    columns : signals of a row.
+    kept : (columns,) places of these among all signals; None: all.
+    """
+
+    def __init__(self, columns: int, kept: np.ndarray | None = None) -> None:
+        self.kept = kept
+        self.count = 0
+        self._times = np.empty(0)
+        self._values = np.empty((0, columns))
+
+    def expect(self, rows: int) -> None:
+        """Make room for so many rows, at most AHEAD, before the first one."""
+        if self.count == 0:
+            rows = max(1, min(rows, AHEAD // max(8 * self._values.shape[1], 1)))
+            self._times, self._values = np.empty(rows), np.empty((rows, self._values.shape[1]))
+
+    def add(self, times: np.ndarray, values: np.ndarray) -> None:
+        """Append rows (n, columns) at times (n,)."""
+        end = self.count + len(times)
+        if end > len(self._times):
+            self._resize(max(end, self.count + self.count // 2))
+        self._times[self.count : end], self._values[self.count : end] = times, values
+        self.count = end
+
+    def add_one(self, time: float, signals: np.ndarray) -> None:
+        """Append one row, of all signals (n_y,)."""
+        self.add(np.array([time]), self._chosen(signals)[None, :])
+
+    def is_at(self, time: float, tolerance: float) -> bool:
+        """Whether the last row is of that time [s]."""
+        return self.count > 0 and abs(float(self._times[self.count - 1]) - time) <= tolerance
+
+    def replace_last(self, signals: np.ndarray) -> None:
+        """Put other signals (n_y,) into the last row."""
+        self._values[self.count - 1] = self._chosen(signals)
+
+    def finished(self) -> tuple[np.ndarray, np.ndarray]:
+        """Times (n,) and values (n, columns), read-only."""
+        self._resize(self.count)
+        for array in (self._times, self._values):
+            array.setflags(write=False)
+        return self._times, self._values
+
+    def _chosen(self, signals: np.ndarray) -> np.ndarray:
+        return signals if self.kept is None else signals[self.kept]
+
+    def _resize(self, rows: int) -> None:
+        if rows == len(self._times):
+            return
+        if not self._times.flags.writeable:  # what was handed out stays as it is
+            self._times, self._values = self._times.copy(), self._values.copy()
+        for array, shape in ((self._times, (rows,)), (self._values, (rows, self._values.shape[1]))):
+            array.resize(shape, refcheck=False)

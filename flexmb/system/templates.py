@@ -1,0 +1,27 @@
+"""Records of zeros that are remembered with the structure of a program, whose twins runs and solvers work on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+from typing import Any, TypeVar
+from weakref import WeakKeyDictionary
+
+from flexmb.compiled.records import Record
+from flexmb.program.program import Program
+from flexmb.program.symbolic import Symbolic
+
+R = TypeVar("R", bound=Record)
+
+_TEMPLATES: WeakKeyDictionary[Symbolic, dict[Hashable, Any]] = WeakKeyDictionary()
+
+
+def fresh(program: Program, key: Hashable, make: Callable[[], R], **records: Record) -> R:
+    """A new record like that which `make` returns, made once for the structure of a program and each `key`.
+
+    What `make` makes may depend on the structure and the key alone, but for `records` within, which are given.
+    """
+    known = _TEMPLATES.setdefault(program.symbolic, {})
+    if key not in known:
+        known[key] = make()
+    found: R = known[key].twin(**records)
+    return found

@@ -1,0 +1,173 @@
+"""Large models: beams assembled together, work that grows as the model does, the same numbers as one by one."""
+
+import pickle
+import sys
+import time
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+import flexmb as fm
+from flexmb.beams import fem
+from flexmb.beams.fem import BeamData, assembled, beam_matrices
+from flexmb.bodies import flexible
+from flexmb.program.compiler import compile_with_start
+from flexmb.solve.assemble import least_shift
+from flexmb.solve.rank import row_rank
+from flexmb.solve.start import consistent_start
+from flexmb.solve.system import LARGE, System
+
+STEEL = fm.Material(young=2.1e11, density=7800.0)
+ALUMINIUM = fm.Material(young=7e10, density=2700.0)
+SECTIONS = (
+    fm.Rectangle(width=0.01, height=0.02),
+    fm.Tapered(fm.Circle(diameter=0.03), fm.Circle(diameter=0.02)),
+    fm.Tube(outer=0.03, inner=0.02),
+)
+FIELDS = "lengths axial_stiffness axial_mass bending_stiffness bending_mass rotary_mass ea ei inertia_integrals".split()
+
+
+def chain(links, *, elements=4, length=0.1):
+    """Hinged links of equal beams, straight along +x, hanging on the ground."""
+    parts, last = [], fm.GROUND
+    for k in range(links):
+        ends = (length * k, 0.0), (length * (k + 1), 0.0)
+        link = fm.FlexibleLink(f"L{k}", *ends, section=SECTIONS[0], material=STEEL, elements=elements)
+        parts += [link, fm.Revolute(f"J{k}", last, link, ends[0])]
+        last = link
+    return fm.Mechanism("chain", tuple(parts), gravity=(0.0, -9.81))
+
+
+def some_beams():
+    """Beams of all kinds and sizes."""
+    rng = np.random.default_rng(3)
+    for k in range(40):
+        stations = np.cumsum([0.3 * (k % 2), *rng.uniform(0.01, 0.3, 1 + k % 5)])
+        yield BeamData(stations, SECTIONS[k % 3], (STEEL, ALUMINIUM)[k % 2], (False, True, 0.01)[k % 3])
+
+
+def test_beams_assembled_together_are_those_assembled_one_by_one():
+    beams = list(some_beams())
+    for beam, found in zip(beams, assembled(beams), strict=True):
+        alone = beam_matrices(beam.stations, beam.section, beam.material, rotary_inertia=beam.rotary_inertia)
+        for name in FIELDS:
+            assert np.array_equal(getattr(found, name), getattr(alone, name)), name
+        assert found.parameters == alone.parameters
+
+
+def test_the_numbers_of_a_chain_are_those_of_each_element_by_scikit_fem():
+    pieces = [e for e in chain(7).pieces().elements if e.kernel is flexible.beam_kernel]
+    alone = [beam_matrices(link._beam.stations, SECTIONS[0], STEEL) for link in chain(7).bodies]
+    assert len(pieces) == 28
+    for k, piece in enumerate(pieces):
+        data, i = alone[k // 4], k % 4
+        stiffness = data.axial_stiffness[i, 1, 1], *data.bending_stiffness[i, [1, 1, 3], [1, 3, 3]]
+        assert piece.p[:5] == (data.lengths[i], *stiffness)
+        assert piece.p[10:] == tuple(data.inertia_integrals[i])
+
+
+def test_equal_links_are_assembled_once_and_all_in_one_mesh(monkeypatch):
+    calls = []
+    monkeypatch.setattr(flexible, "_KNOWN", {})
+    monkeypatch.setattr(fem, "assembled", lambda beams: calls.append(len(beams)) or assembled(beams))
+    mechanism = chain(300)
+    mechanism.pieces()
+    mechanism.shapes()
+    assert len(calls) == 1
+    assert calls[0] < 30  # lengths that differ by round-off
+
+
+def test_a_mechanism_is_pickled_without_what_was_worked_out():
+    mechanism = chain(5)
+    before = len(pickle.dumps(mechanism))
+    fm.compile(mechanism)
+    assert len(pickle.dumps(mechanism)) == before
+    assert pickle.loads(pickle.dumps(mechanism)) == mechanism  # noqa: S301
+
+
+def test_shapes_are_worked_out_when_they_are_looked_at(monkeypatch):
+    monkeypatch.setattr(fm.FlexibleLink, "shapes", lambda *_: pytest.fail("too early"))
+    sol = fm.simulate(chain(1), t_end=1e-5, step=1e-5, save=1)
+    monkeypatch.undo()
+    assert sol.shapes == chain(1).shapes()
+    assert pickle.loads(pickle.dumps(sol)).shapes == chain(1).shapes()  # noqa: S301
+
+
+def calls_of(function):
+    """Python functions that are called meanwhile."""
+    count = 0
+
+    def see(frame, event, argument):
+        nonlocal count
+        count += event == "call"
+
+    sys.setprofile(see)
+    try:
+        function()
+    finally:
+        sys.setprofile(None)
+    return count
+
+
+def started(links):
+    """A chain from its declaration to its first step."""
+    fm.simulate(chain(links), t_end=1.0, step=1e-4, save=1, max_steps=1)
+
+
+def test_work_grows_as_the_chain_does():
+    started(60)
+    small, large = (calls_of(lambda n=n: started(n)) for n in (100, 400))
+    assert large <= 4.2 * small
+    assert large / 1600 < 110.0  # calls an element, everything included
+
+
+@pytest.mark.slow
+def test_time_grows_as_the_chain_does():
+    """An element of a chain of 4,000 links against one of 500: at most twice the time."""
+    started(10)
+    took = {}
+    for links in (500, 4000, 501, 4001):
+        began = time.process_time()
+        started(links)
+        took[links // 500] = min(took.get(links // 500, np.inf), (time.process_time() - began) / links)
+    assert took[8] <= 2.0 * took[1]
+
+
+def test_the_rank_of_large_matrices_is_that_of_small_ones():
+    rng = np.random.default_rng(1)
+    blocks = [np.where(rng.random((40, 60)) < 0.2, rng.normal(size=(40, 60)), 0.0) for _ in range(20)]
+    assert row_rank(sp.block_diag(blocks, format="csr")).redundant == ()
+    blocks[3][7], blocks[11][0] = 2.0 * blocks[3][2] - blocks[3][9], blocks[11][5]
+    found = row_rank(sp.block_diag(blocks, format="csr"))
+    alone = [40 * k + row for k in (3, 11) for row in row_rank(blocks[k]).redundant]
+    assert found.rank == 798
+    assert len(found.redundant) == len(alone)
+    assert {k // 40 for k in found.redundant} == {3, 11}
+
+
+def test_least_movement_by_sparse_factors():
+    rng = np.random.default_rng(2)
+    A = sp.random(500, 900, 0.01, random_state=5, format="csr") + sp.eye_array(500, 900)
+    b = rng.normal(size=500)
+    assert least_shift(A.tocsr(), b) == pytest.approx(np.linalg.lstsq(A.toarray(), b)[0], abs=1e-8)
+
+
+def test_accelerations_without_pivoting_are_those_with_it(monkeypatch):
+    mechanism = chain(600)
+    program, closed = compile_with_start(mechanism)
+    assert program.symbolic.n > LARGE
+    quick = consistent_start(mechanism, program, closed=closed)
+    monkeypatch.setattr(System, "_without_pivoting", lambda *_: None)
+    slow = consistent_start(mechanism, program, closed=closed)
+    assert np.abs(quick.a - slow.a).max() <= 1e-12 * np.abs(slow.a).max()
+    assert np.abs(quick.lam - slow.lam).max() <= 1e-12 * np.abs(slow.lam).max()
+
+
+def test_a_large_chain_held_twice_names_the_joint():
+    mechanism = chain(400)
+    again = fm.Revolute("again", fm.GROUND, mechanism.find("L200"), (20.1, 0.0))
+    twice = fm.Revolute("twice", fm.GROUND, mechanism.find("L200"), (20.1, 0.0))
+    held = mechanism.with_part(again).with_part(twice)
+    with pytest.raises(fm.ModelError, match=r"over-constrained by 2 row.*'(again|twice)'"):
+        fm.simulate(held, t_end=1e-4, step=1e-4, save=1)
