@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import gc
 from collections.abc import Callable, Iterable
+from functools import cached_property
 from typing import Any
 
 import llvmlite.binding as ll
@@ -23,6 +24,8 @@ from numba.core.compiler import CompilerBase, DefaultPassBuilder, Flags, _LowerR
 from numba.core.compiler_machinery import register_pass
 from numba.core.registry import CPUDispatcher
 from numba.core.typed_passes import NativeLowering
+
+from flexmb.compiled.kept import Kept
 
 KNOWN = ((0, 68), (0, 69))
 """Versions of numba, from and below, whose pipeline is as it is here."""
@@ -220,7 +223,16 @@ class Piece(CPUDispatcher):
 class Whole(CPUDispatcher):
     """What Python calls; compiled functions are given its piece."""
 
-    piece: Piece
+    @cached_property
+    def piece(self) -> Piece:
+        """The piece, made when the first compiled function asks for it."""
+        piece = Piece(self.py_func, locals={}, targetoptions=dict(self.targetoptions), pipeline_class=PieceCompiler)
+        piece._compiler._customize_flags = _quick
+        return piece
+
+    def enable_caching(self) -> None:
+        """Look for compiled code in the installation, too."""
+        self._cache = Kept(self.py_func)
 
     def compile(self, signature: Any) -> Any:
         """Compile a signature, or find it in the cache.
@@ -256,10 +268,8 @@ def whole(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 
     def decorate(function: Callable[..., Any]) -> Any:
         given = {"nopython": True, "boundscheck": None, **options}
-        outer = Whole(function, locals={}, targetoptions=dict(given), pipeline_class=WholeCompiler)
-        outer.piece = Piece(function, locals={}, targetoptions=dict(given), pipeline_class=PieceCompiler)
-        for dispatcher in (outer, outer.piece):
-            dispatcher._compiler._customize_flags = _quick
+        outer = Whole(function, locals={}, targetoptions=given, pipeline_class=WholeCompiler)
+        outer._compiler._customize_flags = _quick
         outer.enable_caching()
         return outer
 

@@ -1,0 +1,14 @@
+"""What compiling the large functions of the package takes: `python tests/speed/compile.py --costs` measures it."""
+
+WORK = 0.0095
+"""Seconds that the measure of the machine's pace took there (`notice.pace`)."""
+
+FIRST = "the equations of motion"
+"""The stage to which kernels and other small functions belong."""
+
+STAGES: dict[str, dict[str, float]] = {
+    FIRST: {
+        "flexmb.system.evaluate.evaluate": 8.0,
+    },
+}
+"""Functions that are compiled one soon after the other, with processor time [s]."""

@@ -1,0 +1,154 @@
+"""What the user is told while functions of the package are compiled: what, about how long, and that it is done.
+
+    flexmb compiles the time loop for this machine: about 27 s, once.
+    flexmb: done in 26 s.
+
+The lines go to stderr; on a terminal the first one counts the seconds.  Nothing is said where nothing is compiled, by
+worker processes but the first, or with FLEXMB_MESSAGES=0.
+"""
+
+from __future__ import annotations
+
+import atexit
+import multiprocessing
+import os
+import sys
+import threading
+import time
+from functools import cache
+from typing import Any
+
+from numba.core import event
+
+from flexmb.compiled.costs import FIRST, STAGES, WORK
+
+QUIET = 1.0
+"""Seconds without a compilation after which it is said to be done."""
+
+LEAST = 1.0
+"""Seconds below which nothing is said."""
+
+WIDTH = 79
+
+silent: list[bool] = []
+"""Holds something where a command was asked to be quiet."""
+
+caches: dict[str, Any] = {}
+"""Where compiled code of each function of the package is kept, by name."""
+
+
+def told() -> bool:
+    """Whether this process says anything: of workers the first one alone does."""
+    if os.environ.get("FLEXMB_MESSAGES") == "0" or silent or sys.stderr is None:
+        return False
+    return multiprocessing.parent_process() is None or multiprocessing.current_process().name.endswith("-1")
+
+
+def say(text: str) -> None:
+    """A line on stderr."""
+    if told():
+        notice.close()
+        print(f"flexmb: {text}", file=sys.stderr, flush=True)
+
+
+@cache
+def say_once(text: str) -> None:
+    """A line on stderr, once a process."""
+    say(text)
+
+
+@cache
+def pace() -> float:
+    """Seconds that this machine takes for what takes one second where costs were measured.
+
+    What is timed is Python's own compiler, the quicker of two runs: like numba it is made of many small steps.
+    """
+    lines = "".join(f"x{k} = [f(a, {k}) for a in range(b) if a > {k}]\n" for k in range(400))
+    took = []
+    for _ in range(2):
+        began = time.perf_counter()
+        compile(lines, "pace", "exec")
+        took.append(time.perf_counter() - began)
+    return min(took) / WORK
+
+
+def expected(stage: str) -> float:
+    """Seconds that compiling a stage takes on this machine, without what is kept already."""
+    left = [cost for name, cost in STAGES[stage].items() if name not in caches or not caches[name].there()]
+    return pace() * sum(left)
+
+
+class Notice(event.Listener):  # type: ignore[misc]
+    """Listens to what numba compiles and tells the user."""
+
+    def __init__(self) -> None:
+        self._lock = threading.RLock()
+        self._depth, self._text, self._stage = 0, "", ""
+        self._began = self._ended = 0.0
+
+    def on_start(self, found: Any) -> None:
+        """A function begins to be compiled."""
+        function = found.data["dispatcher"].py_func
+        with self._lock:
+            if self._depth or function.__module__.startswith("flexmb."):
+                self._depth += 1
+            if self._depth == 1 and told():
+                self._open(f"{function.__module__}.{function.__qualname__}")
+
+    def on_end(self, found: Any) -> None:  # noqa: ARG002 - as numba asks
+        """A function is compiled."""
+        with self._lock:
+            if self._depth:
+                self._depth -= 1
+                self._ended = time.perf_counter()
+
+    def _open(self, name: str) -> None:
+        """Begin the stage to which a function belongs; what belongs to none is part of the open one, or the first."""
+        stage = next((stage for stage, costs in STAGES.items() if name in costs), self._stage or FIRST)
+        if stage == self._stage:
+            return
+        about = expected(stage)
+        if about < LEAST:
+            return
+        self.close()
+        self._stage, self._began = stage, time.perf_counter()
+        self._text = f"flexmb compiles {stage} for this machine: about {about:.0f} s, once"
+        if sys.stderr.isatty():
+            self._draw()
+        else:
+            print(f"{self._text}.", file=sys.stderr, flush=True)
+        threading.Thread(target=self._watch, args=(self._began,), daemon=True).start()
+
+    def _watch(self, began: float) -> None:
+        """Count the seconds on a terminal, and end the stage when nothing is compiled any more."""
+        while True:
+            time.sleep(0.25)
+            with self._lock:
+                if self._began != began or not self._stage:
+                    return
+                if not self._depth and time.perf_counter() - self._ended > QUIET:
+                    self.close()
+                elif sys.stderr.isatty():
+                    self._draw()
+
+    def _draw(self) -> None:
+        line = f"{self._text} ({time.perf_counter() - self._began:.0f} s)"
+        print(f"\r{line:<{WIDTH}}", end="", file=sys.stderr, flush=True)
+
+    def close(self) -> None:
+        """Say that it is done, if something was compiled and nothing is any more."""
+        with self._lock:
+            if not self._stage:
+                return
+            took = self._ended - self._began
+            if sys.stderr is not None and sys.stderr.isatty():
+                line = f"{self._text}; done in {took:.0f} s."
+                print(f"\r{line:<{WIDTH}}", file=sys.stderr, flush=True)
+            else:
+                print(f"flexmb: done in {took:.0f} s.", file=sys.stderr, flush=True)
+            self._stage = ""
+
+
+notice = Notice()
+event.register("numba:compile", notice)
+atexit.register(notice.close)
