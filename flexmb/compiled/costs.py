@@ -12,3 +12,6 @@ STAGES: dict[str, dict[str, float]] = {
     },
 }
 """Functions that are compiled one soon after the other, with processor time [s]."""
+
+ONE_BY_ONE = 4.5
+"""How much longer it takes with a numba for which there are no pieces (`flexmb/compiled/pieces.py`)."""

@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from numba.core.caching import FunctionCache, NullCache, _Cache
+from numba.core.runtime.nrt import rtsys
+from numba.core.sigutils import normalize_signature
 
 from flexmb.compiled.notice import caches, say_once
 from flexmb.compiled.shipped import ours, shipment, shipped
@@ -51,7 +53,9 @@ class Kept(_Cache):  # type: ignore[misc]
         return isinstance(self._users, FunctionCache) and Path(self._users._cache_file._index_path).is_file()
 
     def load_overload(self, signature: Any, target: Any) -> Any:
-        """A compiled signature, or None."""
+        """A compiled signature, or None; it is kept by its arguments alone."""
+        signature = tuple(normalize_signature(signature)[0])
+        rtsys.initialize(target)  # arrays that come from Python are asked for by its functions
         store = shipped()
         found = store.load(self._function, signature, target) if store is not None and ours(self._function) else None
         if found is not None or not isinstance(self._users, FunctionCache):
@@ -61,6 +65,7 @@ class Kept(_Cache):  # type: ignore[misc]
 
     def save_overload(self, signature: Any, result: Any) -> None:
         """Keep a compiled signature."""
+        signature = tuple(normalize_signature(signature)[0])
         for one in shipment:
             if ours(self._function):
                 one.add(self._function, signature, result)

@@ -44,11 +44,20 @@ def told() -> bool:
     return multiprocessing.parent_process() is None or multiprocessing.current_process().name.endswith("-1")
 
 
+def _line(text: str) -> None:
+    """A line on stderr, above bars that stand there."""
+    bars = getattr(sys.modules.get("tqdm"), "tqdm", None)
+    if bars is not None and getattr(bars, "_instances", None):
+        bars.write(text, file=sys.stderr)
+    else:
+        print(text, file=sys.stderr, flush=True)
+
+
 def say(text: str) -> None:
     """A line on stderr."""
     if told():
         notice.close()
-        print(f"flexmb: {text}", file=sys.stderr, flush=True)
+        _line(f"flexmb: {text}")
 
 
 @cache
@@ -75,7 +84,7 @@ def pace() -> float:
 def expected(stage: str) -> float:
     """Seconds that compiling a stage takes on this machine, without what is kept already."""
     left = [cost for name, cost in STAGES[stage].items() if name not in caches or not caches[name].there()]
-    return pace() * sum(left)
+    return notice.times * pace() * sum(left)
 
 
 class Notice(event.Listener):  # type: ignore[misc]
@@ -83,7 +92,9 @@ class Notice(event.Listener):  # type: ignore[misc]
 
     def __init__(self) -> None:
         self._lock = threading.RLock()
-        self._depth, self._text, self._stage = 0, "", ""
+        self._depth, self._text, self._stage, self._moving = 0, "", "", False
+        self.times = 1.0
+        """How much longer everything takes where functions are compiled one by one."""
         self._began = self._ended = 0.0
 
     def on_start(self, found: Any) -> None:
@@ -113,10 +124,11 @@ class Notice(event.Listener):  # type: ignore[misc]
         self.close()
         self._stage, self._began = stage, time.perf_counter()
         self._text = f"flexmb compiles {stage} for this machine: about {about:.0f} s, once"
-        if sys.stderr.isatty():
-            self._draw()
+        self._moving = sys.stderr.isatty() and "tqdm" not in sys.modules
+        if self._moving:
+            self._draw("")
         else:
-            print(f"{self._text}.", file=sys.stderr, flush=True)
+            _line(f"{self._text}.")
         threading.Thread(target=self._watch, args=(self._began,), daemon=True).start()
 
     def _watch(self, began: float) -> None:
@@ -128,25 +140,22 @@ class Notice(event.Listener):  # type: ignore[misc]
                     return
                 if not self._depth and time.perf_counter() - self._ended > QUIET:
                     self.close()
-                elif sys.stderr.isatty():
-                    self._draw()
+                elif self._moving:
+                    self._draw("")
 
-    def _draw(self) -> None:
+    def _draw(self, end: str) -> None:
         line = f"{self._text} ({time.perf_counter() - self._began:.0f} s)"
-        print(f"\r{line:<{WIDTH}}", end="", file=sys.stderr, flush=True)
+        print(f"\r{line:<{WIDTH}}", end=end, file=sys.stderr, flush=True)
 
     def close(self) -> None:
-        """Say that it is done, if something was compiled and nothing is any more."""
+        """Say that it is done, if something was compiled."""
         with self._lock:
-            if not self._stage:
+            if not self._stage or sys.stderr is None:
                 return
-            took = self._ended - self._began
-            if sys.stderr is not None and sys.stderr.isatty():
-                line = f"{self._text}; done in {took:.0f} s."
-                print(f"\r{line:<{WIDTH}}", file=sys.stderr, flush=True)
-            else:
-                print(f"flexmb: done in {took:.0f} s.", file=sys.stderr, flush=True)
             self._stage = ""
+            if self._moving:
+                self._draw("\n")
+            _line(f"flexmb: done in {max(self._ended - self._began, 0.0):.0f} s.")
 
 
 notice = Notice()

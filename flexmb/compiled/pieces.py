@@ -25,7 +25,9 @@ from numba.core.compiler_machinery import register_pass
 from numba.core.registry import CPUDispatcher
 from numba.core.typed_passes import NativeLowering
 
+from flexmb.compiled.costs import ONE_BY_ONE
 from flexmb.compiled.kept import Kept
+from flexmb.compiled.notice import notice
 
 KNOWN = ((0, 68), (0, 69))
 """Versions of numba, from and below, whose pipeline is as it is here."""
@@ -141,6 +143,13 @@ class WholeLibrary(JITCodeLibrary):
         manager.run(module, builder)
         module.verify()
         self._finalize_final_module()
+
+    def serialize_using_object_code(self) -> tuple[str, str, tuple[bytes, bytes]]:
+        """Machine code and, in place of intermediate code, names: compiled code that calls the function has its piece."""
+        self._ensure_finalized()
+        own = (f for f in self._final_module.functions if not f.is_declaration and f.linkage == ll.Linkage.external)
+        names = "".join(f'define void @"{function.name}"() {{ unreachable }}\n' for function in own)
+        return self.name, "object", (self._get_compiled_object(), ll.parse_assembly(names).as_bitcode())
 
 
 class _Key:
@@ -264,6 +273,7 @@ def whole(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     options : target options of numba.
     """
     if config.DISABLE_JIT or not supported():
+        notice.times = ONE_BY_ONE
         return numba.njit(cache=True, **options)  # type: ignore[no-any-return]
 
     def decorate(function: Callable[..., Any]) -> Any:

@@ -1,6 +1,6 @@
 """Compiled code that an installation brings along: one file of machine code, one index that says what it was made of.
 
-The code is made for a generic processor (`flexmb.commands.ship`) and used only where everything fits: the versions of
+The code is made for a generic processor (`make wheel`) and used only where everything fits: the versions of
 numba, llvmlite and Python, the sources of the package, the platform, what the processor can do.  Else functions are
 compiled when they are first called, and this is said once.  FLEXMB_SHIPPED=0 leaves shipped code alone.
 """
@@ -19,31 +19,24 @@ from typing import Any
 import llvmlite
 import llvmlite.binding as ll
 import numba
-from numba.core import config, sigutils
+from numba.core import config
 from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 
 from flexmb.compiled.notice import say
+from flexmb.compiled.processors import NEEDS
 
 PACKAGE = Path(__file__).resolve().parents[1]
 FOLDER = PACKAGE / "compiled" / "shipped"
 INDEX, CODE = "index.json", "code.bin"
 
-PORTABLE = {"x86_64": "x86-64-v3"}
-"""Processor for which code is made, for each architecture; others compile for themselves."""
-
-NEEDS = {
-    "x86-64-v3": (
-        "avx avx2 bmi bmi2 cmov cx16 f16c fma fxsr lzcnt mmx movbe popcnt sahf sse sse2 sse3 sse4.1 sse4.2 ssse3 xsave"
-    ).split()
-}
-"""LLVM's names of what such a processor can do."""
+ANNOTATION = 6
+"""Place of the annotated source among the parts of what numba keeps of a compiled signature."""
 
 
-def key(function: Any, signature: Any) -> str:
-    """Name of a compiled signature of a function in the index."""
-    arguments, _ = sigutils.normalize_signature(signature)
-    return f"{function.__module__}.{function.__qualname__} {arguments}"
+def key(function: Any, signature: tuple[Any, ...]) -> str:
+    """Name in the index of a function compiled for arguments of these types."""
+    return f"{function.__module__}.{function.__qualname__} {signature}"
 
 
 def ours(function: Any) -> bool:
@@ -78,12 +71,22 @@ class Shipped:
 
     Raises
     ------
-    OSError, ValueError, KeyError : the files are not there, cannot be read or do not fit; the message says why.
+    ValueError : the files are not there, cannot be read or do not fit; the message says why.
     """
 
     def __init__(self, folder: Path) -> None:
-        text = (folder / INDEX).read_text(encoding="utf-8")
-        index = json.loads(text)
+        self._file = folder / CODE
+        try:
+            index = json.loads((folder / INDEX).read_text(encoding="utf-8"))
+            whole = self._file.stat().st_size == index["size"]
+        except FileNotFoundError as error:
+            raise ValueError(f"{Path(error.filename).name} is not there") from error
+        except KeyError as error:
+            raise ValueError(f"{INDEX} has no {error}") from error
+        except (OSError, ValueError) as error:
+            raise ValueError(f"{INDEX} cannot be read ({error})") from error
+        if not whole:
+            raise ValueError(f"{CODE} is not whole")
         for name, now in made_with().items():
             if index["made_with"][name] != now:
                 raise ValueError(f"it was made with {name} {index['made_with'][name]}, here is {now}")
@@ -94,9 +97,6 @@ class Shipped:
             raise ValueError("it was made of other sources")
         self._places: dict[str, tuple[int, int, str]] = index["code"]
         self._names = {name.partition(" ")[0] for name in self._places}
-        self._file = folder / CODE
-        if self._file.stat().st_size != index["size"]:
-            raise ValueError(f"{CODE} is not whole")
 
     def has(self, function: Any) -> bool:
         """Whether any signature of a function is there."""
@@ -124,7 +124,7 @@ def shipped() -> Shipped | None:
         return None
     try:
         return Shipped(FOLDER)
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except ValueError as error:
         _refuse(str(error))
         return None
 
@@ -149,10 +149,12 @@ class Shipment:
 
     def add(self, function: Any, signature: Any, result: Any) -> None:
         """Take a compiled signature in."""
-        self._code[key(function, signature)] = dumps(result._reduce())
+        parts = list(result._reduce())
+        parts[ANNOTATION] = ""  # the source with types, which nobody reads
+        self._code[key(function, signature)] = dumps(tuple(parts))
 
-    def write(self, folder: Path) -> None:
-        """Write index and code."""
+    def write(self, folder: Path) -> tuple[list[str], int]:
+        """Write index and code; names of the functions, and bytes."""
         folder.mkdir(parents=True, exist_ok=True)
         places, begin = {}, 0
         with (folder / CODE).open("wb") as file:
@@ -168,6 +170,7 @@ class Shipment:
             "code": places,
         }
         (folder / INDEX).write_text(json.dumps(index, indent=1), encoding="utf-8")
+        return list(places), begin
 
 
 shipment: list[Shipment] = []

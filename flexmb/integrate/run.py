@@ -209,6 +209,8 @@ class Run:
         explicit = isinstance(self.method, RungeKutta4)
         self.flow.account.limit = MISSING_IN_RUNGE_KUTTA if explicit else MISSING
         interval = NEVER if saving is None else saving
+        if self.progress:
+            self._block(self._options(end, interval), 0)  # whatever is to be compiled is compiled before a bar is shown
         bar = progress_bar(self.program.name, float(self.flow.clock.t), end, shown=self.progress)
         try:
             for instant in self.program.breaks(end):

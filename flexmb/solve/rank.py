@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.linalg.lapack import dgeqp3
 
 TOLERANCE = 1e-9
+INDEPENDENT = 1e-10
+"""Part of its diagonal below which eigenvalues of G G^T are not taken for round-off: far above TOLERANCE squared."""
 
 
 @dataclass(frozen=True)
@@ -35,10 +36,27 @@ def row_rank(G: Any) -> Rank:
         dense, tolerance = _of_sparse(G)
     if dense.shape[0] == 0:
         return Rank(0, tuple(range(m)))
+    if isinstance(G, np.ndarray) and _surely_independent(dense):
+        return Rank(m, ())
+    from scipy.linalg.lapack import dgeqp3  # noqa: PLC0415 - dependent joints alone need it, and it takes long to import
+
     factored, order = dgeqp3(dense)[:2]  # R in the upper triangle; columns are counted from 1
     diagonal = np.abs(np.diag(factored))
     rank = int((diagonal > tolerance * max(diagonal[0], 1e-300)).sum())
     return Rank(rank, tuple(sorted(int(k) - 1 for k in order[rank:])))
+
+
+def _surely_independent(columns: np.ndarray) -> bool:
+    """Whether columns of length 1 are independent beyond doubt: no pivot of their QR is then below INDEPENDENT^0.5."""
+    if columns.shape[1] > columns.shape[0]:
+        return False
+    gram = columns.T @ columns
+    gram.flat[:: len(gram) + 1] -= INDEPENDENT
+    try:
+        np.linalg.cholesky(gram)
+    except np.linalg.LinAlgError:
+        return False
+    return True
 
 
 def _of_sparse(G: Any) -> tuple[np.ndarray, float]:
