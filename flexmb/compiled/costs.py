@@ -8,10 +8,34 @@ FIRST = "the equations of motion"
 
 STAGES: dict[str, dict[str, float]] = {
     FIRST: {
-        "flexmb.system.evaluate.evaluate": 8.0,
+        "flexmb.system.evaluate.evaluate": 5.7,
+        "flexmb.joints.prismatic.direction_row": 0.4,
+        "flexmb.joints.revolute.coincide": 1.0,
+        "flexmb.bodies.inertia.node_force": 1.6,
+    },
+    "the accounts of a run": {
+        "flexmb.solve.lu.factor": 2.0,
+        "flexmb.system.evaluate.evaluate_accepted": 4.0,
+        "flexmb.system.constraints.report_forces": 0.4,
+        "flexmb.integrate.contact_work.contact_losses": 0.8,
+        "flexmb.integrate.ledger.keep_account": 1.6,
+        "flexmb.system.outputs.write_outputs": 1.0,
+    },
+    "the time loop": {"flexmb.integrate.loop.advance": 25.0},
+    "the explicit time loop": {"flexmb.integrate.loop.advance_explicit": 10.0},
+    "the staggered time loop": {
+        "flexmb.integrate.staggered.begin_elastic": 12.4,
+        "flexmb.integrate.staggered.whole_motion": 0.7,
+        "flexmb.integrate.staggered.write_whole": 0.5,
+        "flexmb.integrate.staggered.advance_staggered": 14.6,
+    },
+    "the loop of exponents": {
+        "flexmb.system.tangent.linearise": 6.1,
+        "flexmb.system.tangent.follow_histories": 4.8,
+        "flexmb.integrate.tangent.advance_with": 11.1,
     },
 }
-"""Functions that are compiled one soon after the other, with processor time [s]."""
+"""Functions that are compiled one soon after the other, with processor time [s]; small ones stand for others, too."""
 
 ONE_BY_ONE = 4.5
 """How much longer it takes with a numba for which there are no pieces (`flexmb/compiled/pieces.py`)."""
