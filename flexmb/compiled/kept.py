@@ -6,11 +6,35 @@ from pathlib import Path
 from typing import Any
 
 from numba.core.caching import FunctionCache, NullCache, _Cache
+from numba.core.compiler import CompileResult
 from numba.core.runtime.nrt import rtsys
 from numba.core.sigutils import normalize_signature
 
 from flexmb.compiled.notice import caches, say_once
 from flexmb.compiled.shipped import ours, shipment, shipped
+
+ANNOTATION = 6
+"""Place of the annotated source among the parts of a compiled signature that numba keeps."""
+
+
+class Lean(CompileResult):  # type: ignore[misc]
+    """A compiled signature of which no more is kept than is used again."""
+
+    __slots__ = ()
+
+    def _reduce(self) -> tuple[Any, ...]:
+        """What is kept, without the annotated source."""
+        parts = list(super()._reduce())
+        parts[ANNOTATION] = ""
+        return tuple(parts)
+
+    def _find_referenced_environments(self) -> list[Any]:
+        """Globals of the functions within, where any are left to be asked for.
+
+        Those of functions that were inlined are not, and finding them imports half of numba.
+        """
+        code = str(self.library._final_module)
+        return [one for one in super()._find_referenced_environments() if code.count(one.env_name) > 1]
 
 
 class Kept(_Cache):  # type: ignore[misc]
@@ -65,7 +89,7 @@ class Kept(_Cache):  # type: ignore[misc]
 
     def save_overload(self, signature: Any, result: Any) -> None:
         """Keep a compiled signature."""
-        signature = tuple(normalize_signature(signature)[0])
+        signature, result = tuple(normalize_signature(signature)[0]), Lean._make(result)
         for one in shipment:
             if ours(self._function):
                 one.add(self._function, signature, result)

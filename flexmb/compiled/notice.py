@@ -30,16 +30,13 @@ LEAST = 1.0
 
 WIDTH = 79
 
-silent: list[bool] = []
-"""Holds something where a command was asked to be quiet."""
-
 caches: dict[str, Any] = {}
 """Where compiled code of each function of the package is kept, by name."""
 
 
 def told() -> bool:
     """Whether this process says anything: of workers the first one alone does."""
-    if os.environ.get("FLEXMB_MESSAGES") == "0" or silent or sys.stderr is None:
+    if os.environ.get("FLEXMB_MESSAGES") == "0" or sys.stderr is None:
         return False
     return multiprocessing.parent_process() is None or multiprocessing.current_process().name.endswith("-1")
 
@@ -70,11 +67,11 @@ def say_once(text: str) -> None:
 def pace() -> float:
     """Seconds that this machine takes for what takes one second where costs were measured.
 
-    What is timed is Python's own compiler, the quicker of two runs: like numba it is made of many small steps.
+    What is timed is Python's own compiler, the quickest of five runs: like numba it is made of many small steps.
     """
     lines = "".join(f"x{k} = [f(a, {k}) for a in range(b) if a > {k}]\n" for k in range(400))
     took = []
-    for _ in range(2):
+    for _ in range(5):
         began = time.perf_counter()
         compile(lines, "pace", "exec")
         took.append(time.perf_counter() - began)

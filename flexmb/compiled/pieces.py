@@ -145,7 +145,7 @@ class WholeLibrary(JITCodeLibrary):
         self._finalize_final_module()
 
     def serialize_using_object_code(self) -> tuple[str, str, tuple[bytes, bytes]]:
-        """Machine code and, in place of intermediate code, names: compiled code that calls the function has its piece."""
+        """Machine code, and names in place of intermediate code: compiled functions that call it have its piece."""
         self._ensure_finalized()
         own = (f for f in self._final_module.functions if not f.is_declaration and f.linkage == ll.Linkage.external)
         names = "".join(f'define void @"{function.name}"() {{ unreachable }}\n' for function in own)

@@ -118,12 +118,10 @@ def test_functions_of_others_are_none_of_ours(screen):
     assert screen.getvalue() == ""
 
 
-@pytest.mark.parametrize("how", ["switch", "quiet", "worker", "no screen"])
+@pytest.mark.parametrize("how", ["switch", "worker", "no screen"])
 def test_silence(screen, monkeypatch, how):
     if how == "switch":
         monkeypatch.setenv("FLEXMB_MESSAGES", "0")
-    elif how == "quiet":
-        monkeypatch.setattr(notice, "silent", [True])
     elif how == "worker":
         monkeypatch.setattr(notice.multiprocessing, "parent_process", lambda: "another")
         monkeypatch.setattr(notice.multiprocessing, "current_process", lambda: SimpleNamespace(name="SpawnProcess-2"))

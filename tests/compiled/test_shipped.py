@@ -1,4 +1,4 @@
-"""Code that an installation brings along: used where everything fits, else left alone with one sentence that says why."""
+"""Code that an installation brings along: used where everything fits, else left alone, and why is said once."""
 
 import json
 

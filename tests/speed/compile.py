@@ -5,10 +5,11 @@
     python tests/speed/compile.py --shipped FOLDER # an installation that carries compiled code (`make wheel`)
     python tests/speed/compile.py --costs          # flexmb/compiled/costs.py anew, printed
 
-Every row is a process of its own.  Seconds are processor time, since other work on the machine counts less there.
+With --keep it becomes a part of docs/performance.md.  Every row is a process of its own.  Seconds are processor time, since other work on the machine counts less there.
 """
 
 import argparse
+import json
 import os
 import subprocess
 import sys
@@ -100,6 +101,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--beside", type=Path, help="another checkout")
     parser.add_argument("--shipped", type=Path, help="a folder with an installation that carries compiled code")
+    parser.add_argument("--keep", action="store_true", help="write it to docs/performance.json and docs/performance.md")
     parser.add_argument("--costs", action="store_true", help="print what stands in flexmb/compiled/costs.py")
     options = parser.parse_args()
     if options.costs:
@@ -107,12 +109,24 @@ def main() -> None:
             variables = {"PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": cache, "FLEXMB_MESSAGES": "0"}
             subprocess.run([sys.executable, "-c", COSTS], env={**os.environ, **variables}, check=True)
         return
-    named = {"here": ROOT, "beside": options.beside, "shipped": options.shipped}
+    named = {"compiled here": ROOT, "beside": options.beside, "shipped": options.shipped}
     tables = {name: rows(folder.resolve()) for name, folder in named.items() if folder is not None}
-    print("| processor time | " + " | ".join(tables) + " |")
+    print("| | " + " | ".join(tables) + " |")
     print("|---" * (len(tables) + 1) + "|")
     for label in next(iter(tables.values())):
         print(f"| {label} | " + " | ".join(table[label] for table in tables.values()) + " |")
+    if options.keep:
+        keep(tables)
+
+
+def keep(tables: dict[str, dict[str, str]]) -> None:
+    """Leave the record where docs/performance.py collects it, and let it write the page."""
+    from duel import RECORDS, stamp
+
+    RECORDS.mkdir(parents=True, exist_ok=True)
+    record = {"tables": tables, "where": stamp()}
+    (RECORDS / "compile.json").write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+    subprocess.run([sys.executable, str(ROOT / "docs" / "performance.py"), "--collect"], check=False)
 
 
 if __name__ == "__main__":
