@@ -155,8 +155,8 @@ def compiling(record: dict) -> list[str]:
     """What compiling costs."""
     tables = record["tables"]
     lines = ["| | " + " | ".join(tables) + " |", "|---" * (len(tables) + 1) + "|"]
-    for label in next(iter(tables.values())):
-        lines.append(f"| {label} | " + " | ".join(table[label] for table in tables.values()) + " |")
+    labels = next(iter(tables.values()))
+    lines += [f"| {label} | " + " | ".join(table[label] for table in tables.values()) + " |" for label in labels]
     return ["## Compiling", f"{COMPILING} Measured on {record['where']['date']}.", "\n".join(lines)]
 
 

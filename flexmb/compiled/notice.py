@@ -79,9 +79,9 @@ def pace() -> float:
 
 
 def expected(stage: str) -> float:
-    """Seconds that compiling a stage takes on this machine, without what is kept already."""
+    """Seconds that compiling a stage takes where costs were measured, without what is kept already."""
     left = [cost for name, cost in STAGES[stage].items() if name not in caches or not caches[name].there()]
-    return notice.times * pace() * sum(left)
+    return notice.times * sum(left)
 
 
 class Notice(event.Listener):  # type: ignore[misc]
@@ -92,7 +92,9 @@ class Notice(event.Listener):  # type: ignore[misc]
         self._depth, self._text, self._stage, self._moving = 0, "", "", False
         self.times = 1.0
         """How much longer everything takes where functions are compiled one by one."""
-        self._began = self._ended = 0.0
+        self._began = self._ended = self._cost = 0.0
+        self._missing = ""
+        self._pace: float | None = None
 
     def on_start(self, found: Any) -> None:
         """A function begins to be compiled."""
@@ -101,7 +103,9 @@ class Notice(event.Listener):  # type: ignore[misc]
             if self._depth or function.__module__.startswith("flexmb."):
                 self._depth += 1
             if self._depth == 1 and told():
-                self._open(f"{function.__module__}.{function.__qualname__}")
+                name = f"{function.__module__}.{function.__qualname__}"
+                self._open(name)
+                self._missing = "" if name == self._missing else self._missing
 
     def on_end(self, found: Any) -> None:  # noqa: ARG002 - as numba asks
         """A function is compiled."""
@@ -115,11 +119,13 @@ class Notice(event.Listener):  # type: ignore[misc]
         stage = next((stage for stage, costs in STAGES.items() if name in costs), self._stage or FIRST)
         if stage == self._stage:
             return
-        about = expected(stage)
+        self.close()
+        cost = expected(stage)
+        about = cost * (self._pace or pace())
         if about < LEAST:
             return
-        self.close()
-        self._stage, self._began = stage, time.perf_counter()
+        self._stage, self._began, self._cost = stage, time.perf_counter(), cost
+        self._missing = max(STAGES[stage], key=lambda name: STAGES[stage][name])
         self._text = f"flexmb compiles {stage} for this machine: about {about:.0f} s, once"
         self._moving = sys.stderr.isatty() and "tqdm" not in sys.modules
         if self._moving:
@@ -149,12 +155,16 @@ class Notice(event.Listener):  # type: ignore[misc]
         with self._lock:
             if not self._stage or sys.stderr is None:
                 return
-            self._stage = ""
+            self._stage, took = "", max(self._ended - self._began, 0.0)
+            if not self._missing:  # its largest function was among what was compiled: a better measure of the pace
+                self._pace = took / self._cost
             if self._moving:
                 self._draw("\n")
-            _line(f"flexmb: done in {max(self._ended - self._began, 0.0):.0f} s.")
+            _line(f"flexmb: done in {took:.0f} s.")
 
 
 notice = Notice()
+"""The one that listens."""
+
 event.register("numba:compile", notice)
 atexit.register(notice.close)

@@ -67,7 +67,7 @@ def test_a_stage_is_said_once_however_many_functions_it_has(screen):
 
 def test_the_next_stage_ends_the_one_before(screen):
     told = notice.Notice()
-    compiled(told, EVALUATE, ADVANCE)
+    compiled(told, "flexmb.joints.revolute.coincide", ADVANCE)
     told.close()
     begun, done, then, end = screen.getvalue().splitlines()
     assert FIRST in begun
@@ -103,9 +103,19 @@ def test_what_is_kept_does_not_count(screen):
 
 
 def test_a_slow_machine_takes_longer(screen, monkeypatch):
-    quick = notice.expected(FIRST)
     monkeypatch.setattr(notice, "pace", lambda: 3.0)
-    assert notice.expected(FIRST) == pytest.approx(3.0 * quick)
+    compiled(notice.Notice(), EVALUATE)
+    assert f"about {3.0 * sum(STAGES[FIRST].values()):.0f} s" in screen.getvalue()
+
+
+def test_what_a_stage_took_is_the_pace_of_the_next(screen, monkeypatch):
+    clock = [0.0]
+    monkeypatch.setattr(notice.time, "perf_counter", lambda: clock[0])
+    told = notice.Notice()
+    compiled(told, "flexmb.drives.ramp.ramp_kernel")
+    clock[0] = 2.0 * sum(STAGES[FIRST].values())
+    compiled(told, EVALUATE, ADVANCE)
+    assert f"about {2.0 * STAGES[stage_of(ADVANCE)][ADVANCE]:.0f} s" in screen.getvalue()
 
 
 def test_the_pace_is_measured():

@@ -5,7 +5,8 @@
     python tests/speed/compile.py --shipped FOLDER # an installation that carries compiled code (`make wheel`)
     python tests/speed/compile.py --costs          # flexmb/compiled/costs.py anew, printed
 
-With --keep it becomes a part of docs/performance.md.  Every row is a process of its own.  Seconds are processor time, since other work on the machine counts less there.
+With --keep it becomes a part of docs/performance.md.  Every row is a process of its own.
+Seconds are processor time, since other work on the machine counts less there.
 """
 
 import argparse
@@ -49,16 +50,15 @@ class Clock(event.Listener):
 clock = Clock()
 event.register("numba:compile", clock)
 from flexmb.compiled import costs, notice
-paces = [notice.pace.__wrapped__()]
 import flexmb as fm
 crank = fm.slider_crank(clearance=5e-4)
+fm.nine_bar, fm.simulate
+print(f"WORK = {costs.WORK * notice.pace.__wrapped__():.4f}")
 fm.simulate(fm.nine_bar(), t_end=1e-3)
 fm.simulate(fm.slider_crank(), t_end=1e-5, step=1e-6, method=fm.RungeKutta4())
 flow = fm.MechanismFlow(crank); flow.advance(1e-5, flow.tangent_basis(1, seed=0))
 flexible = fm.slider_crank(flexible=True)
 fm.simulate(flexible, t_end=1e-5, step=1e-6, method=fm.Staggered())
-paces.append(notice.pace.__wrapped__())
-print(f"WORK = {costs.WORK * sum(paces) / 2:.4f}")
 stage_of = {name: stage for stage, known in costs.STAGES.items() for name in known}
 for name, cost in clock.found:
     print(f"{stage_of.get(name, '-'):30s} {name}: {cost:.2f}")
