@@ -9,7 +9,7 @@ export NUMBA_CACHE_DIR := $(CURDIR)/.numba_cache
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo lint test test-all speed chaos numbers table paper validation meshes clean
+.PHONY: help demo lint test test-all speed chaos numbers table paper validation meshes wheel clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-10s %s\n", $$1, $$2}' Makefile
@@ -61,6 +61,13 @@ validation: $(VENV)/.installed-dev  ## docs/validation.md: every problem of test
 
 meshes: $(VENV)/.installed  ## write the meshes in meshes/ anew
 	$(BIN)/python meshes/make_meshes.py --out meshes
+
+# For this version of Python and of numba, on any x86-64 processor since 2013; elsewhere the wheel is a pure one.
+wheel: $(VENV)/.installed-dev  ## a wheel in dist/ that carries compiled code: nothing is compiled where it is installed
+	rm -rf build dist
+	$(BIN)/python tests/ship.py build/shipment
+	FLEXMB_SHIPMENT=$(CURDIR)/build/shipment $(BIN)/python -m pip wheel --quiet --no-deps --wheel-dir dist .
+	@ls -1 dist
 
 clean:  ## remove what was made: environment, caches, results
 	rm -rf $(VENV) .numba_cache .pytest_cache .mypy_cache .ruff_cache .hypothesis build dist *.egg-info out

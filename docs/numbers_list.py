@@ -382,6 +382,7 @@ def _left_out() -> dict[str, str]:
         analysis.series.recurrence.BLOCK program.smoke.REMEMBERED program.structure.KEPT
         program.structure.KEPT_UNKNOWNS program.symbolic.CHUNK
     how many are printed: integrate.episodes.SHOWN integrate.status.MOST solve.report.MOST
+    shortens what another number decides: solve.rank.INDEPENDENT
     exact for what it integrates, or arbitrary instants: beams.fem.QUADRATURE_ORDER analysis.ode.INSTANTS
     """
     found, reason = {}, ""

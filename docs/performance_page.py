@@ -35,6 +35,9 @@ RUNNERS = "| code | setting | time [ms] | {} |\n|---|---|---:|{}|"
 STATISTICS = """\
 Ten turns after the first, mean and standard deviation of turns; forces in N, torque of crank 1 in N m, flight as a
 share of time. The motion is chaotic: only such means can be compared."""
+COMPILING = """\
+Processes of their own, one after the other: on an empty cache, then with what is kept. Seconds are processor time, of
+second processes the least of five. `python tests/speed/compile.py --keep` measures it."""
 COLOURS = {"flexmb": ("#1b6ca8", "#00838f", "#2e8b57"), "scipy": ("#d1495b", "#8d1f2d", "#e08e0b", "#8d5524")}
 
 
@@ -47,6 +50,8 @@ def write(path: Path, data: dict, order: list[str]) -> None:
         parts += details(row, data["before"].get(row["name"]))
     others = data["others"]
     parts += statistics(others)
+    if "compile" in others:
+        parts += compiling(others["compile"])
     if "work-precision" in others:
         parts += work_precision(others["work-precision"], path.parent / "pictures")
     if "limits" in others:
@@ -146,6 +151,15 @@ def statistics(others: dict) -> list[str]:
         parts.append("\n".join(lines))
         parts.append(f"Computed on {others[name]['where']['date']}; these times contain the saving of every step.")
     return ["## The nine-bar over ten turns", STATISTICS, *parts] if parts else []
+
+
+def compiling(record: dict) -> list[str]:
+    """What compiling costs."""
+    tables = record["tables"]
+    lines = ["| | " + " | ".join(tables) + " |", "|---" * (len(tables) + 1) + "|"]
+    labels = next(iter(tables.values()))
+    lines += [f"| {label} | " + " | ".join(table[label] for table in tables.values()) + " |" for label in labels]
+    return ["## Compiling", f"{COMPILING} Measured on {record['where']['date']}.", "\n".join(lines)]
 
 
 def work_precision(record: dict, pictures: Path) -> list[str]:

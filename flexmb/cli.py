@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import re
 import sys
 from collections.abc import Sequence
@@ -68,6 +69,8 @@ def _dispatch(given: list[str]) -> int:
     source = _source(given)
     parser, maker_options = _parser(source, given[0] if given else "")
     options = parser.parse_args(given)
+    if getattr(options, "quiet", False):
+        os.environ["FLEXMB_MESSAGES"] = "0"  # of compilation; worker processes are told so, too
     if options.command == "list":
         from flexmb.commands.others import list_mechanisms
 

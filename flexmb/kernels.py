@@ -37,6 +37,7 @@ from __future__ import annotations
 import inspect
 import pickle
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from importlib import import_module
 from types import FunctionType
@@ -50,8 +51,10 @@ from numba.core.errors import NumbaError
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
+from flexmb.compiled.kept import Kept
 from flexmb.compiled.pieces import whole
 from flexmb.compiled.pointers import KernelPointer
+from flexmb.compiled.shipped import ours
 from flexmb.derivatives.forward import differentiated
 from flexmb.derivatives.source import Source, returned_numbers, text_of
 from flexmb.errors import KernelError
@@ -231,20 +234,28 @@ class Kernel:
         return function
 
     def _compile(self) -> Any:
-        python = self.python
-        options: dict[str, Any] = {"error_model": "numpy", "cache": self._cacheable, "_nrt": False}
         try:
-            numba.njit(cache=True)(python)
-        except RuntimeError:  # typed-in code has no file beside which a cache could lie
-            options["cache"] = False
-        try:
-            return numba.njit(self.contract.signature, **options)(python)
+            return self._compiled(_nrt=False)
         except NumbaError:  # it may allocate memory, which costs time but is allowed
-            options["_nrt"] = True
+            pass
         try:
-            return numba.njit(self.contract.signature, **options)(python)
+            return self._compiled(_nrt=True)
         except NumbaError as error:
             raise KernelError(f"Kernel {self.name!r} cannot be compiled as {self.contract.name}: {error}") from error
+
+    def _compiled(self, **options: Any) -> Any:
+        """The function compiled to its contract, or found where it is kept; typed-in code is kept nowhere."""
+        dispatcher = numba.njit(error_model="numpy", **options)(self.python)
+        if config.DISABLE_JIT:
+            return dispatcher
+        if self._cacheable and ours(self.python):
+            dispatcher._cache = Kept(self.python)
+        elif self._cacheable:
+            with suppress(RuntimeError):  # typed-in code has no file beside which a cache could lie
+                dispatcher.enable_caching()
+        dispatcher.compile(self.contract.signature)
+        dispatcher.disable_compile()
+        return dispatcher
 
 
 def _lookup(module: str, name: str) -> Any:

@@ -12,6 +12,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 
 runpy.run_path(str(ROOT / "tests" / "fresh_cache.py"), run_name="__main__")
+os.environ.setdefault("FLEXMB_MESSAGES", "0")
 os.environ.setdefault("MPLBACKEND", "Agg")
 os.environ.setdefault("PYVISTA_OFF_SCREEN", "true")
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import gc
 from collections.abc import Callable, Iterable
+from functools import cached_property
 from typing import Any
 
 import llvmlite.binding as ll
@@ -23,6 +24,10 @@ from numba.core.compiler import CompilerBase, DefaultPassBuilder, Flags, _LowerR
 from numba.core.compiler_machinery import register_pass
 from numba.core.registry import CPUDispatcher
 from numba.core.typed_passes import NativeLowering
+
+from flexmb.compiled.costs import ONE_BY_ONE
+from flexmb.compiled.kept import Kept
+from flexmb.compiled.notice import notice
 
 KNOWN = ((0, 68), (0, 69))
 """Versions of numba, from and below, whose pipeline is as it is here."""
@@ -139,6 +144,13 @@ class WholeLibrary(JITCodeLibrary):
         module.verify()
         self._finalize_final_module()
 
+    def serialize_using_object_code(self) -> tuple[str, str, tuple[bytes, bytes]]:
+        """Machine code, and names in place of intermediate code: compiled functions that call it have its piece."""
+        self._ensure_finalized()
+        own = (f for f in self._final_module.functions if not f.is_declaration and f.linkage == ll.Linkage.external)
+        names = "".join(f'define void @"{function.name}"() {{ unreachable }}\n' for function in own)
+        return self.name, "object", (self._get_compiled_object(), ll.parse_assembly(names).as_bitcode())
+
 
 class _Key:
     """Stands for a piece among the functions that numba knows."""
@@ -220,7 +232,16 @@ class Piece(CPUDispatcher):
 class Whole(CPUDispatcher):
     """What Python calls; compiled functions are given its piece."""
 
-    piece: Piece
+    @cached_property
+    def piece(self) -> Piece:
+        """The piece, made when the first compiled function asks for it."""
+        piece = Piece(self.py_func, locals={}, targetoptions=dict(self.targetoptions), pipeline_class=PieceCompiler)
+        piece._compiler._customize_flags = _quick
+        return piece
+
+    def enable_caching(self) -> None:
+        """Look for compiled code in the installation, too."""
+        self._cache = Kept(self.py_func)
 
     def compile(self, signature: Any) -> Any:
         """Compile a signature, or find it in the cache.
@@ -252,14 +273,13 @@ def whole(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     options : target options of numba.
     """
     if config.DISABLE_JIT or not supported():
+        notice.times = ONE_BY_ONE
         return numba.njit(cache=True, **options)  # type: ignore[no-any-return]
 
     def decorate(function: Callable[..., Any]) -> Any:
         given = {"nopython": True, "boundscheck": None, **options}
-        outer = Whole(function, locals={}, targetoptions=dict(given), pipeline_class=WholeCompiler)
-        outer.piece = Piece(function, locals={}, targetoptions=dict(given), pipeline_class=PieceCompiler)
-        for dispatcher in (outer, outer.piece):
-            dispatcher._compiler._customize_flags = _quick
+        outer = Whole(function, locals={}, targetoptions=given, pipeline_class=WholeCompiler)
+        outer._compiler._customize_flags = _quick
         outer.enable_caching()
         return outer
 

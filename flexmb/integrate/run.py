@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from flexmb.compiled.notice import notice
 from flexmb.errors import InputError, SolveError
 from flexmb.integrate.arrays import (
     BUFFER_FULL,
@@ -193,6 +194,9 @@ class Run:
             self._begin_saving(saving, end)
         self.flow.account.limit = self.stepper.missing
         interval = NEVER if saving is None else saving
+        if self.progress:
+            self._block(self._options(end, interval), 0)  # whatever is to be compiled is compiled before a bar is shown
+            notice.close()
         bar = progress_bar(self.program.name, float(self.flow.clock.t), end, shown=self.progress)
         try:
             for instant in self.program.breaks(end):

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.linalg.lapack import dgeqp3
 
 TOLERANCE = 1e-9
+SURELY = 1e-10
+"""Part of its diagonal below which eigenvalues of G G^T are not taken for round-off: far above TOLERANCE squared."""
 
 INDEPENDENT = 1e12
 """Norm of the inverse of G G^T, its rows of length 1, below which the rows of a sparse G are independent beyond doubt:
@@ -35,7 +36,8 @@ def row_rank(G: Any) -> Rank:
     if isinstance(G, np.ndarray):
         used = G[:, G.any(axis=0)]
         lengths = np.sqrt((used * used).sum(axis=1))
-        return _by_qr((used / np.where(lengths > 0.0, lengths, 1.0)[:, None]).T, m, TOLERANCE)
+        columns = (used / np.where(lengths > 0.0, lengths, 1.0)[:, None]).T
+        return Rank(m, ()) if _surely_independent(columns) else _by_qr(columns, m, TOLERANCE)
     return _of_sparse(G)
 
 
@@ -43,10 +45,25 @@ def _by_qr(columns: np.ndarray, m: int, tolerance: float) -> Rank:
     """Rank of m columns; one is too many whose diagonal in R is this part of the largest or less."""
     if columns.shape[0] == 0:
         return Rank(0, tuple(range(m)))
+    from scipy.linalg.lapack import dgeqp3  # noqa: PLC0415 - dependent joints alone need it, and it takes long to import
+
     factored, order = dgeqp3(columns)[:2]  # R in the upper triangle; columns are counted from 1
     diagonal = np.abs(np.diag(factored))
     rank = int((diagonal > tolerance * max(diagonal[0], 1e-300)).sum())
     return Rank(rank, tuple(sorted(int(k) - 1 for k in order[rank:])))
+
+
+def _surely_independent(columns: np.ndarray) -> bool:
+    """Whether columns of length 1 are independent beyond doubt: no pivot of their QR is then below SURELY^0.5."""
+    if columns.shape[1] > columns.shape[0]:
+        return False
+    gram = columns.T @ columns
+    gram.flat[:: len(gram) + 1] -= SURELY
+    try:
+        np.linalg.cholesky(gram)
+    except np.linalg.LinAlgError:
+        return False
+    return True
 
 
 def _of_sparse(G: Any) -> Rank:

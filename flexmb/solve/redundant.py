@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import null_space
 
 from flexmb.errors import AssemblyError, SolveError
 from flexmb.program.program import Program
@@ -40,6 +39,8 @@ def redundant_rows(program: Program, closed: Program, q: np.ndarray, t: float) -
 
 def moved_on(closed: Program, q: np.ndarray, t: float) -> np.ndarray:
     """An assembled pose a little further on, drives included, in a direction that no symmetry prefers."""
+    from scipy.linalg import null_space  # noqa: PLC0415 - redundant joints alone need it, and it takes long to import
+
     rigid, rows = RigidMotion(closed), drive_rows(closed)
     system = System(closed).at(q, t=t)
     A = plain(system.blocks[1] @ rigid.plain_basis(q))

@@ -1,0 +1,170 @@
+"""What the user is told while functions of the package are compiled: what, about how long, and that it is done.
+
+    flexmb compiles the time loop for this machine: about 27 s, once.
+    flexmb: done in 26 s.
+
+The lines go to stderr; on a terminal the first one counts the seconds.  Nothing is said where nothing is compiled, by
+worker processes but the first, or with FLEXMB_MESSAGES=0.
+"""
+
+from __future__ import annotations
+
+import atexit
+import multiprocessing
+import os
+import sys
+import threading
+import time
+from functools import cache
+from typing import Any
+
+from numba.core import event
+
+from flexmb.compiled.costs import FIRST, STAGES, WORK
+
+QUIET = 1.0
+"""Seconds without a compilation after which it is said to be done."""
+
+LEAST = 1.0
+"""Seconds below which nothing is said."""
+
+WIDTH = 79
+
+caches: dict[str, Any] = {}
+"""Where compiled code of each function of the package is kept, by name."""
+
+
+def told() -> bool:
+    """Whether this process says anything: of workers the first one alone does."""
+    if os.environ.get("FLEXMB_MESSAGES") == "0" or sys.stderr is None:
+        return False
+    return multiprocessing.parent_process() is None or multiprocessing.current_process().name.endswith("-1")
+
+
+def _line(text: str) -> None:
+    """A line on stderr, above bars that stand there."""
+    bars = getattr(sys.modules.get("tqdm"), "tqdm", None)
+    if bars is not None and getattr(bars, "_instances", None):
+        bars.write(text, file=sys.stderr)
+    else:
+        print(text, file=sys.stderr, flush=True)
+
+
+def say(text: str) -> None:
+    """A line on stderr."""
+    if told():
+        notice.close()
+        _line(f"flexmb: {text}")
+
+
+@cache
+def say_once(text: str) -> None:
+    """A line on stderr, once a process."""
+    say(text)
+
+
+@cache
+def pace() -> float:
+    """Seconds that this machine takes for what takes one second where costs were measured.
+
+    What is timed is Python's own compiler, the quickest of five runs: like numba it is made of many small steps.
+    """
+    lines = "".join(f"x{k} = [f(a, {k}) for a in range(b) if a > {k}]\n" for k in range(400))
+    took = []
+    for _ in range(5):
+        began = time.perf_counter()
+        compile(lines, "pace", "exec")
+        took.append(time.perf_counter() - began)
+    return min(took) / WORK
+
+
+def expected(stage: str) -> float:
+    """Seconds that compiling a stage takes where costs were measured, without what is kept already."""
+    left = [cost for name, cost in STAGES[stage].items() if name not in caches or not caches[name].there()]
+    return notice.times * sum(left)
+
+
+class Notice(event.Listener):  # type: ignore[misc]
+    """Listens to what numba compiles and tells the user."""
+
+    def __init__(self) -> None:
+        self._lock = threading.RLock()
+        self._depth, self._text, self._stage, self._moving = 0, "", "", False
+        self.times = 1.0
+        """How much longer everything takes where functions are compiled one by one."""
+        self._began = self._ended = self._cost = 0.0
+        self._missing = ""
+        self._pace: float | None = None
+
+    def on_start(self, found: Any) -> None:
+        """A function begins to be compiled."""
+        function = found.data["dispatcher"].py_func
+        with self._lock:
+            if self._depth or function.__module__.startswith("flexmb."):
+                self._depth += 1
+            if self._depth == 1 and told():
+                name = f"{function.__module__}.{function.__qualname__}"
+                self._open(name)
+                self._missing = "" if name == self._missing else self._missing
+
+    def on_end(self, found: Any) -> None:  # noqa: ARG002 - as numba asks
+        """A function is compiled."""
+        with self._lock:
+            if self._depth:
+                self._depth -= 1
+                self._ended = time.perf_counter()
+
+    def _open(self, name: str) -> None:
+        """Begin the stage to which a function belongs; what belongs to none is part of the open one, or the first."""
+        stage = next((stage for stage, costs in STAGES.items() if name in costs), self._stage or FIRST)
+        if stage == self._stage:
+            return
+        self.close()
+        cost = expected(stage)
+        about = cost * (self._pace or pace())
+        if about < LEAST:
+            return
+        self._stage, self._began, self._cost = stage, time.perf_counter(), cost
+        self._missing = max(STAGES[stage], key=lambda name: STAGES[stage][name])
+        self._text = f"flexmb compiles {stage} for this machine: about {about:.0f} s, once"
+        self._moving = sys.stderr.isatty() and "tqdm" not in sys.modules
+        if self._moving:
+            self._draw("")
+        else:
+            _line(f"{self._text}.")
+        threading.Thread(target=self._watch, args=(self._began,), daemon=True).start()
+
+    def _watch(self, began: float) -> None:
+        """Count the seconds on a terminal, and end the stage when nothing is compiled any more."""
+        while True:
+            time.sleep(0.25)
+            with self._lock:
+                if self._began != began or not self._stage:
+                    return
+                if not self._depth and time.perf_counter() - self._ended > QUIET:
+                    self.close()
+                elif self._moving:
+                    self._draw("")
+
+    def _draw(self, end: str) -> None:
+        line = f"{self._text} ({time.perf_counter() - self._began:.0f} s)"
+        print(f"\r{line:<{WIDTH}}", end=end, file=sys.stderr, flush=True)
+
+    def close(self) -> None:
+        """Say that it is done, if something was compiled."""
+        with self._lock:
+            if not self._stage or sys.stderr is None:
+                return
+            self._stage, took = "", max(self._ended - self._began, 0.0)
+            if not self._missing:  # its largest function was among what was compiled: a better measure of the pace
+                self._pace = took / self._cost
+            if self._moving:
+                self._draw("\n")
+            _line(f"flexmb: done in {took:.0f} s.")
+
+
+notice = Notice()
+"""The one that listens."""
+
+event.register("numba:compile", notice)
+atexit.register(notice.close)

@@ -1,0 +1,177 @@
+"""What the user is told while functions are compiled."""
+
+import io
+from types import SimpleNamespace
+
+import pytest
+
+from flexmb.compiled import notice
+from flexmb.compiled.costs import FIRST, STAGES
+
+EVALUATE, ADVANCE = "flexmb.system.evaluate.evaluate", "flexmb.integrate.loop.advance"
+
+
+class Screen(io.StringIO):
+    """Stands for stderr."""
+
+    terminal = False
+
+    def isatty(self):
+        return self.terminal
+
+
+@pytest.fixture
+def screen(monkeypatch):
+    found = Screen()
+    monkeypatch.setenv("FLEXMB_MESSAGES", "1")
+    monkeypatch.setattr(notice, "sys", SimpleNamespace(stderr=found, modules={}))
+    monkeypatch.setattr(notice, "caches", {})
+    monkeypatch.setattr(notice, "pace", lambda: 1.0)
+    return found
+
+
+def compiled(told, *names, within=()):
+    """Let `told` hear of functions that are compiled, the first one while those of `within` are."""
+    for name in names:
+        event = SimpleNamespace(data={"dispatcher": SimpleNamespace(py_func=function(name))})
+        told.on_start(event)
+        if within:
+            compiled(told, *within)
+        told.on_end(event)
+
+
+def function(name):
+    module, _, own = name.rpartition(".")
+    return SimpleNamespace(__module__=module, __qualname__=own)
+
+
+def stage_of(name):
+    return next(stage for stage, costs in STAGES.items() if name in costs)
+
+
+def test_beginning_and_end_are_said(screen):
+    told = notice.Notice()
+    compiled(told, EVALUATE)
+    about = sum(STAGES[FIRST].values())
+    assert screen.getvalue() == f"flexmb compiles {FIRST} for this machine: about {about:.0f} s, once.\n"
+    told.close()
+    told.close()
+    assert screen.getvalue().splitlines()[1:] == ["flexmb: done in 0 s."]
+
+
+def test_a_stage_is_said_once_however_many_functions_it_has(screen):
+    told = notice.Notice()
+    compiled(told, *STAGES[FIRST], within=["numpy.something"])
+    assert screen.getvalue().count("\n") == 1
+
+
+def test_the_next_stage_ends_the_one_before(screen):
+    told = notice.Notice()
+    compiled(told, "flexmb.joints.revolute.coincide", ADVANCE)
+    told.close()
+    begun, done, then, end = screen.getvalue().splitlines()
+    assert FIRST in begun
+    assert stage_of(ADVANCE) in then
+    assert done == end == "flexmb: done in 0 s."
+
+
+def test_the_end_is_said_without_being_asked_for(screen, monkeypatch):
+    monkeypatch.setattr(notice, "QUIET", 0.0)
+    told = notice.Notice()
+    compiled(told, EVALUATE)
+    for thread in notice.threading.enumerate():
+        if thread.daemon and getattr(thread, "_target", None) == told._watch:
+            thread.join(5.0)
+    assert screen.getvalue().endswith("done in 0 s.\n")
+
+
+def test_a_kernel_belongs_to_the_stage_that_is_to_come(screen):
+    told = notice.Notice()
+    compiled(told, "flexmb.drives.ramp.ramp_kernel", EVALUATE)
+    assert screen.getvalue().count("\n") == 1
+
+
+def test_what_is_kept_does_not_count(screen):
+    kept = SimpleNamespace(there=lambda: True)
+    notice.caches.update(dict.fromkeys(STAGES[FIRST], kept))
+    told = notice.Notice()
+    compiled(told, "flexmb.drives.ramp.ramp_kernel")
+    assert screen.getvalue() == ""
+    name = max(STAGES[FIRST], key=STAGES[FIRST].get)
+    del notice.caches[name]
+    assert notice.expected(FIRST) == STAGES[FIRST][name]
+
+
+def test_a_slow_machine_takes_longer(screen, monkeypatch):
+    monkeypatch.setattr(notice, "pace", lambda: 3.0)
+    compiled(notice.Notice(), EVALUATE)
+    assert f"about {3.0 * sum(STAGES[FIRST].values()):.0f} s" in screen.getvalue()
+
+
+def test_what_a_stage_took_is_the_pace_of_the_next(screen, monkeypatch):
+    clock = [0.0]
+    monkeypatch.setattr(notice.time, "perf_counter", lambda: clock[0])
+    told = notice.Notice()
+    compiled(told, "flexmb.drives.ramp.ramp_kernel")
+    clock[0] = 2.0 * sum(STAGES[FIRST].values())
+    compiled(told, EVALUATE, ADVANCE)
+    assert f"about {2.0 * STAGES[stage_of(ADVANCE)][ADVANCE]:.0f} s" in screen.getvalue()
+
+
+def test_the_pace_is_measured():
+    assert 0.02 < notice.pace.__wrapped__() < 50.0
+
+
+def test_functions_of_others_are_none_of_ours(screen):
+    told = notice.Notice()
+    compiled(told, "numpy.linalg.solve", "mine.advance")
+    assert screen.getvalue() == ""
+
+
+@pytest.mark.parametrize("how", ["switch", "worker", "no screen"])
+def test_silence(screen, monkeypatch, how):
+    if how == "switch":
+        monkeypatch.setenv("FLEXMB_MESSAGES", "0")
+    elif how == "worker":
+        monkeypatch.setattr(notice.multiprocessing, "parent_process", lambda: "another")
+        monkeypatch.setattr(notice.multiprocessing, "current_process", lambda: SimpleNamespace(name="SpawnProcess-2"))
+    else:
+        monkeypatch.setattr(notice.sys, "stderr", None)
+    told = notice.Notice()
+    compiled(told, EVALUATE)
+    told.close()
+    notice.say("something")
+    assert screen.getvalue() == ""
+
+
+def test_the_first_worker_speaks_for_all(screen, monkeypatch):
+    monkeypatch.setattr(notice.multiprocessing, "parent_process", lambda: "another")
+    monkeypatch.setattr(notice.multiprocessing, "current_process", lambda: SimpleNamespace(name="SpawnProcess-1"))
+    assert notice.told()
+
+
+def test_a_terminal_counts_the_seconds(screen):
+    screen.terminal = True
+    told = notice.Notice()
+    compiled(told, EVALUATE)
+    assert screen.getvalue().startswith("\rflexmb compiles")
+    assert "\n" not in screen.getvalue()
+    told.close()
+    assert screen.getvalue().endswith("\nflexmb: done in 0 s.\n")
+
+
+def test_a_line_goes_above_a_bar(screen):
+    above = []
+    tqdm = SimpleNamespace(_instances=["a bar"], write=lambda text, file: above.append((text, file)))
+    notice.sys.modules["tqdm"] = SimpleNamespace(tqdm=tqdm)
+    notice.say("something")
+    assert above == [("flexmb: something", screen)]
+
+
+def test_every_stage_has_names_of_functions_that_are_there():
+    from importlib import import_module
+
+    for costs in STAGES.values():
+        for name in costs:
+            module, _, own = name.rpartition(".")
+            assert getattr(import_module(module), own).py_func.__qualname__ == own

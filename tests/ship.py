@@ -1,0 +1,100 @@
+"""Compile for a portable processor what an installation shall bring along: `python tests/ship.py FOLDER`.
+
+FOLDER then holds an index and a file of machine code (`flexmb/compiled/shipped.py`); `make wheel` packs them.  Compiled
+is what is called by all kernels of the package, by a mechanism with each of its parts, and by short runs that use every
+loop.  With `--list` the names of the functions are printed.
+"""
+
+import argparse
+import os
+import pkgutil
+import platform
+import runpy
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def main() -> int:
+    """Compile in this process, which has not imported numba yet, and write the folder."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--list", action="store_true")
+    options = parser.parse_args()
+    sys.path.insert(0, str(ROOT))
+    processors = runpy.run_path(str(ROOT / "flexmb" / "compiled" / "processors.py"))
+    cpu = processors["PORTABLE"].get(platform.machine())
+    if cpu is None:
+        print(f"No code is shipped for {platform.machine()}: it is compiled where it runs.", file=sys.stderr)
+        return 0
+    os.environ.update(NUMBA_CPU_NAME=cpu, NUMBA_CPU_FEATURES="", NUMBA_DISABLE_INTEL_SVML="1", FLEXMB_MESSAGES="0")
+    began = time.perf_counter()
+    with tempfile.TemporaryDirectory() as cache:
+        os.environ["NUMBA_CACHE_DIR"] = cache
+        names, size = ship(cpu, options.folder)
+    if options.list:
+        print("\n".join(names))
+    took = time.perf_counter() - began
+    print(f"{len(names)} functions for {cpu}, {size / 1e6:.1f} MB, in {took:.0f} s: {options.folder}")
+    return 0
+
+
+def ship(cpu: str, folder: Path) -> tuple[list[str], int]:
+    """Compile everything and write it; names of the functions, and bytes."""
+    from flexmb.compiled.shipped import Shipment, shipment
+
+    shipment.append(Shipment(cpu))
+    for kernel in kernels():
+        _ = kernel.address
+    for run in runs():
+        run()
+    return shipment.pop().write(folder)
+
+
+def kernels() -> Iterator[Any]:
+    """Every kernel of the package."""
+    import flexmb
+    from flexmb.kernels import Kernel
+
+    for module in pkgutil.walk_packages(flexmb.__path__, "flexmb."):
+        if not module.name.endswith("__main__"):
+            yield from (found for found in vars(import_module(module.name)).values() if isinstance(found, Kernel))
+
+
+def runs() -> list[Callable[[], Any]]:
+    """Short runs that call every compiled function that Python calls."""
+    import flexmb as fm
+
+    ideal, crank = fm.slider_crank(), fm.slider_crank(clearance=5e-4)
+    worn, rod = fm.nine_bar(clearance=5e-4, flexible=True), fm.spinning_beam()
+    lugre = fm.slider_crank(clearance=5e-4, friction=fm.LuGre(static=0.12, kinetic=0.1))
+    short = {"t_end": 1e-5, "step": 1e-6}
+    parts = runpy.run_path(str(ROOT / "tests" / "parts" / "test_check_part.py"))["BUILT_IN"]
+    return [
+        *(lambda mechanism=mechanism: fm.compile(mechanism) for mechanism, _ in parts.values()),
+        lambda: fm.simulate(worn, t_end=1e-5),
+        lambda: fm.simulate(crank, t_end=1e-4),
+        lambda: fm.simulate(ideal, **short, method=fm.RungeKutta4()),
+        lambda: fm.simulate(worn, **short, method=fm.Staggered()),
+        lambda: carry(lugre),
+        lambda: fm.static_equilibrium(rod),
+        lambda: fm.modes(rod),
+    ]
+
+
+def carry(mechanism: Any) -> None:
+    """Carry a difference along a short motion."""
+    import flexmb as fm
+
+    flow = fm.MechanismFlow(mechanism)
+    flow.advance(1e-5, flow.tangent_basis(1, seed=0))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
