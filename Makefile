@@ -65,8 +65,7 @@ meshes: $(VENV)/.installed  ## write the meshes in meshes/ anew
 # For this version of Python and of numba, on any x86-64 processor since 2013; elsewhere the wheel is a pure one.
 wheel: $(VENV)/.installed-dev  ## a wheel in dist/ that carries compiled code: nothing is compiled where it is installed
 	rm -rf build dist
-	$(BIN)/python tests/ship.py build/shipment
-	FLEXMB_SHIPMENT=$(CURDIR)/build/shipment $(BIN)/python -m pip wheel --quiet --no-deps --wheel-dir dist .
+	$(BIN)/python tests/ship.py build/shipment --wheel dist
 	@ls -1 dist
 
 clean:  ## remove what was made: environment, caches, results

@@ -222,6 +222,11 @@ solve.pivoting.GOOD_RESIDUAL | 1 | right-hand side | residual of a system that w
 solve.pivoting.ROUND_OFF | 1 | right-hand side | residual that needs no better
 solve.pivoting.SINGULAR_GROWTH | 1 | right-hand side | solution of a matrix that counts as singular
 solve.pivoting.SCALING_ROUNDS | rounds | nothing | rounds that scale rows and columns
+solve.assemble.LARGE | entries | nothing | up to it loops are closed by a dense least-squares solution
+solve.rank.INDEPENDENT | 1 | rows of unit length | inverse of G G^T of rows that are independent beyond doubt
+solve.system.LARGE | unknowns | nothing | up to it start values are found with pivoting
+solve.system.REFINEMENTS | rounds | nothing | refinements without pivoting
+solve.system.SOLVED | 1 | right-hand side | residual of a system solved without pivoting
 solve.project.CLOSED | 1 | size of the mechanism | gap of a projected pose
 solve.project.ROUNDS | iterations | nothing | most rounds of a projection
 solve.redundant.ASIDE | rad | nothing | how far a pose is moved to see which rows repeat others
@@ -380,9 +385,10 @@ def _left_out() -> dict[str, str]:
     a size of a buffer, a block or a store: integrate.arrays.PAST_STATES integrate.run.BUFFER
         integrate.run.BLOCK_SECONDS integrate.run.FIRST_BLOCK analysis.basin.CHUNKS analysis.series.neighbours.BLOCK
         analysis.series.recurrence.BLOCK program.smoke.REMEMBERED program.structure.KEPT
-        program.structure.KEPT_UNKNOWNS program.symbolic.CHUNK
-    how many are printed: integrate.episodes.SHOWN integrate.status.MOST solve.report.MOST
-    shortens what another number decides: solve.rank.INDEPENDENT
+        program.structure.KEPT_UNKNOWNS program.structure.MANY integrate.run.BUFFER_NUMBERS integrate.run.LEAST_BUFFER
+        integrate.saved.AHEAD
+    how many are printed: integrate.episodes.SHOWN integrate.status.MOST solve.report.MOST integrate.chosen.OFFERED
+    shortens what another number decides: solve.rank.SURELY
     exact for what it integrates, or arbitrary instants: beams.fem.QUADRATURE_ORDER analysis.ode.INSTANTS
     """
     found, reason = {}, ""

@@ -2,7 +2,7 @@
 
 FOLDER then holds an index and a file of machine code (`flexmb/compiled/shipped.py`); `make wheel` packs them.  Compiled
 is what is called by all kernels of the package, by a mechanism with each of its parts, and by short runs that use every
-loop.  With `--list` the names of the functions are printed.
+loop.  With `--list` the names of the functions are printed; with `--wheel DIST` a wheel that carries them is built.
 """
 
 import argparse
@@ -10,7 +10,10 @@ import os
 import pkgutil
 import platform
 import runpy
+import shutil
+import subprocess
 import sys
+import sysconfig
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -26,6 +29,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--list", action="store_true")
+    parser.add_argument("--wheel", type=Path)
     options = parser.parse_args()
     sys.path.insert(0, str(ROOT))
     processors = runpy.run_path(str(ROOT / "flexmb" / "compiled" / "processors.py"))
@@ -42,7 +46,30 @@ def main() -> int:
         print("\n".join(names))
     took = time.perf_counter() - began
     print(f"{len(names)} functions for {cpu}, {size / 1e6:.1f} MB, in {took:.0f} s: {options.folder}")
+    if options.wheel is not None:
+        pack(options.folder, options.wheel)
     return 0
+
+
+def pack(folder: Path, target: Path) -> None:
+    """Build a wheel with the compiled code of `folder`, one for this platform and version of Python, in `target`."""
+    number = f"cp{sys.version_info.major}{sys.version_info.minor}"
+    kind = sysconfig.get_platform().replace("-", "_").replace(".", "_")
+    target.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as work:
+        python("pip", "wheel", "--quiet", "--no-deps", "--wheel-dir", work, str(ROOT))
+        pure = next(Path(work).glob("*.whl"))
+        python("wheel", "unpack", "--dest", work, str(pure))
+        tree = next(path for path in Path(work).iterdir() if path.is_dir())
+        shutil.copytree(folder, tree / "flexmb" / "compiled" / "shipped", dirs_exist_ok=True)
+        python("wheel", "pack", "--dest-dir", str(target), str(tree))
+    tags = ("--python-tag", number, "--abi-tag", number, "--platform-tag", kind)
+    python("wheel", "tags", "--remove", *tags, str(target / pure.name))
+
+
+def python(*arguments: str) -> None:
+    """Run a module of this Python."""
+    subprocess.run([sys.executable, "-m", *arguments], check=True, stdout=subprocess.DEVNULL)  # noqa: S603 - our own words
 
 
 def ship(cpu: str, folder: Path) -> tuple[list[str], int]:
