@@ -85,6 +85,7 @@ _HOME = {
     "integrate.simulate": "simulate",
     "integrate.solution": "Solution",
     "integrate.staggered": "Staggered",
+    "integrate.stepping": "StepState steps",
     "integrate.steps": "Adaptive FixedStep",
     "io.vtk": "write_vtk",
     "joints.bushing": "Bushing",

@@ -69,7 +69,7 @@ def pack(folder: Path, target: Path) -> None:
 
 def python(*arguments: str) -> None:
     """Run a module of this Python."""
-    subprocess.run([sys.executable, "-m", *arguments], check=True, stdout=subprocess.DEVNULL)  # noqa: S603 - our own words
+    subprocess.run([sys.executable, "-m", *arguments], check=True, stdout=subprocess.DEVNULL)
 
 
 def ship(cpu: str, folder: Path) -> tuple[list[str], int]:
