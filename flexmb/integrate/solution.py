@@ -99,6 +99,7 @@ class Solution:
 
     def __post_init__(self) -> None:
         self._set("signals", Signals.of(self.signals))
+        _ = self.signals.places  # two of one name are refused
         n_s = len(self.signals)
         time = _frozen("time", self.time, (None,))
         self._set("time", time)

@@ -147,7 +147,8 @@ def _taken(run: Run, end: float) -> Iterator[StepState]:
     yield StepState(run, 0.0)
     far = end if end < np.inf else 1e9 * run.h_max
     while run.code != DONE:
+        before = run.record.count.steps
         if not run.one_step(far):
             raise SolveError(run.status())
-        if run.code != DONE or run.flow.clock.t > run.record.step.began:
+        if run.record.count.steps > before:
             yield StepState(run, float(run.record.step.size))

@@ -34,14 +34,11 @@ class Signals(Sequence[Signal]):
 
     Raises
     ------
-    InputError : two signals of one name.
+    InputError : two signals of one name, when their places are asked for.
     """
 
     def __init__(self, names: Iterable[str], units: Iterable[str]) -> None:
         self.names, self.units = tuple(names), tuple(units)
-        if len(self.places) != len(self.names):
-            twice = next(name for name in self.names if self.names.count(name) > 1)
-            raise InputError(f"Signals: {twice!r} appears more than once. Give every part its own name.")
 
     @staticmethod
     def of(signals: Iterable[Signal]) -> Signals:
@@ -54,7 +51,11 @@ class Signals(Sequence[Signal]):
     @cached_property
     def places(self) -> dict[str, int]:
         """Place of each name."""
-        return dict(zip(self.names, range(len(self.names)), strict=True))
+        found = dict(zip(self.names, range(len(self.names)), strict=True))
+        if len(found) != len(self.names):
+            twice = next(name for name in self.names if self.names.count(name) > 1)
+            raise InputError(f"Signals: {twice!r} appears more than once. Give every part its own name.")
+        return found
 
     def chosen(self, places: Iterable[int]) -> Signals:
         """Those at some places."""

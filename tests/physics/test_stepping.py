@@ -43,8 +43,8 @@ def test_a_loop_may_be_left_and_a_run_goes_on_from_there():
     for state in fm.steps(mech, step=1e-5):
         if state["slider.vx"] < -5.0:
             break
-    whole = fm.simulate(mech, t_end=0.01, step=1e-5, save=1)
-    rest = fm.simulate(mech, t_end=0.01, step=1e-5, save=1, restart=state.restart)
+    whole = fm.simulate(mech, t_end=0.01, step=1e-5, save="steps")
+    rest = fm.simulate(mech, t_end=0.01, step=1e-5, save="steps", restart=state.restart)
     assert 0.0 < state.t < 0.01
     assert rest.array("slider.x")[-1] == pytest.approx(whole.array("slider.x")[-1], abs=1e-12)
 
