@@ -185,7 +185,7 @@ def work_precision(record: dict, pictures: Path) -> list[str]:
     The rigid slider-crank, ideal and turning freely (exact: a quadrature) and with play (reference: DOP853, rtol
     1e-13), against scipy's solve_ivp on equations written by hand for this one mechanism in one and two coordinates
     (`tests/speed/minimal.py`), each contact begun and ended by an event; right-hand sides in Python and through numba.
-    flexmb solves for nine coordinates and their joint forces without knowing the mechanism. The least of three times;
+    flexmb solves for nine coordinates and their joint forces without knowing the mechanism. The least of seven times, in turns;
     {where["date"]}."""
     return [
         "## Error against time",

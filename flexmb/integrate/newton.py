@@ -68,6 +68,18 @@ def lead(n, options, flow, trial):
 def implicit_step(tables, address, lu, h, ratio, scheme, options, flow, trial, work, record):  # noqa: PLR0912, PLR0915 - one loop
     """Try a step of size h; RUNNING when it converged, else the code of the failure.
 
+    Solved for q1, v1, a1, x1 and lam1, with Newmark's relations
+
+        q1 = q0 + h v0 + h^2 ((1/2 - beta) x0 + beta x1) + e,   v1 = v0 + h ((1 - gamma) x0 + gamma x1),
+        (1 - alpha_m) x1 + alpha_m x0 = (1 - alpha_f) a1 + alpha_f a0,
+
+    are the equations of motion, the joints in velocities and, by the shift e = -S^-1 G^T mu, in positions:
+
+        r(q1, v1, a1, t1) + G^T lam1 = 0,   G v1 + g_t = 0,   g(q1, t1) = 0.
+
+    A correction dq changes v1 by kv dq, kv = gamma/(beta h); x1 by kx dq, kx = 1/(beta h^2); and a1 by ka dq,
+    ka = (1 - alpha_m)/(1 - alpha_f) kx.  Newton's matrix is S = [[K + H + kv C + ka M, G^T], [G, 0]].
+
     While old factors serve, the residual is all that is evaluated, and where the iteration is expected to end it is
     evaluated together with the energies: if the correction then is small enough that state is the accepted one.
     Otherwise each iteration has its own matrix, and its factors then try to serve a last iteration as old ones.

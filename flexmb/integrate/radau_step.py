@@ -64,7 +64,11 @@ LEAST_RATE = 1e-2
 
 @compiled
 def radau_step(tables, address, lu, h, options, flow, trial, work, record, R):
-    """Try a step of size h; RUNNING when it converged, else the code of the failure."""
+    """Try a step of size h; RUNNING when it converged, else the code of the failure.
+
+    Solved for the stages Q_i, V_i, A_i, lam_i at t + c_i h, with V_i = v0 + h sum a_ij A_j and
+    Q_i = q0 + h sum a_ij V_j, are r(Q_i, V_i, A_i) + G^T lam_i = 0 and G V_i + g_t = 0.
+    """
     code = NEWTON_FAILED
     for attempt in range(2):
         bold = attempt == 0 and R.step.last > 0.0
