@@ -9,7 +9,7 @@ export NUMBA_CACHE_DIR := $(CURDIR)/.numba_cache
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo lint test test-all speed chaos numbers table paper validation meshes wheel clean
+.PHONY: help demo lint warm forget test test-all speed chaos numbers table paper validation meshes wheel clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-10s %s\n", $$1, $$2}' Makefile
@@ -24,12 +24,19 @@ lint: $(VENV)/.installed-dev
 	$(BIN)/python -m ruff check .
 	$(BIN)/python -m mypy
 
-test: lint  ## checks of the source, and every test that is not slow
-	$(BIN)/python -m pytest -m "not slow and not speed"
+test: warm lint  ## checks of the source, and every test that is not slow
+	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not slow and not speed"
 
-test-all: lint  ## the same with the slow tests, on a fresh compilation cache
+test-all: forget warm lint  ## the same with the slow tests, on a fresh compilation cache
+	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not speed"
+
+# Two processes that share a cache would compile everything twice, so all is compiled before them.
+warm: $(VENV)/.installed-dev
+	@$(BIN)/python tests/fresh_cache.py
+	$(BIN)/python tests/ship.py
+
+forget:
 	rm -rf $(NUMBA_CACHE_DIR)
-	$(BIN)/python -m pytest -m "not speed"
 
 speed: $(VENV)/.installed-bench  ## timings, beside the peer's on the same models; docs/performance.md (wants a quiet machine)
 	@$(BIN)/python tests/fresh_cache.py

@@ -38,7 +38,10 @@ share of time. The motion is chaotic: only such means can be compared."""
 COMPILING = """\
 Processes of their own, one after the other: on an empty cache, then with what is kept. Seconds are processor time, of
 second processes the least of five. `python tests/speed/compile.py --keep` measures it."""
-COLOURS = {"flexmb": ("#1b6ca8", "#00838f", "#2e8b57"), "scipy": ("#d1495b", "#8d1f2d", "#e08e0b", "#8d5524")}
+COLOURS = {
+    "flexmb": ("#1b6ca8", "#00838f", "#6a3d9a", "#2e8b57"),
+    "scipy": ("#d1495b", "#8d1f2d", "#e08e0b", "#8d5524"),
+}
 
 
 def write(path: Path, data: dict, order: list[str]) -> None:
@@ -185,8 +188,8 @@ def work_precision(record: dict, pictures: Path) -> list[str]:
     The rigid slider-crank, ideal and turning freely (exact: a quadrature) and with play (reference: DOP853, rtol
     1e-13), against scipy's solve_ivp on equations written by hand for this one mechanism in one and two coordinates
     (`tests/speed/minimal.py`), each contact begun and ended by an event; right-hand sides in Python and through numba.
-    flexmb solves for nine coordinates and their joint forces without knowing the mechanism. The least of seven times, in turns;
-    {where["date"]}."""
+    flexmb solves for nine coordinates and their joint forces without knowing the mechanism. The least of seven times,
+    in turns; {where["date"]}."""
     return [
         "## Error against time",
         text,

@@ -2,7 +2,8 @@
 
 FOLDER then holds an index and a file of machine code (`flexmb/compiled/shipped.py`); `make wheel` packs them.  Compiled
 is what is called by all kernels of the package, by a mechanism with each of its parts, and by short runs that use every
-loop.  With `--list` the names of the functions are printed; with `--wheel DIST` a wheel that carries them is built.
+loop.  Without FOLDER the same is compiled for this machine, into the user's cache.  With `--list` the names of the
+functions are printed; with `--wheel DIST` a wheel that carries them is built.
 """
 
 import argparse
@@ -27,11 +28,14 @@ ROOT = Path(__file__).resolve().parents[1]
 def main() -> int:
     """Compile in this process, which has not imported numba yet, and write the folder."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", type=Path)
+    parser.add_argument("folder", type=Path, nargs="?")
     parser.add_argument("--list", action="store_true")
     parser.add_argument("--wheel", type=Path)
     options = parser.parse_args()
     sys.path.insert(0, str(ROOT))
+    if options.folder is None:
+        compile_all()
+        return 0
     processors = runpy.run_path(str(ROOT / "flexmb" / "compiled" / "processors.py"))
     cpu = processors["PORTABLE"].get(platform.machine())
     if cpu is None:
@@ -77,11 +81,16 @@ def ship(cpu: str, folder: Path) -> tuple[list[str], int]:
     from flexmb.compiled.shipped import Shipment, shipment
 
     shipment.append(Shipment(cpu))
+    compile_all()
+    return shipment.pop().write(folder)
+
+
+def compile_all() -> None:
+    """Compile all kernels and loops."""
     for kernel in kernels():
         _ = kernel.address
     for run in runs():
         run()
-    return shipment.pop().write(folder)
 
 
 def kernels() -> Iterator[Any]:
@@ -108,6 +117,7 @@ def runs() -> list[Callable[[], Any]]:
         lambda: fm.simulate(worn, t_end=1e-5),
         lambda: fm.simulate(crank, t_end=1e-4),
         lambda: fm.simulate(ideal, **short, method=fm.RungeKutta4()),
+        lambda: fm.simulate(crank, t_end=1e-4, method=fm.RadauIIA()),
         lambda: fm.simulate(worn, **short, method=fm.Staggered()),
         lambda: carry(lugre),
         lambda: fm.static_equilibrium(rod),

@@ -22,12 +22,13 @@ STAGES: dict[str, dict[str, float]] = {
         "flexmb.system.outputs.write_outputs": 0.9,
     },
     "the time loop": {"flexmb.integrate.loop.advance": 26.5},
-    "the explicit time loop": {"flexmb.integrate.loop.advance_explicit": 10.9},
+    "the explicit time loop": {"flexmb.integrate.runge_kutta.advance_explicit": 10.9},
+    "the time loop of Radau's method": {"flexmb.integrate.radau.advance_radau": 30.0},
     "the staggered time loop": {
-        "flexmb.integrate.staggered.begin_elastic": 12.8,
-        "flexmb.integrate.staggered.whole_motion": 0.9,
-        "flexmb.integrate.staggered.write_whole": 0.4,
-        "flexmb.integrate.staggered.advance_staggered": 14.6,
+        "flexmb.integrate.staggered_loop.begin_elastic": 12.8,
+        "flexmb.integrate.staggered_loop.whole_motion": 0.9,
+        "flexmb.integrate.staggered_loop.write_whole": 0.4,
+        "flexmb.integrate.staggered_loop.advance_staggered": 14.6,
     },
     "the loop of exponents": {
         "flexmb.system.tangent.linearise": 4.4,
