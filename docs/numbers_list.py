@@ -50,10 +50,11 @@ integrate.control.GROWS | 1 | a step | a step is not lengthened for less | 0.84 
 integrate.control.velocity_constant#0.02 | 1 | method | floor of the error constant of velocities
 integrate.control.error_ratio#0.05 | 1 | method | floor of the error constant of positions
 integrate.control.missed#12.0 | 1 | method | error of a first step: change of the acceleration over this
-integrate.control.judged#0.9 | 1 | a step | safety factor of the next step | 0.1 0.5 1.1
-integrate.control.judged#0.2 | 1 | a step | most that a step is shortened at once | 0.1 0.5 2
-integrate.control.judged#2.0 | 1 | a step | most that a step grows at once | 0.6 2 10
-integrate.control.judged#0.25 | 1 | a step | what becomes of a step that did not converge | 0.1 0.5 2
+integrate.control.judged#0.9 | 1 | a step | most that remains of a step that is refused | 0.1 0.5 1.1
+integrate.loop.advance#0.9 | 1 | a step | safety factor of the next step | 0.1 0.5 1.1
+integrate.loop.advance#0.2 | 1 | a step | most that a step is shortened at once | 0.1 0.5 2
+integrate.loop.advance#2.0 | 1 | a step | most that a step grows at once | 0.6 2 10
+integrate.control.met#0.25 | 1 | a step | what becomes of a step that did not converge | 0.1 0.5 2
 integrate.held.CLOSED | 1 | size of the mechanism | gap of a row that may be held
 integrate.held.ASIDE | 1 | way h^2 a | gap of a row that may be held in the first steps
 integrate.held.STILL | 1 | largest term of a pivot | with what rows are held within a step that holds some
@@ -192,6 +193,21 @@ integrate.carrying.LINGERS | 1 | method | gamma below which errors of accelerati
 integrate.carrying.MOVED | 1 | size of the mechanism | differences of states for a derivative
 integrate.runge_kutta.PROJECTIONS | iterations | nothing | projections of a Runge-Kutta step
 integrate.runge_kutta.ROUNDS | iterations | nothing | rounds that friction in joints takes there
+integrate.radau.GROWS | 1 | a step | most that a step of Radau's method grows at once
+integrate.radau.SHRINKS | 1 | a step | most that it is shortened at once
+integrate.radau.SAFE | 1 | a step | safety factor of the next step
+integrate.radau.SMOOTH | steps | a period or a run | fewest steps of Radau's method without clearance
+integrate.radau.WITH_CONTACTS | steps | a period or a run | the same with clearance
+integrate.radau_step.TURNS | iterations | nothing | most Newton iterations of a step of Radau's method
+integrate.radau_step.SLOW_RATE | 1 | a correction | rate of corrections that asks for new factors
+integrate.radau_step.SOON | iterations | nothing | iterations that ask for new factors
+integrate.radau_step.PART | 1 | accepted error, rtol^(1/2) | what Newton's iterations leave
+integrate.radau_step.FINE | 1 | h^2 |a| | the same for steps of one size
+integrate.radau_step.TINY | 1 | h^2 |a| | least that is asked for
+integrate.radau_step.CLOSED | 1 | size of the mechanism | shift onto the joints that is round-off
+integrate.radau_step.FAR | 1 | size of the mechanism | shift that is taken by full projections
+integrate.radau_step.STALLS | 1 | a correction | ratio of corrections that are round-off
+integrate.radau_step.LEAST_RATE | 1 | a correction | rate that a first iteration is trusted with
 integrate.ledger.MISSING_IN_RUNGE_KUTTA | 1 | energy turned over | largest residual of a Runge-Kutta run
 integrate.held.PART | 1 | largest entry | joints that share a force that is not unique, in the status
 integrate.status.DOUBTFUL | 1 | limits of the ledger | from here on the status warns
@@ -389,6 +405,12 @@ def _left_out() -> dict[str, str]:
         integrate.saved.AHEAD
     how many are printed: integrate.episodes.SHOWN integrate.status.MOST solve.report.MOST integrate.chosen.OFFERED
     shortens what another number decides: solve.rank.SURELY
+    coefficients and stages of Radau's method, exact: integrate.collocation.C integrate.collocation.ESTIMATE
+        integrate.collocation.FROM_IM integrate.collocation.FROM_RE integrate.collocation.FROM_REAL
+        integrate.collocation.LAST integrate.collocation.MIDDLE integrate.collocation.ONCE
+        integrate.collocation.PAIR_IM integrate.collocation.PAIR_RE integrate.collocation.REAL
+        integrate.collocation.STAGES integrate.collocation.TO_IM integrate.collocation.TO_RE
+        integrate.collocation.TO_REAL integrate.collocation.TWICE integrate.collocation._ROOT
     exact for what it integrates, or arbitrary instants: beams.fem.QUADRATURE_ORDER analysis.ode.INSTANTS
     """
     found, reason = {}, ""

@@ -310,9 +310,8 @@ class RunRecord(Record):
 PRESSED, BY_NORMAL = range(2)
 (BY_FRICTION,) = range(7, 8)
 CONTACT_MEMORY = 13
-"""Numbers of `Flow.memory` of every contact: normal force, six generalised forces of it, six of friction.  After those
-of all contacts: (motion, force) of every constraint row, (friction force, slip) of every constraint, forces of elements
-that are loads."""
+"""Numbers of `Flow.memory` of every contact: normal force, six generalised forces of it, six of friction.  After them
+(motion, force) of every constraint row, (friction force, slip) of every constraint, forces of loads."""
 
 
 def new_flow(program: Program) -> Flow:

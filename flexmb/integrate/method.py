@@ -20,18 +20,20 @@ class Method:
 
     A method of your own derives from it, makes a `Stepper` in `stepper`, and says what it can do by the class variables
     `estimates_error`, whether its steps can be chosen by their errors; `has_tangent`, whether small differences of a
-    state can be carried through its steps; `independent`, whether joints must not repeat one another; `longest`, steps
-    in a period or a run that error control takes at least, without clearance and with it.
+    state can be carried through its steps; `independent`, whether joints must not repeat one another.
     """
 
     estimates_error: ClassVar[bool] = False
     has_tangent: ClassVar[bool] = False
     independent: ClassVar[bool] = False
-    longest: ClassVar[tuple[float, float]] = SMOOTH_STEPS, LARGEST_STEPS
 
     def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:
         """What steps the `mechanism`, which compiles to `program`; most methods need the latter alone."""
         raise NotImplementedError
+
+    def fewest_steps(self, *, contacts: bool) -> float:
+        """Steps in a period or a run that error control takes at least, with `contacts` or without."""
+        return LARGEST_STEPS if contacts else SMOOTH_STEPS
 
     def check(self, label: str, step: FixedStep | Adaptive, redundant: str) -> None:
         """Refuse steps and joints that the method cannot do.

@@ -93,7 +93,7 @@ class Run:
             return self.step.size, self.step.size, NEVER, (1.0, 1.0, 1.0, 1.0)
         span = self.t_end if self.period is None else min(self.period, self.t_end)
         clearance, length, rtol = self.program.least_clearance, self.program.length, self.step.rtol
-        steps = self.method.longest[0 if clearance is None else 1]
+        steps = self.method.fewest_steps(contacts=clearance is not None)
         largest = self.step.max or span / steps
         flight, loose = (FLIGHT_COUNTS, 2.0) if rigid_coordinates(self.program).all() else (1.0, 4.0)
         part = 1e-3 * length if clearance is None else loose * min(clearance, 1e-2 * length)
@@ -195,7 +195,9 @@ class Run:
         self.flow.account.limit = self.stepper.missing
         interval = NEVER if saving is None else saving
         if self.progress:
-            self._block(self._options(end, interval), 0)  # whatever is to be compiled is compiled before a bar is shown
+            self.stepper.advance(
+                self, self.options(end, interval), 0
+            )  # compiled before a bar is shown
             notice.close()
         bar = progress_bar(self.program.name, float(self.flow.clock.t), end, shown=self.progress)
         try:

@@ -60,8 +60,8 @@ def simulate(
     save_from_period : the same in periods.
     save : instants a period (a run without periodic drives: in all), or "steps" for every accepted step.
     step : `Adaptive(...)`, the default, or `FixedStep(size)`, for which the bare size [s] will do.
-    method : `Newmark...` (default: generalised-alpha with spectral radius 0.8), or `RungeKutta4()` or `Staggered()`,
-        which need `FixedStep`.
+    method : `Newmark...` (default: generalised-alpha with spectral radius 0.8); `RadauIIA()` for smooth motion to many
+        digits; `RungeKutta4()` or `Staggered()`, which need `FixedStep`.
     restart : `restart` of a solution of the same model; the run goes on from there bit for bit.
     max_steps : stop, with a status, after so many accepted steps.
     redundant : joints that repeat one another in every pose, as a third parallel crank does: "refuse" them, or

@@ -28,6 +28,11 @@ class StepState(Mapping[str, float]):
 
     It stays what it was when further steps are taken.
 
+    Parameters
+    ----------
+    run : the run that took the step.
+    h : size of the step [s].
+
     Attributes
     ----------
     t : time [s].

@@ -22,6 +22,7 @@ def stiff(rate=150.0):
     return fm.ODE(rates, [1.0, 1.0], period=systems.TURN, method="Radau", rtol=1e-5, atol=1e-8)
 
 
+@pytest.mark.slow
 def test_contraction_beyond_all_numbers_in_a_period_is_measured():
     found = fm.lyapunov(stiff(), periods=50, count=2, confirm=False)  # a second run takes minutes
     assert found.ok, found.status

@@ -32,7 +32,10 @@ REFUSED = [
     ({"t_end": 1.0, "save": 0}, "simulate 'swing': save is 0; it must be at least 1."),
     ({"t_end": 1.0, "step": "fine"}, "step is 'fine'; it must be FixedStep(size) or Adaptive(...)."),
     ({"t_end": 1.0, "step": 0.0}, "FixedStep: size is 0 s; it must be > 0."),
-    ({"t_end": 1.0, "method": "rk4"}, "method is 'rk4'; it must be Newmark(...), RungeKutta4() or Staggered(...)."),
+    (
+        {"t_end": 1.0, "method": "rk4"},
+        "method is 'rk4'; it must be Newmark(...), RadauIIA(), RungeKutta4() or Staggered(...).",
+    ),
     ({"t_end": 1.0, "method": fm.RungeKutta4()}, "RungeKutta4 has no error estimate; give step=FixedStep(size)."),
     ({"t_end": 1.0, "max_steps": -1}, "simulate 'swing': max_steps is -1; it must be at least 1."),
     ({"t_end": 1.0, "max_steps": "many"}, "simulate 'swing': max_steps is 'many'; it must be a whole number."),

@@ -71,7 +71,7 @@ def test_an_evaluation_elsewhere_leaves_no_trace(run_in_impact):
 
 def step_of(run, h):
     """The code of one step of size h that is tried and not accepted."""
-    options = run._options(1.0, 0.0)
+    options = run.options(1.0, 0.0)
     ratio = h / run.flow.clock.last
     program = run.program
     return implicit_step(
@@ -115,7 +115,7 @@ def test_a_run_goes_on_after_thrown_away_steps_as_if_they_had_not_been(slider_cr
 def take_one_step(run):
     """One step of the loop, accepted or rejected; its size when it was accepted, else None."""
     program, before = run.program, run.record.count.steps
-    options = run._options(run.t_end, 0.0)
+    options = run.options(run.t_end, 0.0)
     advance(program.tables, program.addresses, run.lu, options, run.flow, run.trial, run.work, run.record, 1)
     run._fetch()
     return float(run.record.step.size) if run.record.count.steps > before else None

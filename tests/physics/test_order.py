@@ -185,7 +185,7 @@ def driven_by(pattern, step, method, duration=1.0):
     program = fm.compile(mechanism)
     run = Run(program, method, fm.FixedStep(step), duration, None)
     run.begin(consistent_start(mechanism, program))
-    options = run._options(duration, 0.0)
+    options = run.options(duration, 0.0)
     count = 0
     while run.flow.clock.t < duration * (1 - 1e-12):
         run.flow.clock.size = step * pattern[count % len(pattern)]

@@ -62,7 +62,7 @@ def test_integrals_of_mass_are_packed_as_the_beam_reads_them():
     L, section = 2.0, Rectangle(0.01, 0.02)
     steel = Material(young=2e11, density=7800.0)
     p = np.zeros(corotational.PARAMETERS)
-    p[corotational.M11 :] = beam_matrices(np.array([0.0, L]), section, steel).inertia_integrals(0)
+    p[corotational.M11 :] = beam_matrices(np.array([0.0, L]), section, steel).inertia_integrals[0]
     m = 7800.0 * 0.01 * 0.02 * L
     expected = {"M11": m / 3, "M12": m / 6, "M22": m / 3, "G11": m * L / 20, "G12": -m * L / 30}
     expected |= {"G21": m * L / 30, "G22": -m * L / 20}
