@@ -195,9 +195,7 @@ class Run:
         self.flow.account.limit = self.stepper.missing
         interval = NEVER if saving is None else saving
         if self.progress:
-            self.stepper.advance(
-                self, self.options(end, interval), 0
-            )  # compiled before a bar is shown
+            self.stepper.advance(self, self.options(end, interval), 0)  # compiled before a bar is shown
             notice.close()
         bar = progress_bar(self.program.name, float(self.flow.clock.t), end, shown=self.progress)
         try:
