@@ -50,10 +50,9 @@ integrate.control.GROWS | 1 | a step | a step is not lengthened for less | 0.84 
 integrate.control.velocity_constant#0.02 | 1 | method | floor of the error constant of velocities
 integrate.control.error_ratio#0.05 | 1 | method | floor of the error constant of positions
 integrate.control.missed#12.0 | 1 | method | error of a first step: change of the acceleration over this
-integrate.control.judged#0.9 | 1 | a step | most that remains of a step that is refused | 0.1 0.5 1.1
-integrate.loop.advance#0.9 | 1 | a step | safety factor of the next step | 0.1 0.5 1.1
-integrate.loop.advance#0.2 | 1 | a step | most that a step is shortened at once | 0.1 0.5 2
-integrate.loop.advance#2.0 | 1 | a step | most that a step grows at once | 0.6 2 10
+integrate.control.SAFETY | 1 | a step | safety factor of the next step | 0.1 0.5 1.1
+integrate.control.allowed#0.2 | 1 | a step | most that a step is shortened at once | 0.1 0.5 2
+integrate.control.allowed#2.0 | 1 | a step | most that a step grows at once | 0.6 2 10
 integrate.control.met#0.25 | 1 | a step | what becomes of a step that did not converge | 0.1 0.5 2
 integrate.held.CLOSED | 1 | size of the mechanism | gap of a row that may be held
 integrate.held.ASIDE | 1 | way h^2 a | gap of a row that may be held in the first steps
@@ -202,11 +201,12 @@ integrate.radau_step.TURNS | iterations | nothing | most Newton iterations of a 
 integrate.radau_step.SLOW_RATE | 1 | a correction | rate of corrections that asks for new factors
 integrate.radau_step.SOON | iterations | nothing | iterations that ask for new factors
 integrate.radau_step.PART | 1 | accepted error, rtol^(1/2) | what Newton's iterations leave
-integrate.radau_step.FINE | 1 | h^2 |a| | the same for steps of one size
-integrate.radau_step.TINY | 1 | h^2 |a| | least that is asked for
+integrate.radau_step.FINE | 1 | h^2 a | the same for steps of one size
+integrate.radau_step.TINY | 1 | h^2 a | least that is asked for
 integrate.radau_step.CLOSED | 1 | size of the mechanism | shift onto the joints that is round-off
 integrate.radau_step.FAR | 1 | size of the mechanism | shift that is taken by full projections
 integrate.radau_step.STALLS | 1 | a correction | ratio of corrections that are round-off
+integrate.radau_works.AGREES | 1 | accelerations | difference to interpolated ones that shows stiff forces
 integrate.radau_step.LEAST_RATE | 1 | a correction | rate that a first iteration is trusted with
 integrate.ledger.MISSING_IN_RUNGE_KUTTA | 1 | energy turned over | largest residual of a Runge-Kutta run
 integrate.held.PART | 1 | largest entry | joints that share a force that is not unique, in the status
@@ -410,7 +410,8 @@ def _left_out() -> dict[str, str]:
         integrate.collocation.LAST integrate.collocation.MIDDLE integrate.collocation.ONCE
         integrate.collocation.PAIR_IM integrate.collocation.PAIR_RE integrate.collocation.REAL
         integrate.collocation.STAGES integrate.collocation.TO_IM integrate.collocation.TO_RE
-        integrate.collocation.TO_REAL integrate.collocation.TWICE integrate.collocation._ROOT
+        integrate.collocation.TO_REAL integrate.collocation.TWICE integrate.collocation.WEIGHTS
+        integrate.collocation._ROOT
     exact for what it integrates, or arbitrary instants: beams.fem.QUADRATURE_ORDER analysis.ode.INSTANTS
     """
     found, reason = {}, ""

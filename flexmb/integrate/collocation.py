@@ -20,7 +20,7 @@ STAGES = 3
 MIDDLE, LAST = 1, 2
 """Numbers of stages."""
 
-AT_START, AT_END = range(2)
+AT_START, AT_END, ELSEWHERE = range(3)
 """Rows of `Collocation.rates`."""
 
 _ROOT = 6.0**0.5
@@ -41,7 +41,7 @@ def _numbers(array: np.ndarray) -> tuple[float, ...]:
     return tuple(float(x) for x in array)
 
 
-C = _numbers(_C)
+C, WEIGHTS = _numbers(_C), _numbers(_A[2])
 ONCE, TWICE = tuple(map(_numbers, _A)), tuple(map(_numbers, _A @ _A))
 """V_i = v0 + h sum ONCE_ij A_j;  Q_i = q0 + c_i h v0 + h^2 sum TWICE_ij A_j."""
 
@@ -106,7 +106,8 @@ class Collocation(Record):
     b : (3, n) right sides;  real, re, im : (size,) factors;  d, x, y : (n,), pair : (2 n,) solutions, workspace
     of_q, of_v : (n_q + 3,) estimated errors;  losses : (contacts, 2) normal and tangential [J];  zero : (n_q + 3,)
     between : the state and ledger at an instant within a step
-    rates : (2, 11) rates of the ledger at both ends of the step [W];  signals : (n_y,) at an instant within it
+    rates : (3, 11) rates of the ledger at both ends of the step [W], and elsewhere;  lam : (n_c,) multipliers
+    signals : (n_y,) at an instant within it
     """
 
     step: StageStep
@@ -132,6 +133,7 @@ class Collocation(Record):
     losses: Matrix
     zero: Vector
     rates: Matrix
+    lam: Vector
     signals: Vector
 
 
@@ -154,7 +156,8 @@ def collocation(program: Program) -> Collocation:
         pair=2 * total,
         **dict.fromkeys(("of_q", "of_v", "zero"), n),
         losses=(len(program.tables.contacts.kernel), 2),
-        rates=(2, 11),
+        rates=(3, 11),
+        lam=m,
         signals=program.tables.sizes.n_y,
     )
 

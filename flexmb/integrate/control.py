@@ -14,6 +14,10 @@ SAME, GROWS = 0.95, 1.2
 """A step is kept where the error asks for a factor between these, so that factors of the matrix can be used again."""
 
 
+SAFETY = 0.9
+"""Part of what the error allows that a step becomes; and most that remains of a step that is refused."""
+
+
 @compiled
 def velocity_constant(scheme):
     """Factor of h^3 a'' in the local error of velocities.
@@ -89,6 +93,12 @@ def fastest(n, options, flow, trial):
 
 
 @compiled
+def allowed(error):
+    """What a step may become by its error over the accepted one, over its size."""
+    return min(max(SAFETY * max(error, 1e-12) ** (-1.0 / 3.0), 0.2), 2.0)
+
+
+@compiled
 def judged(tables, h, error, growth, options, flow, trial, record):
     """Factor for the next step, 0 when the trial is refused; then the clock holds what to try.
 
@@ -99,7 +109,7 @@ def judged(tables, h, error, growth, options, flow, trial, record):
         flow.clock.speed = fastest(tables.sizes.n_q, options, flow, trial)
         return growth
     if error > 1.0:
-        shorten(h, min(growth, 0.9), flow, record)
+        shorten(h, min(growth, SAFETY), flow, record)
     flow.clock.refused += 1.0
     record.count.rejected += 1
     record.step.refused = h

@@ -76,16 +76,16 @@ def take_over(h, flow, trial, work, record):
 @compiled
 def publish(tables, options, flow, record):
     """Largest values of the new signals, and the instants that are due; BUFFER_FULL when these must be fetched."""
-    note_peaks(flow.clock.t, record)
+    note_peaks(flow.clock.t, record.new, record)
     code = save(tables, record.step.began, record.step.size, options, flow, record)
     return BUFFER_FULL if code != RUNNING or no_room(flow, record) else RUNNING
 
 
 @compiled
-def note_peaks(t, record):
+def note_peaks(t, signals, record):
     """Largest values so far."""
-    for i in range(record.new.shape[0]):  # without branches: the compiler makes vectors of it
-        size = record.new[i] if record.one_sided[i] else abs(record.new[i])
+    for i in range(signals.shape[0]):  # without branches: the compiler makes vectors of it
+        size = signals[i] if record.one_sided[i] else abs(signals[i])
         larger = size > record.peak[i]
         record.peak[i] = size if larger else record.peak[i]
         record.peak_time[i] = t if larger else record.peak_time[i]

@@ -1,7 +1,7 @@
 """The compiled time loop of the Newmark family, the same for every model."""
 
 from flexmb.integrate.arrays import DONE, NOTHING_KNOWN, RUNNING, STEP_TOO_SMALL
-from flexmb.integrate.control import error_ratio, judged, met, resize
+from flexmb.integrate.control import allowed, error_ratio, judged, met, resize
 from flexmb.integrate.finish import accept, finished, next_size
 from flexmb.integrate.held import settle
 from flexmb.integrate.landing import planned, remember
@@ -27,8 +27,7 @@ def advance(tables, address, lu, options, flow, trial, work, record, steps):
         if options.adaptive:
             fits = met(tables, address, code, h, options, flow, trial, work, record)
             error = error_ratio(tables, h, ratio, scheme, options, flow, trial) if fits else -1.0
-            growth = min(max(0.9 * max(error, 1e-12) ** (-1.0 / 3.0), 0.2), 2.0)
-            growth = judged(tables, h, error, growth, options, flow, trial, record)
+            growth = judged(tables, h, error, allowed(error), options, flow, trial, record)
             code = STEP_TOO_SMALL if code == RUNNING and growth == 0.0 else code
         if code != RUNNING and h <= 1.001 * options.h_min:
             return code

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from flexmb.integrate.arrays import BUFFER_FULL, DONE, NOTHING_KNOWN, RUNNING, STEP_TOO_SMALL, Options
-from flexmb.integrate.collocation import AT_START, STAGES, collocation
+from flexmb.integrate.collocation import AT_START, LAST, STAGES, C, collocation
 from flexmb.integrate.contact_work import contact_losses
-from flexmb.integrate.control import judged, met, resize
+from flexmb.integrate.control import TURNS, judged, met, resize
 from flexmb.integrate.finish import finished, keep, next_size, note_peaks, publish, take_over
 from flexmb.integrate.held import settle
 from flexmb.integrate.landing import planned, remember
@@ -19,14 +19,16 @@ from flexmb.integrate.ledger import SETTLED, verdict
 from flexmb.integrate.method import Method
 from flexmb.integrate.predict import forget_past
 from flexmb.integrate.radau_step import radau_error, radau_step
-from flexmb.integrate.radau_works import add_works, book_works, ledger_at, quintic
+from flexmb.integrate.radau_works import add_works, book_works, find_between, ledger_at
 from flexmb.integrate.reuse import forget_factors
-from flexmb.integrate.runge_kutta import accelerate
 from flexmb.integrate.stepper import Stepper
 from flexmb.integrate.touch import follow_contacts, no_room
-from flexmb.kernels import compiled, copy
+from flexmb.kernels import GAP_SIZE, compiled, copy, part_of
+from flexmb.places import GAP
 from flexmb.program.program import Program
+from flexmb.program.tables import COMMON_Z
 from flexmb.system.constraints import report_forces
+from flexmb.system.contacts import call_gap
 from flexmb.system.evaluate import evaluate_accepted
 from flexmb.system.outputs import write_outputs
 from flexmb.system.work import LOSS_FRICTION, LOSS_NORMAL
@@ -38,7 +40,7 @@ if TYPE_CHECKING:
 GROWS, SHRINKS, SAFE = 4.0, 0.2, 0.9
 """A step becomes at most and at least these parts of the one before, and this part of what the estimate allows."""
 
-SMOOTH, WITH_CONTACTS = 25.0, 100.0
+SMOOTH, WITH_CONTACTS = 100.0, 100.0
 """Largest steps in a period or a run, without clearance and with it."""
 
 KEPT = ("past", "past_lam", "real", "re", "im")
@@ -64,8 +66,8 @@ class RadauIIA(Method):
     Notes
     -----
     Instants of the grid of saved signals within a step come from the quintic through positions, velocities and
-    accelerations at its ends; forces there satisfy the equations of motion.  Works are integrated by Simpson's
-    rule, so what the method takes shows in `energy.residual`; `energy.algorithm` is 0.
+    accelerations at its ends; forces there satisfy the equations of motion, or are interpolated where they are
+    stiff.  Peaks are those of the steps and of the saved instants.  Works are integrated with fourth order, so what the method takes shows in `energy.residual`; `energy.algorithm` is 0.
     Histories of laws (bristles of LuGre's friction) are of the order that their law has.
 
     Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II (Springer, 1996), IV.8, VI.3, VII.4.
@@ -145,7 +147,10 @@ def advance_radau(tables, address, lu, options, flow, trial, work, record, R, st
         growth, anew = 1.0, False
         if options.adaptive:
             error = -1.0
-            if met(tables, address, code, h, options, flow, trial, work, record):
+            part = felt_within(tables, address, flow, trial, work, R) if code == RUNNING else 0.0
+            if part > 0.0 and flow.clock.refused < TURNS:
+                flow.clock.again, record.count.contact = 0.5 * part * h, 0
+            elif met(tables, address, code, h, options, flow, trial, work, record):
                 error = radau_error(tables, address, lu, h, options, flow, trial, work, R)
             growth = min(max(SAFE * max(error, 1e-12) ** -0.25, SHRINKS), GROWS)
             growth = judged(tables, h, error, growth, options, flow, trial, record)
@@ -164,6 +169,34 @@ def advance_radau(tables, address, lu, options, flow, trial, work, record, R, st
         if code != RUNNING:
             return code
     return RUNNING
+
+
+@compiled
+def felt_within(tables, address, flow, trial, work, R):
+    """Part of the step at which a stage is in a contact that is open at both of its ends; 0 if there is none.
+
+    Its force has then turned the motion back, or slowed it down, as if the contact had been met.
+    """
+    K = tables.contacts
+    for c in range(K.kernel.shape[0]):
+        if flow.z[K.z[c, COMMON_Z]] != 0.0 or gap_of(tables, address, c, trial.q, trial.v, work) <= 0.0:
+            continue
+        for stage in range(LAST):
+            if gap_of(tables, address, c, R.Q[stage], R.V[stage], work) <= 0.0:
+                return C[stage]
+    return 0.0
+
+
+@compiled
+def gap_of(tables, address, c, q, v, work):
+    """Gap of contact c at q and v."""
+    dofs = part_of(tables.contacts.dofs, 6 * c, 6 * c + 6)
+    for i in range(6):
+        dof = dofs[i]
+        work.ql[i], work.vl[i] = q[dof], v[dof]
+    out = work.contact[c, :GAP_SIZE]
+    call_gap(tables, address, c, work.ql, work.vl, out)
+    return out[GAP]
 
 
 @compiled
@@ -186,7 +219,7 @@ def accept_stages(tables, address, lu, h, options, flow, trial, work, record, R)
         if publish(tables, options, flow, record) != RUNNING:
             return BUFFER_FULL
     else:
-        note_peaks(flow.clock.t, record)
+        note_peaks(flow.clock.t, record.new, record)
         full = save_between(tables, address, lu, options, flow, trial, work, record, R) != RUNNING
         if full or no_room(flow, record):
             return BUFFER_FULL
@@ -220,7 +253,9 @@ def save_between(tables, address, lu, options, flow, trial, work, record, R):
     due = flow.clock.saving_from + (flow.clock.saved + 1.0) * options.save_interval
     while due <= flow.clock.t + 1e-9 * options.save_interval and record.count.rows < record.times.shape[0]:
         row, s = record.count.rows, (due - R.step.began) / R.step.size
-        if s < 1.0 - 1e-9 and signals_at(tables, address, lu, s, options, flow, trial, work, record, R, R.signals):
+        if s < 1.0 - 1e-9:
+            signals_at(tables, address, lu, s, options, flow, trial, work, record, R, R.signals)
+            note_peaks(due, R.signals, record)
             keep(R.signals, record, row)
         else:
             keep(record.new, record, row)
@@ -233,21 +268,14 @@ def save_between(tables, address, lu, options, flow, trial, work, record, R):
 
 @compiled
 def signals_at(tables, address, lu, s, options, flow, trial, work, record, R, target):
-    """All signals at the fraction s of the last step; whether their forces could be found.
-
-    The quintic through both ends; accelerations and multipliers solve the equations of motion.
-    """
-    h, old, now = R.step.size, R.old, R.between
-    quintic(tables.sizes.n_q, s, h, old, flow.q, flow.v, flow.a, trial)
-    for i in range(tables.sizes.n_c):
-        trial.lam[i] = (1.0 - s) * old.lam[i] + s * flow.lam[i]
+    """All signals at the fraction s of the last step."""
+    h, old, now, began = R.step.size, R.old, R.between, R.step.began
     copy(flow.z, now.z)
     copy(old.z, flow.z)
-    t = R.step.began + s * h
-    code = accelerate(tables, address, lu, t, s, h, R.zero, options, flow, trial, work, record, R)
+    t, q, v, a, lam = began + s * h, flow.q, flow.v, flow.a, flow.lam
+    find_between(tables, address, lu, began, s, h, q, v, a, lam, options, flow, trial, work, record, R)
     evaluate_accepted(tables, address, t, s * h, trial.q, trial.v, trial.a, trial.lam, flow.z, R.zero, R.zero, work)
     copy(now.z, flow.z)
     report_forces(tables, trial.lam, work)
     ledger_at(s, h, old.ledger, R.rates, flow, work, now.ledger)
     write_outputs(tables, address, t, trial.q, trial.v, trial.a, work, now.ledger, target)
-    return code == RUNNING

@@ -159,7 +159,7 @@ def close_joints(tables, address, lu, t, h, options, flow, trial, work, record, 
 def begin(n, m, h, bold, flow, R):
     """Stages from accelerations and multipliers: those of the last step extrapolated if `bold`, else the last ones."""
     for stage in range(STAGES):
-        w0, w1, w2, w3 = beyond(1.0 + C[stage] * h / R.step.last) if bold else (0.0, 0.0, 0.0, 1.0)
+        w0, w1, w2, w3 = through(1.0 + C[stage] * h / R.step.last) if bold else (0.0, 0.0, 0.0, 1.0)
         A, L = R.A[stage], R.L[stage]
         for i in range(n):
             A[i] = flow.a[i]
@@ -181,7 +181,7 @@ def begin(n, m, h, bold, flow, R):
 
 
 @compiled
-def beyond(s):
+def through(s):
     """Weights of the values at 0, c_1, c_2, 1 in the cubic through them at s (Lagrange)."""
     x0, x1, x2, x3 = s, s - C[0], s - C[1], s - 1.0
     return (

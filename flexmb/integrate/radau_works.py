@@ -1,6 +1,7 @@
 """Works of a step of Radau's method, and the state between its ends."""
 
-from flexmb.integrate.collocation import AT_END, AT_START, LAST
+from flexmb.integrate.arrays import RUNNING
+from flexmb.integrate.collocation import AT_END, AT_START, ELSEWHERE, LAST, WEIGHTS, C
 from flexmb.integrate.ledger import (
     CONTACT,
     DAMPING,
@@ -15,6 +16,7 @@ from flexmb.integrate.ledger import (
     keep_account,
     note_step,
 )
+from flexmb.integrate.radau_step import through
 from flexmb.integrate.runge_kutta import accelerate
 from flexmb.kernels import compiled, copy
 from flexmb.places import FRICTION_FORCE, GAP_RATE, NORMAL_FORCE, SLIP
@@ -23,13 +25,17 @@ from flexmb.system.constraints import report_forces
 from flexmb.system.evaluate import evaluate_accepted
 from flexmb.system.work import DRIVE_FORCE, GRIP_FORCE, GRIP_SLIP, LOSS_FRICTION, LOSS_NORMAL, MOTION_RATE
 
+AGREES = 0.01
+"""Difference of accelerations between steps to those interpolated, relative to the largest, up to which they are solved
+for: where forces are stiff they are the error of the interpolated positions times the stiffness."""
+
 
 @compiled
 def add_works(tables, address, lu, h, options, flow, trial, work, record, R):
-    """R.works and R.losses by Simpson's rule; the state of the last evaluation is that of the trial.
+    """R.works and R.losses; the state of the last evaluation is that of the trial.
 
-    The multipliers of the stages are of third order.  So those of the middle are found from the quintic through both
-    ends, as those of instants that are saved.
+    Of dampers, contacts and loads by Radau's own quadrature over the stages.  Of drives and friction in joints, whose
+    multipliers are of third order there, by Simpson's rule with the middle of the step.
     """
     W, Q, V, A, L = R.works, R.Q[LAST], R.V[LAST], R.A[LAST], R.L[LAST]
     W.drives = W.loads = W.joints = W.damping = W.brought = W.joints_size = 0.0
@@ -40,52 +46,81 @@ def add_works(tables, address, lu, h, options, flow, trial, work, record, R):
     copy(trial.a, A)
     copy(trial.lam, L)
     t = flow.clock.t
+    start, end, other = R.rates[AT_START], R.rates[AT_END], R.rates[ELSEWHERE]
     if working(tables, flow):
-        add_powers(tables, address, t, 0.0, h / 6.0, flow.q, flow.v, flow.a, flow.lam, flow, work, R, R.rates[AT_START])
-        quintic(tables.sizes.n_q, 0.5, h, R.old, Q, V, A, trial)
-        for i in range(tables.sizes.n_c):
-            trial.lam[i] = 0.5 * (flow.lam[i] + L[i])
-        accelerate(tables, address, lu, t + 0.5 * h, 0.5, h, R.zero, options, flow, trial, work, record, R)
-        q, v, a, lam = trial.q, trial.v, trial.a, trial.lam
-        add_powers(tables, address, t + 0.5 * h, 0.5 * h, h / 1.5, q, v, a, lam, flow, work, R, R.rates[AT_END])
-        R.rates[AT_END, :] = 0.0
+        add_powers(tables, address, t, 0.0, 0.0, h / 6.0, flow.q, flow.v, flow.a, flow.lam, flow, work, R, start)
+        for stage in range(LAST):
+            q, v, a, lam, part = R.Q[stage], R.V[stage], R.A[stage], R.L[stage], C[stage] * h
+            add_powers(tables, address, t + part, part, WEIGHTS[stage] * h, 0.0, q, v, a, lam, flow, work, R, other)
+        find_between(tables, address, lu, t, 0.5, h, Q, V, A, L, options, flow, trial, work, record, R)
+        q, v, a, lam, part = trial.q, trial.v, trial.a, trial.lam, 0.5 * h
+        add_powers(tables, address, t + part, part, 0.0, h / 1.5, q, v, a, lam, flow, work, R, other)
         copy(Q, trial.q)
         copy(V, trial.v)
         copy(A, trial.a)
         copy(L, trial.lam)
-        record.count.evaluations += 2
-    add_powers(tables, address, t + h, h, h / 6.0, Q, V, A, L, flow, work, R, R.rates[AT_END])
+        record.count.evaluations += 4
+    add_powers(tables, address, t + h, h, WEIGHTS[LAST] * h, h / 6.0, Q, V, A, L, flow, work, R, end)
     record.count.evaluations += 1
 
 
 @compiled
-def add_powers(tables, address, t, part, share, q, v, a, lam, flow, work, R, rates):
-    """Add the powers of a state at the time t times the part `share` of the step [s], and its powers to `rates`."""
+def find_between(tables, address, lu, t, s, h, q1, v1, a1, lam1, options, flow, trial, work, record, R):
+    """The trial state at the fraction s of the step from R.old to q1, ..., which began at t.
+
+    Accelerations and multipliers solve the equations of motion, unless they differ much from those interpolated
+    through both ends and the stages, which are taken then.
+    """
+    n, m, old = tables.sizes.n_q, tables.sizes.n_c, R.old
+    quintic(n, s, h, old, q1, v1, trial, a1)
+    w0, w1, w2, w3 = through(s)
+    for i in range(m):
+        R.lam[i] = w0 * old.lam[i] + w1 * R.past_lam[1, i] + w2 * R.past_lam[2, i] + w3 * lam1[i]
+        trial.lam[i] = R.lam[i]
+    code = accelerate(tables, address, lu, t + s * h, s, h, R.zero, options, flow, trial, work, record, R)
+    apart, largest = 0.0, 0.0
+    for i in range(n):
+        a = w0 * old.a[i] + w1 * R.past[1, i] + w2 * R.past[2, i] + w3 * a1[i]
+        size = options.length if tables.kind[i] == 1 else 1.0
+        apart, largest = max(apart, size * abs(trial.a[i] - a)), max(largest, size * max(abs(old.a[i]), abs(a1[i])))
+        R.of_q[i] = a
+    if code != RUNNING or not apart <= AGREES * largest:
+        for i in range(n):
+            trial.a[i] = R.of_q[i]
+        copy(R.lam, trial.lam)
+
+
+@compiled
+def add_powers(tables, address, t, part, forces, joints, q, v, a, lam, flow, work, R, rates):
+    """Add the powers of a state at the time t to `rates`, and to the works times `forces` and `joints` [s].
+
+    forces : weight of dampers, contacts and loads;  joints : that of drives and friction in joints.
+    """
     W = R.works
     evaluate_accepted(tables, address, t, part, q, v, a, lam, flow.z, R.zero, R.zero, work)
     report_forces(tables, lam, work)
-    W.damping += share * work.power.damping
+    W.damping += forces * work.power.damping
     rates[DAMPING] += work.power.damping
     for row in range(work.drive.shape[0]):
         if tables.constraints.motion[row] >= 0:
             power = work.drive[row, MOTION_RATE] * work.drive[row, DRIVE_FORCE]
-            W.drives += share * power
+            W.drives += joints * power
             rates[DRIVE] += power
-            W.brought += share * abs(power)
+            W.brought += joints * abs(power)
     for c in range(work.grip.shape[0]):
         if tables.constraints.grip[c, GRIP_LAW] >= 0:
             power = work.grip[c, GRIP_FORCE] * work.grip[c, GRIP_SLIP]
-            W.joints -= share * power
+            W.joints -= joints * power
             rates[FRICTION] -= power
-            W.joints_size += share * abs(power)
+            W.joints_size += joints * abs(power)
     for c in range(R.losses.shape[0]):
         contact = work.contact[c]
         normal, friction = contact[NORMAL_FORCE] * contact[GAP_RATE], contact[FRICTION_FORCE] * contact[SLIP]
-        R.losses[c, LOSS_NORMAL] -= share * normal
-        R.losses[c, LOSS_FRICTION] -= share * friction
+        R.losses[c, LOSS_NORMAL] -= forces * normal
+        R.losses[c, LOSS_FRICTION] -= forces * friction
         rates[CONTACT] -= normal
         rates[FRICTION] -= friction
-    add_loads(tables, share, v, work, W, rates)
+    add_loads(tables, forces, v, work, W, rates)
 
 
 @compiled
@@ -148,7 +183,7 @@ def ledger_at(s, h, old, rates, flow, work, ledger):
 
 
 @compiled
-def quintic(n, s, h, old, q, v, a, trial):
+def quintic(n, s, h, old, q, v, trial, a):
     """Positions and velocities at the fraction s of the step from `old` to q, v, a, by Hermite's polynomial."""
     for i in range(n):
         rise = (q[i] - old.q[i]) / h

@@ -108,7 +108,7 @@ def simulate(
         run.begin(run.stepper.start(mechanism, closed, redundant=least))
     else:
         run.resume(restart, redundant=least)
-        _check_ahead(mechanism, float(run.flow.clock.t), end)
+        check_ahead(mechanism, float(run.flow.clock.t), end)
     started = time.perf_counter()
     if run.flow.clock.t < begin:
         run.go_to(begin, saving=None)
@@ -163,7 +163,7 @@ def _begin(
     return begin
 
 
-def _check_ahead(mechanism: Mechanism, now: float, end: float) -> None:
+def check_ahead(mechanism: Mechanism, now: float, end: float) -> None:
     """Refuse a restart that lies beyond the end: nothing would be run, and nothing saved."""
     if now > end * (1.0 + 1e-9):
         text = f"simulate {mechanism.name!r}: the restart stands at t = {now:g} s, beyond the end at {end:g} s"

@@ -28,6 +28,7 @@ IN_FILES = {
     "flexmb/integrate/elastic_step.py": {"blocks of 3 x 3, row by row": "places m d k"},
     "flexmb/integrate/free.py": {"blocks of 3 x 3, row by row": "m", "coordinates": "out rows"},
     "flexmb/integrate/radau.py": {"ends and stages of a step, in time": "past_lam"},
+    "flexmb/integrate/radau_works.py": {"ends and stages of a step, in time": "past_lam"},
     "flexmb/integrate/radau_step.py": {
         "ends and stages of a step, in time": "past_lam b to_d to_x to_y",
         "coordinates": "Q",

@@ -212,3 +212,45 @@ def test_a_step_that_is_far_too_long_says_so():
 def test_tangents_are_refused():
     with pytest.raises(InputError, match="method is RadauIIA"):
         fm.MechanismFlow(fm.slider_crank(), method=RADAU)
+
+
+def test_a_contact_that_a_stage_feels_is_not_stepped_over():
+    """A block that just touches its stop: a stage within the wall would turn it back before it got there."""
+    c, w = 1e-2, 2.0 * math.pi
+    block = fm.RigidBody("b", at=(0.0, 0.0), mass=1.0, inertia=0.1, velocity=(1.05 * c * w, 0.0, 0.0))
+    wheel = fm.RigidBody("w", at=(0.5, 0.0), mass=1.0, inertia=1.0, velocity=(0.0, 0.0, 0.5))
+    stop = {"clearance": c, "bearing_radius": 0.1, "normal": fm.KelvinVoigt(1e7, 0.0)}
+    parts = (
+        block,
+        wheel,
+        fm.Prismatic("g", fm.GROUND, block),
+        fm.SpringDamper("s", fm.GROUND, block, (-1.0, 0.0), (0.0, 0.0), stiffness=w**2),
+        fm.RevoluteClearance("B", fm.GROUND, block, at=(0.0, 0.0), **stop),
+        fm.Revolute("W", fm.GROUND, wheel, at=(0.5, 0.0)),
+    )
+    sol = fm.simulate(fm.Mechanism("graze", parts), t_end=10.0, method=RADAU)
+    energy = 0.5 * sol.array("b.vx") ** 2 + 0.5 * w**2 * sol.array("b.x") ** 2
+    assert sol.ok, sol.status
+    assert len(sol.episodes("B")) == 25
+    assert np.abs(np.median(energy[-100:]) / energy[0] - 1.0) < 1e-3
+
+
+@pytest.mark.parametrize(("stiffness", "damping"), [(1e9, 1e4), (1e10, 1e5), (1e12, 0.0)])
+def test_forces_between_steps_where_they_are_stiff(stiffness, damping):
+    """A rubber of steel in place of a joint: the error of a position times its stiffness is no force."""
+    mech = fm.slider_crank()
+    joint = next(p for p in mech.parts if p.name == "B")
+    rubber = fm.Bushing("B", joint.first, joint.second, at=joint.at, stiffness=stiffness, damping=damping)
+    stiff = mech.with_part(rubber)
+    sol = fm.simulate(stiff, periods=1, method=RADAU, step=fm.Adaptive(rtol=1e-6))
+    rigid = fm.simulate(mech, periods=1, method=RADAU, step=fm.Adaptive(rtol=1e-6))
+    assert sol.ok, sol.status
+    assert np.abs(sol.array("guide.force")).max() == pytest.approx(np.abs(rigid.array("guide.force")).max(), rel=0.01)
+
+
+def test_peaks_are_no_less_than_what_was_saved():
+    sol = fm.simulate(fm.four_bar(), periods=1, method=RADAU)
+    newmark = fm.simulate(fm.four_bar(), periods=1)
+    saved = np.abs(sol.values).max(axis=0)
+    assert np.all(sol.peaks.values >= saved * (1.0 - 1e-12) - 1e-300)
+    assert sol.peak("motor.torque").value == pytest.approx(newmark.peak("motor.torque").value, rel=1e-3)
