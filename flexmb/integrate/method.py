@@ -1,4 +1,4 @@
-"""What every integration method is: a frozen record of its numbers that makes the `Stepper` of a model."""
+"""Base of the integration methods: a frozen record of numbers that makes the `Stepper` of a model."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Method:
     independent: ClassVar[bool] = False
 
     def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:
-        """What steps the `mechanism`, which compiles to `program`; most methods need the latter alone."""
+        """Stepper of the `mechanism`, which compiles to `program`; most methods need the latter alone."""
         raise NotImplementedError
 
     def fewest_steps(self, *, contacts: bool) -> float:

@@ -124,7 +124,7 @@ class Newmark(Method):
         return Coefficients(self.alpha_m, self.alpha_f, self.beta, self.gamma)
 
     def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:  # noqa: ARG002 - see `Staggered`
-        """What steps the compiled mechanism."""
+        """Stepper of the compiled mechanism."""
         return NewmarkStepper(program, self)
 
 

@@ -89,7 +89,7 @@ class RadauIIA(Method):
         return WITH_CONTACTS if contacts else SMOOTH
 
     def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:  # noqa: ARG002 - see `Staggered`
-        """What steps the compiled mechanism."""
+        """Stepper of the compiled mechanism."""
         return RadauStepper(program)
 
 
@@ -114,7 +114,7 @@ class RadauStepper(Stepper):
         save_between(*run.arguments(options), self.stages)
 
     def saved(self) -> dict[str, np.ndarray]:
-        """What predicts the next step."""
+        """Stages and factors that the next step is predicted from."""
         kept = {f"radau.{name}": getattr(self.stages, name).copy() for name in KEPT}
         return {**kept, "radau.step": self.stages.step.numbers()}
 

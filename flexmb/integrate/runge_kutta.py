@@ -35,7 +35,7 @@ class RungeKutta4(Method):
     """
 
     def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:  # noqa: ARG002 - see `Staggered`
-        """What steps the compiled mechanism."""
+        """Stepper of the compiled mechanism."""
         return RungeKuttaStepper(program)
 
 

@@ -105,7 +105,7 @@ class Staggered(Method):
         checks.count("Staggered", "passes", self.passes)
 
     def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:
-        """What steps the compiled mechanism."""
+        """Stepper of the compiled mechanism."""
         if mechanism is None:
             raise InputError("Staggered: the mechanism is missing; a program alone has no rigid twin.")
         return StaggeredStepper(program, mechanism, self)

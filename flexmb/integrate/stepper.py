@@ -1,4 +1,4 @@
-"""What a run asks of a method: to prepare, take steps, look at a state, and explain itself."""
+"""Stepper of a method: start values, steps, signals, endings and restarts of one compiled model."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ class Stepper:
         """Begin anew to look for the largest values of the method's own."""
 
     def explain(self, code: int) -> str | None:  # noqa: ARG002 - most have none of their own
-        """What an ending of the method's own means, None for one that all methods share."""
+        """Sentence on an ending of the method's own; None for an ending that all methods share."""
         return None
 
     def remarks(self) -> tuple[str, ...]:
@@ -98,7 +98,7 @@ class Stepper:
         return ()
 
     def saved(self) -> dict[str, np.ndarray]:
-        """What a restart needs beside the `Flow`."""
+        """Arrays of a restart beside those of the `Flow`, by name."""
         return {}
 
     def restore(self, restart: Mapping[str, Any]) -> None:
