@@ -159,3 +159,8 @@ def test_rows_are_copied_once_and_grow():
     assert values.flags.owndata  # a solution takes it as it is
     rows.add_one(50.0, np.zeros(5))
     assert len(values) == 50
+
+
+def test_brackets_are_no_patterns():
+    with pytest.raises(fm.InputError, match=r"no signal fits 'slider.\[xy\]\*'"):
+        fm.simulate(crank(), signals=["slider.[xy]*"], **RUN)

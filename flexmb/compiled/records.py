@@ -195,6 +195,11 @@ class Record:
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), tuple(getattr(self, name) for name in self._fields)
 
+    @classmethod
+    def zeros(cls) -> Self:
+        """A record of numbers alone, all 0."""
+        return cls(*(0,) * len(cls._fields))
+
     def as_dict(self) -> dict[str, Any]:
         """Values of the fields by name."""
         return {name: getattr(self, name) for name in self._fields}

@@ -323,10 +323,10 @@ def _blank_flow(program: Program) -> Flow:
     n, m = program.n_q + 3, program.n_c
     n_k, n_g = len(program.tables.contacts.kernel), len(program.tables.constraints.kernel)
     return Flow(
-        clock=Clock(*(0.0,) * 10),
-        account=Account(*(0.0,) * 10),
-        prediction=Prediction(0, 0, 0.0, 0.0),
-        reuse=Reuse(*(0.0,) * 14),
+        clock=Clock.zeros(),
+        account=Account.zeros(),
+        prediction=Prediction.zeros(),
+        reuse=Reuse.zeros(),
         missed=PAST_STATES + 1,
         q=n,
         v=n,
@@ -363,8 +363,8 @@ def _blank_trial(program: Program, redundant: int, bounds: Bounds) -> Trial:
         free=(redundant, m),
         rigid=rigid_coordinates(program),
         bounds=bounds,
-        prediction=Prediction(0, 0, 0.0, 0.0),
-        reuse=Reuse(*(0.0,) * 14),
+        prediction=Prediction.zeros(),
+        reuse=Reuse.zeros(),
         slopes=(len(program.tables.contacts.kernel) + len(program.tables.constraints.kernel), 4),
     )
 
@@ -393,7 +393,7 @@ def _blank_record(program: Program, rows: int, kept: np.ndarray | None) -> RunRe
         between=0 if kept is None else n_y,
         **dict.fromkeys(("old", "new", "peak", "peak_time"), n_y),
         one_sided=one_sided,
-        count=Counters(*(0,) * 13),
+        count=Counters.zeros(),
         step=StepReport(np.inf, *(0.0,) * 10),
         held=program.n_c,
         episodes=(rows + len(program.tables.contacts.kernel), EPISODE_ROW),

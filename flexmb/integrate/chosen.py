@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
-from fnmatch import filter as matching
 
 import numpy as np
 
@@ -50,6 +50,12 @@ def chosen_places(owner: str, names: Names, wanted: object) -> np.ndarray | None
             raise InputError(f"{owner}: no {what} {name!r}. {hint(name, signals, aliases)}")
         found.update(signals.places[one] for one in fitting)
     return np.array(sorted(found), dtype=np.int64)
+
+
+def matching(names: Sequence[str], pattern: str) -> list[str]:
+    """The names that a pattern fits; its only sign is *, any text."""
+    fits = re.compile(".*".join(map(re.escape, pattern.split("*")))).fullmatch
+    return [name for name in names if fits(name)]
 
 
 def resolved(name: str, signals: Signals, aliases: Mapping[str, str]) -> str:

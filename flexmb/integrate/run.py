@@ -151,10 +151,17 @@ class Run:
                 return True
         return False
 
-    def resume(self, restart: Mapping[str, np.ndarray], *, redundant: bool = False) -> None:
-        """Take the final state of another run of the same model; `redundant`: rows may repeat one another."""
+    def resume(self, restart: Mapping[str, np.ndarray], label: str, *, redundant: bool = False) -> None:
+        """Take the final state of another run of the same model.
+
+        Parameters
+        ----------
+        restart : arrays by name.
+        label : what errors begin with.
+        redundant : whether rows may repeat one another.
+        """
         if not isinstance(restart, Mapping):
-            text = f"simulate {self.program.name!r}: restart is {restart!r}"
+            text = f"{label}: restart is {restart!r}"
             raise InputError(f"{text}; it must be `restart` of a solution of the same mechanism.")
         try:
             if np.shape(restart.get("signals")) != self.record.new.shape:
@@ -163,7 +170,7 @@ class Run:
             self.stepper.restore(restart)
         except ValueError as error:
             raise InputError(
-                f"simulate {self.program.name!r}: restart does not fit this model "
+                f"{label}: restart does not fit this model "
                 f"({str(error)!r} is missing or of another size). Use `restart` of a solution of the same mechanism."
             ) from error
         self.record.new[:] = restart["signals"]

@@ -28,6 +28,9 @@ Step = FixedStep | Adaptive | float
 REDUNDANT = ("refuse", "least-norm")
 """What to do with joints that repeat one another."""
 
+SHORTEST = 1e-100
+"""Shortest run [s]."""
+
 
 def simulate(
     mechanism: Mechanism,
@@ -69,8 +72,8 @@ def simulate(
         N and moments in N m then count alike, and only sums of forces of such joints mean something.  Friction in
         such joints follows these forces, and what drives work against it with them.
     signals : names of the signals that are saved, and patterns in which * stands for any text: ["slider.x", "rod.*"];
-        the solution holds these and their peaks alone, in its usual order.  None: all.  Final state, contacts,
-        statistics and status are whole in any case.  Drawing and VTK files need x, y and theta of all nodes.
+        the solution holds these and their peaks alone, in its usual order.  None: all; []: none.  Final state,
+        contacts, statistics and status are whole in any case.  Drawing and VTK files need x, y, theta of all nodes.
     progress : show a progress bar with an estimate of the time left.
 
     Returns
@@ -107,8 +110,8 @@ def simulate(
     if restart is None:
         run.begin(run.stepper.start(mechanism, closed, redundant=least))
     else:
-        run.resume(restart, redundant=least)
-        check_ahead(mechanism, float(run.flow.clock.t), end)
+        run.resume(restart, label, redundant=least)
+        check_ahead(label, float(run.flow.clock.t), end)
     started = time.perf_counter()
     if run.flow.clock.t < begin:
         run.go_to(begin, saving=None)
@@ -145,8 +148,16 @@ def _end(mechanism: Mechanism, t_end: float | None, periods: float | None, perio
         text = f"{label}: t_end is {t_end!r} and periods is {periods!r}"
         raise InputError(f"{text}; give either t_end= (seconds) or periods= (of the drives).")
     if t_end is not None:
-        return checks.positive(label, "t_end", t_end, "s")
+        return check_end(label, t_end)
     return checks.positive(label, "periods", periods) * float(period or 0.0)
+
+
+def check_end(label: str, t_end: float) -> float:
+    """`t_end` as a float, or `InputError`: squares of its steps must not be 0 among floats."""
+    end = checks.positive(label, "t_end", t_end, "s")
+    if end < SHORTEST:
+        raise InputError(f"{label}: t_end is {end:g} s; it must be at least {SHORTEST:g} s.")
+    return end
 
 
 def _begin(
@@ -163,10 +174,10 @@ def _begin(
     return begin
 
 
-def check_ahead(mechanism: Mechanism, now: float, end: float) -> None:
+def check_ahead(label: str, now: float, end: float) -> None:
     """Refuse a restart that lies beyond the end: nothing would be run, and nothing saved."""
     if now > end * (1.0 + 1e-9):
-        text = f"simulate {mechanism.name!r}: the restart stands at t = {now:g} s, beyond the end at {end:g} s"
+        text = f"{label}: the restart stands at t = {now:g} s, beyond the end at {end:g} s"
         raise InputError(f"{text}. The end counts from the start of the first run; give a larger t_end or periods.")
 
 

@@ -15,7 +15,7 @@ from flexmb.integrate.chosen import hint, resolved
 from flexmb.integrate.method import Method
 from flexmb.integrate.newmark import Newmark
 from flexmb.integrate.run import Run
-from flexmb.integrate.simulate import REDUNDANT, Step, check_ahead, check_kinds, period_or_none
+from flexmb.integrate.simulate import REDUNDANT, Step, check_ahead, check_end, check_kinds, period_or_none
 from flexmb.integrate.solution import UnknownSignalError
 from flexmb.integrate.stats import Stats
 from flexmb.integrate.steps import Adaptive, FixedStep
@@ -124,15 +124,15 @@ def steps(
     step = FixedStep(step) if isinstance(step, Real) and not isinstance(step, bool) else step
     checks.one_of(label, "redundant", redundant, REDUNDANT)
     check_kinds(label, method, step, redundant)
-    end = np.inf if t_end is None else checks.positive(label, "t_end", t_end, "s")
+    end = np.inf if t_end is None else check_end(label, t_end)
     span = _span(label, step, end, period)
     run = Run(program, method, step, span, period, mechanism=mechanism)
     least = redundant == "least-norm"
     if restart is None:
         run.begin(run.stepper.start(mechanism, closed, redundant=least))
     else:
-        run.resume(restart, redundant=least)
-        check_ahead(mechanism, float(run.flow.clock.t), end)
+        run.resume(restart, label, redundant=least)
+        check_ahead(label, float(run.flow.clock.t), end)
     return _taken(run, end)
 
 

@@ -84,3 +84,8 @@ def test_no_end_and_no_period():
         fm.steps(mech)
     states = list(itertools.islice(fm.steps(mech, step=0.1), 5))
     assert [s["pin.x"] for s in states] == pytest.approx([0.0, 0.1, 0.2, 0.3, 0.4])
+
+
+def test_a_restart_that_does_not_fit_is_refused_in_its_own_name():
+    with pytest.raises(InputError, match=r"steps of 'slider-crank': restart is 5"):
+        fm.steps(fm.slider_crank(), t_end=1.0, restart=5)
