@@ -25,8 +25,8 @@ HERE = Path(__file__).resolve().parent
 PAGE, ROWS = HERE / "numbers.md", HERE / "numbers.json"
 FLEXMB = HERE.parent / "flexmb"
 UNUSED = (
-    *("analysis/", "cli.py", "commands/", "compiled/", "integrate/remarks.py", "io/", "paper/", "sweeps/"),
-    *("testing/", "view/"),
+    *("cli.py", "commands/", "compiled/", "dynamics/", "paper/", "results/", "series/", "sweeps/", "testing/"),
+    "view/",
 )
 """Folders and files on which no result of the runs depends."""
 

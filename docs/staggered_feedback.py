@@ -11,10 +11,10 @@ import numpy as np
 import scipy.linalg as la
 
 import flexmb as fm
+from flexmb.equilibrium.free_motions import null_space
 from flexmb.mechanisms import nine_bar
-from flexmb.solve.motions import null_space
-from flexmb.solve.rigid import RigidMotion
-from flexmb.solve.system import System
+from flexmb.start.rigid_motion import RigidMotion
+from flexmb.system.at_state import System
 
 STEPS = (1e-4, 4e-5, 1e-5, 1e-6, 0.0)  # s
 RATIOS = (0.5, 0.9, 0.98, 0.995)

@@ -7,10 +7,10 @@ P      joint with clearance at the tip of the crank; its journal circles in the 
 
 import numpy as np
 
-from flexmb.integrate.solution import Peaks, Solution
-from flexmb.integrate.stats import Stats
 from flexmb.model.shape import BeamShape, PointShape, RigidShape
 from flexmb.model.signal import Signal
+from flexmb.results.solution import Peaks, Solution
+from flexmb.results.stats import Stats
 
 RADIUS, SPEED, BEND, LENGTH = 0.1, 2.0 * np.pi, 0.5, 1.0
 EI, EA = 1.7, 4.0e3

@@ -11,7 +11,7 @@ import xarray as xr
 import flexmb as fm
 from flexmb.commands.summary import impacts
 from flexmb.errors import InputError
-from flexmb.integrate.episodes import COLUMNS, ContactLog
+from flexmb.results.contact_intervals import COLUMNS, ContactLog
 
 handmade = runpy.run_path(str(Path(__file__).with_name("handmade.py")))
 solution = handmade["solution"]

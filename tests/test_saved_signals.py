@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.integrate.saved import SavedRows
+from flexmb.run.saved_rows import SavedRows
 
 STEEL = fm.Material(young=2.1e11, density=7800.0)
 

@@ -9,11 +9,11 @@ import pytest
 import xarray as xr
 
 from flexmb.errors import InputError
-from flexmb.integrate.drawing import nearest_instants
-from flexmb.integrate.solution import Peaks, UnknownSignalError
-from flexmb.integrate.stats import Stats
 from flexmb.model import shape
 from flexmb.model.signal import Signal
+from flexmb.results.drawing import nearest_instants
+from flexmb.results.solution import Peaks, UnknownSignalError
+from flexmb.results.stats import Stats
 
 handmade = runpy.run_path(str(Path(__file__).with_name("handmade.py")))
 solution = handmade["solution"]

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from flexmb.commands.chaos_signals import Findings, Motion, wrapped
-from flexmb.integrate.run import installed_version
+from flexmb.run.run import installed_version
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

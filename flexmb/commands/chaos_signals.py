@@ -7,16 +7,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexmb.analysis.mechanism_flow import MechanismFlow
-from flexmb.analysis.series.correlation import CorrelationDimension, correlation_dimension
-from flexmb.analysis.series.exponent import SeriesExponent
-from flexmb.analysis.series.recurrence import Recurrence, recurrence
-from flexmb.analysis.series.rosenstein import rosenstein
-from flexmb.analysis.series.spectrum import PowerSpectrum, power_spectrum
-from flexmb.analysis.series.zero_one import ZeroOne, zero_one_test
 from flexmb.commands.summary import followed, slides
-from flexmb.integrate.bar import bar
+from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.model.mechanism import Mechanism
+from flexmb.run.progress import bar
+from flexmb.series.correlation import CorrelationDimension, correlation_dimension
+from flexmb.series.exponent import SeriesExponent
+from flexmb.series.recurrence import Recurrence, recurrence
+from flexmb.series.rosenstein import rosenstein
+from flexmb.series.spectrum import PowerSpectrum, power_spectrum
+from flexmb.series.zero_one import ZeroOne, zero_one_test
 
 BESIDE = {"ex": "ey", "x": "vx", "y": "vy", "theta": "omega"}
 """Over what a signal is drawn: the journal in its plane, a position against its velocity."""

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flexmb.analysis.exponents import Exponents
 from flexmb.commands.chaos_signals import Findings
+from flexmb.dynamics.exponents.exponents import Exponents
 
 if TYPE_CHECKING:
     from flexmb.commands.chaos import Study

@@ -7,10 +7,10 @@ from pathlib import Path
 
 from flexmb.commands.options import options_of, shown_default
 from flexmb.commands.source import ready
-from flexmb.integrate.netcdf import load
-from flexmb.io.vtk import write_vtk
+from flexmb.equilibrium.mechanism_report import check
 from flexmb.model.mechanism import Mechanism
-from flexmb.solve.report import check
+from flexmb.results.netcdf import load
+from flexmb.results.vtk import write_vtk
 
 
 def list_mechanisms() -> int:

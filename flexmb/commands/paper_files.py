@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from flexmb.commands.files import write_netcdf
-from flexmb.integrate.run import installed_version
 from flexmb.paper.plate import Page, Plate, Results, Run
+from flexmb.run.run import installed_version
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -16,10 +16,10 @@ from typing import Any
 from flexmb.commands.paper_files import Cost, Kept, append_line, keep, lines_of
 from flexmb.commands.paper_progress import Progress
 from flexmb.errors import WorkerError
-from flexmb.integrate.simulate import simulate
 from flexmb.mechanisms.nine_bar import nine_bar
 from flexmb.paper.diagram import Diagram
 from flexmb.paper.plate import Run
+from flexmb.run.simulate import simulate
 from flexmb.sweeps.attempt import Attempt, Outcome, failure
 from flexmb.sweeps.engine import PENDING, Chain, Job, drive
 from flexmb.sweeps.family import STOPPED

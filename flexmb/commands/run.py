@@ -15,14 +15,14 @@ from flexmb.commands import summary
 from flexmb.commands.files import require_folder, require_packages
 from flexmb.commands.units import quantity
 from flexmb.errors import FlexmbError, InputError
-from flexmb.integrate.netcdf import load
-from flexmb.integrate.newmark import Newmark
-from flexmb.integrate.runge_kutta import RungeKutta4
-from flexmb.integrate.simulate import simulate
-from flexmb.integrate.solution import Solution
-from flexmb.integrate.steps import Adaptive, FixedStep
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
+from flexmb.results.netcdf import load
+from flexmb.results.solution import Solution
+from flexmb.run.simulate import simulate
+from flexmb.step.newmark.method import Newmark
+from flexmb.step.runge_kutta import RungeKutta4
+from flexmb.step.step_size import Adaptive, FixedStep
 
 PERIODS = 2.0
 """Run so many periods when neither --periods nor --t-end is given."""
@@ -154,7 +154,7 @@ def _write_rest(
     mechanism: Mechanism, sol: Solution, folder: Path, name: str, options: argparse.Namespace, written: list[Path]
 ) -> str:
     """VTK files and pictures, added to `written`; why some are missing, or ""."""
-    from flexmb.io.vtk import write_vtk  # noqa: PLC0415 - only when asked for
+    from flexmb.results.vtk import write_vtk  # noqa: PLC0415 - only when asked for
     from flexmb.view.plot import plot  # noqa: PLC0415
     from flexmb.view.render import render  # noqa: PLC0415
 

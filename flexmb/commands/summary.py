@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from flexmb.integrate.episodes import IMPACT, Episodes
-from flexmb.integrate.solution import Solution
 from flexmb.joints.prismatic import Prismatic
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Body
+from flexmb.results.contact_intervals import IMPACT, Episodes
+from flexmb.results.solution import Solution
 
 ENDINGS = ("torque", "normal_force", "deflection")
 """Signals of drives, joints with clearance and flexible links that belong to the main ones."""

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.bodies.rigid_body import RigidBody
-from flexmb.integrate.solution import Solution
 from flexmb.joints.revolute import Revolute
 from flexmb.loads.spring_damper import SpringDamper
 from flexmb.loads.torque import Torque
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND
 from flexmb.planar import from_frame
+from flexmb.results.solution import Solution
 
 NAME = "andrews"
 ANGLES = ("beta", "Theta", "gamma", "Phi", "delta", "Omega", "epsilon")

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb import checks
-from flexmb.analysis.exponents import FEWEST, Exponents
-from flexmb.analysis.lyapunov import Pair, lyapunov
-from flexmb.analysis.mechanism_flow import MechanismFlow
-from flexmb.analysis.schedule import lengths_of
+from flexmb.dynamics.exponents.exponents import FEWEST, Exponents
+from flexmb.dynamics.exponents.lyapunov import Pair, lyapunov
+from flexmb.dynamics.exponents.schedule import lengths_of
+from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.errors import InputError
-from flexmb.integrate.run import installed_version
 from flexmb.paper.case import Case
 from flexmb.paper.effort import Effort
 from flexmb.paper.motion import StudyError
+from flexmb.run.run import installed_version
 from flexmb.sweeps.fingerprint import digest
 
 if TYPE_CHECKING:

@@ -6,11 +6,11 @@ import math
 from dataclasses import dataclass, field
 
 from flexmb import checks
-from flexmb.integrate.steps import Adaptive
 from flexmb.mechanisms.nine_bar import nine_bar
 from flexmb.mechanisms.nine_bar_data import NineBarData
 from flexmb.model.mechanism import Mechanism
 from flexmb.paper.lugre import LoadScaledLuGre
+from flexmb.step.step_size import Adaptive
 
 MODELS = ("ideal", "rigid", "flexible")
 FRICTION = {

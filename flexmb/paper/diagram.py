@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flexmb import checks
-from flexmb.integrate.run import installed_version
-from flexmb.integrate.steps import Adaptive
 from flexmb.paper.case import LONGEST_STEP, Case
 from flexmb.paper.effort import Effort
 from flexmb.paper.motion import StudyError
+from flexmb.run.run import installed_version
+from flexmb.step.step_size import Adaptive
 from flexmb.sweeps.bifurcation import bifurcation
 from flexmb.sweeps.engine import PENDING
 from flexmb.sweeps.fingerprint import digest

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from flexmb.analysis.lyapunov import lyapunov
-from flexmb.analysis.mechanism_flow import MechanismFlow
-from flexmb.integrate.run import installed_version
+from flexmb.dynamics.exponents.lyapunov import lyapunov
+from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.paper.case import Case
 from flexmb.paper.motion import StudyError
+from flexmb.run.run import installed_version
 from flexmb.sweeps.fingerprint import digest
 
 if TYPE_CHECKING:

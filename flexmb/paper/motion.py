@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb.errors import FlexmbError
-from flexmb.integrate.newmark import Newmark
-from flexmb.integrate.run import installed_version
-from flexmb.integrate.simulate import simulate
-from flexmb.integrate.solution import Solution
-from flexmb.integrate.staggered import Staggered
-from flexmb.integrate.steps import FixedStep
 from flexmb.paper.case import Case
+from flexmb.paper.staggered.method import Staggered
+from flexmb.results.solution import Solution
+from flexmb.run.run import installed_version
+from flexmb.run.simulate import simulate
+from flexmb.step.newmark.method import Newmark
+from flexmb.step.step_size import FixedStep
 from flexmb.sweeps.fingerprint import digest
 
 if TYPE_CHECKING:

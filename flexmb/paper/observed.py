@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flexmb.analysis.series.embedding import embed
 from flexmb.paper.case import Case
+from flexmb.series.embedding import embed
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flexmb import checks
-from flexmb.integrate.run import installed_version
-from flexmb.integrate.simulate import simulate
 from flexmb.paper.case import SOFT, Case
 from flexmb.paper.motion import METHOD, WORK, StudyError
+from flexmb.run.run import installed_version
+from flexmb.run.simulate import simulate
 from flexmb.sweeps.fingerprint import digest
 
 if TYPE_CHECKING:

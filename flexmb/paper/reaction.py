@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from flexmb.integrate.run import installed_version
+from flexmb.equilibrium.inverse_dynamics import inverse_dynamics
 from flexmb.paper.case import Case
-from flexmb.solve.inverse_dynamics import inverse_dynamics
+from flexmb.run.run import installed_version
 from flexmb.sweeps.fingerprint import digest
 
 if TYPE_CHECKING:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexmb.analysis.series.wolf import wolf
 from flexmb.paper.observed import (
     SAMPLES,
     by_period,
@@ -16,6 +15,7 @@ from flexmb.paper.observed import (
     surrogate,
     without_periodic_part,
 )
+from flexmb.series.wolf import wolf
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -13,10 +13,10 @@ from flexmb.model.law import Motion
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.pieces import Pieces, RowMotion, node_coordinates
 from flexmb.model.shape import LateShapes, Shapes
+from flexmb.program.check_kernels import call_each_kernel
 from flexmb.program.numbering import Numbering
 from flexmb.program.program import Drawn, Names, Program
 from flexmb.program.signals import aliases
-from flexmb.program.smoke import call_each_kernel
 from flexmb.program.structure import numbers_of, structure_of
 
 

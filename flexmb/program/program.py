@@ -10,11 +10,11 @@ import numpy as np
 
 from flexmb.compiled.records import Record
 from flexmb.kernels import Kernel, address_table
+from flexmb.linalg.symbolic import Symbolic
 from flexmb.model.law import Motion, NormalLaw
 from flexmb.model.pieces import AXES
 from flexmb.model.shape import Shapes
 from flexmb.model.signal import Signals
-from flexmb.program.symbolic import Symbolic
 from flexmb.program.tables import Addresses, Tables
 
 

@@ -17,15 +17,15 @@ from typing import Any
 import numpy as np
 
 from flexmb.kernels import Kernel
+from flexmb.linalg.ordering import elimination_order
+from flexmb.linalg.symbolic import Symbolic, symbolic
 from flexmb.model.law import Law
 from flexmb.model.pieces import Pieces
 from flexmb.model.signal import Signals
 from flexmb.program.numbering import Numbering, blocks_and_edges
-from flexmb.program.ordering import elimination_order
 from flexmb.program.packing import KINDS, Packer, motion_of_each_row
 from flexmb.program.program import freeze
 from flexmb.program.signals import layout
-from flexmb.program.symbolic import Symbolic, symbolic
 from flexmb.program.tables import CONTACT_COMMON, Sizes, Tables
 
 KEPT = 16

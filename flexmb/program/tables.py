@@ -3,7 +3,7 @@
 Lists of different lengths are stored one after the other: dof[k] : dof[k + 1] bounds what belongs to piece k.
 Pairs (n, 2) hold BEGIN and END in the long lists p (numbers of the parts) and z (histories).
 Coordinates are numbered 0 .. n_q - 1; n_q, n_q + 1, n_q + 2 are those of the ground, which stay 0.
-Positions are indices into the value array of the factored matrix (see `flexmb.program.symbolic`).
+Positions are indices into the value array of the factored matrix (see `flexmb.linalg.symbolic`).
 """
 
 from __future__ import annotations

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb import checks
-from flexmb.analysis.dynamics import Dynamics
-from flexmb.analysis.exponents import FEWEST
-from flexmb.analysis.mechanism_flow import MechanismFlow
+from flexmb.dynamics.exponents.exponents import FEWEST
+from flexmb.dynamics.systems.dynamics import Dynamics
+from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.errors import FlexmbError, InputError
-from flexmb.integrate.newmark import Newmark
-from flexmb.integrate.run import installed_version
-from flexmb.integrate.simulate import Step
 from flexmb.model.mechanism import Mechanism
+from flexmb.run.run import installed_version
+from flexmb.run.simulate import Step
+from flexmb.step.newmark.method import Newmark
 from flexmb.sweeps.attempt import Attempt
 from flexmb.sweeps.bar import Bar
 from flexmb.sweeps.diagram import POINTS, STATE, dataset_of
@@ -122,7 +122,7 @@ def bifurcation(
     Examples
     --------
     >>> import flexmb as fm
-    >>> from flexmb.analysis.map import Map
+    >>> from flexmb.dynamics.systems.map import Map
     >>> def logistic(x, r):
     ...     return [r * x[0] * (1.0 - x[0])]
     >>> system = Map(logistic, [0.3], parameters={"r": 3.0})

@@ -9,17 +9,17 @@ from typing import Any
 import numpy as np
 
 from flexmb import checks
-from flexmb.analysis.continuous_flow import ContinuousFlow
-from flexmb.analysis.dynamics import Dynamics
-from flexmb.analysis.exponents import Exponents
-from flexmb.analysis.lyapunov import lyapunov
-from flexmb.analysis.mechanism_flow import MechanismFlow
-from flexmb.analysis.seen import Seen
+from flexmb.dynamics.exponents.exponents import Exponents
+from flexmb.dynamics.exponents.lyapunov import lyapunov
+from flexmb.dynamics.sections.seen import Seen
+from flexmb.dynamics.systems.continuous_flow import ContinuousFlow
+from flexmb.dynamics.systems.dynamics import Dynamics
+from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.errors import AssemblyError, InputError, SolveError
-from flexmb.integrate.newmark import Newmark
-from flexmb.integrate.period import common_period
-from flexmb.integrate.simulate import Step
 from flexmb.model.mechanism import Mechanism
+from flexmb.program.period import common_period
+from flexmb.run.simulate import Step
+from flexmb.step.newmark.method import Newmark
 from flexmb.sweeps.attempt import Outcome
 
 Make = Callable[..., Mechanism | Dynamics] | Mechanism | Dynamics

@@ -18,12 +18,12 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.analysis.dynamics import Dynamics
-from flexmb.integrate.newmark import Newmark
-from flexmb.integrate.steps import Adaptive, FixedStep
+from flexmb.dynamics.systems.dynamics import Dynamics
 from flexmb.kernels import Kernel
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.program import Program
+from flexmb.step.newmark.method import Newmark
+from flexmb.step.step_size import Adaptive, FixedStep
 
 DIGITS = 16
 DERIVED = ("symbolic", "shapes")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from flexmb import checks
 from flexmb.errors import InputError
-from flexmb.integrate.run import installed_version
+from flexmb.run.run import installed_version
 from flexmb.sweeps.attempt import Attempt, Outcome, failure
 from flexmb.sweeps.bar import Bar
 from flexmb.sweeps.diagram import LAYOUT, dataset_of

@@ -7,8 +7,8 @@ from typing import Any, TypeVar
 from weakref import WeakKeyDictionary
 
 from flexmb.compiled.records import Record
+from flexmb.linalg.symbolic import Symbolic
 from flexmb.program.program import Program
-from flexmb.program.symbolic import Symbolic
 
 R = TypeVar("R", bound=Record)
 

@@ -13,7 +13,7 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.pieces import ConstraintPiece, ContactPiece, ElementPiece, Piece
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
-from flexmb.solve.system import System
+from flexmb.system.at_state import System
 from flexmb.testing.bench import Bench
 from flexmb.testing.constraints import check_constraint, check_motion
 from flexmb.testing.contacts import check_contact

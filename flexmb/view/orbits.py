@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flexmb import checks
-from flexmb.analysis.basin import Basin
-from flexmb.analysis.branch import Branch
-from flexmb.analysis.floquet import BRANCH, FLIP, FOLD, GRAZING, NEIMARK_SACKER
+from flexmb.dynamics.basins.basin import Basin
+from flexmb.dynamics.orbits.branch import Branch
+from flexmb.dynamics.orbits.floquet import BRANCH, FLIP, FOLD, GRAZING, NEIMARK_SACKER
 from flexmb.errors import InputError
 from flexmb.view.plot import label_of
 

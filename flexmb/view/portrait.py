@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flexmb import checks
-from flexmb.analysis.exponents import Exponents
+from flexmb.dynamics.exponents.exponents import Exponents
 from flexmb.errors import InputError
-from flexmb.integrate.solution import Solution
+from flexmb.results.solution import Solution
 from flexmb.view.plot import label_of
 
 if TYPE_CHECKING:

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from flexmb.integrate.drawing import Line, Mark
-    from flexmb.integrate.solution import Solution
+    from flexmb.results.drawing import Line, Mark
+    from flexmb.results.solution import Solution
 
 Box = tuple[tuple[float, float], tuple[float, float]]
 """Limits of x and of y [m]."""
@@ -55,7 +55,7 @@ def render(
     """
     from matplotlib.figure import Figure
 
-    from flexmb.integrate import drawing
+    from flexmb.results import drawing
 
     shown = drawing.nearest_instants(sol, _instants(sol, times))
     drawn = _with_trace(shown)

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flexmb.analysis.series.spectrum import PowerSpectrum
 from flexmb.errors import InputError
+from flexmb.series.spectrum import PowerSpectrum
 from flexmb.view.plot import label_of
 
 if TYPE_CHECKING:

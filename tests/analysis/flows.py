@@ -5,7 +5,7 @@ import math
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from flexmb.analysis.dynamics import Dynamics
+from flexmb.dynamics.systems.dynamics import Dynamics
 
 
 class Flow(Dynamics):

@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 import flexmb as fm
-from flexmb.analysis.mechanism_flow import MechanismFlow
-from flexmb.integrate import run as run_module
+from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
+from flexmb.run import run as run_module
 
 LOSS = fm.SmoothCoulomb(0.3, v0=0.2)
 

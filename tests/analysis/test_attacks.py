@@ -8,8 +8,8 @@ import pytest
 import systems
 
 import flexmb as fm
-from flexmb.analysis.dynamics import orthonormalise
-from flexmb.analysis.schedule import Schedule
+from flexmb.dynamics.exponents.schedule import Schedule
+from flexmb.dynamics.systems.dynamics import orthonormalise
 from flexmb.errors import InputError
 
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from flexmb.analysis.follow import follow
-from flexmb.analysis.map import Map
-from flexmb.analysis.periodic_orbit import periodic_orbit
+from flexmb.dynamics.orbits.continuation import follow
+from flexmb.dynamics.orbits.periodic_orbit import periodic_orbit
+from flexmb.dynamics.systems.map import Map
 from flexmb.errors import InputError
 
 here = Path(__file__).parent

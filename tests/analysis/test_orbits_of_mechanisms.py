@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.analysis.basin import basin
-from flexmb.analysis.follow import follow
-from flexmb.analysis.mechanism_flow import MechanismFlow
-from flexmb.analysis.periodic_orbit import periodic_orbit
-from flexmb.analysis.shooting import Space
+from flexmb.dynamics.basins.basin import basin
+from flexmb.dynamics.orbits.continuation import follow
+from flexmb.dynamics.orbits.periodic_orbit import periodic_orbit
+from flexmb.dynamics.orbits.shooting import Space
+from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 
 K, D, M, F, W = 100.0, 0.8, 1.0, 3.0, 8.0
 

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.analysis.dynamics import orthonormalise
-from flexmb.analysis.mechanism_flow import MechanismFlow
+from flexmb.dynamics.systems.dynamics import orthonormalise
+from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.errors import InputError
 from flexmb.mechanisms.nine_bar import nine_bar
-from flexmb.solve.system import System
+from flexmb.system.at_state import System
 
 models = runpy.run_path(str(Path(__file__).with_name("tangent_models.py")))
 pendulum, thrown, fixed, started = (models[k] for k in ("pendulum", "thrown", "fixed", "started"))

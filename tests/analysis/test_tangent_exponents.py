@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import flexmb as fm
-from flexmb.analysis.dynamics import orthonormalise
+from flexmb.dynamics.systems.dynamics import orthonormalise
 
 models = runpy.run_path(str(Path(__file__).with_name("tangent_models.py")))
 pendulum, fixed = models["pendulum"], models["fixed"]

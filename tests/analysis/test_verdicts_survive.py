@@ -10,8 +10,8 @@ import pytest
 import systems
 
 import flexmb as fm
-from flexmb.analysis import confirm as second_run
-from flexmb.analysis.exponent_error import error_of
+from flexmb.dynamics.exponents import confirm as second_run
+from flexmb.dynamics.exponents.exponent_error import error_of
 
 N = 400
 

@@ -108,7 +108,7 @@ def test_a_chaotic_motion(model, capsys):
 
 def test_too_few_points_are_inconclusive_and_say_so(model, capsys, monkeypatch):
     """An exponent within three times its error asks for 100 points."""
-    monkeypatch.setattr("flexmb.analysis.verdict.CLEARLY", 100.0)
+    monkeypatch.setattr("flexmb.dynamics.verdict.verdict.CLEARLY", 100.0)
     assert main(["chaos", model, *COMMON, "--push", "1.5", "--keep", "60", "--series", "0", "--no-plots"]) == 0
     out = capsys.readouterr().out
     assert out.startswith("pendulum: inconclusive\n")

@@ -10,7 +10,7 @@ import pytest
 
 from flexmb.cli import joined, main
 from flexmb.commands import run as run_module
-from flexmb.integrate.netcdf import load
+from flexmb.results.netcdf import load
 
 SHORT = ["--t-end", "2ms", "--step", "20us", "--save", "20", "--quiet"]
 
@@ -264,7 +264,7 @@ def test_a_run_that_does_not_finish(tmp_path, capsys, monkeypatch):
 
 
 def test_keyboard_leaves_what_was_computed(tmp_path, capsys, monkeypatch):
-    from flexmb.integrate.newmark import NewmarkStepper
+    from flexmb.step.newmark.method import NewmarkStepper
 
     block, calls = NewmarkStepper.advance, []
 
@@ -275,7 +275,7 @@ def test_keyboard_leaves_what_was_computed(tmp_path, capsys, monkeypatch):
         return block(self, *arguments)
 
     monkeypatch.setattr(NewmarkStepper, "advance", interrupted)
-    monkeypatch.setattr("flexmb.integrate.run.FIRST_BLOCK", 0)  # so that the least block is taken, of 16 steps
+    monkeypatch.setattr("flexmb.run.run.FIRST_BLOCK", 0)  # so that the least block is taken, of 16 steps
     assert main(["run", "slider-crank", *SHORT, "--out", str(tmp_path)]) == 1
     sol = load(tmp_path / "slider-crank.nc")
     assert "Interrupted" in sol.status
@@ -285,7 +285,7 @@ def test_keyboard_leaves_what_was_computed(tmp_path, capsys, monkeypatch):
 
 
 def test_keyboard_before_the_first_saved_instant(tmp_path, capsys, monkeypatch):
-    from flexmb.integrate.newmark import NewmarkStepper
+    from flexmb.step.newmark.method import NewmarkStepper
 
     calls = []
 

@@ -8,7 +8,7 @@ import pytest
 from flexmb.compiled import notice
 from flexmb.compiled.costs import FIRST, STAGES
 
-EVALUATE, ADVANCE = "flexmb.system.evaluate.evaluate", "flexmb.integrate.loop.advance"
+EVALUATE, ADVANCE = "flexmb.system.evaluate.evaluate", "flexmb.step.newmark.loop.advance"
 
 
 class Screen(io.StringIO):

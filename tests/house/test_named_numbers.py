@@ -25,17 +25,17 @@ IN_FILES = {
         "accelerations and velocities of two ends in the axes of the chord": "chord_v chord_a",
         "forces on the ends, u1, u2 and alpha": "m n",
     },
-    "flexmb/integrate/elastic_step.py": {"blocks of 3 x 3, row by row": "places m d k"},
-    "flexmb/integrate/free.py": {"blocks of 3 x 3, row by row": "m", "coordinates": "out rows"},
-    "flexmb/integrate/radau.py": {"ends and stages of a step, in time": "past_lam"},
-    "flexmb/integrate/radau_works.py": {"ends and stages of a step, in time": "past_lam"},
-    "flexmb/integrate/radau_step.py": {
+    "flexmb/paper/staggered/elastic_step.py": {"blocks of 3 x 3, row by row": "places m d k"},
+    "flexmb/paper/staggered/rigid_motions.py": {"blocks of 3 x 3, row by row": "m", "coordinates": "out rows"},
+    "flexmb/step/radau/method.py": {"ends and stages of a step, in time": "past_lam"},
+    "flexmb/step/radau/works.py": {"ends and stages of a step, in time": "past_lam"},
+    "flexmb/step/radau/step.py": {
         "ends and stages of a step, in time": "past_lam b to_d to_x to_y",
         "coordinates": "Q",
     },
-    "flexmb/program/fill.py": {"columns before": "ptr parent"},
-    "flexmb/solve/lu.py": {"a block of the matrix, row by row": "lu", "rows of a block": "seen order"},
-    "flexmb/solve/substitute.py": {"a block of the matrix, row by row": "lu", "two right sides in turn": "pair"},
+    "flexmb/linalg/fill.py": {"columns before": "ptr parent"},
+    "flexmb/linalg/lu.py": {"a block of the matrix, row by row": "lu", "rows of a block": "seen order"},
+    "flexmb/linalg/substitute.py": {"a block of the matrix, row by row": "lu", "two right sides in turn": "pair"},
 }
 """The same for names that mean this in one file only."""
 

@@ -9,10 +9,10 @@ import pytest
 import xarray as xr
 
 from flexmb.errors import FileFormatError, InputError
-from flexmb.integrate.episodes import ContactLog
-from flexmb.integrate.netcdf import load
-from flexmb.integrate.stats import Stats
 from flexmb.model.shape import RigidShape
+from flexmb.results.contact_intervals import ContactLog
+from flexmb.results.netcdf import load
+from flexmb.results.stats import Stats
 
 handmade = runpy.run_path(str(Path(__file__).parents[1] / "handmade.py"))
 solution = handmade["solution"]

@@ -11,8 +11,8 @@ import pytest
 import pyvista
 
 from flexmb.errors import InputError
-from flexmb.io.vtk import write_vtk
 from flexmb.model.shape import PointShape
+from flexmb.results.vtk import write_vtk
 
 handmade = runpy.run_path(str(Path(__file__).parents[1] / "handmade.py"))
 solution, arc = handmade["solution"], handmade["arc"]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.solve.system import System
+from flexmb.system.at_state import System
 
 
 class Posed:

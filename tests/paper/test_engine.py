@@ -20,11 +20,11 @@ from flexmb.commands.paper_files import Cost, Kept, append_line, keep, lines_of
 from flexmb.commands.paper_progress import Progress, clock
 from flexmb.commands.paper_runs import work_off
 from flexmb.errors import InputError
-from flexmb.integrate.steps import Adaptive
 from flexmb.paper import contents
 from flexmb.paper.contents import chosen, runs_of, shown_numbers
 from flexmb.paper.diagram import VALUES, Diagram
 from flexmb.paper.effort import FULL, QUICK
+from flexmb.step.step_size import Adaptive
 
 
 @pytest.fixture

@@ -70,7 +70,7 @@ def nine_bar_reaction():
 
 
 def test_a_third_speed_gives_the_same_parts(nine_bar_reaction):
-    from flexmb.solve.inverse_dynamics import inverse_dynamics
+    from flexmb.equilibrium.inverse_dynamics import inverse_dynamics
 
     static, dynamic = nine_bar_reaction
     speed = 2.5 * math.pi

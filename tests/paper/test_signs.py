@@ -7,8 +7,8 @@ Analysis, 2003, p. 431), so that nothing of this comes from the mechanism.
 import numpy as np
 import pytest
 
-from flexmb.analysis.series.wolf import wolf
 from flexmb.paper.observed import growth_by_distance, surrogate, without_periodic_part
+from flexmb.series.wolf import wolf
 
 EXPONENT = 0.906
 PERIODS, SAMPLES = 200, 25

@@ -7,7 +7,7 @@ import pytest
 
 import flexmb as fm
 from flexmb.beams.corotational import beam_energy, beam_kernel
-from flexmb.solve.system import System
+from flexmb.system.at_state import System
 
 LENGTH, TURNS = 1.3, 1000
 UNIFORM = fm.Rectangle(width=0.02, height=0.03)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.solve.system import System
+from flexmb.system.at_state import System
 
 BEND, SPIN, FLIGHT = 0.4, 10.0, 1000.0  # [rad], [rad/s], [m/s]
 

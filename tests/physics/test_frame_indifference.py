@@ -9,7 +9,7 @@ import pytest
 
 import flexmb as fm
 from flexmb.model.part import Joint
-from flexmb.solve.system import System
+from flexmb.system.at_state import System
 
 NORMAL = fm.ExactRestitution(stiffness=1e7, restitution=0.6)
 ROUGH = fm.SmoothCoulomb(0.3, v0=1e-2)

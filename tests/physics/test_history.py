@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.integrate.arrays import RUNNING
-from flexmb.integrate.loop import advance
-from flexmb.integrate.newton import implicit_step
-from flexmb.integrate.run import Run
-from flexmb.solve.start import consistent_start
+from flexmb.run.run import Run
+from flexmb.start.consistent import consistent_start
+from flexmb.state.record import RUNNING
+from flexmb.step.newmark.implicit_step import implicit_step
+from flexmb.step.newmark.loop import advance
 from flexmb.system.evaluate import evaluate, evaluate_accepted
 
 MID_IMPACT = 2.45e-4  # [s]; the first contact of the model lasts from 2.27e-4 s to about 2.8e-4 s

@@ -7,8 +7,8 @@ import pytest
 from scipy.optimize import brentq
 
 import flexmb as fm
-from flexmb.integrate.run import Run
-from flexmb.solve.start import Start
+from flexmb.run.run import Run
+from flexmb.start.consistent import Start
 
 RING, BALL, SPEED, STIFFNESS, PLAY = 2.0, 0.5, 1.5, 1e9, 1e-3
 REDUCED = RING * BALL / (RING + BALL)

@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import flexmb as fm
-from flexmb.solve.system import System
+from flexmb.system.at_state import System
 
 G = 9.81
 PLAY, BEARING = 1e-3, 0.011

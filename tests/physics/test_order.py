@@ -7,9 +7,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import flexmb as fm
-from flexmb.integrate.loop import advance
-from flexmb.integrate.run import Run
-from flexmb.solve.start import consistent_start
+from flexmb.run.run import Run
+from flexmb.start.consistent import consistent_start
+from flexmb.step.newmark.loop import advance
 
 G = 9.81
 UPPER, LOWER = (1.0, 0.8, 0.12), (0.7, 0.5, 0.03)  # length [m], mass [kg], inertia about the middle [kg m^2]

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.integrate.arrays import Prediction
-from flexmb.integrate.predict import weights
+from flexmb.state.flow import Prediction
+from flexmb.step.newmark.predictor import weights
 
 
 @pytest.mark.parametrize("order", [0, 1, 2, 3])

@@ -193,7 +193,7 @@ def test_second_process_compiles_nothing(tmp_path):
 
 COUNT = """
 import flexmb as fm, kernels_of_a_user as u
-from flexmb.integrate.loop import advance
+from flexmb.step.newmark.loop import advance
 u.motion(fm.compile(u.pendulum()))
 link = fm.RigidLink("a", (0.0, 0.0), (0.2, 0.0), mass=0.5, inertia=2e-3)
 u.motion(fm.compile(fm.Mechanism("b", [link, fm.Revolute("O", fm.GROUND, link, at=(0.0, 0.0))])))

@@ -12,11 +12,11 @@ import flexmb as fm
 from flexmb.beams import fem
 from flexmb.beams.fem import BeamData, assembled, beam_matrices
 from flexmb.bodies import flexible
+from flexmb.linalg.rank import row_rank
 from flexmb.program.compiler import compile_with_start
-from flexmb.solve.assemble import least_shift
-from flexmb.solve.rank import row_rank
-from flexmb.solve.start import consistent_start
-from flexmb.solve.system import LARGE, System
+from flexmb.start.assemble import least_shift
+from flexmb.start.consistent import consistent_start
+from flexmb.system.at_state import LARGE, System
 
 STEEL = fm.Material(young=2.1e11, density=7800.0)
 ALUMINIUM = fm.Material(young=7e10, density=2700.0)

@@ -10,7 +10,8 @@ import flexmb as fm
 from flexmb.compiled.records import Record
 from flexmb.errors import KernelError
 from flexmb.model.pieces import ElementPiece
-from flexmb.program import smoke, structure
+from flexmb.program import check_kernels as smoke
+from flexmb.program import structure
 from flexmb.program.compiler import chosen_pieces, compile_with_start
 from flexmb.program.numbering import Numbering
 from flexmb.program.packing import Packer

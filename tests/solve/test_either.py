@@ -8,11 +8,12 @@ import scipy.sparse as sp
 
 import flexmb as fm
 from flexmb.errors import AssemblyError, ModelError, SolveError
-from flexmb.solve import rigid, system
-from flexmb.solve.dense import solve_dense
-from flexmb.solve.either import bordered_solution, plain, scaled_rows, stacked
-from flexmb.solve.rank import row_rank
-from flexmb.solve.start import consistent_start, degrees_of_freedom
+from flexmb.linalg.dense import solve_dense
+from flexmb.linalg.dense_or_sparse import bordered_solution, plain, scaled_rows, stacked
+from flexmb.linalg.rank import row_rank
+from flexmb.start import rigid_motion as rigid
+from flexmb.start.consistent import consistent_start, degrees_of_freedom
+from flexmb.system import at_state as system
 
 
 def thrown():

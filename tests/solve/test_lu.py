@@ -8,11 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from flexmb.errors import InputError, SolveError
-from flexmb.program.ordering import elimination_order
-from flexmb.program.symbolic import Symbolic, symbolic
-from flexmb.solve.complex_lu import factor_complex, solve_complex
-from flexmb.solve.lu import HELD, THRESHOLD, dependence, factor, multiply, solve, tables
-from flexmb.solve.pivoting import PivotingSolver
+from flexmb.linalg.complex_lu import factor_complex, solve_complex
+from flexmb.linalg.lu import HELD, THRESHOLD, dependence, factor, multiply, solve, tables
+from flexmb.linalg.ordering import elimination_order
+from flexmb.linalg.pivoting import PivotingSolver
+from flexmb.linalg.symbolic import Symbolic, symbolic
 
 
 class Frame:

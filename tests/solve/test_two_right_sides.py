@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from flexmb.program.symbolic import symbolic
-from flexmb.solve.lu import THRESHOLD, factor, tables
-from flexmb.solve.substitute import solve, solve_two
+from flexmb.linalg.lu import THRESHOLD, factor, tables
+from flexmb.linalg.substitute import solve, solve_two
+from flexmb.linalg.symbolic import symbolic
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 17])

@@ -9,9 +9,9 @@ import pytest
 from numba.core.runtime import _nrt_python, rtsys
 
 import flexmb as fm
-from flexmb.integrate.loop import advance
-from flexmb.integrate.run import Run
-from flexmb.solve.start import consistent_start
+from flexmb.run.run import Run
+from flexmb.start.consistent import consistent_start
+from flexmb.step.newmark.loop import advance
 
 REPEATS = 5
 NOISE = 256

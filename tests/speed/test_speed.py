@@ -18,8 +18,8 @@ from duel import RECORDS, keep
 from models import GRAVITY, ForceAlone, chain, worn
 
 import flexmb as fm
-from flexmb.integrate.run import Run
-from flexmb.solve.start import consistent_start
+from flexmb.run.run import Run
+from flexmb.start.consistent import consistent_start
 
 REPEATS = 7
 TABLE: list[tuple[str, float, float, str]] = []

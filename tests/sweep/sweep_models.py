@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import flexmb as fm
-from flexmb.analysis.map import Map
+from flexmb.dynamics.systems.map import Map
 
 OMEGA, DAMPING = 1.2, 0.1
 

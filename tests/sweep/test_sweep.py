@@ -13,8 +13,8 @@ from scipy.integrate import solve_ivp
 from sweep_models import DAMPING, OMEGA, Well, bistable, leaves, logistic, logistic_map, results, uneven
 
 import flexmb as fm
-from flexmb.analysis.map import Map
-from flexmb.analysis.mechanism_flow import MechanismFlow
+from flexmb.dynamics.systems.map import Map
+from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.sweeps.engine import Job, drive
 from flexmb.sweeps.family import Family, Section, section_point
 

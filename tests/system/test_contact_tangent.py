@@ -5,7 +5,7 @@ import pytest
 
 import flexmb as fm
 from flexmb.program.compiler import compile as compile_mechanism
-from flexmb.solve.system import System
+from flexmb.system.at_state import System
 
 
 def mechanism():

@@ -7,10 +7,10 @@ from flexmb import places
 from flexmb.beams import corotational, mass_damping
 from flexmb.beams.fem import beam_matrices
 from flexmb.beams.section import Rectangle
-from flexmb.integrate import arrays
 from flexmb.kernels import GAP_SIZE, GRIP_SIZE
 from flexmb.model.material import Material
 from flexmb.program.signals import CONTACT, CONTACT_PENETRATION
+from flexmb.state import flow
 from flexmb.system import outputs
 
 
@@ -25,7 +25,7 @@ def test_what_a_grip_kernel_writes_is_as_long_as_its_places():
 
 
 def test_memory_of_a_contact_is_as_long_as_its_places():
-    assert (arrays.BY_NORMAL + 6, arrays.BY_FRICTION + 6) == (arrays.BY_FRICTION, arrays.CONTACT_MEMORY)
+    assert (flow.BY_NORMAL + 6, flow.BY_FRICTION + 6) == (flow.BY_FRICTION, flow.CONTACT_MEMORY)
 
 
 def test_signals_are_written_in_the_order_of_their_names():

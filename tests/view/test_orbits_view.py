@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from flexmb.analysis.basin import basin
-from flexmb.analysis.exponents import Exponents
-from flexmb.analysis.follow import follow
-from flexmb.analysis.map import Map
-from flexmb.analysis.periodic_orbit import periodic_orbit
-from flexmb.analysis.seen import Seen
+from flexmb.dynamics.basins.basin import basin
+from flexmb.dynamics.exponents.exponents import Exponents
+from flexmb.dynamics.orbits.continuation import follow
+from flexmb.dynamics.orbits.periodic_orbit import periodic_orbit
+from flexmb.dynamics.sections.seen import Seen
+from flexmb.dynamics.systems.map import Map
 from flexmb.errors import InputError
 from flexmb.view.bifurcation import plot_bifurcation
 from flexmb.view.orbits import plot_basin, plot_branch

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from flexmb.errors import FileFormatError, InputError
-from flexmb.io.vtk import write_vtk
 from flexmb.model.shape import RigidShape
+from flexmb.results.vtk import write_vtk
 from flexmb.view.plot import plot, unit_text
 from flexmb.view.render import render
 from flexmb.view.screenshot import screenshot_vtk

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from flexmb.analysis.series.zero_one import zero_one_test
 from flexmb.paper.claims.evidence import FAST, LARGE, MIDDLE, SLOW, SMALL, SMALLEST, Evidence, Key
 from flexmb.paper.claims.finding import ASIDE, UNDECIDED, Finding, Part, by_rule, finding
+from flexmb.series.zero_one import zero_one_test
 
 if TYPE_CHECKING:
     import xarray as xr

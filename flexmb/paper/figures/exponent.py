@@ -15,13 +15,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexmb.analysis.series.exponent import SeriesExponent
-from flexmb.analysis.series.wolf import wolf
 from flexmb.paper.attractor import Attractor
 from flexmb.paper.doubles import COLOUR, Observable, noted, six
 from flexmb.paper.effort import Effort
 from flexmb.paper.observed import SAMPLES, by_period, printed
 from flexmb.paper.plate import Plate
+from flexmb.series.exponent import SeriesExponent
+from flexmb.series.wolf import wolf
 
 if TYPE_CHECKING:
     import xarray as xr

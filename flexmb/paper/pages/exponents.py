@@ -10,11 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flexmb.analysis.section_signals import SEPARATE
-from flexmb.analysis.series.exponent import SeriesExponent
-from flexmb.analysis.series.kantz import kantz
-from flexmb.analysis.series.rosenstein import rosenstein
-from flexmb.analysis.series.zero_one import zero_one_test
+from flexmb.dynamics.sections.section_signals import SEPARATE
 from flexmb.paper.attractor import LOOKS, OBSERVED, Attractor, by_clearance, by_speed
 from flexmb.paper.doubles import length_text, named, noted
 from flexmb.paper.effort import Effort
@@ -24,6 +20,10 @@ from flexmb.paper.observed import SAMPLES, by_period, cloud, growth_rates, print
 from flexmb.paper.plate import Page, Results
 from flexmb.paper.readings import comparable, ratios
 from flexmb.paper.signs import EDGES, FAR, FOLLOWED, SETTINGS, ByDistance, by_distance, wolf_by_settings
+from flexmb.series.exponent import SeriesExponent
+from flexmb.series.kantz import kantz
+from flexmb.series.rosenstein import rosenstein
+from flexmb.series.zero_one import zero_one_test
 
 if TYPE_CHECKING:
     import xarray as xr

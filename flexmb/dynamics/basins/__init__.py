@@ -1,0 +1,1 @@
+"""Basins of attraction: where motions from a grid of states end."""

@@ -1,0 +1,261 @@
+"""Basins of attraction: where the motion from each point of a grid of states ends."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import KW_ONLY, dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.dynamics.basins.attractor_matching import LOST, UNDECIDED, Rules, sorted_out, tracks_of
+from flexmb.dynamics.orbits.shooting import Period, Shooting
+from flexmb.dynamics.systems.dynamics import Dynamics
+from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
+from flexmb.errors import InputError
+from flexmb.model.mechanism import Mechanism
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+LABEL = "basin"
+
+CHUNKS = 4
+"""Pieces of work for each worker, so that none waits long for the last one."""
+
+Axis = tuple[str | int, Sequence[float] | np.ndarray]
+
+
+@dataclass(frozen=True, eq=False)
+class Basin:
+    """Which attractor the motion from each point of a grid of states comes to.
+
+    Parameters
+    ----------
+    name : of the system.
+    axes : names of the two numbers of the state.
+    units : their units, "" where not known.
+    places : their places in the state.
+    x, y : (nx,), (ny,) their values.
+    number : (ny, nx) number of the attractor, from 1 on; 0: none was found in the time given; -1: the motion ended
+        (it is not finite, leaves the bounds, or the steps fail).
+    attractors : of each, (k, size) section points in the order of the motion.
+    periods : of each, after how many periods it repeats itself; 0: not at all (quasi-periodic or chaotic).
+    taken : (ny, nx) periods after which the motion was seen to repeat itself, or all.
+    status : what was found, in a sentence.
+    """
+
+    _: KW_ONLY
+    name: str
+    axes: tuple[str, str]
+    units: tuple[str, str]
+    places: tuple[int, int]
+    x: np.ndarray
+    y: np.ndarray
+    number: np.ndarray
+    attractors: tuple[np.ndarray, ...]
+    periods: tuple[int, ...]
+    taken: np.ndarray
+    status: str
+
+    @property
+    def fractions(self) -> dict[int, float]:
+        """Part of the grid by number of the attractor, those that were lost (-1) or undecided (0) included."""
+        numbers = [k for k in (LOST, UNDECIDED) if (self.number == k).any()]
+        numbers += range(1, len(self.attractors) + 1)
+        return {k: float(np.mean(self.number == k)) for k in numbers}
+
+    def to_dataset(self) -> xr.Dataset:
+        """Numbers and times over both axes; points of the attractors over "attractor", "point" and "coordinate"."""
+        import xarray as xr
+
+        longest = max((len(a) for a in self.attractors), default=0)
+        size = self.attractors[0].shape[1] if self.attractors else 0
+        points = np.full((len(self.attractors), longest, size), np.nan)
+        for table, found in zip(points, self.attractors, strict=True):
+            table[: len(found)] = found
+        (a, b), (ua, ub) = self.axes, self.units
+        flags = {"long_name": "attractor; 0: undecided, -1: lost"}
+        return xr.Dataset(
+            {
+                "number": ((b, a), self.number, flags),
+                "taken": ((b, a), self.taken, {"units": "periods"}),
+                "points": (("attractor", "point", "coordinate"), points),
+                "repeats": ("attractor", np.array(self.periods, dtype=np.int64)),
+            },
+            {
+                a: (a, self.x, {"units": ua}),
+                b: (b, self.y, {"units": ub}),
+                "attractor": np.arange(1, len(self.attractors) + 1),
+            },
+            {"name": self.name, "status": self.status},
+        )
+
+    def __repr__(self) -> str:
+        parts = ", ".join(f"{k}: {100.0 * f:.1f} %" for k, f in self.fractions.items())
+        return f"Basin of {self.name!r} over {self.axes[0]} and {self.axes[1]}, {parts}. {self.status}"
+
+
+def basin(
+    system: Dynamics | Mechanism,
+    x: Axis,
+    y: Axis,
+    *,
+    period: Period = None,
+    settle: int = 20,
+    longest: int = 500,
+    repeats: int = 16,
+    tolerance: float = 1e-4,
+    bound: float = 1e3,
+    angles: Sequence[str] = (),
+    executor: Executor | None = None,
+    workers: int = 1,
+) -> Basin:
+    """The basins of attraction over two numbers of the state; the others are those of the present state.
+
+    The motion from each point of the grid is watched once a period.  When its points repeat themselves it has come
+    to an attractor; one that never does so is recognised by the cloud of its last 128 points.
+
+    Parameters
+    ----------
+    system : a flow, a map, or a mechanism; it stays as it is.
+    x, y : (name, values) of the two numbers: names of signals where these are the state, of coordinates ("crank.theta")
+        and their speeds ("crank.omega", "slider.vx") of a mechanism; or the place in the state.
+    period : of the drives [s], as in `periodic_orbit`; needed for flows without a drive too (any time will do).
+    settle : periods before a motion may be called settled, and between judgements.
+    longest : periods after which a motion that repeats itself never is judged by its last points.
+    repeats : largest number of periods after which a motion can repeat itself.
+    tolerance : of repetitions, and of the distance of attractors that are the same, as a part of the size of the grid.
+    bound : motions that leave this many sizes of the grid are lost.
+    angles : names of numbers of the state that may come back whole turns further; those of a mechanism are known.
+    executor : any of `concurrent.futures`, to which chunks of the grid are given; the system must then be picklable.
+    workers : how many chunks run at once there.
+
+    Raises
+    ------
+    InputError : unknown names, an empty axis, numbers out of range, a flow without period.
+
+    Notes
+    -----
+    The result does not depend on the executor: motions are independent, and are compared when all have ended.
+    Attractors are numbered in the order in which the grid meets them.  Recurrence as the sign of an attractor: G.
+    Datseris, A. Wagemakers, Chaos 32 (2022) 023104.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import flexmb as fm
+    >>> newton = fm.Map(lambda z: z / 2 + z / (2 * (z @ z)) * [1, -1], [1.0, 0.2], name="square root of 1")
+    >>> found = fm.basin(newton, ("x0", [-2.0, -1.0, 1.0, 2.0]), ("x1", [-0.5, 0.5]))
+    >>> found.number.tolist(), [a.round(6).tolist() for a in found.attractors]
+    ([[1, 1, 2, 2], [1, 1, 2, 2]], [[[-1.0, 0.0]], [[1.0, 0.0]]])
+    """
+    moved = MechanismFlow(system) if isinstance(system, Mechanism) else system
+    if not isinstance(moved, Dynamics):
+        raise InputError(
+            f"{LABEL}: system is {system!r}; it must be a flow or map (Map, MechanismFlow) or a Mechanism."
+        )
+    places = [_place(moved, axis, which) for axis, which in ((x, "x"), (y, "y"))]
+    (a, ax, ua, xs), (b, by, ub, ys) = places
+    if a == b:
+        raise InputError(f"{LABEL}: x and y are both {ax!r}; they must be two numbers of the state.")
+    starts = np.tile(moved.state(), (len(ys) * len(xs), 1))
+    starts[:, a], starts[:, b] = np.tile(xs, len(ys)), np.repeat(ys, len(xs))
+    given = {"settle": settle, "longest": longest, "repeats": repeats}
+    rules = _rules(moved, starts, period, tuple(angles), tolerance, bound, given)
+    chunks = [starts] if executor is None else np.array_split(starts, min(CHUNKS * workers, len(starts)))
+    if executor is None:
+        tracks = tracks_of(moved.copy(), chunks[0], rules)
+    else:
+        waiting = [executor.submit(tracks_of, moved.copy(), chunk, rules) for chunk in chunks]
+        tracks = [track for one in waiting for track in one.result()]
+    number, attractors, periods = sorted_out([points for points, _, _ in tracks], [k for _, k, _ in tracks], rules)
+    shape = (len(ys), len(xs))
+    taken = np.array([n for _, _, n in tracks], dtype=np.int64).reshape(shape)
+    lost, open_ = int(np.sum(number == LOST)), int(np.sum(number == UNDECIDED))
+    status = f"{len(attractors)} attractors; {lost} motions were lost, {open_} are undecided."
+    return Basin(
+        name=moved.name,
+        axes=(ax, by),
+        units=(ua, ub),
+        places=(a, b),
+        x=xs,
+        y=ys,
+        number=number.reshape(shape),
+        attractors=attractors,
+        periods=periods,
+        taken=taken,
+        status=status,
+    )
+
+
+def _place(system: Dynamics, axis: Any, which: str) -> tuple[int, str, str, np.ndarray]:
+    """Place in the state, name, unit and values of an axis."""
+    if not isinstance(axis, (tuple, list)) or len(axis) != 2:
+        raise InputError(f"{LABEL}: {which} is {axis!r}; it must be a pair (name, values).")
+    name, values = axis
+    try:
+        grid = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"{LABEL}: the values of {which} are {values!r}; they must be numbers.") from None
+    if grid.ndim != 1 or len(grid) == 0 or not np.isfinite(grid).all():
+        raise InputError(
+            f"{LABEL}: the values of {which} have shape {grid.shape}; they must be a list of finite numbers."
+        )
+    known = state_names(system)
+    if isinstance(name, str):
+        place = known[checks.one_of(LABEL, which, name, known)]
+    else:
+        place = checks.count(LABEL, which, name, 0)
+        if place >= system.size:
+            raise InputError(f"{LABEL}: {which} is {place}; the state has the numbers 0 to {system.size - 1}.")
+        name = next((key for key, at in known.items() if at == place), f"state[{place}]")
+    units = dict(zip(system.names, system.units, strict=True))
+    return place, name, units.get(name, ""), grid
+
+
+def state_names(system: Dynamics) -> Mapping[str, int]:
+    """Places in the state by name, as far as it has names."""
+    if isinstance(system, MechanismFlow):
+        coordinates, n = system.program.names.coordinates, system.program.n_q
+        rates = {"x": "vx", "y": "vy", "theta": "omega"}
+        speeds = {}
+        for k, name in enumerate(coordinates):
+            body, _, last = name.rpartition(".")
+            speeds[f"{body}.{rates.get(last, last)}"] = n + k
+        return {**{name: k for k, name in enumerate(coordinates)}, **speeds}
+    return {name: k for k, name in enumerate(system.names)} if len(system.names) == system.size else {}
+
+
+def _rules(
+    system: Dynamics,
+    starts: np.ndarray,
+    period: Period,
+    angles: tuple[str, ...],
+    tolerance: float,
+    bound: float,
+    given: Mapping[str, int],
+) -> Rules:
+    passes = Shooting(
+        LABEL, system, period=period, times=1, autonomous=False, segments=1, tangent="differences", angles=angles
+    )
+    counts = {name: checks.count(LABEL, name, value) for name, value in given.items()}
+    if counts["longest"] <= counts["settle"]:
+        raise InputError(f"{LABEL}: longest is {counts['longest']}; it must be above settle, {counts['settle']}.")
+    weights = passes.space.weights
+    size = float(np.sqrt(((starts - starts.mean(axis=0)) ** 2 @ weights).max()))
+    size = size or float(np.sqrt((starts**2 @ weights).max())) or 1.0
+    tolerance = checks.positive(LABEL, "tolerance", tolerance)
+    reach = checks.positive(LABEL, "bound", bound) * max(size, float(np.sqrt((starts**2 @ weights).max())))
+    return Rules(
+        base=passes.base,
+        origin=passes.origin,
+        **counts,
+        tolerance=tolerance,
+        size=size,
+        bound=reach,
+        weights=weights,
+        angle=passes.space.angle,
+    )

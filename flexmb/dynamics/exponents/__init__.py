@@ -1,0 +1,1 @@
+"""Lyapunov exponents from tangent vectors or from two trajectories, with their errors."""

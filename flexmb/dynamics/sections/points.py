@@ -1,0 +1,159 @@
+"""Points of a section as a labelled table: once a period, or at every crossing of a level."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.dynamics.sections.section_map import SectionMap
+from flexmb.dynamics.sections.stroboscopic import StroboscopicMap
+from flexmb.dynamics.systems.as_dynamics import clock, dynamics_of, strobe_of
+from flexmb.dynamics.systems.continuous_flow import ContinuousFlow
+from flexmb.dynamics.systems.dynamics import Dynamics
+from flexmb.errors import InputError
+from flexmb.run.progress import bar
+from flexmb.run.simulate import Step
+from flexmb.step.newmark.method import Newmark
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def stroboscopic(
+    system: Any,
+    *,
+    keep: int,
+    skip: int = 0,
+    period: float | None = None,
+    step: Step | None = None,
+    method: Newmark | None = None,
+    progress: bool = False,
+) -> xr.Dataset:
+    """Where a driven system is once a period.
+
+    Parameters
+    ----------
+    system : a mechanism, which starts from its drawn pose, or a flow or map, which goes on from where it stands and is
+        left where the last point is.  The points of a map are its iterations.
+    keep : number of points.
+    skip : periods before the first point.
+    period : the period [s]; None: the common period of the drives.
+    step, method : of a mechanism, see `simulate`.
+    progress : show a progress bar with an estimate of the time left.
+
+    Returns
+    -------
+    xarray.Dataset : dimension "period"; coordinates `period` (number, from `skip` on) and `time` [s]; a variable for
+        each signal.  Attributes: name, kind "stroboscopic", period [s] (of a map NaN), skip, ok, status.  After a
+        failure it holds the points before; ok is then 0.
+
+    Raises
+    ------
+    InputError : numbers that are not whole, no point to keep, a system without period (see `StroboscopicMap`).
+    ModelError, AssemblyError, KernelError : a mechanism that cannot start.
+
+    Examples
+    --------
+    >>> import flexmb as fm
+    >>> logistic = fm.Map(lambda x, r: r * x * (1.0 - x), [0.3], parameters={"r": 3.2})
+    >>> points = fm.stroboscopic(logistic, skip=1000, keep=4)
+    >>> points.x0.values.round(4)
+    array([0.7995, 0.513 , 0.7995, 0.513 ])
+    """
+    found = dynamics_of("stroboscopic", system, period=period, step=step, method=method)
+    strobe = strobe_of("stroboscopic", found, period)
+    length = strobe.period if isinstance(strobe, StroboscopicMap) else np.nan
+    return _collected(strobe, "stroboscopic", "period", skip, keep, progress, {"period": float(length)})
+
+
+def section(
+    system: Any,
+    signal: str,
+    *,
+    keep: int,
+    skip: int = 0,
+    level: float = 0.0,
+    direction: str = "up",
+    limit: float | None = None,
+    period: float | None = None,
+    step: Step | None = None,
+    method: Newmark | None = None,
+    progress: bool = False,
+) -> xr.Dataset:
+    """Where a system is whenever a signal crosses a level; the points do not depend on what is saved.
+
+    Parameters
+    ----------
+    system : a mechanism, which starts from its drawn pose, or a flow, which goes on from where it stands and is left
+        on the last crossing.
+    signal : name of the signal, one of `names` of the flow; of a mechanism as in `sol[...]`.
+    keep : number of crossings.
+    skip : crossings before the first one that is kept.
+    level : value that is crossed [unit of the signal].
+    direction : "up", "down" or "both".
+    limit : time without a crossing after which the search ends, with a status [s]; None: see `SectionMap`.
+    period : for a mechanism without periodic drives: about the time in which its motion repeats [s].
+    step, method : of a mechanism, see `simulate`.
+    progress : show a progress bar with an estimate of the time left.
+
+    Returns
+    -------
+    xarray.Dataset : as of `stroboscopic`, with dimension "crossing" and kind "section"; attributes signal, level and
+        direction beside the others.
+
+    Raises
+    ------
+    InputError : a map; an unknown signal or direction; numbers that are not whole, no point to keep.
+    ModelError, AssemblyError, KernelError : a mechanism that cannot start.
+
+    Examples
+    --------
+    >>> import flexmb as fm
+    >>> oscillator = fm.ODE(lambda t, x: [x[1], -x[0]], [1.0, 0.0], names=["x", "v"])
+    >>> points = fm.section(oscillator, "v", keep=2)
+    >>> points.time.values.round(6)
+    array([3.141593, 9.424778])
+    """
+    flow = dynamics_of("section", system, period=period, step=step, method=method)
+    if not isinstance(flow, ContinuousFlow):
+        raise InputError(f"section {flow.name!r}: it is a map, which crosses nothing. Use stroboscopic(...).")
+    crossings = SectionMap(flow, signal, level=level, direction=direction, limit=limit)
+    length = np.nan if flow.period is None else flow.period
+    attrs = {"period": float(length), "signal": signal, "level": crossings.level, "direction": direction}
+    return _collected(crossings, "section", "crossing", skip, keep, progress, attrs)
+
+
+def _collected(
+    system: Dynamics, kind: str, dimension: str, skip: int, keep: int, progress: bool, attrs: dict[str, Any]
+) -> xr.Dataset:
+    """Skip, then take `keep` points; the first stroboscopic one is where the system stands, if nothing is skipped."""
+    import xarray as xr
+
+    label = f"{kind} {system.name!r}"
+    skip, keep = checks.count(label, "skip", skip, 0), checks.count(label, "keep", keep)
+    strobe = dimension == "period"
+    shown = bar(system.name, 0.0, float(skip + keep), shown=progress, of=f"{dimension}s")
+    times, values = [], []
+    for k in range(skip + keep):
+        if (k > 0 or not strobe) and not system.advance(1):
+            break
+        shown.update(1)
+        if k >= skip:
+            times.append(clock(system))
+            values.append(system.observe())
+    shown.close()
+    rows = np.array(values).reshape(len(times), len(system.names))
+    units = "s" if isinstance(system, (StroboscopicMap, SectionMap)) else ""
+    status = system.status if len(times) < keep else f"{keep} {dimension}s, after {skip} that were skipped."
+    about = {"name": system.name, "kind": kind, **attrs, "skip": skip, "ok": int(len(times) == keep), "status": status}
+    data = {
+        n: (dimension, rows[:, k], {"units": u})
+        for k, (n, u) in enumerate(zip(system.names, system.units, strict=True))
+    }
+    coords = {
+        dimension: (dimension, np.arange(skip, skip + len(times)), {}),
+        "time": (dimension, np.array(times), {"units": units}),
+    }
+    return xr.Dataset(data, coords, about)

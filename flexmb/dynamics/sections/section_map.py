@@ -1,0 +1,197 @@
+"""A flow looked at whenever a signal crosses a level."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Self
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.dynamics.sections.crossing import DOWN, UP, Bracket, Height, carry, locate, stride
+from flexmb.dynamics.sections.section_of_flow import SectionOfFlow
+from flexmb.dynamics.systems.continuous_flow import ContinuousFlow
+from flexmb.dynamics.systems.map import state_of
+from flexmb.errors import InputError
+
+DIRECTIONS = {"up": (UP,), "down": (DOWN,), "both": (DOWN, UP)}
+PERIODS, PACES = 1000.0, 1e5
+"""Time without a crossing after which a section gives up: in periods, or where there are none in paces of the flow."""
+AHEAD = 1e-9
+"""Part of a step within which a point counts as on the level."""
+
+
+class SectionMap(SectionOfFlow):
+    """The map of a flow from one crossing of a plane to the next (Poincare map).
+
+    Crossings are found to round-off on the flow's own steps, so they depend neither on what is saved nor on how far
+    one looks ahead.  A point of the section of a driven flow is (state, time [s]), of another flow its state.  Of
+    differences of states what lies in the section is kept:  dx -= v (n . dx) / (n . v), v being the flow's velocity and
+    n the signal's gradient; with a driven flow the difference of the times of crossing belongs to it.
+
+    Parameters
+    ----------
+    flow : the flow; the map drives it.
+    signal : name of one of its signals.
+    level : value that is crossed [unit of the signal].
+    direction : "up", "down" or "both".
+    limit : time without a crossing after which `advance` gives up, with a status [s]; None: 1000 periods of the flow,
+        or, without period, 1e5 of its steps.
+
+    Raises
+    ------
+    InputError : a map, an unknown signal or direction, a level that is no number, a limit that is not > 0.
+
+    Examples
+    --------
+    >>> import flexmb as fm
+    >>> oscillator = fm.ODE(lambda t, x: [x[1], -x[0]], [1.0, 0.0], names=["x", "v"])
+    >>> section = fm.SectionMap(oscillator, "x", direction="down")
+    >>> section.advance(1), round(oscillator.time, 9)
+    (True, 1.570796327)
+    """
+
+    unit = "crossings"
+
+    def __init__(
+        self,
+        flow: ContinuousFlow,
+        signal: str,
+        *,
+        level: float = 0.0,
+        direction: str = "up",
+        limit: float | None = None,
+    ) -> None:
+        if not isinstance(flow, ContinuousFlow):
+            text = f"SectionMap: flow is {type(flow).__name__}"
+            raise InputError(f"{text}; it must be a flow in time, as MechanismFlow(mechanism) or ODE.")
+        self.flow, self.name = flow, flow.name
+        self.names, self.units = flow.names, flow.units
+        self.signal = signal
+        self.direction = checks.one_of(self._label, "direction", direction, DIRECTIONS)
+        self.level = checks.number(self._label, "level", level)
+        self.declared = None if limit is None else checks.positive(self._label, "limit", limit, "s")
+        self._count = 0
+        self._stand()
+
+    @property
+    def _label(self) -> str:
+        return f"SectionMap of {self.name!r}"
+
+    @property
+    def time(self) -> float:
+        return float(self._count)
+
+    @property
+    def size(self) -> int:
+        return self.flow.size + self.flow.driven
+
+    @property
+    def dimension(self) -> int:
+        return self.flow.dimension - (not self.flow.driven)
+
+    @property
+    def weights(self) -> np.ndarray:
+        """The flow's; a difference of times counts by the way that the flow went in it where it was reset."""
+        return np.append(self.flow.weights, self._time_weight) if self.flow.driven else self.flow.weights
+
+    def state(self) -> np.ndarray:
+        return np.append(self.flow.state(), self.flow.time) if self.flow.driven else self.flow.state()
+
+    def reset(
+        self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
+    ) -> None:
+        count = checks.count(self._label, "time", time, 0)
+        if state is None:
+            self.flow.reset(parameters=parameters)
+        else:
+            point = state_of(
+                f"{self._label}{' (state of the flow, time [s])' if self.flow.driven else ''}", state, self.size
+            )
+            now = float(point[-1]) if self.flow.driven else 0.0
+            self.flow.reset(point[: self.flow.size], time=now, parameters=parameters)
+        self._count = count
+        self.names, self.units = self.flow.names, self.flow.units
+        self._stand()
+
+    def advance(self, duration: float, tangents: np.ndarray | None = None) -> bool:
+        for _ in range(checks.count(self._label, "duration", duration, 0)):
+            if not self.ok:
+                break
+            T = None if tangents is None else self._at_one_time(tangents)
+            while self._to_the_other_side(T) and self._side not in DIRECTIONS[self.direction]:
+                pass
+            if not self.ok:
+                break
+            self._count += 1
+            if T is not None and tangents is not None:
+                self._project(T, tangents)
+        return self.ok
+
+    def on_manifold(self, tangents: np.ndarray) -> np.ndarray:
+        T = np.array(tangents, dtype=np.float64)
+        n = self.flow.size
+        later = np.outer(self.flow.velocity(), T[n]) if self.flow.driven else 0.0
+        T[:n] = self.flow.on_manifold(T[:n] - later) + later
+        return T
+
+    def copy(self) -> Self:
+        other = type(self)(
+            self.flow.copy(), self.signal, level=self.level, direction=self.direction, limit=self.declared
+        )
+        other._count, other._side, other._time_weight = self._count, self._side, self._time_weight
+        other.limit, other.ok, other.status = self.limit, self.ok, self.status
+        return other
+
+    def _height(self) -> float:
+        return float(self.flow.observe()[self._signal]) - self.level
+
+    def _stand(self) -> None:
+        """Take the flow as it stands: the side it is on, how long to wait, what a difference of times counts."""
+        flow = self.flow
+        self.ok, self.status = flow.ok, flow.status
+        self._signal = flow.number_of(self._label, self.signal)
+        self.limit = self.declared or (PACES * flow.pace if flow.period is None else PERIODS * flow.period)
+        height, rate = self._height(), flow.rate(self._signal)
+        if flow.resolution is not None and abs(height) <= flow.resolution[self._signal] and rate != 0.0:
+            height = 0.0  # a state that was brought back to its joints is not exactly where it was
+        self._side = UP if height + AHEAD * flow.pace * rate >= 0.0 else DOWN
+        v = flow.velocity()
+        self._time_weight = float(flow.weights @ v**2) or 1.0
+
+    def _at_one_time(self, tangents: np.ndarray) -> np.ndarray:
+        """Differences (flow.size, k) at the present time of what starts at other times too."""
+        n = self.flow.size
+        if not self.flow.driven:
+            return tangents.copy()
+        return np.ascontiguousarray(tangents[:n] - np.outer(self.flow.velocity(), tangents[n]))
+
+    def _project(self, T: np.ndarray, tangents: np.ndarray) -> None:
+        """Write into `tangents` what differences T at one time are at the crossing."""
+        rate = self.flow.rate(self._signal)
+        if rate == 0.0:
+            self.ok, self.status = False, f"The signal {self.signal!r} touches its level at t = {self.flow.time:.6g} s."
+            return
+        late = -self.flow.slopes(self._signal, T) / rate
+        tangents[: self.flow.size] = T + np.outer(self.flow.velocity(), late)
+        if self.flow.driven:
+            tangents[-1] = late
+
+    def _to_the_other_side(self, T: np.ndarray | None) -> bool:
+        """Go on to where the signal comes to the other side of its level; whether it did."""
+        flow, began = self.flow, self.flow.time
+        rate = (lambda: flow.rate(self._signal)) if flow.has_cheap_rate(self._signal) else None
+        height = Height(flow, self._height, rate, self._side)
+        bracket: Bracket | None = None
+        while bracket is None and flow.ok and flow.time < began + self.limit:
+            bracket = stride(height, began + self.limit, T)
+        if bracket is not None and flow.ok:
+            duration = locate(height, bracket)
+            if T is not None and flow.ok:
+                carry(flow, bracket, duration, T)
+            self._side = -self._side
+        self.ok, self.status = flow.ok and bracket is not None, flow.status
+        if flow.ok and bracket is None:
+            text = f"{self.signal!r} did not cross {self.level:g} within {self.limit:g} s after t = {began:.6g} s"
+            self.status = f"{text}; it may stay on one side. Choose another level, or a longer limit=."
+        return self.ok

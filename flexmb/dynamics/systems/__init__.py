@@ -1,0 +1,1 @@
+"""Systems: flows and maps, of mechanisms and of equations."""

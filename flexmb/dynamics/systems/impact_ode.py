@@ -1,0 +1,202 @@
+"""Ordinary differential equations with impacts: smooth flow, jumps of the state, and what they do to differences."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, Self
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.dynamics.sections.crossing import UP, Height, carry, locate, stride
+from flexmb.dynamics.systems.continuous_flow import ContinuousFlow
+from flexmb.dynamics.systems.map import central_differences, state_of
+from flexmb.dynamics.systems.ode import ODE
+from flexmb.errors import InputError
+
+PILE = 1e-12
+"""Flights that are shorter than this part of the time, or of a step, are none."""
+
+
+class ImpactODE(ContinuousFlow):
+    """A flow whose state jumps whenever a gap closes.
+
+    With the state x- before and x+ = jump(t, x-) after an impact, f the rates, n the gradient of the gap and s its rate
+    just before, small differences jump by the saltation matrix
+    S = J + (f+ - J f- - dj/dt) n^T / s,  J = d jump / dx
+    (M. di Bernardo et al., Piecewise-smooth Dynamical Systems, Springer 2008, section 2.5).
+
+    Parameters
+    ----------
+    ode : the motion between impacts; it is driven by this flow.
+    gap : gap(t, x, **parameters) -> height over the wall, > 0 in flight.
+    jump : jump(t, x, **parameters) -> state (size,) after an impact.
+
+    Raises
+    ------
+    InputError : another kind of flow; a start in the wall; a jump whose value is no state.
+
+    Notes
+    -----
+    Impacts are found to round-off.  Where they pile up (chatter) the run ends with a status: what sticks afterwards is
+    another system.  A graze has no tangent: the saltation matrix grows like the inverse of the speed of impact.
+
+    Examples
+    --------
+    >>> import flexmb as fm
+    >>> fall = fm.ODE(lambda t, x: [x[1], -1.0], [0.5, 0.0], names=["height", "speed"])
+    >>> ball = fm.ImpactODE(fall, gap=lambda t, x: x[0], jump=lambda t, x: [x[0], -0.5 * x[1]])
+    >>> ball.advance(1.5), ball.state().round(9)  # hits at t = 1 with speed -1
+    (True, array([0.125, 0.   ]))
+    """
+
+    def __init__(self, ode: ODE, *, gap: Callable[..., float], jump: Callable[..., Any]) -> None:
+        if not isinstance(ode, ODE):
+            raise InputError(f"ImpactODE: ode is {ode!r}; it must be an ODE(...), the motion between impacts.")
+        self.ode, self.gap, self.jump = ode, gap, jump
+        self.name, self.names, self.units = ode.name, ode.names, ode.units
+        self._check_start()
+        state_of(f"{self._label}: jump", jump(ode.time, ode.state(), **ode.parameters), ode.size)
+
+    @property
+    def _label(self) -> str:
+        return f"ImpactODE {self.name!r}"
+
+    @property
+    def time(self) -> float:
+        return self.ode.time
+
+    @property
+    def size(self) -> int:
+        return self.ode.size
+
+    @property
+    def period(self) -> float | None:
+        """Time after which what drives it repeats [s], or None."""
+        return self.ode.period
+
+    @property
+    def driven(self) -> bool:
+        """Whether rates, gap or jump may depend on time: those of a motion with a period do."""
+        return self.ode.driven
+
+    @property
+    def parameters(self) -> Mapping[str, Any]:
+        return self.ode.parameters
+
+    @property
+    def pace(self) -> float:
+        return self.ode.pace
+
+    def state(self) -> np.ndarray:
+        return self.ode.state()
+
+    def observe(self) -> np.ndarray:
+        return self.ode.observe()
+
+    def reset(
+        self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
+    ) -> None:
+        self.ode.reset(state, time=time, parameters=parameters)
+        self._check_start()
+
+    def advance(self, duration: float, tangents: np.ndarray | None = None) -> bool:
+        limit = self.time + checks.positive(self._label, "duration", duration, "s")
+        while self.ok and self.time < limit:
+            self.take_step(limit, tangents)
+        return self.ok
+
+    def take_step(self, limit: float, tangents: np.ndarray | None = None) -> bool:
+        if not self.ok:
+            return False
+        height = Height(self.ode, self._height, self._closing, UP)
+        bracket = stride(height, limit, tangents)
+        if bracket is not None and self.ode.ok:
+            stuck = bracket.near == 0.0 and height.left(bracket.value)
+            duration = 0.0 if stuck else locate(height, bracket)
+            if stuck or self.time - self._last < PILE * max(abs(self.time), self.pace):
+                self.ok, self.status = False, f"Impacts pile up at t = {self.time:.6g} s: the gap stays closed."
+                return False
+            self._last = self.time
+            if tangents is not None and self.ode.ok:
+                carry(self.ode, bracket, duration, tangents)
+            if self.ode.ok:
+                self._hit(tangents)
+        self.ok, self.status = self.ode.ok, self.ode.status
+        return self.ok
+
+    def velocity(self) -> np.ndarray:
+        return self.ode.velocity()
+
+    def rate(self, signal: int) -> float:
+        return self.ode.rate(signal)
+
+    def slopes(self, signal: int, tangents: np.ndarray) -> np.ndarray:
+        return self.ode.slopes(signal, tangents)
+
+    def snapshot(self) -> Any:
+        return self.ode.snapshot(), self.ok, self.status, self._last
+
+    def restore(self, snapshot: Any) -> None:
+        inner, self.ok, self.status, self._last = snapshot
+        self.ode.restore(inner)
+
+    def copy(self) -> Self:
+        other = type(self)(self.ode.copy(), gap=self.gap, jump=self.jump)
+        other.restore(self.snapshot())
+        return other
+
+    @property
+    def fineness(self) -> str:
+        return self.ode.fineness
+
+    def finer(self) -> Self:
+        other = self.copy()
+        other.ode = self.ode.finer()
+        return other
+
+    def _check_start(self) -> None:
+        gap, speed = self._height(), self._closing()
+        if gap < -1e-9 * max(1.0, float(np.abs(self.state()).max())) or (gap < 0.0 and speed < 0.0):
+            text = f"{self._label}: at t = {self.time:g} s the state {self.state()} has the gap {gap:.3g}"
+            raise InputError(f"{text}; it must be > 0. Start in flight.")
+        self.ok, self.status, self._last = self.ode.ok, self.ode.status, -np.inf
+
+    def _height(self) -> float:
+        return float(self.gap(self.time, self.state(), **self.parameters))
+
+    def _gradient(self) -> tuple[np.ndarray, float]:
+        """Derivatives (size,) of the gap by the state, and by time."""
+        x, t, p = self.state(), self.time, self.parameters
+        n = central_differences(lambda y: [self.gap(t, y, **p)], x)[0]
+        return n, float(self._by_time(lambda s: [self.gap(s, x, **p)])[0])
+
+    def _by_time(self, function: Callable[[float], Any]) -> np.ndarray:
+        """Derivatives of a function of time; the difference does not grow with the time that has passed."""
+        t = self.time
+        step = max(6e-6 * (self.period or 1.0), 1e5 * float(np.spacing(abs(t))))
+        early, late = t - step, t + step
+        return (np.asarray(function(late), dtype=np.float64) - np.asarray(function(early))) / (late - early)
+
+    def _closing(self) -> float:
+        n, by_time = self._gradient()
+        return float(n @ self.velocity()) + by_time
+
+    def _hit(self, tangents: np.ndarray | None) -> None:
+        """Jump, and let the differences jump with it."""
+        x, t, p = self.state(), self.time, self.parameters
+        n, by_time = self._gradient()
+        before = self.velocity()
+        rate = float(n @ before) + by_time
+        if rate >= 0.0:
+            return  # it touched and leaves by itself
+        after = np.asarray(self.jump(t, x.copy(), **p), dtype=np.float64)
+        if not np.isfinite(after).all():
+            self.ode.ok, self.ode.status = False, f"The jump at t = {t:.6g} s gives a state that is not finite."
+            return
+        self.ode.reset(after, time=t)
+        if tangents is None:
+            return
+        J = central_differences(lambda y: self.jump(t, y, **p), x)
+        j = self._by_time(lambda s: self.jump(s, x, **p))
+        tangents[:] = J @ tangents + np.outer(self.velocity() - J @ before - j, n @ tangents) / rate

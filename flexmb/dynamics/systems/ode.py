@@ -1,0 +1,278 @@
+"""Ordinary differential equations with their variational equations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Self
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.dynamics.systems.continuous_flow import ContinuousFlow
+from flexmb.dynamics.systems.map import (
+    central_differences,
+    function_of,
+    names_of,
+    square_of,
+    state_of,
+    tangents_of,
+)
+from flexmb.errors import SolveError
+
+METHODS = ("DOP853", "RK45", "Radau", "BDF")
+"""Solvers of `scipy.integrate` whose next step can be told and taken over."""
+
+FINEST = 3e-14
+"""Smallest tolerance of a step."""
+
+TANGENT_ATOL = 1e-3
+"""Absolute tolerance of tangent vectors of length 1, as a part of rtol: they may shrink by 1e4 between two looks."""
+
+INSTANTS = (0.1234567, 0.3819660, 0.7548777, 1.3247180)
+"""Where it is tried whether the rates depend on time, in periods or seconds."""
+
+
+class NotFiniteError(SolveError):
+    """The rate of a state is no finite number."""
+
+
+class ODE(ContinuousFlow):
+    """The flow dx/dt = function(t, x, **parameters).
+
+    Small differences obey the variational equations dW/dt = J W, integrated with the state.
+
+    Parameters
+    ----------
+    function : f(t, x, **parameters) -> rates (size,).
+    start : state (size,) it starts with at t = 0.
+    jacobian : J(t, x, **parameters) -> (size, size), df/dx; None: central differences.
+    parameters : names and values of the parameters.
+    names : names of the numbers of a state; None: x0, x1, ...
+    units : their units; None: none.
+    period : time after which what drives it repeats [s], or period(**parameters) that says so; None: no period.
+    driven : whether f depends on t; None: with a period it does, else that is tried at some instants.
+    name : what messages call it.
+    rtol, atol : tolerances of a step: its error is below atol + rtol |x|.
+    method : solver of `scipy.integrate`: "DOP853", "RK45", "Radau" or "BDF".
+
+    Raises
+    ------
+    InputError : a start that is no list of finite numbers, names or units of another number, an unknown method,
+        tolerances out of range, a period that is not > 0, a function whose values are no rates of a state, a jacobian
+        of another shape.
+
+    Notes
+    -----
+    f must be smooth; for jumps see `ImpactODE`.  A state or rate that is not finite ends the run with a status.
+
+    Examples
+    --------
+    >>> import flexmb as fm
+    >>> decay = fm.ODE(lambda t, x, k: -k * x, [1.0], parameters={"k": 2.0})
+    >>> decay.advance(1.0)
+    True
+    >>> round(float(decay.state()[0]), 9)
+    0.135335283
+    """
+
+    def __init__(
+        self,
+        function: Callable[..., Any],
+        start: Sequence[float],
+        *,
+        jacobian: Callable[..., Any] | None = None,
+        parameters: Mapping[str, Any] | None = None,
+        names: Sequence[str] | None = None,
+        units: Sequence[str] | None = None,
+        period: float | Callable[..., float] | None = None,
+        driven: bool | None = None,
+        name: str = "ODE",
+        rtol: float = 1e-9,
+        atol: float = 1e-12,
+        method: str = "DOP853",
+    ) -> None:
+        label = f"ODE {name!r}"
+        self.name, self.function, self.jacobian = name, function_of(label, "function", function), jacobian
+        if jacobian is not None:
+            function_of(label, "jacobian", jacobian)
+        self.start, self._given_period, self._given_driven = state_of(label, start), period, driven
+        size = len(self.start)
+        self.names = names_of(label, "names", names, [f"x{i}" for i in range(size)])
+        self.units = names_of(label, "units", units, ("",) * size)
+        self.rtol = checks.between(label, "rtol", rtol, FINEST, 0.1)
+        self.atol = checks.positive(label, "atol", atol)
+        self.method = checks.one_of(label, "method", method, METHODS)
+        self._parameters = checks.mapping(label, "parameters", parameters)
+        self.reset()
+        state_of(f"{label}: function", function(0.0, self.start.copy(), **self._parameters), size)
+
+    @property
+    def time(self) -> float:
+        return self._time
+
+    @property
+    def size(self) -> int:
+        return len(self.start)
+
+    @property
+    def parameters(self) -> Mapping[str, Any]:
+        return dict(self._parameters)
+
+    @property
+    def pace(self) -> float:
+        if self._h is not None:
+            return self._h
+        size, speed = np.linalg.norm(self._state), np.linalg.norm(self.velocity())
+        return 0.01 * float(max(size, 1e-6) / speed) if speed > 0.0 else 0.01 * (self.period or 1.0)
+
+    def state(self) -> np.ndarray:
+        return self._state.copy()
+
+    def observe(self) -> np.ndarray:
+        return self._state.copy()
+
+    def reset(
+        self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
+    ) -> None:
+        label = f"ODE {self.name!r}"
+        for key, value in checks.mapping(label, "parameters", parameters).items():
+            self._parameters[checks.one_of(label, "parameter", key, self._parameters)] = value
+        self._state = self.start.copy() if state is None else state_of(label, state, self.size)
+        self._time, self._h = checks.number(label, "time", time, "s"), None
+        self.ok, self.status = True, "ready"
+        given = self._given_period
+        period = given(**self._parameters) if callable(given) else given
+        self.period = None if period is None else checks.positive(label, "period", period, "s")
+        self.driven = self._depends_on_time() if self._given_driven is None else bool(self._given_driven)
+
+    def advance(self, duration: float, tangents: np.ndarray | None = None) -> bool:
+        limit = self._time + checks.positive(f"ODE {self.name!r}", "duration", duration, "s")
+        return self._go(limit, tangents, single=False)
+
+    def take_step(self, limit: float, tangents: np.ndarray | None = None) -> bool:
+        return self._go(limit, tangents, single=True)
+
+    def velocity(self) -> np.ndarray:
+        return self._rate(self._time, self._state)
+
+    def rate(self, signal: int) -> float:
+        return float(self.velocity()[signal])
+
+    def slopes(self, signal: int, tangents: np.ndarray) -> np.ndarray:
+        return tangents[signal].copy()
+
+    def snapshot(self) -> Any:
+        return self._time, self._state.copy(), self._h, self.ok, self.status
+
+    def restore(self, snapshot: Any) -> None:
+        self._time, state, self._h, self.ok, self.status = snapshot
+        self._state = state.copy()
+
+    def copy(self) -> Self:
+        return self._with(self.rtol, self.atol)
+
+    @property
+    def fineness(self) -> str:
+        return f"rtol {self.rtol:g}"
+
+    def finer(self) -> Self:
+        rtol = max(self.rtol / 10.0, FINEST)
+        return self._with(rtol, self.atol * rtol / self.rtol)
+
+    def _with(self, rtol: float, atol: float) -> Self:
+        """A copy with these tolerances."""
+        other = type(self)(
+            self.function,
+            self.start,
+            jacobian=self.jacobian,
+            parameters=self._parameters,
+            names=self.names,
+            units=self.units,
+            period=self._given_period,
+            driven=self._given_driven,
+            name=self.name,
+            rtol=rtol,
+            atol=atol,
+            method=self.method,
+        )
+        other.restore(self.snapshot())
+        return other
+
+    def _rate(self, t: float, x: np.ndarray) -> np.ndarray:
+        try:
+            with np.errstate(all="ignore"):
+                rate = np.asarray(self.function(t, x, **self._parameters), dtype=np.float64)
+        except (OverflowError, ZeroDivisionError, FloatingPointError) as error:
+            raise NotFiniteError(f"{error}") from error
+        if not np.isfinite(rate).all():
+            raise NotFiniteError("a rate is not finite")
+        return rate
+
+    def _depends_on_time(self) -> bool:
+        if self.period is not None:
+            return True
+        try:
+            rates = [self._rate(t, self._state) for t in (0.0, *INSTANTS)]
+        except NotFiniteError:
+            return True
+        return any(not np.array_equal(rate, rates[0]) for rate in rates[1:])
+
+    def _slope(self, t: float, x: np.ndarray) -> np.ndarray:
+        if self.jacobian is not None:
+            return square_of(f"ODE {self.name!r}", self.jacobian(t, x, **self._parameters), self.size)
+        return central_differences(lambda y: self._rate(t, y), x)
+
+    def _go(self, limit: float, tangents: np.ndarray | None, *, single: bool) -> bool:
+        """Integrate up to `limit`, or a single step; state and tangents stand at the last step that was good."""
+        if not self.ok:
+            return False
+        lengths = np.ones(0)
+        if tangents is not None:
+            tangents = tangents_of(f"ODE {self.name!r}", tangents, self.size)
+            lengths = np.abs(tangents).max(axis=0, initial=0.0)
+            lengths[lengths == 0.0] = 1.0
+            tangents /= lengths
+        trouble: str | None = None
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+            try:
+                solver = self._solver(limit, tangents)
+                while solver.status == "running" and trouble is None:
+                    before = solver.h_abs
+                    trouble = solver.step() if np.isfinite(solver.y).all() else "the state is not finite"
+                    if trouble is None:
+                        self._accept(solver, before, limit, tangents)
+                    if single:
+                        break
+            except NotFiniteError as error:
+                trouble = str(error)
+        if tangents is not None:
+            tangents *= lengths
+        self.ok = trouble is None
+        text = "Reached" if trouble is None else f"Stopped: {trouble.rstrip('.')},"
+        self.status = f"{text} {'at ' if trouble else ''}t = {self._time:.6g} s."
+        return self.ok
+
+    def _accept(self, solver: Any, before: float, limit: float, tangents: np.ndarray | None) -> None:
+        n = self.size
+        self._time, self._state = float(solver.t), solver.y[:n].copy()
+        self._h = float(max(before, solver.h_abs)) if solver.t >= limit else float(solver.h_abs)
+        if tangents is not None:
+            tangents[:] = solver.y[n:].reshape(tangents.shape)
+
+    def _solver(self, limit: float, tangents: np.ndarray | None) -> Any:
+        """A solver from the present state; its first step is the one that the last solver would have taken."""
+        import scipy.integrate
+
+        kind = getattr(scipy.integrate, self.method)
+        first = None if self._h is None else min(self._h, limit - self._time)
+        if tangents is None:
+            return kind(self._rate, self._time, self._state, limit, first_step=first, rtol=self.rtol, atol=self.atol)
+        n, k = tangents.shape
+
+        def both(t: float, y: np.ndarray) -> np.ndarray:
+            rate = self._rate(t, y[:n])
+            return np.concatenate([rate, (self._slope(t, y[:n]) @ y[n:].reshape(n, k)).ravel()])
+
+        y = np.concatenate([self._state, tangents.ravel()])
+        atol = np.concatenate([np.full(n, self.atol), np.full(n * k, TANGENT_ATOL * self.rtol)])
+        return kind(both, self._time, y, limit, first_step=first, rtol=self.rtol, atol=atol)

@@ -1,0 +1,1 @@
+"""The verdict on a motion: periodic, quasi-periodic, chaotic, transient or inconclusive."""

@@ -1,0 +1,1 @@
+"""The balance of energies over a run, and the work of contacts in it."""

@@ -1,0 +1,83 @@
+"""Work of contacts in a step: by their laws along the path, and by the forces that the step took as linear."""
+
+from flexmb.contact.onset import crossing
+from flexmb.kernels import GAP_SIZE, compiled, part_of
+from flexmb.places import FRICTION_FORCE, GAP, GAP_RATE, NORMAL, NORMAL_FORCE, TANGENTIAL
+from flexmb.program.tables import COMMON_Z, LAST_GAP, LAST_GAP_RATE
+from flexmb.state.flow import BY_FRICTION, BY_NORMAL, CONTACT_MEMORY, PRESSED
+from flexmb.system.contacts import call_gap, call_normal, jacobians
+from flexmb.system.work import LOSS_BEYOND, LOSS_FRICTION, LOSS_MEMORY, LOSS_NORMAL
+
+GAUSS = 0.5 / 3.0**0.5
+"""The two points of Gauss' rule lie so far from the middle: exact for cubics, and ends of a contact need no value."""
+
+
+@compiled
+def contact_losses(tables, address, h, flow, q1, v1, work):
+    """Fill work.loss: what laws took from the motion, normal and tangential; what the step took beyond; memory.
+
+    The normal law is asked at two points of the cubic path between both states; the step moved with the mean force.
+    Friction is booked as the step moved: where it sticks it is too steep to be asked between the states.
+
+    The memory of a contact is its normal force and six generalised forces each of normal force and friction.
+    """
+    K = tables.contacts
+    for c in range(K.kernel.shape[0]):
+        loss, contact = work.loss[c], work.contact[c]
+        k = CONTACT_MEMORY * c
+        memory = part_of(flow.memory, k, k + CONTACT_MEMORY)
+        N, T = contact[NORMAL_FORCE], contact[FRICTION_FORCE]
+        touched = N != 0.0 or T != 0.0
+        for i in range(1, CONTACT_MEMORY):
+            touched = touched or memory[i] != 0.0
+        for i in range(LOSS_MEMORY + CONTACT_MEMORY):
+            loss[i] = 0.0
+        if touched:
+            jacobians(contact, work.contact_scratch)
+            normal, friction, dofs = 0.0, 0.0, part_of(K.dofs, 6 * c, 6 * c + 6)
+            now = part_of(loss, LOSS_MEMORY, LOSS_MEMORY + CONTACT_MEMORY)
+            now[PRESSED] = N
+            for i in range(6):
+                way = q1[dofs[i]] - flow.q[dofs[i]]
+                now[BY_NORMAL + i] = N * work.contact_scratch[NORMAL, i]
+                now[BY_FRICTION + i] = T * work.contact_scratch[TANGENTIAL, i]
+                normal += 0.5 * (memory[BY_NORMAL + i] + now[BY_NORMAL + i]) * way
+                friction += 0.5 * (memory[BY_FRICTION + i] + now[BY_FRICTION + i]) * way
+            if h > 0.0:
+                by_law = _by_law(tables, address, c, h, flow, q1, v1, work)
+                loss[LOSS_NORMAL], loss[LOSS_FRICTION], loss[LOSS_BEYOND] = by_law, -friction, -normal - by_law
+
+
+@compiled
+def _by_law(tables, address, c, h, flow, q1, v1, work):
+    """Loss of contact c by its normal law, in the part of the step in which its surfaces touch."""
+    K = tables.contacts
+    k, contact = K.z[c, COMMON_Z], work.contact[c]
+    begin, end = _touching(h, flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE], contact[GAP], contact[GAP_RATE])
+    half, dofs, loss = 0.5 * (end - begin), part_of(K.dofs, 6 * c, 6 * c + 6), 0.0
+    for point in range(2):
+        s = begin + half + (2 * point - 1) * GAUSS * (end - begin)
+        for i in range(6):
+            k = dofs[i]
+            rise = q1[k] - flow.q[k]
+            d0, d1 = h * flow.v[k], h * v1[k]
+            c2, c3 = 3.0 * rise - 2.0 * d0 - d1, d0 + d1 - 2.0 * rise
+            work.ql[i] = flow.q[k] + s * (d0 + s * (c2 + s * c3))
+            work.vl[i] = (d0 + s * (2.0 * c2 + 3.0 * s * c3)) / h
+        gap = work.gap
+        for i in range(GAP_SIZE):
+            gap[i] = 0.0
+        call_gap(tables, address, c, work.ql, work.vl, gap)
+        N, _, _ = call_normal(tables, address, c, s * h, gap[GAP], gap[GAP_RATE], flow.z, work.z_between)
+        loss -= half * h * N * gap[GAP_RATE]
+    return loss
+
+
+@compiled
+def _touching(h, gap0, rate0, gap1, rate1):
+    """Begin and end of the part of a step in which a contact is closed; all of it where neither end says when."""
+    if gap0 > 0.0 >= gap1:
+        return crossing(h, gap0, rate0, gap1, rate1), 1.0
+    if gap0 < 0.0 < gap1:
+        return 0.0, crossing(h, -gap0, -rate0, -gap1, -rate1)
+    return 0.0, 1.0

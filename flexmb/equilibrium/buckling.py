@@ -1,0 +1,215 @@
+"""Linear buckling: the factors by which all loads must grow until a structure loses its stiffness."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg as la
+import scipy.sparse as sp
+from scipy.sparse.linalg import ArpackNoConvergence, splu
+
+from flexmb import checks
+from flexmb.equilibrium.eigen import DENSE, largest_of
+from flexmb.equilibrium.free_motions import moves_most, null_space
+from flexmb.equilibrium.statics import refuse_free_motion
+from flexmb.errors import InputError, SolveError
+from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import Body, Part
+from flexmb.model.pieces import ElementPiece
+from flexmb.program.compiler import compile as compile_mechanism
+from flexmb.program.program import Program, resolve
+from flexmb.system.at_state import System
+
+STRIDE = 1e-3
+"""Largest relative movement of the prestress path between two evaluations of K; its derivative is of fourth order."""
+
+NO_FACTOR = 1e-9
+"""Eigenvalues 1/s below this part of the largest one are round-off: there the loads change no stiffness."""
+
+
+@dataclass(frozen=True)
+class Buckling:
+    """Critical load factors and shapes; `print(buckling)` shows a table.
+
+    Parameters
+    ----------
+    factors : (n,) factors on all loads at which the stiffness is lost: first those > 0, ascending, then those < 0 (all
+        loads reversed), nearest to zero first.
+    shapes : (n_q, n) buckling shapes, largest entry 1, rotations counted with the size of the model.
+    names : (n_q,) names of the coordinates.
+    aliases : other names of nodes.
+    moves : (n,) name of the coordinate that each shape moves most.
+    """
+
+    factors: np.ndarray
+    shapes: np.ndarray
+    names: tuple[str, ...]
+    aliases: dict[str, str]
+    moves: tuple[str, ...]
+
+    def shape(self, mode: int, name: str) -> float:
+        """Amplitude of a coordinate in a shape.
+
+        Parameters
+        ----------
+        mode : number of the shape, from 0.
+        name : the coordinate, e.g. "column.node3.y".
+        """
+        if not 0 <= checks.count("Buckling", "mode", mode, 0) < len(self.factors):
+            raise InputError(f"Buckling: mode is {mode}; there are shapes 0 to {len(self.factors) - 1}.")
+        place = resolve(name, self.aliases)
+        return float(self.shapes[self.names.index(checks.one_of("Buckling", "coordinate", place, self.names)), mode])
+
+    def __str__(self) -> str:
+        """A table: number, factor, where it moves most."""
+        rows = ["shape  load factor  moves most"]
+        rows += [f"{k:5d}  {f:11.6g}  {self.moves[k]}" for k, f in enumerate(self.factors)]
+        return "\n".join(rows)
+
+
+def buckling(mechanism: Mechanism, count: int = 4) -> Buckling:
+    """Critical factors of the loads applied, when all of them grow together, gravity included.
+
+    Loads are gravity and every part that is no body and whose elements keep no energy: `Force`, `Torque`, and elements
+    of one's own without an energy kernel.  Springs belong to the structure.  Clearance joints are taken as ideal,
+    drives are held.
+
+    Parameters
+    ----------
+    mechanism : the structure in its drawn pose, closed and free of stress there, with the loads.
+    count : how many factors > 0 and how many < 0 are wanted; fewer where there are no more.
+
+    Raises
+    ------
+    InputError : no load; a structure that is under stress in the drawn pose without the loads, or not closed there;
+        loads that turn with the structure so that its stiffness is not symmetric.
+    SolveError : a motion that nothing resists (named); the eigensolver did not converge.
+
+    Notes
+    -----
+    With the displacements u and multipliers of the linear answer to the loads, K(s) is the tangent stiffness at s u,
+    those multipliers and loads included; (K(0) + s dK/ds) x = 0 with G x = 0.  Exact for what stays straight until it
+    buckles; for what bends before, an estimate that `static_equilibrium` and `modes(at=...)` sharpen.  Not for loads
+    that make a structure flutter.
+    Source: R. D. Cook, D. S. Malkus, M. E. Plesha, R. J. Witt, Concepts and Applications of Finite Element Analysis,
+    4th ed., Wiley 2002, chapter 18.
+    """
+    count = checks.count("buckling", "count", count)
+    if not isinstance(mechanism, Mechanism):
+        raise InputError(f"buckling: {mechanism!r} is not a Mechanism.")
+    bare = unloaded(mechanism)
+    program, loaded = (compile_mechanism(m, closed=True) for m in (bare, mechanism))
+    system, q = System(program), np.array(program.drawn.q)
+    load = System(loaded).at(q, weights=(1.0, 0.0, 0.0))
+    force, K_load = load.force, load.block()
+    system.at(q, weights=(1.0, 0.0, 0.0))
+    force, K_load = force - system.force, (K_load - system.block()).tocsc()
+    if not np.abs(force).any():
+        raise InputError(f"buckling: mechanism {mechanism.name!r} has no load. Add a Force, a Torque, or gravity.")
+    refuse_free_motion(program, system, q)
+    _refuse_stress(program, system, q)
+    K, G = system.at(q, weights=(1.0, 0.0, 0.0)).block(), system.jacobian
+    path = system.solve(np.append(-force, np.zeros(program.n_c)), f"buckling of {program.name!r}")
+    K_path = (_slope(program, system, q, path) + K_load).tocsc()
+    solve = _dense if program.n_q <= DENSE else _sparse
+    factors, x = solve(program, K, K_path, G, count)
+    x = x / np.abs(x * _sizes(program)[:, None]).max(axis=0, initial=0.0)
+    names = program.names
+    moves = tuple(moves_most(names.coordinates, program.length, shape) for shape in x.T)
+    return Buckling(factors, x, names.coordinates, names.aliases, moves)
+
+
+def unloaded(mechanism: Mechanism) -> Mechanism:
+    """The mechanism without gravity and without the parts that are loads."""
+    bare = mechanism.with_({"gravity": (0.0, 0.0)})
+    for part in mechanism.parts:
+        if is_load(part, mechanism):
+            bare = bare.without_part(part.name)
+    return bare
+
+
+def is_load(part: Part, mechanism: Mechanism) -> bool:
+    """Whether a part is no body and has elements, none of which keeps energy."""
+    pieces = [] if isinstance(part, Body) else list(part.pieces(mechanism))
+    return bool(pieces) and all(isinstance(p, ElementPiece) and p.energy is None for p in pieces)
+
+
+def _refuse_stress(program: Program, system: System, q: np.ndarray) -> None:
+    """`InputError` when forces or open joints would move the unloaded structure out of its drawn pose."""
+    system.at(q, weights=(1.0, 0.0, 0.0))
+    step = system.solve(-np.append(system.force, system.residual), f"buckling of {program.name!r}")[: program.n_q]
+    step = np.abs(step) * _sizes(program) / program.length
+    if step.max() > 1e-9:
+        raise InputError(
+            f"buckling: without its loads mechanism {program.name!r} does not rest in the drawn pose; it would move "
+            f"{program.names.coordinates[int(step.argmax())]!r} most. Draw it closed, with springs at their free "
+            "length."
+        )
+
+
+def _sizes(program: Program) -> np.ndarray:
+    """Factors (n_q,) that turn coordinates into lengths [m]."""
+    return np.where(program.tables.kind == 1, program.length, 1.0)
+
+
+def _slope(program: Program, system: System, q: np.ndarray, path: np.ndarray) -> sp.csc_matrix:
+    """dK/ds along q + s u with multipliers s lam, by central differences of fourth order."""
+    u, lam = path[: program.n_q], path[program.n_q :]
+    size = np.abs(u * _sizes(program)).max()
+    h = STRIDE * program.length / size if size else 1.0  # rigid bodies do not move: K is linear in the multipliers
+    K = {k: system.at(q + k * h * u, lam=k * h * lam, weights=(1.0, 0.0, 0.0)).block() for k in (-2, -1, 1, 2)}
+    return ((8.0 * (K[1] - K[-1]) - (K[2] - K[-2])) / (12.0 * h)).tocsc()
+
+
+def _dense(program: Program, K, K_path, G, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Factors and shapes by a dense eigensolver on the null space of G."""
+    Z = null_space(G.toarray())
+    k, k_path = Z.T @ (K @ Z), Z.T @ (K_path @ Z)
+    scale = np.abs(k_path).max(initial=0.0)
+    if np.abs(k_path - k_path.T).max(initial=0.0) > 1e-6 * scale:
+        raise InputError(
+            f"buckling: the loads of mechanism {program.name!r} follow its motion, so its stiffness is not symmetric "
+            f"and it may flutter before it buckles. Use modes(at=static_equilibrium(...)) at growing loads."
+        )
+    try:
+        inverse, y = la.eigh(-(k_path + k_path.T) / 2.0, (k + k.T) / 2.0)
+    except la.LinAlgError as error:
+        raise SolveError(_unstable(program)) from error
+    places = _order(inverse, count)
+    return 1.0 / inverse[places], Z @ y[:, places]
+
+
+def _sparse(program: Program, K, K_path, G, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Factors and shapes from the largest eigenvalues of -K^-1 dK/ds with G x = 0."""
+    n, m = K.shape[0], G.shape[0]
+    scale = abs(K).max()
+    lu = splu(sp.block_array([[K / scale, G.T], [G, None]]).tocsc())
+
+    def inverses(x: np.ndarray) -> np.ndarray:
+        """1/s times x, on the null space of G."""
+        return -lu.solve(np.append(K_path @ x / scale, np.zeros(m)))[:n]
+
+    try:
+        inverse, x = largest_of(inverses, n, min(4 * count + 4, n // 4))
+    except (ArpackNoConvergence, RuntimeError) as error:
+        raise SolveError(f"buckling: the eigensolver did not converge ({error}). Ask for fewer factors.") from error
+    if np.abs(inverse.imag).max() > 1e-6 * np.abs(inverse).max():
+        raise SolveError(_unstable(program))
+    places = _order(inverse.real, count)
+    return 1.0 / inverse.real[places], x[:, places].real
+
+
+def _unstable(program: Program) -> str:
+    return (
+        f"buckling: mechanism {program.name!r} without its loads is not stable in the drawn pose, "
+        "or its loads follow its motion; no load factors exist."
+    )
+
+
+def _order(inverse: np.ndarray, count: int) -> np.ndarray:
+    """Places of the 1/s wanted: s > 0 ascending, then s < 0 from zero down."""
+    real = np.abs(inverse) > NO_FACTOR * np.abs(inverse).max(initial=0.0)
+    up, down = np.flatnonzero(real & (inverse > 0.0)), np.flatnonzero(real & (inverse < 0.0))
+    up, down = up[np.argsort(-inverse[up])][:count], down[np.argsort(inverse[down])][:count]
+    return np.concatenate([up, down])

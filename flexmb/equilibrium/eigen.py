@@ -1,0 +1,216 @@
+"""Eigenvalue problems on the null space of the joints: real symmetric ones, and quadratic ones with damping."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import scipy.linalg as la
+import scipy.sparse as sp
+from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs, eigsh, splu
+
+from flexmb.equilibrium.free_motions import null_space
+from flexmb.errors import SolveError
+
+Solve = Callable[[np.ndarray], np.ndarray]
+
+DENSE = 1500
+"""Up to so many coordinates all modes are computed by a dense eigensolver."""
+
+FEW = 300
+"""From so many coordinates on less than a quarter of the modes are found faster one by one."""
+
+DENSE_QUADRATIC = 150
+"""The same for quadratic problems, which are twice as large and not symmetric: 20 times the time."""
+
+NO_MASS = "modes: a motion without mass; give every body and node some mass and inertia."
+
+
+def undamped(
+    K: sp.csc_matrix, M: sp.csc_matrix, G: sp.csr_matrix, rigid: np.ndarray, count: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest omega^2 and shapes of K x = omega^2 M x with G x = 0, x orthogonal in M to the shapes `rigid`."""
+    held = sp.vstack([G, sp.csr_matrix((M @ rigid).T)]).tocsr() if rigid.shape[1] else G
+    K = ((K + K.T) / 2.0).tocsc()
+    if K.shape[0] > (FEW if 4 * count < K.shape[0] else DENSE):
+        return _sparse(K, M, held, count)
+    Z = null_space(held.toarray())
+    if Z.shape[1] == 0:
+        return np.zeros(0), np.zeros((K.shape[0], 0))
+    k, m = (Z.T @ (X @ Z) for X in (K, M))
+    k, m = _symmetric(k), _symmetric(m)
+    try:
+        squares, y = la.eigh(k, m)
+    except la.LinAlgError as error:
+        raise SolveError(NO_MASS) from error
+    squares, y = _sharpened(k, m, squares, y, count)
+    return squares, Z @ y
+
+
+def _sharpened(
+    k: np.ndarray, m: np.ndarray, squares: np.ndarray, y: np.ndarray, count: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """The lowest modes, those that are slow against the fastest one once more from the inverse of k.
+
+    The eigensolver leaves an error of round-off times the LARGEST omega^2 in all of them; the inverse has the slow
+    modes as its largest eigenvalues and leaves an error relative to the LOWEST one.  Each mode takes the better of
+    both.  Where k is not positive definite (an unstable pose) the first values stay.
+    """
+    largest = squares[-1]
+    squares, y = squares[:count].copy(), y[:, :count].copy()
+    slow = int((squares < 1e-6 * largest).sum())
+    try:
+        factor = la.cho_factor(k)
+        x = y[:, :slow]
+        for _ in range(3):
+            mx = m @ x
+            x = la.cho_solve(factor, mx)
+            inverse, turn = la.eigh(_symmetric(x.T @ m @ x), _symmetric(x.T @ mx))
+            x = (x @ turn)[:, ::-1]
+            x /= np.sqrt(np.einsum("ij,ij->j", x, m @ x))
+    except la.LinAlgError:
+        return squares, y
+    if slow:
+        better = np.flatnonzero(inverse[::-1] ** -2.0 < largest / inverse[-1])
+        squares[better], y[:, better] = 1.0 / inverse[::-1][better], x[:, better]
+    return squares, y
+
+
+def _symmetric(k: np.ndarray) -> np.ndarray:
+    return (k + k.T) / 2.0
+
+
+def _sparse(K: sp.csc_matrix, M: sp.csc_matrix, G: sp.csr_matrix, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """The lowest eigenvalues by inversion of the bordered matrices; a small shift where they are singular."""
+    n, m = K.shape[0], G.shape[0]
+    scale = abs(K).max()
+    A = sp.block_array([[K, scale * G.T], [scale * G, None]]).tocsc()
+    B = sp.block_diag([M, sp.csc_matrix((m, m))]).tocsc()
+    wanted = max(1, min(count, n - m - 1))
+    for shift in (0.0, -1e-6 * scale / abs(M).max()):
+        try:
+            solve = splu((A - shift * B).tocsc()).solve
+            return _with_copies(A, B, M, solve, shift, wanted)
+        except (ArpackNoConvergence, RuntimeError) as error:
+            failure = error
+    raise SolveError(f"modes: the eigensolver did not converge ({failure}). Ask for fewer modes.") from failure
+
+
+def _with_copies(A, B, M, solve: Solve, shift: float, wanted: int) -> tuple[np.ndarray, np.ndarray]:
+    """The lowest eigenvalues of A x = omega^2 B x, as often as they are repeated.
+
+    Lanczos' method sees one direction of those that belong to a repeated value (equal bodies, symmetric frames), and
+    others by round-off only.  So it is run again without what was found, until nothing below it is left.
+    """
+    n, size = M.shape[0], A.shape[0]
+    squares, X = np.zeros(0), np.zeros((n, 0))
+    while len(squares) < size:
+
+        def rest(b: np.ndarray, X=X) -> np.ndarray:
+            x = solve(b)
+            x[:n] -= X @ (X.T @ (M @ x[:n]))
+            return x
+
+        start = rest(B @ np.cos(np.arange(size) ** 2.0 + len(squares)))
+        operator = LinearOperator((size, size), rest, dtype=float)
+        more, x = eigsh(A, k=wanted, M=B, sigma=shift, which="LM", v0=start, OPinv=operator)
+        last = np.sort(squares)[wanted - 1] if len(squares) else np.inf
+        squares, X = np.append(squares, more), np.hstack([X, x[:n]])
+        if more.min() >= last or len(squares) > n - (size - n) - wanted:
+            break
+    order = np.argsort(squares)[:wanted]
+    return squares[order], X[:, order]
+
+
+def damped(
+    K: sp.csc_matrix, C: sp.csc_matrix, M: sp.csc_matrix, G: sp.csr_matrix, rigid: np.ndarray, count: int, *, kept=False
+) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues s with Im s >= 0, lowest |s| first, and shapes of (s^2 M + s C + K) x = 0, G x = 0.
+
+    x is orthogonal in M to the shapes `rigid`; with `kept` these stay in the problem, their stiffness exactly zero.
+    """
+    held = sp.vstack([G, sp.csr_matrix((M @ rigid).T)]).tocsr() if rigid.shape[1] else G
+    if K.shape[0] > (DENSE if kept else DENSE_QUADRATIC):
+        s, x = _sparse_quadratic(K, C, M, G if kept else held, count)
+    else:
+        free = rigid if kept else rigid[:, :0]
+        s, x = _dense_quadratic(K, C, M, np.hstack([free, null_space(held.toarray())]), free.shape[1])
+    size = np.abs(s).max(initial=0.0)
+    s = np.where(np.abs(s.imag) <= 1e-12 * size, s.real + 0.0j, s)
+    keep = np.flatnonzero(s.imag >= 0.0)
+    keep = keep[np.argsort(np.abs(s[keep]), kind="stable")][:count]
+    return s[keep], x[:, keep]
+
+
+def _dense_quadratic(K, C, M, Z: np.ndarray, free: int) -> tuple[np.ndarray, np.ndarray]:
+    """All eigenvalues, by a companion matrix with blocks of one size; the first `free` columns have no stiffness."""
+    n = Z.shape[1]
+    if n == 0:
+        return np.zeros(0, complex), np.zeros((K.shape[0], 0), complex)
+    k, c, m = (Z.T @ (X @ Z) for X in (K, C, M))
+    k[:free], k[:, :free] = 0.0, 0.0
+    try:
+        factor = la.cho_factor((m + m.T) / 2.0)
+    except la.LinAlgError as error:
+        raise SolveError(NO_MASS) from error
+    k, c = la.cho_solve(factor, k), la.cho_solve(factor, c)
+    unit = np.sqrt(la.norm(k, 2)) or 1.0
+    A = np.block([[np.zeros((n, n)), np.eye(n)], [-k / unit**2, -c / unit]])
+    values, vectors = la.eig(A)
+    return values * unit, Z @ vectors[:n]
+
+
+def _sparse_quadratic(K, C, M, G: sp.csr_matrix, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """The lowest eigenvalues, by the inverse of the first-order problem on displacements and velocities."""
+    n, m = K.shape[0], G.shape[0]
+    scale = abs(K).max()
+    try:
+        lu = splu(sp.block_array([[K, scale * G.T], [scale * G, None]]).tocsc())
+    except RuntimeError as error:
+        text = "the stiffness is singular: hold the motions that only dampers resist, or model fewer elements"
+        raise SolveError(f"modes: {text} ({error}).") from error
+
+    def inverse(x: np.ndarray) -> np.ndarray:
+        """One over s times (y, s y): y = -K^-1 (C y + M (s y)) on the null space of G."""
+        load = C @ x[:n] + M @ x[n:]
+        return np.concatenate([-lu.solve(np.append(load, np.zeros(m)))[:n], x[:n]])
+
+    try:
+        values, x = largest_of(inverse, 2 * n, 2 * count + 2)
+    except (ArpackNoConvergence, RuntimeError) as error:
+        raise SolveError(f"modes: the eigensolver did not converge ({error}). Ask for fewer modes.") from error
+    return 1.0 / values, x[:n]
+
+
+def largest_of(operator: Solve, size: int, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """The eigenvalues of a real operator that are largest in modulus, as often as they are repeated, and vectors.
+
+    Arnoldi's method sees one direction of a repeated value, so it is run again on what is orthogonal to the invariant
+    subspace Q found so far, until nothing as large is left; then Q^T A Q has all of them.
+    """
+    Q, found = np.zeros((size, 0)), np.zeros(0)
+    while Q.shape[1] + 2 * count + 2 < size:
+
+        def rest(x: np.ndarray, Q=Q) -> np.ndarray:
+            y = operator(x - Q @ (Q.T @ x))
+            return y - Q @ (Q.T @ y)
+
+        start = rest(np.cos(np.arange(size) ** 2.0 + len(found)))
+        more, x = eigs(LinearOperator((size, size), rest, dtype=float), k=count, which="LM", v0=start)
+        least = np.sort(found)[-count] if len(found) else 0.0
+        found = np.append(found, np.abs(more))
+        Q = la.qr(np.hstack([Q, _basis(x, Q)]), mode="economic")[0]
+        if np.abs(more).max() <= least * (1.0 + 1e-9):
+            break
+    values, y = la.eig(Q.T @ np.column_stack([operator(q) for q in Q.T]))
+    order = np.argsort(-np.abs(values), kind="stable")[:count]
+    return values[order], Q @ y[:, order]
+
+
+def _basis(x: np.ndarray, Q: np.ndarray) -> np.ndarray:
+    """Orthonormal real basis of complex vectors, orthogonal to Q."""
+    parts = np.hstack([x.real, x.imag])
+    for _ in range(2):  # twice: round-off of the first time
+        parts = parts - Q @ (Q.T @ parts)
+    U, sizes, _ = la.svd(parts, full_matrices=False)
+    return U[:, sizes > 1e-8 * sizes[0]]

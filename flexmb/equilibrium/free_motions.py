@@ -1,0 +1,136 @@
+"""Motions that joints allow and that nothing resists, with names a reader understands."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.linalg as la
+import scipy.sparse as sp
+
+from flexmb.program.program import Program
+from flexmb.start.rigid_motion import RigidMotion
+
+ALLOWED = 1e-10
+"""Rows of joints below this part of the largest one say nothing new (poses are closed to 1e-12)."""
+
+UNRESISTED = 1e-13
+"""A motion is free when its force is below this part of the sum of the absolute terms it is made of."""
+
+ENTRY = 1e-15
+"""Round-off of an entry of the stiffness over the largest one of its node."""
+
+SMALL = 1e-8
+"""Shares of a motion below this part of the largest one are not mentioned."""
+
+
+def null_space(G: np.ndarray, tolerance: float = ALLOWED) -> np.ndarray:
+    """Orthonormal basis (n, k) of the motions x with G x = 0, by a pivoted QR of G^T with rows of length 1."""
+    n = G.shape[1]
+    lengths = np.linalg.norm(G, axis=1)
+    G = G[lengths > 0.0] / lengths[lengths > 0.0, None]
+    if not len(G):
+        return np.eye(n)
+    Q, R, _ = la.qr(G.T, pivoting=True)
+    diagonal = np.abs(np.diag(R))
+    return Q[:, int((diagonal > tolerance * diagonal[0]).sum()) :]
+
+
+def free_motions(program: Program, q: np.ndarray, K: sp.csc_matrix, G: sp.csr_matrix) -> np.ndarray:
+    """Motions (3 bodies, k) of the bodies as rigid ones that joints allow and no stiffness resists.
+
+    A flexible body resists every deformation, so these are all motions without strain energy.  Each row of K B w is
+    compared with the sum of the absolute values of its own terms, that is with its round-off: a spring of 1e-9 of a
+    beam's stiffness is seen, and a large stiffness elsewhere hides nothing.
+    """
+    B = RigidMotion(program).basis(q)
+    sizes = np.where(np.arange(B.shape[1]) % 3 == 2, 1.0, program.length)
+    B = (B @ sp.diags_array(sizes)).tocsr()
+    Z = null_space((G @ B).toarray())
+    if Z.shape[1]:
+        moved = B @ Z
+        terms = (abs(K) @ np.abs(moved)).sum(axis=1) + ENTRY / UNRESISTED * stiffest_at(K) * np.abs(moved).max()
+        rows = terms > 0.0
+        force = (K @ moved)[rows] / terms[rows, None]
+        if len(force):
+            values, vectors = la.svd(force, full_matrices=True)[1:]
+            values = np.append(values, np.zeros(Z.shape[1] - len(values)))
+            Z = Z @ vectors[values <= UNRESISTED * np.sqrt(len(force))].T
+    return sizes[:, None] * plain(Z)
+
+
+def stiffest_at(K: sp.csc_matrix) -> np.ndarray:
+    """Largest stiffness (n_q,) of a node along x or y, at both of these coordinates; 0 at rotations.
+
+    A beam is turned from its own axes into x and y: where it points along one of them, entries that should be 0 are the
+    round-off of its axial stiffness.
+    """
+    largest = abs(K).tocsr().max(axis=1).toarray().ravel()
+    along = np.maximum(largest[0::3], largest[1::3])
+    return np.column_stack([along, along, np.zeros_like(along)]).ravel()
+
+
+def plain(Z: np.ndarray) -> np.ndarray:
+    """The same motions combined so that each is a single translation or rotation where possible, translations first."""
+    Z, count = Z.copy(), Z.shape[1]
+    angles = list(range(2, len(Z), 3))
+    # the first body's translation, all rotations, then what is left: so bodies that hang together translate together
+    order = [0, 1, *angles, *(k for k in range(3, len(Z)) if k % 3 != 2)]
+    chosen: list[int] = []
+    turning: list[int] = []
+    for place in order:
+        left = [k for k in range(count) if k not in chosen]
+        if not left:
+            break
+        best = max(left, key=lambda k: abs(Z[place, k]))
+        if abs(Z[place, best]) <= 1e-6:
+            continue
+        chosen.append(best)
+        turning += [best] if place % 3 == 2 else []
+        Z[:, best] /= Z[place, best]
+        others = [k for k in range(count) if k != best]
+        Z[:, others] -= np.outer(Z[:, best], Z[place, others])
+    Z = Z[:, [k for k in chosen if k not in turning] + turning]
+    return np.where(np.abs(Z) > SMALL * np.abs(Z).max(axis=0, initial=0.0), Z, 0.0)
+
+
+def shapes_of(program: Program, q: np.ndarray, motions: np.ndarray, M: sp.csc_matrix) -> np.ndarray:
+    """Motions of bodies as shapes (n_q, k) of the coordinates with x^T M x = 1, orthogonal in M, in their order.
+
+    So the translations stay what they are, and the rotation of a free body becomes that about its centre of mass.
+    """
+    X = RigidMotion(program).basis(q) @ motions
+    for k in range(X.shape[1]):
+        for _ in range(2):  # twice: round-off of the first pass
+            X[:, k] -= X[:, :k] @ (X[:, :k].T @ (M @ X[:, k]))
+        energy = float(X[:, k] @ (M @ X[:, k]))
+        X[:, k] /= np.sqrt(energy) if energy > 0.0 else np.abs(X[:, k]).max()
+    return X
+
+
+def named(program: Program, motion: np.ndarray) -> str:
+    """A rigid motion (3 bodies,) in words: "translation in x of 'rod'"."""
+    w = motion.reshape(-1, 3) / np.where(np.arange(3) == 2, 1.0, program.length)
+    size = np.abs(w).max()
+    moving = np.abs(w).max(axis=1) > SMALL * size
+    turning = np.abs(w[:, 2]) > SMALL * size
+    if turning.any():
+        also = _listed(program, moving & ~turning)
+        return f"rotation of {_listed(program, turning)}" + (f", moving {also}" if also else "")
+    first = w[int(np.flatnonzero(moving)[0]), :2]
+    same = np.abs(w[moving, :2] - first).max() <= 1e-6 * size
+    ways = {(True, False): "in x", (False, True): "in y"}
+    way = ways.get(tuple(bool(x) for x in np.abs(first) > SMALL * size))
+    if way is None:
+        dx, dy = first / np.hypot(*first)
+        way = f"along ({dx:.3g}, {dy:.3g})"
+    return f"translation {way} of {_listed(program, moving)}" if same else f"motion of {_listed(program, moving)}"
+
+
+def _listed(program: Program, which: np.ndarray) -> str:
+    names = [repr(program.names.bodies[b]) for b in np.flatnonzero(which)]
+    return ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
+
+
+def moves_most(names: tuple[str, ...], length: float, shape: np.ndarray) -> str:
+    """Name of the coordinate that a shape (n_q,) moves most, rotations counted with the size of the mechanism."""
+    sizes = np.where(np.arange(len(shape)) % 3 == 2, length, 1.0)
+    return names[int(np.abs(shape * sizes).argmax())]

@@ -1,0 +1,104 @@
+"""Inverse dynamics: the drive forces that a prescribed motion of a rigid mechanism takes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.equilibrium.statics import reactions
+from flexmb.errors import InputError
+from flexmb.model.mechanism import Mechanism
+from flexmb.program.compiler import compile as compile_mechanism
+from flexmb.program.program import Program, resolve
+from flexmb.start.assemble import close_loops
+from flexmb.start.consistent import accelerations, degrees_of_freedom, rigid_velocities
+from flexmb.system.at_state import System
+
+
+@dataclass(frozen=True)
+class DrivenMotion:
+    """Positions, velocities, accelerations, drive and joint forces at given instants.
+
+    Parameters
+    ----------
+    time : (n,) instants [s].
+    q, v, a : (n, n_q) coordinates and their derivatives.
+    names : (n_q,) names of the coordinates.
+    aliases : other names of nodes.
+    forces : for every joint and drive (n, 3): fx, fy on the second body [N] and moment or drive torque [N m, N].
+    """
+
+    time: np.ndarray
+    q: np.ndarray
+    v: np.ndarray
+    a: np.ndarray
+    names: tuple[str, ...]
+    aliases: dict[str, str]
+    forces: dict[str, np.ndarray]
+
+    def position(self, name: str) -> np.ndarray:
+        """(n,) a coordinate [m, rad].
+
+        Parameters
+        ----------
+        name : the coordinate, e.g. "slider.x".
+        """
+        place = resolve(name, self.aliases)
+        return self.q[:, self.names.index(checks.one_of("DrivenMotion", "coordinate", place, self.names))]
+
+    def torque(self, drive: str) -> np.ndarray:
+        """(n,) torque of a drive on the second body of its joint [N m], or force [N].
+
+        Parameters
+        ----------
+        drive : name of the drive.
+        """
+        return self.forces[checks.one_of("DrivenMotion", "drive", drive, self.forces)][:, 2]
+
+
+def undeclared(program: Program) -> Program:
+    """The program without the start velocities that its bodies declare."""
+    return replace(program, drawn=replace(program.drawn, v=np.full(program.n_q, np.nan)))
+
+
+def inverse_dynamics(mechanism: Mechanism, times: Sequence[float]) -> DrivenMotion:
+    """Motion and forces of a mechanism whose drives prescribe every motion; joints are ideal, bodies rigid.
+
+    Positions, velocities and accelerations follow from the joints and drives alone, one instant at a time, without any
+    integration in time; then the forces follow from the equations of motion.  Declared start velocities play no part.
+
+    Parameters
+    ----------
+    mechanism : as many drives as degrees of freedom; clearance joints are taken as ideal.
+    times : increasing instants [s].
+
+    Raises
+    ------
+    InputError : flexible bodies, too few drives.
+    AssemblyError : a loop that cannot close on the way.
+    """
+    program = compile_mechanism(mechanism, start=True)
+    label = f"inverse_dynamics {mechanism.name!r}"
+    if program.n_q != 3 * len(program.names.bodies):
+        raise InputError(f"{label}: flexible bodies have motions of their own; make them rigid for inverse dynamics.")
+    q, _ = close_loops(program, {})
+    free, _ = degrees_of_freedom(program, q)
+    if free:
+        raise InputError(f"{label}: {free} degree(s) of freedom are not driven; add drives or use simulate.")
+    system = System(program)
+    given = checks.sequence(label, "times", times, "instants [s]")
+    instants = np.array([checks.number(label, f"times[{k}]", t, "s") for k, t in enumerate(given)])
+    program = undeclared(program)  # drives prescribe all velocities; what bodies declare holds at the start alone
+    rows = []
+    for t in instants:
+        q, _ = close_loops(program, {}, start=q, t=float(t))
+        v = rigid_velocities(program, q, float(t))
+        a, lam = accelerations(program, q, v, float(t))
+        found = reactions(program, system.at(q, v, a, lam, t=float(t)), lam)
+        rows.append((q, v, a, found))
+    forces = {name: np.array([row[3][name] for row in rows]) for name in (rows[0][3] if rows else {})}
+    q_all, v_all, a_all = (np.array([row[k] for row in rows]) for k in range(3))
+    return DrivenMotion(instants, q_all, v_all, a_all, program.names.coordinates, program.names.aliases, forces)

@@ -1,0 +1,237 @@
+"""Natural frequencies and modes of the linearised mechanism."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from flexmb import checks
+from flexmb.equilibrium.eigen import damped as damped_modes
+from flexmb.equilibrium.eigen import undamped
+from flexmb.equilibrium.free_motions import free_motions, moves_most, named, shapes_of
+from flexmb.equilibrium.statics import Equilibrium, correction
+from flexmb.equilibrium.steady_rotation import Spin, check_spin
+from flexmb.errors import InputError, SolveError
+from flexmb.loads.force import Force
+from flexmb.model.mechanism import Mechanism
+from flexmb.program.compiler import compile as compile_mechanism
+from flexmb.program.program import Program, resolve
+from flexmb.start.assemble import close_loops
+from flexmb.system.at_state import System
+
+ROUND_OFF = 1e-15
+"""A strain energy below this part of the sum of its absolute terms is not known from the stiffness matrix."""
+
+FOREIGN = 1e-6
+"""An equilibrium that one Newton step moves by more than this part of the model's size is that of another model."""
+
+ASYMMETRY = 1e-11
+"""A difference of stiffnesses beyond the diagonal, over the largest, that is more than round-off."""
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Modes about a pose, drives held fast; `print(modes)` shows a table.
+
+    Parameters
+    ----------
+    frequencies : (n,) natural frequencies [Hz], ascending; 0 for a rigid motion, negative for an unstable one
+        (-sqrt(|omega^2|)/2 pi).  With damping or rotation those of the damped vibration, |Im s|/2 pi, ordered by |s|.
+    shapes : (n_q, n) mode shapes, normalised to x^T M x = 1; complex with damping or rotation.
+    names : (n_q,) names of the coordinates.
+    aliases : other names of nodes.
+    rigid : number of rigid motions; they come first.
+    kinds : (n,) what each mode is: "rigid: rotation of 'rod'", "elastic", "overdamped", "unstable", or "not resolved"
+        where the strain energy is lost in the round-off of the stiffness.
+    moves : (n,) name of the coordinate that each mode moves most, rotations counted with the size of the mechanism.
+    eigenvalues : (n,) complex s [1/s]: motions grow as exp(s t).
+    damping : (n,) damping ratios -Re s/|s|; negative where the motion grows, 0 where s is 0.
+    """
+
+    frequencies: np.ndarray
+    shapes: np.ndarray
+    names: tuple[str, ...]
+    aliases: dict[str, str]
+    rigid: int
+    kinds: tuple[str, ...]
+    moves: tuple[str, ...]
+    eigenvalues: np.ndarray
+    damping: np.ndarray
+
+    def shape(self, mode: int, name: str) -> float | complex:
+        """Amplitude of a coordinate in a mode.
+
+        Parameters
+        ----------
+        mode : number of the mode, from 0.
+        name : the coordinate, e.g. "rod.node3.y".
+        """
+        if not 0 <= checks.count("Modes", "mode", mode, 0) < self.shapes.shape[1]:
+            raise InputError(f"Modes: mode is {mode}; there are modes 0 to {self.shapes.shape[1] - 1}.")
+        place = resolve(name, self.aliases)
+        value = self.shapes[self.names.index(checks.one_of("Modes", "coordinate", place, self.names)), mode]
+        return complex(value) if np.iscomplexobj(self.shapes) else float(value)
+
+    def __str__(self) -> str:
+        """A table: number, frequency, damping ratio, kind, where it moves most."""
+        if not self.kinds:
+            return "no modes: nothing can move"
+        width = max(4, *(len(kind) for kind in self.kinds))
+        rows = [f"mode  frequency [Hz]  damping    {'kind':{width}}  moves most"]
+        for k, kind in enumerate(self.kinds):
+            ratio = f"{self.damping[k]:.4g}"
+            rows.append(f"{k:4d}  {self.frequencies[k]:14.6g}  {ratio:9}  {kind:{width}}  {self.moves[k]}")
+        return "\n".join(rows)
+
+
+def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, damped: bool = False) -> Modes:
+    """Natural frequencies and modes of small motions about the drawn pose, or about a static equilibrium.
+
+    Clearance joints are taken as ideal, drives hold their position.  Stiffness is that of the pose; gravity and forces
+    count when `at` is given, and play no part in the drawn pose, which need not be an equilibrium of theirs.
+
+    Parameters
+    ----------
+    mechanism : the mechanism.
+    count : number of modes, lowest first.
+    at : a static equilibrium of the same mechanism (with ideal joints); one that spins makes gyroscopic modes, as seen
+        from the turning frame.
+    damped : with the damping of material and dampers; complex eigenvalues, and the shapes in their phases.
+
+    Raises
+    ------
+    InputError : an equilibrium of another model; gravity or drives that are not steady in a turning frame.
+    SolveError : the eigensolver did not converge; a motion without mass; forces without a potential, when
+        `damped` is False.
+
+    Notes
+    -----
+    Rigid motions are found first, body by body, from G and K alone, and the rest is computed orthogonal to them: no
+    frequency is compared with another to tell a rigid motion from a slow one.  In a turning frame nothing is called
+    rigid, since every motion has stiffness there.  See `flexmb.equilibrium.steady_rotation` for its matrices.
+    Source: R. D. Cook, D. S. Malkus, M. E. Plesha, R. J. Witt, Concepts and Applications of Finite Element Analysis,
+    4th ed., Wiley 2002, chapter 11; rotation: L. Meirovitch, Computational Methods in Structural Dynamics, Sijthoff and
+    Noordhoff 1980, chapter 3.
+    """
+    count = checks.count("modes", "count", count)
+    if not isinstance(damped, bool):
+        raise InputError(f"modes: damped is {damped!r}; it must be True or False.")
+    if at is not None and not isinstance(at, Equilibrium):
+        raise InputError(f"modes: at is {at!r}; it must be what static_equilibrium(...) returns, or None.")
+    program = compile_mechanism(mechanism if at is not None else _without_dead_loads(mechanism), closed=True)
+    system = System(program)
+    spin = Spin(at.spin, at.about) if at is not None else Spin(0.0, (0.0, 0.0))
+    if at is None:
+        q, lam = close_loops(program, {})[0], np.zeros(program.n_c)
+    else:
+        q, lam = _own(program, at)
+    K, C, M = spin.matrices(system, q, lam)
+    G = system.jacobian
+    check_spin("modes", mechanism, program, system, spin)
+    if at is not None:
+        _refuse_foreign(program, system, at, spin)
+    motions = np.zeros((0, 0)) if spin.speed else free_motions(program, q, K, G)
+    rigid = shapes_of(program, q, motions, M) if motions.size else np.zeros((program.n_q, 0))
+    left = max(count - rigid.shape[1], 0)
+    real = not (damped or spin.speed)
+    if not left:
+        s, x = np.zeros(0), np.zeros((program.n_q, 0))
+    elif real:
+        refuse_asymmetry(program, K)
+        squares, x = undamped(K, M, G, rigid, left)
+        s = np.where(squares < 0.0, np.sqrt(np.abs(squares)) + 0j, 1j * np.sqrt(np.abs(squares)))
+    else:
+        s, x = _with_damping(K, C, M, G, rigid, left)
+    kinds = [f"rigid: {named(program, motion)}" for motion in motions.T[:count]]
+    kinds += _kinds(K, s, x)
+    s = np.append(np.zeros(rigid.shape[1]), s)[:count]
+    return _record(program, s, np.hstack([rigid, x])[:, :count], kinds, rigid.shape[1], real=real)
+
+
+def _record(program: Program, s: np.ndarray, shapes: np.ndarray, kinds: list[str], rigid: int, *, real: bool) -> Modes:
+    """The record of eigenvalues and shapes; `real`: an undamped problem, whose unstable modes get a negative sign."""
+    frequencies = (np.abs(s.imag) - (s.real if real else 0.0)) / (2.0 * np.pi)
+    size = np.where(s == 0.0, 1.0, np.abs(s))
+    moves = tuple(moves_most(program.names.coordinates, program.length, x) for x in shapes.T)
+    names = program.names
+    damping = -s.real / size + 0.0
+    return Modes(frequencies, shapes, names.coordinates, names.aliases, rigid, tuple(kinds), moves, s, damping)
+
+
+def _with_damping(K, C, M, G, rigid: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues and shapes beside the rigid motions.
+
+    Rigid motions that no damper acts on are left out of the problem.  Where one does, the problem keeps them: each has
+    s = 0 beside another s of its own, and the lowest |s| are those zeros with their round-off.
+    """
+    damped_ones = np.abs(C @ rigid) > 1e-12 * (abs(C) @ np.abs(rigid))
+    kept = rigid.shape[1] if damped_ones.any() else 0
+    s, x = damped_modes(K, C, M, G, rigid, count + kept, kept=kept > 0)
+    s, x = s[kept:], x[:, kept:]
+    return s, x / np.sqrt(np.abs((x.conj() * (M @ x)).sum(axis=0)))
+
+
+def _kinds(K, s: np.ndarray, x: np.ndarray) -> list[str]:
+    """What modes that are not rigid motions are."""
+    energy = np.abs((x.conj() * (K @ x)).sum(axis=0))
+    terms = (np.abs(x) * (abs(K) @ np.abs(x))).sum(axis=0)
+    found = []
+    for k, value in enumerate(s):
+        growth = 1e-9 * np.abs(value)
+        if energy[k] <= ROUND_OFF * terms[k] and np.abs(value.imag) > 0.0:
+            found.append("not resolved")
+        elif value.real > growth:
+            found.append("unstable")
+        else:
+            found.append("elastic" if value.imag else "overdamped")
+    return found
+
+
+def _without_dead_loads(mechanism: Mechanism) -> Mechanism:
+    """Without gravity and forces, whose stiffness is half of one as long as the joints' forces are not known."""
+    if not isinstance(mechanism, Mechanism):
+        return mechanism  # compile says what it is
+    bare = mechanism.with_({"gravity": (0.0, 0.0)})
+    for part in mechanism.parts:
+        bare = bare.without_part(part.name) if isinstance(part, Force) else bare
+    return bare
+
+
+def _own(program: Program, at: Equilibrium) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates and multipliers of an equilibrium of this model."""
+    if len(at.q) != program.n_q or len(at.lam) != program.n_c:
+        raise InputError(f"modes: the equilibrium has {len(at.q)} coordinates, the model {program.n_q}. Use its own.")
+    if at.names != program.names.coordinates:
+        other = next(a for a, b in zip(at.names, program.names.coordinates, strict=True) if a != b)
+        raise InputError(f"modes: the equilibrium has a coordinate {other!r}, the model has none. Use its own.")
+    return at.q, at.lam
+
+
+def refuse_asymmetry(program: Program, K: sp.csc_matrix) -> None:
+    """`SolveError` for forces without a potential: their modes are complex, and may grow."""
+    difference = sp.coo_array(abs(K - K.T))
+    worst = int(difference.data.argmax()) if difference.nnz else -1
+    if worst < 0 or difference.data[worst] <= ASYMMETRY * abs(K).max():
+        return
+    row, column = (program.names.coordinates[int(k[worst])] for k in (difference.row, difference.col))
+    raise SolveError(
+        f"modes: the stiffness of mechanism {program.name!r} is not symmetric between {row!r} and {column!r}, so it "
+        "has no real modes. A follower force does this: ask for modes(..., damped=True), which shows flutter as growth."
+    )
+
+
+def _refuse_foreign(program: Program, system: System, at: Equilibrium, spin: Spin) -> None:
+    """`InputError` when the pose is no equilibrium of this model."""
+    try:
+        step = correction(system, at.q, at.lam, np.zeros(program.n_q), spin)[: program.n_q]
+    except SolveError:
+        return  # on the verge of buckling: nothing can be said
+    step = np.abs(step) / np.where(program.tables.kind == 1, 1.0, program.length)
+    if step.max() > FOREIGN:
+        raise InputError(
+            f"modes: the equilibrium given is none of mechanism {program.name!r}: its forces would move "
+            f"{program.names.coordinates[int(step.argmax())]!r} by {step.max():.3g} (of the model's size, or rad). "
+            "Compute it with the same mechanism."
+        )

@@ -1,0 +1,319 @@
+"""Static equilibrium: Newton with load steps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import splu
+
+from flexmb import checks
+from flexmb.equilibrium.dynamic_relaxation import settle
+from flexmb.equilibrium.stability import is_stable
+from flexmb.equilibrium.steady_rotation import Spin, check_spin
+from flexmb.errors import SolveError
+from flexmb.model.mechanism import Mechanism
+from flexmb.program.compiler import compile as compile_mechanism
+from flexmb.program.program import Program, resolve
+from flexmb.start.consistent import check_independent
+from flexmb.system.at_state import System
+from flexmb.system.constraints import report_forces
+from flexmb.system.work import FORCE_X, FORCE_Y, MOMENT
+
+ITERATIONS = 40
+ROUND_OFF = 1e-11
+
+JUMP, SNAP = 4.0, 10.0
+"""A load step longer than this times what its tangents see is halved; at the smallest size, refused.  A string that is
+slack at first, u ~ s^(1/3), has 3."""
+
+CLOSED = 1e-9
+"""Joints that are open by less than this part of the mechanism's size need no step of their own."""
+
+NEAR = 1e-8
+"""Movements below this are never taken for jumps [rad, or part of the mechanism's size]."""
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A static equilibrium.
+
+    `equilibrium["rod.end.y"]` is a coordinate [m, rad]; `force("O")` the reaction of a joint.
+
+    Parameters
+    ----------
+    q : (n_q,) coordinates.
+    lam : (n_c,) multipliers.
+    names : (n_q,) names of the coordinates.
+    aliases : other names of nodes.
+    reactions : (fx, fy, moment) on the second body of every joint [N, N m]; moment 0 where the joint carries none.
+    iterations : Newton iterations of all load steps.
+    spin : speed of the frame in which the mechanism is at rest, counter-clockwise [rad/s].
+    about : centre of that rotation [m].
+    stable : whether small motions about it have positive stiffness; None where that is no question of stiffness
+        alone (follower forces) or too close to be told.
+    """
+
+    q: np.ndarray
+    lam: np.ndarray
+    names: tuple[str, ...]
+    aliases: dict[str, str]
+    reactions: dict[str, tuple[float, float, float]]
+    iterations: int
+    spin: float = 0.0
+    about: tuple[float, float] = (0.0, 0.0)
+    stable: bool | None = None
+
+    def __getitem__(self, name: str) -> float:
+        place = resolve(name, self.aliases)
+        return float(self.q[self.names.index(checks.one_of("Equilibrium", "coordinate", place, self.names))])
+
+    def force(self, joint: str) -> tuple[float, float, float]:
+        """(fx, fy, moment) that a joint exerts on its second body [N, N m].
+
+        Parameters
+        ----------
+        joint : name of the joint.
+        """
+        return self.reactions[checks.one_of("Equilibrium", "joint", joint, self.reactions)]
+
+
+def static_equilibrium(
+    mechanism: Mechanism, load_steps: int = 10, spin: float = 0.0, about: tuple[float, float] = (0.0, 0.0)
+) -> Equilibrium:
+    """The equilibrium that is reached from the drawn pose when all loads grow from nothing together.
+
+    Drives hold their position of t = 0; clearance joints are open unless the drawn pose presses them together, so close
+    them by `Revolute` for statics.
+
+    With `spin` it is the equilibrium in a frame that turns at that speed, the ground and the loads turning with it:
+    centrifugal forces stretch and stiffen what turns.  The drive of the hub has the same speed or stands still.
+
+    Parameters
+    ----------
+    mechanism : the mechanism; every motion must be held by joints, drives, stiffness, or the loads themselves.
+    load_steps : into how many parts the loads are divided; each is halved, up to 8 times, when Newton fails.
+    spin : speed of the frame, counter-clockwise [rad/s].
+    about : centre of its rotation [m].
+
+    Raises
+    ------
+    InputError : a spin with gravity, or with drives of another speed, which are not steady.
+    SolveError : a motion that nothing resists (named), or no equilibrium found (which load, which coordinate).
+    ModelError, AssemblyError : joints that repeat one another (named), always or in the drawn pose.
+
+    Notes
+    -----
+    r0 being the force of the drawn pose, r(q) - (1 - s) r0 + G^T lam = 0 and g = 0 are solved for s = 0 .. 1, the
+    square of the spin growing with s.  Follower forces are left out of r0 and multiplied by s in r, since a force that
+    turns cannot be held by one that does not.
+    What hangs from hinges has no stiffness in the drawn pose; it then moves, as in honey, to where all loads hold it.
+    Limit points are not traced: a structure that snaps through ends with an error.  A straight column beyond its
+    buckling load stays straight; `stable` says that it would not.  Not for beams so thin that rounding decides: 16
+    elements still bend with EA L^2/EI = 1e11 (length over height 1e5), not with 1e13.
+    """
+    checks.count("static_equilibrium", "load_steps", load_steps)
+    full = Spin(
+        checks.number("static_equilibrium", "spin", spin, "rad/s"),
+        checks.point("static_equilibrium", "about", about),
+    )
+    program = compile_mechanism(mechanism)
+    system = System(program)
+    q, lam = np.array(program.drawn.q), np.zeros(program.n_c)
+    check_spin("static_equilibrium", mechanism, program, system.at(q), full)
+    free = unresisted(program, system, q)
+    if free:
+        q, lam, total = _held_by_loads(program, system, q, full, free)
+    else:
+        q, lam, total = _grown(mechanism, program, system, q, load_steps, full)
+    full.at(system, q, lam)
+    forces, names = reactions(program, system, lam), program.names
+    K, _, _ = full.matrices(system, q, lam)
+    stable = is_stable(program, K, system.jacobian)
+    return Equilibrium(q, lam, names.coordinates, names.aliases, forces, total, full.speed, full.about, stable)
+
+
+def _grown(
+    mechanism: Mechanism, program: Program, system: System, q: np.ndarray, load_steps: int, full: Spin
+) -> tuple[np.ndarray, np.ndarray, int]:
+    """Coordinates, multipliers and iterations where the loads have grown to their full size."""
+    lam = np.zeros(program.n_c)
+    grow = growth(mechanism, program)
+    system.program = grow(0.0)
+    start = system.at(q).force
+    if np.abs(system.residual).max(initial=0.0) > CLOSED * program.length:  # a drive stands elsewhere: go there first
+        closed = _newton(program, system, q, lam, start, Spin(0.0, full.about))
+        q, lam = closed[:2] if closed is not None else (q, lam)
+    done, stride, total = 0.0, 1.0 / load_steps, 0
+    smallest = stride / 2**8
+    while done < 1.0 - 1e-12:
+        part = min(1.0, done + stride)
+        turning = Spin(full.speed * np.sqrt(part), full.about)
+        system.program = grow(part)
+        found = _newton(program, system, q, lam, (1.0 - part) * start, turning)
+        jump = 0.0
+        if found is not None:
+            system.program, back = grow(done), Spin(full.speed * np.sqrt(done), full.about)
+            jump = _jump(program, system, q, found, (1.0 - done) * start, back)
+        if found is None or jump > JUMP:
+            stride /= 2.0
+            if stride >= smallest:
+                continue
+            if found is None or jump > SNAP:
+                check_independent(program, np.array(program.drawn.q))
+                raise SolveError(_failure(program, system, done))
+            stride *= 2.0
+        q, lam, used, _ = found
+        done, total = part, total + used
+    return q, lam, total
+
+
+def _held_by_loads(
+    program: Program, system: System, q: np.ndarray, spin: Spin, free: str
+) -> tuple[np.ndarray, np.ndarray, int]:
+    """Coordinates, multipliers and iterations where the loads themselves hold what nothing else does."""
+    found = settle(program, system, q, spin)
+    if found is None:
+        check_independent(program, np.array(program.drawn.q))
+        raise SolveError(f"{_unheld(program, free)} Nor was a pose found in which the loads hold it.")
+    q, lam = found
+    exact = _newton(program, system, q, lam, np.zeros(program.n_q), spin)
+    if exact is None or unresisted(program, system, *exact[:2]):
+        raise SolveError(_unheld(program, free))
+    return exact[:3]
+
+
+def growth(mechanism: Mechanism, program: Program) -> Callable[[float], Program]:
+    """The program with a part of the loads that turn with their bodies, as a function of the part."""
+    bare = mechanism
+    for load in mechanism.parts:
+        less = load.share(0.0)
+        if less is not load:
+            bare = bare.with_part(less)
+    if bare is mechanism:
+        return lambda _part: program
+    none, full = compile_mechanism(bare).tables.p, program.tables.p
+    return lambda part: replace(program, tables=program.tables.replaced(p=(1.0 - part) * none + part * full))
+
+
+def _newton(
+    program: Program, system: System, q: np.ndarray, lam: np.ndarray, held: np.ndarray, spin: Spin
+) -> tuple[np.ndarray, np.ndarray, int, float] | None:
+    """Solution for one load and speed, iterations, and how far away the first tangent saw it; or None."""
+    n, last, tangent = program.n_q, np.inf, 0.0
+    q, lam = q.copy(), lam.copy()
+    size = np.where(program.tables.kind == 1, 1.0, program.length)
+    for iteration in range(1, ITERATIONS + 1):
+        try:
+            d = correction(system, q, lam, held, spin)
+        except SolveError:
+            return None
+        step = np.abs(d[:n] / size).max()
+        if not np.isfinite(step) or (iteration > 8 and step > 10.0 * last):
+            return None
+        tangent = tangent or step
+        factor = min(1.0, 0.5 / step) if step > 0.5 else 1.0
+        q += factor * d[:n]
+        lam += factor * d[n:]
+        if step <= ROUND_OFF or (step <= 1e-7 and step >= 0.5 * last):
+            return q, lam, iteration, tangent
+        last = step
+    return None
+
+
+def _jump(
+    program: Program,
+    system: System,
+    q: np.ndarray,
+    found: tuple[np.ndarray, np.ndarray, int, float],
+    held: np.ndarray,
+    spin: Spin,
+) -> float:
+    """How far a load step went over how far the tangents at both of its ends say, the system being that of its start.
+
+    On the way to a limit point the tangents see as far or further; only a jump beyond it is longer than both see.
+    """
+    size = np.where(program.tables.kind == 1, 1.0, program.length)
+    ahead, lam, _, tangent = found
+    moved = float(np.abs((ahead - q) / size).max())
+    try:
+        back = float(np.abs(correction(system, ahead, lam, held, spin)[: program.n_q] / size).max())
+    except SolveError:
+        return 0.0  # exactly at a limit point
+    return moved / max(min(tangent, back), NEAR)
+
+
+def correction(system: System, q: np.ndarray, lam: np.ndarray, held: np.ndarray, spin: Spin) -> np.ndarray:
+    """Newton's step (q, lam), or `SolveError` when the matrix is singular."""
+    if not spin.speed:
+        system.at(q, lam=lam, weights=(1.0, 0.0, 0.0))
+    else:
+        K, _, _ = spin.matrices(system, q, lam)
+    rest = np.concatenate([-(system.force - held + system.constraint_force), -system.residual])
+    if not spin.speed:
+        return system.solve(rest, "static equilibrium")
+    G = system.jacobian
+    scale = abs(K).max()  # the bordered matrix with blocks of one size: the turning one has its own pattern
+    n = len(q)
+    rest[:n] /= scale
+    try:
+        d = splu(sp.block_array([[K / scale, G.T], [G, None]]).tocsc()).solve(rest)
+    except RuntimeError as error:
+        raise SolveError(f"static equilibrium: {error}") from error
+    d[n:] *= scale
+    return d
+
+
+def refuse_free_motion(program: Program, system: System, q: np.ndarray) -> None:
+    """`SolveError` when some motion is resisted by nothing at all."""
+    free = unresisted(program, system, q)
+    if free:
+        raise SolveError(_unheld(program, free))
+
+
+def unresisted(program: Program, system: System, q: np.ndarray, lam: np.ndarray | None = None) -> str:
+    """Name of the coordinate that moves most where joints and stiffness leave a motion free, or ""."""
+    if program.n_q > 2000:
+        return ""  # the factorisation will tell
+    system.at(q, lam=lam, weights=(1.0, 0.0, 0.0))
+    K, G = system.block().toarray(), system.jacobian.toarray()
+    scale = np.sqrt(np.maximum(np.abs(K).max(axis=1), 1e-300))
+    scale = np.where(np.abs(K).max(axis=1) > 0.0, scale, 1.0)
+    both = np.vstack([K / scale / scale[:, None], G / scale])
+    values = np.linalg.svd(both, compute_uv=False)  # vectors take most of the time, and only a refusal needs them
+    if len(values) < program.n_q or values[-1] < 1e-13 * values[0]:
+        vectors = np.linalg.svd(both)[2]
+        return program.names.coordinates[int(np.abs(vectors[-1]).argmax())]
+    return ""
+
+
+def _unheld(program: Program, free: str) -> str:
+    return (
+        f"Mechanism {program.name!r} has no static equilibrium: a motion that moves {free!r} most "
+        "is resisted by nothing. Add a joint, a drive or a spring that holds it."
+    )
+
+
+def _failure(program: Program, system: System, done: float) -> str:
+    rest = np.abs(system.force + system.constraint_force)
+    name = program.names.coordinates[int(np.nanargmax(rest))]
+    return (
+        f"Mechanism {program.name!r}: no static equilibrium found beyond {100 * done:.3g} % of the loads; "
+        f"largest unbalance at {name!r}. Use more load_steps; if that does not help, "
+        "the structure buckles or snaps through there."
+    )
+
+
+def reactions(program: Program, system: System, lam: np.ndarray) -> dict[str, tuple[float, float, float]]:
+    """(fx, fy, moment) of every joint at the last evaluation, with multipliers lam (n_c,)."""
+    report_forces(program.tables, lam, system.work)
+    found: dict[str, tuple[float, float, float]] = {}
+    C = program.tables.constraints
+    for c in range(len(C.kernel)):
+        name = program.names.rows[int(C.row[c])].partition("[")[0]
+        fx, fy, moment = system.work.joint[c, [FORCE_X, FORCE_Y, MOMENT]]
+        has_moment = C.moment[c] >= 0 or C.forces[c] == 0
+        found[name] = (float(fx), float(fy), float(moment) if has_moment else 0.0)
+    return found

@@ -1,0 +1,326 @@
+"""Factors L and U of A on a fixed pattern, without pivoting and without searching.
+
+The pattern comes from `flexmb.linalg.symbolic`, the values live in one array in its layout: the caller adds the
+entries of A at the positions it was told, `factor` turns them into L and U in place, `solve` uses them.
+
+Without pivoting the factors are as good as the pivots, which `factor` watches, and the growth of the entries, which
+it does not: compare `multiply` with the right-hand side where the result matters, and call `PivotingSolver` (of
+`pivoting`) where the difference is large.
+
+Source: T. A. Davis, Direct Methods for Sparse Linear Systems, SIAM 2006, section 6.3 (right-looking LU).
+"""
+
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from flexmb.compiled.records import Integers, Places, Record, SmallPlaces
+from flexmb.kernels import compiled, part_of
+from flexmb.linalg.substitute import forward, solve
+from flexmb.linalg.symbolic import Symbolic
+
+THRESHOLD = 1e-13
+"""Pivot relative to the largest term that was summed up to it: below this, only round-off is left of it."""
+
+HOLD = 1e-8
+"""Pivot of a constraint's row relative to the largest term that was summed up to it, below which its multiplier is
+held: the sine of the angle between this row and those before it is then 1e-4."""
+
+HELD = -2
+"""What `factor` returns when multipliers are held; -1 when none is."""
+
+NO_ROW = 1 << 62
+"""First constraint for `factor` when no multiplier may be held."""
+
+
+class LU(Record):
+    """The arrays of `Symbolic` that the compiled functions walk along, read-only.
+
+    into : `order` as unsigned indices, as rows and targets are: nobody need ask whether they count from the end.
+    """
+
+    order: Integers
+    starts: Integers
+    row_ptr: Integers
+    rows: Places
+    value_ptr: Integers
+    target_ptr: Integers
+    targets: SmallPlaces
+    into: Places
+
+
+def tables(symbolic: Symbolic) -> LU:
+    """What `factor`, `solve` and `multiply` need of `symbolic`: its integer arrays, shared with it; remembered."""
+    found = _TABLES.get(symbolic)
+    if found is None:
+        s, unsigned = symbolic, np.uint64
+        into, rows = s.order.view(unsigned), s.rows.view(unsigned)
+        found = LU(s.order, s.starts, s.row_ptr, rows, s.value_ptr, s.target_ptr, s.targets, into)
+        _TABLES[symbolic] = found
+    return found
+
+
+_TABLES: WeakKeyDictionary[Symbolic, LU] = WeakKeyDictionary()
+
+
+@compiled
+def factor(sym, lu, seen, threshold, first_row=NO_ROW, hold=HOLD):
+    """A = L U in place; -1, HELD, or the first unknown in elimination order whose pivot is lost or not finite.
+
+    L has a unit diagonal, that of U is left inverted.  sym : LU; lu : (size,); seen : (n,) workspace; threshold [1];
+    first_row : number of the first constraint; hold [1] : see below.
+    A pivot is lost if it is not larger than threshold times the largest term that was summed up to it.  Unlike the
+    entries of its row, these terms scale as the pivot does when units or the time step change: G S^-1 G^T of a
+    joint may be 1e-12 beside a 1 in G and still have all its digits.
+
+    A constraint whose pivot is `hold` times that term or smaller hardly differs from those before it.  It is left out,
+    as if its pivot were infinite: `solve` then leaves its multiplier as it is.  At its place `seen` becomes negative.
+    """
+    order, starts, row_ptr, rows = sym.order, sym.starts, sym.row_ptr, sym.rows
+    value_ptr, target_ptr, targets = sym.value_ptr, sym.target_ptr, sym.targets
+    _start_seen(starts, row_ptr, value_ptr, lu, seen)
+    held = -1
+    for s in range(len(starts) - 1):
+        first, at, t, r = starts[s], value_ptr[s], target_ptr[s], row_ptr[s]
+        w, u = starts[s + 1] - first, row_ptr[s + 1] - r
+        if w == 3:
+            lost = _eliminate_3(lu, at, u, seen, first, threshold, order, first_row, hold)
+        else:
+            lost = _eliminate(lu, at, w, u, seen, first, threshold, order, first_row, hold)
+        if lost >= 0:
+            return order[first + lost]
+        held = min(held, lost)
+        if w == 3:
+            _see_3(lu, at, u, seen, rows, r)
+            _update_3(lu, at, u, targets, t)
+        elif w == 2:
+            _see(lu, at, w, u, seen, rows, r)
+            _update_2(lu, at, u, targets, t)
+        else:
+            _see(lu, at, w, u, seen, rows, r)
+            _update_1(lu, at, u, targets, t)
+    return held
+
+
+@compiled
+def _start_seen(starts, row_ptr, value_ptr, lu, seen):
+    """The diagonal of A, in the order of elimination."""
+    for s in range(len(starts) - 1):
+        own, w = part_of(seen, starts[s], starts[s + 1]), starts[s + 1] - starts[s]
+        stride = w + row_ptr[s + 1] - row_ptr[s] + 1
+        for k in range(w):
+            at = value_ptr[s] + k * stride
+            own[k] = abs(part_of(lu, at, at + 1)[0])
+
+
+@compiled
+def _see(lu, at, w, u, seen, rows, r):
+    """Largest term so far on the diagonals below a panel."""
+    below, length = part_of(rows, r, r + u), w + u
+    for i in range(u):
+        term = 0.0
+        for k in range(w):
+            term += lu[at + k * length + w + i] * lu[at + w * length + k * u + i]
+        seen[below[i]] = max(seen[below[i]], abs(term))
+
+
+@compiled
+def _eliminate(lu, at, w, u, seen, first, threshold, order, first_row, hold):
+    """Rows of U and transposed rows of L in one panel; the pivot that is lost, or HELD, or -1."""
+    length, lower, held = w + u, at + w * (w + u), -1
+    watched = threshold if first_row == NO_ROW else max(threshold, hold)
+    for k in range(w):
+        row, column = at + k * length, lower + k * u
+        pivot = lu[row + k]
+        inverse = 1.0 / pivot
+        if not watched * seen[first + k] < abs(pivot) < np.inf:  # false for nan, too
+            if order[first + k] >= first_row and abs(pivot) < np.inf:
+                inverse, held = 0.0, HELD
+                seen[first + k] = -max(seen[first + k], 1e-300)
+            elif not threshold * seen[first + k] < abs(pivot) < np.inf:
+                return k
+        lu[row + k] = inverse
+        for j in range(u):
+            lu[column + j] *= inverse
+        for i in range(k + 1, w):
+            here, there = at + i * length, lower + i * u
+            left, above = lu[here + k] * inverse, lu[row + i]
+            lu[here + k] = left
+            seen[first + i] = max(seen[first + i], abs(left * above))
+            for j in range(k + 1, length):
+                lu[here + j] -= left * lu[row + j]
+            for j in range(u):
+                lu[there + j] -= above * lu[column + j]
+    return held
+
+
+@compiled
+def _inverse(pivot, summed, threshold, watched, may_hold):
+    """1 / pivot and -1; 0 and HELD for one that is held; 0 and 0 for one that is lost."""
+    size = abs(pivot)
+    if watched * summed < size < np.inf:  # false for nan, too
+        return 1.0 / pivot, -1
+    if may_hold and size < np.inf:
+        return 0.0, HELD
+    if threshold * summed < size < np.inf:
+        return 1.0 / pivot, -1
+    return 0.0, 0
+
+
+@compiled
+def _eliminate_3(lu, at, u, seen, first, threshold, order, first_row, hold):
+    """`_eliminate` for three pivots: the corner first, then all that stands beside and below it in one pass."""
+    a, b, c = at, at + 3 + u, at + 6 + 2 * u
+    watched = threshold if first_row == NO_ROW else max(threshold, hold)
+    i0, s0 = _inverse(lu[a], seen[first], threshold, watched, order[first] >= first_row)
+    if s0 == 0:
+        return 0
+    a1, a2, b0, c0 = lu[a + 1], lu[a + 2], lu[b] * i0, lu[c] * i0
+    near1, near2 = b0 * a1, c0 * a2
+    seen1 = max(seen[first + 1], abs(near1))
+    i1, s1 = _inverse(lu[b + 1] - near1, seen1, threshold, watched, order[first + 1] >= first_row)
+    if s1 == 0:
+        return 1
+    b2, c1 = lu[b + 2] - b0 * a2, (lu[c + 1] - c0 * a1) * i1
+    seen2 = max(seen[first + 2], abs(near2), abs(c1 * b2))
+    i2, s2 = _inverse(lu[c + 2] - near2 - c1 * b2, seen2, threshold, watched, order[first + 2] >= first_row)
+    if s2 == 0:
+        return 2
+    seen[first] = -max(seen[first], 1e-300) if s0 == HELD else seen[first]
+    seen[first + 1] = -max(seen1, 1e-300) if s1 == HELD else seen1
+    seen[first + 2] = -max(seen2, 1e-300) if s2 == HELD else seen2
+    lu[a], lu[b], lu[b + 1], lu[b + 2], lu[c], lu[c + 1], lu[c + 2] = i0, b0, i1, b2, c0, c1, i2
+    right0, right1, right2, below0, below1, below2 = _beside_3(lu, at, u)
+    for j in range(u):
+        x, p = right0[j], below0[j] * i0
+        y, q = right1[j] - b0 * x, (below1[j] - a1 * p) * i1
+        right1[j], right2[j] = y, right2[j] - c0 * x - c1 * y
+        below0[j], below1[j] = p, q
+        below2[j] = (below2[j] - a2 * p - b2 * q) * i2
+    return min(s0, s1, s2)
+
+
+@compiled
+def _beside_3(lu, at, u):
+    """Rows of U beside the corner of a panel of three, and transposed rows of L below it, (u,) each."""
+    a, b, c, d = at + 3, at + 6 + u, at + 9 + 2 * u, at + 9 + 3 * u
+    return (
+        part_of(lu, a, a + u),
+        part_of(lu, b, b + u),
+        part_of(lu, c, c + u),
+        part_of(lu, d, d + u),
+        part_of(lu, d + u, d + 2 * u),
+        part_of(lu, d + 2 * u, d + 3 * u),
+    )
+
+
+@compiled
+def _see_3(lu, at, u, seen, rows, r):
+    """`_see` for three pivots."""
+    a, b, c, x, y, z = _beside_3(lu, at, u)
+    below = part_of(rows, r, r + u)
+    for i in range(u):
+        term = a[i] * x[i] + b[i] * y[i] + c[i] * z[i]
+        seen[below[i]] = max(seen[below[i]], abs(term))
+
+
+@compiled
+def _update_1(lu, at, u, targets, t):
+    """Subtract the product of a panel's L and U wherever it belongs: one pivot."""
+    a, lower = part_of(lu, at + 1, at + 1 + u), part_of(lu, at + 1 + u, at + 1 + 2 * u)
+    for i in range(u):
+        x, goal = lower[i], part_of(targets, t + i * u, t + (i + 1) * u)
+        for j in range(u):
+            lu[goal[j]] -= x * a[j]
+
+
+@compiled
+def _update_2(lu, at, u, targets, t):
+    """`_update_1` for two pivots."""
+    d = at + 4 + 2 * u
+    a, b = part_of(lu, at + 2, at + 2 + u), part_of(lu, at + 4 + u, d)
+    left, right = part_of(lu, d, d + u), part_of(lu, d + u, d + 2 * u)
+    for i in range(u):
+        x, y, goal = left[i], right[i], part_of(targets, t + i * u, t + (i + 1) * u)
+        for j in range(u):
+            lu[goal[j]] -= x * a[j] + y * b[j]
+
+
+@compiled
+def _update_3(lu, at, u, targets, t):
+    """`_update_1` for three pivots."""
+    a, b, c, left, middle, right = _beside_3(lu, at, u)
+    for i in range(u):
+        x, y, z, goal = left[i], middle[i], right[i], part_of(targets, t + i * u, t + (i + 1) * u)
+        for j in range(u):
+            lu[goal[j]] -= x * a[j] + y * b[j] + z * c[j]
+
+
+@compiled
+def dependence(sym, lu, s, k, b, x, y):
+    """X with A x = 0 but for x = 1 at the row k of panel s, which `factor` held; b, x, y : (n,), three arrays.
+
+    The factors of the rows before it are exact, so the solution of U x = 1 with a pivot of 1 in place of 0 is this x.
+    """
+    stride = sym.starts[s + 1] - sym.starts[s] + sym.row_ptr[s + 1] - sym.row_ptr[s]
+    diagonal = sym.value_ptr[s] + k * (stride + 1)
+    b[:] = 0.0
+    b[sym.order[sym.starts[s] + k]] = 1.0
+    lu[diagonal] = 1.0
+    solve(sym, lu, b, x, y)
+    lu[diagonal] = 0.0
+
+
+@compiled
+def left_over(sym, lu, seen, b, y):
+    """What `solve` will leave of b in the constraints that `factor` held, largest absolute value; b, y : (n,)."""
+    for k in range(len(sym.order)):
+        y[k] = b[sym.order[k]]
+    forward(sym.starts, sym.row_ptr, sym.rows, sym.value_ptr, lu, y)
+    largest = 0.0
+    for k in range(len(sym.order)):
+        if seen[k] < 0.0:
+            largest = max(largest, abs(y[k]))
+    return largest
+
+
+@compiled
+def first_held(sym, seen):
+    """The first constraint that `factor` held."""
+    for place in range(len(sym.order)):
+        if seen[place] < 0.0:
+            return sym.order[place]
+    return 0
+
+
+@compiled
+def weakest(sym, lu, seen, first_row):
+    """Smallest pivot of a constraint that is not held, relative to the largest term that was summed up to it."""
+    least = 1.0
+    for s in range(len(sym.starts) - 1):
+        first, w = sym.starts[s], sym.starts[s + 1] - sym.starts[s]
+        stride = w + sym.row_ptr[s + 1] - sym.row_ptr[s] + 1
+        for k in range(w):
+            inverse = abs(lu[sym.value_ptr[s] + k * stride])
+            if sym.order[first + k] >= first_row and seen[first + k] > 0.0 and inverse > 0.0:
+                least = min(least, 1.0 / (inverse * seen[first + k]))
+    return least
+
+
+@compiled
+def multiply(sym, values, x, y):
+    """Y = A x with values that are not factored yet.  sym : LU; values : (size,); x, y : (n,), two arrays."""
+    order, starts, row_ptr, rows, value_ptr = sym.order, sym.starts, sym.row_ptr, sym.rows, sym.value_ptr
+    y[:] = 0.0
+    for s in range(len(starts) - 1):
+        first, r, at = starts[s], row_ptr[s], value_ptr[s]
+        w, u = starts[s + 1] - first, row_ptr[s + 1] - r
+        length, lower = w + u, at + w * (w + u)
+        for k in range(w):
+            here = order[first + k]
+            for j in range(w):
+                y[here] += values[at + k * length + j] * x[order[first + j]]
+            for j in range(u):
+                there = order[rows[r + j]]
+                y[here] += values[at + k * length + w + j] * x[there]
+                y[there] += values[lower + k * u + j] * x[here]

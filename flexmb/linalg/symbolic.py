@@ -1,0 +1,246 @@
+"""Where every entry of the factors L and U lives, worked out once for a pattern of A."""
+
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+
+import numpy as np
+
+from flexmb.errors import InputError
+from flexmb.linalg.fill import count_below, join_panels, list_below, locate_all, locate_targets
+
+WIDEST = 3
+"""Most unknowns in one panel: the coordinates of a node, for which the numeric kernel has unrolled loops."""
+
+WASTE = 0.2
+"""Part of zeros in a panel up to which joining two is faster than keeping them apart (tests/speed/lu_time.py)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Symbolic:
+    """Pattern of A, L and U in panels: runs of up to three unknowns with a common structure.
+
+    Panel s eliminates the places ``starts[s] .. starts[s+1]`` of the order, w of them; below it stand the u places
+    ``rows[row_ptr[s] : row_ptr[s+1]]``.  Its values begin at ``value_ptr[s]``: w rows of U, each w + u long, then the
+    transposed panel of L, w rows of length u.  One dummy slot follows the last value: it swallows the contributions
+    of fixed coordinates.
+
+    Parameters
+    ----------
+    n : int
+        Number of unknowns.
+    order : (n,) int64 array
+        Unknown at each place.
+    starts : (n_panels + 1,) int64 array
+        First place of each panel.
+    row_ptr : (n_panels + 1,) int64 array
+        Where its rows begin in `rows`.
+    rows : int64 array
+        Places below each panel, ascending.
+    value_ptr : (n_panels + 1,) int64 array
+        Where its values begin.
+    target_ptr : (n_panels + 1,) int64 array
+        Where its updates begin in `targets`.
+    targets : uint32 array
+        Value that each entry (i, j) of the product of a panel's L and U is subtracted from, row by row.
+    a_rows, a_cols : int64 arrays
+        Structural nonzeros of A, numbers of unknowns, column by column.
+    """
+
+    n: int
+    order: np.ndarray
+    starts: np.ndarray
+    row_ptr: np.ndarray
+    rows: np.ndarray
+    value_ptr: np.ndarray
+    target_ptr: np.ndarray
+    targets: np.ndarray
+    a_rows: np.ndarray
+    a_cols: np.ndarray
+    _place: np.ndarray = field(init=False, repr=False)
+    _panel: np.ndarray = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        place = np.empty(self.n, dtype=np.int64)
+        place[self.order] = np.arange(self.n)
+        panel = np.repeat(np.arange(len(self.starts) - 1), np.diff(self.starts))
+        object.__setattr__(self, "_place", place)
+        object.__setattr__(self, "_panel", panel)
+        for entry in fields(self):
+            value = getattr(self, entry.name)
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)
+
+    def __reduce__(self) -> tuple:
+        # Through the constructor, because numpy forgets on the way that an array is read-only.
+        return Symbolic, tuple(getattr(self, entry.name) for entry in fields(self) if entry.init)
+
+    @property
+    def size(self) -> int:
+        """Length of the array of values, the dummy slot included."""
+        return int(self.value_ptr[-1]) + 1
+
+    @property
+    def dummy(self) -> int:
+        """Position of the slot that nothing reads."""
+        return int(self.value_ptr[-1])
+
+    @cached_property
+    def places(self) -> np.ndarray:
+        """Positions of the structural nonzeros, in the order of `a_rows` and `a_cols`; read-only."""
+        found = self.positions(self.a_rows, self.a_cols)
+        found.setflags(write=False)
+        return found
+
+    def positions(self, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
+        """Where the entries (row, col) of A stand in the array of values.
+
+        Parameters
+        ----------
+        rows, cols : int arrays of one shape
+            Numbers of unknowns; where one of the two is negative (a fixed coordinate) the dummy slot is meant.
+
+        Returns
+        -------
+        int64 array
+            Positions, in the shape of `rows`.
+
+        Raises
+        ------
+        InputError
+            An entry outside the pattern, or an unknown that is not there.
+        """
+        i, j = np.broadcast_arrays(np.asarray(rows, dtype=np.int64), np.asarray(cols, dtype=np.int64))
+        _check_range("Symbolic.positions", self.n, i, j)
+        result = np.full(i.shape, self.dummy, dtype=np.int64)
+        free = (i >= 0) & (j >= 0)
+        at = self._at(self._place[i[free]], self._place[j[free]])
+        if at.size and at.min() < 0:
+            k = int(np.argmin(at))
+            raise InputError(
+                f"Symbolic.positions: entry ({i[free][k]}, {j[free][k]}) is not in the pattern; "
+                "give it to symbolic() among rows and cols."
+            )
+        result[free] = at
+        return result
+
+    def _at(self, i: np.ndarray, j: np.ndarray) -> np.ndarray:
+        """Positions of the entries at places (i, j), -1 outside the pattern."""
+        found = np.empty(len(i), dtype=np.int64)
+        locate_all(self.starts, self.row_ptr, self.rows, self.value_ptr, self._panel, i, j, found)
+        return found
+
+
+def symbolic(n: int, rows: np.ndarray, cols: np.ndarray, order: np.ndarray) -> Symbolic:
+    """Pattern of the factors of A, and where each update goes.
+
+    Parameters
+    ----------
+    n : int
+        Number of unknowns.
+    rows, cols : int arrays of one shape
+        Structural nonzeros of A, in any order and as often as you like.  Transposed and diagonal entries are added,
+        pairs with a negative number (fixed coordinates) left out.
+    order : (n,) int array
+        Unknowns in the order of their elimination, from `elimination_order`.
+
+    Returns
+    -------
+    Symbolic
+        Its cost is linear in the number of entries of L and U, apart from sorting.
+
+    Raises
+    ------
+    InputError
+        `order` is no permutation, or an entry lies outside A.
+
+    Notes
+    -----
+    Sources: see `flexmb.linalg.fill`.
+
+    Examples
+    --------
+    An arrow, its tip eliminated last, does not fill:
+
+    >>> arrow = symbolic(3, [0, 1, 2, 2], [2, 2, 0, 1], [0, 1, 2])
+    >>> arrow.positions([0, 2, -1], [2, 0, 1]).tolist()
+    [1, 2, 7]
+    """
+    owner = "symbolic"
+    order = np.asarray(order, dtype=np.int64)
+    if order.shape != (n,) or not np.array_equal(np.sort(order), np.arange(n)):
+        raise InputError(f"{owner}: order is no permutation of 0 .. {n - 1}; take it from elimination_order.")
+    a_rows, a_cols = _pattern(owner, n, rows, cols)
+    place = np.empty(n, dtype=np.int64)
+    place[order] = np.arange(n)
+    parent, ptr, below = _fill(n, place[a_rows], place[a_cols])
+    starts = _panels(parent, ptr)
+    u = np.diff(ptr)[starts[1:] - 1]
+    w = np.diff(starts)
+    row_ptr = _running(u)
+    parts = {
+        "n": n,
+        "order": order.copy(),
+        "starts": starts,
+        "row_ptr": row_ptr,
+        "rows": below[np.arange(row_ptr[-1]) + np.repeat(ptr[starts[1:] - 1] - row_ptr[:-1], u)],
+        "value_ptr": _running(w * (w + 2 * u)),
+        "target_ptr": _running(u * u),
+        "a_rows": a_rows,
+        "a_cols": a_cols,
+    }
+    return Symbolic(targets=_targets(Symbolic(targets=np.empty(0, dtype=np.uint32), **parts)), **parts)
+
+
+def _check_range(owner: str, n: int, *numbers: np.ndarray) -> None:
+    for array in numbers:
+        if array.size and array.max() >= n:
+            raise InputError(f"{owner}: unknown {array.max()} is not there; unknowns are 0 .. {n - 1}.")
+
+
+def _pattern(owner: str, n: int, rows: np.ndarray, cols: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Structural nonzeros with their mirror images and the diagonal, each once, column by column."""
+    i, j = np.asarray(rows, dtype=np.int64).ravel(), np.asarray(cols, dtype=np.int64).ravel()
+    if i.shape != j.shape:
+        raise InputError(f"{owner}: {len(i)} rows and {len(j)} cols; give one column for each row.")
+    _check_range(owner, n, i, j)
+    free = (i >= 0) & (j >= 0)
+    i, j, diagonal = i[free], j[free], np.arange(n)
+    keys = np.concatenate([i + n * j, j + n * i, diagonal + n * diagonal])
+    keys.sort()
+    keys = keys[np.diff(keys, prepend=-1) > 0]
+    cols = keys // max(n, 1)
+    return keys - n * cols, cols
+
+
+def _fill(n: int, rows: np.ndarray, cols: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Parents in the elimination tree, and the places below each pivot once the fill is there, with offsets."""
+    keys = (rows * n + cols)[rows > cols]
+    keys.sort()
+    rows = keys // max(n, 1)
+    columns, row_ptr = keys - n * rows, _running(np.bincount(rows, minlength=n))
+    parent, count, mark = (np.empty(n, dtype=np.int64) for _ in range(3))
+    count_below(row_ptr, columns, parent, count, mark)
+    ptr = _running(count)
+    below = np.empty(ptr[-1], dtype=np.int64)
+    list_below(row_ptr, columns, parent, ptr, below, count, mark)
+    return parent, ptr, below
+
+
+def _panels(parent: np.ndarray, ptr: np.ndarray) -> np.ndarray:
+    """First places of the panels, and n: equal structures first, then neighbours that cost few zeros."""
+    starts = np.arange(len(ptr))
+    count = join_panels(parent, ptr, WIDEST, 0.0, starts, len(parent)) if len(parent) else 0
+    count = join_panels(parent, ptr, WIDEST, WASTE, starts, count) if count else 0
+    return starts[: count + 1].copy()
+
+
+def _running(lengths: np.ndarray) -> np.ndarray:
+    """Where each of the consecutive parts begins, and where the last one ends."""
+    return np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
+
+
+def _targets(bare: Symbolic) -> np.ndarray:
+    """Position of every entry that the product of a panel's L and U is subtracted from."""
+    result = np.empty(bare.target_ptr[-1], dtype=np.uint32)
+    locate_targets(bare.starts, bare.row_ptr, bare.rows, bare.value_ptr, bare._panel, result)
+    return result

@@ -1,0 +1,1 @@
+"""The published scheme: steps of the rigid counterpart and of linear elasticity about it, in turn."""

@@ -1,0 +1,1 @@
+"""Results of a run: signals, contact intervals, momenta, remarks, status, netCDF and VTK files."""

@@ -1,0 +1,282 @@
+"""Episodes of contact: from touching to parting, one row each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import KW_ONLY, dataclass, fields
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+COLUMNS = (
+    ("contact", ""),
+    ("mode", ""),
+    ("end", "s"),
+    ("separation_speed", "m/s"),
+    ("start", "s"),
+    ("approach_speed", "m/s"),
+    ("impulse", "N s"),
+    ("peak_force", "N"),
+    ("peak_penetration", "m"),
+    ("dissipated_contact", "J"),
+    ("dissipated_friction", "J"),
+)
+"""Names and units of the columns, in the order of the loop (`step/contact_log.py`)."""
+
+UNITS = {**dict(COLUMNS), "duration": "s", "flight": "s", "restitution": ""}
+
+IMPACT, CONTINUOUS = 1, 2
+MODES = {IMPACT: "impact", CONTINUOUS: "continuous"}
+SHOWN = 20
+"""Rows of a printed table; more are left out in its middle."""
+
+
+class ContactLog(NamedTuple):
+    """What a run wrote down of its contacts.
+
+    Parameters
+    ----------
+    names : the contacts, in the order of declaration.
+    rows : (n, 11) an episode each, in the order in which they ended, with the columns of `COLUMNS`; the contact is the
+        number of its name.
+    """
+
+    names: tuple[str, ...] = ()
+    rows: np.ndarray = np.zeros((0, len(COLUMNS)))
+
+    def checked(self) -> ContactLog:
+        """The same with read-only rows of the right shape, or `InputError`."""
+        rows = np.array(self.rows, dtype=np.float64)
+        if rows.ndim != 2 or rows.shape[1] != len(COLUMNS):
+            raise InputError(f"Solution: contacts.rows has shape {rows.shape}; it must have shape (n, {len(COLUMNS)}).")
+        numbers = rows[:, 0]
+        if len(numbers) and not np.all(np.isin(numbers, np.arange(len(self.names)))):
+            raise InputError(f"Solution: contacts.rows names a contact beyond the {len(self.names)} of contacts.names.")
+        rows.flags.writeable = False
+        return ContactLog(tuple(self.names), rows)
+
+
+class UnknownContactError(InputError, KeyError):
+    """A name that is no contact of a solution; also a `KeyError`."""
+
+    def __str__(self) -> str:
+        """The message as it is; `KeyError` alone would show it in quotes."""
+        return str(self.args[0])
+
+
+@dataclass(frozen=True)
+class Episode:
+    """One episode of contact; see `Episodes` for what the numbers mean.
+
+    Parameters
+    ----------
+    contact : name of the contact.
+    mode : 1 impact, 2 continuous contact.
+    start, end : instants [s].
+    approach_speed, separation_speed : of the surfaces at these instants, along the normal, >= 0 [m/s].
+    impulse : of the normal force [N s].
+    peak_force : largest normal force [N].
+    peak_penetration : largest depth [m].
+    dissipated_contact, dissipated_friction : energy lost [J].
+    """
+
+    _: KW_ONLY
+    contact: str
+    mode: int
+    start: float
+    end: float
+    approach_speed: float
+    separation_speed: float
+    impulse: float
+    peak_force: float
+    peak_penetration: float
+    dissipated_contact: float
+    dissipated_friction: float
+
+    @property
+    def duration(self) -> float:
+        """Time in contact [s]."""
+        return self.end - self.start
+
+    @property
+    def restitution(self) -> float:
+        """Separation speed over approach speed [1]."""
+        return self.separation_speed / self.approach_speed if self.approach_speed else float("nan")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Episodes:
+    """Episodes of contact in the order of their starts; arrays by name, `[k]` one episode, `[mask]` some of them.
+
+    An episode lasts from the instant where the gap falls through zero to that where it rises through zero.
+
+    Parameters
+    ----------
+    name : what was asked for: a joint, one of its contacts, or "" for all.
+    contact : (n,) names of the contacts.
+    mode : (n,) 1 for an impact: the bodies part after the first rebound; 2 for continuous contact: they are pressed
+        together again before they part.  The last value that the signal `mode` had in the episode.
+    start, end : (n,) instants [s], located inside their steps.  start is NaN where the bodies touched when the run
+        began, end where they touched when it ended.
+    approach_speed, separation_speed : (n,) speeds of the surfaces towards and from each other along the normal at these
+        instants [m/s], >= 0; NaN where the instant is.
+    impulse : (n,) integral of the normal force over time [N s].
+    peak_force, peak_penetration : (n,) largest values at accepted steps [N], [m].
+    dissipated_contact, dissipated_friction : (n,) energy lost along the normal and by friction [J].
+
+    Raises
+    ------
+    InputError : arrays of different lengths.
+
+    Notes
+    -----
+    Instants and speeds come from the cubic through gap and gap rate at the ends of the step, so they have the order of
+    the integration.  Peaks are those of the accepted steps, as in `sol.peak`.  Impulses and losses are
+    integrated as the account of the energy is, and add up to its `energy.dissipated_contact`.
+    An episode that ran when saving began is whole, so its start lies before.  One that runs when the run ends
+    holds what was collected so far, and whole it is in the solution that goes on from `restart`.
+    Contacts shorter than a step, between two states that are both open or both closed, are not seen.
+
+    Examples
+    --------
+    >>> import flexmb as fm
+    >>> pin = fm.RigidBody("pin", at=(0.0, 0.0), mass=1.0, inertia=1.0, velocity=(1.0, 0.0, 0.0))
+    >>> law = fm.LankaraniNikravesh(stiffness=1e9, restitution=0.9)
+    >>> size = {"at": (0.0, 0.0), "clearance": 1e-3, "bearing_radius": 0.1}
+    >>> mech = fm.Mechanism("thrown", [pin, fm.RevoluteClearance("J", fm.GROUND, pin, normal=law, **size)])
+    >>> hits = fm.simulate(mech, t_end=0.005, step=1e-6).episodes("J")
+    >>> hits.contact.tolist(), hits.approach_speed.round(3).tolist(), hits.impulse.round(3).tolist()
+    (['J', 'J'], [1.0, 0.913], [1.913, 1.747])
+    """
+
+    _: KW_ONLY
+    name: str
+    contact: np.ndarray
+    mode: np.ndarray
+    start: np.ndarray
+    end: np.ndarray
+    approach_speed: np.ndarray
+    separation_speed: np.ndarray
+    impulse: np.ndarray
+    peak_force: np.ndarray
+    peak_penetration: np.ndarray
+    dissipated_contact: np.ndarray
+    dissipated_friction: np.ndarray
+
+    def __post_init__(self) -> None:
+        for key in ARRAYS:
+            array = np.array(getattr(self, key))
+            if array.shape != (len(self.contact),):
+                n = len(self.contact)
+                raise InputError(f"Episodes {self.name!r}: {key} has shape {array.shape}; it must have shape ({n},).")
+            array.flags.writeable = False
+            object.__setattr__(self, key, array)
+
+    def __len__(self) -> int:
+        return len(self.contact)
+
+    def __getitem__(self, which: Any) -> Any:
+        """The `Episode` of that number, or the `Episodes` of a slice, a mask or an array of numbers."""
+        if isinstance(which, (int, np.integer)):
+            return Episode(**{key: getattr(self, key)[which].item() for key in ARRAYS})
+        return Episodes(name=self.name, **{key: getattr(self, key)[which] for key in ARRAYS})
+
+    def __iter__(self) -> Iterator[Episode]:
+        return (self[k] for k in range(len(self)))
+
+    @property
+    def duration(self) -> np.ndarray:
+        """(n,) times in contact [s]; NaN where start or end is."""
+        return self.end - self.start
+
+    @property
+    def restitution(self) -> np.ndarray:
+        """(n,) separation speed over approach speed [1]; NaN for an episode that began without one."""
+        approach = np.where(self.approach_speed > 0.0, self.approach_speed, np.nan)
+        return self.separation_speed / approach
+
+    @property
+    def flight(self) -> np.ndarray:
+        """(n,) time before the episode in which none of these contacts touched [s]; NaN for the first one.
+
+        It is 0 where another one is still running, as in a joint with several contacts.
+        """
+        ends = np.where(np.isnan(self.end), np.inf, self.end)
+        last = np.concatenate([[np.nan], np.maximum.accumulate(ends)[:-1]])[: len(self)]
+        return np.where(last > self.start, 0.0, self.start - last)
+
+    def to_dataset(self) -> xr.Dataset:
+        """All arrays over `episode`, with units."""
+        import xarray as xr
+
+        columns = {key: xr.Variable("episode", getattr(self, key), {"units": UNITS[key]}) for key in QUANTITIES}
+        flags = {"flag_values": list(MODES), "flag_meanings": " ".join(MODES.values())}
+        names = {
+            "contact": xr.Variable("episode", self.contact.astype(str)),
+            "mode": xr.Variable("episode", self.mode, flags),
+        }
+        return xr.Dataset({**names, **columns}, attrs={"name": self.name})
+
+    def __repr__(self) -> str:
+        what = f" of {self.name!r}" if self.name else ""
+        head = f"{len(self)} episode{'' if len(self) == 1 else 's'} of contact{what}"
+        if not len(self):
+            return head
+        keep = len(self) if len(self) <= SHOWN else SHOWN // 2
+        rows = [
+            ("contact", "mode", *SHORT),
+            ("", "", *(f"[{UNITS[key]}]" for key in SHORT.values())),
+        ]
+        rows += [self._row(k) for k in range(len(self)) if k < keep or k >= len(self) - keep]
+        widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+        lines = ["  ".join(text.rjust(width) for text, width in zip(row, widths, strict=True)) for row in rows]
+        if keep < len(self):
+            lines.insert(2 + keep, f"... {len(self) - 2 * keep} more")
+        return "\n".join([head, *lines])
+
+    def _row(self, k: int) -> tuple[str, ...]:
+        numbers = (float(getattr(self, key)[k]) for key in SHORT.values())
+        return (str(self.contact[k]), MODES[int(self.mode[k])], *(f"{x:.6g}" for x in numbers))
+
+
+ARRAYS = tuple(f.name for f in fields(Episodes) if f.name not in ("_", "name"))
+QUANTITIES = ARRAYS[2:]
+SHORT = {
+    "start": "start",
+    "end": "end",
+    "approach": "approach_speed",
+    "separation": "separation_speed",
+    "impulse": "impulse",
+    "force": "peak_force",
+    "depth": "peak_penetration",
+    "lost": "dissipated_contact",
+    "friction": "dissipated_friction",
+}
+"""Heads of the printed columns, and what they are."""
+
+
+def select(log: ContactLog, solution: str, name: str | None) -> Episodes:
+    """The episodes of a joint or contact `name`, or of all (None), sorted by their starts.
+
+    Raises
+    ------
+    UnknownContactError : a name that is neither.
+    """
+    joints = [contact.partition(".")[0] for contact in log.names]
+    chosen = [k for k, contact in enumerate(log.names) if name in (None, contact, joints[k])]
+    if name is not None and not chosen:
+        known = list(dict.fromkeys([*joints, *log.names]))
+        hint = checks.did_you_mean(str(name), known) if known else "Nothing in it touches."
+        raise UnknownContactError(f"Solution of {solution!r} has no contact {name!r}. {hint}")
+    rows = log.rows[np.isin(log.rows[:, 0], chosen)]
+    column = {key: rows[:, i] for i, (key, _) in enumerate(COLUMNS)}
+    order = np.argsort(np.nan_to_num(column["start"], nan=-np.inf), kind="stable")
+    names = np.array(log.names, dtype=str)[column["contact"].astype(np.int64)]
+    whole = {**column, "contact": names, "mode": column["mode"].astype(np.int64)}
+    return Episodes(name=name or "", **{key: whole[key][order] for key in ARRAYS})

@@ -1,0 +1,246 @@
+"""The record of a run: named signals over time, status, statistics, final state."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import KW_ONLY, dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from flexmb.errors import InputError
+from flexmb.model.shape import LateShapes, Shapes
+from flexmb.model.signal import Signals
+from flexmb.results.contact_intervals import ContactLog, Episodes, select
+from flexmb.results.signal_names import SAVED, hint, resolved
+from flexmb.results.stats import Stats
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+class UnknownSignalError(InputError, KeyError):
+    """A name that is no signal of a solution; also a `KeyError`, as of any mapping."""
+
+    def __str__(self) -> str:
+        """The message as it is; `KeyError` alone would show it in quotes."""
+        return str(self.args[0])
+
+
+class Peak(NamedTuple):
+    """The largest absolute value of a signal over all accepted steps.
+
+    Parameters
+    ----------
+    value : the largest absolute value, in the unit of the signal.
+    time : when it was reached [s].
+    """
+
+    value: float
+    time: float
+
+
+class Peaks(NamedTuple):
+    """Largest absolute values of all signals over all accepted steps.
+
+    Parameters
+    ----------
+    values : (n_s,) largest absolute values, each in the unit of its signal.
+    times : (n_s,) when they were reached [s].
+    """
+
+    values: np.ndarray
+    times: np.ndarray
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Solution:
+    """What a run left behind; nothing in it can be changed.
+
+    `sol["PART.SIGNAL"]` is an `xarray.DataArray` over `time`; nodes of flexible parts go by their number or by another
+    name: "rod.node8.x" and "rod.end.x" are the same signal.
+
+    Parameters
+    ----------
+    time : (n,) saved instants [s], increasing.
+    values : (n, n_s) the signals at these instants, each in its unit.
+    signals : (n_s,) names and units.
+    peaks : largest absolute values over all accepted steps, and their times.
+    status : how the run ended, a sentence.
+    ok : whether it reached the end that was asked for.
+    stats : what it cost.
+    contacts : names of the contacts and their episodes; see `episodes`.
+    aliases : other names of nodes, e.g. {"rod.end": "rod.node8", "rod": "rod.node4"}.
+    shapes : how the parts are drawn.
+    restart : the final state, by name; what the time loop needs to go on bit for bit.
+    notes : remarks on the run, e.g. of contact laws that left their validity, in sentences.
+    model : name of the mechanism, version of flexmb, and what else belongs to the record and can be written as JSON.
+
+    Raises
+    ------
+    InputError : arrays whose lengths do not fit together, two signals of one name.
+    """
+
+    _: KW_ONLY
+    time: np.ndarray
+    values: np.ndarray
+    signals: Signals
+    peaks: Peaks
+    status: str
+    ok: bool
+    stats: Stats
+    contacts: ContactLog = field(default_factory=ContactLog)
+    aliases: Mapping[str, str] = field(default_factory=dict)
+    shapes: Shapes = ()
+    restart: Mapping[str, np.ndarray] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    model: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self._set("signals", Signals.of(self.signals))
+        _ = self.signals.places  # two of one name are refused
+        n_s = len(self.signals)
+        time = _frozen("time", self.time, (None,))
+        self._set("time", time)
+        self._set("values", _frozen("values", self.values, (len(time), n_s)))
+        largest, when = self.peaks
+        self._set("peaks", Peaks(_frozen("peaks.values", largest, (n_s,)), _frozen("peaks.times", when, (n_s,))))
+        self._set("contacts", self.contacts.checked())
+        self._set("shapes", self.shapes if isinstance(self.shapes, LateShapes) else tuple(self.shapes))
+        self._set("restart", {name: _read_only(array) for name, array in self.restart.items()})
+        self._set("aliases", dict(self.aliases))
+        self._set("notes", tuple(self.notes))
+        self._set("model", dict(self.model))
+        if np.any(np.diff(time) < 0.0):
+            raise InputError("Solution: time decreases; it must increase from one saved instant to the next.")
+
+    def __getitem__(self, name: str) -> xr.DataArray:
+        """The signal of that name over `time`, or `UnknownSignalError`."""
+        import xarray as xr
+
+        k = self._place(name)
+        units = self.signals.units[k]
+        time = xr.Variable("time", self.time, {"units": "s"})
+        return xr.DataArray(
+            self.values[:, k], coords={"time": time}, dims="time", name=name, attrs={"units": units, "name": name}
+        )
+
+    def __contains__(self, name: object) -> bool:
+        return isinstance(name, str) and resolved(name, self.signals, self.aliases) in self._places
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all signals, without their aliases."""
+        return self.signals.names
+
+    @property
+    def dataset(self) -> xr.Dataset:
+        """All signals, with the status as attribute."""
+        import xarray as xr
+
+        time = xr.Variable("time", self.time, {"units": "s"})
+        columns = {
+            s.name: xr.Variable("time", self.values[:, k], {"units": s.units}) for k, s in enumerate(self.signals)
+        }
+        attrs = {"mechanism": self.name, "status": self.status, "ok": int(self.ok)}
+        return xr.Dataset(columns, coords={"time": time}, attrs=attrs)
+
+    @property
+    def name(self) -> str:
+        """Name of the mechanism."""
+        return str(self.model.get("name", ""))
+
+    def array(self, name: str) -> np.ndarray:
+        """The signal `name` as a read-only array (n,): `sol[name].values` without the cost of labels."""
+        return self.values[:, self._place(name)]
+
+    def units(self, name: str) -> str:
+        """SI unit of the signal `name`."""
+        return self.signals.units[self._place(name)]
+
+    def peak(self, name: str) -> Peak:
+        """Largest absolute value of the signal `name` and its time, over all accepted steps and not the saved ones."""
+        k = self._place(name)
+        return Peak(float(self.peaks.values[k]), float(self.peaks.times[k]))
+
+    def episodes(self, name: str | None = None) -> Episodes:
+        """The episodes of contact of a joint, of one of its contacts, or (None) of all, in the order of their starts.
+
+        All that ended since saving began, whatever was saved, and those that were running when the run ended.
+
+        Parameters
+        ----------
+        name : a joint, e.g. "P1" or "G", or one of several contacts of a joint, e.g. "G.upper_front".
+
+        Raises
+        ------
+        UnknownContactError : a name that is no contact.
+        """
+        return select(self.contacts, self.name, name)
+
+    def to_netcdf(self, path: str | Path) -> Path:
+        """Write everything to the file `path`, whose folder is made; `flexmb.load` reads it back bit for bit."""
+        from flexmb.results.netcdf import save
+
+        return save(self, path)
+
+    def __repr__(self) -> str:
+        span = f"{len(self.time)} instants"
+        if len(self.time):
+            span += f", {self.time[0]:.6g} to {self.time[-1]:.6g} s"
+        parts = ", ".join(dict.fromkeys(name.split(".")[0] for name in self.names))
+        rows = (("status", self.status), ("ok", self.ok), ("saved", span), ("cost", self.stats))
+        lines = [f"Solution of {self.name!r}", *(f"  {word:8s}{value}" for word, value in rows)]
+        lines += [f"  {'note':8s}{text}" for text in self.notes]
+        return "\n".join([*lines, f"  {'signals':8s}{len(self.signals)} of {parts or 'no part'}"])
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self.__post_init__()  # arrays come back writeable
+
+    def _set(self, name: str, value: object) -> None:
+        object.__setattr__(self, name, value)
+
+    @property
+    def _places(self) -> dict[str, int]:
+        return self.signals.places
+
+    def _place(self, name: str) -> int:
+        place = self._places.get(resolved(name, self.signals, self.aliases)) if isinstance(name, str) else None
+        if place is None:
+            text = f"Solution of {self.name!r} has no signal {name!r}. {hint(str(name), self.signals, self.aliases)}"
+            if SAVED in self.model:
+                text += f" Of all signals were saved those of simulate(..., signals={self.model[SAVED]!r})."
+            raise UnknownSignalError(text)
+        return place
+
+
+def _frozen(name: str, values: object, shape: tuple[int | None, ...]) -> np.ndarray:
+    """`values` as a read-only float array of that shape (None: any length).
+
+    An array that is read-only already is taken as it is: copying what a run saved would take as long as saving it.
+    """
+    array = values if _is_fixed(values) else np.array(values, dtype=np.float64, order="C")
+    fits = array.ndim == len(shape) and all(want in (None, n) for n, want in zip(array.shape, shape, strict=True))
+    if not fits:
+        wanted = ", ".join("n" if n is None else str(n) for n in shape)
+        raise InputError(f"Solution: {name} has shape {array.shape}; it must have shape ({wanted}).")
+    array.flags.writeable = False
+    return array
+
+
+def _is_fixed(values: object) -> bool:
+    """Whether `values` are floats of an array's own, in C order, that nobody can write to."""
+    if type(values) is not np.ndarray or values.dtype != np.float64:
+        return False
+    return values.flags.owndata and values.flags.c_contiguous and not values.flags.writeable
+
+
+def _read_only(values: object) -> np.ndarray:
+    array = np.array(values)
+    array.flags.writeable = False
+    return array

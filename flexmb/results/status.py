@@ -1,0 +1,161 @@
+"""How a run ended, as a sentence that says what to try."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.energy.balance import (
+    ALGORITHM,
+    CONTACT,
+    FEW,
+    IN_CONTACTS,
+    KINETIC,
+    RESIDUAL,
+    TAKEN,
+    put_in,
+    turned_over,
+)
+from flexmb.program.program import Program
+from flexmb.program.tables import COMMON_Z, LAST_GAP, LAST_GAP_RATE
+from flexmb.state.flow import Account, Flow
+from flexmb.state.record import (
+    DONE,
+    ENERGY_LOST,
+    ENERGY_MADE,
+    ENERGY_MISSING,
+    NEWTON_FAILED,
+    NOT_FINITE,
+    SINGULAR,
+    STEP_TOO_SMALL,
+    RunRecord,
+)
+from flexmb.state.trial import Trial
+from flexmb.step.contact_events import STEP
+
+FINER = "Try a smaller step, or step=Adaptive(...) with a smaller rtol, so that impacts and vibrations are resolved."
+
+SENTENCES = {
+    DONE: "Finished at {t}.",
+    SINGULAR: "Stopped at {t}: the matrix became singular at {lost!r} (a singular pose?), with a step of {h}.",
+    NOT_FINITE: "Stopped at {t}: the state is no longer finite{worst}, with a step of {h}. Try a smaller step.",
+    NEWTON_FAILED: (
+        "Stopped at {t}: Newton did not converge with a step of {h}: last correction {last:.2g}, "
+        "wanted {wanted:.2g}{worst}. Try a smaller step, or step=Adaptive()."
+    ),
+    STEP_TOO_SMALL: (
+        "Stopped at {t}: a step of {h}, the smallest one allowed, was refused; {cause}. "
+        "Try Adaptive(...) with a smaller min{remedy}."
+    ),
+    ENERGY_MISSING: (
+        "Not ok at {t}: the energies do not add up, {missing} are missing where {put_in} were put in and "
+        "{scale} turned over. Try a smaller step, or step=Adaptive(...) with a smaller rtol; if that changes little, "
+        "the energies of a part do not belong to its forces: testing.check_part finds it."
+    ),
+    ENERGY_MADE: (
+        "Not ok at {t}: the steps made energy, {taken} where {put_in} were put in ({kinetic} are kinetic), "
+        "{in_contacts} of {through} that went through contacts. " + FINER
+    ),
+    ENERGY_LOST: (
+        "Not ok at {t}: the steps took energy that no law took, {taken} of {scale} turned over or in motion, "
+        "{in_contacts} of {through} that went through contacts. " + FINER
+    ),
+}
+
+MOST = 8
+"""Joints that are listed."""
+
+DOUBTFUL = 0.2
+"""Part of the limits of the ledger from which on a run that is ok says so."""
+
+
+def sentence(program: Program, code: int, flow: Flow, trial: Trial, record: RunRecord) -> str:
+    """The status of a run that ended with `code`."""
+    names = (*program.names.coordinates, *program.names.rows)
+    template = SENTENCES.get(code, "Not finished, at {t}.")
+    cause, remedy = refused(program, flow, trial, record)
+    text = template.format(
+        t=f"t = {flow.clock.t:.6g} s",
+        h=f"{record.step.refused or flow.clock.size:.3g} s",
+        cause=cause,
+        remedy=remedy,
+        lost=names[int(record.count.lost)],
+        last=record.step.correction,
+        wanted=record.step.wanted,
+        worst=_worst(program, flow, trial),
+        **energies(flow.ledger, flow.account),
+    )
+    return text + not_unique(program, trial, record) + balance(flow.ledger, flow.account) if code == DONE else text
+
+
+def refused(program: Program, flow: Flow, trial: Trial, record: RunRecord) -> tuple[str, str]:
+    """What asked for a smaller step than the smallest one, and what helps beside a smaller one."""
+    met = int(record.count.contact) - 1
+    if met >= 0:
+        needed = flow.impacts[met, STEP]
+        why = f"the impact of {_seen(program, flow, met)} needs steps of {needed:.3g} s"
+        return why, ", fewer impact_steps, or a softer contact"
+    why = f"the error of the step was too large, or Newton did not converge{_worst(program, flow, trial)}"
+    closed = any(flow.z[k] > 0.0 for k in program.tables.contacts.z[:, COMMON_Z])
+    jump = ", or a contact law without a jump at the touch (KelvinVoigt: a ramp; friction: v0 > 0)" if closed else ""
+    return why, f", or a larger rtol and atol{jump}"
+
+
+def _seen(program: Program, flow: Flow, contact: int) -> str:
+    """A contact with its gap and gap rate at the last good step."""
+    k = program.tables.contacts.z[contact, COMMON_Z]
+    gap, rate = flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE]
+    return f"{program.names.contacts[contact]!r} (gap {gap:.3g} m, gap rate {rate:.3g} m/s)"
+
+
+def not_unique(program: Program, trial: Trial, record: RunRecord) -> str:
+    """Which joints had forces that are not unique, and why; "" when there are none."""
+    if record.count.held_steps == 0:
+        return ""
+    rows = np.flatnonzero(record.held)
+    joints = list(dict.fromkeys(program.names.rows[k].partition("[")[0] for k in rows))
+    listed = ", ".join(repr(joint) for joint in joints[:MOST]) + (", ..." if len(joints) > MOST else "")
+    if len(trial.free):
+        return f" The joints {listed} repeat one another: their forces are those of least norm."
+    when = f"t = {record.step.first_held:.6g} s"
+    return f" Passed a singular position at {when}, where the forces of {listed} are not unique."
+
+
+def energies(ledger: np.ndarray, account: Account) -> dict[str, str]:
+    """What sentences on the energies say [J]."""
+    return {
+        "missing": f"{ledger[RESIDUAL]:.3g} J",
+        "taken": f"{abs(ledger[ALGORITHM]):.3g} J",
+        "in_contacts": f"{abs(account.lost_in_contacts):.3g} J",
+        "through": f"{account.through_contacts:.3g} J",
+        "kinetic": f"{ledger[KINETIC]:.3g} J",
+        "scale": f"{turned_over(ledger, account):.3g} J",
+        "put_in": f"{put_in(ledger, account):.3g} J",
+    }
+
+
+def balance(ledger: np.ndarray, account: Account) -> str:
+    """Warnings of energies that add up, but not well; "" when they do."""
+    scale, found = turned_over(ledger, account), ""
+    through, named = account.through_contacts + FEW * scale, energies(ledger, account)
+    if abs(ledger[RESIDUAL]) > DOUBTFUL * account.limit * min(scale, put_in(ledger, account)):
+        found += " But the energies miss {missing}, where {put_in} were put in and {scale} turned over: {remedy}."
+    if abs(ledger[ALGORITHM]) > DOUBTFUL * TAKEN * scale:
+        found += " But the steps {verb} {taken} of {scale} turned over or in motion: {remedy}."
+    elif abs(ledger[ALGORITHM]) > TAKEN * put_in(ledger, account):
+        found += " But the steps {verb} {taken} where {put_in} were put in: {remedy}."
+    elif abs(account.lost_in_contacts) > DOUBTFUL * IN_CONTACTS * through:
+        found += " But the steps {in_verb} {in_contacts} of {through} that went through contacts: {remedy}."
+    if ledger[CONTACT] < -DOUBTFUL * IN_CONTACTS * through:
+        found += f" But the laws of contact made {-ledger[CONTACT]:.3g} J of {{through}} that went through contacts."
+    verbs = ["took" if x > 0.0 else "made" for x in (ledger[ALGORITHM], account.lost_in_contacts)]
+    return found.format(**named, verb=verbs[0], in_verb=verbs[1], remedy="try smaller ones to see what changes")
+
+
+def _worst(program: Program, flow: Flow, trial: Trial) -> str:
+    """The coordinate that moved most in the last Newton correction, and the contacts that are closed."""
+    d = np.abs(trial.d[: program.n_q])
+    name = program.names.coordinates[int(np.argmax(np.where(np.isfinite(d), d, np.inf)))]
+    phases = program.tables.contacts.z[:, COMMON_Z]
+    closed = [_seen(program, flow, c) for c, k in enumerate(phases) if flow.z[k] > 0.0]
+    touching = f"; in contact: {', '.join(closed)}" if closed else ""
+    return f"; largest at {name!r}{touching}"

@@ -1,0 +1,219 @@
+"""A solution as VTK files, one a frame, for ParaView and other readers of VTK."""
+
+from __future__ import annotations
+
+import json
+import re
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.errors import InputError
+
+if TYPE_CHECKING:
+    import meshio
+
+    from flexmb.results.drawing import Line, Mark
+    from flexmb.results.solution import Solution
+
+MOST_FRAMES = 200
+FIELDS = ("axial_force", "bending_moment", "shear_force", "curvature", "bending_stiffness")
+UNITS = {
+    "displacement": "m",
+    "axial_force": "N",
+    "bending_moment": "N m",
+    "shear_force": "N",
+    "curvature": "1/m",
+    "bending_stiffness": "N m2",
+    "normal_force": "N",
+}
+KINDS = ("rigid", "beam", "joint", "revolute", "prismatic", "fixed", "clearance", "journal")
+"""Kinds of cells by number; kinds that a user's own parts bring follow after these."""
+
+
+@dataclass(frozen=True)
+class Frames:
+    """Cells, which all frames share, and what changes from frame to frame."""
+
+    points: np.ndarray  # (n, n_p, 3) [m]
+    data: dict[str, np.ndarray]  # by name, (n, n_p)
+    segments: np.ndarray  # (n_l, 2)
+    vertices: np.ndarray  # (n_v, 1)
+    part: tuple[np.ndarray, np.ndarray]  # number of the part, of segments and vertices
+    kind: tuple[np.ndarray, np.ndarray]  # number of the kind, of segments and vertices
+    kinds: tuple[str, ...]  # names of the kinds
+
+
+def write_vtk(sol: Solution, path: str | Path, frames: int | None = None, *, points_per_element: int = 8) -> Path:
+    """Write the motion as a ParaView collection: `path` (.pvd), and beside it a folder with one .vtu file a frame.
+
+    Beams are drawn with their deformed shape; joints are vertices.  Point data: displacement (since the first frame),
+    axial_force, bending_moment, shear_force, curvature and bending_stiffness of beams (see `flexmb.beams.hermite` for
+    the signs), normal_force of contacts; 0 where it does not apply.  Cell data: part and kind, numbers whose names
+    stand in names.json in the folder of the frames.  Older frames of the same name are replaced.
+
+    Parameters
+    ----------
+    sol : the solution.
+    path : the .pvd file; missing folders are made.
+    frames : number of frames, >= 2, evenly over the time; the nearest saved instants are taken, each once, the first
+        and the last always.  None: all saved instants, at most 200.
+    points_per_element : points along each beam element, its two nodes included, >= 2.
+
+    Returns
+    -------
+    Path
+        The .pvd file.
+
+    Raises
+    ------
+    InputError : a path that cannot be written, fewer than 2 frames, a solution without instants or shapes.
+    """
+    target = _checked_target(path)
+    per_element = checks.count("write_vtk", "points_per_element", points_per_element, 2)
+    instants = _chosen(sol, frames)
+    content = _content(sol, instants, per_element)
+    try:
+        return _write(sol, content, instants, target)
+    except OSError as error:
+        text = f"write_vtk: {str(target)!r} cannot be written ({error.strerror or error})."
+        raise InputError(f"{text} Give a file in a writable folder.") from error
+
+
+def _checked_target(path: str | Path) -> Path:
+    target = Path(path)
+    if target.suffix not in {"", ".pvd"} or not target.name:
+        raise InputError(f"write_vtk: path is {str(path)!r}; it must end in .pvd, the format of a series of frames.")
+    return target.with_suffix(".pvd")
+
+
+def _chosen(sol: Solution, frames: int | None) -> np.ndarray:
+    """Numbers of the saved instants that become frames."""
+    from flexmb.results.drawing import nearest_instants
+
+    if not len(sol.time):
+        raise InputError("write_vtk: the solution has no saved instants. Save some, e.g. by simulate(..., save=...).")
+    if not sol.shapes:
+        raise InputError("write_vtk: the solution has no shapes to draw. Build it from a mechanism with bodies.")
+    if frames is None:
+        if len(sol.time) <= MOST_FRAMES:
+            return np.arange(len(sol.time))
+        frames = MOST_FRAMES
+    n = checks.count("write_vtk", "frames", frames, 2)
+    return nearest_instants(sol, np.linspace(sol.time[0], sol.time[-1], n))
+
+
+def _content(sol: Solution, instants: np.ndarray, points_per_element: int) -> Frames:
+    """Points, cells and data of all frames."""
+    from flexmb.results import drawing
+
+    lines = drawing.lines(sol, instants, points_per_element)
+    marks = drawing.marks(sol, instants)
+    number = {name: k for k, name in enumerate(drawing.parts(sol))}
+    kinds = tuple(dict.fromkeys([*KINDS, *(m.kind for m in marks)]))
+    flat = np.concatenate([*(line.points for line in lines), *(m.points[:, None] for m in marks)], axis=1)
+    points = np.concatenate([flat, np.zeros((*flat.shape[:2], 1))], axis=2)
+    segments, owner = _segments(lines)
+    vertices = np.arange(len(marks))[:, None] + sum(line.points.shape[1] for line in lines)
+    of_lines = np.array([(number[x.part], int(x.is_beam)) for x in lines], dtype=np.int64).reshape(-1, 2)
+    of_marks = np.array([(number[m.part], kinds.index(m.kind)) for m in marks], dtype=np.int64).reshape(-1, 2)
+    return Frames(
+        points=points,
+        data=_point_data(lines, marks, len(instants)),
+        segments=segments,
+        vertices=vertices,
+        part=(of_lines[owner, 0], of_marks[:, 0]),
+        kind=(of_lines[owner, 1], of_marks[:, 1]),
+        kinds=kinds,
+    )
+
+
+def _segments(lines: list[Line]) -> tuple[np.ndarray, np.ndarray]:
+    """Two-point cells along all lines, and the number of the line of each cell."""
+    cells, owner, first = [np.zeros((0, 2), dtype=np.int64)], [np.zeros(0, dtype=np.int64)], 0
+    for k, line in enumerate(lines):
+        m = line.points.shape[1]
+        start = first + np.arange(m - 1)
+        cells.append(np.stack([start, start + 1], axis=1))
+        owner.append(np.full(m - 1, k))
+        first += m
+    return np.concatenate(cells), np.concatenate(owner)
+
+
+def _point_data(lines: list[Line], marks: list[Mark], n: int) -> dict[str, np.ndarray]:
+    zero, on_marks = np.zeros((n, 0)), np.zeros((n, len(marks)))
+    data = {}
+    for field in FIELDS:
+        columns = [line.fields.get(field, np.zeros(line.points.shape[:2])) for line in lines]
+        data[field] = np.concatenate([zero, *columns, on_marks], axis=1)
+    on_lines = np.zeros((n, sum(line.points.shape[1] for line in lines)))
+    data["normal_force"] = np.concatenate([on_lines, *(m.force[:, None] for m in marks)], axis=1)
+    return data
+
+
+def _write(sol: Solution, content: Frames, instants: np.ndarray, target: Path) -> Path:
+    """Write all files into a folder of their own first, so that a full disk leaves the old frames whole."""
+    import meshio
+
+    folder = target.with_suffix("")
+    folder.mkdir(parents=True, exist_ok=True)
+    digits = max(4, len(str(len(instants) - 1)))
+    names = [f"{target.stem}_{k:0{digits}d}.vtu" for k in range(len(instants))]
+    with tempfile.TemporaryDirectory(dir=target.parent, prefix=f".{target.stem}.") as scratch:
+        for k, name in enumerate(names):
+            meshio.write(Path(scratch) / name, _mesh(content, k))
+        legend = {"parts": _numbered(_part_names(sol)), "kinds": _numbered(content.kinds), "units": UNITS}
+        (Path(scratch) / "names.json").write_text(json.dumps(legend, indent=2), encoding="utf-8")
+        collection = Path(scratch) / target.name
+        collection.write_text(_collection(folder.name, names, sol.time[instants]), encoding="utf-8")
+        for stale in _frames_in(folder, target.stem):
+            stale.unlink()
+        for name in [*names, "names.json"]:
+            (Path(scratch) / name).replace(folder / name)
+        collection.replace(target)
+    return target
+
+
+def _mesh(content: Frames, k: int) -> meshio.Mesh:
+    """Frame k as a mesh of meshio."""
+    import meshio
+
+    cells = [("line", content.segments), ("vertex", content.vertices)]
+    used = [i for i, (_, cell) in enumerate(cells) if len(cell)]
+    data = {name: values[k] for name, values in content.data.items()}
+    return meshio.Mesh(
+        content.points[k],
+        [cells[i] for i in used],
+        point_data={"displacement": content.points[k] - content.points[0], **data},
+        cell_data={"part": [content.part[i] for i in used], "kind": [content.kind[i] for i in used]},
+    )
+
+
+def _frames_in(folder: Path, stem: str) -> list[Path]:
+    """Frames that an earlier call left in the folder."""
+    pattern = re.compile(re.escape(stem) + r"_\d{4,}\.vtu")
+    return [file for file in folder.iterdir() if pattern.fullmatch(file.name)]
+
+
+def _part_names(sol: Solution) -> tuple[str, ...]:
+    from flexmb.results.drawing import parts
+
+    return parts(sol)
+
+
+def _numbered(names: tuple[str, ...]) -> dict[str, str]:
+    return {str(k): name for k, name in enumerate(names)}
+
+
+def _collection(folder: str, names: list[str], times: np.ndarray) -> str:
+    rows = [
+        f'    <DataSet timestep="{float(t)!r}" group="" part="0" file={quoteattr(f"{folder}/{name}")}/>'
+        for t, name in zip(times, names, strict=True)
+    ]
+    head = ['<?xml version="1.0"?>', '<VTKFile type="Collection" version="0.1">', "  <Collection>"]
+    return "\n".join([*head, *rows, "  </Collection>", "</VTKFile>", ""])

@@ -1,0 +1,1 @@
+"""Runs: a mechanism simulated, at once or step by step."""

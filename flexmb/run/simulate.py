@@ -1,0 +1,191 @@
+"""Simulation: start values, the compiled loop in blocks, the record of the run."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from numbers import Real
+from typing import Any
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.errors import InputError
+from flexmb.model.mechanism import Mechanism
+from flexmb.program.compiler import compile_with_start
+from flexmb.program.period import common_period
+from flexmb.program.program import Program
+from flexmb.results.remarks import contact_remarks
+from flexmb.results.signal_names import SAVED, chosen_places
+from flexmb.results.solution import Solution
+from flexmb.run.run import Run
+from flexmb.step.method import Method
+from flexmb.step.newmark.method import Newmark
+from flexmb.step.step_size import Adaptive, FixedStep
+
+Step = FixedStep | Adaptive | float
+
+REDUNDANT = ("refuse", "least-norm")
+"""What to do with joints that repeat one another."""
+
+SHORTEST = 1e-100
+"""Shortest run [s]."""
+
+
+def simulate(
+    mechanism: Mechanism,
+    *,
+    t_end: float | None = None,
+    periods: float | None = None,
+    save_from: float = 0.0,
+    save_from_period: float | None = None,
+    save: int | str = 1000,
+    step: Step | None = None,
+    method: Method | None = None,
+    restart: Mapping[str, np.ndarray] | None = None,
+    max_steps: int | None = None,
+    redundant: str = "refuse",
+    signals: Sequence[str] | None = None,
+    progress: bool = False,
+) -> Solution:
+    """Simulate a mechanism from its drawn pose.
+
+    At the start the loops are closed, journals stand as their joints say, flexible bodies are unstressed
+    and velocities those of the ideal rigid mechanism, but for the fields of displacement and velocity that bodies
+    declare.
+
+    Parameters
+    ----------
+    mechanism : the mechanism.
+    t_end : end [s], > 0; or
+    periods : number of common periods of the drives.
+    save_from : instant from which signals are saved and peaks are taken [s]; or
+    save_from_period : the same in periods.
+    save : instants a period (a run without periodic drives: in all), or "steps" for every accepted step.
+    step : `Adaptive(...)`, the default, or `FixedStep(size)`, for which the bare size [s] will do.
+    method : `Newmark...` (default: generalised-alpha with spectral radius 0.8); `RadauIIA()` for smooth motion to many
+        digits; `RungeKutta4()` or `Staggered()`, which need `FixedStep`.
+    restart : `restart` of a solution of the same model; the run goes on from there bit for bit.
+    max_steps : stop, with a status, after so many accepted steps.
+    redundant : joints that repeat one another in every pose, as a third parallel crank does: "refuse" them, or
+        "least-norm": of all multipliers that give the motion those with the least sum of squares are taken.  Forces in
+        N and moments in N m then count alike, and only sums of forces of such joints mean something.  Friction in
+        such joints follows these forces, and what drives work against it with them.
+    signals : names of the signals that are saved, and patterns in which * stands for any text: ["slider.x", "rod.*"];
+        the solution holds these and their peaks alone, in its usual order.  None: all; []: none.  Final state,
+        contacts, statistics and status are whole in any case.  Drawing and VTK files need x, y, theta of all nodes.
+    progress : show a progress bar with an estimate of the time left.
+
+    Returns
+    -------
+    Solution : its `ok` is True only if the run reached its end; `status` says in a sentence what happened,
+        names the joints whose forces were not unique because the run passed a singular position; `notes` says where
+        contact laws left their validity, and which contacts began very slowly or had no onset for a period.  A run
+        whose energies miss 1 % of what was turned over or is in motion, or whose steps took or made 5 % of it, stops
+        there and is not ok; so is one whose steps took or made 2 % of what went through contacts: its steps were too
+        coarse.  From a fifth of these on `status` warns.
+
+    Raises
+    ------
+    InputError : times that are not > 0, neither or both of t_end and periods, unknown kinds of step or method, a
+        restart beyond the end, signals that the mechanism has not.
+    ModelError, AssemblyError, KernelError : a mechanism that cannot start; see `compile` and `consistent_start`.
+    """
+    program, closed = compile_with_start(mechanism)
+    period = common_period(program) if periods is not None or save_from_period is not None else None
+    if period is None and any(p is not None for p in program.periods):
+        period = period_or_none(program)
+    end = _end(mechanism, t_end, periods, period)
+    begin = _begin(mechanism, end, save_from, save_from_period, period)
+    method = method or Newmark.generalised_alpha()
+    step = Adaptive() if step is None else step
+    step = FixedStep(step) if isinstance(step, Real) and not isinstance(step, bool) else step
+    label, least = f"simulate {mechanism.name!r}", redundant == "least-norm"
+    if max_steps is not None:
+        checks.count(label, "max_steps", max_steps)
+    checks.one_of(label, "redundant", redundant, REDUNDANT)
+    check_kinds(label, method, step, redundant)
+    kept, more = chosen_places(label, program.names, signals), {"max_steps": max_steps, "progress": progress}
+    run = Run(program, method, step, end, period, mechanism=mechanism, kept=kept, **more)
+    if restart is None:
+        run.begin(run.stepper.start(mechanism, closed, redundant=least))
+    else:
+        run.resume(restart, label, redundant=least)
+        check_ahead(label, float(run.flow.clock.t), end)
+    started = time.perf_counter()
+    if run.flow.clock.t < begin:
+        run.go_to(begin, saving=None)
+        run.forget_peaks()
+    run.go_to(end, saving=save_interval(mechanism, save, period, begin, end))
+    now = float(run.flow.clock.t)
+    span = period if period is not None else 0.5 * (now - begin)
+    notes = contact_remarks(run.program, run.flow.z, run.contact_log(), now, span)
+    model = {"name": mechanism.name} if signals is None else {"name": mechanism.name, SAVED: list(signals)}
+    return run.solution(model=model, notes=notes, wall_time=time.perf_counter() - started)
+
+
+def period_or_none(program: Program) -> float | None:
+    """The common period of the drives, or None when there is none."""
+    try:
+        return common_period(program)
+    except InputError:
+        return None
+
+
+def save_interval(mechanism: Mechanism, save: Any, period: float | None, begin: float, end: float) -> float:
+    """Time between saved instants [s]; 0: every step."""
+    if save == "steps":
+        return 0.0
+    if isinstance(save, str):
+        raise InputError(f"simulate {mechanism.name!r}: save is {save!r}; it must be a number of instants or 'steps'.")
+    number = checks.count(f"simulate {mechanism.name!r}", "save", save)
+    return (end - begin if period is None or period > end - begin else period) / number
+
+
+def _end(mechanism: Mechanism, t_end: float | None, periods: float | None, period: float | None) -> float:
+    label = f"simulate {mechanism.name!r}"
+    if (t_end is None) == (periods is None):
+        text = f"{label}: t_end is {t_end!r} and periods is {periods!r}"
+        raise InputError(f"{text}; give either t_end= (seconds) or periods= (of the drives).")
+    if t_end is not None:
+        return check_end(label, t_end)
+    return checks.positive(label, "periods", periods) * float(period or 0.0)
+
+
+def check_end(label: str, t_end: float) -> float:
+    """`t_end` as a float, or `InputError`: squares of its steps must not be 0 among floats."""
+    end = checks.positive(label, "t_end", t_end, "s")
+    if end < SHORTEST:
+        raise InputError(f"{label}: t_end is {end:g} s; it must be at least {SHORTEST:g} s.")
+    return end
+
+
+def _begin(
+    mechanism: Mechanism, end: float, save_from: float, save_from_period: float | None, period: float | None
+) -> float:
+    label = f"simulate {mechanism.name!r}"
+    begin = checks.not_negative(label, "save_from", save_from, "s")
+    if save_from_period is not None:
+        begin = checks.not_negative(label, "save_from_period", save_from_period) * float(period or 0.0)
+    if begin >= end:
+        raise InputError(
+            f"{label}: saving begins at {begin:g} s, but the run ends at {end:g} s. Run longer or save earlier."
+        )
+    return begin
+
+
+def check_ahead(label: str, now: float, end: float) -> None:
+    """Refuse a restart that lies beyond the end: nothing would be run, and nothing saved."""
+    if now > end * (1.0 + 1e-9):
+        text = f"{label}: the restart stands at t = {now:g} s, beyond the end at {end:g} s"
+        raise InputError(f"{text}. The end counts from the start of the first run; give a larger t_end or periods.")
+
+
+def check_kinds(label: str, method: Any, step: Any, redundant: str) -> None:
+    """Refuse what is no method or no step, and what the method cannot do."""
+    if not isinstance(method, Method):
+        known = "Newmark(...), RadauIIA(), RungeKutta4() or Staggered(...)"
+        raise InputError(f"{label}: method is {method!r}; it must be {known}.")
+    if not isinstance(step, (FixedStep, Adaptive)):
+        raise InputError(f"{label}: step is {step!r}; it must be FixedStep(size) or Adaptive(...).")
+    method.check(label, step, redundant)

@@ -1,0 +1,234 @@
+"""The state behind a signal, from the signal and its past: delay, dimension, vectors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.errors import InputError
+from flexmb.series.neighbours import nearest
+from flexmb.series.samples import is_constant, mean_period, samples, standardised
+
+LEAST = 100
+"""Samples below which no delay and no dimension is sought."""
+
+FALSE_SHARE = 0.01
+"""A dimension is enough when fewer than this share of neighbours are false."""
+
+
+@dataclass(frozen=True, eq=False)
+class Embedding:
+    """Delay and dimension with which a signal shows the state of its system.
+
+    Parameters
+    ----------
+    delay : distance of two numbers of a vector [samples].
+    dimension : numbers in a vector.
+    mean_period : inverse of the mean frequency of the power spectrum [samples].
+    information : mutual information at lags 0, 1, ... [nat].
+    false_share : share of false neighbours in dimensions 1, 2, ...
+    ok : whether few enough neighbours are false in this dimension.
+    status : how it came about, in a sentence.
+    """
+
+    delay: int
+    dimension: int
+    mean_period: float
+    information: np.ndarray = field(repr=False)
+    false_share: np.ndarray = field(repr=False)
+    ok: bool
+    status: str
+
+    @property
+    def window(self) -> int:
+        """Time that one vector covers [samples]."""
+        return (self.dimension - 1) * self.delay
+
+
+def embed(signal: Any, delay: int, dimension: int) -> np.ndarray:
+    """Vectors (x[i], x[i + delay], ..., x[i + (dimension - 1) delay]) of a signal, as rows.
+
+    Parameters
+    ----------
+    signal : samples (n,).
+    delay : distance of two numbers of a vector [samples], >= 1.
+    dimension : numbers in a vector, >= 1.
+
+    Returns
+    -------
+    Array (n - (dimension - 1) delay, dimension) in the unit of the signal.
+
+    Raises
+    ------
+    InputError : a signal that is shorter than one vector or not finite.
+
+    Notes
+    -----
+    Source: F. Takens, Lecture Notes in Mathematics 898 (1981) 366.
+
+    Examples
+    --------
+    >>> import flexmb as fm
+    >>> fm.embed([0.0, 1.0, 2.0, 3.0], 2, 2)
+    array([[0., 2.],
+           [1., 3.]])
+    """
+    m, tau = checks.count("embed", "dimension", dimension), checks.count("embed", "delay", delay)
+    x = samples("embed", signal, (m - 1) * tau + 1)
+    count = len(x) - (m - 1) * tau
+    return np.stack([x[i * tau : i * tau + count] for i in range(m)], axis=1)
+
+
+def mutual_information(signal: Any, longest: int | None = None) -> np.ndarray:
+    """What a sample tells about the sample `lag` later, averaged [nat], at lags 0, 1, ..., `longest`.
+
+    The range is cut into intervals that hold equally many samples, so that units, offsets and monotonic
+    calibrations change nothing.  Finite records add about (intervals - 1)^2 / (2 n).
+
+    Parameters
+    ----------
+    signal : samples (n,), at least 100.
+    longest : largest lag [samples]; None: two mean periods, at most a quarter of the record.
+
+    Raises
+    ------
+    InputError : a signal that is too short or not finite, a lag beyond the record.
+
+    Notes
+    -----
+    Source: A. M. Fraser and H. L. Swinney, Phys. Rev. A 33 (1986) 1134.  Cost: 0.1 s for 1e4 samples and 100 lags.
+    """
+    x = samples("mutual_information", signal, LEAST)
+    if longest is None:
+        longest = int(min(len(x) // 4, np.ceil(2.0 * mean_period(x))))
+    longest = checks.count("mutual_information", "longest", longest, 0)
+    if longest > len(x) - LEAST // 2:
+        raise InputError(f"mutual_information: longest is {longest}; {len(x)} samples bear {len(x) - LEAST // 2}.")
+    bins = int(np.clip(np.sqrt(len(x) / 5.0), 4, 32))
+    edges = np.quantile(x, np.linspace(0.0, 1.0, bins + 1)[1:-1])
+    cell = np.searchsorted(edges, x, side="right")
+    return np.array([_information(cell[: len(x) - lag], cell[lag:], bins) for lag in range(longest + 1)])
+
+
+def _information(a: np.ndarray, b: np.ndarray, bins: int) -> float:
+    """Sum of p_ab ln(p_ab / (p_a p_b)) of two sequences of cells [nat]."""
+    joint = np.bincount(a * bins + b, minlength=bins * bins).reshape(bins, bins) / len(a)
+    apart = joint.sum(axis=1)[:, None] * joint.sum(axis=0)
+    filled = joint > 0.0
+    return float(np.sum(joint[filled] * np.log(joint[filled] / apart[filled])))
+
+
+def first_minimum(information: np.ndarray, least: int = 1) -> int | None:
+    """Lag of the first minimum from `least` on, which the two lags on either side must not undercut; None: none."""
+    for lag in range(least, len(information) - 1):
+        around = information[max(lag - 2, 0) : lag + 3]
+        if information[lag] <= around.min() and information[lag] < information[lag - 1]:
+            return lag
+    return None
+
+
+def false_neighbours(signal: Any, delay: int, *, largest: int = 8, theiler: int | None = None) -> np.ndarray:
+    """Share of nearest neighbours in 1, 2, ..., `largest` dimensions that are none in one dimension more.
+
+    A neighbour is false if the next number parts it by more than 15 times its distance, or leads farther away than
+    two standard deviations of the signal; distances below 1e-6 of that count as 1e-6, so that integration tolerances
+    do not make neighbours false.  NaN: the record is too short for this dimension.
+
+    Parameters
+    ----------
+    signal : samples (n,), at least 100, not all the same.
+    delay : distance of two numbers of a vector [samples].
+    largest : largest dimension.
+    theiler : neighbours must be farther apart than this [samples]; None: a mean period, at most a tenth of the record.
+
+    Raises
+    ------
+    InputError : a signal that is constant, too short or not finite.
+
+    Notes
+    -----
+    Source: M. B. Kennel, R. Brown and H. D. I. Abarbanel, Phys. Rev. A 45 (1992) 3403, both criteria.
+    """
+    owner = "false_neighbours"
+    x, tau = samples(owner, signal, LEAST), checks.count(owner, "delay", delay)
+    largest = checks.count(owner, "largest", largest)
+    if is_constant(x):
+        raise InputError(f"{owner}: the signal is constant; it has no neighbours to tell apart.")
+    x = standardised(x)
+    w = (
+        int(min(np.ceil(mean_period(x)), len(x) // 10))
+        if theiler is None
+        else checks.count(owner, "theiler", theiler, 0)
+    )
+    return np.array([_false_share(x, tau, m, w) for m in range(1, largest + 1)])
+
+
+def _false_share(x: np.ndarray, tau: int, m: int, theiler: int) -> float:
+    """Share of false neighbours among at most 4000 vectors of dimension m."""
+    count = len(x) - m * tau
+    if count < LEAST // 2:
+        return np.nan
+    refs = np.unique(np.linspace(0, count - 1, 4000).astype(int))
+    near, distance = nearest(embed(x, tau, m)[:count], refs, theiler)
+    found = near >= 0
+    if found.sum() < LEAST // 4:
+        return np.nan
+    next_gap = np.abs(x[refs[found] + m * tau] - x[near[found] + m * tau])
+    d = np.maximum(distance[found], 1e-6)
+    return float(np.mean((next_gap > 15.0 * d) | (np.hypot(next_gap, distance[found]) > 2.0)))
+
+
+def embedding(signal: Any, *, delay: int | None = None, dimension: int | None = None, largest: int = 8) -> Embedding:
+    """Delay and dimension in which a signal is to be seen.
+
+    The delay is the first minimum of the mutual information between a tenth and a quarter of the mean period (shorter
+    ones are accidents of exactly periodic signals); without one, the first lag at which it has fallen to 1/e, at most a
+    quarter; for signals with fewer than 8 samples in a mean period (maps) it is 1.  The dimension is the first with
+    less than 1 % of false neighbours; without one, that with the fewest, and `ok` is False: noise, or more dimensions.
+
+    Parameters
+    ----------
+    signal : samples (n,), at least 100, not all the same.
+    delay : delay [samples] if it is known.
+    dimension : dimension if it is known.
+    largest : largest dimension that is tried.
+
+    Raises
+    ------
+    InputError : a signal that is constant, too short or not finite.
+
+    Examples
+    --------
+    >>> import flexmb as fm, numpy as np
+    >>> found = fm.embedding(np.sin(0.1 * np.arange(2000)))
+    >>> found.dimension, 6 <= found.delay <= 16  # of a period of 62.8 samples
+    (2, True)
+    """
+    x = samples("embedding", signal, LEAST)
+    period, information = mean_period(x), mutual_information(x)
+    tau = _delay(information, period) if delay is None else checks.count("embedding", "delay", delay)
+    if dimension is not None:
+        m = checks.count("embedding", "dimension", dimension)
+        return Embedding(tau, m, period, information, np.full(0, np.nan), True, "The dimension is given.")
+    shares = false_neighbours(x, tau, largest=largest)
+    if np.isnan(shares).all():
+        text = f"{len(x)} samples hold too few vectors with delay {tau}."
+        return Embedding(tau, 1, period, information, shares, False, text)
+    enough = np.flatnonzero(shares < FALSE_SHARE)
+    m = 1 + int(enough[0] if len(enough) else np.nanargmin(shares))
+    text = f"{100 * shares[m - 1]:.2g} % of the neighbours are false in dimension {m}"
+    text += "." if len(enough) else f", in none up to {largest} less than 1 %: noise, or a state of more dimensions."
+    return Embedding(tau, m, period, information, shares, bool(len(enough)), text)
+
+
+def _delay(information: np.ndarray, period: float) -> int:
+    if period < 8.0:
+        return 1
+    lag = first_minimum(information, max(1, round(period / 10.0)))
+    if lag is None:
+        fallen = np.flatnonzero(information < information[0] / np.e)
+        lag = int(fallen[0]) if len(fallen) else int(period / 4.0)
+    return max(1, min(lag, round(period / 4.0)))

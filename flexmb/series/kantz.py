@@ -1,0 +1,101 @@
+"""Largest exponent from all neighbours within a small distance."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from flexmb.series.exponent import BLOCKS, SeriesExponent, Slope, estimate, straight_part
+from flexmb.series.neighbours import distances
+
+REFERENCES = 600
+"""Points whose neighbours are followed, at most."""
+
+NEIGHBOURS = 8
+"""Neighbours of a point that are followed."""
+
+
+def kantz(
+    signal: Any,
+    interval: Any = None,
+    *,
+    delay: int | None = None,
+    dimension: int | None = None,
+    theiler: int | None = None,
+) -> SeriesExponent:
+    """Largest exponent: slope of <ln (mean distance of the neighbours of a point)> over time.
+
+    The mean over the 8 nearest neighbours of each of 600 points, one neighbour of each passage of the orbit, stands
+    inside the logarithm.  Where stretching varies along the orbit (Lorenz's x, y) the slope lies above the exponent;
+    the difference to the slope with the mean outside, twice, is part of the error.  The straight part and what has no
+    value: as of `rosenstein`.  The source takes the neighbours within a radius; a number of them serves sparse places
+    as well.
+
+    Parameters
+    ----------
+    signal : samples (n,), at least 500.
+    interval : time between samples [s], or their times (n,) [s]; None: iterations of a map.
+    delay : delay of the embedding [samples]; None: as `embedding` finds it.
+    dimension : its dimension; None: as `embedding` finds it.
+    theiler : neighbours must be farther apart than this [samples]; None: a mean period, and the window of a vector.
+
+    Raises
+    ------
+    InputError : a signal that is too short or not finite, times that are not evenly spaced.
+
+    Notes
+    -----
+    Source: H. Kantz, Phys. Lett. A 185 (1994) 77.  Cost: 3 s for 1e4 samples.
+    """
+    options = {"delay": delay, "dimension": dimension, "theiler": theiler}
+    return estimate("kantz", _slope, signal, interval, options)
+
+
+def _slope(points: np.ndarray, window: int, theiler: int, period: float) -> Slope:
+    """Slope with the mean over neighbours inside the logarithm; its error holds the difference to outside."""
+    inner = straight_part(partial(_curves, True), points, window, theiler, period)
+    if inner.why_not:
+        return inner
+    outer = straight_part(partial(_curves, False), points, window, theiler, period)
+    difference = 0.0 if outer.why_not else inner.value - outer.value
+    return replace(inner, error=float(np.hypot(inner.error, difference)))
+
+
+def _curves(inside: bool, points: np.ndarray, theiler: int, steps: np.ndarray, shift: int) -> np.ndarray:
+    """Curves (blocks, k) of the mean over points of the logarithm of the mean distance (or of the mean logarithm)."""
+    count = len(points) - int(steps[-1])
+    refs = np.unique(np.linspace(0, count - 1, REFERENCES).astype(int))
+    near = _neighbours(points[:count], refs, theiler, shift)
+    whole = (near >= 0).all(axis=1)
+    i, j = np.repeat(refs[whole], NEIGHBOURS), near[whole].ravel()
+    if whole.sum() < 10 * BLOCKS:
+        return np.empty((0, len(steps)))
+    logs = np.empty((len(steps), int(whole.sum())))
+    for row, step in zip(logs, steps, strict=True):
+        distance = distances(points, i + step, j + step, shift).reshape(-1, NEIGHBOURS)
+        if inside:
+            row[:] = np.log(np.maximum(distance.mean(axis=1), 1e-12))
+        else:
+            row[:] = np.log(np.maximum(distance, 1e-12)).mean(axis=1)
+    return np.stack([block.mean(axis=1) for block in np.array_split(logs, BLOCKS, axis=1)])
+
+
+def _neighbours(points: np.ndarray, refs: np.ndarray, theiler: int, shift: int) -> np.ndarray:
+    """The nearest neighbours (r, NEIGHBOURS) of `points[refs]`, one of each passage of the orbit; -1: too few."""
+    from scipy.spatial import cKDTree
+
+    found = np.full((len(refs), NEIGHBOURS), -1)
+    candidates = min(len(points), 2 * theiler + 1 + 2 * NEIGHBOURS * (2 * shift + 1))
+    _, nearby = cKDTree(points).query(points[refs], k=candidates)
+    for row, i, js in zip(found, refs, nearby, strict=True):
+        count = 0
+        for j in js[np.abs(js - i) > theiler]:
+            if count == 0 or np.abs(row[:count] - j).min() > shift:
+                row[count] = j
+                count += 1
+            if count == NEIGHBOURS:
+                break
+    return found

@@ -1,0 +1,81 @@
+"""Largest exponent from the mean logarithm of the distance of nearest neighbours."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from flexmb.series.exponent import BLOCKS, SeriesExponent, estimate, straight_part
+from flexmb.series.neighbours import distances, nearest
+
+REFERENCES = 2000
+"""Points whose neighbours are followed, at most; they are spread evenly over the record."""
+
+
+def rosenstein(
+    signal: Any,
+    interval: Any = None,
+    *,
+    delay: int | None = None,
+    dimension: int | None = None,
+    theiler: int | None = None,
+) -> SeriesExponent:
+    """Largest exponent: slope of <ln |distance of nearest neighbours|> over time.
+
+    The straight part begins one step after the time that a vector covers and ends where the error of its slope is
+    smallest, at the latest where the mean logarithm is 1.5 below that of arbitrary points.  Without at least 4 values
+    and a rise by a factor e, or if the slope does not exceed its error, there is no value: periodic, quasi-periodic
+    and random signals have none.
+
+    Of a flow (8 samples or more in a mean period) the distance from the neighbour's orbit is taken instead of that from
+    the neighbour: two samples are apart along the orbit by any part of an interval, and stay so.  With Rossler's x
+    this makes 0.071 of 0.046 (0.0714 is right).
+
+    Not for zero or negative exponents, and not for signals whose noise exceeds the distance of nearest neighbours.
+    Wanted: some 10^d to 30^d samples for an attractor of dimension d, and 20 mean periods.
+
+    Parameters
+    ----------
+    signal : samples (n,), at least 500.
+    interval : time between samples [s], or their times (n,) [s]; None: iterations of a map.
+    delay : delay of the embedding [samples]; None: as `embedding` finds it.
+    dimension : its dimension; None: as `embedding` finds it.
+    theiler : neighbours must be farther apart than this [samples]; None: a mean period, and the window of a vector.
+
+    Raises
+    ------
+    InputError : a signal that is too short or not finite, times that are not evenly spaced.
+
+    Notes
+    -----
+    Source: M. T. Rosenstein, J. J. Collins and C. J. De Luca, Physica D 65 (1993) 117.
+    Cost: 0.1 s for 1e4 samples of a map, 1 s of a flow.
+
+    Examples
+    --------
+    >>> import flexmb as fm
+    >>> x = [0.3]
+    >>> for _ in range(4999):
+    ...     x.append(4.0 * x[-1] * (1.0 - x[-1]))
+    >>> abs(fm.rosenstein(x).value - 0.6931) < 0.03
+    True
+    """
+    options = {"delay": delay, "dimension": dimension, "theiler": theiler}
+    return estimate("rosenstein", partial(straight_part, _curves), signal, interval, options)
+
+
+def _curves(points: np.ndarray, theiler: int, steps: np.ndarray, shift: int) -> np.ndarray:
+    """Curves (blocks, k) of the mean logarithm of the distance, from points (n, m)."""
+    count = len(points) - int(steps[-1])
+    refs = np.unique(np.linspace(0, count - 1, REFERENCES).astype(int))
+    near, _ = nearest(points[:count], refs, theiler, least=1e-12)
+    refs, near = refs[near >= 0], near[near >= 0]
+    if len(refs) < 10 * BLOCKS:
+        return np.empty((0, len(steps)))
+    logs = np.empty((len(steps), len(refs)))
+    for row, step in zip(logs, steps, strict=True):
+        row[:] = distances(points, refs + step, near + step, shift)
+    logs = np.log(np.maximum(logs, 1e-12))
+    return np.stack([block.mean(axis=1) for block in np.array_split(logs, BLOCKS, axis=1)])

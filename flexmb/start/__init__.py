@@ -1,0 +1,1 @@
+"""Start values: closed loops, and positions, velocities, accelerations and multipliers that agree."""

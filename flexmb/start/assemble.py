@@ -1,0 +1,152 @@
+"""Closing of loops: a pose in which every joint is closed, at given positions of the drives."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.errors import AssemblyError
+from flexmb.linalg.dense_or_sparse import bordered_solution, plain
+from flexmb.model.mechanism import Mechanism
+from flexmb.program.compiler import compile as compile_mechanism
+from flexmb.program.program import Program
+from flexmb.start.rigid_motion import RigidMotion
+from flexmb.system.at_state import System
+from flexmb.system.work import MOTION
+
+CLOSED = 1e-12
+"""Gap of a closed joint relative to the size of the mechanism."""
+
+STRIDE = 0.1
+"""Largest change of a drive between two intermediate poses [rad, or part of the mechanism's size]."""
+
+ITERATIONS = 60
+
+LARGE = 400_000
+"""Entries of the matrix of all joints and bodies from which on the least movement is sought by sparse factors."""
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Coordinates of an assembled mechanism.
+
+    Parameters
+    ----------
+    q : (n_q,) coordinates [m, rad].
+    names : (n_q,) their names.
+    gap : largest gap of a joint [m or rad].
+    aliases : other names of nodes.
+    """
+
+    q: np.ndarray
+    names: tuple[str, ...]
+    gap: float
+    aliases: dict[str, str]
+
+    def __getitem__(self, name: str) -> float:
+        stem, _, axis = name.rpartition(".")
+        return float(self.q[self.names.index(f"{self.aliases.get(stem, stem)}.{axis}")])
+
+
+def assemble(mechanism: Mechanism, drives: Mapping[str, float] | None = None) -> Pose:
+    """Close all joints, clearance joints as ideal ones and flexible bodies as rigid ones, from the drawn pose.
+
+    The drives are moved from the drawn pose to their positions in small strides, so the branch of every loop is the
+    drawn one.
+
+    Parameters
+    ----------
+    mechanism : the mechanism.
+    drives : position of each drive, counted from the drawn pose [rad, m]; left out: that of its motion at t = 0.
+
+    Raises
+    ------
+    AssemblyError : a loop that cannot close; says which joint is open and by how much.
+    InputError : the name of no drive.
+    """
+    program = compile_mechanism(mechanism, start=True)
+    target = {}
+    for name, value in (drives or {}).items():
+        checks.one_of(f"assemble {mechanism.name!r}", "drive", name, program.drives)
+        target[name] = checks.number(f"assemble {mechanism.name!r}", name, value)
+    q, gap = close_loops(program, target)
+    return Pose(q, program.names.coordinates, gap, program.names.aliases)
+
+
+def drive_rows(program: Program) -> dict[str, int]:
+    """Number of the constraint row of each drive, or driven coordinate of a clamp."""
+    driven = np.flatnonzero(program.tables.constraints.motion >= 0)
+    return dict(zip(program.drives, map(int, driven), strict=True))
+
+
+def close_loops(
+    program: Program, target: Mapping[str, float], start: np.ndarray | None = None, t: float = 0.0
+) -> tuple[np.ndarray, float]:
+    """Closed pose of a closed program from a start pose, and its largest gap.  `target` replaces motions by values."""
+    system, rigid = System(program), RigidMotion(program)
+    q = np.array(program.drawn.q if start is None else start)
+    g = system.at(q, t=t).residual
+    motion = dict(zip(program.drives, system.work.drive[program.tables.constraints.motion >= 0, MOTION], strict=True))
+    rows = drive_rows(program)
+    # shift turns the rows of the drives into measure - target; `ahead` is what they have to go
+    shift = np.zeros(program.n_c)
+    for name, value in target.items():
+        shift[rows[name]] = motion[name] - value
+    ahead = np.zeros(program.n_c)
+    driven = list(rows.values())
+    ahead[driven] = (g + shift)[driven]
+    strides = max(1, int(np.ceil(np.abs(ahead).max(initial=0.0) / STRIDE)))
+    gap = 0.0
+    for k in range(1, strides + 1):
+        q, gap = _newton(program, system, rigid, q, shift - ahead * (1.0 - k / strides), t)
+    return q, gap
+
+
+def _newton(
+    program: Program, system: System, rigid: RigidMotion, q: np.ndarray, shift: np.ndarray, t: float
+) -> tuple[np.ndarray, float]:
+    """Least movement of the bodies that closes all rows g + shift = 0."""
+    wanted = CLOSED * program.length
+    gap, best = np.inf, np.inf
+    for _ in range(ITERATIONS):
+        system.at(q, t=t)
+        g = system.residual + shift
+        gap = float(np.abs(g).max()) if len(g) else 0.0
+        if gap <= wanted:
+            return q, gap
+        best = min(best, gap)
+        w = least_shift(system.blocks[1] @ rigid.plain_basis(q), -g)
+        largest = np.abs(w).max()
+        q = rigid.moved(q, w * min(1.0, 0.3 / largest) if largest > 0.3 else w)
+    if gap <= 1e3 * wanted:
+        return q, gap
+    raise AssemblyError(_open_joints(program, g, gap))
+
+
+def least_shift(A: Any, b: np.ndarray) -> np.ndarray:
+    """The least w that brings A w nearest to b; A plain, or sparse, as with hundreds of bodies."""
+    m, n = A.shape
+    if not isinstance(A, np.ndarray) and m * n > LARGE:
+        import scipy.sparse as sp
+
+        found = bordered_solution(sp.eye_array(n), A, np.concatenate([np.zeros(n), b]))
+        if found is not None and np.abs(A @ found[:n] - b).max() <= 1e-9 * np.abs(b).max():
+            return found[:n]
+    return np.linalg.lstsq(plain(A), b, rcond=1e-10)[0]
+
+
+def _open_joints(program: Program, g: np.ndarray, gap: float) -> str:
+    names: dict[str, float] = {}
+    for row, value in zip(program.names.rows, g, strict=True):
+        part = row.partition("[")[0]
+        names[part] = float(np.hypot(names.get(part, 0.0), value))
+    worst = sorted(names.items(), key=lambda item: -item[1])[:4]
+    listed = ", ".join(f"{name!r} by {value:.4g}" for name, value in worst)
+    return (
+        f"Mechanism {program.name!r} cannot be assembled: joints stay open, {listed} (m or rad; {gap:.3g} at worst). "
+        "Check the lengths of the links in that loop, or choose positions of the drives that it can reach."
+    )

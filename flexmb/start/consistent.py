@@ -1,0 +1,215 @@
+"""Consistent start values: positions, velocities, accelerations and multipliers."""
+
+from __future__ import annotations
+
+from collections.abc import Container
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import AssemblyError, ModelError, SolveError
+from flexmb.linalg.dense_or_sparse import bordered_solution, plain, scaled_rows, stacked
+from flexmb.linalg.rank import row_rank
+from flexmb.model.mechanism import Mechanism
+from flexmb.program.compiler import compile as compile_mechanism
+from flexmb.program.program import Program
+from flexmb.start.assemble import close_loops
+from flexmb.start.redundant_joints import least_norm, redundant_rows
+from flexmb.start.rigid_motion import RigidMotion
+from flexmb.system.at_state import System
+
+ROUNDS = 30
+"""Newton iterations at most on multipliers that friction depends on."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """A state that satisfies joints, their rates and the equations of motion at t = 0.
+
+    Parameters
+    ----------
+    q, v, a : (n_q,) positions, velocities, accelerations.
+    lam : (n_c,) multipliers.
+    redundant : rows more than the joints need, where that was allowed.
+    """
+
+    q: np.ndarray
+    v: np.ndarray
+    a: np.ndarray
+    lam: np.ndarray
+    redundant: int = 0
+
+
+def consistent_start(
+    mechanism: Mechanism, program: Program, t: float = 0.0, *, redundant: bool = False, closed: Program | None = None
+) -> Start:
+    """Start values of a mechanism: clearance joints centred, bodies without a declared field unstressed and rigid.
+
+    Parameters
+    ----------
+    mechanism : the mechanism.
+    program : what it compiles to.
+    t : time [s].
+    redundant : whether joints may repeat one another in every pose; the multipliers are then those of least norm.
+    closed : what the mechanism compiles to with `start=True`, where that is known.
+
+    Raises
+    ------
+    AssemblyError : loops that cannot close; joints that are not independent; a singular pose; declared velocities that
+        the joints forbid.
+    SolveError : a coordinate without mass.
+    """
+    closed = compile_mechanism(mechanism, start=True) if closed is None else closed
+    q, _ = close_loops(closed, {}, t=t)
+    extra = redundant_rows(program, closed, q, t) if redundant else 0
+    system = System(program)
+    if extra == 0:
+        check_independent(program, q, system)
+    soft = {name.partition(".")[0] for name in program.names.contacts}
+    v = rigid_velocities(closed, q, t, soft, system if closed is program else None)
+    a, lam = least_norm(program, q, v, t) if extra else accelerations(program, q, v, t, system=system)
+    return Start(q, v, a, lam, extra)
+
+
+def check_independent(program: Program, q: np.ndarray, system: System | None = None) -> None:
+    """Refuse joints that are not independent at q; says which, and whether the pose or the structure is to blame."""
+    found = row_rank((system or System(program)).at(q).blocks[1])
+    if not found.redundant:
+        return
+    parts = sorted({program.names.rows[k].partition("[")[0] for k in found.redundant})
+    shaken = np.array(q) + 0.05 * np.sin(1.0 + 7.3 * np.arange(len(q))) * np.where(
+        program.tables.kind == 1, 1.0, program.length
+    )
+    elsewhere = row_rank(System(program).at(shaken).blocks[1])
+    listed = ", ".join(repr(p) for p in parts)
+    if len(elsewhere.redundant) < len(found.redundant):
+        raise AssemblyError(
+            f"Mechanism {program.name!r} starts in a singular pose: there, the joints {listed} say nothing that the "
+            "others do not say already, and the motion can branch. Start a little beside it "
+            "(e.g. another crank angle), or, if the links are parallel on purpose, remove one joint, "
+            "make a link flexible, or simulate(..., redundant='least-norm')."
+        )
+    raise ModelError(
+        f"Mechanism {program.name!r} is over-constrained by {len(found.redundant)} row(s): the joints {listed} "
+        "repeat what the others say. Remove one, replace a Prismatic or Fixed by a Revolute, make a link "
+        "flexible, or simulate(..., redundant='least-norm')."
+    )
+
+
+def rigid_velocities(
+    closed: Program, q: np.ndarray, t: float, soft: Container[str] = (), system: System | None = None
+) -> np.ndarray:
+    """Velocities (n_q,) that the drives impose on rigid bodies, with least kinetic energy where they leave a choice.
+
+    Declared velocities hold exactly; `AssemblyError` when the joints forbid them.  Joints named in `soft` (those with
+    play) give way to declared velocities, so a journal can be thrown into its bearing.
+    v = B w + d, where B w are rigid motions and d is the part of declared fields that is none.
+    """
+    system, rigid = system or System(closed), RigidMotion(closed)
+    B = rigid.plain_basis(q)
+    declared, d = declared_rows(closed, rigid, B)
+    M, G = system.at(q, d, t=t, weights=(0.0, 0.0, 1.0)).blocks
+    A = stacked(G @ B, B[declared])
+    b = np.concatenate([-system.velocity_residual, (closed.drawn.v - d)[declared]])
+    owners = [row.partition("[")[0] for row in closed.names.rows]
+    owners += [closed.names.coordinates[k] for k in declared]
+    inertia = B.T @ M @ B
+    wanted = 1e-7 * max(float(np.abs(b).max(initial=0.0)), float(np.abs(d).max(initial=0.0)), 1e-30)
+    w = least_energy(inertia, A, b)
+    hard = np.array([owner not in soft for owner in owners], dtype=bool)
+    if np.abs(A @ w - b).max(initial=0.0) > wanted and not hard.all():
+        weight = np.where(hard, 1e7, 1.0)
+        w = least_energy(inertia, scaled_rows(weight, A), weight * b)
+    missed = np.where(hard, np.abs(A @ w - b), 0.0)
+    if missed.max(initial=0.0) > wanted:
+        # with declared velocities held, what stays open is the joint's: it shall be named, and by its own size
+        weight = np.where(np.arange(len(b)) >= len(b) - len(declared), 1e7, 1.0)
+        w = least_energy(inertia, scaled_rows(weight, A), weight * b)
+        missed = np.where(hard, np.abs(A @ w - b), 0.0)
+        raise AssemblyError(
+            f"Mechanism {closed.name!r}: no start velocities satisfy all joints, drives and declared velocities; "
+            f"largest violation {missed.max():.3g} m/s or rad/s at {owners[int(missed.argmax())]!r}. "
+            "In a dead centre start elsewhere; otherwise correct the declared velocities."
+        )
+    return B @ w + d
+
+
+def declared_rows(closed: Program, rigid: RigidMotion, B: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates whose velocities say what rigid motion was declared, and d (n_q,), the rest of declared fields.
+
+    The rigid motion of a field is the one nearest to it, all nodes counted alike; with d beside it any other would do.
+    """
+    v = np.asarray(closed.drawn.v)
+    declared = np.flatnonzero(~np.isnan(v))
+    body = rigid.body[declared // 3]  # in order, as the coordinates are
+    rows, d = [], np.zeros(len(v))
+    bounds = np.searchsorted(body, np.arange(rigid.count + 1)).tolist() if len(body) else [0]
+    for k, (begin, end) in enumerate(pairwise(bounds)):
+        given = declared[begin:end]
+        if len(given) > 3:
+            own = plain(B[given][:, 3 * k : 3 * k + 3])
+            size = np.array([1.0, 1.0, max(float(np.abs(own[:, 2]).max()), 1e-300)])
+            d[given] = v[given] - own @ (np.linalg.lstsq(own / size, v[given], rcond=None)[0] / size)
+        rows.append(given[:3])
+    return np.concatenate([*rows, np.zeros(0, dtype=np.int64)]).astype(np.int64), d
+
+
+def least_energy(inertia: Any, A: Any, b: np.ndarray) -> np.ndarray:
+    """The w of least energy w^T inertia w among those that minimise |A w - b|.
+
+    Where the rows of A are independent this is one linear system; otherwise a dense least-squares problem.
+    """
+    n, m = A.shape[1], A.shape[0]
+    if m <= n:
+        scale = max(float(inertia.max()), 1e-300)
+        found = bordered_solution(inertia / scale, A, np.concatenate([np.zeros(n), b]))
+        if found is not None and np.abs(A @ found[:n] - b).max(initial=0.0) <= 1e-10 * np.abs(b).max(initial=1e-30):
+            return found[:n]
+    values, vectors = np.linalg.eigh(plain(inertia))
+    values = np.maximum(values, 1e-14 * values.max())  # bodies without inertia move as the joints want
+    root = vectors / np.sqrt(values)
+    return root @ np.linalg.lstsq(A @ root, b, rcond=1e-11)[0]
+
+
+def accelerations(
+    program: Program,
+    q: np.ndarray,
+    v: np.ndarray,
+    t: float,
+    z: np.ndarray | None = None,
+    *,
+    system: System | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Accelerations (n_q,) and multipliers (n_c,): M a + G^T lam = -r(q, v, 0), G a = gamma.
+
+    `z` is the history (n_z,) at this state, None: that of the drawn pose; `system` one of the program, None: a new one.
+    """
+    system, lam = system or System(program), np.zeros(program.n_c)
+    system.at(q, v, t=t, z=z, weights=(0.0, 0.0, 1.0))
+    M, G = system.blocks
+    sums = abs(M).sum(axis=1), abs(G).sum(axis=0)  # of sparse matrices these are matrices
+    free = np.flatnonzero(np.ravel(sums[0]) + np.ravel(sums[1]) == 0.0)
+    if len(free):
+        name = program.names.coordinates[free[0]]
+        raise SolveError(
+            f"Mechanism {program.name!r}: coordinate {name!r} has no mass and no joint; give it some mass."
+        )
+    for _ in range(ROUNDS if program.tables.sizes.gripped else 1):
+        b = np.concatenate([-system.force - system.constraint_force, system.gamma])
+        x = system.solve(b, f"Accelerations of {program.name!r} at t = {t:.6g} s")
+        lam = lam + x[program.n_q :]
+        if np.abs(x[program.n_q :]).max(initial=0.0) <= 1e-14 * np.abs(lam).max(initial=0.0):
+            break
+        system.at(q, v, lam=lam, t=t, z=z, weights=(0.0, 0.0, 1.0))
+    return x[: program.n_q], lam
+
+
+def degrees_of_freedom(program: Program, q: np.ndarray) -> tuple[int, int]:
+    """Degrees of freedom of the bodies taken as rigid, with and without the drives' rows."""
+    system, rigid = System(program).at(q), RigidMotion(program)
+    A = system.blocks[1] @ rigid.plain_basis(q)
+    joints = np.flatnonzero(program.tables.constraints.motion < 0)
+    n = 3 * rigid.count
+    return n - row_rank(A).rank, n - row_rank(A[joints]).rank

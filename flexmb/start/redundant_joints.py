@@ -1,0 +1,81 @@
+"""Joints that repeat one another in every pose: how many rows are too many, and the multipliers of least norm."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.errors import AssemblyError, SolveError
+from flexmb.linalg.dense_or_sparse import bordered_solution, plain
+from flexmb.linalg.rank import TOLERANCE, row_rank
+from flexmb.program.program import Program
+from flexmb.start.assemble import close_loops, drive_rows
+from flexmb.start.rigid_motion import RigidMotion
+from flexmb.system.at_state import System
+from flexmb.system.work import MOTION
+
+ASIDE = 0.05
+"""How far the pose is moved on to tell a redundant joint from a singular pose [rad, or part of the size]."""
+
+
+def redundant_rows(program: Program, closed: Program, q: np.ndarray, t: float) -> int:
+    """Rows more than the joints need, at q and at a pose a little further on; 0 where the pose alone is to blame.
+
+    Parameters
+    ----------
+    program : the mechanism.
+    closed : the same with clearance joints as ideal ones.
+    q : (n_q,) an assembled pose.
+    t : time [s].
+    """
+    extra = len(row_rank(System(program).at(q, t=t).blocks[1]).redundant)
+    if extra == 0:
+        return 0
+    try:
+        further = moved_on(closed, q, t)
+    except AssemblyError:
+        return 0
+    return extra if len(row_rank(System(program).at(further, t=t).blocks[1]).redundant) == extra else 0
+
+
+def moved_on(closed: Program, q: np.ndarray, t: float) -> np.ndarray:
+    """An assembled pose a little further on, drives included, in a direction that no symmetry prefers."""
+    from scipy.linalg import null_space
+
+    rigid, rows = RigidMotion(closed), drive_rows(closed)
+    system = System(closed).at(q, t=t)
+    A = plain(system.blocks[1] @ rigid.plain_basis(q))
+    held = np.setdiff1d(np.arange(closed.n_c), list(rows.values()))
+    ways = null_space(A[held], rcond=TOLERANCE)
+    if ways.shape[1] == 0:
+        return q
+    w = ways @ np.cos(1.0 + 2.3 * np.arange(ways.shape[1]))
+    aside = rigid.moved(q, ASIDE * w / np.abs(w).max())
+    system.at(aside, t=t)
+    motion = system.work.drive[closed.tables.constraints.motion >= 0, MOTION]
+    target = {
+        name: float(s + system.work.g[row]) for (name, row), s in zip(rows.items(), motion, strict=True)
+    }  # where the drives stand now
+    return close_loops(closed, target, start=aside, t=t)[0]
+
+
+def least_norm(
+    program: Program, q: np.ndarray, v: np.ndarray, t: float, z: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Accelerations (n_q,), and of all multipliers (n_c,) that bring them about those with the least sum of squares.
+
+    `z` is the history (n_z,) at this state, None: that of the drawn pose.
+
+    Raises
+    ------
+    SolveError : a coordinate without mass that no joint moves.
+    """
+    system = System(program).at(q, v, t=t, z=z, weights=(0.0, 0.0, 1.0))
+    M, G = system.blocks
+    needed = np.setdiff1d(np.arange(program.n_c), row_rank(G).redundant)
+    found = bordered_solution(M, G[needed], np.concatenate([-system.force, system.gamma[needed]]))
+    if found is None:
+        text = f"Start accelerations of {program.name!r}: the matrix is singular"
+        raise SolveError(f"{text}. Give every body some mass.")
+    a = found[: program.n_q]
+    lam = np.linalg.lstsq(plain(G).T, -(system.force + M @ a), rcond=TOLERANCE)[0]
+    return a, lam

@@ -1,0 +1,64 @@
+"""Rigid motion of the bodies of a program: what loops are closed with, and start velocities are made of."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from flexmb.linalg.dense_or_sparse import SMALL
+from flexmb.program.program import Program
+
+if TYPE_CHECKING:
+    import scipy.sparse as sp
+
+
+class RigidMotion:
+    """Every body, flexible ones too, moved as a rigid one: three numbers w = (x, y, angle) a body.
+
+    Parameters
+    ----------
+    program : the compiled mechanism.
+    """
+
+    def __init__(self, program: Program) -> None:
+        self.program = program
+        self.count = len(program.names.bodies)
+        self.body = np.asarray(program.drawn.body[::3])  # of each node
+        self.first = np.full(self.count, -1)
+        self.first[self.body[::-1]] = np.arange(len(self.body))[::-1]  # of several the last one stays
+
+    def basis(self, q: np.ndarray) -> sp.csr_matrix:
+        """B (n_q, 3 bodies): velocities of the coordinates by those of the bodies, about the first node of each."""
+        import scipy.sparse as sp
+
+        return sp.csr_matrix(self._entries(q), shape=(len(q), 3 * self.count))
+
+    def plain_basis(self, q: np.ndarray) -> np.ndarray | sp.csr_matrix:
+        """`basis`; a plain array where the program has at most SMALL unknowns (see `dense_or_sparse.py`)."""
+        if self.program.symbolic.n > SMALL:
+            return self.basis(q)
+        values, places = self._entries(q)
+        B = np.zeros((len(q), 3 * self.count))
+        B[places] = values
+        return B
+
+    def _entries(self, q: np.ndarray) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
+        """Values of B, their rows and columns; each place once."""
+        nodes = np.arange(len(self.body))
+        arms = q.reshape(-1, 3) - q.reshape(-1, 3)[self.first[self.body]]
+        column = 3 * self.body
+        rows = np.concatenate([3 * nodes, 3 * nodes + 1, 3 * nodes + 2, 3 * nodes, 3 * nodes + 1])
+        columns = np.concatenate([column, column + 1, column + 2, column + 2, column + 2])
+        ones = np.ones(len(nodes))
+        return np.concatenate([ones, ones, ones, -arms[:, 1], arms[:, 0]]), (rows, columns)
+
+    def moved(self, q: np.ndarray, w: np.ndarray) -> np.ndarray:
+        """Positions after the bodies have been moved by w (finite rotations)."""
+        pose, shift = q.reshape(-1, 3), w.reshape(-1, 3)[self.body]
+        centre = pose[self.first[self.body]]
+        c, s = np.cos(shift[:, 2]), np.sin(shift[:, 2])
+        dx, dy = (pose - centre)[:, 0], (pose - centre)[:, 1]
+        x = centre[:, 0] + shift[:, 0] + c * dx - s * dy
+        y = centre[:, 1] + shift[:, 1] + s * dx + c * dy
+        return np.column_stack([x, y, pose[:, 2] + shift[:, 2]]).ravel()

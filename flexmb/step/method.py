@@ -1,0 +1,56 @@
+"""Base of the integration methods: a frozen record of numbers that makes the `Stepper` of a model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+from flexmb.errors import InputError
+from flexmb.program.program import Program
+from flexmb.step.step_size import LARGEST_STEPS, SMOOTH_STEPS, Adaptive, FixedStep
+
+if TYPE_CHECKING:
+    from flexmb.model.mechanism import Mechanism
+    from flexmb.step.stepper import Stepper
+
+
+@dataclass(frozen=True)
+class Method:
+    """Base of `Newmark`, `RungeKutta4`, `Staggered` and `RadauIIA`.
+
+    A method of your own derives from it, makes a `Stepper` in `stepper`, and says what it can do by the class variables
+    `estimates_error`, whether its steps can be chosen by their errors; `has_tangent`, whether small differences of a
+    state can be carried through its steps; `independent`, whether joints must not repeat one another.
+    """
+
+    estimates_error: ClassVar[bool] = False
+    has_tangent: ClassVar[bool] = False
+    independent: ClassVar[bool] = False
+
+    def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:
+        """Stepper of the `mechanism`, which compiles to `program`; most methods need the latter alone."""
+        raise NotImplementedError
+
+    def fewest_steps(self, *, contacts: bool) -> float:
+        """Steps in a period or a run that error control takes at least, with `contacts` or without."""
+        return LARGEST_STEPS if contacts else SMOOTH_STEPS
+
+    def check(self, label: str, step: FixedStep | Adaptive, redundant: str) -> None:
+        """Refuse steps and joints that the method cannot do.
+
+        Parameters
+        ----------
+        label : what errors begin with.
+        step : kind of steps.
+        redundant : "refuse" or "least-norm", see `simulate`.
+
+        Raises
+        ------
+        InputError : error-controlled steps without an estimate; joints that repeat one another.
+        """
+        name = type(self).__name__
+        if not self.estimates_error and not isinstance(step, FixedStep):
+            raise InputError(f"{label}: {name} has no error estimate; give step=FixedStep(size).")
+        if self.independent and redundant != "refuse":
+            text = f"{label}: redundant is {redundant!r}"
+            raise InputError(f"{text}; {name} needs independent joints. Use a Newmark method.")

@@ -1,0 +1,1 @@
+"""The Newmark family: implicit steps of second order."""

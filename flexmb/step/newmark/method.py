@@ -1,0 +1,147 @@
+"""The Newmark family: implicit methods of second order, for stiff and flexible mechanisms with contacts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, ClassVar
+
+from flexmb import checks
+from flexmb.program.program import Program
+from flexmb.state.options import FORMS, Coefficients, Options
+from flexmb.step.method import Method
+from flexmb.step.newmark.loop import advance
+from flexmb.step.stepper import Stepper
+
+if TYPE_CHECKING:
+    from flexmb.model.mechanism import Mechanism
+    from flexmb.run.run import Run
+
+
+@dataclass(frozen=True)
+class Newmark(Method):
+    """Newmark, HHT, WBZ and generalised-alpha as one implicit method.
+
+        q1 = q0 + h v0 + h^2 ((1/2 - beta) x0 + beta x1),   v1 = v0 + h ((1 - gamma) x0 + gamma x1)
+        (1 - alpha_m) x1 + alpha_m x0 = (1 - alpha_f) a1 + alpha_f a0
+
+    where the true accelerations a and the multipliers satisfy the equations of motion at the ends of the steps, so
+    both are of second order.  When the step changes, x is carried over as a + ratio (x - a), which keeps the order of
+    the motion; joint forces fall to first order where the step changes all the time and nothing dissipates (radius 1).
+
+    Parameters
+    ----------
+    alpha_m, alpha_f : weights of the averages of accelerations.
+    beta, gamma : Newmark's numbers.
+    constraints : "gear-gupta-leimkuhler" (positions and velocities hold together, the default), "position" (index 3),
+        "velocity" (index 2, positions drift).  The measured difference is in docs/design.md.
+
+    Raises
+    ------
+    InputError : numbers that are not finite, an unknown form of the constraints.
+
+    Notes
+    -----
+    Sources: N. M. Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67-94; J. Chung, G. M. Hulbert, J. Appl. Mech. 60 (1993)
+    371-375; M. Arnold, O. Bruls, Multibody Syst. Dyn. 18 (2007) 185-202 (the form with true accelerations).
+    """
+
+    estimates_error: ClassVar[bool] = True
+    has_tangent: ClassVar[bool] = True
+
+    alpha_m: float = 0.0
+    alpha_f: float = 0.0
+    beta: float = 0.25
+    gamma: float = 0.5
+    constraints: str = "gear-gupta-leimkuhler"
+
+    def __post_init__(self) -> None:
+        for name in ("alpha_m", "alpha_f", "beta", "gamma"):
+            checks.number("Newmark", name, getattr(self, name))
+        checks.positive("Newmark", "beta", self.beta)
+        checks.one_of("Newmark", "constraints", self.constraints, ["gear-gupta-leimkuhler", "position", "velocity"])
+
+    @property
+    def starting(self) -> Newmark:
+        """The method of a first step.
+
+        x stands for the acceleration at a time Delta h later, Delta = alpha_m - alpha_f.  With x0 = a0 the multipliers
+        would begin with an error of first order.  x0 = a0 + Delta (a1 - a0) turns the method into a plain Newmark step
+        with gamma = 1/2, beta = (1 + Delta^2)/4, whatever its own numbers; after it x = a1 + Delta (a1 - a0).
+        """
+        delta = self.alpha_m - self.alpha_f
+        return replace(self, alpha_m=0.0, alpha_f=0.0, beta=0.25 * (1.0 + delta * delta), gamma=0.5)
+
+    @classmethod
+    def trapezoidal(cls, constraints: str = "gear-gupta-leimkuhler") -> Newmark:
+        """The trapezoidal rule: beta = 1/4, gamma = 1/2, no dissipation.
+
+        Parameters
+        ----------
+        constraints : see the class.
+        """
+        return cls(constraints=constraints)
+
+    @classmethod
+    def hht(cls, alpha: float = 0.1, constraints: str = "gear-gupta-leimkuhler") -> Newmark:
+        """Hilber, Hughes, Taylor with 0 <= alpha <= 1/3.
+
+        Parameters
+        ----------
+        alpha : weight of the old forces.
+        constraints : see the class.
+        """
+        checks.between("Newmark.hht", "alpha", alpha, 0.0, 1.0 / 3.0)
+        return cls(0.0, alpha, (1.0 + alpha) ** 2 / 4.0, 0.5 + alpha, constraints)
+
+    @classmethod
+    def wbz(cls, alpha: float = 0.1, constraints: str = "gear-gupta-leimkuhler") -> Newmark:
+        """Wood, Bossak, Zienkiewicz with 0 <= alpha <= 1/3.
+
+        Parameters
+        ----------
+        alpha : weight of the old accelerations, taken negative.
+        constraints : see the class.
+        """
+        checks.between("Newmark.wbz", "alpha", alpha, 0.0, 1.0 / 3.0)
+        return cls(-alpha, 0.0, (1.0 + alpha) ** 2 / 4.0, 0.5 + alpha, constraints)
+
+    @classmethod
+    def generalised_alpha(cls, radius: float = 0.8, constraints: str = "gear-gupta-leimkuhler") -> Newmark:
+        """Chung and Hulbert: least dissipation at low frequencies for a given spectral radius at infinity.
+
+        Parameters
+        ----------
+        radius : spectral radius at infinite frequency, 0 (annihilation) to 1 (no dissipation).
+        constraints : see the class.
+        """
+        checks.between("Newmark.generalised_alpha", "radius", radius, 0.0, 1.0)
+        alpha_m, alpha_f = (2.0 * radius - 1.0) / (radius + 1.0), radius / (radius + 1.0)
+        return cls(alpha_m, alpha_f, (1.0 - alpha_m + alpha_f) ** 2 / 4.0, 0.5 - alpha_m + alpha_f, constraints)
+
+    @property
+    def coefficients(self) -> Coefficients:
+        """The numbers for the compiled loop."""
+        return Coefficients(self.alpha_m, self.alpha_f, self.beta, self.gamma)
+
+    def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:  # noqa: ARG002 - see `Staggered`
+        """Stepper of the compiled mechanism."""
+        return NewmarkStepper(program, self)
+
+
+class NewmarkStepper(Stepper):
+    """Implicit steps of the Newmark family.
+
+    Parameters
+    ----------
+    program : the compiled mechanism.
+    method : its numbers.
+    """
+
+    def __init__(self, program: Program, method: Newmark) -> None:
+        super().__init__(program)
+        self.form = FORMS[method.constraints]
+        self.regular, self.first = method.coefficients, method.starting.coefficients
+
+    def advance(self, run: Run, options: Options, steps: int) -> int:
+        """Take at most `steps` steps: the code of the ending."""
+        return advance(*run.arguments(options), steps)

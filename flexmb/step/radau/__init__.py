@@ -1,0 +1,1 @@
+"""Radau's method of order 5 (Radau IIA, three stages)."""

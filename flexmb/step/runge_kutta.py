@@ -1,0 +1,213 @@
+"""The classical Runge-Kutta method for rigid mechanisms, with projection onto the constraints."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from flexmb.compiled.records import Matrix, Record, Vector
+from flexmb.energy.balance import MISSING_IN_RUNGE_KUTTA
+from flexmb.kernels import compiled, copy
+from flexmb.linalg.lu import HELD, THRESHOLD, factor, first_held, left_over, solve
+from flexmb.program.program import Program
+from flexmb.state.options import Options
+from flexmb.state.record import DONE, NOT_FINITE, NOTHING_KNOWN, RUNNING, SINGULAR
+from flexmb.step.acceptance import accept, finished, next_size
+from flexmb.step.method import Method
+from flexmb.step.newmark.jacobian_reuse import forget_factors
+from flexmb.step.newmark.redundant_constraints import first_hold, free_gap, outcome, settle
+from flexmb.step.stepper import Stepper
+from flexmb.system.evaluate import evaluate
+
+if TYPE_CHECKING:
+    from flexmb.model.mechanism import Mechanism
+    from flexmb.run.run import Run
+
+PROJECTIONS = 3
+ROUNDS = 8
+
+
+@dataclass(frozen=True)
+class RungeKutta4(Method):
+    """Classical explicit Runge-Kutta of order 4; positions and velocities are projected after every step.
+
+    For rigid mechanisms.  Beams are stiff: their fastest wave sets the step, so use `Newmark` for them.
+    """
+
+    def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:  # noqa: ARG002 - see `Staggered`
+        """Stepper of the compiled mechanism."""
+        return RungeKuttaStepper(program)
+
+
+class RungeKuttaStepper(Stepper):
+    """Steps of Runge and Kutta; the account is of second order, so it is coarser than the motion they find.
+
+    Parameters
+    ----------
+    program : the compiled mechanism.
+    """
+
+    missing = MISSING_IN_RUNGE_KUTTA
+
+    def __init__(self, program: Program) -> None:
+        super().__init__(program)
+        self.stages = new_stages(program)
+
+    def advance(self, run: Run, options: Options, steps: int) -> int:
+        """Take at most `steps` steps: the code of the ending."""
+        return advance_explicit(*run.arguments(options), self.stages, steps)
+
+
+class Stages(Record):
+    """Velocities and accelerations of the four stages, (4, n_q + 3)."""
+
+    v: Matrix
+    a: Matrix
+    zero: Vector
+
+
+def new_stages(program: Program) -> Stages:
+    """Work arrays of the Runge-Kutta loop."""
+    n = program.n_q + 3
+    return Stages(v=(4, n), a=(4, n), zero=n)
+
+
+@compiled
+def accelerate(tables, address, lu, t, part, h, load, options, flow, trial, work, record, stages):
+    """Accelerations and multipliers, `accelerate_once` repeated where friction depends on the multipliers."""
+    n, m, last = tables.sizes.n_q, tables.sizes.n_c, math.inf
+    for _ in range(ROUNDS if tables.sizes.gripped else 1):
+        code = accelerate_once(tables, address, lu, t, part, h, load, options, flow, trial, work, record, stages)
+        change, size = 0.0, 0.0
+        for i in range(m):
+            change, size = max(change, abs(trial.d[n + i])), max(size, abs(trial.lam[i]))
+        if code != RUNNING or change <= 1e-14 * size or not change < last:
+            return code
+        last = change
+    return code
+
+
+@compiled
+def accelerate_once(tables, address, lu, t, part, h, load, options, flow, trial, work, record, stages):
+    """Accelerations and multipliers at the trial positions and velocities: M a + G^T lam = load - r, G a = gamma.
+
+    Solved for the change of the multipliers, so those that are held keep their last values.  part : of the step h that
+    has passed;  load : (n_q + 3,) forces beside those of the model.
+    """
+    n, m = tables.sizes.n_q, tables.sizes.n_c
+    hold, lost = first_hold(flow), HELD
+    while lost == HELD:
+        q, v, still = trial.q, trial.v, stages.zero
+        evaluate(tables, address, t, part * h, q, v, still, trial.lam, flow.z, 0.0, 0.0, 1.0, True, work)
+        record.count.evaluations += 1
+        for i in range(n):
+            trial.b[i] = load[i] - (work.r[i] + work.Gl[i])
+        for i in range(m):
+            trial.b[n + i] = work.gamma[i]
+        lost = factor(lu, work.lu, trial.seen, THRESHOLD, n, hold)
+        record.count.factorisations += 1
+        if lost >= 0:
+            record.count.lost = lost
+            return SINGULAR if math.isfinite(trial.b.sum()) else NOT_FINITE
+        if lost == HELD:
+            left = h * h * left_over(lu, work.lu, trial.seen, trial.b, trial.y)
+            if hold == THRESHOLD or left <= free_gap(tables, h, options, flow, flow.a):
+                break
+            hold = THRESHOLD  # they say something of their own
+    solve(lu, work.lu, trial.b, trial.d, trial.y)
+    for i in range(n):
+        trial.a[i] = trial.d[i]
+    for i in range(m):
+        trial.lam[i] += trial.d[n + i]
+    finite = math.isfinite(trial.d.sum())
+    record.count.outcome = outcome(lost == HELD, hold == THRESHOLD, flow)
+    return RUNNING if finite else NOT_FINITE
+
+
+@compiled
+def project_state(tables, address, lu, t, h, options, flow, trial, work, record, stages):
+    """Close the joints in positions, then in velocities, by the shift of least kinetic energy."""
+    n, m = tables.sizes.n_q, tables.sizes.n_c
+    level, hold = 0, first_hold(flow)
+    while level < PROJECTIONS:
+        evaluate(tables, address, t, h, trial.q, trial.v, stages.zero, trial.lam, flow.z, 0.0, 0.0, 1.0, True, work)
+        record.count.evaluations += 1
+        trial.b[:] = 0.0
+        velocities = level == PROJECTIONS - 1
+        for i in range(m):
+            trial.b[n + i] = -work.gv[i] if velocities else -work.g[i]
+        lost = factor(lu, work.lu, trial.seen, THRESHOLD, n, hold)
+        record.count.factorisations += 1
+        if lost >= 0:
+            record.count.lost = lost
+            return SINGULAR
+        if lost == HELD:
+            left = left_over(lu, work.lu, trial.seen, trial.b, trial.y) * (h if velocities else 1.0)
+            if left > free_gap(tables, h, options, flow, flow.a):
+                if hold == THRESHOLD:  # the rows contradict the others
+                    record.count.lost = first_held(lu, trial.seen)
+                    return SINGULAR
+                hold = THRESHOLD  # they say something of their own
+                continue
+        solve(lu, work.lu, trial.b, trial.e, trial.y)
+        for i in range(n):
+            if velocities:
+                trial.v[i] += trial.e[i]
+            else:
+                trial.q[i] += trial.e[i]
+        level += 1
+    return RUNNING
+
+
+@compiled
+def runge_kutta_step(tables, address, lu, h, load, options, flow, trial, work, record, stages):
+    """Try one step under a load that stays the same; RUNNING when it is good, else the code of the failure."""
+    n, m = tables.sizes.n_q, tables.sizes.n_c
+    t = flow.clock.t
+    copy(flow.q, trial.q)
+    copy(flow.v, trial.v)
+    copy(flow.lam, trial.lam)
+    for stage in range(4):
+        c = 0.0 if stage == 0 else (1.0 if stage == 3 else 0.5)
+        for i in range(n):
+            if stage > 0:
+                trial.q[i] = flow.q[i] + c * h * stages.v[stage - 1, i]
+                trial.v[i] = flow.v[i] + c * h * stages.a[stage - 1, i]
+        code = accelerate(tables, address, lu, t + c * h, c, h, load, options, flow, trial, work, record, stages)
+        if code != RUNNING:
+            return code
+        for i in range(n):
+            stages.v[stage, i], stages.a[stage, i] = trial.v[i], trial.a[i]
+    for i in range(n):
+        v = stages.v[0, i] + 2.0 * (stages.v[1, i] + stages.v[2, i]) + stages.v[3, i]
+        a = stages.a[0, i] + 2.0 * (stages.a[1, i] + stages.a[2, i]) + stages.a[3, i]
+        trial.q[i] = flow.q[i] + h / 6.0 * v
+        trial.v[i] = flow.v[i] + h / 6.0 * a
+    if m > 0:
+        code = project_state(tables, address, lu, t + h, h, options, flow, trial, work, record, stages)
+        if code != RUNNING:
+            return code
+    code = accelerate(tables, address, lu, t + h, 1.0, h, load, options, flow, trial, work, record, stages)
+    copy(trial.a, trial.x)
+    return code
+
+
+@compiled
+def advance_explicit(tables, address, lu, options, flow, trial, work, record, stages, steps):
+    """At most `steps` steps of fixed size; the code of the ending."""
+    forget_factors(flow.reuse)
+    record.count.known = NOTHING_KNOWN
+    for _ in range(steps):
+        if finished(options, flow):
+            return DONE
+        h = next_size(flow.clock.size, options.t_end - flow.clock.t)
+        code = runge_kutta_step(tables, address, lu, h, stages.zero, options, flow, trial, work, record, stages)
+        if code != RUNNING:
+            return code
+        if record.count.outcome != 0 or flow.clock.held_steps > 0.0:
+            settle(tables, lu, flow.clock.t + h, flow, trial, work, record)
+        code = accept(tables, address, h, options, flow, trial, work, record)
+        if code != RUNNING:
+            return code
+    return RUNNING

@@ -1,0 +1,129 @@
+"""Stepper of a method: start values, steps, signals, endings and restarts of one compiled model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flexmb.energy.balance import MISSING, keep_account
+from flexmb.energy.contact_work import contact_losses
+from flexmb.program.program import Program
+from flexmb.start.consistent import Start, consistent_start
+from flexmb.state.flow import Flow
+from flexmb.state.options import GEAR_GUPTA_LEIMKUHLER, Coefficients, Options
+from flexmb.state.record import RUNNING, RunRecord, new_record
+from flexmb.step.acceptance import save
+from flexmb.system.constraints import report_forces
+from flexmb.system.evaluate import evaluate_accepted
+from flexmb.system.outputs import write_outputs
+
+if TYPE_CHECKING:
+    from flexmb.model.mechanism import Mechanism
+    from flexmb.run.run import Run
+
+
+class Stepper:
+    """Steps of one method in one compiled model; a `Run` calls it for all that differs from method to method.
+
+    A new method is a class of `Method` and one of these, whose `advance` calls the method's compiled loop.
+
+    Parameters
+    ----------
+    program : the compiled mechanism.
+
+    Attributes
+    ----------
+    program : the model whose equations are stepped.
+    shown : the model whose signals are saved; the same for most methods.
+    missing : largest energy that a run may miss, as a part of what was turned over.
+    form : how joints are kept closed;  regular, first : coefficients of the Newmark family, see `Options`.
+    """
+
+    missing = MISSING
+    form = GEAR_GUPTA_LEIMKUHLER
+    regular = first = Coefficients(0.0, 0.0, 0.25, 0.5)
+
+    def __init__(self, program: Program) -> None:
+        self.program = self.shown = program
+
+    @property
+    def columns(self) -> int:
+        """Number of signals."""
+        return int(self.shown.tables.sizes.n_y)
+
+    def record(self, rows: int, kept: np.ndarray | None = None) -> RunRecord:
+        """Buffers for `rows` saved instants of the signals `kept` of `shown` (places; None: all)."""
+        record = new_record(self.shown, rows, kept)
+        if self.shown is self.program:
+            return record
+        return record.replaced(held=new_record(self.program, 1).held)
+
+    def start(self, mechanism: Mechanism, closed: Program, *, redundant: bool) -> Start:
+        """Start values of the mechanism; `closed` is what it compiles to with centred journals."""
+        return consistent_start(mechanism, self.program, redundant=redundant, closed=closed)
+
+    def prepare(self, run: Run, start: Start, z: np.ndarray, time: float) -> int:  # noqa: ARG002 - see `Staggered`
+        """Start values of the method's own; RUNNING, or the code of an ending."""
+        return RUNNING
+
+    def advance(self, run: Run, options: Options, steps: int) -> int:
+        """Take at most `steps` steps: the code of the ending."""
+        raise NotImplementedError
+
+    def save(self, run: Run, options: Options) -> None:
+        """Go on with the instants that the last step passed, where the buffer had no room for all."""
+        step = run.record.step
+        save(self.shown.tables, step.began, step.size, options, run.flow, run.record)
+
+    def look(self, run: Run) -> None:
+        """Evaluate the present state of `run.flow`; remember its powers and forces for the ledger."""
+        evaluate_state(self.program, run.flow, run.work)
+        remember_powers(self.program, run.flow, run.work)
+
+    def write(self, run: Run) -> None:
+        """Signals of the state that was looked at last, in `run.record.new`."""
+        flow = run.flow
+        common = (self.program.tables, self.program.addresses, flow.clock.t)
+        write_outputs(*common, flow.q, flow.v, flow.a, run.work, flow.ledger, run.record.new)
+
+    def forget_peaks(self) -> None:
+        """Begin anew to look for the largest values of the method's own."""
+
+    def explain(self, code: int) -> str | None:  # noqa: ARG002 - most have none of their own
+        """Sentence on an ending of the method's own; None for an ending that all methods share."""
+        return None
+
+    def remarks(self) -> tuple[str, ...]:
+        """Notes on the run."""
+        return ()
+
+    def saved(self) -> dict[str, np.ndarray]:
+        """Arrays of a restart beside those of the `Flow`, by name."""
+        return {}
+
+    def restore(self, restart: Mapping[str, Any]) -> None:
+        """Take what `saved` gave.
+
+        Raises
+        ------
+        ValueError : the name of an array that is missing or of another size.
+        """
+
+
+def evaluate_state(program: Program, flow: Flow, work: Any) -> None:
+    """Forces, energies and joint forces of the state in `flow`."""
+    still = np.zeros(program.n_q + 3)
+    common = (program.tables, program.addresses, flow.clock.t, 0.0)
+    evaluate_accepted(*common, flow.q, flow.v, flow.a, flow.lam, flow.z, still, still, work)
+    report_forces(program.tables, flow.lam, work)
+    flow.momentum[:] = work.momentum
+
+
+def remember_powers(program: Program, flow: Flow, work: Any) -> None:
+    """Powers and forces of the state that was evaluated last, from which the ledger goes on."""
+    tables, addresses = program.tables, program.addresses
+    contact_losses(tables, addresses, 0.0, flow, flow.q, flow.v, work)
+    state = (flow.q, flow.v, flow.q, flow.v)
+    keep_account(tables, addresses, flow.clock.t, 0.0, *state, flow.ledger, flow.account, flow.memory, work)

@@ -1,0 +1,161 @@
+"""A program at one state, for solvers that work in Python: forces, residuals and matrices."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from flexmb.errors import SolveError
+from flexmb.linalg import lu
+from flexmb.linalg.dense import solve_dense
+from flexmb.linalg.dense_or_sparse import SMALL
+from flexmb.linalg.pivoting import PivotingSolver
+from flexmb.program.program import Program
+from flexmb.system.evaluate import evaluate
+from flexmb.system.work import Work, workspace
+
+if TYPE_CHECKING:
+    import scipy.sparse as sp
+
+
+LARGE = 10_000
+"""Unknowns from which on a linear system is first tried without pivoting, in a sixth of the time."""
+
+REFINEMENTS, SOLVED = 4, 1e-11
+"""Rounds of refinement, and part of the right-hand side that they may leave."""
+
+
+class System:
+    """Evaluation of a program; the arrays it returns are copies.
+
+    Parameters
+    ----------
+    program : the compiled mechanism.
+    work : a workspace of it that may be written to; None: a new one.
+    """
+
+    def __init__(self, program: Program, work: Work | None = None) -> None:
+        self.program = program
+        self.work: Work = work or workspace(program)
+        self._pattern = program.symbolic
+        self.small = self._pattern.n <= SMALL
+
+    @cached_property
+    def _solver(self) -> PivotingSolver:
+        return PivotingSolver(self._pattern)
+
+    def at(self, q, v=None, a=None, lam=None, *, t=0.0, z=None, weights=(0.0, 0.0, 0.0)) -> System:
+        """Evaluate at a state (n_q,); `weights` are those of stiffness, damping and mass in the matrix.
+
+        Arrays of n_q + 3 entries give the motion of the ground, which otherwise stands still, in the last three.
+        """
+        n, m = self.program.n_q, self.program.n_c
+        state = [_padded(x, n) for x in (q, v, a)]
+        lam = np.zeros(m) if lam is None else np.ascontiguousarray(lam, dtype=float)
+        z = self.program.drawn.z if z is None else z
+        z = np.array(z)
+        tables, address = self.program.tables, self.program.addresses
+        evaluate(tables, address, float(t), 0.0, *state, lam, z, *map(float, weights), True, self.work)
+        return self
+
+    @property
+    def force(self) -> np.ndarray:
+        """r (n_q,): forces the structure exerts, inertia included, without those of constraints."""
+        return self.work.r[: self.program.n_q].copy()
+
+    @property
+    def constraint_force(self) -> np.ndarray:
+        """G^T lam (n_q,)."""
+        return self.work.Gl[: self.program.n_q].copy()
+
+    @property
+    def residual(self) -> np.ndarray:
+        """g (n_c,)."""
+        return self.work.g.copy()
+
+    @property
+    def velocity_residual(self) -> np.ndarray:
+        """G v + g_t (n_c,)."""
+        return self.work.gv.copy()
+
+    @property
+    def gamma(self) -> np.ndarray:
+        """Right side of G a = gamma (n_c,)."""
+        return self.work.gamma.copy()
+
+    @property
+    def matrix(self) -> sp.csc_matrix:
+        """[[weighted K, C, M, G^T], [G, 0]] (n, n)."""
+        import scipy.sparse as sp  # noqa: PLC0415 - large models alone need it, and it takes long to import
+
+        pattern = self._pattern
+        values = self.work.lu[pattern.places]
+        return sp.csc_matrix((values, (pattern.a_rows, pattern.a_cols)), shape=(pattern.n, pattern.n))
+
+    @property
+    def dense(self) -> np.ndarray:
+        """The same as a plain array."""
+        pattern = self._pattern
+        A = np.zeros((pattern.n, pattern.n))
+        A[pattern.a_rows, pattern.a_cols] = self.work.lu[pattern.places]
+        return A
+
+    def block(self) -> sp.csc_matrix:
+        """The upper left block (n_q, n_q) of the matrix."""
+        n = self.program.n_q
+        return self.matrix[:n, :n].tocsc()
+
+    @property
+    def jacobian(self) -> sp.csr_matrix:
+        """G (n_c, n_q)."""
+        n = self.program.n_q
+        return self.matrix.tocsr()[n:, :n]
+
+    @property
+    def blocks(self) -> tuple[np.ndarray, np.ndarray] | tuple[sp.csc_matrix, sp.csr_matrix]:
+        """`block()` and `jacobian`; plain arrays where there are at most SMALL unknowns (see `dense_or_sparse.py`)."""
+        n = self.program.n_q
+        if self.small:
+            A = self.dense
+            return A[:n, :n], A[n:, :n]
+        A = self.matrix.tocsr()
+        return A[:n, :n].tocsc(), A[n:, :n]
+
+    def solve(self, b: np.ndarray, purpose: str) -> np.ndarray:
+        """Solve with the present matrix, with pivoting; `SolveError` when it is singular."""
+        found = self._without_pivoting(b) if self._pattern.n > LARGE else None
+        if found is not None:
+            return found
+        try:
+            return solve_dense(self.dense, b) if self.small else self._solver.factor(self.work.lu).solve(b)
+        except SolveError as error:
+            raise SolveError(f"{purpose}: {error}") from error
+
+    def _without_pivoting(self, b: np.ndarray) -> np.ndarray | None:
+        """The same with the factors of the time loop, refined; None where they leave more than round-off."""
+        n, sym, values = self._pattern.n, lu.tables(self._pattern), self.work.lu.copy()
+        seen, x, left, shift, spare = (np.zeros(n) for _ in range(5))
+        if lu.factor(sym, values, seen, lu.THRESHOLD) >= 0:
+            return None
+        size = np.abs(b).max(initial=0.0)
+        for _ in range(REFINEMENTS):
+            lu.multiply(sym, self.work.lu, x, left)
+            left = b - left
+            if np.abs(left).max(initial=0.0) <= SOLVED * size:
+                return x
+            lu.solve(sym, values, left, shift, spare)
+            x += shift
+        return None
+
+    def mass(self, q) -> sp.csc_matrix:
+        """M (n_q, n_q) at positions q."""
+        return self.at(q, weights=(0.0, 0.0, 1.0)).block()
+
+
+def _padded(x, n: int) -> np.ndarray:
+    full = np.zeros(n + 3)
+    if x is not None:
+        full[: len(x)] = x
+    return full
