@@ -54,7 +54,7 @@ class Kept(_Cache):  # type: ignore[misc]
         caches[f"{function.__module__}.{function.__qualname__}"] = self
 
     @property
-    def _users(self) -> Any:
+    def of_user(self) -> Any:
         """numba's cache of this user."""
         if self._found is None:
             try:
@@ -67,14 +67,14 @@ class Kept(_Cache):  # type: ignore[misc]
     @property
     def cache_path(self) -> Any:
         """Folder of the user's cache."""
-        return self._users.cache_path
+        return self.of_user.cache_path
 
     def there(self) -> bool:
         """Whether some signature of the function seems to be kept."""
         store = shipped()
         if store is not None and store.has(self._function):
             return True
-        return isinstance(self._users, FunctionCache) and Path(self._users._cache_file._index_path).is_file()
+        return isinstance(self.of_user, FunctionCache) and Path(self.of_user._cache_file._index_path).is_file()
 
     def load_overload(self, signature: Any, target: Any) -> Any:
         """A compiled signature, or None; it is kept by its arguments alone."""
@@ -82,10 +82,10 @@ class Kept(_Cache):  # type: ignore[misc]
         rtsys.initialize(target)  # arrays that come from Python are asked for by its functions
         store = shipped()
         found = store.load(self._function, signature, target) if store is not None and ours(self._function) else None
-        if found is not None or not isinstance(self._users, FunctionCache):
+        if found is not None or not isinstance(self.of_user, FunctionCache):
             return found
-        with self._users._guard_against_spurious_io_errors():
-            return self._users._load_overload(signature, target)
+        with self.of_user._guard_against_spurious_io_errors():
+            return self.of_user._load_overload(signature, target)
 
     def save_overload(self, signature: Any, result: Any) -> None:
         """Keep a compiled signature."""
@@ -93,7 +93,7 @@ class Kept(_Cache):  # type: ignore[misc]
         for one in shipment:
             if ours(self._function):
                 one.add(self._function, signature, result)
-        self._users.save_overload(signature, result)
+        self.of_user.save_overload(signature, result)
 
     def enable(self) -> None:
         """Always on."""
@@ -103,4 +103,4 @@ class Kept(_Cache):  # type: ignore[misc]
 
     def flush(self) -> None:
         """Empty the user's cache of this function."""
-        self._users.flush()
+        self.of_user.flush()

@@ -15,6 +15,8 @@ import os
 import sys
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from typing import Any
 
@@ -114,14 +116,24 @@ class Notice(event.Listener):  # type: ignore[misc]
                 self._depth -= 1
                 self._ended = time.perf_counter()
 
-    def _open(self, name: str) -> None:
+    @contextmanager
+    def waiting(self, name: str, since: float) -> Iterator[None]:
+        """A function is compiled in another process that began `since` seconds ago."""
+        with self._lock:
+            self._depth += 1
+            if self._depth == 1 and told():
+                self._open(name, since)
+        yield
+        self.on_end(None)
+
+    def _open(self, name: str, since: float = 0.0) -> None:
         """Begin the stage to which a function belongs; what belongs to none is part of the open one, or the first."""
         stage = next((stage for stage, costs in STAGES.items() if name in costs), self._stage or FIRST)
         if stage == self._stage:
             return
         self.close()
         cost = expected(stage)
-        about = cost * (self._pace or pace())
+        about = cost * (self._pace or pace()) - since
         if about < LEAST:
             return
         self._stage, self._began, self._cost = stage, time.perf_counter(), cost

@@ -25,6 +25,7 @@ from numba.core.compiler_machinery import register_pass
 from numba.core.registry import CPUDispatcher
 from numba.core.typed_passes import NativeLowering
 
+from flexmb.compiled.ahead import finished
 from flexmb.compiled.costs import ONE_BY_ONE
 from flexmb.compiled.kept import Kept
 from flexmb.compiled.notice import notice
@@ -251,7 +252,8 @@ class Whole(CPUDispatcher):
         collects = gc.isenabled()
         gc.disable()
         try:
-            return super().compile(signature)
+            with finished(self.py_func):
+                return super().compile(signature)
         finally:
             if collects:
                 gc.enable()

@@ -89,7 +89,7 @@ class Record:
         hints = get_type_hints(bare, vars(sys.modules[cls.__module__]), include_extras=True)
         fields, place = [], 0
         for name in own:
-            kind = _kind(hints[name])
+            kind = type_of_hint(hints[name])
             fields.append((name, kind, place))
             place += 1 + (kind.ndim if isinstance(kind, types.Array) else 0)
         cls._fields, cls._size = tuple(own), place
@@ -329,8 +329,8 @@ def _grouped(kind: type[Record], given: Any) -> tuple[list[tuple[Any, ...]], ...
     return groups
 
 
-def _kind(hint: Any) -> Any:
-    """numba's type of a field."""
+def type_of_hint(hint: Any) -> Any:
+    """numba's type of what is annotated so: a number, a record or an array."""
     if hint in NUMBERS:
         return NUMBERS[hint]
     if get_origin(hint) is Annotated:

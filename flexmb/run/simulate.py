@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from flexmb import checks
+from flexmb.compiled import ahead
 from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile_with_start
@@ -91,16 +92,19 @@ def simulate(
         restart beyond the end, signals that the mechanism has not.
     ModelError, AssemblyError, KernelError : a mechanism that cannot start; see `compile` and `consistent_start`.
     """
+    method = method or Newmark.generalised_alpha()
+    label = f"simulate {mechanism.name!r}"
+    check_method(label, method)
+    ahead.start(*method.loops)
     program, closed = compile_with_start(mechanism)
     period = common_period(program) if periods is not None or save_from_period is not None else None
     if period is None and any(p is not None for p in program.periods):
         period = period_or_none(program)
     end = _end(mechanism, t_end, periods, period)
     begin = _begin(mechanism, end, save_from, save_from_period, period)
-    method = method or Newmark.generalised_alpha()
     step = Adaptive() if step is None else step
     step = FixedStep(step) if isinstance(step, Real) and not isinstance(step, bool) else step
-    label, least = f"simulate {mechanism.name!r}", redundant == "least-norm"
+    least = redundant == "least-norm"
     if max_steps is not None:
         checks.count(label, "max_steps", max_steps)
     checks.one_of(label, "redundant", redundant, REDUNDANT)
@@ -181,11 +185,15 @@ def check_ahead(label: str, now: float, end: float) -> None:
         raise InputError(f"{text}. The end counts from the start of the first run; give a larger t_end or periods.")
 
 
-def check_kinds(label: str, method: Any, step: Any, redundant: str) -> None:
-    """Refuse what is no method or no step, and what the method cannot do."""
+def check_method(label: str, method: Any) -> None:
+    """Refuse what is no method."""
     if not isinstance(method, Method):
         known = "Newmark(...), RadauIIA(), RungeKutta4() or Staggered(...)"
         raise InputError(f"{label}: method is {method!r}; it must be {known}.")
+
+
+def check_kinds(label: str, method: Method, step: Any, redundant: str) -> None:
+    """Refuse what is no step, and what the method cannot do."""
     if not isinstance(step, (FixedStep, Adaptive)):
         raise InputError(f"{label}: step is {step!r}; it must be FixedStep(size) or Adaptive(...).")
     method.check(label, step, redundant)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from flexmb import checks
+from flexmb.compiled import ahead
 from flexmb.errors import InputError, SolveError
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile_with_start
@@ -16,7 +17,7 @@ from flexmb.results.signal_names import hint, resolved
 from flexmb.results.solution import UnknownSignalError
 from flexmb.results.stats import Stats
 from flexmb.run.run import Run
-from flexmb.run.simulate import REDUNDANT, Step, check_ahead, check_end, check_kinds, period_or_none
+from flexmb.run.simulate import REDUNDANT, Step, check_ahead, check_end, check_kinds, check_method, period_or_none
 from flexmb.state.record import DONE
 from flexmb.step.method import Method
 from flexmb.step.newmark.method import Newmark
@@ -116,10 +117,12 @@ def steps(
     >>> state.t < 0.01
     True
     """
-    program, closed = compile_with_start(mechanism)
     label = f"steps of {mechanism.name!r}"
-    period = period_or_none(program) if any(p is not None for p in program.periods) else None
     method = method or Newmark.generalised_alpha()
+    check_method(label, method)
+    ahead.start(*method.loops)
+    program, closed = compile_with_start(mechanism)
+    period = period_or_none(program) if any(p is not None for p in program.periods) else None
     step = Adaptive() if step is None else step
     step = FixedStep(step) if isinstance(step, Real) and not isinstance(step, bool) else step
     checks.one_of(label, "redundant", redundant, REDUNDANT)

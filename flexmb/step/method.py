@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from flexmb.errors import InputError
 from flexmb.program.program import Program
@@ -26,6 +26,11 @@ class Method:
     estimates_error: ClassVar[bool] = False
     has_tangent: ClassVar[bool] = False
     independent: ClassVar[bool] = False
+
+    @property
+    def loops(self) -> tuple[Any, ...]:
+        """Compiled loops with annotated arguments; a second process may compile them (`flexmb/compiled/ahead.py`)."""
+        return ()
 
     def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:
         """Stepper of the `mechanism`, which compiles to `program`; most methods need the latter alone."""

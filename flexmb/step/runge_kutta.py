@@ -4,21 +4,25 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from flexmb.compiled.records import Matrix, Record, Vector
 from flexmb.energy.balance import MISSING_IN_RUNGE_KUTTA
 from flexmb.kernels import compiled, copy
-from flexmb.linalg.lu import HELD, THRESHOLD, factor, first_held, left_over, solve
+from flexmb.linalg.lu import HELD, LU, THRESHOLD, factor, first_held, left_over, solve
 from flexmb.program.program import Program
+from flexmb.program.tables import Addresses, Tables
+from flexmb.state.flow import Flow
 from flexmb.state.options import Options
-from flexmb.state.record import DONE, NOT_FINITE, NOTHING_KNOWN, RUNNING, SINGULAR
+from flexmb.state.record import DONE, NOT_FINITE, NOTHING_KNOWN, RUNNING, SINGULAR, RunRecord
+from flexmb.state.trial import Trial
 from flexmb.step.acceptance import accept, finished, next_size
 from flexmb.step.method import Method
 from flexmb.step.newmark.jacobian_reuse import forget_factors
 from flexmb.step.newmark.redundant_constraints import first_hold, free_gap, outcome, settle
 from flexmb.step.stepper import Stepper
 from flexmb.system.evaluate import evaluate
+from flexmb.system.work import Work
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -34,6 +38,11 @@ class RungeKutta4(Method):
 
     For rigid mechanisms.  Beams are stiff: their fastest wave sets the step, so use `Newmark` for them.
     """
+
+    @property
+    def loops(self) -> tuple[Any, ...]:
+        """The compiled loop."""
+        return (advance_explicit,)
 
     def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:  # noqa: ARG002 - see `Staggered`
         """Stepper of the compiled mechanism."""
@@ -194,7 +203,18 @@ def runge_kutta_step(tables, address, lu, h, load, options, flow, trial, work, r
 
 
 @compiled
-def advance_explicit(tables, address, lu, options, flow, trial, work, record, stages, steps):
+def advance_explicit(
+    tables: Tables,
+    address: Addresses,
+    lu: LU,
+    options: Options,
+    flow: Flow,
+    trial: Trial,
+    work: Work,
+    record: RunRecord,
+    stages: Stages,
+    steps: int,
+):
     """At most `steps` steps of fixed size; the code of the ending."""
     forget_factors(flow.reuse)
     record.count.known = NOTHING_KNOWN

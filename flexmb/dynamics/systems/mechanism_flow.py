@@ -8,6 +8,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from flexmb import checks
+from flexmb.compiled import ahead
 from flexmb.contact.onset import HISTORY
 from flexmb.contact.validity import HISTORY_WITH_EXTREMES
 from flexmb.dynamics.systems import mechanism_rates
@@ -86,6 +87,7 @@ class MechanismFlow(ContinuousFlow):
         self.method = method or Newmark.generalised_alpha()
         self.declared = None if period is None else checks.positive(label, "period", period, "s")
         self.base, self.changes = mechanism, dict[str, Any]()
+        ahead.start(*self.method.loops)
         self.reset()
 
     @property

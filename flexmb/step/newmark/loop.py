@@ -1,7 +1,12 @@
 """The compiled time loop of the Newmark family, the same for every model."""
 
 from flexmb.kernels import compiled, copy
-from flexmb.state.record import DONE, NOTHING_KNOWN, RUNNING, STEP_TOO_SMALL
+from flexmb.linalg.lu import LU
+from flexmb.program.tables import Addresses, Tables
+from flexmb.state.flow import Flow
+from flexmb.state.options import Options
+from flexmb.state.record import DONE, NOTHING_KNOWN, RUNNING, STEP_TOO_SMALL, RunRecord
+from flexmb.state.trial import Trial
 from flexmb.step.acceptance import accept, finished, next_size
 from flexmb.step.contact_events import planned, remember
 from flexmb.step.newmark.error_control import allowed, error_ratio, judged, met, resize
@@ -9,10 +14,21 @@ from flexmb.step.newmark.implicit_step import implicit_step, lead
 from flexmb.step.newmark.jacobian_reuse import keep_trial
 from flexmb.step.newmark.predictor import look_back
 from flexmb.step.newmark.redundant_constraints import settle
+from flexmb.system.work import Work
 
 
 @compiled
-def advance(tables, address, lu, options, flow, trial, work, record, steps):
+def advance(
+    tables: Tables,
+    address: Addresses,
+    lu: LU,
+    options: Options,
+    flow: Flow,
+    trial: Trial,
+    work: Work,
+    record: RunRecord,
+    steps: int,
+):
     """At most `steps` implicit steps; the code of the ending."""
     for _ in range(steps):
         if finished(options, flow):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from flexmb import checks
 from flexmb.program.program import Program
@@ -117,6 +117,11 @@ class Newmark(Method):
         checks.between("Newmark.generalised_alpha", "radius", radius, 0.0, 1.0)
         alpha_m, alpha_f = (2.0 * radius - 1.0) / (radius + 1.0), radius / (radius + 1.0)
         return cls(alpha_m, alpha_f, (1.0 - alpha_m + alpha_f) ** 2 / 4.0, 0.5 - alpha_m + alpha_f, constraints)
+
+    @property
+    def loops(self) -> tuple[Any, ...]:
+        """The compiled loop."""
+        return (advance,)
 
     @property
     def coefficients(self) -> Coefficients:

@@ -11,11 +11,14 @@ import numpy as np
 from flexmb.energy.balance import SETTLED, verdict
 from flexmb.energy.contact_work import contact_losses
 from flexmb.kernels import GAP_SIZE, compiled, copy, part_of
+from flexmb.linalg.lu import LU
 from flexmb.places import GAP
 from flexmb.program.program import Program
-from flexmb.program.tables import COMMON_Z
+from flexmb.program.tables import COMMON_Z, Addresses, Tables
+from flexmb.state.flow import Flow
 from flexmb.state.options import Options
-from flexmb.state.record import BUFFER_FULL, DONE, NOTHING_KNOWN, RUNNING, STEP_TOO_SMALL
+from flexmb.state.record import BUFFER_FULL, DONE, NOTHING_KNOWN, RUNNING, STEP_TOO_SMALL, RunRecord
+from flexmb.state.trial import Trial
 from flexmb.step.acceptance import finished, keep, next_size, note_peaks, publish, take_over
 from flexmb.step.contact_events import planned, remember
 from flexmb.step.contact_log import follow_contacts, no_room
@@ -24,7 +27,7 @@ from flexmb.step.newmark.error_control import TURNS, judged, met, resize
 from flexmb.step.newmark.jacobian_reuse import forget_factors
 from flexmb.step.newmark.predictor import forget_past
 from flexmb.step.newmark.redundant_constraints import settle
-from flexmb.step.radau.collocation import AT_START, LAST, STAGES, C, collocation
+from flexmb.step.radau.collocation import AT_START, LAST, STAGES, C, Collocation, collocation
 from flexmb.step.radau.step import radau_error, radau_step
 from flexmb.step.radau.works import add_works, book_works, find_between, ledger_at
 from flexmb.step.stepper import Stepper
@@ -32,7 +35,7 @@ from flexmb.system.constraints import report_forces
 from flexmb.system.contacts import call_gap
 from flexmb.system.evaluate import evaluate_accepted
 from flexmb.system.outputs import write_outputs
-from flexmb.system.work import LOSS_FRICTION, LOSS_NORMAL
+from flexmb.system.work import LOSS_FRICTION, LOSS_NORMAL, Work
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -89,6 +92,11 @@ class RadauIIA(Method):
         """Steps in a period or a run that error control takes at least, with `contacts` or without."""
         return WITH_CONTACTS if contacts else SMOOTH
 
+    @property
+    def loops(self) -> tuple[Any, ...]:
+        """The compiled loop."""
+        return (advance_radau,)
+
     def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:  # noqa: ARG002 - see `Staggered`
         """Stepper of the compiled mechanism."""
         return RadauStepper(program)
@@ -133,7 +141,18 @@ class RadauStepper(Stepper):
 
 
 @compiled
-def advance_radau(tables, address, lu, options, flow, trial, work, record, R, steps):
+def advance_radau(
+    tables: Tables,
+    address: Addresses,
+    lu: LU,
+    options: Options,
+    flow: Flow,
+    trial: Trial,
+    work: Work,
+    record: RunRecord,
+    R: Collocation,
+    steps: int,
+):
     """At most `steps` steps; the code of the ending."""
     forget_factors(flow.reuse)
     forget_past(flow.prediction)
