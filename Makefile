@@ -3,8 +3,7 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 
-# numba does not see that a function in ANOTHER file has changed when it reads its cache: one cache a checkout, thrown
-# away by `make clean` and by `make test-all`.
+# One cache of compiled code a checkout.
 export NUMBA_CACHE_DIR := $(CURDIR)/.numba_cache
 
 .DEFAULT_GOAL := help
@@ -15,7 +14,6 @@ help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-10s %s\n", $$1, $$2}' Makefile
 
 demo: $(VENV)/.installed  ## run the flexible nine-bar mechanism with clearance; results in out/demo
-	@$(BIN)/python tests/fresh_cache.py
 	$(BIN)/flexmb run nine-bar --speed 2pi --clearance 0.5mm --flexible --out out/demo
 	@echo "Results in out/demo:"
 	@ls -1 out/demo
@@ -32,20 +30,17 @@ test-all: forget warm lint  ## the same with the slow tests, on a fresh compilat
 
 # Two processes that share a cache would compile everything twice, so all is compiled before them.
 warm: $(VENV)/.installed-dev
-	@$(BIN)/python tests/fresh_cache.py
 	$(BIN)/python tests/ship.py
 
 forget:
 	rm -rf $(NUMBA_CACHE_DIR)
 
 speed: $(VENV)/.installed-bench  ## timings, beside the peer's on the same models; docs/performance.md (wants a quiet machine)
-	@$(BIN)/python tests/fresh_cache.py
 	rm -rf out/speed
 	$(BIN)/python -m pytest tests/speed -m "speed and not slow" -s; tested=$$?; \
 	  $(BIN)/python docs/performance.py --only work-precision; $(BIN)/python docs/performance.py --collect; exit $$tested
 
 chaos: $(VENV)/.installed  ## numbers and picture of docs/chaos.md: exponents and verdicts (half an hour)
-	@$(BIN)/python tests/fresh_cache.py
 	$(BIN)/python docs/chaos_table.py
 
 # The special build is compiled once for each state of the code, in out/numbers; results in docs/numbers.json.
@@ -53,17 +48,14 @@ numbers: $(VENV)/.installed  ## numbers of docs/numbers.md: what thresholds and 
 	$(BIN)/python docs/numbers_table.py
 
 table: $(VENV)/.installed  ## numbers and pictures of docs/nine_bar.md, computed anew
-	@$(BIN)/python tests/fresh_cache.py
 	$(BIN)/python docs/nine_bar_table.py
 
 # Hours on two cores (its own estimates add up to two), most of them for diagrams with exponents; goes on where it was.
 # out/paper/times.md says what each run took. A look at everything within ten minutes: flexmb paper --quick.
 paper: $(VENV)/.installed  ## figures and tables of the study of the nine-bar mechanism; results in out/paper (two hours on two cores)
-	@$(BIN)/python tests/fresh_cache.py
 	$(BIN)/flexmb paper all --out out/paper
 
 validation: $(VENV)/.installed-dev  ## docs/validation.md: every problem of tests/literature beside its references
-	@$(BIN)/python tests/fresh_cache.py
 	$(BIN)/python docs/validation.py
 
 meshes: $(VENV)/.installed  ## write the meshes in meshes/ anew

@@ -2,7 +2,6 @@
 
 import ast
 import os
-import runpy
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,7 +10,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 
-runpy.run_path(str(ROOT / "tests" / "fresh_cache.py"), run_name="__main__")
+os.environ.setdefault("NUMBA_CACHE_DIR", str(ROOT / ".numba_cache"))
 os.environ.setdefault("FLEXMB_MESSAGES", "0")
 os.environ.setdefault("MPLBACKEND", "Agg")
 os.environ.setdefault("PYVISTA_OFF_SCREEN", "true")

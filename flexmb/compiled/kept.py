@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 from numba.core.caching import FunctionCache, NullCache, _Cache
@@ -12,6 +11,7 @@ from numba.core.sigutils import normalize_signature
 
 from flexmb.compiled.notice import caches, say_once
 from flexmb.compiled.shipped import ours, shipment, shipped
+from flexmb.compiled.stamps import stamp
 
 ANNOTATION = 6
 """Place of the annotated source among the parts of a compiled signature that numba keeps."""
@@ -59,6 +59,8 @@ class Kept(_Cache):  # type: ignore[misc]
         if self._found is None:
             try:
                 self._found = FunctionCache(self._function)
+                files = self._found._cache_file
+                files._source_stamp = files._source_stamp, stamp(self._function.__module__)
             except RuntimeError:
                 say_once("compiled code cannot be kept, since no folder can be written; set NUMBA_CACHE_DIR.")
                 self._found = NullCache()
@@ -70,11 +72,11 @@ class Kept(_Cache):  # type: ignore[misc]
         return self.of_user.cache_path
 
     def there(self) -> bool:
-        """Whether some signature of the function seems to be kept."""
+        """Whether some signature of the function is kept."""
         store = shipped()
         if store is not None and store.has(self._function):
             return True
-        return isinstance(self.of_user, FunctionCache) and Path(self.of_user._cache_file._index_path).is_file()
+        return isinstance(self.of_user, FunctionCache) and bool(self.of_user._cache_file._load_index())
 
     def load_overload(self, signature: Any, target: Any) -> Any:
         """A compiled signature, or None; it is kept by its arguments alone."""
