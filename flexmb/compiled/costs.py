@@ -18,7 +18,7 @@ STAGES: dict[str, dict[str, float]] = {
         "flexmb.system.evaluate.evaluate_accepted": 3.9,
         "flexmb.system.constraints.report_forces": 0.3,
         "flexmb.energy.contact_work.contact_losses": 0.8,
-        "flexmb.energy.balance.keep_account": 1.5,
+        "flexmb.energy.balance.update_balance": 1.5,
         "flexmb.system.outputs.write_outputs": 0.9,
     },
     "the time loop": {"flexmb.step.newmark.loop.advance": 26.5},

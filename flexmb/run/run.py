@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.compiled.notice import notice
-from flexmb.energy.balance import final_verdict, open_account
+from flexmb.energy.balance import check_balance_at_end, start_balance
 from flexmb.errors import InputError, SolveError
 from flexmb.linalg import lu
 from flexmb.linalg.rank import row_rank
@@ -28,9 +28,9 @@ from flexmb.state.flow import new_flow
 from flexmb.state.options import NEVER, Options
 from flexmb.state.record import BUFFER_FULL, DONE, RUNNING
 from flexmb.state.trial import new_trial, rigid_coordinates
-from flexmb.step.contact_log import close_what_touches, still_running, taken_out, touching_from_the_start
+from flexmb.step.contact_log import close_round_off_gaps, running_episodes, start_episodes, take_episodes
 from flexmb.step.method import Method
-from flexmb.step.step_size import FLIGHT_COUNTS, Adaptive, FixedStep
+from flexmb.step.step_size import FLIGHT_WEIGHT, Adaptive, FixedStep
 from flexmb.system.at_state import System
 from flexmb.system.work import workspace
 
@@ -89,7 +89,7 @@ class Run:
         clearance, length, rtol = self.program.least_clearance, self.program.length, self.step.rtol
         steps = self.method.fewest_steps(contacts=clearance is not None)
         largest = self.step.max or span / steps
-        flight, loose = (FLIGHT_COUNTS, 2.0) if rigid_coordinates(self.program).all() else (1.0, 4.0)
+        flight, loose = (FLIGHT_WEIGHT, 2.0) if rigid_coordinates(self.program).all() else (1.0, 4.0)
         part = 1e-3 * length if clearance is None else loose * min(clearance, 1e-2 * length)
         way = length if clearance is None else min(length, 1e2 * clearance)
         bounds = (rtol, 1e-2 / steps * way / largest, self.step.steps_of_an_impact, flight)
@@ -104,14 +104,14 @@ class Run:
         flow.clock.t = time
         self._expect(start.redundant)
         flow.clock.held_steps = -1.0 if self._seems_dependent(start) else 0.0
-        flow.clock.saving_from = NOT_SAVING
-        flow.clock.size = self.h_max if isinstance(self.step, FixedStep) else 1e-3 * self.h_max
+        flow.clock.save_start = NOT_SAVING
+        flow.clock.step_size = self.h_max if isinstance(self.step, FixedStep) else 1e-3 * self.h_max
         self.stepper.look(self)
-        open_account(flow.ledger, flow.account)
+        start_balance(flow.ledger, flow.balance)
         begun = flow.z.copy()
         flow.z[:] = self.work.z_new
-        close_what_touches(self.program, begun, flow)
-        touching_from_the_start(self.program.tables, flow)
+        close_round_off_gaps(self.program, begun, flow)
+        start_episodes(self.program.tables, flow)
         self.stepper.write(self)
         self.forget_peaks()
         if code != RUNNING:
@@ -140,7 +140,7 @@ class Run:
         for turn in (0.0, 0.7, 2.3):
             values = system.at(start.q + turn * angles, weights=(0.0, 0.0, 1.0)).work.lu.copy()
             seen = np.zeros(self.program.symbolic.n)
-            lu.factor(self.lu, values, seen, lu.THRESHOLD, self.program.n_q, 10.0 * lu.HOLD)
+            lu.factor(self.lu, values, seen, lu.LOST_PIVOT, self.program.n_q, 10.0 * lu.HELD_PIVOT)
             if int((seen < 0.0).sum()) > start.redundant:
                 return True
         return False
@@ -158,7 +158,7 @@ class Run:
             text = f"{label}: restart is {restart!r}"
             raise InputError(f"{text}; it must be `restart` of a solution of the same mechanism.")
         try:
-            if np.shape(restart.get("signals")) != self.record.new.shape:
+            if np.shape(restart.get("signals")) != self.record.signals.shape:
                 raise ValueError("signals")
             self.flow.restore(restart)
             self.stepper.restore(restart)
@@ -167,7 +167,7 @@ class Run:
                 f"{label}: restart does not fit this model "
                 f"({str(error)!r} is missing or of another size). Use `restart` of a solution of the same mechanism."
             ) from error
-        self.record.new[:] = restart["signals"]
+        self.record.signals[:] = restart["signals"]
         if redundant:
             G = System(self.program).at(self.flow.q[: self.program.n_q], t=self.flow.clock.t).jacobian
             self._expect(len(row_rank(G).redundant))
@@ -181,7 +181,9 @@ class Run:
     def forget_peaks(self) -> None:
         """Begin to look for peaks at the present state."""
         self.stepper.forget_peaks()
-        self.record.peak[:] = np.where(self.record.one_sided, np.maximum(self.record.new, 0.0), np.abs(self.record.new))
+        self.record.peak[:] = np.where(
+            self.record.one_sided, np.maximum(self.record.signals, 0.0), np.abs(self.record.signals)
+        )
         self.record.peak_time[:] = self.flow.clock.t
 
     def go_to(self, end: float, saving: float | None) -> None:
@@ -193,7 +195,7 @@ class Run:
             return  # a run that was stopped before the instants to be saved stays stopped
         if saving is not None:
             self._begin_saving(saving, end)
-        self.flow.account.limit = self.stepper.missing
+        self.flow.balance.residual_limit = self.stepper.missing
         interval = NEVER if saving is None else saving
         if self.progress:
             self.stepper.advance(self, self.options(end, interval), 0)  # compiled before a bar is shown
@@ -207,7 +209,7 @@ class Run:
                     break
             else:
                 if self._reach(end, interval, bar) and saving is not None:
-                    self.code = final_verdict(self.flow.ledger, self.flow.account) or DONE
+                    self.code = check_balance_at_end(self.flow.ledger, self.flow.balance) or DONE
         except KeyboardInterrupt:
             self.note = "Interrupted from the keyboard"
         bar.close()
@@ -240,7 +242,7 @@ class Run:
         Positions, velocities, histories and energies stay.  The next step is a first step.
         """
         flow, n = self.flow, self.program.n_q
-        flow.clock.t, flow.clock.last = instant, 0.0
+        flow.clock.t, flow.clock.last_step = instant, 0.0
         try:
             solve = least_norm if self.redundant else accelerations
             a, lam = solve(self.program, flow.q[:n], flow.v[:n], instant, flow.z)
@@ -253,24 +255,24 @@ class Run:
         flow.ledger[:] = kept
         self.stepper.write(self)
         record = self.record
-        size = np.where(record.one_sided, record.new, np.abs(record.new))
+        size = np.where(record.one_sided, record.signals, np.abs(record.signals))
         record.peak_time[size > record.peak] = instant
         record.peak[:] = np.maximum(record.peak, size)
         if interval == 0.0:
-            self.saved.add_one(flow.clock.t, record.new)
+            self.saved.add_one(flow.clock.t, record.signals)
         elif interval < NEVER and self.saved.is_at(instant, 1e-9 * interval):
-            self.saved.replace_last(record.new)  # an instant of the grid at the jump shows the state just after
+            self.saved.replace_last(record.signals)  # an instant of the grid at the jump shows the state just after
 
     def _begin_saving(self, saving: float, end: float) -> None:
         """Save the present instant, or go on with the grid of the run that was resumed."""
         clock, self.saving = self.flow.clock, True
         if saving > 0.0:
             self.saved.expect(int(min((end - clock.t) / saving, 1e9)) + 2)
-        if clock.saving_from < 0.0:
-            clock.saving_from, clock.saved = clock.t, 0.0
-            self.saved.add_one(clock.t, self.record.new)
+        if clock.save_start < 0.0:
+            clock.save_start, clock.saved_instants = clock.t, 0.0
+            self.saved.add_one(clock.t, self.record.signals)
         elif saving > 0.0:  # counted anew, since the interval may be another one
-            clock.saved = np.floor((clock.t - clock.saving_from) / saving + 1e-9)
+            clock.saved_instants = np.floor((clock.t - clock.save_start) / saving + 1e-9)
 
     def _allowed(self, steps: int) -> int:
         if self.max_steps is None:
@@ -301,7 +303,7 @@ class Run:
 
     def _fetch(self) -> None:
         if self.record.count.episodes:
-            self.episodes.append(taken_out(self.record))
+            self.episodes.append(take_episodes(self.record))
         rows = int(self.record.count.rows)
         if rows:
             self.saved.add(self.record.times[:rows], self.record.values[:rows])
@@ -339,17 +341,17 @@ class Run:
 
     def restart(self) -> dict[str, np.ndarray]:
         """The present state, from which a run of the same model goes on to the bit."""
-        return {**self.flow.saved(), "signals": self.record.new.copy(), **self.stepper.saved()}
+        return {**self.flow.saved(), "signals": self.record.signals.copy(), **self.stepper.saved()}
 
     def stats(self, wall_time: float = 0.0) -> Stats:
         """What the run cost so far, which took `wall_time` on the clock [s]."""
-        count, step = self.record.count, self.record.step
+        count, step = self.record.count, self.record.report
         numbers = (count.steps, count.rejected, count.iterations, count.evaluations, count.factorisations)
         return Stats(*numbers, step.smallest if count.steps else 0.0, step.largest, wall_time)
 
     def contact_log(self) -> ContactLog:
         """Rows of the episodes that ended since saving began, and of those that are running."""
-        running = still_running(self.program.tables, self.flow)
+        running = running_episodes(self.program.tables, self.flow)
         rows = np.concatenate([*self.episodes, running if self.saving else running[:0]])
         return ContactLog(self.program.names.contacts, rows)
 

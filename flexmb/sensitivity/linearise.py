@@ -23,7 +23,7 @@ from flexmb.sensitivity.histories import (
 )
 from flexmb.system.constraints import add_constraints
 from flexmb.system.contacts import add_contacts, jacobians
-from flexmb.system.elements import add_elements, call_element, call_tangent, factor_of, gather_state
+from flexmb.system.elements import add_elements, call_element, call_tangent, gather_state, load_factor
 from flexmb.system.work import GRIP_BY_SLIP, N_BY_RATE, T_BY_N, T_BY_SLIP
 
 SPEED, ACCELERATION = range(2)
@@ -175,7 +175,7 @@ def _add_elements(tables, address, t, h, q, v, a, z, kv, ka, T, work):
     for e in range(E.p.shape[0]):
         n = E.dof[e + 1] - E.dof[e]
         gather_state(E, e, n, q, v, a, work)
-        s = factor_of(tables, address, e, t)
+        s = load_factor(tables, address, e, t)
         D, positions = part_of(T.D, E.pos[e], E.pos[e + 1]), part_of(E.positions, E.pos[e], E.pos[e + 1])
         if E.kernel[e] >= 0:
             call_element(tables, address, e, n, t, h, z, work)

@@ -76,7 +76,7 @@ class CarryingRun(Run):
         self.stepper.tangents = T = taken_apart(self.program, W)
         if self.stepper.lingers:
             kept = T.x - T.a
-            project(self.program, self.flow, float(self.flow.clock.size), T)
+            project(self.program, self.flow, float(self.flow.clock.step_size), T)
             settle(self.program, self.flow, T, self.stepper.second, histories=False)
             T.x[:] = T.a + kept
         self.go_to(end, saving=None)
@@ -87,7 +87,7 @@ class CarryingRun(Run):
     def on_manifold(self, W: np.ndarray) -> np.ndarray:
         """Differences (size, k) that joints allow, near those of W; accelerations and histories follow."""
         T, found = taken_apart(self.program, W), np.zeros(W.shape)
-        project(self.program, self.flow, float(self.flow.clock.size), T)
+        project(self.program, self.flow, float(self.flow.clock.step_size), T)
         settle(self.program, self.flow, T, workspace(self.program), histories=True)
         put_together(self.program, T, found)
         return found

@@ -28,7 +28,7 @@ from numba.extending import intrinsic
 from numba.np import arrayobj
 
 from flexmb.kernels import compiled, copy
-from flexmb.linalg.lu import HOLD, THRESHOLD, factor
+from flexmb.linalg.lu import HELD_PIVOT, LOST_PIVOT, factor
 from flexmb.linalg.substitute import solve
 from flexmb.program.tables import COMMON_Z, LAST_GAP, LAST_GAP_RATE, PHASE
 from flexmb.sensitivity.linearise import (
@@ -43,7 +43,7 @@ from flexmb.sensitivity.linearise import (
 )
 from flexmb.state.options import GEAR_GUPTA_LEIMKUHLER, POSITION, VELOCITY
 from flexmb.state.record import RUNNING
-from flexmb.step.contact_events import STEP, slow
+from flexmb.step.contact_events import IMPACT_STEP, slow_approach_speed
 from flexmb.step.newmark.loop import advance
 
 ROUNDS = 10
@@ -64,7 +64,7 @@ def remember_start(flow, T):
     copy(flow.a, T.a0)
     copy(flow.lam, T.lam0)
     copy(flow.z, T.z0)
-    T.step.began, T.step.before = flow.clock.t, flow.clock.last
+    T.step.start, T.step.before = flow.clock.t, flow.clock.last_step
     for c in range(flow.impacts.shape[0]):
         copy(flow.impacts[c], T.impacts[c])
 
@@ -87,7 +87,7 @@ def carry(tables, address, lu, h, options, flow, trial, T, work):
     linearise(tables, address, t, h, flow.q, flow.v, flow.a, flow.lam, T.z0, kv, ka, T, work)
     if m > 0 and options.form != POSITION:
         find_turning(tables, address, t, h, options.length, flow.q, flow.v, flow.lam, T, work)
-    if factor(lu, work.lu, T.seen, THRESHOLD, n, HOLD if flow.clock.held_steps >= 0.0 else THRESHOLD) >= 0:
+    if factor(lu, work.lu, T.seen, LOST_PIVOT, n, HELD_PIVOT if flow.clock.held_steps >= 0.0 else LOST_PIVOT) >= 0:
         return LOST
     if shifted(T):
         find_rates(tables, address, t, h, flow.q, flow.v, flow.a, T.z0, T, work)
@@ -95,9 +95,9 @@ def carry(tables, address, lu, h, options, flow, trial, T, work):
     for j in range(T.q.shape[0]):
         if not solve_for(tables, lu, kv, options, j, T, work):
             return LOST
-        end_step(n, kv, kx, ka, delta, first, flow.clock.last == 0.0, j, T)
+        end_step(n, kv, kx, ka, delta, first, flow.clock.last_step == 0.0, j, T)
     follow_histories(tables, address, t, h, flow.q, flow.v, flow.a, flow.lam, T.z0, T, work)
-    T.step.last = 0.0 if flow.clock.last == 0.0 else h
+    T.step.last = 0.0 if flow.clock.last_step == 0.0 else h
     copy(T.a0, T.ap)
     copy(T.z0, T.zp)
     return RUNNING
@@ -121,8 +121,8 @@ def meeting(tables, flow, trial, T):
         if (
             T.z0[k + PHASE] == 0.0
             and flow.z[k + PHASE] != 0.0
-            and T.impacts[c, STEP] > 0.0
-            and -rate > slow(flow, trial)
+            and T.impacts[c, IMPACT_STEP] > 0.0
+            and -rate > slow_approach_speed(flow, trial)
         ):
             for j in range(T.shift.shape[0]):
                 T.shift[j] = -T.z[j, k + LAST_GAP] / rate
@@ -146,8 +146,8 @@ def shift(tables, address, T, work):
                 T.x[j, i] += part * (T.a0[i] - T.ap[i])
             for i in range(tables.sizes.n_z):
                 T.z[j, i] += part * (T.z0[i] - T.zp[i])
-    linearise(tables, address, T.step.began, 0.0, T.q0, T.v0, T.a0, T.lam0, T.z0, 0.0, 1.0, T, work)
-    follow_histories(tables, address, T.step.began, 0.0, T.q0, T.v0, T.a0, T.lam0, T.z0, T, work)
+    linearise(tables, address, T.step.start, 0.0, T.q0, T.v0, T.a0, T.lam0, T.z0, 0.0, 1.0, T, work)
+    follow_histories(tables, address, T.step.start, 0.0, T.q0, T.v0, T.a0, T.lam0, T.z0, T, work)
 
 
 @compiled
@@ -281,7 +281,7 @@ def advance_with(table, tables, address, lu, options, flow, trial, work, record,
         remember_start(flow, T)
         code = step_at(table, tables, address, lu, options, flow, trial, work, record, 1)
         if record.count.steps > before:
-            carried = carry(tables, address, lu, record.step.size, options, flow, trial, T, own)
+            carried = carry(tables, address, lu, record.report.size, options, flow, trial, T, own)
             code = carried if code == RUNNING else code
         if code != RUNNING:
             return code

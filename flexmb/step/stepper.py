@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexmb.energy.balance import MISSING, keep_account
+from flexmb.energy.balance import RESIDUAL_LIMIT, update_balance
 from flexmb.energy.contact_work import contact_losses
 from flexmb.program.program import Program
 from flexmb.start.consistent import Start, consistent_start
@@ -41,7 +41,7 @@ class Stepper:
     form : how joints are kept closed;  regular, first : coefficients of the Newmark family, see `Options`.
     """
 
-    missing = MISSING
+    missing = RESIDUAL_LIMIT
     form = GEAR_GUPTA_LEIMKUHLER
     regular = first = Coefficients(0.0, 0.0, 0.25, 0.5)
 
@@ -58,7 +58,7 @@ class Stepper:
         record = new_record(self.shown, rows, kept)
         if self.shown is self.program:
             return record
-        return record.replaced(held=new_record(self.program, 1).held)
+        return record.replaced(held_rows=new_record(self.program, 1).held)
 
     def start(self, mechanism: Mechanism, closed: Program, *, redundant: bool) -> Start:
         """Start values of the mechanism; `closed` is what it compiles to with centred journals."""
@@ -74,8 +74,8 @@ class Stepper:
 
     def save(self, run: Run, options: Options) -> None:
         """Go on with the instants that the last step passed, where the buffer had no room for all."""
-        step = run.record.step
-        save(self.shown.tables, step.began, step.size, options, run.flow, run.record)
+        step = run.record.report
+        save(self.shown.tables, step.start, step.size, options, run.flow, run.record)
 
     def look(self, run: Run) -> None:
         """Evaluate the present state of `run.flow`; remember its powers and forces for the ledger."""
@@ -83,10 +83,10 @@ class Stepper:
         remember_powers(self.program, run.flow, run.work)
 
     def write(self, run: Run) -> None:
-        """Signals of the state that was looked at last, in `run.record.new`."""
+        """Signals of the state that was looked at last, in `run.record.signals`."""
         flow = run.flow
         common = (self.program.tables, self.program.addresses, flow.clock.t)
-        write_outputs(*common, flow.q, flow.v, flow.a, run.work, flow.ledger, run.record.new)
+        write_outputs(*common, flow.q, flow.v, flow.a, run.work, flow.ledger, run.record.signals)
 
     def forget_peaks(self) -> None:
         """Begin anew to look for the largest values of the method's own."""
@@ -126,4 +126,4 @@ def remember_powers(program: Program, flow: Flow, work: Any) -> None:
     tables, addresses = program.tables, program.addresses
     contact_losses(tables, addresses, 0.0, flow, flow.q, flow.v, work)
     state = (flow.q, flow.v, flow.q, flow.v)
-    keep_account(tables, addresses, flow.clock.t, 0.0, *state, flow.ledger, flow.account, flow.memory, work)
+    update_balance(tables, addresses, flow.clock.t, 0.0, *state, flow.ledger, flow.balance, flow.memory, work)

@@ -137,7 +137,7 @@ class System:
         """The same with the factors of the time loop, refined; None where they leave more than round-off."""
         n, sym, values = self._pattern.n, lu.tables(self._pattern), self.work.lu.copy()
         seen, x, left, shift, spare = (np.zeros(n) for _ in range(5))
-        if lu.factor(sym, values, seen, lu.THRESHOLD) >= 0:
+        if lu.factor(sym, values, seen, lu.LOST_PIVOT) >= 0:
             return None
         size = np.abs(b).max(initial=0.0)
         for _ in range(REFINEMENTS):

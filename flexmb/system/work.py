@@ -5,7 +5,7 @@ from __future__ import annotations
 from flexmb.compiled.records import Matrix, Record, Vector
 from flexmb.kernels import GAP_SIZE, GRIP_SIZE
 from flexmb.program.program import Program
-from flexmb.system.templates import fresh
+from flexmb.system.templates import new_from_template
 
 MOTION, MOTION_RATE, MOTION_ACCELERATION, DRIVE_FORCE = range(4)
 """Columns of `Work.drive`: s, s_dot and s_ddot of a driven row, and the force that drives it."""
@@ -90,7 +90,7 @@ class Work(Record):
 
 def workspace(program: Program) -> Work:
     """Workspace for a program."""
-    return fresh(program, "work", lambda: _new_workspace(program))
+    return new_from_template(program, "work", lambda: _new_workspace(program))
 
 
 def _new_workspace(program: Program) -> Work:

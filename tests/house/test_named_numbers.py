@@ -15,7 +15,7 @@ ORDERED = {
     ),
     "rows of a constraint": "g gamma lam G H",
     "matrices of an element by its coordinates": "K C M A",
-    "states before, newest first": "past gaps",
+    "states before, newest first": "past projected_gaps",
     "axes x and y": "arm",
 }
 """Vectors whose entries have an order that needs no names, wherever they are, by that order."""

@@ -23,7 +23,7 @@ def run_in_impact(slider_crank):
     run.begin(consistent_start(mechanism, program))
     run.go_to(MID_IMPACT, saving=None)
     contact = program.tables.contacts
-    assert run.record.new[contact.out[0] + 4] > 1e-5  # penetration [m]
+    assert run.record.signals[contact.out[0] + 4] > 1e-5  # penetration [m]
     assert run.flow.z[contact.z[0, 1]] > 4.0  # approach speed [m/s]
     return run
 
@@ -72,7 +72,7 @@ def test_an_evaluation_elsewhere_leaves_no_trace(run_in_impact):
 def step_of(run, h):
     """The code of one step of size h that is tried and not accepted."""
     options = run.options(1.0, 0.0)
-    ratio = h / run.flow.clock.last
+    ratio = h / run.flow.clock.last_step
     program = run.program
     return implicit_step(
         program.tables,
@@ -118,7 +118,7 @@ def take_one_step(run):
     options = run.options(run.t_end, 0.0)
     advance(program.tables, program.addresses, run.lu, options, run.flow, run.trial, run.work, run.record, 1)
     run._fetch()
-    return float(run.record.step.size) if run.record.count.steps > before else None
+    return float(run.record.report.size) if run.record.count.steps > before else None
 
 
 def test_rejected_steps_of_the_step_control_leave_no_trace(slider_crank):
@@ -130,17 +130,17 @@ def test_rejected_steps_of_the_step_control_leave_no_trace(slider_crank):
     sizes, anew = [], []
     while controlled.flow.clock.t < 9e-4:
         sizes.append(take_one_step(controlled))
-        anew.append(controlled.flow.clock.last == 0.0)  # the next step is a first step, after the end of a contact
+        anew.append(controlled.flow.clock.last_step == 0.0)  # the next step is a first step, after the end of a contact
     assert sizes.count(None) > 3
     replayed = Run(program, method, fm.FixedStep(1e-3), 1.0, None)
     replayed.begin(consistent_start(mechanism, program))
     for size, again in zip(sizes, anew, strict=True):
         if size is None:
             continue
-        replayed.flow.clock.size = size
+        replayed.flow.clock.step_size = size
         assert take_one_step(replayed) == size
         if again:
-            replayed.flow.clock.last, replayed.flow.x[:] = 0.0, replayed.flow.a
+            replayed.flow.clock.last_step, replayed.flow.x[:] = 0.0, replayed.flow.a
     one, other = frozen(controlled.flow), frozen(replayed.flow)
     for name in ("clock", "past", "impacts"):  # what the step control remembers
         one.pop(name), other.pop(name)

@@ -25,7 +25,10 @@ def test_what_a_grip_kernel_writes_is_as_long_as_its_places():
 
 
 def test_memory_of_a_contact_is_as_long_as_its_places():
-    assert (flow.BY_NORMAL + 6, flow.BY_FRICTION + 6) == (flow.BY_FRICTION, flow.CONTACT_MEMORY)
+    assert (flow.MEMORY_BY_NORMAL + 6, flow.MEMORY_BY_FRICTION + 6) == (
+        flow.MEMORY_BY_FRICTION,
+        flow.CONTACT_MEMORY_SIZE,
+    )
 
 
 def test_signals_are_written_in_the_order_of_their_names():

@@ -7,7 +7,7 @@ from flexmb.dynamics.sections.stroboscopic import StroboscopicMap
 from flexmb.dynamics.systems.dynamics import Dynamics
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.results.remarks import PLACE, damped_since_onset
-from flexmb.step.contact_log import still_running
+from flexmb.step.contact_log import running_episodes
 
 
 def lasting(system: Dynamics, since: float) -> list[str]:
@@ -25,7 +25,7 @@ def lasting(system: Dynamics, since: float) -> list[str]:
     if not isinstance(flow, MechanismFlow):
         return []
     said, program, now = [], flow.program, flow.run.flow
-    for row in still_running(program.tables, now):
+    for row in running_episodes(program.tables, now):
         contact = int(row[PLACE["contact"]])
         _, begin, end, _ = program.tables.contacts.z[contact]
         damped = damped_since_onset(program.normals[contact], now.z[begin:end])

@@ -160,7 +160,7 @@ class MechanismFlow(ContinuousFlow):
         return np.concatenate([flow.q[:n], flow.v[:n], flow.z, flow.a[:n], flow.x[:n]])
 
     def observe(self) -> np.ndarray:
-        return self.run.record.new.copy()
+        return self.run.record.signals.copy()
 
     def reset(
         self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
@@ -281,11 +281,13 @@ class MechanismFlow(ContinuousFlow):
 
     def snapshot(self) -> Snapshot:
         run = self.run
-        return Snapshot(self.time, run.flow.saved(), run.record.new.copy(), run.code, run.note, self.ok, self.status)
+        return Snapshot(
+            self.time, run.flow.saved(), run.record.signals.copy(), run.code, run.note, self.ok, self.status
+        )
 
     def restore(self, snapshot: Snapshot) -> None:
         self.run.flow.restore(snapshot.arrays)
-        self.run.record.new[:] = snapshot.signals
+        self.run.record.signals[:] = snapshot.signals
         self.run.code, self.run.note, self.ok, self.status = snapshot[3:]
 
     def copy(self) -> Self:
@@ -314,7 +316,10 @@ class MechanismFlow(ContinuousFlow):
         """A copy with these steps."""
         other = type(self)(self.base, step=step, method=self.method, period=self.declared)
         other._compile(self.changes)
-        other.run.trial, other.run.redundant = other.run.trial.replaced(free=self.run.trial.free), self.run.redundant
+        other.run.trial, other.run.redundant = (
+            other.run.trial.replaced(free_multipliers=self.run.trial.free_multipliers),
+            self.run.redundant,
+        )
         other.restore(self.snapshot())
         other.run.record.peak[:] = self.run.record.peak
         return other
@@ -340,4 +345,4 @@ class MechanismFlow(ContinuousFlow):
 
     def _begin(self, start: Start, z: np.ndarray | None, time: float) -> None:
         self.run.begin(start, z=z, time=time)
-        self.run.flow.clock.saving_from = -1.0
+        self.run.flow.clock.save_start = -1.0

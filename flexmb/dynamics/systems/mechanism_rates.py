@@ -86,6 +86,6 @@ def value_at(flow: MechanismFlow, signal: int, state: np.ndarray, time: float) -
     arrays.q[:n], arrays.v[:n], arrays.a[:n], arrays.lam[:], arrays.z[:] = q, v, a, lam, z
     arrays.clock.t = time
     run.look()
-    value = float(run.record.new[signal])
+    value = float(run.record.signals[signal])
     flow.restore(here)
     return value

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from flexmb import checks
-from flexmb.energy.balance import MISSING_IN_RUNGE_KUTTA
+from flexmb.energy.balance import RESIDUAL_LIMIT_RUNGE_KUTTA
 from flexmb.errors import AssemblyError, InputError, ModelError
 from flexmb.model.mechanism import Mechanism
 from flexmb.paper.staggered.elastic import elastic_model
@@ -122,7 +122,7 @@ class StaggeredStepper(Stepper):
     method : its numbers.
     """
 
-    missing = MISSING_IN_RUNGE_KUTTA
+    missing = RESIDUAL_LIMIT_RUNGE_KUTTA
 
     def __init__(self, whole: Program, mechanism: Mechanism, method: Staggered) -> None:
         self.mechanism = rigid_twin(f"simulate {mechanism.name!r} with Staggered", mechanism)
