@@ -111,28 +111,28 @@ step.newmark.jacobian_reuse.NEGLIGIBLE_WITH_FRICTION | 1 | what is wanted | the 
 step.newmark.jacobian_reuse.first_correction_suffices#0.001 | 1 | what is wanted | a first correction below it has not grown
 step.newmark.jacobian_reuse.measure_contraction#0.05 | 1 | what is wanted | below it, theta cannot be told from round-off
 run.run.NEWTON_TOLERANCE | 1 | way h^2 a | what is wanted of corrections
-run.run.ITERATIONS | iterations | nothing | most iterations of Newton's method | 0.1 0.5 10
+run.run.NEWTON_ITERATIONS | iterations | nothing | most iterations of Newton's method | 0.1 0.5 10
 run.run.Run._limits#0.001 | 1 | size of the mechanism | error of positions over rtol, without clearance
 run.run.Run._limits#0.01 | 1 | size / largest step | least speed for rtol; cap of the clearance for atol
 run.run.Run._limits#100.0 | 1 | least clearance | way that the least speed for rtol crosses
 run.run.Run._limits#1e-09 | 1 | largest step | smallest step
 run.run.Run._limits#1e-12 | 1 | period | smallest step
 run.run.Run.begin#0.001 | 1 | largest step | first step
-run.run.Run._seems_dependent#10.0 | 1 | HOLD | pivot that seems lost at the start
+run.run.Run._looks_dependent#10.0 | 1 | HOLD | pivot that seems lost at the start
 step.step_size.IMPACT_STEPS | steps | an impact | steps of an impact with rtol = 1e-4 | 0.125 0.25 4 10
 step.step_size.FEWEST_IMPACT_STEPS | steps | an impact | fewest steps of an impact, for any rtol | 0.125 4 10
 step.step_size.FLIGHT_WEIGHT | 1 | error of positions | how much more it counts in flight
 step.step_size.SMOOTH_STEPS | steps | period of the drives | largest step, without clearance
 step.step_size.LARGEST_STEPS | steps | period of the drives | largest step, with clearance | 0.04 0.1 10 40
-start.assemble.CLOSED | 1 | size of the mechanism | gap of a loop that is closed
-start.assemble.STRIDE | rad | nothing | most that the pose is turned at once at the start
-start.assemble.ITERATIONS | iterations | nothing | most iterations that close the loops | 0.1 10
+start.assemble.CLOSED_GAP | 1 | size of the mechanism | gap of a loop that is closed
+start.assemble.DRIVE_STRIDE | rad | nothing | most that the pose is turned at once at the start
+start.assemble.MOST_ITERATIONS | iterations | nothing | most iterations that close the loops | 0.1 10
 start.assemble._newton#1000.0 | 1 | CLOSED | gap of a loop that will do
 start.assemble._newton#0.3 | rad | nothing | longest correction of the start
 linalg.lu.LOST_PIVOT | 1 | largest term of a pivot | pivot that is lost
 linalg.lu.HELD_PIVOT | 1 | largest term of a pivot | pivot of a row that may be held
-linalg.rank.TOLERANCE | 1 | rows of unit length | rows that repeat others
-start.consistent.ROUNDS | iterations | nothing | rounds that friction in joints takes at the start | 0.1 10
+linalg.rank.RANK_TOLERANCE | 1 | rows of unit length | rows that repeat others
+start.consistent.MOST_ITERATIONS | iterations | nothing | rounds that friction in joints takes at the start | 0.1 10
 start.consistent.check_independent#0.05 | rad | nothing | how far a pose is shaken to see dependent rows | 0.01 0.1 10
 start.consistent.rigid_velocities#1e-07 | 1 | largest rate | velocities at the start that contradict one another
 """)
@@ -188,8 +188,8 @@ contact.validity.SMALL_EXCESS | 1 | largest force | force above a free impact's 
 results.remarks.SMALL_SHARE | 1 | impulse, loss | slow contacts that go without a remark
 contact.validity.SMALL_TENSION | 1 | largest force | cut tension that goes without a remark
 joints.revolute_clearance.TOUCHING | 1 | clearance | round-off of a start that touches
-sensitivity.run.LINGERS | 1 | method | gamma below which errors of accelerations stay
-sensitivity.run.MOVED | 1 | size of the mechanism | differences of states for a derivative
+sensitivity.run.LEAST_FADING_GAMMA | 1 | method | gamma below which errors of accelerations stay
+sensitivity.run.STATE_DIFFERENCE | 1 | size of the mechanism | differences of states for a derivative
 step.runge_kutta.PROJECTIONS | iterations | nothing | projections of a Runge-Kutta step
 step.runge_kutta.MOST_REPETITIONS | iterations | nothing | rounds that friction in joints takes there
 step.radau.method.LARGEST_GROWTH | 1 | a step | most that a step of Radau's method grows at once
@@ -210,55 +210,55 @@ step.radau.works.ACCELERATION_MISMATCH | 1 | accelerations | difference to inter
 step.radau.step.LEAST_RATE | 1 | a correction | rate that a first iteration is trusted with
 energy.balance.RESIDUAL_LIMIT_RUNGE_KUTTA | 1 | energy turned over | largest residual of a Runge-Kutta run
 step.newmark.redundant_constraints.EFFECT_LIMIT | 1 | largest entry | joints that share a force that is not unique, in the status
-results.status.DOUBTFUL | 1 | limits of the ledger | from here on the status warns
+results.status.WARNING_FRACTION | 1 | limits of the ledger | from here on the status warns
 step.contact_log.ROUND_OFF_GAP | 1 | size of the mechanism | gap at the start that is a contact
-sensitivity.tangent_step.ROUNDS | iterations | nothing | iterations of a carried step
-sensitivity.tangent_step.ALIKE | 1 | carried differences | change that is round-off
-sensitivity.tangent_step.FAR | 1 | carried differences | change that has to become smaller
-sensitivity.linearise.IN_TIME | 1 | a step | part of it in which a neighbour must touch
-sensitivity.linearise.TURNED | rad | nothing | turn over which rows of joints are differenced
-sensitivity.histories.PART | 1 | histories | differences for the derivative of a law
-sensitivity.histories.LEAST | 1 | histories | least difference
-sensitivity.histories.MOTION | 1 | gap and rate | differences for the derivative of a law
-sensitivity.histories.AWAY | 1 | a step | how far from an onset
-equilibrium.buckling.STRIDE | 1 | loads | step of loads for the tangent of the path
-equilibrium.buckling.NO_FACTOR | 1 | largest | factor that counts as none
-equilibrium.eigen.DENSE | unknowns | nothing | up to it matrices are dense
-equilibrium.eigen.FEW | unknowns | nothing | the same where few modes are asked for
-equilibrium.eigen.DENSE_QUADRATIC | unknowns | nothing | the same with damping
-linalg.dense_or_sparse.SMALL | unknowns | nothing | up to it start values are found dense
-equilibrium.modes.ROUND_OFF | 1 | frequencies | round-off of a frequency
-equilibrium.modes.FOREIGN | 1 | a mode | part of another
-equilibrium.modes.ASYMMETRY | 1 | entries | round-off of a symmetric matrix
-equilibrium.free_motions.ALLOWED | 1 | rows | motion that rows allow
-equilibrium.free_motions.UNRESISTED | 1 | stiffness | motion that nothing resists
-equilibrium.free_motions.ENTRY | 1 | entries | entry of a motion that is round-off
-equilibrium.free_motions.SMALL | 1 | a motion | part of it that is named
+sensitivity.tangent_step.MOST_ROUNDS | iterations | nothing | iterations of a carried step
+sensitivity.tangent_step.CONVERGED_CHANGE | 1 | carried differences | change that is round-off
+sensitivity.tangent_step.DIVERGED_CHANGE | 1 | carried differences | change that has to become smaller
+sensitivity.linearise.TIME_DIFFERENCE | 1 | a step | part of it in which a neighbour must touch
+sensitivity.linearise.POSE_DIFFERENCE | rad | nothing | turn over which rows of joints are differenced
+sensitivity.histories.RELATIVE_DIFFERENCE | 1 | histories | differences for the derivative of a law
+sensitivity.histories.LEAST_DIFFERENCE | 1 | histories | least difference
+sensitivity.histories.NODE_DIFFERENCE | 1 | gap and rate | differences for the derivative of a law
+sensitivity.histories.LEAST_NODE_DIFFERENCE | 1 | a step | how far from an onset
+equilibrium.buckling.PATH_STRIDE | 1 | loads | step of loads for the tangent of the path
+equilibrium.buckling.EIGENVALUE_ROUND_OFF | 1 | largest | factor that counts as none
+equilibrium.eigen.DENSE_COORDINATES | unknowns | nothing | up to it matrices are dense
+equilibrium.eigen.FEW_MODES_COORDINATES | unknowns | nothing | the same where few modes are asked for
+equilibrium.eigen.DENSE_QUADRATIC_COORDINATES | unknowns | nothing | the same with damping
+linalg.dense_or_sparse.DENSE_UNKNOWNS | unknowns | nothing | up to it start values are found dense
+equilibrium.modes.ENERGY_ROUND_OFF | 1 | frequencies | round-off of a frequency
+equilibrium.modes.OTHER_MODEL_STEP | 1 | a mode | part of another
+equilibrium.modes.ASYMMETRY_ROUND_OFF | 1 | entries | round-off of a symmetric matrix
+equilibrium.free_motions.DEPENDENT_ROW | 1 | rows | motion that rows allow
+equilibrium.free_motions.FREE_FORCE | 1 | stiffness | motion that nothing resists
+equilibrium.free_motions.STIFFNESS_ROUND_OFF | 1 | entries | entry of a motion that is round-off
+equilibrium.free_motions.SMALL_SHARE | 1 | a motion | part of it that is named
 linalg.pivoting.GOOD_RESIDUAL | 1 | right-hand side | residual of a system that was solved
 linalg.pivoting.ROUND_OFF | 1 | right-hand side | residual that needs no better
 linalg.pivoting.SINGULAR_GROWTH | 1 | right-hand side | solution of a matrix that counts as singular
 linalg.pivoting.SCALING_ROUNDS | rounds | nothing | rounds that scale rows and columns
-start.assemble.LARGE | entries | nothing | up to it loops are closed by a dense least-squares solution
-linalg.rank.INDEPENDENT | 1 | rows of unit length | inverse of G G^T of rows that are independent beyond doubt
-system.at_state.LARGE | unknowns | nothing | up to it start values are found with pivoting
-system.at_state.REFINEMENTS | rounds | nothing | refinements without pivoting
-system.at_state.SOLVED | 1 | right-hand side | residual of a system solved without pivoting
-start.projection.CLOSED | 1 | size of the mechanism | gap of a projected pose
-start.projection.ROUNDS | iterations | nothing | most rounds of a projection
-start.redundant_joints.ASIDE | rad | nothing | how far a pose is moved to see which rows repeat others
-equilibrium.dynamic_relaxation.STRIDES | strides | nothing | most strides to a pose at rest
-equilibrium.dynamic_relaxation.ITERATIONS | iterations | nothing | most iterations of a stride
-equilibrium.dynamic_relaxation.LARGEST | 1 | size, or rad | longest stride
-equilibrium.dynamic_relaxation.AT_REST | 1 | size, or rad | stride of a pose at rest
-equilibrium.steady_rotation.SAME_SPEED | 1 | angular speed | bodies that spin alike
-equilibrium.stability.GIVE | 1 | stiffness | give of rows that may repeat one another
-equilibrium.stability.ASYMMETRY | 1 | stiffness | above it a stiffness has no potential
-equilibrium.statics.ITERATIONS | iterations | nothing | most iterations of an equilibrium
-equilibrium.statics.ROUND_OFF | 1 | size, or rad | correction that is round-off
-equilibrium.statics.JUMP | 1 | what tangents see | a load step that is longer is halved
-equilibrium.statics.SNAP | 1 | what tangents see | the same at the smallest size: refused
-equilibrium.statics.CLOSED | 1 | size of the mechanism | gap of a joint in equilibrium
-equilibrium.statics.NEAR | 1 | loads | when two equilibria are the same
+start.assemble.SPARSE_ENTRIES | entries | nothing | up to it loops are closed by a dense least-squares solution
+linalg.rank.CERTAIN_INVERSE | 1 | rows of unit length | inverse of G G^T of rows that are independent beyond doubt
+system.at_state.UNPIVOTED_UNKNOWNS | unknowns | nothing | up to it start values are found with pivoting
+system.at_state.MOST_REFINEMENTS | rounds | nothing | refinements without pivoting
+system.at_state.REFINED_RESIDUAL | 1 | right-hand side | residual of a system solved without pivoting
+start.projection.CLOSED_GAP | 1 | size of the mechanism | gap of a projected pose
+start.projection.MOST_ITERATIONS | iterations | nothing | most rounds of a projection
+start.redundant_joints.POSE_SHIFT | rad | nothing | how far a pose is moved to see which rows repeat others
+equilibrium.dynamic_relaxation.MOST_STRIDES | strides | nothing | most strides to a pose at rest
+equilibrium.dynamic_relaxation.STRIDE_ITERATIONS | iterations | nothing | most iterations of a stride
+equilibrium.dynamic_relaxation.LARGEST_STRIDE | 1 | size, or rad | longest stride
+equilibrium.dynamic_relaxation.REST_STRIDE | 1 | size, or rad | stride of a pose at rest
+equilibrium.steady_rotation.SPEED_TOLERANCE | 1 | angular speed | bodies that spin alike
+equilibrium.stability.JOINT_COMPLIANCE | 1 | stiffness | give of rows that may repeat one another
+equilibrium.stability.STIFFNESS_ASYMMETRY | 1 | stiffness | above it a stiffness has no potential
+equilibrium.statics.MOST_ITERATIONS | iterations | nothing | most iterations of an equilibrium
+equilibrium.statics.STEP_ROUND_OFF | 1 | size, or rad | correction that is round-off
+equilibrium.statics.LONG_LOAD_STEP | 1 | what tangents see | a load step that is longer is halved
+equilibrium.statics.SNAP_LOAD_STEP | 1 | what tangents see | the same at the smallest size: refused
+equilibrium.statics.CLOSED_GAP | 1 | size of the mechanism | gap of a joint in equilibrium
+equilibrium.statics.LEAST_JUMP | 1 | loads | when two equilibria are the same
 dynamics.sections.crossing.ROUNDS | iterations | nothing | most rounds to a crossing
 dynamics.sections.crossing.HALVINGS | halvings | nothing | most halvings of a step there
 dynamics.sections.crossing.CLOSE | 1 | a step | how near a crossing has to be
@@ -367,8 +367,8 @@ series.wolf.SMALLEST | 1 | spread | smallest distance
 series.zero_one.ENOUGH | points | nothing | least points
 series.zero_one.REGULAR | 1 | 0-1 test | regular below
 series.zero_one.CHAOTIC | 1 | 0-1 test | chaotic above
-linalg.symbolic.WIDEST | unknowns | nothing | widest supernode
-linalg.symbolic.WASTE | 1 | entries | zeros that supernodes may hold
+linalg.symbolic.WIDEST_PANEL | unknowns | nothing | widest supernode
+linalg.symbolic.PANEL_ZEROS | 1 | entries | zeros that supernodes may hold
 beams.mesh.SAME_PLACE | 1 | size of the mesh | nodes at one place
 beams.mesh.STRAIGHT | rad | nothing | bend of a link that is straight
 """)
@@ -380,7 +380,7 @@ def _left_out() -> dict[str, str]:
     the default of an argument that is varied: contact.onset.LEAST_APPROACH
     a factor of a formula: dynamics.exponents.exponent_error.LATE contact.friction.lugre.PASSIVE
         energy.contact_work.GAUSS_POINT
-        start.projection.TURN
+        start.projection.WHOLE_TURN
         dynamics.sections.section_signals.TURN dynamics.orbits.shooting.TURN beams.corotational.TURN
         beams.corotational.REST
     printed with the theory, and only a remark: contact.validity.LOVE contact.validity.YIELD_OF_POINT
@@ -394,23 +394,23 @@ def _left_out() -> dict[str, str]:
         results.contact_intervals.CONTINUOUS
         results.netcdf.FORMAT
         step.newmark.implicit_step.CONTINUE step.newmark.implicit_step.EVALUATE_AGAIN
-        run.run.NOT_SAVING sensitivity.tangent_step.LOST
+        run.run.NOT_SAVING sensitivity.tangent_step.TANGENT_LOST
         step.contact_log.IMPACT step.contact_log.LASTING
-        results.remarks.APPROACH step.contact_log.CLOSING_PHASE step.contact_log.LASTING_PHASE
+        results.remarks.APPROACH_PLACE step.contact_log.CLOSING_PHASE step.contact_log.LASTING_PHASE
         linalg.lu.ROWS_HELD linalg.lu.NO_ROW dynamics.sections.crossing.DOWN dynamics.sections.crossing.UP
         dynamics.systems.mechanism_flow.ONSET dynamics.basins.attractor_matching.LOST
         dynamics.basins.attractor_matching.UNDECIDED
         program.signals.CONTACT_PENETRATION program.tables.CONTACT_COMMON
-    squares of smaller numbers are 0 among floats: run.simulate.SHORTEST
+    squares of smaller numbers are 0 among floats: run.simulate.SHORTEST_RUN
     stands for infinity: state.options.NEVER
-    a size of a buffer, a block or a store: state.flow.PAST_STATES run.run.BUFFER
-        run.run.BLOCK_SECONDS run.run.FIRST_BLOCK dynamics.basins.basin.CHUNKS series.neighbours.BLOCK
-        series.recurrence.BLOCK program.check_kernels.REMEMBERED program.structure.KEPT
-        program.structure.KEPT_UNKNOWNS program.structure.MANY run.run.BUFFER_NUMBERS run.run.LEAST_BUFFER
-        run.saved_rows.AHEAD
-    how many are printed or written: results.vtk.MOST_FRAMES results.contact_intervals.SHOWN results.status.MOST
-        equilibrium.mechanism_report.MOST results.signal_names.OFFERED
-    shortens what another number decides: linalg.rank.SURELY
+    a size of a buffer, a block or a store: state.flow.PAST_STATES run.run.BUFFER_ROWS
+        run.run.BLOCK_SECONDS run.run.FIRST_BLOCK_UPDATES dynamics.basins.basin.CHUNKS series.neighbours.BLOCK
+        series.recurrence.BLOCK program.check_kernels.REMEMBERED_CALLS program.structure.REMEMBERED_STRUCTURES
+        program.structure.REMEMBERED_UNKNOWNS program.structure.FIELDWISE_FROM run.run.BUFFER_NUMBERS run.run.LEAST_BUFFER_ROWS
+        run.saved_rows.MOST_RESERVED_BYTES
+    how many are printed or written: results.vtk.MOST_FRAMES results.contact_intervals.SHOWN_ROWS results.status.LISTED_JOINTS
+        equilibrium.mechanism_report.LISTED_FREQUENCIES results.signal_names.MOST_COMPARED_NAMES
+    shortens what another number decides: linalg.rank.CERTAIN_EIGENVALUE
     coefficients and stages of Radau's method, exact: step.radau.collocation.C step.radau.collocation.ESTIMATE
         step.radau.collocation.FROM_IM step.radau.collocation.FROM_RE step.radau.collocation.FROM_REAL
         step.radau.collocation.LAST step.radau.collocation.MIDDLE step.radau.collocation.ONCE

@@ -13,13 +13,13 @@ relation between q, v and a.  The remaining terms are in docs/design.md.
 import math
 
 from flexmb.kernels import compiled, energy_at, part_of
-from flexmb.program.tables import BEGIN, END, GRIP_LAW
+from flexmb.program.tables import BEGIN, END, LOAD_KERNEL
 from flexmb.state.flow import CONTACT_MEMORY_SIZE, MEMORY_NORMAL
 from flexmb.state.record import ENERGY_LOST, ENERGY_MADE, ENERGY_MISSING, NOT_FINITE, RUNNING
 from flexmb.system.work import (
     DRIVE_FORCE,
-    GRIP_FORCE,
-    GRIP_SLIP,
+    JOINT_FRICTION_FORCE,
+    JOINT_SLIP,
     LOSS_BEYOND,
     LOSS_FRICTION,
     LOSS_MEMORY,
@@ -105,7 +105,7 @@ def update_balance(tables, address, t, h, q0, v0, q1, v1, ledger, balance, memor
     brought = _drive_work(tables, h, k, ledger, memory, work)
     k += 2 * work.drive.shape[0]
     turned += _joint_friction_loss(tables, h, k, ledger, memory, work)
-    k += 2 * work.grip.shape[0]
+    k += 2 * work.joint_friction.shape[0]
     brought += _load_work(tables, h, k, q0, q1, ledger, memory, work)
     turned += brought
     balance.supplied += brought
@@ -171,9 +171,9 @@ def _drive_work(tables, h, k, ledger, memory, work):
 def _joint_friction_loss(tables, h, k, ledger, memory, work):
     """Loss by friction in joints: mean force times mean slip [J]."""
     turned = 0.0
-    for c in range(work.grip.shape[0]):
-        if tables.constraints.grip[c, GRIP_LAW] >= 0:
-            T1, slip = work.grip[c, GRIP_FORCE], work.grip[c, GRIP_SLIP]
+    for c in range(work.joint_friction.shape[0]):
+        if tables.constraints.joint_friction[c, LOAD_KERNEL] >= 0:
+            T1, slip = work.joint_friction[c, JOINT_FRICTION_FORCE], work.joint_friction[c, JOINT_SLIP]
             loss = -0.25 * h * (memory[k + MEMORY_FRICTION] + T1) * (memory[k + MEMORY_SLIP] + slip)
             ledger[FRICTION] += loss
             turned += abs(loss)

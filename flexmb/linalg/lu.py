@@ -50,7 +50,7 @@ class LU(Record):
 
 
 def tables(symbolic: Symbolic) -> LU:
-    """What `factor`, `solve` and `multiply` need of `symbolic`: its integer arrays, shared with it; remembered."""
+    """Integer arrays of `symbolic` for `factor`, `solve` and `multiply`; shared and remembered."""
     found = _TABLES.get(symbolic)
     if found is None:
         s, unsigned = symbolic, np.uint64
@@ -273,7 +273,7 @@ def null_vector(sym, lu, s, k, b, x, y):
 
 @compiled
 def held_residual(sym, lu, seen, b, y):
-    """What `solve` will leave of b in the constraints that `factor` held, largest absolute value; b, y : (n,)."""
+    """Largest residual that `solve` leaves in held rows for the right-hand side b; b, y : (n,)."""
     for k in range(len(sym.order)):
         y[k] = b[sym.order[k]]
     forward(sym.starts, sym.row_ptr, sym.rows, sym.value_ptr, lu, y)

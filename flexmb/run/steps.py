@@ -47,7 +47,7 @@ class StepState(Mapping[str, float]):
     """
 
     def __init__(self, run: Run, h: float) -> None:
-        self._names, self._owner = run.stepper.shown.names, run.stepper.shown.name
+        self._names, self._owner = run.stepper.reported.names, run.stepper.reported.name
         self.t, self.h = float(run.flow.clock.t), h
         self.values = run.record.signals.copy()
         self.values.flags.writeable = False

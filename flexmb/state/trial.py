@@ -11,7 +11,7 @@ from flexmb.system.templates import new_from_template
 
 
 class StepControl(Record, frozen=True):
-    """Numbers of the step control beside those of `Options`.
+    """Numbers of the step control, in addition to `Options`.
 
     rtol : tolerance of velocities relative to the largest speed
     least_speed : least speed to which that tolerance is relative [m/s]
@@ -128,5 +128,5 @@ def _zero_trial(program: Program, redundant: int, control: StepControl) -> Trial
 
 def rigid_coordinates(program: Program) -> np.ndarray:
     """Whether each coordinate (n_q,) belongs to a rigid body."""
-    body = program.drawn.body[::3]
+    body = program.reference.body[::3]
     return np.repeat(np.bincount(body)[body] == 1, 3)

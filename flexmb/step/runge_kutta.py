@@ -48,7 +48,7 @@ class RungeKuttaStepper(Stepper):
     program : the compiled mechanism.
     """
 
-    missing = RESIDUAL_LIMIT_RUNGE_KUTTA
+    residual_limit = RESIDUAL_LIMIT_RUNGE_KUTTA
 
     def __init__(self, program: Program) -> None:
         super().__init__(program)
@@ -77,7 +77,7 @@ def new_stages(program: Program) -> Stages:
 def accelerate(tables, address, lu, t, fraction, h, load, options, flow, trial, work, record, stages):
     """Solve for accelerations and multipliers; repeatedly, where friction depends on the multipliers."""
     n, m, last = tables.sizes.n_q, tables.sizes.n_c, math.inf
-    for _ in range(MOST_REPETITIONS if tables.sizes.gripped else 1):
+    for _ in range(MOST_REPETITIONS if tables.sizes.has_joint_friction else 1):
         code = accelerate_once(tables, address, lu, t, fraction, h, load, options, flow, trial, work, record, stages)
         change, size = 0.0, 0.0
         for i in range(m):

@@ -94,7 +94,7 @@ class Adaptive:
         return max(IMPACT_STEPS * (1e-4 / self.rtol) ** (1.0 / 3.0), FEWEST_IMPACT_STEPS)
 
     def finer(self) -> Self:
-        """The same with a tenth of the tolerances."""
+        """A copy with a tenth of the tolerances."""
         steps = None if self.impact_steps is None else math.ceil(10.0 ** (1.0 / 3.0) * self.impact_steps)
         atol = None if self.atol is None else self.atol / 10.0
         return replace(self, rtol=self.rtol / 10.0, atol=atol, impact_steps=steps)

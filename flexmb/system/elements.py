@@ -120,7 +120,7 @@ def call_element(tables, address, e, n, t, h, z, work):
 
 @compiled
 def load_factor(tables, address, e, t):
-    """What all that the kernel of element e gives is multiplied by."""
+    """Load factor of element e, which multiplies all results of its kernel."""
     E = tables.elements
     if E.factor[e] < 0:
         return 1.0
@@ -189,7 +189,7 @@ def call_account_kernel(tables, address, e, n, t, h, z, work):
 
 @compiled
 def energies_by_matrix(tables, address, e, n, t, h, z, place, work):
-    """The same from the element kernel's M; the force of an element that has no energies goes to work.load."""
+    """M v, M y and energies of element e by the mass matrix of its kernel; the force of a load goes to work.load."""
     E = tables.elements
     call_element(tables, address, e, n, t, h, z, work)
     s = load_factor(tables, address, e, t)

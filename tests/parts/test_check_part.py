@@ -413,9 +413,9 @@ class WithEnergy(fm.Element):
     kernel = sound_kernel
     coords = ("first.theta", "second.theta")
 
-    def pieces(self, mechanism):
+    def contributions(self, mechanism):
         energy = {"strain": wrong_energy, "damping": wrong_damping}[self.wrong]
-        return [replace(piece, energy=energy) for piece in super().pieces(mechanism)]
+        return [replace(contribution, energy=energy) for contribution in super().contributions(mechanism)]
 
 
 @pytest.mark.parametrize(("wrong", "rule"), [("strain", "force = dV/dq"), ("damping", r"power = d\(T \+ V\)/dt")])
@@ -606,11 +606,15 @@ class Rod(fm.Part):
     second: fm.Part
     missing: str
 
-    def pieces(self, mechanism):
-        from flexmb.model.pieces import ConstraintPiece, node_coordinates
+    def contributions(self, mechanism):
+        from flexmb.model.contributions import ConstraintContribution, node_coordinates
 
         coordinates = (*node_coordinates(self.first.name, ""), *node_coordinates(self.second.name, ""))
-        return [ConstraintPiece(self.name, broken_guide(self.missing), coordinates, (0.3,), 1, second=coordinates[3:])]
+        return [
+            ConstraintContribution(
+                self.name, broken_guide(self.missing), coordinates, (0.3,), 1, second=coordinates[3:]
+            )
+        ]
 
 
 @pytest.mark.parametrize(

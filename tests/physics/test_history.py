@@ -21,7 +21,7 @@ def run_in_impact(slider_crank):
     program = fm.compile(mechanism)
     run = Run(program, fm.Newmark.generalised_alpha(0.8), fm.FixedStep(1e-6), MID_IMPACT, None)
     run.begin(consistent_start(mechanism, program))
-    run.go_to(MID_IMPACT, saving=None)
+    run.run_to(MID_IMPACT, saving=None)
     contact = program.tables.contacts
     assert run.record.signals[contact.out[0] + 4] > 1e-5  # penetration [m]
     assert run.flow.z[contact.z[0, 1]] > 4.0  # approach speed [m/s]
@@ -102,13 +102,13 @@ def test_a_run_goes_on_after_thrown_away_steps_as_if_they_had_not_been(slider_cr
     run = run_in_impact
     for h in (5e-2, 1e-3, 3e-5):
         step_of(run, h)
-    run.go_to(5e-4, saving=None)
+    run.run_to(5e-4, saving=None)
     mechanism = slider_crank()
     program = fm.compile(mechanism)
     other = Run(program, run.method, run.step, MID_IMPACT, None)
     other.begin(consistent_start(mechanism, program))
-    other.go_to(MID_IMPACT, saving=None)
-    other.go_to(5e-4, saving=None)
+    other.run_to(MID_IMPACT, saving=None)
+    other.run_to(5e-4, saving=None)
     assert frozen(run.flow) == frozen(other.flow)
 
 
@@ -117,7 +117,7 @@ def take_one_step(run):
     program, before = run.program, run.record.count.steps
     options = run.options(run.t_end, 0.0)
     advance(program.tables, program.addresses, run.lu, options, run.flow, run.trial, run.work, run.record, 1)
-    run._fetch()
+    run._fetch_buffer()
     return float(run.record.report.size) if run.record.count.steps > before else None
 
 

@@ -191,7 +191,7 @@ def driven_by(pattern, step, method, duration=1.0):
         run.flow.clock.step_size = step * pattern[count % len(pattern)]
         advance(program.tables, program.addresses, run.lu, options, run.flow, run.trial, run.work, run.record, 1)
         count += 1
-        run._fetch()
+        run._fetch_buffer()
     return compared(run.solution({})), run
 
 

@@ -26,7 +26,7 @@ from flexmb.state.record import DONE, RUNNING
 from flexmb.step.method import Method
 from flexmb.step.newmark.method import Newmark
 from flexmb.step.step_size import Adaptive, FixedStep
-from flexmb.system.at_state import System
+from flexmb.system.state_evaluation import StateEvaluation
 
 PLACES = (".ex", ".ey")
 """How signals end that say where a journal is in its bearing."""
@@ -98,7 +98,7 @@ class MechanismFlow(ContinuousFlow):
 
     @property
     def dimension(self) -> int:
-        G = System(self.program).at(self.run.flow.q[: self.program.n_q], t=self.time).blocks[1]
+        G = StateEvaluation(self.program).at(self.run.flow.q[: self.program.n_q], t=self.time).blocks[1]
         return 2 * (self.program.n_q - row_rank(G).rank)
 
     @property
@@ -192,7 +192,7 @@ class MechanismFlow(ContinuousFlow):
         if not self.ok:
             return False
         if tangents is None:
-            self.run.go_to(self.time + duration, saving=None)
+            self.run.run_to(self.time + duration, saving=None)
         else:
             self.run.carry_to(self.time + duration, self._checked(tangents))
         self.ok, self.status = self.run.code in (RUNNING, DONE) and not self.run.note, self.run.status()

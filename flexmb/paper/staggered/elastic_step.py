@@ -34,8 +34,8 @@ ELASTIC_SINGULAR, TOO_FAR = 30, 31
 def carry(el, q, v, a):
     """Motion of the nodes with the bodies of the twin, whose coordinates are q, v, a (n_t + 3,)."""
     M, S = el.model, el.scratch
-    for b in range(M.drawn.shape[0]):
-        phi = q[3 * b + 2] - M.drawn[b]
+    for b in range(M.reference.shape[0]):
+        phi = q[3 * b + 2] - M.reference[b]
         S.cs[b, COS], S.cs[b, SIN] = math.cos(phi), math.sin(phi)
     for i in range(M.body.shape[0]):
         b, j = 3 * M.body[i], 3 * i

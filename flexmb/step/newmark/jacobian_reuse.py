@@ -155,7 +155,7 @@ def has_contact_or_friction(slopes):
 def has_contact_alone(tables, work):
     """Whether a contact is closed and no joint has friction, which would depend on the multipliers."""
     n = tables.contacts.kernel.shape[0]
-    return n > 0 and tables.sizes.gripped == 0 and has_contact_or_friction(work.slopes)
+    return n > 0 and tables.sizes.has_joint_friction == 0 and has_contact_or_friction(work.slopes)
 
 
 @compiled

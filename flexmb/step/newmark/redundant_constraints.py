@@ -80,7 +80,7 @@ def update_held_multipliers(tables, lu, t, flow, trial, work, record):
 
 @compiled
 def record_held_rows(n, m, lu, least_norm, trial, work, record):
-    """Record the constraint equations whose multipliers are not unique; if `least_norm`, take those of least norm."""
+    """Record the constraint equations whose multipliers are not unique; `least_norm`: choose them of least norm."""
     number = 0
     for s in range(len(lu.starts) - 1):
         for k in range(lu.starts[s + 1] - lu.starts[s]):

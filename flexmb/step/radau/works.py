@@ -16,14 +16,14 @@ from flexmb.energy.balance import (
 )
 from flexmb.kernels import compiled, copy
 from flexmb.places import FRICTION_FORCE, GAP_RATE, NORMAL_FORCE, SLIP
-from flexmb.program.tables import GRIP_LAW
+from flexmb.program.tables import LOAD_KERNEL
 from flexmb.state.record import RUNNING
 from flexmb.step.radau.collocation import AT_END, AT_START, ELSEWHERE, LAST, WEIGHTS, C
 from flexmb.step.radau.step import cubic_weights
 from flexmb.step.runge_kutta import accelerate
 from flexmb.system.constraints import report_forces
 from flexmb.system.evaluate import evaluate_accepted
-from flexmb.system.work import DRIVE_FORCE, GRIP_FORCE, GRIP_SLIP, LOSS_FRICTION, LOSS_NORMAL, MOTION_RATE
+from flexmb.system.work import DRIVE_FORCE, JOINT_FRICTION_FORCE, JOINT_SLIP, LOSS_FRICTION, LOSS_NORMAL, MOTION_RATE
 
 ACCELERATION_MISMATCH = 0.01
 """Difference between computed and interpolated accelerations within a step relative to the largest, up to which the
@@ -109,9 +109,9 @@ def add_powers(tables, address, t, elapsed, forces, joints, q, v, a, lam, flow, 
             W.drives += joints * power
             rates[DRIVE] += power
             W.supplied += joints * abs(power)
-    for c in range(work.grip.shape[0]):
-        if tables.constraints.grip[c, GRIP_LAW] >= 0:
-            power = work.grip[c, GRIP_FORCE] * work.grip[c, GRIP_SLIP]
+    for c in range(work.joint_friction.shape[0]):
+        if tables.constraints.joint_friction[c, LOAD_KERNEL] >= 0:
+            power = work.joint_friction[c, JOINT_FRICTION_FORCE] * work.joint_friction[c, JOINT_SLIP]
             W.joints -= joints * power
             rates[FRICTION] -= power
             W.joints_size += joints * abs(power)
@@ -129,7 +129,7 @@ def add_powers(tables, address, t, elapsed, forces, joints, q, v, a, lam, flow, 
 def has_work(tables, flow):
     """Whether the mechanism has drives, contacts, friction in joints, dampers or loads."""
     C, E = tables.constraints, tables.elements
-    if tables.contacts.kernel.shape[0] > 0 or tables.sizes.gripped or flow.balance.damping_power != 0.0:
+    if tables.contacts.kernel.shape[0] > 0 or tables.sizes.has_joint_friction or flow.balance.damping_power != 0.0:
         return True
     for row in range(C.motion.shape[0]):
         if C.motion[row] >= 0:
