@@ -240,9 +240,9 @@ linalg.pivoting.SINGULAR_GROWTH | 1 | right-hand side | solution of a matrix tha
 linalg.pivoting.SCALING_ROUNDS | rounds | nothing | rounds that scale rows and columns
 start.assemble.SPARSE_ENTRIES | entries | nothing | up to it loops are closed by a dense least-squares solution
 linalg.rank.CERTAIN_INVERSE | 1 | rows of unit length | inverse of G G^T of rows that are independent beyond doubt
-system.at_state.UNPIVOTED_UNKNOWNS | unknowns | nothing | up to it start values are found with pivoting
-system.at_state.MOST_REFINEMENTS | rounds | nothing | refinements without pivoting
-system.at_state.REFINED_RESIDUAL | 1 | right-hand side | residual of a system solved without pivoting
+system.state_evaluation.UNPIVOTED_UNKNOWNS | unknowns | nothing | up to it start values are found with pivoting
+system.state_evaluation.MOST_REFINEMENTS | rounds | nothing | refinements without pivoting
+system.state_evaluation.REFINED_RESIDUAL | 1 | right-hand side | residual of a system solved without pivoting
 start.projection.CLOSED_GAP | 1 | size of the mechanism | gap of a projected pose
 start.projection.MOST_ITERATIONS | iterations | nothing | most rounds of a projection
 start.redundant_joints.POSE_SHIFT | rad | nothing | how far a pose is moved to see which rows repeat others

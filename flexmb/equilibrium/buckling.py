@@ -22,10 +22,10 @@ from flexmb.program.program import Program, resolve
 from flexmb.system.state_evaluation import StateEvaluation
 
 PATH_STRIDE = 1e-3
-"""Largest relative movement of the prestress path between two evaluations of K; its derivative is of fourth order."""
+"""Difference along the prestress path between two evaluations of K, relative to the size of the mechanism."""
 
 EIGENVALUE_ROUND_OFF = 1e-9
-"""Eigenvalues 1/s below this part of the largest one are round-off: there the loads change no stiffness."""
+"""Eigenvalue 1/s relative to the largest, below which it is round-off."""
 
 
 @dataclass(frozen=True)
@@ -77,13 +77,13 @@ def buckling(mechanism: Mechanism, count: int = 4) -> Buckling:
 
     Parameters
     ----------
-    mechanism : the structure in its drawn pose, closed and free of stress there, with the loads.
-    count : how many factors > 0 and how many < 0 are wanted; fewer where there are no more.
+    mechanism : the structure with its loads; closed and free of stress in the reference configuration without them.
+    count : number of factors > 0 and of factors < 0 at most.
 
     Raises
     ------
-    InputError : no load; a structure that is under stress in the drawn pose without the loads, or not closed there;
-        loads that turn with the structure so that its stiffness is not symmetric.
+    InputError : no load; a structure with stress or open joints in the reference configuration without its loads;
+        follower loads, whose stiffness is not symmetric.
     SolveError : a motion that nothing resists (named); the eigensolver did not converge.
 
     Notes
@@ -142,9 +142,9 @@ def _refuse_stress(program: Program, system: StateEvaluation, q: np.ndarray) -> 
     step = np.abs(step) * _sizes(program) / program.length
     if step.max() > 1e-9:
         raise InputError(
-            f"buckling: without its loads mechanism {program.name!r} does not rest in the drawn pose; it would move "
-            f"{program.names.coordinates[int(step.argmax())]!r} most. Draw it closed, with springs at their free "
-            "length."
+            f"buckling: without its loads mechanism {program.name!r} does not rest in the reference configuration; "
+            f"it would move {program.names.coordinates[int(step.argmax())]!r} most. "
+            "Draw it closed, with springs at their free length."
         )
 
 
@@ -202,7 +202,7 @@ def _sparse(program: Program, K, K_path, G, count: int) -> tuple[np.ndarray, np.
 
 def _unstable(program: Program) -> str:
     return (
-        f"buckling: mechanism {program.name!r} without its loads is not stable in the drawn pose, "
+        f"buckling: mechanism {program.name!r} without its loads is not stable in the reference configuration, "
         "or its loads follow its motion; no load factors exist."
     )
 

@@ -33,7 +33,7 @@ class Report:
     free : degrees of freedom that the drives leave.
     redundant : joints that repeat what others say.
     mass : total mass [kg].
-    frequencies : lowest natural frequencies [Hz] in the drawn pose, drives held fast.
+    frequencies : lowest natural frequencies [Hz] in the reference configuration, drives held fast.
     notes : what deserves attention.
     """
 
@@ -91,7 +91,7 @@ def check(mechanism: Mechanism) -> Report:
         vibrations = modes(mechanism, count=LISTED_FREQUENCIES)
         frequencies = tuple(float(f) for f in vibrations.frequencies)
         if any(f < 0.0 for f in frequencies):
-            notes.append("a negative frequency marks a motion that runs away from the drawn pose.")
+            notes.append("a negative frequency marks a motion that runs away from the reference configuration.")
     except FlexmbError as error:
         frequencies = ()
         notes.append(f"no frequencies: {error}")

@@ -22,13 +22,13 @@ from flexmb.start.assemble import close_loops
 from flexmb.system.state_evaluation import StateEvaluation
 
 ENERGY_ROUND_OFF = 1e-15
-"""A strain energy below this part of the sum of its absolute terms is not known from the stiffness matrix."""
+"""Strain energy relative to the sum of its absolute terms, below which it is round-off of the stiffness."""
 
 OTHER_MODEL_STEP = 1e-6
-"""An equilibrium that one Newton step moves by more than this part of the model's size is that of another model."""
+"""Newton step relative to the size of the mechanism, above which an equilibrium belongs to another model."""
 
 ASYMMETRY_ROUND_OFF = 1e-11
-"""A difference of stiffnesses beyond the diagonal, over the largest, that is more than round-off."""
+"""Asymmetry of the stiffness relative to its largest entry, above which it is more than round-off."""
 
 
 @dataclass(frozen=True)
@@ -89,8 +89,8 @@ class Modes:
 def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, damped: bool = False) -> Modes:
     """Natural frequencies and modes of small motions about the reference configuration or a static equilibrium.
 
-    Clearance joints are taken as ideal, drives hold their position.  Stiffness is that of the pose; gravity and forces
-    count when `at` is given, and play no part in the drawn pose, which need not be an equilibrium of theirs.
+    Clearance joints are replaced by ideal ones; drives hold their position.  Stiffness is that of the pose.  Gravity
+    and forces count with `at` alone, since the reference configuration need not be an equilibrium.
 
     Parameters
     ----------
@@ -151,7 +151,7 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
 
 
 def _record(program: Program, s: np.ndarray, shapes: np.ndarray, kinds: list[str], rigid: int, *, real: bool) -> Modes:
-    """The record of eigenvalues and shapes; `real`: an undamped problem, whose unstable modes get a negative sign."""
+    """Record of eigenvalues and shapes; `real`: undamped problem, with negative frequencies of unstable modes."""
     frequencies = (np.abs(s.imag) - (s.real if real else 0.0)) / (2.0 * np.pi)
     size = np.where(s == 0.0, 1.0, np.abs(s))
     moves = tuple(moves_most(program.names.coordinates, program.length, x) for x in shapes.T)
@@ -190,7 +190,7 @@ def _kinds(K, s: np.ndarray, x: np.ndarray) -> list[str]:
 
 
 def _without_dead_loads(mechanism: Mechanism) -> Mechanism:
-    """Without gravity and forces, whose stiffness is half of one as long as the joints' forces are not known."""
+    """The mechanism without gravity and forces, whose stiffness would need the forces of the joints, too."""
     if not isinstance(mechanism, Mechanism):
         return mechanism  # compile says what it is
     bare = mechanism.with_({"gravity": (0.0, 0.0)})

@@ -26,14 +26,14 @@ MOST_ITERATIONS = 40
 STEP_ROUND_OFF = 1e-11
 
 LONG_LOAD_STEP, SNAP_LOAD_STEP = 4.0, 10.0
-"""A load step longer than this times what its tangents see is halved; at the smallest size, refused.  A string that is
-slack at first, u ~ s^(1/3), has 3."""
+"""Length of a load step over its length by the tangents, above which the step is halved, and above which the smallest
+step is refused.  A string that is slack at first, u ~ s^(1/3), has 3."""
 
 CLOSED_GAP = 1e-9
-"""Joints that are open by less than this part of the mechanism's size need no step of their own."""
+"""Gap of the joints relative to the size of the mechanism, below which they need no step of their own."""
 
 LEAST_JUMP = 1e-8
-"""Movements below this are never taken for jumps [rad, or part of the mechanism's size]."""
+"""Movement below which a load step is no jump [rad, or relative to the size of the mechanism]."""
 
 
 @dataclass(frozen=True)
@@ -52,8 +52,7 @@ class Equilibrium:
     iterations : Newton iterations of all load steps.
     spin : speed of the frame in which the mechanism is at rest, counter-clockwise [rad/s].
     about : centre of that rotation [m].
-    stable : whether small motions about it have positive stiffness; None where that is no question of stiffness
-        alone (follower forces) or too close to be told.
+    stable : whether small motions about it have positive stiffness; None for follower forces, and near a limit.
     """
 
     q: np.ndarray
@@ -85,31 +84,31 @@ def static_equilibrium(
 ) -> Equilibrium:
     """Static equilibrium, reached from the reference configuration while all loads grow from zero.
 
-    Drives hold their position of t = 0; clearance joints are open unless the drawn pose presses them together, so close
-    them by `Revolute` for statics.
+    Drives hold their position of t = 0.  Clearance joints are open unless the reference configuration presses them
+    together, so replace them by `Revolute` for statics.
 
-    With `spin` it is the equilibrium in a frame that turns at that speed, the ground and the loads turning with it:
-    centrifugal forces stretch and stiffen what turns.  The drive of the hub has the same speed or stands still.
+    With `spin` the equilibrium is one in a frame that rotates at that speed, with the ground and the loads: centrifugal
+    forces stretch and stiffen the bodies.  The drive of the hub has the same speed or stands still.
 
     Parameters
     ----------
     mechanism : the mechanism; every motion must be held by joints, drives, stiffness, or the loads themselves.
-    load_steps : into how many parts the loads are divided; each is halved, up to 8 times, when Newton fails.
+    load_steps : number of load steps; each is halved, up to 8 times, when Newton fails.
     spin : speed of the frame, counter-clockwise [rad/s].
     about : centre of its rotation [m].
 
     Raises
     ------
     InputError : a spin with gravity, or with drives of another speed, which are not steady.
-    SolveError : a motion that nothing resists (named), or no equilibrium found (which load, which coordinate).
-    ModelError, AssemblyError : joints that repeat one another (named), always or in the drawn pose.
+    SolveError : a motion without resistance (named), or no equilibrium found (load and coordinate named).
+    ModelError, AssemblyError : redundant joints (named), always or in the reference configuration.
 
     Notes
     -----
-    r0 being the force of the drawn pose, r(q) - (1 - s) r0 + G^T lam = 0 and g = 0 are solved for s = 0 .. 1, the
-    square of the spin growing with s.  Follower forces are left out of r0 and multiplied by s in r, since a force that
-    turns cannot be held by one that does not.
-    What hangs from hinges has no stiffness in the drawn pose; it then moves, as in honey, to where all loads hold it.
+    With the force r0 of the reference configuration, r(q) - (1 - s) r0 + G^T lam = 0 and g = 0 are solved for s = 0 ..
+    1; the square of the spin grows with s.  Follower forces are multiplied by s in r instead, since a rotated force
+    cannot balance r0.  Motions without stiffness in the reference configuration (pendulums) are found by dynamic
+    relaxation.
     Limit points are not traced: a structure that snaps through ends with an error.  A straight column beyond its
     buckling load stays straight; `stable` says that it would not.  Not for beams so thin that rounding decides: 16
     elements still bend with EA L^2/EI = 1e11 (length over height 1e5), not with 1e13.
@@ -138,7 +137,7 @@ def static_equilibrium(
 def _grow_loads(
     mechanism: Mechanism, program: Program, system: StateEvaluation, q: np.ndarray, load_steps: int, full: Spin
 ) -> tuple[np.ndarray, np.ndarray, int]:
-    """Coordinates, multipliers and iterations where the loads have grown to their full size."""
+    """Coordinates, multipliers and iterations under full loads, which grow in steps."""
     lam = np.zeros(program.n_c)
     grow = load_growth(mechanism, program)
     system.program = grow(0.0)
@@ -188,7 +187,7 @@ def _held_by_loads(
 
 
 def load_growth(mechanism: Mechanism, program: Program) -> Callable[[float], Program]:
-    """The program with a part of the loads that turn with their bodies, as a function of the part."""
+    """Function of the load factor that returns the program with follower loads times that factor."""
     bare = mechanism
     for load in mechanism.parts:
         less = load.share(0.0)
@@ -203,7 +202,7 @@ def load_growth(mechanism: Mechanism, program: Program) -> Callable[[float], Pro
 def _newton(
     program: Program, system: StateEvaluation, q: np.ndarray, lam: np.ndarray, held: np.ndarray, spin: Spin
 ) -> tuple[np.ndarray, np.ndarray, int, float] | None:
-    """Solution for one load and speed, iterations, and how far away the first tangent saw it; or None."""
+    """Solution for one load and speed, its iterations, and its distance by the first tangent; None if Newton fails."""
     n, last, tangent = program.n_q, np.inf, 0.0
     q, lam = q.copy(), lam.copy()
     size = np.where(program.tables.kind == 1, 1.0, program.length)
@@ -235,7 +234,7 @@ def _step_ratio(
 ) -> float:
     """Length of a load step over its length by the tangents at both ends; evaluated at its start before.
 
-    On the way to a limit point the tangents see as far or further; only a jump beyond it is longer than both see.
+    Towards a limit point the distances by the tangents grow; only a snap-through is longer than both.
     """
     size = np.where(program.tables.kind == 1, 1.0, program.length)
     ahead, lam, _, tangent = found
@@ -248,7 +247,7 @@ def _step_ratio(
 
 
 def correction(system: StateEvaluation, q: np.ndarray, lam: np.ndarray, held: np.ndarray, spin: Spin) -> np.ndarray:
-    """Newton's step (q, lam), or `SolveError` when the matrix is singular."""
+    """Newton's correction of (q, lam); `SolveError` for a singular matrix."""
     if not spin.speed:
         system.at(q, lam=lam, weights=(1.0, 0.0, 0.0))
     else:
@@ -269,14 +268,14 @@ def correction(system: StateEvaluation, q: np.ndarray, lam: np.ndarray, held: np
 
 
 def refuse_free_motion(program: Program, system: StateEvaluation, q: np.ndarray) -> None:
-    """`SolveError` when some motion is resisted by nothing at all."""
+    """Refuse a mechanism with a motion without resistance."""
     free = unresisted(program, system, q)
     if free:
         raise SolveError(_free_motion_error(program, free))
 
 
 def unresisted(program: Program, system: StateEvaluation, q: np.ndarray, lam: np.ndarray | None = None) -> str:
-    """Name of the coordinate that moves most where joints and stiffness leave a motion free, or ""."""
+    """Name of the coordinate that moves most in a free motion; "" without free motions."""
     if program.n_q > 2000:
         return ""  # the factorisation will tell
     system.at(q, lam=lam, weights=(1.0, 0.0, 0.0))
@@ -309,7 +308,7 @@ def _failure(program: Program, system: StateEvaluation, done: float) -> str:
 
 
 def reactions(program: Program, system: StateEvaluation, lam: np.ndarray) -> dict[str, tuple[float, float, float]]:
-    """(fx, fy, moment) of every joint at the last evaluation, with multipliers lam (n_c,)."""
+    """Reactions (fx, fy, moment) of every joint at the last evaluation, with multipliers lam (n_c,)."""
     report_forces(program.tables, lam, system.work)
     found: dict[str, tuple[float, float, float]] = {}
     C = program.tables.constraints

@@ -77,7 +77,7 @@ class Part(ABC):
     def share(self, part: float) -> Part:  # noqa: ARG002 - most parts are no loads
         """The part with the fraction `part` (0 to 1) of a follower load, in which its parameters are linear.
 
-        Static equilibrium lets such loads grow by it.  Other loads grow as forces of the drawn pose.
+        Static equilibrium lets such loads grow by it.  Other loads grow as forces of the reference configuration.
         """
         return self
 
@@ -233,7 +233,7 @@ class Joint(Part):
     ----------
     name : the joint's name.
     first, second : the bodies; reported forces act on the second one.
-    at : the joint's point in the drawn pose [m].
+    at : the joint's point in the reference configuration [m].
     """
 
     first: Part

@@ -128,7 +128,8 @@ def _call(part: str, kernel: Kernel, p: np.ndarray, arguments: list[Any], what: 
         ) from error
     except (ArithmeticError, NameError, AttributeError) as error:
         safe = "It must be safe there, also for t = h = 0." if isinstance(error, ArithmeticError) else "Correct it."
-        text = f"{label} failed in the drawn pose, at rest, with p = {_short(p)}: {type(error).__name__}: {error}."
+        text = f"{label} failed in the reference configuration, at rest, with p = {_short(p)}: "
+        text += f"{type(error).__name__}: {error}."
         raise KernelError(f"{text} {safe}") from error
     size = 1 if kernel.contract.name == "signal" else 3
     if kernel.contract.name in ("energy", "account", "normal", "friction", "motion", "signal"):

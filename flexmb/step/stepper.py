@@ -58,7 +58,7 @@ class Stepper:
         record = new_record(self.reported, rows, kept)
         if self.reported is self.program:
             return record
-        return record.replaced(held_rows=new_record(self.program, 1).held)
+        return record.replaced(held_rows=new_record(self.program, 1).held_rows)
 
     def start(self, mechanism: Mechanism, closed: Program, *, redundant: bool) -> Start:
         """Start values of the mechanism; `closed`: its program with ideal joints for contacts."""

@@ -76,7 +76,7 @@ def test_the_next_stage_ends_the_one_before(screen):
 
 
 def test_the_end_is_said_without_being_asked_for(screen, monkeypatch):
-    monkeypatch.setattr(notice, "QUIET", 0.0)
+    monkeypatch.setattr(notice, "QUIET_SECONDS", 0.0)
     told = notice.Notice()
     compiled(told, EVALUATE)
     for thread in notice.threading.enumerate():

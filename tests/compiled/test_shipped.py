@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numba.core import event
 
-from flexmb.compiled import kept, notice, shipped
+from flexmb.compiled import code_cache, notice, shipped
 from flexmb.compiled.code_cache import CodeCache
 from flexmb.compiled.shipped import CODE, INDEX, Shipment, Shipped
 from flexmb.drives.constant_speed import constant_speed_kernel
@@ -77,7 +77,7 @@ def no_cache(monkeypatch):
     def refuse(function):
         raise RuntimeError("no locator available")
 
-    monkeypatch.setattr(kept, "FunctionCache", type("FunctionCache", (), {"__new__": lambda cls, f: refuse(f)}))
+    monkeypatch.setattr(code_cache, "FunctionCache", type("FunctionCache", (), {"__new__": lambda cls, f: refuse(f)}))
 
 
 def result_of(kernel):

@@ -295,7 +295,7 @@ def one_sided(p, t, h, q, v, a, z, r, K, C, M, z_new):
 
 @fm.element_kernel
 def not_a_number(p, t, h, q, v, a, z, r, K, C, M, z_new):
-    r[0] = p[0] * np.sqrt(1.25 - (q[0] - q[1]))  # 1.21 in the drawn pose
+    r[0] = p[0] * np.sqrt(1.25 - (q[0] - q[1]))  # 1.21 in the reference configuration
     r[1] = -r[0]
     K[0, 0] = K[1, 1] = -0.5 * p[0] / np.sqrt(1.25 - (q[0] - q[1]))
     K[0, 1] = K[1, 0] = -K[0, 0]
@@ -339,7 +339,7 @@ BROKEN = {
     rolling_dice: r"r\[0\] is .* and then .* for the same input",
     one_sided: r"moments about the origin are out of balance by .*action must equal reaction",
     not_a_number: r"r\[0\] is nan; it must be finite at every state",
-    divides_by_h: "failed in the drawn pose.*ZeroDivisionError.*safe there, also for t = h = 0",
+    divides_by_h: "failed in the reference configuration.*ZeroDivisionError.*safe there, also for t = h = 0",
     writes_to_q: r"changes its input q; write to the outputs only",
     writes_to_history: r"changes its input z",
     noisy: r"no derivative is found at \d+ of \d+ states; the values must change smoothly",

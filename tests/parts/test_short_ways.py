@@ -207,7 +207,7 @@ def test_the_loop_finds_the_same_by_short_and_by_long_ways(monkeypatch):
         slow = tuple(replace(e, force=None, tangent=None, account=None) for e in contributions.elements)
         return Contributions(slow, contributions.constraints, contributions.contacts, contributions.signals)
 
-    monkeypatch.setattr(fm.Mechanism, "pieces", long_ways)
+    monkeypatch.setattr(fm.Mechanism, "contributions", long_ways)
     slow = fm.compile(zoo())
     assert max(quick.tables.elements.account) >= 0
     assert max(slow.tables.elements.account) == max(slow.tables.elements.force) == -1

@@ -113,7 +113,7 @@ def test_bounces_between_two_walls_are_many_and_alike(monkeypatch):
     """Elastic: every flight lasts 2 c/v, every contact 3.21806546 (m = K = v = 1).  Their number is exact, and larger
     than a buffer that is made small, which is full again and again within a block of steps.
     """
-    monkeypatch.setattr(run_module, "BUFFER", 5)
+    monkeypatch.setattr(run_module, "BUFFER_ROWS", 5)
     flight, contact = 4.0, REFERENCE[1.0][1]
     number, step = 300, 0.02
     t_end = 0.5 * flight + number * contact + (number - 0.5) * flight

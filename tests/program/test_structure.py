@@ -133,7 +133,7 @@ def test_only_the_latest_structures_are_kept(forgotten):
 
 
 def test_large_structures_push_others_out(forgotten, monkeypatch):
-    monkeypatch.setattr(structure, "KEPT_UNKNOWNS", 7)
+    monkeypatch.setattr(structure, "REMEMBERED_UNKNOWNS", 7)
     for k in range(3):  # two of three unknowns fit, a third does not
         fm.compile(fm.Mechanism("m", (fm.RigidBody(f"b{k}", (0.0, 0.0), mass=1.0, inertia=1.0),)))
     assert [key[0] for key in forgotten] == [(("b1", ""),), (("b2", ""),)]
@@ -205,7 +205,7 @@ def test_a_bad_call_is_refused_every_time(monkeypatch):
     monkeypatch.setattr(smoke, "_GOOD", {})
     mechanism = counted(1.0)
     for _ in range(2):
-        with pytest.raises(KernelError, match=r"drawn pose|not finite"), np.errstate(all="ignore"):
+        with pytest.raises(KernelError, match=r"reference configuration|not finite"), np.errstate(all="ignore"):
             smoke.call_each_kernel(mechanism.contributions(), Numbering(mechanism))
 
 

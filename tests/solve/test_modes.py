@@ -22,8 +22,8 @@ def rod(name="rod", start=(0.0, 0.0), end=(0.48, 0.64), elements=8, section=FLAT
 def solver(request, monkeypatch):
     """Both solvers, on the same models."""
     if request.param == "sparse":
-        monkeypatch.setattr(eigen, "DENSE", 0)
-        monkeypatch.setattr(eigen, "DENSE_QUADRATIC", 0)
+        monkeypatch.setattr(eigen, "DENSE_COORDINATES", 0)
+        monkeypatch.setattr(eigen, "DENSE_QUADRATIC_COORDINATES", 0)
     return request.param
 
 
