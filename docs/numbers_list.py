@@ -44,95 +44,95 @@ def _numbers(text: str) -> tuple[Number, ...]:
 READ = _numbers("""
 contact.onset.crossing#40 | iterations | nothing | most iterations for the instant of an onset | 0.05 0.1 10
 contact.onset.crossing#1e-15 | 1 | a step | accuracy of the instant of an onset | 0.01 0.1 10 100 1e6
-step.newmark.error_control.TURNS | trials | nothing | most trials of one step that look for a contact | 0.125 0.5 10
-step.newmark.error_control.SAME | 1 | a step | a step is not shortened for less | 0.1 0.5 1.05
-step.newmark.error_control.GROWS | 1 | a step | a step is not lengthened for less | 0.84 1.25 1.6
+step.newmark.error_control.CONTACT_TRIALS | trials | nothing | most trials of one step that look for a contact | 0.125 0.5 10
+step.newmark.error_control.UNCHANGED_FROM | 1 | a step | a step is not shortened for less | 0.1 0.5 1.05
+step.newmark.error_control.UNCHANGED_TO | 1 | a step | a step is not lengthened for less | 0.84 1.25 1.6
 step.newmark.error_control.velocity_constant#0.02 | 1 | method | floor of the error constant of velocities
 step.newmark.error_control.error_ratio#0.05 | 1 | method | floor of the error constant of positions
-step.newmark.error_control.missed#12.0 | 1 | method | error of a first step: change of the acceleration over this
+step.newmark.error_control.node_error#12.0 | 1 | method | error of a first step: change of the acceleration over this
 step.newmark.error_control.SAFETY | 1 | a step | safety factor of the next step | 0.1 0.5 1.1
-step.newmark.error_control.allowed#0.2 | 1 | a step | most that a step is shortened at once | 0.1 0.5 2
-step.newmark.error_control.allowed#2.0 | 1 | a step | most that a step grows at once | 0.6 2 10
-step.newmark.error_control.met#0.25 | 1 | a step | what becomes of a step that did not converge | 0.1 0.5 2
-step.newmark.redundant_constraints.CLOSED | 1 | size of the mechanism | gap of a row that may be held
-step.newmark.redundant_constraints.ASIDE | 1 | way h^2 a | gap of a row that may be held in the first steps
-step.newmark.redundant_constraints.STILL | 1 | largest term of a pivot | with what rows are held within a step that holds some
-step.newmark.redundant_constraints.PASSING | steps | nothing | steps that pass a singular position | 0.34 10 100
-step.newmark.redundant_constraints.free_gap#0.01 | 1 | size of the mechanism | cap of that way
-step.contact_events.REACH | 1 | step of an impact | a contact begins, or has ended, within this part of it
-step.contact_events.PROBE | 1 | duration of an impact | first trial of an impact
-step.contact_events.CROSSING | 1 | step of an impact | step just into a contact whose force jumps
-step.contact_events.DURATION | 1 | depth / approach speed | estimate of the duration of an impact | 0.1 0.5 2 10
-step.contact_events.STEEPEST | 1 | approach speed / duration | estimate of the largest acceleration | 0.1 0.5 2 10
-step.contact_events.LESS | 1 | step of an impact | a step is changed within an impact below this | 0.01 0.1 1.2
-step.contact_events.MORE | 1 | step of an impact | a step is changed within an impact above this | 0.65 10 100
-step.contact_events.LASTS | 1 | estimated duration | an impact that takes longer is left to the error
-step.contact_events.LEAST_DIP | 1 | size of the mechanism | a dip of a gap below zero that may be round-off
-step.contact_events.find_jump#0.001 | 1 | depth of a step | depth at which a jump of the force is looked for
-step.contact_events.find_jump#0.1 | 1 | force of a step | smallest force there that is a jump | 0.01 0.1 9
-step.contact_events.located#1.3 | 1 | steepest change | an impact's step that changes more is refused | 0.1 0.5 10 100
-step.contact_events.located#0.2 | 1 | a step | most that a step within an impact is shortened at once | 0.1 0.5 4
+step.newmark.error_control.growth_factor#0.2 | 1 | a step | most that a step is shortened at once | 0.1 0.5 2
+step.newmark.error_control.growth_factor#2.0 | 1 | a step | most that a step grows at once | 0.6 2 10
+step.newmark.error_control.meets_contacts#0.25 | 1 | a step | what becomes of a step that did not converge | 0.1 0.5 2
+step.newmark.redundant_constraints.CLOSED_GAP | 1 | size of the mechanism | gap of a row that may be held
+step.newmark.redundant_constraints.OPENING_FRACTION | 1 | way h^2 a | gap of a row that may be held in the first steps
+step.newmark.redundant_constraints.HOLD_WITHIN_STEP | 1 | largest term of a pivot | with what rows are held within a step that holds some
+step.newmark.redundant_constraints.PASSING_STEPS | steps | nothing | steps that pass a singular position | 0.34 10 100
+step.newmark.redundant_constraints.allowed_gap#0.01 | 1 | size of the mechanism | cap of that way
+step.contact_events.ONSET_TOLERANCE | 1 | step of an impact | a contact begins, or has ended, within this part of it
+step.contact_events.PROBE_FRACTION | 1 | duration of an impact | first trial of an impact
+step.contact_events.JUMP_STEP_FRACTION | 1 | step of an impact | step just into a contact whose force jumps
+step.contact_events.DURATION_FACTOR | 1 | depth / approach speed | estimate of the duration of an impact | 0.1 0.5 2 10
+step.contact_events.PEAK_ACCELERATION_FACTOR | 1 | approach speed / duration | estimate of the largest acceleration | 0.1 0.5 2 10
+step.contact_events.SHORTEN_BELOW | 1 | step of an impact | a step is changed within an impact below this | 0.01 0.1 1.2
+step.contact_events.LENGTHEN_ABOVE | 1 | step of an impact | a step is changed within an impact above this | 0.65 10 100
+step.contact_events.LONGEST_IMPACT | 1 | estimated duration | an impact that takes longer is left to the error
+step.contact_events.LEAST_DEPTH | 1 | size of the mechanism | a dip of a gap below zero that may be round-off
+step.contact_events.find_force_jump#0.001 | 1 | depth of a step | depth at which a jump of the force is looked for
+step.contact_events.find_force_jump#0.1 | 1 | force of a step | smallest force there that is a jump | 0.01 0.1 9
+step.contact_events.step_to_events#1.3 | 1 | steepest change | an impact's step that changes more is refused | 0.1 0.5 10 100
+step.contact_events.step_to_events#0.2 | 1 | a step | most that a step within an impact is shortened at once | 0.1 0.5 4
 step.contact_events.impact_step#0.5 | 1 | approach speed | rate from which a trial has rebounded | 0.1 0.5 2 10
 step.contact_events.impact_step#0.001 | 1 | energy of an approach | least part of it that an impact took
-step.contact_events.lasting#0.5 | 1 | duration of an impact | what forces of flight make of it | 0.01 0.1 10
-step.contact_events.remember#0.4 | 1 | energy of an approach | left of it when the step is checked | 0.01 0.1 2
-step.contact_events.remember#0.9 | 1 | energy of an approach | left of it when the step is checked | 0.5 1.1
-energy.balance.MISSING | 1 | energy turned over | largest residual of a run that is ok
-energy.balance.TAKEN | 1 | energy turned over | largest energy that the steps take or make
-energy.balance.IN_CONTACTS | 1 | energy through contacts | largest energy that the steps take or make there
-energy.balance.FEW | 1 | energy turned over | from here on contacts are judged
-energy.balance.PART | 1 | coordinates | round-off of a coordinate
-energy.balance.SMALL | 1 | power of dampers | part of it from which differences of rates count
-energy.balance.SETTLED | steps | nothing | steps before the first verdict on energies
-energy.balance.turned_over#1e-06 | 1 | energy of heights | part of it that counts as turned over
-energy.balance.put_in#1e-06 | 1 | energy of heights | part of it that counts as put in
-step.newmark.implicit_step.ROUND_OFF | 1 | coordinates | corrections below this part are round-off
-step.newmark.implicit_step.CHEAP | unknowns | nothing | up to so many, each iteration that rubs has its own matrix
-step.newmark.implicit_step.BENDS | 1 | what is wanted | size of a correction up to which its factors serve a contact
-step.newmark.implicit_step.OF_GAPS | 1 | round-off of corrections | round-off of a gap
-step.newmark.implicit_step.FIRST_TURN | rad | nothing | angles up to here have the round-off of 1 rad
-step.newmark.implicit_step.implicit_step#0.1 | 1 | corrections | noise, and a correction that does not get smaller | 0.01 0.1 5
-step.newmark.predictor.FADING | 1 | what an order missed | weight of what was before the last step | 0.01 0.1 1.9
-step.newmark.jacobian_reuse.LONGEST_PAUSE | steps | nothing | most steps with new factors after old ones were refused
-step.newmark.jacobian_reuse.OLDEST | steps | nothing | factors that served so many go
-step.newmark.jacobian_reuse.MOST_EXTRA | iterations | nothing | factors that cost so many go
-step.newmark.jacobian_reuse.OTHER_STEP | 1 | coefficients of a step | factors whose coefficients differ more go | 0.01 0.1 4
-step.newmark.jacobian_reuse.REGULAR | 1 | largest term of a pivot | pivot with which factors may serve again
-step.newmark.jacobian_reuse.MEASURE_AGAIN | steps | nothing | steps after which theta is measured anew
-step.newmark.jacobian_reuse.GOOD | 1 | corrections | theta with which one correction is believed | 0.01 0.1 9
-step.newmark.jacobian_reuse.FAIR | 1 | corrections | theta with which iterations go on | 0.01 0.1 3
-step.newmark.jacobian_reuse.ALIKE | 1 | slope of a law | largest change of a slope with the same factors | 0.01 0.1 1.9
-step.newmark.jacobian_reuse.GROWN | 1 | first correction before | one that is larger is not believed alone
-step.newmark.jacobian_reuse.STALE_ITERATIONS | iterations | nothing | most iterations with old factors | 0.25 10 100
-step.newmark.jacobian_reuse.LEFT | 1 | what is wanted | error that a step may be left with
-step.newmark.jacobian_reuse.PART_OF_NOISE | 1 | round-off | the same where round-off is more
-step.newmark.jacobian_reuse.UNSEEN | 1 | what is wanted | last correction after which forces are not evaluated again
-step.newmark.jacobian_reuse.RUBBING | 1 | what is wanted | the same where a contact is closed
-step.newmark.jacobian_reuse.believed#0.001 | 1 | what is wanted | a first correction below it has not grown
-step.newmark.jacobian_reuse.measured#0.05 | 1 | what is wanted | below it, theta cannot be told from round-off
+step.contact_events.impact_duration#0.5 | 1 | duration of an impact | what forces of flight make of it | 0.01 0.1 10
+step.contact_events.update_impacts#0.4 | 1 | energy of an approach | left of it when the step is checked | 0.01 0.1 2
+step.contact_events.update_impacts#0.9 | 1 | energy of an approach | left of it when the step is checked | 0.5 1.1
+energy.balance.RESIDUAL_LIMIT | 1 | energy turned over | largest residual of a run that is ok
+energy.balance.ALGORITHM_LIMIT | 1 | energy turned over | largest energy that the steps take or make
+energy.balance.CONTACT_LIMIT | 1 | energy through contacts | largest energy that the steps take or make there
+energy.balance.LEAST_CONTACT_FRACTION | 1 | energy turned over | from here on contacts are judged
+energy.balance.COORDINATE_ROUND_OFF | 1 | coordinates | round-off of a coordinate
+energy.balance.LEAST_RATE_POWER | 1 | power of dampers | part of it from which differences of rates count
+energy.balance.STEPS_BEFORE_CHECK | steps | nothing | steps before the first verdict on energies
+energy.balance.energy_scale#1e-06 | 1 | energy of heights | part of it that counts as turned over
+energy.balance.energy_supplied#1e-06 | 1 | energy of heights | part of it that counts as put in
+step.newmark.newton_correction.ROUND_OFF | 1 | coordinates | corrections below this part are round-off
+step.newmark.implicit_step.SMALL_SYSTEM | unknowns | nothing | up to so many, each iteration that rubs has its own matrix
+step.newmark.implicit_step.NONLINEAR_CORRECTION | 1 | what is wanted | size of a correction up to which its factors serve a contact
+step.newmark.newton_correction.GAP_ROUND_OFF | 1 | round-off of corrections | round-off of a gap
+step.newmark.newton_correction.ANGLE_ALLOWANCE | rad | nothing | angles up to here have the round-off of 1 rad
+step.newmark.implicit_step.ROUND_OFF_FRACTION | 1 | corrections | noise, and a correction that does not get smaller | 0.01 0.1 5
+step.newmark.predictor.OLD_ERROR_WEIGHT | 1 | what an order missed | weight of what was before the last step | 0.01 0.1 1.9
+step.newmark.jacobian_reuse.LONGEST_SUSPENSION | steps | nothing | most steps with new factors after old ones were refused
+step.newmark.jacobian_reuse.OLDEST_FACTORS | steps | nothing | factors that served so many go
+step.newmark.jacobian_reuse.MOST_EXTRA_ITERATIONS | iterations | nothing | factors that cost so many go
+step.newmark.jacobian_reuse.COEFFICIENT_CHANGE | 1 | coefficients of a step | factors whose coefficients differ more go | 0.01 0.1 4
+step.newmark.jacobian_reuse.REGULAR_PIVOT | 1 | largest term of a pivot | pivot with which factors may serve again
+step.newmark.jacobian_reuse.MEASURING_INTERVAL | steps | nothing | steps after which theta is measured anew
+step.newmark.jacobian_reuse.GOOD_CONTRACTION | 1 | corrections | theta with which one correction is believed | 0.01 0.1 9
+step.newmark.jacobian_reuse.FAIR_CONTRACTION | 1 | corrections | theta with which iterations go on | 0.01 0.1 3
+step.newmark.jacobian_reuse.SLOPE_CHANGE | 1 | slope of a law | largest change of a slope with the same factors | 0.01 0.1 1.9
+step.newmark.jacobian_reuse.CORRECTION_GROWTH | 1 | first correction before | one that is larger is not believed alone
+step.newmark.jacobian_reuse.MOST_REUSE_ITERATIONS | iterations | nothing | most iterations with old factors | 0.25 10 100
+step.newmark.jacobian_reuse.REMAINING_ERROR | 1 | what is wanted | error that a step may be left with
+step.newmark.jacobian_reuse.REMAINING_ROUND_OFF | 1 | round-off | the same where round-off is more
+step.newmark.jacobian_reuse.NEGLIGIBLE_CORRECTION | 1 | what is wanted | last correction after which forces are not evaluated again
+step.newmark.jacobian_reuse.NEGLIGIBLE_WITH_FRICTION | 1 | what is wanted | the same where a contact is closed
+step.newmark.jacobian_reuse.first_correction_suffices#0.001 | 1 | what is wanted | a first correction below it has not grown
+step.newmark.jacobian_reuse.measure_contraction#0.05 | 1 | what is wanted | below it, theta cannot be told from round-off
 run.run.NEWTON_TOLERANCE | 1 | way h^2 a | what is wanted of corrections
-run.run.ITERATIONS | iterations | nothing | most iterations of Newton's method | 0.1 0.5 10
+run.run.NEWTON_ITERATIONS | iterations | nothing | most iterations of Newton's method | 0.1 0.5 10
 run.run.Run._limits#0.001 | 1 | size of the mechanism | error of positions over rtol, without clearance
 run.run.Run._limits#0.01 | 1 | size / largest step | least speed for rtol; cap of the clearance for atol
 run.run.Run._limits#100.0 | 1 | least clearance | way that the least speed for rtol crosses
 run.run.Run._limits#1e-09 | 1 | largest step | smallest step
 run.run.Run._limits#1e-12 | 1 | period | smallest step
 run.run.Run.begin#0.001 | 1 | largest step | first step
-run.run.Run._seems_dependent#10.0 | 1 | HOLD | pivot that seems lost at the start
+run.run.Run._looks_dependent#10.0 | 1 | HOLD | pivot that seems lost at the start
 step.step_size.IMPACT_STEPS | steps | an impact | steps of an impact with rtol = 1e-4 | 0.125 0.25 4 10
-step.step_size.FEWEST | steps | an impact | fewest steps of an impact, for any rtol | 0.125 4 10
-step.step_size.FLIGHT_COUNTS | 1 | error of positions | how much more it counts in flight
+step.step_size.FEWEST_IMPACT_STEPS | steps | an impact | fewest steps of an impact, for any rtol | 0.125 4 10
+step.step_size.FLIGHT_WEIGHT | 1 | error of positions | how much more it counts in flight
 step.step_size.SMOOTH_STEPS | steps | period of the drives | largest step, without clearance
 step.step_size.LARGEST_STEPS | steps | period of the drives | largest step, with clearance | 0.04 0.1 10 40
-start.assemble.CLOSED | 1 | size of the mechanism | gap of a loop that is closed
-start.assemble.STRIDE | rad | nothing | most that the pose is turned at once at the start
-start.assemble.ITERATIONS | iterations | nothing | most iterations that close the loops | 0.1 10
+start.assemble.CLOSED_GAP | 1 | size of the mechanism | gap of a loop that is closed
+start.assemble.DRIVE_STRIDE | rad | nothing | most that the pose is turned at once at the start
+start.assemble.MOST_ITERATIONS | iterations | nothing | most iterations that close the loops | 0.1 10
 start.assemble._newton#1000.0 | 1 | CLOSED | gap of a loop that will do
 start.assemble._newton#0.3 | rad | nothing | longest correction of the start
-linalg.lu.THRESHOLD | 1 | largest term of a pivot | pivot that is lost
-linalg.lu.HOLD | 1 | largest term of a pivot | pivot of a row that may be held
-linalg.rank.TOLERANCE | 1 | rows of unit length | rows that repeat others
-start.consistent.ROUNDS | iterations | nothing | rounds that friction in joints takes at the start | 0.1 10
+linalg.lu.LOST_PIVOT | 1 | largest term of a pivot | pivot that is lost
+linalg.lu.HELD_PIVOT | 1 | largest term of a pivot | pivot of a row that may be held
+linalg.rank.RANK_TOLERANCE | 1 | rows of unit length | rows that repeat others
+start.consistent.MOST_ITERATIONS | iterations | nothing | rounds that friction in joints takes at the start | 0.1 10
 start.consistent.check_independent#0.05 | rad | nothing | how far a pose is shaken to see dependent rows | 0.01 0.1 10
 start.consistent.rigid_velocities#1e-07 | 1 | largest rate | velocities at the start that contradict one another
 """)
@@ -153,12 +153,12 @@ FLEXIBLE_TOO = frozenset(
     """
 Adaptive.rtol Adaptive.atol Adaptive.max Adaptive.impact_steps generalised_alpha.radius normal.least_approach
 ModifiedCoulomb.v0 ModifiedCoulomb.v1
-step.newmark.error_control.error_ratio#0.05 step.newmark.error_control.missed#12.0 step.newmark.redundant_constraints.ASIDE step.contact_events.REACH
-step.contact_events.PROBE step.contact_events.LASTS step.contact_events.LEAST_DIP step.contact_events.STEEPEST
-step.newmark.implicit_step.CHEAP step.newmark.implicit_step.BENDS step.newmark.implicit_step.ROUND_OFF step.newmark.jacobian_reuse.ALIKE step.newmark.jacobian_reuse.LEFT
-step.newmark.jacobian_reuse.UNSEEN step.newmark.jacobian_reuse.RUBBING run.run.NEWTON_TOLERANCE
+step.newmark.error_control.error_ratio#0.05 step.newmark.error_control.node_error#12.0 step.newmark.redundant_constraints.OPENING_FRACTION step.contact_events.ONSET_TOLERANCE
+step.contact_events.PROBE_FRACTION step.contact_events.LONGEST_IMPACT step.contact_events.LEAST_DEPTH step.contact_events.PEAK_ACCELERATION_FACTOR
+step.newmark.implicit_step.SMALL_SYSTEM step.newmark.implicit_step.NONLINEAR_CORRECTION step.newmark.newton_correction.ROUND_OFF step.newmark.jacobian_reuse.SLOPE_CHANGE step.newmark.jacobian_reuse.REMAINING_ERROR
+step.newmark.jacobian_reuse.NEGLIGIBLE_CORRECTION step.newmark.jacobian_reuse.NEGLIGIBLE_WITH_FRICTION run.run.NEWTON_TOLERANCE
 run.run.Run._limits#0.01 run.run.Run._limits#100.0
-linalg.lu.HOLD
+linalg.lu.HELD_PIVOT
 """.split()
 )
 """Numbers that are varied in the run with flexible links too: the others act there as they do in the rigid ones, on the
@@ -188,77 +188,77 @@ contact.validity.SMALL_EXCESS | 1 | largest force | force above a free impact's 
 results.remarks.SMALL_SHARE | 1 | impulse, loss | slow contacts that go without a remark
 contact.validity.SMALL_TENSION | 1 | largest force | cut tension that goes without a remark
 joints.revolute_clearance.TOUCHING | 1 | clearance | round-off of a start that touches
-sensitivity.run.LINGERS | 1 | method | gamma below which errors of accelerations stay
-sensitivity.run.MOVED | 1 | size of the mechanism | differences of states for a derivative
+sensitivity.run.LEAST_FADING_GAMMA | 1 | method | gamma below which errors of accelerations stay
+sensitivity.run.STATE_DIFFERENCE | 1 | size of the mechanism | differences of states for a derivative
 step.runge_kutta.PROJECTIONS | iterations | nothing | projections of a Runge-Kutta step
-step.runge_kutta.ROUNDS | iterations | nothing | rounds that friction in joints takes there
-step.radau.method.GROWS | 1 | a step | most that a step of Radau's method grows at once
-step.radau.method.SHRINKS | 1 | a step | most that it is shortened at once
-step.radau.method.SAFE | 1 | a step | safety factor of the next step
-step.radau.method.SMOOTH | steps | a period or a run | fewest steps of Radau's method without clearance
-step.radau.method.WITH_CONTACTS | steps | a period or a run | the same with clearance
-step.radau.step.TURNS | iterations | nothing | most Newton iterations of a step of Radau's method
-step.radau.step.SLOW_RATE | 1 | a correction | rate of corrections that asks for new factors
-step.radau.step.SOON | iterations | nothing | iterations that ask for new factors
-step.radau.step.PART | 1 | accepted error, rtol^(1/2) | what Newton's iterations leave
-step.radau.step.FINE | 1 | h^2 a | the same for steps of one size
-step.radau.step.TINY | 1 | h^2 a | least that is asked for
-step.radau.step.CLOSED | 1 | size of the mechanism | shift onto the joints that is round-off
-step.radau.step.FAR | 1 | size of the mechanism | shift that is taken by full projections
-step.radau.step.STALLS | 1 | a correction | ratio of corrections that are round-off
-step.radau.works.AGREES | 1 | accelerations | difference to interpolated ones that shows stiff forces
+step.runge_kutta.MOST_REPETITIONS | iterations | nothing | rounds that friction in joints takes there
+step.radau.method.LARGEST_GROWTH | 1 | a step | most that a step of Radau's method grows at once
+step.radau.method.LEAST_GROWTH | 1 | a step | most that it is shortened at once
+step.radau.method.SAFETY | 1 | a step | safety factor of the next step
+step.radau.method.LEAST_STEPS | steps | a period or a run | fewest steps of Radau's method without clearance
+step.radau.method.LEAST_STEPS_CONTACTS | steps | a period or a run | the same with clearance
+step.radau.step.MOST_ITERATIONS | iterations | nothing | most Newton iterations of a step of Radau's method
+step.radau.step.REFACTOR_RATE | 1 | a correction | rate of corrections that asks for new factors
+step.radau.step.REFACTOR_ITERATIONS | iterations | nothing | iterations that ask for new factors
+step.radau.step.ITERATION_FRACTION | 1 | accepted error, rtol^(1/2) | what Newton's iterations leave
+step.radau.step.FIXED_STEP_TOLERANCE | 1 | h^2 a | the same for steps of one size
+step.radau.step.LEAST_TOLERANCE | 1 | h^2 a | least that is asked for
+step.radau.step.CLOSED_SHIFT | 1 | size of the mechanism | shift onto the joints that is round-off
+step.radau.step.LARGE_SHIFT | 1 | size of the mechanism | shift that is taken by full projections
+step.radau.step.STALLED_RATE | 1 | a correction | ratio of corrections that are round-off
+step.radau.works.ACCELERATION_MISMATCH | 1 | accelerations | difference to interpolated ones that shows stiff forces
 step.radau.step.LEAST_RATE | 1 | a correction | rate that a first iteration is trusted with
-energy.balance.MISSING_IN_RUNGE_KUTTA | 1 | energy turned over | largest residual of a Runge-Kutta run
-step.newmark.redundant_constraints.PART | 1 | largest entry | joints that share a force that is not unique, in the status
-results.status.DOUBTFUL | 1 | limits of the ledger | from here on the status warns
-step.contact_log.TOUCHES | 1 | size of the mechanism | gap at the start that is a contact
-sensitivity.tangent_step.ROUNDS | iterations | nothing | iterations of a carried step
-sensitivity.tangent_step.ALIKE | 1 | carried differences | change that is round-off
-sensitivity.tangent_step.FAR | 1 | carried differences | change that has to become smaller
-sensitivity.linearise.IN_TIME | 1 | a step | part of it in which a neighbour must touch
-sensitivity.linearise.TURNED | rad | nothing | turn over which rows of joints are differenced
-sensitivity.histories.PART | 1 | histories | differences for the derivative of a law
-sensitivity.histories.LEAST | 1 | histories | least difference
-sensitivity.histories.MOTION | 1 | gap and rate | differences for the derivative of a law
-sensitivity.histories.AWAY | 1 | a step | how far from an onset
-equilibrium.buckling.STRIDE | 1 | loads | step of loads for the tangent of the path
-equilibrium.buckling.NO_FACTOR | 1 | largest | factor that counts as none
-equilibrium.eigen.DENSE | unknowns | nothing | up to it matrices are dense
-equilibrium.eigen.FEW | unknowns | nothing | the same where few modes are asked for
-equilibrium.eigen.DENSE_QUADRATIC | unknowns | nothing | the same with damping
-linalg.dense_or_sparse.SMALL | unknowns | nothing | up to it start values are found dense
-equilibrium.modes.ROUND_OFF | 1 | frequencies | round-off of a frequency
-equilibrium.modes.FOREIGN | 1 | a mode | part of another
-equilibrium.modes.ASYMMETRY | 1 | entries | round-off of a symmetric matrix
-equilibrium.free_motions.ALLOWED | 1 | rows | motion that rows allow
-equilibrium.free_motions.UNRESISTED | 1 | stiffness | motion that nothing resists
-equilibrium.free_motions.ENTRY | 1 | entries | entry of a motion that is round-off
-equilibrium.free_motions.SMALL | 1 | a motion | part of it that is named
+energy.balance.RESIDUAL_LIMIT_RUNGE_KUTTA | 1 | energy turned over | largest residual of a Runge-Kutta run
+step.newmark.redundant_constraints.EFFECT_LIMIT | 1 | largest entry | joints that share a force that is not unique, in the status
+results.status.WARNING_FRACTION | 1 | limits of the ledger | from here on the status warns
+step.contact_log.ROUND_OFF_GAP | 1 | size of the mechanism | gap at the start that is a contact
+sensitivity.tangent_step.MOST_ROUNDS | iterations | nothing | iterations of a carried step
+sensitivity.tangent_step.CONVERGED_CHANGE | 1 | carried differences | change that is round-off
+sensitivity.tangent_step.DIVERGED_CHANGE | 1 | carried differences | change that has to become smaller
+sensitivity.linearise.TIME_DIFFERENCE | 1 | a step | part of it in which a neighbour must touch
+sensitivity.linearise.POSE_DIFFERENCE | rad | nothing | turn over which rows of joints are differenced
+sensitivity.histories.RELATIVE_DIFFERENCE | 1 | histories | differences for the derivative of a law
+sensitivity.histories.LEAST_DIFFERENCE | 1 | histories | least difference
+sensitivity.histories.NODE_DIFFERENCE | 1 | gap and rate | differences for the derivative of a law
+sensitivity.histories.LEAST_NODE_DIFFERENCE | 1 | a step | how far from an onset
+equilibrium.buckling.PATH_STRIDE | 1 | loads | step of loads for the tangent of the path
+equilibrium.buckling.EIGENVALUE_ROUND_OFF | 1 | largest | factor that counts as none
+equilibrium.eigen.DENSE_COORDINATES | unknowns | nothing | up to it matrices are dense
+equilibrium.eigen.FEW_MODES_COORDINATES | unknowns | nothing | the same where few modes are asked for
+equilibrium.eigen.DENSE_QUADRATIC_COORDINATES | unknowns | nothing | the same with damping
+linalg.dense_or_sparse.DENSE_UNKNOWNS | unknowns | nothing | up to it start values are found dense
+equilibrium.modes.ENERGY_ROUND_OFF | 1 | frequencies | round-off of a frequency
+equilibrium.modes.OTHER_MODEL_STEP | 1 | a mode | part of another
+equilibrium.modes.ASYMMETRY_ROUND_OFF | 1 | entries | round-off of a symmetric matrix
+equilibrium.free_motions.DEPENDENT_ROW | 1 | rows | motion that rows allow
+equilibrium.free_motions.FREE_FORCE | 1 | stiffness | motion that nothing resists
+equilibrium.free_motions.STIFFNESS_ROUND_OFF | 1 | entries | entry of a motion that is round-off
+equilibrium.free_motions.SMALL_SHARE | 1 | a motion | part of it that is named
 linalg.pivoting.GOOD_RESIDUAL | 1 | right-hand side | residual of a system that was solved
 linalg.pivoting.ROUND_OFF | 1 | right-hand side | residual that needs no better
 linalg.pivoting.SINGULAR_GROWTH | 1 | right-hand side | solution of a matrix that counts as singular
 linalg.pivoting.SCALING_ROUNDS | rounds | nothing | rounds that scale rows and columns
-start.assemble.LARGE | entries | nothing | up to it loops are closed by a dense least-squares solution
-linalg.rank.INDEPENDENT | 1 | rows of unit length | inverse of G G^T of rows that are independent beyond doubt
-system.at_state.LARGE | unknowns | nothing | up to it start values are found with pivoting
-system.at_state.REFINEMENTS | rounds | nothing | refinements without pivoting
-system.at_state.SOLVED | 1 | right-hand side | residual of a system solved without pivoting
-start.projection.CLOSED | 1 | size of the mechanism | gap of a projected pose
-start.projection.ROUNDS | iterations | nothing | most rounds of a projection
-start.redundant_joints.ASIDE | rad | nothing | how far a pose is moved to see which rows repeat others
-equilibrium.dynamic_relaxation.STRIDES | strides | nothing | most strides to a pose at rest
-equilibrium.dynamic_relaxation.ITERATIONS | iterations | nothing | most iterations of a stride
-equilibrium.dynamic_relaxation.LARGEST | 1 | size, or rad | longest stride
-equilibrium.dynamic_relaxation.AT_REST | 1 | size, or rad | stride of a pose at rest
-equilibrium.steady_rotation.SAME_SPEED | 1 | angular speed | bodies that spin alike
-equilibrium.stability.GIVE | 1 | stiffness | give of rows that may repeat one another
-equilibrium.stability.ASYMMETRY | 1 | stiffness | above it a stiffness has no potential
-equilibrium.statics.ITERATIONS | iterations | nothing | most iterations of an equilibrium
-equilibrium.statics.ROUND_OFF | 1 | size, or rad | correction that is round-off
-equilibrium.statics.JUMP | 1 | what tangents see | a load step that is longer is halved
-equilibrium.statics.SNAP | 1 | what tangents see | the same at the smallest size: refused
-equilibrium.statics.CLOSED | 1 | size of the mechanism | gap of a joint in equilibrium
-equilibrium.statics.NEAR | 1 | loads | when two equilibria are the same
+start.assemble.SPARSE_ENTRIES | entries | nothing | up to it loops are closed by a dense least-squares solution
+linalg.rank.CERTAIN_INVERSE | 1 | rows of unit length | inverse of G G^T of rows that are independent beyond doubt
+system.state_evaluation.UNPIVOTED_UNKNOWNS | unknowns | nothing | up to it start values are found with pivoting
+system.state_evaluation.MOST_REFINEMENTS | rounds | nothing | refinements without pivoting
+system.state_evaluation.REFINED_RESIDUAL | 1 | right-hand side | residual of a system solved without pivoting
+start.projection.CLOSED_GAP | 1 | size of the mechanism | gap of a projected pose
+start.projection.MOST_ITERATIONS | iterations | nothing | most rounds of a projection
+start.redundant_joints.POSE_SHIFT | rad | nothing | how far a pose is moved to see which rows repeat others
+equilibrium.dynamic_relaxation.MOST_STRIDES | strides | nothing | most strides to a pose at rest
+equilibrium.dynamic_relaxation.STRIDE_ITERATIONS | iterations | nothing | most iterations of a stride
+equilibrium.dynamic_relaxation.LARGEST_STRIDE | 1 | size, or rad | longest stride
+equilibrium.dynamic_relaxation.REST_STRIDE | 1 | size, or rad | stride of a pose at rest
+equilibrium.steady_rotation.SPEED_TOLERANCE | 1 | angular speed | bodies that spin alike
+equilibrium.stability.JOINT_COMPLIANCE | 1 | stiffness | give of rows that may repeat one another
+equilibrium.stability.STIFFNESS_ASYMMETRY | 1 | stiffness | above it a stiffness has no potential
+equilibrium.statics.MOST_ITERATIONS | iterations | nothing | most iterations of an equilibrium
+equilibrium.statics.STEP_ROUND_OFF | 1 | size, or rad | correction that is round-off
+equilibrium.statics.LONG_LOAD_STEP | 1 | what tangents see | a load step that is longer is halved
+equilibrium.statics.SNAP_LOAD_STEP | 1 | what tangents see | the same at the smallest size: refused
+equilibrium.statics.CLOSED_GAP | 1 | size of the mechanism | gap of a joint in equilibrium
+equilibrium.statics.LEAST_JUMP | 1 | loads | when two equilibria are the same
 dynamics.sections.crossing.ROUNDS | iterations | nothing | most rounds to a crossing
 dynamics.sections.crossing.HALVINGS | halvings | nothing | most halvings of a step there
 dynamics.sections.crossing.CLOSE | 1 | a step | how near a crossing has to be
@@ -367,8 +367,8 @@ series.wolf.SMALLEST | 1 | spread | smallest distance
 series.zero_one.ENOUGH | points | nothing | least points
 series.zero_one.REGULAR | 1 | 0-1 test | regular below
 series.zero_one.CHAOTIC | 1 | 0-1 test | chaotic above
-linalg.symbolic.WIDEST | unknowns | nothing | widest supernode
-linalg.symbolic.WASTE | 1 | entries | zeros that supernodes may hold
+linalg.symbolic.WIDEST_PANEL | unknowns | nothing | widest supernode
+linalg.symbolic.PANEL_ZEROS | 1 | entries | zeros that supernodes may hold
 beams.mesh.SAME_PLACE | 1 | size of the mesh | nodes at one place
 beams.mesh.STRAIGHT | rad | nothing | bend of a link that is straight
 """)
@@ -379,38 +379,38 @@ def _left_out() -> dict[str, str]:
     reasons = """
     the default of an argument that is varied: contact.onset.LEAST_APPROACH
     a factor of a formula: dynamics.exponents.exponent_error.LATE contact.friction.lugre.PASSIVE
-        energy.contact_work.GAUSS
-        start.projection.TURN
+        energy.contact_work.GAUSS_POINT
+        start.projection.WHOLE_TURN
         dynamics.sections.section_signals.TURN dynamics.orbits.shooting.TURN beams.corotational.TURN
         beams.corotational.REST
     printed with the theory, and only a remark: contact.validity.LOVE contact.validity.YIELD_OF_POINT
         contact.validity.YIELD_OF_LINE
     start values of histories: contact.onset.HISTORY contact.validity.HISTORY_WITH_EXTREMES
     a name of a code, a mode or a place in an array: state.record.ENERGY_MISSING state.record.ENERGY_MADE
-        state.record.ENERGY_LOST state.flow.EPISODE state.flow.EPISODE_ROW
-        state.flow.IMPACT state.flow.CONTACT_MEMORY
+        state.record.ENERGY_LOST state.flow.EPISODE_SIZE state.flow.EPISODE_ROW_SIZE
+        state.flow.IMPACT_SIZE state.flow.CONTACT_MEMORY_SIZE
         paper.staggered.elastic_step.ELASTIC_SINGULAR paper.staggered.elastic_step.TOO_FAR
         results.contact_intervals.IMPACT
         results.contact_intervals.CONTINUOUS
         results.netcdf.FORMAT
-        step.newmark.implicit_step.AGAIN
-        run.run.NOT_SAVING sensitivity.tangent_step.LOST
+        step.newmark.implicit_step.CONTINUE step.newmark.implicit_step.EVALUATE_AGAIN
+        run.run.NOT_SAVING sensitivity.tangent_step.TANGENT_LOST
         step.contact_log.IMPACT step.contact_log.LASTING
-        results.remarks.APPROACH step.contact_log.CLOSING_PHASE step.contact_log.LASTING_PHASE
-        linalg.lu.HELD linalg.lu.NO_ROW dynamics.sections.crossing.DOWN dynamics.sections.crossing.UP
+        results.remarks.APPROACH_PLACE step.contact_log.CLOSING_PHASE step.contact_log.LASTING_PHASE
+        linalg.lu.ROWS_HELD linalg.lu.NO_ROW dynamics.sections.crossing.DOWN dynamics.sections.crossing.UP
         dynamics.systems.mechanism_flow.ONSET dynamics.basins.attractor_matching.LOST
         dynamics.basins.attractor_matching.UNDECIDED
         program.signals.CONTACT_PENETRATION program.tables.CONTACT_COMMON
-    squares of smaller numbers are 0 among floats: run.simulate.SHORTEST
+    squares of smaller numbers are 0 among floats: run.simulate.SHORTEST_RUN
     stands for infinity: state.options.NEVER
-    a size of a buffer, a block or a store: state.flow.PAST_STATES run.run.BUFFER
-        run.run.BLOCK_SECONDS run.run.FIRST_BLOCK dynamics.basins.basin.CHUNKS series.neighbours.BLOCK
-        series.recurrence.BLOCK program.check_kernels.REMEMBERED program.structure.KEPT
-        program.structure.KEPT_UNKNOWNS program.structure.MANY run.run.BUFFER_NUMBERS run.run.LEAST_BUFFER
-        run.saved_rows.AHEAD
-    how many are printed or written: results.vtk.MOST_FRAMES results.contact_intervals.SHOWN results.status.MOST
-        equilibrium.mechanism_report.MOST results.signal_names.OFFERED
-    shortens what another number decides: linalg.rank.SURELY
+    a size of a buffer, a block or a store: state.flow.PAST_STATES run.run.BUFFER_ROWS
+        run.run.BLOCK_SECONDS run.run.FIRST_BLOCK_UPDATES dynamics.basins.basin.CHUNKS series.neighbours.BLOCK
+        series.recurrence.BLOCK program.check_kernels.REMEMBERED_CALLS program.structure.REMEMBERED_STRUCTURES
+        program.structure.REMEMBERED_UNKNOWNS program.structure.FIELDWISE_FROM run.run.BUFFER_NUMBERS run.run.LEAST_BUFFER_ROWS
+        run.saved_rows.MOST_RESERVED_BYTES
+    how many are printed or written: results.vtk.MOST_FRAMES results.contact_intervals.SHOWN_ROWS results.status.LISTED_JOINTS
+        equilibrium.mechanism_report.LISTED_FREQUENCIES results.signal_names.MOST_COMPARED_NAMES
+    shortens what another number decides: linalg.rank.CERTAIN_EIGENVALUE
     coefficients and stages of Radau's method, exact: step.radau.collocation.C step.radau.collocation.ESTIMATE
         step.radau.collocation.FROM_IM step.radau.collocation.FROM_RE step.radau.collocation.FROM_REAL
         step.radau.collocation.LAST step.radau.collocation.MIDDLE step.radau.collocation.ONCE

@@ -14,7 +14,7 @@ import flexmb as fm
 from flexmb.equilibrium.free_motions import null_space
 from flexmb.mechanisms import nine_bar
 from flexmb.start.rigid_motion import RigidMotion
-from flexmb.system.at_state import System
+from flexmb.system.state_evaluation import StateEvaluation
 
 STEPS = (1e-4, 4e-5, 1e-5, 1e-6, 0.0)  # s
 RATIOS = (0.5, 0.9, 0.98, 0.995)
@@ -24,11 +24,11 @@ PHASES = (0.5, 0.1, 0.01, 1e-3, 1e-4)
 def multipliers(mech: fm.Mechanism, *, shared: bool, step: float) -> np.ndarray:
     """Eigenvalues of M_r^-1 J^T M P J in the drawn pose, the largest first."""
     whole = fm.compile(mech)
-    bodies = System(fm.compile(fm.Mechanism(mech.name, mech.bodies)))
-    q = np.array(whole.drawn.q)
+    bodies = StateEvaluation(fm.compile(fm.Mechanism(mech.name, mech.bodies)))
+    q = np.array(whole.reference.q)
     K, C, M = (bodies.at(q, weights=w).block().toarray() for w in np.eye(3))
-    open_rows = System(whole).at(q).jacobian.toarray()
-    rows = System(fm.compile(mech, closed=True)).at(q).jacobian.toarray() if shared else open_rows
+    open_rows = StateEvaluation(whole).at(q).jacobian.toarray()
+    rows = StateEvaluation(fm.compile(mech, closed=True)).at(q).jacobian.toarray() if shared else open_rows
     B = RigidMotion(whole).basis(q).toarray()
     J, N = B @ null_space(open_rows @ B), null_space(rows)
     A = M + 0.5 * step * C + 0.25 * step**2 * K

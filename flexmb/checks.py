@@ -1,4 +1,4 @@
-"""Checks of arguments: each names the object, what is wrong with its value, and what to do."""
+"""Checks of arguments; each error names the object, the wrong value and the remedy."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -82,7 +82,7 @@ def point(owner: str, name: str, value: object, unit: str = "m") -> tuple[float,
 
 
 def sequence(owner: str, name: str, value: object, of: str) -> tuple[Any, ...]:
-    """`value` as a tuple, or `InputError`; `of` says what it holds."""
+    """`value` as a tuple, or `InputError`; `of`: kind of its items, for the message."""
     if isinstance(value, str) or not isinstance(value, Iterable):
         raise InputError(f"{owner}: {name} is {value!r}; it must be a list of {of}.")
     try:
@@ -116,13 +116,13 @@ def number_fields(owner: Any, label: str) -> None:
 
 @cache
 def is_kind_of_number(kind: type) -> bool:
-    """Whether it is a class of real numbers; asking each time, as an abstract base class wants it, takes longer."""
+    """Whether a class is one of real numbers; remembered, since abstract base classes are slow."""
     return issubclass(kind, Real) and not issubclass(kind, bool)
 
 
 @cache
 def declared_fields(kind: type) -> tuple[tuple[str, str], ...]:
-    """Names of the fields of a dataclass and of what they are declared to hold."""
+    """Names of the fields of a dataclass, with their declared types."""
     return tuple((f.name, str(getattr(f.type, "__name__", f.type))) for f in fields(kind))
 
 
@@ -151,7 +151,7 @@ def did_you_mean(word: str, names: Iterable[str]) -> str:
 
 
 def package(name: str, extra: str, purpose: str) -> ModuleType:
-    """The imported optional package `name`, or an error that says what to install."""
+    """The imported optional package `name`, or an error with the package to install."""
     try:
         return import_module(name)
     except ImportError as error:

@@ -119,7 +119,7 @@ def _source(given: list[str]) -> Source | None:
 
 
 def _parser(source: Source | None, wanted: str) -> tuple[argparse.ArgumentParser, list[Option]]:
-    """The parser; the options of the source go to the command that is wanted, so names of others' options are free."""
+    """Parser of the command line; options of the user's file belong to the chosen command alone."""
     parser = argparse.ArgumentParser(
         prog="flexmb", description="Planar flexible multibody dynamics with imperfect joints.", allow_abbrev=False
     )

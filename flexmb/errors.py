@@ -1,4 +1,4 @@
-"""What can go wrong, by kind: one exception class a kind, all of them `FlexmbError`."""
+"""Exceptions, one class for each kind of error, all derived from `FlexmbError`."""
 
 
 class FlexmbError(Exception):
@@ -30,12 +30,12 @@ class FileFormatError(FlexmbError):
 
 
 class MissingPackageError(FlexmbError, ImportError):
-    """An optional package that is not installed; the message says how to install it."""
+    """An optional package that is not installed; the message names the command that installs it."""
 
 
 class WorkerError(FlexmbError, RuntimeError):
-    """A worker process that died or cannot be reached; the message says how to go on."""
+    """A worker process that died or cannot be reached; the message names the remedy."""
 
 
 class RestitutionWarning(UserWarning):
-    """A contact law that delivers another coefficient of restitution than it was asked for."""
+    """A contact law with another coefficient of restitution than its parameter."""

@@ -1,4 +1,4 @@
-"""The contracts between the compiled loop and the parts, and the class that holds a kernel.
+"""Contracts between the compiled loop and the parts, and the class of kernels.
 
 A kernel is one pure function of plain floats and arrays.  Its contract fixes the signature, so the loop is
 compiled once for every model and calls each kernel through its address: a new part never recompiles the loop.
@@ -17,19 +17,19 @@ gap            p, q, v, out                                                writt
 normal         p, h, gap, gap_rate, z, z_new                               N, dN_dgap, dN_drate
 friction       p, h, slip, N, z, z_new                                     T, dT_dslip, dT_dN
 motion         p, t                                                        s, s_dot, s_ddot
-grip           p, q, lam, out, H                                           written to out (`GRIP_SIZE`), H
+joint_friction p, q, lam, out, H                                           written to out, H
 signal         p, t, q, v, a                                               value
 =============  ==========================================================  ==========================
 
-p : numbers of the part; z : its history at the last accepted state, h : the time since then, z_new : the history
-if this state is accepted.  h = 0 must be safe.  A normal or friction law may return N or T alone; its derivatives are
-then found from its source.  r : generalised force the part exerts, inertia included;
+p : parameters of the part; z : history at the last accepted state, h : time since then [s], z_new : history if this
+state is accepted.  h = 0 must be safe.  A normal or friction law may return N or T alone; derivatives then follow from
+its source.  r : generalised force that the part exerts, inertia included;
 K, C, M = dr/dq, dr/dv, dr/da.  G = dg/dq; g_t : partial derivative in time; G a = gamma on the manifold;
 H = d(G^T lam)/dq.
 
-force, tangent and account are shorter ways to what element and energy kernels say, for elements whose speed counts:
-the forces alone; forces with A = kq K + kv C + ka M; all that an accepted state asks for, with M v and M y for any y.
-An element that has none of them is called through its element and energy kernels.
+force, tangent and account kernels give the results of element and energy kernels at less cost, for elements whose speed
+counts: forces alone; forces with A = kq K + kv C + ka M; forces and energies of an accepted state, with M v and M y for
+any y.  An element without them is called through its element and energy kernels.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ from numba.core.errors import NumbaError
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
-from flexmb.compiled.kept import Kept
+from flexmb.compiled.code_cache import CodeCache
 from flexmb.compiled.pieces import whole
 from flexmb.compiled.pointers import KernelPointer
 from flexmb.compiled.shipped import ours
@@ -66,18 +66,18 @@ _M = types.Array(_F, 2, "C")
 _TRIPLE = types.UniTuple(_F, 3)
 
 compiled = whole(error_model="numpy", _nrt=False, forceinline=True)
-"""Decorator of the compiled functions of kernels and loop.
+"""Decorator of the compiled functions of the loop.
 
-They are compiled without numba's memory management: nothing can be allocated (a function that tries does not compile),
-and views of arrays cost nothing.  They are inlined into one another, since handing on the tables of a program costs
-more than most of them do.  Kernels themselves may allocate, since users write them.
+The functions are compiled without numba's memory management: a function that allocates does not compile, and views of
+arrays cost nothing.  The functions are inlined into one another, since handing on the tables of a program costs more
+than most of them.  Kernels may allocate, since users write them.
 """
 
 fast = whole(error_model="numpy", _nrt=False, forceinline=True, fastmath={"contract", "nsz", "arcp"})
-"""`compiled`, for the formulas of elements: a product and a sum may be fused, which takes a sixth off a beam.
+"""`compiled` with fused multiply-add, for the formulas of elements: a beam takes a sixth less time.
 
-Sums stay in their order (reordering them gains another 4 % and may lose digits where large terms cancel), and NaN and
-infinity stay visible.
+Sums keep their order (another order gains 4 % and may lose digits where large terms cancel); NaN and infinity stay
+visible.
 """
 
 
@@ -90,9 +90,9 @@ def copy(source, target):  # type: ignore[no-untyped-def]
 
 @dataclass(frozen=True)
 class Contract:
-    """Name, parameter names and numba signature of one kind of kernel.
+    """Contract of one kind of kernel: name, names of the parameters, numba signature.
 
-    `active` are the places of the parameters by which a law that returns its force alone is differentiated.
+    active : places of the parameters by which a law that returns its force alone is differentiated
     """
 
     name: str
@@ -114,7 +114,7 @@ GAP = _contract("gap", "p q v out", types.void, _P, _V, _V, _V)
 NORMAL = _contract("normal", "p h gap gap_rate z z_new", _TRIPLE, _P, _F, _F, _F, _P, _V, active=(2, 3))
 FRICTION = _contract("friction", "p h slip N z z_new", _TRIPLE, _P, _F, _F, _F, _P, _V, active=(2, 3))
 MOTION = _contract("motion", "p t", _TRIPLE, _P, _F)
-GRIP = _contract("grip", "p q lam out H", types.void, _P, _V, _V, _V, _M)
+JOINT_FRICTION = _contract("joint_friction", "p q lam out H", types.void, _P, _V, _V, _V, _M)
 FORCE = _contract("force", "p t h q v a z r z_new", types.void, _P, _F, _F, _V, _V, _V, _P, _V, _V)
 TANGENT = _contract(
     "tangent",
@@ -126,13 +126,13 @@ ACCOUNT = _contract("account", "p t h q v a y z r Mv My z_new", _TRIPLE, _P, _F,
 SIGNAL = _contract("signal", "p t q v a", _F, _P, _F, _V, _V, _V)
 
 GAP_SIZE = 49
-"""Length of a gap kernel's `out`: gap, gap rate, slip, normal (2), arm on the first body (2), arm on the second (2),
-eccentricity (2), its rate (2), then the derivatives by the six coordinates of normal, first arm, second arm (2 x 6
-each, row by row).  `flexmb.places` has names for them."""
+"""Length of `out` of a gap kernel: gap, gap rate, slip, normal (2), arms on the first and on the second body (2 each),
+eccentricity (2), its rate (2), derivatives of normal, first arm and second arm by the six coordinates (2 x 6 each, row
+by row).  `flexmb.places` names the places."""
 
-GRIP_SIZE = 4 + 6
-"""Length of a grip kernel's `out`: how a joint's multipliers press its surfaces together, and which way they slide.
-Normal load (>= 0), its derivatives by up to three multipliers, J with slip = J v; H = dJ/dq."""
+JOINT_FRICTION_SIZE = 4 + 6
+"""Length of `out` of a joint-friction kernel: normal load (>= 0), its derivatives by up to three multipliers, and the
+direction J of sliding, with slip = J v; H = dJ/dq."""
 
 
 class Kernel:
@@ -179,7 +179,7 @@ class Kernel:
 
     @property
     def python(self) -> Any:
-        """The Python function that keeps the contract: the user's, or the one that adds derivatives to it."""
+        """Python function of the contract: the user's function, or its version with derivatives."""
         if self._python is None:
             self._python = self._complete()
         return self._python
@@ -193,7 +193,7 @@ class Kernel:
 
     @property
     def address(self) -> int:
-        """Where the compiled function stands in this process, which holds it as long as the kernel is there."""
+        """Address of the compiled function in this process, valid as long as the kernel exists."""
         if self._address == 0:
             result = self.dispatcher.get_compile_result(self.contract.signature)
             self._address = int(result.library.get_pointer_to_function(result.fndesc.llvm_func_name))
@@ -223,7 +223,7 @@ class Kernel:
         return self.function.__module__, self.function.__qualname__, code.co_code, code.co_consts
 
     def _complete(self) -> Any:
-        """The user's function, or its derivative version when it is a law that returns one number."""
+        """The user's function; its version with derivatives for a law that returns its force alone."""
         if self.text is None or not isinstance(self.function, FunctionType):
             return self.function
         source = Source(self.function, self.text)
@@ -244,12 +244,12 @@ class Kernel:
             raise KernelError(f"Kernel {self.name!r} cannot be compiled as {self.contract.name}: {error}") from error
 
     def _compiled(self, **options: Any) -> Any:
-        """The function compiled to its contract, or found where it is kept; typed-in code is kept nowhere."""
+        """The function compiled to its contract, or loaded from a cache; code typed into a session has no cache."""
         dispatcher = numba.njit(error_model="numpy", **options)(self.python)
         if config.DISABLE_JIT:
             return dispatcher
         if self._cacheable and ours(self.python):
-            dispatcher._cache = Kept(self.python)
+            dispatcher._cache = CodeCache(self.python)
         elif self._cacheable:
             with suppress(RuntimeError):  # typed-in code has no file beside which a cache could lie
                 dispatcher.enable_caching()
@@ -284,7 +284,7 @@ gap_kernel = _decorator(GAP)
 normal_law = _decorator(NORMAL)
 friction_law = _decorator(FRICTION)
 drive_kernel = _decorator(MOTION)
-grip_kernel = _decorator(GRIP)
+joint_friction_kernel = _decorator(JOINT_FRICTION)
 signal_kernel = _decorator(SIGNAL)
 force_kernel = _decorator(FORCE)
 tangent_kernel = _decorator(TANGENT)
@@ -292,12 +292,25 @@ account_kernel = _decorator(ACCOUNT)
 
 _BY_NAME = {
     c.name: c
-    for c in (ELEMENT, ENERGY, CONSTRAINT, GAP, NORMAL, FRICTION, MOTION, GRIP, SIGNAL, FORCE, TANGENT, ACCOUNT)
+    for c in (
+        ELEMENT,
+        ENERGY,
+        CONSTRAINT,
+        GAP,
+        NORMAL,
+        FRICTION,
+        MOTION,
+        JOINT_FRICTION,
+        SIGNAL,
+        FORCE,
+        TANGENT,
+        ACCOUNT,
+    )
 }  # for unpickling typed-in kernels
 
 
 def address_table(kernels: Sequence[Kernel]) -> Any:
-    """What the compiled loop needs to call `kernels` by number: their addresses, or the functions without JIT."""
+    """Table by which the compiled loop calls `kernels` by number: addresses, or functions without JIT."""
     if config.DISABLE_JIT:
         return tuple(kernel.python for kernel in kernels)
     table = np.zeros(max(1, len(kernels)), dtype=np.int64)
@@ -308,7 +321,7 @@ def address_table(kernels: Sequence[Kernel]) -> Any:
 
 
 def _caller(contract: Contract) -> Any:
-    """A compiled function (table, k) that returns kernel number k as a callable."""
+    """Make the compiled function (table, k) that returns kernel number k as a callable."""
     if config.DISABLE_JIT:
         return lambda table, k: table[k]
     pointer_type = KernelPointer(contract.name, contract.signature)
@@ -326,7 +339,7 @@ def _caller(contract: Contract) -> Any:
 
 
 def _matrix_view() -> Any:
-    """A compiled function (flat, rows, columns) that returns the beginning of `flat` as a matrix, without a copy."""
+    """Make the compiled function (flat, rows, columns) that returns the start of `flat` as a matrix, without a copy."""
     if config.DISABLE_JIT:
         return lambda flat, rows, columns: flat[: rows * columns].reshape(rows, columns)
 
@@ -349,9 +362,9 @@ matrix_view = _matrix_view()
 
 
 def _part_of() -> Any:
-    """A compiled function (flat, begin, end) that returns flat[begin:end], which must be inside, without checks.
+    """Make the compiled function (flat, begin, end) that returns flat[begin:end] without checks of the bounds.
 
-    A slice asks for signs and ends; so do indices into it when it is not known that they begin at 0.
+    A slice tests signs and bounds, and so does every index into it, unless numba knows that indices start at 0.
     """
     if config.DISABLE_JIT:
         return lambda flat, begin, end: flat[begin:end]
@@ -379,7 +392,7 @@ gap_at = _caller(GAP)
 normal_at = _caller(NORMAL)
 friction_at = _caller(FRICTION)
 motion_at = _caller(MOTION)
-grip_at = _caller(GRIP)
+joint_friction_at = _caller(JOINT_FRICTION)
 signal_at = _caller(SIGNAL)
 force_at = _caller(FORCE)
 tangent_at = _caller(TANGENT)

@@ -1,4 +1,4 @@
-"""Names of the places in what gap and grip kernels write, and numbers put in the order of such places.
+"""Names of places in the output of gap and joint-friction kernels, and parameters packed by place.
 
 A name is an integer constant, so `out[SLIP]` costs what `out[2]` does.  Places of numbers that one file knows are named
 there, columns of tables in `flexmb.program.tables`, those of results in `flexmb.system.work`.
@@ -33,7 +33,7 @@ NORMAL, TANGENTIAL = range(2)
 """Rows of the Jacobian of a contact: of the gap rate J_n v, and of the slip J_t v."""
 
 LOAD, LOAD_BY_LAM = range(2)
-"""What a grip kernel writes: normal load, the first of its three derivatives by multipliers."""
+"""Places in the output of a joint-friction kernel: normal load [N], first of its three derivatives by multipliers."""
 
 (SLIDING,) = range(4, 5)
 """Behind it the first of the six entries of J, with the slip J v."""

@@ -38,8 +38,8 @@ from flexmb.bodies.bosses import Bosses
 from flexmb.bodies.inertia import mean_mass, node_mass
 from flexmb.errors import InputError
 from flexmb.kernels import signal_kernel
+from flexmb.model.contributions import Contribution, ElementContribution, Node, node_coordinates
 from flexmb.model.material import Material
-from flexmb.model.pieces import ElementPiece, Node, Piece, node_coordinates
 from flexmb.model.shape import BeamShape
 
 if TYPE_CHECKING:
@@ -140,21 +140,23 @@ def beam_parameters(beam: Beam, nodes: dict[str, Node], damping: float, gravity:
 
 def beam_pieces(
     part: str, beams: Sequence[Beam], nodes: dict[str, Node], damping: float, gravity: Point
-) -> list[Piece]:
+) -> list[Contribution]:
     """Element pieces of all beams of a body."""
-    pieces: list[Piece] = []
+    contributions: list[Contribution] = []
     short = {"force": beam_force, "tangent": beam_tangent, "account": beam_account}
     for beam in beams:
         ends = [node_coordinates(part, node) for node in beam.nodes]
         for p, (first, second) in zip(beam_parameters(beam, nodes, damping, gravity), pairwise(ends), strict=True):
-            pieces.append(ElementPiece(part, beam_kernel, (*first, *second), p, energy=beam_energy, **short))
-    return pieces
+            contributions.append(
+                ElementContribution(part, beam_kernel, (*first, *second), p, energy=beam_energy, **short)
+            )
+    return contributions
 
 
 def mass_damping_pieces(
     part: str, beams: Sequence[Beam], axis: Beam, zeta: float, lumps: Mapping[str, tuple[float, float]]
-) -> list[Piece]:
-    """Pieces of mass-proportional damping, one an element; none when zeta is 0.
+) -> list[Contribution]:
+    """Contributions of mass-proportional damping, one an element; none when zeta is 0.
 
     The body's frame runs from the first to the last node of `axis`.  `lumps` are (mass [kg], inertia [kg m^2]) by node;
     each is counted with the first element that ends there.
@@ -163,7 +165,7 @@ def mass_damping_pieces(
         return []
     left = dict(lumps)
     frame = tuple(c for k in (0, -1) for c in node_coordinates(part, axis.nodes[k])[:2])
-    pieces: list[Piece] = []
+    contributions: list[Contribution] = []
     for beam in beams:
         data = matrices(beam)
         angle = direction(beam) - direction(axis)
@@ -172,8 +174,10 @@ def mass_damping_pieces(
             p = damping_parameters(zeta, angle, data.axial_mass[k], data.bending_mass[k], ends)
             coordinates = (*frame, *(c for node in nodes for c in node_coordinates(part, node)))
             short = {"force": mass_damping_force, "account": mass_damping_account}
-            pieces.append(ElementPiece(part, mass_damping_kernel, coordinates, p, energy=mass_damping_energy, **short))
-    return pieces
+            contributions.append(
+                ElementContribution(part, mass_damping_kernel, coordinates, p, energy=mass_damping_energy, **short)
+            )
+    return contributions
 
 
 def direction(beam: Beam) -> float:
@@ -209,15 +213,15 @@ def mass_parts(beam: Beam) -> list[tuple[float, Point, float]]:
     return parts
 
 
-def boss_pieces(part: str, corners: Sequence[str], bosses: Bosses, gravity: Point) -> list[Piece]:
-    """Pieces of the bosses at the corners and of the mass at their mean."""
-    pieces: list[Piece] = []
+def boss_pieces(part: str, corners: Sequence[str], bosses: Bosses, gravity: Point) -> list[Contribution]:
+    """Contributions of the bosses at the corners and of the mass at their mean."""
+    contributions: list[Contribution] = []
     for node, mass in zip(corners, bosses.masses, strict=True):
         if mass or bosses.inertia:
-            pieces.append(node_mass(part, node, mass, bosses.inertia, gravity))
+            contributions.append(node_mass(part, node, mass, bosses.inertia, gravity))
     if bosses.mean_mass:
-        pieces.append(mean_mass(part, tuple(corners), bosses.mean_mass, gravity))
-    return pieces
+        contributions.append(mean_mass(part, tuple(corners), bosses.mean_mass, gravity))
+    return contributions
 
 
 def nearest_node(label: str, owner: str, nodes: Sequence[Node], point: Point, size: float) -> Node:

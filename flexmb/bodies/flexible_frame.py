@@ -28,9 +28,9 @@ from flexmb.bodies.flexible import (
 )
 from flexmb.bodies.flexible_link import check_beam
 from flexmb.errors import InputError
+from flexmb.model.contributions import Attachment, Contribution, Node
 from flexmb.model.material import Material
 from flexmb.model.part import Body
-from flexmb.model.pieces import Attachment, Node, Piece
 from flexmb.model.shape import Shapes
 
 if TYPE_CHECKING:
@@ -255,7 +255,7 @@ class FlexibleFrame(Body):
         parts.append((bosses.mean_mass, (float(mean[0]), float(mean[1])), 0.0))
         return RigidProperties.of(parts)
 
-    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """Elements, bosses and damping."""
         nodes = {n.name: n for n in self.nodes()}
         beams, bosses = self._beams(), self._bosses()

@@ -28,8 +28,8 @@ from flexmb.bodies.flexible import (
     rotary_inertia_of,
 )
 from flexmb.errors import InputError
+from flexmb.model.contributions import Attachment, Contribution, Node, SignalContribution
 from flexmb.model.material import Material
-from flexmb.model.pieces import Attachment, Node, Piece, SignalPiece
 from flexmb.model.shape import Shapes
 
 if TYPE_CHECKING:
@@ -221,7 +221,7 @@ class FlexibleLink(Bar):
         parts.append((0.0, self.start, self.pivot_inertia))
         return RigidProperties.of(parts)
 
-    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """Elements, bosses, damping and the signal `deflection`."""
         nodes, zeta = {n.name: n for n in self._nodes}, self.mass_damping
         ends = (self._nodes[0].name, self._nodes[-1].name)
@@ -238,7 +238,7 @@ class FlexibleLink(Bar):
             *boss_pieces(self.name, ends, bosses, mechanism.gravity),
             *pivot,
             *(mass_damping_pieces(self.name, [self._beam], self._beam, zeta, self._lumps()) if zeta else ()),
-            SignalPiece(self.name, "deflection", "m", deflection_kernel, coordinates),
+            SignalContribution(self.name, "deflection", "m", deflection_kernel, coordinates),
         ]
 
     def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - the beam alone

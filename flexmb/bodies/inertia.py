@@ -1,7 +1,7 @@
 """Mass and moment of inertia of a node, and of a point between nodes: kernels and pieces."""
 
 from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel, tangent_kernel
-from flexmb.model.pieces import ElementPiece, node_coordinates
+from flexmb.model.contributions import ElementContribution, node_coordinates
 from flexmb.places import packed
 
 MASS, INERTIA, GRAVITY_X, GRAVITY_Y = range(4)
@@ -65,11 +65,13 @@ def node_mass_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
 
 
 def node_mass(part, node, mass, inertia, gravity):
-    """Piece of a rigid mass `mass` [kg] with moment of inertia `inertia` [kg m^2] at a node."""
+    """Contribution of a rigid mass `mass` [kg] with moment of inertia `inertia` [kg m^2] at a node."""
     gx, gy = gravity
     p = packed({MASS: mass, INERTIA: inertia, GRAVITY_X: gx, GRAVITY_Y: gy})
     short = {"force": node_mass_force, "tangent": node_mass_tangent, "account": node_mass_account}
-    return ElementPiece(part, node_mass_kernel, node_coordinates(part, node), p, energy=node_mass_energy, **short)
+    return ElementContribution(
+        part, node_mass_kernel, node_coordinates(part, node), p, energy=node_mass_energy, **short
+    )
 
 
 @element_kernel
@@ -137,7 +139,7 @@ def mean_mass_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
 
 
 def mean_mass(part, nodes, mass, gravity):
-    """Piece of a point mass [kg] held at the mean position of several nodes."""
+    """Contribution of a point mass [kg] held at the mean position of several nodes."""
     coordinates = tuple(c for node in nodes for c in node_coordinates(part, node)[:2])
     p, short = (mass, *gravity), {"force": mean_mass_force, "account": mean_mass_account}
-    return ElementPiece(part, mean_mass_kernel, coordinates, p, energy=mean_mass_energy, **short)
+    return ElementContribution(part, mean_mass_kernel, coordinates, p, energy=mean_mass_energy, **short)

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from flexmb import checks, planar
 from flexmb.bodies.inertia import node_mass
 from flexmb.errors import InputError
+from flexmb.model.contributions import Attachment, Contribution, Node
 from flexmb.model.part import Body, Joint
-from flexmb.model.pieces import Attachment, Node, Piece
 from flexmb.model.shape import RigidShape, Shapes
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ class RigidBody(Body):
         """The declared start velocity."""
         return self.velocity
 
-    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """Its mass."""
         return [node_mass(self.name, "", self.mass, self.inertia, mechanism.gravity)]
 

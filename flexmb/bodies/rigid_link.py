@@ -11,7 +11,7 @@ from flexmb.bodies.bar import Bar
 from flexmb.bodies.inertia import node_mass
 from flexmb.bodies.rigid_body import checked_velocity
 from flexmb.errors import InputError
-from flexmb.model.pieces import Attachment, Node, Piece
+from flexmb.model.contributions import Attachment, Contribution, Node
 from flexmb.model.shape import RigidShape, Shapes
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ class RigidLink(Bar):
         """The declared start velocity."""
         return self.velocity
 
-    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """Its mass."""
         return [node_mass(self.name, "", self.mass, self.inertia, mechanism.gravity)]
 

@@ -1,1 +1,1 @@
-"""How compiled code is made: records that it is handed as one pointer, and functions that are optimised together."""
+"""Compilation: records passed as one pointer, functions optimised as a whole, caches of machine code."""

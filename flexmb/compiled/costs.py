@@ -1,13 +1,13 @@
-"""What compiling the large functions of the package takes: `python tests/speed/compile.py --costs` measures it."""
+"""Processor time of compiling the large functions, measured by `python tests/speed/compile.py --costs`."""
 
-WORK = 0.0125
+REFERENCE_PACE = 0.0125
 """Seconds that the measure of the machine's pace took there (`notice.pace`)."""
 
-FIRST = "the equations of motion"
+FIRST_STAGE = "the equations of motion"
 """The stage to which kernels and other small functions belong."""
 
 STAGES: dict[str, dict[str, float]] = {
-    FIRST: {
+    FIRST_STAGE: {
         "flexmb.system.evaluate.evaluate": 6.4,
         "flexmb.joints.prismatic.direction_row": 0.5,
         "flexmb.joints.revolute.coincide": 1.0,
@@ -18,7 +18,7 @@ STAGES: dict[str, dict[str, float]] = {
         "flexmb.system.evaluate.evaluate_accepted": 3.9,
         "flexmb.system.constraints.report_forces": 0.3,
         "flexmb.energy.contact_work.contact_losses": 0.8,
-        "flexmb.energy.balance.keep_account": 1.5,
+        "flexmb.energy.balance.update_balance": 1.5,
         "flexmb.system.outputs.write_outputs": 0.9,
     },
     "the time loop": {"flexmb.step.newmark.loop.advance": 26.5},
@@ -32,11 +32,11 @@ STAGES: dict[str, dict[str, float]] = {
     },
     "the loop of exponents": {
         "flexmb.sensitivity.linearise.linearise": 4.4,
-        "flexmb.sensitivity.linearise.follow_histories": 4.0,
-        "flexmb.sensitivity.tangent_step.advance_with": 10.9,
+        "flexmb.sensitivity.linearise.advance_histories": 4.0,
+        "flexmb.sensitivity.tangent_step.advance_with_tangents": 10.9,
     },
 }
 """Functions that are compiled one soon after the other, with processor time [s]; small ones stand for others, too."""
 
-ONE_BY_ONE = 4.5
+UNPIECED_FACTOR = 4.5
 """How much longer it takes with a numba for which there are no pieces (`flexmb/compiled/pieces.py`)."""

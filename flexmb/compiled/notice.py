@@ -1,4 +1,4 @@
-"""What the user is told while functions of the package are compiled: what, about how long, and that it is done.
+"""Notices to the user while functions of the package are compiled: stage, expected time, end.
 
     flexmb compiles the time loop for this machine: about 27 s, once.
     flexmb: done in 26 s.
@@ -22,22 +22,22 @@ from typing import Any
 
 from numba.core import event
 
-from flexmb.compiled.costs import FIRST, STAGES, WORK
+from flexmb.compiled.costs import FIRST_STAGE, REFERENCE_PACE, STAGES
 
-QUIET = 1.0
+QUIET_SECONDS = 1.0
 """Seconds without a compilation after which it is said to be done."""
 
-LEAST = 1.0
+LEAST_SECONDS = 1.0
 """Seconds below which nothing is said."""
 
-WIDTH = 79
+LINE_WIDTH = 79
 
 caches: dict[str, Any] = {}
 """Where compiled code of each function of the package is kept, by name."""
 
 
-def told() -> bool:
-    """Whether this process says anything: of workers the first one alone does."""
+def is_told() -> bool:
+    """Whether this process prints notices; of several workers the first one alone does."""
     if os.environ.get("FLEXMB_MESSAGES") == "0" or sys.stderr is None:
         return False
     return multiprocessing.parent_process() is None or multiprocessing.current_process().name.endswith("-1")
@@ -54,7 +54,7 @@ def _line(text: str) -> None:
 
 def say(text: str) -> None:
     """A line on stderr."""
-    if told():
+    if is_told():
         notice.close()
         _line(f"flexmb: {text}")
 
@@ -67,7 +67,7 @@ def say_once(text: str) -> None:
 
 @cache
 def pace() -> float:
-    """Seconds that this machine takes for what takes one second where costs were measured.
+    """Time on this machine relative to that on the machine of the measured costs [1].
 
     What is timed is Python's own compiler, the quickest of five runs: like numba it is made of many small steps.
     """
@@ -77,17 +77,17 @@ def pace() -> float:
         began = time.perf_counter()
         compile(lines, "pace", "exec")
         took.append(time.perf_counter() - began)
-    return min(took) / WORK
+    return min(took) / REFERENCE_PACE
 
 
 def expected(stage: str) -> float:
-    """Seconds that compiling a stage takes where costs were measured, without what is kept already."""
+    """Measured time of compiling a stage without its cached functions [s]."""
     left = [cost for name, cost in STAGES[stage].items() if name not in caches or not caches[name].there()]
     return notice.times * sum(left)
 
 
 class Notice(event.Listener):  # type: ignore[misc]
-    """Listens to what numba compiles and tells the user."""
+    """Listener of numba's compilations that prints the notices."""
 
     def __init__(self) -> None:
         self._lock = threading.RLock()
@@ -104,7 +104,7 @@ class Notice(event.Listener):  # type: ignore[misc]
         with self._lock:
             if self._depth or function.__module__.startswith("flexmb."):
                 self._depth += 1
-            if self._depth == 1 and told():
+            if self._depth == 1 and is_told():
                 name = f"{function.__module__}.{function.__qualname__}"
                 self._open(name)
                 self._missing = "" if name == self._missing else self._missing
@@ -121,20 +121,20 @@ class Notice(event.Listener):  # type: ignore[misc]
         """A function is compiled in another process that began `since` seconds ago."""
         with self._lock:
             self._depth += 1
-            if self._depth == 1 and told():
+            if self._depth == 1 and is_told():
                 self._open(name, since)
         yield
         self.on_end(None)
 
     def _open(self, name: str, since: float = 0.0) -> None:
-        """Begin the stage to which a function belongs; what belongs to none is part of the open one, or the first."""
-        stage = next((stage for stage, costs in STAGES.items() if name in costs), self._stage or FIRST)
+        """Begin the stage of a function; a function without a stage belongs to the open stage, or to the first."""
+        stage = next((stage for stage, costs in STAGES.items() if name in costs), self._stage or FIRST_STAGE)
         if stage == self._stage:
             return
         self.close()
         cost = expected(stage)
         about = cost * (self._pace or pace()) - since
-        if about < LEAST:
+        if about < LEAST_SECONDS:
             return
         self._stage, self._began, self._cost = stage, time.perf_counter(), cost
         self._missing = max(STAGES[stage], key=lambda name: STAGES[stage][name])
@@ -153,14 +153,14 @@ class Notice(event.Listener):  # type: ignore[misc]
             with self._lock:
                 if self._began != began or not self._stage:
                     return
-                if not self._depth and time.perf_counter() - self._ended > QUIET:
+                if not self._depth and time.perf_counter() - self._ended > QUIET_SECONDS:
                     self.close()
                 elif self._moving:
                     self._draw("")
 
     def _draw(self, end: str) -> None:
         line = f"{self._text} ({time.perf_counter() - self._began:.0f} s)"
-        print(f"\r{line:<{WIDTH}}", end=end, file=sys.stderr, flush=True)
+        print(f"\r{line:<{LINE_WIDTH}}", end=end, file=sys.stderr, flush=True)
 
     def close(self) -> None:
         """Say that it is done, if something was compiled."""

@@ -1,4 +1,4 @@
-"""Compiled functions as pieces: each is lowered once; what Python calls is optimised and emitted once, as a whole.
+"""Compiled functions as pieces: each is lowered once; functions called from Python are optimised as a whole.
 
 numba optimises and emits every function by itself, with all that it calls linked in and inlined again: a loop of two
 hundred functions is optimised many times over.  Here a function that compiled code calls stays intermediate code (a
@@ -26,11 +26,11 @@ from numba.core.registry import CPUDispatcher
 from numba.core.typed_passes import NativeLowering
 
 from flexmb.compiled.ahead import finished
-from flexmb.compiled.costs import ONE_BY_ONE
-from flexmb.compiled.kept import Kept
+from flexmb.compiled.code_cache import CodeCache
+from flexmb.compiled.costs import UNPIECED_FACTOR
 from flexmb.compiled.notice import notice
 
-KNOWN = ((0, 68), (0, 69))
+SUPPORTED_NUMBA = ((0, 68), (0, 69))
 """Versions of numba, from and below, whose pipeline is as it is here."""
 
 INLINE_BELOW = 600
@@ -40,7 +40,7 @@ INLINE_BELOW = 600
 def supported() -> bool:
     """Whether pieces can be made with this numba."""
     major, minor = (int(part) for part in numba.__version__.split(".")[:2])
-    return KNOWN[0] <= (major, minor) < KNOWN[1]
+    return SUPPORTED_NUMBA[0] <= (major, minor) < SUPPORTED_NUMBA[1]
 
 
 class QuickFlags(Flags):
@@ -83,7 +83,7 @@ class PieceLibrary(JITCodeLibrary):
         self._final_module.link_in(ll_module)
 
     def own(self) -> Any:
-        """Its function, to be linked into another module.
+        """Module of its function, for linking into another module.
 
         As `weak_odr`, since LLVM drops a `linkonce_odr` function that nobody has called yet.
         """
@@ -107,7 +107,7 @@ class PieceLibrary(JITCodeLibrary):
 
 
 def reached(libraries: Iterable[Any]) -> list[Any]:
-    """These libraries and those that pieces among them call, pieces first."""
+    """These libraries and all libraries that they call, pieces first."""
     found: dict[int, Any] = {}
     todo = list(libraries)
     while todo:
@@ -218,12 +218,12 @@ PieceCompiler, WholeCompiler = _compiler_with(PieceLowering), _compiler_with(Who
 
 
 def _quick(flags: Any) -> QuickFlags:
-    """The same flags, quick to compare."""
+    """Copy of numba's flags with a fast comparison."""
     return QuickFlags(flags)
 
 
 class Piece(CPUDispatcher):
-    """What compiled functions call."""
+    """Callable of compiled functions: the intermediate code of one function."""
 
     def add_overload(self, result: Any) -> None:
         """Keep a compiled signature, which Python cannot call."""
@@ -231,18 +231,18 @@ class Piece(CPUDispatcher):
 
 
 class Whole(CPUDispatcher):
-    """What Python calls; compiled functions are given its piece."""
+    """Callable of Python: a function with all functions that it calls; compiled functions call its piece."""
 
     @cached_property
     def piece(self) -> Piece:
-        """The piece, made when the first compiled function asks for it."""
+        """The piece of the function, made at first use."""
         piece = Piece(self.py_func, locals={}, targetoptions=dict(self.targetoptions), pipeline_class=PieceCompiler)
         piece._compiler._customize_flags = _quick
         return piece
 
     def enable_caching(self) -> None:
         """Look for compiled code in the installation, too."""
-        self._cache = Kept(self.py_func)
+        self._cache = CodeCache(self.py_func)
 
     def compile(self, signature: Any) -> Any:
         """Compile a signature, or find it in the cache.
@@ -259,7 +259,7 @@ class Whole(CPUDispatcher):
                 gc.enable()
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
-        """How compiled code calls the piece with these types."""
+        """Call template of the piece for these types."""
         return self.piece.get_call_template(args, kws)
 
     def get_overload(self, signature: Any) -> Any:
@@ -275,7 +275,7 @@ def whole(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     options : target options of numba.
     """
     if config.DISABLE_JIT or not supported():
-        notice.times = ONE_BY_ONE
+        notice.times = UNPIECED_FACTOR
         return numba.njit(cache=True, **options)  # type: ignore[no-any-return]
 
     def decorate(function: Callable[..., Any]) -> Any:

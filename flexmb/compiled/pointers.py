@@ -35,7 +35,7 @@ class KernelPointer(types.Callable, types.Opaque):
         return (self.signature,), False
 
     def get_impl_key(self, sig: Any) -> Any:  # noqa: ARG002 - as numba asks
-        """What `_call_kernel` is registered for."""
+        """Key of the registration of `_call_kernel`."""
         return KernelPointer
 
 

@@ -55,7 +55,7 @@ class _Fields(AttributeTemplate):
 
 
 def _pointer(builder: Any, record: Any, place: int, kind: Any) -> Any:
-    """Where the word `place` of a record is."""
+    """Pointer to the word `place` of a record."""
     base = builder.bitcast(record, kind.as_pointer())
     return builder.gep(base, [WORD(place)], inbounds=True)
 

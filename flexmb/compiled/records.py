@@ -49,10 +49,10 @@ Places = Annotated[np.ndarray, _array(np.uint64, 1)]
 Flags = Annotated[np.ndarray, _array(np.bool_, 1)]
 SmallPlaces = Annotated[np.ndarray, _array(np.uint32, 1)]
 
-LINE = 64
+CACHE_LINE = 64
 """Bytes of a line of a processor's cache; arrays that are made here begin at one."""
 
-PLAIN = 0x0001 | 0x0100
+PLAIN_FLAGS = 0x0001 | 0x0100
 """numpy's flags of arrays in C order and of aligned ones."""
 
 NUMBERS = {float: types.float64, int: types.int64, bool: types.boolean}
@@ -148,7 +148,7 @@ class Record:
         self._adopt(np.array(given, dtype=np.float64).view(np.uint64))
 
     def _begun(self, shapes: tuple[tuple[str, Any], ...]) -> np.ndarray:
-        """The words, with those of arrays of zeros: one behind the other in one piece of memory.
+        """The words of a record whose arrays of zeros lie one after the other in one block of memory.
 
         Python's view of such an array is made when it is asked for.
         """
@@ -222,7 +222,7 @@ class Record:
         return other
 
     def twin(self, **records: Record) -> Self:
-        """A record of the same shapes and numbers, in a fifth of the time: what was made of zeros is zeros again.
+        """A new record with the same shapes and numbers, arrays of zeros included, in a fifth of the time.
 
         Arrays that were given are shared; records within have twins of their own, or are exchanged for `records`.
         """
@@ -252,7 +252,7 @@ class Record:
         return {name: x.numbers() if isinstance(x, Record) else x.copy() for name, x in found.items()}
 
     def restore(self, saved: Mapping[str, np.ndarray]) -> None:
-        """Take back what `saved` returned.
+        """Restore the arrays and numbers of `saved`.
 
         Raises
         ------
@@ -281,7 +281,7 @@ class Record:
 
 
 class _Plan:
-    """Where arrays of zeros of given shapes stand in one piece of memory.
+    """Layout of arrays of zeros of given shapes in one block of memory.
 
     Parameters
     ----------
@@ -304,14 +304,14 @@ class _Plan:
             self.words[place], self.moved[place] = end, 1
             self.words[place + 1 : place + 1 + ndim] = shape
             size = math.prod(shape) * dtype.itemsize
-            end += (size + LINE - 1) // LINE * LINE
-        self.size = end + LINE
+            end += (size + CACHE_LINE - 1) // CACHE_LINE * CACHE_LINE
+        self.size = end + CACHE_LINE
 
     def arena(self) -> tuple[np.ndarray, int, int]:
         """New memory, where in it the first array begins, and its address."""
         arena = np.zeros(self.size, dtype=np.uint8)
         address = arena.__array_interface__["data"][0]
-        return arena, -address % LINE, address
+        return arena, -address % CACHE_LINE, address
 
 
 def _grouped(kind: type[Record], given: Any) -> tuple[list[tuple[Any, ...]], ...]:
@@ -351,7 +351,7 @@ def _stored(kind: Any) -> tuple[Any, int]:
 
 def _fits(value: Any, dtype: Any, ndim: int) -> bool:
     """Whether a value is an array of this type in C order."""
-    if not isinstance(value, np.ndarray) or value.ndim != ndim or value.flags.num & PLAIN != PLAIN:
+    if not isinstance(value, np.ndarray) or value.ndim != ndim or value.flags.num & PLAIN_FLAGS != PLAIN_FLAGS:
         return False
     return value.dtype is dtype or bool(value.dtype == dtype)
 

@@ -1,4 +1,4 @@
-"""Compiled code that an installation brings along: one file of machine code, one index that says what it was made of.
+"""Machine code of an installation: one file of code, one index with its sources and versions.
 
 The code is made for a generic processor (`make wheel`) and used only where everything fits: the versions of
 numba, llvmlite and Python, the sources of the package, the platform, what the processor can do.  Else functions are
@@ -24,7 +24,7 @@ from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 
 from flexmb.compiled.notice import say
-from flexmb.compiled.processors import NEEDS
+from flexmb.compiled.processors import REQUIRED_FEATURES
 
 PACKAGE = Path(__file__).resolve().parents[1]
 FOLDER = PACKAGE / "compiled" / "shipped"
@@ -37,7 +37,7 @@ def key(function: Any, signature: tuple[Any, ...]) -> str:
 
 
 def ours(function: Any) -> bool:
-    """Whether a function is one of the package's; what closures hold is not written to the index."""
+    """Whether a function belongs to the package and is no closure."""
     return function.__module__.startswith("flexmb.") and function.__closure__ is None
 
 
@@ -54,7 +54,7 @@ def sources(package: Path) -> str:
 
 
 def made_with() -> dict[str, str]:
-    """What compiled code depends on beside the sources and the processor."""
+    """Versions on which compiled code depends: numba, llvmlite, Python, platform."""
     return {
         "numba": numba.__version__,
         "llvmlite": llvmlite.__version__,
@@ -137,7 +137,7 @@ def _refuse(why: str) -> None:
 
 
 class Shipment:
-    """Collects what is compiled, to be shipped.
+    """Collector of compiled code for an installation.
 
     Parameters
     ----------
@@ -163,7 +163,7 @@ class Shipment:
         index = {
             "made_with": made_with(),
             "cpu": self.cpu,
-            "needs": NEEDS[self.cpu],
+            "needs": REQUIRED_FEATURES[self.cpu],
             "sources": sources(PACKAGE),
             "size": begin,
             "code": places,

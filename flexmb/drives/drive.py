@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 from flexmb import checks
 from flexmb.errors import InputError, ModelError
+from flexmb.model.contributions import ConstraintContribution, Contribution, RowMotion
 from flexmb.model.law import Motion
 from flexmb.model.part import GROUND, Joint, Part
-from flexmb.model.pieces import ConstraintPiece, Piece, RowMotion
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -59,23 +59,23 @@ class Drive(Part):
             if isinstance(part, Drive) and part.joint == self.joint and part.name != self.name:
                 raise ModelError(f"{self.label} and {part.label} both drive joint {self.joint!r}. Keep one of them.")
 
-    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One row."""
         measure = self._measure(mechanism)
         motion = RowMotion(measure.rows - 1, self.motion, units=measure.drive_units)
         return [replace(measure, part=self.name, motions=(motion,))]
 
-    def _measure(self, mechanism: Mechanism) -> ConstraintPiece:
+    def _measure(self, mechanism: Mechanism) -> ConstraintContribution:
         if self.joint not in (*mechanism.names, GROUND.name):
             raise ModelError(
                 f"{self.label} drives joint {self.joint!r}, but mechanism {mechanism.name!r} has no such part. "
                 f"{checks.did_you_mean(self.joint, mechanism.names)}"
             )
         part = mechanism.find(self.joint)
-        piece = part.drive_piece(mechanism) if isinstance(part, Joint) else None
-        if piece is None:
+        contribution = part.drive_contribution(mechanism) if isinstance(part, Joint) else None
+        if contribution is None:
             raise ModelError(
                 f"{self.label}: {part.label} cannot be driven. "
                 "Drive the angle of a Revolute or the travel of a Prismatic."
             )
-        return piece
+        return contribution

@@ -19,8 +19,8 @@ def table_kernel(p, t):
     """Piecewise cubic; p = (n, periodic, t_0 .. t_n-1, c3 c2 c1 c0 of each of n - 1 pieces, growth over the table)."""
     n = int(p[COUNT])
     low, high = 0, n - 1
-    pieces = TIMES + n
-    growth = pieces + 4 * high
+    contributions = TIMES + n
+    growth = contributions + 4 * high
     first, last = p[TIMES], p[TIMES + high]
     rest = 0.0
     if p[PERIODIC] > 0.0:
@@ -33,7 +33,7 @@ def table_kernel(p, t):
             low = middle
         else:
             high = middle
-    k = pieces + 4 * low
+    k = contributions + 4 * low
     x = min(max(t, first), last) - p[TIMES + low]
     beyond = t - min(max(t, first), last)  # outside the table the motion goes on at the speed of the end
     c3, c2, c1, c0 = p[k + CUBIC], p[k + SQUARE], p[k + LINEAR], p[k + CONSTANT]

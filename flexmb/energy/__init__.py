@@ -1,1 +1,1 @@
-"""The balance of energies over a run, and the work of contacts in it."""
+"""Balance of energies over a run, and the work of contacts in a step."""

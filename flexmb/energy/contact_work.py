@@ -1,62 +1,63 @@
-"""Work of contacts in a step: by their laws along the path, and by the forces that the step took as linear."""
+"""Work of contact forces in a step: by the contact laws along the path, and by the mean forces of the step."""
 
 from flexmb.contact.onset import crossing
 from flexmb.kernels import GAP_SIZE, compiled, part_of
 from flexmb.places import FRICTION_FORCE, GAP, GAP_RATE, NORMAL, NORMAL_FORCE, TANGENTIAL
 from flexmb.program.tables import COMMON_Z, LAST_GAP, LAST_GAP_RATE
-from flexmb.state.flow import BY_FRICTION, BY_NORMAL, CONTACT_MEMORY, PRESSED
+from flexmb.state.flow import CONTACT_MEMORY_SIZE, MEMORY_BY_FRICTION, MEMORY_BY_NORMAL, MEMORY_NORMAL
 from flexmb.system.contacts import call_gap, call_normal, jacobians
 from flexmb.system.work import LOSS_BEYOND, LOSS_FRICTION, LOSS_MEMORY, LOSS_NORMAL
 
-GAUSS = 0.5 / 3.0**0.5
-"""The two points of Gauss' rule lie so far from the middle: exact for cubics, and ends of a contact need no value."""
+GAUSS_POINT = 0.5 / 3.0**0.5
+"""Distance of the two points of Gauss' rule from the middle of an interval of length 1; exact for cubics."""
 
 
 @compiled
 def contact_losses(tables, address, h, flow, q1, v1, work):
-    """Fill work.loss: what laws took from the motion, normal and tangential; what the step took beyond; memory.
+    """Fill work.loss: normal and tangential loss by the laws, dissipation of the method beyond them [J]; memory.
 
-    The normal law is asked at two points of the cubic path between both states; the step moved with the mean force.
-    Friction is booked as the step moved: where it sticks it is too steep to be asked between the states.
+    The normal law is evaluated at two points of the cubic path between both states.  The method moves with the mean of
+    the forces at both ends; the difference is its dissipation.  Friction counts by the mean forces, since a sticking
+    contact is too steep to be evaluated between the states.
 
-    The memory of a contact is its normal force and six generalised forces each of normal force and friction.
+    The memory of a contact is its normal force, and six generalised forces each of normal force and friction.
     """
     K = tables.contacts
     for c in range(K.kernel.shape[0]):
         loss, contact = work.loss[c], work.contact[c]
-        k = CONTACT_MEMORY * c
-        memory = part_of(flow.memory, k, k + CONTACT_MEMORY)
+        k = CONTACT_MEMORY_SIZE * c
+        memory = part_of(flow.memory, k, k + CONTACT_MEMORY_SIZE)
         N, T = contact[NORMAL_FORCE], contact[FRICTION_FORCE]
         touched = N != 0.0 or T != 0.0
-        for i in range(1, CONTACT_MEMORY):
+        for i in range(1, CONTACT_MEMORY_SIZE):
             touched = touched or memory[i] != 0.0
-        for i in range(LOSS_MEMORY + CONTACT_MEMORY):
+        for i in range(LOSS_MEMORY + CONTACT_MEMORY_SIZE):
             loss[i] = 0.0
         if touched:
             jacobians(contact, work.contact_scratch)
             normal, friction, dofs = 0.0, 0.0, part_of(K.dofs, 6 * c, 6 * c + 6)
-            now = part_of(loss, LOSS_MEMORY, LOSS_MEMORY + CONTACT_MEMORY)
-            now[PRESSED] = N
+            now = part_of(loss, LOSS_MEMORY, LOSS_MEMORY + CONTACT_MEMORY_SIZE)
+            now[MEMORY_NORMAL] = N
             for i in range(6):
                 way = q1[dofs[i]] - flow.q[dofs[i]]
-                now[BY_NORMAL + i] = N * work.contact_scratch[NORMAL, i]
-                now[BY_FRICTION + i] = T * work.contact_scratch[TANGENTIAL, i]
-                normal += 0.5 * (memory[BY_NORMAL + i] + now[BY_NORMAL + i]) * way
-                friction += 0.5 * (memory[BY_FRICTION + i] + now[BY_FRICTION + i]) * way
+                now[MEMORY_BY_NORMAL + i] = N * work.contact_scratch[NORMAL, i]
+                now[MEMORY_BY_FRICTION + i] = T * work.contact_scratch[TANGENTIAL, i]
+                normal += 0.5 * (memory[MEMORY_BY_NORMAL + i] + now[MEMORY_BY_NORMAL + i]) * way
+                friction += 0.5 * (memory[MEMORY_BY_FRICTION + i] + now[MEMORY_BY_FRICTION + i]) * way
             if h > 0.0:
-                by_law = _by_law(tables, address, c, h, flow, q1, v1, work)
+                by_law = _loss_by_law(tables, address, c, h, flow, q1, v1, work)
                 loss[LOSS_NORMAL], loss[LOSS_FRICTION], loss[LOSS_BEYOND] = by_law, -friction, -normal - by_law
 
 
 @compiled
-def _by_law(tables, address, c, h, flow, q1, v1, work):
-    """Loss of contact c by its normal law, in the part of the step in which its surfaces touch."""
+def _loss_by_law(tables, address, c, h, flow, q1, v1, work):
+    """Loss of contact c by its normal law, over the fraction of the step with closed contact [J]."""
     K = tables.contacts
     k, contact = K.z[c, COMMON_Z], work.contact[c]
-    begin, end = _touching(h, flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE], contact[GAP], contact[GAP_RATE])
+    begin, end = _contact_part(h, flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE], contact[GAP], contact[GAP_RATE])
     half, dofs, loss = 0.5 * (end - begin), part_of(K.dofs, 6 * c, 6 * c + 6), 0.0
     for point in range(2):
-        s = begin + half + (2 * point - 1) * GAUSS * (end - begin)
+        s = begin + half + (2 * point - 1) * GAUSS_POINT * (end - begin)
         for i in range(6):
             k = dofs[i]
             rise = q1[k] - flow.q[k]
@@ -74,8 +75,8 @@ def _by_law(tables, address, c, h, flow, q1, v1, work):
 
 
 @compiled
-def _touching(h, gap0, rate0, gap1, rate1):
-    """Begin and end of the part of a step in which a contact is closed; all of it where neither end says when."""
+def _contact_part(h, gap0, rate0, gap1, rate1):
+    """Begin and end of closed contact within a step, as fractions of it; (0, 1) without onset and separation."""
     if gap0 > 0.0 >= gap1:
         return crossing(h, gap0, rate0, gap1, rate1), 1.0
     if gap0 < 0.0 < gap1:

@@ -1,1 +1,1 @@
-"""Equilibria and what is linear about them: statics, modes, buckling, steady rotation, inverse dynamics."""
+"""Equilibria and linear analyses: statics, modes, buckling, steady rotation, inverse dynamics."""

@@ -10,22 +10,22 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import ArpackNoConvergence, splu
 
 from flexmb import checks
-from flexmb.equilibrium.eigen import DENSE, largest_of
+from flexmb.equilibrium.eigen import DENSE_COORDINATES, largest_of
 from flexmb.equilibrium.free_motions import moves_most, null_space
 from flexmb.equilibrium.statics import refuse_free_motion
 from flexmb.errors import InputError, SolveError
+from flexmb.model.contributions import ElementContribution
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body, Part
-from flexmb.model.pieces import ElementPiece
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program, resolve
-from flexmb.system.at_state import System
+from flexmb.system.state_evaluation import StateEvaluation
 
-STRIDE = 1e-3
-"""Largest relative movement of the prestress path between two evaluations of K; its derivative is of fourth order."""
+PATH_STRIDE = 1e-3
+"""Difference along the prestress path between two evaluations of K, relative to the size of the mechanism."""
 
-NO_FACTOR = 1e-9
-"""Eigenvalues 1/s below this part of the largest one are round-off: there the loads change no stiffness."""
+EIGENVALUE_ROUND_OFF = 1e-9
+"""Eigenvalue 1/s relative to the largest, below which it is round-off."""
 
 
 @dataclass(frozen=True)
@@ -77,13 +77,13 @@ def buckling(mechanism: Mechanism, count: int = 4) -> Buckling:
 
     Parameters
     ----------
-    mechanism : the structure in its drawn pose, closed and free of stress there, with the loads.
-    count : how many factors > 0 and how many < 0 are wanted; fewer where there are no more.
+    mechanism : the structure with its loads; closed and free of stress in the reference configuration without them.
+    count : number of factors > 0 and of factors < 0 at most.
 
     Raises
     ------
-    InputError : no load; a structure that is under stress in the drawn pose without the loads, or not closed there;
-        loads that turn with the structure so that its stiffness is not symmetric.
+    InputError : no load; a structure with stress or open joints in the reference configuration without its loads;
+        follower loads, whose stiffness is not symmetric.
     SolveError : a motion that nothing resists (named); the eigensolver did not converge.
 
     Notes
@@ -100,8 +100,8 @@ def buckling(mechanism: Mechanism, count: int = 4) -> Buckling:
         raise InputError(f"buckling: {mechanism!r} is not a Mechanism.")
     bare = unloaded(mechanism)
     program, loaded = (compile_mechanism(m, closed=True) for m in (bare, mechanism))
-    system, q = System(program), np.array(program.drawn.q)
-    load = System(loaded).at(q, weights=(1.0, 0.0, 0.0))
+    system, q = StateEvaluation(program), np.array(program.reference.q)
+    load = StateEvaluation(loaded).at(q, weights=(1.0, 0.0, 0.0))
     force, K_load = load.force, load.block()
     system.at(q, weights=(1.0, 0.0, 0.0))
     force, K_load = force - system.force, (K_load - system.block()).tocsc()
@@ -111,8 +111,8 @@ def buckling(mechanism: Mechanism, count: int = 4) -> Buckling:
     _refuse_stress(program, system, q)
     K, G = system.at(q, weights=(1.0, 0.0, 0.0)).block(), system.jacobian
     path = system.solve(np.append(-force, np.zeros(program.n_c)), f"buckling of {program.name!r}")
-    K_path = (_slope(program, system, q, path) + K_load).tocsc()
-    solve = _dense if program.n_q <= DENSE else _sparse
+    K_path = (_stiffness_slope(program, system, q, path) + K_load).tocsc()
+    solve = _dense if program.n_q <= DENSE_COORDINATES else _sparse
     factors, x = solve(program, K, K_path, G, count)
     x = x / np.abs(x * _sizes(program)[:, None]).max(axis=0, initial=0.0)
     names = program.names
@@ -131,20 +131,20 @@ def unloaded(mechanism: Mechanism) -> Mechanism:
 
 def is_load(part: Part, mechanism: Mechanism) -> bool:
     """Whether a part is no body and has elements, none of which keeps energy."""
-    pieces = [] if isinstance(part, Body) else list(part.pieces(mechanism))
-    return bool(pieces) and all(isinstance(p, ElementPiece) and p.energy is None for p in pieces)
+    contributions = [] if isinstance(part, Body) else list(part.contributions(mechanism))
+    return bool(contributions) and all(isinstance(p, ElementContribution) and p.energy is None for p in contributions)
 
 
-def _refuse_stress(program: Program, system: System, q: np.ndarray) -> None:
-    """`InputError` when forces or open joints would move the unloaded structure out of its drawn pose."""
+def _refuse_stress(program: Program, system: StateEvaluation, q: np.ndarray) -> None:
+    """Refuse a structure that forces or open joints would move from its reference configuration without loads."""
     system.at(q, weights=(1.0, 0.0, 0.0))
     step = system.solve(-np.append(system.force, system.residual), f"buckling of {program.name!r}")[: program.n_q]
     step = np.abs(step) * _sizes(program) / program.length
     if step.max() > 1e-9:
         raise InputError(
-            f"buckling: without its loads mechanism {program.name!r} does not rest in the drawn pose; it would move "
-            f"{program.names.coordinates[int(step.argmax())]!r} most. Draw it closed, with springs at their free "
-            "length."
+            f"buckling: without its loads mechanism {program.name!r} does not rest in the reference configuration; "
+            f"it would move {program.names.coordinates[int(step.argmax())]!r} most. "
+            "Draw it closed, with springs at their free length."
         )
 
 
@@ -153,11 +153,11 @@ def _sizes(program: Program) -> np.ndarray:
     return np.where(program.tables.kind == 1, program.length, 1.0)
 
 
-def _slope(program: Program, system: System, q: np.ndarray, path: np.ndarray) -> sp.csc_matrix:
+def _stiffness_slope(program: Program, system: StateEvaluation, q: np.ndarray, path: np.ndarray) -> sp.csc_matrix:
     """dK/ds along q + s u with multipliers s lam, by central differences of fourth order."""
     u, lam = path[: program.n_q], path[program.n_q :]
     size = np.abs(u * _sizes(program)).max()
-    h = STRIDE * program.length / size if size else 1.0  # rigid bodies do not move: K is linear in the multipliers
+    h = PATH_STRIDE * program.length / size if size else 1.0  # rigid bodies do not move: K is linear in the multipliers
     K = {k: system.at(q + k * h * u, lam=k * h * lam, weights=(1.0, 0.0, 0.0)).block() for k in (-2, -1, 1, 2)}
     return ((8.0 * (K[1] - K[-1]) - (K[2] - K[-2])) / (12.0 * h)).tocsc()
 
@@ -202,14 +202,14 @@ def _sparse(program: Program, K, K_path, G, count: int) -> tuple[np.ndarray, np.
 
 def _unstable(program: Program) -> str:
     return (
-        f"buckling: mechanism {program.name!r} without its loads is not stable in the drawn pose, "
+        f"buckling: mechanism {program.name!r} without its loads is not stable in the reference configuration, "
         "or its loads follow its motion; no load factors exist."
     )
 
 
 def _order(inverse: np.ndarray, count: int) -> np.ndarray:
-    """Places of the 1/s wanted: s > 0 ascending, then s < 0 from zero down."""
-    real = np.abs(inverse) > NO_FACTOR * np.abs(inverse).max(initial=0.0)
+    """Places of the chosen 1/s: s > 0 ascending, then s < 0 from zero down."""
+    real = np.abs(inverse) > EIGENVALUE_ROUND_OFF * np.abs(inverse).max(initial=0.0)
     up, down = np.flatnonzero(real & (inverse > 0.0)), np.flatnonzero(real & (inverse < 0.0))
     up, down = up[np.argsort(-inverse[up])][:count], down[np.argsort(inverse[down])][:count]
     return np.concatenate([up, down])

@@ -1,4 +1,4 @@
-"""Poses in which loads hold what nothing else holds: pendulums, and what hangs from hinges."""
+"""Dynamic relaxation: equilibria in which loads alone resist some motions, as of pendulums."""
 
 from __future__ import annotations
 
@@ -8,34 +8,34 @@ from flexmb.equilibrium.stability import is_stable
 from flexmb.equilibrium.steady_rotation import Spin
 from flexmb.errors import SolveError
 from flexmb.program.program import Program
-from flexmb.system.at_state import System
+from flexmb.system.state_evaluation import StateEvaluation
 
-STRIDES = 400
-"""Strides of the creeping motion before it is given up."""
+MOST_STRIDES = 400
+"""Number of strides at most."""
 
-ITERATIONS = 12
-"""Newton iterations of one stride."""
+STRIDE_ITERATIONS = 12
+"""Number of Newton iterations of a stride at most."""
 
-LARGEST = 0.5
-"""Largest movement of a stride [rad, or part of the mechanism's size]."""
+LARGEST_STRIDE = 0.5
+"""Largest movement in a stride [rad, or relative to the size of the mechanism]."""
 
-AT_REST = 1e-9
-"""The motion has come to rest when a stride with almost no viscosity moves less than this [rad, or of the size]."""
+REST_STRIDE = 1e-9
+"""Movement in a stride with little viscosity at rest [rad, or relative to the size of the mechanism]."""
 
 
-def settle(program: Program, system: System, q: np.ndarray, spin: Spin) -> tuple[np.ndarray, np.ndarray] | None:
-    """Coordinates (n_q,) and multipliers (n_c,) where a mechanism in honey comes to rest under all loads, or None.
+def relax(program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin) -> tuple[np.ndarray, np.ndarray] | None:
+    """Coordinates (n_q,) and multipliers (n_c,) at rest under all loads, after a motion with large viscosity; or None.
 
-    Implicit Euler strides of eta D dq/ds + r(q) + G^T lam = 0, g(q) = 0, with eta smaller after each good one: it falls
-    downhill, so it finds a stable equilibrium from any pose but an unstable one, where Newton would stay on the branch
-    of its nearest stationary point.
+    Strides of implicit Euler for eta D dq/ds + r(q) + G^T lam = 0, g(q) = 0, with a smaller eta after each success.
+    Every stride decreases the potential, so that the motion ends in a stable equilibrium; Newton's method would find
+    the nearest stationary point.
 
     Parameters
     ----------
     program : the mechanism.
-    system : the same, to be evaluated.
-    q : (n_q,) the drawn pose.
-    spin : rotation of the frame in which it shall rest.
+    system : evaluation of the program.
+    q : (n_q,) the start pose.
+    spin : rotation of the frame of the equilibrium.
     """
     n, length = program.n_q, program.length
     size = np.where(program.tables.kind == 1, 1.0, length)
@@ -45,10 +45,10 @@ def settle(program: Program, system: System, q: np.ndarray, spin: Spin) -> tuple
     lam = np.linalg.lstsq(system.jacobian.toarray().T, -system.force, rcond=1e-10)[0]
     unbalanced = float(np.abs((system.force + system.jacobian.T @ lam) * size).max(initial=0.0))
     if unbalanced <= 1e-12 * forces:
-        return q, lam  # the drawn pose is one, or there is no load at all
+        return q, lam  # an equilibrium already, or no load
     unit = forces / length**2
     eta = unit
-    for _ in range(STRIDES):
+    for _ in range(MOST_STRIDES):
         viscosity = eta * (length / size) ** 2
         found = _stride(program, system, (q, lam), viscosity, diagonal, spin)
         if found is None:
@@ -58,19 +58,19 @@ def settle(program: Program, system: System, q: np.ndarray, spin: Spin) -> tuple
             continue
         moved = float(np.abs((found[0] - q) / size).max())
         q, lam = found
-        if moved <= AT_REST and eta <= 1e-3 * unit:
+        if moved <= REST_STRIDE and eta <= 1e-3 * unit:
             return q, lam
         eta = max(eta / 3.0, 1e-14 * unit)
     return None
 
 
 def _stride(program, system, start, viscosity, diagonal, spin) -> tuple[np.ndarray, np.ndarray] | None:
-    """One implicit stride from (q, lam); None when Newton fails, or where the viscosity is too small to be downhill."""
+    """One implicit stride from (q, lam); None if Newton fails or the viscosity is too small."""
     n, size = program.n_q, np.where(program.tables.kind == 1, 1.0, program.length)
     first = start[0]
     q, lam = first.copy(), start[1].copy()
     last = np.inf
-    for _ in range(ITERATIONS):
+    for _ in range(STRIDE_ITERATIONS):
         v, a = spin.motion(q)
         system.at(q, v, a, lam, weights=(1.0, 0.0, 0.0))
         system.work.lu[diagonal] += viscosity
@@ -82,7 +82,7 @@ def _stride(program, system, start, viscosity, diagonal, spin) -> tuple[np.ndarr
             return None
         step = float(np.abs(d[:n] / size).max())
         q, lam = q + d[:n], lam + d[n:]
-        if not downhill or not step <= LARGEST or float(np.abs((q - first) / size).max()) > LARGEST:
+        if not downhill or not step <= LARGEST_STRIDE or float(np.abs((q - first) / size).max()) > LARGEST_STRIDE:
             return None
         if step <= 1e-11 or (step <= 1e-7 and step >= 0.5 * last):
             return q, lam

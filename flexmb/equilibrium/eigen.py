@@ -1,4 +1,4 @@
-"""Eigenvalue problems on the null space of the joints: real symmetric ones, and quadratic ones with damping."""
+"""Eigenvalue problems on the null space of the constraints: real symmetric, and quadratic with damping."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from flexmb.errors import SolveError
 
 Solve = Callable[[np.ndarray], np.ndarray]
 
-DENSE = 1500
-"""Up to so many coordinates all modes are computed by a dense eigensolver."""
+DENSE_COORDINATES = 1500
+"""Number of coordinates up to which a dense eigensolver computes all modes."""
 
-FEW = 300
-"""From so many coordinates on less than a quarter of the modes are found faster one by one."""
+FEW_MODES_COORDINATES = 300
+"""Number of coordinates above which a sparse eigensolver is faster for less than a quarter of the modes."""
 
-DENSE_QUADRATIC = 150
-"""The same for quadratic problems, which are twice as large and not symmetric: 20 times the time."""
+DENSE_QUADRATIC_COORDINATES = 150
+"""Number of coordinates up to which a dense eigensolver is used for quadratic problems, which take 20 times longer."""
 
 NO_MASS = "modes: a motion without mass; give every body and node some mass and inertia."
 
@@ -32,7 +32,7 @@ def undamped(
     """Lowest omega^2 and shapes of K x = omega^2 M x with G x = 0, x orthogonal in M to the shapes `rigid`."""
     held = sp.vstack([G, sp.csr_matrix((M @ rigid).T)]).tocsr() if rigid.shape[1] else G
     K = ((K + K.T) / 2.0).tocsc()
-    if K.shape[0] > (FEW if 4 * count < K.shape[0] else DENSE):
+    if K.shape[0] > (FEW_MODES_COORDINATES if 4 * count < K.shape[0] else DENSE_COORDINATES):
         return _sparse(K, M, held, count)
     Z = null_space(held.toarray())
     if Z.shape[1] == 0:
@@ -43,18 +43,18 @@ def undamped(
         squares, y = la.eigh(k, m)
     except la.LinAlgError as error:
         raise SolveError(NO_MASS) from error
-    squares, y = _sharpened(k, m, squares, y, count)
+    squares, y = _refined(k, m, squares, y, count)
     return squares, Z @ y
 
 
-def _sharpened(
+def _refined(
     k: np.ndarray, m: np.ndarray, squares: np.ndarray, y: np.ndarray, count: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The lowest modes, those that are slow against the fastest one once more from the inverse of k.
+    """The lowest modes, with slow modes refined by the inverse of k.
 
-    The eigensolver leaves an error of round-off times the LARGEST omega^2 in all of them; the inverse has the slow
-    modes as its largest eigenvalues and leaves an error relative to the LOWEST one.  Each mode takes the better of
-    both.  Where k is not positive definite (an unstable pose) the first values stay.
+    A dense eigensolver has an error of round-off times the largest omega^2 in all modes.  The inverse has the slow
+    modes as its largest eigenvalues, with an error relative to the lowest omega^2.  Each mode takes the better value.
+    If k is not positive definite (an unstable pose), no mode is refined.
     """
     largest = squares[-1]
     squares, y = squares[:count].copy(), y[:, :count].copy()
@@ -81,7 +81,7 @@ def _symmetric(k: np.ndarray) -> np.ndarray:
 
 
 def _sparse(K: sp.csc_matrix, M: sp.csc_matrix, G: sp.csr_matrix, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """The lowest eigenvalues by inversion of the bordered matrices; a small shift where they are singular."""
+    """The lowest eigenvalues by inversion of the bordered matrices, with a small shift if they are singular."""
     n, m = K.shape[0], G.shape[0]
     scale = abs(K).max()
     A = sp.block_array([[K, scale * G.T], [scale * G, None]]).tocsc()
@@ -97,10 +97,10 @@ def _sparse(K: sp.csc_matrix, M: sp.csc_matrix, G: sp.csr_matrix, count: int) ->
 
 
 def _with_copies(A, B, M, solve: Solve, shift: float, wanted: int) -> tuple[np.ndarray, np.ndarray]:
-    """The lowest eigenvalues of A x = omega^2 B x, as often as they are repeated.
+    """The lowest eigenvalues of A x = omega^2 B x, with their multiplicity.
 
-    Lanczos' method sees one direction of those that belong to a repeated value (equal bodies, symmetric frames), and
-    others by round-off only.  So it is run again without what was found, until nothing below it is left.
+    Lanczos' method finds one vector of a multiple eigenvalue (equal bodies, symmetric frames).  So the method is
+    repeated on the complement of all vectors found, until no lower eigenvalue appears.
     """
     n, size = M.shape[0], A.shape[0]
     squares, X = np.zeros(0), np.zeros((n, 0))
@@ -127,10 +127,10 @@ def damped(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Eigenvalues s with Im s >= 0, lowest |s| first, and shapes of (s^2 M + s C + K) x = 0, G x = 0.
 
-    x is orthogonal in M to the shapes `rigid`; with `kept` these stay in the problem, their stiffness exactly zero.
+    x is orthogonal in M to the shapes `rigid`; with `kept` the problem includes them, with exactly zero stiffness.
     """
     held = sp.vstack([G, sp.csr_matrix((M @ rigid).T)]).tocsr() if rigid.shape[1] else G
-    if K.shape[0] > (DENSE if kept else DENSE_QUADRATIC):
+    if K.shape[0] > (DENSE_COORDINATES if kept else DENSE_QUADRATIC_COORDINATES):
         s, x = _sparse_quadratic(K, C, M, G if kept else held, count)
     else:
         free = rigid if kept else rigid[:, :0]
@@ -143,7 +143,7 @@ def damped(
 
 
 def _dense_quadratic(K, C, M, Z: np.ndarray, free: int) -> tuple[np.ndarray, np.ndarray]:
-    """All eigenvalues, by a companion matrix with blocks of one size; the first `free` columns have no stiffness."""
+    """All eigenvalues by a scaled companion matrix; the first `free` columns of Z have no stiffness."""
     n = Z.shape[1]
     if n == 0:
         return np.zeros(0, complex), np.zeros((K.shape[0], 0), complex)
@@ -171,7 +171,7 @@ def _sparse_quadratic(K, C, M, G: sp.csr_matrix, count: int) -> tuple[np.ndarray
         raise SolveError(f"modes: {text} ({error}).") from error
 
     def inverse(x: np.ndarray) -> np.ndarray:
-        """One over s times (y, s y): y = -K^-1 (C y + M (s y)) on the null space of G."""
+        """Apply the inverse operator: 1/s times (y, s y), with y = -K^-1 (C y + M (s y)) on the null space of G."""
         load = C @ x[:n] + M @ x[n:]
         return np.concatenate([-lu.solve(np.append(load, np.zeros(m)))[:n], x[:n]])
 
@@ -183,10 +183,10 @@ def _sparse_quadratic(K, C, M, G: sp.csr_matrix, count: int) -> tuple[np.ndarray
 
 
 def largest_of(operator: Solve, size: int, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """The eigenvalues of a real operator that are largest in modulus, as often as they are repeated, and vectors.
+    """The eigenvalues of a real operator of largest modulus, with their multiplicity, and eigenvectors.
 
-    Arnoldi's method sees one direction of a repeated value, so it is run again on what is orthogonal to the invariant
-    subspace Q found so far, until nothing as large is left; then Q^T A Q has all of them.
+    Arnoldi's method finds one vector of a multiple eigenvalue.  So the method is repeated on the complement of the
+    invariant subspace Q found so far, until no eigenvalue as large appears; Q^T A Q then has all of them.
     """
     Q, found = np.zeros((size, 0)), np.zeros(0)
     while Q.shape[1] + 2 * count + 2 < size:

@@ -1,4 +1,4 @@
-"""Motions that joints allow and that nothing resists, with names a reader understands."""
+"""Free motions: motions of the bodies without resistance, and their descriptions in words."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ import scipy.sparse as sp
 from flexmb.program.program import Program
 from flexmb.start.rigid_motion import RigidMotion
 
-ALLOWED = 1e-10
-"""Rows of joints below this part of the largest one say nothing new (poses are closed to 1e-12)."""
+DEPENDENT_ROW = 1e-10
+"""Pivot of a constraint row relative to the largest, below which it depends on others (poses close to 1e-12)."""
 
-UNRESISTED = 1e-13
-"""A motion is free when its force is below this part of the sum of the absolute terms it is made of."""
+FREE_FORCE = 1e-13
+"""Force of a free motion relative to the sum of the absolute values of its terms."""
 
-ENTRY = 1e-15
-"""Round-off of an entry of the stiffness over the largest one of its node."""
+STIFFNESS_ROUND_OFF = 1e-15
+"""Round-off of an entry of the stiffness relative to the largest entry of its node."""
 
-SMALL = 1e-8
-"""Shares of a motion below this part of the largest one are not mentioned."""
+SMALL_SHARE = 1e-8
+"""Component of a motion relative to its largest, below which it is not named."""
 
 
-def null_space(G: np.ndarray, tolerance: float = ALLOWED) -> np.ndarray:
+def null_space(G: np.ndarray, tolerance: float = DEPENDENT_ROW) -> np.ndarray:
     """Orthonormal basis (n, k) of the motions x with G x = 0, by a pivoted QR of G^T with rows of length 1."""
     n = G.shape[1]
     lengths = np.linalg.norm(G, axis=1)
@@ -35,11 +35,11 @@ def null_space(G: np.ndarray, tolerance: float = ALLOWED) -> np.ndarray:
 
 
 def free_motions(program: Program, q: np.ndarray, K: sp.csc_matrix, G: sp.csr_matrix) -> np.ndarray:
-    """Motions (3 bodies, k) of the bodies as rigid ones that joints allow and no stiffness resists.
+    """Rigid motions (3 bodies, k) of the bodies that satisfy the constraints without a force of stiffness.
 
-    A flexible body resists every deformation, so these are all motions without strain energy.  Each row of K B w is
-    compared with the sum of the absolute values of its own terms, that is with its round-off: a spring of 1e-9 of a
-    beam's stiffness is seen, and a large stiffness elsewhere hides nothing.
+    Flexible bodies resist every deformation, so that these are all motions without strain energy.  Each row of K B w is
+    compared with the sum of the absolute values of its own terms, its round-off: a spring of 1e-9 of the stiffness of a
+    beam counts, and a large stiffness elsewhere hides nothing.
     """
     B = RigidMotion(program).basis(q)
     sizes = np.where(np.arange(B.shape[1]) % 3 == 2, 1.0, program.length)
@@ -47,29 +47,31 @@ def free_motions(program: Program, q: np.ndarray, K: sp.csc_matrix, G: sp.csr_ma
     Z = null_space((G @ B).toarray())
     if Z.shape[1]:
         moved = B @ Z
-        terms = (abs(K) @ np.abs(moved)).sum(axis=1) + ENTRY / UNRESISTED * stiffest_at(K) * np.abs(moved).max()
+        terms = (abs(K) @ np.abs(moved)).sum(axis=1) + STIFFNESS_ROUND_OFF / FREE_FORCE * stiffest_at(K) * np.abs(
+            moved
+        ).max()
         rows = terms > 0.0
         force = (K @ moved)[rows] / terms[rows, None]
         if len(force):
             values, vectors = la.svd(force, full_matrices=True)[1:]
             values = np.append(values, np.zeros(Z.shape[1] - len(values)))
-            Z = Z @ vectors[values <= UNRESISTED * np.sqrt(len(force))].T
-    return sizes[:, None] * plain(Z)
+            Z = Z @ vectors[values <= FREE_FORCE * np.sqrt(len(force))].T
+    return sizes[:, None] * simplified(Z)
 
 
 def stiffest_at(K: sp.csc_matrix) -> np.ndarray:
     """Largest stiffness (n_q,) of a node along x or y, at both of these coordinates; 0 at rotations.
 
-    A beam is turned from its own axes into x and y: where it points along one of them, entries that should be 0 are the
-    round-off of its axial stiffness.
+    Entries of a beam along x or y that should be 0 are the round-off of its axial stiffness, since the stiffness is
+    rotated from the axes of the beam.
     """
     largest = abs(K).tocsr().max(axis=1).toarray().ravel()
     along = np.maximum(largest[0::3], largest[1::3])
     return np.column_stack([along, along, np.zeros_like(along)]).ravel()
 
 
-def plain(Z: np.ndarray) -> np.ndarray:
-    """The same motions combined so that each is a single translation or rotation where possible, translations first."""
+def simplified(Z: np.ndarray) -> np.ndarray:
+    """Combinations of the same motions that are single translations or rotations if possible, translations first."""
     Z, count = Z.copy(), Z.shape[1]
     angles = list(range(2, len(Z), 3))
     # the first body's translation, all rotations, then what is left: so bodies that hang together translate together
@@ -89,13 +91,13 @@ def plain(Z: np.ndarray) -> np.ndarray:
         others = [k for k in range(count) if k != best]
         Z[:, others] -= np.outer(Z[:, best], Z[place, others])
     Z = Z[:, [k for k in chosen if k not in turning] + turning]
-    return np.where(np.abs(Z) > SMALL * np.abs(Z).max(axis=0, initial=0.0), Z, 0.0)
+    return np.where(np.abs(Z) > SMALL_SHARE * np.abs(Z).max(axis=0, initial=0.0), Z, 0.0)
 
 
 def shapes_of(program: Program, q: np.ndarray, motions: np.ndarray, M: sp.csc_matrix) -> np.ndarray:
     """Motions of bodies as shapes (n_q, k) of the coordinates with x^T M x = 1, orthogonal in M, in their order.
 
-    So the translations stay what they are, and the rotation of a free body becomes that about its centre of mass.
+    Translations remain translations; the rotation of a free body becomes that about its centre of mass.
     """
     X = RigidMotion(program).basis(q) @ motions
     for k in range(X.shape[1]):
@@ -106,19 +108,19 @@ def shapes_of(program: Program, q: np.ndarray, motions: np.ndarray, M: sp.csc_ma
     return X
 
 
-def named(program: Program, motion: np.ndarray) -> str:
-    """A rigid motion (3 bodies,) in words: "translation in x of 'rod'"."""
+def motion_in_words(program: Program, motion: np.ndarray) -> str:
+    """Description of a rigid motion (3 bodies,): "translation in x of 'rod'"."""
     w = motion.reshape(-1, 3) / np.where(np.arange(3) == 2, 1.0, program.length)
     size = np.abs(w).max()
-    moving = np.abs(w).max(axis=1) > SMALL * size
-    turning = np.abs(w[:, 2]) > SMALL * size
+    moving = np.abs(w).max(axis=1) > SMALL_SHARE * size
+    turning = np.abs(w[:, 2]) > SMALL_SHARE * size
     if turning.any():
         also = _listed(program, moving & ~turning)
         return f"rotation of {_listed(program, turning)}" + (f", moving {also}" if also else "")
     first = w[int(np.flatnonzero(moving)[0]), :2]
     same = np.abs(w[moving, :2] - first).max() <= 1e-6 * size
     ways = {(True, False): "in x", (False, True): "in y"}
-    way = ways.get(tuple(bool(x) for x in np.abs(first) > SMALL * size))
+    way = ways.get(tuple(bool(x) for x in np.abs(first) > SMALL_SHARE * size))
     if way is None:
         dx, dy = first / np.hypot(*first)
         way = f"along ({dx:.3g}, {dy:.3g})"
@@ -131,6 +133,6 @@ def _listed(program: Program, which: np.ndarray) -> str:
 
 
 def moves_most(names: tuple[str, ...], length: float, shape: np.ndarray) -> str:
-    """Name of the coordinate that a shape (n_q,) moves most, rotations counted with the size of the mechanism."""
+    """Name of the coordinate with the largest amplitude in a shape (n_q,), rotations times `length` [m]."""
     sizes = np.where(np.arange(len(shape)) % 3 == 2, length, 1.0)
     return names[int(np.abs(shape * sizes).argmax())]

@@ -15,7 +15,7 @@ from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program, resolve
 from flexmb.start.assemble import close_loops
 from flexmb.start.consistent import accelerations, degrees_of_freedom, rigid_velocities
-from flexmb.system.at_state import System
+from flexmb.system.state_evaluation import StateEvaluation
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class DrivenMotion:
 
 def undeclared(program: Program) -> Program:
     """The program without the start velocities that its bodies declare."""
-    return replace(program, drawn=replace(program.drawn, v=np.full(program.n_q, np.nan)))
+    return replace(program, reference=replace(program.reference, v=np.full(program.n_q, np.nan)))
 
 
 def inverse_dynamics(mechanism: Mechanism, times: Sequence[float]) -> DrivenMotion:
@@ -88,7 +88,7 @@ def inverse_dynamics(mechanism: Mechanism, times: Sequence[float]) -> DrivenMoti
     free, _ = degrees_of_freedom(program, q)
     if free:
         raise InputError(f"{label}: {free} degree(s) of freedom are not driven; add drives or use simulate.")
-    system = System(program)
+    system = StateEvaluation(program)
     given = checks.sequence(label, "times", times, "instants [s]")
     instants = np.array([checks.number(label, f"times[{k}]", t, "s") for k, t in enumerate(given)])
     program = undeclared(program)  # drives prescribe all velocities; what bodies declare holds at the start alone

@@ -1,4 +1,4 @@
-"""What a mechanism is before it moves: degrees of freedom, redundancies, masses, frequencies."""
+"""Report on a mechanism: degrees of freedom, redundant joints, mass, natural frequencies."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.start.assemble import close_loops
 from flexmb.start.consistent import degrees_of_freedom
-from flexmb.system.at_state import System
+from flexmb.system.state_evaluation import StateEvaluation
 
-MOST = 10
+LISTED_FREQUENCIES = 10
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Report:
     free : degrees of freedom that the drives leave.
     redundant : joints that repeat what others say.
     mass : total mass [kg].
-    frequencies : lowest natural frequencies [Hz] in the drawn pose, drives held fast.
+    frequencies : lowest natural frequencies [Hz] in the reference configuration, drives held fast.
     notes : what deserves attention.
     """
 
@@ -82,16 +82,16 @@ def check(mechanism: Mechanism) -> Report:
     moving, program = compile_mechanism(mechanism), compile_mechanism(mechanism, closed=True)
     q, _ = close_loops(program, {})
     free, freedom = degrees_of_freedom(program, q)
-    system = System(program)
+    system = StateEvaluation(program)
     mass = total_mass(program.n_q, system.mass(q))
-    found = row_rank(System(moving).at(q).jacobian)
+    found = row_rank(StateEvaluation(moving).at(q).jacobian)
     redundant = tuple(sorted({moving.names.rows[k].partition("[")[0] for k in found.redundant}))
     notes = []
     try:
-        vibrations = modes(mechanism, count=MOST)
+        vibrations = modes(mechanism, count=LISTED_FREQUENCIES)
         frequencies = tuple(float(f) for f in vibrations.frequencies)
         if any(f < 0.0 for f in frequencies):
-            notes.append("a negative frequency marks a motion that runs away from the drawn pose.")
+            notes.append("a negative frequency marks a motion that runs away from the reference configuration.")
     except FlexmbError as error:
         frequencies = ()
         notes.append(f"no frequencies: {error}")

@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from flexmb import checks
 from flexmb.equilibrium.eigen import damped as damped_modes
 from flexmb.equilibrium.eigen import undamped
-from flexmb.equilibrium.free_motions import free_motions, moves_most, named, shapes_of
+from flexmb.equilibrium.free_motions import free_motions, motion_in_words, moves_most, shapes_of
 from flexmb.equilibrium.statics import Equilibrium, correction
 from flexmb.equilibrium.steady_rotation import Spin, check_spin
 from flexmb.errors import InputError, SolveError
@@ -19,16 +19,16 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program, resolve
 from flexmb.start.assemble import close_loops
-from flexmb.system.at_state import System
+from flexmb.system.state_evaluation import StateEvaluation
 
-ROUND_OFF = 1e-15
-"""A strain energy below this part of the sum of its absolute terms is not known from the stiffness matrix."""
+ENERGY_ROUND_OFF = 1e-15
+"""Strain energy relative to the sum of its absolute terms, below which it is round-off of the stiffness."""
 
-FOREIGN = 1e-6
-"""An equilibrium that one Newton step moves by more than this part of the model's size is that of another model."""
+OTHER_MODEL_STEP = 1e-6
+"""Newton step relative to the size of the mechanism, above which an equilibrium belongs to another model."""
 
-ASYMMETRY = 1e-11
-"""A difference of stiffnesses beyond the diagonal, over the largest, that is more than round-off."""
+ASYMMETRY_ROUND_OFF = 1e-11
+"""Asymmetry of the stiffness relative to its largest entry, above which it is more than round-off."""
 
 
 @dataclass(frozen=True)
@@ -87,10 +87,10 @@ class Modes:
 
 
 def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, damped: bool = False) -> Modes:
-    """Natural frequencies and modes of small motions about the drawn pose, or about a static equilibrium.
+    """Natural frequencies and modes of small motions about the reference configuration or a static equilibrium.
 
-    Clearance joints are taken as ideal, drives hold their position.  Stiffness is that of the pose; gravity and forces
-    count when `at` is given, and play no part in the drawn pose, which need not be an equilibrium of theirs.
+    Clearance joints are replaced by ideal ones; drives hold their position.  Stiffness is that of the pose.  Gravity
+    and forces count with `at` alone, since the reference configuration need not be an equilibrium.
 
     Parameters
     ----------
@@ -121,17 +121,17 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
     if at is not None and not isinstance(at, Equilibrium):
         raise InputError(f"modes: at is {at!r}; it must be what static_equilibrium(...) returns, or None.")
     program = compile_mechanism(mechanism if at is not None else _without_dead_loads(mechanism), closed=True)
-    system = System(program)
+    system = StateEvaluation(program)
     spin = Spin(at.spin, at.about) if at is not None else Spin(0.0, (0.0, 0.0))
     if at is None:
         q, lam = close_loops(program, {})[0], np.zeros(program.n_c)
     else:
-        q, lam = _own(program, at)
+        q, lam = _state_of(program, at)
     K, C, M = spin.matrices(system, q, lam)
     G = system.jacobian
     check_spin("modes", mechanism, program, system, spin)
     if at is not None:
-        _refuse_foreign(program, system, at, spin)
+        _refuse_other_model(program, system, at, spin)
     motions = np.zeros((0, 0)) if spin.speed else free_motions(program, q, K, G)
     rigid = shapes_of(program, q, motions, M) if motions.size else np.zeros((program.n_q, 0))
     left = max(count - rigid.shape[1], 0)
@@ -144,14 +144,14 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
         s = np.where(squares < 0.0, np.sqrt(np.abs(squares)) + 0j, 1j * np.sqrt(np.abs(squares)))
     else:
         s, x = _with_damping(K, C, M, G, rigid, left)
-    kinds = [f"rigid: {named(program, motion)}" for motion in motions.T[:count]]
+    kinds = [f"rigid: {motion_in_words(program, motion)}" for motion in motions.T[:count]]
     kinds += _kinds(K, s, x)
     s = np.append(np.zeros(rigid.shape[1]), s)[:count]
     return _record(program, s, np.hstack([rigid, x])[:, :count], kinds, rigid.shape[1], real=real)
 
 
 def _record(program: Program, s: np.ndarray, shapes: np.ndarray, kinds: list[str], rigid: int, *, real: bool) -> Modes:
-    """The record of eigenvalues and shapes; `real`: an undamped problem, whose unstable modes get a negative sign."""
+    """Record of eigenvalues and shapes; `real`: undamped problem, with negative frequencies of unstable modes."""
     frequencies = (np.abs(s.imag) - (s.real if real else 0.0)) / (2.0 * np.pi)
     size = np.where(s == 0.0, 1.0, np.abs(s))
     moves = tuple(moves_most(program.names.coordinates, program.length, x) for x in shapes.T)
@@ -174,13 +174,13 @@ def _with_damping(K, C, M, G, rigid: np.ndarray, count: int) -> tuple[np.ndarray
 
 
 def _kinds(K, s: np.ndarray, x: np.ndarray) -> list[str]:
-    """What modes that are not rigid motions are."""
+    """Kinds of the modes that are not rigid motions."""
     energy = np.abs((x.conj() * (K @ x)).sum(axis=0))
     terms = (np.abs(x) * (abs(K) @ np.abs(x))).sum(axis=0)
     found = []
     for k, value in enumerate(s):
         growth = 1e-9 * np.abs(value)
-        if energy[k] <= ROUND_OFF * terms[k] and np.abs(value.imag) > 0.0:
+        if energy[k] <= ENERGY_ROUND_OFF * terms[k] and np.abs(value.imag) > 0.0:
             found.append("not resolved")
         elif value.real > growth:
             found.append("unstable")
@@ -190,7 +190,7 @@ def _kinds(K, s: np.ndarray, x: np.ndarray) -> list[str]:
 
 
 def _without_dead_loads(mechanism: Mechanism) -> Mechanism:
-    """Without gravity and forces, whose stiffness is half of one as long as the joints' forces are not known."""
+    """The mechanism without gravity and forces, whose stiffness would need the forces of the joints, too."""
     if not isinstance(mechanism, Mechanism):
         return mechanism  # compile says what it is
     bare = mechanism.with_({"gravity": (0.0, 0.0)})
@@ -199,7 +199,7 @@ def _without_dead_loads(mechanism: Mechanism) -> Mechanism:
     return bare
 
 
-def _own(program: Program, at: Equilibrium) -> tuple[np.ndarray, np.ndarray]:
+def _state_of(program: Program, at: Equilibrium) -> tuple[np.ndarray, np.ndarray]:
     """Coordinates and multipliers of an equilibrium of this model."""
     if len(at.q) != program.n_q or len(at.lam) != program.n_c:
         raise InputError(f"modes: the equilibrium has {len(at.q)} coordinates, the model {program.n_q}. Use its own.")
@@ -213,7 +213,7 @@ def refuse_asymmetry(program: Program, K: sp.csc_matrix) -> None:
     """`SolveError` for forces without a potential: their modes are complex, and may grow."""
     difference = sp.coo_array(abs(K - K.T))
     worst = int(difference.data.argmax()) if difference.nnz else -1
-    if worst < 0 or difference.data[worst] <= ASYMMETRY * abs(K).max():
+    if worst < 0 or difference.data[worst] <= ASYMMETRY_ROUND_OFF * abs(K).max():
         return
     row, column = (program.names.coordinates[int(k[worst])] for k in (difference.row, difference.col))
     raise SolveError(
@@ -222,14 +222,14 @@ def refuse_asymmetry(program: Program, K: sp.csc_matrix) -> None:
     )
 
 
-def _refuse_foreign(program: Program, system: System, at: Equilibrium, spin: Spin) -> None:
+def _refuse_other_model(program: Program, system: StateEvaluation, at: Equilibrium, spin: Spin) -> None:
     """`InputError` when the pose is no equilibrium of this model."""
     try:
         step = correction(system, at.q, at.lam, np.zeros(program.n_q), spin)[: program.n_q]
     except SolveError:
         return  # on the verge of buckling: nothing can be said
     step = np.abs(step) / np.where(program.tables.kind == 1, 1.0, program.length)
-    if step.max() > FOREIGN:
+    if step.max() > OTHER_MODEL_STEP:
         raise InputError(
             f"modes: the equilibrium given is none of mechanism {program.name!r}: its forces would move "
             f"{program.names.coordinates[int(step.argmax())]!r} by {step.max():.3g} (of the model's size, or rad). "

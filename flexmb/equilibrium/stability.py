@@ -8,15 +8,15 @@ from scipy.sparse.linalg import splu
 
 from flexmb.program.program import Program
 
-GIVE = 1e-10
+JOINT_COMPLIANCE = 1e-10
 """Compliance of the joints against that of the structure, both scaled to 1: their rows then need not be independent."""
 
-ASYMMETRY = 1e-9
+STIFFNESS_ASYMMETRY = 1e-9
 """Forces without a potential: the difference of stiffnesses beyond the diagonal, over the largest."""
 
 
 def is_stable(program: Program, K: sp.csc_matrix, G: sp.csr_matrix) -> bool | None:
-    """Whether x^T K x > 0 for all motions x with G x = 0; None where K is not symmetric or the pivots say nothing.
+    """Whether x^T K x > 0 for all motions x with G x = 0; None for an asymmetric K or pivots near zero.
 
     Parameters
     ----------
@@ -33,13 +33,13 @@ def is_stable(program: Program, K: sp.csc_matrix, G: sp.csr_matrix) -> bool | No
     sizes = sp.diags_array(1.0 / np.where(program.tables.kind == 1, program.length, 1.0))
     K = (sizes @ K @ sizes).tocsc()
     largest = abs(K).max() if K.nnz else 0.0
-    if abs(K - K.T).max() > ASYMMETRY * largest:
+    if abs(K - K.T).max() > STIFFNESS_ASYMMETRY * largest:
         return None
     m = G.shape[0]
     G = (G @ sizes).tocsr()
     lengths = np.sqrt(np.asarray(G.multiply(G).sum(axis=1)).ravel())
     G = sp.diags_array(1.0 / np.where(lengths > 0.0, lengths, 1.0)) @ G
-    A = sp.block_array([[K / (largest or 1.0), G.T], [G, -GIVE * sp.eye_array(m)]]).tocsc()
+    A = sp.block_array([[K / (largest or 1.0), G.T], [G, -JOINT_COMPLIANCE * sp.eye_array(m)]]).tocsc()
     found = negative_pivots(A)
     return None if found is None else found == m
 

@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
 from flexmb import checks
-from flexmb.equilibrium.dynamic_relaxation import settle
+from flexmb.equilibrium.dynamic_relaxation import relax
 from flexmb.equilibrium.stability import is_stable
 from flexmb.equilibrium.steady_rotation import Spin, check_spin
 from flexmb.errors import SolveError
@@ -18,22 +18,22 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program, resolve
 from flexmb.start.consistent import check_independent
-from flexmb.system.at_state import System
 from flexmb.system.constraints import report_forces
+from flexmb.system.state_evaluation import StateEvaluation
 from flexmb.system.work import FORCE_X, FORCE_Y, MOMENT
 
-ITERATIONS = 40
-ROUND_OFF = 1e-11
+MOST_ITERATIONS = 40
+STEP_ROUND_OFF = 1e-11
 
-JUMP, SNAP = 4.0, 10.0
-"""A load step longer than this times what its tangents see is halved; at the smallest size, refused.  A string that is
-slack at first, u ~ s^(1/3), has 3."""
+LONG_LOAD_STEP, SNAP_LOAD_STEP = 4.0, 10.0
+"""Length of a load step over its length by the tangents, above which the step is halved, and above which the smallest
+step is refused.  A string that is slack at first, u ~ s^(1/3), has 3."""
 
-CLOSED = 1e-9
-"""Joints that are open by less than this part of the mechanism's size need no step of their own."""
+CLOSED_GAP = 1e-9
+"""Gap of the joints relative to the size of the mechanism, below which they need no step of their own."""
 
-NEAR = 1e-8
-"""Movements below this are never taken for jumps [rad, or part of the mechanism's size]."""
+LEAST_JUMP = 1e-8
+"""Movement below which a load step is no jump [rad, or relative to the size of the mechanism]."""
 
 
 @dataclass(frozen=True)
@@ -52,8 +52,7 @@ class Equilibrium:
     iterations : Newton iterations of all load steps.
     spin : speed of the frame in which the mechanism is at rest, counter-clockwise [rad/s].
     about : centre of that rotation [m].
-    stable : whether small motions about it have positive stiffness; None where that is no question of stiffness
-        alone (follower forces) or too close to be told.
+    stable : whether small motions about it have positive stiffness; None for follower forces, and near a limit.
     """
 
     q: np.ndarray
@@ -83,33 +82,33 @@ class Equilibrium:
 def static_equilibrium(
     mechanism: Mechanism, load_steps: int = 10, spin: float = 0.0, about: tuple[float, float] = (0.0, 0.0)
 ) -> Equilibrium:
-    """The equilibrium that is reached from the drawn pose when all loads grow from nothing together.
+    """Static equilibrium, reached from the reference configuration while all loads grow from zero.
 
-    Drives hold their position of t = 0; clearance joints are open unless the drawn pose presses them together, so close
-    them by `Revolute` for statics.
+    Drives hold their position of t = 0.  Clearance joints are open unless the reference configuration presses them
+    together, so replace them by `Revolute` for statics.
 
-    With `spin` it is the equilibrium in a frame that turns at that speed, the ground and the loads turning with it:
-    centrifugal forces stretch and stiffen what turns.  The drive of the hub has the same speed or stands still.
+    With `spin` the equilibrium is one in a frame that rotates at that speed, with the ground and the loads: centrifugal
+    forces stretch and stiffen the bodies.  The drive of the hub has the same speed or stands still.
 
     Parameters
     ----------
     mechanism : the mechanism; every motion must be held by joints, drives, stiffness, or the loads themselves.
-    load_steps : into how many parts the loads are divided; each is halved, up to 8 times, when Newton fails.
+    load_steps : number of load steps; each is halved, up to 8 times, when Newton fails.
     spin : speed of the frame, counter-clockwise [rad/s].
     about : centre of its rotation [m].
 
     Raises
     ------
     InputError : a spin with gravity, or with drives of another speed, which are not steady.
-    SolveError : a motion that nothing resists (named), or no equilibrium found (which load, which coordinate).
-    ModelError, AssemblyError : joints that repeat one another (named), always or in the drawn pose.
+    SolveError : a motion without resistance (named), or no equilibrium found (load and coordinate named).
+    ModelError, AssemblyError : redundant joints (named), always or in the reference configuration.
 
     Notes
     -----
-    r0 being the force of the drawn pose, r(q) - (1 - s) r0 + G^T lam = 0 and g = 0 are solved for s = 0 .. 1, the
-    square of the spin growing with s.  Follower forces are left out of r0 and multiplied by s in r, since a force that
-    turns cannot be held by one that does not.
-    What hangs from hinges has no stiffness in the drawn pose; it then moves, as in honey, to where all loads hold it.
+    With the force r0 of the reference configuration, r(q) - (1 - s) r0 + G^T lam = 0 and g = 0 are solved for s = 0 ..
+    1; the square of the spin grows with s.  Follower forces are multiplied by s in r instead, since a rotated force
+    cannot balance r0.  Motions without stiffness in the reference configuration (pendulums) are found by dynamic
+    relaxation.
     Limit points are not traced: a structure that snaps through ends with an error.  A straight column beyond its
     buckling load stays straight; `stable` says that it would not.  Not for beams so thin that rounding decides: 16
     elements still bend with EA L^2/EI = 1e11 (length over height 1e5), not with 1e13.
@@ -120,14 +119,14 @@ def static_equilibrium(
         checks.point("static_equilibrium", "about", about),
     )
     program = compile_mechanism(mechanism)
-    system = System(program)
-    q, lam = np.array(program.drawn.q), np.zeros(program.n_c)
+    system = StateEvaluation(program)
+    q, lam = np.array(program.reference.q), np.zeros(program.n_c)
     check_spin("static_equilibrium", mechanism, program, system.at(q), full)
     free = unresisted(program, system, q)
     if free:
         q, lam, total = _held_by_loads(program, system, q, full, free)
     else:
-        q, lam, total = _grown(mechanism, program, system, q, load_steps, full)
+        q, lam, total = _grow_loads(mechanism, program, system, q, load_steps, full)
     full.at(system, q, lam)
     forces, names = reactions(program, system, lam), program.names
     K, _, _ = full.matrices(system, q, lam)
@@ -135,15 +134,17 @@ def static_equilibrium(
     return Equilibrium(q, lam, names.coordinates, names.aliases, forces, total, full.speed, full.about, stable)
 
 
-def _grown(
-    mechanism: Mechanism, program: Program, system: System, q: np.ndarray, load_steps: int, full: Spin
+def _grow_loads(
+    mechanism: Mechanism, program: Program, system: StateEvaluation, q: np.ndarray, load_steps: int, full: Spin
 ) -> tuple[np.ndarray, np.ndarray, int]:
-    """Coordinates, multipliers and iterations where the loads have grown to their full size."""
+    """Coordinates, multipliers and iterations under full loads, which grow in steps."""
     lam = np.zeros(program.n_c)
-    grow = growth(mechanism, program)
+    grow = load_growth(mechanism, program)
     system.program = grow(0.0)
     start = system.at(q).force
-    if np.abs(system.residual).max(initial=0.0) > CLOSED * program.length:  # a drive stands elsewhere: go there first
+    if (
+        np.abs(system.residual).max(initial=0.0) > CLOSED_GAP * program.length
+    ):  # a drive stands elsewhere: go there first
         closed = _newton(program, system, q, lam, start, Spin(0.0, full.about))
         q, lam = closed[:2] if closed is not None else (q, lam)
     done, stride, total = 0.0, 1.0 / load_steps, 0
@@ -156,13 +157,13 @@ def _grown(
         jump = 0.0
         if found is not None:
             system.program, back = grow(done), Spin(full.speed * np.sqrt(done), full.about)
-            jump = _jump(program, system, q, found, (1.0 - done) * start, back)
-        if found is None or jump > JUMP:
+            jump = _step_ratio(program, system, q, found, (1.0 - done) * start, back)
+        if found is None or jump > LONG_LOAD_STEP:
             stride /= 2.0
             if stride >= smallest:
                 continue
-            if found is None or jump > SNAP:
-                check_independent(program, np.array(program.drawn.q))
+            if found is None or jump > SNAP_LOAD_STEP:
+                check_independent(program, np.array(program.reference.q))
                 raise SolveError(_failure(program, system, done))
             stride *= 2.0
         q, lam, used, _ = found
@@ -171,22 +172,22 @@ def _grown(
 
 
 def _held_by_loads(
-    program: Program, system: System, q: np.ndarray, spin: Spin, free: str
+    program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin, free: str
 ) -> tuple[np.ndarray, np.ndarray, int]:
-    """Coordinates, multipliers and iterations where the loads themselves hold what nothing else does."""
-    found = settle(program, system, q, spin)
+    """Coordinates, multipliers and iterations of an equilibrium in which loads alone resist some motions."""
+    found = relax(program, system, q, spin)
     if found is None:
-        check_independent(program, np.array(program.drawn.q))
-        raise SolveError(f"{_unheld(program, free)} Nor was a pose found in which the loads hold it.")
+        check_independent(program, np.array(program.reference.q))
+        raise SolveError(f"{_free_motion_error(program, free)} Nor was a pose found in which the loads hold it.")
     q, lam = found
     exact = _newton(program, system, q, lam, np.zeros(program.n_q), spin)
     if exact is None or unresisted(program, system, *exact[:2]):
-        raise SolveError(_unheld(program, free))
+        raise SolveError(_free_motion_error(program, free))
     return exact[:3]
 
 
-def growth(mechanism: Mechanism, program: Program) -> Callable[[float], Program]:
-    """The program with a part of the loads that turn with their bodies, as a function of the part."""
+def load_growth(mechanism: Mechanism, program: Program) -> Callable[[float], Program]:
+    """Function of the load factor that returns the program with follower loads times that factor."""
     bare = mechanism
     for load in mechanism.parts:
         less = load.share(0.0)
@@ -199,13 +200,13 @@ def growth(mechanism: Mechanism, program: Program) -> Callable[[float], Program]
 
 
 def _newton(
-    program: Program, system: System, q: np.ndarray, lam: np.ndarray, held: np.ndarray, spin: Spin
+    program: Program, system: StateEvaluation, q: np.ndarray, lam: np.ndarray, held: np.ndarray, spin: Spin
 ) -> tuple[np.ndarray, np.ndarray, int, float] | None:
-    """Solution for one load and speed, iterations, and how far away the first tangent saw it; or None."""
+    """Solution for one load and speed, its iterations, and its distance by the first tangent; None if Newton fails."""
     n, last, tangent = program.n_q, np.inf, 0.0
     q, lam = q.copy(), lam.copy()
     size = np.where(program.tables.kind == 1, 1.0, program.length)
-    for iteration in range(1, ITERATIONS + 1):
+    for iteration in range(1, MOST_ITERATIONS + 1):
         try:
             d = correction(system, q, lam, held, spin)
         except SolveError:
@@ -217,23 +218,23 @@ def _newton(
         factor = min(1.0, 0.5 / step) if step > 0.5 else 1.0
         q += factor * d[:n]
         lam += factor * d[n:]
-        if step <= ROUND_OFF or (step <= 1e-7 and step >= 0.5 * last):
+        if step <= STEP_ROUND_OFF or (step <= 1e-7 and step >= 0.5 * last):
             return q, lam, iteration, tangent
         last = step
     return None
 
 
-def _jump(
+def _step_ratio(
     program: Program,
-    system: System,
+    system: StateEvaluation,
     q: np.ndarray,
     found: tuple[np.ndarray, np.ndarray, int, float],
     held: np.ndarray,
     spin: Spin,
 ) -> float:
-    """How far a load step went over how far the tangents at both of its ends say, the system being that of its start.
+    """Length of a load step over its length by the tangents at both ends; evaluated at its start before.
 
-    On the way to a limit point the tangents see as far or further; only a jump beyond it is longer than both see.
+    Towards a limit point the distances by the tangents grow; only a snap-through is longer than both.
     """
     size = np.where(program.tables.kind == 1, 1.0, program.length)
     ahead, lam, _, tangent = found
@@ -242,11 +243,11 @@ def _jump(
         back = float(np.abs(correction(system, ahead, lam, held, spin)[: program.n_q] / size).max())
     except SolveError:
         return 0.0  # exactly at a limit point
-    return moved / max(min(tangent, back), NEAR)
+    return moved / max(min(tangent, back), LEAST_JUMP)
 
 
-def correction(system: System, q: np.ndarray, lam: np.ndarray, held: np.ndarray, spin: Spin) -> np.ndarray:
-    """Newton's step (q, lam), or `SolveError` when the matrix is singular."""
+def correction(system: StateEvaluation, q: np.ndarray, lam: np.ndarray, held: np.ndarray, spin: Spin) -> np.ndarray:
+    """Newton's correction of (q, lam); `SolveError` for a singular matrix."""
     if not spin.speed:
         system.at(q, lam=lam, weights=(1.0, 0.0, 0.0))
     else:
@@ -266,15 +267,15 @@ def correction(system: System, q: np.ndarray, lam: np.ndarray, held: np.ndarray,
     return d
 
 
-def refuse_free_motion(program: Program, system: System, q: np.ndarray) -> None:
-    """`SolveError` when some motion is resisted by nothing at all."""
+def refuse_free_motion(program: Program, system: StateEvaluation, q: np.ndarray) -> None:
+    """Refuse a mechanism with a motion without resistance."""
     free = unresisted(program, system, q)
     if free:
-        raise SolveError(_unheld(program, free))
+        raise SolveError(_free_motion_error(program, free))
 
 
-def unresisted(program: Program, system: System, q: np.ndarray, lam: np.ndarray | None = None) -> str:
-    """Name of the coordinate that moves most where joints and stiffness leave a motion free, or ""."""
+def unresisted(program: Program, system: StateEvaluation, q: np.ndarray, lam: np.ndarray | None = None) -> str:
+    """Name of the coordinate that moves most in a free motion; "" without free motions."""
     if program.n_q > 2000:
         return ""  # the factorisation will tell
     system.at(q, lam=lam, weights=(1.0, 0.0, 0.0))
@@ -289,14 +290,14 @@ def unresisted(program: Program, system: System, q: np.ndarray, lam: np.ndarray 
     return ""
 
 
-def _unheld(program: Program, free: str) -> str:
+def _free_motion_error(program: Program, free: str) -> str:
     return (
         f"Mechanism {program.name!r} has no static equilibrium: a motion that moves {free!r} most "
         "is resisted by nothing. Add a joint, a drive or a spring that holds it."
     )
 
 
-def _failure(program: Program, system: System, done: float) -> str:
+def _failure(program: Program, system: StateEvaluation, done: float) -> str:
     rest = np.abs(system.force + system.constraint_force)
     name = program.names.coordinates[int(np.nanargmax(rest))]
     return (
@@ -306,8 +307,8 @@ def _failure(program: Program, system: System, done: float) -> str:
     )
 
 
-def reactions(program: Program, system: System, lam: np.ndarray) -> dict[str, tuple[float, float, float]]:
-    """(fx, fy, moment) of every joint at the last evaluation, with multipliers lam (n_c,)."""
+def reactions(program: Program, system: StateEvaluation, lam: np.ndarray) -> dict[str, tuple[float, float, float]]:
+    """Reactions (fx, fy, moment) of every joint at the last evaluation, with multipliers lam (n_c,)."""
     report_forces(program.tables, lam, system.work)
     found: dict[str, tuple[float, float, float]] = {}
     C = program.tables.constraints

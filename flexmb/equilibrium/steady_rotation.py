@@ -18,10 +18,10 @@ from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND
 from flexmb.program.program import Program
-from flexmb.system.at_state import System
+from flexmb.system.state_evaluation import StateEvaluation
 from flexmb.system.work import MOTION_RATE
 
-SAME_SPEED = 1e-9
+SPEED_TOLERANCE = 1e-9
 """Drives may turn at the speed of the frame or stand still, to this part of it."""
 
 
@@ -41,11 +41,13 @@ class Spin:
         a[:, :2] = -(self.speed**2) * arm
         return v.ravel(), a.ravel()
 
-    def at(self, system: System, q: np.ndarray, lam: np.ndarray | None = None, weights=(0.0, 0.0, 0.0)) -> System:
+    def at(
+        self, system: StateEvaluation, q: np.ndarray, lam: np.ndarray | None = None, weights=(0.0, 0.0, 0.0)
+    ) -> StateEvaluation:
         """Evaluate a program that turns with the frame."""
         return system.at(q, *self.motion(q), lam, weights=weights)
 
-    def matrices(self, system: System, q: np.ndarray, lam: np.ndarray) -> tuple[sp.csc_matrix, ...]:
+    def matrices(self, system: StateEvaluation, q: np.ndarray, lam: np.ndarray) -> tuple[sp.csc_matrix, ...]:
         """Stiffness, damping and mass (n_q, n_q) of motions in the frame; the system is left evaluated there."""
         M = self.at(system, q, lam, (0.0, 0.0, 1.0)).block()
         C = self.at(system, q, lam, (0.0, 1.0, 0.0)).block()
@@ -62,8 +64,8 @@ def quarter_turn(n: int) -> sp.csr_matrix:
     return sp.csr_matrix(sp.block_diag([np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])] * (n // 3)))
 
 
-def check_spin(owner: str, mechanism: Mechanism, program: Program, system: System, spin: Spin) -> None:
-    """Refuse what is not steady in the turning frame: gravity, and drives of another speed."""
+def check_spin(owner: str, mechanism: Mechanism, program: Program, system: StateEvaluation, spin: Spin) -> None:
+    """Refuse loads that are not steady in the rotating frame: gravity, and drives of another speed."""
     if not spin.speed:
         return
     if any(mechanism.gravity):
@@ -74,7 +76,7 @@ def check_spin(owner: str, mechanism: Mechanism, program: Program, system: Syste
     driven = program.tables.constraints.motion >= 0
     sense = turning_sense(mechanism)
     for name, speed in zip(program.drives, system.work.drive[driven, MOTION_RATE], strict=True):
-        if not speed or (sense[name] and abs(speed - sense[name] * spin.speed) <= SAME_SPEED * abs(spin.speed)):
+        if not speed or (sense[name] and abs(speed - sense[name] * spin.speed) <= SPEED_TOLERANCE * abs(spin.speed)):
             continue
         remedy = (
             "Give both the same speed."
@@ -88,14 +90,16 @@ def check_spin(owner: str, mechanism: Mechanism, program: Program, system: Syste
 
 
 def turning_sense(mechanism: Mechanism) -> dict[str, int]:
-    """Of every driven row, by name: 1 where it turns a body against the ground, -1 the ground against a body, else 0.
+    """Sense of every driven coordinate by name: 1 body against ground, -1 ground against body, else 0.
 
     The ground as it is drawn stands still, so only such a row may have the speed of the frame.
     """
     found = {}
-    for piece in mechanism.pieces().constraints:
-        ends = (piece.coordinates[0][0], piece.coordinates[-1][0])
+    for contribution in mechanism.contributions().constraints:
+        ends = (contribution.coordinates[0][0], contribution.coordinates[-1][0])
         sense = 1 if ends[0] == GROUND.name else -1 if ends[1] == GROUND.name else 0
-        for row in piece.motions:
-            found[f"{piece.part}.{row.name}" if row.name else piece.part] = sense if row.units[0] == "rad" else 0
+        for row in contribution.motions:
+            found[f"{contribution.part}.{row.name}" if row.name else contribution.part] = (
+                sense if row.units[0] == "rad" else 0
+            )
     return found

@@ -12,8 +12,8 @@ from flexmb.errors import InputError
 from flexmb.joints.direction import add_curvature, curvature_times, direction, dot
 from flexmb.joints.revolute import coincidence_piece, drawn_angle
 from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel, signal_kernel
+from flexmb.model.contributions import Contribution, ElementContribution, SignalContribution
 from flexmb.model.part import Joint
-from flexmb.model.pieces import ElementPiece, Piece, SignalPiece
 from flexmb.places import packed
 
 if TYPE_CHECKING:
@@ -173,7 +173,7 @@ class Bushing(Joint):
             raise InputError(f"{self.label}: along is {self.along}; it must be a direction with a length > 0.")
         object.__setattr__(self, "along", along)
 
-    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One element, the signals, and the coincidence of the points at the start."""
         first, second = ends = self.ends(mechanism)
         coordinates = (*first.coordinates, *second.coordinates)
@@ -186,9 +186,11 @@ class Bushing(Joint):
         numbers |= {OFFSET1_X: x1, OFFSET1_Y: y1, OFFSET2_X: x2, OFFSET2_Y: y2}
         p = packed(numbers)
         signals = [
-            SignalPiece(self.name, name, unit, bushing_signal, coordinates, packed({**numbers, CHOSEN: float(k)}))
+            SignalContribution(
+                self.name, name, unit, bushing_signal, coordinates, packed({**numbers, CHOSEN: float(k)})
+            )
             for k, (name, unit) in enumerate(SIGNALS)
         ]
         short = {"force": bushing_force, "account": bushing_account}
-        element = ElementPiece(self.name, bushing_kernel, coordinates, p, energy=bushing_energy, **short)
+        element = ElementContribution(self.name, bushing_kernel, coordinates, p, energy=bushing_energy, **short)
         return [element, *signals, coincidence_piece(self.name, ends, holds="start")]

@@ -10,9 +10,9 @@ from flexmb.errors import InputError
 from flexmb.joints.prismatic import direction_row
 from flexmb.joints.revolute import drawn_angle
 from flexmb.kernels import constraint_kernel
+from flexmb.model.contributions import ConstraintContribution, Contribution, RowMotion
 from flexmb.model.law import Motion
 from flexmb.model.part import Joint
-from flexmb.model.pieces import ConstraintPiece, Piece, RowMotion
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -81,7 +81,7 @@ class Clamp(Joint):
         if all(motion is None for motion in given.values()):
             raise InputError(f"{self.label}: angle, x and y are None; give a motion, or use Fixed(...) for a weld.")
 
-    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """Three rows."""
         first, second = ends = self.ends(mechanism)
         coordinates = (*first.coordinates, *second.coordinates)
@@ -89,7 +89,7 @@ class Clamp(Joint):
         driven = ((row, getattr(self, name), name, units) for row, (name, *units) in enumerate(ROWS))
         motions = tuple(RowMotion(row, law, name, (u, f)) for row, law, name, (u, f) in driven if law is not None)
         return [
-            ConstraintPiece(
+            ConstraintContribution(
                 self.name, clamp_kernel, coordinates, p, 3, second=second.coordinates, moment_row=2, motions=motions
             )
         ]

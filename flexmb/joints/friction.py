@@ -7,13 +7,13 @@ import math
 from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.joints.direction import add_curvature, direction
-from flexmb.kernels import grip_kernel
+from flexmb.kernels import joint_friction_kernel
 from flexmb.model.law import FrictionLaw
 from flexmb.places import LOAD, LOAD_BY_LAM, SLIDING
 
 
-@grip_kernel
-def journal_grip(p, q, lam, out, H):
+@joint_friction_kernel
+def journal_friction(p, q, lam, out, H):
     """Pin of radius R: N = |force| + preload, slip = R (omega2 - omega1)."""
     R, preload = p
     F = math.sqrt(lam[0] * lam[0] + lam[1] * lam[1])
@@ -25,8 +25,8 @@ def journal_grip(p, q, lam, out, H):
         out[SLIDING + theta] = arm
 
 
-@grip_kernel
-def guide_grip(p, q, lam, out, H):
+@joint_friction_kernel
+def guide_friction(p, q, lam, out, H):
     """Slider of length l: N = |F/2 + M/l| + |F/2 - M/l| + preload, slip = rate of its travel."""
     ux, uy, s1x, s1y, s2x, s2y, length, preload = p
     across, couple = abs(lam[0]), 2.0 * abs(lam[1]) / length

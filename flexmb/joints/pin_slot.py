@@ -15,9 +15,9 @@ from flexmb.joints.direction import direction
 from flexmb.joints.prismatic import direction_row
 from flexmb.joints.revolute_clearance import check_laws
 from flexmb.kernels import constraint_kernel, gap_kernel, signal_kernel
+from flexmb.model.contributions import ConstraintContribution, ContactContribution, Contribution, SignalContribution
 from flexmb.model.law import FrictionLaw, NormalLaw
 from flexmb.model.part import Joint
-from flexmb.model.pieces import ConstraintPiece, ContactPiece, Piece, SignalPiece
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -124,11 +124,11 @@ class PinSlot(Joint):
             raise InputError(f"{self.label}: along is {self.along}; it must be a direction with a length > 0.")
         object.__setattr__(self, "along", along)
 
-    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One row and the signal `travel`."""
         coordinates, p = self._geometry(mechanism)
-        row = ConstraintPiece(self.name, slot_kernel, coordinates, p, 1, second=coordinates[3:])
-        return [row, SignalPiece(self.name, "travel", "m", slot_travel, coordinates, p)]
+        row = ConstraintContribution(self.name, slot_kernel, coordinates, p, 1, second=coordinates[3:])
+        return [row, SignalContribution(self.name, "travel", "m", slot_travel, coordinates, p)]
 
     def _geometry(self, mechanism: Mechanism):
         """The six coordinates; direction of the slot, its middle and the pin in the frames of their nodes."""
@@ -182,13 +182,13 @@ class PinSlotClearance(PinSlot):
             checks.not_negative(self.label, "length", self.length, "m")
         check_laws(self)
 
-    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One contact, the signal `travel`, and the ideal slot at the start."""
         coordinates, p = self._geometry(mechanism)
         reach = 1e300 if self.length is None else 0.5 * self.length
         normal = self.normal.for_radii(math.inf, self.pin_radius)
-        contact = ContactPiece(
+        contact = ContactContribution(
             self.name, slot_gap_kernel, coordinates, (self.clearance, reach, self.pin_radius, *p), normal, self.friction
         )
-        row, travel = super().pieces(mechanism)
+        row, travel = super().contributions(mechanism)
         return [contact, travel, replace(row, holds="closed")]  # type: ignore[type-var]

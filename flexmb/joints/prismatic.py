@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.joints.direction import add_curvature, curvature_times, direction, dot
-from flexmb.joints.friction import check_friction, guide_grip
+from flexmb.joints.friction import check_friction, guide_friction
 from flexmb.joints.revolute import drawn_angle
 from flexmb.kernels import compiled, constraint_kernel
+from flexmb.model.contributions import ConstraintContribution, Contribution, JointFriction
 from flexmb.model.law import FrictionLaw
 from flexmb.model.part import Joint
-from flexmb.model.pieces import ConstraintPiece, Grip, Piece
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -72,11 +72,11 @@ class Guide(Joint):
             raise InputError(f"{self.label}: along is {self.along}; it must be a direction with a length > 0.")
         object.__setattr__(self, "along", along)
 
-    def ideal(self, mechanism: Mechanism) -> ConstraintPiece:
+    def ideal(self, mechanism: Mechanism) -> ConstraintContribution:
         """The two rows of a slider without play in `mechanism`."""
         coordinates, p, angle = self.geometry(mechanism)
         second = coordinates[3:]
-        return ConstraintPiece(self.name, guide_kernel, coordinates, (*p, angle), 2, second=second, moment_row=1)
+        return ConstraintContribution(self.name, guide_kernel, coordinates, (*p, angle), 2, second=second, moment_row=1)
 
     def geometry(self, mechanism: Mechanism) -> tuple[Any, tuple[float, ...], float]:
         """Coordinates in `mechanism`; direction of the guide, both points in the frames of their nodes; drawn angle."""
@@ -121,15 +121,17 @@ class Prismatic(Guide):
         super().__post_init__()
         check_friction(self, "length")
 
-    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """Two rows."""
         ideal = self.ideal(mechanism)
         if self.friction is None or self.length is None:
             return [ideal]
         p = (*self.geometry(mechanism)[1], self.length, self.preload)
-        return [replace(ideal, grip=Grip(guide_grip, p, self.friction))]
+        return [replace(ideal, joint_friction=JointFriction(guide_friction, p, self.friction))]
 
-    def drive_piece(self, mechanism: Mechanism) -> ConstraintPiece | None:
+    def drive_contribution(self, mechanism: Mechanism) -> ConstraintContribution | None:
         """The travel of the second body along the guide, 0 in the drawn pose."""
         coordinates, p, _ = self.geometry(mechanism)
-        return ConstraintPiece(self.name, travel_kernel, coordinates, p, 1, is_drive=True, drive_units=("m", "N"))
+        return ConstraintContribution(
+            self.name, travel_kernel, coordinates, p, 1, is_drive=True, drive_units=("m", "N")
+        )

@@ -14,8 +14,8 @@ from flexmb.joints.contact_point import put_column, put_eccentricity, put_point
 from flexmb.joints.prismatic import Guide
 from flexmb.joints.revolute_clearance import check_laws
 from flexmb.kernels import compiled, gap_kernel, signal_kernel
+from flexmb.model.contributions import ContactContribution, Contribution, SignalContribution
 from flexmb.model.law import FrictionLaw, NormalLaw
-from flexmb.model.pieces import ContactPiece, Piece, SignalPiece
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -142,25 +142,27 @@ class PrismaticClearance(Guide):
                 "would turn in its guide. Did you mix up metres and millimetres?"
             )
 
-    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """Four contacts, the signals, and the ideal guide at the start."""
         coordinates, p, angle = self.geometry(mechanism)
         mx, my, s1x, s1y, s2x, s2y = p
         turn = -angle  # of the guide's direction, seen from the frame of the slider
         ux, uy = mx * math.cos(turn) - my * math.sin(turn), mx * math.sin(turn) + my * math.cos(turn)
         normal = self._normal()
-        found: list[Piece] = []
+        found: list[Contribution] = []
         for name, along, across in CORNERS:
             x, y = along * self.half_length, across * self.half_height
             corner = (s2x + x * ux - y * uy, s2y + x * uy + y * ux)
             numbers = (self.clearance, self.half_height, across, mx, my, s1x, s1y, *corner)
-            piece = ContactPiece(self.name, corner_gap_kernel, coordinates, numbers, normal, self.friction, name)
-            found.append(piece)
+            contribution = ContactContribution(
+                self.name, corner_gap_kernel, coordinates, numbers, normal, self.friction, name
+            )
+            found.append(contribution)
         sizes = (self.clearance, self.half_length, self.half_height)
         for k, (name, unit) in enumerate(SIGNALS):
             numbers = (*p, angle, *sizes, float(k))
             found.append(
-                SignalPiece(self.name, name, unit, slider_signal, coordinates, numbers, is_mode=name == "mode")
+                SignalContribution(self.name, name, unit, slider_signal, coordinates, numbers, is_mode=name == "mode")
             )
         return [*found, replace(self.ideal(mechanism), holds="closed")]
 

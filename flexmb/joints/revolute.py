@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, replace
 from typing import TYPE_CHECKING
 
-from flexmb.joints.friction import check_friction, journal_grip
+from flexmb.joints.friction import check_friction, journal_friction
 from flexmb.kernels import compiled, constraint_kernel
+from flexmb.model.contributions import Attachment, ConstraintContribution, Contribution, JointFriction
 from flexmb.model.law import FrictionLaw
 from flexmb.model.part import Joint
-from flexmb.model.pieces import Attachment, ConstraintPiece, Grip, Piece
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -73,12 +73,14 @@ def drawn_angle(mechanism: Mechanism, ends: tuple[Attachment, Attachment]) -> fl
     return second - first
 
 
-def coincidence_piece(part: str, ends: tuple[Attachment, Attachment], *, holds: str = "always") -> ConstraintPiece:
+def coincidence_piece(
+    part: str, ends: tuple[Attachment, Attachment], *, holds: str = "always"
+) -> ConstraintContribution:
     """The two rows of a revolute joint."""
     first, second = ends
     coordinates = (*first.coordinates, *second.coordinates)
     p = (*first.offset, *second.offset)
-    return ConstraintPiece(part, coincidence_kernel, coordinates, p, 2, second=second.coordinates, holds=holds)
+    return ConstraintContribution(part, coincidence_kernel, coordinates, p, 2, second=second.coordinates, holds=holds)
 
 
 @dataclass(frozen=True)
@@ -117,20 +119,22 @@ class Revolute(Joint):
         super().__post_init__()
         check_friction(self, "radius")
 
-    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """Two rows."""
-        piece = coincidence_piece(self.name, self.ends(mechanism))
+        contribution = coincidence_piece(self.name, self.ends(mechanism))
         if self.friction is None or self.radius is None:
-            return [piece]
+            return [contribution]
         p, signal = (self.radius, self.preload), ("friction_torque", "N m")
-        return [replace(piece, grip=Grip(journal_grip, p, self.friction, signal, self.radius))]
+        return [
+            replace(contribution, joint_friction=JointFriction(journal_friction, p, self.friction, signal, self.radius))
+        ]
 
-    def drive_piece(self, mechanism: Mechanism) -> ConstraintPiece | None:
+    def drive_contribution(self, mechanism: Mechanism) -> ConstraintContribution | None:
         """The rotation of the second body against the first, 0 in the drawn pose."""
         ends = self.ends(mechanism)
         coordinates = tuple(end.coordinates[2] for end in ends)
         p = (drawn_angle(mechanism, ends),)
-        return ConstraintPiece(self.name, angle_kernel, coordinates, p, 1, is_drive=True)
+        return ConstraintContribution(self.name, angle_kernel, coordinates, p, 1, is_drive=True)
 
 
 @dataclass(frozen=True)
@@ -148,9 +152,11 @@ class Fixed(Joint):
 
     kind = "fixed"
 
-    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """Three rows."""
         first, second = ends = self.ends(mechanism)
         coordinates = (*first.coordinates, *second.coordinates)
         p = (*first.offset, *second.offset, drawn_angle(mechanism, ends))
-        return [ConstraintPiece(self.name, weld_kernel, coordinates, p, 3, second=second.coordinates, moment_row=2)]
+        return [
+            ConstraintContribution(self.name, weld_kernel, coordinates, p, 3, second=second.coordinates, moment_row=2)
+        ]

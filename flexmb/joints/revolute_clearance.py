@@ -13,9 +13,9 @@ from flexmb.errors import InputError
 from flexmb.joints.contact_point import put_arms, put_column, put_eccentricity
 from flexmb.joints.revolute import coincide
 from flexmb.kernels import constraint_kernel, gap_kernel
+from flexmb.model.contributions import ConstraintContribution, ContactContribution, Contribution
 from flexmb.model.law import FrictionLaw, NormalLaw
 from flexmb.model.part import GROUND, Joint
-from flexmb.model.pieces import ConstraintPiece, ContactPiece, Piece
 from flexmb.places import GAP, GAP_RATE, SLIP
 
 if TYPE_CHECKING:
@@ -188,21 +188,21 @@ class RevoluteClearance(Joint):
         """Radius of the journal [m]."""
         return self.bearing_radius - self.clearance
 
-    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One contact; at the start the journal stands as in an ideal joint, or beside its centre."""
         first, second = self.ends(mechanism)
         coordinates = (*first.coordinates, *second.coordinates)
         p = (self.clearance, self.bearing_radius, *first.offset, *second.offset)
         normal = self.normal.for_radii(self.bearing_radius, self.journal_radius)
         return [
-            ContactPiece(self.name, journal_gap_kernel, coordinates, p, normal, self.friction),
+            ContactContribution(self.name, journal_gap_kernel, coordinates, p, normal, self.friction),
             self._held(mechanism, coordinates, p[2:]),
         ]
 
-    def _held(self, mechanism: Mechanism, coordinates, offsets: tuple[float, ...]) -> ConstraintPiece:
+    def _held(self, mechanism: Mechanism, coordinates, offsets: tuple[float, ...]) -> ConstraintContribution:
         """The two rows that hold the journal in its place at the start."""
         p = (*offsets, *self.eccentricity(mechanism))
-        return ConstraintPiece(
+        return ConstraintContribution(
             self.name, held_journal_kernel, coordinates, p, 2, second=coordinates[3:], holds="closed"
         )
 

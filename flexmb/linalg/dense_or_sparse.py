@@ -1,4 +1,4 @@
-"""Matrices of small models as plain arrays and those of large ones as sparse matrices, behind the same few functions.
+"""Functions for matrices that are plain arrays in small models and sparse in large ones.
 
 For some hundred unknowns the bookkeeping of a sparse matrix takes longer than all arithmetic with a plain one.
 """
@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-SMALL = 120
+DENSE_UNKNOWNS = 120
 """Unknowns up to which plain arrays are used."""
 
 
@@ -19,7 +19,7 @@ def plain(A: Any) -> np.ndarray:
 
 
 def stacked(upper: Any, lower: Any) -> Any:
-    """The rows of `upper`, then those of `lower`; plain if both are."""
+    """The rows of `upper` above the rows of `lower`; plain if both are plain."""
     if isinstance(upper, np.ndarray) and isinstance(lower, np.ndarray):
         return np.concatenate([upper, lower])
     import scipy.sparse as sp  # noqa: PLC0415 - large models alone need it, and it takes long to import

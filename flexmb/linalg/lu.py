@@ -19,14 +19,14 @@ from flexmb.kernels import compiled, part_of
 from flexmb.linalg.substitute import forward, solve
 from flexmb.linalg.symbolic import Symbolic
 
-THRESHOLD = 1e-13
+LOST_PIVOT = 1e-13
 """Pivot relative to the largest term that was summed up to it: below this, only round-off is left of it."""
 
-HOLD = 1e-8
+HELD_PIVOT = 1e-8
 """Pivot of a constraint's row relative to the largest term that was summed up to it, below which its multiplier is
 held: the sine of the angle between this row and those before it is then 1e-4."""
 
-HELD = -2
+ROWS_HELD = -2
 """What `factor` returns when multipliers are held; -1 when none is."""
 
 NO_ROW = 1 << 62
@@ -50,7 +50,7 @@ class LU(Record):
 
 
 def tables(symbolic: Symbolic) -> LU:
-    """What `factor`, `solve` and `multiply` need of `symbolic`: its integer arrays, shared with it; remembered."""
+    """Integer arrays of `symbolic` for `factor`, `solve` and `multiply`; shared and remembered."""
     found = _TABLES.get(symbolic)
     if found is None:
         s, unsigned = symbolic, np.uint64
@@ -64,7 +64,7 @@ _TABLES: WeakKeyDictionary[Symbolic, LU] = WeakKeyDictionary()
 
 
 @compiled
-def factor(sym, lu, seen, threshold, first_row=NO_ROW, hold=HOLD):
+def factor(sym, lu, seen, threshold, first_row=NO_ROW, hold=HELD_PIVOT):
     """A = L U in place; -1, HELD, or the first unknown in elimination order whose pivot is lost or not finite.
 
     L has a unit diagonal, that of U is left inverted.  sym : LU; lu : (size,); seen : (n,) workspace; threshold [1];
@@ -78,7 +78,7 @@ def factor(sym, lu, seen, threshold, first_row=NO_ROW, hold=HOLD):
     """
     order, starts, row_ptr, rows = sym.order, sym.starts, sym.row_ptr, sym.rows
     value_ptr, target_ptr, targets = sym.value_ptr, sym.target_ptr, sym.targets
-    _start_seen(starts, row_ptr, value_ptr, lu, seen)
+    _start_scale(starts, row_ptr, value_ptr, lu, seen)
     held = -1
     for s in range(len(starts) - 1):
         first, at, t, r = starts[s], value_ptr[s], target_ptr[s], row_ptr[s]
@@ -91,19 +91,19 @@ def factor(sym, lu, seen, threshold, first_row=NO_ROW, hold=HOLD):
             return order[first + lost]
         held = min(held, lost)
         if w == 3:
-            _see_3(lu, at, u, seen, rows, r)
+            _update_scale_3(lu, at, u, seen, rows, r)
             _update_3(lu, at, u, targets, t)
         elif w == 2:
-            _see(lu, at, w, u, seen, rows, r)
+            _update_scale(lu, at, w, u, seen, rows, r)
             _update_2(lu, at, u, targets, t)
         else:
-            _see(lu, at, w, u, seen, rows, r)
+            _update_scale(lu, at, w, u, seen, rows, r)
             _update_1(lu, at, u, targets, t)
     return held
 
 
 @compiled
-def _start_seen(starts, row_ptr, value_ptr, lu, seen):
+def _start_scale(starts, row_ptr, value_ptr, lu, seen):
     """The diagonal of A, in the order of elimination."""
     for s in range(len(starts) - 1):
         own, w = part_of(seen, starts[s], starts[s + 1]), starts[s + 1] - starts[s]
@@ -114,7 +114,7 @@ def _start_seen(starts, row_ptr, value_ptr, lu, seen):
 
 
 @compiled
-def _see(lu, at, w, u, seen, rows, r):
+def _update_scale(lu, at, w, u, seen, rows, r):
     """Largest term so far on the diagonals below a panel."""
     below, length = part_of(rows, r, r + u), w + u
     for i in range(u):
@@ -135,7 +135,7 @@ def _eliminate(lu, at, w, u, seen, first, threshold, order, first_row, hold):
         inverse = 1.0 / pivot
         if not watched * seen[first + k] < abs(pivot) < np.inf:  # false for nan, too
             if order[first + k] >= first_row and abs(pivot) < np.inf:
-                inverse, held = 0.0, HELD
+                inverse, held = 0.0, ROWS_HELD
                 seen[first + k] = -max(seen[first + k], 1e-300)
             elif not threshold * seen[first + k] < abs(pivot) < np.inf:
                 return k
@@ -161,7 +161,7 @@ def _inverse(pivot, summed, threshold, watched, may_hold):
     if watched * summed < size < np.inf:  # false for nan, too
         return 1.0 / pivot, -1
     if may_hold and size < np.inf:
-        return 0.0, HELD
+        return 0.0, ROWS_HELD
     if threshold * summed < size < np.inf:
         return 1.0 / pivot, -1
     return 0.0, 0
@@ -186,9 +186,9 @@ def _eliminate_3(lu, at, u, seen, first, threshold, order, first_row, hold):
     i2, s2 = _inverse(lu[c + 2] - near2 - c1 * b2, seen2, threshold, watched, order[first + 2] >= first_row)
     if s2 == 0:
         return 2
-    seen[first] = -max(seen[first], 1e-300) if s0 == HELD else seen[first]
-    seen[first + 1] = -max(seen1, 1e-300) if s1 == HELD else seen1
-    seen[first + 2] = -max(seen2, 1e-300) if s2 == HELD else seen2
+    seen[first] = -max(seen[first], 1e-300) if s0 == ROWS_HELD else seen[first]
+    seen[first + 1] = -max(seen1, 1e-300) if s1 == ROWS_HELD else seen1
+    seen[first + 2] = -max(seen2, 1e-300) if s2 == ROWS_HELD else seen2
     lu[a], lu[b], lu[b + 1], lu[b + 2], lu[c], lu[c + 1], lu[c + 2] = i0, b0, i1, b2, c0, c1, i2
     right0, right1, right2, below0, below1, below2 = _beside_3(lu, at, u)
     for j in range(u):
@@ -215,8 +215,8 @@ def _beside_3(lu, at, u):
 
 
 @compiled
-def _see_3(lu, at, u, seen, rows, r):
-    """`_see` for three pivots."""
+def _update_scale_3(lu, at, u, seen, rows, r):
+    """`_update_scale` for three pivots."""
     a, b, c, x, y, z = _beside_3(lu, at, u)
     below = part_of(rows, r, r + u)
     for i in range(u):
@@ -257,7 +257,7 @@ def _update_3(lu, at, u, targets, t):
 
 
 @compiled
-def dependence(sym, lu, s, k, b, x, y):
+def null_vector(sym, lu, s, k, b, x, y):
     """X with A x = 0 but for x = 1 at the row k of panel s, which `factor` held; b, x, y : (n,), three arrays.
 
     The factors of the rows before it are exact, so the solution of U x = 1 with a pivot of 1 in place of 0 is this x.
@@ -272,8 +272,8 @@ def dependence(sym, lu, s, k, b, x, y):
 
 
 @compiled
-def left_over(sym, lu, seen, b, y):
-    """What `solve` will leave of b in the constraints that `factor` held, largest absolute value; b, y : (n,)."""
+def held_residual(sym, lu, seen, b, y):
+    """Largest residual that `solve` leaves in held rows for the right-hand side b; b, y : (n,)."""
     for k in range(len(sym.order)):
         y[k] = b[sym.order[k]]
     forward(sym.starts, sym.row_ptr, sym.rows, sym.value_ptr, lu, y)
@@ -285,7 +285,7 @@ def left_over(sym, lu, seen, b, y):
 
 
 @compiled
-def first_held(sym, seen):
+def first_held_row(sym, seen):
     """The first constraint that `factor` held."""
     for place in range(len(sym.order)):
         if seen[place] < 0.0:
@@ -294,7 +294,7 @@ def first_held(sym, seen):
 
 
 @compiled
-def weakest(sym, lu, seen, first_row):
+def smallest_pivot(sym, lu, seen, first_row):
     """Smallest pivot of a constraint that is not held, relative to the largest term that was summed up to it."""
     least = 1.0
     for s in range(len(sym.starts) - 1):

@@ -121,13 +121,13 @@ def _minimum_degree(neighbours: list[set[int]], sizes: list[int], last: Sequence
             waits[k] -= 1
         weight = sum(sizes[k] for k in around)
         for k in around:
-            degrees[k] = _take_out(block, k, neighbours, weight, sizes)
+            degrees[k] = _remove_block(block, k, neighbours, weight, sizes)
             if not waits[k]:
                 heappush(heap, (degrees[k], k))
     return _parents(sequence, structure), sequence
 
 
-def _take_out(block: int, k: int, neighbours: list[set[int]], weight: int, sizes: list[int]) -> int:
+def _remove_block(block: int, k: int, neighbours: list[set[int]], weight: int, sizes: list[int]) -> int:
     """Remove `block` from the graph as seen from its neighbour k; the new degree of k."""
     around = neighbours[block]
     mine = neighbours[k]

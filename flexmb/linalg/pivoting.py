@@ -101,7 +101,7 @@ class PivotingSolver:
 
 
 def singular_text(n: int, finding: str) -> str:
-    """What to say about a matrix of n unknowns without an inverse."""
+    """Message about a singular matrix of n unknowns."""
     return (
         f"PivotingSolver: the {n} x {n} matrix is singular ({finding}). Look for joints that hold the same motion "
         "twice and for nodes without mass and stiffness."

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-TOLERANCE = 1e-9
-SURELY = 1e-10
+RANK_TOLERANCE = 1e-9
+CERTAIN_EIGENVALUE = 1e-10
 """Part of its diagonal below which eigenvalues of G G^T are not taken for round-off: far above TOLERANCE squared."""
 
-INDEPENDENT = 1e12
+CERTAIN_INVERSE = 1e12
 """Norm of the inverse of G G^T, its rows of length 1, below which the rows of a sparse G are independent beyond doubt:
 those of a chain of n links reach n^2, those that repeat one another 1e16."""
 
@@ -37,7 +37,7 @@ def row_rank(G: Any) -> Rank:
         used = G[:, G.any(axis=0)]
         lengths = np.sqrt((used * used).sum(axis=1))
         columns = (used / np.where(lengths > 0.0, lengths, 1.0)[:, None]).T
-        return Rank(m, ()) if _surely_independent(columns) else _by_qr(columns, m, TOLERANCE)
+        return Rank(m, ()) if _surely_independent(columns) else _by_qr(columns, m, RANK_TOLERANCE)
     return _of_sparse(G)
 
 
@@ -58,7 +58,7 @@ def _surely_independent(columns: np.ndarray) -> bool:
     if columns.shape[1] > columns.shape[0]:
         return False
     gram = columns.T @ columns
-    gram.flat[:: len(gram) + 1] -= SURELY
+    gram.flat[:: len(gram) + 1] -= CERTAIN_EIGENVALUE
     try:
         np.linalg.cholesky(gram)
     except np.linalg.LinAlgError:
@@ -79,11 +79,11 @@ def _of_sparse(G: Any) -> Rank:
         return Rank(m, ())
     used = np.unique(unit.indices)
     if m * len(used) <= 400_000:
-        return _by_qr(unit[:, used].toarray().T, m, TOLERANCE)
+        return _by_qr(unit[:, used].toarray().T, m, RANK_TOLERANCE)
     count, group = connected_components(gram, directed=False)
     redundant: list[int] = []
     for rows in np.split(np.argsort(group, kind="stable"), np.cumsum(np.bincount(group, minlength=count))[:-1]):
-        found = _by_qr(gram[rows][:, rows].toarray(), len(rows), TOLERANCE**1.5)
+        found = _by_qr(gram[rows][:, rows].toarray(), len(rows), RANK_TOLERANCE**1.5)
         redundant += [int(rows[k]) for k in found.redundant]
     return Rank(m - len(redundant), tuple(sorted(redundant)))
 
@@ -97,4 +97,4 @@ def _clearly_independent(gram: Any) -> bool:
     except RuntimeError:  # exactly singular
         return False
     inverse = LinearOperator(gram.shape, matvec=factors.solve, rmatvec=factors.solve, dtype=float)
-    return bool(onenormest(inverse) < INDEPENDENT)
+    return bool(onenormest(inverse) < CERTAIN_INVERSE)

@@ -1,4 +1,4 @@
-"""Where every entry of the factors L and U lives, worked out once for a pattern of A."""
+"""Symbolic factorisation: positions of all entries of L and U for a pattern of A."""
 
 from dataclasses import dataclass, field, fields
 from functools import cached_property
@@ -8,10 +8,10 @@ import numpy as np
 from flexmb.errors import InputError
 from flexmb.linalg.fill import count_below, join_panels, list_below, locate_all, locate_targets
 
-WIDEST = 3
+WIDEST_PANEL = 3
 """Most unknowns in one panel: the coordinates of a node, for which the numeric kernel has unrolled loops."""
 
-WASTE = 0.2
+PANEL_ZEROS = 0.2
 """Part of zeros in a panel up to which joining two is faster than keeping them apart (tests/speed/lu_time.py)."""
 
 
@@ -92,7 +92,7 @@ class Symbolic:
         return found
 
     def positions(self, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
-        """Where the entries (row, col) of A stand in the array of values.
+        """Positions of the entries (row, col) of A in the array of values.
 
         Parameters
         ----------
@@ -229,13 +229,13 @@ def _fill(n: int, rows: np.ndarray, cols: np.ndarray) -> tuple[np.ndarray, np.nd
 def _panels(parent: np.ndarray, ptr: np.ndarray) -> np.ndarray:
     """First places of the panels, and n: equal structures first, then neighbours that cost few zeros."""
     starts = np.arange(len(ptr))
-    count = join_panels(parent, ptr, WIDEST, 0.0, starts, len(parent)) if len(parent) else 0
-    count = join_panels(parent, ptr, WIDEST, WASTE, starts, count) if count else 0
+    count = join_panels(parent, ptr, WIDEST_PANEL, 0.0, starts, len(parent)) if len(parent) else 0
+    count = join_panels(parent, ptr, WIDEST_PANEL, PANEL_ZEROS, starts, count) if count else 0
     return starts[: count + 1].copy()
 
 
 def _running(lengths: np.ndarray) -> np.ndarray:
-    """Where each of the consecutive parts begins, and where the last one ends."""
+    """Offsets of consecutive parts of given lengths, with the end of the last one."""
     return np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
 
 

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 from flexmb import checks, planar
 from flexmb.errors import InputError, ModelError
 from flexmb.kernels import element_kernel
+from flexmb.model.contributions import Contribution, ElementContribution
 from flexmb.model.law import Motion
 from flexmb.model.part import GROUND, Part
-from flexmb.model.pieces import ElementPiece, Piece
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -90,14 +90,14 @@ class Force(Part):
         """The same with `part` of the force, if it is a follower."""
         return replace(self, force=(part * self.force[0], part * self.force[1])) if self.follower else self
 
-    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One element on the node that carries the point."""
         body = mechanism.body(self.body.name, self.label)
         end = body.attach(self.label, self.at)
         kernel, force = dead_force_kernel, self.force
         if self.follower:
             kernel, force = follower_force_kernel, planar.to_frame((0.0, 0.0), body.node(end.node).theta, self.force)
-        return [ElementPiece(self.name, kernel, end.coordinates, (*force, *end.offset), factor=self.history)]
+        return [ElementContribution(self.name, kernel, end.coordinates, (*force, *end.offset), factor=self.history)]
 
 
 def check_loaded(load: Part, body: Part) -> None:

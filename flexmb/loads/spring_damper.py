@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 from flexmb import checks, planar
 from flexmb.errors import InputError
 from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel
+from flexmb.model.contributions import Contribution, ElementContribution
 from flexmb.model.part import Part
-from flexmb.model.pieces import ElementPiece, Piece
 from flexmb.places import packed
 
 if TYPE_CHECKING:
@@ -153,7 +153,7 @@ class SpringDamper(Part):
         if planar.distance(self.at, self.to) == 0.0:
             raise InputError(f"{self.label}: both points are {self.at}; a spring without length has no direction.")
 
-    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One element."""
         first = mechanism.body(self.first.name, self.label).attach(self.label, self.at)
         second = mechanism.body(self.second.name, self.label).attach(self.label, self.to)
@@ -163,4 +163,6 @@ class SpringDamper(Part):
         p = packed({**laws, OFFSET1_X: x1, OFFSET1_Y: y1, OFFSET2_X: x2, OFFSET2_Y: y2})
         coordinates = (*first.coordinates, *second.coordinates)
         short = {"force": spring_damper_force, "account": spring_damper_account}
-        return [ElementPiece(self.name, spring_damper_kernel, coordinates, p, energy=spring_damper_energy, **short)]
+        return [
+            ElementContribution(self.name, spring_damper_kernel, coordinates, p, energy=spring_damper_energy, **short)
+        ]

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 from flexmb import checks
 from flexmb.kernels import element_kernel
 from flexmb.loads.force import check_history, check_loaded
+from flexmb.model.contributions import Contribution, ElementContribution
 from flexmb.model.law import Motion
 from flexmb.model.part import Part
-from flexmb.model.pieces import ElementPiece, Piece
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -60,9 +60,9 @@ class Torque(Part):
         if self.at is not None:
             object.__setattr__(self, "at", checks.point(self.label, "at", self.at))
 
-    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One element on theta of the node."""
         body = mechanism.body(self.body.name, self.label)
         node = body.main if self.at is None else body.attach(self.label, self.at).node
         theta = ((body.name, node, 2),)
-        return [ElementPiece(self.name, torque_kernel, theta, (self.torque,), factor=self.history)]
+        return [ElementContribution(self.name, torque_kernel, theta, (self.torque,), factor=self.history)]

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from flexmb import checks
 from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel
+from flexmb.model.contributions import Contribution, ElementContribution
 from flexmb.model.part import Part
-from flexmb.model.pieces import ElementPiece, Piece
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -90,7 +90,7 @@ class TorsionSpring(Part):
         if self.at is not None:
             object.__setattr__(self, "at", checks.point(self.label, "at", self.at))
 
-    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One element on two angles."""
         coordinates, angle = [], self.rest_angle
         for part, sign in ((self.first, -1.0), (self.second, 1.0)):
@@ -100,5 +100,5 @@ class TorsionSpring(Part):
             angle += sign * body.node(node).theta
         p = (self.stiffness, self.damping, angle)
         short = {"force": torsion_spring_force, "account": torsion_spring_account}
-        piece = (self.name, torsion_spring_kernel, tuple(coordinates), p)
-        return [ElementPiece(*piece, energy=torsion_spring_energy, **short)]
+        contribution = (self.name, torsion_spring_kernel, tuple(coordinates), p)
+        return [ElementContribution(*contribution, energy=torsion_spring_energy, **short)]

@@ -54,7 +54,7 @@ class Law(ABC):
         checks.number_fields(self, type(self).__name__)
 
     def parameters(self) -> tuple[float, ...]:
-        """What the kernel unpacks from p."""
+        """Parameters p of the kernel."""
         return number_fields(self)
 
     def history(self) -> tuple[float, ...]:
@@ -73,7 +73,7 @@ class NormalLaw(Law):
         return self
 
     def remarks(self, history: Sequence[float]) -> tuple[str, ...]:  # noqa: ARG002 - seldom asked
-        """What the law's `history` at the end of a run says about its validity, in sentences; none if all was well."""
+        """Remarks on the validity of the law, from its `history` at the end of a run; empty if it held."""
         return ()
 
 
@@ -86,7 +86,7 @@ class FrictionLaw(Law):
 
 @dataclass(frozen=True)
 class Motion(Law):
-    """Base of prescribed motions; the kernel returns s, s_dot, s_ddot relative to the drawn pose.
+    """Base of prescribed motions; the kernel returns s, s_dot, s_ddot from the reference configuration.
 
     The same records are the histories of loads, which are multiplied by s.  At an instant where it jumps, a motion has
     the values of just after.
@@ -97,7 +97,7 @@ class Motion(Law):
     """Whether s and s_dot are continuous, which a joint needs; otherwise it can only be the history of a load."""
 
     def breaks(self, t_end: float) -> tuple[float, ...]:  # noqa: ARG002 - most motions have none
-        """Instants [s] after 0 and up to `t_end` where s, s_dot or s_ddot jumps: a run starts anew there."""
+        """Instants in (0, `t_end`] at which s, s_dot or s_ddot jumps [s]; a run restarts there."""
         return ()
 
     @property

@@ -9,8 +9,8 @@ from typing import Any
 
 from flexmb import checks
 from flexmb.errors import InputError, ModelError
+from flexmb.model.contributions import Contribution, Contributions, Node
 from flexmb.model.part import GROUND, Body, Part, declared_state
-from flexmb.model.pieces import Node, Piece, Pieces
 from flexmb.model.shape import Shapes
 
 
@@ -150,20 +150,20 @@ class Mechanism:
         """All nodes as (part name, node), in order of declaration."""
         return tuple((body.name, node) for body in self.bodies for node in body.nodes())
 
-    def pieces(self) -> Pieces:
-        """What all parts contribute to the equations of motion."""
+    def contributions(self) -> Contributions:
+        """Contributions of all parts to the equations of motion."""
         kinds: dict[type[Part], list[Part]] = {}
         for part in self.parts:
             kinds.setdefault(type(part), []).append(part)
         for kind, parts in kinds.items():
             kind.prepare(parts)
-        found: list[Piece] = []
+        found: list[Contribution] = []
         for part in self.parts:
-            found.extend(part.pieces(self))
-        return Pieces.sort(found)
+            found.extend(part.contributions(self))
+        return Contributions.sort(found)
 
     def shapes(self) -> Shapes:
-        """How all parts are drawn."""
+        """Shapes of all parts, for drawings."""
         return tuple(shape for part in self.parts for shape in part.shapes(self))
 
 

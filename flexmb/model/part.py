@@ -10,8 +10,16 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from flexmb import checks, kernels
 from flexmb.errors import InputError, ModelError
+from flexmb.model.contributions import (
+    AXES,
+    Attachment,
+    ConstraintContribution,
+    Contribution,
+    Coordinate,
+    ElementContribution,
+    Node,
+)
 from flexmb.model.law import number_fields, require_kernel
-from flexmb.model.pieces import AXES, Attachment, ConstraintPiece, Coordinate, ElementPiece, Node, Piece
 from flexmb.model.shape import PointShape, Shapes
 
 if TYPE_CHECKING:
@@ -22,7 +30,7 @@ Triple = tuple[float, float, float]
 
 
 def declared_state(value: Any) -> dict[str, Any]:
-    """What is pickled: all but what was worked out from it."""
+    """State for pickling: the declared fields alone."""
     kind = type(value)
     return {k: v for k, v in vars(value).items() if not isinstance(getattr(kind, k, None), cached_property)}
 
@@ -55,21 +63,21 @@ class Part(ABC):
 
     @classmethod
     def prepare(cls, parts: Sequence[Any]) -> None:
-        """Work out what costs less for all `parts` of this class together; their pieces are asked for next."""
+        """Prepare all `parts` of this class at once, before their contributions are collected."""
         return
 
     @abstractmethod
-    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
-        """What the part contributes to the equations of motion of `mechanism`."""
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        """Contributions of the part to the equations of motion of `mechanism`."""
 
     def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - most parts are not drawn
-        """How the part is drawn in `mechanism`."""
+        """Shapes of the part in `mechanism`, for drawings."""
         return ()
 
     def share(self, part: float) -> Part:  # noqa: ARG002 - most parts are no loads
-        """The same with `part` (0 to 1) of a load that turns with its body; the numbers of its pieces are linear in it.
+        """The part with the fraction `part` (0 to 1) of a follower load, in which its parameters are linear.
 
-        Static equilibrium lets such loads grow by it.  Other loads grow as forces of the drawn pose.
+        Static equilibrium lets such loads grow by it.  Other loads grow as forces of the reference configuration.
         """
         return self
 
@@ -79,12 +87,12 @@ class Part(ABC):
         return tuple([v.name for v in values if _is_part(v.__class__)])
 
     def validate(self, mechanism: Mechanism) -> None:  # noqa: B027 - most parts have nothing to check there
-        """Check what can only be checked beside the other parts of `mechanism`."""
+        """Check the part against the other parts of `mechanism`."""
 
 
 @cache
 def _is_part(kind: type) -> bool:
-    """Whether it is a class of parts; asking each time, as an abstract base class wants it, takes longer."""
+    """Whether a class is one of parts; remembered, since abstract base classes are slow."""
     return issubclass(kind, Part)
 
 
@@ -94,7 +102,7 @@ class Body(Part):
 
     @abstractmethod
     def nodes(self) -> tuple[Node, ...]:
-        """The nodes in the drawn pose."""
+        """Nodes in the reference configuration."""
 
     @property
     def main(self) -> str:
@@ -108,7 +116,7 @@ class Body(Part):
 
     @abstractmethod
     def attach(self, owner: str, point: tuple[float, float]) -> Attachment:
-        """The node and offset at a world `point` of the drawn pose; `owner` names who asks, for messages."""
+        """Node and offset of a `point` of the reference configuration; `owner`: caller, for messages."""
 
     def start_velocity(self) -> Triple | tuple[Triple, ...] | None:
         """Velocity (vx, vy, omega) at the start: of the main node of a rigid motion, of every node, or None: as driven.
@@ -118,7 +126,7 @@ class Body(Part):
         return None
 
     def start_displacement(self) -> tuple[Triple, ...] | None:
-        """What is added to every node (x, y, theta) of the drawn pose at the start, or None: nothing."""
+        """Displacement (x, y, theta) of every node at the start from the reference configuration, or None."""
         return None
 
     def node(self, name: str) -> Node:
@@ -145,7 +153,7 @@ class Ground(Body):
         """Every point of the plane belongs to the ground."""
         return Attachment(self.name, "", point)
 
-    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:  # noqa: ARG002 - nothing moves
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:  # noqa: ARG002 - nothing moves
         """Nothing."""
         return ()
 
@@ -182,18 +190,18 @@ class Element(Part):
         require_kernel(cls, kernels.TANGENT, "tangent_kernel")
 
     def parameters(self) -> tuple[float, ...]:
-        """What the kernel unpacks from p."""
+        """Parameters p of the kernel."""
         return number_fields(self)
 
     def history(self) -> tuple[float, ...]:
         """Start values of z."""
         return ()
 
-    def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One element on the named coordinates."""
         coordinates = tuple(self._coordinate(mechanism, c) for c in self.coords)
         found = self.parameters(), self.history()
-        piece = ElementPiece(
+        contribution = ElementContribution(
             self.name,
             self.kernel,
             coordinates,
@@ -202,7 +210,7 @@ class Element(Part):
             force=self.force_kernel,
             tangent=self.tangent_kernel,
         )
-        return [piece]
+        return [contribution]
 
     def _coordinate(self, mechanism: Mechanism, text: str) -> Coordinate:
         words = text.split(".")
@@ -219,13 +227,13 @@ class Element(Part):
 
 @dataclass(frozen=True)
 class Joint(Part):
-    """Base of joints between two bodies, held at a world point of the drawn pose.
+    """Base of joints between two bodies at a point of the reference configuration.
 
     Parameters
     ----------
     name : the joint's name.
     first, second : the bodies; reported forces act on the second one.
-    at : the joint's point in the drawn pose [m].
+    at : the joint's point in the reference configuration [m].
     """
 
     first: Part
@@ -243,7 +251,7 @@ class Joint(Part):
             raise ModelError(f"{self.label} joins {self.first.name!r} to itself; give two different bodies.")
 
     def ends(self, mechanism: Mechanism) -> tuple[Attachment, Attachment]:
-        """Where the joint holds the first and the second body of `mechanism`."""
+        """Attachments of the joint on the first and the second body of `mechanism`."""
         first = mechanism.body(self.first.name, self.label)
         second = mechanism.body(self.second.name, self.label)
         at = self.at
@@ -252,7 +260,7 @@ class Joint(Part):
             at = (node.x, node.y)
         return first.attach(self.label, at), second.attach(self.label, at)
 
-    def drive_piece(self, mechanism: Mechanism) -> ConstraintPiece | None:  # noqa: ARG002 - not every joint
+    def drive_contribution(self, mechanism: Mechanism) -> ConstraintContribution | None:  # noqa: ARG002 - not every joint
         """The coordinate in `mechanism` that a drive can prescribe, or None for a joint that cannot be driven."""
         return None
 

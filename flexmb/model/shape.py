@@ -1,4 +1,4 @@
-"""How parts are drawn: records of plain numbers that stay with a solution and can be written as JSON."""
+"""Shapes of parts for drawings: records of plain numbers, stored with a solution, written as JSON."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ Shapes = Sequence[Shape]
 
 
 class LateShapes(Sequence[Shape]):
-    """Shapes that are worked out when they are first looked at; equal to the tuple of them, and pickled as it.
+    """Shapes computed at first use; equal to the tuple of the shapes, and pickled as that tuple.
 
     Parameters
     ----------

@@ -58,7 +58,7 @@ class Signals(Sequence[Signal]):
         return found
 
     def chosen(self, places: Iterable[int]) -> Signals:
-        """Those at some places."""
+        """The signals at some places."""
         kept = list(places)
         return Signals((self.names[k] for k in kept), (self.units[k] for k in kept))
 

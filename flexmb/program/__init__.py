@@ -1,1 +1,1 @@
-"""From declarations to flat arrays: numbering, packing, smoke calls, names."""
+"""Compiler of mechanisms: numbering, packing, check of kernels, names, tables."""

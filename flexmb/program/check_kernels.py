@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import KernelError
-from flexmb.kernels import GAP_SIZE, GRIP_SIZE, Kernel
+from flexmb.kernels import GAP_SIZE, JOINT_FRICTION_SIZE, Kernel
+from flexmb.model.contributions import ConstraintContribution, ContactContribution, Contributions, ElementContribution
 from flexmb.model.law import Law, Motion
-from flexmb.model.pieces import ConstraintPiece, ContactPiece, ElementPiece, Pieces
 from flexmb.program.numbering import Numbering
 
 
-def call_each_kernel(pieces: Pieces, number: Numbering) -> None:
-    """Call every kernel once with the numbers of its part in the drawn pose.
+def call_each_kernel(contributions: Contributions, number: Numbering) -> None:
+    """Call every kernel once with the parameters of its part in the reference configuration.
 
     A call that was good is not repeated in this process: a kernel is a pure function, so it would be good again.
 
@@ -25,25 +25,30 @@ def call_each_kernel(pieces: Pieces, number: Numbering) -> None:
     """
     pose = [*number.pose().tolist(), 0.0, 0.0, 0.0]
     seen: set[tuple[int, int]] = set()
-    for piece in (*_different(pieces.elements), *pieces.constraints, *pieces.contacts, *pieces.signals):
-        for kernel, p, z, what in _kernels_of(piece):
+    for contribution in (
+        *_distinct_elements(contributions.elements),
+        *contributions.constraints,
+        *contributions.contacts,
+        *contributions.signals,
+    ):
+        for kernel, p, z, what in _kernels_of(contribution):
             if (id(kernel), len(p)) in seen:
                 continue
             seen.add((id(kernel), len(p)))
             law = kernel.contract.name in ("normal", "friction", "motion")
-            q = () if law else tuple([pose[k] for k in number.dofs(piece.coordinates)])
+            q = () if law else tuple([pose[k] for k in number.dofs(contribution.coordinates)])
             call = (id(kernel), tuple(p), tuple(z), q)
             if call in _GOOD:
                 continue
-            _call(piece.part, kernel, np.array(p, dtype=float), _arguments(kernel, piece, q, z), what)
-            if len(_GOOD) >= REMEMBERED:
+            _call(contribution.part, kernel, np.array(p, dtype=float), _arguments(kernel, contribution, q, z), what)
+            if len(_GOOD) >= REMEMBERED_CALLS:
                 _GOOD.clear()
             _GOOD[call] = kernel
 
 
-def _different(elements: Sequence[ElementPiece]) -> list[ElementPiece]:
+def _distinct_elements(elements: Sequence[ElementContribution]) -> list[ElementContribution]:
     """The first elements of each set of kernels and number of parameters."""
-    found: dict[tuple[Any, ...], ElementPiece] = {}
+    found: dict[tuple[Any, ...], ElementContribution] = {}
     for e in elements:
         kernels = e.kernel, e.energy, e.force, e.tangent, e.account, e.factor and e.factor.kernel
         lengths = len(e.p), e.factor and len(e.factor.parameters())
@@ -51,40 +56,46 @@ def _different(elements: Sequence[ElementPiece]) -> list[ElementPiece]:
     return list(found.values())
 
 
-REMEMBERED = 4096
+REMEMBERED_CALLS = 4096
 """Good calls that are remembered."""
 
 _GOOD: dict[tuple[int, Sequence[float], Sequence[float], Sequence[float]], Kernel] = {}
 """Good calls: id of the kernel, p, history, pose.  The kernel stands beside them, so its id is given to no other."""
 
 
-def _kernels_of(piece: Any) -> list[tuple[Kernel, Sequence[float], Sequence[float], str]]:
+def _kernels_of(contribution: Any) -> list[tuple[Kernel, Sequence[float], Sequence[float], str]]:
     """(kernel, p, history, name of the class) of every kernel of a piece."""
-    if isinstance(piece, ElementPiece):
-        found = [(piece.kernel, piece.p, piece.history, "element")]
-        if piece.energy is not None:
-            found.append((piece.energy, piece.p, (), "element"))
-        short = (piece.force, piece.tangent, piece.account)
-        found += [(kernel, piece.p, piece.history, "element") for kernel in short if kernel is not None]
-        return found if piece.factor is None else [*found, _law(piece.factor)]
-    if isinstance(piece, ConstraintPiece):
-        found = [(piece.kernel, piece.p, (), "constraint"), *(_law(row.motion) for row in piece.motions)]
-        if piece.grip is not None:
-            found += [(piece.grip.kernel, piece.grip.p, (), "grip"), _law(piece.grip.friction)]
+    if isinstance(contribution, ElementContribution):
+        found = [(contribution.kernel, contribution.p, contribution.history, "element")]
+        if contribution.energy is not None:
+            found.append((contribution.energy, contribution.p, (), "element"))
+        short = (contribution.force, contribution.tangent, contribution.account)
+        found += [(kernel, contribution.p, contribution.history, "element") for kernel in short if kernel is not None]
+        return found if contribution.factor is None else [*found, _law(contribution.factor)]
+    if isinstance(contribution, ConstraintContribution):
+        found = [
+            (contribution.kernel, contribution.p, (), "constraint"),
+            *(_law(row.motion) for row in contribution.motions),
+        ]
+        if contribution.joint_friction is not None:
+            found += [
+                (contribution.joint_friction.kernel, contribution.joint_friction.p, (), "joint_friction"),
+                _law(contribution.joint_friction.friction),
+            ]
         return found
-    if isinstance(piece, ContactPiece):
-        return [(piece.gap, piece.p, (), "gap"), _law(piece.normal), _law(piece.friction)]
-    return [(piece.kernel, piece.p, (), "signal")]
+    if isinstance(contribution, ContactContribution):
+        return [(contribution.gap, contribution.p, (), "gap"), _law(contribution.normal), _law(contribution.friction)]
+    return [(contribution.kernel, contribution.p, (), "signal")]
 
 
 def _law(law: Law) -> tuple[Kernel, Sequence[float], Sequence[float], str]:
     return law.kernel, law.parameters(), () if isinstance(law, Motion) else law.history(), type(law).__name__
 
 
-def _arguments(kernel: Kernel, piece: Any, pose: Sequence[float], history: Sequence[float]) -> list[Any]:
-    """What a kernel of a piece is called with after p: at rest, in the drawn pose, at t = 0."""
+def _arguments(kernel: Kernel, contribution: Any, pose: Sequence[float], history: Sequence[float]) -> list[Any]:
+    """Arguments of a kernel after p: at rest, in the reference configuration, at t = 0."""
     q, z, n = np.array(pose, dtype=float), np.array(history, dtype=float), len(pose)
-    zero, square, rows = np.zeros(n), np.zeros((n, n)), [np.zeros(getattr(piece, "rows", 0)) for _ in range(4)]
+    zero, square, rows = np.zeros(n), np.zeros((n, n)), [np.zeros(getattr(contribution, "rows", 0)) for _ in range(4)]
     law = [1e-6, -1e-6, -1e-3, z, z.copy()]
     state = [0.0, 0.0, q, zero.copy(), zero.copy(), z]
     force = [zero.copy(), square, square.copy(), square.copy(), z.copy()]
@@ -100,7 +111,7 @@ def _arguments(kernel: Kernel, piece: Any, pose: Sequence[float], history: Seque
         "normal": law,
         "friction": law,
         "motion": [0.0],
-        "grip": [q, rows[1], np.zeros(GRIP_SIZE), np.zeros((n, n))],
+        "joint_friction": [q, rows[1], np.zeros(JOINT_FRICTION_SIZE), np.zeros((n, n))],
         "signal": [0.0, q, zero, zero.copy()],
     }[kernel.contract.name]
 
@@ -117,14 +128,15 @@ def _call(part: str, kernel: Kernel, p: np.ndarray, arguments: list[Any], what: 
         ) from error
     except (ArithmeticError, NameError, AttributeError) as error:
         safe = "It must be safe there, also for t = h = 0." if isinstance(error, ArithmeticError) else "Correct it."
-        text = f"{label} failed in the drawn pose, at rest, with p = {_short(p)}: {type(error).__name__}: {error}."
+        text = f"{label} failed in the reference configuration, at rest, with p = {_short(p)}: "
+        text += f"{type(error).__name__}: {error}."
         raise KernelError(f"{text} {safe}") from error
     size = 1 if kernel.contract.name == "signal" else 3
     if kernel.contract.name in ("energy", "account", "normal", "friction", "motion", "signal"):
         values = np.atleast_1d(np.array(result, dtype=float)) if result is not None else np.empty(0)
         if values.size != size:
             plural = "s" if size > 1 else ""
-            hint = _alone(kernel, values)
+            hint = _underivable_law(kernel, values)
             raise KernelError(f"{label} returned {result!r}; it must return {size} number{plural}.{hint}")
     else:
         arrays = [a.ravel() for a in arguments if isinstance(a, np.ndarray)]
@@ -133,8 +145,8 @@ def _call(part: str, kernel: Kernel, p: np.ndarray, arguments: list[Any], what: 
         raise KernelError(f"{label} gives values that are not finite for p = {_short(p)}; check its numbers.")
 
 
-def _alone(kernel: Kernel, values: np.ndarray) -> str:
-    """What to say about a law that returned its force alone and has no derivatives all the same."""
+def _underivable_law(kernel: Kernel, values: np.ndarray) -> str:
+    """Message about a law that returns its force alone and cannot be differentiated."""
     if not kernel.contract.active or values.size != 1:
         return ""
     if kernel.text is None:

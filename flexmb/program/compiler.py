@@ -9,13 +9,13 @@ from contextlib import contextmanager
 import numpy as np
 
 from flexmb.errors import InputError, ModelError
+from flexmb.model.contributions import Contributions, RowMotion, node_coordinates
 from flexmb.model.law import Motion
 from flexmb.model.mechanism import Mechanism
-from flexmb.model.pieces import Pieces, RowMotion, node_coordinates
 from flexmb.model.shape import LateShapes, Shapes
 from flexmb.program.check_kernels import call_each_kernel
 from flexmb.program.numbering import Numbering
-from flexmb.program.program import Drawn, Names, Program
+from flexmb.program.program import Names, Program, ReferenceConfiguration
 from flexmb.program.signals import aliases
 from flexmb.program.structure import numbers_of, structure_of
 
@@ -35,9 +35,9 @@ def compile(mechanism: Mechanism, *, closed: bool = False, start: bool = False) 
     InputError : something that is no mechanism; parts whose points do not fit their bodies.
     KernelError : a user's kernel that unpacks a wrong number of parameters, cannot be compiled or returns NaN.
     """
-    with _collector_at_rest():
-        pieces = chosen_pieces(_pieces(mechanism), closed=closed or start, start=start)
-        return _compiled(mechanism, pieces, Numbering(mechanism), LateShapes(mechanism.shapes))
+    with _without_collector():
+        contributions = chosen_contributions(_contributions(mechanism), closed=closed or start, start=start)
+        return _compiled(mechanism, contributions, Numbering(mechanism), LateShapes(mechanism.shapes))
 
 
 def compile_with_start(mechanism: Mechanism) -> tuple[Program, Program]:
@@ -51,16 +51,18 @@ def compile_with_start(mechanism: Mechanism) -> tuple[Program, Program]:
     ------
     ModelError, InputError, KernelError : see `compile`.
     """
-    with _collector_at_rest():
-        pieces, number, shapes = _pieces(mechanism), Numbering(mechanism), LateShapes(mechanism.shapes)
-        program = _compiled(mechanism, chosen_pieces(pieces, closed=False, start=False), number, shapes)
-        if not pieces.contacts and all(c.holds == "always" for c in pieces.constraints):
+    with _without_collector():
+        contributions, number, shapes = _contributions(mechanism), Numbering(mechanism), LateShapes(mechanism.shapes)
+        program = _compiled(mechanism, chosen_contributions(contributions, closed=False, start=False), number, shapes)
+        if not contributions.contacts and all(c.holds == "always" for c in contributions.constraints):
             return program, program
-        return program, _compiled(mechanism, chosen_pieces(pieces, closed=True, start=True), number, shapes)
+        return program, _compiled(
+            mechanism, chosen_contributions(contributions, closed=True, start=True), number, shapes
+        )
 
 
 @contextmanager
-def _collector_at_rest() -> Iterator[None]:
+def _without_collector() -> Iterator[None]:
     """Python's collector of cycles rests: of the objects that are made here by the hundred thousand none is lost."""
     collects = gc.isenabled()
     gc.disable()
@@ -71,27 +73,27 @@ def _collector_at_rest() -> Iterator[None]:
             gc.enable()
 
 
-def _pieces(mechanism: Mechanism) -> Pieces:
-    """All pieces of what must be a mechanism with bodies."""
+def _contributions(mechanism: Mechanism) -> Contributions:
+    """All contributions to a mechanism with bodies, or an error."""
     if not isinstance(mechanism, Mechanism):
         raise InputError(f"compile: {mechanism!r} is not a Mechanism.")
     if not mechanism.bodies:
         raise ModelError(f"{mechanism.label} has no bodies; add at least one.")
-    return mechanism.pieces()
+    return mechanism.contributions()
 
 
-def _compiled(mechanism: Mechanism, pieces: Pieces, number: Numbering, shapes: Shapes) -> Program:
+def _compiled(mechanism: Mechanism, contributions: Contributions, number: Numbering, shapes: Shapes) -> Program:
     """The program of these pieces of a mechanism."""
-    call_each_kernel(pieces, number)
-    structure = structure_of(pieces, number)
-    p, z = numbers_of(pieces)
-    driven = [row for c in pieces.constraints for row in c.motions]
+    call_each_kernel(contributions, number)
+    structure = structure_of(contributions, number)
+    p, z = numbers_of(contributions)
+    driven = [row for c in contributions.constraints for row in c.motions]
     return Program(
         mechanism.name,
         structure.filled(p),
         structure.kernels,
         structure.symbolic,
-        drawn_pose(mechanism, number, z),
+        reference_configuration(mechanism, number, z),
         Names(
             structure.coordinates,
             structure.rows,
@@ -104,9 +106,9 @@ def _compiled(mechanism: Mechanism, pieces: Pieces, number: Numbering, shapes: S
         tuple(period_of(row) for row in driven),
         structure.drives,
         number.extent,
-        min((c.p[0] for c in pieces.contacts), default=None),
-        motions_of(pieces),
-        tuple(c.normal for c in pieces.contacts),
+        min((c.p[0] for c in contributions.contacts), default=None),
+        motions_of(contributions),
+        tuple(c.normal for c in contributions.contacts),
     )
 
 
@@ -121,22 +123,24 @@ def period_of(row: RowMotion) -> float | None:
     return period if abs(last - first) <= 1e-9 * size else None
 
 
-def motions_of(pieces: Pieces) -> tuple[Motion, ...]:
+def motions_of(contributions: Contributions) -> tuple[Motion, ...]:
     """Motions of drives and factors of loads."""
-    driven = (row.motion for c in pieces.constraints for row in c.motions)
-    found = (*driven, *(e.factor for e in pieces.elements))
+    driven = (row.motion for c in contributions.constraints for row in c.motions)
+    found = (*driven, *(e.factor for e in contributions.elements))
     return tuple(motion for motion in found if motion is not None)
 
 
-def chosen_pieces(pieces: Pieces, *, closed: bool, start: bool) -> Pieces:
-    """The pieces that hold in motion, those with ideal joints for contacts, or those that hold at the start."""
+def chosen_contributions(contributions: Contributions, *, closed: bool, start: bool) -> Contributions:
+    """The contributions in motion, with ideal joints for contacts (`closed`), or for start values (`start`)."""
     holding = {"always", *(["closed"] if closed else []), *(["start"] if start else [])}
-    constraints = tuple(c for c in pieces.constraints if c.holds in holding)
-    return Pieces(pieces.elements, constraints, () if closed else pieces.contacts, pieces.signals)
+    constraints = tuple(c for c in contributions.constraints if c.holds in holding)
+    return Contributions(
+        contributions.elements, constraints, () if closed else contributions.contacts, contributions.signals
+    )
 
 
-def drawn_pose(mechanism: Mechanism, number: Numbering, z: np.ndarray) -> Drawn:
-    """Coordinates with start displacements, declared velocities and histories of the drawn pose.
+def reference_configuration(mechanism: Mechanism, number: Numbering, z: np.ndarray) -> ReferenceConfiguration:
+    """Reference configuration with start displacements, declared velocities, and histories at the start.
 
     A rigid motion is declared at the main node alone, so that it holds wherever closing the loops moves the body.
     """
@@ -153,4 +157,4 @@ def drawn_pose(mechanism: Mechanism, number: Numbering, z: np.ndarray) -> Drawn:
             v[first:last] = np.array(velocity).ravel()
         elif velocity is not None:
             v[number.dofs(node_coordinates(body.name, body.main))] = velocity
-    return Drawn(q, v, z, owner)
+    return ReferenceConfiguration(q, v, z, owner)

@@ -10,9 +10,9 @@ from typing import Protocol
 
 import numpy as np
 
+from flexmb.model.contributions import AXES, Contributions, Coordinate, Node
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND
-from flexmb.model.pieces import AXES, Coordinate, Node, Pieces
 
 
 class Placed(Protocol):
@@ -56,12 +56,15 @@ class Numbering:
         """Numbers of coordinates; the ground's are n_q, n_q + 1, n_q + 2."""
         return [self._number[c] for c in coordinates]
 
-    def lists(self, pieces: Sequence[Placed]) -> Lists:
+    def lists(self, contributions: Sequence[Placed]) -> Lists:
         """Numbers of the coordinates of each piece, remembered for the same sequence of pieces."""
-        if id(pieces) not in self._lists:
+        if id(contributions) not in self._lists:
             number = self._number.__getitem__
-            self._lists[id(pieces)] = pieces, Lists.of([list(map(number, piece.coordinates)) for piece in pieces])
-        return self._lists[id(pieces)][1]
+            self._lists[id(contributions)] = (
+                contributions,
+                Lists.of([list(map(number, contribution.coordinates)) for contribution in contributions]),
+            )
+        return self._lists[id(contributions)][1]
 
     def names(self) -> tuple[str, ...]:
         """Names of the coordinates."""
@@ -69,30 +72,32 @@ class Numbering:
         return tuple([f"{stem}.{axis}" for stem in stems for axis in AXES])
 
     def pose(self) -> np.ndarray:
-        """The drawn pose, (n_q,) [m, rad]."""
+        """Coordinates of the reference configuration (n_q,) [m, rad]."""
         return np.array([x for _, n in self.nodes for x in (n.x, n.y, n.theta)], dtype=float)
 
     @cached_property
     def extent(self) -> float:
-        """Extent of the nodes in the drawn pose [m], whatever its direction; 1 for a single node at the origin."""
+        """Extent of the nodes in the reference configuration, in any direction [m]; 1 for a node at the origin."""
         points = self.pose().reshape(-1, 3)[:, :2]
         end = points[np.argmax(np.hypot(*(points - points.mean(axis=0)).T))]
         extent = float(np.hypot(*(points - end).T).max())
         return extent or float(np.hypot(*points.T).max()) or 1.0
 
 
-def blocks_and_edges(pieces: Pieces, number: Numbering) -> tuple[list[range], list[tuple[int, ...]], list[bool]]:
+def blocks_and_edges(
+    contributions: Contributions, number: Numbering
+) -> tuple[list[range], list[tuple[int, ...]], list[bool]]:
     """Blocks of unknowns (nodes, then constraints), groups of coupled blocks, and which blocks are constraints."""
     n_nodes = number.n_q // 3
     blocks = [range(3 * k, 3 * k + 3) for k in range(n_nodes)]
-    groups = (pieces.elements, pieces.contacts, pieces.constraints)
+    groups = (contributions.elements, contributions.contacts, contributions.constraints)
     touched = [nodes for group in groups for nodes in _nodes_of(number.lists(group), n_nodes)]
-    free, row = len(touched) - len(pieces.constraints), number.n_q
-    for k, piece in enumerate(pieces.constraints):
+    free, row = len(touched) - len(contributions.constraints), number.n_q
+    for k, contribution in enumerate(contributions.constraints):
         touched[free + k] = (*touched[free + k], n_nodes + k)
-        blocks.append(range(row, row + piece.rows))
-        row += piece.rows
-    return blocks, touched, [False] * n_nodes + [True] * len(pieces.constraints)
+        blocks.append(range(row, row + contribution.rows))
+        row += contribution.rows
+    return blocks, touched, [False] * n_nodes + [True] * len(contributions.constraints)
 
 
 def _nodes_of(dofs: Lists, ground: int) -> list[tuple[int, ...]]:

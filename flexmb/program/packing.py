@@ -9,8 +9,8 @@ from itertools import chain
 import numpy as np
 
 from flexmb.kernels import Kernel
+from flexmb.model.contributions import ConstraintContribution, Contributions, Coordinate
 from flexmb.model.law import Motion
-from flexmb.model.pieces import ConstraintPiece, Coordinate, Pieces
 from flexmb.program.numbering import Lists, Numbering
 from flexmb.program.signals import force_signals
 from flexmb.program.tables import CONTACT_COMMON, Constraints, Contacts, Elements, Measured
@@ -74,23 +74,23 @@ def table(rows: Sequence[Sequence[int]], columns: int) -> np.ndarray:
 class Packer:
     """Collects numbers, histories, kernels and matrix blocks of all pieces, in the order of declaration."""
 
-    def __init__(self, pieces: Pieces, number: Numbering) -> None:
-        self.pieces = pieces
+    def __init__(self, contributions: Contributions, number: Numbering) -> None:
+        self.contributions = contributions
         self.number = number
         self.p: list[float] = []
         self.z: list[float] = []
         self.kernels = {name: KernelList() for name in KINDS}
-        groups = (pieces.elements, pieces.contacts, pieces.constraints)
+        groups = (contributions.elements, contributions.contacts, contributions.constraints)
         self.element_dofs, self.contact_dofs, self.constraint_dofs = (number.lists(group) for group in groups)
         self.element_blocks, self.contact_blocks = (self.square(d) for d in (self.element_dofs, self.contact_dofs))
-        row = np.cumsum([0, *(piece.rows for piece in pieces.constraints)])
+        row = np.cumsum([0, *(contribution.rows for contribution in contributions.constraints)])
         self.n_c = int(row[-1])
         rows = Lists(row, number.n_q + np.arange(self.n_c))
         self.g_blocks = Blocks.of(rows, self.unknowns(self.constraint_dofs))
         self.h_blocks = self.square(self.constraint_dofs)
 
     def unknowns(self, dofs: Lists) -> Lists:
-        """Numbers of coordinates with -1 for those of the ground."""
+        """Numbers of coordinates, -1 for the ground."""
         return Lists(dofs.ptr, np.where(dofs.values < self.number.n_q, dofs.values, -1))
 
     def square(self, dofs: Lists) -> Blocks:
@@ -99,7 +99,7 @@ class Packer:
         return Blocks.of(unknowns, unknowns)
 
     def pattern(self) -> tuple[np.ndarray, np.ndarray]:
-        """Rows and columns of all structural nonzeros, without those of the ground."""
+        """Rows and columns of all structural nonzeros, the ground excluded."""
         groups = (self.element_blocks, self.contact_blocks, self.g_blocks, self.h_blocks)
         rows = np.concatenate([g.rows for g in groups])
         columns = np.concatenate([g.columns for g in groups])
@@ -137,20 +137,20 @@ class Packer:
 
     def elements(self, positions) -> Elements:
         """Arrays of the elements; `positions` maps rows and columns to places in the factored matrix."""
-        pieces = self.pieces.elements
-        factors = [piece.factor for piece in pieces]
+        contributions = self.contributions.elements
+        factors = [contribution.factor for contribution in contributions]
         # what is never called is not compiled
-        slow = [None if piece.is_complete else piece for piece in pieces]
+        slow = [None if contribution.is_complete else contribution for contribution in contributions]
         return Elements(
-            self.numbers("element", [piece.kernel if piece else None for piece in slow]),
-            self.numbers("energy", [piece.energy for piece in pieces]),
+            self.numbers("element", [contribution.kernel if contribution else None for contribution in slow]),
+            self.numbers("energy", [contribution.energy for contribution in contributions]),
             self.numbers("motion", [law.kernel if law else None for law in factors]),
-            self.numbers("force", [piece.force for piece in pieces]),
-            self.numbers("tangent", [piece.tangent for piece in pieces]),
-            self.numbers("account", [piece.account for piece in pieces]),
-            self.add_each([piece.p for piece in pieces]),
+            self.numbers("force", [contribution.force for contribution in contributions]),
+            self.numbers("tangent", [contribution.tangent for contribution in contributions]),
+            self.numbers("account", [contribution.account for contribution in contributions]),
+            self.add_each([contribution.p for contribution in contributions]),
             self.add_each([law.parameters() if law else () for law in factors]),
-            self.remember_each([piece.history for piece in pieces]),
+            self.remember_each([contribution.history for contribution in contributions]),
             self.element_dofs.ptr,
             self.element_blocks.ptr,
             places(self.element_dofs.values),
@@ -159,15 +159,15 @@ class Packer:
 
     def constraints(self, positions, out: Sequence[int]) -> Constraints:
         """Arrays of the constraints; `out` numbers the first signal of each."""
-        pieces = self.pieces.constraints
-        laws = [law for piece in pieces for law in motion_of_each_row(piece)]
+        contributions = self.contributions.constraints
+        laws = [law for contribution in contributions for law in motion_of_each_row(contribution)]
         rows, columns = self.g_blocks.rows, self.g_blocks.columns
         return Constraints(
-            self.numbers("constraint", [piece.kernel for piece in pieces]),
+            self.numbers("constraint", [contribution.kernel for contribution in contributions]),
             self.numbers("motion", [law.kernel if law else None for law in laws]),
-            self.add_each([piece.p for piece in pieces]),
+            self.add_each([contribution.p for contribution in contributions]),
             self.add_each([law.parameters() if law else () for law in laws]),
-            ints(np.cumsum([0, *(piece.rows for piece in pieces)])),
+            ints(np.cumsum([0, *(contribution.rows for contribution in contributions)])),
             self.constraint_dofs.ptr,
             self.g_blocks.ptr,
             self.h_blocks.ptr,
@@ -175,38 +175,47 @@ class Packer:
             places(positions(rows, columns)),
             places(positions(columns, rows)),
             places(positions(self.h_blocks.rows, self.h_blocks.columns)),
-            table([places_of_second(piece) for piece in pieces], 3),
-            ints([piece.moment_row for piece in pieces]),
+            table([places_of_second(contribution) for contribution in contributions], 3),
+            ints([contribution.moment_row for contribution in contributions]),
             ints(out),
-            ints([len(force_signals(piece)) for piece in pieces]),
-            *self.grips(pieces),
+            ints([len(force_signals(contribution)) for contribution in contributions]),
+            *self.joint_frictions(contributions),
         )
 
-    def grips(self, pieces: Sequence[ConstraintPiece]) -> tuple[np.ndarray, ...]:
+    def joint_frictions(self, contributions: Sequence[ConstraintContribution]) -> tuple[np.ndarray, ...]:
         """Kernels, numbers, histories and arms of friction in ideal joints."""
-        if not any(piece.grip for piece in pieces):
-            count, end = len(pieces), (len(self.p), len(self.z))
+        if not any(contribution.joint_friction for contribution in contributions):
+            count, end = len(contributions), (len(self.p), len(self.z))
             return np.full((count, 2), -1), np.full((count, 4), end[0]), np.full((count, 2), end[1]), np.ones(count)
         kernel, p, z, arm = [], [], [], []
-        for piece in pieces:
-            grip = piece.grip
-            law = grip.friction if grip else None
-            parts = (("grip", grip.kernel if grip else None), ("friction", law.kernel if law else None))
+        for contribution in contributions:
+            joint_friction = contribution.joint_friction
+            law = joint_friction.friction if joint_friction else None
+            parts = (
+                ("joint_friction", joint_friction.kernel if joint_friction else None),
+                ("friction", law.kernel if law else None),
+            )
             kernel.append([self.kernels[kind].number(k) for kind, k in parts])
-            p.append([*self.add(grip.p if grip else ()), *self.add(law.parameters() if law else ())])
+            p.append(
+                [*self.add(joint_friction.p if joint_friction else ()), *self.add(law.parameters() if law else ())]
+            )
             z.append(self.remember(law.history() if law else ()))
-            arm.append(grip.arm if grip else 1.0)
+            arm.append(joint_friction.arm if joint_friction else 1.0)
         return table(kernel, 2), table(p, 4), table(z, 2), np.array(arm, dtype=float).reshape(-1)
 
     def contacts(self, positions, out: Sequence[int]) -> Contacts:
         """Arrays of the contacts; `out` numbers the first signal of each."""
         kernel, p, z = [], [], []
-        for piece in self.pieces.contacts:
-            parts = (("gap", piece.gap), ("normal", piece.normal.kernel), ("friction", piece.friction.kernel))
+        for contribution in self.contributions.contacts:
+            parts = (
+                ("gap", contribution.gap),
+                ("normal", contribution.normal.kernel),
+                ("friction", contribution.friction.kernel),
+            )
             kernel.append([self.kernels[kind].number(k) for kind, k in parts])
-            values = (piece.p, piece.normal.parameters(), piece.friction.parameters())
+            values = (contribution.p, contribution.normal.parameters(), contribution.friction.parameters())
             p.append([b for v in values for b in self.add(v)])
-            histories = ((0.0,) * CONTACT_COMMON, piece.normal.history(), piece.friction.history())
+            histories = ((0.0,) * CONTACT_COMMON, contribution.normal.history(), contribution.friction.history())
             bounds = [self.remember(h) for h in histories]
             z.append([*(b for b, _ in bounds), bounds[-1][1]])
         positions = places(positions(self.contact_blocks.rows, self.contact_blocks.columns))
@@ -216,34 +225,34 @@ class Packer:
 
     def measured(self, out: Sequence[int]) -> Measured:
         """Arrays of the signals computed by kernels."""
-        pieces = self.pieces.signals
-        dofs = self.number.lists(pieces)
+        contributions = self.contributions.signals
+        dofs = self.number.lists(contributions)
         return Measured(
-            self.numbers("signal", [piece.kernel for piece in pieces]),
-            self.add_each([piece.p for piece in pieces]),
+            self.numbers("signal", [contribution.kernel for contribution in contributions]),
+            self.add_each([contribution.p for contribution in contributions]),
             dofs.ptr,
             dofs.values,
             ints(out),
-            ints([place for piece, place in zip(pieces, out, strict=True) if piece.is_mode]),
+            ints([place for contribution, place in zip(contributions, out, strict=True) if contribution.is_mode]),
         )
 
 
 KINDS = (
-    *("element", "energy", "constraint", "motion", "gap", "normal", "friction", "grip", "signal"),
+    *("element", "energy", "constraint", "motion", "gap", "normal", "friction", "joint_friction", "signal"),
     *("force", "tangent", "account"),
 )
 """Kinds of kernels, in the order of `Addresses`."""
 
 
-def motion_of_each_row(piece: ConstraintPiece) -> list[Motion | None]:
+def motion_of_each_row(contribution: ConstraintContribution) -> list[Motion | None]:
     """The motions of a constraint, None for rows without."""
-    given = {driven.row: driven.motion for driven in piece.motions}
-    return [given.get(row) for row in range(piece.rows)]
+    given = {driven.row: driven.motion for driven in contribution.motions}
+    return [given.get(row) for row in range(contribution.rows)]
 
 
-def places_of_second(piece: ConstraintPiece) -> list[int]:
-    """Where x, y, theta of the second body stand among the piece's coordinates."""
-    if piece.second is None:
+def places_of_second(contribution: ConstraintContribution) -> list[int]:
+    """Places of x, y, theta of the second body among the coordinates of a constraint."""
+    if contribution.second is None:
         return [-1, -1, -1]
-    places: dict[Coordinate, int] = {c: i for i, c in enumerate(piece.coordinates)}
-    return [places[c] for c in piece.second]
+    places: dict[Coordinate, int] = {c: i for i, c in enumerate(contribution.coordinates)}
+    return [places[c] for c in contribution.second]

@@ -11,16 +11,16 @@ import numpy as np
 from flexmb.compiled.records import Record
 from flexmb.kernels import Kernel, address_table
 from flexmb.linalg.symbolic import Symbolic
+from flexmb.model.contributions import AXES
 from flexmb.model.law import Motion, NormalLaw
-from flexmb.model.pieces import AXES
 from flexmb.model.shape import Shapes
 from flexmb.model.signal import Signals
 from flexmb.program.tables import Addresses, Tables
 
 
 @dataclass(frozen=True)
-class Drawn:
-    """The drawn pose with start displacements, declared velocities (NaN: free), history at the start, bodies."""
+class ReferenceConfiguration:
+    """Reference configuration: coordinates with start displacements, declared velocities, histories, bodies."""
 
     q: np.ndarray  # (n_q,) [m, rad]
     v: np.ndarray  # (n_q,) [m/s, rad/s]
@@ -51,7 +51,7 @@ class Program:
     tables: Tables
     kernels: tuple[tuple[Kernel, ...], ...]  # by contract, in the order of `Addresses`
     symbolic: Symbolic
-    drawn: Drawn
+    reference: ReferenceConfiguration
     names: Names
     shapes: Shapes
     periods: tuple[float | None, ...]  # of the drives
@@ -62,7 +62,7 @@ class Program:
     normals: tuple[NormalLaw, ...] = ()  # of the contacts
 
     def __post_init__(self) -> None:
-        freeze((self.tables.p, self.drawn.q, self.drawn.v, self.drawn.z, self.drawn.body))
+        freeze((self.tables.p, self.reference.q, self.reference.v, self.reference.z, self.reference.body))
 
     def breaks(self, t_end: float) -> tuple[float, ...]:
         """Instants in (0, t_end] where a drive or a load jumps or has a kink, in order [s]."""

@@ -8,17 +8,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from flexmb.model.contributions import ConstraintContribution, Contributions, RowMotion
 from flexmb.model.mechanism import Mechanism
-from flexmb.model.pieces import ConstraintPiece, Pieces, RowMotion
 from flexmb.model.signal import Signals
 
-POSE = (
+COORDINATE_SIGNALS = (
     (("x", "m"), ("y", "m"), ("theta", "rad")),
     (("vx", "m/s"), ("vy", "m/s"), ("omega", "rad/s")),
     (("ax", "m/s2"), ("ay", "m/s2"), ("alpha", "rad/s2")),
 )
-FORCE = (("fx", "N"), ("fy", "N"), ("force", "N"))
-CONTACT = (
+FORCE_SIGNALS = (("fx", "N"), ("fy", "N"), ("force", "N"))
+CONTACT_SIGNALS = (
     ("ex", "m"),
     ("ey", "m"),
     ("vex", "m/s"),
@@ -32,8 +32,8 @@ CONTACT = (
     ("force", "N"),
     ("mode", ""),
 )
-CONTACT_PENETRATION = [name for name, _ in CONTACT].index("penetration")
-ENERGY = (
+CONTACT_PENETRATION = [name for name, _ in CONTACT_SIGNALS].index("penetration")
+ENERGY_SIGNALS = (
     "kinetic",
     "strain",
     "gravity",
@@ -59,14 +59,14 @@ class Layout:
     energy: int
 
 
-def force_signals(piece: ConstraintPiece) -> tuple[tuple[str, str], ...]:
+def force_signals(contribution: ConstraintContribution) -> tuple[tuple[str, str], ...]:
     """Signals of a joint's force on its second body; none for a drive."""
-    if piece.is_drive:
+    if contribution.is_drive:
         return ()
-    if piece.moment_row < 0 and piece.grip is None:
-        return FORCE
-    moment = (("moment", "N m"),) if piece.moment_row >= 0 else ()
-    return (*FORCE, *moment, *((piece.grip.signal,) if piece.grip else ()))
+    if contribution.moment_row < 0 and contribution.joint_friction is None:
+        return FORCE_SIGNALS
+    moment = (("moment", "N m"),) if contribution.moment_row >= 0 else ()
+    return (*FORCE_SIGNALS, *moment, *((contribution.joint_friction.signal,) if contribution.joint_friction else ()))
 
 
 def motion_signals(driven: RowMotion) -> tuple[tuple[str, str], ...]:
@@ -79,16 +79,19 @@ def motion_signals(driven: RowMotion) -> tuple[tuple[str, str], ...]:
     return tuple(zip(names, (unit, f"{unit}/s", force, "W"), strict=True))
 
 
-def constraint_signals(piece: ConstraintPiece) -> tuple[tuple[str, str], ...]:
+def constraint_signals(contribution: ConstraintContribution) -> tuple[tuple[str, str], ...]:
     """Signals of a constraint: the force of a joint, then the motions of its driven rows."""
-    return (*force_signals(piece), *(signal for driven in piece.motions for signal in motion_signals(driven)))
+    return (
+        *force_signals(contribution),
+        *(signal for driven in contribution.motions for signal in motion_signals(driven)),
+    )
 
 
-def layout(pieces: Pieces, coordinate_names: tuple[str, ...]) -> Layout:
+def layout(contributions: Contributions, coordinate_names: tuple[str, ...]) -> Layout:
     """Signals of a mechanism."""
     stems = [name.rpartition(".")[0] for name in coordinate_names[::3]]
-    names = [f"{stem}.{name}" for level in POSE for stem in stems for name, _ in level]
-    units = [unit for level in POSE for _ in stems for _, unit in level]
+    names = [f"{stem}.{name}" for level in COORDINATE_SIGNALS for stem in stems for name, _ in level]
+    units = [unit for level in COORDINATE_SIGNALS for _ in stems for _, unit in level]
 
     def more(owner: str, found: Sequence[tuple[str, str]]) -> int:
         first = len(names)
@@ -96,10 +99,14 @@ def layout(pieces: Pieces, coordinate_names: tuple[str, ...]) -> Layout:
         units.extend([unit for _, unit in found])
         return first
 
-    constraints = tuple([more(piece.part, constraint_signals(piece)) for piece in pieces.constraints])
-    contacts = tuple([more(piece.label, CONTACT) for piece in pieces.contacts])
-    measured = tuple([more(piece.part, ((piece.name, piece.units),)) for piece in pieces.signals])
-    energy = more("energy", [(name, "J") for name in ENERGY])
+    constraints = tuple(
+        [more(contribution.part, constraint_signals(contribution)) for contribution in contributions.constraints]
+    )
+    contacts = tuple([more(contribution.label, CONTACT_SIGNALS) for contribution in contributions.contacts])
+    measured = tuple(
+        [more(contribution.part, ((contribution.name, contribution.units),)) for contribution in contributions.signals]
+    )
+    energy = more("energy", [(name, "J") for name in ENERGY_SIGNALS])
     return Layout(Signals(names, units), constraints, contacts, measured, energy)
 
 

@@ -1,4 +1,4 @@
-"""What of a program depends on names and kernels alone; made once for mechanisms that differ in their numbers.
+"""Structure of a program, independent of all numbers; shared by mechanisms that differ in numbers alone.
 
 The integer arrays of a program, the order of elimination and the pattern of the factors follow from which kernels act
 on which coordinates, not from lengths or masses.  The latest ones are kept, so a sweep works them out once.  That is
@@ -19,8 +19,8 @@ import numpy as np
 from flexmb.kernels import Kernel
 from flexmb.linalg.ordering import elimination_order
 from flexmb.linalg.symbolic import Symbolic, symbolic
+from flexmb.model.contributions import Contributions
 from flexmb.model.law import Law
-from flexmb.model.pieces import Pieces
 from flexmb.model.signal import Signals
 from flexmb.program.numbering import Numbering, blocks_and_edges
 from flexmb.program.packing import KINDS, Packer, motion_of_each_row
@@ -28,14 +28,14 @@ from flexmb.program.program import freeze
 from flexmb.program.signals import layout
 from flexmb.program.tables import CONTACT_COMMON, Sizes, Tables
 
-KEPT = 16
+REMEMBERED_STRUCTURES = 16
 """Structures that are remembered: a mechanism has two, one in motion and one for its start."""
 
-KEPT_UNKNOWNS = 50_000
+REMEMBERED_UNKNOWNS = 50_000
 """Unknowns of all structures that are remembered beside the latest one: some hundred megabytes."""
 
-MANY = 100
-"""Pieces from which on they are read field by field, which costs less."""
+FIELDWISE_FROM = 100
+"""Contributions from which on they are read field by field, which costs less."""
 
 NUMBERS = ("p", "history")
 """Fields of pieces of which only the length matters to a structure."""
@@ -64,10 +64,10 @@ class Structure:
         return self.tables.replaced(p=p)
 
 
-def structure_of(pieces: Pieces, number: Numbering) -> Structure:
+def structure_of(contributions: Contributions, number: Numbering) -> Structure:
     """The structure of these pieces, remembered or new."""
     kernels: list[Kernel] = []
-    groups = (pieces.elements, pieces.constraints, pieces.contacts, pieces.signals)
+    groups = (contributions.elements, contributions.constraints, contributions.contacts, contributions.signals)
     key = (
         tuple([(part, node.name) for part, node in number.nodes]),
         *(_read_all(group, number, kernels) for group in groups),
@@ -75,11 +75,11 @@ def structure_of(pieces: Pieces, number: Numbering) -> Structure:
     try:
         known = _LATEST.get(key)
     except TypeError:  # a part of one's own put something into its pieces that cannot be compared
-        return new_structure(pieces, number)
+        return new_structure(contributions, number)
     if known is None:
         # the kernels are kept beside it: the key holds their ids, which must not be given to others
-        known = _LATEST[key] = new_structure(pieces, number), tuple(kernels)
-        while len(_LATEST) > KEPT or (len(_LATEST) > 1 and _unknowns() > KEPT_UNKNOWNS):
+        known = _LATEST[key] = new_structure(contributions, number), tuple(kernels)
+        while len(_LATEST) > REMEMBERED_STRUCTURES or (len(_LATEST) > 1 and _unknowns() > REMEMBERED_UNKNOWNS):
             _LATEST.popitem(last=False)
     return known[0]
 
@@ -89,17 +89,17 @@ def _unknowns() -> int:
 
 
 def _read_all(group: Sequence[Any], number: Numbering, kernels: list[Kernel]) -> tuple[Any, ...]:
-    """What a group of pieces means for the structure, field by field; a value that several share is read once.
+    """Key of a group of contributions, field by field; a shared value is read once.
 
     Numbers of the coordinates say the same as their names, beside the names of all nodes.
     """
     kinds = tuple(map(type, group))
-    if len(group) < MANY or len(set(kinds)) != 1:
-        return tuple([_read(piece, kernels) for piece in group])
+    if len(group) < FIELDWISE_FROM or len(set(kinds)) != 1:
+        return tuple([_read(contribution, kernels) for contribution in group])
     lengths, names, others = _fields(kinds[0])
     dofs = number.lists(group)
     found: list[tuple[Any, ...]] = [kinds, (dofs.ptr.tobytes(), dofs.values.tobytes())]
-    found += [tuple([len(getattr(piece, name)) for piece in group]) for name in lengths]
+    found += [tuple([len(getattr(contribution, name)) for contribution in group]) for name in lengths]
     found += [tuple(map(attrgetter(name), group)) for name in names if name != "coordinates"]
     for name in others:
         values = list(map(attrgetter(name), group))
@@ -109,7 +109,7 @@ def _read_all(group: Sequence[Any], number: Numbering, kernels: list[Kernel]) ->
 
 
 def _read(value: Any, kernels: list[Kernel]) -> Any:
-    """What `value` means for the structure, as something that can be compared; kernels that were met are collected."""
+    """Hashable key of `value`; its kernels are collected in `kernels`."""
     if isinstance(value, (str, int, float)) or value is None:
         return value
     if isinstance(value, tuple):
@@ -134,25 +134,25 @@ def _read(value: Any, kernels: list[Kernel]) -> Any:
 
 @cache
 def _is_law(kind: type) -> bool:
-    """Whether it is a class of laws; asking each time, as an abstract base class wants it, takes longer."""
+    """Whether a class is one of laws; remembered, since abstract base classes are slow."""
     return issubclass(kind, Law)
 
 
 @cache
 def _fields(kind: type) -> tuple[tuple[str, ...], ...]:
-    """Fields of a dataclass of which the length matters, those that hold names, the others; none of anything else."""
+    """Fields of a dataclass by their role: number lists, names, others; empty for other objects."""
     known = [f.name for f in fields(kind)] if is_dataclass(kind) else []
     lengths, names = ([name for name in known if name in group] for group in (NUMBERS, NAMES))
     return tuple(lengths), tuple(names), tuple([name for name in known if name not in (*lengths, *names)])
 
 
-def new_structure(pieces: Pieces, number: Numbering) -> Structure:
+def new_structure(contributions: Contributions, number: Numbering) -> Structure:
     """The structure of these pieces, worked out."""
-    packer = Packer(pieces, number)
-    order = elimination_order(*blocks_and_edges(pieces, number))
+    packer = Packer(contributions, number)
+    order = elimination_order(*blocks_and_edges(contributions, number))
     pattern = symbolic(number.n_q + packer.n_c, *packer.pattern(), order)
     names = number.names()
-    places = layout(pieces, names)
+    places = layout(contributions, names)
     elements = packer.elements(pattern.positions)
     constraints = packer.constraints(pattern.positions, places.constraints)
     contacts = packer.contacts(pattern.positions, places.contacts)
@@ -163,47 +163,50 @@ def new_structure(pieces: Pieces, number: Numbering) -> Structure:
         len(packer.z),
         len(places.signals),
         places.energy,
-        max((len(p.coordinates) for p in (*pieces.elements, *pieces.constraints, *pieces.signals)), default=1),
-        max((p.rows for p in pieces.constraints), default=1),
-        any(p.grip is not None for p in pieces.constraints),
+        max(
+            (len(p.coordinates) for p in (*contributions.elements, *contributions.constraints, *contributions.signals)),
+            default=1,
+        ),
+        max((p.rows for p in contributions.constraints), default=1),
+        any(p.joint_friction is not None for p in contributions.constraints),
     )
     kind = (np.arange(number.n_q) % 3 == 2).astype(np.int64)
     tables = Tables(sizes, np.array(packer.p, dtype=float), elements, constraints, contacts, measured, kind)
     freeze(tables)
-    driven = [(c.part, row) for c in pieces.constraints for row in c.motions]
+    driven = [(c.part, row) for c in contributions.constraints for row in c.motions]
     return Structure(
         tables,
         tuple(tuple(packer.kernels[kind].kernels) for kind in KINDS),
         pattern,
         names,
-        tuple(f"{c.part}[{i}]" for c in pieces.constraints for i in range(c.rows)),
-        tuple(c.label for c in pieces.contacts),
+        tuple(f"{c.part}[{i}]" for c in contributions.constraints for i in range(c.rows)),
+        tuple(c.label for c in contributions.contacts),
         tuple(f"{part}.{row.name}" if row.name else part for part, row in driven),
         places.signals,
     )
 
 
-def numbers_of(pieces: Pieces) -> tuple[np.ndarray, np.ndarray]:
+def numbers_of(contributions: Contributions) -> tuple[np.ndarray, np.ndarray]:
     """Numbers p of all pieces and start values z of their histories, in the order in which `Packer` numbers them."""
     p: list[float] = []
     z: list[float] = []
-    for element in pieces.elements:
+    for element in contributions.elements:
         p.extend(element.p)
         z.extend(element.history)
-    for element in pieces.elements:
+    for element in contributions.elements:
         p.extend(element.factor.parameters() if element.factor else ())
-    for constraint in pieces.constraints:
+    for constraint in contributions.constraints:
         p.extend(constraint.p)
-    for constraint in pieces.constraints:
+    for constraint in contributions.constraints:
         for motion in motion_of_each_row(constraint) if constraint.motions else ():
             p.extend(motion.parameters() if motion else ())
-    for constraint in pieces.constraints:
-        if constraint.grip is not None:
-            p.extend((*constraint.grip.p, *constraint.grip.friction.parameters()))
-            z.extend(constraint.grip.friction.history())
-    for contact in pieces.contacts:
+    for constraint in contributions.constraints:
+        if constraint.joint_friction is not None:
+            p.extend((*constraint.joint_friction.p, *constraint.joint_friction.friction.parameters()))
+            z.extend(constraint.joint_friction.friction.history())
+    for contact in contributions.contacts:
         p.extend((*contact.p, *contact.normal.parameters(), *contact.friction.parameters()))
         z.extend((0.0,) * CONTACT_COMMON + (*contact.normal.history(), *contact.friction.history()))
-    for signal in pieces.signals:
+    for signal in contributions.signals:
         p.extend(signal.p)
     return np.array(p, dtype=float), np.array(z, dtype=float)

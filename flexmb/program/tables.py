@@ -13,11 +13,11 @@ from flexmb.compiled.records import Integers, IntegerTable, Places, Record, Vect
 BEGIN, END = range(2)
 """Columns of pairs."""
 
-GRIP_LAW, SLIDING_LAW = range(2)
-"""Columns of `Constraints.grip`: what presses the surfaces of a joint together, and its law of friction."""
+LOAD_KERNEL, SLIDING_LAW = range(2)
+"""Columns of `Constraints.joint_friction`: what presses the surfaces of a joint together, and its law of friction."""
 
-GRIP_P, GRIP_P_END, SLIDING_P, SLIDING_P_END = range(4)
-"""Columns of `Constraints.grip_p`."""
+LOAD_P, LOAD_P_END, SLIDING_P, SLIDING_P_END = range(4)
+"""Columns of `Constraints.joint_friction_p`."""
 
 GAP_KERNEL, NORMAL_LAW, FRICTION_LAW = range(3)
 """Columns of `Contacts.kernel`."""
@@ -74,10 +74,10 @@ class Constraints(Record):
     moment: Integers  # (n,) row of the reported moment, -1: none
     out: Integers  # (n,) first of its signals
     forces: Integers  # (n,) how many signals its force has, before those of its motions; 0 for a drive
-    grip: IntegerTable  # (n, 2) GRIP_LAW and SLIDING_LAW, -1: no friction
-    grip_p: IntegerTable  # (n, 4) GRIP_P, GRIP_P_END, SLIDING_P, SLIDING_P_END
-    grip_z: IntegerTable  # (n, 2)
-    grip_arm: Vector  # (n,)
+    joint_friction: IntegerTable  # (n, 2) GRIP_LAW and SLIDING_LAW, -1: no friction
+    joint_friction_p: IntegerTable  # (n, 4) GRIP_P, GRIP_P_END, SLIDING_P, SLIDING_P_END
+    joint_friction_z: IntegerTable  # (n, 2)
+    joint_friction_arm: Vector  # (n,)
 
 
 class Contacts(Record):
@@ -112,7 +112,7 @@ class Sizes(Record, frozen=True):
     energy: int
     most_dofs: int
     most_rows: int
-    gripped: bool  # whether an ideal joint has friction
+    has_joint_friction: bool  # whether an ideal joint has friction
 
 
 class Tables(Record):
@@ -128,7 +128,7 @@ class Tables(Record):
 
 
 class Addresses(Record):
-    """Where the kernels are; made anew in every process."""
+    """Tables of kernel addresses, made in every process."""
 
     element: Integers
     energy: Integers
@@ -137,7 +137,7 @@ class Addresses(Record):
     gap: Integers
     normal: Integers
     friction: Integers
-    grip: Integers
+    joint_friction: Integers
     signal: Integers
     force: Integers
     tangent: Integers

@@ -33,12 +33,12 @@ UNITS = {**dict(COLUMNS), "duration": "s", "flight": "s", "restitution": ""}
 
 IMPACT, CONTINUOUS = 1, 2
 MODES = {IMPACT: "impact", CONTINUOUS: "continuous"}
-SHOWN = 20
+SHOWN_ROWS = 20
 """Rows of a printed table; more are left out in its middle."""
 
 
 class ContactLog(NamedTuple):
-    """What a run wrote down of its contacts.
+    """Contact intervals of a run, as recorded by the loop.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ class ContactLog(NamedTuple):
     rows: np.ndarray = np.zeros((0, len(COLUMNS)))
 
     def checked(self) -> ContactLog:
-        """The same with read-only rows of the right shape, or `InputError`."""
+        """A checked copy with read-only rows, or `InputError`."""
         rows = np.array(self.rows, dtype=np.float64)
         if rows.ndim != 2 or rows.shape[1] != len(COLUMNS):
             raise InputError(f"Solution: contacts.rows has shape {rows.shape}; it must have shape (n, {len(COLUMNS)}).")
@@ -72,7 +72,7 @@ class UnknownContactError(InputError, KeyError):
 
 @dataclass(frozen=True)
 class Episode:
-    """One episode of contact; see `Episodes` for what the numbers mean.
+    """One contact interval; see `Episodes` for the fields.
 
     Parameters
     ----------
@@ -228,10 +228,10 @@ class Episodes:
         head = f"{len(self)} episode{'' if len(self) == 1 else 's'} of contact{what}"
         if not len(self):
             return head
-        keep = len(self) if len(self) <= SHOWN else SHOWN // 2
+        keep = len(self) if len(self) <= SHOWN_ROWS else SHOWN_ROWS // 2
         rows = [
-            ("contact", "mode", *SHORT),
-            ("", "", *(f"[{UNITS[key]}]" for key in SHORT.values())),
+            ("contact", "mode", *TABLE_HEADS),
+            ("", "", *(f"[{UNITS[key]}]" for key in TABLE_HEADS.values())),
         ]
         rows += [self._row(k) for k in range(len(self)) if k < keep or k >= len(self) - keep]
         widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
@@ -241,13 +241,13 @@ class Episodes:
         return "\n".join([head, *lines])
 
     def _row(self, k: int) -> tuple[str, ...]:
-        numbers = (float(getattr(self, key)[k]) for key in SHORT.values())
+        numbers = (float(getattr(self, key)[k]) for key in TABLE_HEADS.values())
         return (str(self.contact[k]), MODES[int(self.mode[k])], *(f"{x:.6g}" for x in numbers))
 
 
 ARRAYS = tuple(f.name for f in fields(Episodes) if f.name not in ("_", "name"))
 QUANTITIES = ARRAYS[2:]
-SHORT = {
+TABLE_HEADS = {
     "start": "start",
     "end": "end",
     "approach": "approach_speed",

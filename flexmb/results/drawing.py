@@ -1,4 +1,4 @@
-"""Where the parts of a solution are at chosen instants: lines and points in the plane, for files and pictures."""
+"""Drawing of a solution at chosen instants: lines and points in the plane, for files and pictures."""
 
 from __future__ import annotations
 

@@ -11,10 +11,10 @@ from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
-from flexmb.results.signal_names import SAVED
+from flexmb.results.signal_names import SAVED_KEY
 from flexmb.results.solution import Solution
 from flexmb.start.rigid_motion import RigidMotion
-from flexmb.system.at_state import System
+from flexmb.system.state_evaluation import StateEvaluation
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ def momentum(mechanism: Mechanism, solution: Solution, bodies: tuple[str, ...] |
     n = program.n_q
     places = _places_of_motion(label, solution, program)
     chosen = np.isin(np.asarray(program.names.bodies)[RigidMotion(program).body], names)
-    system, rows = System(program), []
+    system, rows = StateEvaluation(program), []
     for values in solution.values:
         q, v = values[places[:n]], values[places[n:]]
         rigid = motions(q, chosen)
@@ -84,7 +84,7 @@ def momentum(mechanism: Mechanism, solution: Solution, bodies: tuple[str, ...] |
 def _places_of_motion(label: str, solution: Solution, program: Program) -> np.ndarray:
     """Places of all positions and velocities (2 n_q,) among the signals of the solution."""
     known, places = program.names.signals, solution.signals.places
-    if not set(solution.names) <= known.places.keys() or (SAVED not in solution.model and len(places) < len(known)):
+    if not set(solution.names) <= known.places.keys() or (SAVED_KEY not in solution.model and len(places) < len(known)):
         raise InputError(f"{label}: the solution of {solution.name!r} has other signals. Give that of this mechanism.")
     needed = known.names[: 2 * program.n_q]
     missing = [name for name in needed if name not in places]

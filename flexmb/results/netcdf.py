@@ -137,7 +137,7 @@ def _episodes(sol: Solution) -> xr.Dataset:
 
 
 def _read(source: Path) -> tuple[xr.Dataset, dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """All variables of the file, and those of the groups of the final state and of the episodes."""
+    """All variables of the file, of its group of the final state, and of its group of contact intervals."""
     import h5py
     import xarray as xr
 

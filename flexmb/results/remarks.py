@@ -17,10 +17,10 @@ from flexmb.results.contact_intervals import COLUMNS, ContactLog
 SMALL_SHARE = 0.01
 """Share of impulses or losses in contacts slower than `least_approach` that goes without a remark."""
 
-APPROACH = 3
+APPROACH_PLACE = 3
 """Place of the approach speed in the history of a law with hysteresis damping."""
 
-PLACE = {name: k for k, (name, _) in enumerate(COLUMNS)}
+COLUMN = {name: k for k, (name, _) in enumerate(COLUMNS)}
 
 
 def contact_remarks(program: Program, z: np.ndarray, log: ContactLog, end: float, span: float) -> tuple[str, ...]:
@@ -53,10 +53,10 @@ def _slow(law: NormalLaw, rows: np.ndarray) -> Iterator[str]:
     """
     if not _damps(law) or law.reference_speed == LARGEST:
         return
-    slow = rows[:, PLACE["approach_speed"]] < law.least_approach
+    slow = rows[:, COLUMN["approach_speed"]] < law.least_approach
     shares = []
     for name in ("impulse", "dissipated_contact"):
-        column = rows[:, PLACE[name]]
+        column = rows[:, COLUMN[name]]
         whole = float(column.sum())
         shares.append(float(column[slow].sum()) / whole if whole > 0.0 else 0.0)
     if max(shares) > SMALL_SHARE:
@@ -69,15 +69,15 @@ def _slow(law: NormalLaw, rows: np.ndarray) -> Iterator[str]:
 
 def _lasting(law: NormalLaw, history: Sequence[float], rows: np.ndarray, end: float, span: float) -> Iterator[str]:
     """A remark on a contact that is closed at the end of the run and began more than `span` before."""
-    for row in rows[np.isnan(rows[:, PLACE["end"]]) & (rows[:, PLACE["peak_force"]] > 0.0)]:
-        start = row[PLACE["start"]]
+    for row in rows[np.isnan(rows[:, COLUMN["end"]]) & (rows[:, COLUMN["peak_force"]] > 0.0)]:
+        start = row[COLUMN["start"]]
         damped = damped_since_onset(law, history)
         if damped and not start > end - span:
             yield f"closed without a break since {'the start' if np.isnan(start) else f't = {start:.6g} s'}; {damped}"
 
 
 def damped_since_onset(law: NormalLaw, history: Sequence[float]) -> str:
-    """What scales the damping of a contact that lasts, in a sentence; "" for a law without hysteresis damping.
+    """Sentence on the speed that scales the damping of a lasting contact; "" without hysteresis damping.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def damped_since_onset(law: NormalLaw, history: Sequence[float]) -> str:
     """
     if not _damps(law):
         return ""
-    approach = history[APPROACH]
+    approach = history[APPROACH_PLACE]
     if law.reference_speed == LARGEST or approach < law.least_approach or approach <= 0.0:
         return "the largest speed since then scales its damping"
     return f"the speed of that onset, {approach:.3g} m/s, still scales its damping (docs/contact.md)"

@@ -1,4 +1,4 @@
-"""Which signals a run saves: the places of names and patterns, and what to say about those that are not there."""
+"""Saved signals: places of names and patterns, and messages about unknown names."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from flexmb.errors import InputError
 from flexmb.model.signal import Signals
 from flexmb.program.program import Names
 
-OFFERED = 2000
+MOST_COMPARED_NAMES = 2000
 """Names that are looked through for one like an unknown one."""
 
 
-SAVED = "signals"
+SAVED_KEY = "signals"
 """Under which name `Solution.model` says what was asked for, where not all signals were saved."""
 
 
 def chosen_places(owner: str, names: Names, wanted: object) -> np.ndarray | None:
-    """Places (n,) of the wanted signals, ascending, each once; None for all.
+    """Places (n,) of the chosen signals, ascending, each once; None for all.
 
     Parameters
     ----------
@@ -73,11 +73,11 @@ def resolved(name: str, signals: Signals, aliases: Mapping[str, str]) -> str:
 
 
 def hint(name: str, signals: Signals, aliases: Mapping[str, str]) -> str:
-    """The tail of a message about an unknown name: those of its part, else such ones of other parts, else all."""
+    """Hint on an unknown name: signals of its part, else similar ones of other parts, else all."""
     part, _, tail = name.partition(".")
     ends = {node: alias for alias, node in aliases.items()}
     stems = ((n, n.rpartition(".")) for n in signals.names)
     known = [f"{ends[stem]}.{axis}" if stem in ends else n for n, (stem, _, axis) in stems]
     own = [n for n in known if n.startswith(f"{part}.")]
     near: Sequence[str] = own or [n for n in known if n.partition(".")[2] == tail] or known
-    return checks.did_you_mean(name, near[:OFFERED])
+    return checks.did_you_mean(name, near[:MOST_COMPARED_NAMES])

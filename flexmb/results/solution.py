@@ -13,7 +13,7 @@ from flexmb.errors import InputError
 from flexmb.model.shape import LateShapes, Shapes
 from flexmb.model.signal import Signals
 from flexmb.results.contact_intervals import ContactLog, Episodes, select
-from flexmb.results.signal_names import SAVED, hint, resolved
+from flexmb.results.signal_names import SAVED_KEY, hint, resolved
 from flexmb.results.stats import Stats
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ class Peaks(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Solution:
-    """What a run left behind; nothing in it can be changed.
+    """Result of a run; immutable.
 
     `sol["PART.SIGNAL"]` is an `xarray.DataArray` over `time`; nodes of flexible parts go by their number or by another
     name: "rod.node8.x" and "rod.end.x" are the same signal.
@@ -213,8 +213,8 @@ class Solution:
         place = self._places.get(resolved(name, self.signals, self.aliases)) if isinstance(name, str) else None
         if place is None:
             text = f"Solution of {self.name!r} has no signal {name!r}. {hint(str(name), self.signals, self.aliases)}"
-            if SAVED in self.model:
-                text += f" Of all signals were saved those of simulate(..., signals={self.model[SAVED]!r})."
+            if SAVED_KEY in self.model:
+                text += f" Of all signals were saved those of simulate(..., signals={self.model[SAVED_KEY]!r})."
             raise UnknownSignalError(text)
         return place
 

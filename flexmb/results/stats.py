@@ -1,4 +1,4 @@
-"""What a run cost: steps, iterations, time."""
+"""Statistics of a run: steps, iterations, time."""
 
 from dataclasses import dataclass
 

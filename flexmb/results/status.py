@@ -1,4 +1,4 @@
-"""How a run ended, as a sentence that says what to try."""
+"""Status of a run: a sentence on its end, with a remedy."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ import numpy as np
 
 from flexmb.energy.balance import (
     ALGORITHM,
+    ALGORITHM_LIMIT,
     CONTACT,
-    FEW,
-    IN_CONTACTS,
+    CONTACT_LIMIT,
     KINETIC,
+    LEAST_CONTACT_FRACTION,
     RESIDUAL,
-    TAKEN,
-    put_in,
-    turned_over,
+    energy_scale,
+    energy_supplied,
 )
 from flexmb.program.program import Program
 from flexmb.program.tables import COMMON_Z, LAST_GAP, LAST_GAP_RATE
-from flexmb.state.flow import Account, Flow
+from flexmb.state.flow import EnergyBalance, Flow
 from flexmb.state.record import (
     DONE,
     ENERGY_LOST,
@@ -30,9 +30,11 @@ from flexmb.state.record import (
     RunRecord,
 )
 from flexmb.state.trial import Trial
-from flexmb.step.contact_events import STEP
+from flexmb.step.contact_events import IMPACT_STEP
 
-FINER = "Try a smaller step, or step=Adaptive(...) with a smaller rtol, so that impacts and vibrations are resolved."
+TRY_FINER = (
+    "Try a smaller step, or step=Adaptive(...) with a smaller rtol, so that impacts and vibrations are resolved."
+)
 
 SENTENCES = {
     DONE: "Finished at {t}.",
@@ -53,18 +55,18 @@ SENTENCES = {
     ),
     ENERGY_MADE: (
         "Not ok at {t}: the steps made energy, {taken} where {put_in} were put in ({kinetic} are kinetic), "
-        "{in_contacts} of {through} that went through contacts. " + FINER
+        "{in_contacts} of {through} that went through contacts. " + TRY_FINER
     ),
     ENERGY_LOST: (
         "Not ok at {t}: the steps took energy that no law took, {taken} of {scale} turned over or in motion, "
-        "{in_contacts} of {through} that went through contacts. " + FINER
+        "{in_contacts} of {through} that went through contacts. " + TRY_FINER
     ),
 }
 
-MOST = 8
+LISTED_JOINTS = 8
 """Joints that are listed."""
 
-DOUBTFUL = 0.2
+WARNING_FRACTION = 0.2
 """Part of the limits of the ledger from which on a run that is ok says so."""
 
 
@@ -72,90 +74,96 @@ def sentence(program: Program, code: int, flow: Flow, trial: Trial, record: RunR
     """The status of a run that ended with `code`."""
     names = (*program.names.coordinates, *program.names.rows)
     template = SENTENCES.get(code, "Not finished, at {t}.")
-    cause, remedy = refused(program, flow, trial, record)
+    cause, remedy = rejected_sentence(program, flow, trial, record)
     text = template.format(
         t=f"t = {flow.clock.t:.6g} s",
-        h=f"{record.step.refused or flow.clock.size:.3g} s",
+        h=f"{record.report.rejected_size or flow.clock.step_size:.3g} s",
         cause=cause,
         remedy=remedy,
-        lost=names[int(record.count.lost)],
-        last=record.step.correction,
-        wanted=record.step.wanted,
-        worst=_worst(program, flow, trial),
-        **energies(flow.ledger, flow.account),
+        lost=names[int(record.count.lost_pivot)],
+        last=record.report.correction,
+        wanted=record.report.tolerance,
+        worst=_last_correction(program, flow, trial),
+        **energy_texts(flow.ledger, flow.balance),
     )
-    return text + not_unique(program, trial, record) + balance(flow.ledger, flow.account) if code == DONE else text
+    return (
+        text + held_rows_sentence(program, trial, record) + balance_warnings(flow.ledger, flow.balance)
+        if code == DONE
+        else text
+    )
 
 
-def refused(program: Program, flow: Flow, trial: Trial, record: RunRecord) -> tuple[str, str]:
-    """What asked for a smaller step than the smallest one, and what helps beside a smaller one."""
-    met = int(record.count.contact) - 1
+def rejected_sentence(program: Program, flow: Flow, trial: Trial, record: RunRecord) -> tuple[str, str]:
+    """Reason for a step below the smallest one, and remedies beside a smaller one."""
+    met = int(record.count.rejecting_contact) - 1
     if met >= 0:
-        needed = flow.impacts[met, STEP]
-        why = f"the impact of {_seen(program, flow, met)} needs steps of {needed:.3g} s"
+        needed = flow.impacts[met, IMPACT_STEP]
+        why = f"the impact of {_contact_in_words(program, flow, met)} needs steps of {needed:.3g} s"
         return why, ", fewer impact_steps, or a softer contact"
-    why = f"the error of the step was too large, or Newton did not converge{_worst(program, flow, trial)}"
+    why = f"the error of the step was too large, or Newton did not converge{_last_correction(program, flow, trial)}"
     closed = any(flow.z[k] > 0.0 for k in program.tables.contacts.z[:, COMMON_Z])
     jump = ", or a contact law without a jump at the touch (KelvinVoigt: a ramp; friction: v0 > 0)" if closed else ""
     return why, f", or a larger rtol and atol{jump}"
 
 
-def _seen(program: Program, flow: Flow, contact: int) -> str:
+def _contact_in_words(program: Program, flow: Flow, contact: int) -> str:
     """A contact with its gap and gap rate at the last good step."""
     k = program.tables.contacts.z[contact, COMMON_Z]
     gap, rate = flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE]
     return f"{program.names.contacts[contact]!r} (gap {gap:.3g} m, gap rate {rate:.3g} m/s)"
 
 
-def not_unique(program: Program, trial: Trial, record: RunRecord) -> str:
-    """Which joints had forces that are not unique, and why; "" when there are none."""
+def held_rows_sentence(program: Program, trial: Trial, record: RunRecord) -> str:
+    """Sentence on joints whose forces are not unique; "" without such joints."""
     if record.count.held_steps == 0:
         return ""
-    rows = np.flatnonzero(record.held)
+    rows = np.flatnonzero(record.held_rows)
     joints = list(dict.fromkeys(program.names.rows[k].partition("[")[0] for k in rows))
-    listed = ", ".join(repr(joint) for joint in joints[:MOST]) + (", ..." if len(joints) > MOST else "")
-    if len(trial.free):
+    listed = ", ".join(repr(joint) for joint in joints[:LISTED_JOINTS]) + (
+        ", ..." if len(joints) > LISTED_JOINTS else ""
+    )
+    if len(trial.free_multipliers):
         return f" The joints {listed} repeat one another: their forces are those of least norm."
-    when = f"t = {record.step.first_held:.6g} s"
+    when = f"t = {record.report.first_held_time:.6g} s"
     return f" Passed a singular position at {when}, where the forces of {listed} are not unique."
 
 
-def energies(ledger: np.ndarray, account: Account) -> dict[str, str]:
-    """What sentences on the energies say [J]."""
+def energy_texts(ledger: np.ndarray, balance: EnergyBalance) -> dict[str, str]:
+    """Energies as texts for the status [J]."""
     return {
         "missing": f"{ledger[RESIDUAL]:.3g} J",
         "taken": f"{abs(ledger[ALGORITHM]):.3g} J",
-        "in_contacts": f"{abs(account.lost_in_contacts):.3g} J",
-        "through": f"{account.through_contacts:.3g} J",
+        "in_contacts": f"{abs(balance.lost_in_contacts):.3g} J",
+        "through": f"{balance.through_contacts:.3g} J",
         "kinetic": f"{ledger[KINETIC]:.3g} J",
-        "scale": f"{turned_over(ledger, account):.3g} J",
-        "put_in": f"{put_in(ledger, account):.3g} J",
+        "scale": f"{energy_scale(ledger, balance):.3g} J",
+        "put_in": f"{energy_supplied(ledger, balance):.3g} J",
     }
 
 
-def balance(ledger: np.ndarray, account: Account) -> str:
+def balance_warnings(ledger: np.ndarray, balance: EnergyBalance) -> str:
     """Warnings of energies that add up, but not well; "" when they do."""
-    scale, found = turned_over(ledger, account), ""
-    through, named = account.through_contacts + FEW * scale, energies(ledger, account)
-    if abs(ledger[RESIDUAL]) > DOUBTFUL * account.limit * min(scale, put_in(ledger, account)):
+    scale, found = energy_scale(ledger, balance), ""
+    through, named = balance.through_contacts + LEAST_CONTACT_FRACTION * scale, energy_texts(ledger, balance)
+    if abs(ledger[RESIDUAL]) > WARNING_FRACTION * balance.residual_limit * min(scale, energy_supplied(ledger, balance)):
         found += " But the energies miss {missing}, where {put_in} were put in and {scale} turned over: {remedy}."
-    if abs(ledger[ALGORITHM]) > DOUBTFUL * TAKEN * scale:
+    if abs(ledger[ALGORITHM]) > WARNING_FRACTION * ALGORITHM_LIMIT * scale:
         found += " But the steps {verb} {taken} of {scale} turned over or in motion: {remedy}."
-    elif abs(ledger[ALGORITHM]) > TAKEN * put_in(ledger, account):
+    elif abs(ledger[ALGORITHM]) > ALGORITHM_LIMIT * energy_supplied(ledger, balance):
         found += " But the steps {verb} {taken} where {put_in} were put in: {remedy}."
-    elif abs(account.lost_in_contacts) > DOUBTFUL * IN_CONTACTS * through:
+    elif abs(balance.lost_in_contacts) > WARNING_FRACTION * CONTACT_LIMIT * through:
         found += " But the steps {in_verb} {in_contacts} of {through} that went through contacts: {remedy}."
-    if ledger[CONTACT] < -DOUBTFUL * IN_CONTACTS * through:
+    if ledger[CONTACT] < -WARNING_FRACTION * CONTACT_LIMIT * through:
         found += f" But the laws of contact made {-ledger[CONTACT]:.3g} J of {{through}} that went through contacts."
-    verbs = ["took" if x > 0.0 else "made" for x in (ledger[ALGORITHM], account.lost_in_contacts)]
+    verbs = ["took" if x > 0.0 else "made" for x in (ledger[ALGORITHM], balance.lost_in_contacts)]
     return found.format(**named, verb=verbs[0], in_verb=verbs[1], remedy="try smaller ones to see what changes")
 
 
-def _worst(program: Program, flow: Flow, trial: Trial) -> str:
+def _last_correction(program: Program, flow: Flow, trial: Trial) -> str:
     """The coordinate that moved most in the last Newton correction, and the contacts that are closed."""
-    d = np.abs(trial.d[: program.n_q])
+    d = np.abs(trial.solution[: program.n_q])
     name = program.names.coordinates[int(np.argmax(np.where(np.isfinite(d), d, np.inf)))]
     phases = program.tables.contacts.z[:, COMMON_Z]
-    closed = [_seen(program, flow, c) for c, k in enumerate(phases) if flow.z[k] > 0.0]
+    closed = [_contact_in_words(program, flow, c) for c, k in enumerate(phases) if flow.z[k] > 0.0]
     touching = f"; in contact: {', '.join(closed)}" if closed else ""
     return f"; largest at {name!r}{touching}"

@@ -38,7 +38,7 @@ KINDS = ("rigid", "beam", "joint", "revolute", "prismatic", "fixed", "clearance"
 
 @dataclass(frozen=True)
 class Frames:
-    """Cells, which all frames share, and what changes from frame to frame."""
+    """Cells of all frames, and data of each frame."""
 
     points: np.ndarray  # (n, n_p, 3) [m]
     data: dict[str, np.ndarray]  # by name, (n, n_p)

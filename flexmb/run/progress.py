@@ -1,4 +1,4 @@
-"""The progress bar of a run, or what stands for it where none is shown."""
+"""Progress bar of a run, and its silent substitute."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class NoBar:
 
 
 def bar(name: str, begin: float, end: float, *, shown: bool, of: str = "s of motion") -> Any:
-    """A bar over the time of motion from `begin` to `end` [s] of the mechanism `name`; `of`: what else is counted."""
+    """Progress bar over the time from `begin` to `end` [s] of the mechanism `name`; `of`: unit of the bar."""
     if not shown:
         return NoBar(end)
     from tqdm import tqdm

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.compiled.notice import notice
-from flexmb.energy.balance import final_verdict, open_account
+from flexmb.energy.balance import check_balance_at_end, start_balance
 from flexmb.errors import InputError, SolveError
 from flexmb.linalg import lu
 from flexmb.linalg.rank import row_rank
@@ -28,23 +28,23 @@ from flexmb.state.flow import new_flow
 from flexmb.state.options import NEVER, Options
 from flexmb.state.record import BUFFER_FULL, DONE, RUNNING
 from flexmb.state.trial import new_trial, rigid_coordinates
-from flexmb.step.contact_log import close_what_touches, still_running, taken_out, touching_from_the_start
+from flexmb.step.contact_log import close_round_off_gaps, running_episodes, start_episodes, take_episodes
 from flexmb.step.method import Method
-from flexmb.step.step_size import FLIGHT_COUNTS, Adaptive, FixedStep
-from flexmb.system.at_state import System
+from flexmb.step.step_size import FLIGHT_WEIGHT, Adaptive, FixedStep
+from flexmb.system.state_evaluation import StateEvaluation
 from flexmb.system.work import workspace
 
-BUFFER, LEAST_BUFFER, BUFFER_NUMBERS = 512, 16, 1 << 23
+BUFFER_ROWS, LEAST_BUFFER_ROWS, BUFFER_NUMBERS = 512, 16, 1 << 23
 """Saved instants in the buffer of the loop at most and at least, and numbers in it: 64 MB."""
 
 BLOCK_SECONDS = 0.2
-FIRST_BLOCK = 20_000
+FIRST_BLOCK_UPDATES = 20_000
 """Unknowns times steps of the first block, whose speed is not known yet: some ten milliseconds."""
 
 NEWTON_TOLERANCE = 1e-6
-ITERATIONS = 30
+NEWTON_ITERATIONS = 30
 NOT_SAVING = -1.0
-ENOUGH = "Stopped after"
+STOPPED_AFTER = "Stopped after"
 
 
 class Run:
@@ -68,7 +68,7 @@ class Run:
         self.period, self.t_end, self.max_steps, self.progress = period, t_end, max_steps, progress
         self.lu = lu.tables(program.symbolic)
         self.kept, rows = kept, BUFFER_NUMBERS // max(len(kept) if kept is not None else self.stepper.columns, 1)
-        self.record = self.stepper.record(max(LEAST_BUFFER, min(BUFFER, rows)), kept)
+        self.record = self.stepper.record(max(LEAST_BUFFER_ROWS, min(BUFFER_ROWS, rows)), kept)
         self.work, self.flow = workspace(program), new_flow(program)
         self.saved = SavedRows(self.record.values.shape[1], kept)
         self.episodes: list[np.ndarray] = []
@@ -89,58 +89,58 @@ class Run:
         clearance, length, rtol = self.program.least_clearance, self.program.length, self.step.rtol
         steps = self.method.fewest_steps(contacts=clearance is not None)
         largest = self.step.max or span / steps
-        flight, loose = (FLIGHT_COUNTS, 2.0) if rigid_coordinates(self.program).all() else (1.0, 4.0)
+        flight, loose = (FLIGHT_WEIGHT, 2.0) if rigid_coordinates(self.program).all() else (1.0, 4.0)
         part = 1e-3 * length if clearance is None else loose * min(clearance, 1e-2 * length)
         way = length if clearance is None else min(length, 1e2 * clearance)
         bounds = (rtol, 1e-2 / steps * way / largest, self.step.steps_of_an_impact, flight)
         return largest, self.step.min or min(1e-9 * largest, 1e-12 * span), self.step.atol or rtol * part, bounds
 
     def begin(self, start: Start, *, z: np.ndarray | None = None, time: float = 0.0) -> None:
-        """Take start values, at that time [s] and with histories z (n_z,), None: those of the drawn pose."""
-        n, z = self.program.n_q, self.program.drawn.z if z is None else z
+        """Take start values at a time [s], with histories z (n_z,); None: histories at the start."""
+        n, z = self.program.n_q, self.program.reference.z if z is None else z
         flow, code = self.flow, self.stepper.prepare(self, start, z, time)
         flow.q[:n], flow.v[:n], flow.a[:n], flow.x[:n] = start.q, start.v, start.a, start.a
         flow.lam[:], flow.z[:] = start.lam, z
         flow.clock.t = time
-        self._expect(start.redundant)
-        flow.clock.held_steps = -1.0 if self._seems_dependent(start) else 0.0
-        flow.clock.saving_from = NOT_SAVING
-        flow.clock.size = self.h_max if isinstance(self.step, FixedStep) else 1e-3 * self.h_max
-        self.stepper.look(self)
-        open_account(flow.ledger, flow.account)
+        self._set_redundancy(start.redundant)
+        flow.clock.held_steps = -1.0 if self._looks_dependent(start) else 0.0
+        flow.clock.save_start = NOT_SAVING
+        flow.clock.step_size = self.h_max if isinstance(self.step, FixedStep) else 1e-3 * self.h_max
+        self.stepper.evaluate(self)
+        start_balance(flow.ledger, flow.balance)
         begun = flow.z.copy()
         flow.z[:] = self.work.z_new
-        close_what_touches(self.program, begun, flow)
-        touching_from_the_start(self.program.tables, flow)
+        close_round_off_gaps(self.program, begun, flow)
+        start_episodes(self.program.tables, flow)
         self.stepper.write(self)
-        self.forget_peaks()
+        self.reset_peaks()
         if code != RUNNING:
             self.code, self.note = code, self.stepper.explain(code) or ""
 
-    def look(self) -> None:
-        """Find energies, forces and signals of what stands in `flow`; a restored state alone may follow."""
-        self.stepper.look(self)
+    def evaluate(self) -> None:
+        """Evaluate energies, forces and signals of the state in `flow`."""
+        self.stepper.evaluate(self)
         self.stepper.write(self)
 
     def one_step(self, limit: float) -> bool:
         """Take one step, not beyond the time `limit` [s]; whether it was accepted.  Nothing is saved."""
         kept, self.max_steps = self.max_steps, int(self.record.count.steps) + 1
-        self.go_to(limit, saving=None)
+        self.run_to(limit, saving=None)
         self.max_steps = kept
-        if self.note.startswith(ENOUGH):
+        if self.note.startswith(STOPPED_AFTER):
             self.note, self.code = "", RUNNING
         return self.code in (RUNNING, DONE) and not self.note
 
-    def _seems_dependent(self, start: Start) -> bool:
+    def _looks_dependent(self, start: Start) -> bool:
         """Whether rows that are independent look dependent, because some inertia is very small.
 
         How much they do depends on the direction of the bodies against X and Y: all are turned together.
         """
-        system, angles = System(self.program, self.work), np.asarray(self.program.tables.kind) == 1
+        system, angles = StateEvaluation(self.program, self.work), np.asarray(self.program.tables.kind) == 1
         for turn in (0.0, 0.7, 2.3):
             values = system.at(start.q + turn * angles, weights=(0.0, 0.0, 1.0)).work.lu.copy()
             seen = np.zeros(self.program.symbolic.n)
-            lu.factor(self.lu, values, seen, lu.THRESHOLD, self.program.n_q, 10.0 * lu.HOLD)
+            lu.factor(self.lu, values, seen, lu.LOST_PIVOT, self.program.n_q, 10.0 * lu.HELD_PIVOT)
             if int((seen < 0.0).sum()) > start.redundant:
                 return True
         return False
@@ -158,7 +158,7 @@ class Run:
             text = f"{label}: restart is {restart!r}"
             raise InputError(f"{text}; it must be `restart` of a solution of the same mechanism.")
         try:
-            if np.shape(restart.get("signals")) != self.record.new.shape:
+            if np.shape(restart.get("signals")) != self.record.signals.shape:
                 raise ValueError("signals")
             self.flow.restore(restart)
             self.stepper.restore(restart)
@@ -167,24 +167,26 @@ class Run:
                 f"{label}: restart does not fit this model "
                 f"({str(error)!r} is missing or of another size). Use `restart` of a solution of the same mechanism."
             ) from error
-        self.record.new[:] = restart["signals"]
+        self.record.signals[:] = restart["signals"]
         if redundant:
-            G = System(self.program).at(self.flow.q[: self.program.n_q], t=self.flow.clock.t).jacobian
-            self._expect(len(row_rank(G).redundant))
-        self.forget_peaks()
+            G = StateEvaluation(self.program).at(self.flow.q[: self.program.n_q], t=self.flow.clock.t).jacobian
+            self._set_redundancy(len(row_rank(G).redundant))
+        self.reset_peaks()
 
-    def _expect(self, redundant: int) -> None:
-        """So many rows repeat others in every pose."""
+    def _set_redundancy(self, redundant: int) -> None:
+        """Set the number of constraint equations that are redundant in every pose."""
         if redundant != self.redundant:
             self.redundant, self.trial = redundant, new_trial(self.program, redundant, self.bounds)
 
-    def forget_peaks(self) -> None:
+    def reset_peaks(self) -> None:
         """Begin to look for peaks at the present state."""
-        self.stepper.forget_peaks()
-        self.record.peak[:] = np.where(self.record.one_sided, np.maximum(self.record.new, 0.0), np.abs(self.record.new))
+        self.stepper.reset_peaks()
+        self.record.peak[:] = np.where(
+            self.record.one_sided, np.maximum(self.record.signals, 0.0), np.abs(self.record.signals)
+        )
         self.record.peak_time[:] = self.flow.clock.t
 
-    def go_to(self, end: float, saving: float | None) -> None:
+    def run_to(self, end: float, saving: float | None) -> None:
         """Run until `end`; `saving` is the time between saved instants, 0 for every step, None for nothing.
 
         Where a drive or a load jumps a step ends just before, and the next one starts anew just after.
@@ -192,8 +194,8 @@ class Run:
         if self.note or self.code not in (RUNNING, DONE):
             return  # a run that was stopped before the instants to be saved stays stopped
         if saving is not None:
-            self._begin_saving(saving, end)
-        self.flow.account.limit = self.stepper.missing
+            self._start_saving(saving, end)
+        self.flow.balance.residual_limit = self.stepper.residual_limit
         interval = NEVER if saving is None else saving
         if self.progress:
             self.stepper.advance(self, self.options(end, interval), 0)  # compiled before a bar is shown
@@ -201,32 +203,32 @@ class Run:
         bar = progress_bar(self.program.name, float(self.flow.clock.t), end, shown=self.progress)
         try:
             for instant in self.program.breaks(end):
-                if instant > self.flow.clock.t and self._reach(just_before(instant), interval, bar, ahead=True):
-                    self._jump(instant, interval)
+                if instant > self.flow.clock.t and self._advance_to(just_before(instant), interval, bar, ahead=True):
+                    self._cross_jump(instant, interval)
                 if self.note or self.code not in (RUNNING, DONE):
                     break
             else:
-                if self._reach(end, interval, bar) and saving is not None:
-                    self.code = final_verdict(self.flow.ledger, self.flow.account) or DONE
+                if self._advance_to(end, interval, bar) and saving is not None:
+                    self.code = check_balance_at_end(self.flow.ledger, self.flow.balance) or DONE
         except KeyboardInterrupt:
             self.note = "Interrupted from the keyboard"
         bar.close()
 
-    def _reach(self, target: float, interval: float, bar: Any, *, ahead: bool = False) -> bool:
+    def _advance_to(self, target: float, interval: float, bar: Any, *, ahead: bool = False) -> bool:
         """Run until `target`; whether it was reached.  With `ahead` that is seen even if no step is left to take."""
         options = self.options(target, interval)
-        steps, self.code = max(FIRST_BLOCK // (self.program.symbolic.n + 1), 16), RUNNING
+        steps, self.code = max(FIRST_BLOCK_UPDATES // (self.program.symbolic.n + 1), 16), RUNNING
         while self.code == RUNNING:
             began = time.perf_counter()
-            steps = self._allowed(steps)
+            steps = self._steps_left(steps)
             if steps == 0 and ahead and self.flow.clock.t >= (1.0 - 1e-12) * target:
                 self.code = DONE
             elif steps == 0:
-                self.note = f"{ENOUGH} {self.max_steps} steps, as asked for"
+                self.note = f"{STOPPED_AFTER} {self.max_steps} steps, as asked for"
                 return False
             else:
                 self.code = self.stepper.advance(self, options, steps)
-            self._empty(options)
+            self._empty_buffer(options)
             bar.update(min(self.flow.clock.t, bar.total) - bar.n)
             took = time.perf_counter() - began
             steps = int(min(max(steps * min(BLOCK_SECONDS / max(took, 1e-6), 4.0), 16), 1_000_000))
@@ -234,13 +236,13 @@ class Run:
                 self.code = RUNNING
         return self.code == DONE
 
-    def _jump(self, instant: float, interval: float) -> None:
+    def _cross_jump(self, instant: float, interval: float) -> None:
         """Go from just before a jump of the loads to just after: new accelerations, joint forces and powers.
 
         Positions, velocities, histories and energies stay.  The next step is a first step.
         """
         flow, n = self.flow, self.program.n_q
-        flow.clock.t, flow.clock.last = instant, 0.0
+        flow.clock.t, flow.clock.last_step = instant, 0.0
         try:
             solve = least_norm if self.redundant else accelerations
             a, lam = solve(self.program, flow.q[:n], flow.v[:n], instant, flow.z)
@@ -249,36 +251,36 @@ class Run:
             return
         flow.a[:n], flow.x[:n], flow.lam[:] = a, a, lam
         kept = flow.ledger.copy()
-        self.stepper.look(self)
+        self.stepper.evaluate(self)
         flow.ledger[:] = kept
         self.stepper.write(self)
         record = self.record
-        size = np.where(record.one_sided, record.new, np.abs(record.new))
+        size = np.where(record.one_sided, record.signals, np.abs(record.signals))
         record.peak_time[size > record.peak] = instant
         record.peak[:] = np.maximum(record.peak, size)
         if interval == 0.0:
-            self.saved.add_one(flow.clock.t, record.new)
+            self.saved.add_one(flow.clock.t, record.signals)
         elif interval < NEVER and self.saved.is_at(instant, 1e-9 * interval):
-            self.saved.replace_last(record.new)  # an instant of the grid at the jump shows the state just after
+            self.saved.replace_last(record.signals)  # an instant of the grid at the jump shows the state just after
 
-    def _begin_saving(self, saving: float, end: float) -> None:
+    def _start_saving(self, saving: float, end: float) -> None:
         """Save the present instant, or go on with the grid of the run that was resumed."""
         clock, self.saving = self.flow.clock, True
         if saving > 0.0:
             self.saved.expect(int(min((end - clock.t) / saving, 1e9)) + 2)
-        if clock.saving_from < 0.0:
-            clock.saving_from, clock.saved = clock.t, 0.0
-            self.saved.add_one(clock.t, self.record.new)
+        if clock.save_start < 0.0:
+            clock.save_start, clock.saved_instants = clock.t, 0.0
+            self.saved.add_one(clock.t, self.record.signals)
         elif saving > 0.0:  # counted anew, since the interval may be another one
-            clock.saved = np.floor((clock.t - clock.saving_from) / saving + 1e-9)
+            clock.saved_instants = np.floor((clock.t - clock.save_start) / saving + 1e-9)
 
-    def _allowed(self, steps: int) -> int:
+    def _steps_left(self, steps: int) -> int:
         if self.max_steps is None:
             return steps
         return max(0, min(steps, self.max_steps - int(self.record.count.steps)))
 
     def arguments(self, options: Options) -> tuple[Any, ...]:
-        """What every compiled loop is called with: tables, kernels, factors, options, state, trial, work, record."""
+        """Arguments of every compiled loop: tables, kernels, factors, options, state, trial, work, record."""
         common = (self.program.tables, self.program.addresses, self.lu, options, self.flow, self.trial)
         return *common, self.work, self.record
 
@@ -289,7 +291,7 @@ class Run:
             self.stepper.first,
             self.stepper.form,
             NEWTON_TOLERANCE,
-            ITERATIONS,
+            NEWTON_ITERATIONS,
             float(self.program.length),
             isinstance(self.step, Adaptive),
             float(self.error),
@@ -299,26 +301,26 @@ class Run:
             float(saving),
         )
 
-    def _fetch(self) -> None:
+    def _fetch_buffer(self) -> None:
         if self.record.count.episodes:
-            self.episodes.append(taken_out(self.record))
+            self.episodes.append(take_episodes(self.record))
         rows = int(self.record.count.rows)
         if rows:
             self.saved.add(self.record.times[:rows], self.record.values[:rows])
             self.record.count.rows = 0
 
-    def _empty(self, options: Options) -> None:
+    def _empty_buffer(self, options: Options) -> None:
         """Fetch the buffer, again and again where the last step passed more instants than it has room for."""
-        self._fetch()
+        self._fetch_buffer()
         while self.code == BUFFER_FULL and options.save_interval > 0.0:
             self.stepper.save(self, options)
             if self.record.count.rows == 0:
                 return
-            self._fetch()
+            self._fetch_buffer()
 
     def solution(self, model: dict[str, Any], *, notes: tuple[str, ...] = (), wall_time: float = 0.0) -> Solution:
-        """The record of what was run so far, with remarks and the time it took on the clock [s]."""
-        program = self.stepper.shown
+        """Solution of the run so far, with remarks and the time on the clock [s]."""
+        program = self.stepper.reported
         kept = slice(None) if self.kept is None else self.kept
         names, (time, values) = program.names.signals, self.saved.finished()
         return Solution(
@@ -339,22 +341,22 @@ class Run:
 
     def restart(self) -> dict[str, np.ndarray]:
         """The present state, from which a run of the same model goes on to the bit."""
-        return {**self.flow.saved(), "signals": self.record.new.copy(), **self.stepper.saved()}
+        return {**self.flow.saved(), "signals": self.record.signals.copy(), **self.stepper.saved()}
 
     def stats(self, wall_time: float = 0.0) -> Stats:
-        """What the run cost so far, which took `wall_time` on the clock [s]."""
-        count, step = self.record.count, self.record.step
+        """Statistics of the run so far; `wall_time`: time on the clock [s]."""
+        count, step = self.record.count, self.record.report
         numbers = (count.steps, count.rejected, count.iterations, count.evaluations, count.factorisations)
         return Stats(*numbers, step.smallest if count.steps else 0.0, step.largest, wall_time)
 
     def contact_log(self) -> ContactLog:
-        """Rows of the episodes that ended since saving began, and of those that are running."""
-        running = still_running(self.program.tables, self.flow)
+        """Rows of all contact intervals since saving began, running ones included."""
+        running = running_episodes(self.program.tables, self.flow)
         rows = np.concatenate([*self.episodes, running if self.saving else running[:0]])
         return ContactLog(self.program.names.contacts, rows)
 
     def status(self) -> str:
-        """How the run ended, in a sentence."""
+        """Status of the run: a sentence on its end."""
         if self.note:
             return f"{self.note}, at t = {self.flow.clock.t:.6g} s."
         own = self.stepper.explain(self.code)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-AHEAD = 1 << 30
+MOST_RESERVED_BYTES = 1 << 30
 """Bytes of rows that are asked for before they are needed."""
 
 
@@ -26,7 +26,7 @@ class SavedRows:
     def expect(self, rows: int) -> None:
         """Make room for so many rows, at most AHEAD, before the first one."""
         if self.count == 0:
-            rows = max(1, min(rows, AHEAD // max(8 * self._values.shape[1], 1)))
+            rows = max(1, min(rows, MOST_RESERVED_BYTES // max(8 * self._values.shape[1], 1)))
             self._times, self._values = np.empty(rows), np.empty((rows, self._values.shape[1]))
 
     def add(self, times: np.ndarray, values: np.ndarray) -> None:

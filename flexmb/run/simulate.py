@@ -17,7 +17,7 @@ from flexmb.program.compiler import compile_with_start
 from flexmb.program.period import common_period
 from flexmb.program.program import Program
 from flexmb.results.remarks import contact_remarks
-from flexmb.results.signal_names import SAVED, chosen_places
+from flexmb.results.signal_names import SAVED_KEY, chosen_places
 from flexmb.results.solution import Solution
 from flexmb.run.run import Run
 from flexmb.step.method import Method
@@ -29,7 +29,7 @@ Step = FixedStep | Adaptive | float
 REDUNDANT = ("refuse", "least-norm")
 """What to do with joints that repeat one another."""
 
-SHORTEST = 1e-100
+SHORTEST_RUN = 1e-100
 """Shortest run [s]."""
 
 
@@ -49,7 +49,7 @@ def simulate(
     signals: Sequence[str] | None = None,
     progress: bool = False,
 ) -> Solution:
-    """Simulate a mechanism from its drawn pose.
+    """Simulate a mechanism from its reference configuration.
 
     At the start the loops are closed, journals stand as their joints say, flexible bodies are unstressed
     and velocities those of the ideal rigid mechanism, but for the fields of displacement and velocity that bodies
@@ -118,13 +118,13 @@ def simulate(
         check_ahead(label, float(run.flow.clock.t), end)
     started = time.perf_counter()
     if run.flow.clock.t < begin:
-        run.go_to(begin, saving=None)
-        run.forget_peaks()
-    run.go_to(end, saving=save_interval(mechanism, save, period, begin, end))
+        run.run_to(begin, saving=None)
+        run.reset_peaks()
+    run.run_to(end, saving=save_interval(mechanism, save, period, begin, end))
     now = float(run.flow.clock.t)
     span = period if period is not None else 0.5 * (now - begin)
     notes = contact_remarks(run.program, run.flow.z, run.contact_log(), now, span)
-    model = {"name": mechanism.name} if signals is None else {"name": mechanism.name, SAVED: list(signals)}
+    model = {"name": mechanism.name} if signals is None else {"name": mechanism.name, SAVED_KEY: list(signals)}
     return run.solution(model=model, notes=notes, wall_time=time.perf_counter() - started)
 
 
@@ -159,8 +159,8 @@ def _end(mechanism: Mechanism, t_end: float | None, periods: float | None, perio
 def check_end(label: str, t_end: float) -> float:
     """`t_end` as a float, or `InputError`: squares of its steps must not be 0 among floats."""
     end = checks.positive(label, "t_end", t_end, "s")
-    if end < SHORTEST:
-        raise InputError(f"{label}: t_end is {end:g} s; it must be at least {SHORTEST:g} s.")
+    if end < SHORTEST_RUN:
+        raise InputError(f"{label}: t_end is {end:g} s; it must be at least {SHORTEST_RUN:g} s.")
     return end
 
 
@@ -186,7 +186,7 @@ def check_ahead(label: str, now: float, end: float) -> None:
 
 
 def check_method(label: str, method: Any) -> None:
-    """Refuse what is no method."""
+    """Refuse an object of another kind than a method."""
     if not isinstance(method, Method):
         known = "Newmark(...), RadauIIA(), RungeKutta4() or Staggered(...)"
         raise InputError(f"{label}: method is {method!r}; it must be {known}.")

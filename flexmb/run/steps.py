@@ -48,9 +48,9 @@ class StepState(Mapping[str, float]):
     """
 
     def __init__(self, run: Run, h: float) -> None:
-        self._names, self._owner = run.stepper.shown.names, run.stepper.shown.name
+        self._names, self._owner = run.stepper.reported.names, run.stepper.reported.name
         self.t, self.h = float(run.flow.clock.t), h
-        self.values = run.record.new.copy()
+        self.values = run.record.signals.copy()
         self.values.flags.writeable = False
         self.restart = run.restart()
         self.stats: Stats = run.stats()
@@ -161,4 +161,4 @@ def _taken(run: Run, end: float) -> Iterator[StepState]:
         if not run.one_step(far):
             raise SolveError(run.status())
         if run.record.count.steps > before:
-            yield StepState(run, float(run.record.step.size))
+            yield StepState(run, float(run.record.report.size))

@@ -1,1 +1,1 @@
-"""Small differences of a state, carried through the very steps of a motion."""
+"""Small differences of a state, carried through the steps of a run."""

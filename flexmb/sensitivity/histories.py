@@ -1,7 +1,7 @@
-"""Histories in the tangent of a step: what they do to the forces, and what becomes of their own differences.
+"""Histories in the tangent of a step: their effect on forces, and their own differences at the end of the step.
 
-No kernel says how it depends on its history, so this is found by central differences of the law or element concerned,
-alone, each number moved by a small part of itself: a gap of 1e-6 m is not lost in coordinates of 1 m.
+Kernels give no derivatives by their histories.  These are central differences of the single law or element, with
+differences relative to each number: a gap of 1e-6 m is not lost in coordinates of 1 m.
 """
 
 from flexmb.contact.onset import crossing, cubic
@@ -47,24 +47,24 @@ from flexmb.program.tables import (
 )
 from flexmb.system.contacts import call_friction, call_normal, jacobians
 from flexmb.system.elements import call_element, call_force, gather_state
-from flexmb.system.work import GRIP_SLIP, N_BY_GAP, N_BY_RATE, T_BY_N
+from flexmb.system.work import JOINT_SLIP, N_BY_GAP, N_BY_RATE, T_BY_N
 
 FIRST, SECOND = range(2)
 """Rows of `Tangents.local`."""
 
 OF_GAP, OF_RATE, OF_SLIP, OF_NORMAL = range(4)
-"""Columns of `Tangents.own`: changes of gap, gap rate, slip and normal force."""
+"""Columns of `Tangents.own`: differences of gap, gap rate, slip and normal force."""
 
-PART, LEAST = 1e-5, 1e-11
-"""How far a number is moved: a part of itself, and at least so far where its size says nothing."""
+RELATIVE_DIFFERENCE, LEAST_DIFFERENCE = 1e-5, 1e-11
+"""Difference of a number: relative to the number, and least difference for numbers near 0."""
 
-MOTION, AWAY = 1e-3, 1e-9
-"""How far the nodes of an element are moved: a part of their way in a step, and at least so far [m, rad]."""
+NODE_DIFFERENCE, LEAST_NODE_DIFFERENCE = 1e-3, 1e-9
+"""Difference of the nodes of an element: relative to their motion in a step, and least difference [m, rad]."""
 
 
 @compiled
-def changes(dz, i):
-    """Whether any of the differences dz (k, n_z) has a part in history i."""
+def has_difference(dz, i):
+    """Whether one of the differences dz (k, n_z) is not 0 in history i."""
     for j in range(dz.shape[0]):  # noqa: SIM110 - compiled
         if dz[j, i] != 0.0:
             return True
@@ -72,15 +72,15 @@ def changes(dz, i):
 
 
 @compiled
-def nudge(x, other, least):
-    """How far to move a number of value x, of which `other` is a second value."""
-    size = PART * max(abs(x), abs(other))
-    return size if size > least else LEAST
+def difference_step(x, other, least):
+    """Difference for a number with the values x and `other`."""
+    size = RELATIVE_DIFFERENCE * max(abs(x), abs(other))
+    return size if size > least else LEAST_DIFFERENCE
 
 
 @compiled
-def _spread(begin, end, eps, i, T, work):
-    """Add the differences of work.z_between and work.z_new, made by moving history i by eps to both sides, to T.z1."""
+def _add_history_difference(begin, end, eps, i, T, work):
+    """Add the effect of history i to T.z1, from work.z_between and work.z_new at the history plus and minus eps."""
     for j in range(T.z.shape[0]):
         part = T.z[j, i] / (2.0 * eps)
         for l in range(begin, end):
@@ -88,14 +88,14 @@ def _spread(begin, end, eps, i, T, work):
 
 
 @compiled
-def _keep(begin, end, work):
-    """work.z_between = work.z_new from begin to end."""
+def _store_upper_side(begin, end, work):
+    """Copy work.z_new to work.z_between, from begin to end."""
     copy(part_of(work.z_new, begin, end), part_of(work.z_between, begin, end))
 
 
 @compiled
-def _force_alone(tables, address, e, n, t, h, z, work):
-    """Force of element e at the state that was gathered, into work.rl, and its history."""
+def _element_force(tables, address, e, n, t, h, z, work):
+    """Evaluate force and history of element e at the gathered state, in work.rl and work.z_new."""
     for i in range(n):
         work.rl[i] = 0.0
     if tables.elements.force[e] >= 0:
@@ -106,22 +106,22 @@ def _force_alone(tables, address, e, n, t, h, z, work):
 
 @compiled
 def add_element_history(tables, address, e, n, t, h, s, z, T, work):
-    """What the histories of element e do to T.F and T.z1; s : factor of the element."""
+    """Add the effect of the histories of element e to T.F and T.z1; s : load factor."""
     E = tables.elements
     begin, end, force = E.z[e, BEGIN], E.z[e, END], T.local[SECOND]
     dofs = part_of(E.dofs, E.dof[e], E.dof[e + 1])
     for i in range(begin, end):
-        if not changes(T.z, i):
+        if not has_difference(T.z, i):
             continue
-        eps = nudge(z[i], work.z_new[i], LEAST)
+        eps = difference_step(z[i], work.z_new[i], LEAST_DIFFERENCE)
         T.zs[i] = z[i] + eps
-        _force_alone(tables, address, e, n, t, h, T.zs, work)
-        _keep(begin, end, work)
+        _element_force(tables, address, e, n, t, h, T.zs, work)
+        _store_upper_side(begin, end, work)
         copy(part_of(work.rl, 0, n), part_of(force, 0, n))
         T.zs[i] = z[i] - eps
-        _force_alone(tables, address, e, n, t, h, T.zs, work)
+        _element_force(tables, address, e, n, t, h, T.zs, work)
         T.zs[i] = z[i]
-        _spread(begin, end, eps, i, T, work)
+        _add_history_difference(begin, end, eps, i, T, work)
         for j in range(T.z.shape[0]):
             part = s * T.z[j, i] / (2.0 * eps)
             for l in range(n):
@@ -130,33 +130,33 @@ def add_element_history(tables, address, e, n, t, h, s, z, T, work):
 
 @compiled
 def add_contact_history(tables, address, c, h, z, T, work):
-    """What the histories of contact c do to T.F and T.z1; changes of its forces are noted in T.N and T.T."""
+    """Add the effect of the histories of contact c to T.F and T.z1; store the differences of its forces in T.N, T.T."""
     K, out = tables.contacts, work.contact[c]
     begin, middle, end = K.z[c, NORMAL_Z], K.z[c, FRICTION_Z], K.z[c, Z_END]
     for i in range(begin, middle):
-        if not changes(T.z, i):
+        if not has_difference(T.z, i):
             continue
-        eps = nudge(z[i], z[i], 0.0)
+        eps = difference_step(z[i], z[i], 0.0)
         T.zs[i] = z[i] + eps
         more, _, _ = call_normal(tables, address, c, h, out[GAP], out[GAP_RATE], T.zs, work.z_new)
-        _keep(begin, middle, work)
+        _store_upper_side(begin, middle, work)
         T.zs[i] = z[i] - eps
         less, _, _ = call_normal(tables, address, c, h, out[GAP], out[GAP_RATE], T.zs, work.z_new)
         T.zs[i] = z[i]
-        _spread(begin, middle, eps, i, T, work)
+        _add_history_difference(begin, middle, eps, i, T, work)
         for j in range(T.z.shape[0]):
             T.N[j, c] += (more - less) * T.z[j, i] / (2.0 * eps)
     for i in range(middle, end):
-        if not changes(T.z, i):
+        if not has_difference(T.z, i):
             continue
-        eps = nudge(z[i], h * out[SLIP], LEAST)
+        eps = difference_step(z[i], h * out[SLIP], LEAST_DIFFERENCE)
         T.zs[i] = z[i] + eps
         more, _, _ = call_friction(tables, address, c, h, out[SLIP], out[NORMAL_FORCE], T.zs, work.z_new)
-        _keep(middle, end, work)
+        _store_upper_side(middle, end, work)
         T.zs[i] = z[i] - eps
         less, _, _ = call_friction(tables, address, c, h, out[SLIP], out[NORMAL_FORCE], T.zs, work.z_new)
         T.zs[i] = z[i]
-        _spread(middle, end, eps, i, T, work)
+        _add_history_difference(middle, end, eps, i, T, work)
         for j in range(T.z.shape[0]):
             T.T[j, c] += (more - less) * T.z[j, i] / (2.0 * eps)
     S = work.contact_scratch
@@ -169,72 +169,73 @@ def add_contact_history(tables, address, c, h, z, T, work):
 
 
 @compiled
-def _joint_friction(tables, address, c, h, slip, N, z, z_new):
-    """Friction force in joint c."""
+def _joint_friction_force(tables, address, c, h, slip, N, z, z_new):
+    """Friction force in joint c [N]."""
     C = tables.constraints
-    T, _, _ = friction_at(address.friction, C.grip[c, SLIDING_LAW])(
-        part_of(tables.p, C.grip_p[c, SLIDING_P], C.grip_p[c, SLIDING_P_END]),
+    T, _, _ = friction_at(address.friction, C.joint_friction[c, SLIDING_LAW])(
+        part_of(tables.p, C.joint_friction_p[c, SLIDING_P], C.joint_friction_p[c, SLIDING_P_END]),
         h,
         slip,
         N,
-        part_of(z, C.grip_z[c, BEGIN], C.grip_z[c, END]),
-        part_of(z_new, C.grip_z[c, BEGIN], C.grip_z[c, END]),
+        part_of(z, C.joint_friction_z[c, BEGIN], C.joint_friction_z[c, END]),
+        part_of(z_new, C.joint_friction_z[c, BEGIN], C.joint_friction_z[c, END]),
     )
     return T
 
 
 @compiled
-def add_grip_history(tables, address, c, h, z, T, work):
-    """The same for friction in joint c, whose grip is in work.grip_out."""
+def add_joint_friction_history(tables, address, c, h, z, T, work):
+    """Add the effect of the histories of friction in joint c to T.F and T.z1."""
     C = tables.constraints
-    begin, end, slip, N = C.grip_z[c, BEGIN], C.grip_z[c, END], work.grip[c, GRIP_SLIP], work.grip_out[LOAD]
+    begin, end = C.joint_friction_z[c, BEGIN], C.joint_friction_z[c, END]
+    slip, N = work.joint_friction[c, JOINT_SLIP], work.joint_friction_out[LOAD]
     for i in range(begin, end):
-        if not changes(T.z, i):
+        if not has_difference(T.z, i):
             continue
-        eps = nudge(z[i], h * slip, LEAST)
+        eps = difference_step(z[i], h * slip, LEAST_DIFFERENCE)
         T.zs[i] = z[i] + eps
-        more = _joint_friction(tables, address, c, h, slip, N, T.zs, work.z_new)
-        _keep(begin, end, work)
+        more = _joint_friction_force(tables, address, c, h, slip, N, T.zs, work.z_new)
+        _store_upper_side(begin, end, work)
         T.zs[i] = z[i] - eps
-        less = _joint_friction(tables, address, c, h, slip, N, T.zs, work.z_new)
+        less = _joint_friction_force(tables, address, c, h, slip, N, T.zs, work.z_new)
         T.zs[i] = z[i]
-        _spread(begin, end, eps, i, T, work)
+        _add_history_difference(begin, end, eps, i, T, work)
         for j in range(T.z.shape[0]):
             force = (more - less) * T.z[j, i] / (2.0 * eps)
             for l in range(6):
-                T.F[j, C.dofs[C.dof[c] + l]] += T.grip[c, l] * force
+                T.F[j, C.dofs[C.dof[c] + l]] += T.slip_direction[c, l] * force
 
 
 @compiled
-def follow_contact(tables, address, c, h, v, z, T, work):
-    """The rest of T.z1 for contact c, from the differences T.q, T.v at the end of the step."""
+def advance_contact_history(tables, address, c, h, v, z, T, work):
+    """Complete T.z1 for contact c by the differences T.q, T.v at the end of the step."""
     K, out = tables.contacts, work.contact[c]
     first, begin, middle, end = K.z[c, COMMON_Z], K.z[c, NORMAL_Z], K.z[c, FRICTION_Z], K.z[c, Z_END]
-    _find_changes(K, c, v, T, work)
+    _contact_differences(K, c, v, T, work)
     if middle > begin:
-        _follow_normal(tables, address, c, h, out[GAP], out[GAP_RATE], z, T, work)
+        _advance_normal(tables, address, c, h, out[GAP], out[GAP_RATE], z, T, work)
     if end > middle:
-        _follow_friction(tables, address, c, h, out[SLIP], out[NORMAL_FORCE], z, T, work)
+        _advance_friction(tables, address, c, h, out[SLIP], out[NORMAL_FORCE], z, T, work)
     closing = z[first + PHASE] == 0.0 and out[GAP] <= 0.0 < z[first + LAST_GAP] and h > 0.0
     for j in range(T.z.shape[0]):
         own = T.own[j]
         later = T.z[j, first + ONSET_TIME]
         if closing:
-            later = _onset_later(h, first, out[GAP], out[GAP_RATE], z, T.z[j], own)
+            later = _onset_delay(h, first, out[GAP], out[GAP_RATE], z, T.z[j], own)
         T.z1[j, first + PHASE], T.z1[j, first + ONSET_TIME] = 0.0, later
         T.z1[j, first + LAST_GAP], T.z1[j, first + LAST_GAP_RATE] = own[OF_GAP], own[OF_RATE]
         T.z1[j, first + LAST_FORCE] = own[OF_NORMAL]
 
 
 @compiled
-def _find_changes(K, c, v, T, work):
-    """T.own (k, 4) : changes of gap, gap rate, slip and normal force of contact c."""
+def _contact_differences(K, c, v, T, work):
+    """Set T.own (k, 4): differences of gap, gap rate, slip and normal force of contact c."""
     out, slopes, S, by = work.contact[c], work.slopes[c], work.contact_scratch, T.local
     dofs = part_of(K.dofs, 6 * c, 6 * c + 6)
     jacobians(out, S)
     for i in range(6):
         work.vl[i] = v[dofs[i]]
-    _curve(out, work.vl, by)
+    _rate_derivatives(out, work.vl, by)
     for j in range(T.q.shape[0]):
         gap, rate, slip = 0.0, 0.0, 0.0
         for i in range(6):
@@ -247,8 +248,8 @@ def _find_changes(K, c, v, T, work):
 
 
 @compiled
-def _curve(out, v, by):
-    """Rows NORMAL and TANGENTIAL of `by`: derivatives of gap rate J_n v and slip J_t v by the six coordinates."""
+def _rate_derivatives(out, v, by):
+    """Set rows NORMAL and TANGENTIAL of `by`: derivatives of J_n v and J_t v by the six coordinates."""
     nx, ny = out[NORMAL_X], out[NORMAL_Y]
     ax, ay, bx, by_ = out[ARM1_X], out[ARM1_Y], out[ARM2_X], out[ARM2_Y]
     for j in range(6):
@@ -261,8 +262,8 @@ def _curve(out, v, by):
 
 
 @compiled
-def _add(begin, end, which, eps, T, work):
-    """Add what a change of gap, rate, slip or force (`which`), moved by eps to both sides, does to T.z1."""
+def _add_difference(begin, end, which, eps, T, work):
+    """Add the effect of gap, gap rate, slip or force (`which`) to T.z1, from histories at plus and minus eps."""
     for j in range(T.z.shape[0]):
         part = T.own[j, which] / (2.0 * eps)
         for l in range(begin, end):
@@ -270,39 +271,42 @@ def _add(begin, end, which, eps, T, work):
 
 
 @compiled
-def _follow_normal(tables, address, c, h, gap, rate, z, T, work):
-    """History of the normal law by gap and gap rate."""
+def _advance_normal(tables, address, c, h, gap, rate, z, T, work):
+    """Add the effect of gap and gap rate to the history of a normal law."""
     begin, end = tables.contacts.z[c, NORMAL_Z], tables.contacts.z[c, FRICTION_Z]
-    of_gap, of_rate = nudge(gap, gap, 0.0), nudge(rate, z[tables.contacts.z[c, COMMON_Z] + LAST_GAP_RATE], 0.0)
+    of_gap, of_rate = (
+        difference_step(gap, gap, 0.0),
+        difference_step(rate, z[tables.contacts.z[c, COMMON_Z] + LAST_GAP_RATE], 0.0),
+    )
     call_normal(tables, address, c, h, gap + of_gap, rate, z, work.z_new)
-    _keep(begin, end, work)
+    _store_upper_side(begin, end, work)
     call_normal(tables, address, c, h, gap - of_gap, rate, z, work.z_new)
-    _add(begin, end, OF_GAP, of_gap, T, work)
+    _add_difference(begin, end, OF_GAP, of_gap, T, work)
     call_normal(tables, address, c, h, gap, rate + of_rate, z, work.z_new)
-    _keep(begin, end, work)
+    _store_upper_side(begin, end, work)
     call_normal(tables, address, c, h, gap, rate - of_rate, z, work.z_new)
-    _add(begin, end, OF_RATE, of_rate, T, work)
+    _add_difference(begin, end, OF_RATE, of_rate, T, work)
 
 
 @compiled
-def _follow_friction(tables, address, c, h, slip, N, z, T, work):
-    """History of the friction law by slip and normal force."""
+def _advance_friction(tables, address, c, h, slip, N, z, T, work):
+    """Add the effect of slip and normal force to the history of a friction law."""
     begin, end = tables.contacts.z[c, FRICTION_Z], tables.contacts.z[c, Z_END]
-    of_slip, of_N = nudge(slip, slip, LEAST), PART * N
+    of_slip, of_N = difference_step(slip, slip, LEAST_DIFFERENCE), RELATIVE_DIFFERENCE * N
     call_friction(tables, address, c, h, slip + of_slip, N, z, work.z_new)
-    _keep(begin, end, work)
+    _store_upper_side(begin, end, work)
     call_friction(tables, address, c, h, slip - of_slip, N, z, work.z_new)
-    _add(begin, end, OF_SLIP, of_slip, T, work)
+    _add_difference(begin, end, OF_SLIP, of_slip, T, work)
     if N > 0.0:
         call_friction(tables, address, c, h, slip, N + of_N, z, work.z_new)
-        _keep(begin, end, work)
+        _store_upper_side(begin, end, work)
         call_friction(tables, address, c, h, slip, N - of_N, z, work.z_new)
-        _add(begin, end, OF_NORMAL, of_N, T, work)
+        _add_difference(begin, end, OF_NORMAL, of_N, T, work)
 
 
 @compiled
-def _onset_later(h, first, gap, rate, z, dz, own):
-    """How much later a contact began whose gap fell through zero in this step: the root of the cubic of `crossing`."""
+def _onset_delay(h, first, gap, rate, z, dz, own):
+    """Difference of the onset time of a contact in this step [s], by the root of the cubic of `crossing`."""
     gap0, rate0 = z[first + LAST_GAP], z[first + LAST_GAP_RATE]
     s = crossing(h, gap0, rate0, gap, rate)
     _, slope = cubic(s, h, gap0, rate0, gap, rate)
@@ -316,10 +320,11 @@ def _onset_later(h, first, gap, rate, z, dz, own):
 
 
 @compiled
-def follow_grip(tables, address, c, h, v, z, T, work):
-    """The rest of T.z1 for friction in joint c, from the differences T.q, T.v, T.u; its grip is in work.grip_curve."""
-    C, out, H, n_q = tables.constraints, work.grip_out, work.grip_curve, tables.sizes.n_q
-    begin, end, slip, N = C.grip_z[c, BEGIN], C.grip_z[c, END], work.grip[c, GRIP_SLIP], work.grip_out[LOAD]
+def advance_joint_friction_history(tables, address, c, h, v, z, T, work):
+    """Complete T.z1 for friction in joint c by the differences T.q, T.v, T.u at the end of the step."""
+    C, out, H, n_q = tables.constraints, work.joint_friction_out, work.joint_friction_curve, tables.sizes.n_q
+    begin, end = C.joint_friction_z[c, BEGIN], C.joint_friction_z[c, END]
+    slip, N = work.joint_friction[c, JOINT_SLIP], work.joint_friction_out[LOAD]
     dofs, rows = part_of(C.dofs, C.dof[c], C.dof[c + 1]), C.row[c + 1] - C.row[c]
     for j in range(T.q.shape[0]):
         of_slip, of_N = 0.0, 0.0
@@ -330,38 +335,42 @@ def follow_grip(tables, address, c, h, v, z, T, work):
         for i in range(rows):
             of_N += out[LOAD_BY_LAM + i] * T.u[j, n_q + C.row[c] + i]
         T.own[j, OF_SLIP], T.own[j, OF_NORMAL] = of_slip, of_N
-    of_slip, of_N = nudge(slip, slip, LEAST), PART * N
-    _joint_friction(tables, address, c, h, slip + of_slip, N, z, work.z_new)
-    _keep(begin, end, work)
-    _joint_friction(tables, address, c, h, slip - of_slip, N, z, work.z_new)
-    _add(begin, end, OF_SLIP, of_slip, T, work)
+    of_slip, of_N = difference_step(slip, slip, LEAST_DIFFERENCE), RELATIVE_DIFFERENCE * N
+    _joint_friction_force(tables, address, c, h, slip + of_slip, N, z, work.z_new)
+    _store_upper_side(begin, end, work)
+    _joint_friction_force(tables, address, c, h, slip - of_slip, N, z, work.z_new)
+    _add_difference(begin, end, OF_SLIP, of_slip, T, work)
     if N > 0.0:
-        _joint_friction(tables, address, c, h, slip, N + of_N, z, work.z_new)
-        _keep(begin, end, work)
-        _joint_friction(tables, address, c, h, slip, N - of_N, z, work.z_new)
-        _add(begin, end, OF_NORMAL, of_N, T, work)
+        _joint_friction_force(tables, address, c, h, slip, N + of_N, z, work.z_new)
+        _store_upper_side(begin, end, work)
+        _joint_friction_force(tables, address, c, h, slip, N - of_N, z, work.z_new)
+        _add_difference(begin, end, OF_NORMAL, of_N, T, work)
 
 
 @compiled
-def follow_element(tables, address, e, t, h, q, v, a, z, T, work):
-    """The rest of T.z1 for element e, from the differences T.q, T.v, T.a: its nodes are moved along them."""
+def advance_element_history(tables, address, e, t, h, q, v, a, z, T, work):
+    """Complete T.z1 for element e by differences of its state along T.q, T.v, T.a."""
     E = tables.elements
     n, begin, end = E.dof[e + 1] - E.dof[e], E.z[e, BEGIN], E.z[e, END]
     gather_state(E, e, n, q, v, a, work)
     fast = 0.0
     for i in range(n):
         fast = max(fast, abs(work.vl[i]))
-    reach = max(MOTION * h * fast, AWAY)
+    reach = max(NODE_DIFFERENCE * h * fast, LEAST_NODE_DIFFERENCE)
     for j in range(T.q.shape[0]):
         far, quick, strong = _sizes(E, e, n, j, T)
-        most = max(far / reach, quick / max(MOTION * fast, AWAY), h * strong / max(MOTION * fast, AWAY))
+        most = max(
+            far / reach,
+            quick / max(NODE_DIFFERENCE * fast, LEAST_NODE_DIFFERENCE),
+            h * strong / max(NODE_DIFFERENCE * fast, LEAST_NODE_DIFFERENCE),
+        )
         if most == 0.0:
             continue
         _move_element(E, e, n, 1.0 / most, j, q, v, a, T, work)
-        _force_alone(tables, address, e, n, t, h, z, work)
-        _keep(begin, end, work)
+        _element_force(tables, address, e, n, t, h, z, work)
+        _store_upper_side(begin, end, work)
         _move_element(E, e, n, -1.0 / most, j, q, v, a, T, work)
-        _force_alone(tables, address, e, n, t, h, z, work)
+        _element_force(tables, address, e, n, t, h, z, work)
         for l in range(begin, end):
             T.z1[j, l] += (work.z_between[l] - work.z_new[l]) * 0.5 * most
 
@@ -378,7 +387,7 @@ def _sizes(E, e, n, j, T):
 
 @compiled
 def _move_element(E, e, n, eps, j, q, v, a, T, work):
-    """Gather the state of element e, moved by eps times difference j."""
+    """Gather the state of element e plus eps times difference j."""
     for i in range(n):
         dof = E.dofs[E.dof[e] + i]
         work.ql[i], work.vl[i] = q[dof] + eps * T.q[j, dof], v[dof] + eps * T.v[j, dof]

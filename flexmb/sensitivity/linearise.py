@@ -1,30 +1,30 @@
-"""Derivatives of all forces at a state, times small differences of it: what the tangent of a step asks of the model.
+"""Linearised forces at a state, times small differences of the state, for the tangent of a step.
 
-With dv = X + kv u and da = Y + ka u of unknown differences u of positions, the change of the forces is
+With dv = X + kv u and da = Y + ka u for unknown differences u of positions, the forces change by
     A u + C X + M Y + (dr/dz) dz,   A = K + kv C + ka M.
-`linearise` makes A and the rest in one pass over the pieces.  Derivatives of matrices come from the kernels, so stiff
-elements lose no digits; what no kernel gives, those by histories, are central differences of one law or element alone.
+`linearise` evaluates all terms in one pass over elements, contacts and constraints.  Matrices come from the kernels, so
+that stiff elements lose no digits; derivatives by histories are central differences of single laws or elements.
 """
 
 from flexmb.compiled.pieces import whole
 from flexmb.compiled.records import Matrix, Record, Vector
-from flexmb.kernels import compiled, constraint_at, copy, grip_at, matrix_view, part_of
+from flexmb.kernels import compiled, constraint_at, copy, joint_friction_at, matrix_view, part_of
 from flexmb.places import NORMAL, SLIDING, TANGENTIAL
 from flexmb.program.program import Program
-from flexmb.program.tables import BEGIN, END, GRIP_LAW, GRIP_P, GRIP_P_END
+from flexmb.program.tables import BEGIN, END, LOAD_KERNEL, LOAD_P, LOAD_P_END
 from flexmb.sensitivity.histories import (
     FIRST,
     add_contact_history,
     add_element_history,
-    add_grip_history,
-    follow_contact,
-    follow_element,
-    follow_grip,
+    add_joint_friction_history,
+    advance_contact_history,
+    advance_element_history,
+    advance_joint_friction_history,
 )
 from flexmb.system.constraints import add_constraints
 from flexmb.system.contacts import add_contacts, jacobians
-from flexmb.system.elements import add_elements, call_element, call_tangent, factor_of, gather_state
-from flexmb.system.work import GRIP_BY_SLIP, N_BY_RATE, T_BY_N, T_BY_SLIP
+from flexmb.system.elements import add_elements, call_element, call_tangent, gather_state, load_factor
+from flexmb.system.work import JOINT_T_BY_SLIP, N_BY_RATE, T_BY_N, T_BY_SLIP
 
 SPEED, ACCELERATION = range(2)
 """Rows of `Tangents.moving`: G v, and G a + W v."""
@@ -32,44 +32,42 @@ SPEED, ACCELERATION = range(2)
 RESIDUAL, RATE, RIGHT_SIDE = range(3)
 """Rows of `Tangents.g`: g, g_t and gamma of constraint kernels."""
 
-IN_TIME = 0.01
-"""How far the time is moved for the derivative of loads in time, as a part of the step."""
+TIME_DIFFERENCE = 0.01
+"""Time difference for the derivative of loads by time, over the step size."""
 
-TURNED = 1e-5
-"""How far the mechanism moves, as an angle or a part of its size, for the derivative of G along the motion."""
-
+POSE_DIFFERENCE = 1e-5
+"""Difference of the pose for dG/dt along the motion [rad, or relative to the size of the mechanism]."""
 
 apart = whole(error_model="numpy", _nrt=False)
-"""`compiled` without inlining, for what is long and called from several places."""
+"""Decorator `compiled` without inlining, for long functions with several callers."""
 
 
 class CarriedStep(Record):
-    """Of the step that is carried through.
+    """Times of the step that differences are carried through.
 
-    began : where it began [s];  before : the step before it [s], 0: it was a first step
-    last : the last step [s], 0: a first step follows
+    start : start of the step [s];  before : size of the step before [s], 0: this was a first step
+    last : size of this step [s], 0: a first step follows
     """
 
-    began: float
+    start: float
     before: float
     last: float
 
 
 class Tangents(Record):
-    """k differences of a state, and what carries them along; k rows, one after the other, zeros for the ground.
+    """Differences of k neighbouring states, with the arrays that carry them through a step; one row per difference.
 
-    q, v, a, x, z : (k, n_q + 3), z (k, n_z) the differences themselves;  z1 : those of the histories to come
-    X, Y, R : (k, n_q + 3) velocities, accelerations and auxiliary accelerations where positions stay
+    q, v, a, x, z : (k, n_q + 3), z (k, n_z) differences of the state;  z1 : of the histories at the end of the step
+    X, Y, R : (k, n_q + 3) differences of velocities, accelerations, auxiliary accelerations at unchanged positions
     F : (k, n_q + 3) - (C X + M Y + (dr/dz) dz);  u : (k, n_q + n_c) differences of positions and multipliers
-    N, T : (k, contacts) changes of normal and friction force by histories alone
+    N, T : (k, contacts) differences of normal and friction force by histories alone
     D : kv C + ka M of all elements, one after the other;  W : dG/dt, as `Work.G`
-    grip : (joints, 6) direction of the slip in joints with friction
+    joint_friction : (joints, 6) direction of the slip in joints with friction
     b, d, e, y, seen : (n_q + n_c,) vectors of the linear system;  r, f : (n_q + 3,) motions and forces
-    local : vectors of one piece;  own : (k, 4) changes of gap, gap rate, slip and normal force of one contact or joint
-    g : (3, n_c) what constraint kernels write beside G;  zs : (n_z,) histories that are tried
-    tau : (k,) by how much later each neighbour is looked at [s];  shift : (k,) what is added to it
-    q0, v0, a0, lam0, z0, clock, impacts : those of the flow before the step;  ap, zp : before the step before
-    last : (1,) size of the step before, 0 where there is none
+    local : vectors of one element or contact;  own : (k, 4) differences of gap, gap rate, slip and normal force
+    g : (3, n_c) outputs of constraint kernels beside G;  zs : (n_z,) varied histories
+    tau : (k,) time shift of each neighbour [s];  shift : (k,) increment of tau [s]
+    q0, v0, a0, lam0, z0, impacts : state before the step;  ap, zp : state before the step before
     rt : (n_q + 3,) rate of the forces in time at rest;  moving : (2, n_c) G v, and G a + W v
     """
 
@@ -88,7 +86,7 @@ class Tangents(Record):
     T: Matrix
     D: Vector
     W: Vector
-    grip: Matrix
+    joint_friction: Matrix
     b: Vector
     d: Vector
     e: Vector
@@ -116,7 +114,7 @@ class Tangents(Record):
 
 
 def new_tangents(program: Program, k: int) -> Tangents:
-    """Arrays for k differences of states of a program."""
+    """Arrays for k differences of states of a compiled mechanism."""
     tables, n, m = program.tables, program.n_q + 3, program.n_c
     n_z, n_k, n_g = tables.sizes.n_z, len(tables.contacts.kernel), len(tables.constraints.kernel)
     total = program.n_q + m
@@ -131,7 +129,7 @@ def new_tangents(program: Program, k: int) -> Tangents:
         u=(k, total),
         D=tables.elements.pos[-1],
         W=tables.constraints.pos_g[-1],
-        grip=(n_g, 6),
+        joint_friction=(n_g, 6),
         local=(2, mean),
         own=(k, 4),
         g=(3, m),
@@ -143,7 +141,7 @@ def new_tangents(program: Program, k: int) -> Tangents:
 
 @apart
 def linearise(tables, address, t, h, q, v, a, lam, z, kv, ka, T, work):
-    """Put [[A, G^T], [G, 0]] into work.lu and T.F = -(C X + M Y + (dr/dz) dz); begin T.z1 with what T.z does to it.
+    """Fill work.lu with [[A, G^T], [G, 0]], T.F with -(C X + M Y + (dr/dz) dz), and T.z1 with the effect of T.z on it.
 
     q, v, a : (n_q + 3,); z : history a time h before.  Friction in joints is in A and beside G^T as in `evaluate`.
     """
@@ -161,36 +159,36 @@ def linearise(tables, address, t, h, q, v, a, lam, z, kv, ka, T, work):
     for c in range(tables.contacts.kernel.shape[0]):
         add_contact_history(tables, address, c, h, z, T, work)
     for c in range(tables.constraints.kernel.shape[0]):
-        if tables.constraints.grip[c, GRIP_LAW] >= 0:
-            _find_grip(tables, address, c, q, lam, T, work)
-            add_grip_history(tables, address, c, h, z, T, work)
+        if tables.constraints.joint_friction[c, LOAD_KERNEL] >= 0:
+            _find_slip_direction(tables, address, c, q, lam, T, work)
+            add_joint_friction_history(tables, address, c, h, z, T, work)
     for j in range(T.q.shape[0]):
         subtract_damping(tables, 1.0, T.X[j], T.F[j], T, work)
 
 
 @compiled
 def _add_elements(tables, address, t, h, q, v, a, z, kv, ka, T, work):
-    """A of all elements into work.lu, kv C + ka M into T.D, their part of T.F."""
+    """Add A of all elements to work.lu and their terms to T.F; store kv C + ka M in T.D."""
     E = tables.elements
     for e in range(E.p.shape[0]):
         n = E.dof[e + 1] - E.dof[e]
         gather_state(E, e, n, q, v, a, work)
-        s = factor_of(tables, address, e, t)
+        s = load_factor(tables, address, e, t)
         D, positions = part_of(T.D, E.pos[e], E.pos[e + 1]), part_of(E.positions, E.pos[e], E.pos[e + 1])
         if E.kernel[e] >= 0:
             call_element(tables, address, e, n, t, h, z, work)
-            _take(E, e, n, s, work.Cl, T.X, T.F)
-            _take(E, e, n, s, work.Ml, T.Y, T.F)
+            _subtract_product(E, e, n, s, work.Cl, T.X, T.F)
+            _subtract_product(E, e, n, s, work.Ml, T.Y, T.F)
             for i in range(n * n):
                 D[i] = s * (kv * work.Cl[i] + ka * work.Ml[i])
                 work.lu[positions[i]] += s * work.Kl[i] + D[i]
         else:
             call_tangent(tables, address, e, n, t, h, z, 0.0, 1.0, 0.0, work)
-            _take(E, e, n, s, work.Kl, T.X, T.F)
+            _subtract_product(E, e, n, s, work.Kl, T.X, T.F)
             for i in range(n * n):
                 D[i] = s * kv * work.Kl[i]
             call_tangent(tables, address, e, n, t, h, z, 0.0, 0.0, 1.0, work)
-            _take(E, e, n, s, work.Kl, T.Y, T.F)
+            _subtract_product(E, e, n, s, work.Kl, T.Y, T.F)
             for i in range(n * n):
                 D[i] += s * ka * work.Kl[i]
             call_tangent(tables, address, e, n, t, h, z, 1.0, 0.0, 0.0, work)
@@ -201,7 +199,7 @@ def _add_elements(tables, address, t, h, q, v, a, z, kv, ka, T, work):
 
 
 @compiled
-def _take(E, e, n, s, A, X, F):
+def _subtract_product(E, e, n, s, A, X, F):
     """F -= s A X for all differences; A : matrix of element e."""
     dofs = part_of(E.dofs, E.dof[e], E.dof[e + 1])
     for j in range(X.shape[0]):
@@ -213,29 +211,29 @@ def _take(E, e, n, s, A, X, F):
 
 
 @compiled
-def _find_grip(tables, address, c, q, lam, T, work):
-    """Direction of the slip in joint c, into T.grip; loads and their derivatives into work.grip_out and grip_curve."""
+def _find_slip_direction(tables, address, c, q, lam, T, work):
+    """Evaluate the joint-friction kernel of joint c; store the direction of its slip in T.slip_direction."""
     C = tables.constraints
     n = C.dof[c + 1] - C.dof[c]
-    out, H = work.grip_out, work.grip_curve
+    out, H = work.joint_friction_out, work.joint_friction_curve
     out[:] = 0.0
     H[:, :] = 0.0
     for i in range(n):
         work.ql[i] = q[C.dofs[C.dof[c] + i]]
-    grip_at(address.grip, C.grip[c, GRIP_LAW])(
-        part_of(tables.p, C.grip_p[c, GRIP_P], C.grip_p[c, GRIP_P_END]),
+    joint_friction_at(address.joint_friction, C.joint_friction[c, LOAD_KERNEL])(
+        part_of(tables.p, C.joint_friction_p[c, LOAD_P], C.joint_friction_p[c, LOAD_P_END]),
         part_of(work.ql, 0, n),
         part_of(lam, C.row[c], C.row[c + 1]),
         out,
         H,
     )
     for i in range(6):
-        T.grip[c, i] = out[SLIDING + i]
+        T.slip_direction[c, i] = out[SLIDING + i]
 
 
 @compiled
 def subtract_damping(tables, factor, x, F, T, work):
-    """F -= factor C x, with the C of contacts and of friction in joints at the state of the last `linearise`."""
+    """F -= factor C x, with C of contacts and of friction in joints at the state of the last `linearise`."""
     K, C, S = tables.contacts, tables.constraints, work.contact_scratch
     for c in range(K.kernel.shape[0]):
         slopes = work.slopes[c]
@@ -251,17 +249,17 @@ def subtract_damping(tables, factor, x, F, T, work):
         for i in range(6):
             F[dofs[i]] += S[NORMAL, i] * N + S[TANGENTIAL, i] * friction
     for c in range(C.kernel.shape[0]):
-        if C.grip[c, GRIP_LAW] >= 0:
+        if C.joint_friction[c, LOAD_KERNEL] >= 0:
             begin, slip = C.dof[c], 0.0
             for i in range(6):
-                slip += T.grip[c, i] * x[C.dofs[begin + i]]
-            friction = factor * work.slopes[K.kernel.shape[0] + c, GRIP_BY_SLIP] * slip
+                slip += T.slip_direction[c, i] * x[C.dofs[begin + i]]
+            friction = factor * work.slopes[K.kernel.shape[0] + c, JOINT_T_BY_SLIP] * slip
             for i in range(6):
-                F[C.dofs[begin + i]] += T.grip[c, i] * friction
+                F[C.dofs[begin + i]] += T.slip_direction[c, i] * friction
 
 
 @compiled
-def by_rates(tables, kv, x, T, work):
+def rate_forces(tables, kv, x, T, work):
     """T.f = (kv C + ka M) x with the matrices of the last `linearise`; x : (n_q + n_c,)."""
     E, F, n_q = tables.elements, T.f, tables.sizes.n_q
     F[:] = 0.0
@@ -281,26 +279,26 @@ def by_rates(tables, kv, x, T, work):
 
 
 @apart
-def follow_histories(tables, address, t, h, q, v, a, lam, z, T, work):
-    """T.z : differences of the histories at the end of a step, from T.z1 of `linearise`, T.q, T.v, T.a and T.u."""
+def advance_histories(tables, address, t, h, q, v, a, lam, z, T, work):
+    """Set T.z to the differences of histories at the end of a step, from T.z1, T.q, T.v, T.a and T.u."""
     for e in range(tables.elements.p.shape[0]):
         if tables.elements.z[e, END] > tables.elements.z[e, BEGIN]:
-            follow_element(tables, address, e, t, h, q, v, a, z, T, work)
+            advance_element_history(tables, address, e, t, h, q, v, a, z, T, work)
     for c in range(tables.contacts.kernel.shape[0]):
-        follow_contact(tables, address, c, h, v, z, T, work)
+        advance_contact_history(tables, address, c, h, v, z, T, work)
     for c in range(tables.constraints.kernel.shape[0]):
         C = tables.constraints
-        if C.grip[c, GRIP_LAW] >= 0 and C.grip_z[c, END] > C.grip_z[c, BEGIN]:
-            _find_grip(tables, address, c, q, lam, T, work)
-            follow_grip(tables, address, c, h, v, z, T, work)
+        if C.joint_friction[c, LOAD_KERNEL] >= 0 and C.joint_friction_z[c, END] > C.joint_friction_z[c, BEGIN]:
+            _find_slip_direction(tables, address, c, q, lam, T, work)
+            advance_joint_friction_history(tables, address, c, h, v, z, T, work)
     for j in range(T.z.shape[0]):
         copy(T.z1[j], T.z[j])
 
 
 @compiled
 def find_rates(tables, address, t, h, q, v, a, z, T, work):
-    """T.rt = dr/dt at a state that stands still; T.moving = G v and G a + W v, the rates of what drives ask for."""
-    eps, C = IN_TIME * h, tables.constraints
+    """Set T.rt = dr/dt at constant q, v, a, and T.moving = (G v, G a + W v), the rates of prescribed motions."""
+    eps, C = TIME_DIFFERENCE * h, tables.constraints
     copy(z, T.zs)
     for side in range(2):
         work.r[:] = 0.0
@@ -316,15 +314,15 @@ def find_rates(tables, address, t, h, q, v, a, z, T, work):
 
 
 @compiled
-def find_turning(tables, address, t, most, length, q, v, lam, T, work):
-    """T.W = dG/dt along the motion (q, v), by central differences; most : longest time away from t [s].
+def find_jacobian_rate(tables, address, t, most, length, q, v, lam, T, work):
+    """Set T.W = dG/dt along the motion (q, v), by central differences; most : largest time difference [s].
 
-    Since second derivatives commute it is d(G v + g_t)/dq, too.  length : size of the mechanism [m].
+    W is also d(G v + g_t)/dq, since second derivatives commute.  length : size of the mechanism [m].
     """
     fast = 0.0
     for i in range(0, tables.sizes.n_q, 3):
         fast = max(fast, max(abs(v[i]), abs(v[i + 1])) / length, abs(v[i + 2]))
-    eps = most if fast * most <= TURNED else TURNED / fast
+    eps = most if fast * most <= POSE_DIFFERENCE else POSE_DIFFERENCE / fast
     T.W[:] = 0.0
     if eps == 0.0:
         return

@@ -1,4 +1,4 @@
-"""A run that carries small differences of its state along."""
+"""Run of the Newmark family with small differences of its state."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ import numpy as np
 from flexmb.errors import SolveError
 from flexmb.program.program import Program
 from flexmb.run.run import Run
-from flexmb.sensitivity.linearise import TURNED, Tangents, follow_histories, linearise, new_tangents
-from flexmb.sensitivity.tangent_step import LOST, address_of_advance, advance_with
-from flexmb.start.projection import metric_of, nearest
+from flexmb.sensitivity.linearise import POSE_DIFFERENCE, Tangents, advance_histories, linearise, new_tangents
+from flexmb.sensitivity.tangent_step import TANGENT_LOST, address_of_advance, advance_with_tangents
+from flexmb.start.projection import metric_of, shortest_correction
 from flexmb.state.options import Options
 from flexmb.step.newmark.method import Newmark, NewmarkStepper
-from flexmb.system.at_state import System
+from flexmb.system.state_evaluation import StateEvaluation
 from flexmb.system.work import Work, workspace
 
-LINGERS = 0.51
-"""Newmark's gamma below which accelerations along the joints keep their errors: their factor is 1 - 1/gamma."""
+LEAST_FADING_GAMMA = 0.51
+"""Newmark's gamma up to which errors of accelerations along the constraints do not fade: factor 1 - 1/gamma a step."""
 
-MOVED = 1e-5
-"""How far states are moved for the derivative of what no kernel differentiates, as a part of the size, or an angle."""
+STATE_DIFFERENCE = 1e-5
+"""Difference of states for derivatives that no kernel gives [rad, or relative to the size of the mechanism]."""
 
 
 class CarryingStepper(NewmarkStepper):
-    """Steps of the Newmark family that carry small differences of the state along, where there are any.
+    """Steps of the Newmark family, with small differences of the state if `tangents` is set.
 
     Parameters
     ----------
@@ -39,30 +39,30 @@ class CarryingStepper(NewmarkStepper):
     def __init__(self, program: Program, method: Newmark) -> None:
         super().__init__(program, method)
         self.second = workspace(program)
-        self.lingers = method.constraints == "velocity" or method.gamma < LINGERS
+        self.keeps_errors = method.constraints == "velocity" or method.gamma < LEAST_FADING_GAMMA
 
     def advance(self, run: Run, options: Options, steps: int) -> int:
-        """Take at most `steps` steps: the code of the ending."""
+        """Take at most `steps` steps; RUNNING, or the code of the ending."""
         if self.tangents is None:
             return super().advance(run, options, steps)
         arguments = run.arguments(options)
         if self._address is None:
             self._address = address_of_advance(*arguments, 1)
-        return int(advance_with(self._address, *arguments, self.second, self.tangents, steps))
+        return int(advance_with_tangents(self._address, *arguments, self.second, self.tangents, steps))
 
     def explain(self, code: int) -> str | None:
-        """What the end of the tangents means."""
-        if code != LOST:
+        """Sentence on a lost tangent."""
+        if code != TANGENT_LOST:
             return super().explain(code)
         return "the tangent of a step has no finite solution; or the given differences are not finite"
 
 
 class CarryingRun(Run):
-    """A `Run` of the Newmark family whose differences of states, a matrix (size, k), go the same steps.
+    """Run of the Newmark family with differences of its state, a matrix (size, k).
 
     Rows are positions, velocities, histories, accelerations and auxiliary accelerations, as in `MechanismFlow`.
-    Differences off the manifold, or of accelerations alone, that do not fade as the steps go on (`lingers`) are taken
-    out at the start: they would outlive those that shrink, however small they are at first.
+    Differences that violate the constraints, or of accelerations alone, fade in most methods.  Where they do not
+    (`keeps_errors`), they are removed at the start, since they would outlive differences that shrink.
     """
 
     stepper: CarryingStepper
@@ -72,28 +72,28 @@ class CarryingRun(Run):
         self.stepper = CarryingStepper(program, method)
 
     def carry_to(self, end: float, W: np.ndarray) -> None:
-        """Run until `end` [s] and carry W (size, k) along, in place."""
-        self.stepper.tangents = T = taken_apart(self.program, W)
-        if self.stepper.lingers:
+        """Run until `end` [s], and carry the differences W (size, k) along, in place."""
+        self.stepper.tangents = T = unpack_differences(self.program, W)
+        if self.stepper.keeps_errors:
             kept = T.x - T.a
-            project(self.program, self.flow, float(self.flow.clock.size), T)
-            settle(self.program, self.flow, T, self.stepper.second, histories=False)
+            project_differences(self.program, self.flow, float(self.flow.clock.step_size), T)
+            complete_differences(self.program, self.flow, T, self.stepper.second, histories=False)
             T.x[:] = T.a + kept
-        self.go_to(end, saving=None)
-        self._look_again()
-        put_together(self.program, T, W)
+        self.run_to(end, saving=None)
+        self._synchronise()
+        pack_differences(self.program, T, W)
         self.stepper.tangents = None
 
     def on_manifold(self, W: np.ndarray) -> np.ndarray:
-        """Differences (size, k) that joints allow, near those of W; accelerations and histories follow."""
-        T, found = taken_apart(self.program, W), np.zeros(W.shape)
-        project(self.program, self.flow, float(self.flow.clock.size), T)
-        settle(self.program, self.flow, T, workspace(self.program), histories=True)
-        put_together(self.program, T, found)
+        """Differences (size, k) near W that satisfy the constraints, with accelerations and histories that follow."""
+        T, found = unpack_differences(self.program, W), np.zeros(W.shape)
+        project_differences(self.program, self.flow, float(self.flow.clock.step_size), T)
+        complete_differences(self.program, self.flow, T, workspace(self.program), histories=True)
+        pack_differences(self.program, T, found)
         return found
 
-    def _look_again(self) -> None:
-        """Bring all neighbours to the present time; what is wrong with them is noted as the end of the run."""
+    def _synchronise(self) -> None:
+        """Remove the time shifts of all neighbours; a failure ends the run with a note."""
         T = self.stepper.tangents
         if T is None or self.note:
             return
@@ -101,25 +101,25 @@ class CarryingRun(Run):
             self.note = "Stopped: the carried differences grew beyond all numbers; carry them for shorter times"
             return
         try:
-            look_again(self.program, self.flow, T, self.stepper.second)
+            synchronise(self.program, self.flow, T, self.stepper.second)
         except SolveError as error:
             self.note = f"Stopped: {str(error).rstrip('.')}"
 
-    def _jump(self, instant: float, interval: float) -> None:
+    def _cross_jump(self, instant: float, interval: float) -> None:
         T = self.stepper.tangents
         if T is not None:
-            self._look_again()
-        super()._jump(instant, interval)
+            self._synchronise()
+        super()._cross_jump(instant, interval)
         if T is not None and not self.note:
             T.step.last = 0.0
             try:
-                settle(self.program, self.flow, T, self.stepper.second, histories=False)
+                complete_differences(self.program, self.flow, T, self.stepper.second, histories=False)
             except SolveError as error:
                 self.note = f"Stopped: {str(error).rstrip('.')}"
 
 
-def taken_apart(program: Program, W: np.ndarray) -> Tangents:
-    """The differences W (size, k) in arrays of the compiled loop."""
+def unpack_differences(program: Program, W: np.ndarray) -> Tangents:
+    """The differences W (size, k) as arrays of the compiled loop."""
     n, n_z = program.n_q, program.tables.sizes.n_z
     T = new_tangents(program, W.shape[1])
     T.q[:, :n], T.v[:, :n], T.z[:] = W[:n].T, W[n : 2 * n].T, W[2 * n : 2 * n + n_z].T
@@ -127,26 +127,26 @@ def taken_apart(program: Program, W: np.ndarray) -> Tangents:
     return T
 
 
-def put_together(program: Program, T: Tangents, W: np.ndarray) -> None:
-    """W (size, k) from the arrays of the compiled loop."""
+def pack_differences(program: Program, T: Tangents, W: np.ndarray) -> None:
+    """Set W (size, k) from the arrays of the compiled loop."""
     n = program.n_q
     W[:] = np.concatenate([T.q[:, :n].T, T.v[:, :n].T, T.z.T, T.a[:, :n].T, T.x[:, :n].T])
 
 
-def project(program: Program, flow: Any, most: float, T: Tangents) -> None:
-    """Take out of T.q and T.v what joints forbid: G dq = 0, G dv + (dG/dt) dq = 0; `most` as in `find_turning`."""
+def project_differences(program: Program, flow: Any, most: float, T: Tangents) -> None:
+    """Project T.q and T.v onto G dq = 0, G dv + (dG/dt) dq = 0; `most` as in `find_jacobian_rate`."""
     n, t, metric = program.n_q, float(flow.clock.t), metric_of(program)
-    system, q, v = System(program), flow.q[:n], flow.v[:n]
+    system, q, v = StateEvaluation(program), flow.q[:n], flow.v[:n]
     G = system.at(q, t=t).jacobian
-    eps = min(most, TURNED / max(np.abs(v / np.where(metric == 1.0, program.length, 1.0)).max(), 1e-300))
+    eps = min(most, POSE_DIFFERENCE / max(np.abs(v / np.where(metric == 1.0, program.length, 1.0)).max(), 1e-300))
     turning = (system.at(q + eps * v, t=t + eps).jacobian - system.at(q - eps * v, t=t - eps).jacobian) / (2.0 * eps)
     for j in range(len(T.q)):
-        T.q[j, :n] += nearest(metric, G, -(G @ T.q[j, :n]))
-        T.v[j, :n] += nearest(metric, G, -(G @ T.v[j, :n] + turning @ T.q[j, :n]))
+        T.q[j, :n] += shortest_correction(metric, G, -(G @ T.q[j, :n]))
+        T.v[j, :n] += shortest_correction(metric, G, -(G @ T.v[j, :n] + turning @ T.q[j, :n]))
 
 
-def settle(program: Program, flow: Any, T: Tangents, work: Work, *, histories: bool) -> None:
-    """Accelerations that follow from T.q, T.v, T.z in the present state, for a first step; also `histories` if asked.
+def complete_differences(program: Program, flow: Any, T: Tangents, work: Work, *, histories: bool) -> None:
+    """Set the accelerations, and `histories`, that follow from T.q, T.v, T.z in the present state, for a first step.
 
     Raises
     ------
@@ -157,39 +157,41 @@ def settle(program: Program, flow: Any, T: Tangents, work: Work, *, histories: b
     now = (flow.q, flow.v, flow.a, flow.lam, flow.z)
     linearise(tables, program.addresses, t, 0.0, *now, 0.0, 1.0, T, work)
     state = [x[:n] for x in now[:3]]
-    system, whole = System(program), {"lam": flow.lam, "z": flow.z}
+    system, whole = StateEvaluation(program), {"lam": flow.lam, "z": flow.z}
     K = system.at(*state, **whole, t=t, weights=(1.0, 0.0, 0.0)).block()
     C = system.at(*state, **whole, t=t, weights=(0.0, 1.0, 0.0)).block()
     b = np.zeros((len(T.q), n + program.n_c))
     b[:, :n] = T.F[:, :n] - (K @ T.q[:, :n].T).T - (C @ T.v[:, :n].T).T
     for j in range(len(T.q)):
-        b[j, n:] = -_change_of_gaps(program, system, state, t, (T.q[j, :n], T.v[j, :n]))
+        b[j, n:] = -_acceleration_gap_difference(program, system, state, t, (T.q[j, :n], T.v[j, :n]))
     system.at(*state[:2], **whole, t=t, weights=(0.0, 0.0, 1.0))
     for j in range(len(T.q)):
         T.u[j] = system.solve(b[j], f"Tangent of the accelerations of {program.name!r} at t = {t:.6g} s")
         T.a[j, :n] = T.u[j, :n]
     T.x[:] = T.a
     if histories:
-        follow_histories(tables, program.addresses, t, 0.0, *now, T, work)
+        advance_histories(tables, program.addresses, t, 0.0, *now, T, work)
 
 
-def _change_of_gaps(program: Program, system: System, state: Any, t: float, change: Any) -> np.ndarray:
-    """Change of G a - gamma (n_c,) by changes of q and v, with a held."""
+def _acceleration_gap_difference(
+    program: Program, system: StateEvaluation, state: Any, t: float, change: Any
+) -> np.ndarray:
+    """Difference of G a - gamma (n_c,) by differences of q and v, at constant a."""
     (q, v, a), (dq, dv) = state, change
     length = np.where(metric_of(program) == 1.0, program.length, 1.0)
     fast = max(float(np.abs(v / length).max()), 1.0)
     most = max(float(np.abs(dq / length).max()), float(np.abs(dv / length).max()) / fast)
     if program.n_c == 0 or most == 0.0:
         return np.zeros(program.n_c)
-    eps, sides = MOVED / most, []
+    eps, sides = STATE_DIFFERENCE / most, []
     for move in (eps, -eps):
         G = system.at(q + move * dq, v + move * dv, t=t).jacobian
         sides.append(G @ a - system.gamma)
     return np.asarray((sides[0] - sides[1]) / (2.0 * eps))
 
 
-def look_again(program: Program, flow: Any, T: Tangents, work: Work) -> None:
-    """Look at all neighbours at the time of the present state, not later by T.tau as since the last impact."""
+def synchronise(program: Program, flow: Any, T: Tangents, work: Work) -> None:
+    """Remove the time shifts T.tau, which neighbours have since the last impact."""
     if not T.tau.any():
         return
     n, later = program.n_q, -T.tau[:, None]
@@ -199,5 +201,5 @@ def look_again(program: Program, flow: Any, T: Tangents, work: Work) -> None:
     if T.step.last > 0.0:
         T.z[:] += later / T.step.last * (flow.z - T.zp)
     T.tau[:] = 0.0
-    settle(program, flow, T, work, histories=True)
+    complete_differences(program, flow, T, work, histories=True)
     T.x[:] = T.a + kept

@@ -1,1 +1,1 @@
-"""Start values: closed loops, and positions, velocities, accelerations and multipliers that agree."""
+"""Start values: closed loops; consistent positions, velocities, accelerations and multipliers."""

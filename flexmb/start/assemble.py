@@ -1,4 +1,4 @@
-"""Closing of loops: a pose in which every joint is closed, at given positions of the drives."""
+"""Closing of loops: poses with all joints closed, at given positions of the drives."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
 from flexmb.start.rigid_motion import RigidMotion
-from flexmb.system.at_state import System
+from flexmb.system.state_evaluation import StateEvaluation
 from flexmb.system.work import MOTION
 
-CLOSED = 1e-12
+CLOSED_GAP = 1e-12
 """Gap of a closed joint relative to the size of the mechanism."""
 
-STRIDE = 0.1
-"""Largest change of a drive between two intermediate poses [rad, or part of the mechanism's size]."""
+DRIVE_STRIDE = 0.1
+"""Largest change of a drive between two poses [rad, or relative to the size of the mechanism]."""
 
-ITERATIONS = 60
+MOST_ITERATIONS = 60
 
-LARGE = 400_000
-"""Entries of the matrix of all joints and bodies from which on the least movement is sought by sparse factors."""
+SPARSE_ENTRIES = 400_000
+"""Number of entries of the constraint matrix above which the least movement is computed by sparse factors."""
 
 
 @dataclass(frozen=True)
@@ -53,15 +53,15 @@ class Pose:
 
 
 def assemble(mechanism: Mechanism, drives: Mapping[str, float] | None = None) -> Pose:
-    """Close all joints, clearance joints as ideal ones and flexible bodies as rigid ones, from the drawn pose.
+    """Close all joints from the reference configuration, with ideal joints for contacts and rigid bodies.
 
-    The drives are moved from the drawn pose to their positions in small strides, so the branch of every loop is the
-    drawn one.
+    The drives move from the reference configuration to their positions in small strides, so that every loop keeps its
+    branch.
 
     Parameters
     ----------
     mechanism : the mechanism.
-    drives : position of each drive, counted from the drawn pose [rad, m]; left out: that of its motion at t = 0.
+    drives : position of each drive from the reference configuration [rad, m]; default: its motion at t = 0.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def assemble(mechanism: Mechanism, drives: Mapping[str, float] | None = None) ->
 
 
 def drive_rows(program: Program) -> dict[str, int]:
-    """Number of the constraint row of each drive, or driven coordinate of a clamp."""
+    """Number of the constraint equation of each drive, or driven coordinate of a clamp."""
     driven = np.flatnonzero(program.tables.constraints.motion >= 0)
     return dict(zip(program.drives, map(int, driven), strict=True))
 
@@ -86,9 +86,9 @@ def drive_rows(program: Program) -> dict[str, int]:
 def close_loops(
     program: Program, target: Mapping[str, float], start: np.ndarray | None = None, t: float = 0.0
 ) -> tuple[np.ndarray, float]:
-    """Closed pose of a closed program from a start pose, and its largest gap.  `target` replaces motions by values."""
-    system, rigid = System(program), RigidMotion(program)
-    q = np.array(program.drawn.q if start is None else start)
+    """Closed pose and its largest gap, from a start pose; `target`: positions of drives in place of their motions."""
+    system, rigid = StateEvaluation(program), RigidMotion(program)
+    q = np.array(program.reference.q if start is None else start)
     g = system.at(q, t=t).residual
     motion = dict(zip(program.drives, system.work.drive[program.tables.constraints.motion >= 0, MOTION], strict=True))
     rows = drive_rows(program)
@@ -99,7 +99,7 @@ def close_loops(
     ahead = np.zeros(program.n_c)
     driven = list(rows.values())
     ahead[driven] = (g + shift)[driven]
-    strides = max(1, int(np.ceil(np.abs(ahead).max(initial=0.0) / STRIDE)))
+    strides = max(1, int(np.ceil(np.abs(ahead).max(initial=0.0) / DRIVE_STRIDE)))
     gap = 0.0
     for k in range(1, strides + 1):
         q, gap = _newton(program, system, rigid, q, shift - ahead * (1.0 - k / strides), t)
@@ -107,12 +107,12 @@ def close_loops(
 
 
 def _newton(
-    program: Program, system: System, rigid: RigidMotion, q: np.ndarray, shift: np.ndarray, t: float
+    program: Program, system: StateEvaluation, rigid: RigidMotion, q: np.ndarray, shift: np.ndarray, t: float
 ) -> tuple[np.ndarray, float]:
-    """Least movement of the bodies that closes all rows g + shift = 0."""
-    wanted = CLOSED * program.length
+    """Solve g + shift = 0 by least movements of the bodies; return the pose and its largest gap."""
+    wanted = CLOSED_GAP * program.length
     gap, best = np.inf, np.inf
-    for _ in range(ITERATIONS):
+    for _ in range(MOST_ITERATIONS):
         system.at(q, t=t)
         g = system.residual + shift
         gap = float(np.abs(g).max()) if len(g) else 0.0
@@ -128,9 +128,9 @@ def _newton(
 
 
 def least_shift(A: Any, b: np.ndarray) -> np.ndarray:
-    """The least w that brings A w nearest to b; A plain, or sparse, as with hundreds of bodies."""
+    """The w of least norm that minimises |A w - b|; A plain, or sparse (hundreds of bodies)."""
     m, n = A.shape
-    if not isinstance(A, np.ndarray) and m * n > LARGE:
+    if not isinstance(A, np.ndarray) and m * n > SPARSE_ENTRIES:
         import scipy.sparse as sp
 
         found = bordered_solution(sp.eye_array(n), A, np.concatenate([np.zeros(n), b]))

@@ -18,21 +18,21 @@ from flexmb.program.program import Program
 from flexmb.start.assemble import close_loops
 from flexmb.start.redundant_joints import least_norm, redundant_rows
 from flexmb.start.rigid_motion import RigidMotion
-from flexmb.system.at_state import System
+from flexmb.system.state_evaluation import StateEvaluation
 
-ROUNDS = 30
-"""Newton iterations at most on multipliers that friction depends on."""
+MOST_ITERATIONS = 30
+"""Number of Newton iterations at most on multipliers that friction depends on."""
 
 
 @dataclass(frozen=True)
 class Start:
-    """A state that satisfies joints, their rates and the equations of motion at t = 0.
+    """Consistent start values, which satisfy constraints, their rates and the equations of motion.
 
     Parameters
     ----------
     q, v, a : (n_q,) positions, velocities, accelerations.
     lam : (n_c,) multipliers.
-    redundant : rows more than the joints need, where that was allowed.
+    redundant : number of redundant constraint equations.
     """
 
     q: np.ndarray
@@ -50,10 +50,10 @@ def consistent_start(
     Parameters
     ----------
     mechanism : the mechanism.
-    program : what it compiles to.
+    program : the compiled mechanism.
     t : time [s].
-    redundant : whether joints may repeat one another in every pose; the multipliers are then those of least norm.
-    closed : what the mechanism compiles to with `start=True`, where that is known.
+    redundant : whether joints may be redundant in every pose; the multipliers are then those of least norm.
+    closed : the mechanism compiled with `start=True`; None: compiled here.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def consistent_start(
     closed = compile_mechanism(mechanism, start=True) if closed is None else closed
     q, _ = close_loops(closed, {}, t=t)
     extra = redundant_rows(program, closed, q, t) if redundant else 0
-    system = System(program)
+    system = StateEvaluation(program)
     if extra == 0:
         check_independent(program, q, system)
     soft = {name.partition(".")[0] for name in program.names.contacts}
@@ -73,16 +73,16 @@ def consistent_start(
     return Start(q, v, a, lam, extra)
 
 
-def check_independent(program: Program, q: np.ndarray, system: System | None = None) -> None:
-    """Refuse joints that are not independent at q; says which, and whether the pose or the structure is to blame."""
-    found = row_rank((system or System(program)).at(q).blocks[1])
+def check_independent(program: Program, q: np.ndarray, system: StateEvaluation | None = None) -> None:
+    """Refuse redundant joints at q, with their names and whether the pose or the mechanism is the reason."""
+    found = row_rank((system or StateEvaluation(program)).at(q).blocks[1])
     if not found.redundant:
         return
     parts = sorted({program.names.rows[k].partition("[")[0] for k in found.redundant})
     shaken = np.array(q) + 0.05 * np.sin(1.0 + 7.3 * np.arange(len(q))) * np.where(
         program.tables.kind == 1, 1.0, program.length
     )
-    elsewhere = row_rank(System(program).at(shaken).blocks[1])
+    elsewhere = row_rank(StateEvaluation(program).at(shaken).blocks[1])
     listed = ", ".join(repr(p) for p in parts)
     if len(elsewhere.redundant) < len(found.redundant):
         raise AssemblyError(
@@ -99,20 +99,20 @@ def check_independent(program: Program, q: np.ndarray, system: System | None = N
 
 
 def rigid_velocities(
-    closed: Program, q: np.ndarray, t: float, soft: Container[str] = (), system: System | None = None
+    closed: Program, q: np.ndarray, t: float, soft: Container[str] = (), system: StateEvaluation | None = None
 ) -> np.ndarray:
-    """Velocities (n_q,) that the drives impose on rigid bodies, with least kinetic energy where they leave a choice.
+    """Velocities (n_q,) of rigid bodies by the drives, with least kinetic energy in all free motions.
 
-    Declared velocities hold exactly; `AssemblyError` when the joints forbid them.  Joints named in `soft` (those with
-    play) give way to declared velocities, so a journal can be thrown into its bearing.
-    v = B w + d, where B w are rigid motions and d is the part of declared fields that is none.
+    Declared velocities hold exactly; `AssemblyError` if joints forbid them.  Joints named in `soft` (with clearance)
+    yield to declared velocities, so that a journal can be thrown into its bearing.  v = B w + d, with rigid motions B w
+    and the remainder d of declared fields.
     """
-    system, rigid = system or System(closed), RigidMotion(closed)
+    system, rigid = system or StateEvaluation(closed), RigidMotion(closed)
     B = rigid.plain_basis(q)
     declared, d = declared_rows(closed, rigid, B)
     M, G = system.at(q, d, t=t, weights=(0.0, 0.0, 1.0)).blocks
     A = stacked(G @ B, B[declared])
-    b = np.concatenate([-system.velocity_residual, (closed.drawn.v - d)[declared]])
+    b = np.concatenate([-system.velocity_residual, (closed.reference.v - d)[declared]])
     owners = [row.partition("[")[0] for row in closed.names.rows]
     owners += [closed.names.coordinates[k] for k in declared]
     inertia = B.T @ M @ B
@@ -137,11 +137,11 @@ def rigid_velocities(
 
 
 def declared_rows(closed: Program, rigid: RigidMotion, B: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Coordinates whose velocities say what rigid motion was declared, and d (n_q,), the rest of declared fields.
+    """Coordinates that represent the declared rigid motions, and the remainder d (n_q,) of declared fields.
 
-    The rigid motion of a field is the one nearest to it, all nodes counted alike; with d beside it any other would do.
+    The rigid motion of a field is the nearest one, with equal weights of all nodes.
     """
-    v = np.asarray(closed.drawn.v)
+    v = np.asarray(closed.reference.v)
     declared = np.flatnonzero(~np.isnan(v))
     body = rigid.body[declared // 3]  # in order, as the coordinates are
     rows, d = [], np.zeros(len(v))
@@ -157,9 +157,9 @@ def declared_rows(closed: Program, rigid: RigidMotion, B: Any) -> tuple[np.ndarr
 
 
 def least_energy(inertia: Any, A: Any, b: np.ndarray) -> np.ndarray:
-    """The w of least energy w^T inertia w among those that minimise |A w - b|.
+    """The w of least energy w^T inertia w that minimises |A w - b|.
 
-    Where the rows of A are independent this is one linear system; otherwise a dense least-squares problem.
+    One linear system for independent rows of A; otherwise a dense least-squares problem.
     """
     n, m = A.shape[1], A.shape[0]
     if m <= n:
@@ -180,13 +180,13 @@ def accelerations(
     t: float,
     z: np.ndarray | None = None,
     *,
-    system: System | None = None,
+    system: StateEvaluation | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Accelerations (n_q,) and multipliers (n_c,): M a + G^T lam = -r(q, v, 0), G a = gamma.
 
-    `z` is the history (n_z,) at this state, None: that of the drawn pose; `system` one of the program, None: a new one.
+    z : history (n_z,) at this state, None: that at the start;  system : evaluation of the program, None: a new one
     """
-    system, lam = system or System(program), np.zeros(program.n_c)
+    system, lam = system or StateEvaluation(program), np.zeros(program.n_c)
     system.at(q, v, t=t, z=z, weights=(0.0, 0.0, 1.0))
     M, G = system.blocks
     sums = abs(M).sum(axis=1), abs(G).sum(axis=0)  # of sparse matrices these are matrices
@@ -196,7 +196,7 @@ def accelerations(
         raise SolveError(
             f"Mechanism {program.name!r}: coordinate {name!r} has no mass and no joint; give it some mass."
         )
-    for _ in range(ROUNDS if program.tables.sizes.gripped else 1):
+    for _ in range(MOST_ITERATIONS if program.tables.sizes.has_joint_friction else 1):
         b = np.concatenate([-system.force - system.constraint_force, system.gamma])
         x = system.solve(b, f"Accelerations of {program.name!r} at t = {t:.6g} s")
         lam = lam + x[program.n_q :]
@@ -208,7 +208,7 @@ def accelerations(
 
 def degrees_of_freedom(program: Program, q: np.ndarray) -> tuple[int, int]:
     """Degrees of freedom of the bodies taken as rigid, with and without the drives' rows."""
-    system, rigid = System(program).at(q), RigidMotion(program)
+    system, rigid = StateEvaluation(program).at(q), RigidMotion(program)
     A = system.blocks[1] @ rigid.plain_basis(q)
     joints = np.flatnonzero(program.tables.constraints.motion < 0)
     n = 3 * rigid.count

@@ -1,4 +1,4 @@
-"""A state brought back to where the joints allow it to be: the nearest positions and velocities."""
+"""Projection of a state onto the constraints: nearest positions and velocities."""
 
 from __future__ import annotations
 
@@ -9,47 +9,47 @@ import numpy as np
 from flexmb.errors import AssemblyError
 from flexmb.linalg.dense_or_sparse import bordered_solution, plain
 from flexmb.program.program import Program
-from flexmb.system.at_state import System
+from flexmb.system.state_evaluation import StateEvaluation
 
-TURN = 2.0 * np.pi
-ROUNDS = 30
-CLOSED = 1e-12
-"""Gap of closed joints, as a part of the size of the mechanism."""
+WHOLE_TURN = 2.0 * np.pi
+MOST_ITERATIONS = 30
+CLOSED_GAP = 1e-12
+"""Gap of a closed joint relative to the size of the mechanism."""
 
 
 def projected(program: Program, q: np.ndarray, v: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
-    """The positions and velocities (n_q,) nearest to q and v that joints and drives allow at time t.
+    """The positions and velocities (n_q,) nearest to q and v that satisfy all constraints at time t.
 
-    Whole turns of the drives are taken out first, so that a state of one period may stand at the start of another.
-    Angles count by the size of the mechanism.
+    Whole turns of the drives are removed first, so that a state of one period may be the start of another.  Angles
+    count by the size of the mechanism.
 
     Raises
     ------
     AssemblyError : no positions near q close the joints.
     """
-    system, metric = System(program), metric_of(program)
-    q = turned_back(program, system, np.array(q, dtype=np.float64), t)
-    for _ in range(ROUNDS):
+    system, metric = StateEvaluation(program), metric_of(program)
+    q = without_whole_turns(program, system, np.array(q, dtype=np.float64), t)
+    for _ in range(MOST_ITERATIONS):
         G = system.at(q, t=t).blocks[1]
         gap = system.residual
-        if np.abs(gap).max(initial=0.0) <= CLOSED * max(program.length, 1.0):
+        if np.abs(gap).max(initial=0.0) <= CLOSED_GAP * max(program.length, 1.0):
             break
-        q = q + nearest(metric, G, -gap)
+        q = q + shortest_correction(metric, G, -gap)
     else:
         worst = program.names.rows[int(np.abs(gap).argmax())]
         text = f"Mechanism {program.name!r}: the given state is too far from one that its joints allow"
         raise AssemblyError(f"{text}; {worst!r} stays open by {np.abs(gap).max():.3g}. Give a state nearer to it.")
     G = system.at(q, v, t=t).blocks[1]
-    return q, np.array(v) + nearest(metric, G, -system.velocity_residual)
+    return q, np.array(v) + shortest_correction(metric, G, -system.velocity_residual)
 
 
 def metric_of(program: Program) -> np.ndarray:
-    """Weights (n_q,) of squares of coordinates: 1, and the square of the mechanism's size for angles."""
+    """Weights (n_q,) of squared coordinates: 1; for angles the squared size of the mechanism [m^2]."""
     return np.where(np.asarray(program.tables.kind) == 1, program.length**2, 1.0)
 
 
-def nearest(metric: np.ndarray, G: Any, b: np.ndarray) -> np.ndarray:
-    """The shortest x (n,) in the metric with G x = b; of least squares where rows repeat one another."""
+def shortest_correction(metric: np.ndarray, G: Any, b: np.ndarray) -> np.ndarray:
+    """The shortest x (n,) in the metric with G x = b, in the sense of least squares for redundant rows."""
     if len(b) == 0:
         return np.zeros(len(metric))
     if isinstance(G, np.ndarray):
@@ -66,14 +66,14 @@ def nearest(metric: np.ndarray, G: Any, b: np.ndarray) -> np.ndarray:
     return np.asarray(root * np.linalg.lstsq(plain(G) * root, b, rcond=1e-11)[0])
 
 
-def turned_back(program: Program, system: System, q: np.ndarray, t: float) -> np.ndarray:
-    """q with bodies turned by whole turns, so that rows of angles alone are open by less than one."""
+def without_whole_turns(program: Program, system: StateEvaluation, q: np.ndarray, t: float) -> np.ndarray:
+    """q with bodies turned by whole turns, so that gaps of angles are less than a turn."""
     angles = np.asarray(program.tables.kind) == 1
     G = plain(system.at(q, t=t).blocks[1])
-    turns = np.round(system.residual / TURN)
+    turns = np.round(system.residual / WHOLE_TURN)
     rows = np.flatnonzero(np.abs(G[:, ~angles]).max(axis=1, initial=0.0) == 0.0)
     if not turns[rows].any():
         return q
-    shift = np.linalg.lstsq(G[rows][:, angles], -TURN * turns[rows], rcond=1e-11)[0]
-    q[angles] += TURN * np.round(shift / TURN)
+    shift = np.linalg.lstsq(G[rows][:, angles], -WHOLE_TURN * turns[rows], rcond=1e-11)[0]
+    q[angles] += WHOLE_TURN * np.round(shift / WHOLE_TURN)
     return q

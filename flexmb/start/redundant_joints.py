@@ -1,4 +1,4 @@
-"""Joints that repeat one another in every pose: how many rows are too many, and the multipliers of least norm."""
+"""Joints that are redundant in every pose: number of redundant rows, and multipliers of least norm."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ import numpy as np
 
 from flexmb.errors import AssemblyError, SolveError
 from flexmb.linalg.dense_or_sparse import bordered_solution, plain
-from flexmb.linalg.rank import TOLERANCE, row_rank
+from flexmb.linalg.rank import RANK_TOLERANCE, row_rank
 from flexmb.program.program import Program
 from flexmb.start.assemble import close_loops, drive_rows
 from flexmb.start.rigid_motion import RigidMotion
-from flexmb.system.at_state import System
+from flexmb.system.state_evaluation import StateEvaluation
 from flexmb.system.work import MOTION
 
-ASIDE = 0.05
-"""How far the pose is moved on to tell a redundant joint from a singular pose [rad, or part of the size]."""
+POSE_SHIFT = 0.05
+"""Shift to a second pose that distinguishes redundant joints from a singular pose [rad, or relative to the size]."""
 
 
 def redundant_rows(program: Program, closed: Program, q: np.ndarray, t: float) -> int:
-    """Rows more than the joints need, at q and at a pose a little further on; 0 where the pose alone is to blame.
+    """Number of rows that are redundant both at q and at a neighbouring pose; 0 for a singular pose.
 
     Parameters
     ----------
@@ -27,29 +27,29 @@ def redundant_rows(program: Program, closed: Program, q: np.ndarray, t: float) -
     q : (n_q,) an assembled pose.
     t : time [s].
     """
-    extra = len(row_rank(System(program).at(q, t=t).blocks[1]).redundant)
+    extra = len(row_rank(StateEvaluation(program).at(q, t=t).blocks[1]).redundant)
     if extra == 0:
         return 0
     try:
-        further = moved_on(closed, q, t)
+        further = neighbouring_pose(closed, q, t)
     except AssemblyError:
         return 0
-    return extra if len(row_rank(System(program).at(further, t=t).blocks[1]).redundant) == extra else 0
+    return extra if len(row_rank(StateEvaluation(program).at(further, t=t).blocks[1]).redundant) == extra else 0
 
 
-def moved_on(closed: Program, q: np.ndarray, t: float) -> np.ndarray:
-    """An assembled pose a little further on, drives included, in a direction that no symmetry prefers."""
+def neighbouring_pose(closed: Program, q: np.ndarray, t: float) -> np.ndarray:
+    """A closed pose near q, drives moved as well, in a direction without symmetry."""
     from scipy.linalg import null_space
 
     rigid, rows = RigidMotion(closed), drive_rows(closed)
-    system = System(closed).at(q, t=t)
+    system = StateEvaluation(closed).at(q, t=t)
     A = plain(system.blocks[1] @ rigid.plain_basis(q))
     held = np.setdiff1d(np.arange(closed.n_c), list(rows.values()))
-    ways = null_space(A[held], rcond=TOLERANCE)
+    ways = null_space(A[held], rcond=RANK_TOLERANCE)
     if ways.shape[1] == 0:
         return q
     w = ways @ np.cos(1.0 + 2.3 * np.arange(ways.shape[1]))
-    aside = rigid.moved(q, ASIDE * w / np.abs(w).max())
+    aside = rigid.moved(q, POSE_SHIFT * w / np.abs(w).max())
     system.at(aside, t=t)
     motion = system.work.drive[closed.tables.constraints.motion >= 0, MOTION]
     target = {
@@ -61,15 +61,15 @@ def moved_on(closed: Program, q: np.ndarray, t: float) -> np.ndarray:
 def least_norm(
     program: Program, q: np.ndarray, v: np.ndarray, t: float, z: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Accelerations (n_q,), and of all multipliers (n_c,) that bring them about those with the least sum of squares.
+    """Accelerations (n_q,), and the multipliers (n_c,) of least norm that produce them.
 
-    `z` is the history (n_z,) at this state, None: that of the drawn pose.
+    z : history (n_z,) at this state, None: that at the start
 
     Raises
     ------
     SolveError : a coordinate without mass that no joint moves.
     """
-    system = System(program).at(q, v, t=t, z=z, weights=(0.0, 0.0, 1.0))
+    system = StateEvaluation(program).at(q, v, t=t, z=z, weights=(0.0, 0.0, 1.0))
     M, G = system.blocks
     needed = np.setdiff1d(np.arange(program.n_c), row_rank(G).redundant)
     found = bordered_solution(M, G[needed], np.concatenate([-system.force, system.gamma[needed]]))
@@ -77,5 +77,5 @@ def least_norm(
         text = f"Start accelerations of {program.name!r}: the matrix is singular"
         raise SolveError(f"{text}. Give every body some mass.")
     a = found[: program.n_q]
-    lam = np.linalg.lstsq(plain(G).T, -(system.force + M @ a), rcond=TOLERANCE)[0]
+    lam = np.linalg.lstsq(plain(G).T, -(system.force + M @ a), rcond=RANK_TOLERANCE)[0]
     return a, lam

@@ -1,4 +1,4 @@
-"""Rigid motion of the bodies of a program: what loops are closed with, and start velocities are made of."""
+"""Rigid motions of all bodies of a program, for closing loops and for start velocities."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flexmb.linalg.dense_or_sparse import SMALL
+from flexmb.linalg.dense_or_sparse import DENSE_UNKNOWNS
 from flexmb.program.program import Program
 
 if TYPE_CHECKING:
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class RigidMotion:
-    """Every body, flexible ones too, moved as a rigid one: three numbers w = (x, y, angle) a body.
+    """Motions of all bodies as rigid ones, flexible bodies included: w = (x, y, angle) for each body.
 
     Parameters
     ----------
@@ -24,19 +24,19 @@ class RigidMotion:
     def __init__(self, program: Program) -> None:
         self.program = program
         self.count = len(program.names.bodies)
-        self.body = np.asarray(program.drawn.body[::3])  # of each node
+        self.body = np.asarray(program.reference.body[::3])  # of each node
         self.first = np.full(self.count, -1)
         self.first[self.body[::-1]] = np.arange(len(self.body))[::-1]  # of several the last one stays
 
     def basis(self, q: np.ndarray) -> sp.csr_matrix:
-        """B (n_q, 3 bodies): velocities of the coordinates by those of the bodies, about the first node of each."""
+        """B (n_q, 3 bodies): velocities of the coordinates by velocities of the bodies about their first nodes."""
         import scipy.sparse as sp
 
         return sp.csr_matrix(self._entries(q), shape=(len(q), 3 * self.count))
 
     def plain_basis(self, q: np.ndarray) -> np.ndarray | sp.csr_matrix:
-        """`basis`; a plain array where the program has at most SMALL unknowns (see `dense_or_sparse.py`)."""
-        if self.program.symbolic.n > SMALL:
+        """`basis` as a plain array, for at most DENSE_UNKNOWNS unknowns (see `dense_or_sparse.py`)."""
+        if self.program.symbolic.n > DENSE_UNKNOWNS:
             return self.basis(q)
         values, places = self._entries(q)
         B = np.zeros((len(q), 3 * self.count))
@@ -44,7 +44,7 @@ class RigidMotion:
         return B
 
     def _entries(self, q: np.ndarray) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
-        """Values of B, their rows and columns; each place once."""
+        """Values of B, with their rows and columns."""
         nodes = np.arange(len(self.body))
         arms = q.reshape(-1, 3) - q.reshape(-1, 3)[self.first[self.body]]
         column = 3 * self.body
@@ -54,7 +54,7 @@ class RigidMotion:
         return np.concatenate([ones, ones, ones, -arms[:, 1], arms[:, 0]]), (rows, columns)
 
     def moved(self, q: np.ndarray, w: np.ndarray) -> np.ndarray:
-        """Positions after the bodies have been moved by w (finite rotations)."""
+        """Coordinates after the bodies have moved by w (finite rotations)."""
         pose, shift = q.reshape(-1, 3), w.reshape(-1, 3)[self.body]
         centre = pose[self.first[self.body]]
         c, s = np.cos(shift[:, 2]), np.sin(shift[:, 2])

@@ -1,1 +1,1 @@
-"""The state of a run: what was accepted, what a step tries, what is written down, and the numbers of the method."""
+"""State of a run in compiled code: accepted state, trial state, record of a run, options of the method."""

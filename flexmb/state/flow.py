@@ -1,138 +1,160 @@
-"""The accepted state of a run: everything that a restart needs."""
+"""Accepted state of a run: all numbers and arrays that a restart needs."""
 
 from __future__ import annotations
 
 from flexmb.compiled.records import Matrix, Record, Vector
 from flexmb.program.program import Program
-from flexmb.system.templates import fresh
+from flexmb.system.templates import new_from_template
 from flexmb.system.work import load_forces
 
 PAST_STATES = 3
-"""Accepted states that a prediction looks back to."""
+"""Number of states before the accepted one that the predictor keeps."""
 
-EPISODE, EPISODE_ROW, IMPACT = 7, 11, 3
-"""Numbers of a running contact interval, of one that is written down (`step/contact_log.py`), and of an impact
-(`step/contact_events.py`)."""
+EPISODE_SIZE = 7
+"""Number of columns of `Flow.episodes` (`step/contact_log.py`)."""
 
+EPISODE_ROW_SIZE = 11
+"""Number of columns of `RunRecord.episodes` (`step/contact_log.py`)."""
 
-PRESSED, BY_NORMAL = range(2)
-(BY_FRICTION,) = range(7, 8)
-CONTACT_MEMORY = 13
-"""Numbers of `Flow.memory` of every contact: normal force, six generalised forces of it, six of friction.  After them
-(motion, force) of every constraint row, (friction force, slip) of every constraint, forces of loads."""
+IMPACT_SIZE = 3
+"""Number of columns of `Flow.impacts` (`step/contact_events.py`)."""
+
+MEMORY_NORMAL, MEMORY_BY_NORMAL = range(2)
+(MEMORY_BY_FRICTION,) = range(7, 8)
+CONTACT_MEMORY_SIZE = 13
+"""Numbers of `Flow.memory` for each contact: normal force [N], six generalised forces of it, six of friction.
+
+After the contacts follow, for every constraint equation, motion and force; for every constraint, friction force and
+slip; then the forces of loads.
+"""
 
 
 class Clock(Record):
-    """Time and sizes of steps.
+    """Time, step sizes, and counters of the step control.
 
     t : time [s]
-    size, brake : step that errors allow [s], and within contacts (0: no other)
-    again : step to try after a contact had a trial refused [s] (0: none)
-    last : last step [s]; 0: the next one is a first step
-    refused : refused trials of the next step
-    speed : largest speed so far, which the tolerance is relative to [m/s]
-    held_steps : steps without a break in which rows were held; -1: rows that look dependent are always needed
-    saving_from, saved : when saving began [s] (-1: not yet), and instants of its grid that are saved
+    step_size : step that the error estimate allows, or the fixed step [s]
+    contact_step : smaller step within an impact [s]; 0: no impact
+    retry_step : step to try after a trial that missed a contact event [s]; 0: no such trial
+    last_step : last accepted step [s]; 0: the next step is a first step
+    rejected_trials : rejected trials since the last accepted step
+    largest_speed : largest speed of the run so far, scale of the tolerance of velocities [m/s]
+    held_steps : number of successive steps with held multipliers; -1: only rows whose pivot is lost are held
+    save_start : time at which saving began [s]; -1: saving has not begun
+    saved_instants : number of saved instants of the save grid
     """
 
     t: float
-    size: float
-    saving_from: float
-    saved: float
-    last: float
+    step_size: float
+    save_start: float
+    saved_instants: float
+    last_step: float
     held_steps: float
-    speed: float
-    brake: float
-    again: float
-    refused: float
+    largest_speed: float
+    contact_step: float
+    retry_step: float
+    rejected_trials: float
 
 
-class Account(Record):
-    """Numbers of the account of energies beside the energies themselves.
+class EnergyBalance(Record):
+    """Sums and limits of the balance of energies, beside the energies in `Flow.ledger`.
 
-    start : energy that was stored at the start [J];  damping_power : power of dampers at the last state [W]
-    steps : steps so far;  round_off : of all works [J]
-    through_contacts, lost_in_contacts : energy that went through contacts; what steps lost there [J]
-    put_in : energy in motion and strain at the start and all that drives and loads moved since [J]
-    level, fallen : gravity at the start and its largest change [J]
-    limit : largest part of the energies that may be missing
+    stored_at_start : energy stored at the start [J]
+    damping_power : power of dampers at the accepted state [W]
+    steps : number of accepted steps
+    through_contacts : energy that passed through contacts, without signs [J]
+    lost_in_contacts : energy that the steps dissipated in contacts beyond the contact laws [J]
+    round_off : round-off of all works [J]
+    supplied : kinetic and strain energy at the start, plus all works of drives and loads without signs [J]
+    gravity_at_start : potential of gravity at the start [J]
+    gravity_change : largest change of the potential of gravity since the start [J]
+    residual_limit : largest accepted residual relative to the scale of energies
     """
 
-    start: float
+    stored_at_start: float
     damping_power: float
     steps: float
     through_contacts: float
     lost_in_contacts: float
     round_off: float
-    put_in: float
-    level: float
-    fallen: float
-    limit: float
+    supplied: float
+    gravity_at_start: float
+    gravity_change: float
+    residual_limit: float
 
 
-class Prediction(Record):
+class Predictor(Record):
     """State of the predictor.
 
-    order : of the polynomial that predicts the next step
-    known : states in `Flow.past`
-    before, earlier : the two steps before the last one [s]
+    order : order of the polynomial that predicts the next step
+    past_states : number of valid rows of `Flow.past`
+    second_last_step, third_last_step : sizes of the two steps before the last one [s]
     """
 
     order: int
-    known: int
-    before: float
-    earlier: float
+    past_states: int
+    second_last_step: float
+    third_last_step: float
 
 
-class Reuse(Record):
-    """State of the factors of the iteration matrix that may serve again.
+class JacobianReuse(Record):
+    """State of the factors of the iteration matrix, on which their reuse depends.
 
-    age : steps that they served; 0: there are none
-    kv, ka : coefficients that they were made with
-    theta, since : ratio of successive corrections when last measured, and steps since
-    extra, best : iterations beyond the best step's since they were made, and iterations of that step
-    weak : smallest relative pivot of a constraint
-    first : size of the last first correction
-    expected, check : iteration that is expected to be the last; the same counted from new factors on
-    wait, pause : steps to begin with new factors since old ones were refused, and how many the last time
-    fresh : 1 if the trial step has made factors
+    age : number of steps that used the factors; 0: no factors
+    kv, ka : coefficients of damping and mass in the factored matrix [1/s, 1/s^2]
+    contraction : contraction rate theta when last measured
+    steps_since_measured : steps since that measurement
+    extra_iterations : sum over the steps of iterations beyond those of the best step
+    best_iterations : iterations of the best step with these factors
+    smallest_pivot : smallest relative pivot of a constraint
+    first_correction : size of the first correction of the last step, over its tolerance
+    expected_last : number of the iteration that is expected to converge with factors of an earlier step
+    expected_last_fresh : the same number with factors of this step
+    suspended_steps : number of coming steps without reuse
+    last_suspension : number of steps without reuse after the last failure
+    refactored : 1 if the trial step factored its matrix
     """
 
     age: float
     kv: float
     ka: float
-    theta: float
-    since: float
-    extra: float
-    best: float
-    weak: float
-    first: float
-    expected: float
-    check: float
-    wait: float
-    pause: float
-    fresh: float
+    contraction: float
+    steps_since_measured: float
+    extra_iterations: float
+    best_iterations: float
+    smallest_pivot: float
+    first_correction: float
+    expected_last: float
+    expected_last_fresh: float
+    suspended_steps: float
+    last_suspension: float
+    refactored: float
 
 
 class Flow(Record):
-    """The accepted state, changed in place: everything that a restart needs.
+    """Accepted state of a run, changed in place.
 
-    q, v, a : (n_q + 3,), a the true acceleration
-    x : auxiliary acceleration of the generalised-alpha family;  lam : (n_c,);  z : (n_z,)
-    ledger : energies in the order of the signals;  memory : powers and forces at the last state, for the ledger
-    episodes : (contacts, EPISODE) what the running episode of each contact holds so far (`step/contact_log.py`)
-    impacts : (contacts, IMPACT) steps of each contact (`step/contact_events.py`)
+    q, v, a : (n_q + 3,) coordinates, velocities, true accelerations; the last three belong to the ground
+    x : (n_q + 3,) auxiliary acceleration of generalised-alpha
+    lam : (n_c,) multipliers
+    z : (n_z,) histories of contact and friction laws
+    ledger : energies in the order of the energy signals [J]
+    memory : powers and forces of the accepted state, for the balance of energies
+    episodes : (contacts, EPISODE_SIZE) running contact intervals (`step/contact_log.py`)
+    impacts : (contacts, IMPACT_SIZE) steps for impacts (`step/contact_events.py`)
     momentum : (n_q + 3,) M v
-    past : (PAST_STATES, n_q + n_c) accelerations and multipliers of the states before, newest first
-    missed : (PAST_STATES + 1,) what each order of prediction missed by, older steps fading
-    gaps : (PAST_STATES + 1, n_c) what the shifts of the last steps closed in all, over h^3, newest first
-    factors : last L and U of an accepted step;  slopes : `Work.slopes` they were made with
+    past : (PAST_STATES, n_q + n_c) accelerations and multipliers of earlier states, newest first
+    prediction_errors : (PAST_STATES + 1,) error of the prediction of each order, with fading memory
+    projected_gaps : (PAST_STATES + 1, n_c) gaps that the position shifts of the last steps closed, over h^3, newest
+        first
+    factors : factors L and U of an accepted step
+    slopes : slopes of the contact and friction laws in that matrix, as `Work.slopes`
     """
 
     clock: Clock
-    account: Account
-    prediction: Prediction
-    reuse: Reuse
+    balance: EnergyBalance
+    predictor: Predictor
+    reuse: JacobianReuse
     q: Vector
     v: Vector
     a: Vector
@@ -143,28 +165,28 @@ class Flow(Record):
     memory: Vector
     episodes: Matrix
     past: Matrix
-    missed: Vector
+    prediction_errors: Vector
     factors: Vector
     slopes: Matrix
     impacts: Matrix
     momentum: Vector
-    gaps: Matrix
+    projected_gaps: Matrix
 
 
 def new_flow(program: Program) -> Flow:
-    """A state of zeros."""
-    return fresh(program, "flow", lambda: _blank_flow(program))
+    """A state of zeros for a compiled mechanism."""
+    return new_from_template(program, "flow", lambda: _zero_flow(program))
 
 
-def _blank_flow(program: Program) -> Flow:
+def _zero_flow(program: Program) -> Flow:
     n, m = program.n_q + 3, program.n_c
     n_k, n_g = len(program.tables.contacts.kernel), len(program.tables.constraints.kernel)
     return Flow(
         clock=Clock.zeros(),
-        account=Account.zeros(),
-        prediction=Prediction.zeros(),
-        reuse=Reuse.zeros(),
-        missed=PAST_STATES + 1,
+        balance=EnergyBalance.zeros(),
+        predictor=Predictor.zeros(),
+        reuse=JacobianReuse.zeros(),
+        prediction_errors=PAST_STATES + 1,
         q=n,
         v=n,
         a=n,
@@ -172,12 +194,12 @@ def _blank_flow(program: Program) -> Flow:
         lam=m,
         z=program.tables.sizes.n_z,
         ledger=11,
-        memory=CONTACT_MEMORY * n_k + 2 * m + 2 * n_g + load_forces(program),
-        episodes=(n_k, EPISODE),
+        memory=CONTACT_MEMORY_SIZE * n_k + 2 * m + 2 * n_g + load_forces(program),
+        episodes=(n_k, EPISODE_SIZE),
         past=(PAST_STATES, program.n_q + m),
         factors=program.symbolic.size,
         slopes=(n_k + n_g, 4),
-        impacts=(n_k, IMPACT),
+        impacts=(n_k, IMPACT_SIZE),
         momentum=n,
-        gaps=(PAST_STATES + 1, m),
+        projected_gaps=(PAST_STATES + 1, m),
     )

@@ -1,4 +1,4 @@
-"""The record of a run in the compiled loop: saved instants, peaks, counters, and how it ended."""
+"""Record of a run in the compiled loop: saved instants, peaks, counters, codes."""
 
 from __future__ import annotations
 
@@ -7,24 +7,27 @@ import numpy as np
 from flexmb.compiled.records import Flags, Integers, Matrix, Record, Vector
 from flexmb.program.program import Program
 from flexmb.program.signals import CONTACT_PENETRATION
-from flexmb.state.flow import EPISODE_ROW
-from flexmb.system.templates import fresh
+from flexmb.state.flow import EPISODE_ROW_SIZE
+from flexmb.system.templates import new_from_template
 
 RUNNING, DONE, BUFFER_FULL, NEWTON_FAILED, SINGULAR, NOT_FINITE, STEP_TOO_SMALL = range(7)
 ENERGY_MISSING, ENERGY_MADE, ENERGY_LOST = 20, 21, 22
-NOTHING_KNOWN, ALL_KNOWN, JOINTS_KNOWN = range(3)
-"""What the last evaluation of a step says of the state it ends with: nothing, all, or the rows of its joints alone."""
+"""Codes with which a compiled loop returns (`results/status.py` has a sentence for each)."""
+
+NOT_EVALUATED, EVALUATED, JOINTS_EVALUATED = range(3)
+"""Codes of `Counters.evaluated`: nothing of the trial state is evaluated, all of it, or its constraints alone."""
 
 
 class Counters(Record):
     """Counters of a run, and codes of its last step.
 
-    steps, rejected, iterations, evaluations, factorisations, solves : of the run so far
-    rows, episodes : instants and episodes of contact in the buffers
-    lost : unknown whose pivot was lost
-    held_steps : steps with held multipliers;  outcome : of the last step (`step/newmark/redundant_constraints.py`)
-    known : what is known of the trial state (`ALL_KNOWN`, ...)
-    contact : 1 + the contact that had the last trial refused
+    steps, rejected, iterations, evaluations, factorisations, solves : totals of the run
+    rows, episodes : instants and ended contact intervals in the buffers
+    lost_pivot : unknown whose pivot was lost
+    held_steps : number of steps with held multipliers
+    held_code : code of the last step, see `held_code` of `step/newmark/redundant_constraints.py`
+    evaluated : evaluation of the trial state (`NOT_EVALUATED`, ...)
+    rejecting_contact : 1 + number of the contact that had the last trial rejected; 0: no contact
     """
 
     steps: int
@@ -33,82 +36,88 @@ class Counters(Record):
     evaluations: int
     factorisations: int
     rows: int
-    lost: int
+    lost_pivot: int
     held_steps: int
-    outcome: int
-    known: int
+    held_code: int
+    evaluated: int
     solves: int
-    contact: int
+    rejecting_contact: int
     episodes: int
 
 
 class StepReport(Record):
-    """Sizes of steps and of Newton's corrections.
+    """Step sizes of a run, and the last Newton correction.
 
-    smallest, largest : accepted steps [s];  began, size : of the last one [s];  refused : last refused one [s]
-    correction, wanted : last correction, and what was wanted of it, of lengths [m] or of angles
-    wanted_length, wanted_angle : what was wanted of both [m, rad];  round_off : the part of round-off in `wanted`
-    first_held : first instant with held multipliers [s]
+    smallest, largest : smallest and largest accepted step [s]
+    start, size : start and size of the last accepted step [s]
+    rejected_size : size of the last rejected step [s]
+    correction, tolerance : last correction and its tolerance, both lengths [m] or both angles [rad]
+    length_tolerance, angle_tolerance : tolerances of lengths [m] and of angles [rad]
+    round_off : fraction of round-off in `tolerance`
+    first_held_time : first time with held multipliers [s]
     """
 
     smallest: float
     largest: float
     correction: float
-    wanted: float
-    began: float
+    tolerance: float
+    start: float
     size: float
-    first_held: float
+    first_held_time: float
     round_off: float
-    refused: float
-    wanted_length: float
-    wanted_angle: float
+    rejected_size: float
+    length_tolerance: float
+    angle_tolerance: float
 
 
 class RunRecord(Record):
-    """What the loop writes: saved instants, peaks, counters.
+    """Record of a run: saved instants, peaks, contact intervals, counters.
 
-    held : (n_c,) rows whose multipliers were not unique
-    peak : largest absolute values; largest positive ones where one_sided (a penetration is negative in free flight)
-    episodes : (rows, EPISODE_ROW) episodes of contact that ended (`step/contact_log.py`)
-    values : (rows, n_s) signals that are saved;  kept : (n_s,) their places among all, empty: all are
-    between : all signals at an instant inside a step; empty where all are saved
+    times : (rows,) saved instants [s];  values : (rows, n_s) their saved signals
+    saved_places : (n_s,) places of the saved signals among all signals; empty: all signals are saved
+    interpolated : all signals at an instant inside a step; empty where all signals are saved
+    last_signals, signals : (n_y,) all signals at the ends of the last accepted step
+    peak, peak_time : (n_y,) largest absolute values so far and their times [s]
+    one_sided : (n_y,) signals whose peak is the largest positive value (a penetration is negative in free flight)
+    held_rows : (n_c,) constraint equations whose multipliers were not unique
+    episodes : (rows, EPISODE_ROW_SIZE) contact intervals that ended (`step/contact_log.py`)
     """
 
     count: Counters
-    step: StepReport
+    report: StepReport
     times: Vector
     values: Matrix
-    kept: Integers
-    between: Vector
-    old: Vector
-    new: Vector
+    saved_places: Integers
+    interpolated: Vector
+    last_signals: Vector
+    signals: Vector
     peak: Vector
     peak_time: Vector
     one_sided: Flags
-    held: Flags
+    held_rows: Flags
     episodes: Matrix
 
 
-def new_record(program: Program, rows: int, kept: np.ndarray | None = None) -> RunRecord:
-    """Buffers for `rows` instants of the signals `kept` (places; None: all), and for episodes that end meanwhile."""
-    if kept is None or len(kept) == program.tables.sizes.n_y:
-        return fresh(program, ("record", rows), lambda: _blank_record(program, rows, None))
-    return _blank_record(program, rows, kept)
+def new_record(program: Program, rows: int, saved_places: np.ndarray | None = None) -> RunRecord:
+    """Buffers for `rows` instants of the signals at `saved_places` (None: all), and for as many contact intervals."""
+    if saved_places is None or len(saved_places) == program.tables.sizes.n_y:
+        return new_from_template(program, ("record", rows), lambda: _empty_record(program, rows, None))
+    return _empty_record(program, rows, saved_places)
 
 
-def _blank_record(program: Program, rows: int, kept: np.ndarray | None) -> RunRecord:
+def _empty_record(program: Program, rows: int, saved_places: np.ndarray | None) -> RunRecord:
     n_y = program.tables.sizes.n_y
     one_sided = np.zeros(n_y, dtype=np.bool_)
     one_sided[program.tables.contacts.out + CONTACT_PENETRATION] = True
     return RunRecord(
         times=rows,
-        values=(rows, n_y if kept is None else len(kept)),
-        kept=np.zeros(0, dtype=np.int64) if kept is None else kept,
-        between=0 if kept is None else n_y,
-        **dict.fromkeys(("old", "new", "peak", "peak_time"), n_y),
+        values=(rows, n_y if saved_places is None else len(saved_places)),
+        saved_places=np.zeros(0, dtype=np.int64) if saved_places is None else saved_places,
+        interpolated=0 if saved_places is None else n_y,
+        **dict.fromkeys(("last_signals", "signals", "peak", "peak_time"), n_y),
         one_sided=one_sided,
         count=Counters.zeros(),
-        step=StepReport(np.inf, *(0.0,) * 10),
-        held=program.n_c,
-        episodes=(rows + len(program.tables.contacts.kernel), EPISODE_ROW),
+        report=StepReport(np.inf, *(0.0,) * 10),
+        held_rows=program.n_c,
+        episodes=(rows + len(program.tables.contacts.kernel), EPISODE_ROW_SIZE),
     )

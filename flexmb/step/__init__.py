@@ -1,23 +1,34 @@
-"""Motion in time: methods, step control, the compiled loop, and the record of a run.
+"""Steps: methods, step control, contact events, acceptance of a step.
 
-Where things stand:
+A step of the Newmark family (`newmark/loop.py`), with the function and the file of each part:
 
-    predictor                 newmark/predictor.py: predict, weights;  radau/step.py: begin
-    residual, Newton, matrix  newmark/implicit_step.py (its docstring has the equations);  radau/step.py: radau_step
-    estimate of the error     newmark/error_control.py: error_ratio;  radau/step.py: radau_error
-    onset of contacts         contact_events.py: planned foresees, located corrects a trial, remember learns from a step
-    acceptance of a step      acceptance.py: find_forces, book, take_over, publish
-    account of energies       energy/balance.py
-    a new method              method.py, stepper.py; "Methods" in docs/design.md
+    planned_step             contact_events.py              step to try: clock.step_size, clock.contact_step within an
+      |                                                     impact, clock.retry_step after a missed contact event; not
+      |                                                     beyond the next onset
+    implicit_step            newmark/implicit_step.py       discrete equations, in its docstring
+      |  predict             newmark/predictor.py           extrapolated accelerations and multipliers
+      |  may_reuse           newmark/jacobian_reuse.py      factors of an earlier iteration matrix, or new ones
+      |  evaluate            system/evaluate.py             residual r + G^T lam, constraints, iteration matrix
+      |  factor, solve       linalg/lu.py                   factors of [[S, G^T], [G, 0]], corrections
+      |  held_rows_open      newmark/implicit_step.py       redundant constraints in newmark/redundant_constraints.py
+      |  apply_correction    newmark/newton_correction.py   corrected trial state, size of the correction
+      |  convergence_test    newmark/jacobian_reuse.py      contraction rate, remaining error
+    meets_contacts           newmark/error_control.py       no: shorter trial at the event (contact_events.py)
+    error_ratio              newmark/error_control.py       estimate of the local error
+    accept_or_reject         newmark/error_control.py       rejected: shorter trial
+      |  accepted
+    adopt_factors            newmark/jacobian_reuse.py      factors and contraction rate for the next step
+    update_impacts           contact_events.py              flow.impacts; whether a force jumped
+    update_step_sizes        newmark/error_control.py       clock.step_size or clock.contact_step of the next step
+    update_predictor         newmark/predictor.py           order of the next prediction
+    accept                   acceptance.py
+         complete_evaluation acceptance.py                  forces and energies that the last iteration left out
+         update_energies     acceptance.py                  joint forces, contact_log.py, energy/balance.py
+         adopt_trial         acceptance.py                  the trial state becomes the accepted state
+         report_signals      acceptance.py                  peaks, saved instants
 
-A pass of a loop with error control, and who writes what between the parts (`Clock`, `Counters` in the room `state`):
+The parts communicate by the fields of `Clock`, `Counters`, `StepReport` and `NewtonIteration` in the room `state`.
 
-    planned   the step to try: the least of clock.size (errors), clock.brake (within an impact), clock.again (after a
-              contact had a trial refused)
-    the step  trial.q, v, a, lam; count.outcome (held rows), count.known (what is known of the trial state)
-    met       a trial that did not converge shortens size or brake; one that met a contact badly sets again
-    judged    clock.speed, or clock.refused; 0 stands for a trial that is refused
-    remember  flow.impacts, the step of each contact's impact, while `flow` still is the state before the step
-    resize    clock.size or brake for the next step; clears again and refused
-    accept    flow, ledger, signals, clock.t; the loop sets clock.last: 0 where the next step begins anew
+Radau's method (`radau/method.py`, `radau/step.py`) and the Runge-Kutta method (`runge_kutta.py`) share step control,
+contact events and acceptance.  A new method is a `Method` (`method.py`) and a `Stepper` (`stepper.py`).
 """

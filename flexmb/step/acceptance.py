@@ -1,14 +1,14 @@
-"""The end of an accepted step: signals, peaks, saving, and the new state."""
+"""Acceptance of a step: forces, energies, signals, peaks and saved instants of the trial state."""
 
-from flexmb.energy.balance import SETTLED, keep_account, verdict, work_of_bow
+from flexmb.energy.balance import STEPS_BEFORE_CHECK, check_balance, complete_algorithm_work, update_balance
 from flexmb.energy.contact_work import contact_losses
 from flexmb.kernels import compiled, copy
-from flexmb.state.record import BUFFER_FULL, JOINTS_KNOWN, NOTHING_KNOWN, RUNNING
-from flexmb.step.contact_log import follow_contacts, no_room
-from flexmb.step.newmark.predictor import compare
+from flexmb.state.record import BUFFER_FULL, JOINTS_EVALUATED, NOT_EVALUATED, RUNNING
+from flexmb.step.contact_log import buffer_may_overflow, update_episodes
+from flexmb.step.newmark.predictor import find_newmark_residual
 from flexmb.system.constraints import report_forces
 from flexmb.system.contacts import add_contacts
-from flexmb.system.elements import account
+from flexmb.system.elements import evaluate_energies
 from flexmb.system.evaluate import evaluate_accepted
 from flexmb.system.outputs import write_outputs
 
@@ -17,47 +17,62 @@ from flexmb.system.outputs import write_outputs
 def accept(tables, address, h, options, flow, trial, work, record):
     """Make the trial state the accepted one.
 
-    BUFFER_FULL when what was saved must be fetched, what the ledger says when energies do not add up, else RUNNING.
+    Returns RUNNING, BUFFER_FULL when the buffers must be emptied, or a code of `check_balance`.
     """
-    find_forces(tables, address, h, flow, trial, work, record)
-    book(tables, address, h, options, flow, trial, work, record)
-    take_over(h, flow, trial, work, record)
-    write_outputs(tables, address, flow.clock.t, flow.q, flow.v, flow.a, work, flow.ledger, record.new)
-    if publish(tables, options, flow, record) != RUNNING:
+    complete_evaluation(tables, address, h, flow, trial, work, record)
+    update_energies(tables, address, h, options, flow, trial, work, record)
+    adopt_trial(h, flow, trial, work, record)
+    write_outputs(tables, address, flow.clock.t, flow.q, flow.v, flow.a, work, flow.ledger, record.signals)
+    if report_signals(tables, options, flow, record) != RUNNING:
         return BUFFER_FULL
-    return verdict(flow.ledger, flow.account) if flow.account.steps >= SETTLED else RUNNING
+    return check_balance(flow.ledger, flow.balance) if flow.balance.steps >= STEPS_BEFORE_CHECK else RUNNING
 
 
 @compiled
-def find_forces(tables, address, h, flow, trial, work, record):
-    """Forces, histories and energies of the trial state, as far as they are not known yet."""
+def complete_evaluation(tables, address, h, flow, trial, work, record):
+    """Evaluate the forces, histories and energies of the trial state that the last iteration left out."""
     t = flow.clock.t + h
-    if record.count.known == NOTHING_KNOWN:
-        compare(tables.sizes.n_q, h, flow, trial)
+    if record.count.evaluated == NOT_EVALUATED:
+        find_newmark_residual(tables.sizes.n_q, h, flow, trial)
         evaluate_accepted(
-            tables, address, t, h, trial.q, trial.v, trial.a, trial.lam, flow.z, trial.mean_v, trial.lag, work
+            tables,
+            address,
+            t,
+            h,
+            trial.q,
+            trial.v,
+            trial.a,
+            trial.lam,
+            flow.z,
+            trial.mean_v,
+            trial.newmark_residual,
+            work,
         )
         record.count.evaluations += 1
-    elif record.count.known == JOINTS_KNOWN:
-        compare(tables.sizes.n_q, h, flow, trial)
+    elif record.count.evaluated == JOINTS_EVALUATED:
+        find_newmark_residual(tables.sizes.n_q, h, flow, trial)
         work.r[:] = 0.0
-        account(tables, address, t, h, trial.q, trial.v, trial.a, trial.mean_v, trial.lag, flow.z, work)
+        evaluate_energies(
+            tables, address, t, h, trial.q, trial.v, trial.a, trial.mean_v, trial.newmark_residual, flow.z, work
+        )
         add_contacts(tables, address, t, h, trial.q, trial.v, flow.z, 0.0, 0.0, False, work)
 
 
 @compiled
-def book(tables, address, h, options, flow, trial, work, record):
-    """Bring joint forces, episodes of contact and the ledger to the trial state."""
+def update_energies(tables, address, h, options, flow, trial, work, record):
+    """Update joint forces, contact intervals and the balance of energies to the trial state."""
     t = flow.clock.t + h
     report_forces(tables, trial.lam, work)
-    work_of_bow(tables.sizes.n_q, flow, trial, work)
+    complete_algorithm_work(tables.sizes.n_q, flow, trial, work)
     contact_losses(tables, address, h, flow, trial.q, trial.v, work)
-    follow_contacts(tables, h, options, flow, work, record)
-    keep_account(tables, address, t, h, flow.q, flow.v, trial.q, trial.v, flow.ledger, flow.account, flow.memory, work)
+    update_episodes(tables, h, options, flow, work, record)
+    update_balance(
+        tables, address, t, h, flow.q, flow.v, trial.q, trial.v, flow.ledger, flow.balance, flow.memory, work
+    )
 
 
 @compiled
-def take_over(h, flow, trial, work, record):
+def adopt_trial(h, flow, trial, work, record):
     """Copy the trial state into the accepted one, and count the step."""
     t0 = flow.clock.t
     flow.clock.t = t0 + h
@@ -67,23 +82,23 @@ def take_over(h, flow, trial, work, record):
     copy(trial.x, flow.x)
     copy(trial.lam, flow.lam)
     copy(work.z_new, flow.z)
-    copy(record.new, record.old)
+    copy(record.signals, record.last_signals)
     record.count.steps += 1
-    record.step.smallest, record.step.largest = min(record.step.smallest, h), max(record.step.largest, h)
-    record.step.began, record.step.size = t0, h
+    record.report.smallest, record.report.largest = min(record.report.smallest, h), max(record.report.largest, h)
+    record.report.start, record.report.size = t0, h
 
 
 @compiled
-def publish(tables, options, flow, record):
-    """Largest values of the new signals, and the instants that are due; BUFFER_FULL when these must be fetched."""
-    note_peaks(flow.clock.t, record.new, record)
-    code = save(tables, record.step.began, record.step.size, options, flow, record)
-    return BUFFER_FULL if code != RUNNING or no_room(flow, record) else RUNNING
+def report_signals(tables, options, flow, record):
+    """Update the peaks, and save the instants within the step; BUFFER_FULL when the buffers must be emptied."""
+    update_peaks(flow.clock.t, record.signals, record)
+    code = save(tables, record.report.start, record.report.size, options, flow, record)
+    return BUFFER_FULL if code != RUNNING or buffer_may_overflow(flow, record) else RUNNING
 
 
 @compiled
-def note_peaks(t, signals, record):
-    """Largest values so far."""
+def update_peaks(t, signals, record):
+    """Update the largest values of all signals, and their times."""
     for i in range(signals.shape[0]):  # without branches: the compiler makes vectors of it
         size = signals[i] if record.one_sided[i] else abs(signals[i])
         larger = size > record.peak[i]
@@ -93,39 +108,43 @@ def note_peaks(t, signals, record):
 
 @compiled
 def save(tables, t0, h, options, flow, record):
-    """Write the instants of the save grid that the step from t0 passed.
+    """Save the instants of the save grid within the step from t0; BUFFER_FULL when the buffer is full.
 
-    When the buffer is full before all are written, it must be emptied and `save` called again before the next step.
+    The buffer must then be emptied, and `save` called again before the next step.
     """
     if options.save_interval == 0.0:
         row = record.count.rows
         record.times[row] = flow.clock.t
-        keep(record.new, record, row)
+        store_signals(record.signals, record, row)
         record.count.rows += 1
     else:
-        due = flow.clock.saving_from + (flow.clock.saved + 1.0) * options.save_interval
+        due = flow.clock.save_start + (flow.clock.saved_instants + 1.0) * options.save_interval
         while due <= flow.clock.t + 1e-9 * options.save_interval and record.count.rows < record.times.shape[0]:
             row = record.count.rows
-            if record.between.shape[0] == 0:
-                interpolate(tables, min((due - t0) / h, 1.0), h, record.old, record.new, record.values[row])
+            if record.interpolated.shape[0] == 0:
+                interpolate(
+                    tables, min((due - t0) / h, 1.0), h, record.last_signals, record.signals, record.values[row]
+                )
             else:
-                interpolate(tables, min((due - t0) / h, 1.0), h, record.old, record.new, record.between)
-                keep(record.between, record, row)
+                interpolate(
+                    tables, min((due - t0) / h, 1.0), h, record.last_signals, record.signals, record.interpolated
+                )
+                store_signals(record.interpolated, record, row)
             record.times[row] = due
             record.count.rows += 1
-            flow.clock.saved += 1.0
-            due = flow.clock.saving_from + (flow.clock.saved + 1.0) * options.save_interval
+            flow.clock.saved_instants += 1.0
+            due = flow.clock.save_start + (flow.clock.saved_instants + 1.0) * options.save_interval
     return BUFFER_FULL if record.count.rows >= record.times.shape[0] else RUNNING
 
 
 @compiled
-def keep(signals, record, row):
-    """Write those of all signals that are saved into a row of the buffer."""
-    if record.between.shape[0] == 0:
+def store_signals(signals, record, row):
+    """Copy the saved signals into a row of the buffer."""
+    if record.interpolated.shape[0] == 0:
         copy(signals, record.values[row])
         return
-    for k in range(record.kept.shape[0]):
-        record.values[row, k] = signals[record.kept[k]]
+    for k in range(record.saved_places.shape[0]):
+        record.values[row, k] = signals[record.saved_places[k]]
 
 
 @compiled
@@ -147,10 +166,10 @@ def interpolate(tables, s, h, old, new, target):
 
 
 @compiled
-def next_size(proposed, remaining):
-    """The step to take: the proposed one, or what makes the last two steps end at the right time without a tiny one.
+def next_step_size(proposed, remaining):
+    """Next step [s]: the proposed one; near the end the remaining time, or half of it.
 
-    Nothing is stretched by more than round-off, so an error-controlled step that was accepted stays acceptable.
+    No step is stretched by more than round-off, so that an acceptable step stays acceptable, and none is tiny.
     """
     if remaining <= (1.0 + 1e-6) * proposed:
         return remaining
@@ -161,5 +180,5 @@ def next_size(proposed, remaining):
 
 @compiled
 def finished(options, flow):
-    """Whether the end is reached but for round-off."""
+    """Whether the end is reached, up to round-off."""
     return options.t_end - flow.clock.t <= 1e-12 * max(abs(options.t_end), 1e-300)

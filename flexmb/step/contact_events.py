@@ -1,9 +1,9 @@
-"""Steps that respect contacts: where the next one may end, and whether a trial met the contacts well.
+"""Contact events: steps that end at the onset of a contact, resolve its impact, and end at the separation.
 
-A step across the onset of a contact sees its force for too long or not at all.  So a step that would close a gap is
-shortened to end just outside, and the contact begins with a step that fits its impact; where the contact ends the
-flight goes on with the step that was good before it.  Impacts slower than the accepted error of velocities change
-nothing that is asked for, and are met as they come.
+A step across an onset has the contact force for too long or not at all.  So a step that would close a gap is shortened
+to end just before the onset, and the contact begins with a step that resolves its impact.  After the separation the
+motion goes on with the step size of the free flight before.  Impacts slower than the tolerance of velocities are not
+resolved.
 """
 
 import math
@@ -12,89 +12,89 @@ from flexmb.contact.onset import crossing, cubic
 from flexmb.kernels import GAP_SIZE, compiled, part_of
 from flexmb.places import GAP, GAP_RATE
 from flexmb.program.tables import COMMON_Z, LAST_GAP, LAST_GAP_RATE
-from flexmb.state.record import ALL_KNOWN
+from flexmb.state.record import EVALUATED
 from flexmb.step.contact_log import APPROACH, LASTING_PHASE, START
 from flexmb.system.contacts import call_gap, call_normal
 
-STEP, GAP_ACCELERATION, JUMPS = range(3)
-"""Columns of `Flow.impacts`: step for the impact [s] (0: not known), acceleration of the gap in flight [m/s^2], whether
-the force jumps where the contact begins."""
+IMPACT_STEP, GAP_ACCELERATION, FORCE_JUMPS = range(3)
+"""Columns of `Flow.impacts`: step that resolves the impact [s] (0: not known), acceleration of the gap in free flight
+[m/s^2], 1 if the normal force jumps at the onset."""
 
-REACH = 0.04
-"""A contact begins, or has ended, within this part of an impact's step."""
+ONSET_TOLERANCE = 0.04
+"""Time between the end of a step and an onset or separation, over the step that resolves the impact."""
 
-PROBE = 0.125
-"""First trial of an impact over its duration: long enough to see how the contact brakes, and then refused.
+PROBE_FRACTION = 0.125
+"""First trial of an impact over its duration: long enough to measure how the contact brakes, and then rejected.
 
-Else the step would be changed within the impact, and what is wrong on the way in would not be made good on the way out.
+A step that changed within an elastic impact would leave the errors of compression and of restitution different.
 """
 
-CROSSING = 1e-3
-"""Step just into a contact whose force jumps, as a part of an impact's step."""
+JUMP_STEP_FRACTION = 1e-3
+"""Step across an onset with a jump of the force, over the step that resolves the impact."""
 
-DURATION = 3.0
-"""Duration of an impact over depth / approach speed: pi for a linear spring, 2.94 for the power 3/2, 2.6 for 3."""
+DURATION_FACTOR = 3.0
+"""Duration of an impact over depth / approach speed: pi for a linear spring, 2.94 for exponent 3/2, 2.6 for 3."""
 
-STEEPEST = 3.7
-"""Largest acceleration of an impact times its duration over its approach speed: pi for a linear spring, 3.7 for 3/2."""
+PEAK_ACCELERATION_FACTOR = 3.7
+"""Largest acceleration of an impact times duration / approach speed: pi for a linear spring, 3.7 for exponent 3/2."""
 
-LESS, MORE = 0.8, 1.6
-"""The step is changed within an impact where it should be less or more than these parts of it."""
+SHORTEN_BELOW, LENGTHEN_ABOVE = 0.8, 1.6
+"""Required step within an impact over the present one, below and above which the step is changed."""
 
-LASTS = 3.0
-"""An impact that takes longer than this many times its estimated duration is a slow process, left to the error."""
+LONGEST_IMPACT = 3.0
+"""Time in contact over the estimated duration, above which the error estimate alone chooses the steps."""
 
-LEAST_DIP = 1e-13
-"""A gap that falls below zero by less than this part of the size of the mechanism may be round-off."""
-
-
-@compiled
-def slow(flow, trial):
-    """Approach speed below which a contact needs no resolution [m/s]."""
-    return trial.bounds.rtol * flow.clock.speed
+LEAST_DEPTH = 1e-13
+"""Penetration relative to the size of the mechanism, below which it may be round-off."""
 
 
 @compiled
-def planned(tables, address, options, flow, trial, work):
-    """The step to try: what the error allows, not beyond the next onset that is foreseen, short in an impact."""
-    h = flow.clock.size
-    if flow.clock.brake > 0.0:
-        h = min(h, flow.clock.brake)
-    if flow.clock.again > 0.0:
-        return max(min(h, flow.clock.again), options.h_min)
+def slow_approach_speed(flow, trial):
+    """Approach speed below which an impact is not resolved [m/s]."""
+    return trial.control.rtol * flow.clock.largest_speed
+
+
+@compiled
+def planned_step(tables, address, options, flow, trial, work):
+    """Step to try [s]: the step of the error estimate, that of an impact, or the time to the next predicted onset."""
+    h = flow.clock.step_size
+    if flow.clock.contact_step > 0.0:
+        h = min(h, flow.clock.contact_step)
+    if flow.clock.retry_step > 0.0:
+        return max(min(h, flow.clock.retry_step), options.h_min)
     for c in range(tables.contacts.kernel.shape[0]):
-        step = flow.impacts[c, STEP]
+        step = flow.impacts[c, IMPACT_STEP]
         if step == 0.0:
             continue
         if flow.z[tables.contacts.z[c, COMMON_Z]] != 0.0:
-            if struck(tables, c, flow, trial):
+            if in_impact(tables, c, flow, trial):
                 h = min(h, step)
             continue
-        arrival, speed = foreseen(tables, c, flow)
-        if speed <= slow(flow, trial):
+        arrival, speed = predicted_onset(tables, c, flow)
+        if speed <= slow_approach_speed(flow, trial):
             continue
-        if arrival > REACH * step:
-            h = min(h, max(arrival - 0.5 * REACH * step, 0.5 * arrival))
+        if arrival > ONSET_TOLERANCE * step:
+            h = min(h, max(arrival - 0.5 * ONSET_TOLERANCE * step, 0.5 * arrival))
         else:
-            find_jump(tables, address, c, speed, flow, work)
-            probe = max(PROBE * trial.bounds.impact_steps, 1.0) * step
-            h = min(h, across(arrival, step) if flow.impacts[c, JUMPS] != 0.0 else probe)
+            find_force_jump(tables, address, c, speed, flow, work)
+            probe = max(PROBE_FRACTION * trial.control.impact_steps, 1.0) * step
+            h = min(h, step_across_jump(arrival, step) if flow.impacts[c, FORCE_JUMPS] != 0.0 else probe)
     return max(h, options.h_min)
 
 
 @compiled
-def across(arrival, step):
-    """The step for an open contact whose force will jump: to right before the onset, and then right behind it."""
-    little = CROSSING * step
+def step_across_jump(arrival, step):
+    """Step for an open contact whose force will jump [s]: to just before the onset, then to just after it."""
+    little = JUMP_STEP_FRACTION * step
     return arrival - little if arrival > 2.0 * little else arrival + little
 
 
 @compiled
-def foreseen(tables, c, flow):
-    """Time until the open contact c closes and its approach speed then, (inf, 0) when it does not."""
+def predicted_onset(tables, c, flow):
+    """Time until the open contact c closes [s], and its approach speed [m/s]; (inf, 0) if it does not close."""
     k = tables.contacts.z[c, COMMON_Z]
-    gap, rate, bend = flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE], flow.impacts[c, GAP_ACCELERATION]
-    square = rate * rate - 2.0 * bend * gap
+    gap, rate, gap_acceleration = flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE], flow.impacts[c, GAP_ACCELERATION]
+    square = rate * rate - 2.0 * gap_acceleration * gap
     if square <= 0.0:
         return math.inf, 0.0
     speed = math.sqrt(square)
@@ -104,35 +104,37 @@ def foreseen(tables, c, flow):
 
 
 @compiled
-def struck(tables, c, flow, trial):
-    """Whether the closed contact c is in an impact that needs its own steps."""
+def in_impact(tables, c, flow, trial):
+    """Whether the closed contact c is in an impact that the steps resolve."""
     lasted = flow.clock.t - flow.episodes[c, START]
-    impact = flow.z[tables.contacts.z[c, COMMON_Z]] != LASTING_PHASE and flow.episodes[c, APPROACH] > slow(flow, trial)
-    return impact and lasted < LASTS * trial.bounds.impact_steps * flow.impacts[c, STEP]
+    impact = flow.z[tables.contacts.z[c, COMMON_Z]] != LASTING_PHASE and flow.episodes[
+        c, APPROACH
+    ] > slow_approach_speed(flow, trial)
+    return impact and lasted < LONGEST_IMPACT * trial.control.impact_steps * flow.impacts[c, IMPACT_STEP]
 
 
 @compiled
-def force(tables, address, c, gap, rate, flow, work):
-    """Normal force of contact c at another gap and rate."""
+def normal_force(tables, address, c, gap, rate, flow, work):
+    """Normal force of contact c at a gap and a gap rate [N]."""
     N, _, _ = call_normal(tables, address, c, 0.0, gap, rate, flow.z, work.z_between)
     return N
 
 
 @compiled
-def find_jump(tables, address, c, speed, flow, work):
-    """Note whether the force is there at once when contact c begins, as that of a damper is."""
-    depth = speed * flow.impacts[c, STEP]
+def find_force_jump(tables, address, c, speed, flow, work):
+    """Find out whether the normal force of contact c jumps at its onset, as that of a damper does."""
+    depth = speed * flow.impacts[c, IMPACT_STEP]
     inside, deep = (
-        force(tables, address, c, -1e-3 * depth, -speed, flow, work),
-        force(tables, address, c, -depth, -speed, flow, work),
+        normal_force(tables, address, c, -1e-3 * depth, -speed, flow, work),
+        normal_force(tables, address, c, -depth, -speed, flow, work),
     )
-    flow.impacts[c, JUMPS] = 1.0 if inside > 0.1 * deep else 0.0
+    flow.impacts[c, FORCE_JUMPS] = 1.0 if inside > 0.1 * deep else 0.0
 
 
 @compiled
-def measure(tables, address, c, trial, work, record):
-    """Gap and gap rate of contact c in the trial state."""
-    if record.count.known == ALL_KNOWN:
+def gap_of_trial(tables, address, c, trial, work, record):
+    """Gap [m] and gap rate [m/s] of contact c in the trial state."""
+    if record.count.evaluated == EVALUATED:
         return work.contact[c, GAP], work.contact[c, GAP_RATE]
     dofs = part_of(tables.contacts.dofs, 6 * c, 6 * c + 6)
     for i in range(6):
@@ -144,57 +146,59 @@ def measure(tables, address, c, trial, work, record):
 
 
 @compiled
-def located(tables, address, h, options, flow, trial, work, record):
-    """The step to try instead of h so that contacts are met; h itself when it is good."""
+def step_to_events(tables, address, h, options, flow, trial, work, record):
+    """Step that ends at the first contact event within the trial [s]; h if the trial meets all events."""
     wanted = h
     for c in range(tables.contacts.kernel.shape[0]):
         k = tables.contacts.z[c, COMMON_Z]
         gap0, rate0 = flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE]
-        gap, rate = measure(tables, address, c, trial, work, record)
+        gap, rate = gap_of_trial(tables, address, c, trial, work, record)
         own = h
         if gap0 > 0.0 >= gap:
-            own = onset(tables, address, c, h, gap0, rate0, gap, rate, options, flow, trial, work)
+            own = step_to_onset(tables, address, c, h, gap0, rate0, gap, rate, options, flow, trial, work)
         elif gap0 > 0.0 and rate0 < 0.0 < rate:
-            own = graze(c, h, gap0, rate0, gap, rate, options, flow, trial)
+            own = step_to_grazing(c, h, gap0, rate0, gap, rate, options, flow, trial)
         elif gap0 <= 0.0 < gap:
-            own = release(c, h, gap0, rate0, gap, rate, flow, trial)
-        elif gap0 <= 0.0 and struck(tables, c, flow, trial):
-            most = 1.3 * STEEPEST * flow.episodes[c, APPROACH] / trial.bounds.impact_steps
+            own = step_to_separation(c, h, gap0, rate0, gap, rate, flow, trial)
+        elif gap0 <= 0.0 and in_impact(tables, c, flow, trial):
+            most = 1.3 * PEAK_ACCELERATION_FACTOR * flow.episodes[c, APPROACH] / trial.control.impact_steps
             change = abs(rate - rate0)
             if change > most:
                 own = h * max(0.9 * most / change, 0.2)
-                flow.impacts[c, STEP] = own
+                flow.impacts[c, IMPACT_STEP] = own
         if own < wanted:
             wanted = own
-            record.count.contact = c + 1
+            record.count.rejecting_contact = c + 1
     return wanted
 
 
 @compiled
-def onset(tables, address, c, h, gap0, rate0, gap, rate, options, flow, trial, work):
-    """The step for a trial that closes contact c: to just before the onset, or from there into the impact."""
+def step_to_onset(tables, address, c, h, gap0, rate0, gap, rate, options, flow, trial, work):
+    """Step for a trial that closes contact c [s]: to just before the onset, or from there into the impact."""
     s = crossing(h, gap0, rate0, gap, rate)
     _, slope = cubic(s, h, gap0, rate0, gap, rate)
     speed, arrival = -slope / h, s * h
-    if speed <= slow(flow, trial):
+    if speed <= slow_approach_speed(flow, trial):
         return h
-    step = flow.impacts[c, STEP]
-    if step == 0.0 or (arrival <= REACH * step and h > max(0.5 * PROBE * trial.bounds.impact_steps, 1.5) * step):
+    step = flow.impacts[c, IMPACT_STEP]
+    if step == 0.0 or (
+        arrival <= ONSET_TOLERANCE * step and h > max(0.5 * PROBE_FRACTION * trial.control.impact_steps, 1.5) * step
+    ):
         own = rate - flow.impacts[c, GAP_ACCELERATION] * (h - arrival)
         step = impact_step(tables, address, c, h, speed, gap, own, options, flow, trial, work)
-    flow.impacts[c, STEP] = step
-    if arrival <= 1.001 * REACH * step:
+    flow.impacts[c, IMPACT_STEP] = step
+    if arrival <= 1.001 * ONSET_TOLERANCE * step:
         return min(h, step)
-    # the trial felt the contact, so its gap came through zero later: each refusal goes back further, and no further on
-    # than flight alone would
-    ahead, _ = foreseen(tables, c, flow)
-    margin = 0.5 * REACH * step * 4.0**flow.clock.refused
+    # the contact force delayed the onset of the trial: each rejection goes back further, and no further on than free
+    # flight would
+    ahead, _ = predicted_onset(tables, c, flow)
+    margin = 0.5 * ONSET_TOLERANCE * step * 4.0**flow.clock.rejected_trials
     return min(h, max(min(arrival, ahead) - margin, 0.5 * arrival))
 
 
 @compiled
-def graze(c, h, gap0, rate0, gap, rate, options, flow, trial):
-    """The step for a trial whose gap of contact c is open at both ends, falls and rises: perhaps it closed between."""
+def step_to_grazing(c, h, gap0, rate0, gap, rate, options, flow, trial):
+    """Step for a trial with an open gap of contact c at both ends that may have closed in between [s]."""
     low, high = 0.0, 1.0
     for _ in range(50):
         s = 0.5 * (low + high)
@@ -204,106 +208,115 @@ def graze(c, h, gap0, rate0, gap, rate, options, flow, trial):
         else:
             high = s
     least, _ = cubic(low, h, gap0, rate0, gap, rate)
-    if least > -LEAST_DIP * options.length:
+    if least > -LEAST_DEPTH * options.length:
         return h
-    part = low * h
-    s = crossing(part, gap0, rate0, least, 0.0)
-    _, slope = cubic(s, part, gap0, rate0, least, 0.0)
-    if -slope / part <= slow(flow, trial):
-        return part
-    arrival = s * part
-    step = 2.0 * (part - arrival) / trial.bounds.impact_steps
-    if flow.impacts[c, STEP] > 0.0:
-        step = min(step, flow.impacts[c, STEP])
-    flow.impacts[c, STEP] = step
-    return arrival + step if arrival <= REACH * step else max(arrival - 0.5 * REACH * step, 0.5 * arrival)
+    minimum = low * h
+    s = crossing(minimum, gap0, rate0, least, 0.0)
+    _, slope = cubic(s, minimum, gap0, rate0, least, 0.0)
+    if -slope / minimum <= slow_approach_speed(flow, trial):
+        return minimum
+    arrival = s * minimum
+    step = 2.0 * (minimum - arrival) / trial.control.impact_steps
+    if flow.impacts[c, IMPACT_STEP] > 0.0:
+        step = min(step, flow.impacts[c, IMPACT_STEP])
+    flow.impacts[c, IMPACT_STEP] = step
+    return (
+        arrival + step
+        if arrival <= ONSET_TOLERANCE * step
+        else max(arrival - 0.5 * ONSET_TOLERANCE * step, 0.5 * arrival)
+    )
 
 
 @compiled
-def release(c, h, gap0, rate0, gap, rate, flow, trial):
-    """The step for a trial that opens contact c: to just after its end."""
-    step = flow.impacts[c, STEP]
+def step_to_separation(c, h, gap0, rate0, gap, rate, flow, trial):
+    """Step for a trial that opens contact c [s]: to just after the separation."""
+    step = flow.impacts[c, IMPACT_STEP]
     s = crossing(h, -gap0, -rate0, -gap, -rate)
     _, slope = cubic(s, h, gap0, rate0, gap, rate)
-    if step == 0.0 or slope / h <= slow(flow, trial) or (1.0 - s) * h <= 0.5 * REACH * step:
+    if step == 0.0 or slope / h <= slow_approach_speed(flow, trial) or (1.0 - s) * h <= 0.5 * ONSET_TOLERANCE * step:
         return h
-    return s * h + 0.25 * REACH * step
+    return s * h + 0.25 * ONSET_TOLERANCE * step
 
 
 @compiled
 def impact_step(tables, address, c, h, speed, gap, rate, options, flow, trial, work):
-    """Step for the impact that began in a trial of size h, from the energy that its force has taken until `gap`.
+    """Step that resolves the impact which began in a trial of size h [s], from the work of the normal force so far.
 
-    The force is taken as a power of the depth.  Where the gap rate has turned, the step is far too long and the depth
-    says nothing: then the mass that meets the contact is found from force and change of rate.  `rate` is without what
-    the other forces changed since the onset, which is taken for what they did in the flight before.
+    The force is taken as a power of the depth.  A trial whose gap rate has changed its sign is far too long, and its
+    depth says nothing; the effective mass of the contact then follows from force and change of rate.  `rate` is the gap
+    rate without the effect of other forces, whose gap acceleration is that of the free flight before.
     """
     depth = -gap
-    N = force(tables, address, c, -depth, -speed, flow, work)
+    N = normal_force(tables, address, c, -depth, -speed, flow, work)
     if not (N > 0.0 and depth > 0.0):
         return h
-    n = power(tables, address, c, depth, speed, N, flow, work)
+    n = force_exponent(tables, address, c, depth, speed, N, flow, work)
     if rate < -0.5 * speed:
         share = speed * speed / max(speed * speed - rate * rate, 1e-3 * speed * speed)
     else:
         mass = options.regular.gamma * h * N / (rate + speed)
         share = (n + 1.0) * mass * speed * speed / (2.0 * N * depth)
-    T = DURATION * depth * share ** (1.0 / (n + 1.0)) / speed
-    return lasting(T, speed, flow.impacts[c, GAP_ACCELERATION]) / trial.bounds.impact_steps
+    T = DURATION_FACTOR * depth * share ** (1.0 / (n + 1.0)) / speed
+    return impact_duration(T, speed, flow.impacts[c, GAP_ACCELERATION]) / trial.control.impact_steps
 
 
 @compiled
-def lasting(alone, speed, bend):
-    """Duration of an impact of duration `alone` when other forces draw the surfaces apart: 2 speed / bend without it.
+def impact_duration(alone, speed, gap_acceleration):
+    """Duration of an impact [s] under other forces, `alone` without them.
 
-    Between the two: for a linear spring and bend = omega speed, (pi/2)/omega, this gives 1.52/omega.
+    The limit without contact stiffness is 2 speed / gap_acceleration.  Between both limits, for a linear spring with
+    gap_acceleration = omega speed, the exact duration is (pi/2)/omega; this interpolation gives 1.52/omega.
     """
-    if bend <= 0.0:
+    if gap_acceleration <= 0.0:
         return alone
-    return (alone**-1.5 + (0.5 * bend / speed) ** 1.5) ** (-2.0 / 3.0)
+    return (alone**-1.5 + (0.5 * gap_acceleration / speed) ** 1.5) ** (-2.0 / 3.0)
 
 
 @compiled
-def power(tables, address, c, depth, speed, N, flow, work):
-    """Exponent of the force of contact c near this depth, 1 to 3."""
-    double = force(tables, address, c, -2.0 * depth, -speed, flow, work)
+def force_exponent(tables, address, c, depth, speed, N, flow, work):
+    """Exponent of the normal force of contact c near a depth, limited to 1 ... 3."""
+    double = normal_force(tables, address, c, -2.0 * depth, -speed, flow, work)
     return min(max(math.log(max(double / N, 1.0)) / math.log(2.0), 1.0), 3.0)
 
 
 @compiled
-def remember(tables, address, h, options, flow, trial, work):
-    """What the accepted step says of the contacts; whether the next one is a first step, since a force jumped or ended.
+def update_impacts(tables, address, h, options, flow, trial, work):
+    """Update the steps of impacts after an accepted step; whether the next step is a first step, as after a jump.
 
-    Called while `flow` still holds the state before the step, after `located`.
+    Called after `step_to_events`, while `flow` still is the state before the step.
     """
-    anew = False
+    restarts = False
     for c in range(tables.contacts.kernel.shape[0]):
         k = tables.contacts.z[c, COMMON_Z]
         gap0, rate0 = flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE]
         gap, rate = work.contact[c, GAP], work.contact[c, GAP_RATE]
         if gap > 0.0:
             flow.impacts[c, GAP_ACCELERATION] = (rate - rate0) / h if gap0 > 0.0 else 0.0
-            if gap0 <= 0.0 and rate > slow(flow, trial):
-                anew = True
-                flow.clock.brake = 0.0
+            if gap0 <= 0.0 and rate > slow_approach_speed(flow, trial):
+                restarts = True
+                flow.clock.contact_step = 0.0
         elif gap0 > 0.0:
-            anew = anew or flow.impacts[c, JUMPS] != 0.0
-            flow.impacts[c, JUMPS] = 0.0
-        elif flow.z[k] == 1.0 and struck(tables, c, flow, trial):
+            restarts = restarts or flow.impacts[c, FORCE_JUMPS] != 0.0
+            flow.impacts[c, FORCE_JUMPS] = 0.0
+        elif flow.z[k] == 1.0 and in_impact(tables, c, flow, trial):
             speed = flow.episodes[c, APPROACH]
             own = rate - flow.impacts[c, GAP_ACCELERATION] * (flow.clock.t + h - flow.episodes[c, START])
             left = own * own / (speed * speed)
             if own < 0.0 and 0.4 < left < 0.9:
-                n = power_of(tables, address, c, gap, speed, flow, work)
-                T = DURATION * -gap * (1.0 - left) ** (-1.0 / (n + 1.0)) / speed
-                step = lasting(T, speed, flow.impacts[c, GAP_ACCELERATION]) / trial.bounds.impact_steps
-                if not LESS * flow.impacts[c, STEP] < step < MORE * flow.impacts[c, STEP]:
-                    flow.impacts[c, STEP] = step
-    return anew
+                n = force_exponent_at(tables, address, c, gap, speed, flow, work)
+                T = DURATION_FACTOR * -gap * (1.0 - left) ** (-1.0 / (n + 1.0)) / speed
+                step = impact_duration(T, speed, flow.impacts[c, GAP_ACCELERATION]) / trial.control.impact_steps
+                if (
+                    not SHORTEN_BELOW * flow.impacts[c, IMPACT_STEP]
+                    < step
+                    < LENGTHEN_ABOVE * flow.impacts[c, IMPACT_STEP]
+                ):
+                    flow.impacts[c, IMPACT_STEP] = step
+    return restarts
 
 
 @compiled
-def power_of(tables, address, c, gap, speed, flow, work):
-    """`power` at a gap whose force is not known yet."""
-    N = force(tables, address, c, gap, -speed, flow, work)
-    return power(tables, address, c, -gap, speed, N, flow, work) if N > 0.0 else 1.0
+def force_exponent_at(tables, address, c, gap, speed, flow, work):
+    """`force_exponent` at a gap, whose normal force is computed here."""
+    N = normal_force(tables, address, c, gap, -speed, flow, work)
+    return force_exponent(tables, address, c, -gap, speed, N, flow, work) if N > 0.0 else 1.0

@@ -1,7 +1,7 @@
-"""Episodes of contact in the compiled loop: followed at every accepted step, written down where they end.
+"""Contact intervals ("episodes") in the compiled loop: updated at every accepted step, recorded at the separation.
 
-An episode lasts from the instant where the gap falls through zero to that where it rises through zero again.  Both are
-roots of the cubic through gap and gap rate at the ends of a step, as the onset is for the contact laws.
+A contact interval lasts from the onset to the separation.  Both are roots of the cubic through gap and gap rate at the
+ends of a step, as the onset is for the contact laws.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from flexmb.program.tables import (
     Addresses,
     Tables,
 )
-from flexmb.state.flow import CONTACT_MEMORY, EPISODE, EPISODE_ROW, PRESSED, Flow
+from flexmb.state.flow import CONTACT_MEMORY_SIZE, EPISODE_ROW_SIZE, EPISODE_SIZE, MEMORY_NORMAL, Flow
 from flexmb.state.options import NEVER
 from flexmb.state.record import RunRecord
 from flexmb.system.work import LOSS_FRICTION, LOSS_NORMAL
@@ -36,26 +36,25 @@ START, APPROACH, IMPULSE, PEAK_FORCE, PEAK_DEPTH, CONTACT_LOSS, FRICTION_LOSS = 
 [J]."""
 
 CONTACT, MODE, END, SEPARATION, CARRIED = range(5)
-"""Columns of a row that is written down: contact, mode, end [s], separation speed [m/s]; then those of `Flow.episodes`
-from CARRIED on."""
+"""Columns of `RunRecord.episodes`: contact, mode, end [s], separation speed [m/s]; from CARRIED on the columns of
+`Flow.episodes`."""
 
 IMPACT, LASTING = 1.0, 2.0
-"""Modes, those of the signal `mode`."""
+"""Modes of a contact interval, as in the signal `mode`."""
 
 CLOSING_PHASE, LASTING_PHASE = 1.0, 3.0
-"""Phases of a contact in its first approach, and of one that was pressed together again after its first rebound
-(`system/contacts.py`)."""
+"""Phases of a contact (`system/contacts.py`): in its first compression; compressed again after its first rebound."""
 
-TOUCHES = 2e-12
-"""Gap at the start, relative to the size of the mechanism, that may be left over from closing the loops."""
+ROUND_OFF_GAP = 2e-12
+"""Gap at the start relative to the size of the mechanism, up to which it is round-off of closing the loops."""
 
 
 @compiled
-def follow_contacts(tables, h, options, flow, work, record):
-    """Bring the running episodes to the state of the last evaluation, before ledger and histories are.
+def update_episodes(tables, h, options, flow, work, record):
+    """Update the running contact intervals to the state of the last evaluation.
 
-    Losses are those that the ledger books (`work.loss`), so those of all episodes add up to what it says; impulses
-    are sums of trapezoids, as the momentum that the Newmark family moves.
+    Called before the ledger and the histories are updated.  Losses are those of the ledger (`work.loss`), so that the
+    losses of all intervals add up to its entries.  Impulses are sums of trapezoids, as in the Newmark family.
     """
     K = tables.contacts
     for c in range(K.kernel.shape[0]):
@@ -69,22 +68,22 @@ def follow_contacts(tables, h, options, flow, work, record):
             flow.episodes[c, APPROACH] = speed_at_crossing(
                 h, flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE], gap, rate
             )
-        m, depth = CONTACT_MEMORY * c, max(-gap, 0.0)
-        flow.episodes[c, IMPULSE] += 0.5 * h * (flow.memory[m + PRESSED] + N)
+        m, depth = CONTACT_MEMORY_SIZE * c, max(-gap, 0.0)
+        flow.episodes[c, IMPULSE] += 0.5 * h * (flow.memory[m + MEMORY_NORMAL] + N)
         flow.episodes[c, CONTACT_LOSS] += work.loss[c, LOSS_NORMAL]
         flow.episodes[c, FRICTION_LOSS] += work.loss[c, LOSS_FRICTION]
         flow.episodes[c, PEAK_FORCE] = max(flow.episodes[c, PEAK_FORCE], N)
         flow.episodes[c, PEAK_DEPTH] = max(flow.episodes[c, PEAK_DEPTH], depth)
         if now == 0.0:
             if options.save_interval < NEVER:
-                write_down(c, h, before, gap, rate, k, flow, record)
-            for i in range(EPISODE):
+                write_episode(c, h, before, gap, rate, k, flow, record)
+            for i in range(EPISODE_SIZE):
                 flow.episodes[c, i] = 0.0
 
 
 @compiled
 def speed_at_crossing(h, gap0, rate0, gap1, rate1):
-    """Approach speed where the gap falls through zero; 0 for a grazing one."""
+    """Approach speed at the onset [m/s]; 0 for a grazing contact."""
     if gap0 <= 0.0:
         return max(-rate1, 0.0)
     s = crossing(h, gap0, rate0, gap1, rate1)
@@ -93,8 +92,8 @@ def speed_at_crossing(h, gap0, rate0, gap1, rate1):
 
 
 @compiled
-def write_down(c, h, phase, gap, rate, k, flow, record):
-    """One row of the buffer for the episode of contact c, which ended in this step; k : place of its history."""
+def write_episode(c, h, phase, gap, rate, k, flow, record):
+    """Record the interval of contact c, which ended in this step, in a row of the buffer; k : place of its history."""
     row = record.count.episodes
     gap0, rate0 = flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE]
     s = crossing(h, -gap0, -rate0, -gap, -rate)
@@ -103,21 +102,21 @@ def write_down(c, h, phase, gap, rate, k, flow, record):
     record.episodes[row, MODE] = LASTING if phase == LASTING_PHASE else IMPACT
     record.episodes[row, END] = flow.clock.t + s * h
     record.episodes[row, SEPARATION] = max(slope / h, 0.0)
-    for i in range(EPISODE):
+    for i in range(EPISODE_SIZE):
         record.episodes[row, CARRIED + i] = flow.episodes[c, i]
     record.count.episodes += 1
 
 
 @compiled
-def no_room(flow, record):
-    """Whether the next step could end more episodes than the buffer has room for."""
+def buffer_may_overflow(flow, record):
+    """Whether the next step could end more contact intervals than the buffer has room for."""
     return record.count.episodes + flow.episodes.shape[0] > record.episodes.shape[0]
 
 
-def close_what_touches(program: Program, z: np.ndarray, flow: Flow) -> None:
-    """Take contacts for closed whose gap in a start state is round-off, with the histories of a gap of 0.
+def close_round_off_gaps(program: Program, z: np.ndarray, flow: Flow) -> None:
+    """Close the contacts whose gap at the start is round-off, with the histories of a gap of 0.
 
-    As an onset, it would have an approach speed of round-off.
+    An onset in the first step would have an approach speed of round-off.
 
     Parameters
     ----------
@@ -130,15 +129,15 @@ def close_what_touches(program: Program, z: np.ndarray, flow: Flow) -> None:
         K.kernel[:, NORMAL_LAW], K.p[:, NORMAL_P : NORMAL_P_END + 1], K.z, strict=True
     ):
         gap, rate = flow.z[begin + LAST_GAP], flow.z[begin + LAST_GAP_RATE]
-        if 0.0 < gap <= TOUCHES * program.length:
+        if 0.0 < gap <= ROUND_OFF_GAP * program.length:
             N, _, _ = laws[kernel].dispatcher(
                 program.tables.p[slice(*p)], 0.0, 0.0, rate, z[normal:end], flow.z[normal:end]
             )
             flow.z[begin : begin + CONTACT_COMMON] = CLOSING_PHASE, flow.clock.t, 0.0, N, rate
 
 
-def touching_from_the_start(tables: Tables, flow: Flow) -> None:
-    """Begin episodes of the contacts that are closed in a state whose past is not known: their start is NaN."""
+def start_episodes(tables: Tables, flow: Flow) -> None:
+    """Begin intervals for the contacts that are closed at the start; their onset is not known, hence NaN."""
     z, first = flow.z, tables.contacts.z[:, COMMON_Z]
     closed = z[first + PHASE] != 0.0
     flow.episodes[:] = 0.0
@@ -147,18 +146,18 @@ def touching_from_the_start(tables: Tables, flow: Flow) -> None:
     flow.episodes[closed, PEAK_DEPTH] = np.maximum(-z[first[closed] + LAST_GAP], 0.0)
 
 
-def taken_out(record: RunRecord) -> np.ndarray:
-    """The rows of the buffer, which is empty afterwards."""
+def take_episodes(record: RunRecord) -> np.ndarray:
+    """Take the recorded rows out of the buffer."""
     rows = record.episodes[: record.count.episodes].copy()
     record.count.episodes = 0
     return rows
 
 
-def still_running(tables: Tables, flow: Flow) -> np.ndarray:
-    """Rows of the episodes that have not ended: end and separation speed are NaN, the rest is what it is so far."""
+def running_episodes(tables: Tables, flow: Flow) -> np.ndarray:
+    """Rows of the running contact intervals, with NaN for end and separation speed."""
     phase = flow.z[tables.contacts.z[:, COMMON_Z] + PHASE]
     running = np.flatnonzero(phase != 0.0)
-    rows = np.full((len(running), EPISODE_ROW), np.nan)
+    rows = np.full((len(running), EPISODE_ROW_SIZE), np.nan)
     rows[:, CONTACT] = running
     rows[:, MODE] = np.where(phase[running] == LASTING_PHASE, LASTING, IMPACT)
     rows[:, CARRIED:] = flow.episodes[running]

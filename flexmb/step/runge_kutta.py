@@ -1,4 +1,4 @@
-"""The classical Runge-Kutta method for rigid mechanisms, with projection onto the constraints."""
+"""Classical Runge-Kutta method for rigid mechanisms, with projection onto the constraints."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from flexmb.compiled.records import Matrix, Record, Vector
-from flexmb.energy.balance import MISSING_IN_RUNGE_KUTTA
+from flexmb.energy.balance import RESIDUAL_LIMIT_RUNGE_KUTTA
 from flexmb.kernels import compiled, copy
-from flexmb.linalg.lu import HELD, LU, THRESHOLD, factor, first_held, left_over, solve
+from flexmb.linalg.lu import LOST_PIVOT, LU, ROWS_HELD, factor, first_held_row, held_residual, solve
 from flexmb.program.program import Program
 from flexmb.program.tables import Addresses, Tables
 from flexmb.state.flow import Flow
 from flexmb.state.options import Options
-from flexmb.state.record import DONE, NOT_FINITE, NOTHING_KNOWN, RUNNING, SINGULAR, RunRecord
+from flexmb.state.record import DONE, NOT_EVALUATED, NOT_FINITE, RUNNING, SINGULAR, RunRecord
 from flexmb.state.trial import Trial
-from flexmb.step.acceptance import accept, finished, next_size
+from flexmb.step.acceptance import accept, finished, next_step_size
 from flexmb.step.method import Method
-from flexmb.step.newmark.jacobian_reuse import forget_factors
-from flexmb.step.newmark.redundant_constraints import first_hold, free_gap, outcome, settle
+from flexmb.step.newmark.jacobian_reuse import discard_factors
+from flexmb.step.newmark.redundant_constraints import allowed_gap, held_code, initial_hold, update_held_multipliers
 from flexmb.step.stepper import Stepper
 from flexmb.system.evaluate import evaluate
 from flexmb.system.work import Work
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from flexmb.run.run import Run
 
 PROJECTIONS = 3
-ROUNDS = 8
+MOST_REPETITIONS = 8
 
 
 @dataclass(frozen=True)
@@ -50,26 +50,26 @@ class RungeKutta4(Method):
 
 
 class RungeKuttaStepper(Stepper):
-    """Steps of Runge and Kutta; the account is of second order, so it is coarser than the motion they find.
+    """Steps of the Runge-Kutta method; the balance of energies is of second order, hence coarser than the motion.
 
     Parameters
     ----------
     program : the compiled mechanism.
     """
 
-    missing = MISSING_IN_RUNGE_KUTTA
+    residual_limit = RESIDUAL_LIMIT_RUNGE_KUTTA
 
     def __init__(self, program: Program) -> None:
         super().__init__(program)
         self.stages = new_stages(program)
 
     def advance(self, run: Run, options: Options, steps: int) -> int:
-        """Take at most `steps` steps: the code of the ending."""
+        """Take at most `steps` steps; RUNNING, or the code of the ending."""
         return advance_explicit(*run.arguments(options), self.stages, steps)
 
 
 class Stages(Record):
-    """Velocities and accelerations of the four stages, (4, n_q + 3)."""
+    """Velocities v and accelerations a of the four stages, (4, n_q + 3)."""
 
     v: Matrix
     a: Matrix
@@ -83,14 +83,14 @@ def new_stages(program: Program) -> Stages:
 
 
 @compiled
-def accelerate(tables, address, lu, t, part, h, load, options, flow, trial, work, record, stages):
-    """Accelerations and multipliers, `accelerate_once` repeated where friction depends on the multipliers."""
+def accelerate(tables, address, lu, t, fraction, h, load, options, flow, trial, work, record, stages):
+    """Solve for accelerations and multipliers; repeatedly, where friction depends on the multipliers."""
     n, m, last = tables.sizes.n_q, tables.sizes.n_c, math.inf
-    for _ in range(ROUNDS if tables.sizes.gripped else 1):
-        code = accelerate_once(tables, address, lu, t, part, h, load, options, flow, trial, work, record, stages)
+    for _ in range(MOST_REPETITIONS if tables.sizes.has_joint_friction else 1):
+        code = accelerate_once(tables, address, lu, t, fraction, h, load, options, flow, trial, work, record, stages)
         change, size = 0.0, 0.0
         for i in range(m):
-            change, size = max(change, abs(trial.d[n + i])), max(size, abs(trial.lam[i]))
+            change, size = max(change, abs(trial.solution[n + i])), max(size, abs(trial.lam[i]))
         if code != RUNNING or change <= 1e-14 * size or not change < last:
             return code
         last = change
@@ -98,80 +98,80 @@ def accelerate(tables, address, lu, t, part, h, load, options, flow, trial, work
 
 
 @compiled
-def accelerate_once(tables, address, lu, t, part, h, load, options, flow, trial, work, record, stages):
-    """Accelerations and multipliers at the trial positions and velocities: M a + G^T lam = load - r, G a = gamma.
+def accelerate_once(tables, address, lu, t, fraction, h, load, options, flow, trial, work, record, stages):
+    """Solve M a + G^T lam = load - r, G a = gamma at the trial positions and velocities.
 
-    Solved for the change of the multipliers, so those that are held keep their last values.  part : of the step h that
-    has passed;  load : (n_q + 3,) forces beside those of the model.
+    Unknowns are a and the change of the multipliers, so that held multipliers keep their last values.
+    fraction : time since the start of the step over h;  load : (n_q + 3,) forces beside those of the model [N, N m]
     """
     n, m = tables.sizes.n_q, tables.sizes.n_c
-    hold, lost = first_hold(flow), HELD
-    while lost == HELD:
+    hold, lost = initial_hold(flow), ROWS_HELD
+    while lost == ROWS_HELD:
         q, v, still = trial.q, trial.v, stages.zero
-        evaluate(tables, address, t, part * h, q, v, still, trial.lam, flow.z, 0.0, 0.0, 1.0, True, work)
+        evaluate(tables, address, t, fraction * h, q, v, still, trial.lam, flow.z, 0.0, 0.0, 1.0, True, work)
         record.count.evaluations += 1
         for i in range(n):
-            trial.b[i] = load[i] - (work.r[i] + work.Gl[i])
+            trial.rhs[i] = load[i] - (work.r[i] + work.Gl[i])
         for i in range(m):
-            trial.b[n + i] = work.gamma[i]
-        lost = factor(lu, work.lu, trial.seen, THRESHOLD, n, hold)
+            trial.rhs[n + i] = work.gamma[i]
+        lost = factor(lu, work.lu, trial.pivot_scale, LOST_PIVOT, n, hold)
         record.count.factorisations += 1
         if lost >= 0:
-            record.count.lost = lost
-            return SINGULAR if math.isfinite(trial.b.sum()) else NOT_FINITE
-        if lost == HELD:
-            left = h * h * left_over(lu, work.lu, trial.seen, trial.b, trial.y)
-            if hold == THRESHOLD or left <= free_gap(tables, h, options, flow, flow.a):
+            record.count.lost_pivot = lost
+            return SINGULAR if math.isfinite(trial.rhs.sum()) else NOT_FINITE
+        if lost == ROWS_HELD:
+            left = h * h * held_residual(lu, work.lu, trial.pivot_scale, trial.rhs, trial.scratch)
+            if hold == LOST_PIVOT or left <= allowed_gap(tables, h, options, flow, flow.a):
                 break
-            hold = THRESHOLD  # they say something of their own
-    solve(lu, work.lu, trial.b, trial.d, trial.y)
+            hold = LOST_PIVOT  # the rows are not redundant
+    solve(lu, work.lu, trial.rhs, trial.solution, trial.scratch)
     for i in range(n):
-        trial.a[i] = trial.d[i]
+        trial.a[i] = trial.solution[i]
     for i in range(m):
-        trial.lam[i] += trial.d[n + i]
-    finite = math.isfinite(trial.d.sum())
-    record.count.outcome = outcome(lost == HELD, hold == THRESHOLD, flow)
+        trial.lam[i] += trial.solution[n + i]
+    finite = math.isfinite(trial.solution.sum())
+    record.count.held_code = held_code(lost == ROWS_HELD, hold == LOST_PIVOT, flow)
     return RUNNING if finite else NOT_FINITE
 
 
 @compiled
 def project_state(tables, address, lu, t, h, options, flow, trial, work, record, stages):
-    """Close the joints in positions, then in velocities, by the shift of least kinetic energy."""
+    """Project positions, then velocities, onto the constraints, with least kinetic energy."""
     n, m = tables.sizes.n_q, tables.sizes.n_c
-    level, hold = 0, first_hold(flow)
+    level, hold = 0, initial_hold(flow)
     while level < PROJECTIONS:
         evaluate(tables, address, t, h, trial.q, trial.v, stages.zero, trial.lam, flow.z, 0.0, 0.0, 1.0, True, work)
         record.count.evaluations += 1
-        trial.b[:] = 0.0
+        trial.rhs[:] = 0.0
         velocities = level == PROJECTIONS - 1
         for i in range(m):
-            trial.b[n + i] = -work.gv[i] if velocities else -work.g[i]
-        lost = factor(lu, work.lu, trial.seen, THRESHOLD, n, hold)
+            trial.rhs[n + i] = -work.gv[i] if velocities else -work.g[i]
+        lost = factor(lu, work.lu, trial.pivot_scale, LOST_PIVOT, n, hold)
         record.count.factorisations += 1
         if lost >= 0:
-            record.count.lost = lost
+            record.count.lost_pivot = lost
             return SINGULAR
-        if lost == HELD:
-            left = left_over(lu, work.lu, trial.seen, trial.b, trial.y) * (h if velocities else 1.0)
-            if left > free_gap(tables, h, options, flow, flow.a):
-                if hold == THRESHOLD:  # the rows contradict the others
-                    record.count.lost = first_held(lu, trial.seen)
+        if lost == ROWS_HELD:
+            left = held_residual(lu, work.lu, trial.pivot_scale, trial.rhs, trial.scratch) * (h if velocities else 1.0)
+            if left > allowed_gap(tables, h, options, flow, flow.a):
+                if hold == LOST_PIVOT:  # the rows contradict the others
+                    record.count.lost_pivot = first_held_row(lu, trial.pivot_scale)
                     return SINGULAR
-                hold = THRESHOLD  # they say something of their own
+                hold = LOST_PIVOT  # the rows are not redundant
                 continue
-        solve(lu, work.lu, trial.b, trial.e, trial.y)
+        solve(lu, work.lu, trial.rhs, trial.shift, trial.scratch)
         for i in range(n):
             if velocities:
-                trial.v[i] += trial.e[i]
+                trial.v[i] += trial.shift[i]
             else:
-                trial.q[i] += trial.e[i]
+                trial.q[i] += trial.shift[i]
         level += 1
     return RUNNING
 
 
 @compiled
 def runge_kutta_step(tables, address, lu, h, load, options, flow, trial, work, record, stages):
-    """Try one step under a load that stays the same; RUNNING when it is good, else the code of the failure."""
+    """Try a step under a constant load; RUNNING, or the code of the failure."""
     n, m = tables.sizes.n_q, tables.sizes.n_c
     t = flow.clock.t
     copy(flow.q, trial.q)
@@ -215,18 +215,18 @@ def advance_explicit(
     stages: Stages,
     steps: int,
 ):
-    """At most `steps` steps of fixed size; the code of the ending."""
-    forget_factors(flow.reuse)
-    record.count.known = NOTHING_KNOWN
+    """Take at most `steps` steps of fixed size; RUNNING, or the code of the ending."""
+    discard_factors(flow.reuse)
+    record.count.evaluated = NOT_EVALUATED
     for _ in range(steps):
         if finished(options, flow):
             return DONE
-        h = next_size(flow.clock.size, options.t_end - flow.clock.t)
+        h = next_step_size(flow.clock.step_size, options.t_end - flow.clock.t)
         code = runge_kutta_step(tables, address, lu, h, stages.zero, options, flow, trial, work, record, stages)
         if code != RUNNING:
             return code
-        if record.count.outcome != 0 or flow.clock.held_steps > 0.0:
-            settle(tables, lu, flow.clock.t + h, flow, trial, work, record)
+        if record.count.held_code != 0 or flow.clock.held_steps > 0.0:
+            update_held_multipliers(tables, lu, flow.clock.t + h, flow, trial, work, record)
         code = accept(tables, address, h, options, flow, trial, work, record)
         if code != RUNNING:
             return code

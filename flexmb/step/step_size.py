@@ -11,8 +11,8 @@ from flexmb.errors import InputError
 
 IMPACT_STEPS = 32
 """Steps of an impact with rtol = 1e-4: the largest force of a half sine is then missed by 0.12 % at most."""
-FEWEST = 8
-FLIGHT_COUNTS = 10.0
+FEWEST_IMPACT_STEPS = 8
+FLIGHT_WEIGHT = 10.0
 """How much more the error of positions counts in free flight."""
 SMOOTH_STEPS, LARGEST_STEPS = 1000.0, 250.0
 """Largest steps in a period or a run, without clearance and with it.  Rigid mechanisms without contacts take hardly
@@ -91,10 +91,10 @@ class Adaptive:
         """Steps that an impact gets at least."""
         if self.impact_steps is not None:
             return float(self.impact_steps)
-        return max(IMPACT_STEPS * (1e-4 / self.rtol) ** (1.0 / 3.0), FEWEST)
+        return max(IMPACT_STEPS * (1e-4 / self.rtol) ** (1.0 / 3.0), FEWEST_IMPACT_STEPS)
 
     def finer(self) -> Self:
-        """The same with a tenth of the tolerances."""
+        """A copy with a tenth of the tolerances."""
         steps = None if self.impact_steps is None else math.ceil(10.0 ** (1.0 / 3.0) * self.impact_steps)
         atol = None if self.atol is None else self.atol / 10.0
         return replace(self, rtol=self.rtol / 10.0, atol=atol, impact_steps=steps)

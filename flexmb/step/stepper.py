@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexmb.energy.balance import MISSING, keep_account
+from flexmb.energy.balance import RESIDUAL_LIMIT, update_balance
 from flexmb.energy.contact_work import contact_losses
 from flexmb.program.program import Program
 from flexmb.start.consistent import Start, consistent_start
@@ -41,27 +41,27 @@ class Stepper:
     form : how joints are kept closed;  regular, first : coefficients of the Newmark family, see `Options`.
     """
 
-    missing = MISSING
+    residual_limit = RESIDUAL_LIMIT
     form = GEAR_GUPTA_LEIMKUHLER
     regular = first = Coefficients(0.0, 0.0, 0.25, 0.5)
 
     def __init__(self, program: Program) -> None:
-        self.program = self.shown = program
+        self.program = self.reported = program
 
     @property
     def columns(self) -> int:
         """Number of signals."""
-        return int(self.shown.tables.sizes.n_y)
+        return int(self.reported.tables.sizes.n_y)
 
     def record(self, rows: int, kept: np.ndarray | None = None) -> RunRecord:
         """Buffers for `rows` saved instants of the signals `kept` of `shown` (places; None: all)."""
-        record = new_record(self.shown, rows, kept)
-        if self.shown is self.program:
+        record = new_record(self.reported, rows, kept)
+        if self.reported is self.program:
             return record
-        return record.replaced(held=new_record(self.program, 1).held)
+        return record.replaced(held_rows=new_record(self.program, 1).held_rows)
 
     def start(self, mechanism: Mechanism, closed: Program, *, redundant: bool) -> Start:
-        """Start values of the mechanism; `closed` is what it compiles to with centred journals."""
+        """Start values of the mechanism; `closed`: its program with ideal joints for contacts."""
         return consistent_start(mechanism, self.program, redundant=redundant, closed=closed)
 
     def prepare(self, run: Run, start: Start, z: np.ndarray, time: float) -> int:  # noqa: ARG002 - see `Staggered`
@@ -74,22 +74,22 @@ class Stepper:
 
     def save(self, run: Run, options: Options) -> None:
         """Go on with the instants that the last step passed, where the buffer had no room for all."""
-        step = run.record.step
-        save(self.shown.tables, step.began, step.size, options, run.flow, run.record)
+        step = run.record.report
+        save(self.reported.tables, step.start, step.size, options, run.flow, run.record)
 
-    def look(self, run: Run) -> None:
+    def evaluate(self, run: Run) -> None:
         """Evaluate the present state of `run.flow`; remember its powers and forces for the ledger."""
         evaluate_state(self.program, run.flow, run.work)
-        remember_powers(self.program, run.flow, run.work)
+        store_powers(self.program, run.flow, run.work)
 
     def write(self, run: Run) -> None:
-        """Signals of the state that was looked at last, in `run.record.new`."""
+        """Write the signals of the state that was evaluated last to `run.record.signals`."""
         flow = run.flow
         common = (self.program.tables, self.program.addresses, flow.clock.t)
-        write_outputs(*common, flow.q, flow.v, flow.a, run.work, flow.ledger, run.record.new)
+        write_outputs(*common, flow.q, flow.v, flow.a, run.work, flow.ledger, run.record.signals)
 
-    def forget_peaks(self) -> None:
-        """Begin anew to look for the largest values of the method's own."""
+    def reset_peaks(self) -> None:
+        """Reset the peaks of the method's own signals."""
 
     def explain(self, code: int) -> str | None:  # noqa: ARG002 - most have none of their own
         """Sentence on an ending of the method's own; None for an ending that all methods share."""
@@ -100,11 +100,11 @@ class Stepper:
         return ()
 
     def saved(self) -> dict[str, np.ndarray]:
-        """Arrays of a restart beside those of the `Flow`, by name."""
+        """Arrays of a restart by name, in addition to the `Flow`."""
         return {}
 
     def restore(self, restart: Mapping[str, Any]) -> None:
-        """Take what `saved` gave.
+        """Restore the arrays of `saved`.
 
         Raises
         ------
@@ -121,9 +121,9 @@ def evaluate_state(program: Program, flow: Flow, work: Any) -> None:
     flow.momentum[:] = work.momentum
 
 
-def remember_powers(program: Program, flow: Flow, work: Any) -> None:
+def store_powers(program: Program, flow: Flow, work: Any) -> None:
     """Powers and forces of the state that was evaluated last, from which the ledger goes on."""
     tables, addresses = program.tables, program.addresses
     contact_losses(tables, addresses, 0.0, flow, flow.q, flow.v, work)
     state = (flow.q, flow.v, flow.q, flow.v)
-    keep_account(tables, addresses, flow.clock.t, 0.0, *state, flow.ledger, flow.account, flow.memory, work)
+    update_balance(tables, addresses, flow.clock.t, 0.0, *state, flow.ledger, flow.balance, flow.memory, work)

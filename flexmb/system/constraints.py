@@ -3,15 +3,15 @@
 With J of the sliding direction (slip = J v), N(lam) and T from the friction law: r = -T J.
 """
 
-from flexmb.kernels import compiled, constraint_at, friction_at, grip_at, matrix_view, motion_at, part_of
+from flexmb.kernels import compiled, constraint_at, friction_at, joint_friction_at, matrix_view, motion_at, part_of
 from flexmb.places import LOAD, LOAD_BY_LAM, SLIDING
-from flexmb.program.tables import BEGIN, END, GRIP_LAW, GRIP_P, GRIP_P_END, SLIDING_LAW, SLIDING_P, SLIDING_P_END
+from flexmb.program.tables import BEGIN, END, LOAD_KERNEL, LOAD_P, LOAD_P_END, SLIDING_LAW, SLIDING_P, SLIDING_P_END
 from flexmb.system.work import (
     DRIVE_FORCE,
-    GRIP_BY_LAM,
-    GRIP_BY_SLIP,
-    GRIP_FORCE,
-    GRIP_SLIP,
+    JOINT_FRICTION_FORCE,
+    JOINT_SLIP,
+    JOINT_T_BY_LAM,
+    JOINT_T_BY_SLIP,
     MOMENT,
     MOTION,
     MOTION_ACCELERATION,
@@ -36,22 +36,22 @@ def add_constraints(tables, address, t, h, q, v, lam, z, kq, kv, matrix, work):
         if matrix:
             for i in range(n * n):
                 work.Kl[i] = 0.0
-        _call(tables, address, c, n, m, t, lam, work)
+        _call_constraint(tables, address, c, n, m, t, lam, work)
         if n == 6 and m == 2:  # a joint of two nodes: numbers that are known let the compiler unroll
-            _spread(C, c, 6, 2, lam, matrix, work)
+            _scatter(C, c, 6, 2, lam, matrix, work)
         else:
-            _spread(C, c, n, m, lam, matrix, work)
+            _scatter(C, c, n, m, lam, matrix, work)
         if matrix and kq != 0.0:
             positions = part_of(C.positions_h, C.pos_h[c], C.pos_h[c + 1])
             for k in range(n * n):
                 if work.Kl[k] != 0.0:
                     work.lu[positions[k]] += kq * work.Kl[k]
-        if C.grip[c, GRIP_LAW] >= 0:
-            _add_grip(tables, address, c, n, m, h, lam, z, kq, kv, matrix, work)
+        if C.joint_friction[c, LOAD_KERNEL] >= 0:
+            _add_joint_friction(tables, address, c, n, m, h, lam, z, kq, kv, matrix, work)
 
 
 @compiled
-def _spread(C, c, n, m, lam, matrix, work):
+def _scatter(C, c, n, m, lam, matrix, work):
     """Add G v to work.gv and G^T lam to work.Gl; if `matrix`, put G and G^T into work.lu."""
     dofs = part_of(C.dofs, C.dof[c], C.dof[c + 1])
     G = part_of(work.G, C.pos_g[c], C.pos_g[c + 1])
@@ -75,14 +75,14 @@ def _spread(C, c, n, m, lam, matrix, work):
 
 
 @compiled
-def _add_grip(tables, address, c, n, m, h, lam, z, kq, kv, matrix, work):
+def _add_joint_friction(tables, address, c, n, m, h, lam, z, kq, kv, matrix, work):
     """Friction in joint c between two nodes, and its tangents by coordinates, velocities and multipliers."""
     C = tables.constraints
-    out, H = work.grip_out, work.grip_curve
+    out, H = work.joint_friction_out, work.joint_friction_curve
     out[:] = 0.0
     H[:, :] = 0.0
-    grip_at(address.grip, C.grip[c, GRIP_LAW])(
-        part_of(tables.p, C.grip_p[c, GRIP_P], C.grip_p[c, GRIP_P_END]),
+    joint_friction_at(address.joint_friction, C.joint_friction[c, LOAD_KERNEL])(
+        part_of(tables.p, C.joint_friction_p[c, LOAD_P], C.joint_friction_p[c, LOAD_P_END]),
         part_of(work.ql, 0, n),
         part_of(lam, C.row[c], C.row[c + 1]),
         out,
@@ -91,19 +91,19 @@ def _add_grip(tables, address, c, n, m, h, lam, z, kq, kv, matrix, work):
     slip = 0.0
     for j in range(6):
         slip += out[SLIDING + j] * work.vl[j]
-    T, T_slip, T_N = friction_at(address.friction, C.grip[c, SLIDING_LAW])(
-        part_of(tables.p, C.grip_p[c, SLIDING_P], C.grip_p[c, SLIDING_P_END]),
+    T, T_slip, T_N = friction_at(address.friction, C.joint_friction[c, SLIDING_LAW])(
+        part_of(tables.p, C.joint_friction_p[c, SLIDING_P], C.joint_friction_p[c, SLIDING_P_END]),
         h,
         slip,
         out[LOAD],
-        part_of(z, C.grip_z[c, BEGIN], C.grip_z[c, END]),
-        part_of(work.z_new, C.grip_z[c, BEGIN], C.grip_z[c, END]),
+        part_of(z, C.joint_friction_z[c, BEGIN], C.joint_friction_z[c, END]),
+        part_of(work.z_new, C.joint_friction_z[c, BEGIN], C.joint_friction_z[c, END]),
     )
-    work.grip[c, GRIP_FORCE], work.grip[c, GRIP_SLIP] = T, slip
+    work.joint_friction[c, JOINT_FRICTION_FORCE], work.joint_friction[c, JOINT_SLIP] = T, slip
     slopes = work.slopes[tables.contacts.kernel.shape[0] + c]
-    slopes[GRIP_BY_SLIP] = T_slip
+    slopes[JOINT_T_BY_SLIP] = T_slip
     for k in range(3):
-        slopes[GRIP_BY_LAM + k] = T_N * out[LOAD_BY_LAM + k]
+        slopes[JOINT_T_BY_LAM + k] = T_N * out[LOAD_BY_LAM + k]
     begin = C.dof[c]
     for i in range(6):
         work.r[C.dofs[begin + i]] -= T * out[SLIDING + i]
@@ -123,7 +123,7 @@ def _add_grip(tables, address, c, n, m, h, lam, z, kq, kv, matrix, work):
 
 
 @compiled
-def _call(tables, address, c, n, m, t, lam, work):
+def _call_constraint(tables, address, c, n, m, t, lam, work):
     """Call the kernel of constraint c and subtract the motions from their rows."""
     C = tables.constraints
     begin, end = C.row[c], C.row[c + 1]

@@ -71,7 +71,7 @@ def add_contacts(tables, address, t, h, q, v, z, kq, kv, matrix, work):
         if N == 0.0 and N_gap == 0.0 and N_rate == 0.0:  # open: what N would do to the friction does not matter
             slopes[T_BY_N] = 0.0
         begin, end = K.z[k, COMMON_Z], K.z[k, NORMAL_Z]
-        _remember(t, h, out[GAP], out[GAP_RATE], N, part_of(z, begin, end), part_of(work.z_new, begin, end))
+        _update_phase(t, h, out[GAP], out[GAP_RATE], N, part_of(z, begin, end), part_of(work.z_new, begin, end))
         if N == 0.0 and T == 0.0 and N_gap == 0.0 and N_rate == 0.0 and T_slip == 0.0:
             continue
         S = work.contact_scratch
@@ -122,7 +122,7 @@ def call_friction(tables, address, k, h, slip, N, z, z_new):
 
 
 @compiled
-def _remember(t, h, gap, gap_rate, N, z, z_new):
+def _update_phase(t, h, gap, gap_rate, N, z, z_new):
     """Phase (0 open, 1 closing, 2 rebounding, 3 lasting), time of the onset, gap, force, gap rate.
 
     The onset is where the cubic through gap and rate at both ends of its step falls through zero.

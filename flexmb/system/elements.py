@@ -46,7 +46,7 @@ def add_elements(tables, address, t, h, q, v, a, z, kq, kv, ka, matrix, work):
             call_tangent(tables, address, e, n, t, h, z, kq, kv, ka, work)
         else:
             call_force(tables, address, e, n, t, h, z, work)
-        s = factor_of(tables, address, e, t)
+        s = load_factor(tables, address, e, t)
         if matrix:
             positions = part_of(E.positions, E.pos[e], E.pos[e + 1])
             for i in range(n * n):
@@ -119,8 +119,8 @@ def call_element(tables, address, e, n, t, h, z, work):
 
 
 @compiled
-def factor_of(tables, address, e, t):
-    """What all that the kernel of element e gives is multiplied by."""
+def load_factor(tables, address, e, t):
+    """Load factor of element e, which multiplies all results of its kernel."""
     E = tables.elements
     if E.factor[e] < 0:
         return 1.0
@@ -129,7 +129,7 @@ def factor_of(tables, address, e, t):
 
 
 @compiled
-def account(tables, address, t, h, q, v, a, x, y, z, work):
+def evaluate_energies(tables, address, t, h, q, v, a, x, y, z, work):
     """Energies of all elements at a state: work.power.
 
     Kinetic energy 1/2 v M v, strain, gravity, power of damping; x M y, with which the loop measures what the algorithm
@@ -146,9 +146,9 @@ def account(tables, address, t, h, q, v, a, x, y, z, work):
         gather_state(E, e, n, q, v, a, work)
         gather(y, E.dofs, E.dof[e], n, work.yl)
         if E.account[e] >= 0:
-            strain, gravity, damping = call_account(tables, address, e, n, t, h, z, work)
+            strain, gravity, damping = call_account_kernel(tables, address, e, n, t, h, z, work)
         else:
-            strain, gravity, damping = account_by_matrix(tables, address, e, n, t, h, z, place, work)
+            strain, gravity, damping = energies_by_matrix(tables, address, e, n, t, h, z, place, work)
         if E.energy[e] < 0:
             place += n
         kinetic, product = 0.0, 0.0
@@ -166,7 +166,7 @@ def account(tables, address, t, h, q, v, a, x, y, z, work):
 
 
 @compiled
-def call_account(tables, address, e, n, t, h, z, work):
+def call_account_kernel(tables, address, e, n, t, h, z, work):
     """Forces, M v and M y of element e in rl, Mvl, Myl; strain, gravity, power of damping."""
     E = tables.elements
     for i in range(n):
@@ -188,11 +188,11 @@ def call_account(tables, address, e, n, t, h, z, work):
 
 
 @compiled
-def account_by_matrix(tables, address, e, n, t, h, z, place, work):
-    """The same from the element kernel's M; the force of an element that has no energies goes to work.load."""
+def energies_by_matrix(tables, address, e, n, t, h, z, place, work):
+    """M v, M y and energies of element e by the mass matrix of its kernel; the force of a load goes to work.load."""
     E = tables.elements
     call_element(tables, address, e, n, t, h, z, work)
-    s = factor_of(tables, address, e, t)
+    s = load_factor(tables, address, e, t)
     for i in range(n):
         Mv, My, Ma = 0.0, 0.0, 0.0
         for j in range(n):

@@ -3,7 +3,7 @@
 from flexmb.kernels import compiled
 from flexmb.system.constraints import add_constraints
 from flexmb.system.contacts import add_contacts
-from flexmb.system.elements import account, add_elements
+from flexmb.system.elements import add_elements, evaluate_energies
 
 
 @compiled
@@ -27,6 +27,6 @@ def evaluate_accepted(tables, address, t, h, q, v, a, lam, z, x, y, work):
     """Forces, histories and energies at a state, without a matrix."""
     work.r[:] = 0.0
     work.Gl[:] = 0.0
-    account(tables, address, t, h, q, v, a, x, y, z, work)
+    evaluate_energies(tables, address, t, h, q, v, a, x, y, z, work)
     add_contacts(tables, address, t, h, q, v, z, 0.0, 0.0, False, work)
     add_constraints(tables, address, t, h, q, v, lam, z, 0.0, 0.0, False, work)

@@ -15,9 +15,9 @@ from flexmb.places import (
     NORMAL_X,
     NORMAL_Y,
 )
-from flexmb.program.tables import BEGIN, COMMON_Z, END, GRIP_LAW
+from flexmb.program.tables import BEGIN, COMMON_Z, END, LOAD_KERNEL
 from flexmb.system.elements import gather
-from flexmb.system.work import DRIVE_FORCE, FORCE_X, FORCE_Y, GRIP_FORCE, MOMENT, MOTION, MOTION_RATE
+from flexmb.system.work import DRIVE_FORCE, FORCE_X, FORCE_Y, JOINT_FRICTION_FORCE, MOMENT, MOTION, MOTION_RATE
 
 FX, FY, FORCE, JOINT_MOMENT = range(4)
 """Signals of a joint: force on its second body along X and Y, its size, the moment if one is reported."""
@@ -61,9 +61,9 @@ def _constraints(tables, work, y):
             y[k + FX], y[k + FY], y[k + FORCE] = fx, fy, math.sqrt(fx * fx + fy * fy)
             if C.moment[c] >= 0:
                 y[k + JOINT_MOMENT] = work.joint[c, MOMENT]
-            if C.grip[c, GRIP_LAW] >= 0:
+            if C.joint_friction[c, LOAD_KERNEL] >= 0:
                 last = C.forces[c] - 1
-                y[k + last] = C.grip_arm[c] * work.grip[c, GRIP_FORCE]
+                y[k + last] = C.joint_friction_arm[c] * work.joint_friction[c, JOINT_FRICTION_FORCE]
         k += C.forces[c]
         for row in range(C.row[c], C.row[c + 1]):
             if C.motion[row] >= 0:

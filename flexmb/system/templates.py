@@ -15,8 +15,8 @@ R = TypeVar("R", bound=Record)
 _TEMPLATES: WeakKeyDictionary[Symbolic, dict[Hashable, Any]] = WeakKeyDictionary()
 
 
-def fresh(program: Program, key: Hashable, make: Callable[[], R], **records: Record) -> R:
-    """A new record like that which `make` returns, made once for the structure of a program and each `key`.
+def new_from_template(program: Program, key: Hashable, make: Callable[[], R], **records: Record) -> R:
+    """A new record like the result of `make`, which is called once for each structure of programs and `key`.
 
     What `make` makes may depend on the structure and the key alone, but for `records` within, which are given.
     """

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from flexmb.compiled.records import Matrix, Record, Vector
-from flexmb.kernels import GAP_SIZE, GRIP_SIZE
+from flexmb.kernels import GAP_SIZE, JOINT_FRICTION_SIZE
 from flexmb.program.program import Program
-from flexmb.system.templates import fresh
+from flexmb.system.templates import new_from_template
 
 MOTION, MOTION_RATE, MOTION_ACCELERATION, DRIVE_FORCE = range(4)
 """Columns of `Work.drive`: s, s_dot and s_ddot of a driven row, and the force that drives it."""
@@ -13,13 +13,13 @@ MOTION, MOTION_RATE, MOTION_ACCELERATION, DRIVE_FORCE = range(4)
 FORCE_X, FORCE_Y, MOMENT = range(3)
 """Columns of `Work.joint`: force on the second body, multiplier of the row whose moment is reported."""
 
-GRIP_FORCE, GRIP_SLIP = range(2)
-"""Columns of `Work.grip`: friction force and slip of a joint."""
+JOINT_FRICTION_FORCE, JOINT_SLIP = range(2)
+"""Columns of `Work.joint_friction`: friction force and slip of a joint."""
 
 N_BY_GAP, N_BY_RATE, T_BY_SLIP, T_BY_N = range(4)
 """Columns of `Work.slopes` of a contact: dN/dgap, dN/drate, dT/dslip, dT/dN."""
 
-GRIP_BY_SLIP, GRIP_BY_LAM = range(2)
+JOINT_T_BY_SLIP, JOINT_T_BY_LAM = range(2)
 """Columns of `Work.slopes` of a joint: dT/dslip, the first of three dT/dlam."""
 
 LOSS_NORMAL, LOSS_FRICTION, LOSS_BEYOND, LOSS_MEMORY = range(4)
@@ -45,7 +45,7 @@ class Work(Record):
     lu : values of the matrix;  z_new : history if the state is accepted
     contact : (n, GAP_SIZE + 2) gap data, normal force, friction force;  drive : (n_c, 4) motion and force
     joint : (n, 4) force on the second body (x, y), moment row, spare
-    grip : (n, 2) friction force and slip of each joint
+    joint_friction : (n, 2) friction force and slip of each joint
     slopes : (contacts + joints, 4) dN/dgap, dN/drate, dT/dslip, dT/dN of contacts; dT/dslip, dT/dlam of joints
     G : rows of all constraints, one after the other, on the dofs of their own
     load : forces on the dofs of all elements without an account of their own, one after the other
@@ -74,9 +74,9 @@ class Work(Record):
     Ml: Vector
     G: Vector
     contact_scratch: Matrix  # (2, 6)
-    grip: Matrix
-    grip_out: Vector
-    grip_curve: Matrix
+    joint_friction: Matrix
+    joint_friction_out: Vector
+    joint_friction_curve: Matrix
     yl: Vector
     Mvl: Vector
     Myl: Vector
@@ -90,7 +90,7 @@ class Work(Record):
 
 def workspace(program: Program) -> Work:
     """Workspace for a program."""
-    return fresh(program, "work", lambda: _new_workspace(program))
+    return new_from_template(program, "work", lambda: _new_workspace(program))
 
 
 def _new_workspace(program: Program) -> Work:
@@ -119,7 +119,7 @@ def _new_workspace(program: Program) -> Work:
         program.tables.constraints.pos_g[-1],
         (2, 6),
         (n_g, 2),
-        GRIP_SIZE,
+        JOINT_FRICTION_SIZE,
         (6, 6),
         n,
         n,

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from flexmb.model.contributions import Coordinate
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Part
-from flexmb.model.pieces import Coordinate
 from flexmb.program.numbering import Numbering
 from flexmb.testing.differences import gradient
 from flexmb.testing.report import Check, Report

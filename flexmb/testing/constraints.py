@@ -4,23 +4,23 @@ from __future__ import annotations
 
 import numpy as np
 
+from flexmb.model.contributions import ConstraintContribution
 from flexmb.model.law import Motion
-from flexmb.model.pieces import ConstraintPiece
 from flexmb.testing.bench import Bench
 from flexmb.testing.subject import State, Subject
 
 
-def check_constraint(bench: Bench, piece: ConstraintPiece) -> None:
+def check_constraint(bench: Bench, contribution: ConstraintContribution) -> None:
     """G, g_t, H against differences; gamma against the rate of G v + g_t, on the manifold."""
-    n, m = len(piece.coordinates), piece.rows
+    n, m = len(contribution.coordinates), contribution.rows
     shapes = {"g": (m,), "G": (m, n), "g_t": (m,), "gamma": (m,), "H": (n, n)}
-    subject = Subject(bench.owner, piece.kernel, piece.p, **shapes)
-    scale = bench.scales(piece.coordinates)
+    subject = Subject(bench.owner, contribution.kernel, contribution.p, **shapes)
+    scale = bench.scales(contribution.coordinates)
     length = float(scale.max())
-    for state in bench.states(piece.coordinates, "t q v"):
+    for state in bench.states(contribution.coordinates, "t q v"):
         full = {**state, "lam": 100.0 * bench.random.uniform(-1.0, 1.0, m)}
         out = subject.watched(full)
-        bench.note(f"{piece.kernel.name}: compiled = Python, finite, repeatable")
+        bench.note(f"{contribution.kernel.name}: compiled = Python, finite, repeatable")
 
         def value(x: np.ndarray, full: State = full) -> np.ndarray:
             return subject({**full, "q": x})["g"]
@@ -37,7 +37,7 @@ def check_constraint(bench: Bench, piece: ConstraintPiece) -> None:
         floor = 1e-6 * float(np.abs(scale * (out["G"].T @ full["lam"])).max())
         sizes = {"rows": scale, "columns": scale, "floor": floor}
         bench.derivative(subject, "H = d(G^T lam)/dq", full, out["H"], force, full["q"], scale, **sizes)
-        check_gamma(bench, subject, full if piece.motions else on_manifold(subject, full), scale)
+        check_gamma(bench, subject, full if contribution.motions else on_manifold(subject, full), scale)
 
 
 def check_gamma(bench: Bench, subject: Subject, state: State, scale: np.ndarray) -> None:

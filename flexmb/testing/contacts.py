@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb.kernels import GAP_SIZE
+from flexmb.model.contributions import ContactContribution
 from flexmb.model.law import FrictionLaw, Law, NormalLaw
-from flexmb.model.pieces import ContactPiece
 from flexmb.places import (
     ARM1_X,
     ARM1_X_Q,
@@ -27,18 +27,18 @@ STEPS = (0.0, 1e-5, 1e-3)
 ROUNDS = 12
 
 
-def check_contact(bench: Bench, piece: ContactPiece) -> None:
+def check_contact(bench: Bench, contribution: ContactContribution) -> None:
     """Check gap kernel, normal law and friction law of a contact."""
-    size = check_gap(bench, piece)
-    check_normal(bench, piece.normal, size)
-    check_friction(bench, piece.friction)
+    size = check_gap(bench, contribution)
+    check_normal(bench, contribution.normal, size)
+    check_friction(bench, contribution.friction)
 
 
-def check_gap(bench: Bench, piece: ContactPiece) -> float:
+def check_gap(bench: Bench, contribution: ContactContribution) -> float:
     """Check a gap kernel open and closed; the size of its gap in the drawn pose [m]."""
-    subject = Subject(bench.owner, piece.gap, piece.p, out=(GAP_SIZE,))
-    q = bench.pose[bench.number.dofs(piece.coordinates)]
-    scale = bench.scales(piece.coordinates)
+    subject = Subject(bench.owner, contribution.gap, contribution.p, out=(GAP_SIZE,))
+    q = bench.pose[bench.number.dofs(contribution.coordinates)]
+    scale = bench.scales(contribution.coordinates)
     still = subject.watched({"q": q, "v": np.zeros(6)})["out"]
     size = abs(float(still[GAP])) or 1e-3 * float(scale.max())
     # near the drawn pose gaps of its own size; then, as for other pieces, larger motions

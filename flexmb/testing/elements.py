@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from flexmb.kernels import Kernel
+from flexmb.model.contributions import Coordinate, ElementContribution
 from flexmb.model.part import GROUND
-from flexmb.model.pieces import Coordinate, ElementPiece
 from flexmb.testing.bench import TOLERANCE, Bench
 from flexmb.testing.differences import ROUND_OFF
 from flexmb.testing.subject import State, Subject, Values
@@ -17,28 +17,30 @@ from flexmb.testing.subject import State, Subject, Values
 REACTION = "action must equal reaction; a load from outside on two bodies is one part for each of them"
 
 
-def check_element(bench: Bench, piece: ElementPiece, weightless: ElementPiece) -> None:
+def check_element(bench: Bench, contribution: ElementContribution, weightless: ElementContribution) -> None:
     """Check an element; `weightless` is the same without the mechanism's gravity."""
-    n, m = len(piece.coordinates), len(piece.history)
+    n, m = len(contribution.coordinates), len(contribution.history)
     shapes = {"r": (n,), "K": (n, n), "C": (n, n), "M": (n, n), "z_new": (m,)}
-    subject = Subject(bench.owner, piece.kernel, piece.p, **shapes)
+    subject = Subject(bench.owner, contribution.kernel, contribution.p, **shapes)
     bare = Subject(bench.owner, weightless.kernel, weightless.p, **shapes)
-    scale = bench.scales(piece.coordinates)
-    z = np.array(piece.history, dtype=float)
-    for state in bench.states(piece.coordinates, "t h q v a"):
+    scale = bench.scales(contribution.coordinates)
+    z = np.array(contribution.history, dtype=float)
+    for state in bench.states(contribution.coordinates, "t h q v a"):
         full = {**state, "z": z}
         out = subject.watched(full)
-        bench.note(f"{piece.kernel.name}: compiled = Python, finite, repeatable")
+        bench.note(f"{contribution.kernel.name}: compiled = Python, finite, repeatable")
         check_tangents(bench, subject, full, out, scale)
-        check_short_ways(bench, piece, subject, full, out)
-        if piece.energy is not None and not m:
-            check_energy(bench, piece.energy, subject, full, out, scale)
-        check_reaction(bench, piece.coordinates, bare, full)
-        check_frame(bench, piece.coordinates, bare, full, scale)
+        check_short_ways(bench, contribution, subject, full, out)
+        if contribution.energy is not None and not m:
+            check_energy(bench, contribution.energy, subject, full, out, scale)
+        check_reaction(bench, contribution.coordinates, bare, full)
+        check_frame(bench, contribution.coordinates, bare, full, scale)
         z = out["z_new"]
 
 
-def check_short_ways(bench: Bench, piece: ElementPiece, subject: Subject, state: State, out: Values) -> None:
+def check_short_ways(
+    bench: Bench, contribution: ElementContribution, subject: Subject, state: State, out: Values
+) -> None:
     """Force, tangent and account kernel against what element and energy kernel give."""
     n, history = subject.shapes["r"], {"z_new": subject.shapes["z_new"]}
     weights = dict(zip(("kq", "kv", "ka"), bench.random.uniform(0.5, 2.0, 3).tolist(), strict=True))
@@ -46,21 +48,21 @@ def check_short_ways(bench: Bench, piece: ElementPiece, subject: Subject, state:
     matrix = sum(weight * out[name] for weight, name in zip(weights.values(), "KCM", strict=True))
     want: dict[str, Any] = {"r": out["r"], "z_new": out["z_new"]}
     account = {**want, "Mv": out["M"] @ state["v"], "My": out["M"] @ y}
-    if piece.account is not None and piece.energy is not None:
-        energy = Subject(bench.owner, piece.energy, piece.p)
+    if contribution.account is not None and contribution.energy is not None:
+        energy = Subject(bench.owner, contribution.energy, contribution.p)
         account |= energy({name: state[name] for name in ("t", "q", "v")})
     sizes = round_off_sizes(subject, state, out)
     sizes |= {"Mv": float((np.abs(out["M"]) @ np.abs(state["v"])).max()), "My": float(np.abs(out["M"]).sum())}
     ways = (
-        (piece.force, {}, {}, want),
-        (piece.tangent, weights, {"A": (*n, *n)}, {**want, "A": matrix}),
-        (piece.account, {"y": y}, {"Mv": n, "My": n}, account),
+        (contribution.force, {}, {}, want),
+        (contribution.tangent, weights, {"A": (*n, *n)}, {**want, "A": matrix}),
+        (contribution.account, {"y": y}, {"Mv": n, "My": n}, account),
     )
     for kernel, more, results, values in ways:
         if kernel is not None:
-            short = Subject(bench.owner, kernel, piece.p, r=n, **results, **history)
-            short.same({**state, **more}, values, sizes, piece.kernel.name)
-            bench.note(f"{kernel.name}: as {piece.kernel.name}")
+            short = Subject(bench.owner, kernel, contribution.p, r=n, **results, **history)
+            short.same({**state, **more}, values, sizes, contribution.kernel.name)
+            bench.note(f"{kernel.name}: as {contribution.kernel.name}")
 
 
 def round_off_sizes(subject: Subject, state: State, out: Values) -> dict[str, float]:

@@ -9,21 +9,21 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import KernelError
+from flexmb.model.contributions import ConstraintContribution, ContactContribution, Contribution, ElementContribution
 from flexmb.model.mechanism import Mechanism
-from flexmb.model.pieces import ConstraintPiece, ContactPiece, ElementPiece, Piece
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
-from flexmb.system.at_state import System
+from flexmb.system.state_evaluation import StateEvaluation
 from flexmb.testing.bench import Bench
 from flexmb.testing.constraints import check_constraint, check_motion
 from flexmb.testing.contacts import check_contact
 from flexmb.testing.elements import check_element
-from flexmb.testing.grips import check_grip
+from flexmb.testing.joint_friction import check_joint_friction
 from flexmb.testing.report import Report
 from flexmb.testing.subject import Subject
 
 MOST_PIECES = 6
-"""Pieces of one kernel that are checked: a beam of a hundred elements repeats itself."""
+"""Contributions of one kernel that are checked: a beam of a hundred elements repeats itself."""
 
 
 def check_part(mechanism: Mechanism, part_name: str, *, seed: int = 0) -> Report:
@@ -56,37 +56,37 @@ def check_part(mechanism: Mechanism, part_name: str, *, seed: int = 0) -> Report
     program = compile_mechanism(mechanism)
     part = mechanism.find(part_name)
     bench = Bench(mechanism, part, seed)
-    weightless = part.pieces(replace(mechanism, gravity=(0.0, 0.0)))
+    weightless = part.contributions(replace(mechanism, gravity=(0.0, 0.0)))
     seen: dict[str, set[Any]] = {}
-    for piece, bare in zip(part.pieces(mechanism), weightless, strict=True):
-        kernel = piece.gap if isinstance(piece, ContactPiece) else piece.kernel
+    for contribution, bare in zip(part.contributions(mechanism), weightless, strict=True):
+        kernel = contribution.gap if isinstance(contribution, ContactContribution) else contribution.kernel
         known = seen.setdefault(kernel.name, set())
-        if piece.p not in known and len(known) < MOST_PIECES:
-            known.add(piece.p)
-            check_piece(bench, piece, bare)
+        if contribution.p not in known and len(known) < MOST_PIECES:
+            known.add(contribution.p)
+            check_piece(bench, contribution, bare)
     check_pickles(bench, mechanism, part_name, program)
     return bench.report()
 
 
-def check_piece(bench: Bench, piece: Piece, weightless: Any) -> None:
+def check_piece(bench: Bench, contribution: Contribution, weightless: Any) -> None:
     """Check one piece; `weightless` is the same without the mechanism's gravity."""
-    if isinstance(piece, ElementPiece):
-        check_element(bench, piece, weightless)
-        if piece.factor is not None:
-            check_motion(bench, piece.factor)
-    elif isinstance(piece, ConstraintPiece):
-        check_constraint(bench, piece)
-        for driven in piece.motions:
+    if isinstance(contribution, ElementContribution):
+        check_element(bench, contribution, weightless)
+        if contribution.factor is not None:
+            check_motion(bench, contribution.factor)
+    elif isinstance(contribution, ConstraintContribution):
+        check_constraint(bench, contribution)
+        for driven in contribution.motions:
             check_motion(bench, driven.motion)
-        if piece.grip is not None:
-            check_grip(bench, piece, piece.grip)
-    elif isinstance(piece, ContactPiece):
-        check_contact(bench, piece)
+        if contribution.joint_friction is not None:
+            check_joint_friction(bench, contribution, contribution.joint_friction)
+    elif isinstance(contribution, ContactContribution):
+        check_contact(bench, contribution)
     else:
-        subject = Subject(bench.owner, piece.kernel, piece.p)
-        for state in bench.states(piece.coordinates, "t q v a"):
+        subject = Subject(bench.owner, contribution.kernel, contribution.p)
+        for state in bench.states(contribution.coordinates, "t q v a"):
             subject.watched(state)
-            bench.note(f"{piece.kernel.name}: compiled = Python, finite, repeatable")
+            bench.note(f"{contribution.kernel.name}: compiled = Python, finite, repeatable")
 
 
 def check_pickles(bench: Bench, mechanism: Mechanism, part_name: str, program: Program) -> None:
@@ -107,10 +107,12 @@ def check_pickles(bench: Bench, mechanism: Mechanism, part_name: str, program: P
             "frozen dataclasses as fields."
         )
     n = program.n_q
-    q = program.drawn.q + 1e-3 * program.length * bench.random.uniform(-1.0, 1.0, n)
+    q = program.reference.q + 1e-3 * program.length * bench.random.uniform(-1.0, 1.0, n)
     v, a = bench.random.uniform(-1.0, 1.0, (2, n))
     lam = bench.random.uniform(-1.0, 1.0, program.n_c)
-    mine, theirs = (System(p).at(q, v, a, lam, t=0.1, weights=(1.0, 1.0, 1.0)) for p in (program, copies["program"]))
+    mine, theirs = (
+        StateEvaluation(p).at(q, v, a, lam, t=0.1, weights=(1.0, 1.0, 1.0)) for p in (program, copies["program"])
+    )
     others = theirs.work.saved()
     for name, values in mine.work.saved().items():
         if not np.array_equal(values, others[name]):

@@ -79,7 +79,7 @@ def plot_branch(
 
 
 def _draw_branch(ax: Axes, branch: Branch, signal: str, value: str, seen: set[str]) -> None:
-    """Pieces of one stability each; the legend names each kind once."""
+    """Contributions of one stability each; the legend names each kind once."""
     x = np.array([p.value for p in branch.points])
     y = _heights(branch, signal, value, branch.points)
     stable = np.array([p.stable for p in branch.points], dtype=bool)

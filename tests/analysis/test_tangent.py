@@ -13,7 +13,7 @@ from flexmb.dynamics.systems.dynamics import orthonormalise
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.errors import InputError
 from flexmb.mechanisms.nine_bar import nine_bar
-from flexmb.system.at_state import System
+from flexmb.system.state_evaluation import StateEvaluation
 
 models = runpy.run_path(str(Path(__file__).with_name("tangent_models.py")))
 pendulum, thrown, fixed, started = (models[k] for k in ("pendulum", "thrown", "fixed", "started"))
@@ -278,7 +278,7 @@ def test_a_load_that_jumps_in_time(monkeypatch):
 
 def turning_of(flow, dq):
     """d(G v + g_t)/dq dq by differences of the rates themselves."""
-    n, system, t = flow.program.n_q, System(flow.program), flow.time
+    n, system, t = flow.program.n_q, StateEvaluation(flow.program), flow.time
     q, v = flow.run.flow.q[:n], flow.run.flow.v[:n]
     eps = 1e-4
     rates = [system.at(q + part * eps * dq, v, t=t).velocity_residual for part in (1.0, -1.0, 2.0, -2.0)]
@@ -292,7 +292,7 @@ def test_tangents_stay_on_the_manifold():
     W, steps = flow.tangent_basis(2), flow.run.record.count.steps
     while flow.run.record.count.steps - steps < 1000:
         assert flow.advance(0.05, W), flow.status
-        G = System(flow.program).at(flow.run.flow.q[:n], t=flow.time).jacobian
+        G = StateEvaluation(flow.program).at(flow.run.flow.q[:n], t=flow.time).jacobian
         for w in W.T:
             dq, dv = w[:n] / np.abs(w[:n]).max(), w[n : 2 * n] / np.abs(w[:n]).max()
             assert np.abs(G @ dq).max() < 1e-10  # neighbours that hit much later cancel some digits

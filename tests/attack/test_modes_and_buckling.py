@@ -128,7 +128,7 @@ def test_equal_bodies_have_equal_damped_modes_each(count):
 
 
 def test_equal_columns_buckle_each(monkeypatch):
-    monkeypatch.setattr(buckling, "DENSE", 0)
+    monkeypatch.setattr(buckling, "DENSE_COORDINATES", 0)
     found = fm.buckling(cantilevers(5, 12), count=6)
     assert list(found.factors[:5]) == pytest.approx([EULER] * 5, rel=1e-4)
     assert found.factors[5] == pytest.approx(9.0 * EULER, rel=1e-2)

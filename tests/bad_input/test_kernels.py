@@ -69,10 +69,10 @@ def holding(kernel):
         (gives_nan, r"gives values that are not finite for p = \(20\); check its numbers"),
         (
             divides_by_zero,
-            r"failed in the drawn pose, at rest, with p = \(20\): ZeroDivisionError.*also for t = h = 0",
+            r"failed in the reference configuration, at rest, with p = \(20\): ZeroDivisionError.*also for t = h = 0",
         ),
         (reaches_too_far, r"failed with 1 parameters.*index 1 is out of bounds"),
-        (misspelt, r"failed in the drawn pose.*NameError: name 'stiffness' is not defined"),
+        (misspelt, r"failed in the reference configuration.*NameError: name 'stiffness' is not defined"),
     ],
     ids=lambda x: x.name if isinstance(x, fm.kernels.Kernel) else "",
 )

@@ -6,7 +6,7 @@ import pytest
 
 import flexmb as fm
 from flexmb.errors import InputError, KernelError, ModelError
-from flexmb.model.pieces import ElementPiece
+from flexmb.model.contributions import ElementContribution
 
 O, A, B = (0.0, 0.0), (0.2, 0.0), (0.5, 0.1)
 BAR = fm.Rectangle(width=0.01, height=0.02)
@@ -255,7 +255,7 @@ def test_energy_of_a_load_that_changes_in_time():
     with pytest.raises(
         KernelError, match="Part 'push': kernel 'push_kernel' has a factor in time and an energy kernel"
     ):
-        ElementPiece("push", push_kernel, (("b", "", 0),), (1.0,), energy=push_energy, factor=fm.Pulse())
+        ElementContribution("push", push_kernel, (("b", "", 0),), (1.0,), energy=push_energy, factor=fm.Pulse())
 
 
 def test_joint_of_a_body_with_itself():

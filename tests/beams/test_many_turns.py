@@ -17,7 +17,7 @@ def element():
     """p of one steel element of 1.3 m, drawn along x."""
     section = fm.Rectangle(width=0.02, height=0.03)
     link = fm.FlexibleLink("link", (0.0, 0.0), (1.3, 0.0), section=section, material=STEEL, elements=1)
-    return np.array(link.pieces(fm.Mechanism("one", (link,)))[0].p)
+    return np.array(link.contributions(fm.Mechanism("one", (link,)))[0].p)
 
 
 def force(p, q):

@@ -12,7 +12,7 @@ import flexmb as fm
 from flexmb.beams.mass_damping import mass_damping_kernel
 from flexmb.run.run import Run
 from flexmb.start.consistent import Start, accelerations
-from flexmb.system.at_state import System
+from flexmb.system.state_evaluation import StateEvaluation
 
 LENGTH, WIDTH, HEIGHT, YOUNG, DENSITY = 0.8, 0.02, 0.008, 2.0e11, 7850.0
 SECTION, STEEL = fm.Rectangle(width=WIDTH, height=HEIGHT), fm.Material(young=YOUNG, density=DENSITY)
@@ -49,8 +49,10 @@ BODIES = {
 
 
 def damping_pieces(body):
-    pieces = body.pieces(fm.Mechanism("alone", (body,)))
-    return [piece for piece in pieces if getattr(piece, "kernel", None) is mass_damping_kernel]
+    contributions = body.contributions(fm.Mechanism("alone", (body,)))
+    return [
+        contribution for contribution in contributions if getattr(contribution, "kernel", None) is mass_damping_kernel
+    ]
 
 
 def drawn(body):
@@ -61,16 +63,16 @@ def evaluate(body, q, v):
     """Force (nodes, 3) of all damping, its power by the kernel of energy, size of the forces that add up."""
     row = {n.name: 3 * i for i, n in enumerate(body.nodes())}
     force, power, size = np.zeros(q.size), 0.0, 0.0
-    for piece in damping_pieces(body):
-        dofs = [row[node] + axis for _, node, axis in piece.coordinates]
+    for contribution in damping_pieces(body):
+        dofs = [row[node] + axis for _, node, axis in contribution.coordinates]
         n = len(dofs)
         r, matrices, empty = np.zeros(n), [np.zeros((n, n)) for _ in "KCM"], np.zeros(0)
-        p = np.array(piece.p)
+        p = np.array(contribution.p)
         x, x_dot = q.ravel()[dofs], v.ravel()[dofs]
         mass_damping_kernel.python(p, 0.0, 0.0, x, x_dot, np.zeros(n), empty, r, *matrices, empty)
         np.add.at(force, dofs, r)
         size = max(size, float((np.abs(matrices[1]) @ np.abs(x_dot)).max()))
-        strain, gravity, watts = piece.energy.python(p, 0.0, x, x_dot)
+        strain, gravity, watts = contribution.energy.python(p, 0.0, x, x_dot)
         assert strain == gravity == 0.0
         power += watts
     return force.reshape(-1, 3), power, size
@@ -181,8 +183,8 @@ def ratios(mechanism, wanted):
     """omega [rad/s] and xi = x^T C x/(2 omega x^T M x) of the lowest modes that are no rigid motion."""
     found = fm.modes(mechanism, count=wanted + 3)
     program = fm.compile(mechanism)
-    q = np.array(program.drawn.q)
-    C = System(program).at(q, weights=(0.0, 1.0, 0.0)).block()
+    q = np.array(program.reference.q)
+    C = StateEvaluation(program).at(q, weights=(0.0, 1.0, 0.0)).block()
     for mode in range(found.rigid, found.rigid + wanted):
         omega, x = 2.0 * math.pi * found.frequencies[mode], found.shapes[:, mode]
         yield omega, float(x @ C @ x) / (2.0 * omega)
@@ -237,14 +239,14 @@ def test_first_mode_of_a_pinned_beam_decays_in_time():
     program = fm.compile(mechanism)
     omega = math.pi**2 * math.sqrt(EI / (RHO_A * LENGTH**4))
     period, cycles = 2.0 * math.pi / math.sqrt(omega**2 - 0.25 * zeta1**2), 8
-    q, v = np.array(program.drawn.q), np.zeros(program.n_q)
+    q, v = np.array(program.reference.q), np.zeros(program.n_q)
     s, speed = np.linspace(0.0, math.pi, 7), 1e-3
     v[1:21:3], v[2:21:3] = speed * np.sin(s), speed * math.pi / LENGTH * np.cos(s)
     v[-1] = 0.0
     run = Run(program, fm.Newmark.trapezoidal(), fm.FixedStep(period / 400), cycles * period, None)
     run.begin(Start(q, v, *accelerations(program, q, v, 0.0)))
     for n in (2, cycles):
-        run.go_to(n * period, saving=None)
+        run.run_to(n * period, saving=None)
         rate = -math.log(run.flow.v[10] / speed) / (n * period)
         assert rate == pytest.approx(0.5 * zeta1, rel=0.01)
     assert run.flow.v[10] < 0.7 * speed
@@ -262,7 +264,7 @@ def test_a_spinning_rod_stops_vibrating_and_goes_on_spinning():
     soft, spin, bend = fm.Material(young=2e9, density=DENSITY), 10.0, 0.2
     body = link(4, material=soft, section=fm.Rectangle(width=0.02, height=0.02), mass_damping=20.0)
     program = fm.compile(fm.Mechanism("rod", (body,)))
-    system, n = System(program), program.n_q
+    system, n = StateEvaluation(program), program.n_q
     angle = bend * np.linspace(0.0, 1.0, 5)
     x = np.stack([np.sin(angle) * LENGTH / bend, (1.0 - np.cos(angle)) * LENGTH / bend, angle], axis=1)
     q, v = x.ravel(), turning(x, 30.0, -20.0, spin).ravel()
@@ -270,7 +272,7 @@ def test_a_spinning_rod_stops_vibrating_and_goes_on_spinning():
     run.begin(Start(q, v, *accelerations(program, q, v, 0.0)))
     start, powers = momentum(system, q, v), []
     for t in (0.01, 0.1, 0.5):
-        run.go_to(t, saving=None)
+        run.run_to(t, saving=None)
         now, rates = run.flow.q[:n].copy(), run.flow.v[:n].copy()
         np.testing.assert_allclose(momentum(system, now, rates), start, rtol=0.0, atol=1e-9 * np.abs(start).max())
         powers.append(evaluate(body, now.reshape(-1, 3), rates.reshape(-1, 3))[1])

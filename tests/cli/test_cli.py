@@ -275,7 +275,7 @@ def test_keyboard_leaves_what_was_computed(tmp_path, capsys, monkeypatch):
         return block(self, *arguments)
 
     monkeypatch.setattr(NewmarkStepper, "advance", interrupted)
-    monkeypatch.setattr("flexmb.run.run.FIRST_BLOCK", 0)  # so that the least block is taken, of 16 steps
+    monkeypatch.setattr("flexmb.run.run.FIRST_BLOCK_UPDATES", 0)  # so that the least block is taken, of 16 steps
     assert main(["run", "slider-crank", *SHORT, "--out", str(tmp_path)]) == 1
     sol = load(tmp_path / "slider-crank.nc")
     assert "Interrupted" in sol.status

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 from flexmb.compiled import notice
-from flexmb.compiled.costs import FIRST, STAGES
+from flexmb.compiled.costs import FIRST_STAGE, STAGES
 
 EVALUATE, ADVANCE = "flexmb.system.evaluate.evaluate", "flexmb.step.newmark.loop.advance"
 
@@ -52,8 +52,8 @@ def stage_of(name):
 def test_beginning_and_end_are_said(screen):
     told = notice.Notice()
     compiled(told, EVALUATE)
-    about = sum(STAGES[FIRST].values())
-    assert screen.getvalue() == f"flexmb compiles {FIRST} for this machine: about {about:.0f} s, once.\n"
+    about = sum(STAGES[FIRST_STAGE].values())
+    assert screen.getvalue() == f"flexmb compiles {FIRST_STAGE} for this machine: about {about:.0f} s, once.\n"
     told.close()
     told.close()
     assert screen.getvalue().splitlines()[1:] == ["flexmb: done in 0 s."]
@@ -61,7 +61,7 @@ def test_beginning_and_end_are_said(screen):
 
 def test_a_stage_is_said_once_however_many_functions_it_has(screen):
     told = notice.Notice()
-    compiled(told, *STAGES[FIRST], within=["numpy.something"])
+    compiled(told, *STAGES[FIRST_STAGE], within=["numpy.something"])
     assert screen.getvalue().count("\n") == 1
 
 
@@ -70,13 +70,13 @@ def test_the_next_stage_ends_the_one_before(screen):
     compiled(told, "flexmb.joints.revolute.coincide", ADVANCE)
     told.close()
     begun, done, then, end = screen.getvalue().splitlines()
-    assert FIRST in begun
+    assert FIRST_STAGE in begun
     assert stage_of(ADVANCE) in then
     assert done == end == "flexmb: done in 0 s."
 
 
 def test_the_end_is_said_without_being_asked_for(screen, monkeypatch):
-    monkeypatch.setattr(notice, "QUIET", 0.0)
+    monkeypatch.setattr(notice, "QUIET_SECONDS", 0.0)
     told = notice.Notice()
     compiled(told, EVALUATE)
     for thread in notice.threading.enumerate():
@@ -93,19 +93,19 @@ def test_a_kernel_belongs_to_the_stage_that_is_to_come(screen):
 
 def test_what_is_kept_does_not_count(screen):
     kept = SimpleNamespace(there=lambda: True)
-    notice.caches.update(dict.fromkeys(STAGES[FIRST], kept))
+    notice.caches.update(dict.fromkeys(STAGES[FIRST_STAGE], kept))
     told = notice.Notice()
     compiled(told, "flexmb.drives.ramp.ramp_kernel")
     assert screen.getvalue() == ""
-    name = max(STAGES[FIRST], key=STAGES[FIRST].get)
+    name = max(STAGES[FIRST_STAGE], key=STAGES[FIRST_STAGE].get)
     del notice.caches[name]
-    assert notice.expected(FIRST) == STAGES[FIRST][name]
+    assert notice.expected(FIRST_STAGE) == STAGES[FIRST_STAGE][name]
 
 
 def test_a_slow_machine_takes_longer(screen, monkeypatch):
     monkeypatch.setattr(notice, "pace", lambda: 3.0)
     compiled(notice.Notice(), EVALUATE)
-    assert f"about {3.0 * sum(STAGES[FIRST].values()):.0f} s" in screen.getvalue()
+    assert f"about {3.0 * sum(STAGES[FIRST_STAGE].values()):.0f} s" in screen.getvalue()
 
 
 def test_what_a_stage_took_is_the_pace_of_the_next(screen, monkeypatch):
@@ -113,7 +113,7 @@ def test_what_a_stage_took_is_the_pace_of_the_next(screen, monkeypatch):
     monkeypatch.setattr(notice.time, "perf_counter", lambda: clock[0])
     told = notice.Notice()
     compiled(told, "flexmb.drives.ramp.ramp_kernel")
-    clock[0] = 2.0 * sum(STAGES[FIRST].values())
+    clock[0] = 2.0 * sum(STAGES[FIRST_STAGE].values())
     compiled(told, EVALUATE, ADVANCE)
     assert f"about {2.0 * STAGES[stage_of(ADVANCE)][ADVANCE]:.0f} s" in screen.getvalue()
 
@@ -147,7 +147,7 @@ def test_silence(screen, monkeypatch, how):
 def test_the_first_worker_speaks_for_all(screen, monkeypatch):
     monkeypatch.setattr(notice.multiprocessing, "parent_process", lambda: "another")
     monkeypatch.setattr(notice.multiprocessing, "current_process", lambda: SimpleNamespace(name="SpawnProcess-1"))
-    assert notice.told()
+    assert notice.is_told()
 
 
 def test_a_terminal_counts_the_seconds(screen):

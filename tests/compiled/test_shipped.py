@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from numba.core import event
 
-from flexmb.compiled import kept, notice, shipped
-from flexmb.compiled.kept import Kept
+from flexmb.compiled import code_cache, notice, shipped
+from flexmb.compiled.code_cache import CodeCache
 from flexmb.compiled.shipped import CODE, INDEX, Shipment, Shipped
 from flexmb.drives.constant_speed import constant_speed_kernel
 from flexmb.kernels import Kernel, drive_kernel
@@ -77,7 +77,7 @@ def no_cache(monkeypatch):
     def refuse(function):
         raise RuntimeError("no locator available")
 
-    monkeypatch.setattr(kept, "FunctionCache", type("FunctionCache", (), {"__new__": lambda cls, f: refuse(f)}))
+    monkeypatch.setattr(code_cache, "FunctionCache", type("FunctionCache", (), {"__new__": lambda cls, f: refuse(f)}))
 
 
 def result_of(kernel):
@@ -176,7 +176,7 @@ def test_the_index_says_what_is_there(folder):
     store = Shipped(folder)
     assert store.has(SPEED)
     assert not store.has(drive_kernel)
-    assert Kept(SPEED).there()
+    assert CodeCache(SPEED).there()
 
 
 def test_any_change_of_a_source_counts(tmp_path):

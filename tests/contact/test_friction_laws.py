@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 import flexmb as fm
 from flexmb.errors import InputError
+from flexmb.model.contributions import ContactContribution
 from flexmb.model.part import Part
-from flexmb.model.pieces import ContactPiece
 
 LAWS = {
     "ModifiedCoulomb": fm.ModifiedCoulomb(0.2, v0=1e-4, v1=1e-3),
@@ -196,9 +196,9 @@ class Plane(Part):
     normal: fm.NormalLaw
     friction: fm.FrictionLaw
 
-    def pieces(self, mechanism):
+    def contributions(self, mechanism):
         ground, block = (("ground", "", k) for k in range(3)), ((self.block.name, "", k) for k in range(3))
-        return [ContactPiece(self.name, plane, (*ground, *block), (self.belt,), self.normal, self.friction)]
+        return [ContactContribution(self.name, plane, (*ground, *block), (self.belt,), self.normal, self.friction)]
 
 
 MASS, G, K = 2.0, 9.81, 1e6

@@ -79,26 +79,29 @@ def test_no_number_is_listed_twice(modules):
 
 def test_names_and_literals_in_functions_become_calls(modules):
     live = modules[1]
-    places = [live.Place("linalg.lu.HOLD", 3), live.Place("linalg.lu.weigh#0.5", 4)]
-    source = "HOLD = 1e-8\nTWICE = 2.0 * HOLD\ndef weigh(x, y=HOLD):\n    return x * HOLD + 0.5\n"
+    places = [live.Place("linalg.lu.HELD_PIVOT", 3), live.Place("linalg.lu.weigh#0.5", 4)]
+    source = (
+        "HELD_PIVOT = 1e-8\nTWICE = 2.0 * HELD_PIVOT\ndef weigh(x, y=HELD_PIVOT):\n    return x * HELD_PIVOT + 0.5\n"
+    )
     tree, met = live.rewritten("flexmb.linalg.lu", source, places)
-    assert met == {"linalg.lu.HOLD", "linalg.lu.weigh#0.5"}
+    assert met == {"linalg.lu.HELD_PIVOT", "linalg.lu.weigh#0.5"}
     text = ast.unparse(tree)
-    assert "TWICE = 2.0 * HOLD" in text
-    assert "y=HOLD" in text
+    assert "TWICE = 2.0 * HELD_PIVOT" in text
+    assert "y=HELD_PIVOT" in text
     assert "return x * _live_read(3) + _live_read(4)" in text
 
 
 def test_other_modules_read_the_same_number(modules):
     live = modules[1]
-    source = "from flexmb.linalg.lu import HOLD as LEAST\ndef f(x):\n    return x > LEAST\n"
-    tree, _ = live.rewritten("flexmb.step.some", source, [live.Place("linalg.lu.HOLD", 7)])
+    source = "from flexmb.linalg.lu import HELD_PIVOT as LEAST\ndef f(x):\n    return x > LEAST\n"
+    tree, _ = live.rewritten("flexmb.step.some", source, [live.Place("linalg.lu.HELD_PIVOT", 7)])
     assert "x > _live_read(7)" in ast.unparse(tree)
 
 
 def test_a_count_stays_a_count(modules):
     live = modules[1]
-    source, places = "TURNS = 8\ndef f():\n    return TURNS\n", [live.Place("step.newmark.error_control.TURNS", 0)]
+    source = "CONTACT_TRIALS = 8\ndef f():\n    return CONTACT_TRIALS\n"
+    places = [live.Place("step.newmark.error_control.CONTACT_TRIALS", 0)]
     tree, _ = live.rewritten("flexmb.step.newmark.error_control", source, places)
     assert "_live_read_whole(0)" in ast.unparse(tree)
 

@@ -15,7 +15,7 @@ ORDERED = {
     ),
     "rows of a constraint": "g gamma lam G H",
     "matrices of an element by its coordinates": "K C M A",
-    "states before, newest first": "past gaps",
+    "states before, newest first": "past projected_gaps",
     "axes x and y": "arm",
 }
 """Vectors whose entries have an order that needs no names, wherever they are, by that order."""
@@ -45,7 +45,18 @@ LAST_INDEX = {"contact_scratch", "S"}
 BOUNDS = {"dof", "row", "pos", "pos_g", "pos_h", "starts", "row_ptr"}
 """Lists whose entry k + 1 is the end of what begins at entry k."""
 
-TABLES = {"contact", "drive", "joint", "grip", "loss", "slopes", "impacts", "episodes", "grip_p", "grip_z"}
+TABLES = {
+    "contact",
+    "drive",
+    "joint",
+    "joint_friction",
+    "loss",
+    "slopes",
+    "impacts",
+    "episodes",
+    "joint_friction_p",
+    "joint_friction_z",
+}
 """Fields of records whose columns have names in Python code, too."""
 
 Function = ast.FunctionDef | ast.AsyncFunctionDef

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.system.at_state import System
+from flexmb.system.state_evaluation import StateEvaluation
 
 
 class Posed:
@@ -12,12 +12,12 @@ class Posed:
 
     def __init__(self, mechanism):
         self.program = fm.compile(mechanism)
-        self.system = System(self.program)
+        self.system = StateEvaluation(self.program)
         self.names = self.program.names.coordinates
 
     def force(self, positions, velocities=None):
         """(fx, fy, moment) that each body feels, by name; bodies are moved by (dx, dy, dtheta) from the drawing."""
-        q, v = np.array(self.program.drawn.q), np.zeros(self.program.n_q)
+        q, v = np.array(self.program.reference.q), np.zeros(self.program.n_q)
         for target, given in ((q, positions), (v, velocities or {})):
             for body, triple in given.items():
                 for axis, value in zip(("x", "y", "theta"), triple, strict=True):

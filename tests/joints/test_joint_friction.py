@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import flexmb as fm
-from flexmb.system.at_state import System
+from flexmb.system.state_evaluation import StateEvaluation
 
 MU, RADIUS, G = 0.2, 0.02, 9.81
 COULOMB = fm.ModifiedCoulomb(MU, v0=0.0, v1=1e-5)
@@ -113,8 +113,8 @@ def two_sliders():
 def test_the_matrix_is_the_slope_of_the_forces(seed):
     """By coordinates, velocities and multipliers, friction on two joints' forces included."""
     program = fm.compile(two_sliders())
-    system, rng, n = System(program), np.random.default_rng(seed), program.n_q
-    q = np.array(program.drawn.q) + 0.1 * rng.standard_normal(n)
+    system, rng, n = StateEvaluation(program), np.random.default_rng(seed), program.n_q
+    q = np.array(program.reference.q) + 0.1 * rng.standard_normal(n)
     v, lam = rng.standard_normal(n), 30.0 * rng.standard_normal(program.n_c)
 
     def force(q, v, lam):

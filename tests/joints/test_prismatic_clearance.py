@@ -83,7 +83,7 @@ def test_a_sliding_face_is_braked_and_turned_by_friction(posed):
 def test_the_mode_says_which(state):
     offset, tilt, _, mode = STATES[state]
     mech = mechanism()
-    signal = next(s for s in mech.find("G").pieces(mech) if getattr(s, "name", "") == "mode")
+    signal = next(s for s in mech.find("G").contributions(mech) if getattr(s, "name", "") == "mode")
     q = np.array([0.0, 0.0, 0.0, 0.4, 0.1, DIRECTION])
     q[3:] += in_guide(offset, tilt)
     assert signal.kernel.python(np.array(signal.p), 0.0, q, np.zeros(6), np.zeros(6)) == mode

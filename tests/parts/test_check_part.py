@@ -295,7 +295,7 @@ def one_sided(p, t, h, q, v, a, z, r, K, C, M, z_new):
 
 @fm.element_kernel
 def not_a_number(p, t, h, q, v, a, z, r, K, C, M, z_new):
-    r[0] = p[0] * np.sqrt(1.25 - (q[0] - q[1]))  # 1.21 in the drawn pose
+    r[0] = p[0] * np.sqrt(1.25 - (q[0] - q[1]))  # 1.21 in the reference configuration
     r[1] = -r[0]
     K[0, 0] = K[1, 1] = -0.5 * p[0] / np.sqrt(1.25 - (q[0] - q[1]))
     K[0, 1] = K[1, 0] = -K[0, 0]
@@ -339,7 +339,7 @@ BROKEN = {
     rolling_dice: r"r\[0\] is .* and then .* for the same input",
     one_sided: r"moments about the origin are out of balance by .*action must equal reaction",
     not_a_number: r"r\[0\] is nan; it must be finite at every state",
-    divides_by_h: "failed in the drawn pose.*ZeroDivisionError.*safe there, also for t = h = 0",
+    divides_by_h: "failed in the reference configuration.*ZeroDivisionError.*safe there, also for t = h = 0",
     writes_to_q: r"changes its input q; write to the outputs only",
     writes_to_history: r"changes its input z",
     noisy: r"no derivative is found at \d+ of \d+ states; the values must change smoothly",
@@ -413,9 +413,9 @@ class WithEnergy(fm.Element):
     kernel = sound_kernel
     coords = ("first.theta", "second.theta")
 
-    def pieces(self, mechanism):
+    def contributions(self, mechanism):
         energy = {"strain": wrong_energy, "damping": wrong_damping}[self.wrong]
-        return [replace(piece, energy=energy) for piece in super().pieces(mechanism)]
+        return [replace(contribution, energy=energy) for contribution in super().contributions(mechanism)]
 
 
 @pytest.mark.parametrize(("wrong", "rule"), [("strain", "force = dV/dq"), ("damping", r"power = d\(T \+ V\)/dt")])
@@ -606,11 +606,15 @@ class Rod(fm.Part):
     second: fm.Part
     missing: str
 
-    def pieces(self, mechanism):
-        from flexmb.model.pieces import ConstraintPiece, node_coordinates
+    def contributions(self, mechanism):
+        from flexmb.model.contributions import ConstraintContribution, node_coordinates
 
         coordinates = (*node_coordinates(self.first.name, ""), *node_coordinates(self.second.name, ""))
-        return [ConstraintPiece(self.name, broken_guide(self.missing), coordinates, (0.3,), 1, second=coordinates[3:])]
+        return [
+            ConstraintContribution(
+                self.name, broken_guide(self.missing), coordinates, (0.3,), 1, second=coordinates[3:]
+            )
+        ]
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import pytest
 
 import flexmb as fm
 from flexmb.errors import KernelError
-from flexmb.model.pieces import ElementPiece, Pieces
+from flexmb.model.contributions import Contributions, ElementContribution
 from flexmb.system.evaluate import evaluate, evaluate_accepted
 from flexmb.system.work import workspace
 from flexmb.testing import check_part
@@ -115,7 +115,7 @@ class Altered(Coil):
 
     which: str = ""
 
-    def pieces(self, mechanism):
+    def contributions(self, mechanism):
         change = {
             "weaker": {"force": weaker},
             "forgetful": {"force": forgetful},
@@ -123,7 +123,7 @@ class Altered(Coil):
             "with_mass": {"energy": coil_energy, "account": with_mass},
             "half_energy": {"energy": coil_energy, "account": half_energy},
         }[self.which]
-        return [replace(piece, **change) for piece in super().pieces(mechanism)]
+        return [replace(contribution, **change) for contribution in super().contributions(mechanism)]
 
 
 def two_links(*parts):
@@ -160,7 +160,7 @@ def test_a_kernel_of_the_wrong_contract_is_refused_when_the_class_is_made():
 
 def test_an_account_without_energies_is_refused():
     with pytest.raises(KernelError, match=r"has an account kernel and no energy kernel.*Give it the energy kernel"):
-        ElementPiece("s", coil_kernel, (("arm", "", 2), ("crank", "", 2)), (1.0,), (0.0,), account=with_mass)
+        ElementContribution("s", coil_kernel, (("arm", "", 2), ("crank", "", 2)), (1.0,), (0.0,), account=with_mass)
 
 
 def zoo():
@@ -185,9 +185,9 @@ def zoo():
 def results(program, seed):
     """Matrix, forces with it and without it, histories, what is accepted, at a random state."""
     n, rng, work = program.n_q, np.random.default_rng(seed), workspace(program)
-    q = np.append(program.drawn.q + 0.03 * rng.uniform(-1.0, 1.0, n), np.zeros(3))
+    q = np.append(program.reference.q + 0.03 * rng.uniform(-1.0, 1.0, n), np.zeros(3))
     v, a, x, y = np.append(rng.uniform(-1.0, 1.0, (4, n)) * [[3.0], [50.0], [1.0], [1.0]], np.zeros((4, 3)), axis=1)
-    lam, z = rng.uniform(-1.0, 1.0, program.n_c), program.drawn.z.copy()
+    lam, z = rng.uniform(-1.0, 1.0, program.n_c), program.reference.z.copy()
     common = (program.tables, program.addresses, 0.11, 1e-3, q, v, a, lam, z)
     evaluate(*common, 1.0, 40.0, 900.0, True, work)
     found = {"matrix": work.lu[:-1].copy(), "r": work.r.copy(), "z": work.z_new.copy()}
@@ -200,14 +200,14 @@ def results(program, seed):
 
 def test_the_loop_finds_the_same_by_short_and_by_long_ways(monkeypatch):
     quick = fm.compile(zoo())
-    own = fm.Mechanism.pieces
+    own = fm.Mechanism.contributions
 
     def long_ways(mechanism):
-        pieces = own(mechanism)
-        slow = tuple(replace(e, force=None, tangent=None, account=None) for e in pieces.elements)
-        return Pieces(slow, pieces.constraints, pieces.contacts, pieces.signals)
+        contributions = own(mechanism)
+        slow = tuple(replace(e, force=None, tangent=None, account=None) for e in contributions.elements)
+        return Contributions(slow, contributions.constraints, contributions.contacts, contributions.signals)
 
-    monkeypatch.setattr(fm.Mechanism, "pieces", long_ways)
+    monkeypatch.setattr(fm.Mechanism, "contributions", long_ways)
     slow = fm.compile(zoo())
     assert max(quick.tables.elements.account) >= 0
     assert max(slow.tables.elements.account) == max(slow.tables.elements.force) == -1

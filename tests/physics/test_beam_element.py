@@ -7,7 +7,7 @@ import pytest
 
 import flexmb as fm
 from flexmb.beams.corotational import beam_energy, beam_kernel
-from flexmb.system.at_state import System
+from flexmb.system.state_evaluation import StateEvaluation
 
 LENGTH, TURNS = 1.3, 1000
 UNIFORM = fm.Rectangle(width=0.02, height=0.03)
@@ -17,11 +17,11 @@ NO_INERTIA = fm.Material(young=2.0e11, density=1e-12)
 NO_STIFFNESS = fm.Material(young=1e-12, density=7850.0)
 
 
-def piece(section=UNIFORM, material=STEEL, gravity=(0.0, 0.0), angle=0.4, **options):
+def contribution(section=UNIFORM, material=STEEL, gravity=(0.0, 0.0), angle=0.4, **options):
     """The one element of a link of one element, drawn at an angle."""
     end = (LENGTH * math.cos(angle), LENGTH * math.sin(angle))
     link = fm.FlexibleLink("link", (0.0, 0.0), end, section=section, material=material, elements=1, **options)
-    return link.pieces(fm.Mechanism("one", (link,), gravity=gravity))[0]
+    return link.contributions(fm.Mechanism("one", (link,), gravity=gravity))[0]
 
 
 def call(element, q, v=None, a=None):
@@ -71,15 +71,15 @@ def kinetic(element, q, v):
 @pytest.mark.parametrize("angle", [0.4, -2.9, 3.0, 2 * math.pi * TURNS + 0.4, -2 * math.pi * TURNS + 1.1])
 @pytest.mark.parametrize("section", [UNIFORM, TAPERED])
 def test_a_rigid_pose_has_no_internal_force(angle, section):
-    element = piece(section, damping=1e-3)
+    element = contribution(section, damping=1e-3)
     r, *_ = call(element, pose(angle, 12.0, -7.0))
     assert np.abs(r).max() < 1e-9 * 2.0e11 * float(section.area_at(0.5))
 
 
 def test_a_whole_link_turned_a_thousand_times_has_no_internal_force():
     link = fm.FlexibleLink("link", (1.0, 2.0), (1.0, 3.3), section=UNIFORM, material=STEEL, elements=5, damping=1e-3)
-    system = System(fm.compile(fm.Mechanism("free", (link,))))
-    drawn = system.program.drawn.q.reshape(-1, 3)
+    system = StateEvaluation(fm.compile(fm.Mechanism("free", (link,))))
+    drawn = system.program.reference.q.reshape(-1, 3)
     for turn in np.linspace(0.0, 2 * math.pi * TURNS, 1001) + 0.1:
         c, s = math.cos(turn), math.sin(turn)
         moved = drawn @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]) + np.array([5.0, -4.0, turn])
@@ -89,10 +89,10 @@ def test_a_whole_link_turned_a_thousand_times_has_no_internal_force():
 def test_damping_does_nothing_to_rigid_motion():
     q, w = pose(1.9), 40.0
     v = np.array([3.0, -2.0, w, 3.0 - w * (q[4] - q[1]), -2.0 + w * (q[3] - q[0]), w])
-    damped, free = (call(piece(damping=d), q, v)[0] for d in (1e-3, 0.0))
+    damped, free = (call(contribution(damping=d), q, v)[0] for d in (1e-3, 0.0))
     # scale: the damping force of a strain rate as large as the spin
     assert np.abs(damped - free).max() < 1e-12 * 2.0e11 * 6e-4 * 1e-3 * w
-    assert energies(piece(damping=1e-3), q, v)[2] < 1e-20 * 2.0e11 * 6e-4 * w * w
+    assert energies(contribution(damping=1e-3), q, v)[2] < 1e-20 * 2.0e11 * 6e-4 * w * w
 
 
 @pytest.mark.parametrize("angle", [0.4, 2.5])
@@ -103,7 +103,7 @@ def test_a_spinning_bar_has_the_kinetic_energy_of_a_rigid_one(angle):
     mass = 7850.0 * 0.02 * 0.03 * LENGTH
     cx, cy = vx - 0.5 * w * (q[4] - q[1]), vy + 0.5 * w * (q[3] - q[0])
     exact = 0.5 * mass * (cx**2 + cy**2) + 0.5 * mass * LENGTH**2 / 12.0 * w**2
-    assert kinetic(piece(), q, v) == pytest.approx(exact, rel=1e-13)
+    assert kinetic(contribution(), q, v) == pytest.approx(exact, rel=1e-13)
 
 
 def test_a_spinning_bar_needs_its_centripetal_force_only():
@@ -112,7 +112,7 @@ def test_a_spinning_bar_needs_its_centripetal_force_only():
     dx, dy = q[3] - q[0], q[4] - q[1]
     v = np.array([0, 0, w, -w * dy, w * dx, w])
     a = np.array([0, 0, 0, -w * w * dx, -w * w * dy, 0])
-    r, *_ = call(piece(), q, v, a)
+    r, *_ = call(contribution(), q, v, a)
     mass = 7850.0 * 0.02 * 0.03 * LENGTH
     force = -0.5 * mass * w * w * np.array([dx, dy])
     # the elastic part is round-off of EA: 1e-9 of it is the house's limit
@@ -154,14 +154,14 @@ def test_kinetic_energy_is_that_of_the_moving_axis(rotary):
     exact = 0.5 * (WEIGHTS * 7850.0 * AREA) @ (rates[:, :2] ** 2).sum(axis=1)
     if rotary:
         exact += 0.5 * (WEIGHTS * (7850.0 * SECOND_MOMENT if rotary is True else rotary)) @ rates[:, 2] ** 2
-    assert kinetic(piece(TAPERED, rotary_inertia=rotary), q, v) == pytest.approx(exact, rel=1e-9)
+    assert kinetic(contribution(TAPERED, rotary_inertia=rotary), q, v) == pytest.approx(exact, rel=1e-9)
 
 
 @pytest.mark.parametrize("seed", range(4))
 def test_inertia_forces_add_up_to_the_rates_of_the_momenta(seed):
     """Sum and moment of the inertia forces against second differences of the integrals over the axis."""
     q, v, a = state(seed)
-    r, *_ = call(piece(TAPERED, NO_STIFFNESS, rotary_inertia=3.0), q, v, a)
+    r, *_ = call(contribution(TAPERED, NO_STIFFNESS, rotary_inertia=3.0), q, v, a)
 
     def momentum(t):
         now, rate = q + v * t[0] + 0.5 * a * t[0] ** 2, v + a * t[0]
@@ -177,7 +177,7 @@ def test_inertia_forces_add_up_to_the_rates_of_the_momenta(seed):
 
 def test_uniform_flight_changes_no_force_and_no_tangent():
     q, v, a = state(2)
-    element = piece(TAPERED, NO_STIFFNESS, rotary_inertia=True)
+    element = contribution(TAPERED, NO_STIFFNESS, rotary_inertia=True)
     flight = np.array([70.0, -50.0, 0.0, 70.0, -50.0, 0.0])
     for still, flying in zip(call(element, q, v, a), call(element, q, v + flight, a), strict=True):
         np.testing.assert_allclose(flying, still, atol=1e-10 * np.abs(still).max())
@@ -187,7 +187,7 @@ def test_uniform_flight_changes_no_force_and_no_tangent():
 @pytest.mark.parametrize("seed", range(4))
 def test_inertia_force_is_lagranges(seed, rotary):
     """d/dt (dT/dv) - dT/dq along q + v t + a t^2/2, by differences of T alone."""
-    element = piece(TAPERED, NO_STIFFNESS, rotary_inertia=rotary)
+    element = contribution(TAPERED, NO_STIFFNESS, rotary_inertia=rotary)
     q, v, a = state(seed)
     r, *_ = call(element, q, v, a)
 
@@ -201,7 +201,7 @@ def test_inertia_force_is_lagranges(seed, rotary):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_power_of_inertia_is_the_rate_of_kinetic_energy(seed):
-    element = piece(TAPERED, NO_STIFFNESS)
+    element = contribution(TAPERED, NO_STIFFNESS)
     q, v, _ = state(seed)
     rate = slope(lambda t: kinetic(element, q + v * t[0], v), np.zeros(1), 0, 1e-5)
     assert call(element, q, v)[0] @ v == pytest.approx(rate, rel=1e-8)
@@ -212,7 +212,7 @@ def test_power_of_inertia_is_the_rate_of_kinetic_energy(seed):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_elastic_force_is_the_slope_of_strain_energy(seed):
-    element = piece(TAPERED)
+    element = contribution(TAPERED)
     q, _, _ = state(seed)
     expected = np.array([slope(lambda x: energies(element, x)[0], q, i, 1e-4) for i in range(6)])
     np.testing.assert_allclose(call(element, q)[0], expected, atol=1e-8 * np.abs(expected).max())
@@ -221,7 +221,7 @@ def test_elastic_force_is_the_slope_of_strain_energy(seed):
 @pytest.mark.parametrize("seed", range(4))
 def test_damping_takes_the_power_it_reports(seed):
     q, v, _ = state(seed)
-    damped, free = piece(TAPERED, NO_INERTIA, damping=2e-3), piece(TAPERED, NO_INERTIA)
+    damped, free = contribution(TAPERED, NO_INERTIA, damping=2e-3), contribution(TAPERED, NO_INERTIA)
     power = (call(damped, q, v)[0] - call(free, q, v)[0]) @ v
     assert power > 0.0
     assert power == pytest.approx(energies(damped, q, v)[2], rel=1e-10)
@@ -232,11 +232,11 @@ def test_weight_and_its_moment(angle):
     """A tapered bar, A = b (h1 + (h2 - h1) s): mass and centre of mass by hand; forces about the start."""
     gx, gy = 1.7, -9.81
     q = pose(angle)
-    r, *_ = call(piece(TAPERED, gravity=(gx, gy)), q)
+    r, *_ = call(contribution(TAPERED, gravity=(gx, gy)), q)
     mass = 7850.0 * 0.02 * LENGTH * 0.04
     centre = LENGTH * (0.05 / 2 - 0.02 / 3) / 0.04
     x, y = centre * math.cos(angle), centre * math.sin(angle)
-    bare, *_ = call(piece(TAPERED), q)
+    bare, *_ = call(contribution(TAPERED), q)
     load = bare - r
     np.testing.assert_allclose(load[:2] + load[3:5], [mass * gx, mass * gy], rtol=1e-12)
     moment = load[2] + load[5] + (q[3] - q[0]) * load[4] - (q[4] - q[1]) * load[3]
@@ -245,7 +245,7 @@ def test_weight_and_its_moment(angle):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_weight_is_the_slope_of_its_potential(seed):
-    element = piece(TAPERED, NO_STIFFNESS, gravity=(1.7, -9.81))
+    element = contribution(TAPERED, NO_STIFFNESS, gravity=(1.7, -9.81))
     q, _, _ = state(seed)
     expected = np.array([slope(lambda x: energies(element, x)[1], q, i, 1e-3) for i in range(6)])
     np.testing.assert_allclose(call(element, q)[0], expected, atol=1e-9 * np.abs(expected).max())
@@ -267,7 +267,7 @@ PHYSICS = {
 @pytest.mark.parametrize("physics", PHYSICS)
 def test_tangents_are_the_slopes_of_the_force(physics, seed):
     """Each physics alone, so that the stiff terms do not hide an error in the others."""
-    element = piece(TAPERED, **PHYSICS[physics])
+    element = contribution(TAPERED, **PHYSICS[physics])
     point = state(seed) if physics != "weight" else (state(seed)[0], np.zeros(6), np.zeros(6))
     matrices = call(element, *point)[1:]
     for k, (matrix, name) in enumerate(zip(matrices, "KCM", strict=True)):

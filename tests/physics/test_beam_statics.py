@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.system.at_state import System
+from flexmb.system.state_evaluation import StateEvaluation
 
 LENGTH, WIDTH, HEIGHT, YOUNG = 2.0, 0.02, 0.01, 2.0e11
 EA, EI = YOUNG * WIDTH * HEIGHT, YOUNG * WIDTH * HEIGHT**3 / 12.0
@@ -37,8 +37,8 @@ def cantilever(*loads, elements=16, height=HEIGHT, angle=0.0, gravity=(0.0, 0.0)
 @pytest.mark.parametrize("angle", [0.0, 1.1, -2.6])
 def test_one_element_bends_and_stretches_as_the_textbook_says(angle):
     """P L^3/(3 EI), P L^2/(2 EI), M L^2/(2 EI), M L/(EI), N L/(EA): exact for a cubic element."""
-    system = System(fm.compile(cantilever(elements=1, angle=angle)))
-    K = system.at(system.program.drawn.q, weights=(1.0, 0.0, 0.0)).block().toarray()[3:6, 3:6]
+    system = StateEvaluation(fm.compile(cantilever(elements=1, angle=angle)))
+    K = system.at(system.program.reference.q, weights=(1.0, 0.0, 0.0)).block().toarray()[3:6, 3:6]
     c, s = math.cos(angle), math.sin(angle)
     turn = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
     flexibility = turn @ np.linalg.inv(K) @ turn.T

@@ -6,7 +6,7 @@ import pytest
 import flexmb as fm
 from flexmb.run.run import Run
 from flexmb.start.consistent import Start, accelerations, consistent_start
-from flexmb.system.at_state import System
+from flexmb.system.state_evaluation import StateEvaluation
 
 SECTION, SOFT = fm.Rectangle(width=0.02, height=0.02), fm.Material(young=2e9, density=7850.0)
 SPIN, VX, VY, LENGTH, NODES = 10.0, 3.0, -2.0, 1.0, 5
@@ -36,13 +36,13 @@ def momentum(system, q, v):
 def drift(method, step, *, bend, steps=10_000):
     """Largest relative change of the three momenta while the rod flies, and its mean strain energy over the kinetic."""
     program = fm.compile(free_rod())
-    system, n = System(program), program.n_q
+    system, n = StateEvaluation(program), program.n_q
     q, v = bent(bend)
     run = Run(program, method, fm.FixedStep(step), steps * step, None)
     run.begin(Start(q, v, *accelerations(program, q, v, 0.0)))
     start, worst, strain = momentum(system, q, v), np.zeros(3), []
     for part in range(1, 21):
-        run.go_to(part * steps * step / 20, saving=None)
+        run.run_to(part * steps * step / 20, saving=None)
         found = momentum(system, run.flow.q[:n], run.flow.v[:n])
         worst = np.maximum(worst, np.abs(found - start) / np.abs(start))
         strain.append(run.flow.ledger[1])
@@ -57,7 +57,7 @@ def test_momentum_of_the_rod_at_the_start_is_that_of_a_rigid_bar():
     start = consistent_start(free_rod(), program)
     q, v = start.q, start.v
     expected = [mass * VX, mass * VY, mass * 0.5 * LENGTH * VY + mass * LENGTH**2 / 12 * SPIN]
-    np.testing.assert_allclose(momentum(System(program), q, v), expected, rtol=1e-13)
+    np.testing.assert_allclose(momentum(StateEvaluation(program), q, v), expected, rtol=1e-13)
 
 
 def test_a_vibrating_rod_keeps_its_momentum_over_ten_thousand_runge_kutta_steps():

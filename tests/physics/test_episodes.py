@@ -113,7 +113,7 @@ def test_bounces_between_two_walls_are_many_and_alike(monkeypatch):
     """Elastic: every flight lasts 2 c/v, every contact 3.21806546 (m = K = v = 1).  Their number is exact, and larger
     than a buffer that is made small, which is full again and again within a block of steps.
     """
-    monkeypatch.setattr(run_module, "BUFFER", 5)
+    monkeypatch.setattr(run_module, "BUFFER_ROWS", 5)
     flight, contact = 4.0, REFERENCE[1.0][1]
     number, step = 300, 0.02
     t_end = 0.5 * flight + number * contact + (number - 0.5) * flight
@@ -130,7 +130,7 @@ def test_bounces_between_two_walls_are_many_and_alike(monkeypatch):
 
 
 def test_more_episodes_than_the_buffer_holds_at_its_own_size():
-    number = run_module.BUFFER + 100
+    number = run_module.BUFFER_ROWS + 100
     contact = REFERENCE[1.0][1]
     t_end = 0.2 + number * contact + (number - 0.5) * 0.4
     sol = fm.simulate(thrown(clearance=0.2), t_end=t_end, step=0.02, method=RULES["trapezoidal"], save=1)
@@ -329,7 +329,7 @@ def test_bodies_that_touch_at_the_start_have_no_start():
     run = Run(program, RULES["trapezoidal"], fm.FixedStep(0.01), 20.0, None)
     a = np.array([-(0.1**1.5), 0.0, 0.0])
     run.begin(Start(np.array([1.1, 0.0, 0.0]), np.zeros(3), a, np.zeros(0)))
-    run.go_to(20.0, saving=0.0)
+    run.run_to(20.0, saving=0.0)
     (first,) = run.solution({}).episodes("J")
     assert math.isnan(first.start)
     assert math.isnan(first.approach_speed)

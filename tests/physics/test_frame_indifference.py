@@ -9,7 +9,7 @@ import pytest
 
 import flexmb as fm
 from flexmb.model.part import Joint
-from flexmb.system.at_state import System
+from flexmb.system.state_evaluation import StateEvaluation
 
 NORMAL = fm.ExactRestitution(stiffness=1e7, restitution=0.6)
 ROUGH = fm.SmoothCoulomb(0.3, v0=1e-2)
@@ -176,7 +176,7 @@ def test_action_is_reaction_moments_included(name, seed):
     """
     program = fm.compile(pair(JOINTS[name], THERE, relative=RELATIVE.get(name, ANY)))
     rng = np.random.default_rng(seed)
-    q, v = np.array(program.drawn.q), rng.standard_normal(program.n_q)
+    q, v = np.array(program.reference.q), rng.standard_normal(program.n_q)
     if program.n_c == 0:
         direction = THERE.angle + rng.uniform(0.25, 0.45) * math.pi + math.pi * (seed % 2)
         q[3:5] += 5.0 * PLAY * np.array([math.cos(direction), math.sin(direction)])
@@ -184,7 +184,7 @@ def test_action_is_reaction_moments_included(name, seed):
     lam = 50.0 * rng.standard_normal(program.n_c)
     sizes = []
     for sign in (1.0, -1.0):  # a contact may let go of bodies that part
-        system = System(program).at(q, sign * v, lam=lam)
+        system = StateEvaluation(program).at(q, sign * v, lam=lam)
         force = (system.force + system.constraint_force).reshape(2, 3)
         moments = [q[3 * k] * f[1] - q[3 * k + 1] * f[0] + f[2] for k, f in enumerate(force)]
         sizes.append(np.abs(force).max())

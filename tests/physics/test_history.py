@@ -21,9 +21,9 @@ def run_in_impact(slider_crank):
     program = fm.compile(mechanism)
     run = Run(program, fm.Newmark.generalised_alpha(0.8), fm.FixedStep(1e-6), MID_IMPACT, None)
     run.begin(consistent_start(mechanism, program))
-    run.go_to(MID_IMPACT, saving=None)
+    run.run_to(MID_IMPACT, saving=None)
     contact = program.tables.contacts
-    assert run.record.new[contact.out[0] + 4] > 1e-5  # penetration [m]
+    assert run.record.signals[contact.out[0] + 4] > 1e-5  # penetration [m]
     assert run.flow.z[contact.z[0, 1]] > 4.0  # approach speed [m/s]
     return run
 
@@ -72,7 +72,7 @@ def test_an_evaluation_elsewhere_leaves_no_trace(run_in_impact):
 def step_of(run, h):
     """The code of one step of size h that is tried and not accepted."""
     options = run.options(1.0, 0.0)
-    ratio = h / run.flow.clock.last
+    ratio = h / run.flow.clock.last_step
     program = run.program
     return implicit_step(
         program.tables,
@@ -102,13 +102,13 @@ def test_a_run_goes_on_after_thrown_away_steps_as_if_they_had_not_been(slider_cr
     run = run_in_impact
     for h in (5e-2, 1e-3, 3e-5):
         step_of(run, h)
-    run.go_to(5e-4, saving=None)
+    run.run_to(5e-4, saving=None)
     mechanism = slider_crank()
     program = fm.compile(mechanism)
     other = Run(program, run.method, run.step, MID_IMPACT, None)
     other.begin(consistent_start(mechanism, program))
-    other.go_to(MID_IMPACT, saving=None)
-    other.go_to(5e-4, saving=None)
+    other.run_to(MID_IMPACT, saving=None)
+    other.run_to(5e-4, saving=None)
     assert frozen(run.flow) == frozen(other.flow)
 
 
@@ -117,8 +117,8 @@ def take_one_step(run):
     program, before = run.program, run.record.count.steps
     options = run.options(run.t_end, 0.0)
     advance(program.tables, program.addresses, run.lu, options, run.flow, run.trial, run.work, run.record, 1)
-    run._fetch()
-    return float(run.record.step.size) if run.record.count.steps > before else None
+    run._fetch_buffer()
+    return float(run.record.report.size) if run.record.count.steps > before else None
 
 
 def test_rejected_steps_of_the_step_control_leave_no_trace(slider_crank):
@@ -130,17 +130,17 @@ def test_rejected_steps_of_the_step_control_leave_no_trace(slider_crank):
     sizes, anew = [], []
     while controlled.flow.clock.t < 9e-4:
         sizes.append(take_one_step(controlled))
-        anew.append(controlled.flow.clock.last == 0.0)  # the next step is a first step, after the end of a contact
+        anew.append(controlled.flow.clock.last_step == 0.0)  # the next step is a first step, after the end of a contact
     assert sizes.count(None) > 3
     replayed = Run(program, method, fm.FixedStep(1e-3), 1.0, None)
     replayed.begin(consistent_start(mechanism, program))
     for size, again in zip(sizes, anew, strict=True):
         if size is None:
             continue
-        replayed.flow.clock.size = size
+        replayed.flow.clock.step_size = size
         assert take_one_step(replayed) == size
         if again:
-            replayed.flow.clock.last, replayed.flow.x[:] = 0.0, replayed.flow.a
+            replayed.flow.clock.last_step, replayed.flow.x[:] = 0.0, replayed.flow.a
     one, other = frozen(controlled.flow), frozen(replayed.flow)
     for name in ("clock", "past", "impacts"):  # what the step control remembers
         one.pop(name), other.pop(name)

@@ -33,7 +33,7 @@ def thrown(restitution, step, *, method=None, angle=0.0, t_end=1.5e-3):
     run = Run(program, method or fm.Newmark.trapezoidal(), fm.FixedStep(step), t_end, None)
     v = np.array([0.0, 0.0, 0.0, SPEED * math.cos(angle), SPEED * math.sin(angle), 0.0])
     run.begin(Start(np.zeros(6), v, np.zeros(6), np.zeros(0)))
-    run.go_to(t_end, saving=0.0)
+    run.run_to(t_end, saving=0.0)
     return run.solution({})
 
 

@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import flexmb as fm
-from flexmb.system.at_state import System
+from flexmb.system.state_evaluation import StateEvaluation
 
 G = 9.81
 PLAY, BEARING = 1e-3, 0.011
@@ -72,7 +72,9 @@ def test_the_rows_of_the_start_are_those_of_a_pin_but_for_the_place_of_the_journ
     worn = hanging((0.3 * PLAY, -0.4 * PLAY))
     ideal = worn.with_part(fm.Revolute("J", fm.GROUND, worn.find("bar"), at=(0.0, 0.0)))
     q, v, lam = np.array([0.1, -0.2, -1.1]), np.array([1.0, 2.0, 3.0]), np.array([5.0, -7.0])
-    one, other = (System(fm.compile(m, closed=True)).at(q, v, lam=lam, weights=(1.0, 0.0, 0.0)) for m in (worn, ideal))
+    one, other = (
+        StateEvaluation(fm.compile(m, closed=True)).at(q, v, lam=lam, weights=(1.0, 0.0, 0.0)) for m in (worn, ideal)
+    )
     np.testing.assert_allclose(one.residual - other.residual, [-0.3 * PLAY, 0.4 * PLAY], atol=1e-16)
     assert abs(one.matrix - other.matrix).max() == 0.0
     np.testing.assert_array_equal(one.gamma, other.gamma)
@@ -227,7 +229,7 @@ def in_ring(ring_spin, disc_spin, depth):
     options = {"clearance": C, "bearing_radius": C + R2, "normal": law, "friction": rough}
     mech = fm.Mechanism("m", (ring, body, fm.RevoluteClearance("J", ring, body, at=(0.0, 0.0), **options)))
     q = [0.0, 0.0, 0.0, 0.0, -C - depth, 0.0]
-    return -System(fm.compile(mech)).at(q, [0.0, 0.0, ring_spin, 0.0, 0.0, disc_spin]).force.reshape(2, 3)
+    return -StateEvaluation(fm.compile(mech)).at(q, [0.0, 0.0, ring_spin, 0.0, 0.0, disc_spin]).force.reshape(2, 3)
 
 
 def test_the_slip_contains_the_rotation_of_both_bodies():

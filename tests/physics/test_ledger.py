@@ -11,8 +11,8 @@ from flexmb.mechanisms import nine_bar
 
 G = 9.81
 UNSEEN = 2e-9
-"""What is missing where the rules leave nothing: an accepted step may lack 1e-10 of h^2 a (`reuse.LEFT` of Newton's
-tolerance), and energies are those of the state before a last correction of up to 5e-8 of h^2 a (`reuse.UNSEEN`)."""
+"""Residual of exact rules: an accepted step may lack 1e-10 of h^2 a (`REMAINING_ERROR` of Newton's tolerance), and
+energies are those of the state before a last correction of up to 5e-8 of h^2 a (`NEGLIGIBLE_CORRECTION`)."""
 ALPHA, TRAPEZOIDAL, RK4 = fm.Newmark.generalised_alpha(0.8), fm.Newmark.trapezoidal(), fm.RungeKutta4()
 rules = pytest.mark.parametrize("method", [ALPHA, TRAPEZOIDAL, RK4], ids=["alpha", "trapezoidal", "rk4"])
 

@@ -188,10 +188,10 @@ def driven_by(pattern, step, method, duration=1.0):
     options = run.options(duration, 0.0)
     count = 0
     while run.flow.clock.t < duration * (1 - 1e-12):
-        run.flow.clock.size = step * pattern[count % len(pattern)]
+        run.flow.clock.step_size = step * pattern[count % len(pattern)]
         advance(program.tables, program.addresses, run.lu, options, run.flow, run.trial, run.work, run.record, 1)
         count += 1
-        run._fetch()
+        run._fetch_buffer()
     return compared(run.solution({})), run
 
 
@@ -201,7 +201,7 @@ def test_steps_that_alternate_keep_the_order(name):
     for h in (1e-3, 5e-4):
         found, run = driven_by((1.0, 0.5), h, METHODS[name])
         errors.append(found)
-        assert run.record.step.smallest <= 0.51 * run.record.step.largest
+        assert run.record.report.smallest <= 0.51 * run.record.report.largest
     positions, velocities, forces = orders(errors)
     assert min(positions, velocities) > 1.95
     assert forces > 1.95 or (name in FORCES_LOSE_ORDER and forces < 1.5), forces

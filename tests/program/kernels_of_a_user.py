@@ -52,7 +52,7 @@ def motion(program):
     from flexmb.step.step_size import FixedStep
 
     run = Run(program, Newmark.generalised_alpha(), FixedStep(2e-4), 0.02, None)
-    q, v = program.drawn.q, np.zeros(program.n_q)
+    q, v = program.reference.q, np.zeros(program.n_q)
     run.begin(Start(q, v, *accelerations(program, q, v, 0.0)))
-    run.go_to(0.02, saving=0.0)
+    run.run_to(0.02, saving=0.0)
     return run.solution({}).values

@@ -39,7 +39,7 @@ def arrays(value, name="program"):
 
 
 def all_arrays(program):
-    drawn, pattern = vars(program.drawn), vars(program.symbolic)
+    drawn, pattern = vars(program.reference), vars(program.symbolic)
     groups = [("tables", program.tables), ("drawn", tuple(drawn.values())), ("pattern", tuple(pattern.values()))]
     return dict(pair for name, value in groups for pair in arrays(value, name))
 
@@ -84,8 +84,8 @@ def test_coordinates_follow_the_order_of_declaration(user):
     assert program.names.coordinates == (
         "upper.x", "upper.y", "upper.theta", "lower.x", "lower.y", "lower.theta",
     )  # fmt: skip
-    np.testing.assert_allclose(program.drawn.q[:3], [0.1, 0.0, 0.0], atol=1e-15)
-    np.testing.assert_allclose(program.drawn.q[3:], [0.35, 0.05, np.arctan2(0.1, 0.3)], rtol=1e-15)
+    np.testing.assert_allclose(program.reference.q[:3], [0.1, 0.0, 0.0], atol=1e-15)
+    np.testing.assert_allclose(program.reference.q[3:], [0.35, 0.05, np.arctan2(0.1, 0.3)], rtol=1e-15)
 
 
 def test_pickled_program_gives_the_same_motion(user):

@@ -16,7 +16,7 @@ from flexmb.linalg.rank import row_rank
 from flexmb.program.compiler import compile_with_start
 from flexmb.start.assemble import least_shift
 from flexmb.start.consistent import consistent_start
-from flexmb.system.at_state import LARGE, System
+from flexmb.system.state_evaluation import UNPIVOTED_UNKNOWNS, StateEvaluation
 
 STEEL = fm.Material(young=2.1e11, density=7800.0)
 ALUMINIUM = fm.Material(young=7e10, density=2700.0)
@@ -57,14 +57,14 @@ def test_beams_assembled_together_are_those_assembled_one_by_one():
 
 
 def test_the_numbers_of_a_chain_are_those_of_each_element_by_scikit_fem():
-    pieces = [e for e in chain(7).pieces().elements if e.kernel is flexible.beam_kernel]
+    contributions = [e for e in chain(7).contributions().elements if e.kernel is flexible.beam_kernel]
     alone = [beam_matrices(link._beam.stations, SECTIONS[0], STEEL) for link in chain(7).bodies]
-    assert len(pieces) == 28
-    for k, piece in enumerate(pieces):
+    assert len(contributions) == 28
+    for k, contribution in enumerate(contributions):
         data, i = alone[k // 4], k % 4
         stiffness = data.axial_stiffness[i, 1, 1], *data.bending_stiffness[i, [1, 1, 3], [1, 3, 3]]
-        assert piece.p[:5] == (data.lengths[i], *stiffness)
-        assert piece.p[10:] == tuple(data.inertia_integrals[i])
+        assert contribution.p[:5] == (data.lengths[i], *stiffness)
+        assert contribution.p[10:] == tuple(data.inertia_integrals[i])
 
 
 def test_equal_links_are_assembled_once_and_all_in_one_mesh(monkeypatch):
@@ -72,7 +72,7 @@ def test_equal_links_are_assembled_once_and_all_in_one_mesh(monkeypatch):
     monkeypatch.setattr(flexible, "_KNOWN", {})
     monkeypatch.setattr(fem, "assembled", lambda beams: calls.append(len(beams)) or assembled(beams))
     mechanism = chain(300)
-    mechanism.pieces()
+    mechanism.contributions()
     mechanism.shapes()
     assert len(calls) == 1
     assert calls[0] < 30  # lengths that differ by round-off
@@ -156,9 +156,9 @@ def test_least_movement_by_sparse_factors():
 def test_accelerations_without_pivoting_are_those_with_it(monkeypatch):
     mechanism = chain(600)
     program, closed = compile_with_start(mechanism)
-    assert program.symbolic.n > LARGE
+    assert program.symbolic.n > UNPIVOTED_UNKNOWNS
     quick = consistent_start(mechanism, program, closed=closed)
-    monkeypatch.setattr(System, "_without_pivoting", lambda *_: None)
+    monkeypatch.setattr(StateEvaluation, "_without_pivoting", lambda *_: None)
     slow = consistent_start(mechanism, program, closed=closed)
     assert np.abs(quick.a - slow.a).max() <= 1e-12 * np.abs(slow.a).max()
     assert np.abs(quick.lam - slow.lam).max() <= 1e-12 * np.abs(slow.lam).max()

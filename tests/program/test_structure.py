@@ -9,15 +9,15 @@ import pytest
 import flexmb as fm
 from flexmb.compiled.records import Record
 from flexmb.errors import KernelError
-from flexmb.model.pieces import ElementPiece
+from flexmb.model.contributions import ElementContribution
 from flexmb.program import check_kernels as smoke
 from flexmb.program import structure
-from flexmb.program.compiler import chosen_pieces, compile_with_start
+from flexmb.program.compiler import chosen_contributions, compile_with_start
 from flexmb.program.numbering import Numbering
 from flexmb.program.packing import Packer
 
 
-def gripped():
+def with_friction():
     """A pendulum with friction in its ideal pin, a spring, a damped slider and a harmonic force."""
     friction = fm.Stribeck(static=0.2, kinetic=0.1, stribeck_speed=1e-2, v0=1e-3)
     rod = fm.RigidLink("rod", (0.0, 0.0), (0.4, 0.0), mass=0.5, inertia=1e-3)
@@ -28,7 +28,7 @@ def gripped():
         fm.SpringDamper("spring", rod, block, (0.4, 0.0), (1.0, 0.0), stiffness=200.0, damping=1.0),
         fm.Force("push", block, (1.0, 0.0), (3.0, 0.0), history=fm.Harmonic(1.0, 5.0)),
     )
-    return fm.Mechanism("gripped", (rod, block, *parts), gravity=(0.0, -9.81))
+    return fm.Mechanism("with_friction", (rod, block, *parts), gravity=(0.0, -9.81))
 
 
 def crank(**options):
@@ -40,7 +40,10 @@ MECHANISMS = {
     "flexible": (crank(flexible=True, elements=3), {"B.clearance": 4e-4, "rod.material.young": 1e11}),
     "ideal": (fm.four_bar(), {"gravity": (0.0, -1.0)}),
     "nine-bar": (fm.nine_bar(2.0 * math.pi), {"gravity": (0.0, -1.0)}),
-    "gripped": (gripped(), {"O.friction.static": 0.3, "spring.stiffness": 150.0, "push.history.amplitude": 2.0}),
+    "with_friction": (
+        with_friction(),
+        {"O.friction.static": 0.3, "spring.stiffness": 150.0, "push.history.amplitude": 2.0},
+    ),
 }
 
 
@@ -75,8 +78,8 @@ def test_a_remembered_structure_makes_the_same_program_as_a_new_one(name, start,
     for one, other in zip(arrays(again.tables), arrays(anew.tables), strict=True):
         assert one.dtype == other.dtype
         np.testing.assert_array_equal(one, other)
-    np.testing.assert_array_equal(again.drawn.z, anew.drawn.z)
-    np.testing.assert_array_equal(again.drawn.q, anew.drawn.q)
+    np.testing.assert_array_equal(again.reference.z, anew.reference.z)
+    np.testing.assert_array_equal(again.reference.q, anew.reference.q)
     assert again.names == anew.names
     assert again.kernels == anew.kernels
 
@@ -85,15 +88,15 @@ def test_a_remembered_structure_makes_the_same_program_as_a_new_one(name, start,
 def test_numbers_stand_where_the_tables_look_for_them(name):
     """The packer collects them together with their places; `numbers_of` collects them alone."""
     mechanism, _ = MECHANISMS[name]
-    pieces = chosen_pieces(mechanism.pieces(), closed=False, start=False)
-    packer = Packer(pieces, Numbering(mechanism))
-    places = structure.layout(pieces, packer.number.names())
+    contributions = chosen_contributions(mechanism.contributions(), closed=False, start=False)
+    packer = Packer(contributions, Numbering(mechanism))
+    places = structure.layout(contributions, packer.number.names())
     for pack, out in ((packer.constraints, places.constraints), (packer.contacts, places.contacts)):
         if pack == packer.constraints:
             packer.elements(lambda rows, columns: rows)
         pack(lambda rows, columns: rows, out)
     packer.measured(places.measured)
-    p, z = structure.numbers_of(pieces)
+    p, z = structure.numbers_of(contributions)
     assert p.tolist() == packer.p
     assert z.tolist() == packer.z
 
@@ -123,14 +126,14 @@ def test_what_is_shared_cannot_be_written_to(forgotten):
 
 
 def test_only_the_latest_structures_are_kept(forgotten):
-    for k in range(structure.KEPT + 3):
+    for k in range(structure.REMEMBERED_STRUCTURES + 3):
         fm.compile(fm.Mechanism(f"m{k}", (fm.RigidBody(f"b{k}", (0.0, 0.0), mass=1.0, inertia=1.0),)))
-    assert len(forgotten) == structure.KEPT
+    assert len(forgotten) == structure.REMEMBERED_STRUCTURES
     assert not any("b0" in str(key) for key in forgotten)
 
 
 def test_large_structures_push_others_out(forgotten, monkeypatch):
-    monkeypatch.setattr(structure, "KEPT_UNKNOWNS", 7)
+    monkeypatch.setattr(structure, "REMEMBERED_UNKNOWNS", 7)
     for k in range(3):  # two of three unknowns fit, a third does not
         fm.compile(fm.Mechanism("m", (fm.RigidBody(f"b{k}", (0.0, 0.0), mass=1.0, inertia=1.0),)))
     assert [key[0] for key in forgotten] == [(("b1", ""),), (("b2", ""),)]
@@ -173,10 +176,12 @@ class Counted(fm.Element):
     kernel = counted_kernel
     coords = ("body.x",)
 
-    def pieces(self, mechanism):
+    def contributions(self, mechanism):
         """Like that of every element, its coordinates in a list: nothing that could be compared quickly."""
-        (piece,) = super().pieces(mechanism)
-        return [ElementPiece(piece.part, piece.kernel, list(piece.coordinates), piece.p)]
+        (contribution,) = super().contributions(mechanism)
+        return [
+            ElementContribution(contribution.part, contribution.kernel, list(contribution.coordinates), contribution.p)
+        ]
 
 
 def counted(m, x=0.0):
@@ -186,10 +191,12 @@ def counted(m, x=0.0):
 
 def test_a_kernel_is_tried_once_for_the_same_numbers_and_pose(monkeypatch):
     monkeypatch.setattr(smoke, "_GOOD", {})
-    pieces = [(counted(m, x).pieces(), Numbering(counted(m, x))) for m, x in ((0.5, 0.0), (0.25, 0.0), (0.5, 1.0))]
+    contributions = [
+        (counted(m, x).contributions(), Numbering(counted(m, x))) for m, x in ((0.5, 0.0), (0.25, 0.0), (0.5, 1.0))
+    ]
     CALLS.clear()
     for _ in range(2):
-        for both in pieces:
+        for both in contributions:
             smoke.call_each_kernel(*both)
     assert CALLS == [0.5, 0.25, 0.5]
 
@@ -198,14 +205,14 @@ def test_a_bad_call_is_refused_every_time(monkeypatch):
     monkeypatch.setattr(smoke, "_GOOD", {})
     mechanism = counted(1.0)
     for _ in range(2):
-        with pytest.raises(KernelError, match=r"drawn pose|not finite"), np.errstate(all="ignore"):
-            smoke.call_each_kernel(mechanism.pieces(), Numbering(mechanism))
+        with pytest.raises(KernelError, match=r"reference configuration|not finite"), np.errstate(all="ignore"):
+            smoke.call_each_kernel(mechanism.contributions(), Numbering(mechanism))
 
 
 def test_pieces_that_cannot_be_compared_are_packed_anew(forgotten):
     mechanism = counted(0.5)
-    pieces, number = mechanism.pieces(), Numbering(mechanism)
-    first, second = structure.structure_of(pieces, number), structure.structure_of(pieces, number)
+    contributions, number = mechanism.contributions(), Numbering(mechanism)
+    first, second = structure.structure_of(contributions, number), structure.structure_of(contributions, number)
     assert not forgotten
     assert first.tables.elements.dofs.tolist() == second.tables.elements.dofs.tolist()
 

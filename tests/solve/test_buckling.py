@@ -94,7 +94,7 @@ def test_multipliers_have_stiffness():
 
 def test_the_sparse_solver_agrees(monkeypatch):
     dense = fm.buckling(cantilever(push), count=3)
-    monkeypatch.setattr(module, "DENSE", 0)
+    monkeypatch.setattr(module, "DENSE_COORDINATES", 0)
     sparse = fm.buckling(cantilever(push), count=3)
     np.testing.assert_allclose(sparse.factors[:3], dense.factors[:3], rtol=1e-7)
 

@@ -13,7 +13,7 @@ from flexmb.linalg.dense_or_sparse import bordered_solution, plain, scaled_rows,
 from flexmb.linalg.rank import row_rank
 from flexmb.start import rigid_motion as rigid
 from flexmb.start.consistent import consistent_start, degrees_of_freedom
-from flexmb.system import at_state as system
+from flexmb.system import state_evaluation as system
 
 
 def thrown():
@@ -34,8 +34,8 @@ MECHANISMS = {
 
 
 def start(mechanism, *, limit, monkeypatch):
-    monkeypatch.setattr(system, "SMALL", limit)
-    monkeypatch.setattr(rigid, "SMALL", limit)
+    monkeypatch.setattr(system, "DENSE_UNKNOWNS", limit)
+    monkeypatch.setattr(rigid, "DENSE_UNKNOWNS", limit)
     program = fm.compile(mechanism)
     found = consistent_start(mechanism, program)
     freedom = degrees_of_freedom(fm.compile(mechanism, closed=True), found.q)
@@ -69,8 +69,8 @@ def parallel():
 @pytest.mark.parametrize("limit", [0, 10_000], ids=["sparse", "plain"])
 def test_joints_that_repeat_one_another(limit, monkeypatch):
     """All move alike: cranks of length 0.5 at 2 rad/s, a coupler that translates; supports carry the whole weight."""
-    monkeypatch.setattr(system, "SMALL", limit)
-    monkeypatch.setattr(rigid, "SMALL", limit)
+    monkeypatch.setattr(system, "DENSE_UNKNOWNS", limit)
+    monkeypatch.setattr(rigid, "DENSE_UNKNOWNS", limit)
     mechanism = parallel()
     program = fm.compile(mechanism)
     with pytest.raises(ModelError, match="over-constrained by 1 row"):
@@ -84,8 +84,8 @@ def test_joints_that_repeat_one_another(limit, monkeypatch):
 
 @pytest.mark.parametrize("limit", [0, 10_000], ids=["sparse", "plain"])
 def test_a_velocity_that_the_joints_forbid(limit, monkeypatch):
-    monkeypatch.setattr(system, "SMALL", limit)
-    monkeypatch.setattr(rigid, "SMALL", limit)
+    monkeypatch.setattr(system, "DENSE_UNKNOWNS", limit)
+    monkeypatch.setattr(rigid, "DENSE_UNKNOWNS", limit)
     rod = fm.RigidLink("rod", (0.0, 0.0), (1.0, 0.0), 1.0, 0.1, velocity=(1.0, 0.0, 0.0))
     mechanism = fm.Mechanism("m", (rod, fm.Revolute("O", fm.GROUND, rod, (0.0, 0.0))))
     with pytest.raises(AssemblyError, match=r"largest violation 1 m/s or rad/s at 'O'"):

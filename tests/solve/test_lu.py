@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from flexmb.errors import InputError, SolveError
 from flexmb.linalg.complex_lu import factor_complex, solve_complex
-from flexmb.linalg.lu import HELD, THRESHOLD, dependence, factor, multiply, solve, tables
+from flexmb.linalg.lu import LOST_PIVOT, ROWS_HELD, factor, multiply, null_vector, solve, tables
 from flexmb.linalg.ordering import elimination_order
 from flexmb.linalg.pivoting import PivotingSolver
 from flexmb.linalg.symbolic import Symbolic, symbolic
@@ -116,7 +116,7 @@ FRAMES = {
 def solved(pattern, values, b):
     """(status of `factor`, x)."""
     sym, lu, work, x = tables(pattern), values.copy(), np.empty(pattern.n), np.empty(pattern.n)
-    status = factor(sym, lu, work, THRESHOLD)
+    status = factor(sym, lu, work, LOST_PIVOT)
     solve(sym, lu, b, x, work)
     return status, x
 
@@ -165,7 +165,7 @@ def test_solution_may_overwrite_the_right_hand_side():
     frame = loop()
     pattern = frame.pattern()
     sym, lu, work, b = tables(pattern), frame.values(pattern), np.empty(frame.n), np.ones(frame.n)
-    assert factor(sym, lu, work, THRESHOLD) == -1
+    assert factor(sym, lu, work, LOST_PIVOT) == -1
     solve(sym, lu, b, b, work)
     np.testing.assert_allclose(frame.dense() @ b, 1.0, rtol=0, atol=1e-10)
 
@@ -201,7 +201,7 @@ def test_redundant_joint_is_reported_by_one_of_its_rows(stiffness):
     frame = with_double_joint(stiffness)
     pattern = frame.pattern()
     lu, seen = frame.values(pattern), np.empty(frame.n)
-    lost = factor(tables(pattern), lu, seen, THRESHOLD)
+    lost = factor(tables(pattern), lu, seen, LOST_PIVOT)
     assert lost in frame.blocks[10] + frame.blocks[-1]
 
 
@@ -211,7 +211,7 @@ def test_redundant_joint_is_held_when_asked_for(stiffness):
     frame = with_double_joint(stiffness)
     pattern = frame.pattern()
     sym, lu, seen = tables(pattern), frame.values(pattern), np.empty(frame.n)
-    assert factor(sym, lu, seen, THRESHOLD, frame.n_q) == HELD
+    assert factor(sym, lu, seen, LOST_PIVOT, frame.n_q) == ROWS_HELD
     assert (seen < 0.0).sum() == 2
     A = frame.dense()
     scale = np.r_[np.ones(frame.n_q), np.full(frame.n - frame.n_q, stiffness)]
@@ -222,7 +222,7 @@ def test_redundant_joint_is_held_when_asked_for(stiffness):
     for s in range(len(sym.starts) - 1):
         for k in range(sym.starts[s + 1] - sym.starts[s]):
             if seen[sym.starts[s] + k] < 0.0:
-                dependence(sym, lu, s, k, b, x, y)
+                null_vector(sym, lu, s, k, b, x, y)
                 assert np.abs(x).max() >= 1.0
                 assert np.abs(A @ x).max() < 1e-10 * np.abs(x).max() * max(stiffness, 1.0)
 
@@ -230,7 +230,7 @@ def test_redundant_joint_is_held_when_asked_for(stiffness):
 def test_unknown_without_any_entry_is_reported():
     frame = body_alone()
     pattern = symbolic(4, frame.rows, frame.cols, [0, 1, 2, 3])
-    assert factor(tables(pattern), frame.values(pattern), np.empty(4), THRESHOLD) == 3
+    assert factor(tables(pattern), frame.values(pattern), np.empty(4), LOST_PIVOT) == 3
 
 
 @pytest.mark.parametrize("fault", [np.nan, np.inf, -np.inf])
@@ -240,7 +240,7 @@ def test_pivot_that_is_not_finite_is_reported(fault):
     for unknown in range(frame.n_q):
         values = frame.values(pattern)
         values[pattern.positions(unknown, unknown)] = fault
-        assert factor(tables(pattern), values, np.empty(frame.n), THRESHOLD) == unknown
+        assert factor(tables(pattern), values, np.empty(frame.n), LOST_PIVOT) == unknown
 
 
 def test_dummy_slot_changes_nothing():
@@ -411,7 +411,7 @@ def test_pivoting_solver_needs_no_stiffness():
     pattern = symbolic(6, i + 3, j, np.arange(6))
     values = np.zeros(pattern.size)
     values[pattern.positions(i + 3, j)] = values[pattern.positions(j, i + 3)] = G[i, j]
-    assert factor(tables(pattern), values.copy(), np.empty(6), THRESHOLD) == 0
+    assert factor(tables(pattern), values.copy(), np.empty(6), LOST_PIVOT) == 0
     x = PivotingSolver(pattern).factor(values).solve(np.array([0.0, 0.0, 0.0, 2.0, 5.0, 8.0]))
     np.testing.assert_allclose(x, [1.0, 1.0, 2.0, 0.0, 0.0, 0.0], atol=1e-14)
 

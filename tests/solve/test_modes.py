@@ -22,8 +22,8 @@ def rod(name="rod", start=(0.0, 0.0), end=(0.48, 0.64), elements=8, section=FLAT
 def solver(request, monkeypatch):
     """Both solvers, on the same models."""
     if request.param == "sparse":
-        monkeypatch.setattr(eigen, "DENSE", 0)
-        monkeypatch.setattr(eigen, "DENSE_QUADRATIC", 0)
+        monkeypatch.setattr(eigen, "DENSE_COORDINATES", 0)
+        monkeypatch.setattr(eigen, "DENSE_QUADRATIC_COORDINATES", 0)
     return request.param
 
 
@@ -44,10 +44,10 @@ def test_three_rigid_motions_of_a_free_beam(solver):
 
 def test_shapes_are_orthonormal_in_the_mass(solver):
     """Rigid ones included; the mass matrix is taken from the kinetic energy of the program itself."""
-    from flexmb.system.at_state import System
+    from flexmb.system.state_evaluation import StateEvaluation
 
     program = fm.compile(fm.Mechanism("free", [rod()]))
-    M = System(program).mass(program.drawn.q)
+    M = StateEvaluation(program).mass(program.reference.q)
     shapes = fm.modes(fm.Mechanism("free", [rod()]), count=8).shapes
     np.testing.assert_allclose(shapes.T @ (M @ shapes), np.eye(8), atol=1e-8)
 
@@ -110,7 +110,7 @@ def test_what_the_stiffness_cannot_resolve_is_said():
 def test_many_coordinates_take_the_sparse_solver():
     """512 elements have 1539 coordinates; three rigid motions, and the frequency of the exact beam."""
     found = fm.modes(fm.Mechanism("free", [rod(elements=512)]), count=5)
-    assert len(found.names) > eigen.DENSE
+    assert len(found.names) > eigen.DENSE_COORDINATES
     assert found.rigid == 3
     assert list(found.frequencies[:3]) == [0.0, 0.0, 0.0]
     exact = 4.730040744863**2 / (2 * math.pi) * math.sqrt(2e11 * 0.008**2 / 12 / 7850.0) / 0.8**2

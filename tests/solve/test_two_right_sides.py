@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from flexmb.linalg.lu import THRESHOLD, factor, tables
+from flexmb.linalg.lu import LOST_PIVOT, factor, tables
 from flexmb.linalg.substitute import solve, solve_two
 from flexmb.linalg.symbolic import symbolic
 
@@ -19,7 +19,7 @@ def test_both_solutions_fulfil_their_equations(n, band):
     values = np.zeros(pattern.size)
     values[pattern.positions(i, j)] = A[i, j]
     sym = tables(pattern)
-    assert factor(sym, values, np.zeros(n), THRESHOLD) == -1
+    assert factor(sym, values, np.zeros(n), LOST_PIVOT) == -1
     b, c = random.uniform(-1.0, 1.0, (2, n))
     x, z, y = np.zeros(n), np.zeros(n), np.zeros(n)
     solve_two(sym, values, b, c, x, z, np.zeros(2 * n))

@@ -53,7 +53,7 @@ from flexmb.compiled import costs, notice
 import flexmb as fm
 crank = fm.slider_crank(clearance=5e-4)
 fm.nine_bar, fm.simulate
-print(f"WORK = {costs.WORK * notice.pace.__wrapped__():.4f}")
+print(f"WORK = {costs.REFERENCE_PACE * notice.pace.__wrapped__():.4f}")
 fm.simulate(fm.nine_bar(), t_end=1e-3)
 fm.simulate(fm.slider_crank(), t_end=1e-5, step=1e-6, method=fm.RungeKutta4())
 flow = fm.MechanismFlow(crank); flow.advance(1e-5, flow.tangent_basis(1, seed=0))

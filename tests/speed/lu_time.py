@@ -10,7 +10,7 @@ from time import perf_counter
 import numba
 import numpy as np
 
-from flexmb.linalg.lu import THRESHOLD, factor, solve, tables
+from flexmb.linalg.lu import LOST_PIVOT, factor, solve, tables
 from flexmb.linalg.ordering import elimination_order
 from flexmb.linalg.symbolic import symbolic
 
@@ -56,7 +56,7 @@ def _coo(rows, cols, block):
 def factor_often(sym, values, lu, seen, repeats):
     for _ in range(repeats):
         lu[:] = values
-        factor(sym, lu, seen, THRESHOLD)
+        factor(sym, lu, seen, LOST_PIVOT)
 
 
 @numba.njit

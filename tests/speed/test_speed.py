@@ -54,7 +54,7 @@ def begun(program, start, step):
     """A run three steps from its start, its code compiled."""
     run = Run(program, fm.Newmark.generalised_alpha(0.8), fm.FixedStep(step), 1e3, None)
     run.begin(start)
-    run.go_to(3 * step, saving=None)
+    run.run_to(3 * step, saving=None)
     return run
 
 
@@ -66,7 +66,7 @@ def per_step(mechanism, step, steps):
     for _ in range(REPEATS):
         run = begun(program, start, step)
         before = time.process_time()
-        run.go_to((steps + 3) * step, saving=None)
+        run.run_to((steps + 3) * step, saving=None)
         times.append(1e6 * (time.process_time() - before) / steps)
         assert run.record.count.steps == steps + 3, run.status()
         assert np.isfinite(run.flow.q).all()

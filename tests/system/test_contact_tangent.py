@@ -5,7 +5,7 @@ import pytest
 
 import flexmb as fm
 from flexmb.program.compiler import compile as compile_mechanism
-from flexmb.system.at_state import System
+from flexmb.system.state_evaluation import StateEvaluation
 
 
 def mechanism():
@@ -29,13 +29,13 @@ def mechanism():
 def test_contact_tangent_agrees_with_differences(seed):
     rng = np.random.default_rng(seed)
     program = compile_mechanism(mechanism())
-    system = System(program)
+    system = StateEvaluation(program)
     angle = rng.uniform(0.0, 2.0 * np.pi)
-    q = np.array(program.drawn.q)
+    q = np.array(program.reference.q)
     q[3:5] += (5e-4 + 4e-5) * np.array([np.cos(angle), np.sin(angle)])  # pressed in by 40 um
     q[[2, 5]] += 1e-4 * rng.standard_normal(2)
     v = rng.standard_normal(6)
-    z = np.array(program.drawn.z)
+    z = np.array(program.reference.z)
     place = program.tables.contacts.z[0, 1]
     z[place : place + 3] = 5.0, -1e-6, -1.0  # in contact since the last state, begun at 5 m/s
 
@@ -56,6 +56,6 @@ def test_contact_tangent_agrees_with_differences(seed):
 
 def test_an_open_contact_exerts_nothing():
     program = compile_mechanism(mechanism())
-    system = System(program).at(program.drawn.q, np.ones(6), weights=(1.0, 1.0, 0.0))
+    system = StateEvaluation(program).at(program.reference.q, np.ones(6), weights=(1.0, 1.0, 0.0))
     assert not system.force.any()
     assert not system.block().toarray().any()

@@ -7,9 +7,9 @@ from flexmb import places
 from flexmb.beams import corotational, mass_damping
 from flexmb.beams.fem import beam_matrices
 from flexmb.beams.section import Rectangle
-from flexmb.kernels import GAP_SIZE, GRIP_SIZE
+from flexmb.kernels import GAP_SIZE, JOINT_FRICTION_SIZE
 from flexmb.model.material import Material
-from flexmb.program.signals import CONTACT, CONTACT_PENETRATION
+from flexmb.program.signals import CONTACT_PENETRATION, CONTACT_SIGNALS
 from flexmb.state import flow
 from flexmb.system import outputs
 
@@ -20,12 +20,15 @@ def test_what_a_gap_kernel_writes_is_as_long_as_its_places():
     assert (places.NORMAL_FORCE, places.FRICTION_FORCE) == (GAP_SIZE, GAP_SIZE + 1)
 
 
-def test_what_a_grip_kernel_writes_is_as_long_as_its_places():
-    assert (places.LOAD, places.LOAD_BY_LAM, places.SLIDING) == (0, 1, GRIP_SIZE - 6)
+def test_output_of_a_joint_friction_kernel_is_as_long_as_its_places():
+    assert (places.LOAD, places.LOAD_BY_LAM, places.SLIDING) == (0, 1, JOINT_FRICTION_SIZE - 6)
 
 
 def test_memory_of_a_contact_is_as_long_as_its_places():
-    assert (flow.BY_NORMAL + 6, flow.BY_FRICTION + 6) == (flow.BY_FRICTION, flow.CONTACT_MEMORY)
+    assert (flow.MEMORY_BY_NORMAL + 6, flow.MEMORY_BY_FRICTION + 6) == (
+        flow.MEMORY_BY_FRICTION,
+        flow.CONTACT_MEMORY_SIZE,
+    )
 
 
 def test_signals_are_written_in_the_order_of_their_names():
@@ -34,8 +37,8 @@ def test_signals_are_written_in_the_order_of_their_names():
         *("CONTACT_FX", "CONTACT_FY", "CONTACT_FORCE", "MODE"),
     )
     said = [name.lower().removeprefix("contact_").replace("_signal", "_force") for name in names]
-    assert said == [name for name, _ in CONTACT]
-    assert [getattr(outputs, name) for name in names] == list(range(len(CONTACT)))
+    assert said == [name for name, _ in CONTACT_SIGNALS]
+    assert [getattr(outputs, name) for name in names] == list(range(len(CONTACT_SIGNALS)))
     assert outputs.PENETRATION == CONTACT_PENETRATION
 
 

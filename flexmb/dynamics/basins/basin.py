@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 LABEL = "basin"
 
 CHUNKS = 4
-"""Pieces of work for each worker, so that none waits long for the last one."""
+"""Contributions of work for each worker, so that none waits long for the last one."""
 
 Axis = tuple[str | int, Sequence[float] | np.ndarray]
 

@@ -6,8 +6,8 @@ from flexmb.dynamics.sections.section_map import SectionMap
 from flexmb.dynamics.sections.stroboscopic import StroboscopicMap
 from flexmb.dynamics.systems.dynamics import Dynamics
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
-from flexmb.results.remarks import PLACE, damped_since_onset
-from flexmb.step.contact_log import still_running
+from flexmb.results.remarks import COLUMN, damped_since_onset
+from flexmb.step.contact_log import running_episodes
 
 
 def lasting(system: Dynamics, since: float) -> list[str]:
@@ -25,11 +25,11 @@ def lasting(system: Dynamics, since: float) -> list[str]:
     if not isinstance(flow, MechanismFlow):
         return []
     said, program, now = [], flow.program, flow.run.flow
-    for row in still_running(program.tables, now):
-        contact = int(row[PLACE["contact"]])
+    for row in running_episodes(program.tables, now):
+        contact = int(row[COLUMN["contact"]])
         _, begin, end, _ = program.tables.contacts.z[contact]
         damped = damped_since_onset(program.normals[contact], now.z[begin:end])
-        if damped and row[PLACE["peak_force"]] > 0.0 and not row[PLACE["start"]] > since:
+        if damped and row[COLUMN["peak_force"]] > 0.0 and not row[COLUMN["start"]] > since:
             name = program.names.contacts[contact]
             said.append(f"{name} has been in contact without a break during all that was counted: {damped}.")
     return said

@@ -81,7 +81,7 @@ class Space:
 def remembered(system: MechanismFlow) -> np.ndarray:
     """Places among the histories z of those of friction and of elements."""
     tables = system.program.tables
-    pairs = [*np.asarray(tables.elements.z), *np.asarray(tables.constraints.grip_z)]
+    pairs = [*np.asarray(tables.elements.z), *np.asarray(tables.constraints.joint_friction_z)]
     pairs += [row[2:4] for row in np.asarray(tables.contacts.z)]
     return np.array(sorted({i for begin, end in pairs for i in range(int(begin), int(end))}), dtype=np.int64)
 

@@ -27,7 +27,7 @@ from flexmb.state.record import DONE, RUNNING
 from flexmb.step.method import Method
 from flexmb.step.newmark.method import Newmark
 from flexmb.step.step_size import Adaptive, FixedStep
-from flexmb.system.at_state import System
+from flexmb.system.state_evaluation import StateEvaluation
 
 PLACES = (".ex", ".ey")
 """How signals end that say where a journal is in its bearing."""
@@ -100,7 +100,7 @@ class MechanismFlow(ContinuousFlow):
 
     @property
     def dimension(self) -> int:
-        G = System(self.program).at(self.run.flow.q[: self.program.n_q], t=self.time).blocks[1]
+        G = StateEvaluation(self.program).at(self.run.flow.q[: self.program.n_q], t=self.time).blocks[1]
         return 2 * (self.program.n_q - row_rank(G).rank)
 
     @property
@@ -162,7 +162,7 @@ class MechanismFlow(ContinuousFlow):
         return np.concatenate([flow.q[:n], flow.v[:n], flow.z, flow.a[:n], flow.x[:n]])
 
     def observe(self) -> np.ndarray:
-        return self.run.record.new.copy()
+        return self.run.record.signals.copy()
 
     def reset(
         self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
@@ -194,7 +194,7 @@ class MechanismFlow(ContinuousFlow):
         if not self.ok:
             return False
         if tangents is None:
-            self.run.go_to(self.time + duration, saving=None)
+            self.run.run_to(self.time + duration, saving=None)
         else:
             self.run.carry_to(self.time + duration, self._checked(tangents))
         self.ok, self.status = self.run.code in (RUNNING, DONE) and not self.run.note, self.run.status()
@@ -283,11 +283,13 @@ class MechanismFlow(ContinuousFlow):
 
     def snapshot(self) -> Snapshot:
         run = self.run
-        return Snapshot(self.time, run.flow.saved(), run.record.new.copy(), run.code, run.note, self.ok, self.status)
+        return Snapshot(
+            self.time, run.flow.saved(), run.record.signals.copy(), run.code, run.note, self.ok, self.status
+        )
 
     def restore(self, snapshot: Snapshot) -> None:
         self.run.flow.restore(snapshot.arrays)
-        self.run.record.new[:] = snapshot.signals
+        self.run.record.signals[:] = snapshot.signals
         self.run.code, self.run.note, self.ok, self.status = snapshot[3:]
 
     def copy(self) -> Self:
@@ -316,7 +318,10 @@ class MechanismFlow(ContinuousFlow):
         """A copy with these steps."""
         other = type(self)(self.base, step=step, method=self.method, period=self.declared)
         other._compile(self.changes)
-        other.run.trial, other.run.redundant = other.run.trial.replaced(free=self.run.trial.free), self.run.redundant
+        other.run.trial, other.run.redundant = (
+            other.run.trial.replaced(free_multipliers=self.run.trial.free_multipliers),
+            self.run.redundant,
+        )
         other.restore(self.snapshot())
         other.run.record.peak[:] = self.run.record.peak
         return other
@@ -342,4 +347,4 @@ class MechanismFlow(ContinuousFlow):
 
     def _begin(self, start: Start, z: np.ndarray | None, time: float) -> None:
         self.run.begin(start, z=z, time=time)
-        self.run.flow.clock.saving_from = -1.0
+        self.run.flow.clock.save_start = -1.0

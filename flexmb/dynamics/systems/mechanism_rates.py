@@ -85,7 +85,7 @@ def value_at(flow: MechanismFlow, signal: int, state: np.ndarray, time: float) -
     arrays = run.flow
     arrays.q[:n], arrays.v[:n], arrays.a[:n], arrays.lam[:], arrays.z[:] = q, v, a, lam, z
     arrays.clock.t = time
-    run.look()
-    value = float(run.record.new[signal])
+    run.evaluate()
+    value = float(run.record.signals[signal])
     flow.restore(here)
     return value

@@ -18,7 +18,7 @@ from flexmb.model.part import Body
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
 from flexmb.program.tables import Addresses, Tables
-from flexmb.system.at_state import System
+from flexmb.system.state_evaluation import StateEvaluation
 from flexmb.system.work import Work, workspace
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ class Model(Record):
     """What does not change.
 
     body, arm, turn : of each node its body, place (n, 2) in the axes of the twin's [m], angle against it [rad]
-    drawn : (bodies,) angles of the twin's bodies in the drawn pose
+    reference : (bodies,) angles of the twin's bodies in the drawn pose
     nodes : (blocks, 2);  k, m, d : (blocks, 9);  places : (9 blocks,) of a block's entries in the matrix
     loads : (n,) elements that are not part of a body;  ties : (n,) rows of joints with play
     """
@@ -57,7 +57,7 @@ class Model(Record):
     body: Integers
     arm: Matrix
     turn: Vector
-    drawn: Vector
+    reference: Vector
     nodes: IntegerTable
     k: Matrix
     m: Matrix
@@ -188,22 +188,26 @@ def elastic_model(mechanism: Mechanism, whole: Program, twin: Program, method: S
 
 def _model(mechanism: Mechanism, program: Program, twin: Program) -> Model:
     """Places of the nodes in their bodies, blocks of the bodies, loads, rows that only share displacements."""
-    body = np.asarray(program.drawn.body[::3])
+    body = np.asarray(program.reference.body[::3])
     pose = _drawn(mechanism)
-    centre = np.asarray(twin.drawn.q).reshape(-1, 3)[body]
+    centre = np.asarray(twin.reference.q).reshape(-1, 3)[body]
     c, s = np.cos(centre[:, 2]), np.sin(centre[:, 2])
     dx, dy = (pose - centre)[:, 0], (pose - centre)[:, 1]
     nodes, (k, m, d) = _blocks(mechanism)
     rows, columns = np.repeat(np.arange(3), 3), np.tile(np.arange(3), 3)
     i, j = 3 * nodes[:, :1] + rows, 3 * nodes[:, 1:] + columns
-    pieces = mechanism.pieces()
-    loads = [e for e, piece in enumerate(pieces.elements) if not isinstance(mechanism.find(piece.part), Body)]
+    contributions = mechanism.contributions()
+    loads = [
+        e
+        for e, contribution in enumerate(contributions.elements)
+        if not isinstance(mechanism.find(contribution.part), Body)
+    ]
     ties = [row for row, name in enumerate(program.names.rows) if name.partition("[")[0] in _with_play(mechanism)]
     return Model(
         np.ascontiguousarray(body),
         np.column_stack([c * dx + s * dy, c * dy - s * dx]),
         np.ascontiguousarray((pose - centre)[:, 2]),
-        np.array(twin.drawn.q[2::3]),
+        np.array(twin.reference.q[2::3]),
         nodes,
         k,
         m,
@@ -221,13 +225,13 @@ def _drawn(mechanism: Mechanism) -> np.ndarray:
 
 def _with_play(mechanism: Mechanism) -> set[str]:
     """Names of the parts that are contacts."""
-    return {piece.part for piece in mechanism.pieces().contacts}
+    return {contribution.part for contribution in mechanism.contributions().contacts}
 
 
 def _blocks(mechanism: Mechanism) -> tuple[np.ndarray, list[np.ndarray]]:
     """Pairs of nodes (blocks, 2) and their stiffness, mass and damping (blocks, 9), from the bodies alone."""
     bodies = compile_mechanism(Mechanism(mechanism.name, mechanism.bodies))
-    system, q = System(bodies), _drawn(mechanism).ravel()
+    system, q = StateEvaluation(bodies), _drawn(mechanism).ravel()
     n, kinds = len(q) // 3, ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 1.0, 0.0))
     found = [system.at(q, weights=weights).work.lu[bodies.symbolic.places] for weights in kinds]
     rows, columns = bodies.symbolic.a_rows, bodies.symbolic.a_cols
@@ -254,7 +258,7 @@ def _free_motions(program: Program, twin: Program, model: Model) -> np.ndarray:
     from flexmb.equilibrium.free_motions import null_space  # here, since scipy's matrices take long to import
 
     nodes = np.arange(len(model.body))
-    centre = np.asarray(twin.drawn.q).reshape(-1, 3)[model.body]
+    centre = np.asarray(twin.reference.q).reshape(-1, 3)[model.body]
     c, s = np.cos(centre[:, 2]), np.sin(centre[:, 2])
     x, y = model.arm.T
     B = np.zeros((program.n_q, twin.n_q))
@@ -262,8 +266,8 @@ def _free_motions(program: Program, twin: Program, model: Model) -> np.ndarray:
         B[3 * nodes + axis, 3 * model.body + axis] = 1.0
     B[3 * nodes, 3 * model.body + 2] = -(s * x + c * y)
     B[3 * nodes + 1, 3 * model.body + 2] = c * x - s * y
-    q = np.asarray(program.drawn.q)
-    return np.ascontiguousarray(null_space(System(program).at(q).jacobian @ B).T)
+    q = np.asarray(program.reference.q)
+    return np.ascontiguousarray(null_space(StateEvaluation(program).at(q).jacobian @ B).T)
 
 
 def _deformation(program: Program, twin: Program, motions: np.ndarray) -> Deformation:

@@ -13,7 +13,7 @@ Source: X. Chen, S. Jiang, Y. Deng, Q. Wang, Nonlinear Dynamics (2018), eqs (26)
 import math
 
 from flexmb.kernels import compiled, part_of
-from flexmb.linalg.lu import THRESHOLD, factor
+from flexmb.linalg.lu import LOST_PIVOT, factor
 from flexmb.linalg.substitute import solve, solve_two
 from flexmb.paper.staggered.rigid_motions import COS, SIN, take_out_motions
 from flexmb.places import FRICTION_FORCE, NORMAL, NORMAL_FORCE, TANGENTIAL
@@ -21,7 +21,7 @@ from flexmb.program.tables import BEGIN, END
 from flexmb.state.record import NOT_FINITE, RUNNING
 from flexmb.system.constraints import add_constraints
 from flexmb.system.contacts import jacobians
-from flexmb.system.elements import call_element, call_force, factor_of, gather_state
+from flexmb.system.elements import call_element, call_force, gather_state, load_factor
 
 ELASTIC_SINGULAR, TOO_FAR = 30, 31
 """Codes of endings: a lost pivot of the elastic equations; displacements beyond what is linear."""
@@ -34,8 +34,8 @@ ELASTIC_SINGULAR, TOO_FAR = 30, 31
 def carry(el, q, v, a):
     """Motion of the nodes with the bodies of the twin, whose coordinates are q, v, a (n_t + 3,)."""
     M, S = el.model, el.scratch
-    for b in range(M.drawn.shape[0]):
-        phi = q[3 * b + 2] - M.drawn[b]
+    for b in range(M.reference.shape[0]):
+        phi = q[3 * b + 2] - M.reference[b]
         S.cs[b, COS], S.cs[b, SIN] = math.cos(phi), math.sin(phi)
     for i in range(M.body.shape[0]):
         b, j = 3 * M.body[i], 3 * i
@@ -157,7 +157,7 @@ def add_loads(el, t, h):
             call_element(el.tables, el.address, e, n, t, h, S.z, work)
         else:
             call_force(el.tables, el.address, e, n, t, h, S.z, work)
-        factor_e = factor_of(el.tables, el.address, e, t)
+        factor_e = load_factor(el.tables, el.address, e, t)
         for i in range(n):
             dof = E.dofs[E.dof[e] + i]
             S.f[dof] -= factor_e * work.rl[i]
@@ -196,7 +196,7 @@ def elastic_step(el, tables, work, t, h, q, v, a):
     el.work.lu[:] = 0.0
     add_blocks(el, h, v, a)
     add_constraints(el.tables, el.address, t, h, S.q, S.v, S.lam, S.z, 0.0, 0.0, True, el.work)
-    lost = factor(el.lu, el.work.lu, S.seen, THRESHOLD)
+    lost = factor(el.lu, el.work.lu, S.seen, LOST_PIVOT)
     if lost >= 0:
         S.b[WHERE] = lost
         return ELASTIC_SINGULAR

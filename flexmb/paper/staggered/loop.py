@@ -8,10 +8,17 @@ import math
 from flexmb.energy.balance import DAMPING, LOAD, RESIDUAL
 from flexmb.kernels import compiled, copy
 from flexmb.paper.staggered.elastic_step import carry, elastic_step, hand_back
-from flexmb.state.record import DONE, NOT_FINITE, NOTHING_KNOWN, RUNNING
-from flexmb.step.acceptance import book, find_forces, finished, next_size, publish, take_over
+from flexmb.state.record import DONE, NOT_EVALUATED, NOT_FINITE, RUNNING
+from flexmb.step.acceptance import (
+    adopt_trial,
+    complete_evaluation,
+    finished,
+    next_step_size,
+    report_signals,
+    update_energies,
+)
 from flexmb.step.runge_kutta import runge_kutta_step
-from flexmb.system.elements import account
+from flexmb.system.elements import evaluate_energies
 from flexmb.system.outputs import write_outputs
 
 
@@ -61,7 +68,7 @@ def whole_motion(el, t, h, q, v, a, d, ledger, work):
         S.v[i] += d.u1[i]
         S.a[i] += d.u2[i]
     S.f[:] = 0.0
-    account(el.whole, el.whole_address, t, h, S.q, S.v, S.a, S.f, S.f, S.z, el.whole_work)
+    evaluate_energies(el.whole, el.whole_address, t, h, S.q, S.v, S.a, S.f, S.f, S.z, el.whole_work)
     whole = el.whole_work.power
     work.power.kinetic, work.power.strain, work.power.gravity = whole.kinetic, whole.strain, whole.gravity
     power = whole.damping - work.power.damping
@@ -75,22 +82,22 @@ def write_whole(tables, address, t, flow, work, record, el):
     """All signals: nodes of the whole motion, joints and contacts of the twin."""
     S, N = el.scratch, el.settings
     write_outputs(tables, address, t, flow.q, flow.v, flow.a, work, flow.ledger, S.signals)
-    write_outputs(el.whole, el.whole_address, t, S.q, S.v, S.a, el.whole_work, flow.ledger, record.new)
+    write_outputs(el.whole, el.whole_address, t, S.q, S.v, S.a, el.whole_work, flow.ledger, record.signals)
     for k in range(N.last - N.first):
-        record.new[N.shown + k] = S.signals[N.first + k]
+        record.signals[N.shown + k] = S.signals[N.first + k]
 
 
 @compiled
 def accept_both(tables, address, h, options, flow, trial, work, record, el):
     """Make both trial states the accepted ones; BUFFER_FULL when what was saved must be fetched."""
-    record.count.known = NOTHING_KNOWN
-    find_forces(tables, address, h, flow, trial, work, record)
+    record.count.evaluated = NOT_EVALUATED
+    complete_evaluation(tables, address, h, flow, trial, work, record)
     whole_motion(el, flow.clock.t + h, h, trial.q, trial.v, trial.a, el.trial, flow.ledger, work)
-    book(tables, address, h, options, flow, trial, work, record)
+    update_energies(tables, address, h, options, flow, trial, work, record)
     adopt(el)
-    take_over(h, flow, trial, work, record)
+    adopt_trial(h, flow, trial, work, record)
     write_whole(tables, address, flow.clock.t, flow, work, record, el)
-    code = publish(el.whole, options, flow, record)
+    code = report_signals(el.whole, options, flow, record)
     return code if math.isfinite(flow.ledger[RESIDUAL]) else NOT_FINITE
 
 
@@ -100,7 +107,7 @@ def advance_staggered(tables, address, lu, options, flow, trial, work, record, s
     for _ in range(steps):
         if finished(options, flow):
             return DONE
-        h = next_size(flow.clock.size, options.t_end - flow.clock.t)
+        h = next_step_size(flow.clock.step_size, options.t_end - flow.clock.t)
         code = both_steps(tables, address, lu, h, options, flow, trial, work, record, stages, el)
         if code == RUNNING:
             code = accept_both(tables, address, h, options, flow, trial, work, record, el)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from flexmb import checks
-from flexmb.energy.balance import MISSING_IN_RUNGE_KUTTA
+from flexmb.energy.balance import RESIDUAL_LIMIT_RUNGE_KUTTA
 from flexmb.errors import AssemblyError, InputError, ModelError
 from flexmb.model.mechanism import Mechanism
 from flexmb.paper.staggered.elastic import elastic_model
@@ -23,7 +23,7 @@ from flexmb.state.options import Options
 from flexmb.state.record import RUNNING
 from flexmb.step.method import Method
 from flexmb.step.runge_kutta import new_stages
-from flexmb.step.stepper import Stepper, evaluate_state, remember_powers
+from flexmb.step.stepper import Stepper, evaluate_state, store_powers
 from flexmb.system.evaluate import evaluate_accepted
 
 if TYPE_CHECKING:
@@ -122,13 +122,13 @@ class StaggeredStepper(Stepper):
     method : its numbers.
     """
 
-    missing = MISSING_IN_RUNGE_KUTTA
+    residual_limit = RESIDUAL_LIMIT_RUNGE_KUTTA
 
     def __init__(self, whole: Program, mechanism: Mechanism, method: Staggered) -> None:
         self.mechanism = rigid_twin(f"simulate {mechanism.name!r} with Staggered", mechanism)
         twin, self.closed = compile_with_start(self.mechanism)
         super().__init__(twin)
-        self.shown = whole
+        self.reported = whole
         self.elastic = elastic_model(mechanism, whole, twin, method)
         self.stages = new_stages(twin)
 
@@ -161,19 +161,19 @@ class StaggeredStepper(Stepper):
         """Take at most `steps` steps of both models: the code of the ending."""
         return advance_staggered(*run.arguments(options), self.stages, self.elastic, steps)
 
-    def look(self, run: Run) -> None:
+    def evaluate(self, run: Run) -> None:
         """Evaluate the present state with its displacements; remember its powers and forces for the ledger."""
         flow, el = run.flow, self.elastic
         evaluate_state(self.program, flow, run.work)
         whole_motion(el, flow.clock.t, 0.0, flow.q, flow.v, flow.a, el.now, flow.ledger, run.work)
-        remember_powers(self.program, flow, run.work)
+        store_powers(self.program, flow, run.work)
 
     def write(self, run: Run) -> None:
         """Signals of the state that was looked at last."""
         common = (self.program.tables, self.program.addresses, run.flow.clock.t)
         write_whole(*common, run.flow, run.work, run.record, self.elastic)
 
-    def forget_peaks(self) -> None:
+    def reset_peaks(self) -> None:
         """Begin anew to look for the largest shared force."""
         self.elastic.now.memory.tie = 0.0
 
@@ -183,7 +183,7 @@ class StaggeredStepper(Stepper):
             return None
         place = int(self.elastic.scratch.b[0])
         moved = float(np.abs(self.elastic.trial.u[:-3]).max())
-        names = (*self.shown.names.coordinates, *(f"joint row {k}" for k in range(len(self.elastic.now.drift))))
+        names = (*self.reported.names.coordinates, *(f"joint row {k}" for k in range(len(self.elastic.now.drift))))
         return ENDINGS[code].format(name=names[place], moved=moved)
 
     def remarks(self) -> tuple[str, ...]:

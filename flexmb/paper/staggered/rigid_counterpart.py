@@ -38,12 +38,12 @@ def rigid_twin(owner: str, mechanism: Mechanism) -> Mechanism:
             raise InputError(f"{text}; bodies must be RigidBody, RigidLink, FlexibleLink or FlexibleFrame.")
     flexible = {body.name: body for body in mechanism.bodies if isinstance(body, Flexible)}
     parts = tuple(_replaced(owner, part, flexible) for part in mechanism.parts)
-    pieces = mechanism.pieces()
-    for constraint in pieces.constraints:
-        if constraint.grip is not None:
+    contributions = mechanism.contributions()
+    for constraint in contributions.constraints:
+        if constraint.joint_friction is not None:
             text = f"{owner}: {mechanism.find(constraint.part).label} has friction, which depends on the joint's force"
             raise InputError(f"{text}. Leave the friction out, or use a Newmark method.")
-    for element in pieces.elements:
+    for element in contributions.elements:
         if element.history:
             text = f"{owner}: {mechanism.find(element.part).label} has a force that remembers"
             raise InputError(f"{text}, which is not known to both models. Use a Newmark method.")

@@ -98,7 +98,7 @@ def add_entry(M, S, row, dof, value):
 def turned_arm(M, S, i):
     """From the twin's node to node i, in the axes of the plane."""
     b = M.body[i]
-    c0, s0 = math.cos(M.drawn[b]), math.sin(M.drawn[b])
+    c0, s0 = math.cos(M.reference[b]), math.sin(M.reference[b])
     c, s = S.cs[b, COS] * c0 - S.cs[b, SIN] * s0, S.cs[b, SIN] * c0 + S.cs[b, COS] * s0
     return c * M.arm[i, 0] - s * M.arm[i, 1], s * M.arm[i, 0] + c * M.arm[i, 1]
 

@@ -1,1 +1,1 @@
-"""The Newmark family: implicit steps of second order."""
+"""The Newmark family: implicit methods of second order, with the Newton iteration of their steps."""

@@ -1,29 +1,28 @@
-"""Step control of the implicit loop: an estimate of the local error, and what becomes of the step."""
+"""Step control of the Newmark family: estimate of the local error, acceptance of a trial, next step size."""
 
 import math
 
 from flexmb.kernels import compiled
 from flexmb.program.tables import COMMON_Z
 from flexmb.state.record import RUNNING
-from flexmb.step.contact_events import STEP, located
+from flexmb.step.contact_events import IMPACT_STEP, step_to_events
 
-TURNS = 8
-"""Trials of one step, at most, that look for a contact."""
+CONTACT_TRIALS = 8
+"""Number of trials of one step at most that locate a contact event."""
 
-SAME, GROWS = 0.95, 1.2
-"""A step is kept where the error asks for a factor between these, so that factors of the matrix can be used again."""
-
+UNCHANGED_FROM, UNCHANGED_TO = 0.95, 1.2
+"""Growth factors of a step between which its size is kept, so that the factors of the matrix can be reused."""
 
 SAFETY = 0.9
-"""Part of what the error allows that a step becomes; and most that remains of a step that is refused."""
+"""Safety factor of the next step; also the largest factor of a rejected step."""
 
 
 @compiled
 def velocity_constant(scheme):
-    """Factor of h^3 a'' in the local error of velocities.
+    """Error constant c of the velocities, whose local error is c h^3 a''.
 
-    x stands for a at a time Delta h later up to e h^2 a'', by its recurrence; the sum (1 - gamma) x0 + gamma x1 is
-    compared with the mean of a.
+    By the recurrence of x, x is the acceleration a at a time (alpha_m - alpha_f) h later, up to e h^2 a''.  The error
+    is the difference between (1 - gamma) x0 + gamma x1 and the mean of a over the step.
     """
     am, af = scheme.alpha_m, scheme.alpha_f
     delta = am - af
@@ -34,33 +33,34 @@ def velocity_constant(scheme):
 
 @compiled
 def error_ratio(tables, h, ratio, scheme, options, flow, trial):
-    """Estimated local error of positions and velocities over the accepted one.
+    """Estimated local error of positions and velocities over the accepted error.
 
     Positions: h^2 |beta - 1/6| |x1 - x0|.  Velocities of rigid bodies: c h^3 |a''| with a'' from the last three
-    accelerations; h |a1 - a0| / 12 where there are two.  An acceleration that turns back every step is a wave that is
-    not resolved: its difference says nothing of a''.  Velocities of the nodes of beams are not looked at.
+    accelerations; h |a1 - a0| / 12 in a first step.  An acceleration that changes its direction in every step is an
+    unresolved wave, whose differences say nothing of a''.  Velocities of the nodes of beams are left out.
 
-    In free flight positions count more (`FLIGHT`): their errors add up, and decide where the next impact hits.
+    In free flight positions count more (`StepControl.flight_weight`): their errors add up, and decide the place of the
+    next impact.
     """
-    h0 = flow.clock.last
+    h0 = flow.clock.last_step
     of_q = h * h * max(abs(scheme.beta - 1.0 / 6.0), 0.05) / options.error
-    if flying(tables, flow):
-        of_q *= trial.bounds.flight
-    of_v = h / (trial.bounds.rtol * fastest(tables.sizes.n_q, options, flow, trial))
+    if in_free_flight(tables, flow):
+        of_q *= trial.control.flight_weight
+    of_v = h / (trial.control.rtol * largest_speed(tables.sizes.n_q, options, flow, trial))
     of_bend = 2.0 * velocity_constant(scheme) * h * h / (h + h0)
     worst = 0.0
     for k in range(0, tables.sizes.n_q, 3):
-        worst = max(worst, missed(k, k + 2, h, ratio, of_q, of_v, of_bend, flow, trial))
-        worst = max(worst, options.length * missed(k + 2, k + 3, h, ratio, of_q, of_v, of_bend, flow, trial))
+        worst = max(worst, node_error(k, k + 2, h, ratio, of_q, of_v, of_bend, flow, trial))
+        worst = max(worst, options.length * node_error(k + 2, k + 3, h, ratio, of_q, of_v, of_bend, flow, trial))
     if not math.isfinite(worst):
         return math.inf
     return worst
 
 
 @compiled
-def missed(begin, end, h, ratio, of_q, of_v, of_bend, flow, trial):
-    """Error of a node: of x and y together, so that no direction counts more, or of its angle."""
-    first, h0 = flow.clock.last == 0.0, flow.clock.last
+def node_error(begin, end, h, ratio, of_q, of_v, of_bend, flow, trial):
+    """Error of a node: of x and y together, so that all directions count alike, or of its angle."""
+    first, h0 = flow.clock.last_step == 0.0, flow.clock.last_step
     of_x, of_a, along = 0.0, 0.0, 0.0
     for i in range(begin, end):
         x0 = flow.a[i] + ratio * (flow.x[i] - flow.a[i])
@@ -75,7 +75,7 @@ def missed(begin, end, h, ratio, of_q, of_v, of_bend, flow, trial):
 
 
 @compiled
-def flying(tables, flow):
+def in_free_flight(tables, flow):
     """Whether there are contacts and none is closed."""
     for c in range(tables.contacts.kernel.shape[0]):
         if flow.z[tables.contacts.z[c, COMMON_Z]] != 0.0:
@@ -84,78 +84,78 @@ def flying(tables, flow):
 
 
 @compiled
-def fastest(n, options, flow, trial):
-    """Largest speed of the run up to the trial state [m/s]; angles count by the size of the mechanism."""
-    most, v = max(flow.clock.speed, trial.bounds.least_speed), trial.v
+def largest_speed(n, options, flow, trial):
+    """Largest speed of the run up to the trial state [m/s]; angular speeds count by the size of the mechanism."""
+    most, v = max(flow.clock.largest_speed, trial.control.least_speed), trial.v
     for k in range(0, n, 3):
         most = max(most, math.sqrt(v[k] ** 2 + v[k + 1] ** 2), options.length * abs(v[k + 2]))
     return most
 
 
 @compiled
-def allowed(error):
-    """What a step may become by its error over the accepted one, over its size."""
+def growth_factor(error):
+    """Allowed step over the present one, by the error over the accepted error; of third order."""
     return min(max(SAFETY * max(error, 1e-12) ** (-1.0 / 3.0), 0.2), 2.0)
 
 
 @compiled
-def judged(tables, h, error, growth, options, flow, trial, record):
-    """Factor for the next step, 0 when the trial is refused; then the clock holds what to try.
+def accept_or_reject(tables, h, error, growth, options, flow, trial, record):
+    """Factor for the next step; 0 for a rejected trial, with the next step to try in the clock.
 
-    error : of the trial over the accepted one, negative where it did not converge or did not meet its contacts.
-    growth : what the step may become by this error, over h.
+    error : error over the accepted error; negative for a trial that did not converge or missed a contact event
+    growth : allowed step over h by this error
     """
     if 0.0 <= error <= 1.0:
-        flow.clock.speed = fastest(tables.sizes.n_q, options, flow, trial)
+        flow.clock.largest_speed = largest_speed(tables.sizes.n_q, options, flow, trial)
         return growth
     if error > 1.0:
-        shorten(h, min(growth, SAFETY), flow, record)
-    flow.clock.refused += 1.0
+        shorten_step(h, min(growth, SAFETY), flow, record)
+    flow.clock.rejected_trials += 1.0
     record.count.rejected += 1
-    record.step.refused = h
+    record.report.rejected_size = h
     return 0.0
 
 
 @compiled
-def met(tables, address, code, h, options, flow, trial, work, record):
-    """Whether the trial converged and meets the contacts well, or nearly so where no smaller step is allowed."""
+def meets_contacts(tables, address, code, h, options, flow, trial, work, record):
+    """Whether the trial converged and meets all contact events, as far as the smallest step allows."""
     if code != RUNNING:
-        shorten(h, 0.25, flow, record)
+        shorten_step(h, 0.25, flow, record)
         return False
-    if flow.clock.refused >= TURNS:
+    if flow.clock.rejected_trials >= CONTACT_TRIALS:
         return True
-    wanted = located(tables, address, h, options, flow, trial, work, record)
-    if wanted >= 0.999 * h or (h <= 1.001 * options.h_min and fits(options, flow, record)):
+    wanted = step_to_events(tables, address, h, options, flow, trial, work, record)
+    if wanted >= 0.999 * h or (h <= 1.001 * options.h_min and impact_fits_smallest_step(options, flow, record)):
         return True
-    flow.clock.again = wanted
+    flow.clock.retry_step = wanted
     return False
 
 
 @compiled
-def fits(options, flow, record):
-    """Whether the contact that asks for less could have its impact with the smallest step: then it is only met late."""
-    contact = record.count.contact - 1
-    return flow.impacts[contact, STEP] >= options.h_min
+def impact_fits_smallest_step(options, flow, record):
+    """Whether the smallest step resolves the impact of the rejecting contact, whose onset is then only met late."""
+    contact = record.count.rejecting_contact - 1
+    return flow.impacts[contact, IMPACT_STEP] >= options.h_min
 
 
 @compiled
-def shorten(h, factor, flow, record):
-    """Try again with a part of h; the step of the flight stays what it is where a contact had asked for less."""
-    flow.clock.again, record.count.contact = 0.0, 0
-    if h < 0.99 * flow.clock.size:
-        flow.clock.brake = h * factor
+def shorten_step(h, factor, flow, record):
+    """Set the next trial to a fraction of h; a step below that of the error estimate belongs to a contact."""
+    flow.clock.retry_step, record.count.rejecting_contact = 0.0, 0
+    if h < 0.99 * flow.clock.step_size:
+        flow.clock.contact_step = h * factor
     else:
-        flow.clock.size = h * factor
+        flow.clock.step_size = h * factor
 
 
 @compiled
-def resize(h, growth, options, flow):
-    """The sizes for the next step after an accepted one; nothing grows right after a refusal."""
-    keep = (growth >= SAME and growth < GROWS) or (growth >= GROWS and flow.clock.refused > 0.0)
-    if not keep and h >= 0.99 * flow.clock.size:
-        flow.clock.size = min(h * growth, options.h_max)
-    elif not keep and h >= 0.99 * flow.clock.brake > 0.0:
-        flow.clock.brake = h * growth
-    if flow.clock.brake >= flow.clock.size:
-        flow.clock.brake = 0.0
-    flow.clock.again, flow.clock.refused = 0.0, 0.0
+def update_step_sizes(h, growth, options, flow):
+    """Set the step sizes after an accepted step; no size grows directly after a rejected trial."""
+    keep = UNCHANGED_FROM <= growth < UNCHANGED_TO or (growth >= UNCHANGED_TO and flow.clock.rejected_trials > 0.0)
+    if not keep and h >= 0.99 * flow.clock.step_size:
+        flow.clock.step_size = min(h * growth, options.h_max)
+    elif not keep and h >= 0.99 * flow.clock.contact_step > 0.0:
+        flow.clock.contact_step = h * growth
+    if flow.clock.contact_step >= flow.clock.step_size:
+        flow.clock.contact_step = 0.0
+    flow.clock.retry_step, flow.clock.rejected_trials = 0.0, 0.0

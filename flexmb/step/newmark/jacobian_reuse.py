@@ -1,10 +1,10 @@
-"""Factors of earlier iterations and steps: when they may serve, and what is learnt of them.
+"""Reuse of the factors of the iteration matrix (modified Newton): when they are reused, and when they are discarded.
 
-A correction with old factors leaves theta times the error that was there, where theta is the ratio of successive
-corrections with the same factors (E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, section IV.8).
-That is no bound where the old matrix is much stiffer than the true one, since all corrections are then too small and
-alike.  So a contact or friction whose slopes have changed asks for a new matrix before any correction is believed, and
-theta is measured anew every few steps.
+A correction with reused factors leaves an error of theta/(1 - theta) times the correction.  The contraction rate theta
+is the ratio of successive corrections with the same factors (E. Hairer, G. Wanner, Solving Ordinary Differential
+Equations II, section IV.8).  The estimate fails where the factored matrix is much stiffer than the true one, since all
+corrections are then too small and alike.  So a changed slope of a contact or friction law asks for a new matrix before
+any correction is accepted, and theta is measured again every few steps.
 """
 
 import math
@@ -12,110 +12,137 @@ import math
 from flexmb.compiled.record_type import copy_numbers
 from flexmb.kernels import compiled, copy
 
-LONGEST_PAUSE = 15.0
+LONGEST_SUSPENSION = 15.0
+"""Number of steps for which reuse is suspended at most."""
 
-OLDEST, MOST_EXTRA, OTHER_STEP = 25.0, 3.0, 0.2
-"""Factors that served so many steps, cost so many iterations, or have coefficients that differ so much, go."""
+OLDEST_FACTORS = 25.0
+"""Number of steps after which factors are discarded."""
 
-REGULAR = 1e-2
-"""Smallest relative pivot of a constraint with which factors may serve again: near singular positions rows are watched
-in every iteration."""
+MOST_EXTRA_ITERATIONS = 3.0
+"""Number of iterations beyond those of the best step, summed over steps, after which factors are discarded."""
 
-MEASURE_AGAIN = 8.0
-"""Steps after which theta is measured anew."""
+COEFFICIENT_CHANGE = 0.2
+"""Relative change of a coefficient kv or ka, above which factors are discarded."""
 
-GOOD, FAIR = 0.1, 0.3
-"""Theta with which one correction may be believed, and with which iterations go on."""
+REGULAR_PIVOT = 1e-2
+"""Smallest relative pivot of a constraint with which factors are reused.
 
-ALIKE = 0.5
-"""Largest relative change of a slope of a contact or friction law."""
+Near singular positions every iteration factors its own matrix, in which redundant rows are found.
+"""
 
-GROWN = 3.0
-"""A first correction so much larger than that of the step before is not believed alone."""
+MEASURING_INTERVAL = 8.0
+"""Number of steps after which the contraction rate is measured again."""
 
-STALE_ITERATIONS = 4
+GOOD_CONTRACTION = 0.1
+"""Contraction rate up to which a single correction may end an iteration."""
 
-LEFT = 1e-4
-"""Error that a step may be left with, as theta estimates it, relative to what is wanted of corrections.  It is smaller
-than 1 because what is left of G v = 0 comes back in the accelerations of the next step, over h, and because it has the
-same direction in every step: 1e-3 left the N-four-bar 6e-7 m away after 10 s, and saved nothing."""
+FAIR_CONTRACTION = 0.3
+"""Contraction rate up to which an iteration with reused factors continues."""
 
-PART_OF_NOISE = 0.01
-"""The same relative to round-off of corrections, where that is more.  Round-off has no direction, but what theta leaves
-has the same one in every step: with steps of 0.1 ms, 1e-15 m are an acceleration of 1e-7 m/s^2 that stays missing."""
+SLOPE_CHANGE = 0.5
+"""Relative change of a slope of a contact or friction law, above which the iteration needs a new matrix."""
 
-UNSEEN = 0.05
-"""Last correction after which forces and energies are not evaluated again; those of joints follow the multipliers."""
+CORRECTION_GROWTH = 3.0
+"""First correction over that of the step before, above which a single correction does not end the iteration."""
 
-RUBBING = 1e-4
-"""The same where a contact is closed or a joint has friction: their forces do not follow."""
+MOST_REUSE_ITERATIONS = 4
+"""Number of iterations with reused factors at most."""
+
+REMAINING_ERROR = 1e-4
+"""Error that may remain, as theta estimates it, over the tolerance of corrections.
+
+It is smaller than 1 because the rest of G v = 0 returns, over h, in the accelerations of the next step, in the same
+direction in every step: 1e-3 left the N-four-bar 6e-7 m away after 10 s, and saved nothing.
+"""
+
+REMAINING_ROUND_OFF = 0.01
+"""Error that may remain over the round-off of corrections, where that is more than `REMAINING_ERROR` allows.
+
+Round-off has no direction; the remaining error has the same direction in every step: with steps of 0.1 ms, 1e-15 m are
+an acceleration of 1e-7 m/s^2 that stays missing.
+"""
+
+NEGLIGIBLE_CORRECTION = 0.05
+"""Last correction over its tolerance, after which forces and energies are not evaluated again."""
+
+NEGLIGIBLE_WITH_FRICTION = 1e-4
+"""Last correction over its tolerance, after which the same holds with a closed contact or friction in a joint."""
 
 
 @compiled
-def may_serve(kv, ka, flow, reuse):
-    """Whether the factors of earlier steps may serve one with these coefficients."""
-    if reuse.wait > 0.0:
-        reuse.wait -= 1.0
+def may_reuse(kv, ka, flow, reuse):
+    """Whether the factors of earlier steps are reused in a step with coefficients kv and ka; counts a suspension."""
+    if reuse.suspended_steps > 0.0:
+        reuse.suspended_steps -= 1.0
         return False
-    if reuse.age == 0.0 or reuse.age > OLDEST or reuse.extra >= MOST_EXTRA or reuse.weak < REGULAR:
+    if reuse.age == 0.0 or reuse.age > OLDEST_FACTORS or reuse.extra_iterations >= MOST_EXTRA_ITERATIONS:
         return False
-    alike = abs(kv - reuse.kv) <= OTHER_STEP * abs(kv) and abs(ka - reuse.ka) <= OTHER_STEP * abs(ka)
-    return alike and flow.clock.held_steps <= 0.0
+    if reuse.smallest_pivot < REGULAR_PIVOT:
+        return False
+    same_kv = abs(kv - reuse.kv) <= COEFFICIENT_CHANGE * abs(kv)
+    same_ka = abs(ka - reuse.ka) <= COEFFICIENT_CHANGE * abs(ka)
+    return same_kv and same_ka and flow.clock.held_steps <= 0.0
 
 
 @compiled
-def forget_factors(reuse):
-    """There are none, or they must not be used."""
+def may_reuse_fresh(reuse):
+    """Whether the factors of this step are reused in its further iterations."""
+    return reuse.age == 1.0 and reuse.smallest_pivot >= REGULAR_PIVOT
+
+
+@compiled
+def discard_factors(reuse):
+    """Discard the factors."""
     reuse.age = 0.0
 
 
 @compiled
-def note_factors(kv, ka, weak, trial, work):
-    """New factors are at hand."""
+def register_factors(kv, ka, smallest_pivot, trial, work):
+    """Register the factors in work.lu, made with coefficients kv and ka, for reuse."""
     reuse = trial.reuse
-    reuse.fresh = 1.0
-    reuse.age, reuse.kv, reuse.ka, reuse.weak = 1.0, kv, ka, weak
-    reuse.extra, reuse.best = 0.0, 0.0
+    reuse.refactored = 1.0
+    reuse.age, reuse.kv, reuse.ka, reuse.smallest_pivot = 1.0, kv, ka, smallest_pivot
+    reuse.extra_iterations, reuse.best_iterations = 0.0, 0.0
     for k in range(trial.slopes.shape[0]):
         copy(work.slopes[k], trial.slopes[k])
 
 
 @compiled
-def begin_trial(flow, trial):
-    """A trial step begins with what the accepted ones taught; a rejected one leaves no trace."""
-    copy_numbers(flow.prediction, trial.prediction)
+def start_trial(flow, trial):
+    """Copy the states of predictor and reuse into the trial, so that a rejected step changes nothing."""
+    copy_numbers(flow.predictor, trial.predictor)
     copy_numbers(flow.reuse, trial.reuse)
-    trial.reuse.fresh = 0.0
+    trial.reuse.refactored = 0.0
     for k in range(trial.slopes.shape[0]):
         copy(flow.slopes[k], trial.slopes[k])
-    if flow.clock.last == 0.0:
-        forget_factors(trial.reuse)
+    if flow.clock.last_step == 0.0:
+        discard_factors(trial.reuse)
 
 
 @compiled
-def keep_trial(flow, trial, work):
-    """The trial step is accepted."""
-    if trial.reuse.fresh > 0.0 and trial.reuse.age > 0.0:
+def adopt_factors(flow, trial, work):
+    """Adopt factors and states of predictor and reuse of an accepted trial."""
+    if trial.reuse.refactored > 0.0 and trial.reuse.age > 0.0:
         copy(work.lu, flow.factors)
         for k in range(trial.slopes.shape[0]):
             copy(trial.slopes[k], flow.slopes[k])
-    copy_numbers(trial.prediction, flow.prediction)
+    copy_numbers(trial.predictor, flow.predictor)
     copy_numbers(trial.reuse, flow.reuse)
 
 
 @compiled
 def slopes_changed(trial, work):
-    """Whether a contact or friction law has another stiffness than in the matrix that was factored."""
+    """Whether a slope of a contact or friction law differs from that in the factored matrix."""
     for k in range(trial.slopes.shape[0]):
         for i in range(4):
             old, new = trial.slopes[k, i], work.slopes[k, i]
-            if abs(new - old) > ALIKE * max(abs(new), abs(old)):
+            if abs(new - old) > SLOPE_CHANGE * max(abs(new), abs(old)):
                 return True
     return False
 
 
 @compiled
-def rubbing(slopes):
+def has_contact_or_friction(slopes):
     """Whether a contact is closed or a joint has friction."""
     total = 0.0
     for k in range(slopes.shape[0]):
@@ -125,86 +152,79 @@ def rubbing(slopes):
 
 
 @compiled
-def may_check(reuse):
-    """Whether factors that are new in this step may serve its further iterations."""
-    return reuse.age == 1.0 and reuse.weak >= REGULAR
-
-
-@compiled
-def refused(fresh, reuse):
-    """Old factors were of no use; if of an earlier step, the next steps begin with new ones, more of them each time."""
-    if fresh == 0:
-        reuse.pause = min(2.0 * reuse.pause + 1.0, LONGEST_PAUSE)
-        reuse.wait = reuse.pause
-
-
-@compiled
-def bounds(noise, work):
-    """What the last correction may be for the state before it to be taken, and what error may be left.
-
-    noise : round-off of corrections.  Two returns: with one the machine code of a step takes a tenth longer.
-    """
-    if rubbing(work.slopes):
-        return max(RUBBING, noise), max(LEFT, PART_OF_NOISE * noise)
-    return max(UNSEEN, noise), max(LEFT, PART_OF_NOISE * noise)
-
-
-@compiled
-def touching(tables, work):
-    """Whether contacts are closed and no joint has friction, which depends on its multipliers."""
+def has_contact_alone(tables, work):
+    """Whether a contact is closed and no joint has friction, which would depend on the multipliers."""
     n = tables.contacts.kernel.shape[0]
-    return n > 0 and tables.sizes.gripped == 0 and rubbing(work.slopes)
+    return n > 0 and tables.sizes.has_joint_friction == 0 and has_contact_or_friction(work.slopes)
 
 
 @compiled
-def judged(size, same, unseen, left, noise, reuse):
-    """Whether a correction with old factors is the last, whether the state before it will do, and whether to go on.
+def suspend_reuse(factorisations, reuse):
+    """Suspend reuse for the next steps after factors of an earlier step failed; longer after each failure."""
+    if factorisations == 0:
+        reuse.last_suspension = min(2.0 * reuse.last_suspension + 1.0, LONGEST_SUSPENSION)
+        reuse.suspended_steps = reuse.last_suspension
 
-    same : size of the correction before it with the same factors, inf for none.
+
+@compiled
+def convergence_limits(noise, work):
+    """Last correction that is negligible, and error that may remain, both over the tolerance; noise: round-off."""
+    if has_contact_or_friction(work.slopes):  # two returns: with one the machine code of a step takes a tenth longer
+        return max(NEGLIGIBLE_WITH_FRICTION, noise), max(REMAINING_ERROR, REMAINING_ROUND_OFF * noise)
+    return max(NEGLIGIBLE_CORRECTION, noise), max(REMAINING_ERROR, REMAINING_ROUND_OFF * noise)
+
+
+@compiled
+def convergence_test(size, last_size, negligible, remaining, noise, reuse):
+    """Test a correction with reused factors: converged, correction negligible, iteration contracting.
+
+    size, last_size : this correction and the one before with the same factors, over the tolerance; inf: none before.
     """
-    seen = size <= unseen
-    if same == math.inf:
-        return seen and believed(size, reuse) and size * reuse.theta <= left, seen, size < math.inf
-    theta = measured(size, same, reuse)
-    if theta > FAIR and size <= noise:  # it gets no smaller
-        return True, seen, True
-    if size <= left or (theta <= FAIR and size * theta <= left * (1.0 - theta)):
-        return True, seen, True
-    return False, seen, theta <= FAIR and size * theta**3 <= left
+    small = size <= negligible
+    if last_size == math.inf:
+        enough = small and first_correction_suffices(size, reuse) and size * reuse.contraction <= remaining
+        return enough, small, size < math.inf
+    theta = measure_contraction(size, last_size, reuse)
+    if theta > FAIR_CONTRACTION and size <= noise:  # round-off: corrections get no smaller
+        return True, small, True
+    if size <= remaining or (theta <= FAIR_CONTRACTION and size * theta <= remaining * (1.0 - theta)):
+        return True, small, True
+    return False, small, theta <= FAIR_CONTRACTION and size * theta**3 <= remaining
 
 
 @compiled
-def believed(size, reuse):
-    """Whether a first correction below what is wanted may be the last one."""
-    grown = size > 1e-3 and size > GROWN * reuse.first
-    return reuse.theta <= GOOD and reuse.since < MEASURE_AGAIN and not grown
+def first_correction_suffices(size, reuse):
+    """Whether a first correction within the tolerance may end the iteration."""
+    grown = size > 1e-3 and size > CORRECTION_GROWTH * reuse.first_correction
+    return reuse.contraction <= GOOD_CONTRACTION and reuse.steps_since_measured < MEASURING_INTERVAL and not grown
 
 
 @compiled
-def measured(size, last, reuse):
-    """The ratio of two corrections with the same factors; noted."""
-    theta = size / last if last > 0.0 else 0.0
-    reuse.theta = min(theta, GOOD) if size <= 0.05 else theta  # round-off says nothing of the factors
-    reuse.since = 0.0
+def measure_contraction(size, last_size, reuse):
+    """Contraction rate: ratio of two corrections with the same factors; stored in `reuse`."""
+    theta = size / last_size if last_size > 0.0 else 0.0
+    reuse.contraction = min(theta, GOOD_CONTRACTION) if size <= 0.05 else theta  # small ones are round-off
+    reuse.steps_since_measured = 0.0
     return theta
 
 
 @compiled
-def served(fresh, stale, seen, turn, reuse):
-    """A step is done, its last `stale` iterations and one more with old factors, `fresh` before them with new ones.
+def update_reuse(factorisations, reused, evaluated, measuring, reuse):
+    """Count a step that converged with reused factors, and expect the next one to take as many iterations.
 
-    seen : the state of the last evaluation was the accepted one.  turn : theta was due to be measured, which takes an
-    iteration more.
+    factorisations : matrices factored in this step;  reused : iterations with the last factors before the last one
+    evaluated : whether the state of the last evaluation is the accepted one
+    measuring : whether the contraction rate was due to be measured, which takes one more iteration
     """
-    reuse.since += 1.0
-    if fresh > 0:
-        reuse.check = float(stale if seen else stale + 1)
+    reuse.steps_since_measured += 1.0
+    if factorisations > 0:
+        reuse.expected_last_fresh = float(reused if evaluated else reused + 1)
         return
-    used = float(stale if turn and stale > 0 else stale + 1)
-    if reuse.best == 0.0:
-        reuse.best = used
-    reuse.extra += max(used - reuse.best, 0.0)
+    used = float(reused if measuring and reused > 0 else reused + 1)
+    if reuse.best_iterations == 0.0:
+        reuse.best_iterations = used
+    reuse.extra_iterations += max(used - reuse.best_iterations, 0.0)
     reuse.age += 1.0
-    reuse.pause = 0.0
-    if not turn:
-        reuse.expected = float(stale if seen else stale + 1)
+    reuse.last_suspension = 0.0
+    if not measuring:
+        reuse.expected_last = float(reused if evaluated else reused + 1)

@@ -1,8 +1,9 @@
-"""Prediction of a step: accelerations and multipliers extrapolated from the accepted states, by the order that fits.
+"""Predictor: accelerations and multipliers at the end of a step, extrapolated from the accepted states.
 
-Polynomials of order 0 to 3 through the last one to four states.  After every step it is known which of them would have
-met its accelerations best; that one predicts the next step.  Smooth motion wants the highest, vibrations of beams that
-the steps do not resolve the constant.  A jump, a first step and a contact that opens or closes begin anew.
+Polynomials of order 0 to 3 pass through the last one to four states.  After every step the errors of all orders are
+known; the order with the least error predicts the next step.  Smooth motion favours the highest order, vibrations of
+beams that the steps do not resolve the constant.  A jump, a first step and a contact that opens or closes restart the
+predictor with order 0.
 """
 
 import math
@@ -12,30 +13,30 @@ from flexmb.linalg.substitute import solve
 from flexmb.program.tables import COMMON_Z
 from flexmb.state.flow import PAST_STATES
 
-FADING = 0.5
-"""Weight of what an order missed before, against the last step."""
+OLD_ERROR_WEIGHT = 0.5
+"""Weight of the errors of earlier predictions relative to that of the last one."""
 
 
 @compiled
-def forget_past(prediction):
-    """Predict constant accelerations until new states are known."""
-    prediction.order, prediction.known = 0, 0
+def restart_predictor(predictor):
+    """Predict constant accelerations until new states are accepted."""
+    predictor.order, predictor.past_states = 0, 0
 
 
 @compiled
-def weights(order, h, last, prediction):
-    """Weights of the last four states in the polynomial of that order at a time h later (Lagrange)."""
+def lagrange_weights(order, h, last, predictor):
+    """Weights of the last four states in the Lagrange polynomial of an order, a time h after the last of them."""
     if order == 0:
         return 1.0, 0.0, 0.0, 0.0
     t1 = last
     x0, x1 = h, h + t1
     if order == 1:
         return x1 / t1, -x0 / t1, 0.0, 0.0
-    t2 = t1 + prediction.before
+    t2 = t1 + predictor.second_last_step
     x2 = h + t2
     if order == 2:
         return x1 * x2 / (t1 * t2), -x0 * x2 / (t1 * (t2 - t1)), x0 * x1 / (t2 * (t2 - t1)), 0.0
-    t3 = t2 + prediction.earlier
+    t3 = t2 + predictor.third_last_step
     x3 = h + t3
     return (
         x1 * x2 * x3 / (t1 * t2 * t3),
@@ -47,10 +48,10 @@ def weights(order, h, last, prediction):
 
 @compiled
 def predict(n, m, h, ratio, order, scheme, flow, trial):
-    """Start values of the step."""
+    """Predict the trial state: a1 and lam1 by the polynomial, x1, q1 and v1 by the relations of the method."""
     am, af, beta, gamma = scheme.alpha_m, scheme.alpha_f, scheme.beta, scheme.gamma
-    last, past = flow.clock.last, flow.past
-    w0, w1, w2, w3 = weights(order, h, last, trial.prediction)
+    last, past = flow.clock.last_step, flow.past
+    w0, w1, w2, w3 = lagrange_weights(order, h, last, trial.predictor)
     for i in range(n):
         x0 = flow.a[i] + ratio * (flow.x[i] - flow.a[i])
         a1 = w0 * flow.a[i] + w1 * past[0, i] + w2 * past[1, i] + w3 * past[2, i]
@@ -61,48 +62,49 @@ def predict(n, m, h, ratio, order, scheme, flow, trial):
     for i in range(m):
         k = n + i
         trial.lam[i] = w0 * flow.lam[i] + w1 * past[0, k] + w2 * past[1, k] + w3 * past[2, k]
-        trial.gaps[i] = 0.0
+        trial.projected_gaps[i] = 0.0
 
 
 @compiled
-def close_ahead(n, m, lu, h, order, flow, trial):
-    """Shift predicted positions to close what the joints will be open by, as the shifts of the steps before tell.
+def project_prediction(n, m, lu, h, order, flow, trial):
+    """Project the predicted positions onto the constraints, by gaps that are extrapolated from the last steps.
 
-    The gaps are extrapolated, over h^3, not the shifts: with the factors at hand these have no part along the joints,
-    which no later correction would take back.
+    The gaps are extrapolated, over h^3, and not the shifts: a shift by the present factors has no component along the
+    joints, which no later correction would remove.
     """
-    known, gaps, cube = trial.prediction.known, flow.gaps, h * h * h
-    w0, w1, w2, w3 = weights(min(order, known - 1), h, flow.clock.last, trial.prediction)
+    gaps, cube = flow.projected_gaps, h * h * h
+    highest = trial.predictor.past_states - 1
+    w0, w1, w2, w3 = lagrange_weights(min(order, highest), h, flow.clock.last_step, trial.predictor)
     for i in range(n):
-        trial.c[i] = 0.0
+        trial.gap_rhs[i] = 0.0
     for i in range(m):
-        trial.gaps[i] = cube * (w0 * gaps[0, i] + w1 * gaps[1, i] + w2 * gaps[2, i] + w3 * gaps[3, i])
-        trial.c[n + i] = trial.gaps[i]
-    solve(lu, flow.factors, trial.c, trial.e, trial.y)
+        trial.projected_gaps[i] = cube * (w0 * gaps[0, i] + w1 * gaps[1, i] + w2 * gaps[2, i] + w3 * gaps[3, i])
+        trial.gap_rhs[n + i] = trial.projected_gaps[i]
+    solve(lu, flow.factors, trial.gap_rhs, trial.shift, trial.scratch)
     for i in range(n):
-        trial.q[i] += trial.e[i]
+        trial.q[i] += trial.shift[i]
 
 
 @compiled
-def compare(n, h, flow, trial):
-    """Mean velocity of the step, and what Newmark's relation differs by from the true accelerations."""
+def find_newmark_residual(n, h, flow, trial):
+    """Set the mean velocity (q1 - q0)/h, and the residual h (a0 + a1)/2 - (v1 - v0) of the trapezoidal rule."""
     for i in range(n):
         trial.mean_v[i] = (trial.q[i] - flow.q[i]) / h
-        trial.lag[i] = 0.5 * h * (flow.a[i] + trial.a[i]) - (trial.v[i] - flow.v[i])
+        trial.newmark_residual[i] = 0.5 * h * (flow.a[i] + trial.a[i]) - (trial.v[i] - flow.v[i])
 
 
 @compiled
-def look_back(tables, h, length, flow, trial, work):
-    """Before a step is taken over: which order met it best, and what the next prediction needs of its start.
+def update_predictor(tables, h, length, flow, trial, work):
+    """Choose the order of the next prediction by the errors in this step, and store the accelerations at its start.
 
-    length [m] : angles count as so long.
+    Called before the trial is adopted.  length : size of the mechanism [m], by which errors of angles count.
     """
-    n, m, prediction, past = tables.sizes.n_q, tables.sizes.n_c, flow.prediction, flow.past
-    known, last = prediction.known, flow.clock.last
-    most = min(known, PAST_STATES)
-    u0, u1, _, _ = weights(min(1, most), h, last, prediction)
-    v0, v1, v2, _ = weights(min(2, most), h, last, prediction)
-    w0, w1, w2, w3 = weights(most, h, last, prediction)
+    n, m, predictor, past = tables.sizes.n_q, tables.sizes.n_c, flow.predictor, flow.past
+    last = flow.clock.last_step
+    highest = min(predictor.past_states, PAST_STATES)
+    u0, u1, _, _ = lagrange_weights(min(1, highest), h, last, predictor)
+    v0, v1, v2, _ = lagrange_weights(min(2, highest), h, last, predictor)
+    w0, w1, w2, w3 = lagrange_weights(highest, h, last, predictor)
     m0 = m1 = m2 = m3 = 0.0
     for i in range(0, n, 3):  # x, y, theta of a node
         n0 = n1 = n2 = n3 = 0.0
@@ -115,27 +117,43 @@ def look_back(tables, h, length, flow, trial, work):
             n3 += square * (a - (w0 * a0 + w1 * a1 + w2 * a2 + w3 * a3)) ** 2
             past[2, k], past[1, k], past[0, k] = a2, a1, a0
         m0, m1, m2, m3 = max(m0, n0), max(m1, n1), max(m2, n2), max(m3, n3)
-    gaps, cube = flow.gaps, h * h * h
-    for i in range(m):
-        k = n + i
-        past[2, k], past[1, k], past[0, k] = past[1, k], past[0, k], flow.lam[i]
-        gaps[3, i], gaps[2, i], gaps[1, i], gaps[0, i] = gaps[2, i], gaps[1, i], gaps[0, i], trial.gaps[i] / cube
-    best, misses = 0, (math.sqrt(m0), math.sqrt(m1), math.sqrt(m2), math.sqrt(m3))
-    for order in range(most + 1):
-        now = misses[order]
-        now += FADING * (flow.missed[order] if order < known else now)  # one that is new has no past yet
-        flow.missed[order] = now
-        if now < flow.missed[best]:
-            best = order
-    prediction.earlier, prediction.before = prediction.before, last
-    prediction.order, prediction.known = best, min(known + 1, PAST_STATES + 1)
-    if last == 0.0 or phase_changed(tables, flow, work):
-        forget_past(prediction)
+    store_projections(n, m, h, flow, trial)
+    errors = (math.sqrt(m0), math.sqrt(m1), math.sqrt(m2), math.sqrt(m3))
+    predictor.order = best_order(highest, errors, flow)
+    predictor.third_last_step, predictor.second_last_step = predictor.second_last_step, last
+    predictor.past_states = min(predictor.past_states + 1, PAST_STATES + 1)
+    if last == 0.0 or contact_phase_changed(tables, flow, work):
+        restart_predictor(predictor)
 
 
 @compiled
-def phase_changed(tables, flow, work):
-    """Whether a contact opened or closed."""
+def store_projections(n, m, h, flow, trial):
+    """Store the multipliers at the start of the step, and the gaps that its position shifts closed, over h^3."""
+    past, gaps, cube = flow.past, flow.projected_gaps, h * h * h
+    for i in range(m):
+        k = n + i
+        past[2, k], past[1, k], past[0, k] = past[1, k], past[0, k], flow.lam[i]
+        gaps[3, i], gaps[2, i], gaps[1, i] = gaps[2, i], gaps[1, i], gaps[0, i]
+        gaps[0, i] = trial.projected_gaps[i] / cube
+
+
+@compiled
+def best_order(highest, errors, flow):
+    """Order with the least error, earlier errors included; updates `flow.prediction_errors`."""
+    best = 0
+    for order in range(highest + 1):
+        error = errors[order]
+        new = order >= flow.predictor.past_states  # a new order has no earlier errors
+        error += OLD_ERROR_WEIGHT * (error if new else flow.prediction_errors[order])
+        flow.prediction_errors[order] = error
+        if error < flow.prediction_errors[best]:
+            best = order
+    return best
+
+
+@compiled
+def contact_phase_changed(tables, flow, work):
+    """Whether a contact opens or closes in this step."""
     for c in range(tables.contacts.kernel.shape[0]):
         k = tables.contacts.z[c, COMMON_Z]
         if (flow.z[k] == 0.0) != (work.z_new[k] == 0.0):

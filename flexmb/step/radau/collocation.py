@@ -1,11 +1,11 @@
-"""Numbers and arrays of Radau's method with three stages (Radau IIA, order 5).
+"""Coefficients and work arrays of Radau's method with three stages (Radau IIA, order 5).
 
-Stages lie at t + c_i h.  With A the matrix of the method and D its inverse, of the places Q_i
+Stages lie at t + c_i h.  With the matrix A of the method and its inverse D, positions Q_i, rates V_i, A_i satisfy
 
     h V_i = sum_j D_ij (Q_j - q0),   h A_i = sum_j D_ij (V_j - v0).
 
-D has a real eigenvalue and a complex pair; in its eigenvectors the three stages of a linear system fall apart into a
-real system and a complex one.  Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II (Springer,
+D has a real eigenvalue and a complex pair; in its eigenvectors the linear system of the three stages splits into a real
+system and a complex one.  Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II (Springer,
 1996), IV.5 and IV.8.
 """
 
@@ -43,7 +43,7 @@ def _numbers(array: np.ndarray) -> tuple[float, ...]:
 
 C, WEIGHTS = _numbers(_C), _numbers(_A[2])
 ONCE, TWICE = tuple(map(_numbers, _A)), tuple(map(_numbers, _A @ _A))
-"""V_i = v0 + h sum ONCE_ij A_j;  Q_i = q0 + c_i h v0 + h^2 sum TWICE_ij A_j."""
+"""Coefficients of V_i = v0 + h sum ONCE_ij A_j and Q_i = q0 + c_i h v0 + h^2 sum TWICE_ij A_j."""
 
 REAL = float(_VALUES[_ORDER[0]].real)
 PAIR_RE, PAIR_IM = float(_VALUES[_ORDER[1]].real), float(_VALUES[_ORDER[1]].imag)
@@ -52,43 +52,43 @@ PAIR_RE, PAIR_IM = float(_VALUES[_ORDER[1]].real), float(_VALUES[_ORDER[1]].imag
 TO_REAL, FROM_REAL = _numbers(_INVERSE[_ORDER[0]].real), _numbers(_VECTORS[:, _ORDER[0]].real)
 TO_RE, TO_IM = _numbers(_INVERSE[_ORDER[1]].real), _numbers(_INVERSE[_ORDER[1]].imag)
 FROM_RE, FROM_IM = _numbers(2.0 * _VECTORS[:, _ORDER[1]].real), _numbers(2.0 * _VECTORS[:, _ORDER[1]].imag)
-"""Into the eigenvectors and back: with w = TO . Q of the stages, Q_i = FROM_REAL_i w_1 + Re((a_i + i b_i) w_2)."""
+"""Transformation into the eigenvectors and back: w = TO . Q, Q_i = FROM_REAL_i w_1 + Re((a_i + i b_i) w_2)."""
 
 ESTIMATE = (-(13.0 + 7.0 * _ROOT) / 3.0, (-13.0 + 7.0 * _ROOT) / 3.0, -1.0 / 3.0)
-"""Weights of the stages in the estimate of the error, of third order."""
+"""Weights of the stages in the error estimate of third order."""
 
 
 class StageStep(Record):
-    """Sizes of the steps of Radau's method.
+    """Step sizes and Newton iteration of Radau's method.
 
-    last : last accepted step [s], 0: the next one is a first step
-    factored : step that the factors are made for [s], 0: there are none
-    rate : theta/(1 - theta) of Newton's iterations, theta the ratio of successive corrections
-    turns : iterations of the last step
-    began, size : of the step that `old` is the start of [s]
+    last : last accepted step [s]; 0: the next step is a first step
+    factored_size : step size of the factored matrices [s]; 0: no factors
+    error_factor : theta/(1 - theta) with the contraction rate theta of Newton's iteration
+    iterations : Newton iterations of the last step
+    start, size : start and size of the last accepted step [s]
     """
 
     last: float
-    factored: float
-    rate: float
-    turns: int
-    began: float
+    factored_size: float
+    error_factor: float
+    iterations: int
+    start: float
     size: float
 
 
 class Works(Record):
-    """Works of a step [J]; sizes without signs, part by part."""
+    """Works of a step [J]; `supplied` and `joints_size` without signs."""
 
     drives: float
     loads: float
     joints: float
     damping: float
-    brought: float
+    supplied: float
     joints_size: float
 
 
 class OldState(Record):
-    """The state that the last accepted step began with, for instants within it."""
+    """State at the start of the last accepted step, for instants within the step."""
 
     q: Vector
     v: Vector
@@ -99,13 +99,13 @@ class OldState(Record):
 
 
 class Collocation(Record):
-    """State and workspace of Radau's method; the first three are all that a restart needs.
+    """State and workspace of Radau's method; a restart needs `step`, `past`, `past_lam`, `real`, `re` and `im`.
 
     past, past_lam : (4, n_q + 3), (4, n_c) accelerations and multipliers at 0, c_1, c_2, 1 of the last step
     Q, V, A, L : (3, ...) positions, velocities, accelerations, multipliers of the stages
     b : (3, n) right sides;  real, re, im : (size,) factors;  d, x, y : (n,), pair : (2 n,) solutions, workspace
     of_q, of_v : (n_q + 3,) estimated errors;  losses : (contacts, 2) normal and tangential [J];  zero : (n_q + 3,)
-    between : the state and ledger at an instant within a step
+    old, between : state and ledger at the start of the last step, and at an instant within it
     rates : (3, 11) rates of the ledger at both ends of the step [W], and elsewhere;  lam : (n_c,) multipliers
     signals : (n_y,) at an instant within it
     """

@@ -1,4 +1,4 @@
-"""Radau's method of order 5 (Radau IIA, three stages) with error control: for smooth and for stiff motion."""
+"""Radau's method of order 5 (Radau IIA, three stages) with error control, for smooth and for stiff motion."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from flexmb.energy.balance import SETTLED, verdict
+from flexmb.energy.balance import STEPS_BEFORE_CHECK, check_balance
 from flexmb.energy.contact_work import contact_losses
 from flexmb.kernels import GAP_SIZE, compiled, copy, part_of
 from flexmb.linalg.lu import LU
@@ -17,19 +17,19 @@ from flexmb.program.program import Program
 from flexmb.program.tables import COMMON_Z, Addresses, Tables
 from flexmb.state.flow import Flow
 from flexmb.state.options import Options
-from flexmb.state.record import BUFFER_FULL, DONE, NOTHING_KNOWN, RUNNING, STEP_TOO_SMALL, RunRecord
+from flexmb.state.record import BUFFER_FULL, DONE, NOT_EVALUATED, RUNNING, STEP_TOO_SMALL, RunRecord
 from flexmb.state.trial import Trial
-from flexmb.step.acceptance import finished, keep, next_size, note_peaks, publish, take_over
-from flexmb.step.contact_events import planned, remember
-from flexmb.step.contact_log import follow_contacts, no_room
+from flexmb.step.acceptance import adopt_trial, finished, next_step_size, report_signals, store_signals, update_peaks
+from flexmb.step.contact_events import planned_step, update_impacts
+from flexmb.step.contact_log import buffer_may_overflow, update_episodes
 from flexmb.step.method import Method
-from flexmb.step.newmark.error_control import TURNS, judged, met, resize
-from flexmb.step.newmark.jacobian_reuse import forget_factors
-from flexmb.step.newmark.predictor import forget_past
-from flexmb.step.newmark.redundant_constraints import settle
+from flexmb.step.newmark.error_control import CONTACT_TRIALS, accept_or_reject, meets_contacts, update_step_sizes
+from flexmb.step.newmark.jacobian_reuse import discard_factors
+from flexmb.step.newmark.predictor import restart_predictor
+from flexmb.step.newmark.redundant_constraints import update_held_multipliers
 from flexmb.step.radau.collocation import AT_START, LAST, STAGES, C, Collocation, collocation
 from flexmb.step.radau.step import radau_error, radau_step
-from flexmb.step.radau.works import add_works, book_works, find_between, ledger_at
+from flexmb.step.radau.works import add_works, find_between, ledger_at, update_ledger
 from flexmb.step.stepper import Stepper
 from flexmb.system.constraints import report_forces
 from flexmb.system.contacts import call_gap
@@ -41,14 +41,14 @@ if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
     from flexmb.run.run import Run
 
-GROWS, SHRINKS, SAFE = 4.0, 0.2, 0.9
-"""A step becomes at most and at least these parts of the one before, and this part of what the estimate allows."""
+LARGEST_GROWTH, LEAST_GROWTH, SAFETY = 4.0, 0.2, 0.9
+"""Next step over the present one at most and at least; safety factor of the next step."""
 
-SMOOTH, WITH_CONTACTS = 100.0, 100.0
-"""Largest steps in a period or a run, without clearance and with it."""
+LEAST_STEPS, LEAST_STEPS_CONTACTS = 100.0, 100.0
+"""Number of largest steps in a period or a run, without contacts and with contacts."""
 
-KEPT = ("past", "past_lam", "real", "re", "im")
-"""Arrays that a restart needs."""
+RESTART_ARRAYS = ("past", "past_lam", "real", "re", "im")
+"""Arrays of `Collocation` for a restart."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ class RadauIIA(Method):
 
     def fewest_steps(self, *, contacts: bool) -> float:
         """Steps in a period or a run that error control takes at least, with `contacts` or without."""
-        return WITH_CONTACTS if contacts else SMOOTH
+        return LEAST_STEPS_CONTACTS if contacts else LEAST_STEPS
 
     @property
     def loops(self) -> tuple[Any, ...]:
@@ -115,24 +115,24 @@ class RadauStepper(Stepper):
         self.stages = collocation(program)
 
     def advance(self, run: Run, options: Options, steps: int) -> int:
-        """Take at most `steps` steps: the code of the ending."""
+        """Take at most `steps` steps; RUNNING, or the code of the ending."""
         return advance_radau(*run.arguments(options), self.stages, steps)
 
     def save(self, run: Run, options: Options) -> None:
-        """Go on with the instants that the last step passed."""
+        """Save the remaining instants within the last step."""
         save_between(*run.arguments(options), self.stages)
 
     def saved(self) -> dict[str, np.ndarray]:
-        """Stages and factors that the next step is predicted from."""
-        kept = {f"radau.{name}": getattr(self.stages, name).copy() for name in KEPT}
+        """Stages and factors for the next step, by name."""
+        kept = {f"radau.{name}": getattr(self.stages, name).copy() for name in RESTART_ARRAYS}
         return {**kept, "radau.step": self.stages.step.numbers()}
 
     def restore(self, restart: Mapping[str, Any]) -> None:
-        """Take what `saved` gave; without it, as from another method, the next step is a first one."""
+        """Restore the arrays of `saved`; without them (restart of another method) the next step is a first step."""
         if "radau.step" not in restart:
             self.stages.step.last = 0.0
             return
-        for name in KEPT:
+        for name in RESTART_ARRAYS:
             array = getattr(self.stages, name)
             if np.shape(restart.get(f"radau.{name}")) != array.shape:
                 raise ValueError(f"radau.{name}")
@@ -153,64 +153,64 @@ def advance_radau(
     R: Collocation,
     steps: int,
 ):
-    """At most `steps` steps; the code of the ending."""
-    forget_factors(flow.reuse)
-    forget_past(flow.prediction)
+    """Take at most `steps` steps; RUNNING, or the code of the ending."""
+    discard_factors(flow.reuse)
+    restart_predictor(flow.predictor)
     for _ in range(steps):
         if finished(options, flow):
             return DONE
-        h = planned(tables, address, options, flow, trial, work) if options.adaptive else flow.clock.size
-        h = next_size(h, options.t_end - flow.clock.t)
-        if flow.clock.last == 0.0:
-            R.step.last = R.step.factored = 0.0
+        h = planned_step(tables, address, options, flow, trial, work) if options.adaptive else flow.clock.step_size
+        h = next_step_size(h, options.t_end - flow.clock.t)
+        if flow.clock.last_step == 0.0:
+            R.step.last = R.step.factored_size = 0.0
         code = radau_step(tables, address, lu, h, options, flow, trial, work, record, R)
-        record.count.known = NOTHING_KNOWN
-        growth, anew = 1.0, False
+        record.count.evaluated = NOT_EVALUATED
+        growth, restarts = 1.0, False
         if options.adaptive:
             error = -1.0
-            part = felt_within(tables, address, flow, trial, work, R) if code == RUNNING else 0.0
-            if part > 0.0 and flow.clock.refused < TURNS:
-                flow.clock.again, record.count.contact = 0.5 * part * h, 0
-            elif met(tables, address, code, h, options, flow, trial, work, record):
+            fraction = contact_within_step(tables, address, flow, trial, work, R) if code == RUNNING else 0.0
+            if fraction > 0.0 and flow.clock.rejected_trials < CONTACT_TRIALS:
+                flow.clock.retry_step, record.count.rejecting_contact = 0.5 * fraction * h, 0
+            elif meets_contacts(tables, address, code, h, options, flow, trial, work, record):
                 error = radau_error(tables, address, lu, h, options, flow, trial, work, R)
-            growth = min(max(SAFE * max(error, 1e-12) ** -0.25, SHRINKS), GROWS)
-            growth = judged(tables, h, error, growth, options, flow, trial, record)
+            growth = min(max(SAFETY * max(error, 1e-12) ** -0.25, LEAST_GROWTH), LARGEST_GROWTH)
+            growth = accept_or_reject(tables, h, error, growth, options, flow, trial, record)
             code = STEP_TOO_SMALL if code == RUNNING and growth == 0.0 else code
         if code != RUNNING:
             if h <= 1.001 * options.h_min:
                 return code
             continue
-        if record.count.outcome != 0 or flow.clock.held_steps > 0.0:
-            settle(tables, lu, flow.clock.t + h, flow, trial, work, record)
+        if record.count.held_code != 0 or flow.clock.held_steps > 0.0:
+            update_held_multipliers(tables, lu, flow.clock.t + h, flow, trial, work, record)
         if options.adaptive:
-            anew = remember(tables, address, h, options, flow, trial, work)
-            resize(h, growth, options, flow)
+            restarts = update_impacts(tables, address, h, options, flow, trial, work)
+            update_step_sizes(h, growth, options, flow)
         code = accept_stages(tables, address, lu, h, options, flow, trial, work, record, R)
-        R.step.last = flow.clock.last = 0.0 if anew else h
+        R.step.last = flow.clock.last_step = 0.0 if restarts else h
         if code != RUNNING:
             return code
     return RUNNING
 
 
 @compiled
-def felt_within(tables, address, flow, trial, work, R):
-    """Part of the step at which a stage is in a contact that is open at both of its ends; 0 if there is none.
+def contact_within_step(tables, address, flow, trial, work, R):
+    """Fraction of the step at the first stage in a contact that is open at both ends of the step; 0: no such stage.
 
-    Its force has then turned the motion back, or slowed it down, as if the contact had been met.
+    The contact force has then reversed or slowed the motion, although the onset was not located.
     """
     K = tables.contacts
     for c in range(K.kernel.shape[0]):
-        if flow.z[K.z[c, COMMON_Z]] != 0.0 or gap_of(tables, address, c, trial.q, trial.v, work) <= 0.0:
+        if flow.z[K.z[c, COMMON_Z]] != 0.0 or gap_at(tables, address, c, trial.q, trial.v, work) <= 0.0:
             continue
         for stage in range(LAST):
-            if gap_of(tables, address, c, R.Q[stage], R.V[stage], work) <= 0.0:
+            if gap_at(tables, address, c, R.Q[stage], R.V[stage], work) <= 0.0:
                 return C[stage]
     return 0.0
 
 
 @compiled
-def gap_of(tables, address, c, q, v, work):
-    """Gap of contact c at q and v."""
+def gap_at(tables, address, c, q, v, work):
+    """Gap of contact c at coordinates q and velocities v [m]."""
     dofs = part_of(tables.contacts.dofs, 6 * c, 6 * c + 6)
     for i in range(6):
         dof = dofs[i]
@@ -222,36 +222,36 @@ def gap_of(tables, address, c, q, v, work):
 
 @compiled
 def accept_stages(tables, address, lu, h, options, flow, trial, work, record, R):
-    """Make the trial state the accepted one: `finish.accept` with works from the stages and instants between them."""
+    """Make the trial state the accepted one: `acceptance.accept`, with works and instants from the stages."""
     t0 = flow.clock.t
     keep_start(h, flow, R)
     add_works(tables, address, lu, h, options, flow, trial, work, record, R)
     contact_losses(tables, address, 0.0, flow, trial.q, trial.v, work)
-    turned = abs(R.works.damping) + R.works.joints_size + R.works.brought
+    turned = abs(R.works.damping) + R.works.joints_size + R.works.supplied
     for c in range(R.losses.shape[0]):
         normal, friction = R.losses[c, LOSS_NORMAL], R.losses[c, LOSS_FRICTION]
         work.loss[c, LOSS_NORMAL], work.loss[c, LOSS_FRICTION] = normal, friction
         turned += abs(normal) + abs(friction)
-    follow_contacts(tables, h, options, flow, work, record)
-    book_works(tables, address, t0 + h, turned, flow, trial, work, R)
-    take_over(h, flow, trial, work, record)
-    write_outputs(tables, address, flow.clock.t, flow.q, flow.v, flow.a, work, flow.ledger, record.new)
+    update_episodes(tables, h, options, flow, work, record)
+    update_ledger(tables, address, t0 + h, turned, flow, trial, work, R)
+    adopt_trial(h, flow, trial, work, record)
+    write_outputs(tables, address, flow.clock.t, flow.q, flow.v, flow.a, work, flow.ledger, record.signals)
     if options.save_interval == 0.0:
-        if publish(tables, options, flow, record) != RUNNING:
+        if report_signals(tables, options, flow, record) != RUNNING:
             return BUFFER_FULL
     else:
-        note_peaks(flow.clock.t, record.new, record)
+        update_peaks(flow.clock.t, record.signals, record)
         full = save_between(tables, address, lu, options, flow, trial, work, record, R) != RUNNING
-        if full or no_room(flow, record):
+        if full or buffer_may_overflow(flow, record):
             return BUFFER_FULL
-    return verdict(flow.ledger, flow.account) if flow.account.steps >= SETTLED else RUNNING
+    return check_balance(flow.ledger, flow.balance) if flow.balance.steps >= STEPS_BEFORE_CHECK else RUNNING
 
 
 @compiled
 def keep_start(h, flow, R):
-    """Note the start of the step, and the stages that the next one is predicted from."""
+    """Store the start of the step, and the stages for the prediction of the next step."""
     old = R.old
-    R.step.began, R.step.size = flow.clock.t, h
+    R.step.start, R.step.size = flow.clock.t, h
     copy(flow.q, old.q)
     copy(flow.v, old.v)
     copy(flow.a, old.a)
@@ -267,30 +267,30 @@ def keep_start(h, flow, R):
 
 @compiled
 def save_between(tables, address, lu, options, flow, trial, work, record, R):
-    """Write the instants of the save grid that the last step passed; BUFFER_FULL when the buffer is to be emptied.
+    """Save the instants of the save grid within the last step; BUFFER_FULL when the buffer is full.
 
-    Then it is called again before the next step.
+    The buffer must then be emptied, and `save_between` called again before the next step.
     """
-    due = flow.clock.saving_from + (flow.clock.saved + 1.0) * options.save_interval
+    due = flow.clock.save_start + (flow.clock.saved_instants + 1.0) * options.save_interval
     while due <= flow.clock.t + 1e-9 * options.save_interval and record.count.rows < record.times.shape[0]:
-        row, s = record.count.rows, (due - R.step.began) / R.step.size
+        row, s = record.count.rows, (due - R.step.start) / R.step.size
         if s < 1.0 - 1e-9:
             signals_at(tables, address, lu, s, options, flow, trial, work, record, R, R.signals)
-            note_peaks(due, R.signals, record)
-            keep(R.signals, record, row)
+            update_peaks(due, R.signals, record)
+            store_signals(R.signals, record, row)
         else:
-            keep(record.new, record, row)
+            store_signals(record.signals, record, row)
         record.times[row] = due
         record.count.rows += 1
-        flow.clock.saved += 1.0
-        due = flow.clock.saving_from + (flow.clock.saved + 1.0) * options.save_interval
+        flow.clock.saved_instants += 1.0
+        due = flow.clock.save_start + (flow.clock.saved_instants + 1.0) * options.save_interval
     return BUFFER_FULL if record.count.rows >= record.times.shape[0] else RUNNING
 
 
 @compiled
 def signals_at(tables, address, lu, s, options, flow, trial, work, record, R, target):
-    """All signals at the fraction s of the last step."""
-    h, old, now, began = R.step.size, R.old, R.between, R.step.began
+    """All signals at fraction s of the last step."""
+    h, old, now, began = R.step.size, R.old, R.between, R.step.start
     copy(flow.z, now.z)
     copy(old.z, flow.z)
     t, q, v, a, lam = began + s * h, flow.q, flow.v, flow.a, flow.lam

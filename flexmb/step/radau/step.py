@@ -1,19 +1,19 @@
-"""One step of Radau's method with three stages: prediction, Newton iterations, projection, estimate of the error.
+"""Step of Radau's method with three stages: prediction, Newton iteration, projection, error estimate.
 
-Joints are closed in velocities at the stages (index 2); at the end of the step positions and velocities are projected,
-and accelerations and multipliers follow from the equations of motion, so that all of them are of order 5.
+Constraints hold in velocities at the stages (index 2).  At the end of the step positions and velocities are projected
+onto the constraints; accelerations and multipliers follow from the equations of motion.  All are of order 5.
 """
 
 import math
 
 from flexmb.kernels import compiled, copy, part_of
 from flexmb.linalg.complex_lu import factor_complex, solve_complex
-from flexmb.linalg.lu import THRESHOLD, factor
+from flexmb.linalg.lu import LOST_PIVOT, factor
 from flexmb.linalg.substitute import solve, solve_two
 from flexmb.state.record import NEWTON_FAILED, NOT_FINITE, RUNNING, SINGULAR
-from flexmb.step.newmark.error_control import fastest, flying
-from flexmb.step.newmark.implicit_step import FIRST_TURN, ROUND_OFF
-from flexmb.step.newmark.redundant_constraints import first_hold
+from flexmb.step.newmark.error_control import in_free_flight, largest_speed
+from flexmb.step.newmark.newton_correction import ANGLE_ALLOWANCE, ROUND_OFF
+from flexmb.step.newmark.redundant_constraints import initial_hold
 from flexmb.step.radau.collocation import (
     ESTIMATE,
     FROM_IM,
@@ -33,55 +33,60 @@ from flexmb.step.radau.collocation import (
     C,
 )
 from flexmb.step.runge_kutta import accelerate, project_state
-from flexmb.system.elements import account
+from flexmb.system.elements import evaluate_energies
 from flexmb.system.evaluate import evaluate
 
-TURNS = 16
-"""Newton iterations of a step, at most."""
+MOST_ITERATIONS = 16
+"""Number of Newton iterations of a step at most."""
 
-SLOW_RATE, SOON = 0.02, 4
-"""New factors are made for the next step where corrections shrink by less than this, or took more iterations."""
+REFACTOR_RATE, REFACTOR_ITERATIONS = 0.02, 4
+"""Error factor theta/(1 - theta) and number of iterations, above which the next step factors new matrices."""
 
-PART = 0.1
-"""What Newton's iterations leave, over rtol^(1/2), as a part of the accepted error of a step: the error itself is much
-less than what is accepted, the more so the smaller rtol is."""
+ITERATION_FRACTION = 0.1
+"""Error that Newton's iteration may leave, over rtol^(1/2) times the accepted error of a step.
 
-CLOSED, FAR = 1e-14, 1e-4
-"""Shift that closes the joints at the end of a step, as a part of the size, that is round-off, and that is large."""
+The error of the method is much less than the accepted error, the more so the smaller rtol is.
+"""
 
-FINE, TINY = 1e-10, 1e-15
-"""The same for steps of one size, as a part of h^2 |a|; and the least that is asked for, a part of the same."""
+CLOSED_SHIFT, LARGE_SHIFT = 1e-14, 1e-4
+"""Projection shift relative to the size of the mechanism: up to the first round-off, above the second large."""
 
-STALLS = 0.3
-"""Corrections that are round-off, relative to the coordinates, and shrink by no more than this are as small as can be.
+FIXED_STEP_TOLERANCE, LEAST_TOLERANCE = 1e-10, 1e-15
+"""Tolerance of corrections relative to h^2 |a|: for fixed steps, and the least one for all steps."""
 
-Many are much smaller: positions are round-off only where stiff forces come from them.
+STALLED_RATE = 0.3
+"""Contraction rate above which corrections that are round-off of the coordinates do not get smaller.
+
+Many corrections get much smaller: round-off of the positions counts only with stiff forces.
 """
 
 LEAST_RATE = 1e-2
-"""Rate that the first iteration of a step is trusted to have, at best: it has not been measured in this step."""
+"""Least error factor of the first iteration of a step, which is not measured in this step."""
 
 
 @compiled
 def radau_step(tables, address, lu, h, options, flow, trial, work, record, R):
-    """Try a step of size h; RUNNING when it converged, else the code of the failure.
+    """Try a step of size h; RUNNING if Newton's iteration converged, else the code of the failure.
 
-    Solved for the stages Q_i, V_i, A_i, lam_i at t + c_i h, with V_i = v0 + h sum a_ij A_j and
-    Q_i = q0 + h sum a_ij V_j, are r(Q_i, V_i, A_i) + G^T lam_i = 0 and G V_i + g_t = 0.
+    Unknowns are Q_i, V_i, A_i, lam_i of the stages at t_i = t + c_i h.  Equations of motion and constraints in
+    velocities hold at the stages,
+
+        r(t_i, Q_i, V_i, A_i) + G^T lam_i = 0,   G V_i + g_t = 0,
+        V_i = v0 + h sum_j a_ij A_j,   Q_i = q0 + h sum_j a_ij V_j.
     """
     code = NEWTON_FAILED
     for attempt in range(2):
-        bold = attempt == 0 and R.step.last > 0.0
-        begin(tables.sizes.n_q, tables.sizes.n_c, h, bold, flow, R)
-        if R.step.factored != h or not bold:
-            code = new_factors(tables, address, lu, h, flow, trial, work, record, R)
+        extrapolate = attempt == 0 and R.step.last > 0.0
+        predict_stages(tables.sizes.n_q, tables.sizes.n_c, h, extrapolate, flow, R)
+        if R.step.factored_size != h or not extrapolate:
+            code = factor_matrices(tables, address, lu, h, flow, trial, work, record, R)
             if code != RUNNING:
                 return code
-        code = iterate(tables, address, lu, h, options, flow, trial, work, record, R)
-        if code == RUNNING or not bold:
+        code = newton_iterations(tables, address, lu, h, options, flow, trial, work, record, R)
+        if code == RUNNING or not extrapolate:
             break
     if code != RUNNING:
-        R.step.factored = 0.0
+        R.step.factored_size = 0.0
         return code
     copy(R.Q[LAST], trial.q)
     copy(R.V[LAST], trial.v)
@@ -97,46 +102,48 @@ def radau_step(tables, address, lu, h, options, flow, trial, work, record, R):
 
 
 @compiled
-def new_factors(tables, address, lu, h, flow, trial, work, record, R):
-    """Factors of K + s C + s^2 M with the joints, at the middle stage, for both eigenvalues s = D/h.
+def factor_matrices(tables, address, lu, h, flow, trial, work, record, R):
+    """Factor [[K + s C + s^2 M, G^T], [G, 0]] at the middle stage for both eigenvalues s of D/h.
 
-    Real and imaginary part of the complex matrix have G and G^T in them: in it they are multiplied by 1 + i.
+    G and G^T stand in the real and in the imaginary part of the complex matrix: there they are multiplied by 1 + i.
     """
     n, past = tables.sizes.n_q, C[MIDDLE] * h
     t, Q, V, A, L = flow.clock.t + past, R.Q[MIDDLE], R.V[MIDDLE], R.A[MIDDLE], R.L[MIDDLE]
     s, a, b = REAL / h, PAIR_RE / h, PAIR_IM / h
-    for part in range(3):
-        kq = 0.0 if part == 2 else 1.0
-        kv = s if part == 0 else (a if part == 1 else b)
-        ka = s * s if part == 0 else (a * a - b * b if part == 1 else 2.0 * a * b)
+    for system in range(3):
+        kq = 0.0 if system == 2 else 1.0
+        kv = s if system == 0 else (a if system == 1 else b)
+        ka = s * s if system == 0 else (a * a - b * b if system == 1 else 2.0 * a * b)
         evaluate(tables, address, t, past, Q, V, A, L, flow.z, kq, kv, ka, True, work)
-        copy(work.lu, R.real if part == 0 else (R.re if part == 1 else R.im))
+        copy(work.lu, R.real if system == 0 else (R.re if system == 1 else R.im))
     record.count.evaluations += 3
     record.count.factorisations += 2
-    R.step.factored = 0.0
-    lost = factor(lu, R.real, trial.seen, THRESHOLD, n, first_hold(flow))
+    R.step.factored_size = 0.0
+    lost = factor(lu, R.real, trial.pivot_scale, LOST_PIVOT, n, initial_hold(flow))
     if lost < 0:
-        lost = factor_complex(lu, R.re, R.im, trial.seen)
+        lost = factor_complex(lu, R.re, R.im, trial.pivot_scale)
     if lost >= 0:
-        record.count.lost = lost
+        record.count.lost_pivot = lost
         return SINGULAR
-    R.step.factored = h
+    R.step.factored_size = h
     return RUNNING
 
 
 @compiled
 def close_joints(tables, address, lu, t, h, options, flow, trial, work, record, R):
-    """Close the joints in positions and velocities at the end of the step, by the shift of least kinetic energy.
+    """Project positions and velocities at the end of the step onto the constraints, with least kinetic energy.
 
-    `runge_kutta.project_state` does it where the shift is large, or joints repeat one another.
+    `runge_kutta.project_state` takes over for a large shift or redundant constraints.
     """
     n, m = tables.sizes.n_q, tables.sizes.n_c
-    for turn in range(STAGES):
-        evaluate(tables, address, t, h, trial.q, trial.v, R.zero, trial.lam, flow.z, 0.0, 0.0, 1.0, turn == 0, work)
+    for iteration in range(STAGES):
+        evaluate(
+            tables, address, t, h, trial.q, trial.v, R.zero, trial.lam, flow.z, 0.0, 0.0, 1.0, iteration == 0, work
+        )
         record.count.evaluations += 1
-        if turn == 0:
+        if iteration == 0:
             record.count.factorisations += 1
-            if factor(lu, work.lu, trial.seen, THRESHOLD, n, first_hold(flow)) != -1:
+            if factor(lu, work.lu, trial.pivot_scale, LOST_PIVOT, n, initial_hold(flow)) != -1:
                 break
         R.x[:] = 0.0
         R.y[:] = 0.0
@@ -148,26 +155,26 @@ def close_joints(tables, address, lu, t, h, options, flow, trial, work, record, 
             trial.q[i] += R.x[i]
             trial.v[i] += R.y[i]
             largest = max(largest, abs(R.x[i]))
-        if largest <= CLOSED * options.length:
+        if largest <= CLOSED_SHIFT * options.length:
             return RUNNING
-        if not largest <= FAR * options.length:
+        if not largest <= LARGE_SHIFT * options.length:
             break
     return project_state(tables, address, lu, t, h, options, flow, trial, work, record, R)
 
 
 @compiled
-def begin(n, m, h, bold, flow, R):
-    """Stages from accelerations and multipliers: those of the last step extrapolated if `bold`, else the last ones."""
+def predict_stages(n, m, h, extrapolate, flow, R):
+    """Predict the stages: with extrapolated accelerations and multipliers, or with constant ones."""
     for stage in range(STAGES):
-        w0, w1, w2, w3 = through(1.0 + C[stage] * h / R.step.last) if bold else (0.0, 0.0, 0.0, 1.0)
+        w0, w1, w2, w3 = cubic_weights(1.0 + C[stage] * h / R.step.last) if extrapolate else (0.0, 0.0, 0.0, 1.0)
         A, L = R.A[stage], R.L[stage]
         for i in range(n):
             A[i] = flow.a[i]
-            if bold:
+            if extrapolate:
                 A[i] = w0 * R.past[0, i] + w1 * R.past[1, i] + w2 * R.past[2, i] + w3 * R.past[3, i]
         for i in range(m):
             L[i] = flow.lam[i]
-            if bold:
+            if extrapolate:
                 L[i] = w0 * R.past_lam[0, i] + w1 * R.past_lam[1, i] + w2 * R.past_lam[2, i] + w3 * R.past_lam[3, i]
     for stage in range(STAGES):
         Q, V = R.Q[stage], R.V[stage]
@@ -181,8 +188,8 @@ def begin(n, m, h, bold, flow, R):
 
 
 @compiled
-def through(s):
-    """Weights of the values at 0, c_1, c_2, 1 in the cubic through them at s (Lagrange)."""
+def cubic_weights(s):
+    """Lagrange weights at s of the cubic through values at 0, c_1, c_2, 1."""
     x0, x1, x2, x3 = s, s - C[0], s - C[1], s - 1.0
     return (
         x1 * x2 * x3 / (-C[0] * C[1]),
@@ -193,25 +200,25 @@ def through(s):
 
 
 @compiled
-def iterate(tables, address, lu, h, options, flow, trial, work, record, R):
-    """Newton's iterations on all stages: RUNNING when what is left of the corrections is small enough."""
-    last, rate = math.inf, max(R.step.rate, LEAST_RATE) ** 0.8
-    for turn in range(TURNS):
+def newton_iterations(tables, address, lu, h, options, flow, trial, work, record, R):
+    """Newton's iteration on all stages; RUNNING if the estimated remaining error is within the tolerance."""
+    last, rate = math.inf, max(R.step.error_factor, LEAST_RATE) ** 0.8
+    for iteration in range(MOST_ITERATIONS):
         residuals(tables, address, h, flow, work, record, R)
-        size, noise = correct(tables, lu, h, options, flow, trial, record, R)
+        size, noise = apply_correction(tables, lu, h, options, flow, trial, record, R)
         if not math.isfinite(size):
             return NOT_FINITE
-        if turn > 0:
+        if iteration > 0:
             theta = size / last if last > 0.0 else 0.0
-            if size > noise and (theta >= 2.0 or (theta >= 0.95 and turn > 2)):
+            if size > noise and (theta >= 2.0 or (theta >= 0.95 and iteration > 2)):
                 return NEWTON_FAILED
             rate = theta / max(1.0 - theta, 0.05)
-            if size <= noise and theta > STALLS:
+            if size <= noise and theta > STALLED_RATE:
                 rate = 0.0
         if rate * size <= 1.0:
-            R.step.rate, R.step.turns = rate, turn + 1
-            if rate > SLOW_RATE or turn >= SOON:
-                R.step.factored = 0.0
+            R.step.error_factor, R.step.iterations = rate, iteration + 1
+            if rate > REFACTOR_RATE or iteration >= REFACTOR_ITERATIONS:
+                R.step.factored_size = 0.0
             return RUNNING
         last = size
     return NEWTON_FAILED
@@ -219,12 +226,12 @@ def iterate(tables, address, lu, h, options, flow, trial, work, record, R):
 
 @compiled
 def residuals(tables, address, h, flow, work, record, R):
-    """R.b of each stage: what is missing in its equations of motion, and in the speeds of its joints."""
+    """Fill R.b: negative residuals of the equations of motion and of the constraints in velocities, for each stage."""
     n, m = tables.sizes.n_q, tables.sizes.n_c
     for stage in range(STAGES):
-        part = C[stage] * h
+        elapsed = C[stage] * h
         Q, V, A, L = R.Q[stage], R.V[stage], R.A[stage], R.L[stage]
-        evaluate(tables, address, flow.clock.t + part, part, Q, V, A, L, flow.z, 1.0, 0.0, 0.0, False, work)
+        evaluate(tables, address, flow.clock.t + elapsed, elapsed, Q, V, A, L, flow.z, 1.0, 0.0, 0.0, False, work)
         for i in range(n):
             R.b[stage, i] = -(work.r[i] + work.Gl[i])
         for i in range(m):
@@ -235,8 +242,8 @@ def residuals(tables, address, h, flow, work, record, R):
 
 
 @compiled
-def correct(tables, lu, h, options, flow, trial, record, R):
-    """Correct all stages; size of the correction relative to what is wanted, and of what round-off makes of it."""
+def apply_correction(tables, lu, h, options, flow, trial, record, R):
+    """Correct all stages; return the sizes of the correction and of its round-off over the tolerance."""
     n, m = tables.sizes.n_q, tables.sizes.n_c
     s, a, b = REAL / h, PAIR_RE / h, PAIR_IM / h
     to_d, to_x, to_y = TO_REAL, TO_RE, TO_IM
@@ -269,46 +276,47 @@ def correct(tables, lu, h, options, flow, trial, record, R):
             R.b[stage, i] = dq
         for i in range(m):
             L[i] += own * R.d[n + i] + along * R.x[n + i] - across * R.y[n + i]
-    return measured(n, h, options, flow, trial, record, R)
+    return correction_size(n, h, options, flow, trial, record, R)
 
 
 @compiled
-def measured(n, h, options, flow, trial, record, R):
-    """Largest correction of a node over what is wanted of ways and of angles, and the part of round-off in it."""
-    way, turn, fast, far_x, far_t = 0.0, 0.0, 0.0, options.length**2, 1.0
+def correction_size(n, h, options, flow, trial, record, R):
+    """Size of the correction, the largest of all nodes, and of its round-off; both over the tolerance."""
+    way, iteration, fast, far_x, far_t = 0.0, 0.0, 0.0, options.length**2, 1.0
     total = 0.0
     for stage in range(STAGES):
         for i in range(0, n, 3):  # x, y, theta of a node
             d, q, a = part_of(R.b[stage], i, i + 3), part_of(R.Q[stage], i, i + 3), part_of(R.A[stage], i, i + 3)
             near = d[0] * d[0] + d[1] * d[1]
             total += near + abs(d[2])
-            way, turn = max(way, near), max(turn, abs(d[2]))
+            way, iteration = max(way, near), max(iteration, abs(d[2]))
             fast = max(fast, math.sqrt(a[0] * a[0] + a[1] * a[1]), options.length * abs(a[2]))
-            far_x, far_t = max(far_x, q[0] * q[0] + q[1] * q[1]), max(far_t, abs(q[2]) - FIRST_TURN)
+            far_x, far_t = max(far_x, q[0] * q[0] + q[1] * q[1]), max(far_t, abs(q[2]) - ANGLE_ALLOWANCE)
     if not math.isfinite(total):
         return math.inf, 0.0
-    wanted = FINE * h * h * fast
+    wanted = FIXED_STEP_TOLERANCE * h * h * fast
     if options.adaptive:
-        rtol, speed = trial.bounds.rtol, max(flow.clock.speed, trial.bounds.least_speed)
-        wanted = PART * math.sqrt(rtol) * min(options.error, h * rtol * speed)
+        rtol, speed = trial.control.rtol, max(flow.clock.largest_speed, trial.control.least_speed)
+        wanted = ITERATION_FRACTION * math.sqrt(rtol) * min(options.error, h * rtol * speed)
     round_x, round_t = ROUND_OFF * math.sqrt(far_x), ROUND_OFF * far_t
-    wanted += TINY * h * h * fast
+    wanted += LEAST_TOLERANCE * h * h * fast
     wanted_x, wanted_t = wanted, wanted / options.length
-    of_x, of_t = math.sqrt(way) / wanted_x, turn / wanted_t
-    step = record.step
-    step.correction, step.wanted = (math.sqrt(way), wanted_x) if of_x > of_t else (turn, wanted_t)
+    of_x, of_t = math.sqrt(way) / wanted_x, iteration / wanted_t
+    step = record.report
+    step.correction, step.wanted = (math.sqrt(way), wanted_x) if of_x > of_t else (iteration, wanted_t)
     step.wanted_length, step.wanted_angle = wanted_x, wanted_t
     return max(of_x, of_t), 2.0 * max(round_x / wanted_x, round_t / wanted_t)
 
 
 @compiled
 def radau_error(tables, address, lu, h, options, flow, trial, work, R):
-    """Estimated error of positions and velocities over the accepted one.
+    """Estimated error of positions and velocities over the accepted error.
 
-    The estimate is of third order, the method of fifth: with 0.1 rtol^(2/3) in place of rtol for the estimate the
-    errors of a run go with rtol.
-    x = (f0 + sum ESTIMATE_i Z_i/h)/s is the difference to a formula of third order; (K + s C + s^2 M)^-1 s^2 M x keeps
-    of it what is not stiff and what the joints allow.  Positions and velocities count as in `control.error_ratio`.
+    The estimate is of third order, the method of fifth: with 0.1 rtol^(2/3) in place of rtol in the estimate, the
+    errors of a run are proportional to rtol.
+    x = (f0 + sum ESTIMATE_i Z_i/h)/s is the difference to a formula of third order.  (K + s C + s^2 M)^-1 s^2 M x keeps
+    its components that are not stiff and satisfy the constraints.  Positions and velocities count as in
+    `newmark.error_control.error_ratio`.
     """
     n, m, s = tables.sizes.n_q, tables.sizes.n_c, REAL / h
     for i in range(n):
@@ -317,18 +325,18 @@ def radau_error(tables, address, lu, h, options, flow, trial, work, R):
             q += ESTIMATE[k] * (R.Q[k, i] - flow.q[i])
             v += ESTIMATE[k] * (R.V[k, i] - flow.v[i])
         R.of_q[i], R.of_v[i] = (flow.v[i] + q / h) / s, (flow.a[i] + v / h) / s
-    moved(tables, address, h, R.of_q, flow, work, R.x, R)
-    moved(tables, address, h, R.of_v, flow, work, R.y, R)
+    times_mass(tables, address, h, R.of_q, flow, work, R.x, R)
+    times_mass(tables, address, h, R.of_v, flow, work, R.y, R)
     for i in range(n):
         R.x[i], R.y[i] = s * s * R.x[i], s * s * R.y[i]
     for i in range(n, n + m):
         R.x[i], R.y[i] = 0.0, 0.0
     solve_two(lu, R.real, R.x, R.y, R.x, R.y, R.pair)
-    loose = 0.1 * trial.bounds.rtol ** (-1.0 / 3.0)
+    loose = 0.1 * trial.control.rtol ** (-1.0 / 3.0)
     of_q = 1.0 / (loose * options.error)
-    of_v = 1.0 / (loose * trial.bounds.rtol * fastest(n, options, flow, trial))
-    if flying(tables, flow):
-        of_q *= trial.bounds.flight
+    of_v = 1.0 / (loose * trial.control.rtol * largest_speed(n, options, flow, trial))
+    if in_free_flight(tables, flow):
+        of_q *= trial.control.flight_weight
     worst = 0.0
     for k in range(0, n, 3):
         worst = max(worst, of_q * math.sqrt(R.x[k] ** 2 + R.x[k + 1] ** 2), options.length * of_q * abs(R.x[k + 2]))
@@ -338,8 +346,8 @@ def radau_error(tables, address, lu, h, options, flow, trial, work, R):
 
 
 @compiled
-def moved(tables, address, h, x, flow, work, target, R):
-    """target[:n_q] = M x with the masses of the start of the step."""
-    account(tables, address, flow.clock.t, h, flow.q, x, flow.a, R.zero, R.zero, flow.z, work)
+def times_mass(tables, address, h, x, flow, work, target, R):
+    """Set target[:n_q] = M x, with the masses at the start of the step."""
+    evaluate_energies(tables, address, flow.clock.t, h, flow.q, x, flow.a, R.zero, R.zero, flow.z, work)
     for i in range(tables.sizes.n_q):
         target[i] = work.momentum[i]

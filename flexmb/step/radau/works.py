@@ -1,4 +1,4 @@
-"""Works of a step of Radau's method, and the state between its ends."""
+"""Works of a step of Radau's method, and states within the step."""
 
 from flexmb.energy.balance import (
     CONTACT,
@@ -9,33 +9,33 @@ from flexmb.energy.balance import (
     KINETIC,
     LOAD,
     STRAIN,
-    TURNED,
-    balance,
-    keep_account,
-    note_step,
+    TURNED_OVER,
+    count_step,
+    update_balance,
+    update_residual,
 )
 from flexmb.kernels import compiled, copy
 from flexmb.places import FRICTION_FORCE, GAP_RATE, NORMAL_FORCE, SLIP
-from flexmb.program.tables import GRIP_LAW
+from flexmb.program.tables import LOAD_KERNEL
 from flexmb.state.record import RUNNING
 from flexmb.step.radau.collocation import AT_END, AT_START, ELSEWHERE, LAST, WEIGHTS, C
-from flexmb.step.radau.step import through
+from flexmb.step.radau.step import cubic_weights
 from flexmb.step.runge_kutta import accelerate
 from flexmb.system.constraints import report_forces
 from flexmb.system.evaluate import evaluate_accepted
-from flexmb.system.work import DRIVE_FORCE, GRIP_FORCE, GRIP_SLIP, LOSS_FRICTION, LOSS_NORMAL, MOTION_RATE
+from flexmb.system.work import DRIVE_FORCE, JOINT_FRICTION_FORCE, JOINT_SLIP, LOSS_FRICTION, LOSS_NORMAL, MOTION_RATE
 
-AGREES = 0.01
-"""Difference of accelerations between steps to those interpolated, relative to the largest, up to which they are solved
-for: where forces are stiff they are the error of the interpolated positions times the stiffness."""
+ACCELERATION_MISMATCH = 0.01
+"""Difference between computed and interpolated accelerations within a step relative to the largest, up to which the
+computed ones are used: with stiff forces, they are the error of the interpolated positions times the stiffness."""
 
 
 @compiled
 def add_works(tables, address, lu, h, options, flow, trial, work, record, R):
-    """R.works and R.losses; the state of the last evaluation is that of the trial.
+    """Fill R.works and R.losses; the last evaluation is that of the trial state.
 
-    Of dampers, contacts and loads by Radau's own quadrature over the stages.  Of drives and friction in joints, whose
-    multipliers are of third order there, by Simpson's rule with the middle of the step.
+    Works of dampers, contacts and loads by Radau's quadrature over the stages.  Works of drives and of friction in
+    joints by Simpson's rule with the middle of the step, since multipliers at the stages are of third order.
     """
     W, Q, V, A, L = R.works, R.Q[LAST], R.V[LAST], R.A[LAST], R.L[LAST]
     W.drives = W.loads = W.joints = W.damping = W.brought = W.joints_size = 0.0
@@ -47,14 +47,16 @@ def add_works(tables, address, lu, h, options, flow, trial, work, record, R):
     copy(trial.lam, L)
     t = flow.clock.t
     start, end, other = R.rates[AT_START], R.rates[AT_END], R.rates[ELSEWHERE]
-    if working(tables, flow):
+    if has_work(tables, flow):
         add_powers(tables, address, t, 0.0, 0.0, h / 6.0, flow.q, flow.v, flow.a, flow.lam, flow, work, R, start)
         for stage in range(LAST):
-            q, v, a, lam, part = R.Q[stage], R.V[stage], R.A[stage], R.L[stage], C[stage] * h
-            add_powers(tables, address, t + part, part, WEIGHTS[stage] * h, 0.0, q, v, a, lam, flow, work, R, other)
+            q, v, a, lam, elapsed = R.Q[stage], R.V[stage], R.A[stage], R.L[stage], C[stage] * h
+            add_powers(
+                tables, address, t + elapsed, elapsed, WEIGHTS[stage] * h, 0.0, q, v, a, lam, flow, work, R, other
+            )
         find_between(tables, address, lu, t, 0.5, h, Q, V, A, L, options, flow, trial, work, record, R)
-        q, v, a, lam, part = trial.q, trial.v, trial.a, trial.lam, 0.5 * h
-        add_powers(tables, address, t + part, part, 0.0, h / 1.5, q, v, a, lam, flow, work, R, other)
+        q, v, a, lam, elapsed = trial.q, trial.v, trial.a, trial.lam, 0.5 * h
+        add_powers(tables, address, t + elapsed, elapsed, 0.0, h / 1.5, q, v, a, lam, flow, work, R, other)
         copy(Q, trial.q)
         copy(V, trial.v)
         copy(A, trial.a)
@@ -66,14 +68,14 @@ def add_works(tables, address, lu, h, options, flow, trial, work, record, R):
 
 @compiled
 def find_between(tables, address, lu, t, s, h, q1, v1, a1, lam1, options, flow, trial, work, record, R):
-    """The trial state at the fraction s of the step from R.old to q1, ..., which began at t.
+    """Set the trial state to the state at fraction s of the step from R.old to q1, ..., which began at t.
 
-    Accelerations and multipliers solve the equations of motion, unless they differ much from those interpolated
-    through both ends and the stages, which are taken then.
+    Accelerations and multipliers satisfy the equations of motion, unless they differ much from the interpolated ones
+    (through both ends and the stages), which are then used.
     """
     n, m, old = tables.sizes.n_q, tables.sizes.n_c, R.old
     quintic(n, s, h, old, q1, v1, trial, a1)
-    w0, w1, w2, w3 = through(s)
+    w0, w1, w2, w3 = cubic_weights(s)
     for i in range(m):
         R.lam[i] = w0 * old.lam[i] + w1 * R.past_lam[1, i] + w2 * R.past_lam[2, i] + w3 * lam1[i]
         trial.lam[i] = R.lam[i]
@@ -84,20 +86,20 @@ def find_between(tables, address, lu, t, s, h, q1, v1, a1, lam1, options, flow, 
         size = options.length if tables.kind[i] == 1 else 1.0
         apart, largest = max(apart, size * abs(trial.a[i] - a)), max(largest, size * max(abs(old.a[i]), abs(a1[i])))
         R.of_q[i] = a
-    if code != RUNNING or not apart <= AGREES * largest:
+    if code != RUNNING or not apart <= ACCELERATION_MISMATCH * largest:
         for i in range(n):
             trial.a[i] = R.of_q[i]
         copy(R.lam, trial.lam)
 
 
 @compiled
-def add_powers(tables, address, t, part, forces, joints, q, v, a, lam, flow, work, R, rates):
-    """Add the powers of a state at the time t to `rates`, and to the works times `forces` and `joints` [s].
+def add_powers(tables, address, t, elapsed, forces, joints, q, v, a, lam, flow, work, R, rates):
+    """Add the powers of a state at time t to `rates` [W], and, times weights [s], to the works.
 
-    forces : weight of dampers, contacts and loads;  joints : that of drives and friction in joints.
+    forces : weight of dampers, contacts and loads [s];  joints : weight of drives and friction in joints [s]
     """
     W = R.works
-    evaluate_accepted(tables, address, t, part, q, v, a, lam, flow.z, R.zero, R.zero, work)
+    evaluate_accepted(tables, address, t, elapsed, q, v, a, lam, flow.z, R.zero, R.zero, work)
     report_forces(tables, lam, work)
     W.damping += forces * work.power.damping
     rates[DAMPING] += work.power.damping
@@ -106,10 +108,10 @@ def add_powers(tables, address, t, part, forces, joints, q, v, a, lam, flow, wor
             power = work.drive[row, MOTION_RATE] * work.drive[row, DRIVE_FORCE]
             W.drives += joints * power
             rates[DRIVE] += power
-            W.brought += joints * abs(power)
-    for c in range(work.grip.shape[0]):
-        if tables.constraints.grip[c, GRIP_LAW] >= 0:
-            power = work.grip[c, GRIP_FORCE] * work.grip[c, GRIP_SLIP]
+            W.supplied += joints * abs(power)
+    for c in range(work.joint_friction.shape[0]):
+        if tables.constraints.joint_friction[c, LOAD_KERNEL] >= 0:
+            power = work.joint_friction[c, JOINT_FRICTION_FORCE] * work.joint_friction[c, JOINT_SLIP]
             W.joints -= joints * power
             rates[FRICTION] -= power
             W.joints_size += joints * abs(power)
@@ -124,10 +126,10 @@ def add_powers(tables, address, t, part, forces, joints, q, v, a, lam, flow, wor
 
 
 @compiled
-def working(tables, flow):
-    """Whether anything does work: drives, contacts, friction in joints, dampers, elements that are loads."""
+def has_work(tables, flow):
+    """Whether the mechanism has drives, contacts, friction in joints, dampers or loads."""
     C, E = tables.constraints, tables.elements
-    if tables.contacts.kernel.shape[0] > 0 or tables.sizes.gripped or flow.account.damping_power != 0.0:
+    if tables.contacts.kernel.shape[0] > 0 or tables.sizes.has_joint_friction or flow.balance.damping_power != 0.0:
         return True
     for row in range(C.motion.shape[0]):
         if C.motion[row] >= 0:
@@ -139,23 +141,23 @@ def working(tables, flow):
 
 
 @compiled
-def add_loads(tables, share, v, work, W, rates):
-    """Power of elements without an account of their own, over the part `share` of the time [s]."""
+def add_loads(tables, weight, v, work, W, rates):
+    """Add the power of elements without energies of their own, and its work over the time `weight` [s]."""
     E, place, power = tables.elements, 0, 0.0
     for e in range(E.p.shape[0]):
         if E.energy[e] < 0:
             for i in range(E.dof[e], E.dof[e + 1]):
                 power += work.load[place] * v[E.dofs[i]]
                 place += 1
-    W.loads += share * power
+    W.loads += weight * power
     rates[LOAD] += power
-    W.brought += share * abs(power)
+    W.supplied += weight * abs(power)
 
 
 @compiled
-def book_works(tables, address, t, turned, flow, trial, work, R):
-    """Bring the ledger to the trial state."""
-    ledger, account, W = flow.ledger, flow.account, R.works
+def update_ledger(tables, address, t, turned, flow, trial, work, R):
+    """Update the ledger to the trial state; `turned`: absolute works of the step [J]."""
+    ledger, balance, W = flow.ledger, flow.balance, R.works
     power = work.power
     turned += abs(power.kinetic - ledger[KINETIC]) + abs(power.strain - ledger[STRAIN])
     turned += abs(power.gravity - ledger[GRAVITY])
@@ -163,28 +165,28 @@ def book_works(tables, address, t, turned, flow, trial, work, R):
     ledger[LOAD] += W.loads
     ledger[FRICTION] += W.joints
     ledger[DAMPING] += W.damping
-    ledger[TURNED] += 0.5 * turned
-    account.put_in += W.brought
+    ledger[TURNED_OVER] += 0.5 * turned
+    balance.supplied += W.brought
     power.algorithm = 0.0
-    note_step(tables, trial.q, account, work)
-    keep_account(tables, address, t, 0.0, flow.q, flow.v, trial.q, trial.v, ledger, account, flow.memory, work)
+    count_step(tables, trial.q, balance, work)
+    update_balance(tables, address, t, 0.0, flow.q, flow.v, trial.q, trial.v, ledger, balance, flow.memory, work)
     copy(work.momentum, flow.momentum)
 
 
 @compiled
 def ledger_at(s, h, old, rates, flow, work, ledger):
-    """The ledger at the fraction s of a step: cubics through works and powers at its ends, energies of the state."""
+    """Ledger at fraction s of a step: cubics through works and powers at both ends; energies of the state."""
     rise, begin, end = s * s * (3.0 - 2.0 * s), h * s * (1.0 - s) ** 2, h * s * s * (s - 1.0)
     for i in range(ledger.shape[0]):
         ledger[i] = old[i] + rise * (flow.ledger[i] - old[i]) + begin * rates[AT_START, i] + end * rates[AT_END, i]
     power = work.power
     ledger[KINETIC], ledger[STRAIN], ledger[GRAVITY] = power.kinetic, power.strain, power.gravity
-    balance(ledger, flow.account)
+    update_residual(ledger, flow.balance)
 
 
 @compiled
 def quintic(n, s, h, old, q, v, trial, a):
-    """Positions and velocities at the fraction s of the step from `old` to q, v, a, by Hermite's polynomial."""
+    """Set trial positions and velocities at fraction s of the step from `old` to q, v, a: Hermite's polynomial."""
     for i in range(n):
         rise = (q[i] - old.q[i]) / h
         v0, v1, a0, a1 = old.v[i], v[i], h * old.a[i], h * a[i]

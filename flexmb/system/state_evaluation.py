@@ -10,7 +10,7 @@ import numpy as np
 from flexmb.errors import SolveError
 from flexmb.linalg import lu
 from flexmb.linalg.dense import solve_dense
-from flexmb.linalg.dense_or_sparse import SMALL
+from flexmb.linalg.dense_or_sparse import DENSE_UNKNOWNS
 from flexmb.linalg.pivoting import PivotingSolver
 from flexmb.program.program import Program
 from flexmb.system.evaluate import evaluate
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
     import scipy.sparse as sp
 
 
-LARGE = 10_000
+UNPIVOTED_UNKNOWNS = 10_000
 """Unknowns from which on a linear system is first tried without pivoting, in a sixth of the time."""
 
-REFINEMENTS, SOLVED = 4, 1e-11
+MOST_REFINEMENTS, REFINED_RESIDUAL = 4, 1e-11
 """Rounds of refinement, and part of the right-hand side that they may leave."""
 
 
-class System:
+class StateEvaluation:
     """Evaluation of a program; the arrays it returns are copies.
 
     Parameters
@@ -40,21 +40,21 @@ class System:
         self.program = program
         self.work: Work = work or workspace(program)
         self._pattern = program.symbolic
-        self.small = self._pattern.n <= SMALL
+        self.small = self._pattern.n <= DENSE_UNKNOWNS
 
     @cached_property
     def _solver(self) -> PivotingSolver:
         return PivotingSolver(self._pattern)
 
-    def at(self, q, v=None, a=None, lam=None, *, t=0.0, z=None, weights=(0.0, 0.0, 0.0)) -> System:
-        """Evaluate at a state (n_q,); `weights` are those of stiffness, damping and mass in the matrix.
+    def at(self, q, v=None, a=None, lam=None, *, t=0.0, z=None, weights=(0.0, 0.0, 0.0)) -> StateEvaluation:
+        """Evaluate at a state (n_q,); `weights`: factors of stiffness, damping and mass in the matrix.
 
         Arrays of n_q + 3 entries give the motion of the ground, which otherwise stands still, in the last three.
         """
         n, m = self.program.n_q, self.program.n_c
         state = [_padded(x, n) for x in (q, v, a)]
         lam = np.zeros(m) if lam is None else np.ascontiguousarray(lam, dtype=float)
-        z = self.program.drawn.z if z is None else z
+        z = self.program.reference.z if z is None else z
         z = np.array(z)
         tables, address = self.program.tables, self.program.addresses
         evaluate(tables, address, float(t), 0.0, *state, lam, z, *map(float, weights), True, self.work)
@@ -62,7 +62,7 @@ class System:
 
     @property
     def force(self) -> np.ndarray:
-        """r (n_q,): forces the structure exerts, inertia included, without those of constraints."""
+        """Residual r (n_q,): inertia less applied forces, without constraint forces."""
         return self.work.r[: self.program.n_q].copy()
 
     @property
@@ -96,7 +96,7 @@ class System:
 
     @property
     def dense(self) -> np.ndarray:
-        """The same as a plain array."""
+        """`matrix` as a plain array."""
         pattern = self._pattern
         A = np.zeros((pattern.n, pattern.n))
         A[pattern.a_rows, pattern.a_cols] = self.work.lu[pattern.places]
@@ -125,7 +125,7 @@ class System:
 
     def solve(self, b: np.ndarray, purpose: str) -> np.ndarray:
         """Solve with the present matrix, with pivoting; `SolveError` when it is singular."""
-        found = self._without_pivoting(b) if self._pattern.n > LARGE else None
+        found = self._without_pivoting(b) if self._pattern.n > UNPIVOTED_UNKNOWNS else None
         if found is not None:
             return found
         try:
@@ -134,16 +134,16 @@ class System:
             raise SolveError(f"{purpose}: {error}") from error
 
     def _without_pivoting(self, b: np.ndarray) -> np.ndarray | None:
-        """The same with the factors of the time loop, refined; None where they leave more than round-off."""
+        """Solve by the factors of the time loop with iterative refinement; None if more than round-off remains."""
         n, sym, values = self._pattern.n, lu.tables(self._pattern), self.work.lu.copy()
         seen, x, left, shift, spare = (np.zeros(n) for _ in range(5))
-        if lu.factor(sym, values, seen, lu.THRESHOLD) >= 0:
+        if lu.factor(sym, values, seen, lu.LOST_PIVOT) >= 0:
             return None
         size = np.abs(b).max(initial=0.0)
-        for _ in range(REFINEMENTS):
+        for _ in range(MOST_REFINEMENTS):
             lu.multiply(sym, self.work.lu, x, left)
             left = b - left
-            if np.abs(left).max(initial=0.0) <= SOLVED * size:
+            if np.abs(left).max(initial=0.0) <= REFINED_RESIDUAL * size:
                 return x
             lu.solve(sym, values, left, shift, spare)
             x += shift

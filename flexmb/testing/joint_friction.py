@@ -4,22 +4,22 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.kernels import GRIP_SIZE
-from flexmb.model.pieces import ConstraintPiece, Grip
+from flexmb.kernels import JOINT_FRICTION_SIZE
+from flexmb.model.contributions import ConstraintContribution, JointFriction
 from flexmb.testing.bench import Bench
 from flexmb.testing.contacts import check_friction
 from flexmb.testing.subject import Subject
 
 
-def check_grip(bench: Bench, piece: ConstraintPiece, grip: Grip) -> None:
+def check_joint_friction(bench: Bench, contribution: ConstraintContribution, joint_friction: JointFriction) -> None:
     """N >= 0 and its derivatives by the multipliers; J and its derivatives; forces in balance; the law."""
-    subject = Subject(bench.owner, grip.kernel, grip.p, out=(GRIP_SIZE,), H=(6, 6))
-    scale, m = bench.scales(piece.coordinates), piece.rows
-    for state in bench.states(piece.coordinates, "q"):
+    subject = Subject(bench.owner, joint_friction.kernel, joint_friction.p, out=(JOINT_FRICTION_SIZE,), H=(6, 6))
+    scale, m = bench.scales(contribution.coordinates), contribution.rows
+    for state in bench.states(contribution.coordinates, "q"):
         lam = 100.0 * bench.random.uniform(-1.0, 1.0, m)
         full = {**state, "lam": lam}
         out = subject.watched(full)
-        bench.note(f"{grip.kernel.name}: compiled = Python, finite, repeatable")
+        bench.note(f"{joint_friction.kernel.name}: compiled = Python, finite, repeatable")
         if out["out"][0] < 0.0:
             raise subject.fault(f"the normal load is {out['out'][0]:.9g}; it must be >= 0", full)
 
@@ -39,4 +39,4 @@ def check_grip(bench: Bench, piece: ConstraintPiece, grip: Grip) -> None:
             bench.balanced(subject, f"forces along {'xy'[axis]}", full, [J[axis], J[3 + axis]], rule)
         moments = [J[2], J[5], q[0] * J[1], -q[1] * J[0], q[3] * J[4], -q[4] * J[3]]
         bench.balanced(subject, "moments about the origin", full, moments, rule)
-    check_friction(bench, grip.friction)
+    check_friction(bench, joint_friction.friction)

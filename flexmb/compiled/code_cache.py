@@ -1,4 +1,4 @@
-"""Where compiled code is kept: shipped with the installation, or in numba's cache of this user."""
+"""Cache of compiled code: machine code of the installation, and numba's cache of the user."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ ANNOTATION = 6
 """Place of the annotated source among the parts of a compiled signature that numba keeps."""
 
 
-class Lean(CompileResult):  # type: ignore[misc]
+class SlimSignature(CompileResult):  # type: ignore[misc]
     """A compiled signature of which no more is kept than is used again."""
 
     __slots__ = ()
 
     def _reduce(self) -> tuple[Any, ...]:
-        """What is kept, without the annotated source."""
+        """Reduced form for the cache, without the annotated source."""
         parts = list(super()._reduce())
         parts[ANNOTATION] = ""
         return tuple(parts)
 
     def _find_referenced_environments(self) -> list[Any]:
-        """Globals of the functions within, where any are left to be asked for.
+        """Globals of inner functions that are not inlined.
 
         Those of functions that were inlined are not, and finding them imports half of numba.
         """
@@ -37,8 +37,8 @@ class Lean(CompileResult):  # type: ignore[misc]
         return [one for one in super()._find_referenced_environments() if code.count(one.env_name) > 1]
 
 
-class Kept(_Cache):  # type: ignore[misc]
-    """The compiled signatures of a function of the package, as numba's dispatchers ask for them.
+class CodeCache(_Cache):  # type: ignore[misc]
+    """Cache of the compiled signatures of a function of the package, with the interface of numba's caches.
 
     Nothing is looked up before the first call, and numba's tables of types and functions, which take long to fill, are
     left alone where nothing has to be compiled.
@@ -91,7 +91,7 @@ class Kept(_Cache):  # type: ignore[misc]
 
     def save_overload(self, signature: Any, result: Any) -> None:
         """Keep a compiled signature."""
-        signature, result = tuple(normalize_signature(signature)[0]), Lean._make(result)
+        signature, result = tuple(normalize_signature(signature)[0]), SlimSignature._make(result)
         for one in shipment:
             if ours(self._function):
                 one.add(self._function, signature, result)
