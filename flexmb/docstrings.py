@@ -30,8 +30,8 @@ def parameters(thing: Any) -> dict[str, str]:
     """Entries of the section "Parameters" of a function or class by name, each as text on one line."""
     found = {}
     for entry in _entries(sections(inspect.getdoc(thing) or "")):
-        names, _, text = entry.partition(":")
-        found |= {name.strip(): " ".join(text.split()) for name in names.split(",")}
+        text = " ".join(entry.partition(":")[2].split())
+        found |= dict.fromkeys(_names(entry), text)
     return found
 
 
@@ -55,10 +55,9 @@ def documented(cls: Kind) -> Kind:
     made = dataclass(frozen=True)(cls)
     own, base = sections(inspect.cleandoc(cls.__doc__ or "")), sections(inspect.cleandoc(cls.__base__.__doc__ or ""))
     paragraphs = "\n\n".join([own.pop(""), *base.pop("").split("\n\n")[1:]])
-    entries = {entry.partition(" :")[0]: entry for entry in (*_entries(base), *_entries(own))}
-    taken = [field.name for field in fields(made) if field.init and field.name in entries]
-    base["Parameters"] = "\n".join(entries[name] for name in taken)
-    texts = {"Raises": base.get("Raises", ""), **own, "Parameters": base["Parameters"]}
+    entries = {name: entry for entry in (*_entries(base), *_entries(own)) for name in _names(entry)}
+    taken = [entries[field.name] for field in fields(made) if field.init and field.name in entries]
+    texts = {"Raises": base.get("Raises", ""), **own, "Parameters": "\n".join(dict.fromkeys(taken))}
     made.__doc__ = "\n\n".join(
         [paragraphs, *(f"{title}\n{'-' * len(title)}\n{texts[title]}" for title in ORDER if texts.get(title))]
     )
@@ -68,3 +67,8 @@ def documented(cls: Kind) -> Kind:
 def _entries(parts: dict[str, str]) -> Iterator[str]:
     """Entries of the section "Parameters", as they are written."""
     yield from filter(None, re.split(r"\n(?=\S)", parts.get("Parameters", "")))
+
+
+def _names(entry: str) -> list[str]:
+    """Names of the parameters that an entry describes."""
+    return [name.strip() for name in entry.partition(":")[0].split(",")]

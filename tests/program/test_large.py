@@ -58,7 +58,7 @@ def test_beams_assembled_together_are_those_assembled_one_by_one():
 
 def test_the_numbers_of_a_chain_are_those_of_each_element_by_scikit_fem():
     pieces = [e for e in chain(7).pieces().elements if e.kernel is flexible.beam_kernel]
-    alone = [beam_matrices(link._beam.stations, SECTIONS[0], STEEL) for link in chain(7).bodies]
+    alone = [beam_matrices(link._beams[0].stations, SECTIONS[0], STEEL) for link in chain(7).bodies]
     assert len(pieces) == 28
     for k, piece in enumerate(pieces):
         data, i = alone[k // 4], k % 4
