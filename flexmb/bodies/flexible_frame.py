@@ -25,24 +25,25 @@ Point = tuple[float, float]
 
 @documented
 class FlexibleFrame(FlexibleBody, Edges):
-    """Straight beams between corners, welded there; theta of every node is 0 in the drawn pose.
+    """Straight beams between corners, welded there; theta of every node is 0 in the reference configuration.
 
     Nodes are called node0, node1, ...: first the corners in the order of `points`, then the inner nodes edge by edge.
-    The body's own signals are those of node0.
+    The body's own signals are the signals of node0.
 
     Parameters
     ----------
     name : the frame's name.
-    points : corners in the drawn pose [m], unstressed.
+    points : corners in the reference configuration [m], unstressed.
     edges : pairs of corner numbers, one a beam.
     section : cross section of all beams, or one a beam.
     elements : elements a beam (number, or fractions of the length where inner nodes stand), or one entry a beam.
-    mass : total mass [kg]; what the beams lack is put on the corners and on their mean.  None: the beams' own.
+    mass : total mass [kg]; bosses at the corners and their mean add the rest.  None: the beams' own.
     inertia : moment of inertia about the centre of mass [kg m^2].  None: the beams' own.
-    centre : centre of mass in the drawn pose [m], when mass or inertia is given.  None: the beams' own.
+    centre : centre of mass in the reference configuration [m], when mass or inertia is given.  None: the beams' own.
     velocity : (vx, vy, omega) of node0 at the start, the frame moving as a rigid body, or one (vx, vy, omega) per node;
         None: as driven.
-    displacement : (dx, dy, dtheta) per node at the start [m, rad], added to the drawn pose; None: drawn as it starts.
+    displacement : (dx, dy, dtheta) per node at the start [m, rad], added to the reference configuration; None: no
+        displacement.
 
     Raises
     ------
@@ -51,7 +52,7 @@ class FlexibleFrame(FlexibleBody, Edges):
 
     Notes
     -----
-    A mass at the mean of the corners has the velocity that is the mean of theirs, as if held by light spokes.
+    A mass at the mean of the corners moves with the mean of their velocities, as if held by light spokes.
     Slender beams with small strains and any rotation.
 
     `mass_damping` acts on the velocity against a frame that has its origin at the first corner of the first edge and
@@ -101,14 +102,14 @@ class FlexibleFrame(FlexibleBody, Edges):
         velocity: Triple | Field | None = None,
         displacement: Field | None = None,
     ) -> FlexibleFrame:
-        """A frame from a mesh of line cells (any format of meshio); corners are where beams meet, end or bend.
+        """A frame from a mesh of line cells (any format of meshio); corners: beams meet, end or bend there.
 
         Parameters
         ----------
         name : the frame's name.
         path : mesh file.
-        at : where the mesh's origin is put in the drawn pose [m].
-        angle : by how much the mesh is turned about its origin [rad].
+        at : point of the mesh's origin in the reference configuration [m].
+        angle : rotation of the mesh about its origin [rad].
         sections : cross section by cell tag.
         material, mass, inertia, centre, damping, mass_damping, rotary_inertia, velocity, displacement : see the class.
 

@@ -30,22 +30,23 @@ class FlexibleLink(FlexibleBody, Bar):
     """A straight beam between two points; theta of a node is the direction of its axis, counted from +X.
 
     Nodes are called node0 .. nodeN from `start` to `end`; "start" and "end" are other names of the outer ones, and the
-    body's own signals are those of the node in the middle.
+    body's own signals are the signals of the node in the middle.
 
     Parameters
     ----------
     name : the link's name.
-    start, end : its ends in the drawn pose [m], unstressed.
+    start, end : its ends in the reference configuration [m], unstressed.
     section : cross section.
     elements : number of equal elements, or increasing fractions of the length where inner nodes stand.
-    mass : total mass [kg]; what the beam lacks is put into bosses at the ends.  None: the beam's own.
-    inertia : moment of inertia about the centre of mass [kg m^2], reached through the bosses.  None: what results.
-    centre : where the centre of mass lies between start (0) and end (1), when `mass` is given.
+    mass : total mass [kg]; bosses at the ends add the difference to the beam.  None: the beam's own.
+    inertia : moment of inertia about the centre of mass [kg m^2], reached by the bosses.  None: that of beam and
+        bosses.
+    centre : place of the centre of mass between start (0) and end (1), when `mass` is given.
     pivot_inertia : further moment of inertia at the start node [kg m^2], not counted in `inertia`.
     velocity : (vx, vy, omega) of the middle node at the start, the link moving as a rigid body; or one (vx, vy, omega)
         per node, or a function of s that returns it, s being 0 at the start and 1 at the end; None: as driven.
     displacement : (dx, dy, dtheta) per node at the start [m, rad], or a function of s that returns it, added to the
-        drawn pose; None: drawn as it starts.
+        reference configuration; None: no displacement.
 
     Raises
     ------
@@ -64,11 +65,12 @@ class FlexibleLink(FlexibleBody, Bar):
     5 with two free ends, 0.058 with a clamp at one end, in the first mode.
     Source of the ratio: R. W. Clough, J. Penzien, Dynamics of Structures, 2nd ed., McGraw-Hill 1993, section 12-5.
 
-    Fields are absolute, in world axes, given for the drawn pose; functions are evaluated once, when the link is made.
-    A velocity field holds exactly.  The link is unstressed without its displacement: with it, it starts bent or
-    stretched, and is not in equilibrium unless loads or accelerations hold it so.  Joints take their points and angles
-    from the link without displacement; open loops are closed by moving bodies in their bent shape, unturned fields
-    of velocity included, so draw a link that has one where it starts.
+    Fields are absolute, in world axes, given for the reference configuration; functions are evaluated once, when the
+    link is made. A velocity field holds exactly. The link is unstressed without its displacement. With a displacement
+    the link starts bent or stretched, and is in equilibrium only if loads or accelerations hold it so. Joints take
+    their points and angles from the link without displacement. Open loops are closed by moving the bodies in their bent
+    shape; velocity fields are not turned with them. So declare a link with a velocity field in the pose in which it
+    starts.
     """
 
     _: KW_ONLY
@@ -106,13 +108,13 @@ class FlexibleLink(FlexibleBody, Bar):
         velocity: Triple | FieldLike | None = None,
         displacement: FieldLike | None = None,
     ) -> FlexibleLink:
-        """A link with the nodes of a line mesh (any format of meshio), laid between two points of the drawn pose.
+        """A link with the nodes of a line mesh (any format of meshio), laid between two points.
 
         Parameters
         ----------
         name : the link's name.
         path : mesh file with one straight chain of line cells.
-        start, end : where the ends of the mesh are put [m]; their distance must be the length of the mesh.
+        start, end : points of the ends of the mesh [m]; their distance must be the length of the mesh.
         sections : cross section by cell tag.
         material, mass, inertia, centre, damping, mass_damping, pivot_inertia, rotary_inertia, velocity, displacement :
             see the class.

@@ -9,12 +9,12 @@ nothing that is asked for, and are met as they come.
 import math
 
 from flexmb.contact.onset import crossing, cubic
-from flexmb.kernels import GAP_SIZE, compiled, part_of
+from flexmb.kernels import compiled
 from flexmb.places import GAP, GAP_RATE
 from flexmb.program.tables import COMMON_Z, LAST_GAP, LAST_GAP_RATE
 from flexmb.state.record import ALL_KNOWN
 from flexmb.step.contact_log import APPROACH, LASTING_PHASE, START
-from flexmb.system.contacts import call_gap, call_normal
+from flexmb.system.contacts import call_normal, find_gap
 
 STEP, GAP_ACCELERATION, JUMPS = range(3)
 """Columns of `Flow.impacts`: step for the impact [s] (0: not known), acceleration of the gap in flight [m/s^2], whether
@@ -134,13 +134,7 @@ def measure(tables, address, c, trial, work, record):
     """Gap and gap rate of contact c in the trial state."""
     if record.count.known == ALL_KNOWN:
         return work.contact[c, GAP], work.contact[c, GAP_RATE]
-    dofs = part_of(tables.contacts.dofs, 6 * c, 6 * c + 6)
-    for i in range(6):
-        dof = dofs[i]
-        work.ql[i], work.vl[i] = trial.q[dof], trial.v[dof]
-    out = work.contact[c, :GAP_SIZE]
-    call_gap(tables, address, c, work.ql, work.vl, out)
-    return out[GAP], out[GAP_RATE]
+    return find_gap(tables, address, c, trial.q, trial.v, work)
 
 
 @compiled

@@ -12,7 +12,7 @@ from flexmb.model.material import Material
 
 @dataclass(frozen=True)
 class Hertz(HysteresisLaw):
-    """Elastic contact, N = K depth^n; nothing is lost, the restitution is 1.
+    """Elastic contact, N = K depth^n, without losses: the coefficient of restitution is 1.
 
     Parameters
     ----------

@@ -10,13 +10,22 @@ import numpy as np
 
 from flexmb.energy.balance import SETTLED, verdict
 from flexmb.energy.contact_work import contact_losses
-from flexmb.kernels import GAP_SIZE, compiled, copy, part_of
-from flexmb.places import GAP
+from flexmb.kernels import compiled, copy
 from flexmb.program.program import Program
 from flexmb.program.tables import COMMON_Z
 from flexmb.state.options import Options
 from flexmb.state.record import BUFFER_FULL, DONE, NOTHING_KNOWN, RUNNING, STEP_TOO_SMALL
-from flexmb.step.acceptance import finished, keep, next_size, note_peaks, publish, take_over
+from flexmb.step.acceptance import (
+    count_row,
+    finished,
+    is_due,
+    keep,
+    next_due,
+    next_size,
+    note_peaks,
+    publish,
+    take_over,
+)
 from flexmb.step.contact_events import planned, remember
 from flexmb.step.contact_log import follow_contacts, no_room
 from flexmb.step.method import Method
@@ -29,7 +38,7 @@ from flexmb.step.radau.step import radau_error, radau_step
 from flexmb.step.radau.works import add_works, book_works, find_between, ledger_at
 from flexmb.step.stepper import Stepper
 from flexmb.system.constraints import report_forces
-from flexmb.system.contacts import call_gap
+from flexmb.system.contacts import find_gap
 from flexmb.system.evaluate import evaluate_accepted
 from flexmb.system.outputs import write_outputs
 from flexmb.system.work import LOSS_FRICTION, LOSS_NORMAL
@@ -181,24 +190,16 @@ def felt_within(tables, address, flow, trial, work, R):
     """
     K = tables.contacts
     for c in range(K.kernel.shape[0]):
-        if flow.z[K.z[c, COMMON_Z]] != 0.0 or gap_of(tables, address, c, trial.q, trial.v, work) <= 0.0:
+        if flow.z[K.z[c, COMMON_Z]] != 0.0:
+            continue
+        gap, _ = find_gap(tables, address, c, trial.q, trial.v, work)
+        if gap <= 0.0:
             continue
         for stage in range(LAST):
-            if gap_of(tables, address, c, R.Q[stage], R.V[stage], work) <= 0.0:
+            gap, _ = find_gap(tables, address, c, R.Q[stage], R.V[stage], work)
+            if gap <= 0.0:
                 return C[stage]
     return 0.0
-
-
-@compiled
-def gap_of(tables, address, c, q, v, work):
-    """Gap of contact c at q and v."""
-    dofs = part_of(tables.contacts.dofs, 6 * c, 6 * c + 6)
-    for i in range(6):
-        dof = dofs[i]
-        work.ql[i], work.vl[i] = q[dof], v[dof]
-    out = work.contact[c, :GAP_SIZE]
-    call_gap(tables, address, c, work.ql, work.vl, out)
-    return out[GAP]
 
 
 @compiled
@@ -252,19 +253,16 @@ def save_between(tables, address, lu, options, flow, trial, work, record, R):
 
     Then it is called again before the next step.
     """
-    due = flow.clock.saving_from + (flow.clock.saved + 1.0) * options.save_interval
-    while due <= flow.clock.t + 1e-9 * options.save_interval and record.count.rows < record.times.shape[0]:
-        row, s = record.count.rows, (due - R.step.began) / R.step.size
+    while is_due(options, flow, record):
+        due, row = next_due(options, flow), record.count.rows
+        s = (due - R.step.began) / R.step.size
         if s < 1.0 - 1e-9:
             signals_at(tables, address, lu, s, options, flow, trial, work, record, R, R.signals)
             note_peaks(due, R.signals, record)
             keep(R.signals, record, row)
         else:
             keep(record.new, record, row)
-        record.times[row] = due
-        record.count.rows += 1
-        flow.clock.saved += 1.0
-        due = flow.clock.saving_from + (flow.clock.saved + 1.0) * options.save_interval
+        count_row(due, flow, record)
     return BUFFER_FULL if record.count.rows >= record.times.shape[0] else RUNNING
 
 
