@@ -71,7 +71,8 @@ REFUSED = [
     (lambda: fm.Material(2e11, 7800.0, 0.5), "Material: poisson is 0.5; it must lie between -1 and 0.5"),
     (
         lambda: play(clearance=-2e-4),
-        "RevoluteClearance 'play': clearance is -0.0002 m; it must be > 0. For a joint without clearance use Revolute(...).",
+        "RevoluteClearance 'play': clearance is -0.0002 m; it must be > 0. "
+        "For a joint without clearance use Revolute(...).",
     ),
     (lambda: play(clearance=0.0), "clearance is 0 m; it must be > 0. For a joint without clearance use Revolute(...)."),
     (
