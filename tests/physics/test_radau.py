@@ -27,7 +27,11 @@ def missed(sol):
     """Largest errors of angles, speeds and knee force over all saved instants."""
     angles, speeds, force = motion(sol.time)
     both = [np.column_stack([sol.array(f"{rod}.{x}") for rod in ("upper", "lower")]) for x in ("theta", "omega")]
-    return [np.abs(both[0] - angles).max(), np.abs(both[1] - speeds).max(), np.abs(sol.array("P.fx") - force).max()]
+    return [
+        np.abs(both[0] - angles).max(),
+        np.abs(both[1] - speeds).max(),
+        np.abs(sol.array("P.fx") - force[:, 0]).max(),
+    ]
 
 
 def run(**options):
