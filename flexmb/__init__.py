@@ -53,13 +53,12 @@ _HOME = {
     ),
     "contact.normal.kelvin_voigt": "KelvinVoigt",
     "drives.constant_speed": "ConstantSpeed",
-    "drives.cycloidal_ramp": "CycloidalRamp",
     "drives.drive": "Drive",
     "drives.harmonic": "Harmonic",
     "drives.piecewise_linear": "PiecewiseLinear",
     "drives.polynomial": "Polynomial",
     "drives.pulse": "Pulse",
-    "drives.ramp": "Ramp",
+    "drives.ramp": "CycloidalRamp Ramp",
     "drives.table": "Table",
     "errors": (
         "FlexmbError InputError ModelError KernelError AssemblyError SolveError FileFormatError MissingPackageError "

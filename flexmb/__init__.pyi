@@ -38,12 +38,12 @@ from flexmb.contact.normal.hysteresis_laws import LeeWang as LeeWang
 from flexmb.contact.normal.hysteresis_laws import ZhiyingQishao as ZhiyingQishao
 from flexmb.contact.normal.kelvin_voigt import KelvinVoigt as KelvinVoigt
 from flexmb.drives.constant_speed import ConstantSpeed as ConstantSpeed
-from flexmb.drives.cycloidal_ramp import CycloidalRamp as CycloidalRamp
 from flexmb.drives.drive import Drive as Drive
 from flexmb.drives.harmonic import Harmonic as Harmonic
 from flexmb.drives.piecewise_linear import PiecewiseLinear as PiecewiseLinear
 from flexmb.drives.polynomial import Polynomial as Polynomial
 from flexmb.drives.pulse import Pulse as Pulse
+from flexmb.drives.ramp import CycloidalRamp as CycloidalRamp
 from flexmb.drives.ramp import Ramp as Ramp
 from flexmb.drives.table import Table as Table
 from flexmb.dynamics.basins.basin import Basin as Basin

@@ -167,10 +167,7 @@ class Bushing(Joint):
             raise InputError(f"{self.label}: stiffness is {self.stiffness}; one of both must be > 0 N/m.")
         checks.not_negative(self.label, "torsion", self.torsion, "N m/rad")
         checks.not_negative(self.label, "torsion_damping", self.torsion_damping, "N m s/rad")
-        along = checks.point(self.label, "along", self.along, "")
-        if math.hypot(*along) <= 0.0:
-            raise InputError(f"{self.label}: along is {self.along}; it must be a direction with a length > 0.")
-        object.__setattr__(self, "along", along)
+        object.__setattr__(self, "along", checks.direction(self.label, "along", self.along))
 
     def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
         """One element, the signals, and the coincidence of the points at the start."""

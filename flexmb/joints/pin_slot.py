@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 from flexmb import checks
 from flexmb.contact.friction.frictionless import Frictionless
-from flexmb.errors import InputError
 from flexmb.joints.contact_point import put_column, put_eccentricity, put_point
 from flexmb.joints.direction import direction
 from flexmb.joints.prismatic import direction_row
@@ -119,10 +118,7 @@ class PinSlot(Joint):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        along = checks.point(self.label, "along", self.along, "")
-        if math.hypot(*along) <= 0.0:
-            raise InputError(f"{self.label}: along is {self.along}; it must be a direction with a length > 0.")
-        object.__setattr__(self, "along", along)
+        object.__setattr__(self, "along", checks.direction(self.label, "along", self.along))
 
     def pieces(self, mechanism: Mechanism) -> Sequence[Piece]:
         """One constraint equation and the signal `travel`."""

@@ -8,7 +8,6 @@ from dataclasses import KW_ONLY, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from flexmb import checks
-from flexmb.errors import InputError
 from flexmb.joints.direction import add_curvature, curvature_times, direction, dot
 from flexmb.joints.friction import check_friction, guide_grip
 from flexmb.joints.revolute import drawn_angle
@@ -67,10 +66,7 @@ class Guide(Joint):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        along = checks.point(self.label, "along", self.along, "")
-        if math.hypot(*along) <= 0.0:
-            raise InputError(f"{self.label}: along is {self.along}; it must be a direction with a length > 0.")
-        object.__setattr__(self, "along", along)
+        object.__setattr__(self, "along", checks.direction(self.label, "along", self.along))
 
     def ideal(self, mechanism: Mechanism) -> ConstraintPiece:
         """The two constraint equations of a slider without clearance in `mechanism`."""
