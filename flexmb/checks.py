@@ -81,6 +81,14 @@ def point(owner: str, name: str, value: object, unit: str = "m") -> tuple[float,
     return number(owner, f"{name}[0]", x, unit), number(owner, f"{name}[1]", y, unit)
 
 
+def direction(owner: str, name: str, value: object) -> tuple[float, float]:
+    """`value` as a vector (x, y) with a length > 0, or `InputError`."""
+    x, y = point(owner, name, value, "")
+    if math.hypot(x, y) <= 0.0:
+        raise InputError(f"{owner}: {name} is {value}; it must be a direction with a length > 0.")
+    return x, y
+
+
 def sequence(owner: str, name: str, value: object, of: str) -> tuple[Any, ...]:
     """`value` as a tuple, or `InputError`; `of`: kind of its items, for the message."""
     if isinstance(value, str) or not isinstance(value, Iterable):

@@ -11,7 +11,7 @@ Damping          zeta ka e_dot, zeta kb (u1_dot, u2_dot): stiffness-proportional
 Gravity          Vg = -g . int rho A r
 
 ka, kb and the integrals of mass come from weak forms (see `fem`).  The term with L/30 is the shortening of the chord by
-bending, averaged over the element; it removes membrane locking.
+bending, averaged over the element; this term removes membrane locking.
 
 Inertia forces are int rho A dr/dq . d2r/dt2 (and so for the rotation of sections) with nothing dropped.  In the axes of
 the chord, with U, A nodal velocities and accelerations, rho = d(alpha)/dt, rho' its rate and dk = d(uk)/dt:
@@ -31,7 +31,7 @@ from flexmb.kernels import account_kernel, element_kernel, energy_kernel, fast, 
 
 LENGTH, AXIAL, B11, B12, B22, OFFSET1, OFFSET2, ZETA, GRAVITY_X, GRAVITY_Y = range(10)
 M11, M12, M22, G11, G12, G21, G22, H11, H12, H22, J, J1, J2, K11, K12, K22, PARAMETERS = range(10, 27)
-"""What p holds: L, ka, kb, offsets, zeta, g, and integrals of mass; how many numbers these are.
+"""Parameters p: L, ka, kb, offsets, zeta, g, and integrals of mass; PARAMETERS is their number.
 
 int rho A of products: M of (1 - xi, xi) with themselves, G of these with (N2, N4), H of (N2, N4) with themselves;
 int rho I of products: J of 1 with itself, J1 and J2 of 1 with (dN2/ds, dN4/ds), K of the latter with themselves.
@@ -43,7 +43,7 @@ TURN, REST = 6.28125, 0.0019353071795864769
 
 @fast
 def turned_back(theta, angle):
-    """theta - angle in [-pi, pi]; whole turns are taken from theta first, so that a crank may turn for ever."""
+    """theta - angle in [-pi, pi]; subtracting whole turns first keeps the digits of a crank that turns often."""
     u = theta - angle
     if abs(u) > math.pi:
         turns = math.floor(u / (TURN + REST) + 0.5)
@@ -84,7 +84,7 @@ def second_rates(i, a, chord_a, rho, longer):
 
 @fast
 def felt(p, c, s, chord_a):
-    """Accelerations of the ends less gravity, in the axes of the chord: weight is inertia upside down."""
+    """Accelerations of the ends less gravity, in the axes of the chord; so inertia forces include the weight."""
     X, Y = p[GRAVITY_X], p[GRAVITY_Y]
     gx, gy = c * X + s * Y, c * Y - s * X
     return chord_a[0] - gx, chord_a[1] - gy, chord_a[2] - gx, chord_a[3] - gy
@@ -104,7 +104,7 @@ def with_cubics(p, x1, x2):
 
 @fast
 def inertia(p, u1, u2, x, rho, d1, d2):
-    """What end accelerations x, rho'  = rho, u1'' = d1 and u2'' = d2 ask for: forces on the ends, u1, u2 and alpha."""
+    """Inertia forces on ends, u1, u2, alpha by end accelerations x, rho' = rho, u1'' = d1, u2'' = d2."""
     x0, x1, x3, x4 = x
     w1, w2 = with_ends(p, u1, u2)
     k1, k2 = with_cubics(p, u1, u2)
@@ -123,7 +123,7 @@ def inertia(p, u1, u2, x, rho, d1, d2):
 
 @fast
 def by_turning(p, u1, u2, rho, d1, d2):
-    """What the spin rho of the chord adds to `inertia`: centrifugal and Coriolis forces."""
+    """Centrifugal and Coriolis forces of the spin rho of the chord, in the order of `inertia`."""
     w1, w2 = with_ends(p, u1, u2)
     k1, k2 = with_cubics(p, u1, u2)
     v1, v2 = with_ends(p, d1, d2)
@@ -133,7 +133,7 @@ def by_turning(p, u1, u2, rho, d1, d2):
 
 @fast
 def bowing(p, x1, x2):
-    """The gradient of e by u1 and u2 is (g1, g2) at (u1, u2); it is linear."""
+    """Gradient (g1, g2) of e by u1 and u2, a linear function of (u1, u2)."""
     return p[LENGTH] / 30.0 * (4.0 * x1 - x2), p[LENGTH] / 30.0 * (4.0 * x2 - x1)
 
 
@@ -165,7 +165,7 @@ def write(c, s, f, r):
 def forces(p, u, x, motion):
     """Nodal forces in the axes of the chord, the lift on its ends, and the normal force.
 
-    u : what `deformation` finds; x : `felt` accelerations of the ends; motion : rates of chord, u1, u2 and their rates.
+    u : result of `deformation`; x : `felt` accelerations of the ends; motion : rates of chord, u1, u2 and their rates.
     """
     i, _, _, e, u1, u2 = u
     rho, longer, d1, d2, rho_dot, dd1, dd2 = motion
@@ -191,7 +191,7 @@ def state(p, q, v, a):
 
 @fast
 def along_turn(p, u, motion, r, r_dot):
-    """Change of forces on ends, u1, u2 and alpha when rho grows by r and its rate by r_dot; theta does not."""
+    """Change of forces on ends, u1, u2 and alpha when rho grows by r and its rate by r_dot at constant theta."""
     _, _, _, _, u1, u2 = u
     rho, _, d1, d2, _, _, _ = motion
     w1, w2 = with_ends(p, u1, u2)
@@ -212,7 +212,7 @@ def along_turn(p, u, motion, r, r_dot):
 
 @fast
 def with_normal(p, u, f, dN):
-    """Forces f and those of a normal force dN."""
+    """Forces f plus the forces of a normal force dN."""
     _, _, _, _, u1, u2 = u
     g1, g2 = bowing(p, u1, u2)
     return f[0] - dN, f[1], f[2] + dN, f[3], f[4] + g1 * dN, f[5] + g2 * dN, f[6]
@@ -312,7 +312,7 @@ def write_pair(c, s, x, y, j, A):
 def evaluate(p, q, v, a, kq, kv, ka, r, A):
     """r and A = kq dr/dq + kv dr/dv + ka dr/da.
 
-    But for inertia no force depends on where the element is: the columns of its two ends are opposite.
+    Only inertia forces depend on the place of the element; all others give opposite columns for its two ends.
     """
     u, x, motion = state(p, q, v, a)
     i, c, s, _, u1, u2 = u
@@ -347,7 +347,7 @@ def beam_tangent(p, t, h, q, v, a, z, kq, kv, ka, r, A, z_new):
 
 @force_kernel
 def beam_force(p, t, h, q, v, a, z, r, z_new):
-    """r (6,) alone."""
+    """Residual r (6,) alone."""
     u, x, motion = state(p, q, v, a)
     _, c, s, _, _, _ = u
     F, _, _ = forces(p, u, x, motion)

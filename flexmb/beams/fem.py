@@ -5,7 +5,8 @@ Bending   stiffness  int E I w'' v'' dx    mass  int rho A w v dx     cubic Herm
           rotary inertia, on request       int rho I w' v' dx         order (w1, theta1, w2, theta2), theta = w'
 
 The axial stiffness is that of the weak form of Hellinger and Reissner with a constant force in the element, which is
-exact for tapered bars under end loads; with the linear displacement alone, int E A u' v' dx, they would be too stiff.
+exact for tapered bars under end loads.  With the linear displacement alone, int E A u' v' dx, tapered bars would be too
+stiff.
 w is positive to the left of the direction of the beam, so theta is counter-clockwise.
 The elements of all beams of a model are assembled in one mesh.  This runs when a program is compiled, never inside the
 time loop.
@@ -30,9 +31,9 @@ from flexmb.model.material import Material
 Array = npt.NDArray[np.float64]
 
 QUADRATURE_ORDER = 8
-"""Polynomials up to this degree are integrated exactly.
+"""Degree [1] up to which polynomials are integrated exactly.
 
-Needed for linearly tapered dimensions: cubic x cubic x A of degree 2, and slope x slope x I of degree 4.
+Linearly tapered dimensions need it: cubic x cubic x A of degree 2, and slope x slope x I of degree 4.
 """
 
 
@@ -67,7 +68,7 @@ class BeamMatrices:
 
     @cached_property
     def inertia_integrals(self) -> Array:
-        """(n, 16) m11 m12 m22 g11 g12 g21 g22 h11 h12 h22 J j1 j2 k11 k12 k22, as `corotational` wants them.
+        """(n, 16) m11 m12 m22 g11 g12 g21 g22 h11 h12 h22 J j1 j2 k11 k12 k22, in the order of `corotational`.
 
         1 - xi and xi are the cubics (1, -1/L, 0, -1/L) and (0, 1/L, 1, 1/L) of the order w1, theta1, w2, theta2; a turn
         of all sections by 1 is (0, 1, L, 1).
@@ -152,7 +153,7 @@ def beam_matrices(
 
 @dataclass(frozen=True, eq=False)
 class BeamData:
-    """What the matrices of a beam depend on: stations (n + 1,) [m], section, material, and `rotary_inertia`."""
+    """Data of a beam that its matrices depend on: stations (n + 1,) [m], section, material, rotary inertia."""
 
     stations: Array
     section: Section

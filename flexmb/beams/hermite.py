@@ -8,9 +8,9 @@ In the axes of the chord (length l; L unstressed), with end rotations u1, u2 aga
     M(0)   = -(b11 u1 + b12 u2 + N g1),   M(L) = b12 u1 + b22 u2 + N g2,   gk = de/duk, linear between
     V      = (M(0) - M(L)) / l
 
-(N, V, M) is what the part beyond a section exerts on the part before it: N along the chord, V to its left, M
+(N, V, M) are the forces of the part beyond a section on the part before it: N along the chord, V to its left, M
 counter-clockwise; M > 0 bends the beam to the left, as kappa > 0.  These are the elastic forces, without damping.
-The cubics are those of scikit-fem.  Source of N and M: `flexmb.beams.corotational`, of which this is the reading glass.
+The cubics come from scikit-fem.  Source of N and M: `flexmb.beams.corotational`.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def deformation(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape) -
 
 
 def element_shape(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape, xi: np.ndarray) -> np.ndarray:
-    """Points of the deformed axis, (n, m, 2) [m]; those at xi = 0 and xi = 1 are the nodes, to the last bit.
+    """Points of the deformed axis, (n, m, 2) [m]; the points at xi = 0 and xi = 1 are the nodes, to the last bit.
 
     Parameters
     ----------

@@ -3,16 +3,16 @@
 The body's frame has its origin in the node A and its x axis towards the node B; alpha is the direction from A to B.
 For the nodes k = i, j of the element
 
-Deformation      dk = R(alpha)^T (xk - xA)  and  thetak - alpha   (constants of the drawn pose have no rate)
+Deformation      dk = R(alpha)^T (xk - xA)  and  thetak - alpha   (constant parts have no rate)
 Its rate         dk_dot = R^T (vk - vA) + alpha_dot D dk,   thetak_dot - alpha_dot,   D = [[0, 1], [-1, 0]]
 Force            r = zeta J^T m J v,   J = d(d)/dq
 Power            zeta d_dot^T m d_dot >= 0
 
-with m the consistent mass of the element in the axes of the body's frame.  No rigid motion has a d_dot, also not that
-of a bent body; so none is damped, and the forces are in balance, moments included.
+with m the consistent mass of the element in the axes of the body's frame.  Every rigid motion, also of a bent body, has
+d_dot = 0 and is not damped.  The forces are in balance, moments included.
 
 In the axes of the frame, with S v = (vk - vA, thetak_dot), g = (D di, -1, D dj, -1), t = d(alpha)/dq and
-H = d2(alpha)/dq2, J = S + g t^T.  Both tangents follow by the product rule; nothing is left out.
+H = d2(alpha)/dq2, J = S + g t^T.  Both tangents follow by the product rule, without omissions.
 """
 
 import math
@@ -23,7 +23,7 @@ from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kern
 
 ZETA, M11, M12, M13, M14, M15, M16, M22, M23, M24, M25, M26 = range(12)
 M33, M34, M35, M36, M44, M45, M46, M55, M56, M66 = range(12, 22)
-"""What p holds: the damping rate, the upper triangle of m row by row."""
+"""Parameters p: damping rate zeta and upper triangle of m, row by row."""
 
 
 @compiled
@@ -75,7 +75,7 @@ def mass_times(p, x):
 
 @compiled
 def on_nodes(k, y, l):
-    """S^T y + k t: what acts on A, B, i and j."""
+    """S^T y + k t: forces on A, B, i and j."""
     return (-y[0] - y[3], -y[1] - y[4] - k / l, 0.0, k / l, y[0], y[1], y[2], y[3], y[4], y[5])
 
 
@@ -122,7 +122,7 @@ def add_curvature(k, l, K):
 
 @compiled
 def finish(zeta, c, s, X):
-    """X times zeta, its rows and columns turned from the axes of the frame into those of the plane."""
+    """X times zeta, with rows and columns turned from the axes of the frame into the axes of the plane."""
     for k in (0, 2, 4, 7):
         for j in range(10):
             x, y = X[k, j], X[k + 1, j]
@@ -184,13 +184,13 @@ def put_force(p, q, v, r):
 
 @force_kernel
 def mass_damping_force(p, t, h, q, v, a, z, r, z_new):
-    """r (10,) alone."""
+    """Residual r (10,) alone."""
     put_force(p, q, v, r)
 
 
 @energy_kernel
 def mass_damping_energy(p, t, q, v):
-    """Nothing is stored; the power of damping."""
+    """Energies: nothing stored, and the power of damping."""
     _, _, _, _, _, _, _, d_dot = deformation_rate(q, v)
     return 0.0, 0.0, p[ZETA] * dot(d_dot, mass_times(p, d_dot))
 
@@ -207,7 +207,7 @@ def damping_parameters(zeta, angle, axial, bending, lumps):
     Parameters
     ----------
     zeta : damping rate zeta1 [1/s].
-    angle : direction of the element against the line from A to B in the drawn pose [rad].
+    angle : direction of the element against the line from A to B in the reference configuration [rad].
     axial : (2, 2) mass in the order u1, u2 [kg].
     bending : (4, 4) mass in the order w1, theta1, w2, theta2 [kg, kg m, kg m^2].
     lumps : mass [kg] and moment of inertia [kg m^2] on each of the two nodes.

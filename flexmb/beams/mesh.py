@@ -27,10 +27,10 @@ Walk = tuple[list[int], list[int]]
 """Nodes in order, and the lines between them."""
 
 TAG_NAMES = ("gmsh:physical", "cell_tags", "section")
-"""Integer cell data that are read as tags, the first that a file has."""
+"""Names of integer cell data that hold tags; the first one that a file has counts."""
 
 SAME_PLACE = 1e-9
-"""Points closer than this times the size of the mesh are one place."""
+"""Distance over the size of the mesh [1] below which two points are one."""
 
 STRAIGHT = 1e-4
 """Angle up to which a beam counts as straight [rad]; above the rounding of files in single precision."""
@@ -49,7 +49,7 @@ BROKEN = (
     zlib.error,
     SystemExit,
 )
-"""What meshio's readers are seen to raise on text or bytes that are no mesh; it even leaves the program."""
+"""Errors that readers of meshio raise on files that are no mesh; some readers even exit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +61,7 @@ class LineMesh:
     points : (n, 2) nodes [m].
     edges : (m, 2) indices of the first and last node of each line.
     tags : (m,) tag of each line; 0 where the file has none.
-    name : where the mesh comes from, for messages.
+    name : name of the mesh in messages.
     """
 
     points: Array
@@ -79,7 +79,7 @@ class LineMesh:
         return np.concatenate([[0.0], np.cumsum(steps)])
 
     def tag_of(self, nodes: Sequence[int] | Indices) -> int:
-        """The tag that all lines along a sequence of nodes have, or `InputError`."""
+        """Common tag of all lines along a sequence of nodes, or `InputError`."""
         sequence = [int(node) for node in nodes]
         index = {frozenset(edge): k for k, edge in enumerate(self.edges.tolist())}
         pairs = [frozenset(pair) for pair in pairwise(sequence)]
@@ -124,7 +124,7 @@ def read_lines(path: str | PathLike[str], tag: str | None = None) -> LineMesh:
 
 
 def chain(mesh: LineMesh) -> Indices:
-    """Node indices, in order, of a mesh that is one straight open chain; it runs the way its first line points.
+    """Node indices, in order, of a mesh that is one straight open chain; its first line gives the direction.
 
     Raises
     ------
@@ -149,7 +149,7 @@ def chain(mesh: LineMesh) -> Indices:
 def members(mesh: LineMesh) -> list[Indices]:
     """The straight beams of a frame: node indices from corner, end, branch or change of tag to the next one.
 
-    Each runs the way its first line in the file points; they come in the order of these lines.
+    The first line of a beam in the file gives its direction, and the order of the beams.
 
     Raises
     ------

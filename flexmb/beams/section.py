@@ -14,7 +14,7 @@ from flexmb.errors import InputError
 
 Array = npt.NDArray[np.float64]
 Place = npt.ArrayLike
-"""Where along the beam: s in [0, 1], a number or an array of any shape."""
+"""Place along the beam: s in [0, 1], a number or an array of any shape."""
 
 
 class Section(ABC):
@@ -37,7 +37,7 @@ class Section(ABC):
 
 
 class Prismatic(Section):
-    """Base of sections that positive dimensions describe and that are constant along the beam.
+    """Base of sections that are constant along the beam and described by positive dimensions.
 
     The fields of a subclass are its dimensions; `area_of`, `second_moment_of` and `outer_fibre_of` take their values
     as arrays in the order of the fields.  So `Tapered` works with every such class.

@@ -1,4 +1,4 @@
-"""What a rigid and a flexible bar between two points share."""
+"""Base of rigid and flexible bars between two points."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True)
 class Bar(Body):
-    """Base of bodies between two points of the drawn pose.
+    """Base of bodies between two points of the reference configuration.
 
     Parameters
     ----------
     name : the bar's name.
-    start, end : its ends in the drawn pose [m], apart from each other.
+    start, end : its ends in the reference configuration [m], apart from each other.
     """
 
     start: Point
@@ -34,10 +34,10 @@ class Bar(Body):
 
     @property
     def length(self) -> float:
-        """Distance of the ends in the drawn pose [m]."""
+        """Distance of the ends in the reference configuration [m]."""
         return planar.distance(self.start, self.end)
 
     @property
     def angle(self) -> float:
-        """Direction of the axis in the drawn pose [rad]."""
+        """Direction of the axis in the reference configuration [rad]."""
         return math.atan2(self.end[1] - self.start[1], self.end[0] - self.start[0])

@@ -13,7 +13,7 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True)
 class RigidProperties:
-    """Mass [kg], centre of mass [m] and moment of inertia about it [kg m^2] of a body in the drawn pose."""
+    """Mass [kg], centre of mass [m] and moment of inertia about the centre [kg m^2] of a body as declared."""
 
     mass: float
     centre: Point
@@ -53,7 +53,7 @@ def fit_bosses(label: str, beam: RigidProperties, wanted: RigidProperties, corne
 
     Raises
     ------
-    InputError : the wanted values cannot be reached by adding mass at these places; says which and how far off.
+    InputError : the wanted values cannot be reached by adding mass at these places; the message says by how much.
     """
     points = np.array(corners)
     places = [*points, points.mean(axis=0)] if len(corners) > 2 else list(points)
@@ -102,7 +102,7 @@ def _least_norm_not_negative(A: np.ndarray, b: np.ndarray, scale: float) -> np.n
 
 
 def _advice(mass: float, inertia: float, places: list[np.ndarray], centre: np.ndarray) -> str:
-    """What to do when bosses cannot give the wanted values."""
+    """Advice for values that bosses cannot give."""
     reach = [float((p - centre) @ (p - centre)) for p in places]
     low, high = mass * min(reach), mass * max(reach)
     if inertia < low:

@@ -1,4 +1,4 @@
-"""What flexible links and frames share: stations, element pieces, bosses, shapes, deflection."""
+"""Beams of flexible bodies: nodes, matrices, contributions to the equations of motion, shapes, deflection."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def checked_elements(label: str, elements: object) -> Elements:
 
 
 def rotary_inertia_of(label: str, value: object) -> float | None:
-    """What a `Beam` is told of False (0), True (rho I: None) or a number [kg m] >= 0."""
+    """Rotary inertia of a `Beam`: 0 for False, None (rho I) for True, or a number [kg m] >= 0."""
     if isinstance(value, bool):
         return None if value else 0.0
     return checks.not_negative(label, "rotary_inertia", value, "kg m")
@@ -92,10 +92,10 @@ def fractions(elements: Elements) -> tuple[float, ...]:
 
 
 REMEMBERED = 4096
-"""Beams whose matrices are remembered beside those that were asked for last."""
+"""Number of beams whose matrices are kept besides those of the present call."""
 
 _KNOWN: dict[Hashable, BeamMatrices] = {}
-"""Matrices by what they depend on."""
+"""Matrices of beams by their data."""
 
 
 def matrices(beam: Beam) -> BeamMatrices:
@@ -108,7 +108,7 @@ def matrices(beam: Beam) -> BeamMatrices:
 
 
 def assemble(beams: Iterable[Beam]) -> None:
-    """Work out the matrices of these beams, those of equal data once and all together."""
+    """Assemble the matrices of several beams in one mesh; beams of equal data are assembled once."""
     from flexmb.beams.fem import BeamData, assembled  # noqa: PLC0415 - scikit-fem is needed only here
 
     keys = {_data_of(beam): None for beam in beams}
@@ -122,14 +122,14 @@ def assemble(beams: Iterable[Beam]) -> None:
 
 
 def _data_of(beam: Beam) -> tuple[tuple[float, ...], Section, Material, bool | float]:
-    """What the matrices of a beam depend on."""
+    """Data of a beam that its matrices depend on."""
     return beam.stations, beam.section, beam.material, True if beam.rotary_inertia is None else beam.rotary_inertia
 
 
 def beam_parameters(beam: Beam, nodes: dict[str, Node], damping: float, gravity: Point) -> list[tuple[float, ...]]:
     """p of every element of a beam."""
     angle = direction(beam)
-    # the offset makes theta + offset the direction of the element's axis in the drawn pose
+    # the offset makes theta + offset the direction of the element's axis in the reference configuration
     offsets = [angle - nodes[name].theta for name in beam.nodes]
     load, data = (float(damping), *map(float, gravity)), matrices(beam).parameters
     return [
@@ -181,7 +181,7 @@ def mass_damping_pieces(
 
 
 def direction(beam: Beam) -> float:
-    """Direction of a beam in the drawn pose [rad]."""
+    """Direction of a beam in the reference configuration [rad]."""
     return math.atan2(beam.end[1] - beam.start[1], beam.end[0] - beam.start[0])
 
 
@@ -225,7 +225,7 @@ def boss_pieces(part: str, corners: Sequence[str], bosses: Bosses, gravity: Poin
 
 
 def nearest_node(label: str, owner: str, nodes: Sequence[Node], point: Point, size: float) -> Node:
-    """The node at a world point of the drawn pose, or `InputError` that names the nodes nearby."""
+    """The node at a world point of the reference configuration, or `InputError` that names the nodes nearby."""
     for node in nodes:
         if (node.x, node.y) == point:
             return node

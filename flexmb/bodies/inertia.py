@@ -5,7 +5,7 @@ from flexmb.model.contributions import ElementContribution, node_coordinates
 from flexmb.places import packed
 
 MASS, INERTIA, GRAVITY_X, GRAVITY_Y = range(4)
-"""What p of a node's mass holds."""
+"""Parameters p of the mass of a node."""
 
 
 @element_kernel
@@ -28,7 +28,7 @@ def node_force(p, a, r):
 
 @force_kernel
 def node_mass_force(p, t, h, q, v, a, z, r, z_new):
-    """r (3,) alone."""
+    """Residual r (3,) alone."""
     node_force(p, a, r)
 
 
@@ -99,7 +99,7 @@ def mean(x):
 
 @compiled
 def share_out(m, bx, by, x, r):
-    """m times (mean of x plus b), on each of n points its part."""
+    """m (mean of x + b), shared equally by n points."""
     n = x.shape[0] // 2
     cx, cy = mean(x)
     for i in range(n):
@@ -109,7 +109,7 @@ def share_out(m, bx, by, x, r):
 
 @force_kernel
 def mean_mass_force(p, t, h, q, v, a, z, r, z_new):
-    """r (2 n,) alone."""
+    """Residual r (2 n,) alone."""
     m, gx, gy = p
     share_out(m, -gx, -gy, a, r)
 

@@ -1,4 +1,4 @@
-"""A rigid body, drawn where its centre of mass is."""
+"""Rigid body with its node at the centre of mass."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ class RigidBody(Body):
     Parameters
     ----------
     name : the body's name.
-    at : centre of mass in the drawn pose [m].
+    at : centre of mass in the reference configuration [m].
     mass : mass [kg], > 0.
     inertia : moment of inertia about the centre of mass [kg m^2], > 0.
-    angle : theta in the drawn pose [rad].
-    velocity : (vx, vy, omega) at the start [m/s, rad/s]; None: what the drives impose with least kinetic energy.
-    outline : points of a polyline in the drawn pose [m], for pictures; empty: a line to every joint.
+    angle : theta in the reference configuration [rad].
+    velocity : (vx, vy, omega) at the start [m/s, rad/s]; None: as the drives impose, with least kinetic energy.
+    outline : points of a polyline in the reference configuration [m], for pictures; empty: a line to every joint.
 
     Raises
     ------

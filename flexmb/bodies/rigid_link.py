@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 Point = tuple[float, float]
 AXIS_TOLERANCE = 1e-3
+"""Distance from the axis over the length [1] up to which a point counts as one of the axis."""
 
 
 @dataclass(frozen=True)
@@ -28,11 +29,11 @@ class RigidLink(Bar):
     Parameters
     ----------
     name : the link's name.
-    start, end : its ends in the drawn pose [m].
+    start, end : its ends in the reference configuration [m].
     mass : mass [kg], > 0.
     inertia : moment of inertia about the centre of mass [kg m^2], > 0.
-    centre : where the centre of mass lies between start (0) and end (1).
-    velocity : (vx, vy, omega) of the centre of mass at the start; None: what the drives impose.
+    centre : place of the centre of mass between start (0) and end (1).
+    velocity : (vx, vy, omega) of the centre of mass at the start; None: as the drives impose.
 
     Raises
     ------

@@ -1,1 +1,1 @@
-"""Contact laws: normal forces and friction, and what they share."""
+"""Contact laws: normal forces, friction, onset, coefficient of restitution, validity."""

@@ -1,16 +1,16 @@
-"""The speed by which a contact law scales its damping: the approach speed, found where the gap closes inside a step."""
+"""Reference speed of contact laws: the approach speed at the onset, which is located inside a step."""
 
 from flexmb.kernels import compiled
 
 SPEED, LAST_GAP, LAST_RATE, APPROACH = range(4)
-"""What the histories of laws begin with: reference speed (0: open), gap and gap rate at the last accepted state; with
-`reference_speed` also the approach speed."""
+"""Places at the beginning of a law's history: reference speed (0: open), gap and gap rate at the last accepted state;
+with `reference_speed` also the approach speed."""
 
 HISTORY = (0.0, 1.0, 0.0)
 """Start values: reference speed (0: open), gap and gap rate at the last accepted state."""
 
 LEAST_APPROACH = 1e-6
-"""Approach speed [m/s] below which a contact has none to speak of, by default.
+"""Least approach speed [m/s] by default; a slower contact refers to the largest speed since its onset.
 
 Contacts of machines begin with some 1e-3 m/s; with 1e-4 to 1e-6 m/s the means of the nine-bar mechanism agree
 (docs/numbers.md).
@@ -56,8 +56,9 @@ def cubic(s, h, gap0, rate0, gap1, rate1):
 def approach_speed(h, gap, gap_rate, least, z, z_new):
     """Approach speed of the present contact and its derivatives by gap and gap rate; 0 while the gap is open.
 
-    The speed is taken where the gap falls through zero between the last accepted state (z) and now, not at the end of
-    the step, and is kept as long as the contact lasts.  `least` is its lower bound.  For laws as they are published.
+    The approach speed is the closing speed at the instant between the last accepted state (z) and now at which the gap
+    falls through zero.  It stays the same as long as the contact lasts; its lower bound is `least`.  For laws as they
+    are published.
     """
     speed, by_gap, by_rate = z[SPEED], 0.0, 0.0
     if gap > 0.0:
@@ -74,10 +75,10 @@ def approach_speed(h, gap, gap_rate, least, z, z_new):
 def reference_speed(h, gap, gap_rate, least, largest, e, z, z_new):
     """Reference speed w of the present contact and its derivatives by gap and gap rate; 0 while the gap is open.
 
-    w is the approach speed, noted in z.  If `largest`, or if the contact began slower than `least` (at rest, or
-    grazing), w is the largest since the onset of closing speed and opening speed/e.  In a free impact with restitution
-    e that is the approach speed, so the factor 1 + chi depth_rate/w stays within 1 - chi e and 1 + chi, as in a free
-    impact, whatever presses or releases.
+    w is the approach speed, which the history holds.  If `largest`, or if the contact began slower than `least` (at
+    rest, or grazing), w is the largest value since the onset of closing speed and opening speed/e.  In a free impact
+    with the coefficient of restitution e this value is the approach speed.  So the factor 1 + chi depth_rate/w stays
+    within 1 - chi e and 1 + chi under any further forces.
     """
     speed, onset, by_gap, by_rate = z[SPEED], z[APPROACH], 0.0, 0.0
     if gap > 0.0:
@@ -98,7 +99,7 @@ def reference_speed(h, gap, gap_rate, least, largest, e, z, z_new):
 
 @compiled
 def _onset(h, gap, gap_rate, z):
-    """Closing speed where the contact began, and its derivatives by gap and gap rate."""
+    """Closing speed at the onset of the contact, and its derivatives by gap and gap rate."""
     if h > 0.0 and z[LAST_GAP] > 0.0:
         return _located(h, z[LAST_GAP], z[LAST_RATE], gap, gap_rate)
     return -gap_rate, 0.0, -1.0

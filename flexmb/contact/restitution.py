@@ -1,11 +1,11 @@
-"""What a factor (1 + chi depth_rate/approach) on any elastic force does to the coefficient of restitution.
+"""Coefficient of restitution of an elastic force with the factor (1 + chi depth_rate/approach), and chi by its inverse.
 
 For N = F(depth) (1 + chi depth_rate/approach), with any elastic force F, the equation of motion separates:
-m v dv / (1 + chi v/approach) = -F d(depth).  On the way in and on the way out the right side is the same, so that
+m v dv / (1 + chi v/approach) = -F d(depth).  The right side is the same in compression and in restitution, so that
 
     phi(chi) = phi(-chi e),   phi(x) = x - ln(1 + x),   or   chi (1 + e) = ln[(1 + chi)/(1 - chi e)]
 
-whatever F, mass and speed.  Source: the integral is that of K. H. Hunt, F. R. E. Crossley, Coefficient of restitution
+for any F, mass and speed.  Source: the integral is that of K. H. Hunt, F. R. E. Crossley, Coefficient of restitution
 interpreted as damping in vibroimpact, Journal of Applied Mechanics 42 (1975) 440-445, who expand it for e near 1.
 """
 
@@ -15,19 +15,19 @@ from collections.abc import Callable
 from functools import lru_cache
 
 SMALL_CHI = 0.5
-"""Below it phi is summed as a series, since x - ln(1 + x) cancels."""
+"""Damping factor chi [1] below which phi is summed as a series, since x - ln(1 + x) cancels."""
 TERMS = 90
 SERIES_FROM = 0.75
-"""Restitution from which the exact chi is small enough for the series."""
+"""Coefficient of restitution [1] from which the exact chi is small enough for the series."""
 
 
 @lru_cache(256)  # a sweep asks for the same one again and again
 def delivered_restitution(chi: float) -> float:
-    """e that comes out of a free impact with the factor (1 + `chi` depth_rate/approach), chi >= 0; to round-off.
+    """Coefficient of restitution e of a free impact with the factor (1 + `chi` depth_rate/approach); to round-off.
 
     Notes
     -----
-    chi = 0 gives 1; e falls with chi and stays above 0 and below 1/chi.
+    chi >= 0.  chi = 0 gives 1; e falls with chi and stays above 0 and below 1/chi.
     """
     if chi < SMALL_CHI:
         return _newton(lambda e: _series(chi, e), 1.0 - 2.0 * chi / 3.0)
@@ -37,12 +37,12 @@ def delivered_restitution(chi: float) -> float:
 
 
 def exact_chi(restitution: float) -> float:
-    """chi with which a free impact returns exactly e = `restitution`, in (0, 1]; to round-off.
+    """Damping factor chi with which a free impact returns exactly e = `restitution`, in (0, 1]; to round-off.
 
     Notes
     -----
-    The root of chi (1 + e) = ln[(1 + chi)/(1 - chi e)] that is not 0; it lies between (1 - e)/e, where the difference
-    of both sides is least, and 1/e, where the logarithm ends.
+    The root chi > 0 of chi (1 + e) = ln[(1 + chi)/(1 - chi e)] lies between (1 - e)/e, the least difference of both
+    sides, and 1/e, the end of the logarithm.
     """
     e = restitution
     if e == 1.0:
@@ -58,7 +58,7 @@ def exact_chi(restitution: float) -> float:
 
 
 def _series(chi: float, e: float) -> float:
-    """[phi(-chi e) - phi(chi)] / (chi^2 (1 + e)), whose root is sought; the factor 1 - e is kept where it stands.
+    """[phi(-chi e) - phi(chi)] / (chi^2 (1 + e)), whose root is sought; the factor 1 - e is not multiplied out.
 
     Summed from (e^k - (-1)^k)/(1 + e) = -(1 - e)(1 + e^2 + ... + e^(k-2)) for even k, 1 - e + e^2 - ... + e^(k-1) for
     odd k.

@@ -1,4 +1,4 @@
-"""What the history of a normal law says about the limits of its theory, and the sentences about it."""
+"""Validity of normal laws: extremes of a run, kept in the history of a law, and remarks on the limits of its theory."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from flexmb.kernels import compiled
 from flexmb.model.material import Material
 
 HISTORY_WITH_EXTREMES = (*HISTORY, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-"""Start values: those of the onset; approach speed of the present contact; largest approach speed, depth, force, cut
+"""Start values: history of the onset; approach speed of the present contact; largest approach speed, depth, force, cut
 tension and excess of the whole run."""
 
 MOST_APPROACH, DEPTH, FORCE, TENSION, EXCESS = range(4, 9)
-"""Places of the extremes."""
+"""Places of the extremes in the history."""
 
 
 class Extremes(NamedTuple):
@@ -43,7 +43,7 @@ class Extremes(NamedTuple):
 
 
 LOVE = 1e-5
-"""Largest approach speed as part of sqrt(E/rho).
+"""Approach speed over sqrt(E/rho) [1] above which an impact is not elastic.
 
 Source: A. E. H. Love, A Treatise on the Mathematical Theory of Elasticity, as taken up by H. M. Lankarani, P. E.
 Nikravesh, Continuous contact force models for impact analysis in multibody systems, Nonlinear Dynamics 5 (1994)
@@ -51,24 +51,25 @@ Nikravesh, Continuous contact force models for impact analysis in multibody syst
 """
 
 YIELD_OF_POINT, YIELD_OF_LINE = 1.60, 1.79
-"""Peak pressure over yield stress where a contact begins to yield, by von Mises.
+"""Peak pressure over yield stress [1] at which a contact begins to yield by von Mises' criterion: of a point, of a
+line.
 
 Source: K. L. Johnson, Contact Mechanics, Cambridge University Press 1985, eq. (6.9) for nu = 0.3, and eq. (6.4).
 """
 
 WIDE = 0.3
-"""Half-width of a contact over the radius beyond which a run says so.
+"""Half-width of a contact over the radius [1] above which a run has a remark.
 
-Hertz's theory wants it to be much smaller than 1 (Johnson 1985, section 4.2) and gives no number; this one is ours.
+Hertz's theory asks for a ratio much smaller than 1 (Johnson 1985, section 4.2) without a number; 0.3 is our choice.
 """
 
 SMALL_TENSION, SMALL_EXCESS = 0.01, 0.01
-"""Cut tension and excess, as parts of the largest force, that go without a remark."""
+"""Cut tension and excess over the largest force [1] up to which a run has no remark."""
 
 
 @compiled
 def keep_extremes(depth, force, tension, excess, z, z_new):
-    """Largest approach speed, depth, force, cut tension and excess so far; the approach speed is read from z_new."""
+    """Update the extremes of a run; the approach speed is read from z_new."""
     z_new[MOST_APPROACH] = max(z[MOST_APPROACH], z_new[APPROACH])
     z_new[DEPTH] = max(z[DEPTH], depth)
     z_new[FORCE] = max(z[FORCE], force)
@@ -93,7 +94,7 @@ def pulled(tension: float, force: float) -> Iterator[str]:
 
 
 def pressed(excess: float, force: float) -> Iterator[str]:
-    """A remark on surfaces that were pressed together or released faster than they met, against the largest force."""
+    """A remark on surfaces that further forces pressed together or released faster than a free impact does."""
     if excess > SMALL_EXCESS * force:
         text = "the surfaces were pressed together or released faster than in a free impact with their approach speed"
         text = f"{text}, which the damping as published is not made for: it was up to {excess:.3g} N more than such an"
@@ -117,7 +118,7 @@ def too_wide(half_width: float, radius: float) -> Iterator[str]:
 
 
 def yielded(pressure: float, factor: float, materials: Sequence[Material]) -> Iterator[str]:
-    """A remark on the peak pressure [Pa]; `factor` is that over the yield stress where yielding begins."""
+    """A remark on the peak pressure [Pa]; yielding begins at `factor` times the yield stress."""
     known = [m.yield_stress for m in materials if m.yield_stress is not None]
     if known and pressure > factor * min(known):
         text = f"the peak pressure reached {pressure:.3g} Pa, above {factor:.2f} Y = {factor * min(known):.3g} Pa"

@@ -1,4 +1,4 @@
-"""Which variables of a function depend on its active parameters, and on which of them."""
+"""Variables of a function that depend on its active parameters, with the directions of each."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def tangent_name(name: str, direction: int) -> str:
 
 
 class Activity:
-    """Names of a function that depend on active parameters; the order of statements is not looked at.
+    """Variables of a function that depend on active parameters, regardless of the order of its statements.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ class Activity:
         return self.known.get(name, NOTHING)
 
     def directions(self, node: ast.AST) -> frozenset[int]:
-        """Directions of an expression; conditions and steps have none, but `x and y` is one of the two."""
+        """Directions of an expression; conditions and step functions have none, `x and y` has both."""
         if isinstance(node, ast.Compare | ast.Constant) or (
             isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not)
         ):
@@ -61,9 +61,9 @@ class Activity:
         return NOTHING.union(*(self.directions(child) for child in children))
 
     def refuse_reading(self, node: ast.AST) -> None:
-        """Raise where an expression reads what the function writes to its history: its derivative is not kept.
+        """Refuse an expression that reads an entry of the history which the function has written.
 
-        Nor is that of a variable that is given its value inside an expression, by `:=`.
+        The derivative of such an entry is not kept.  A variable that `:=` sets inside an expression is refused, too.
         """
         for child in ast.walk(node):
             if isinstance(child, ast.NamedExpr) and self.directions(child.value):
@@ -75,13 +75,13 @@ class Activity:
                 raise self.source.error(child, what)
 
     def check_arguments(self, node: ast.Call, helper: Source) -> None:
-        """Raise where a called function does not take as many arguments as it is given."""
+        """Refuse a call with another number of arguments than the function takes."""
         if len(node.args) != len(helper.parameters) or node.keywords:
             name = helper.function.__qualname__
             raise self.source.error(node, f"{name!r} is called with other arguments than its {len(helper.parameters)}")
 
     def _grow(self) -> bool:
-        """One pass over the assignments; whether something became active."""
+        """One pass over the assignments: whether a further variable became active."""
         before = dict(self.known)
         for targets, value in assignments(self.source):
             found = [self.directions(value)] * len(targets)
@@ -94,7 +94,7 @@ class Activity:
 
 
 def assignments(source: Source) -> Iterator[tuple[list[str | None], ast.expr]]:
-    """(names, value) of every assignment; None for places that are no names."""
+    """(names, value) of every assignment; None for a target that is no name."""
     for node in own_nodes(source.tree):
         if isinstance(node, ast.Assign):
             for target in node.targets:
@@ -105,7 +105,7 @@ def assignments(source: Source) -> Iterator[tuple[list[str | None], ast.expr]]:
 
 
 def written_parameters(source: Source) -> set[str]:
-    """Parameters into which the function writes; the history among them, whoever writes it."""
+    """Parameters into which the function writes, and always the history."""
     found = {HISTORY} & set(source.parameters)
     for node in own_nodes(source.tree):
         if isinstance(node, ast.Subscript) and isinstance(node.ctx, ast.Store) and isinstance(node.value, ast.Name):

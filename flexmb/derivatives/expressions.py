@@ -1,4 +1,4 @@
-"""Expressions of a law taken apart into operations, each with its value and its derivatives."""
+"""Expressions of a law as operations with value and derivatives."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Seeds = tuple[frozenset[int], ...]
 
 
 class Helpers(Protocol):
-    """What makes the versions of the functions that a law calls."""
+    """Maker of versions of the functions that a law calls."""
 
     directions: int
 
@@ -30,13 +30,13 @@ class Helpers(Protocol):
 
 
 class Expressions:
-    """Value and derivatives of expressions, as text; the operations they are made of are emitted to `block`.
+    """Value and derivatives of expressions, as text; their operations are emitted to `block`.
 
     Parameters
     ----------
-    source : the function they belong to.
+    source : the function of the expressions.
     seeds : directions in which each of its parameters is active.
-    family : what makes versions of the functions it calls.
+    family : maker of versions of the functions that `source` calls.
     """
 
     def __init__(self, source: Source, seeds: Seeds, family: Helpers) -> None:
@@ -47,7 +47,7 @@ class Expressions:
         self.here: ast.AST = source.tree
 
     def dual(self, node: ast.expr) -> Dual:
-        """Value and derivatives of an expression; the operations it is made of are emitted."""
+        """Value and derivatives of an expression, whose operations are emitted."""
         active = self.activity.directions(node)
         if not active:
             return self.primal(node), (None,) * self.family.directions
@@ -100,7 +100,7 @@ class Expressions:
         return self.called(node, 1)[0]
 
     def called(self, node: ast.Call, size: int) -> list[Dual]:
-        """A call of another function of the user, which is transformed in its turn."""
+        """A call of another function of the user; that function is transformed, too."""
         helper = source_of(self.source.value(node.func))
         if helper is None or rules.rule_of(helper.function) is not None:
             raise self.source.error(
@@ -126,7 +126,7 @@ class Expressions:
         ]
 
     def choice(self, node: ast.IfExp, active: frozenset[int]) -> Dual:
-        """body if test else orelse; only the one that is asked for is computed."""
+        """body if test else orelse; only the branch taken is computed."""
         target, self.count = f"t__{self.count}", self.count + 1
         tangents = tuple(f"{target}_{k}" if k in active else None for k in self.range())
         outer, branches = self.block, []

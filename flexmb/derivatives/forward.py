@@ -1,8 +1,8 @@
 """Forward differentiation of Python functions: from the text of a law to one that carries its derivatives along.
 
 Every variable x that depends on an active parameter gets companions x__d0, x__d1: its derivatives by the first and the
-second one.  Expressions are taken apart into operations with one temporary each; conditions and loops stay as they are,
-so the branch that is taken is the one that is differentiated.  What is written to the history is left as it is.
+second one.  Each operation of an expression gets a temporary variable.  Conditions and loops stay as they are, so the
+derivative is that of the branch taken.  Statements that write the history stay as they are.
 The new function keeps file and lines of the old one: tracebacks and numba's messages point at the user's text, and
 numba's cache lies beside the user's file.
 """
@@ -62,7 +62,7 @@ def differentiated(source: Source, active: Sequence[str]) -> tuple[types.Functio
 
     Raises
     ------
-    KernelError : something in the function that has no derivative, or none that is known; names function and line.
+    KernelError : a part of the function without a known derivative; the message names function and line.
     """
     family = Family(len(active))
     seeds = tuple(frozenset(k for k, name in enumerate(active) if name == p) for p in source.parameters)
@@ -111,7 +111,7 @@ class Transformer(Expressions):
         return new  # type: ignore[return-value]
 
     def begin(self) -> list[ast.stmt]:
-        """The derivatives of the parameters: those of the law are seeds, and those that become active start at 0."""
+        """Start values of the derivatives: 1 for the seeds of the law, 0 for parameters that become active later."""
         self.block = []
         for name, given in zip(self.source.parameters, self.seeds, strict=True):
             for k in sorted(self.activity.of(name)):
@@ -178,7 +178,7 @@ class Transformer(Expressions):
                 self.store(place, dual)
 
     def parts(self, value: ast.expr, target: ast.expr) -> list[Dual] | None:
-        """The values for the elements of a target that is a tuple, or None where the value is whole or inactive."""
+        """Values for the elements of a tuple; None if the target is no tuple or the value is inactive."""
         if not isinstance(target, ast.Tuple | ast.List):
             return None
         if not self.activity.directions(value):
@@ -190,7 +190,7 @@ class Transformer(Expressions):
         raise self.source.error(value, "a tuple that depends on the motion is unpacked from something else than a call")
 
     def forget(self, places: Sequence[ast.expr]) -> None:
-        """Active variables that are given numbers without derivatives."""
+        """Set the derivatives of variables to 0 that get numbers without derivatives."""
         for place in places:
             if isinstance(place, ast.Name):
                 for k in sorted(self.activity.of(place.id)):
@@ -218,7 +218,7 @@ class Transformer(Expressions):
             raise self.source.error(target, f"an assignment to {ast.unparse(target)} is not known")
 
     def returned(self, node: ast.Return) -> str:
-        """What a return statement hands back: value and tangents, of each number if there are several."""
+        """Text of a return statement: value and tangents of each number."""
         if node.value is None:
             raise self.source.error(node, "nothing is returned here")
         elements = node.value.elts if isinstance(node.value, ast.Tuple) else [node.value]

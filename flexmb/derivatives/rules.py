@@ -1,8 +1,8 @@
 """Derivatives of the elementary functions, as formulas in Python.
 
-x, y: the arguments; f: the value.  A rule gives one formula an argument, the partial derivative by it; where the true
-one has no bound (sqrt at 0) the formula gives 0, which keeps laws finite where a contact closes.  They are read in a
-name space with `_math` and `_np`.
+x, y: the arguments; f: the value.  A rule gives one formula an argument, the partial derivative by it; at a pole (sqrt
+at 0) the formula gives 0, which keeps laws finite at the onset of a contact.  The formulas are read in a name space
+with `_math` and `_np`.
 """
 
 import builtins
@@ -98,7 +98,7 @@ SELECTED: dict[int, tuple[Callable[..., Any], str]] = {
 
 FLAT = (int, bool, len, round, math.floor, math.ceil, math.trunc, np.floor, np.ceil, np.trunc, np.rint, np.sign,
         math.isfinite, math.isnan, math.isinf, np.isfinite, np.isnan, np.isinf, np.heaviside, range)  # fmt: skip
-"""Functions whose derivative is nought wherever it exists."""
+"""Functions whose derivative is 0 wherever it exists."""
 
 
 def rule_of(function: Any) -> Rule | None:
@@ -114,5 +114,5 @@ def selects(function: Any) -> str | None:
 
 
 def is_flat(function: Any) -> bool:
-    """Whether the derivative is nought wherever it exists."""
+    """Whether the derivative of a function is 0 wherever it exists."""
     return any(function is f for f in FLAT)

@@ -1,4 +1,4 @@
-"""The syntax tree of a user's function, its surroundings, and what it returns."""
+"""Source of a user's function: syntax tree, names around it, number of results."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Source:
 
     @cached_property
     def tree(self) -> ast.FunctionDef:
-        """Its definition; line numbers are those of its file."""
+        """Definition of the function; line numbers count in its file."""
         tree = ast.parse(textwrap.dedent(self.text)).body[0]
         if not isinstance(tree, ast.FunctionDef):
             raise KernelError(
@@ -47,17 +47,17 @@ class Source:
 
     @cached_property
     def parameters(self) -> list[str]:
-        """Names of its parameters."""
+        """Names of the parameters."""
         return [a.arg for a in self.tree.args.args]
 
     @cached_property
     def stored(self) -> set[str]:
-        """Names that it assigns to."""
+        """Names to which the function assigns."""
         found = {n.id for n in ast.walk(self.tree) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
         return found | set(self.parameters)
 
     def value(self, node: ast.expr) -> Any:
-        """What a name or module.name stands for outside the function, or ABSENT."""
+        """Object of a name or of module.name outside the function, or ABSENT."""
         if isinstance(node, ast.Attribute):
             owner = self.value(node.value)
             return getattr(owner, node.attr, ABSENT) if isinstance(owner, types.ModuleType) else ABSENT
@@ -88,7 +88,7 @@ def source_of(function: Any) -> Source | None:
 
 
 def own_nodes(tree: ast.AST) -> Iterator[ast.AST]:
-    """The nodes of a function without those of functions inside it."""
+    """The nodes of a function without the nodes of inner functions."""
     for child in ast.iter_child_nodes(tree):
         if not isinstance(child, SCOPES):
             yield child
@@ -101,11 +101,11 @@ def returns(source: Source) -> list[ast.Return]:
 
 
 def returned_numbers(source: Source, _above: tuple[str, ...] = ()) -> int | None:
-    """How many numbers a function returns: 1 for a number, the length for a tuple, None if that cannot be seen.
+    """Number of results of a function: 1 for a number, the length of a tuple, None if unknown.
 
     Raises
     ------
-    KernelError : different ones at different places.
+    KernelError : return statements of different lengths.
     """
     found: dict[int, ast.Return] = {}
     for node in returns(source):
@@ -119,7 +119,7 @@ def returned_numbers(source: Source, _above: tuple[str, ...] = ()) -> int | None
 
 
 def _sizes(source: Source, node: ast.expr | None, above: tuple[str, ...]) -> Iterator[int]:
-    """Numbers in an expression, for each of the ways in which it can come out."""
+    """Number of results of an expression, for each of its branches."""
     if isinstance(node, ast.Tuple):
         yield len(node.elts)
     elif isinstance(node, ast.IfExp):

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Drive(Part):
-    """Prescribed angle of a revolute joint, or travel of a prismatic one, counted from the drawn pose.
+    """Prescribed angle of a revolute joint, or travel of a prismatic one, counted from the reference configuration.
 
     Signals: angle [rad], speed [rad/s], torque (on the second body) [N m], power [W]; for a travel in m, m/s, N, W.
 
@@ -31,7 +31,7 @@ class Drive(Part):
     Raises
     ------
     ModelError : no such joint, a joint that cannot be driven, or one that is driven already.
-    InputError : something that is no motion, or one that jumps.
+    InputError : an object that is no motion, or a motion that jumps.
     """
 
     joint: str
@@ -53,14 +53,14 @@ class Drive(Part):
             )
 
     def validate(self, mechanism: Mechanism) -> None:
-        """The joint is there, can be driven, and is driven once."""
+        """Check that the joint exists, can be driven, and is driven once."""
         self._measure(mechanism)
         for part in mechanism.parts:
             if isinstance(part, Drive) and part.joint == self.joint and part.name != self.name:
                 raise ModelError(f"{self.label} and {part.label} both drive joint {self.joint!r}. Keep one of them.")
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One row."""
+        """One constraint equation."""
         measure = self._measure(mechanism)
         motion = RowMotion(measure.rows - 1, self.motion, units=measure.drive_units)
         return [replace(measure, part=self.name, motions=(motion,))]

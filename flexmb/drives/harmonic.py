@@ -35,7 +35,8 @@ class Harmonic(Motion):
 
     Notes
     -----
-    As a drive it counts from the drawn pose, where a loop starts at mean + amplitude sin(phase), at speed.
+    A drive counts the motion from the reference configuration: at t = 0 the joint stands at mean + amplitude sin(phase)
+    and has the speed of the motion.
 
     Examples
     --------

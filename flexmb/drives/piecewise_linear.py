@@ -35,7 +35,7 @@ class PiecewiseLinear(Motion):
     Parameters
     ----------
     times : increasing instants [s], at least 2.
-    values : the factor there.
+    values : the factor at these instants.
 
     Raises
     ------
@@ -43,8 +43,8 @@ class PiecewiseLinear(Motion):
 
     Notes
     -----
-    Its rate jumps at the points, so it can be the history of a load but not drive a joint, which would need an
-    infinite force; `Table` runs smoothly through points.  A run ends a step at each point.
+    The rate jumps at the points, so the motion can be the history of a load but cannot drive a joint, which would need
+    an infinite force; `Table` is smooth.  A run ends a step at each point.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Points in time, as motions that are given by them check them."""
+"""Checks of points in time that give a motion."""
 
 from itertools import pairwise
 

@@ -23,9 +23,9 @@ class Pulse(Motion):
 
     Parameters
     ----------
-    value : the factor while it lasts.
+    value : the factor from start to end.
     start : first instant [s]; 0: from the beginning.
-    end : the instant when it is over [s], > start; None: it stays.
+    end : end of the pulse [s], > start; None: no end.
 
     Raises
     ------
@@ -33,8 +33,8 @@ class Pulse(Motion):
 
     Notes
     -----
-    It jumps, so it can be the history of a load but not drive a joint.  A run ends a step at each jump and starts anew
-    there, so neither its order nor its steps need care.
+    The value jumps, so a pulse can be the history of a load but cannot drive a joint.  A run ends a step at each jump
+    and starts anew there, so the method keeps its order.
 
     Examples
     --------
@@ -55,7 +55,7 @@ class Pulse(Motion):
             raise InputError(f"Pulse: end is {self.end:g} s; it must be > start = {self.start:g} s.")
 
     def parameters(self) -> tuple[float, ...]:
-        """Value, start, end (infinity: it stays)."""
+        """Value, start, end (infinity: no end)."""
         return self.value, self.start, math.inf if self.end is None else self.end
 
     def breaks(self, t_end: float) -> tuple[float, ...]:

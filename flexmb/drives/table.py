@@ -11,7 +11,7 @@ from flexmb.model.law import Motion
 
 COUNT, PERIODIC, TIMES = range(3)
 CUBIC, SQUARE, LINEAR, CONSTANT = range(4)
-"""What p begins with, see `table_kernel`; what is kept of a piece."""
+"""Places at the beginning of p, see `table_kernel`, and of the coefficients of a piece."""
 
 
 @drive_kernel
@@ -49,7 +49,7 @@ class Table(Motion):
     Parameters
     ----------
     times : increasing instants [s], at least 4.
-    values : the motion there [rad or m].
+    values : the motion at these instants [rad or m].
     periodic : whether the table is repeated; the motion may grow by values[-1] - values[0] a period.
 
     Raises
@@ -59,8 +59,8 @@ class Table(Motion):
     Notes
     -----
     Outside a table that is not repeated the motion goes on at the speed of its end; the acceleration jumps there, so a
-    run ends a step at that instant.  Inside, the acceleration has kinks at the points, which cost no method of second
-    order its order.
+    run ends a step at that instant.  Inside, the acceleration has kinks at the points; methods of second order keep
+    their order there.
     """
 
     times: tuple[float, ...]
@@ -92,7 +92,7 @@ class Table(Motion):
         return (float(len(t)), float(self.periodic), *t.tolist(), *c.T.ravel().tolist(), growth)
 
     def breaks(self, t_end: float) -> tuple[float, ...]:
-        """Begin and end of a table that is not repeated; it still holds at its last instant, and is over just after."""
+        """Begin and end of a table that is not repeated; the end lies just after its last instant."""
         ends = (self.times[0], self.times[-1] + 4.0 * float(np.spacing(abs(self.times[-1]))))
         return () if self.periodic else tuple(t for t in ends if 0.0 < t <= t_end)
 

@@ -23,8 +23,8 @@ Pair = float | tuple[float, float]
 
 STIFFNESS_X, STIFFNESS_Y, TORSION, DAMPING_X, DAMPING_Y, TORSION_DAMPING = range(6)
 AXIS_X, AXIS_Y, OFFSET1_X, OFFSET1_Y, OFFSET2_X, OFFSET2_Y, ANGLE, CHOSEN = range(6, 14)
-"""What p holds: laws along both axes and of the rotation; direction of the first axis, the points in the frames of
-their nodes, rotation without moment; of a signal, which one it is."""
+"""Parameters p: stiffness and damping of both axes and of the rotation; direction of the first axis, points in the
+frames of their nodes, rotation without moment; number of the signal."""
 
 
 @compiled
@@ -69,7 +69,7 @@ def bushing_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
 
 @force_kernel
 def bushing_force(p, t, h, q, v, a, z, r, z_new):
-    """r (6,) alone."""
+    """Residual r (6,) alone."""
     put_force(p, q, v, r)
 
 
@@ -86,7 +86,7 @@ def energies(p, q, v):
 
 @account_kernel
 def bushing_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
-    """r (6,); no mass; energies as `bushing_energy` gives them."""
+    """Residual r (6,); no mass; energies as `bushing_energy` gives them."""
     put_force(p, q, v, r)
     return energies(p, q, v)
 
@@ -127,12 +127,12 @@ class Bushing(Joint):
     ----------
     name : the joint's name.
     first, second : the bodies; the axes of the bushing turn with the first one.
-    at : the joint's point in the drawn pose [m], where nothing is deflected.
+    at : the joint's point in the reference configuration [m], at which the deflection is 0.
     stiffness : radial stiffness [N/m], > 0; or a pair along both axes, each >= 0.
     damping : radial damping [N s/m], >= 0; or a pair.
     torsion : stiffness of the rotation [N m/rad], >= 0.
     torsion_damping : damping of the rotation [N m s/rad], >= 0.
-    along : direction of the first axis in the drawn pose.
+    along : direction of the first axis in the reference configuration.
 
     Raises
     ------
@@ -140,10 +140,9 @@ class Bushing(Joint):
 
     Notes
     -----
-    At the start the mechanism stands and moves as if the joint were an ideal `Revolute`.  Forces follow from a
-    potential and from a power of dissipation in the deflections, so action and reaction are in balance, moments
-    included, however far the joint is deflected.  Linear in the deflection: not for stops and not for rubber beyond a
-    few tenths of its thickness.
+    Start values are the values of an ideal `Revolute`.  Forces follow from a potential and from a power of
+    dissipation in the deflections, so action and reaction are in balance, moments included, at any deflection.
+    Linear in the deflection: not for stops and not for rubber beyond a few tenths of its thickness.
     """
 
     _: KW_ONLY
@@ -168,10 +167,7 @@ class Bushing(Joint):
             raise InputError(f"{self.label}: stiffness is {self.stiffness}; one of both must be > 0 N/m.")
         checks.not_negative(self.label, "torsion", self.torsion, "N m/rad")
         checks.not_negative(self.label, "torsion_damping", self.torsion_damping, "N m s/rad")
-        along = checks.point(self.label, "along", self.along, "")
-        if math.hypot(*along) <= 0.0:
-            raise InputError(f"{self.label}: along is {self.along}; it must be a direction with a length > 0.")
-        object.__setattr__(self, "along", along)
+        object.__setattr__(self, "along", checks.direction(self.label, "along", self.along))
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One element, the signals, and the coincidence of the points at the start."""

@@ -1,4 +1,4 @@
-"""A clamp that moves: a weld whose relative angle and position follow motions."""
+"""Moving clamp: a rigid connection whose relative angle and position are prescribed."""
 
 from __future__ import annotations
 
@@ -36,28 +36,28 @@ def clamp_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
 class Clamp(Joint):
     """Rigid connection of two bodies at a point, moved: angle and position of the second follow motions.
 
-    R1^T (x2 + R2 s2 - x1) - s1 = (x, y)(t) and theta2 - theta1 = its drawn value + angle(t), with the motions counted
-    from the drawn pose.
+    R1^T (x2 + R2 s2 - x1) - s1 = (x, y)(t) and theta2 - theta1 = reference value + angle(t), with the motions counted
+    from the reference configuration.
 
     Signals: fx, fy, force (on the second body, world axes) [N], moment (on the second body, about its point) [N m]; for
     each motion x, x_rate, x_force, x_power [m, m/s, N, W], the same of y, and angle, angle_rate, angle_torque,
-    angle_power [rad, rad/s, N m, W]; the forces are those on the second body along the axes of the first.
+    angle_power [rad, rad/s, N m, W]; the forces act on the second body along the axes of the first.
 
     Parameters
     ----------
     name : the joint's name.
     first, second : the bodies; `GROUND` is the frame.
-    at : the point in the drawn pose [m].
-    angle : motion of the relative angle [rad]; None: it stays as drawn.
-    x, y : motions of the second body's point along the axes of the first body [m]; None: it stays as drawn.
+    at : the point in the reference configuration [m].
+    angle : motion of the relative angle [rad]; None: constant.
+    x, y : motions of the second body's point along the axes of the first body [m]; None: constant.
 
     Raises
     ------
-    InputError : something that is no motion, one that jumps, or no motion at all.
+    InputError : an object that is no motion, a motion that jumps, or no motion at all.
 
     Notes
     -----
-    The axes of the first body are those of the node that is held: along and across a link, X and Y for the ground.
+    The axes of the first body are the axes of the node that is held: along and across a link, X and Y for the ground.
     """
 
     _: KW_ONLY
@@ -82,7 +82,7 @@ class Clamp(Joint):
             raise InputError(f"{self.label}: angle, x and y are None; give a motion, or use Fixed(...) for a weld.")
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """Three rows."""
+        """Three constraint equations."""
         first, second = ends = self.ends(mechanism)
         coordinates = (*first.coordinates, *second.coordinates)
         p = (*first.offset, *second.offset, drawn_angle(mechanism, ends))

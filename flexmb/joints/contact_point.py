@@ -1,4 +1,4 @@
-"""What gap kernels write about the contact point that both bodies share (see `flexmb.kernels.GAP_SIZE`)."""
+"""Output of gap kernels: gap, slip and geometry of the contact point (see `flexmb.kernels.GAP_SIZE`)."""
 
 from flexmb.kernels import compiled
 from flexmb.places import (
@@ -26,7 +26,7 @@ from flexmb.places import (
 
 @compiled
 def put_point(out, q, v, gap, nx, ny, X, Y):
-    """Gap, its rate, slip, normal and arms for a contact point (X, Y) that is moved with either body in turn."""
+    """Gap, its rate, slip, normal and arms for a contact point (X, Y) of both bodies."""
     r1x, r1y, r2x, r2y = X - q[0], Y - q[1], X - q[3], Y - q[4]
     ux, uy = v[3] - v[5] * r2y - v[0] + v[2] * r1y, v[4] + v[5] * r2x - v[1] - v[2] * r1x
     out[GAP], out[GAP_RATE], out[SLIP] = gap, -(nx * ux + ny * uy), nx * uy - ny * ux
@@ -49,7 +49,7 @@ def put_eccentricity(out, ex, ey, vex, vey):
 
 @compiled
 def put_column(out, j, nqx, nqy, Xq, Yq):
-    """Derivatives of the normal, and those of both arms from that of the contact point, by coordinate j."""
+    """Derivatives of normal and arms by coordinate j, from those (Xq, Yq) of the contact point."""
     out[NORMAL_X_Q + j], out[NORMAL_Y_Q + j] = nqx, nqy
     out[ARM1_X_Q + j], out[ARM1_Y_Q + j] = Xq - (1.0 if j == 0 else 0.0), Yq - (1.0 if j == 1 else 0.0)
     out[ARM2_X_Q + j], out[ARM2_Y_Q + j] = Xq - (1.0 if j == 3 else 0.0), Yq - (1.0 if j == 4 else 0.0)

@@ -1,7 +1,7 @@
-"""How far a point of the second node lies along a direction of the first: value, gradient, second derivatives.
+"""Distance of a point of the second node along a direction of the first: value, gradient, second derivatives.
 
 d = n . (x2 + R2 s2 - x1 - R1 s1) with n = R1 m.  With e = x2 + R2 s2 - x1, far = n . e and near = n . R2 s2 the second
-derivatives are those of `add_curvature`.
+derivatives stand in `add_curvature`.
 """
 
 import math

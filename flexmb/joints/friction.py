@@ -1,4 +1,4 @@
-"""Friction in ideal joints: what presses the surfaces together, and which way they slide."""
+"""Joint friction: normal load from the multipliers, and direction of sliding."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def guide_friction(p, q, lam, out, H):
 
 
 def check_friction(joint, size: str) -> None:
-    """A friction law with the size of its surfaces, and a preload; or none of them."""
+    """Check friction law, `size` of the surfaces and preload: all given, or none."""
     if joint.friction is not None and not isinstance(joint.friction, FrictionLaw):
         raise InputError(
             f"{joint.label}: friction is {joint.friction!r}; it must be a friction law, e.g. ModifiedCoulomb, or None."

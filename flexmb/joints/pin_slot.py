@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 from flexmb import checks
 from flexmb.contact.friction.frictionless import Frictionless
-from flexmb.errors import InputError
 from flexmb.joints.contact_point import put_column, put_eccentricity, put_point
 from flexmb.joints.direction import direction
 from flexmb.joints.prismatic import direction_row
@@ -32,7 +31,7 @@ def slot_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
 
 @signal_kernel
 def slot_travel(p, t, q, v, a):
-    """How far the pin is along the slot."""
+    """Travel of the pin along the slot."""
     ux, uy, s1x, s1y, s2x, s2y = p
     travel, _, _, _, _, _ = direction(ux, uy, s1x, s1y, s2x, s2y, q)
     return travel
@@ -105,8 +104,8 @@ class PinSlot(Joint):
     ----------
     name : the joint's name.
     first, second : the bodies with the slot and with the pin.
-    at : the pin in the drawn pose, and the middle of the slot [m].
-    along : direction of the slot in the drawn pose (any length > 0).
+    at : the pin in the reference configuration, and the middle of the slot [m].
+    along : direction of the slot in the reference configuration (any length > 0).
 
     Raises
     ------
@@ -119,13 +118,10 @@ class PinSlot(Joint):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        along = checks.point(self.label, "along", self.along, "")
-        if math.hypot(*along) <= 0.0:
-            raise InputError(f"{self.label}: along is {self.along}; it must be a direction with a length > 0.")
-        object.__setattr__(self, "along", along)
+        object.__setattr__(self, "along", checks.direction(self.label, "along", self.along))
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One row and the signal `travel`."""
+        """One constraint equation and the signal `travel`."""
         coordinates, p = self._geometry(mechanism)
         row = ConstraintContribution(self.name, slot_kernel, coordinates, p, 1, second=coordinates[3:])
         return [row, SignalContribution(self.name, "travel", "m", slot_travel, coordinates, p)]
@@ -140,19 +136,19 @@ class PinSlot(Joint):
 
 @dataclass(frozen=True)
 class PinSlotClearance(PinSlot):
-    """Round pin of the second body with play in a slot of the first; the slot has round ends.
+    """Round pin of the second body with clearance in a slot of the first; the slot has round ends.
 
-    Signals: those of a contact (see `RevoluteClearance`; ex, ey from the middle line of the slot), and travel [m].
+    Signals: as of a contact (see `RevoluteClearance`; ex, ey from the middle line of the slot), and travel [m].
 
     Parameters
     ----------
     name : the joint's name.
     first, second : the bodies with the slot and with the pin.
-    at : the pin in the drawn pose, and the middle of the slot [m].
-    along : direction of the slot in the drawn pose (any length > 0).
+    at : the pin in the reference configuration, and the middle of the slot [m].
+    along : direction of the slot in the reference configuration (any length > 0).
     clearance : half the width of the slot less the radius of the pin [m], > 0.
     pin_radius : radius of the pin [m], > 0.
-    length : way of the pin's centre from one round end to the other [m], >= 0; None: the slot has no ends.
+    length : travel of the pin's centre from one round end to the other [m], >= 0; None: the slot has no ends.
     normal : law of the normal force; made from materials, it has the stiffness of the pin against a flat side.
     friction : law of friction; left out: frictionless.
 
@@ -176,7 +172,7 @@ class PinSlotClearance(PinSlot):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        checks.positive(self.label, "clearance", self.clearance, "m", "For a pin without play use PinSlot(...).")
+        checks.positive(self.label, "clearance", self.clearance, "m", "For a pin without clearance use PinSlot(...).")
         checks.positive(self.label, "pin_radius", self.pin_radius, "m")
         if self.length is not None:
             checks.not_negative(self.label, "length", self.length, "m")

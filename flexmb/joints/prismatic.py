@@ -8,7 +8,6 @@ from dataclasses import KW_ONLY, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from flexmb import checks
-from flexmb.errors import InputError
 from flexmb.joints.direction import add_curvature, curvature_times, direction, dot
 from flexmb.joints.friction import check_friction, guide_friction
 from flexmb.joints.revolute import drawn_angle
@@ -43,7 +42,7 @@ def guide_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
 
 @constraint_kernel
 def travel_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
-    """Travel of the second body along the guide, 0 in the drawn pose."""
+    """Travel of the second body along the guide, 0 in the reference configuration."""
     ux, uy, s1x, s1y, s2x, s2y = p
     direction_row(ux, uy, s1x, s1y, s2x, s2y, q, v, lam, 0, g, G, gamma, H)
 
@@ -56,8 +55,8 @@ class Guide(Joint):
     ----------
     name : the joint's name.
     first, second : the bodies with the guide and with the slider.
-    at : the joint's point in the drawn pose [m]; None: the main node of the second body.
-    along : direction of the guide in the drawn pose (any length > 0).
+    at : the joint's point in the reference configuration [m]; None: the main node of the second body.
+    along : direction of the guide in the reference configuration (any length > 0).
     """
 
     at: Any = None
@@ -67,19 +66,16 @@ class Guide(Joint):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        along = checks.point(self.label, "along", self.along, "")
-        if math.hypot(*along) <= 0.0:
-            raise InputError(f"{self.label}: along is {self.along}; it must be a direction with a length > 0.")
-        object.__setattr__(self, "along", along)
+        object.__setattr__(self, "along", checks.direction(self.label, "along", self.along))
 
     def ideal(self, mechanism: Mechanism) -> ConstraintContribution:
-        """The two rows of a slider without play in `mechanism`."""
+        """The two constraint equations of a slider without clearance in `mechanism`."""
         coordinates, p, angle = self.geometry(mechanism)
         second = coordinates[3:]
         return ConstraintContribution(self.name, guide_kernel, coordinates, (*p, angle), 2, second=second, moment_row=1)
 
     def geometry(self, mechanism: Mechanism) -> tuple[Any, tuple[float, ...], float]:
-        """Coordinates in `mechanism`; direction of the guide, both points in the frames of their nodes; drawn angle."""
+        """Coordinates in `mechanism`; direction of the guide, both points in the frames of their nodes; angle."""
         first, second = ends = self.ends(mechanism)
         theta = mechanism.body(first.part).node(first.node).theta
         direction = math.atan2(self.along[1], self.along[0]) - theta
@@ -98,12 +94,12 @@ class Prismatic(Guide):
     ----------
     name : the joint's name.
     first, second : the bodies; `GROUND` is the frame.
-    at : the joint's point in the drawn pose [m]; left out: the main node of the second body.
-    along : direction of the guide in the drawn pose (any length > 0).
+    at : the joint's point in the reference configuration [m]; left out: the main node of the second body.
+    along : direction of the guide in the reference configuration (any length > 0).
     friction : law of friction between slider and guide; None: none.
-    length : of the slider along the guide [m], > 0, with friction: force F and moment M of the joint press at both its
-        ends, N = |F/2 + M/l| + |F/2 - M/l|.
-    preload : what presses besides [N], >= 0.
+    length : length of the slider along the guide [m], > 0, with friction: force F and moment M of the joint press its
+        two ends, N = |F/2 + M/l| + |F/2 - M/l|.
+    preload : further normal load [N], >= 0.
 
     Raises
     ------
@@ -122,7 +118,7 @@ class Prismatic(Guide):
         check_friction(self, "length")
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """Two rows."""
+        """Two constraint equations."""
         ideal = self.ideal(mechanism)
         if self.friction is None or self.length is None:
             return [ideal]
@@ -130,7 +126,7 @@ class Prismatic(Guide):
         return [replace(ideal, joint_friction=JointFriction(guide_friction, p, self.friction))]
 
     def drive_contribution(self, mechanism: Mechanism) -> ConstraintContribution | None:
-        """The travel of the second body along the guide, 0 in the drawn pose."""
+        """The travel of the second body along the guide, 0 in the reference configuration."""
         coordinates, p, _ = self.geometry(mechanism)
         return ConstraintContribution(
             self.name, travel_kernel, coordinates, p, 1, is_drive=True, drive_units=("m", "N")

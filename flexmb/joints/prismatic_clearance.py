@@ -86,19 +86,20 @@ SIGNALS = (("travel", "m"), ("offset", "m"), ("tilt", "rad"), ("mode", ""))
 
 @dataclass(frozen=True)
 class PrismaticClearance(Guide):
-    """Slider with play in a straight guide: four corners, each against its side of the guide.
+    """Slider with clearance in a straight guide: four corners, each against its side of the guide.
 
-    The first body carries the guide, the second one the slider, a rectangle whose centre is `at`.  The signals of a
-    corner are those of any contact: "P.upper_front.normal_force", ...; upper is the left side of `along`, front its
-    end.  Signals of the slider: travel, offset [m], tilt [rad], and mode: 0 free, 1 one corner, 2 two corners across
+    The first body carries the guide, the second one the slider, a rectangle whose centre is `at`. The signals of a
+    corner are the signals of any contact: "P.upper_front.normal_force", ...; upper is the left side of `along`, front
+    its end. Signals of the slider: travel, offset [m], tilt [rad], and mode: 0 free, 1 one corner, 2 two corners across
     (tilted), 3 two corners on one side (its face), 4 more.
 
     Parameters
     ----------
     name : the joint's name.
     first, second : the bodies with the guide and with the slider.
-    at : centre of the slider in the drawn pose [m], in the middle of the guide; left out: the second body's main node.
-    along : direction of the guide in the drawn pose (any length > 0).
+    at : centre of the slider in the reference configuration [m], in the middle of the guide; left out: the second
+        body's main node.
+    along : direction of the guide in the reference configuration (any length > 0).
     clearance : gap on either side when the slider is centred [m], > 0.
     half_length, half_height : half sides of the slider along and across the guide [m], > 0.
     normal : law of the normal force of a corner.
@@ -130,7 +131,9 @@ class PrismaticClearance(Guide):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        checks.positive(self.label, "clearance", self.clearance, "m", "For a joint without play use Prismatic(...).")
+        checks.positive(
+            self.label, "clearance", self.clearance, "m", "For a joint without clearance use Prismatic(...)."
+        )
         for name in ("half_length", "half_height"):
             checks.positive(self.label, name, getattr(self, name), "m")
         check_laws(self)

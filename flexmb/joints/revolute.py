@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @compiled
 def coincide(s1x, s1y, s2x, s2y, q, v, lam, g, G, gamma, H):
-    """Rows 0 and 1: g = x2 + R2 s2 - x1 - R1 s1 in X and Y."""
+    """Constraint equations 0 and 1: g = x2 + R2 s2 - x1 - R1 s1 in X and Y."""
     c1, d1 = math.cos(q[2]), math.sin(q[2])
     c2, d2 = math.cos(q[5]), math.sin(q[5])
     ax, ay = c1 * s1x - d1 * s1y, d1 * s1x + c1 * s1y
@@ -68,7 +68,7 @@ def angle_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
 
 
 def drawn_angle(mechanism: Mechanism, ends: tuple[Attachment, Attachment]) -> float:
-    """theta2 - theta1 of the nodes that a joint holds, in the drawn pose."""
+    """theta2 - theta1 of the nodes that a joint holds, in the reference configuration."""
     first, second = (mechanism.body(end.part).node(end.node).theta for end in ends)
     return second - first
 
@@ -76,7 +76,7 @@ def drawn_angle(mechanism: Mechanism, ends: tuple[Attachment, Attachment]) -> fl
 def coincidence_piece(
     part: str, ends: tuple[Attachment, Attachment], *, holds: str = "always"
 ) -> ConstraintContribution:
-    """The two rows of a revolute joint."""
+    """The two constraint equations of a revolute joint."""
     first, second = ends
     coordinates = (*first.coordinates, *second.coordinates)
     p = (*first.offset, *second.offset)
@@ -93,10 +93,10 @@ class Revolute(Joint):
     ----------
     name : the joint's name.
     first, second : the bodies; `GROUND` is the frame.
-    at : the pin in the drawn pose [m].
+    at : the pin in the reference configuration [m].
     friction : law of friction of the pin; None: none.
-    radius : of the pin [m], > 0, with friction: N is the joint's force, the slip speed radius (omega2 - omega1).
-    preload : what presses besides [N], >= 0.
+    radius : radius of the pin [m], > 0, with friction: N is the joint's force, the slip radius (omega2 - omega1).
+    preload : further normal load [N], >= 0.
 
     Raises
     ------
@@ -120,7 +120,7 @@ class Revolute(Joint):
         check_friction(self, "radius")
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """Two rows."""
+        """Two constraint equations."""
         contribution = coincidence_piece(self.name, self.ends(mechanism))
         if self.friction is None or self.radius is None:
             return [contribution]
@@ -130,7 +130,7 @@ class Revolute(Joint):
         ]
 
     def drive_contribution(self, mechanism: Mechanism) -> ConstraintContribution | None:
-        """The rotation of the second body against the first, 0 in the drawn pose."""
+        """The rotation of the second body against the first, 0 in the reference configuration."""
         ends = self.ends(mechanism)
         coordinates = tuple(end.coordinates[2] for end in ends)
         p = (drawn_angle(mechanism, ends),)
@@ -147,13 +147,13 @@ class Fixed(Joint):
     ----------
     name : the joint's name.
     first, second : the bodies; `GROUND` is the frame.
-    at : the point in the drawn pose [m].
+    at : the point in the reference configuration [m].
     """
 
     kind = "fixed"
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """Three rows."""
+        """Three constraint equations."""
         first, second = ends = self.ends(mechanism)
         coordinates = (*first.coordinates, *second.coordinates)
         p = (*first.offset, *second.offset, drawn_angle(mechanism, ends))

@@ -87,12 +87,12 @@ def held_journal_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
 
 CENTRED, SEATED = "centred", "seated"
 TOUCHING = 1.0 + 1e-12
-"""Round-off of an eccentricity that is meant to touch."""
+"""Largest eccentricity over the clearance [1] of a journal in contact, round-off included."""
 
 
 @dataclass(frozen=True)
 class RevoluteClearance(Joint):
-    """Revolute joint with play: the first body carries the bearing, the second one the journal.
+    """Revolute joint with clearance: the first body carries the bearing, the second one the journal.
 
     Signals: ex, ey (journal centre in the bearing) [m], vex, vey [m/s], penetration [m], penetration_rate [m/s],
     normal_force, friction_force, fx, fy, force (on the second body) [N], mode (0 free flight, 1 impact: from the
@@ -102,13 +102,14 @@ class RevoluteClearance(Joint):
     ----------
     name : the joint's name.
     first, second : the bodies with the bearing and with the journal.
-    at : centre of the bearing in the drawn pose [m]; the journal is drawn in its middle, wherever `start` puts it.
+    at : centre of the bearing in the reference configuration [m]; the journal's centre is declared there for any
+        `start`.
     clearance : radius of the bearing less that of the journal [m], > 0 and < bearing_radius.
     bearing_radius : radius of the bearing [m], > 0.
     normal : law of the normal force.
     friction : law of friction; left out: frictionless.
-    start : how the journal stands in the bearing at the start: "centred"; "seated", touching where gravity pulls it; or
-        (ex, ey), its centre seen from the bearing's along X and Y [m], at most `clearance` long.
+    start : place of the journal in the bearing at the start: "centred"; "seated", in contact in the direction of
+        gravity; or (ex, ey), the journal's centre less the bearing's along X and Y [m], at most `clearance` long.
 
     Raises
     ------
@@ -117,10 +118,10 @@ class RevoluteClearance(Joint):
 
     Notes
     -----
-    At the start the bodies move as with an ideal joint, so the journal stands still in its bearing, whatever `start`.
-    The other bodies are put where the loops close with the journal there.  "Seated" is e = clearance gravity/|gravity|,
-    and its opposite where the journal belongs to the ground, as the bearing hangs on it then; where something else
-    presses on the joint, give (ex, ey).  What takes the joint for an ideal one (modes, inverse dynamics) keeps it.
+    Start velocities are the velocities of an ideal joint, so the journal rests in its bearing for any `start`. The
+    loops are closed with the journal in that place. "Seated" is e = clearance gravity/|gravity|; its opposite if the
+    journal belongs to the ground, because the bearing then hangs on the journal. If other forces press on the joint,
+    give (ex, ey). Analyses that replace the joint by an ideal one (modes, inverse dynamics) keep the eccentricity.
     """
 
     _: KW_ONLY
@@ -134,7 +135,7 @@ class RevoluteClearance(Joint):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        hint = "For a joint without play use Revolute(...)."
+        hint = "For a joint without clearance use Revolute(...)."
         checks.positive(self.label, "clearance", self.clearance, "m", hint)
         checks.positive(self.label, "bearing_radius", self.bearing_radius, "m")
         if self.clearance >= self.bearing_radius:
@@ -146,7 +147,7 @@ class RevoluteClearance(Joint):
         self._check_start()
 
     def _check_start(self) -> None:
-        """Keep `start` as a word or as a point inside the clearance."""
+        """Check that `start` is a known word or a point inside the clearance."""
         if isinstance(self.start, str):
             if self.start not in (CENTRED, SEATED):
                 text = f"{self.label}: start is {self.start!r}; it must be {CENTRED!r}, {SEATED!r} or (ex, ey) in m."
@@ -163,7 +164,7 @@ class RevoluteClearance(Joint):
         object.__setattr__(self, "start", e)
 
     def validate(self, mechanism: Mechanism) -> None:
-        """A seated journal needs gravity."""
+        """Refuse a seated journal without gravity."""
         super().validate(mechanism)
         if self.start == SEATED and math.hypot(*mechanism.gravity) <= 0.0:
             raise InputError(
@@ -189,7 +190,7 @@ class RevoluteClearance(Joint):
         return self.bearing_radius - self.clearance
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One contact; at the start the journal stands as in an ideal joint, or beside its centre."""
+        """One contact, and the constraint equations of the journal's place at the start."""
         first, second = self.ends(mechanism)
         coordinates = (*first.coordinates, *second.coordinates)
         p = (self.clearance, self.bearing_radius, *first.offset, *second.offset)
@@ -200,7 +201,7 @@ class RevoluteClearance(Joint):
         ]
 
     def _held(self, mechanism: Mechanism, coordinates, offsets: tuple[float, ...]) -> ConstraintContribution:
-        """The two rows that hold the journal in its place at the start."""
+        """The two constraint equations that hold the journal in its place at the start."""
         p = (*offsets, *self.eccentricity(mechanism))
         return ConstraintContribution(
             self.name, held_journal_kernel, coordinates, p, 2, second=coordinates[3:], holds="closed"
@@ -208,7 +209,7 @@ class RevoluteClearance(Joint):
 
 
 def check_laws(joint) -> None:
-    """A normal law and a friction law in their places."""
+    """Check that a joint has a normal law and a friction law."""
     for name, kind, example in (
         ("normal", NormalLaw, "LankaraniNikravesh"),
         ("friction", FrictionLaw, "ModifiedCoulomb"),

@@ -50,9 +50,9 @@ class Force(Part):
     Parameters
     ----------
     name : the load's name.
-    body : the body it acts on.
-    at : its point in the drawn pose [m]; on a flexible body a node stands there.
-    force : (fx, fy) in the drawn pose [N].
+    body : the loaded body.
+    at : point of application in the reference configuration [m]; of a flexible body a node.
+    force : (fx, fy) in the reference configuration [N].
     history : a motion whose value at the time t multiplies the force, e.g. `Pulse(end=0.1)`; None: constant.
     follower : whether the direction turns with the node that carries the point (a thrust, a jet, a pressure).
 
@@ -63,8 +63,8 @@ class Force(Part):
 
     Notes
     -----
-    The tangent of a follower force is not symmetric: it has no potential and can feed a vibration (flutter), so `modes`
-    refuses it.  Static equilibrium takes the history at t = 0.
+    The tangent of a follower force is not symmetric: the force has no potential and can feed a vibration (flutter), so
+    `modes` refuses such a load.  Static equilibrium takes the history at t = 0.
     """
 
     body: Part
@@ -87,7 +87,7 @@ class Force(Part):
             )
 
     def share(self, part: float) -> Force:
-        """The same with `part` of the force, if it is a follower."""
+        """The load with the fraction `part` of its force, if the force is a follower."""
         return replace(self, force=(part * self.force[0], part * self.force[1])) if self.follower else self
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
@@ -101,13 +101,13 @@ class Force(Part):
 
 
 def check_loaded(load: Part, body: Part) -> None:
-    """A load acts on a body, not on the ground."""
+    """Refuse a load on the ground."""
     if body.name == GROUND.name:
         raise ModelError(f"{load.label} acts on the ground, which cannot move. Give a moving body.")
 
 
 def check_history(load: Part, history: object) -> None:
-    """The history of a load is a motion, or None."""
+    """Refuse a history that is neither a motion nor None."""
     if history is not None and not isinstance(history, Motion):
         raise InputError(
             f"{load.label}: history is {history!r}; it must be a motion whose value multiplies the load, "

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
 
 STIFFNESS, DAMPING, FREE_LENGTH, OFFSET1_X, OFFSET1_Y, OFFSET2_X, OFFSET2_Y = range(7)
-"""What p holds: k, d, l0, and the points in the frames of their nodes."""
+"""Parameters p: k, d, l0, and the points in the frames of their nodes."""
 
 
 @compiled
@@ -96,13 +96,13 @@ def spring_damper_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
 
 @force_kernel
 def spring_damper_force(p, t, h, q, v, a, z, r, z_new):
-    """r (6,) alone."""
+    """Residual r (6,) alone."""
     put_force(p, q, v, r)
 
 
 @account_kernel
 def spring_damper_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
-    """r (6,); no mass; energies as `spring_damper_energy` gives them."""
+    """Residual r (6,); no mass; energies as `spring_damper_energy` gives them."""
     l, rate = put_force(p, q, v, r)
     return energies(p, l, rate)
 
@@ -122,11 +122,11 @@ class SpringDamper(Part):
     ----------
     name : the part's name.
     first, second : the bodies; `GROUND` is the frame.
-    at : point of the first body in the drawn pose [m].
-    to : point of the second body in the drawn pose [m].
+    at : point of the first body in the reference configuration [m].
+    to : point of the second body in the reference configuration [m].
     stiffness : k [N/m], >= 0.
     damping : d [N s/m], >= 0.
-    free_length : length without force [m], >= 0; None: as drawn.
+    free_length : length without force [m], >= 0; None: the distance of the points.
 
     Raises
     ------

@@ -31,10 +31,10 @@ class Torque(Part):
     Parameters
     ----------
     name : the load's name.
-    body : the body it acts on.
+    body : the loaded body.
     torque : counter-clockwise [N m].
-    at : point of the drawn pose [m] whose node takes the torque; None: the body's main node, for a flexible link that
-        in its middle.
+    at : point of the reference configuration [m] whose node takes the torque; None: the body's main node, of a flexible
+        link the middle one.
     history : a motion whose value at the time t multiplies the torque, e.g. `Pulse(end=0.1)`; None: constant.
 
     Raises

@@ -40,13 +40,13 @@ def torsion_spring_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
 
 @force_kernel
 def torsion_spring_force(p, t, h, q, v, a, z, r, z_new):
-    """r (2,) alone."""
+    """Residual r (2,) alone."""
     put_moment(p, q, v, r)
 
 
 @account_kernel
 def torsion_spring_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
-    """r (2,); no mass; energies as `torsion_spring_energy` gives them."""
+    """Residual r (2,); no mass; energies as `torsion_spring_energy` gives them."""
     return put_moment(p, q, v, r)
 
 
@@ -67,8 +67,8 @@ class TorsionSpring(Part):
     first, second : the bodies; `GROUND` is the frame.
     stiffness : k [N m/rad], >= 0.
     damping : d [N m s/rad], >= 0.
-    rest_angle : relative rotation without moment [rad], counted from the drawn pose.
-    at : point of the drawn pose [m] whose nodes are connected; None: the main nodes.
+    rest_angle : relative rotation without moment [rad], counted from the reference configuration.
+    at : point of the reference configuration [m] whose nodes are connected; None: the main nodes.
 
     Raises
     ------

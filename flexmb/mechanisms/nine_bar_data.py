@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 from flexmb import checks
 from flexmb.beams.section import Rectangle
 from flexmb.contact.friction.modified_coulomb import ModifiedCoulomb
-from flexmb.contact.normal.lankarani_nikravesh import LankaraniNikravesh
+from flexmb.contact.normal.hysteresis_laws import LankaraniNikravesh
 from flexmb.contact.onset import LARGEST, LEAST_APPROACH, ONSET
 from flexmb.errors import InputError
 from flexmb.mechanisms.geometry import LEFT, RIGHT, Point, at_angle, corner, on_line

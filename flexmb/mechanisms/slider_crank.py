@@ -11,7 +11,7 @@ from flexmb.bodies.flexible_link import FlexibleLink
 from flexmb.bodies.rigid_body import RigidBody
 from flexmb.bodies.rigid_link import RigidLink
 from flexmb.contact.friction.modified_coulomb import ModifiedCoulomb
-from flexmb.contact.normal.lankarani_nikravesh import LankaraniNikravesh
+from flexmb.contact.normal.hysteresis_laws import LankaraniNikravesh
 from flexmb.drives.drive import Drive
 from flexmb.errors import InputError
 from flexmb.joints.prismatic import Prismatic

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 from flexmb import checks
 from flexmb.beams.section import GeneralSection
 from flexmb.bodies.flexible_link import FlexibleLink
-from flexmb.drives.cycloidal_ramp import CycloidalRamp
+from flexmb.drives.ramp import CycloidalRamp
 from flexmb.errors import InputError
 from flexmb.joints.clamp import Clamp
 from flexmb.model.material import Material

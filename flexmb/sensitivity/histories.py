@@ -33,6 +33,9 @@ from flexmb.program.tables import (
     BEGIN,
     COMMON_Z,
     END,
+    FRICTION_LAW,
+    FRICTION_P,
+    FRICTION_P_END,
     FRICTION_Z,
     LAST_FORCE,
     LAST_GAP,
@@ -215,7 +218,9 @@ def advance_contact_history(tables, address, c, h, v, z, T, work):
     if middle > begin:
         _advance_normal(tables, address, c, h, out[GAP], out[GAP_RATE], z, T, work)
     if end > middle:
-        _advance_friction(tables, address, c, h, out[SLIP], out[NORMAL_FORCE], z, T, work)
+        friction = friction_at(address.friction, K.kernel[c, FRICTION_LAW])
+        p = part_of(tables.p, K.p[c, FRICTION_P], K.p[c, FRICTION_P_END])
+        _advance_friction(friction, p, h, out[SLIP], out[NORMAL_FORCE], z, middle, end, T, work)
     closing = z[first + PHASE] == 0.0 and out[GAP] <= 0.0 < z[first + LAST_GAP] and h > 0.0
     for j in range(T.z.shape[0]):
         own = T.own[j]
@@ -289,18 +294,18 @@ def _advance_normal(tables, address, c, h, gap, rate, z, T, work):
 
 
 @compiled
-def _advance_friction(tables, address, c, h, slip, N, z, T, work):
-    """Add the effect of slip and normal force to the history of a friction law."""
-    begin, end = tables.contacts.z[c, FRICTION_Z], tables.contacts.z[c, Z_END]
+def _advance_friction(friction, p, h, slip, N, z, begin, end, T, work):
+    """History z[begin:end] of a friction law with the numbers p, by slip and normal force."""
     of_slip, of_N = difference_step(slip, slip, LEAST_DIFFERENCE), RELATIVE_DIFFERENCE * N
-    call_friction(tables, address, c, h, slip + of_slip, N, z, work.z_new)
+    old, new = part_of(z, begin, end), part_of(work.z_new, begin, end)
+    friction(p, h, slip + of_slip, N, old, new)
     _store_upper_side(begin, end, work)
-    call_friction(tables, address, c, h, slip - of_slip, N, z, work.z_new)
+    friction(p, h, slip - of_slip, N, old, new)
     _add_difference(begin, end, OF_SLIP, of_slip, T, work)
     if N > 0.0:
-        call_friction(tables, address, c, h, slip, N + of_N, z, work.z_new)
+        friction(p, h, slip, N + of_N, old, new)
         _store_upper_side(begin, end, work)
-        call_friction(tables, address, c, h, slip, N - of_N, z, work.z_new)
+        friction(p, h, slip, N - of_N, old, new)
         _add_difference(begin, end, OF_NORMAL, of_N, T, work)
 
 
@@ -335,16 +340,9 @@ def advance_joint_friction_history(tables, address, c, h, v, z, T, work):
         for i in range(rows):
             of_N += out[LOAD_BY_LAM + i] * T.u[j, n_q + C.row[c] + i]
         T.own[j, OF_SLIP], T.own[j, OF_NORMAL] = of_slip, of_N
-    of_slip, of_N = difference_step(slip, slip, LEAST_DIFFERENCE), RELATIVE_DIFFERENCE * N
-    _joint_friction_force(tables, address, c, h, slip + of_slip, N, z, work.z_new)
-    _store_upper_side(begin, end, work)
-    _joint_friction_force(tables, address, c, h, slip - of_slip, N, z, work.z_new)
-    _add_difference(begin, end, OF_SLIP, of_slip, T, work)
-    if N > 0.0:
-        _joint_friction_force(tables, address, c, h, slip, N + of_N, z, work.z_new)
-        _store_upper_side(begin, end, work)
-        _joint_friction_force(tables, address, c, h, slip, N - of_N, z, work.z_new)
-        _add_difference(begin, end, OF_NORMAL, of_N, T, work)
+    friction = friction_at(address.friction, C.joint_friction[c, SLIDING_LAW])
+    p = part_of(tables.p, C.joint_friction_p[c, SLIDING_P], C.joint_friction_p[c, SLIDING_P_END])
+    _advance_friction(friction, p, h, slip, N, z, begin, end, T, work)
 
 
 @compiled

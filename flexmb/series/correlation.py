@@ -9,6 +9,7 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.series.embedding import Embedding, embed, embedding
+from flexmb.series.neighbours import spread
 from flexmb.series.samples import is_constant, mean_period, samples, standardised
 
 LEAST = 1000
@@ -130,7 +131,7 @@ def _sum(points: np.ndarray, theiler: int, radius: np.ndarray) -> tuple[np.ndarr
     """Part (k,) of the pairs of points (n, m) that are nearer than the radii, and that part which is 30 pairs."""
     from scipy.spatial.distance import cdist
 
-    refs = np.unique(np.linspace(0, len(points) - 1, REFERENCES).astype(int))
+    refs = spread(len(points), REFERENCES)
     index, counts, pairs = np.arange(len(points)), np.zeros(len(radius) + 1, dtype=np.int64), 0
     for part in np.array_split(refs, max(1, len(refs) * len(points) // 2_000_000)):
         apart = np.abs(index - part[:, None]) > theiler

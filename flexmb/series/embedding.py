@@ -9,7 +9,7 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
-from flexmb.series.neighbours import nearest
+from flexmb.series.neighbours import nearest, spread
 from flexmb.series.samples import is_constant, mean_period, samples, standardised
 
 LEAST = 100
@@ -171,7 +171,7 @@ def _false_share(x: np.ndarray, tau: int, m: int, theiler: int) -> float:
     count = len(x) - m * tau
     if count < LEAST // 2:
         return np.nan
-    refs = np.unique(np.linspace(0, count - 1, 4000).astype(int))
+    refs = spread(count, 4000)
     near, distance = nearest(embed(x, tau, m)[:count], refs, theiler)
     found = near >= 0
     if found.sum() < LEAST // 4:

@@ -147,6 +147,11 @@ def _scaled(method: str, slope: Slope, step: float) -> np.ndarray:
     return slope.curve / step if method == "wolf" else slope.curve
 
 
+def block_means(logs: np.ndarray) -> np.ndarray:
+    """Curves (BLOCKS, k) of the means over blocks of points; logs (k, n), a column a point."""
+    return np.stack([block.mean(axis=1) for block in np.array_split(logs, BLOCKS, axis=1)])
+
+
 def straight_part(curves: Curves, points: np.ndarray, window: int, theiler: int, period: float) -> Slope:
     """Slope of the straight part of a divergence curve.
 

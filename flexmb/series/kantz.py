@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.series.exponent import BLOCKS, SeriesExponent, Slope, estimate, straight_part
-from flexmb.series.neighbours import distances
+from flexmb.series.exponent import BLOCKS, SeriesExponent, Slope, block_means, estimate, straight_part
+from flexmb.series.neighbours import distances, spread
 
 REFERENCES = 600
 """Points whose neighbours are followed, at most."""
@@ -36,11 +36,7 @@ def kantz(
 
     Parameters
     ----------
-    signal : samples (n,), at least 500.
-    interval : time between samples [s], or their times (n,) [s]; None: iterations of a map.
-    delay : delay of the embedding [samples]; None: as `embedding` finds it.
-    dimension : its dimension; None: as `embedding` finds it.
-    theiler : neighbours must be farther apart than this [samples]; None: a mean period, and the window of a vector.
+    signal, interval, delay, dimension, theiler : see `rosenstein`.
 
     Raises
     ------
@@ -67,7 +63,7 @@ def _slope(points: np.ndarray, window: int, theiler: int, period: float) -> Slop
 def _curves(inside: bool, points: np.ndarray, theiler: int, steps: np.ndarray, shift: int) -> np.ndarray:
     """Curves (blocks, k) of the mean over points of the logarithm of the mean distance (or of the mean logarithm)."""
     count = len(points) - int(steps[-1])
-    refs = np.unique(np.linspace(0, count - 1, REFERENCES).astype(int))
+    refs = spread(count, REFERENCES)
     near = _neighbours(points[:count], refs, theiler, shift)
     whole = (near >= 0).all(axis=1)
     i, j = np.repeat(refs[whole], NEIGHBOURS), near[whole].ravel()
@@ -80,7 +76,7 @@ def _curves(inside: bool, points: np.ndarray, theiler: int, steps: np.ndarray, s
             row[:] = np.log(np.maximum(distance.mean(axis=1), 1e-12))
         else:
             row[:] = np.log(np.maximum(distance, 1e-12)).mean(axis=1)
-    return np.stack([block.mean(axis=1) for block in np.array_split(logs, BLOCKS, axis=1)])
+    return block_means(logs)
 
 
 def _neighbours(points: np.ndarray, refs: np.ndarray, theiler: int, shift: int) -> np.ndarray:

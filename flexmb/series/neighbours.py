@@ -1,4 +1,4 @@
-"""Neighbours in space that are none in time."""
+"""Nearest neighbours of embedded points, without points closer in time than the Theiler window."""
 
 from __future__ import annotations
 
@@ -6,6 +6,11 @@ import numpy as np
 
 BLOCK = 1_000_000
 """Distances that are held at a time."""
+
+
+def spread(count: int, most: int) -> np.ndarray:
+    """At most `most` indices (r,), spread evenly over `count` points."""
+    return np.unique(np.linspace(0, count - 1, most).astype(int))
 
 
 def nearest(points: np.ndarray, refs: np.ndarray, theiler: int, least: float = 0.0) -> tuple[np.ndarray, np.ndarray]:

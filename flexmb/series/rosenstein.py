@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.series.exponent import BLOCKS, SeriesExponent, estimate, straight_part
-from flexmb.series.neighbours import distances, nearest
+from flexmb.series.exponent import BLOCKS, SeriesExponent, block_means, estimate, straight_part
+from flexmb.series.neighbours import distances, nearest, spread
 
 REFERENCES = 2000
 """Points whose neighbours are followed, at most; they are spread evenly over the record."""
@@ -69,7 +69,7 @@ def rosenstein(
 def _curves(points: np.ndarray, theiler: int, steps: np.ndarray, shift: int) -> np.ndarray:
     """Curves (blocks, k) of the mean logarithm of the distance, from points (n, m)."""
     count = len(points) - int(steps[-1])
-    refs = np.unique(np.linspace(0, count - 1, REFERENCES).astype(int))
+    refs = spread(count, REFERENCES)
     near, _ = nearest(points[:count], refs, theiler, least=1e-12)
     refs, near = refs[near >= 0], near[near >= 0]
     if len(refs) < 10 * BLOCKS:
@@ -78,4 +78,4 @@ def _curves(points: np.ndarray, theiler: int, steps: np.ndarray, shift: int) -> 
     for row, step in zip(logs, steps, strict=True):
         row[:] = distances(points, refs + step, near + step, shift)
     logs = np.log(np.maximum(logs, 1e-12))
-    return np.stack([block.mean(axis=1) for block in np.array_split(logs, BLOCKS, axis=1)])
+    return block_means(logs)

@@ -44,11 +44,7 @@ def wolf(
 
     Parameters
     ----------
-    signal : samples (n,), at least 500.
-    interval : time between samples [s], or their times (n,) [s]; None: iterations of a map.
-    delay : delay of the embedding [samples]; None: as `embedding` finds it.
-    dimension : its dimension; None: as `embedding` finds it.
-    theiler : neighbours must be farther apart than this [samples]; None: a mean period, and the window of a vector.
+    signal, interval, delay, dimension, theiler : see `rosenstein`.
     evolve : time for which a pair is followed [samples]; None: three delays for maps, else a mean period.
 
     Raises

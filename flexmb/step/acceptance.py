@@ -118,9 +118,8 @@ def save(tables, t0, h, options, flow, record):
         store_signals(record.signals, record, row)
         record.count.rows += 1
     else:
-        due = flow.clock.save_start + (flow.clock.saved_instants + 1.0) * options.save_interval
-        while due <= flow.clock.t + 1e-9 * options.save_interval and record.count.rows < record.times.shape[0]:
-            row = record.count.rows
+        while is_due(options, flow, record):
+            due, row = next_due(options, flow), record.count.rows
             if record.interpolated.shape[0] == 0:
                 interpolate(
                     tables, min((due - t0) / h, 1.0), h, record.last_signals, record.signals, record.values[row]
@@ -130,11 +129,29 @@ def save(tables, t0, h, options, flow, record):
                     tables, min((due - t0) / h, 1.0), h, record.last_signals, record.signals, record.interpolated
                 )
                 store_signals(record.interpolated, record, row)
-            record.times[row] = due
-            record.count.rows += 1
-            flow.clock.saved_instants += 1.0
-            due = flow.clock.save_start + (flow.clock.saved_instants + 1.0) * options.save_interval
+            count_row(due, flow, record)
     return BUFFER_FULL if record.count.rows >= record.times.shape[0] else RUNNING
+
+
+@compiled
+def next_due(options, flow):
+    """The first instant [s] of the save grid that is not saved yet."""
+    return flow.clock.save_start + (flow.clock.saved_instants + 1.0) * options.save_interval
+
+
+@compiled
+def is_due(options, flow, record):
+    """Whether the step has passed an instant of the save grid, and the buffer has room for it."""
+    passed = next_due(options, flow) <= flow.clock.t + 1e-9 * options.save_interval
+    return passed and record.count.rows < record.times.shape[0]
+
+
+@compiled
+def count_row(due, flow, record):
+    """Count the row of an instant `due` [s] of the save grid, which has been written."""
+    record.times[record.count.rows] = due
+    record.count.rows += 1
+    flow.clock.saved_instants += 1.0
 
 
 @compiled

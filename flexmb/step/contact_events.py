@@ -9,12 +9,12 @@ resolved.
 import math
 
 from flexmb.contact.onset import crossing, cubic
-from flexmb.kernels import GAP_SIZE, compiled, part_of
+from flexmb.kernels import compiled
 from flexmb.places import GAP, GAP_RATE
 from flexmb.program.tables import COMMON_Z, LAST_GAP, LAST_GAP_RATE
 from flexmb.state.record import EVALUATED
 from flexmb.step.contact_log import APPROACH, LASTING_PHASE, START
-from flexmb.system.contacts import call_gap, call_normal
+from flexmb.system.contacts import call_normal, find_gap
 
 IMPACT_STEP, GAP_ACCELERATION, FORCE_JUMPS = range(3)
 """Columns of `Flow.impacts`: step that resolves the impact [s] (0: not known), acceleration of the gap in free flight
@@ -136,13 +136,7 @@ def gap_of_trial(tables, address, c, trial, work, record):
     """Gap [m] and gap rate [m/s] of contact c in the trial state."""
     if record.count.evaluated == EVALUATED:
         return work.contact[c, GAP], work.contact[c, GAP_RATE]
-    dofs = part_of(tables.contacts.dofs, 6 * c, 6 * c + 6)
-    for i in range(6):
-        dof = dofs[i]
-        work.ql[i], work.vl[i] = trial.q[dof], trial.v[dof]
-    out = work.contact[c, :GAP_SIZE]
-    call_gap(tables, address, c, work.ql, work.vl, out)
-    return out[GAP], out[GAP_RATE]
+    return find_gap(tables, address, c, trial.q, trial.v, work)
 
 
 @compiled

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb import checks
+from flexmb.docstrings import unit_of
 from flexmb.dynamics.exponents.exponents import FEWEST
 from flexmb.dynamics.systems.dynamics import Dynamics
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
@@ -27,7 +28,6 @@ from flexmb.sweeps.family import Family, Make, Section, columns_of, section_poin
 from flexmb.sweeps.fingerprint import digest, label_of, shown_values
 from flexmb.sweeps.record import STATUS, Column, Record
 from flexmb.sweeps.store import opened
-from flexmb.sweeps.units import documented_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -338,7 +338,7 @@ def _lay_out(
     record.coordinate("signal", ("signal",), np.array(section.signals, dtype=object))
     record.coordinate("units", ("signal",), np.array(units, dtype=object))
     record.coordinate("period", ("period",), np.arange(section.skip, section.skip + section.keep))
-    unit = "" if isinstance(make, (Mechanism, Dynamics)) else documented_unit(make, parameter)
+    unit = "" if isinstance(make, (Mechanism, Dynamics)) else unit_of(make, parameter)
     record.coordinate(parameter, (parameter,), numbers, unit)
     record.describe(
         name=first.name,

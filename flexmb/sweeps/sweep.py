@@ -8,6 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from flexmb import checks
+from flexmb.docstrings import unit_of
 from flexmb.errors import InputError
 from flexmb.run.run import installed_version
 from flexmb.sweeps.attempt import Attempt, Outcome, failure
@@ -19,7 +20,6 @@ from flexmb.sweeps.grid import Points, points_of
 from flexmb.sweeps.outputs import called, columns_of, fitting
 from flexmb.sweeps.record import STATUS, Column, Record
 from flexmb.sweeps.store import opened
-from flexmb.sweeps.units import documented_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -198,5 +198,5 @@ def _lay_out(record: Record, function: Any, points: Points) -> None:
     """Coordinates and attributes of a sweep."""
     for name in points.values:
         dims, values = points.coordinate(name)
-        record.coordinate(name, dims, values, documented_unit(function, name))
+        record.coordinate(name, dims, values, unit_of(function, name))
     record.describe(name=label_of(function), kind="sweep", flexmb=installed_version(), axes=sorted(points.values))

@@ -57,12 +57,9 @@ def add_contacts(tables, address, t, h, q, v, z, kq, kv, matrix, work):
     """Add contact forces to work.r and, if `matrix`, their tangents to work.lu; write histories and work.contact."""
     K = tables.contacts
     for k in range(K.kernel.shape[0]):
-        dofs = part_of(K.dofs, 6 * k, 6 * k + 6)
-        for i in range(6):
-            dof = dofs[i]
-            work.ql[i], work.vl[i] = q[dof], v[dof]
-        out, slopes = work.contact[k, :GAP_SIZE], work.slopes[k]
-        call_gap(tables, address, k, work.ql, work.vl, out)
+        dofs, slopes = part_of(K.dofs, 6 * k, 6 * k + 6), work.slopes[k]
+        find_gap(tables, address, k, q, v, work)
+        out = work.contact[k, :GAP_SIZE]
         N, N_gap, N_rate = call_normal(tables, address, k, h, out[GAP], out[GAP_RATE], z, work.z_new)
         T, T_slip, T_N = call_friction(tables, address, k, h, out[SLIP], N, z, work.z_new)
         work.contact[k, NORMAL_FORCE], work.contact[k, FRICTION_FORCE] = N, T
@@ -80,6 +77,18 @@ def add_contacts(tables, address, t, h, q, v, z, kq, kv, matrix, work):
             work.r[dofs[i]] -= N * S[NORMAL, i] + T * S[TANGENTIAL, i]
         if matrix:
             _tangents(out, part_of(K.positions, 36 * k, 36 * k + 36), kq, kv, N, T, N_gap, N_rate, T_slip, T_N, work)
+
+
+@compiled
+def find_gap(tables, address, k, q, v, work):
+    """Gap and gap rate of contact k at q and v; all that its gap kernel gives is written to work.contact."""
+    dofs = part_of(tables.contacts.dofs, 6 * k, 6 * k + 6)
+    for i in range(6):
+        dof = dofs[i]
+        work.ql[i], work.vl[i] = q[dof], v[dof]
+    out = work.contact[k, :GAP_SIZE]
+    call_gap(tables, address, k, work.ql, work.vl, out)
+    return out[GAP], out[GAP_RATE]
 
 
 @compiled

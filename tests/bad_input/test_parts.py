@@ -71,9 +71,10 @@ REFUSED = [
     (lambda: fm.Material(2e11, 7800.0, 0.5), "Material: poisson is 0.5; it must lie between -1 and 0.5"),
     (
         lambda: play(clearance=-2e-4),
-        "RevoluteClearance 'play': clearance is -0.0002 m; it must be > 0. For a joint without play use Revolute(...).",
+        "RevoluteClearance 'play': clearance is -0.0002 m; it must be > 0. "
+        "For a joint without clearance use Revolute(...).",
     ),
-    (lambda: play(clearance=0.0), "clearance is 0 m; it must be > 0. For a joint without play use Revolute(...)."),
+    (lambda: play(clearance=0.0), "clearance is 0 m; it must be > 0. For a joint without clearance use Revolute(...)."),
     (
         lambda: play(clearance=5e-3),
         "RevoluteClearance 'play': clearance is 0.005 m; it must be smaller than the bearing radius 0.005 m. "

@@ -11,10 +11,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 
-MODELS = """
-import sys
-import flexmb as fm
-import numpy as np
+TELL_COMPILED = """
 from numba.core import event
 
 class Names(event.Listener):
@@ -24,6 +21,14 @@ class Names(event.Listener):
         pass
 
 event.register("numba:compile", Names())
+"""
+
+MODELS = (
+    TELL_COMPILED
+    + """
+import sys
+import flexmb as fm
+import numpy as np
 short = {"t_end": 1e-4, "step": 1e-6}
 
 def peak(clearance):
@@ -53,6 +58,7 @@ fm.check(fm.nine_bar(clearance=5e-4))
 fm.inverse_dynamics(fm.slider_crank(), [0.0, 1e-3])
 np.savez(sys.argv[1], **found)
 """
+)
 
 
 def run(code, package, cache, *arguments, **variables):
@@ -116,19 +122,14 @@ class Stiff(fm.NormalLaw):
     kernel = stiff_kernel
 """
 
-OWN = """
+OWN = (
+    TELL_COMPILED
+    + """
 import flexmb as fm
-from numba.core import event
 from law import Stiff
 
-class Names(event.Listener):
-    def on_start(self, found):
-        print("compiled", found.data["dispatcher"].py_func.__qualname__)
-    def on_end(self, found):
-        pass
-
-event.register("numba:compile", Names())
 mechanism = fm.slider_crank(clearance=5e-4).with_({"B.normal": Stiff(1e7)})
 sol = fm.simulate(mechanism, t_end=1e-3)
 assert sol.ok and sol.peak("B.normal_force").value > 0.0, sol
 """
+)

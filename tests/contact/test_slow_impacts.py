@@ -183,19 +183,16 @@ def test_the_account_of_energy_closes(reference, speed):
     assert damped[-1] > 0.1 * scale
 
 
+def bearing(ball, normal, start):
+    """A bearing of the ground whose journal, the ball, begins at (start, 0)."""
+    sizes = {"clearance": PLAY, "bearing_radius": 1e-2}
+    return fm.RevoluteClearance("J", fm.GROUND, ball, (0.0, 0.0), normal=normal, start=(start, 0.0), **sizes)
+
+
 def test_slow_contacts_that_carry_the_impulse_are_named():
     """A ball that begins at rest carries its whole load through that contact."""
     ball = fm.RigidBody("ball", (0.0, 0.0), MASS, 1.0)
-    joint = fm.RevoluteClearance(
-        "J",
-        fm.GROUND,
-        ball,
-        (0.0, 0.0),
-        clearance=PLAY,
-        bearing_radius=1e-2,
-        normal=law(least_approach=1.0),
-        start=(0.5 * PLAY, 0.0),
-    )
+    joint = bearing(ball, law(least_approach=1.0), 0.5 * PLAY)
     mech = fm.Mechanism("slow", [ball, joint], gravity=(LOAD / MASS, 0.0))
     sol = fm.simulate(mech, t_end=0.1)
     assert (sol.episodes("J").approach_speed < 1.0).all()
@@ -261,16 +258,7 @@ def test_settled_swings_do_not_remember_a_slow_first_touch():
 
     def settled(reference, first):
         ball = fm.RigidBody("ball", (0.0, 0.0), MASS, 1.0, velocity=(first, 0.0, 0.0))
-        joint = fm.RevoluteClearance(
-            "J",
-            fm.GROUND,
-            ball,
-            (0.0, 0.0),
-            clearance=PLAY,
-            bearing_radius=1e-2,
-            normal=law(reference_speed=reference),
-            start=(PLAY, 0.0),
-        )
+        joint = bearing(ball, law(reference_speed=reference), PLAY)
         swing = fm.Force("swing", ball, (0.0, 0.0), (0.3 * LOAD, 0.0), history=wave)
         mech = fm.Mechanism("swung", [ball, joint, swing], gravity=(LOAD / MASS, 0.0))
         return fm.simulate(mech, t_end=0.2, save="steps", step=fm.Adaptive(rtol=1e-6, max=1e-5))

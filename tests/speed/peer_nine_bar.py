@@ -101,7 +101,7 @@ class NineBar(System):
         self.nodes[part.name] = []
         nodes = [self.node(part.name, (n.x, n.y)) for n in part.nodes()]
         self.beam(part, nodes, math.dist(part.start, part.end))
-        bosses = part._bosses()  # the fit belongs to the model, not to the code that moves it
+        bosses = part._bosses  # the fit belongs to the model, not to the code that moves it
         for node, mass, pivot in zip((nodes[0], nodes[-1]), bosses.masses, (part.pivot_inertia, 0.0), strict=True):
             self.boss(node, mass, bosses.inertia + pivot)
 
@@ -110,9 +110,9 @@ class NineBar(System):
         self.nodes[part.name] = []
         places = {n.name: (n.x, n.y) for n in part.nodes()}
         numbers = {name: self.node(part.name, point) for name, point in places.items()}
-        for beam in part._beams():
+        for beam in part._beams:
             self.beam(part, [numbers[n] for n in beam.nodes], math.dist(beam.start, beam.end))
-        bosses = part._bosses()
+        bosses = part._bosses
         corners = [numbers[n] for n in part.corners]
         for node, mass in zip(corners, bosses.masses, strict=True):
             self.boss(node, mass, bosses.inertia)

@@ -38,7 +38,7 @@ class BengisuAkay(FrictionLaw):
     static : mu_s >= mu_k.
     kinetic : mu_k >= 0.
     v0 : slip speed at which mu_s is reached [m/s], > 0.
-    decay : xi [s/m], > 0: how fast friction falls from mu_s to mu_k.
+    decay : xi [s/m], > 0, rate of the fall from mu_s to mu_k.
 
     Raises
     ------

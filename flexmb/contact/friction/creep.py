@@ -1,4 +1,4 @@
-"""At what slip speed a friction law balances a load."""
+"""Slip speed at which a friction law balances a load."""
 
 import math
 
@@ -7,7 +7,7 @@ from flexmb.errors import InputError
 from flexmb.model.law import FrictionLaw
 
 SCANNED = 4000
-"""Speeds at which the rising branch of a law is looked at before the crossing is halved down to round-off."""
+"""Number of speeds at which a law is evaluated before bisection finds its balance with the load to round-off."""
 
 
 def load_ratio(owner: str, value: object) -> float:
@@ -26,7 +26,7 @@ def static_not_below_kinetic(owner: str, static: float, kinetic: float) -> None:
 
 
 def first_balance(law: FrictionLaw, wanted: float, fastest: float) -> float:
-    """The smallest slip speed [m/s] at which a law without history gives `wanted` N, inf where none up to `fastest`."""
+    """The smallest slip speed [m/s], up to `fastest`, at which a law without history gives `wanted` N; else inf."""
 
     def balance(speed: float) -> float:
         force, _, _ = law.kernel.python(law.parameters(), 0.0, speed, 1.0, (), ())
@@ -44,7 +44,7 @@ def first_balance(law: FrictionLaw, wanted: float, fastest: float) -> float:
 
 
 def _halved(balance, low, high):
-    """Where `balance` changes its sign between `low` and `high`."""
+    """Slip speed between `low` and `high` at which `balance` changes its sign."""
     for _ in range(200):
         middle = 0.5 * (low + high)
         if middle in (low, high):

@@ -1,4 +1,4 @@
-"""No friction."""
+"""Contact without friction."""
 
 import math
 from dataclasses import dataclass

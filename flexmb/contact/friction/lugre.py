@@ -1,4 +1,4 @@
-"""Friction with bristles: LuGre."""
+"""LuGre friction: elastic bristles."""
 
 import math
 from dataclasses import dataclass
@@ -11,11 +11,11 @@ from flexmb.kernels import friction_law
 from flexmb.model.law import FrictionLaw
 
 PASSIVE = 4.0 * math.sqrt(2.0 * math.e)
-"""Largest damping kinetic/stribeck_speed: sigma_1(v) v is largest at v_s/sqrt(2), sigma_1 v_s/sqrt(2 e), and must not
-exceed 4 mu_k."""
+"""Largest damping sigma_1 v_s/mu_k [1] of passive bristles: sigma_1(v) v is largest at v_s/sqrt(2), with the value
+sigma_1 v_s/sqrt(2 e), and must not exceed 4 mu_k."""
 
 (DEFLECTION,) = range(1)
-"""The history: deflection of the bristles."""
+"""Place in the history: bristle deflection [m]."""
 
 
 @friction_law
@@ -32,7 +32,7 @@ def lugre_kernel(p, h, slip, N, z, z_new):
     bell = math.exp(-((slip / vs) ** 2))
     g = mu_k + (mu_s - mu_k) * bell
     g_v = -2.0 * (mu_s - mu_k) * bell * slip / (vs * vs)  # _v: by slip, _N: by N
-    most = mu_s / sigma0  # times N: what the bristles can bear now; a load that falls lets them go
+    most = mu_s / sigma0  # times N: largest deflection; a falling load releases the bristles
     old, old_N = z[DEFLECTION], 0.0
     if abs(old) > most * N:
         old_N = math.copysign(most, old)
@@ -61,7 +61,7 @@ def lugre_kernel(p, h, slip, N, z, z_new):
 
 @dataclass(frozen=True)
 class LuGre(FrictionLaw):
-    """Friction of surfaces that hold on to each other by elastic bristles: sticks, breaks away, slides.
+    """Friction of surfaces with elastic bristles: stiction, break-away and sliding.
 
     z' = slip - sigma_0 |slip| z / (g N),  g = mu_k + (mu_s - mu_k) exp(-(slip/v_s)^2),
     T = -[sigma_0 z + N (sigma_1 exp(-(slip/v_s)^2) z' + sigma_2 slip)],
@@ -82,15 +82,16 @@ class LuGre(FrictionLaw):
 
     Notes
     -----
-    Sticks: below mu_s N nothing creeps, the surfaces shift by load/stiffness.  As in all first-order bristle laws a
-    load that oscillates below mu_s N makes the contact drift, and a load that grows at a rate f breaks it away early,
-    at about mu_s N (1 - f / (sigma_0 v_s)).  The equation of z is solved implicitly within the step, in closed
-    form, so the stiffness sets no limit to the step; bristles shorter than a step are found quasi-statically. A
+    Stiction: below mu_s N the surfaces shift by load/stiffness and do not creep.  As in all first-order bristle laws a
+    load that oscillates below mu_s N makes the contact drift.  A load that grows at a rate f causes an early
+    break-away, at about mu_s N (1 - f / (sigma_0 v_s)).  The equation of z is solved implicitly within the step, in
+    closed form, so the stiffness sets no limit to the step; bristles shorter than a step are found quasi-statically.  A
     mass m vibrates on its bristles with sqrt(stiffness/m), damped critically with N sigma_1 = 2 sqrt(stiffness m).
     Keep sigma_1 v_s well below mu_k: else T falls steeply while damping fades, and a step may have several solutions.
-    Never produces energy, for any step and any change of N: T slip <= -d(sigma_0 z^2 / 2)/dt.  For that, stiffness is
-    absolute [N/m] as in the source below (proportional to N it would store energy that a growing load multiplies),
-    bristles longer than mu_s N / sigma_0 let go as N falls, and damping fades with the slip and has a limit.
+    The law never produces energy, for any step and any change of N: T slip <= -d(sigma_0 z^2 / 2)/dt.  Three properties
+    ensure this.  The stiffness is absolute [N/m] as in the source below: a stiffness proportional to N would store
+    energy that a growing load multiplies.  Bristles longer than mu_s N / sigma_0 are released as N falls.  The damping
+    fades with the slip and has a limit.
     Source: C. Canudas de Wit, H. Olsson, K. J. Astrom, P. Lischinsky, A new model for control of systems with friction,
     IEEE Transactions on Automatic Control 40 (1995) 419-425, equations for z, F and g; the fading of sigma_1 from
     K. J. Astrom, C. Canudas de Wit, Revisiting the LuGre friction model, IEEE Control Systems Magazine 28 (2008)

@@ -13,8 +13,7 @@ from flexmb.model.law import FrictionLaw
 def smooth_coulomb_kernel(p, h, slip, N, z, z_new):
     """T = -mu N tanh(slip / v0)."""
     mu, v0 = p
-    c = math.tanh(slip / v0)
-    return -mu * N * c, -mu * N * (1.0 - c * c) / v0, -mu * c
+    return -mu * N * math.tanh(slip / v0)
 
 
 @dataclass(frozen=True)

@@ -1,1 +1,1 @@
-"""Normal contact laws, one a file."""
+"""Normal laws: one file a family of published laws, one for its base."""

@@ -1,7 +1,6 @@
-"""Normal laws of a cylinder in a cylindrical hollow, whose depth holds the logarithm of the force: what they share.
+"""Base of the normal laws of a cylinder in a cylindrical hollow, depth = sigma f ln(A/f), and their kernel.
 
-With f = N/L the force a length and sigma = (1 - nu1^2)/(pi E1) + (1 - nu2^2)/(pi E2), all of them have the form
-depth = sigma f ln(A/f) and differ in A alone.
+f = N/L is the force a length, sigma = (1 - nu1^2)/(pi E1) + (1 - nu2^2)/(pi E2).  The laws differ in A alone.
 """
 
 from __future__ import annotations
@@ -10,17 +9,17 @@ import copy
 import math
 from abc import abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Self
 
 from flexmb import checks
 from flexmb.contact import validity
-from flexmb.contact.normal.hysteresis import damped, two_materials
+from flexmb.contact.normal.damped_elastic import DampedElasticLaw, damped, two_materials
 from flexmb.contact.onset import LARGEST, LEAST_APPROACH, ONSET, reference_speed
-from flexmb.contact.restitution import delivered_restitution, exact_chi
+from flexmb.contact.restitution import exact_chi
+from flexmb.docstrings import documented
 from flexmb.errors import InputError
 from flexmb.kernels import compiled, normal_law
-from flexmb.model.law import NormalLaw
 from flexmb.model.material import Material
 
 END = 2.0
@@ -67,23 +66,26 @@ def cylinder_kernel(p, h, gap, gap_rate, z, z_new):
     return N, dN_dgap, dN_drate
 
 
-@dataclass(frozen=True)
-class CylinderLaw(NormalLaw):
+@documented
+class CylinderLaw(DampedElasticLaw):
     """Base of the laws depth = sigma f ln(A/f) of a cylinder in a hollow; a subclass gives A.
+
+    R1 and R2 are the radii of bearing and journal, f = N/L, sigma = (1 - nu1^2)/(pi E1) + (1 - nu2^2)/(pi E2).  The
+    elastic force follows its tangent beyond ln(A/f) = 2.  It is multiplied by (1 + chi depth_rate/w) with the chi whose
+    free impacts return exactly e.
 
     Parameters
     ----------
     length : length L of the contact, out of the plane [m], > 0.
     materials : materials of bearing and journal.
-    restitution : e, in (0, 1]; free impacts return exactly this.
-    least_approach : approach speed [m/s] below which a contact has none to speak of; one that begins slower, at rest
-        or grazing, takes the largest speed since its onset instead.
-    reference_speed : "onset": the approach speed, as published; "largest": the largest speed since the onset, for
-        contacts that are pressed together or released faster than they met (docs/contact.md).
 
     Raises
     ------
     InputError : values out of range.
+
+    Notes
+    -----
+    For long parallel cylinders with a contact much narrower than the radii.
     """
 
     length: float
@@ -95,6 +97,11 @@ class CylinderLaw(NormalLaw):
 
     kernel = cylinder_kernel
 
+    @staticmethod
+    def chi(restitution: float) -> float:
+        """Damping factor with which free impacts return exactly e = `restitution`."""
+        return exact_chi(restitution)
+
     @abstractmethod
     def load_scale(self, sigma: float, bearing_radius: float, journal_radius: float) -> float:
         """A of depth = `sigma` f ln(A/f) [N/m], for the radii R1 = `bearing_radius` and R2 = `journal_radius` [m]."""
@@ -104,10 +111,7 @@ class CylinderLaw(NormalLaw):
         name = type(self).__name__
         checks.positive(name, "length", self.length, "m")
         two_materials(name, self.materials)
-        checks.positive(name, "restitution", self.restitution)
-        checks.between(name, "restitution", self.restitution, 0.0, 1.0)
-        checks.not_negative(name, "least_approach", self.least_approach, "m/s")
-        checks.one_of(name, "reference_speed", self.reference_speed, (ONSET, LARGEST))
+        self._check_damping()
 
     @property
     def sigma(self) -> float:
@@ -134,20 +138,10 @@ class CylinderLaw(NormalLaw):
             return 0.0
         return sigma * f * math.log(A / f) if f <= A * math.exp(-END) else self._end(sigma, A, f)
 
-    def delivered_restitution(self, e: float | None = None) -> float:
-        """The restitution of a free impact when `e` is asked for (None: what this law was made with): e itself."""
-        name = type(self).__name__
-        asked = self.restitution if e is None else checks.between(name, "e", checks.positive(name, "e", e), 0.0, 1.0)
-        return delivered_restitution(exact_chi(asked))
-
     def parameters(self) -> tuple[float, ...]:
         """sigma, A, L, chi, least approach speed, whether the reference speed is the largest one, restitution."""
         largest, e = float(self.reference_speed == LARGEST), self.restitution
-        return *self._scales(), self.length, exact_chi(e), self.least_approach, largest, e
-
-    def history(self) -> tuple[float, ...]:
-        """Reference speed, gap, gap rate, approach speed; largest approach speed, depth, force, cut tension, excess."""
-        return validity.HISTORY_WITH_EXTREMES
+        return *self._scales(), self.length, self.chi(e), self.least_approach, largest, e
 
     def remarks(self, history: Sequence[float]) -> tuple[str, ...]:
         """Limits that the run passed: tension, excess, speed, end of the logarithm, width, yield."""
@@ -170,8 +164,7 @@ class CylinderLaw(NormalLaw):
     def _scales(self) -> tuple[float, float]:
         """Both numbers of the logarithm: sigma and A."""
         if self.radii is None:
-            name = type(self).__name__
-            raise InputError(f"{name}: the stiffness depends on radii; use it in a clearance joint.")
+            raise self._no_radii()
         return self.sigma, self.load_scale(self.sigma, *self.radii)
 
     @staticmethod

@@ -1,4 +1,4 @@
-"""Normal law of Hertz: elastic."""
+"""Elastic normal law of Hertz."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from flexmb.model.material import Material
 
 @dataclass(frozen=True)
 class Hertz(HysteresisLaw):
-    """Elastic contact, N = K depth^n; nothing is lost, the restitution is 1.
+    """Elastic contact, N = K depth^n, without losses: the coefficient of restitution is 1.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class Hertz(HysteresisLaw):
 
     @classmethod
     def from_materials(cls, bearing: Material, journal: Material) -> Self:  # type: ignore[override]
-        """The law with Hertz's stiffness for n = 3/2, from the materials here and the radii of the joint.
+        """The law with Hertz's stiffness for n = 3/2, from two materials and the radii of the joint.
 
         Parameters
         ----------
@@ -46,5 +46,5 @@ class Hertz(HysteresisLaw):
 
     @staticmethod
     def chi(restitution: float) -> float:
-        """0: there is no damping, whatever `restitution`."""
+        """Damping factor 0 for any `restitution`."""
         return 0.0

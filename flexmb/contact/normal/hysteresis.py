@@ -1,4 +1,4 @@
-"""Normal laws N = K depth^n (1 + chi depth_rate/w): one kernel, and the base of all of them."""
+"""Base of the normal laws N = K depth^n (1 + chi depth_rate/w), and their kernel."""
 
 from __future__ import annotations
 
@@ -6,42 +6,22 @@ import copy
 import math
 import sys
 import warnings
-from abc import abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Self
 
 from flexmb import checks
 from flexmb.contact import validity
 from flexmb.contact.hertz import hertz_stiffness
+from flexmb.contact.normal.damped_elastic import DampedElasticLaw, damped, two_materials
 from flexmb.contact.onset import LARGEST, LEAST_APPROACH, ONSET, reference_speed
-from flexmb.contact.restitution import delivered_restitution
+from flexmb.docstrings import documented
 from flexmb.errors import InputError, RestitutionWarning
-from flexmb.kernels import compiled, normal_law
-from flexmb.model.law import NormalLaw
+from flexmb.kernels import normal_law
 from flexmb.model.material import Material
 
 MISS = 0.05
-"""Part of the restitution asked for by which a law may miss it without a warning."""
-
-
-@compiled
-def damped(elastic, slope, chi, e, gap_rate, speed, by_gap, by_rate):
-    """Elastic force times (1 + chi depth_rate/w), its derivatives by gap and gap rate, the tension cut off, the excess.
-
-    slope : derivative of the elastic force by the gap; by_gap, by_rate : those of the reference speed w = `speed`.
-    The excess is the damping force beyond that of a free impact, whose depth_rate/w is between -e and 1.  A contact at
-    rest (w = 0) is not damped.
-    """
-    if speed <= 0.0:
-        return elastic, slope, 0.0, 0.0, 0.0
-    ratio = -gap_rate / speed
-    factor, excess = 1.0 + chi * ratio, elastic * chi * max(ratio - 1.0, -e - ratio, 0.0)
-    if factor <= 0.0:
-        return 0.0, 0.0, 0.0, -elastic * factor, excess
-    by_speed = -elastic * chi * ratio / speed
-    by_rate = -elastic * chi / speed + by_speed * by_rate
-    return elastic * factor, slope * factor + by_speed * by_gap, by_rate, 0.0, excess
+"""Fraction of the coefficient of restitution asked for by which a law may miss it without a warning."""
 
 
 @normal_law
@@ -58,22 +38,17 @@ def hysteresis_kernel(p, h, gap, gap_rate, z, z_new):
     return N, dN_dgap, dN_drate
 
 
-@dataclass(frozen=True)
-class HysteresisLaw(NormalLaw):
-    """Base of the laws N = K depth^n (1 + chi depth_rate/w), cut at zero; a subclass gives chi(e).
+@documented
+class HysteresisLaw(DampedElasticLaw):
+    """Base of the laws of hysteresis damping; a subclass gives the damping factor chi(e).
 
-    w is the reference speed: the closing speed where the contact began, located inside the step, if not told otherwise.
+    N = K depth^n (1 + chi depth_rate/w), cut at zero, so the surfaces never pull.
 
     Parameters
     ----------
     stiffness : K [N/m^n], > 0; None with `materials`: Hertz, from the radii of the joint.
     exponent : n, > 0.
-    restitution : e asked for, in (0, 1].
-    least_approach : approach speed [m/s] below which a contact has none to speak of; one that begins slower, at rest
-        or grazing, takes the largest speed since its onset instead.
     materials : materials of bearing and journal, when `stiffness` is None.
-    reference_speed : "onset": the approach speed, as published; "largest": the largest speed since the onset, for
-        contacts that are pressed together or released faster than they met (docs/contact.md).
 
     Raises
     ------
@@ -81,8 +56,9 @@ class HysteresisLaw(NormalLaw):
 
     Notes
     -----
-    What comes out of a free impact depends on chi alone, not on K, n, mass or speed: `delivered_restitution`.  A law
-    that misses what it is asked for by more than 5 % says so with a `RestitutionWarning` when it is made.
+    The coefficient of restitution of a free impact depends on chi alone, not on K, n, mass or speed:
+    `delivered_restitution`.  A law that misses the coefficient asked for by more than 5 % gives a `RestitutionWarning`
+    when it is made.
     """
 
     stiffness: float | None = None
@@ -95,11 +71,6 @@ class HysteresisLaw(NormalLaw):
 
     kernel = hysteresis_kernel
 
-    @staticmethod
-    @abstractmethod
-    def chi(restitution: float) -> float:
-        """The factor of hysteresis damping for the e = `restitution` that is asked for."""
-
     def __post_init__(self) -> None:
         super().__post_init__()
         name = type(self).__name__
@@ -110,10 +81,7 @@ class HysteresisLaw(NormalLaw):
         if self.stiffness is not None:
             checks.positive(name, "stiffness", self.stiffness, "N/m^n")
         checks.positive(name, "exponent", self.exponent)
-        checks.positive(name, "restitution", self.restitution)
-        checks.between(name, "restitution", self.restitution, 0.0, 1.0)
-        checks.not_negative(name, "least_approach", self.least_approach, "m/s")
-        checks.one_of(name, "reference_speed", self.reference_speed, (ONSET, LARGEST))
+        self._check_damping()
         self._warn_of_a_miss()
 
     @classmethod
@@ -126,14 +94,12 @@ class HysteresisLaw(NormalLaw):
         least_approach: float = LEAST_APPROACH,
         reference_speed: str = ONSET,
     ) -> Self:
-        """The law with Hertz's stiffness for n = 3/2, from the materials here and the radii of the joint.
+        """The law with Hertz's stiffness for n = 3/2, from two materials and the radii of the joint.
 
         Parameters
         ----------
         bearing, journal : materials.
-        restitution : e asked for, in (0, 1].
-        least_approach : approach speed below which a contact has none to speak of [m/s].
-        reference_speed : "onset" or "largest".
+        restitution, least_approach, reference_speed : see the class.
         """
         given = {"restitution": restitution, "least_approach": least_approach, "reference_speed": reference_speed}
         return cls(materials=(bearing, journal), **given)
@@ -146,27 +112,13 @@ class HysteresisLaw(NormalLaw):
             object.__setattr__(law, "stiffness", hertz_stiffness(*self.materials, bearing_radius, journal_radius))
         return law
 
-    def delivered_restitution(self, e: float | None = None) -> float:
-        """The restitution of a free impact when `e` is asked for (None: what this law was made with); exact.
-
-        Contacts that begin slower than `least_approach` return more.
-        """
-        name = type(self).__name__
-        asked = self.restitution if e is None else checks.between(name, "e", checks.positive(name, "e", e), 0.0, 1.0)
-        return delivered_restitution(self.chi(asked))
-
     def parameters(self) -> tuple[float, ...]:
         """K, n, chi, least approach speed, whether the reference speed is the largest one, restitution delivered."""
         if self.stiffness is None:
-            name = type(self).__name__
-            raise InputError(f"{name}: the stiffness depends on radii; use it in a clearance joint.")
+            raise self._no_radii()
         largest = float(self.reference_speed == LARGEST)
         chi, e = self.chi(self.restitution), self.delivered_restitution()
         return self.stiffness, self.exponent, chi, self.least_approach, largest, e
-
-    def history(self) -> tuple[float, ...]:
-        """Reference speed, gap, gap rate, approach speed; largest approach speed, depth, force, cut tension, excess."""
-        return validity.HISTORY_WITH_EXTREMES
 
     def remarks(self, history: Sequence[float]) -> tuple[str, ...]:
         """Limits that the run passed: tension, excess, speed; with Hertz's stiffness also width and yield."""
@@ -182,20 +134,13 @@ class HysteresisLaw(NormalLaw):
         return tuple(found)
 
     def _warn_of_a_miss(self) -> None:
-        """Say what is delivered instead, at the line outside flexmb that asked for it."""
+        """Warn at the line outside flexmb that makes a law whose free impacts miss the coefficient asked for."""
         asked, found = self.restitution, self.delivered_restitution()
         if abs(found - asked) <= MISS * asked:
             return
         text = f"{type(self).__name__}(restitution={asked:g}) delivers {found:.3f}"
         text = f"{text}; ExactRestitution(restitution={asked:g}) delivers {asked:g}."
         warnings.warn(text, RestitutionWarning, stacklevel=_levels_inside())
-
-
-def two_materials(name: str, materials: object) -> None:
-    """Refuse anything but two materials."""
-    pair = checks.sequence(name, "materials", materials, "two materials")
-    if len(pair) != 2 or not all(isinstance(m, Material) for m in pair):
-        raise InputError(f"{name}: materials are {pair!r}; they must be two Material(...), bearing first.")
 
 
 def _levels_inside() -> int:

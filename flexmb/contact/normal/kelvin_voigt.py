@@ -43,8 +43,8 @@ class KelvinVoigt(NormalLaw):
     ----------
     stiffness : K [N/m], > 0.
     damping : C [N s/m], >= 0.
-    ramp : depth over which the damper comes in, as 3 x^2 - 2 x^3 of x = depth/ramp [m], >= 0; with 0 the damper acts
-        from the first touch on.
+    ramp : depth [m], >= 0, over which the damper force grows to its full value as 3 x^2 - 2 x^3 of x = depth/ramp; 0:
+        the damper acts from the onset on.
 
     Raises
     ------
@@ -52,12 +52,12 @@ class KelvinVoigt(NormalLaw):
 
     Notes
     -----
-    The force jumps by C times the approach speed at the first touch.  Newton's method does not converge on a jump, so
-    fixed steps can end a run there; error-controlled steps get past it, and so does a `ramp` that takes several steps.
+    The force jumps by C times the approach speed at the onset.  Newton's method does not converge on a jump, so fixed
+    steps can end a run there.  Error-controlled steps pass the jump; a `ramp` of several steps removes it.
     The restitution depends on the mass: `for_restitution` and `delivered_restitution` hold for a free impact of a
     reduced mass, without ramp.
     Source: W. Goldsmith, Impact: The Theory and Physical Behaviour of Colliding Solids, Edward Arnold 1960, for the
-    law; the guard is that of any contact without adhesion.
+    law; the cut at zero is that of any contact without adhesion.
     """
 
     stiffness: float
@@ -110,7 +110,7 @@ class KelvinVoigt(NormalLaw):
         return validity.HISTORY_WITH_EXTREMES
 
     def remarks(self, history: Sequence[float]) -> tuple[str, ...]:
-        """The tension that was cut, where it matters."""
+        """A remark on the tension that was cut."""
         extremes = validity.Extremes.of(history)
         return tuple(validity.pulled(extremes.tension, extremes.force))
 

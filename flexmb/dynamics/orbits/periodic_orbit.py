@@ -14,7 +14,7 @@ from flexmb.dynamics.orbits.grazing import SAMPLES, closest_approaches, gap_sign
 from flexmb.dynamics.orbits.newton import Found, correct
 from flexmb.dynamics.orbits.shooting import Pass, Period, Shooting
 from flexmb.dynamics.systems.dynamics import Dynamics
-from flexmb.dynamics.systems.map import state_of
+from flexmb.dynamics.systems.given import state_of
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism

@@ -11,7 +11,7 @@ from flexmb import checks
 from flexmb.dynamics.sections.crossing import DOWN, UP, Bracket, Height, carry, locate, stride
 from flexmb.dynamics.sections.section_of_flow import SectionOfFlow
 from flexmb.dynamics.systems.continuous_flow import ContinuousFlow
-from flexmb.dynamics.systems.map import state_of
+from flexmb.dynamics.systems.given import state_of
 from flexmb.errors import InputError
 
 DIRECTIONS = {"up": (UP,), "down": (DOWN,), "both": (DOWN, UP)}

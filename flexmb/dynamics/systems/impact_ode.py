@@ -10,7 +10,7 @@ import numpy as np
 from flexmb import checks
 from flexmb.dynamics.sections.crossing import UP, Height, carry, locate, stride
 from flexmb.dynamics.systems.continuous_flow import ContinuousFlow
-from flexmb.dynamics.systems.map import central_differences, state_of
+from flexmb.dynamics.systems.given import central_differences, state_of
 from flexmb.dynamics.systems.ode import ODE
 from flexmb.errors import InputError
 

@@ -8,11 +8,10 @@ from typing import Any, Self
 import numpy as np
 
 from flexmb import checks
-from flexmb.dynamics.systems.dynamics import Dynamics
-from flexmb.errors import InputError
+from flexmb.dynamics.systems.given import GivenSystem, central_differences, square_of, state_of, tangents_of
 
 
-class Map(Dynamics):
+class Map(GivenSystem):
     """The map x -> function(x, **parameters).
 
     Parameters
@@ -30,6 +29,7 @@ class Map(Dynamics):
         else than a state, what is no function, a jacobian of another shape.
     """
 
+    kind = "Map"
     unit = "iterations"
 
     def __init__(
@@ -42,47 +42,20 @@ class Map(Dynamics):
         names: Sequence[str] | None = None,
         name: str = "map",
     ) -> None:
-        label = f"Map {name!r}"
-        self.name, self.function, self.jacobian = name, function_of(label, "function", function), jacobian
-        if jacobian is not None:
-            function_of(label, "jacobian", jacobian)
-        self.start, self._parameters = state_of(label, start), checks.mapping(label, "parameters", parameters)
-        self.names = names_of(label, "names", names, [f"x{i}" for i in range(len(self.start))])
+        self._declare(name, function, start, jacobian, parameters, names)
         self.units = ("",) * len(self.names)
         self.reset()
-        state_of(f"Map {name!r}: function", self._next(self.start), len(self.start))
-
-    @property
-    def time(self) -> float:
-        return self._time
-
-    @property
-    def size(self) -> int:
-        return len(self.start)
-
-    @property
-    def parameters(self) -> Mapping[str, Any]:
-        return dict(self._parameters)
-
-    def state(self) -> np.ndarray:
-        return self._state.copy()
-
-    def observe(self) -> np.ndarray:
-        return self._state.copy()
+        state_of(f"{self._label}: function", self._next(self.start), len(self.start))
 
     def reset(
         self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
     ) -> None:
-        label = f"Map {self.name!r}"
-        for key, value in checks.mapping(label, "parameters", parameters).items():
-            self._parameters[checks.one_of(label, "parameter", key, self._parameters)] = value
-        self._state = self.start.copy() if state is None else state_of(f"Map {self.name!r}", state, self.size)
-        self._time, self.ok, self.status = float(time), True, "ready"
+        self._begin(state, parameters)
+        self._time = float(time)
 
     def advance(self, duration: float, tangents: np.ndarray | None = None) -> bool:
-        label = f"Map {self.name!r}"
-        T = None if tangents is None else tangents_of(label, tangents, self.size)
-        for _ in range(checks.count(label, "duration", duration, 0) if self.ok else 0):
+        T = None if tangents is None else tangents_of(self._label, tangents, self.size)
+        for _ in range(checks.count(self._label, "duration", duration, 0) if self.ok else 0):
             try:
                 new = np.asarray(self._next(self._state), dtype=np.float64)
             except (OverflowError, ZeroDivisionError, FloatingPointError):
@@ -113,66 +86,5 @@ class Map(Dynamics):
 
     def _slope(self, x: np.ndarray) -> np.ndarray:
         if self.jacobian is not None:
-            return square_of(f"Map {self.name!r}", self.jacobian(x, **self._parameters), self.size)
+            return square_of(self._label, self.jacobian(x, **self._parameters), self.size)
         return central_differences(self._next, x)
-
-
-def central_differences(function: Callable[[np.ndarray], Any], x: np.ndarray) -> np.ndarray:
-    """Derivatives (m, n) of a function of x (n,) with values (m,), with an error of some 1e-10 of the values."""
-    columns = []
-    for i in range(len(x)):
-        step = np.zeros_like(x)
-        step[i] = 6e-6 * max(abs(x[i]), 1.0)
-        up, down = np.asarray(function(x + step)), np.asarray(function(x - step))
-        columns.append((up - down) / (2.0 * step[i]))
-    return np.array(columns, dtype=np.float64).T
-
-
-def state_of(owner: str, value: Any, size: int | None = None) -> np.ndarray:
-    """`value` as a state (size,) of finite numbers, or `InputError`."""
-    try:
-        state = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):  # complex numbers are TypeErrors, too
-        raise InputError(f"{owner}: a state is {value!r}; it must be a list of numbers.") from None
-    wanted = "(n,)" if size is None else f"({size},)"
-    if state.ndim != 1 or len(state) == 0 or (size is not None and len(state) != size):
-        raise InputError(f"{owner}: a state has shape {state.shape}; it must have shape {wanted}.")
-    if not np.isfinite(state).all():
-        raise InputError(f"{owner}: a state is {value!r}; all its numbers must be finite.")
-    return state
-
-
-def function_of(owner: str, what: str, value: Any) -> Callable[..., Any]:
-    """`value` if it can be called, or `InputError`."""
-    if not callable(value):
-        raise InputError(f"{owner}: {what} is {value!r}; it must be a function.")
-    return value  # type: ignore[no-any-return]
-
-
-def names_of(owner: str, what: str, value: Any, default: Sequence[str]) -> tuple[str, ...]:
-    """`value` as so many different names (units: of any kind) as `default` has, which stands for None."""
-    found = tuple(default) if value is None else checks.sequence(owner, what, value, "texts")
-    if len(found) != len(default):
-        raise InputError(f"{owner}: {len(found)} {what} for {len(default)} numbers of a state.")
-    wrong = [x for x in found if not isinstance(x, str)] or [x for x in found if what == "names" and found.count(x) > 1]
-    if wrong:
-        raise InputError(f"{owner}: {what} has {wrong[0]!r}; it must hold texts, and no name twice.")
-    return found
-
-
-def tangents_of(owner: str, value: Any, size: int) -> np.ndarray:
-    """`value` if differences (size, k) can be carried in it, in place, or `InputError`."""
-    if not isinstance(value, np.ndarray) or value.ndim != 2 or len(value) != size or value.dtype != np.float64:
-        text = f"{owner}: tangents have shape {np.shape(value)}"
-        raise InputError(f"{text}; they must be a float64 array ({size}, k), one difference a column.")
-    if not np.isfinite(value).all():
-        raise InputError(f"{owner}: tangents hold numbers that are not finite. Carry them for shorter times.")
-    return value
-
-
-def square_of(owner: str, value: Any, size: int) -> np.ndarray:
-    """What a jacobian returns as (size, size), or `InputError`."""
-    found = np.asarray(value, dtype=np.float64)
-    if found.shape != (size, size):
-        raise InputError(f"{owner}: jacobian has shape {found.shape}; it must have shape ({size}, {size}).")
-    return found

@@ -9,9 +9,9 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.dynamics.systems.continuous_flow import ContinuousFlow
-from flexmb.dynamics.systems.map import (
+from flexmb.dynamics.systems.given import (
+    GivenSystem,
     central_differences,
-    function_of,
     names_of,
     square_of,
     state_of,
@@ -36,7 +36,7 @@ class NotFiniteError(SolveError):
     """The rate of a state is no finite number."""
 
 
-class ODE(ContinuousFlow):
+class ODE(GivenSystem, ContinuousFlow):
     """The flow dx/dt = function(t, x, **parameters).
 
     Small differences obey the variational equations dW/dt = J W, integrated with the state.
@@ -75,6 +75,8 @@ class ODE(ContinuousFlow):
     0.135335283
     """
 
+    kind = "ODE"
+
     def __init__(
         self,
         function: Callable[..., Any],
@@ -91,32 +93,15 @@ class ODE(ContinuousFlow):
         atol: float = 1e-12,
         method: str = "DOP853",
     ) -> None:
-        label = f"ODE {name!r}"
-        self.name, self.function, self.jacobian = name, function_of(label, "function", function), jacobian
-        if jacobian is not None:
-            function_of(label, "jacobian", jacobian)
-        self.start, self._given_period, self._given_driven = state_of(label, start), period, driven
-        size = len(self.start)
-        self.names = names_of(label, "names", names, [f"x{i}" for i in range(size)])
+        self._declare(name, function, start, jacobian, parameters, names)
+        label, size = self._label, self.size
+        self._given_period, self._given_driven = period, driven
         self.units = names_of(label, "units", units, ("",) * size)
         self.rtol = checks.between(label, "rtol", rtol, FINEST, 0.1)
         self.atol = checks.positive(label, "atol", atol)
         self.method = checks.one_of(label, "method", method, METHODS)
-        self._parameters = checks.mapping(label, "parameters", parameters)
         self.reset()
         state_of(f"{label}: function", function(0.0, self.start.copy(), **self._parameters), size)
-
-    @property
-    def time(self) -> float:
-        return self._time
-
-    @property
-    def size(self) -> int:
-        return len(self.start)
-
-    @property
-    def parameters(self) -> Mapping[str, Any]:
-        return dict(self._parameters)
 
     @property
     def pace(self) -> float:
@@ -125,28 +110,19 @@ class ODE(ContinuousFlow):
         size, speed = np.linalg.norm(self._state), np.linalg.norm(self.velocity())
         return 0.01 * float(max(size, 1e-6) / speed) if speed > 0.0 else 0.01 * (self.period or 1.0)
 
-    def state(self) -> np.ndarray:
-        return self._state.copy()
-
-    def observe(self) -> np.ndarray:
-        return self._state.copy()
-
     def reset(
         self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
     ) -> None:
-        label = f"ODE {self.name!r}"
-        for key, value in checks.mapping(label, "parameters", parameters).items():
-            self._parameters[checks.one_of(label, "parameter", key, self._parameters)] = value
-        self._state = self.start.copy() if state is None else state_of(label, state, self.size)
+        self._begin(state, parameters)
+        label = self._label
         self._time, self._h = checks.number(label, "time", time, "s"), None
-        self.ok, self.status = True, "ready"
         given = self._given_period
         period = given(**self._parameters) if callable(given) else given
         self.period = None if period is None else checks.positive(label, "period", period, "s")
         self.driven = self._depends_on_time() if self._given_driven is None else bool(self._given_driven)
 
     def advance(self, duration: float, tangents: np.ndarray | None = None) -> bool:
-        limit = self._time + checks.positive(f"ODE {self.name!r}", "duration", duration, "s")
+        limit = self._time + checks.positive(self._label, "duration", duration, "s")
         return self._go(limit, tangents, single=False)
 
     def take_step(self, limit: float, tangents: np.ndarray | None = None) -> bool:
@@ -219,7 +195,7 @@ class ODE(ContinuousFlow):
 
     def _slope(self, t: float, x: np.ndarray) -> np.ndarray:
         if self.jacobian is not None:
-            return square_of(f"ODE {self.name!r}", self.jacobian(t, x, **self._parameters), self.size)
+            return square_of(self._label, self.jacobian(t, x, **self._parameters), self.size)
         return central_differences(lambda y: self._rate(t, y), x)
 
     def _go(self, limit: float, tangents: np.ndarray | None, *, single: bool) -> bool:
@@ -228,7 +204,7 @@ class ODE(ContinuousFlow):
             return False
         lengths = np.ones(0)
         if tangents is not None:
-            tangents = tangents_of(f"ODE {self.name!r}", tangents, self.size)
+            tangents = tangents_of(self._label, tangents, self.size)
             lengths = np.abs(tangents).max(axis=0, initial=0.0)
             lengths[lengths == 0.0] = 1.0
             tangents /= lengths

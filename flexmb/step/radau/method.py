@@ -10,16 +10,25 @@ import numpy as np
 
 from flexmb.energy.balance import STEPS_BEFORE_CHECK, check_balance
 from flexmb.energy.contact_work import contact_losses
-from flexmb.kernels import GAP_SIZE, compiled, copy, part_of
+from flexmb.kernels import compiled, copy
 from flexmb.linalg.lu import LU
-from flexmb.places import GAP
 from flexmb.program.program import Program
 from flexmb.program.tables import COMMON_Z, Addresses, Tables
 from flexmb.state.flow import Flow
 from flexmb.state.options import Options
 from flexmb.state.record import BUFFER_FULL, DONE, NOT_EVALUATED, RUNNING, STEP_TOO_SMALL, RunRecord
 from flexmb.state.trial import Trial
-from flexmb.step.acceptance import adopt_trial, finished, next_step_size, report_signals, store_signals, update_peaks
+from flexmb.step.acceptance import (
+    adopt_trial,
+    count_row,
+    finished,
+    is_due,
+    next_due,
+    next_step_size,
+    report_signals,
+    store_signals,
+    update_peaks,
+)
 from flexmb.step.contact_events import planned_step, update_impacts
 from flexmb.step.contact_log import buffer_may_overflow, update_episodes
 from flexmb.step.method import Method
@@ -32,7 +41,7 @@ from flexmb.step.radau.step import radau_error, radau_step
 from flexmb.step.radau.works import add_works, find_between, ledger_at, update_ledger
 from flexmb.step.stepper import Stepper
 from flexmb.system.constraints import report_forces
-from flexmb.system.contacts import call_gap
+from flexmb.system.contacts import find_gap
 from flexmb.system.evaluate import evaluate_accepted
 from flexmb.system.outputs import write_outputs
 from flexmb.system.work import LOSS_FRICTION, LOSS_NORMAL, Work
@@ -200,24 +209,16 @@ def contact_within_step(tables, address, flow, trial, work, R):
     """
     K = tables.contacts
     for c in range(K.kernel.shape[0]):
-        if flow.z[K.z[c, COMMON_Z]] != 0.0 or gap_at(tables, address, c, trial.q, trial.v, work) <= 0.0:
+        if flow.z[K.z[c, COMMON_Z]] != 0.0:
+            continue
+        gap, _ = find_gap(tables, address, c, trial.q, trial.v, work)
+        if gap <= 0.0:
             continue
         for stage in range(LAST):
-            if gap_at(tables, address, c, R.Q[stage], R.V[stage], work) <= 0.0:
+            gap, _ = find_gap(tables, address, c, R.Q[stage], R.V[stage], work)
+            if gap <= 0.0:
                 return C[stage]
     return 0.0
-
-
-@compiled
-def gap_at(tables, address, c, q, v, work):
-    """Gap of contact c at coordinates q and velocities v [m]."""
-    dofs = part_of(tables.contacts.dofs, 6 * c, 6 * c + 6)
-    for i in range(6):
-        dof = dofs[i]
-        work.ql[i], work.vl[i] = q[dof], v[dof]
-    out = work.contact[c, :GAP_SIZE]
-    call_gap(tables, address, c, work.ql, work.vl, out)
-    return out[GAP]
 
 
 @compiled
@@ -271,19 +272,16 @@ def save_between(tables, address, lu, options, flow, trial, work, record, R):
 
     The buffer must then be emptied, and `save_between` called again before the next step.
     """
-    due = flow.clock.save_start + (flow.clock.saved_instants + 1.0) * options.save_interval
-    while due <= flow.clock.t + 1e-9 * options.save_interval and record.count.rows < record.times.shape[0]:
-        row, s = record.count.rows, (due - R.step.start) / R.step.size
+    while is_due(options, flow, record):
+        due, row = next_due(options, flow), record.count.rows
+        s = (due - R.step.start) / R.step.size
         if s < 1.0 - 1e-9:
             signals_at(tables, address, lu, s, options, flow, trial, work, record, R, R.signals)
             update_peaks(due, R.signals, record)
             store_signals(R.signals, record, row)
         else:
             store_signals(record.signals, record, row)
-        record.times[row] = due
-        record.count.rows += 1
-        flow.clock.saved_instants += 1.0
-        due = flow.clock.save_start + (flow.clock.saved_instants + 1.0) * options.save_interval
+        count_row(due, flow, record)
     return BUFFER_FULL if record.count.rows >= record.times.shape[0] else RUNNING
 
 
