@@ -1,21 +1,19 @@
-"""`flexmb chaos`: is the motion of a mechanism periodic or chaotic, how sure is that, and what does it look like."""
+"""`flexmb chaos`: exponents, section and verdict of a motion, printed as a table and written to files."""
 
 from __future__ import annotations
 
 import argparse
 import sys
-from dataclasses import dataclass
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
 from flexmb import checks
-from flexmb.commands.chaos_signals import Findings, Motion, chosen, goes_on, looked_at, planes
+from flexmb.commands.chaos_study import Findings, Study, chosen, study_of
 from flexmb.commands.files import require_folder, require_packages, write_netcdf
 from flexmb.commands.run import flow_options, periods_of
 from flexmb.dynamics.exponents.exponents import Exponents
-from flexmb.dynamics.exponents.lyapunov import lyapunov
-from flexmb.dynamics.sections.stroboscopic import StroboscopicMap
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism
@@ -24,52 +22,45 @@ OWNER = "flexmb chaos"
 STEM = "chaos"
 
 FEWEST_PERIODS = 20
-"""Periods below which no estimate from a signal has a value."""
+"""Smallest number of periods for estimates from a signal."""
 
 FEWEST_SAMPLES = 50
-"""Samples a period below which 20 periods are too few for a correlation dimension."""
+"""Smallest number of samples a period; with fewer, 20 periods are too few for a correlation dimension."""
 
+MEANING = {
+    "zero_one": "0-1 test: 0 regular, 1 chaotic",
+    "separation": "separation of neighbours: 0 stays, 1 gets lost",
+    "k": "points of the cycle",
+    "since": "point from which on they return",
+    "shrink": "factor by which steps shrink from point to point",
+    "level": "change of the means between the halves, in deviations",
+    "loudness": "change of the deviations between the halves",
+    "swelling": "change of the amplitude, first to last quarter",
+    "drift": "step by which a signal moves on from point to point",
+    "doublings": "times that bands double, as far as the points can show",
+    "bands": "parts of the section that are visited in turn",
+    "signals": "signals that the verdict rests on",
+    "points": "points, one a period",
+}
 
-@dataclass(frozen=True)
-class Study:
-    """All that was found about a motion.
+SPECTRUM = {
+    "lines": "periodic or nearly so",
+    "mixed": "lines on a floor",
+    "broad": "chaotic or random",
+    "constant": "the signal is constant",
+}
 
-    Parameters
-    ----------
-    exponents : exponents, points once a period, verdict.
-    period : time from one point to the next [s].
-    skip : periods before the first point.
-    units : of all signals, those of `exponents.names`.
-    motion : signals once a period and finely.
-    findings : what each chosen signal says.
-    planes : what is drawn over what.
-    """
+MORE_THAN = 2.0
+"""Dimensions that a chaotic motion fills at least: curves on a surface cannot cross."""
 
-    exponents: Exponents
-    period: float
-    skip: int
-    units: tuple[str, ...]
-    motion: Motion
-    findings: list[Findings]
-    planes: list[tuple[str, str | None]]
+ROUND_OFF = 1e-14
+"""A number below is shown as 0."""
 
-    @property
-    def trouble(self) -> str:
-        """Why it is not all there, or ""."""
-        return self.motion.trouble if self.exponents.ok else self.exponents.status
+HALF = 0.5
+"""Dimension below which there are but points."""
 
-    @property
-    def dimension(self) -> float:
-        """Lyapunov dimension of the section; NaN unless the exponents reach from a sum >= 0 to one below 0.
-
-        j + (sum of the first j) / |exponent j + 1|, j the most that add up to >= 0 (J. L. Kaplan and J. A. Yorke,
-        Lecture Notes in Mathematics 730 (1979) 204).
-        """
-        sums = np.cumsum(self.exponents.spectrum)
-        if len(sums) < 2 or not np.isfinite(sums).all() or sums[0] < 0.0 or sums[-1] >= 0.0:
-            return float("nan")
-        j = int(np.argmax(sums < 0.0))
-        return float(j + sums[j - 1] / abs(self.exponents.spectrum[j]))
+LINES = 5
+"""Lines of a spectrum that are listed."""
 
 
 def chaos(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
@@ -85,7 +76,7 @@ def chaos(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
     ------
     FlexmbError : what `lyapunov` refuses; no period, an unknown signal, a folder that cannot be written.
     """
-    from flexmb.commands import chaos_files, chaos_table  # noqa: PLC0415 - xarray when it is needed
+    from flexmb.commands import chaos_files  # noqa: PLC0415 - imports xarray
 
     folder = Path(options.out or Path("out") / name)
     pictures = {} if options.no_plots else {"matplotlib": ("pictures", " or leave them out with --no-plots")}
@@ -95,12 +86,12 @@ def chaos(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
     _check_directions(flow, options.exponents)
     signals = chosen(mechanism, flow, options.signals)
     require_folder(folder)
-    study = _study(flow, signals, options)
+    study = study_of(flow, signals, options)
     written = [write_netcdf(folder / f"{STEM}.nc", chaos_files.datasets(study))]
     if not options.no_plots:
         written += chaos_files.pictures(study, folder)
     if not options.quiet:
-        print(chaos_table.table(study))
+        print(table(study))
         print("\nwritten:", *(f"  {path}" for path in written), sep="\n")
     if study.trouble:
         print(f"flexmb: {study.trouble}", file=sys.stderr)
@@ -136,19 +127,122 @@ def _check_directions(flow: MechanismFlow, exponents: int) -> None:
         raise InputError(f"{OWNER}: --exponents is {exponents}; {flow.name!r} has {most}.")
 
 
-def _study(flow: MechanismFlow, signals: list[str], options: argparse.Namespace) -> Study:
-    """The exponents and a second run that confirms them, then the first motion for some periods more."""
-    period = StroboscopicMap(flow).period
-    shown = not options.quiet
-    asked = {"count": options.exponents, "confirm": not options.no_confirm, "progress": shown}
-    found = lyapunov(flow, skip=options.skip, periods=options.keep, **asked)
-    drawn = planes(signals, flow.names)
-    names = list(dict.fromkeys([*signals, *(name for plane in drawn for name in plane if name is not None)]))
-    places = [flow.names.index(name) for name in names]
-    series = options.series if found.ok else 0
-    times, fine, trouble = goes_on(flow, period, series, options.samples, shown=shown)
-    units = tuple(flow.units[place] for place in places)
-    motion = Motion(tuple(names), units, found.points[:, places], period, times, fine[:, places], trouble)
-    wanted = {"dimension": options.dimension, "recurrent": options.recurrence}
-    findings = [looked_at(motion, name, **wanted) for name in signals]
-    return Study(found, period, options.skip, flow.units, motion, findings, drawn)
+def table(study: Study) -> str:
+    """The table."""
+    found = study.exponents
+    lines = [f"{found.name}: {found.verdict or 'no verdict'}"]
+    lines += [f"  {found.verdict.reason}"] if found.verdict is not None else []
+    lines += [
+        f"  {len(found.points)} periods of {study.period:.6g} s, after {study.skip} that were left out. {found.status}",
+        "",
+        *_exponents(found, study.period),
+    ]
+    if np.isfinite(study.dimension):
+        text = "of the section, from the exponents; of the motion in time 1 more"
+        lines.append(_line("Lyapunov dimension", study.dimension, None, "", text))
+    if found.verdict is not None:
+        lines += ["", "what the verdict rests on", *_evidence(found)]
+    for finding in study.findings:
+        lines += [
+            "",
+            f"signal {finding.name}" + (f" [{finding.unit}]" if finding.unit else ""),
+            *_signal(finding, found),
+        ]
+    return "\n".join(lines)
+
+
+def _line(name: str, value: float, error: float | None, unit: str, meaning: str) -> str:
+    shown = f"{value if abs(value) > ROUND_OFF else 0.0:.4g}" if np.isfinite(value) else "-"
+    band = f"+- {error:.2g}" if error is not None and np.isfinite(error) else ""
+    return f"  {name:<24s}{shown:>11s} {band:<11s}{unit:<6s}{meaning}".rstrip()
+
+
+def _exponents(found: Exponents, period: float) -> Iterator[str]:
+    """Exponents with their errors, and what the errors are made of where there was a second run."""
+    second = found.confirmed
+    made = "of this run alone" if second is None else "with what the second run changes"
+    yield f"Lyapunov exponents, from the tangent of the steps; errors are one standard deviation, {made}"
+    pairs = list(zip(found.spectrum, found.errors, strict=True))
+    for k, (value, error) in enumerate(pairs):
+        name = "largest exponent" if k == 0 else f"exponent {k + 1}"
+        yield _line(name, float(value), float(error), found.unit, meaning_of(float(value), float(error), period))
+        if second is not None:
+            yield _line("  this run alone", float(value), float(found.statistical[k]), found.unit, "")
+            steps = f"{second.fineness}, another start, {second.periods} periods"
+            yield _line("  second run", float(second.spectrum[k]), float(second.errors[k]), found.unit, steps)
+    if len(pairs) > 1:
+        text = "rate at which areas grow" if len(pairs) == 2 else "rate at which volumes of the first ones grow"
+        yield _line(f"sum of these {len(pairs)}", found.sum, None, found.unit, text)
+
+
+def meaning_of(value: float, error: float, period: float) -> str:
+    """What an exponent [1/s] says, in words.
+
+    Parameters
+    ----------
+    value : the exponent [1/s].
+    error : its error [1/s]; NaN: not known.
+    period : from point to point [s].
+    """
+    if not np.isfinite(value):
+        return "none was found"
+    if not np.isfinite(error):
+        return "without an error: take more periods"
+    if abs(value) <= error:
+        return "zero within its error: neighbours keep their distance"
+    time = 1.0 / abs(value)
+    length = f"a factor e in {time:.3g} s ({time / period:.3g} periods)"
+    return f"neighbours part by {length}" if value > 0.0 else f"neighbours come nearer by {length}"
+
+
+def _evidence(found: Exponents) -> Iterator[str]:
+    verdict = found.verdict
+    for name, value in ({} if verdict is None else verdict.evidence).items():
+        if name in MEANING:
+            yield _line(name, value, None, "", MEANING[name])
+
+
+def _signal(f: Findings, system: Exponents) -> Iterator[str]:
+    """What a signal says; what it does not say, with the reason."""
+    if f.zero_one is not None:
+        text = f.zero_one.kind if f.zero_one.ok else f"no value: {f.zero_one.status} Give a larger --keep."
+        yield _line("0-1 test", f.zero_one.value, f.zero_one.spread if f.zero_one.ok else None, "", text)
+    if f.exponent is not None:
+        text = _compared(f, system) if f.exponent.ok else f"no value: {f.exponent.status}"
+        yield _line("exponent (Rosenstein)", f.exponent.value, f.exponent.error, f.exponent.unit, text)
+    if f.spectrum is not None:
+        strongest = ", ".join(f"{x:.4g}" for x in f.spectrum.peaks[:LINES])
+        text = f"of the power in lines: {SPECTRUM[f.spectrum.kind]}" + (
+            f"; strongest {strongest} Hz" if strongest else ""
+        )
+        yield _line("power spectrum", 100.0 * f.spectrum.line_share, None, "%", text)
+    if f.dimension is not None:
+        yield _line("correlation dimension", f.dimension.value, f.dimension.error, "", _about_dimension(f, system))
+    if f.recurrence is not None:
+        r = f.recurrence
+        yield _line("recurrence: rate", r.rate, None, "", "part of the pairs of states that are near each other")
+        yield _line("  determinism", r.determinism, None, "", "part of these that stay so for some samples")
+        length = "samples that two states stay near each other at most; of a periodic motion the whole record"
+        yield _line("  longest diagonal", r.longest_diagonal, None, "", length)
+
+
+def _about_dimension(f: Findings, system: Exponents) -> str:
+    """What a correlation dimension is of; in time chaos needs more than 2 dimensions, so less is not believed."""
+    found = f.dimension
+    if found is None or not found.ok:
+        return "" if found is None else f"no value: {found.status} Give a larger --series."
+    if found.value < HALF:
+        return "the same few points again and again: a cycle that is sampled in step with its period"
+    if str(system.verdict) == "chaotic" and found.value + found.error < MORE_THAN:
+        return "too low: chaos in time has more than 2. The record shows few neighbours; give a larger --series"
+    return "of the motion in time; of its section 1 less"
+
+
+def _compared(f: Findings, system: Exponents) -> str:
+    """Whether the exponent of a signal is that of the system."""
+    if f.exponent is None or not np.isfinite(system.error):
+        return ""
+    apart = abs(f.exponent.value - system.value)
+    if apart <= f.exponent.error + 2.0 * system.error:
+        return "as that of the system, within both errors"
+    return "not that of the system: trust the tangent, a signal sees finite distances only"

@@ -8,13 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from flexmb.commands.chaos_signals import Findings, Motion, wrapped
+from flexmb.commands.chaos_study import Findings, Motion, Study, wrapped
 from flexmb.run.run import installed_version
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from flexmb.commands.chaos import Study
 
 HARMONICS = 25.0
 """A spectrum is drawn up to so many times the frequency of the section."""

@@ -5,12 +5,13 @@ from __future__ import annotations
 import argparse
 import inspect
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 from flexmb.commands.units import known_unit, quantity
 from flexmb.errors import InputError
+from flexmb.sweeps.grid import parameter_docs
 
 Maker = Callable[..., Any]
 KINDS = {"bool": "flag", "float": "number", "int": "count", "str": "text"}
@@ -68,7 +69,7 @@ def options_of(maker: Maker) -> list[Option]:
     Units are read from its numpydoc docstring, where they stand in brackets: "clearance : radial play [m]".
     Parameters of other kinds, such as laws or materials, are left to Python.
     """
-    described = dict(_described(inspect.getdoc(maker) or ""))
+    described = parameter_docs(maker)
     found = []
     for parameter in _signature(maker).parameters.values():
         kind = _kind(parameter)
@@ -134,16 +135,6 @@ def _kind(parameter: inspect.Parameter) -> str:
     return next(
         (kind for word, kind in KINDS.items() if word in words), KINDS.get(type(parameter.default).__name__, "")
     )
-
-
-def _described(doc: str) -> Iterator[tuple[str, str]]:
-    """(name, text) of every entry in the section "Parameters" of a numpydoc docstring."""
-    section = re.search(r"^Parameters\n-{3,}\n(.*?)(?=\n\S[^\n]*\n-{3,}\n|\Z)", doc, re.DOTALL | re.MULTILINE)
-    entries = re.split(r"\n(?=\S)", section.group(1)) if section else []
-    for entry in entries:
-        names, _, text = entry.partition(":")
-        for name in names.split(","):
-            yield name.strip(), " ".join(text.split())
 
 
 def _unit(text: str) -> str:

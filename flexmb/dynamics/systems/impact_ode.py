@@ -1,4 +1,4 @@
-"""Ordinary differential equations with impacts: smooth flow, jumps of the state, and what they do to differences."""
+"""Ordinary differential equations with impacts: smooth flow, jumps of the state, saltation matrices."""
 
 from __future__ import annotations
 
@@ -15,31 +15,32 @@ from flexmb.dynamics.systems.ode import ODE
 from flexmb.errors import InputError
 
 PILE = 1e-12
-"""Flights that are shorter than this part of the time, or of a step, are none."""
+"""Time between two impacts, over the time of the run or a step, below which impacts pile up (chatter)."""
 
 
 class ImpactODE(ContinuousFlow):
     """A flow whose state jumps whenever a gap closes.
 
-    With the state x- before and x+ = jump(t, x-) after an impact, f the rates, n the gradient of the gap and s its rate
-    just before, small differences jump by the saltation matrix
+    Let x- be the state before and x+ = jump(t, x-) the state after an impact, f the rates, n the gradient of the gap,
+    and s the rate of the gap just before the impact.  Small differences jump by the saltation matrix
     S = J + (f+ - J f- - dj/dt) n^T / s,  J = d jump / dx
     (M. di Bernardo et al., Piecewise-smooth Dynamical Systems, Springer 2008, section 2.5).
 
     Parameters
     ----------
-    ode : the motion between impacts; it is driven by this flow.
-    gap : gap(t, x, **parameters) -> height over the wall, > 0 in flight.
+    ode : motion between impacts; this flow advances it.
+    gap : gap(t, x, **parameters) -> distance from the wall, > 0 in flight.
     jump : jump(t, x, **parameters) -> state (size,) after an impact.
 
     Raises
     ------
-    InputError : another kind of flow; a start in the wall; a jump whose value is no state.
+    InputError : another kind of flow; a start behind the wall; a jump that returns no state.
 
     Notes
     -----
-    Impacts are found to round-off.  Where they pile up (chatter) the run ends with a status: what sticks afterwards is
-    another system.  A graze has no tangent: the saltation matrix grows like the inverse of the speed of impact.
+    Impacts are located to round-off.  A run in which impacts pile up (chatter) ends with a status, because the sticking
+    motion afterwards is another system.  A grazing impact has no tangent: the saltation matrix grows like the inverse
+    of the approach speed.
 
     Examples
     --------
@@ -72,12 +73,12 @@ class ImpactODE(ContinuousFlow):
 
     @property
     def period(self) -> float | None:
-        """Time after which what drives it repeats [s], or None."""
+        """Period of the drive [s]; None: no period."""
         return self.ode.period
 
     @property
     def driven(self) -> bool:
-        """Whether rates, gap or jump may depend on time: those of a motion with a period do."""
+        """Whether rates, gap or jump may depend on time; with a period they do."""
         return self.ode.driven
 
     @property
@@ -166,13 +167,13 @@ class ImpactODE(ContinuousFlow):
         return float(self.gap(self.time, self.state(), **self.parameters))
 
     def _gradient(self) -> tuple[np.ndarray, float]:
-        """Derivatives (size,) of the gap by the state, and by time."""
+        """Derivatives (size,) of the gap by the state, and its derivative by time."""
         x, t, p = self.state(), self.time, self.parameters
         n = central_differences(lambda y: [self.gap(t, y, **p)], x)[0]
         return n, float(self._by_time(lambda s: [self.gap(s, x, **p)])[0])
 
     def _by_time(self, function: Callable[[float], Any]) -> np.ndarray:
-        """Derivatives of a function of time; the difference does not grow with the time that has passed."""
+        """Central difference of a function of time; its step does not grow with the time of the run."""
         t = self.time
         step = max(6e-6 * (self.period or 1.0), 1e5 * float(np.spacing(abs(t))))
         early, late = t - step, t + step
@@ -183,13 +184,13 @@ class ImpactODE(ContinuousFlow):
         return float(n @ self.velocity()) + by_time
 
     def _hit(self, tangents: np.ndarray | None) -> None:
-        """Jump, and let the differences jump with it."""
+        """Apply the jump to the state and the saltation matrix to the tangent vectors."""
         x, t, p = self.state(), self.time, self.parameters
         n, by_time = self._gradient()
         before = self.velocity()
         rate = float(n @ before) + by_time
         if rate >= 0.0:
-            return  # it touched and leaves by itself
+            return  # the gap opens again without an impact
         after = np.asarray(self.jump(t, x.copy(), **p), dtype=np.float64)
         if not np.isfinite(after).all():
             self.ode.ok, self.ode.status = False, f"The jump at t = {t:.6g} s gives a state that is not finite."

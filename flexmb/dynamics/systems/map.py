@@ -1,4 +1,4 @@
-"""A map given by a function."""
+"""Maps given by a function, and checks of the arguments that maps and differential equations share."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ class Map(Dynamics):
 
     Parameters
     ----------
-    function : f(x, **parameters) -> the next state (size,).
-    start : state (size,) it starts with.
-    jacobian : J(x, **parameters) -> (size, size), df/dx; None: central differences.
+    function : f(x, **parameters) -> next state (size,).
+    start : start state (size,).
+    jacobian : J(x, **parameters) -> df/dx (size, size); None: central differences.
     parameters : names and values of the parameters.
-    names : names of the numbers of a state; None: x0, x1, ...
-    name : what messages call it.
+    names : names of the entries of a state; None: x0, x1, ...
+    name : name in messages.
 
     Raises
     ------
-    InputError : a start that is no list of finite numbers, names of another number, a function that returns something
-        else than a state, what is no function, a jacobian of another shape.
+    InputError : a start that is no list of finite numbers, names of another number, a function that returns no state,
+        a jacobian of another shape, an argument that is no function.
     """
 
     unit = "iterations"
@@ -118,7 +118,13 @@ class Map(Dynamics):
 
 
 def central_differences(function: Callable[[np.ndarray], Any], x: np.ndarray) -> np.ndarray:
-    """Derivatives (m, n) of a function of x (n,) with values (m,), with an error of some 1e-10 of the values."""
+    """Derivatives (m, n) of a function of x (n,) with values (m,); the error is some 1e-10 of the values.
+
+    Parameters
+    ----------
+    function : the function.
+    x : point (n,) of differentiation.
+    """
     columns = []
     for i in range(len(x)):
         step = np.zeros_like(x)
@@ -129,7 +135,18 @@ def central_differences(function: Callable[[np.ndarray], Any], x: np.ndarray) ->
 
 
 def state_of(owner: str, value: Any, size: int | None = None) -> np.ndarray:
-    """`value` as a state (size,) of finite numbers, or `InputError`."""
+    """`value` as a state (size,) of finite numbers.
+
+    Parameters
+    ----------
+    owner : name of the caller, for messages.
+    value : the argument of a user.
+    size : required size; None: any.
+
+    Raises
+    ------
+    InputError : another shape, entries that are no finite numbers.
+    """
     try:
         state = np.array(value, dtype=np.float64)
     except (TypeError, ValueError):  # complex numbers are TypeErrors, too
@@ -143,25 +160,57 @@ def state_of(owner: str, value: Any, size: int | None = None) -> np.ndarray:
 
 
 def function_of(owner: str, what: str, value: Any) -> Callable[..., Any]:
-    """`value` if it can be called, or `InputError`."""
+    """`value` if it can be called.
+
+    Parameters
+    ----------
+    owner, what : names of the caller and of the argument, for messages.
+    value : the argument of a user.
+
+    Raises
+    ------
+    InputError : an argument that cannot be called.
+    """
     if not callable(value):
         raise InputError(f"{owner}: {what} is {value!r}; it must be a function.")
     return value  # type: ignore[no-any-return]
 
 
 def names_of(owner: str, what: str, value: Any, default: Sequence[str]) -> tuple[str, ...]:
-    """`value` as so many different names (units: of any kind) as `default` has, which stands for None."""
-    found = tuple(default) if value is None else checks.sequence(owner, what, value, "texts")
-    if len(found) != len(default):
-        raise InputError(f"{owner}: {len(found)} {what} for {len(default)} numbers of a state.")
-    wrong = [x for x in found if not isinstance(x, str)] or [x for x in found if what == "names" and found.count(x) > 1]
+    """`value` as a tuple of texts, as many as in `default`.
+
+    Parameters
+    ----------
+    owner, what : names of the caller and of the argument, for messages; with "names" no text may stand twice.
+    value : the argument of a user; None: `default`.
+    default : texts that replace None.
+
+    Raises
+    ------
+    InputError : another number of texts, other objects, a name given twice.
+    """
+    names = tuple(default) if value is None else checks.sequence(owner, what, value, "texts")
+    if len(names) != len(default):
+        raise InputError(f"{owner}: {len(names)} {what} for {len(default)} numbers of a state.")
+    wrong = [x for x in names if not isinstance(x, str)] or [x for x in names if what == "names" and names.count(x) > 1]
     if wrong:
         raise InputError(f"{owner}: {what} has {wrong[0]!r}; it must hold texts, and no name twice.")
-    return found
+    return names
 
 
 def tangents_of(owner: str, value: Any, size: int) -> np.ndarray:
-    """`value` if differences (size, k) can be carried in it, in place, or `InputError`."""
+    """`value` if tangent vectors can be advanced in it in place.
+
+    Parameters
+    ----------
+    owner : name of the caller, for messages.
+    value : the argument of a user.
+    size : size of a state.
+
+    Raises
+    ------
+    InputError : another shape or type than float64 (size, k), entries that are not finite.
+    """
     if not isinstance(value, np.ndarray) or value.ndim != 2 or len(value) != size or value.dtype != np.float64:
         text = f"{owner}: tangents have shape {np.shape(value)}"
         raise InputError(f"{text}; they must be a float64 array ({size}, k), one difference a column.")
@@ -171,8 +220,19 @@ def tangents_of(owner: str, value: Any, size: int) -> np.ndarray:
 
 
 def square_of(owner: str, value: Any, size: int) -> np.ndarray:
-    """What a jacobian returns as (size, size), or `InputError`."""
-    found = np.asarray(value, dtype=np.float64)
-    if found.shape != (size, size):
-        raise InputError(f"{owner}: jacobian has shape {found.shape}; it must have shape ({size}, {size}).")
-    return found
+    """Value of a jacobian as (size, size).
+
+    Parameters
+    ----------
+    owner : name of the caller, for messages.
+    value : value that the function returned.
+    size : size of a state.
+
+    Raises
+    ------
+    InputError : another shape.
+    """
+    matrix = np.asarray(value, dtype=np.float64)
+    if matrix.shape != (size, size):
+        raise InputError(f"{owner}: jacobian has shape {matrix.shape}; it must have shape ({size}, {size}).")
+    return matrix

@@ -1,13 +1,17 @@
-"""Signals of `flexmb chaos`: which are looked at, what is drawn over what, and what their samples say."""
+"""Study of a motion by `flexmb chaos`: exponents and verdict of the motion, and estimates from its signals."""
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from flexmb.commands.summary import followed, slides
+from flexmb.dynamics.exponents.exponents import Exponents
+from flexmb.dynamics.exponents.lyapunov import lyapunov
+from flexmb.dynamics.sections.stroboscopic import StroboscopicMap
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.model.mechanism import Mechanism
 from flexmb.run.progress import bar
@@ -73,6 +77,66 @@ class Findings:
     spectrum: PowerSpectrum | None
     dimension: CorrelationDimension | None
     recurrence: Recurrence | None
+
+
+@dataclass(frozen=True)
+class Study:
+    """All that was found about a motion.
+
+    Parameters
+    ----------
+    exponents : exponents, points once a period, verdict.
+    period : time from one point to the next [s].
+    skip : periods before the first point.
+    units : of all signals, those of `exponents.names`.
+    motion : signals once a period and finely.
+    findings : what each chosen signal says.
+    planes : what is drawn over what.
+    """
+
+    exponents: Exponents
+    period: float
+    skip: int
+    units: tuple[str, ...]
+    motion: Motion
+    findings: list[Findings]
+    planes: list[tuple[str, str | None]]
+
+    @property
+    def trouble(self) -> str:
+        """Why it is not all there, or ""."""
+        return self.motion.trouble if self.exponents.ok else self.exponents.status
+
+    @property
+    def dimension(self) -> float:
+        """Lyapunov dimension of the section; NaN unless the exponents reach from a sum >= 0 to one below 0.
+
+        j + (sum of the first j) / |exponent j + 1|, j the most that add up to >= 0 (J. L. Kaplan and J. A. Yorke,
+        Lecture Notes in Mathematics 730 (1979) 204).
+        """
+        sums = np.cumsum(self.exponents.spectrum)
+        if len(sums) < 2 or not np.isfinite(sums).all() or sums[0] < 0.0 or sums[-1] >= 0.0:
+            return float("nan")
+        j = int(np.argmax(sums < 0.0))
+        return float(j + sums[j - 1] / abs(self.exponents.spectrum[j]))
+
+
+def study_of(flow: MechanismFlow, signals: list[str], options: argparse.Namespace) -> Study:
+    """The exponents and a second run that confirms them, then the first motion for some periods more."""
+    period = StroboscopicMap(flow).period
+    shown = not options.quiet
+    asked = {"count": options.exponents, "confirm": not options.no_confirm, "progress": shown}
+    found = lyapunov(flow, skip=options.skip, periods=options.keep, **asked)
+    drawn = planes(signals, flow.names)
+    names = list(dict.fromkeys([*signals, *(name for plane in drawn for name in plane if name is not None)]))
+    places = [flow.names.index(name) for name in names]
+    series = options.series if found.ok else 0
+    times, fine, trouble = goes_on(flow, period, series, options.samples, shown=shown)
+    units = tuple(flow.units[place] for place in places)
+    motion = Motion(tuple(names), units, found.points[:, places], period, times, fine[:, places], trouble)
+    wanted = {"dimension": options.dimension, "recurrent": options.recurrence}
+    findings = [looked_at(motion, name, **wanted) for name in signals]
+    return Study(found, period, options.skip, flow.units, motion, findings, drawn)
 
 
 def chosen(mechanism: Mechanism, flow: MechanismFlow, text: str | None) -> list[str]:
