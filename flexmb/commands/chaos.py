@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from flexmb import checks
-from flexmb.commands.chaos_study import Findings, Study, chosen, study_of
+from flexmb.commands.chaos_study import Findings, Study, selected_signals, study_of
 from flexmb.commands.files import require_folder, require_packages, write_netcdf
 from flexmb.commands.run import flow_options, periods_of
 from flexmb.dynamics.exponents.exponents import Exponents
@@ -29,19 +29,20 @@ FEWEST_SAMPLES = 50
 
 MEANING = {
     "zero_one": "0-1 test: 0 regular, 1 chaotic",
-    "separation": "separation of neighbours: 0 stays, 1 gets lost",
+    "separation": "separation of neighbours: 0 stay together, 1 part",
     "k": "points of the cycle",
-    "since": "point from which on they return",
+    "since": "first point on the cycle",
     "shrink": "factor by which steps shrink from point to point",
     "level": "change of the means between the halves, in deviations",
     "loudness": "change of the deviations between the halves",
     "swelling": "change of the amplitude, first to last quarter",
     "drift": "step by which a signal moves on from point to point",
-    "doublings": "times that bands double, as far as the points can show",
+    "doublings": "doublings of the bands, as far as the points can show",
     "bands": "parts of the section that are visited in turn",
-    "signals": "signals that the verdict rests on",
+    "signals": "signals on which the verdict rests",
     "points": "points, one a period",
 }
+"""Meaning of the evidence of a verdict, by name."""
 
 SPECTRUM = {
     "lines": "periodic or nearly so",
@@ -49,32 +50,37 @@ SPECTRUM = {
     "broad": "chaotic or random",
     "constant": "the signal is constant",
 }
+"""Meaning of the kinds of a power spectrum."""
 
 MORE_THAN = 2.0
-"""Dimensions that a chaotic motion fills at least: curves on a surface cannot cross."""
+"""Smallest dimension of a chaotic motion in time: curves on a surface cannot cross."""
 
 ROUND_OFF = 1e-14
-"""A number below is shown as 0."""
+"""Magnitude below which a number is shown as 0."""
 
 HALF = 0.5
-"""Dimension below which there are but points."""
+"""Dimension below which the set consists of separate points."""
 
 LINES = 5
-"""Lines of a spectrum that are listed."""
+"""Largest number of listed lines of a spectrum."""
 
 
 def chaos(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
-    """Find exponents, verdict and what signals say, write everything; 0 if the motion was computed to its end, else 1.
+    """`flexmb chaos`: exponents, verdict and estimates from signals, written to files and printed.
 
     Parameters
     ----------
     mechanism : the mechanism.
     name : short name, for the folder.
-    options : what stands in the groups "chaos", "method" and "files" of the command line.
+    options : options of the groups "chaos", "method" and "files" of the command line.
+
+    Returns
+    -------
+    int : 0 if the motion was computed to its end, else 1.
 
     Raises
     ------
-    FlexmbError : what `lyapunov` refuses; no period, an unknown signal, a folder that cannot be written.
+    FlexmbError : see `lyapunov`; no period, an unknown signal, a folder that cannot be written.
     """
     from flexmb.commands import chaos_files  # noqa: PLC0415 - imports xarray
 
@@ -84,7 +90,7 @@ def chaos(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
     _check(mechanism, options)
     flow = MechanismFlow(mechanism, **flow_options(options))
     _check_directions(flow, options.exponents)
-    signals = chosen(mechanism, flow, options.signals)
+    signals = selected_signals(mechanism, flow, options.signals)
     require_folder(folder)
     study = study_of(flow, signals, options)
     written = [write_netcdf(folder / f"{STEM}.nc", chaos_files.datasets(study))]
@@ -99,90 +105,95 @@ def chaos(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
 
 
 def _check(mechanism: Mechanism, options: argparse.Namespace) -> None:
-    """Refuse what no result can be had with, before the long run."""
+    """Refuse options without a possible result, before the long run."""
     if options.period is None and not periods_of(mechanism):
-        text = f"Mechanism {mechanism.name!r} has no periodic drive, so nothing says when to look at it"
-        raise InputError(f"{text}. Give the period of what drives it, or about that of its motion: --period 1s.")
+        text = f"Mechanism {mechanism.name!r} has no periodic drive, so the period of the section is unknown"
+        raise InputError(f"{text}. Give the period of the drive, or about that of the motion: --period 1s.")
     series = checks.count(OWNER, "--series", options.series, 0)
     if 0 < series < FEWEST_PERIODS:
         text = f"{OWNER}: --series is {series}; estimates from signals need {FEWEST_PERIODS} periods at least"
         raise InputError(f"{text}, and 0 leaves them out.")
     if checks.count(OWNER, "--samples", options.samples) < FEWEST_SAMPLES:
         text = f"{OWNER}: --samples is {options.samples}; it must be {FEWEST_SAMPLES} at least"
-        raise InputError(f"{text}: impacts are missed between samples that are farther apart.")
+        raise InputError(f"{text}: with fewer samples impacts are missed.")
     if series == 0 and (options.dimension or options.recurrence):
         asked = "--dimension" if options.dimension else "--recurrence"
         raise InputError(f"{OWNER}: {asked} needs the motion between the points. Give --series {FEWEST_PERIODS}.")
 
 
 def _check_directions(flow: MechanismFlow, exponents: int) -> None:
-    """Refuse more exponents than there are directions in which neighbours can differ."""
+    """Refuse more exponents than independent directions."""
     most = flow.dimension
     if most == 0:
         text = (
             f"Mechanism {flow.name!r}: its drives prescribe the whole motion, so it has no neighbours and no exponents"
         )
-        raise InputError(f"{text}. Give a joint play, let a link bend, or drive it by a force or torque.")
+        raise InputError(f"{text}. Give a joint clearance, let a link bend, or drive it by a force or torque.")
     if checks.count(OWNER, "--exponents", exponents) > most:
         raise InputError(f"{OWNER}: --exponents is {exponents}; {flow.name!r} has {most}.")
 
 
 def table(study: Study) -> str:
-    """The table."""
-    found = study.exponents
-    lines = [f"{found.name}: {found.verdict or 'no verdict'}"]
-    lines += [f"  {found.verdict.reason}"] if found.verdict is not None else []
+    """Table of all results of a study, with errors, units and meanings.
+
+    Parameters
+    ----------
+    study : the study.
+    """
+    exponents, points = study.exponents, len(study.exponents.points)
+    lines = [f"{exponents.name}: {exponents.verdict or 'no verdict'}"]
+    lines += [f"  {exponents.verdict.reason}"] if exponents.verdict is not None else []
     lines += [
-        f"  {len(found.points)} periods of {study.period:.6g} s, after {study.skip} that were left out. {found.status}",
+        f"  {points} periods of {study.period:.6g} s, after {study.skip} skipped ones. {exponents.status}",
         "",
-        *_exponents(found, study.period),
+        *_exponents(exponents, study.period),
     ]
     if np.isfinite(study.dimension):
-        text = "of the section, from the exponents; of the motion in time 1 more"
+        text = "of the section, from the exponents; the motion in time has 1 more"
         lines.append(_line("Lyapunov dimension", study.dimension, None, "", text))
-    if found.verdict is not None:
-        lines += ["", "what the verdict rests on", *_evidence(found)]
+    if exponents.verdict is not None:
+        lines += ["", "evidence of the verdict", *_evidence(exponents)]
     for finding in study.findings:
         lines += [
             "",
             f"signal {finding.name}" + (f" [{finding.unit}]" if finding.unit else ""),
-            *_signal(finding, found),
+            *_signal(finding, exponents),
         ]
     return "\n".join(lines)
 
 
 def _line(name: str, value: float, error: float | None, unit: str, meaning: str) -> str:
-    shown = f"{value if abs(value) > ROUND_OFF else 0.0:.4g}" if np.isfinite(value) else "-"
+    number = f"{value if abs(value) > ROUND_OFF else 0.0:.4g}" if np.isfinite(value) else "-"
     band = f"+- {error:.2g}" if error is not None and np.isfinite(error) else ""
-    return f"  {name:<24s}{shown:>11s} {band:<11s}{unit:<6s}{meaning}".rstrip()
+    return f"  {name:<24s}{number:>11s} {band:<11s}{unit:<6s}{meaning}".rstrip()
 
 
-def _exponents(found: Exponents, period: float) -> Iterator[str]:
-    """Exponents with their errors, and what the errors are made of where there was a second run."""
-    second = found.confirmed
-    made = "of this run alone" if second is None else "with what the second run changes"
-    yield f"Lyapunov exponents, from the tangent of the steps; errors are one standard deviation, {made}"
-    pairs = list(zip(found.spectrum, found.errors, strict=True))
+def _exponents(exponents: Exponents, period: float) -> Iterator[str]:
+    """Lines of the exponents with their errors, and of both runs if there was a second run."""
+    second = exponents.confirmed
+    origin = "of this run alone" if second is None else "with the difference of the second run"
+    yield f"Lyapunov exponents, from the tangent of the steps; errors are one standard deviation, {origin}"
+    pairs = list(zip(exponents.spectrum, exponents.errors, strict=True))
     for k, (value, error) in enumerate(pairs):
         name = "largest exponent" if k == 0 else f"exponent {k + 1}"
-        yield _line(name, float(value), float(error), found.unit, meaning_of(float(value), float(error), period))
+        yield _line(name, float(value), float(error), exponents.unit, meaning_of(float(value), float(error), period))
         if second is not None:
-            yield _line("  this run alone", float(value), float(found.statistical[k]), found.unit, "")
+            yield _line("  this run alone", float(value), float(exponents.statistical[k]), exponents.unit, "")
             steps = f"{second.fineness}, another start, {second.periods} periods"
-            yield _line("  second run", float(second.spectrum[k]), float(second.errors[k]), found.unit, steps)
+            yield _line("  second run", float(second.spectrum[k]), float(second.errors[k]), exponents.unit, steps)
     if len(pairs) > 1:
         text = "rate at which areas grow" if len(pairs) == 2 else "rate at which volumes of the first ones grow"
-        yield _line(f"sum of these {len(pairs)}", found.sum, None, found.unit, text)
+        yield _line(f"sum of these {len(pairs)}", exponents.sum, None, exponents.unit, text)
 
 
 def meaning_of(value: float, error: float, period: float) -> str:
-    """What an exponent [1/s] says, in words.
+    """Meaning of an exponent in words.
 
     Parameters
     ----------
     value : the exponent [1/s].
-    error : its error [1/s]; NaN: not known.
-    period : from point to point [s].
+    error : error of the exponent [1/s]; NaN: unknown.
+    period : time between two points [s].
     """
     if not np.isfinite(value):
         return "none was found"
@@ -195,15 +206,15 @@ def meaning_of(value: float, error: float, period: float) -> str:
     return f"neighbours part by {length}" if value > 0.0 else f"neighbours come nearer by {length}"
 
 
-def _evidence(found: Exponents) -> Iterator[str]:
-    verdict = found.verdict
+def _evidence(exponents: Exponents) -> Iterator[str]:
+    verdict = exponents.verdict
     for name, value in ({} if verdict is None else verdict.evidence).items():
         if name in MEANING:
             yield _line(name, value, None, "", MEANING[name])
 
 
 def _signal(f: Findings, system: Exponents) -> Iterator[str]:
-    """What a signal says; what it does not say, with the reason."""
+    """Lines of the estimates from a signal; without a value, the reason."""
     if f.zero_one is not None:
         text = f.zero_one.kind if f.zero_one.ok else f"no value: {f.zero_one.status} Give a larger --keep."
         yield _line("0-1 test", f.zero_one.value, f.zero_one.spread if f.zero_one.ok else None, "", text)
@@ -220,29 +231,29 @@ def _signal(f: Findings, system: Exponents) -> Iterator[str]:
         yield _line("correlation dimension", f.dimension.value, f.dimension.error, "", _about_dimension(f, system))
     if f.recurrence is not None:
         r = f.recurrence
-        yield _line("recurrence: rate", r.rate, None, "", "part of the pairs of states that are near each other")
-        yield _line("  determinism", r.determinism, None, "", "part of these that stay so for some samples")
-        length = "samples that two states stay near each other at most; of a periodic motion the whole record"
+        yield _line("recurrence: rate", r.rate, None, "", "fraction of the pairs of states that are near each other")
+        yield _line("  determinism", r.determinism, None, "", "fraction of these that stay so for some samples")
+        length = "most samples for which two states stay near each other; the whole record for a periodic motion"
         yield _line("  longest diagonal", r.longest_diagonal, None, "", length)
 
 
 def _about_dimension(f: Findings, system: Exponents) -> str:
-    """What a correlation dimension is of; in time chaos needs more than 2 dimensions, so less is not believed."""
-    found = f.dimension
-    if found is None or not found.ok:
-        return "" if found is None else f"no value: {found.status} Give a larger --series."
-    if found.value < HALF:
-        return "the same few points again and again: a cycle that is sampled in step with its period"
-    if str(system.verdict) == "chaotic" and found.value + found.error < MORE_THAN:
+    """Meaning of a correlation dimension; a dimension below 2 contradicts chaos in time."""
+    dimension = f.dimension
+    if dimension is None or not dimension.ok:
+        return "" if dimension is None else f"no value: {dimension.status} Give a larger --series."
+    if dimension.value < HALF:
+        return "a few separate points: a cycle that is sampled in step with its period"
+    if str(system.verdict) == "chaotic" and dimension.value + dimension.error < MORE_THAN:
         return "too low: chaos in time has more than 2. The record shows few neighbours; give a larger --series"
-    return "of the motion in time; of its section 1 less"
+    return "of the motion in time; the section has 1 less"
 
 
 def _compared(f: Findings, system: Exponents) -> str:
-    """Whether the exponent of a signal is that of the system."""
+    """Comparison of the exponent of a signal with that of the system."""
     if f.exponent is None or not np.isfinite(system.error):
         return ""
-    apart = abs(f.exponent.value - system.value)
-    if apart <= f.exponent.error + 2.0 * system.error:
-        return "as that of the system, within both errors"
-    return "not that of the system: trust the tangent, a signal sees finite distances only"
+    difference = abs(f.exponent.value - system.value)
+    if difference <= f.exponent.error + 2.0 * system.error:
+        return "agrees with that of the system within both errors"
+    return "differs from that of the system: trust the tangent vectors, a signal has finite distances only"

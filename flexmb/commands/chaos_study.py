@@ -23,29 +23,30 @@ from flexmb.series.spectrum import PowerSpectrum, power_spectrum
 from flexmb.series.zero_one import ZeroOne, zero_one_test
 
 BESIDE = {"ex": "ey", "x": "vx", "y": "vy", "theta": "omega"}
-"""Over what a signal is drawn: the journal in its plane, a position against its velocity."""
+"""Signal of the ordinate by signal of the abscissa: the journal in its plane, a position against its velocity."""
 
 HALF = np.pi
+"""Half a turn [rad]."""
 
 ENOUGH = 100
-"""Samples a period for estimates whose cost grows with their number; more of them tell no more."""
+"""Largest number of samples a period for estimates whose cost grows with their number."""
 
 LEAST = 20
-"""Points that the 0-1 test takes at least."""
+"""Smallest number of points of the 0-1 test."""
 
 
 @dataclass(frozen=True)
 class Motion:
-    """Signals of the motion, once a period and finely.
+    """Signals of the motion, once a period and finely sampled.
 
     Parameters
     ----------
-    names, units : of the signals (m,).
-    points : (n, m) once a period [units].
-    period : from point to point [s].
-    times : (k,) of the fine samples [s].
-    fine : (k, m) samples between which the motion is smooth [units]; none where it was not asked for.
-    trouble : why the fine samples end early, or "".
+    names, units : names and units (m,) of the signals.
+    points : signals (n, m) once a period [units].
+    period : time between two points [s].
+    times : times (k,) of the fine samples [s].
+    fine : fine samples (k, m) [units]; none if they were not wanted.
+    trouble : reason why the fine samples end early, or "".
     """
 
     names: tuple[str, ...]
@@ -59,15 +60,15 @@ class Motion:
 
 @dataclass(frozen=True)
 class Findings:
-    """What one signal says.
+    """Estimates from one signal.
 
     Parameters
     ----------
-    name : the signal, or "sin(NAME)" of an angle that goes all the way round.
-    unit : its unit.
-    zero_one : the 0-1 test of its points once a period; None: too few of them.
-    exponent, spectrum : of the fine samples; None without these.
-    dimension, recurrence : of the fine samples; None where not asked for.
+    name : name of the signal, or "sin(NAME)" for a rotating angle.
+    unit : unit of the signal.
+    zero_one : 0-1 test of the points; None: too few points.
+    exponent, spectrum : estimates from the fine samples; None without fine samples.
+    dimension, recurrence : estimates from the fine samples; None if they were not wanted.
     """
 
     name: str
@@ -81,17 +82,17 @@ class Findings:
 
 @dataclass(frozen=True)
 class Study:
-    """All that was found about a motion.
+    """All results on a motion.
 
     Parameters
     ----------
-    exponents : exponents, points once a period, verdict.
-    period : time from one point to the next [s].
-    skip : periods before the first point.
-    units : of all signals, those of `exponents.names`.
-    motion : signals once a period and finely.
-    findings : what each chosen signal says.
-    planes : what is drawn over what.
+    exponents : exponents, section points, verdict.
+    period : time between two points [s].
+    skip : number of periods before the first point.
+    units : units of all signals in `exponents.names`.
+    motion : signals once a period and finely sampled.
+    findings : estimates from each selected signal.
+    planes : pairs of signals to be drawn.
     """
 
     exponents: Exponents
@@ -104,14 +105,14 @@ class Study:
 
     @property
     def trouble(self) -> str:
-        """Why it is not all there, or ""."""
+        """Reason why results are missing, or ""."""
         return self.motion.trouble if self.exponents.ok else self.exponents.status
 
     @property
     def dimension(self) -> float:
-        """Lyapunov dimension of the section; NaN unless the exponents reach from a sum >= 0 to one below 0.
+        """Lyapunov dimension of the section; NaN unless the exponents reach from a sum >= 0 to a sum < 0.
 
-        j + (sum of the first j) / |exponent j + 1|, j the most that add up to >= 0 (J. L. Kaplan and J. A. Yorke,
+        j + (sum of the first j) / |exponent j + 1|, with the largest j whose sum is >= 0 (J. L. Kaplan and J. A. Yorke,
         Lecture Notes in Mathematics 730 (1979) 204).
         """
         sums = np.cumsum(self.exponents.spectrum)
@@ -122,32 +123,41 @@ class Study:
 
 
 def study_of(flow: MechanismFlow, signals: list[str], options: argparse.Namespace) -> Study:
-    """The exponents and a second run that confirms them, then the first motion for some periods more."""
+    """The study of a motion: exponents with a confirming second run, then the first motion for some more periods.
+
+    Parameters
+    ----------
+    flow : the motion.
+    signals : selected signals.
+    options : options of the command line.
+    """
     period = StroboscopicMap(flow).period
     shown = not options.quiet
-    asked = {"count": options.exponents, "confirm": not options.no_confirm, "progress": shown}
-    found = lyapunov(flow, skip=options.skip, periods=options.keep, **asked)
-    drawn = planes(signals, flow.names)
-    names = list(dict.fromkeys([*signals, *(name for plane in drawn for name in plane if name is not None)]))
+    run_options = {"count": options.exponents, "confirm": not options.no_confirm, "progress": shown}
+    exponents = lyapunov(flow, skip=options.skip, periods=options.keep, **run_options)
+    planes_of_signals = planes(signals, flow.names)
+    names = list(
+        dict.fromkeys([*signals, *(name for plane in planes_of_signals for name in plane if name is not None)])
+    )
     places = [flow.names.index(name) for name in names]
-    series = options.series if found.ok else 0
-    times, fine, trouble = goes_on(flow, period, series, options.samples, shown=shown)
+    series = options.series if exponents.ok else 0
+    times, fine, trouble = continued_motion(flow, period, series, options.samples, shown=shown)
     units = tuple(flow.units[place] for place in places)
-    motion = Motion(tuple(names), units, found.points[:, places], period, times, fine[:, places], trouble)
-    wanted = {"dimension": options.dimension, "recurrent": options.recurrence}
-    findings = [looked_at(motion, name, **wanted) for name in signals]
-    return Study(found, period, options.skip, flow.units, motion, findings, drawn)
+    motion = Motion(tuple(names), units, exponents.points[:, places], period, times, fine[:, places], trouble)
+    estimates = {"dimension": options.dimension, "recurrent": options.recurrence}
+    findings = [signal_findings(motion, name, **estimates) for name in signals]
+    return Study(exponents, period, options.skip, flow.units, motion, findings, planes_of_signals)
 
 
-def chosen(mechanism: Mechanism, flow: MechanismFlow, text: str | None) -> list[str]:
-    """The signals that are looked at, by the names that the flow has for them.
+def selected_signals(mechanism: Mechanism, flow: MechanismFlow, text: str | None) -> list[str]:
+    """Names of the signals to be analysed.
 
     Parameters
     ----------
     mechanism : the mechanism.
     flow : its motion.
-    text : names with commas between them; None: the place of the first journal with play in its bearing, else the
-        position of the slider along its guide, or the angle of the last body.
+    text : names separated by commas; None: the position of the first journal with clearance, else the position of the
+        slider along its guide, or the angle of the last body.
 
     Raises
     ------
@@ -168,20 +178,20 @@ def chosen(mechanism: Mechanism, flow: MechanismFlow, text: str | None) -> list[
 
 
 def planes(names: Sequence[str], known: Sequence[str]) -> list[tuple[str, str | None]]:
-    """What is drawn over what, from the chosen names: (x, y), y is None for a signal that has no partner.
+    """Pairs (x, y) of signals to be drawn; y is None for a signal without a partner.
 
     Parameters
     ----------
-    names : the signals that were chosen.
+    names : the selected signals.
     known : all signals.
     """
     pairs = {x: _beside(x) for x in known if _beside(x) in known}
     back = {y: x for x, y in pairs.items()}
-    found: dict[tuple[str, str | None], None] = {}
+    planes_found: dict[tuple[str, str | None], None] = {}
     for name in names:
         first = back.get(name, name)
-        found[first, pairs.get(first)] = None
-    return list(found)
+        planes_found[first, pairs.get(first)] = None
+    return list(planes_found)
 
 
 def _beside(name: str) -> str:
@@ -189,18 +199,16 @@ def _beside(name: str) -> str:
     return f"{owner}.{BESIDE.get(last, '')}"
 
 
-def goes_on(flow: MechanismFlow, period: float, periods: int, samples: int, *, shown: bool) -> tuple:
-    """The motion from where the flow stands: times (k,) [s], all signals (k, m), why it ended early or "".
-
-    It is the motion whose exponent was found, not a second one: the transient is over, and nothing is computed twice.
+def continued_motion(flow: MechanismFlow, period: float, periods: int, samples: int, *, shown: bool) -> tuple:
+    """Fine samples from the present state on: times (k,) [s], signals (k, m), reason of an early end or "".
 
     Parameters
     ----------
-    flow : the flow; it is left at the end.
-    period : of the section [s].
-    periods : how long.
-    samples : instants a period.
-    shown : whether a bar is shown.
+    flow : the flow; it stays at the end.
+    period : time between two section points [s].
+    periods : number of periods.
+    samples : number of samples a period.
+    shown : whether a progress bar is shown.
     """
     if periods == 0 or not flow.ok:
         return np.zeros(0), np.zeros((0, len(flow.names))), ""
@@ -218,41 +226,53 @@ def goes_on(flow: MechanismFlow, period: float, periods: int, samples: int, *, s
     return np.array(times), np.array(rows), trouble
 
 
-def looked_at(motion: Motion, name: str, *, dimension: bool, recurrent: bool) -> Findings:
-    """What one signal of a motion says.
+def signal_findings(motion: Motion, name: str, *, dimension: bool, recurrent: bool) -> Findings:
+    """Estimates from one signal of a motion.
 
     Parameters
     ----------
     motion : the motion.
-    name : the signal.
-    dimension, recurrent : whether the correlation dimension and recurrences are asked for.
+    name : name of the signal.
+    dimension, recurrent : whether correlation dimension and recurrence are wanted.
     """
     place = motion.names.index(name)
     unit, points, fine = motion.units[place], motion.points[:, place], motion.fine[:, place]
     label = name
     if goes_round(unit, np.concatenate([points, fine])):
         label, unit, points, fine = f"sin({name})", "", np.sin(points), np.sin(fine)
-    walk = zero_one_test(points, thin=1) if len(points) >= LEAST else None
+    zero_one = zero_one_test(points, thin=1) if len(points) >= LEAST else None
     if len(fine) == 0 or motion.trouble:
-        return Findings(label, unit, walk, None, None, None, None)
+        return Findings(label, unit, zero_one, None, None, None, None)
     thin = max(1, round(motion.period / (motion.times[1] - motion.times[0]) / ENOUGH))
-    times, some = motion.times[::thin], fine[::thin]
+    times, thinned = motion.times[::thin], fine[::thin]
     return Findings(
         label,
         unit,
-        walk,
-        rosenstein(some, times),
+        zero_one,
+        rosenstein(thinned, times),
         power_spectrum(fine, motion.times),
-        correlation_dimension(some) if dimension else None,
-        recurrence(some) if recurrent else None,
+        correlation_dimension(thinned) if dimension else None,
+        recurrence(thinned) if recurrent else None,
     )
 
 
 def goes_round(unit: str, values: np.ndarray) -> bool:
-    """Whether a signal is an angle that goes all the way round, so that only its direction returns."""
+    """Whether a signal is a rotating angle, of which only the direction returns.
+
+    Parameters
+    ----------
+    unit : unit of the signal.
+    values : its values (n,).
+    """
     return unit == "rad" and len(values) > 0 and bool(np.ptp(values) > 2.0 * HALF)
 
 
 def wrapped(unit: str, values: np.ndarray) -> np.ndarray:
-    """The values (n,) as they are, or an angle that goes round in -pi ... pi."""
+    """The values (n,), or a rotating angle reduced to -pi ... pi.
+
+    Parameters
+    ----------
+    unit : unit of the signal.
+    values : its values (n,).
+    """
     return (values + HALF) % (2.0 * HALF) - HALF if goes_round(unit, values) else values
