@@ -7,6 +7,7 @@ import os
 import re
 import sys
 from collections.abc import Sequence
+from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -131,22 +132,21 @@ def _parser(source: Source | None, wanted: str) -> tuple[argparse.ArgumentParser
     )
     parser.add_argument("--version", action="version", version=f"flexmb {_version()}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    plain = {"allow_abbrev": False, "epilog": UNITS_HELP}
-    run = commands.add_parser("run", help="simulate a mechanism and write its results", **plain)
-    check = commands.add_parser("check", help="degrees of freedom, redundant constraints, natural frequencies", **plain)
-    sweep = commands.add_parser("sweep", help="a bifurcation diagram over one parameter", **plain)
-    chaos = commands.add_parser("chaos", help="exponents, section and verdict: periodic or chaotic", **plain)
+    add = partial(commands.add_parser, allow_abbrev=False)
+    run = add("run", help="simulate a mechanism and write its results", epilog=UNITS_HELP)
+    modes = "degrees of freedom, redundant constraints, natural frequencies"
+    check = add("check", help=modes, epilog=UNITS_HELP)
+    sweep = add("sweep", help="a bifurcation diagram over one parameter", epilog=UNITS_HELP)
+    chaos = add("chaos", help="exponents, section and verdict: periodic or chaotic", epilog=UNITS_HELP)
     _add_run_options(run)
     _add_sweep_options(sweep)
     _add_chaos_options(chaos)
-    listing = commands.add_parser("list", help="ready mechanisms and their options", allow_abbrev=False)
-    vtk = commands.add_parser("vtk", help="write VTK files of a saved run", allow_abbrev=False)
+    listing = add("list", help="ready mechanisms and their options")
+    vtk = add("vtk", help="write VTK files of a saved run")
     vtk.add_argument("file", metavar="RUN.nc", type=Path, help="file of `flexmb run`")
     vtk.add_argument("--frames", type=int, metavar="N", help="number of frames (default: all instants, at most 200)")
     vtk.add_argument("--out", type=Path, metavar="FILE.pvd", help="default: beside RUN.nc")
-    paper = commands.add_parser(
-        "paper", help="figures and tables of the study of the nine-bar mechanism", allow_abbrev=False
-    )
+    paper = add("paper", help="figures and tables of the study of the nine-bar mechanism")
     _add_paper_options(paper)
     for command in (run, sweep, chaos, check, listing, vtk, paper):
         command.add_argument("--debug", action="store_true", help="show the traceback of an error")

@@ -104,8 +104,8 @@ def _series(findings: list[Findings]) -> xr.Dataset:
         for name, which in (("divergence_time", "time"), ("divergence", "curve")):
             table = np.full((len(findings), longest), np.nan)
             for row, f in zip(table, findings, strict=True):
-                values = np.zeros(0) if f.exponent is None else vars(f.exponent)[which]
-                row[: len(values)] = values
+                curve = np.zeros(0) if f.exponent is None else vars(f.exponent)[which]
+                row[: len(curve)] = curve
             data[name] = (("signal", "step"), table)
     return xr.Dataset(data, {"signal": ("signal", np.array([f.name for f in findings], dtype=object))})
 

@@ -58,6 +58,10 @@ class Motion:
     trouble: str = ""
 
 
+Continued = tuple[np.ndarray, np.ndarray, str]
+"""Times (k,) [s], all signals (k, m), and reason of an early end or ""."""
+
+
 @dataclass(frozen=True)
 class Findings:
     """Estimates from one signal.
@@ -199,7 +203,7 @@ def _beside(name: str) -> str:
     return f"{owner}.{BESIDE.get(last, '')}"
 
 
-def continued_motion(flow: MechanismFlow, period: float, periods: int, samples: int, *, shown: bool) -> tuple:
+def continued_motion(flow: MechanismFlow, period: float, periods: int, samples: int, *, shown: bool) -> Continued:
     """Fine samples from the present state on: times (k,) [s], signals (k, m), reason of an early end or "".
 
     Parameters

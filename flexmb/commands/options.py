@@ -105,8 +105,7 @@ def add_options(parser: argparse.ArgumentParser, maker: Maker, title: str) -> li
         if option.kind == "flag":
             group.add_argument(option.flag, action=argparse.BooleanOptionalAction, **common)
         else:
-            required = {"required": True} if option.is_required else {}
-            group.add_argument(option.flag, metavar=_metavar(option), **required, **common)
+            group.add_argument(option.flag, metavar=_metavar(option), required=option.is_required, **common)
     return options
 
 

@@ -29,7 +29,7 @@ from flexmb.step.step_size import Adaptive, FixedStep
 PERIODS = 2.0
 """Default length of a run, in periods."""
 
-METHODS: dict[str, Callable[..., Any]] = {
+METHODS: dict[str, Callable[..., Newmark | RungeKutta4]] = {
     "generalised-alpha": Newmark.generalised_alpha,
     "hht": Newmark.hht,
     "wbz": Newmark.wbz,

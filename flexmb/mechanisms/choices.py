@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from flexmb import checks
 from flexmb.contact.friction.frictionless import Frictionless
 from flexmb.contact.friction.modified_coulomb import ModifiedCoulomb
@@ -124,8 +126,7 @@ def angles(owner: str, name: str, value: object) -> Point:
     ------
     InputError : another value than two numbers.
     """
-    try:
-        first, second = value  # type: ignore[misc]
-    except (TypeError, ValueError):
-        raise InputError(f"{owner}: {name} is {value!r}; it must be two angles in rad, e.g. (0.0, 0.0).") from None
+    if not isinstance(value, (tuple, list, np.ndarray)) or len(value) != 2:
+        raise InputError(f"{owner}: {name} is {value!r}; it must be two angles in rad, e.g. (0.0, 0.0).")
+    first, second = value
     return checks.number(owner, f"{name}[0]", first, "rad"), checks.number(owner, f"{name}[1]", second, "rad")

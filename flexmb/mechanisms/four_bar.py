@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
+from functools import partial
 
 from flexmb import checks
 from flexmb.beams.section import Rectangle
@@ -154,11 +155,12 @@ def four_bar(
 
 def _beams(data: FourBarData, elements: int, O: Point, A: Point, B: Point, D: Point) -> list[FlexibleLink]:
     """Beams of crank, coupler (with the bearing at its end) and rocker."""
-    common = {
-        "material": Material(data.young, data.density, data.poisson),
-        "elements": elements,
-        "damping": data.damping,
-    }
+    make = partial(
+        FlexibleLink,
+        material=Material(data.young, data.density, data.poisson),
+        elements=elements,
+        damping=data.damping,
+    )
     crank, coupler, rocker = (
         Rectangle(width=data.width, height=h) for h in (data.crank_depth, data.coupler_depth, data.rocker_depth)
     )
@@ -166,9 +168,9 @@ def _beams(data: FourBarData, elements: int, O: Point, A: Point, B: Point, D: Po
     total = bar + data.bearing_mass
     centre = (0.5 * bar + data.bearing_mass) / total
     return [
-        FlexibleLink("crank", O, A, section=crank, **common),
-        FlexibleLink("coupler", A, B, section=coupler, mass=total, centre=centre, **common),
-        FlexibleLink("rocker", D, B, section=rocker, **common),
+        make("crank", O, A, section=crank),
+        make("coupler", A, B, section=coupler, mass=total, centre=centre),
+        make("rocker", D, B, section=rocker),
     ]
 
 

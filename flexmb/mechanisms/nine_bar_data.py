@@ -162,7 +162,7 @@ class NineBarData:
                 f"{steiner:.4g}, the mass times the square of half the length. "
                 "If it is meant about the centre of mass, add this."
             )
-        return inertia - steiner
+        return float(inertia - steiner)
 
     def section(self, number: int) -> Rectangle:
         """Cross section of the beams of a link.

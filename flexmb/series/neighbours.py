@@ -75,7 +75,7 @@ def distances(points: np.ndarray, i: np.ndarray, j: np.ndarray, shift: int) -> n
     shift : half width of the search along the orbit [samples].
     """
     if shift == 0:
-        return np.linalg.norm(points[j] - points[i], axis=1)
+        return np.asarray(np.linalg.norm(points[j] - points[i], axis=1))
     last = len(points) - 2
     best, least = np.clip(j, 1, last), np.full(len(i), np.inf)
     for s in range(-shift, shift + 1):
@@ -87,4 +87,4 @@ def distances(points: np.ndarray, i: np.ndarray, j: np.ndarray, shift: int) -> n
     gap, along = points[best] - points[i], points[best + 1] - points[best - 1]
     parallel = np.einsum("ij,ij->i", gap, along)
     parallel = parallel**2 / np.maximum(np.einsum("ij,ij->i", along, along), 1e-300)
-    return np.sqrt(np.maximum(least - parallel, 0.0))
+    return np.asarray(np.sqrt(np.maximum(least - parallel, 0.0)))

@@ -152,7 +152,8 @@ def _counted(embedded: Embedding | None, states: np.ndarray, threshold: float, w
     )
 
 
-def _ratio(value: float, whole: float) -> float:
+def _ratio(value: Any, whole: Any) -> float:
+    """Quotient of two counts; NaN for 0/0."""
     return float(value / whole) if whole else float("nan")
 
 

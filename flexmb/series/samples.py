@@ -121,7 +121,7 @@ def standardised(x: np.ndarray) -> np.ndarray:
     x : samples (n,).
     """
     centred = x - x.mean()
-    return centred / centred.std()
+    return np.asarray(centred / centred.std())
 
 
 def mean_period(x: np.ndarray) -> float:

@@ -103,7 +103,7 @@ def _floor(density: np.ndarray) -> np.ndarray:
     """Running median of a density (k,)."""
     from scipy.ndimage import median_filter
 
-    return median_filter(density, size=min(AROUND, len(density)), mode="mirror")
+    return np.asarray(median_filter(density, size=min(AROUND, len(density)), mode="mirror"))
 
 
 def _lines(density: np.ndarray, floor: np.ndarray) -> np.ndarray:

@@ -135,7 +135,7 @@ def _displacement(phi: np.ndarray, c: float, lags: np.ndarray) -> np.ndarray:
     end_squares = square[lags + count] - square[lags]
     cross = fftconvolve(walk, np.conj(walk[:count][::-1]), mode="valid").real[lags]
     mean_square = (end_squares + square[count] - 2.0 * cross) / count
-    return mean_square - phi.mean() ** 2 * (1.0 - np.cos(lags * c)) / (1.0 - np.cos(c))
+    return np.asarray(mean_square - phi.mean() ** 2 * (1.0 - np.cos(lags * c)) / (1.0 - np.cos(c)))
 
 
 def _correlation(a: np.ndarray, b: np.ndarray) -> float:

@@ -242,7 +242,7 @@ def _together(label: str, exponent: Any, skip: int) -> bool:
     return True
 
 
-def _exponent_over(label: str, exponent: bool | int, keep: int) -> int:
+def _exponent_over(label: str, exponent: bool | int | str, keep: int) -> int:
     """Number of periods of the exponent; 0: no exponent."""
     if exponent is False:
         return 0

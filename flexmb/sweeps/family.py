@@ -236,6 +236,6 @@ def _verdict_of_points(
     exponents = lyapunov(flow, periods=section.exponent, period=period if flow.unit == "s" else None, confirm=False)
     if not exponents.ok:
         return {"verdict": str(SectionSignals.of(flow).verdict(points))}, f" No exponent: {exponents.status}"
-    known = {k: v for k, v in (("exponent", exponents.value), ("error", exponents.error)) if np.isfinite(v)}
-    verdict = SectionSignals.of(flow).verdict(np.concatenate([points, exponents.points]), **known)
+    value, error = (x if np.isfinite(x) else None for x in (exponents.value, exponents.error))
+    verdict = SectionSignals.of(flow).verdict(np.concatenate([points, exponents.points]), (), value, error)
     return {"verdict": str(verdict), "exponent": exponents.value, "exponent_error": exponents.error}, ""

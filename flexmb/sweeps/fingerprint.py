@@ -150,7 +150,7 @@ def _kernel(value: Kernel) -> Parts:
 
 
 @_parts.register
-def _partial(value: partial) -> Parts:
+def _partial(value: partial) -> Parts:  # type: ignore[type-arg] # singledispatch takes no subscripted class
     return "partial", [value.func, value.args, value.keywords]
 
 

@@ -72,6 +72,7 @@ def points_of(label: str, over: Any) -> Points:
     ------
     InputError : another kind of object, no points, designs with different parameters, a reserved name.
     """
+    values: dict[str, Sequence[Any]]
     if isinstance(over, Mapping):
         values = {name: checks.sequence(label, f"grid[{name!r}]", column, "values") for name, column in over.items()}
         points = Points(tuple(values), tuple(len(column) for column in values.values()), values)
@@ -91,7 +92,7 @@ def points_of(label: str, over: Any) -> Points:
     return points
 
 
-def _columns(label: str, designs: Sequence[Any]) -> dict[str, list[Any]]:
+def _columns(label: str, designs: Sequence[Any]) -> dict[str, Sequence[Any]]:
     for k, design in enumerate(designs):
         if not isinstance(design, Mapping):
             raise InputError(f"{label}: design {k} is {design!r}; it must be a dictionary such as {{'speed': 2.0}}.")

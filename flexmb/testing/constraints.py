@@ -37,7 +37,7 @@ def check_constraint(bench: Bench, piece: ConstraintPiece) -> None:
             return tested({**full, "t": t})["g"]
 
         def force(x: np.ndarray, full: State = full) -> np.ndarray:
-            return tested({**full, "q": x})["G"].T @ full["lam"]
+            return np.asarray(tested({**full, "q": x})["G"].T @ full["lam"])
 
         floor = 1e-6 * length
         bench.derivative(tested, "G = dg/dq", full, out["G"], value, full["q"], scale, columns=scale, floor=floor)
@@ -62,7 +62,7 @@ def check_gamma(bench: Bench, tested: TestedKernel, state: State, scale: np.ndar
 
     def rate(s: float) -> np.ndarray:
         out = tested({**state, "q": state["q"] + s * v, "t": state["t"] + s})
-        return -(out["G"] @ v + out["g_t"])
+        return np.asarray(-(out["G"] @ v + out["g_t"]))
 
     floor = 1e-4 * float(np.abs(v).max())
     gamma = tested(state)["gamma"]

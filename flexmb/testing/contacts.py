@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from flexmb.kernels import GAP_SIZE
@@ -90,7 +92,7 @@ def check_gap_at(bench: Bench, tested: TestedKernel, state: State, scale: np.nda
     q, v = state["q"], state["v"]
     normal, tangent = rows(out)
 
-    def entries(begin: int, end: int):
+    def entries(begin: int, end: int) -> Callable[[np.ndarray], np.ndarray]:
         return lambda x: tested({**state, "q": x})["out"][begin:end]
 
     units = {"columns": step}
@@ -251,7 +253,7 @@ def law_kernel(bench: Bench, law: Law) -> TestedKernel:
     return TestedKernel(owner, law.kernel, law.parameters(), z_new=(len(law.history()),))
 
 
-def of(tested: TestedKernel, state: State, output: str, name: str):
+def of(tested: TestedKernel, state: State, output: str, name: str) -> Callable[[float], float]:
     """Output of a kernel as a function of one input.
 
     Parameters

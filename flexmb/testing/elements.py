@@ -67,7 +67,7 @@ def check_other_kernels(bench: Bench, piece: ElementPiece, tested: TestedKernel,
         account |= energy({name: state[name] for name in ("t", "q", "v")})
     sizes = round_off_sizes(tested, state, out)
     sizes |= {"Mv": float((np.abs(out["M"]) @ np.abs(state["v"])).max()), "My": float(np.abs(out["M"]).sum())}
-    kernels = (
+    kernels: tuple[tuple[Kernel | None, dict[str, Any], dict[str, tuple[int, ...]], dict[str, Any]], ...] = (
         (piece.force, {}, {}, expected),
         (piece.tangent, weights, {"A": (*n, *n)}, {**expected, "A": matrix}),
         (piece.account, {"y": y}, {"Mv": n, "My": n}, account),

@@ -37,7 +37,7 @@ class TestedKernel:
     **shapes : shapes of the output arrays by name.
     """
 
-    def __init__(self, owner: str, kernel: Kernel, p: Sequence[float], **shapes: tuple[int, ...]) -> None:
+    def __init__(self, owner: str, kernel: Kernel, p: Sequence[float] | np.ndarray, **shapes: tuple[int, ...]) -> None:
         self.kernel, self.shapes = kernel, shapes
         self.p = np.array(p, dtype=float)
         self.label = f"{owner}: {kernel.contract.name} kernel {kernel.name!r}"

@@ -114,7 +114,8 @@ def _draw(ax: Axes, pieces_of: dict[tuple[str, str], list[Any]]) -> None:
     size = 4.0 if count < MANY else 1.2
     for (verdict, name), listed in pieces_of.items():
         across, points = (np.concatenate(column) for column in zip(*listed, strict=True))
-        style = {"color": COLOURS[verdict], "marker": MARKERS[name], "markersize": size, "markeredgewidth": 0.0}
+        style: dict[str, Any] = {"color": COLOURS[verdict], "marker": MARKERS[name], "markersize": size}
+        style["markeredgewidth"] = 0.0
         ax.plot(across, points, linestyle="none", rasterized=count > MANY, **style)
     ax.grid(visible=True, color="0.9", linewidth=0.6)
     ax.set_axisbelow(True)
@@ -131,7 +132,7 @@ def _legend(ax: Axes, pieces: dict[tuple[str, str], list[Any]]) -> None:
     directions = sorted({name for _, name in pieces}, reverse=True)
     if len(directions) > 1:
         handles += [Line2D([], [], color="0.3", marker=MARKERS[name], label=name, **style) for name in directions]
-    if any(len(line.get_xdata()) for line in ax.lines if line.get_marker() == "x"):
+    if any(np.size(line.get_xdata()) for line in ax.lines if line.get_marker() == "x"):
         handles.append(Line2D([], [], color="black", marker="x", label="failed", **style))
     if any(line.get_linestyle() == ":" for line in ax.lines):
         handles.append(Line2D([], [], color="0.75", linestyle=":", label="seam"))

@@ -8,7 +8,7 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.dynamics.basins.basin import Basin
-from flexmb.dynamics.orbits.branch import Branch
+from flexmb.dynamics.orbits.branch import Branch, BranchPoint
 from flexmb.dynamics.orbits.floquet import BRANCH, FLIP, FOLD, GRAZING, NEIMARK_SACKER
 from flexmb.errors import InputError
 from flexmb.view.plot import label_of
@@ -101,7 +101,7 @@ def _draw_branch(ax: Axes, branch: Branch, signal: str, value: str, labelled: se
         labelled.add(name)
 
 
-def _heights(branch: Branch, signal: str, value: str, points: tuple) -> np.ndarray:
+def _heights(branch: Branch, signal: str, value: str, points: tuple[BranchPoint, ...]) -> np.ndarray:
     """Ordinates of the points."""
     if signal == "period":
         return np.array([p.period for p in points])
@@ -111,7 +111,9 @@ def _heights(branch: Branch, signal: str, value: str, points: tuple) -> np.ndarr
     extremes = np.array([p.extremes[column] for p in points]).reshape(-1, 2)
     if len(points) and not np.isfinite(extremes).any():
         raise InputError(f"plot_branch: value is {value!r}, but extremes were not kept. Use follow(..., extremes=100).")
-    return {"min": extremes[:, 0], "max": extremes[:, 1], "amplitude": 0.5 * (extremes[:, 1] - extremes[:, 0])}[value]
+    low, high = extremes[:, 0], extremes[:, 1]
+    heights = {"min": low, "max": high, "amplitude": 0.5 * (high - low)}
+    return np.asarray(heights[value])
 
 
 def plot_basin(basin: Basin, *, title: str | None = None) -> Figure:
@@ -138,8 +140,8 @@ def plot_basin(basin: Basin, *, title: str | None = None) -> Figure:
     colours = [LOST_COLOUR, OPEN_COLOUR, *(COLOURS[k % len(COLOURS)] for k in range(count))]
     figure = Figure(figsize=SIZE, layout="constrained")
     ax = figure.subplots()
-    style = {"cmap": ListedColormap(colours), "vmin": -1.5, "vmax": count + 0.5, "shading": "nearest"}
-    ax.pcolormesh(basin.x, basin.y, basin.number, **style)
+    colour_map, top = ListedColormap(colours), count + 0.5
+    ax.pcolormesh(basin.x, basin.y, basin.number, cmap=colour_map, vmin=-1.5, vmax=top, shading="nearest")
     (ax_name, ay_name), (ax_unit, ay_unit) = basin.axes, basin.units
     ax.set_xlabel(label_of(ax_name, ax_unit))
     ax.set_ylabel(label_of(ay_name, ay_unit))

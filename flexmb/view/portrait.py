@@ -91,8 +91,8 @@ def plot_section(section: xr.Dataset, x: str, y: str | None = None, *, title: st
         ax.set_xlabel(axis)
         ax.set_ylabel(label_of(x, data[x].attrs.get("units", "")))
     else:
-        values = [_signal("plot_section", data, name) for name in (x, y)]
-        ax.scatter(*values, s=size, color="tab:blue", linewidths=0)
+        across, up = (_signal("plot_section", data, name) for name in (x, y))
+        ax.scatter(across, up, s=size, color="tab:blue", linewidths=0)
         _labels(ax, data, x, y)
     return figure
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -35,7 +35,7 @@ MARKERS = {"prismatic": "s", "fixed": "D", "clearance": "o"}
 
 def render(
     sol: Solution,
-    times: Sequence[float] | None = None,
+    times: Sequence[float] | np.ndarray | None = None,
     *,
     path: str | Path | None = None,
     size: tuple[float, float] | None = None,
@@ -82,7 +82,7 @@ def render(
     return figure if path is None else _saved(figure, Path(path))
 
 
-def _instants(sol: Solution, times: Sequence[float] | None) -> np.ndarray:
+def _instants(sol: Solution, times: Sequence[float] | np.ndarray | None) -> np.ndarray:
     if not len(sol.time):
         raise InputError("render: the solution has no saved instants. Save some, e.g. by simulate(..., save=...).")
     if not sol.shapes:
@@ -135,7 +135,7 @@ def _panel(ax: Axes, lines: list[Line], marks: list[Mark], now: int, before: ran
         for k in before:
             ax.plot(*line.points[k].T, color="0.85", linewidth=0.8, zorder=1)
         point = np.ptp(line.points[now], axis=0).max() == 0.0  # a body without joints outside its centre
-        style = {"marker": "s", "markersize": 14} if point else {"solid_capstyle": "round"}
+        style: dict[str, Any] = {"marker": "s", "markersize": 14} if point else {"solid_capstyle": "round"}
         width = 2.0 if line.is_beam else 2.6
         ax.plot(*line.points[now].T, color=colours[line.part], linewidth=width, zorder=2, **style)
     for mark in marks:
@@ -155,6 +155,7 @@ def _label(ax: Axes, *, left: bool, below: bool) -> None:
 def _joint(ax: Axes, mark: Mark, at: np.ndarray) -> None:
     if mark.on_ground:
         ax.plot(at[0], at[1], marker=6, color="0.45", markersize=9, linestyle="", zorder=3)
+    style: dict[str, Any]
     if mark.kind == "clearance":
         style = {"markersize": 9, "markerfacecolor": "white", "markeredgecolor": "#c00000", "markeredgewidth": 1.8}
     else:
@@ -180,10 +181,10 @@ def _names(ax: Axes, marks: list[Mark], now: int, box: Box) -> None:
     halo = [withStroke(linewidth=2.0, foreground="white")]
     for at, names in groups:
         right, up = middle[0] <= at[0] < rim, at[1] >= middle[1]
-        place = {"ha": "left" if right else "right", "va": "bottom" if up else "top"}
+        style: dict[str, Any] = {"ha": "left" if right else "right", "va": "bottom" if up else "top"}
+        style |= {"textcoords": "offset points", "fontsize": "x-small", "path_effects": halo, "zorder": 5}
         shift = (5 if right else -5, 5 if up else -5)
-        text = {"textcoords": "offset points", "fontsize": "x-small", "path_effects": halo, "zorder": 5}
-        ax.annotate(", ".join(names), at, xytext=shift, **place, **text)
+        ax.annotate(", ".join(names), (float(at[0]), float(at[1])), xytext=shift, **style)
 
 
 def _finish(figure: Figure, title: str, colours: dict[str, str], marks: list[Mark]) -> None:
@@ -191,11 +192,12 @@ def _finish(figure: Figure, title: str, colours: dict[str, str], marks: list[Mar
 
     handles = [Line2D([], [], color=colour, linewidth=2.4, label=part) for part, colour in colours.items()]
     if any(m.kind == "clearance" for m in marks):
-        ring = {"marker": "o", "markersize": 8, "markerfacecolor": "white", "markeredgecolor": "#c00000"}
-        handles.append(Line2D([], [], linestyle="", markeredgewidth=1.8, label="joint with clearance", **ring))
+        ring: dict[str, Any] = {"marker": "o", "markersize": 8, "markerfacecolor": "white"}
+        ring |= {"markeredgecolor": "#c00000", "markeredgewidth": 1.8}
+        handles.append(Line2D([], [], linestyle="", label="joint with clearance", **ring))
     if handles:
-        style = {"ncols": min(len(handles), 6), "frameon": False, "fontsize": "small"}
-        figure.legend(handles=handles, loc="outside lower center", **style)
+        columns = min(len(handles), 6)
+        figure.legend(handles=handles, loc="outside lower center", ncols=columns, frameon=False, fontsize="small")
     figure.suptitle(title)
 
 

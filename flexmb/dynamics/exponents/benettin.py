@@ -125,7 +125,7 @@ class TrajectoryPair:
 
     def difference(self) -> np.ndarray:
         """Difference (size,) of the states, second less first."""
-        return self.second.state() - self.first.state()
+        return np.asarray(self.second.state() - self.first.state())
 
     def length(self, difference: np.ndarray) -> float:
         """Length of a `difference` (size,) in the weights."""

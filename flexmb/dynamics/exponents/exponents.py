@@ -82,7 +82,7 @@ class Exponents:
     signals : names, units and resolution of the signals of the points.
     period : mean time from one point to the next [s]; NaN for a map.
     verdict : verdict on the points with the largest exponent; None for points that are no section.
-    statistical : errors (k,) of the record alone (`exponent_error.error_of`) [unit]; None: `errors`.
+    statistical : errors (k,) of the record alone (`exponent_error.error_of`) [unit]; by default `errors`.
     confirmed : exponents of the second run; None: no second run.
     unconfirmed : reason why a requested second run failed; "" otherwise.
 
@@ -104,12 +104,12 @@ class Exponents:
     signals: SectionSignals = field(repr=False)
     period: float = float("nan")
     verdict: Verdict | None = None
-    statistical: np.ndarray = field(default=None, repr=False)  # type: ignore[assignment]
+    statistical: np.ndarray = field(default_factory=lambda: np.empty(0), repr=False)
     confirmed: Confirmed | None = None
     unconfirmed: str = field(default="", repr=False)
 
     def __post_init__(self) -> None:
-        if self.statistical is None:
+        if len(self.statistical) == 0:
             object.__setattr__(self, "statistical", self.errors)
 
     @property

@@ -7,7 +7,7 @@ vectors (`TangentVectors`) and pairs of trajectories (`benettin.TrajectoryPair`)
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -158,7 +158,7 @@ class TangentVectors:
             return np.asarray(np.log(lengths))
 
     def _in_halves(
-        self, schedule: RenormalisationSchedule, number: int, span: tuple[float, float], saved: tuple
+        self, schedule: RenormalisationSchedule, number: int, span: tuple[float, float], saved: tuple[Any, np.ndarray]
     ) -> np.ndarray | None:
         """Logarithms (k,) of the growth over `span`, from the state `saved` at its begin, with one more division."""
         system, (begin, end) = schedule.system, span
@@ -234,7 +234,7 @@ def lasting_contacts(system: Dynamics, since: float) -> list[str]:
     for row in still_running(program.tables, now):
         contact = int(row[PLACE["contact"]])
         _, begin, end, _ = program.tables.contacts.z[contact]
-        damped = damped_since_onset(program.normals[contact], now.z[begin:end])
+        damped = damped_since_onset(program.normals[contact], now.z[begin:end].tolist())
         if damped and row[PLACE["peak_force"]] > 0.0 and not row[PLACE["start"]] > since:
             name = program.names.contacts[contact]
             sentences.append(f"{name} has been in contact without a break during all that was counted: {damped}.")

@@ -99,7 +99,6 @@ def schedule_of(
         raise InputError(
             f"{text}; give either periods= (iterations of a map, crossings of a section) or duration= [s]."
         )
-    is_flow = isinstance(system, (ContinuousFlow, StroboscopicMap))
     if duration is not None:
         if not isinstance(system, ContinuousFlow):
             raise InputError(f"{label}: duration= belongs to a flow; this is a map. Give periods=.")
@@ -110,8 +109,9 @@ def schedule_of(
         skipped = int(np.ceil(checks.not_negative(label, "skip", skip, "s") / unit - 1e-9))
         return RenormalisationSchedule(system, unit, skipped, points, is_flow=True, is_section=False)
     number, skipped = checks.count(label, "periods", periods), checks.count(label, "skip", skip, 0)
+    is_flow = isinstance(system, (ContinuousFlow, StroboscopicMap))
     check_enough(label, number, system.unit if not is_flow else "periods")
-    if not is_flow:
+    if not isinstance(system, (ContinuousFlow, StroboscopicMap)):
         return RenormalisationSchedule(system, 1.0, skipped, number, is_flow=False, is_section=True)
     strobe = system if isinstance(system, StroboscopicMap) else StroboscopicMap(system, period)
     return RenormalisationSchedule(strobe.flow, strobe.period, skipped, number, is_flow=True, is_section=True)

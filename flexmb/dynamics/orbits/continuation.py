@@ -83,8 +83,8 @@ def follow(
     Kuznetsov, Elements of Applied Bifurcation Theory, Springer 1995, chapter 10.
     """
     if not isinstance(orbit, PeriodicOrbit) or not orbit.ok:
-        what = f"{orbit!r}" if not isinstance(orbit, PeriodicOrbit) else f"not found: {orbit.status}"
-        raise InputError(f"{LABEL}: orbit is {what}; it must be a periodic orbit that was found (`periodic_orbit`).")
+        given = f"{orbit!r}" if not isinstance(orbit, PeriodicOrbit) else f"not found: {orbit.status}"
+        raise InputError(f"{LABEL}: orbit is {given}; it must be a periodic orbit that was found (`periodic_orbit`).")
     for name, value in (("step", step), ("largest", largest), ("smallest", smallest)):
         checks.positive(LABEL, name, value)
     shooting = orbit.shooting.copy(orbit.times, orbit.shooting.segments)

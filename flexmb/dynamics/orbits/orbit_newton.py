@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -126,9 +125,7 @@ def correct(
             return NewtonResult(
                 run, tuple(residuals), False, f"A derivative by the parameter failed: {shooting.status}"
             )
-        next_run = _damped_step(
-            run.miss, shooting, lambda s, run=run, step=step: _after_step(shooting, run, step, s), tolerance
-        )
+        next_run = _damped_step(shooting, run, step, tolerance)
         if next_run is None:
             text = f"No correction brings the motion nearer to its start; {residuals[-1]:.3g} of the state does not"
             return NewtonResult(
@@ -218,17 +215,16 @@ def _after_step(shooting: Shooting, run: ShootingRun, step: np.ndarray, factor: 
     return shooting.run(shooting.moved(run, factor * step[:n].reshape(run.gaps.shape)), period, value)
 
 
-def _damped_step(
-    miss: float, shooting: Shooting, after_step: Callable[[float], ShootingRun | None], tolerance: float
-) -> ShootingRun | None:
+def _damped_step(shooting: Shooting, run: ShootingRun, step: np.ndarray, tolerance: float) -> ShootingRun | None:
     """First run after 1, 1/2, 1/4, ... of a correction whose gaps are smaller; None: no run.
 
     Gaps within the tolerance need not become smaller.
     """
     factor = 1.0
     for _ in range(HALVINGS):
-        run = after_step(factor)
-        if run is not None and (run.miss < (1.0 - 0.1 * factor) * miss or run.miss <= tolerance * shooting.scale):
-            return run
+        trial = _after_step(shooting, run, step, factor)
+        smaller = (1.0 - 0.1 * factor) * run.miss
+        if trial is not None and (trial.miss < smaller or trial.miss <= tolerance * shooting.scale):
+            return trial
         factor *= 0.5
     return None

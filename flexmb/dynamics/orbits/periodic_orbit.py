@@ -199,7 +199,7 @@ def periodic_orbit(
     if not isinstance(autonomous, bool):
         raise InputError(f"{LABEL}: autonomous is {autonomous!r}; it must be True or False.")
     checks.count(LABEL, "iterations", iterations, 0)
-    starts = None if not _is_table(guess) else np.array([_guessed(one, flow) for one in guess])
+    starts = _states_of_segments(guess, flow)
     start = _guessed(guess, flow) if starts is None else starts[0]
     segments = len(starts) if starts is not None and segments is None else segments
     if starts is not None and segments != len(starts):
@@ -228,9 +228,11 @@ def periodic_orbit(
     return orbit_of(shooting, result, gaps)
 
 
-def _is_table(guess: Any) -> bool:
-    """Whether a guess is a list of states."""
-    return isinstance(guess, (list, tuple, np.ndarray)) and len(guess) > 0 and np.ndim(guess[0]) == 1
+def _states_of_segments(guess: Any, system: Dynamics) -> np.ndarray | None:
+    """Start states (segments, size) of a guess with one state for each segment; None for another guess."""
+    if isinstance(guess, (list, tuple, np.ndarray)) and len(guess) > 0 and np.ndim(guess[0]) == 1:
+        return np.array([_guessed(one, system) for one in guess])
+    return None
 
 
 def _guessed(guess: Any, system: Dynamics) -> np.ndarray:

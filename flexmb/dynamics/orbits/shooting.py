@@ -94,7 +94,8 @@ class Shooting:
         self.label, self.system, self.autonomous, self.segments = label, system, autonomous, segments
         self.times, self.declared, self.angles = checks.count(label, "times", times), period, angles
         self.tangent = checks.one_of(label, "tangent", tangent, TANGENTS)
-        self.is_flow, self.parameter, self.scale, self.status = system.unit == "s", None, 0.0, ""
+        self.is_flow, self.scale, self.status = system.unit == "s", 0.0, ""
+        self.parameter: str | None = None
         if not self.is_flow and (period is not None or autonomous):
             text = f"{label}: {system.name!r} counts {system.unit}"
             raise InputError(f"{text}; it has no period= and is not autonomous. Give times= alone.")
@@ -262,7 +263,7 @@ class Shooting:
         run : the motion over a period.
         y : displacements (M, d).
         """
-        starts = run.starts + np.einsum("jsd,jd->js", run.bases, y)
+        starts = np.asarray(run.starts + np.einsum("jsd,jd->js", run.bases, y))
         starts[:, self.space.free_rows] = np.roll(run.ends, 1, axis=0)[:, self.space.free_rows]
         return starts
 

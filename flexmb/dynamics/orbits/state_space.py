@@ -53,7 +53,7 @@ class StateSpace:
         """
         d = one - other
         d[self.angle] -= TURN * np.round(d[self.angle] / TURN)
-        return d
+        return np.asarray(d)
 
     def length(self, d: np.ndarray) -> float:
         """Length of a difference `d` (size,) in the weights."""

@@ -51,6 +51,8 @@ class ImpactODE(ContinuousFlow):
     (True, array([0.125, 0.   ]))
     """
 
+    _last: float
+
     def __init__(self, ode: ODE, *, gap: Callable[..., float], jump: Callable[..., Any]) -> None:
         if not isinstance(ode, ODE):
             raise InputError(f"ImpactODE: ode is {ode!r}; it must be an ODE(...), the motion between impacts.")
@@ -70,16 +72,6 @@ class ImpactODE(ContinuousFlow):
     @property
     def size(self) -> int:
         return self.ode.size
-
-    @property
-    def period(self) -> float | None:
-        """Period of the drive [s]; None: no period."""
-        return self.ode.period
-
-    @property
-    def driven(self) -> bool:
-        """Whether rates, gap or jump may depend on time; with a period they do."""
-        return self.ode.driven
 
     @property
     def parameters(self) -> Mapping[str, Any]:
@@ -161,7 +153,8 @@ class ImpactODE(ContinuousFlow):
         if gap < -1e-9 * max(1.0, float(np.abs(self.state()).max())) or (gap < 0.0 and speed < 0.0):
             text = f"{self._label}: at t = {self.time:g} s the state {self.state()} has the gap {gap:.3g}"
             raise InputError(f"{text}; it must be > 0. Start in flight.")
-        self.ok, self.status, self._last = self.ode.ok, self.ode.status, -np.inf
+        self.period, self.driven = self.ode.period, self.ode.driven
+        self.ok, self.status, self._last = self.ode.ok, self.ode.status, float("-inf")
 
     def _height(self) -> float:
         return float(self.gap(self.time, self.state(), **self.parameters))
@@ -177,7 +170,8 @@ class ImpactODE(ContinuousFlow):
         t = self.time
         step = max(6e-6 * (self.period or 1.0), 1e5 * float(np.spacing(abs(t))))
         early, late = t - step, t + step
-        return (np.asarray(function(late), dtype=np.float64) - np.asarray(function(early))) / (late - early)
+        change = np.asarray(function(late), dtype=np.float64) - np.asarray(function(early))
+        return np.asarray(change / (late - early))
 
     def _closing(self) -> float:
         n, by_time = self._gradient()

@@ -35,7 +35,7 @@ class Map(Dynamics):
     def __init__(
         self,
         function: Callable[..., Any],
-        start: Sequence[float],
+        start: Sequence[float] | np.ndarray,
         *,
         jacobian: Callable[..., Any] | None = None,
         parameters: Mapping[str, Any] | None = None,

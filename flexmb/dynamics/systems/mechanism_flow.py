@@ -308,11 +308,6 @@ class MechanismFlow(ContinuousFlow):
         node, dot, last = str(signal).rpartition(".")
         return super().number_of(owner, f"{self.program.names.aliases.get(node, node)}{dot}{last}")
 
-    @property
-    def driven(self) -> bool:
-        """Whether drives or loads depend on time."""
-        return len(self.program.motions) > 0
-
     def no_period(self) -> str:
         """Reason why the flow has no period, as a sentence without its end."""
         periods = clash(self.program)
@@ -372,6 +367,7 @@ class MechanismFlow(ContinuousFlow):
         if changed:
             self.program, self._closed = compile_with_start(mechanism)
             self.period = self.declared or period_or_none(self.program)
+            self.driven = len(self.program.motions) > 0
             self.names = tuple(s.name for s in self.program.names.signals)
             self.units = tuple(s.units for s in self.program.names.signals)
         self.changes = dict(changes)

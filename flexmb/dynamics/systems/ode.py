@@ -75,10 +75,12 @@ class ODE(ContinuousFlow):
     0.135335283
     """
 
+    _h: float | None
+
     def __init__(
         self,
         function: Callable[..., Any],
-        start: Sequence[float],
+        start: Sequence[float] | np.ndarray,
         *,
         jacobian: Callable[..., Any] | None = None,
         parameters: Mapping[str, Any] | None = None,
@@ -122,8 +124,8 @@ class ODE(ContinuousFlow):
     def pace(self) -> float:
         if self._h is not None:
             return self._h
-        size, speed = np.linalg.norm(self._state), np.linalg.norm(self.velocity())
-        return 0.01 * float(max(size, 1e-6) / speed) if speed > 0.0 else 0.01 * (self.period or 1.0)
+        size, speed = float(np.linalg.norm(self._state)), float(np.linalg.norm(self.velocity()))
+        return 0.01 * (max(size, 1e-6) / speed) if speed > 0.0 else 0.01 * (self.period or 1.0)
 
     def state(self) -> np.ndarray:
         return self._state.copy()
@@ -159,7 +161,7 @@ class ODE(ContinuousFlow):
         return float(self.velocity()[signal])
 
     def slopes(self, signal: int, tangents: np.ndarray) -> np.ndarray:
-        return tangents[signal].copy()
+        return np.array(tangents[signal])
 
     def snapshot(self) -> Any:
         return self._time, self._state.copy(), self._h, self.ok, self.status

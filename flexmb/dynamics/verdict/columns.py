@@ -110,11 +110,11 @@ def _sizes(values: np.ndarray, units: Sequence[str] | None) -> np.ndarray:
 
     A velocity that is always 0 at the section does not have its own round-off as its size.
     """
-    own = np.abs(values).max(axis=0)
+    own = np.asarray(np.abs(values).max(axis=0))
     if units is None:
         return own
     group = [max(own[j] for j, other in enumerate(units) if other == unit) for unit in units]
-    return np.maximum(own, GROUP * np.array(group))
+    return np.asarray(np.maximum(own, GROUP * np.array(group)))
 
 
 def _turns(column: np.ndarray) -> bool:

@@ -210,7 +210,7 @@ def _is_unknown(value: Any) -> bool:
 
 
 def _tolerances(columns: Columns) -> np.ndarray:
-    return np.maximum(columns.floor, RELATIVE * columns.spread) + 1e-300
+    return np.asarray(np.maximum(columns.floor, RELATIVE * columns.spread) + 1e-300)
 
 
 def _periodic(columns: Columns, evidence: dict[str, float]) -> Verdict | None:
