@@ -64,7 +64,7 @@ def run(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
         keywords["restart"] = load(options.restart).restart
     require_folder(folder)
     sol = simulate(mechanism, progress=not options.quiet, **keywords)
-    written = [sol.to_netcdf(folder / f"{name}.nc")]  # first of all: pictures can be drawn again, a run costs time
+    written = [sol.to_netcdf(folder / f"{name}.nc")]  # before the pictures, which can be drawn again
     lost = _write_rest(mechanism, sol, folder, name, options, written)
     if not options.quiet:
         print(summary.table(mechanism, sol))

@@ -123,17 +123,17 @@ def _ideal_joints(data: NineBarData, pose: NineBarPose, body: dict[str, Body]) -
 
 def _rigid_bodies(data: NineBarData, pose: NineBarPose) -> dict[str, Body]:
     ends = _ends(data, pose)
-    found: dict[str, Body] = {
+    bodies: dict[str, Body] = {
         name: RigidLink(name, *ends[k], getattr(data, f"mass{k}"), data.own_inertia(k)) for k, name in LINKS.items()
     }
     corners = (pose.A, pose.B, pose.C, pose.A)
-    found["panel7"] = RigidBody("panel7", pose.centre7, data.mass7, data.inertia7, outline=corners)
-    return found
+    bodies["panel7"] = RigidBody("panel7", pose.centre7, data.mass7, data.inertia7, outline=corners)
+    return bodies
 
 
 def _flexible_bodies(data: NineBarData, pose: NineBarPose, elements: int) -> dict[str, Body]:
-    found: dict[str, Body] = {name: _beam(data, k, name, *_ends(data, pose)[k], elements) for k, name in LINKS.items()}
-    found["panel7"] = FlexibleFrame(
+    bodies: dict[str, Body] = {name: _beam(data, k, name, *_ends(data, pose)[k], elements) for k, name in LINKS.items()}
+    bodies["panel7"] = FlexibleFrame(
         "panel7",
         (pose.A, pose.B, pose.C),
         ((0, 1), (1, 2), (2, 0)),
@@ -146,7 +146,7 @@ def _flexible_bodies(data: NineBarData, pose: NineBarPose, elements: int) -> dic
         damping=data.damping,
         mass_damping=data.mass_damping,
     )
-    return found
+    return bodies
 
 
 def _beam(data: NineBarData, number: int, name: str, start: Point, end: Point, elements: int) -> FlexibleLink:

@@ -106,7 +106,7 @@ def mutual_information(signal: Any, longest: int | None = None) -> np.ndarray:
         longest = int(min(len(x) // 4, np.ceil(2.0 * mean_period(x))))
     longest = checks.count("mutual_information", "longest", longest, 0)
     if longest > len(x) - LEAST // 2:
-        raise InputError(f"mutual_information: longest is {longest}; {len(x)} samples bear {len(x) - LEAST // 2}.")
+        raise InputError(f"mutual_information: longest is {longest}; {len(x)} samples allow {len(x) - LEAST // 2}.")
     bins = int(np.clip(np.sqrt(len(x) / 5.0), 4, 32))
     edges = np.quantile(x, np.linspace(0.0, 1.0, bins + 1)[1:-1])
     cell = np.searchsorted(edges, x, side="right")

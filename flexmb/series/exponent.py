@@ -136,7 +136,7 @@ def _agreed(method: str, unit: str, embedded: Embedding, w: int, slopes: list[Sl
     contributions = (2.0 * max(a.error, b.error), a.value - b.value, FINITE * a.value)
     value, error = a.value / step, float(np.linalg.norm(contributions)) / step
     if value <= error:
-        text = f"The growth of {value:.3g} {unit} does not stand out of its error of {error:.2g} {unit}."
+        text = f"The growth of {value:.3g} {unit} does not exceed its error of {error:.2g} {unit}."
         return _none(method, unit, embedded, w, text, a, step)
     text = f"{value:.4g} +- {error:.2g} {unit}, seen in {embedded.dimension} and {embedded.dimension + 1} dimensions"
     text += "." if embedded.ok else f"; the embedding is doubtful: {embedded.status}"

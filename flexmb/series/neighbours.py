@@ -34,9 +34,9 @@ def nearest(points: np.ndarray, refs: np.ndarray, theiler: int, least: float = 0
             d, j = d.reshape(len(block), k), j.reshape(len(block), k)
             allowed = (np.abs(j - refs[block][:, None]) > theiler) & (d > least)
             first = allowed.argmax(axis=1)
-            found = allowed[np.arange(len(block)), first]
-            neighbour[block[found]] = j[found, first[found]]
-            distance[block[found]] = d[found, first[found]]
+            has_neighbour = allowed[np.arange(len(block)), first]
+            neighbour[block[has_neighbour]] = j[has_neighbour, first[has_neighbour]]
+            distance[block[has_neighbour]] = d[has_neighbour, first[has_neighbour]]
         unfinished = unfinished[neighbour[unfinished] < 0]
         if k == len(points) or k > 4096:  # so many points at one place: the other neighbours are enough
             break

@@ -98,7 +98,7 @@ def _slope(points: np.ndarray, theiler: int, evolve: int) -> Slope:
     if np.log(np.maximum(after[has_neighbour], 1e-12)).mean() > typical_log_distance(points) - 0.7:
         text = f"After {evolve} samples pairs are as far apart as arbitrary points: noise, or `evolve` is too long."
         return Slope(np.nan, np.nan, text, steps=steps, curve=running)
-    block_means = np.array([part.mean() for part in np.array_split(growth, BLOCKS)])
+    block_means = np.array([block.mean() for block in np.array_split(growth, BLOCKS)])
     error = float(block_means.std(ddof=1) / np.sqrt(BLOCKS))
     return Slope(float(growth.mean()), error, "", steps=steps, curve=running)
 

@@ -155,11 +155,12 @@ def bifurcation(
     done = record.done
     if executor is not None and not done.all() and isinstance(first, MechanismFlow):
         first.advance(1e-6 * (first.period or 1.0))  # uncached code is compiled once here, not by every worker
-    parts = np.array_split(np.argsort(numbers, kind="stable"), len(numbers) if direction == "cold" else chunks)
-    parts = [parts[k] for k in _spread(len(parts))] if direction == "cold" else parts
+    cold = direction == "cold"
+    chunked = np.array_split(np.argsort(numbers, kind="stable"), len(numbers) if cold else chunks)
+    order = _spread(len(chunked)) if cold else range(len(chunked))
     with Bar(label, done.size, int(done.sum()), shown=progress) as bar:
         run = _Run(family, section, numbers, record, done, bar)
-        chains = (run.chain(*place) for place in _places(DIRECTIONS[direction], parts))
+        chains = (run.chain(*place) for place in _places(DIRECTIONS[direction], [chunked[k] for k in order]))
         drive(chains, executor, label, pending)
     return dataset_of(record.tables, record.attributes)
 

@@ -156,12 +156,12 @@ class _Collector:
         """Set the columns from a successful outcome; a failure is kept instead, and False is returned."""
         with Attempt() as attempt:
             if outcome.ok:
-                taken = dict.fromkeys(self.points.values, 1)
-                taken.update(zip(self.points.dims, self.points.shape, strict=True))
-                self._use(columns_of(outcome.values, self.dims, taken))
+                known_lengths = dict.fromkeys(self.points.values, 1)
+                known_lengths.update(zip(self.points.dims, self.points.shape, strict=True))
+                self._use(columns_of(outcome.values, self.dims, known_lengths))
                 return True
-        found = self.held.pop(self.next)
-        self._keep(self.next, found if attempt.error is None else failure(attempt.error))
+        outcome_kept = self.held.pop(self.next)
+        self._keep(self.next, outcome_kept if attempt.error is None else failure(attempt.error))
         return False
 
     def _use(self, columns: list[Column]) -> None:
@@ -195,7 +195,7 @@ def _fingerprint(
         "points": list(points.dims),
         "values": {name: shown_values(list(column)) for name, column in points.values.items()},
         "fixed": {name: f"{type(value).__name__} {digest(value)}" for name, value in sorted(fixed.items())},
-        "dims": {name: list(chosen) for name, chosen in sorted(dims.items())},
+        "dims": {name: list(names) for name, names in sorted(dims.items())},
     }
 
 

@@ -61,13 +61,13 @@ def check_gap(bench: Bench, piece: ContactPiece) -> float:
     scale = bench.scales(piece.coordinates)
     reference = tested.checked_call({"q": q, "v": np.zeros(6)})["out"]
     size = abs(float(reference[GAP])) or 1e-3 * float(scale.max())
-    # near the drawn pose gaps of its own size; then, as for other pieces, larger motions
+    # gaps near the reference configuration, then larger motions as for other pieces
     distances = np.array([*(size * f for f in (0.1, 0.5, 0.9, 1.1, 1.5, 3.0)), 1e-3 * scale[0], 0.1 * scale[0]])
     for distance in np.repeat(distances, 3):
         angle = bench.random.uniform(-np.pi, np.pi)
         moved = q + 1e-4 * min(1.0, size / scale[0]) * scale * bench.random.uniform(-1.0, 1.0, 6)
         moved[3:5] += distance * np.array([np.cos(angle), np.sin(angle)])
-        turn, shift = bench.rotation(0.0)  # the pair anywhere, not only as drawn
+        turn, shift = bench.rotation(0.0)  # the pair in any orientation
         state = {"q": turn @ moved + shift, "v": scale * bench.random.uniform(-10.0, 10.0, 6)}
         check_gap_at(bench, tested, state, scale, min(size, float(distance)))
     return size

@@ -81,8 +81,8 @@ def plot_section(section: xr.Dataset, x: str, y: str | None = None, *, title: st
     data = _dataset("plot_section", section)
     axis = next((name for name in ALONG if name in data.dims), None)
     if axis is None:
-        found = ", ".join(map(str, data.dims)) or "none"
-        raise InputError(f"plot_section: section has the dimensions {found}; it must have 'period' or 'crossing'.")
+        dims = ", ".join(map(str, data.dims)) or "none"
+        raise InputError(f"plot_section: section has the dimensions {dims}; it must have 'period' or 'crossing'.")
     figure, ax = _figure(data, title)
     size = 1.0 if data.sizes[axis] >= MANY else 9.0
     if y is None:

@@ -163,8 +163,8 @@ def basin(
         raise InputError(f"{LABEL}: x and y are both {ax!r}; they must be two numbers of the state.")
     starts = np.tile(moved.state(), (len(ys) * len(xs), 1))
     starts[:, a], starts[:, b] = np.tile(xs, len(ys)), np.repeat(ys, len(xs))
-    given = {"settle": settle, "longest": longest, "repeats": repeats}
-    rules = _rules(moved, starts, period, tuple(angles), tolerance, bound, given)
+    limits = {"settle": settle, "longest": longest, "repeats": repeats}
+    rules = _rules(moved, starts, period, tuple(angles), tolerance, bound, limits)
     chunks = [starts] if executor is None else np.array_split(starts, min(CHUNKS * workers, len(starts)))
     if executor is None:
         tracks = tracks_of(moved.copy(), chunks[0], rules)
@@ -243,12 +243,12 @@ def _rules(
     angles: tuple[str, ...],
     tolerance: float,
     bound: float,
-    given: Mapping[str, int],
+    limits: Mapping[str, int],
 ) -> Rules:
     passes = Shooting(
         LABEL, system, period=period, times=1, autonomous=False, segments=1, tangent="differences", angles=angles
     )
-    counts = {name: checks.count(LABEL, name, value) for name, value in given.items()}
+    counts = {name: checks.count(LABEL, name, value) for name, value in limits.items()}
     if counts["longest"] <= counts["settle"]:
         raise InputError(f"{LABEL}: longest is {counts['longest']}; it must be above settle, {counts['settle']}.")
     weights = passes.space.weights

@@ -142,7 +142,7 @@ class TangentVectors:
         reached = schedule.advance(system, number, end, W)
         whole = lengths_of(W, weights)
         lengths = orthonormalise(W, weights) if reached else np.full(W.shape[1], np.nan)
-        W[schedule.records] = 0.0  # they would grow beyond all numbers where the rest of a vector shrinks
+        W[schedule.records] = 0.0  # bookkeeping would grow without bound if the rest of a vector shrinks
         finite = bool(np.isfinite(lengths).all() and np.isfinite(W).all())
         spread = lengths.max() / max(min(lengths.min(), 1.0), 1e-300) if finite else np.inf
         if saved is not None and spread > FAR_TOO_MUCH and end - begin > 1.0 / MOST_LOOKS:
@@ -150,8 +150,8 @@ class TangentVectors:
         if not reached:
             return None
         if not finite or (lengths < LOST * whole).any():
-            what = "are not finite" if not finite else "cannot be told apart any more"
-            text = f"The tangent vectors {what} at {clock(system):.6g}"
+            fault = "are not finite" if not finite else "are parallel up to round-off"
+            text = f"The tangent vectors {fault} at {clock(system):.6g}"
             schedule.trouble = f"{text}." if not finite else f"{text}. Ask for fewer exponents (count=)."
             return None
         with np.errstate(divide="ignore"):

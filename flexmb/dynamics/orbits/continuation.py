@@ -358,5 +358,5 @@ class Continuation:
         )
 
 
-def _point_or_none(found: ContinuationPoint | str) -> ContinuationPoint | None:
-    return found if isinstance(found, ContinuationPoint) else None
+def _point_or_none(result: ContinuationPoint | str) -> ContinuationPoint | None:
+    return result if isinstance(result, ContinuationPoint) else None

@@ -89,13 +89,13 @@ def closest_approaches(
         gap = sign * values[:, place]
         nearest, closures = np.nan, 0
         for k in range(1, len(gap)):
-            next_value = gap[k + 1] if k + 1 < len(gap) else gap[1]  # it begins anew
+            next_value = gap[k + 1] if k + 1 < len(gap) else gap[1]  # the orbit is closed
             if not (gap[k] <= gap[k - 1] and gap[k] < next_value):
                 continue
             rise = max(gap[k - 1], next_value) - gap[k]
             if not np.isnan(nearest) and abs(gap[k]) - rise > abs(nearest):
                 closures += int(gap[k] < 0.0)
-                continue  # it cannot come nearer
+                continue  # no smaller turning point is possible here
             least = _turning_point(system, (times[k - 1], 2.0 * times[k] - times[k - 1]), states[k - 1], place, sign)
             closures += int(not least > 0.0)  # a sharp one is an impact
             if not np.isnan(least) and (np.isnan(nearest) or abs(least) < abs(nearest)):
@@ -117,5 +117,5 @@ def _turning_point(system: Dynamics, span: tuple[float, float], state: np.ndarra
         least = float(gap[k])
         slopes.append(max(gap[k - 1], gap[k + 1]) - least)
         state, span = states[k - 1], (times[k - 1], times[k + 1])
-    # spans shrink by FINER/2: the rise beside a parabola's minimum by the square of that, beside an edge by it alone
+    # spans shrink by FINER/2: the rise beside a smooth minimum shrinks by the square of this, beside an edge by FINER/2
     return np.nan if slopes[1] > SHARP * slopes[0] / (FINER / 2.0) else least

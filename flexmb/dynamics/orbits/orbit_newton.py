@@ -116,7 +116,7 @@ def correct(
     residuals = [_relative_miss(shooting, run)]
     while residuals[-1] > tolerance or (plane is not None and abs(plane.row(shooting, run)[3]) > 1e-6):
         if len(residuals) > iterations:
-            text = f"Not converged after {iterations} iterations: {residuals[-1]:.3g} of the state does not come back"
+            text = f"Not converged after {iterations} iterations: {residuals[-1]:.3g} of the state does not return"
             return NewtonResult(
                 run, tuple(residuals), False, f"{text}, wanted {tolerance:g}. Give a better guess, or settle=."
             )
@@ -127,12 +127,12 @@ def correct(
             )
         next_run = _damped_step(shooting, run, step, tolerance)
         if next_run is None:
-            text = f"No correction brings the motion nearer to its start; {residuals[-1]:.3g} of the state does not"
+            text = f"No correction reduces the residual; {residuals[-1]:.3g} of the state does not"
             return NewtonResult(
                 run,
                 tuple(residuals),
                 False,
-                f"{text} come back, wanted {tolerance:g}. Give a better guess, or settle=.",
+                f"{text} return, wanted {tolerance:g}. Give a better guess, or settle=.",
             )
         run = next_run
         residuals.append(_relative_miss(shooting, run))

@@ -124,9 +124,9 @@ class PeriodicOrbit:
 
     def __repr__(self) -> str:
         kind = "stable" if self.stable else "unstable"
-        shown = ", ".join(f"{m:.6g}" for m in self.multipliers[:4])
+        listed = ", ".join(f"{m:.6g}" for m in self.multipliers[:4])
         more = ", ..." if len(self.multipliers) > 4 else ""
-        text = f"{kind}, multipliers {shown}{more}" if self.ok else self.status
+        text = f"{kind}, multipliers {listed}{more}" if self.ok else self.status
         return f"PeriodicOrbit of {self.name!r}, period {self.period:.6g} {self.unit}: {text}"
 
 

@@ -126,10 +126,10 @@ def locate(height: Height, bracket: Bracket) -> float:
     flow.restore(before)
     a, b, fa = bracket.near, bracket.far, bracket.value
     least = 4.0 * float(np.spacing(abs(flow.time) + b))
-    fb, kept = height.at(before, b), 0
+    fb, moved_last = height.at(before, b), 0
     for count in range(ROUNDS):
         if height.left(fb) or not flow.ok:
-            break  # a step with tangent vectors may have come a little further than the one without
+            break  # a step with tangent vectors may end a little later than a step without
         b += 2.0**count * max(1e-9 * bracket.far, least)
         fb = height.at(before, b)
     for count in range(ROUNDS):
@@ -139,9 +139,9 @@ def locate(height: Height, bracket: Bracket) -> float:
         x = min(max(x, a + 0.5 * least, flow.shortest), b - 0.5 * least)
         value = height.at(before, x)
         if height.left(value):
-            b, fb, fa, kept = x, value, 0.5 * fa if kept == DOWN else fa, DOWN
+            b, fb, fa, moved_last = x, value, 0.5 * fa if moved_last == DOWN else fa, DOWN
         else:
-            a, fa, fb, kept = x, value, 0.5 * fb if kept == UP else fb, UP
+            a, fa, fb, moved_last = x, value, 0.5 * fb if moved_last == UP else fb, UP
     if flow.ok:
         height.at(before, b)
     return b

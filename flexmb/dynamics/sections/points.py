@@ -134,16 +134,16 @@ def _collected(
     label = f"{kind} {system.name!r}"
     skip, keep = checks.count(label, "skip", skip, 0), checks.count(label, "keep", keep)
     strobe = dimension == "period"
-    shown = bar(system.name, 0.0, float(skip + keep), shown=progress, of=f"{dimension}s")
+    progress_bar = bar(system.name, 0.0, float(skip + keep), shown=progress, of=f"{dimension}s")
     times, values = [], []
     for k in range(skip + keep):
         if (k > 0 or not strobe) and not system.advance(1):
             break
-        shown.update(1)
+        progress_bar.update(1)
         if k >= skip:
             times.append(clock(system))
             values.append(system.observe())
-    shown.close()
+    progress_bar.close()
     rows = np.array(values).reshape(len(times), len(system.names))
     units = "s" if isinstance(system, (StroboscopicMap, SectionMap)) else ""
     status = system.status if len(times) < keep else f"{keep} {dimension}s, after {skip} that were skipped."

@@ -158,7 +158,7 @@ class SectionMap(SectionOfFlow):
         self.limit = self.declared or (PACES * flow.pace if flow.period is None else PERIODS * flow.period)
         height, rate = self._height(), flow.rate(self._signal)
         if flow.resolution is not None and abs(height) <= flow.resolution[self._signal] and rate != 0.0:
-            height = 0.0  # a state that was brought back to its joints is not exactly where it was
+            height = 0.0  # a projected state is not exactly on the level
         self._side = UP if height + AHEAD * flow.pace * rate >= 0.0 else DOWN
         v = flow.velocity()
         self._time_weight = float(flow.weights @ v**2) or 1.0

@@ -149,11 +149,11 @@ class ImpactODE(ContinuousFlow):
         return other
 
     def _check_start(self) -> None:
+        self.period, self.driven = self.ode.period, self.ode.driven
         gap, speed = self._height(), self._closing()
         if gap < -1e-9 * max(1.0, float(np.abs(self.state()).max())) or (gap < 0.0 and speed < 0.0):
             text = f"{self._label}: at t = {self.time:g} s the state {self.state()} has the gap {gap:.3g}"
             raise InputError(f"{text}; it must be > 0. Start in flight.")
-        self.period, self.driven = self.ode.period, self.ode.driven
         self.ok, self.status, self._last = self.ode.ok, self.ode.status, float("-inf")
 
     def _height(self) -> float:

@@ -372,7 +372,7 @@ class MechanismFlow(ContinuousFlow):
             self.units = tuple(s.units for s in self.program.names.signals)
         self.changes = dict(changes)
         if self.period is None and isinstance(self.step, Adaptive) and self.step.max is None:
-            text = f"MechanismFlow of {self.name!r}: no drive has a period, so nothing says how large a step may be"
+            text = f"MechanismFlow of {self.name!r}: no drive has a period, so the largest step is unknown"
             raise InputError(
                 f"{text}. Give period= (about that of the motion), step=Adaptive(max=...) or a fixed step."
             )

@@ -50,9 +50,9 @@ def find_cycle(scaled: np.ndarray) -> Cycle | None:
     scaled : points (n, m) over their tolerances.
     """
     count = len(scaled)
-    for part, returns in ((4, RETURNS), (10, TAIL)):
+    for divisor, returns in ((4, RETURNS), (10, TAIL)):
         for k in range(1, longest_cycle(count) + 1):
-            length = max(count // part, returns * k)
+            length = max(count // divisor, returns * k)
             if length > count:
                 break
             spread = phase_spread(scaled[count - length :], k)
@@ -113,7 +113,7 @@ def find_approach(scaled: np.ndarray, spread: float) -> Approach | None:
     count = len(scaled)
     for k in range(1, longest_cycle(count) + 1):
         steps = np.abs(scaled[k:] - scaled[:-k]).max(axis=1)
-        thirds = [np.array([part.max(), np.median(part)]) for part in np.array_split(steps, 3)]
+        thirds = [np.array([third.max(), np.median(third)]) for third in np.array_split(steps, 3)]
         shrink = all((b <= a / 1.5).all() for a, b in pairwise(thirds))
         if shrink and thirds[2][0] < 0.2 * spread:
             rate = float((thirds[2][1] / thirds[0][1]) ** (1.5 / len(steps))) if thirds[0][1] > 0.0 else 0.0

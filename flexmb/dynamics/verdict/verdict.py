@@ -172,7 +172,7 @@ def judge(
     columns = columns_of(values, labels, checked[0], checked[1], floor, checked[2])
     evidence["signals"] = float(len(set(columns.names)))
     if not columns.names:
-        text = f"Only driven signals ({', '.join(columns.left_out)}), which say nothing. Give others."
+        text = f"Only driven signals ({', '.join(columns.left_out)}), without information. Give other signals."
         return Verdict("inconclusive", text, 0, evidence)
     return _periodic(columns, evidence) or _transient(columns, evidence) or _aperiodic(columns, evidence)
 
@@ -241,7 +241,7 @@ def _transient(columns: Columns, evidence: dict[str, float]) -> Verdict | None:
     approach = find_approach(scaled, spread) or find_approach(scaled[count // 2 :], spread)
     if approach is not None:
         evidence["k"], evidence["shrink"] = float(approach.k), approach.rate
-        text = f"The points still creep towards a {approach.k}-cycle: steps shrink by {approach.rate:.4g} a point"
+        text = f"The points still approach a {approach.k}-cycle: steps shrink by {approach.rate:.4g} a point"
         more = np.log(max(approach.left, 1.0)) / -np.log(approach.rate) if 0.0 < approach.rate < 1.0 else np.inf
         advice = f"some {np.ceil(more):.0f} more points" if np.isfinite(more) else "more points"
         return Verdict("transient", f"{text}; leave out these and {advice}.", approach.k, evidence)
@@ -334,7 +334,7 @@ def _aperiodic_kind(zero_one: str, neighbours: str, evidence: dict[str, float]) 
     if chaotic:
         return Verdict("chaotic", f"No cycle, and neighbours part: {values}.", 0, evidence)
     if evidence["doublings"]:
-        text = f"Bands double again and again, {2 ** evidence['doublings']:.0f} are seen: {values}"
+        text = f"Bands double repeatedly, up to {2 ** evidence['doublings']:.0f} bands: {values}"
         advice = "At or near a point where period doublings accumulate, chaos and long cycles look alike"
         return Verdict("inconclusive", f"{text}. {advice}: take more points, or another parameter.", 0, evidence)
     if closed:
