@@ -45,7 +45,7 @@ def row(speed: float, model: str, skip: int, keep: int) -> tuple[dict[str, Any],
     found = fm.lyapunov(mech, skip=skip, periods=keep, step=STEP, period=period)
     took = time.process_time() - busy
     column = [found.names.index(name) for name in SIGNALS]
-    spread, noise = np.std(found.points, axis=0), found.seen.resolution
+    spread, noise = np.std(found.points, axis=0), found.signals.resolution
     tests = [fm.zero_one_test(found.points[:, k]).value if spread[k] > 10.0 * noise[k] else np.nan for k in column]
     numbers = {
         "speed": speed,

@@ -265,18 +265,18 @@ dynamics.sections.crossing.CLOSE | 1 | a step | how near a crossing has to be
 dynamics.verdict.cycles.RETURNS | returns | nothing | returns that make a cycle
 dynamics.verdict.cycles.TAIL | points | nothing | least points of a cycle
 dynamics.verdict.cycles.LONGEST | points | nothing | longest cycle that is looked for
-dynamics.exponents.confirm.PART | 1 | points of the first run | the second run has one in so many
-dynamics.exponents.confirm.SETTLES | 1 | points of the first run | the second run leaves out one in so many
-dynamics.exponents.confirm.LEAST | points | nothing | points of the second run, at least
-dynamics.exponents.confirm.APART | 1 | size of the state | distance of the other start
-dynamics.verdict.cycles.LEAST_IN_BAND | points | nothing | points of a band that doubles
-dynamics.verdict.cycles.FINER | 1 | mean square | what a doubling leaves at most
-dynamics.verdict.cycles.FEWEST_DOUBLINGS | doublings | nothing | fewest that accumulate
-dynamics.verdict.drift.BLOCKS | blocks | nothing | parts of a record that are laid on a line
-dynamics.verdict.drift.LEAST_BLOCKS | blocks | nothing | fewest of them
-dynamics.verdict.drift.LEAST_OF_BLOCK | points | nothing | points of one
-dynamics.verdict.drift.STRAIGHT | 1 | mean square | share of the line in a drift
-dynamics.verdict.drift.LEAST_IN_BAND | points | nothing | points of a band whose mean is taken away
+dynamics.exponents.second_run.PART | 1 | points of the first run | the second run has one in so many
+dynamics.exponents.second_run.SETTLES | 1 | points of the first run | the second run leaves out one in so many
+dynamics.exponents.second_run.LEAST | points | nothing | points of the second run, at least
+dynamics.exponents.second_run.APART | 1 | size of the state | distance of the other start
+dynamics.verdict.bands.LEAST_IN_BAND | points | nothing | points of a band that doubles
+dynamics.verdict.bands.FINER | 1 | mean square | what a doubling leaves at most
+dynamics.verdict.bands.FEWEST_DOUBLINGS | doublings | nothing | fewest that accumulate
+dynamics.verdict.stationarity.BLOCKS | blocks | nothing | parts of a record that are laid on a line
+dynamics.verdict.stationarity.LEAST_BLOCKS | blocks | nothing | fewest of them
+dynamics.verdict.stationarity.LEAST_OF_BLOCK | points | nothing | points of one
+dynamics.verdict.stationarity.STRAIGHT | 1 | mean square | share of the line in a drift
+dynamics.verdict.stationarity.LEAST_IN_BAND | points | nothing | points of a band whose mean is taken away
 dynamics.exponents.exponent_error.BLOCKS | blocks | nothing | blocks that an error is taken from
 dynamics.exponents.exponent_error.FEWEST_BLOCKS | blocks | nothing | fewest of them
 dynamics.exponents.exponent_error.POWER | 1 | logarithm of time | growth like this power of time is none
@@ -291,37 +291,37 @@ dynamics.orbits.continuation.SHARPEST | 1 | cosine | sharpest turn of a branch b
 dynamics.orbits.continuation.FEW | iterations | nothing | a step grows below
 dynamics.orbits.continuation.MANY | iterations | nothing | a step shrinks above
 dynamics.orbits.continuation.CORRECTIONS | iterations | nothing | most corrections of a point
-dynamics.orbits.continuation.LOCATED | 1 | a step of a branch | accuracy of a bifurcation
+dynamics.orbits.continuation_point.LOCATED | 1 | a step of a branch | accuracy of a bifurcation
 dynamics.orbits.grazing.SAMPLES | points | period | where a grazing is looked for
 dynamics.orbits.grazing.FINER | points | a sample | the same, near it
 dynamics.orbits.grazing.SHARP | 1 | a multiplier | change that shows a grazing
 dynamics.systems.impact_ode.PILE | 1 | interval | impacts that are closer pile up
-dynamics.exponents.lyapunov.APART | 1 | size of the state | distance of a companion
-dynamics.exponents.lyapunov.APART_IN_CONTACT | 1 | size of the state | the same with contacts
-dynamics.exponents.lyapunov.INTERVALS | intervals | nothing | intervals in which directions are made apart
+dynamics.exponents.benettin.APART | 1 | size of the state | distance of a companion
+dynamics.exponents.benettin.APART_IN_CONTACT | 1 | size of the state | the same with contacts
+dynamics.exponents.schedule.INTERVALS | intervals | nothing | intervals in which directions are made apart
 dynamics.systems.mechanism_flow.SHORTEST | spacings | time | shortest interval
-dynamics.systems.mechanism_rates.INSTANT | 1 | period | instants at which rates are compared
-dynamics.systems.mechanism_rates.NUDGE | 1 | size of the state | difference for a rate
-dynamics.orbits.newton.HALVINGS | halvings | nothing | most halvings of a correction
-dynamics.orbits.newton.SMALLEST_SINGULAR | 1 | largest singular value | directions without a say
-dynamics.orbits.newton.LARGEST_STRETCH | 1 | size of the state | longest correction
+dynamics.systems.mechanism_flow.INSTANT | 1 | period | instants at which rates are compared
+dynamics.systems.mechanism_flow.NUDGE | 1 | size of the state | difference for a rate
+dynamics.orbits.orbit_newton.HALVINGS | halvings | nothing | most halvings of a correction
+dynamics.orbits.orbit_newton.SMALLEST_SINGULAR | 1 | largest singular value | directions without a say
+dynamics.orbits.orbit_newton.LARGEST_STRETCH | 1 | size of the state | longest correction
 dynamics.systems.ode.FINEST | 1 | state | finest tolerance of a second run
 dynamics.systems.ode.TANGENT_ATOL | 1 | tangents | absolute tolerance of carried differences
 dynamics.orbits.periodic_orbit.TOLERANCE | 1 | size of the state | what does not come back
 dynamics.orbits.periodic_orbit.TOLERANCE_OF_STEPS | 1 | size of the state | the same with error-controlled steps
 dynamics.orbits.periodic_orbit.AMPLIFIED | 1 | tolerance | what a multiplier may make of it
 dynamics.orbits.periodic_orbit.AT_REST | 1 | size of the state | an orbit that stands still
-dynamics.exponents.schedule.TOO_MUCH | 1 | a difference | growth that asks for shorter intervals
-dynamics.exponents.schedule.FAR_TOO_MUCH | 1 | a difference | growth that is repeated
-dynamics.exponents.schedule.LOST | 1 | largest direction | direction that is lost
+dynamics.exponents.renormalisation.TOO_MUCH | 1 | a difference | growth that asks for shorter intervals
+dynamics.exponents.renormalisation.FAR_TOO_MUCH | 1 | a difference | growth that is repeated
+dynamics.exponents.renormalisation.LOST | 1 | largest direction | direction that is lost
 dynamics.exponents.schedule.MOST_LOOKS | looks | an interval | most looks
 dynamics.sections.section_map.PERIODS | periods | period | longest way to a section
 dynamics.sections.section_map.PACES | paces | first pace | the same without a period
 dynamics.sections.section_map.AHEAD | 1 | a step | distance from a section that has been left
-dynamics.sections.section_signals.GROUP | 1 | spread | signals that move together
-dynamics.sections.section_signals.SEPARATE | 1 | noise | signals that differ
-dynamics.verdict.separation.SUCCESSORS | steps | nothing | successors of neighbours
-dynamics.verdict.separation.LEAST_WAY | 1 | logarithm of a distance | least growth that counts
+dynamics.verdict.columns.GROUP | 1 | spread | signals that move together
+dynamics.verdict.columns.SEPARATE | 1 | noise | signals that differ
+dynamics.verdict.bands.SUCCESSORS | steps | nothing | successors of neighbours
+dynamics.verdict.bands.LEAST_WAY | 1 | logarithm of a distance | least growth that counts
 dynamics.orbits.shooting.SMALL | 1 | size of the state | differences for derivatives of maps
 dynamics.orbits.shooting.SMALL_OF_A_FLOW | 1 | size of the state | the same for flows
 dynamics.verdict.verdict.LEAST | points | nothing | least points of a verdict
@@ -332,9 +332,9 @@ dynamics.verdict.verdict.SETTLED | 1 | spread | drift of what has settled
 dynamics.verdict.verdict.MOST_SIGNALS | signals | nothing | signals that are tested
 dynamics.verdict.verdict.PART | 1 | record | lags of the 0-1 test: one over this part
 dynamics.verdict.verdict.RELATIVE | 1 | spread | points that are the same
-dynamics.basins.attractor_matching.KEPT | points | nothing | points that are remembered
-dynamics.basins.attractor_matching.CLOSE | 1 | tolerance | points that may be the same
-dynamics.basins.attractor_matching.SAME | 1 | size of the state | points that are the same
+dynamics.basins.attractors.KEPT | points | nothing | points that are remembered
+dynamics.basins.attractors.CLOSE | 1 | tolerance | points that may be the same
+dynamics.basins.attractors.SAME | 1 | size of the state | points that are the same
 series.correlation.LEAST | points | nothing | least points
 series.correlation.PERIODS | periods | nothing | least periods
 series.correlation.REFERENCES | points | nothing | reference points
@@ -381,7 +381,7 @@ def _left_out() -> dict[str, str]:
     a factor of a formula: dynamics.exponents.exponent_error.LATE contact.friction.lugre.PASSIVE
         energy.contact_work.GAUSS_POINT
         start.projection.WHOLE_TURN
-        dynamics.sections.section_signals.TURN dynamics.orbits.shooting.TURN beams.corotational.TURN
+        dynamics.verdict.columns.TURN dynamics.orbits.state_space.TURN beams.corotational.TURN
         beams.corotational.REST
     printed with the theory, and only a remark: contact.validity.LOVE contact.validity.YIELD_OF_POINT
         contact.validity.YIELD_OF_LINE
@@ -398,8 +398,8 @@ def _left_out() -> dict[str, str]:
         step.contact_log.IMPACT step.contact_log.LASTING
         results.remarks.APPROACH_PLACE step.contact_log.CLOSING_PHASE step.contact_log.LASTING_PHASE
         linalg.lu.ROWS_HELD linalg.lu.NO_ROW dynamics.sections.crossing.DOWN dynamics.sections.crossing.UP
-        dynamics.systems.mechanism_flow.ONSET dynamics.basins.attractor_matching.LOST
-        dynamics.basins.attractor_matching.UNDECIDED
+        dynamics.systems.mechanism_scales.ONSET dynamics.basins.attractors.LOST
+        dynamics.basins.attractors.UNDECIDED
         program.signals.CONTACT_PENETRATION program.tables.CONTACT_COMMON
     squares of smaller numbers are 0 among floats: run.simulate.SHORTEST_RUN
     stands for infinity: state.options.NEVER

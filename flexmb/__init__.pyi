@@ -48,8 +48,8 @@ from flexmb.drives.ramp import Ramp as Ramp
 from flexmb.drives.table import Table as Table
 from flexmb.dynamics.basins.basin import Basin as Basin
 from flexmb.dynamics.basins.basin import basin as basin
+from flexmb.dynamics.exponents.benettin import benettin as benettin
 from flexmb.dynamics.exponents.exponents import Exponents as Exponents
-from flexmb.dynamics.exponents.lyapunov import benettin as benettin
 from flexmb.dynamics.exponents.lyapunov import lyapunov as lyapunov
 from flexmb.dynamics.orbits.branch import Branch as Branch
 from flexmb.dynamics.orbits.branch import BranchPoint as BranchPoint
@@ -170,7 +170,7 @@ from flexmb.step.runge_kutta import RungeKutta4 as RungeKutta4
 from flexmb.step.step_size import Adaptive as Adaptive
 from flexmb.step.step_size import FixedStep as FixedStep
 from flexmb.sweeps.bifurcation import bifurcation as bifurcation
-from flexmb.sweeps.diagram import load_sweep as load_sweep
+from flexmb.sweeps.datasets import load_sweep as load_sweep
 from flexmb.sweeps.sweep import sweep as sweep
 from flexmb.view.bifurcation import plot_bifurcation as plot_bifurcation
 from flexmb.view.orbits import plot_basin as plot_basin

@@ -7,6 +7,7 @@ import os
 import re
 import sys
 from collections.abc import Sequence
+from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,9 +19,10 @@ if TYPE_CHECKING:
     from flexmb.commands.source import Source
 
 OK, NOT_FINISHED, REFUSED, INTERRUPTED = 0, 1, 2, 130
+"""Exit codes."""
 WITH_SOURCE = ("run", "sweep", "chaos", "check")
 SOURCE_HELP = "a ready mechanism (see `flexmb list`), or FILE.py[:NAME] with a Mechanism or a function that returns one"
-TANGENT_METHODS = "as of `flexmb run`, without runge-kutta"
+TANGENT_METHODS = "methods of `flexmb run` except runge-kutta"
 UNITS_HELP = "Numbers may carry a unit: 0.5mm, 50um, 2pi, 3000rpm, 30deg, 0.1ms; without one they are SI."
 
 
@@ -29,13 +31,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     Parameters
     ----------
-    arguments : what stands behind `flexmb`; None: what was typed.
+    arguments : arguments after `flexmb`; None: the typed arguments.
 
     Returns
     -------
-    int : exit code: 0 done, 1 the run did not reach its end, 2 refused, 130 stopped from the keyboard.
+    int : exit code: 0 done, 1 the run did not reach its end, 2 refused, 130 interrupted from the keyboard.
     """
-    given = joined(sys.argv[1:] if arguments is None else arguments)
+    given = with_negative_numbers(sys.argv[1:] if arguments is None else arguments)
     try:
         return _dispatch(given)
     except FlexmbError as error:
@@ -50,19 +52,24 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"flexmb: the package {package!r} is missing. Install it: pip install {package}", file=sys.stderr)
         return REFUSED
     except KeyboardInterrupt:
-        print("flexmb: stopped from the keyboard.", file=sys.stderr)
+        print("flexmb: interrupted from the keyboard.", file=sys.stderr)
         return INTERRUPTED
 
 
-def joined(arguments: Sequence[str]) -> list[str]:
-    """The arguments with negative numbers tied to their option: --speed -2pi is --speed=-2pi."""
-    found: list[str] = []
+def with_negative_numbers(arguments: Sequence[str]) -> list[str]:
+    """Arguments with negative numbers joined to their options: --speed -2pi becomes --speed=-2pi.
+
+    Parameters
+    ----------
+    arguments : the arguments.
+    """
+    joined: list[str] = []
     for text in arguments:
-        if found and re.match(r"-[.\d]|-pi", text) and found[-1].startswith("--") and "=" not in found[-1]:
-            found[-1] = f"{found[-1]}={text}"
+        if joined and re.match(r"-[.\d]|-pi", text) and joined[-1].startswith("--") and "=" not in joined[-1]:
+            joined[-1] = f"{joined[-1]}={text}"
         else:
-            found.append(text)
-    return found
+            joined.append(text)
+    return joined
 
 
 def _dispatch(given: list[str]) -> int:
@@ -70,13 +77,13 @@ def _dispatch(given: list[str]) -> int:
     parser, maker_options = _parser(source, given[0] if given else "")
     options = parser.parse_args(given)
     if getattr(options, "quiet", False):
-        os.environ["FLEXMB_MESSAGES"] = "0"  # of compilation; worker processes are told so, too
+        os.environ["FLEXMB_MESSAGES"] = "0"  # no messages on compilation, also in worker processes
     if options.command == "list":
-        from flexmb.commands.others import list_mechanisms
+        from flexmb.commands.source import list_mechanisms
 
         return list_mechanisms()
     if options.command == "vtk":
-        from flexmb.commands.others import write_frames
+        from flexmb.commands.run import write_frames
 
         return write_frames(options.file, options.out, options.frames)
     if options.command == "paper":
@@ -89,15 +96,15 @@ def _dispatch(given: list[str]) -> int:
 
 
 def _with_mechanism(source: Source, maker_options: list[Option], options: argparse.Namespace) -> int:
-    from flexmb.commands.options import taken
+    from flexmb.commands.options import keywords_of
 
     if options.command == "sweep":
         from flexmb.commands.sweep import sweep
 
         return sweep(source, options.source, maker_options, options)
-    mechanism = source.mechanism(taken(options, maker_options))
+    mechanism = source.mechanism(keywords_of(options, maker_options))
     if options.command == "check":
-        from flexmb.commands.others import check_mechanism
+        from flexmb.commands.run import check_mechanism
 
         return check_mechanism(mechanism)
     if options.command == "chaos":
@@ -110,7 +117,7 @@ def _with_mechanism(source: Source, maker_options: list[Option], options: argpar
 
 
 def _source(given: list[str]) -> Source | None:
-    """The mechanism that the arguments name; its parameters become options, so it is looked up first."""
+    """The source of the mechanism in the arguments, which is needed first: its parameters become options."""
     if len(given) < 2 or given[0] not in WITH_SOURCE or given[1].startswith("-"):
         return None
     from flexmb.commands.source import find
@@ -119,31 +126,30 @@ def _source(given: list[str]) -> Source | None:
 
 
 def _parser(source: Source | None, wanted: str) -> tuple[argparse.ArgumentParser, list[Option]]:
-    """Parser of the command line; options of the user's file belong to the chosen command alone."""
+    """The parser, and the options of the source, which are added to the typed command only."""
     parser = argparse.ArgumentParser(
         prog="flexmb", description="Planar flexible multibody dynamics with imperfect joints.", allow_abbrev=False
     )
     parser.add_argument("--version", action="version", version=f"flexmb {_version()}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    plain = {"allow_abbrev": False, "epilog": UNITS_HELP}
-    run = commands.add_parser("run", help="simulate a mechanism and write its results", **plain)
-    check = commands.add_parser("check", help="degrees of freedom, redundancies, natural frequencies", **plain)
-    sweep = commands.add_parser("sweep", help="a bifurcation diagram over one parameter", **plain)
-    chaos = commands.add_parser("chaos", help="exponents, section and verdict: periodic or chaotic", **plain)
+    add = partial(commands.add_parser, allow_abbrev=False)
+    run = add("run", help="simulate a mechanism and write its results", epilog=UNITS_HELP)
+    modes = "degrees of freedom, redundant constraints, natural frequencies"
+    check = add("check", help=modes, epilog=UNITS_HELP)
+    sweep = add("sweep", help="a bifurcation diagram over one parameter", epilog=UNITS_HELP)
+    chaos = add("chaos", help="exponents, section and verdict: periodic or chaotic", epilog=UNITS_HELP)
     _add_run_options(run)
     _add_sweep_options(sweep)
     _add_chaos_options(chaos)
-    listing = commands.add_parser("list", help="ready mechanisms and their options", allow_abbrev=False)
-    vtk = commands.add_parser("vtk", help="write VTK files of a run on disk", allow_abbrev=False)
-    vtk.add_argument("file", metavar="RUN.nc", type=Path, help="what `flexmb run` wrote")
+    listing = add("list", help="ready mechanisms and their options")
+    vtk = add("vtk", help="write VTK files of a saved run")
+    vtk.add_argument("file", metavar="RUN.nc", type=Path, help="file of `flexmb run`")
     vtk.add_argument("--frames", type=int, metavar="N", help="number of frames (default: all instants, at most 200)")
     vtk.add_argument("--out", type=Path, metavar="FILE.pvd", help="default: beside RUN.nc")
-    paper = commands.add_parser(
-        "paper", help="figures and tables of the study of the nine-bar mechanism", allow_abbrev=False
-    )
+    paper = add("paper", help="figures and tables of the study of the nine-bar mechanism")
     _add_paper_options(paper)
     for command in (run, sweep, chaos, check, listing, vtk, paper):
-        command.add_argument("--debug", action="store_true", help="show where an error came from")
+        command.add_argument("--debug", action="store_true", help="show the traceback of an error")
     options: list[Option] = []
     for name, command in {"run": run, "sweep": sweep, "chaos": chaos, "check": check}.items():
         command.add_argument("source", metavar="NAME", help=SOURCE_HELP)
@@ -158,8 +164,8 @@ def _add_maker(command: argparse.ArgumentParser, source: Source) -> list[Option]
     try:
         return add_options(command, source.make, f"options of {source.name}")
     except argparse.ArgumentError as error:
-        text = f"{source.name}: a parameter bears the name of an option of this command ({error})."
-        raise FlexmbError(f"{text} Give it another name.") from error
+        text = f"{source.name}: a parameter has the name of an option of this command ({error})."
+        raise FlexmbError(f"{text} Rename the parameter.") from error
 
 
 def _add_run_options(run: argparse.ArgumentParser) -> None:
@@ -167,103 +173,106 @@ def _add_run_options(run: argparse.ArgumentParser) -> None:
     end = time.add_mutually_exclusive_group()
     end.add_argument("--periods", metavar="X", help="length of the run in periods of the drives (default 2)")
     end.add_argument("--t-end", metavar="TIME", help="length of the run, e.g. 0.5s")
-    time.add_argument("--save-from-period", metavar="X", help="save and look for peaks from this period on (default 0)")
-    time.add_argument("--save", metavar="N", help="instants a period, or `steps` for every step (default 1000)")
-    time.add_argument("--restart", metavar="RUN.nc", type=Path, help="go on from the end of this run of the mechanism")
+    time.add_argument("--save-from-period", metavar="X", help="first saved period, also for peaks (default 0)")
+    time.add_argument("--save", metavar="N", help="saved instants a period, or `steps` for every step (default 1000)")
+    time.add_argument("--restart", metavar="RUN.nc", type=Path, help="start from the end of this run of the mechanism")
     names = "generalised-alpha[:RADIUS] (default), hht[:ALPHA], wbz[:ALPHA], trapezoidal, runge-kutta"
     _add_method(run, f"{names}; runge-kutta needs --step")
     files = run.add_argument_group("files")
     files.add_argument("--out", metavar="DIR", help="folder of the results (default out/NAME)")
     files.add_argument("--frames", type=int, metavar="N", default=100, help="number of VTK frames (default 100)")
-    files.add_argument("--no-vtk", action="store_true", help="write no VTK files")
-    files.add_argument("--no-plots", action="store_true", help="draw no pictures")
+    files.add_argument("--no-vtk", action="store_true", help="no VTK files")
+    files.add_argument("--no-plots", action="store_true", help="no pictures")
     files.add_argument("--quiet", action="store_true", help="no progress bar and no summary")
 
 
 def _add_sweep_options(sweep: argparse.ArgumentParser) -> None:
-    what = sweep.add_argument_group(
-        "sweep", "One option of the mechanism takes a range: --speed 0.5pi:2.5pi:50, or 1,2,4."
+    group = sweep.add_argument_group(
+        "sweep", "Give one option of the mechanism a range: --speed 0.5pi:2.5pi:50, or values: 1,2,4."
     )
-    what.add_argument(
-        "--vary", metavar="PART.FIELD=RANGE", help="vary a field of a part, e.g. P1.clearance=0.1mm:1mm:10"
+    group.add_argument(
+        "--vary", metavar="PART.FIELD=RANGE", help="range of a field of a part, e.g. P1.clearance=0.1mm:1mm:10"
     )
-    what.add_argument("--skip", type=int, metavar="N", default=50, help="periods before the first point (default 50)")
-    what.add_argument("--keep", type=int, metavar="N", default=50, help="points at each value (default 50)")
-    what.add_argument("--direction", metavar="NAME", default="cold", help="cold (default), up, down or both")
-    what.add_argument(
-        "--chunks", type=int, metavar="N", default=1, help="parts of up and down that begin cold (default 1)"
+    group.add_argument("--skip", type=int, metavar="N", default=50, help="periods before the first point (default 50)")
+    group.add_argument("--keep", type=int, metavar="N", default=50, help="points at each value (default 50)")
+    group.add_argument(
+        "--direction",
+        metavar="NAME",
+        default="cold",
+        help="start of each value: cold (default), from the value below (up) or above (down), or both",
     )
-    what.add_argument("--signals", metavar="A,B", help="signals to keep (default all)")
-    what.add_argument("--period", metavar="TIME", help="time between two points (default the period of the drives)")
-    what.add_argument("--exponent", action="store_true", help="find the largest exponent at each value, too")
+    group.add_argument(
+        "--chunks", type=int, metavar="N", default=1, help="chunks of up and down with a cold start each (default 1)"
+    )
+    group.add_argument("--signals", metavar="A,B", help="signals to keep (default all)")
+    group.add_argument("--period", metavar="TIME", help="time between two points (default the period of the drives)")
+    group.add_argument("--exponent", action="store_true", help="also the largest Lyapunov exponent at each value")
     solver = _add_method(sweep, TANGENT_METHODS)
-    solver.add_argument(
-        "--workers", type=int, metavar="N", default=1, help="processes that share the points (default 1)"
-    )
+    solver.add_argument("--workers", type=int, metavar="N", default=1, help="number of worker processes (default 1)")
     files = sweep.add_argument_group("files")
-    files.add_argument("--store", metavar="DIR.zarr", help="keep every point here when it is finished (zarr)")
-    files.add_argument("--resume", action="store_true", help="go on with the store, if it is there")
-    files.add_argument("--out", metavar="DIR", help="folder of dataset and picture (default out/NAME)")
-    files.add_argument("--plot", metavar="A,B", help="signals of the pictures (default: one is chosen)")
-    files.add_argument("--no-plots", action="store_true", help="draw no picture")
+    files.add_argument("--store", metavar="DIR.zarr", help="store of all finished points (zarr)")
+    files.add_argument("--resume", action="store_true", help="continue an existing store")
+    files.add_argument("--out", metavar="DIR", help="folder of dataset and pictures (default out/NAME)")
+    files.add_argument("--plot", metavar="A,B", help="signals of the pictures (default: one signal)")
+    files.add_argument("--no-plots", action="store_true", help="no pictures")
     files.add_argument("--quiet", action="store_true", help="no progress bar and no summary")
 
 
 def _add_chaos_options(chaos: argparse.ArgumentParser) -> None:
-    what = chaos.add_argument_group("chaos")
-    what.add_argument("--skip", type=int, metavar="N", default=20, help="periods before the first point (default 20)")
-    what.add_argument("--keep", type=int, metavar="N", default=200, help="points, one a period (default 200)")
-    what.add_argument("--exponents", type=int, metavar="K", default=1, help="how many exponents (default 1)")
-    what.add_argument("--period", metavar="TIME", help="time between two points (default the period of the drives)")
-    what.add_argument("--signals", metavar="A,B", help="signals that are drawn and analysed (default: one is chosen)")
-    what.add_argument(
-        "--series", type=int, metavar="N", default=64, help="periods that are saved finely (default 64; 0: none)"
+    group = chaos.add_argument_group("chaos")
+    group.add_argument("--skip", type=int, metavar="N", default=20, help="periods before the first point (default 20)")
+    group.add_argument("--keep", type=int, metavar="N", default=200, help="points, one a period (default 200)")
+    group.add_argument("--exponents", type=int, metavar="K", default=1, help="number of exponents (default 1)")
+    group.add_argument("--period", metavar="TIME", help="time between two points (default the period of the drives)")
+    group.add_argument("--signals", metavar="A,B", help="signals to be drawn and analysed (default: one signal)")
+    group.add_argument(
+        "--series", type=int, metavar="N", default=64, help="number of finely sampled periods (default 64; 0: none)"
     )
-    what.add_argument("--samples", type=int, metavar="N", default=400, help="instants of these a period (default 400)")
-    what.add_argument(
+    group.add_argument("--samples", type=int, metavar="N", default=400, help="samples in each of them (default 400)")
+    group.add_argument(
         "--dimension",
         action="store_true",
-        help="find the correlation dimension of each signal, too; it wants some 300 periods",
+        help="also the correlation dimension of each signal; it needs some 300 periods",
     )
-    what.add_argument("--recurrence", action="store_true", help="count recurrences of each signal, too")
-    what.add_argument(
+    group.add_argument("--recurrence", action="store_true", help="also the recurrence quantification of each signal")
+    group.add_argument(
         "--no-confirm",
         action="store_true",
-        help="no second run with finer steps, a fifth as long, that errors and the verdict then rest on",
+        help="no second run with finer steps, a fifth as long, which confirms errors and verdict",
     )
     _add_method(chaos, TANGENT_METHODS)
     files = chaos.add_argument_group("files")
     files.add_argument("--out", metavar="DIR", help="folder of results and pictures (default out/NAME)")
-    files.add_argument("--no-plots", action="store_true", help="draw no pictures")
+    files.add_argument("--no-plots", action="store_true", help="no pictures")
     files.add_argument("--quiet", action="store_true", help="no progress bar and no table")
 
 
 def _add_paper_options(paper: argparse.ArgumentParser) -> None:
     paper.description = (
         "The study of Chen, Jiang, Deng and Wang (Nonlinear Dynamics, 2018) computed anew. Results of runs are kept in "
-        "DIR/runs (quick: DIR/runs-quick): a command that was stopped goes on where it was."
+        "DIR/runs (quick: DIR/runs-quick), so an interrupted command continues when it is called again."
     )
     paper.add_argument(
         "what",
         metavar="WHAT",
         nargs="*",
-        help="numbers of figures (9), ranges (9-16), names of pages, figures, pages, all; default: figures and pages, "
-        "without the slow pages, which come with `all` or by their name",
+        help="numbers of figures (9), ranges (9-16), names of pages, `figures`, `pages` or `all`; default: all figures "
+        "and pages except the slow pages, which need `all` or their names",
     )
-    paper.add_argument("--out", metavar="DIR", help="folder of everything (default out/paper, quick: out/paper-quick)")
-    paper.add_argument("--quick", action="store_true", help="short runs: a look at everything within ten minutes")
-    paper.add_argument("--workers", type=int, metavar="N", help="processes (default: one for each core)")
-    paper.add_argument("--fresh", action="store_true", help="compute anew what is there already")
-    paper.add_argument("--list", action="store_true", help="list the figures and pages, and end")
+    paper.add_argument("--out", metavar="DIR", help="folder of all files (default out/paper, quick: out/paper-quick)")
+    paper.add_argument("--quick", action="store_true", help="short runs: all figures and pages within ten minutes")
+    paper.add_argument("--workers", type=int, metavar="N", help="worker processes (default: one for each core)")
+    paper.add_argument("--fresh", action="store_true", help="compute existing results again")
+    paper.add_argument("--list", action="store_true", help="list figures and pages only")
     paper.add_argument("--quiet", action="store_true", help="no progress and no list of files")
 
 
 def _add_method(command: argparse.ArgumentParser, names: str) -> argparse._ArgumentGroup:
-    """Step and method, which all commands that move a mechanism have."""
+    """Add the options for step and method, which all commands with a motion have."""
     solver = command.add_argument_group("method")
     step = solver.add_mutually_exclusive_group()
-    step.add_argument("--step", metavar="TIME", help="fixed step, e.g. 10us (default: steps controlled by their error)")
-    step.add_argument("--rtol", metavar="X", help="accepted error of a step in velocities, relative (default 1e-4)")
+    step.add_argument("--step", metavar="TIME", help="fixed step, e.g. 10us (default: error-controlled steps)")
+    step.add_argument("--rtol", metavar="X", help="relative tolerance of the velocities in a step (default 1e-4)")
     solver.add_argument("--method", metavar="NAME", help=names)
     return solver
 

@@ -1,1 +1,1 @@
-"""What the commands of the command line do; `flexmb.cli` reads the arguments."""
+"""Commands of the command line; `flexmb.cli` reads their arguments."""

@@ -1,4 +1,4 @@
-"""What `flexmb chaos` writes: one netCDF file with groups, and pictures."""
+"""Files of `flexmb chaos`: one netCDF file with groups, and pictures."""
 
 from __future__ import annotations
 
@@ -8,75 +8,77 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from flexmb.commands.chaos_signals import Findings, Motion, wrapped
+from flexmb.commands.chaos_study import Findings, Motion, Study, wrapped
 from flexmb.run.run import installed_version
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from flexmb.commands.chaos import Study
-
 HARMONICS = 25.0
-"""A spectrum is drawn up to so many times the frequency of the section."""
+"""Largest frequency of a drawn spectrum, over the frequency of the section."""
 
-SEEN, ROOM = 1e-3, 0.1
-"""Spread of a section, as a part of the motion's, below which it is not enlarged; what is then shown to each side."""
+LEAST_SPREAD, ROOM = 1e-3, 0.1
+"""Spread of a section, over the spread of the motion, below which it is not enlarged; margin of the picture."""
 
 PORTRAIT = 20
-"""Periods of a phase portrait: more of them fill the picture."""
+"""Number of periods of a phase portrait."""
 
 
 def datasets(study: Study) -> dict[str, xr.Dataset]:
-    """Everything that was found, by the name of a group of the file.
+    """Datasets of a study by the name of the group in the file.
 
-    The root holds all signals once a period, exponents with errors (of the run alone, and with what a second one
-    changes) and history, those of the second run, the verdict with its evidence; "motion" the fine samples of the
-    chosen signals, "series" and "spectrum" what each of them says.
+    The root holds all signals once a period, exponents with errors (of the first run alone, and of both runs) and
+    history, the exponents of the second run, and the verdict with its evidence.  "motion" holds the fine samples of the
+    selected signals, "series" and "spectrum" the estimates from each signal.
+
+    Parameters
+    ----------
+    study : the study.
     """
-    found = {"": _root(study)}
+    groups = {"": _root(study)}
     if study.motion.times.size:
-        found["motion"] = _motion(study.motion)
+        groups["motion"] = _motion(study.motion)
     if study.findings:
-        found["series"] = _series(study.findings)
+        groups["series"] = _series(study.findings)
     if any(finding.spectrum is not None for finding in study.findings):
-        found["spectrum"] = _spectra(study.findings)
-    return found
+        groups["spectrum"] = _spectra(study.findings)
+    return groups
 
 
 def _root(study: Study) -> xr.Dataset:
-    found, unit = study.exponents, {"units": study.exponents.unit}
-    number = study.skip + 1 + np.arange(len(found.points))
+    exponents, unit = study.exponents, {"units": study.exponents.unit}
+    number = study.skip + 1 + np.arange(len(exponents.points))
     data: dict[str, Any] = {
         name: ("period", column, {"units": units})
-        for name, units, column in zip(found.names, study.units, found.points.T, strict=True)
+        for name, units, column in zip(exponents.names, study.units, exponents.points.T, strict=True)
     }
-    data["exponent"] = ("number", found.spectrum, unit)
-    data["exponent_error"] = ("number", found.errors, unit)
-    data["exponent_statistical"] = ("number", found.statistical, unit)
-    if found.confirmed is not None:
-        data["exponent_second"] = ("number", found.confirmed.spectrum, unit)
-        data["exponent_second_error"] = ("number", found.confirmed.errors, unit)
-    data["exponent_history"] = (("history_time", "number"), found.history, unit)
+    data["exponent"] = ("number", exponents.spectrum, unit)
+    data["exponent_error"] = ("number", exponents.errors, unit)
+    data["exponent_statistical"] = ("number", exponents.statistical, unit)
+    if exponents.confirmed is not None:
+        data["exponent_second"] = ("number", exponents.confirmed.spectrum, unit)
+        data["exponent_second_error"] = ("number", exponents.confirmed.errors, unit)
+    data["exponent_history"] = (("history_time", "number"), exponents.history, unit)
     coords = {
         "period": ("period", number),
         "time": ("period", study.period * number, {"units": "s"}),
-        "number": ("number", np.arange(1, len(found.spectrum) + 1)),
-        "history_time": ("history_time", found.time, {"units": "s"}),
+        "number": ("number", np.arange(1, len(exponents.spectrum) + 1)),
+        "history_time": ("history_time", exponents.time, {"units": "s"}),
     }
     attrs = {
-        "name": found.name,
+        "name": exponents.name,
         "kind": "chaos",
-        "ok": int(found.ok and not study.motion.trouble),
-        "status": study.trouble or found.status,
+        "ok": int(exponents.ok and not study.motion.trouble),
+        "status": study.trouble or exponents.status,
         "period": study.period,
         "skip": study.skip,
         "lyapunov_dimension": study.dimension,
-        "second_run": str(found.confirmed or found.unconfirmed),
+        "second_run": str(exponents.confirmed or exponents.unconfirmed),
         "flexmb": installed_version(),
     }
-    if found.verdict is not None:
-        attrs |= {"verdict": str(found.verdict), "reason": found.verdict.reason}
-        attrs |= {f"evidence_{name}": value for name, value in found.verdict.evidence.items()}
+    if exponents.verdict is not None:
+        attrs |= {"verdict": str(exponents.verdict), "reason": exponents.verdict.reason}
+        attrs |= {f"evidence_{name}": value for name, value in exponents.verdict.evidence.items()}
     return xr.Dataset(data, coords, attrs)
 
 
@@ -87,7 +89,7 @@ def _motion(motion: Motion) -> xr.Dataset:
 
 
 def _series(findings: list[Findings]) -> xr.Dataset:
-    """Numbers and sentences by signal; NaN and "" for what there is none of."""
+    """Estimates by signal, numbers and texts; NaN and "" for missing estimates."""
     rows = [_row(finding) for finding in findings]
     data: dict[str, Any] = {}
     for name in dict.fromkeys(key for row in rows for key in row):
@@ -102,8 +104,8 @@ def _series(findings: list[Findings]) -> xr.Dataset:
         for name, which in (("divergence_time", "time"), ("divergence", "curve")):
             table = np.full((len(findings), longest), np.nan)
             for row, f in zip(table, findings, strict=True):
-                values = np.zeros(0) if f.exponent is None else vars(f.exponent)[which]
-                row[: len(values)] = values
+                curve = np.zeros(0) if f.exponent is None else vars(f.exponent)[which]
+                row[: len(curve)] = curve
             data[name] = (("signal", "step"), table)
     return xr.Dataset(data, {"signal": ("signal", np.array([f.name for f in findings], dtype=object))})
 
@@ -147,42 +149,46 @@ def _spectra(findings: list[Findings]) -> xr.Dataset:
 
 
 def pictures(study: Study, folder: Path) -> list[Path]:
-    """Section, phase portrait, convergence of the exponents, spectra: those that there is something for.
+    """Pictures of section, phase portrait, convergence of the exponents and spectra, as far as there are data.
 
     Parameters
     ----------
-    study : what was found.
-    folder : where they are written.
+    study : the study.
+    folder : folder of the pictures.
+
+    Returns
+    -------
+    list : paths of the pictures.
     """
     from flexmb.view.portrait import plot_exponents, plot_section  # noqa: PLC0415 - only when asked for
     from flexmb.view.spectrum import plot_spectrum  # noqa: PLC0415
 
-    drawn: dict[str, Figure] = {}
+    figures: dict[str, Figure] = {}
     number = study.skip + 1 + np.arange(len(study.motion.points))
     for x, y in study.planes if len(number) else []:
         title = f"{study.exponents.name}: once a period of {study.period:.4g} s"
         data = _columns(study.motion, study.motion.points, "period", number)
         section = _plain(plot_section(data, x, y, title=title))
         _widened(section, study.motion, x, y)
-        drawn["-".join(["section", x, *([y] if y else [])])] = section
+        figures["-".join(["section", x, *([y] if y else [])])] = section
         if y and len(study.motion.times):
-            drawn[f"phase-{x}-{y}"] = _portrait(study, x, y)
+            figures[f"phase-{x}-{y}"] = _portrait(study, x, y)
     if len(study.exponents.history) and np.isfinite(study.exponents.history).any():
-        drawn["exponents"] = plot_exponents(study.exponents)
+        figures["exponents"] = plot_exponents(study.exponents)
     for f in study.findings:
         if f.spectrum is not None:
-            drawn[f"spectrum-{f.name.removeprefix('sin(').removesuffix(')')}"] = plot_spectrum(
+            figures[f"spectrum-{f.name.removeprefix('sin(').removesuffix(')')}"] = plot_spectrum(
                 f.spectrum, signal=f.name, units=f.unit, up_to=HARMONICS / study.period
             )
     written = []
-    for name, figure in drawn.items():
+    for name, figure in figures.items():
         written.append(folder / f"{name}.png")
         figure.savefig(written[-1], dpi=150)
     return written
 
 
 def _portrait(study: Study, x: str, y: str) -> Figure:
-    """The last periods of the motion, as a curve."""
+    """Phase portrait of the last periods of the motion."""
     from flexmb.view.portrait import plot_phase  # noqa: PLC0415 - only when asked for
 
     motion = study.motion
@@ -196,30 +202,30 @@ def _portrait(study: Study, x: str, y: str) -> Figure:
 
 
 def _widened(figure: Figure, motion: Motion, x: str, y: str | None) -> None:
-    """Show the points of a cycle as points: not what round-off makes of them."""
+    """Widen the axes around the points of a cycle, so that round-off is not enlarged."""
     ax = figure.axes[0]
     for name, limits in ((x, ax.set_xlim), (y, ax.set_ylim)) if y else ((x, ax.set_ylim),):
         place = motion.names.index(str(name))
         unit, points, fine = motion.units[place], motion.points[:, place], motion.fine[:, place]
         points = wrapped(unit, points)
         size = float(np.ptp(fine)) if len(fine) else float(np.abs(points).max())
-        if size > 0.0 and np.ptp(points) < SEEN * size:
+        if size > 0.0 and np.ptp(points) < LEAST_SPREAD * size:
             middle = 0.5 * float(points.min() + points.max())
             limits(middle - ROOM * size, middle + ROOM * size)
 
 
 def _columns(motion: Motion, values: np.ndarray, axis: str, along: np.ndarray) -> xr.Dataset:
-    """Signals along an axis for a picture; a line breaks where an angle goes once round."""
+    """Signals along an axis for a picture; a curve breaks where an angle passes -pi or pi."""
     data = {}
     for name, unit, column in zip(motion.names, motion.units, values.T, strict=True):
-        shown = wrapped(unit, column).copy()
+        values_shown = wrapped(unit, column).copy()
         if axis == "time" and unit == "rad":
-            shown[1:][np.abs(np.diff(shown)) > np.pi] = np.nan
-        data[name] = (axis, shown, {"units": unit})
+            values_shown[1:][np.abs(np.diff(values_shown)) > np.pi] = np.nan
+        data[name] = (axis, values_shown, {"units": unit})
     return xr.Dataset(data, {axis: (axis, along)})
 
 
 def _plain(figure: Figure) -> Figure:
-    """Short numbers beside the axes."""
+    """Set short numbers on the axes."""
     figure.axes[0].ticklabel_format(axis="both", style="sci", scilimits=(-3, 4), useMathText=True)
     return figure

@@ -1,4 +1,4 @@
-"""Files of a command: what they need, whether they can be written, netCDF files in one piece."""
+"""Files of a command: required packages, writable folders, netCDF files."""
 
 from __future__ import annotations
 
@@ -15,7 +15,16 @@ if TYPE_CHECKING:
 
 
 def require_packages(needed: Mapping[str, tuple[str, str]]) -> None:
-    """Refuse before a long run, not after it; by package what it is needed for, and how to do without."""
+    """Refuse to start without the packages that the results need.
+
+    Parameters
+    ----------
+    needed : purpose and advice by package.
+
+    Raises
+    ------
+    MissingPackageError : a package that is not installed.
+    """
     for package, (purpose, other) in needed.items():
         if find_spec(package) is None:
             text = f"{purpose} need the package {package!r}, which is not installed. Install it: pip install {package}"
@@ -23,7 +32,16 @@ def require_packages(needed: Mapping[str, tuple[str, str]]) -> None:
 
 
 def require_folder(folder: Path) -> None:
-    """Refuse before a long run a folder that cannot be written."""
+    """Create a folder, and refuse to start if it cannot be written.
+
+    Parameters
+    ----------
+    folder : the folder.
+
+    Raises
+    ------
+    InputError : a folder that cannot be written.
+    """
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
@@ -34,12 +52,12 @@ def require_folder(folder: Path) -> None:
 
 
 def write_netcdf(path: Path, groups: Mapping[str, xr.Dataset]) -> Path:
-    """Write datasets as the groups of one file; an interrupted write leaves the old file or the new one.
+    """Write datasets as groups of one file; after an interruption either the old or the new file is complete.
 
     Parameters
     ----------
-    path : the file; it is written beside its place and then renamed.
-    groups : datasets by the name of their group, that of the root is "".
+    path : the file; it is written under another name and then renamed.
+    groups : datasets by name of the group; "" is the root.
     """
     part = path.with_name(f".{path.name}.part")
     part.unlink(missing_ok=True)

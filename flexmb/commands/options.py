@@ -1,4 +1,4 @@
-"""Options of the command line from the signature and the docstring of a function that makes a mechanism."""
+"""Options of the command line from the signature and docstring of a function that returns a mechanism."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ KINDS = {"bool": "flag", "float": "number", "int": "count", "str": "text"}
 
 @dataclass(frozen=True)
 class Option:
-    """One parameter of a maker, as an option.
+    """A parameter of a function, as an option.
 
     Parameters
     ----------
-    name : the parameter.
+    name : name of the parameter.
     kind : "number", "count", "numbers" (a tuple), "flag" or "text".
-    default : its default, or `inspect.Parameter.empty`.
+    default : default value, or `inspect.Parameter.empty`.
     unit : SI unit, "" for none.
-    help : what the docstring says.
+    help : description in the docstring.
     """
 
     name: str
@@ -38,7 +38,7 @@ class Option:
 
     @property
     def flag(self) -> str:
-        """The option as it is typed."""
+        """Name of the option on the command line."""
         return "--" + self.name.replace("_", "-")
 
     @property
@@ -47,7 +47,7 @@ class Option:
         return self.default is inspect.Parameter.empty
 
     def value(self, text: str) -> Any:
-        """What the maker is given for the typed `text`."""
+        """Argument of the function for a typed `text`."""
         if text.lower() == "none" and (self.kind == "text" or self.default is None):
             return None
         if self.kind == "text":
@@ -63,38 +63,58 @@ class Option:
 
 
 def options_of(maker: Maker) -> list[Option]:
-    """The parameters of `maker` that can be typed: numbers, tuples of numbers, flags and texts.
+    """Options for the parameters of a function that are numbers, tuples of numbers, flags or texts.
 
-    Units are read from its numpydoc docstring, where they stand in brackets: "clearance : radial play [m]".
-    Parameters of other kinds, such as laws or materials, are left to Python.
+    Units are read from the numpydoc docstring, in brackets: "length : length of the rod [m]".  Other parameters, such
+    as laws or materials, have no option.
+
+    Parameters
+    ----------
+    maker : the function.
     """
     described = parameters(maker)
-    found = []
+    options = []
     for parameter in _signature(maker).parameters.values():
         kind = _kind(parameter)
         if kind:
             text = described.get(parameter.name, "")
-            found.append(Option(parameter.name, kind, parameter.default, _unit(text), text))
-    return found
-
-
-def add_options(parser: argparse.ArgumentParser, maker: Maker, title: str) -> list[Option]:
-    """Add the options of `maker` to a parser; what is not typed is not passed on."""
-    options = options_of(maker)
-    group = parser.add_argument_group(title)
-    for option in options:
-        shown = (option.help + shown_default(option)).replace("%", "%%")
-        common: dict[str, Any] = {"dest": f"maker.{option.name}", "default": argparse.SUPPRESS, "help": shown}
-        if option.kind == "flag":
-            group.add_argument(option.flag, action=argparse.BooleanOptionalAction, **common)
-        else:
-            required = {"required": True} if option.is_required else {}
-            group.add_argument(option.flag, metavar=_metavar(option), **required, **common)
+            options.append(Option(parameter.name, kind, parameter.default, _unit(text), text))
     return options
 
 
-def taken(arguments: argparse.Namespace, options: list[Option]) -> dict[str, Any]:
-    """Keywords for the maker from what was typed."""
+def add_options(parser: argparse.ArgumentParser, maker: Maker, title: str) -> list[Option]:
+    """Add the options of a function to a parser.
+
+    Parameters
+    ----------
+    parser : the parser.
+    maker : the function.
+    title : title of the group of options.
+
+    Returns
+    -------
+    list : the options.
+    """
+    options = options_of(maker)
+    group = parser.add_argument_group(title)
+    for option in options:
+        help_text = (option.help + shown_default(option)).replace("%", "%%")
+        common: dict[str, Any] = {"dest": f"maker.{option.name}", "default": argparse.SUPPRESS, "help": help_text}
+        if option.kind == "flag":
+            group.add_argument(option.flag, action=argparse.BooleanOptionalAction, **common)
+        else:
+            group.add_argument(option.flag, metavar=_metavar(option), required=option.is_required, **common)
+    return options
+
+
+def keywords_of(arguments: argparse.Namespace, options: list[Option]) -> dict[str, Any]:
+    """Keywords of the function from the typed options.
+
+    Parameters
+    ----------
+    arguments : parsed arguments.
+    options : options of the function.
+    """
     given = vars(arguments)
     keywords = {}
     for option in options:
@@ -105,7 +125,12 @@ def taken(arguments: argparse.Namespace, options: list[Option]) -> dict[str, Any
 
 
 def shown_default(option: Option) -> str:
-    """The default for a list of options."""
+    """Default of an option, as a text for its help.
+
+    Parameters
+    ----------
+    option : the option.
+    """
     if option.is_required:
         return " (must be given)"
     if option.kind == "flag" or option.default is None:
@@ -116,7 +141,7 @@ def shown_default(option: Option) -> str:
 
 
 def _signature(maker: Maker) -> inspect.Signature:
-    """The signature; annotations are looked up where possible, so that a name such as `Friction` tells its kinds."""
+    """Signature of a function, with evaluated annotations if possible: an alias such as `Friction` shows its kinds."""
     try:
         return inspect.signature(maker, eval_str=True)
     except NameError:  # imported for type checking only
@@ -124,7 +149,7 @@ def _signature(maker: Maker) -> inspect.Signature:
 
 
 def _kind(parameter: inspect.Parameter) -> str:
-    """How the parameter can be typed, "" for not at all; the annotation decides, then the default."""
+    """Kind of the option for a parameter, "" for none; from the annotation, else from the default."""
     if parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD, parameter.POSITIONAL_ONLY):
         return ""
     bare = parameter.annotation is parameter.empty

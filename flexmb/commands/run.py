@@ -1,4 +1,4 @@
-"""`flexmb run`: simulate a mechanism, write its files, say what came out."""
+"""`flexmb run`: simulate a mechanism, write its files, print a summary.  Also `flexmb check` and `flexmb vtk`."""
 
 from __future__ import annotations
 
@@ -14,20 +14,22 @@ from flexmb import checks
 from flexmb.commands import summary
 from flexmb.commands.files import require_folder, require_packages
 from flexmb.commands.units import quantity
+from flexmb.equilibrium.mechanism_report import check
 from flexmb.errors import FlexmbError, InputError
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.results.netcdf import load
 from flexmb.results.solution import Solution
+from flexmb.results.vtk import write_vtk
 from flexmb.run.simulate import simulate
 from flexmb.step.newmark.method import Newmark
 from flexmb.step.runge_kutta import RungeKutta4
 from flexmb.step.step_size import Adaptive, FixedStep
 
 PERIODS = 2.0
-"""Run so many periods when neither --periods nor --t-end is given."""
+"""Default length of a run, in periods."""
 
-METHODS: dict[str, Callable[..., Any]] = {
+METHODS: dict[str, Callable[..., Newmark | RungeKutta4]] = {
     "generalised-alpha": Newmark.generalised_alpha,
     "hht": Newmark.hht,
     "wbz": Newmark.wbz,
@@ -35,20 +37,25 @@ METHODS: dict[str, Callable[..., Any]] = {
     "runge-kutta": RungeKutta4,
 }
 WITH_NUMBER = ("generalised-alpha", "hht", "wbz")
+"""Methods that take a number."""
 
 
 def run(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
-    """Simulate and write everything to the folder; 0 if the run reached its end, else 1.
+    """`flexmb run`: simulate a mechanism and write all files.
 
     Parameters
     ----------
     mechanism : the mechanism.
-    name : stem of the files.
-    options : `out`, and what stands in the groups "time", "method" and "files" of the command line.
+    name : stem of the file names.
+    options : `out`, and the options of the groups "time", "method" and "files" of the command line.
+
+    Returns
+    -------
+    int : 0 if the run reached its end, else 1.
 
     Raises
     ------
-    FlexmbError : what `simulate` refuses; a folder that cannot be written; a package that is missing.
+    FlexmbError : see `simulate`; a folder that cannot be written; a missing package.
     """
     folder = Path(options.out or Path("out") / name)
     require_packages(_needed(options))
@@ -57,7 +64,7 @@ def run(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
         keywords["restart"] = load(options.restart).restart
     require_folder(folder)
     sol = simulate(mechanism, progress=not options.quiet, **keywords)
-    written = [sol.to_netcdf(folder / f"{name}.nc")]  # first of all: pictures can be drawn again, a run costs time
+    written = [sol.to_netcdf(folder / f"{name}.nc")]  # before the pictures, which can be drawn again
     lost = _write_rest(mechanism, sol, folder, name, options, written)
     if not options.quiet:
         print(summary.table(mechanism, sol))
@@ -70,12 +77,26 @@ def run(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
 
 
 def periods_of(mechanism: Mechanism) -> list[float]:
-    """Periods of all driven coordinates, of drives and of clamps, that have one [s]."""
+    """Periods [s] of all driven coordinates that have one, of drives and of clamps.
+
+    Parameters
+    ----------
+    mechanism : the mechanism.
+    """
     return [period for period in compile_mechanism(mechanism).periods if period is not None]
 
 
 def method_of(text: str) -> Newmark | RungeKutta4:
-    """The method that `text` means: "hht", or "hht:0.05" with its number."""
+    """Integration method from its name: "hht", or "hht:0.05" with a number.
+
+    Parameters
+    ----------
+    text : typed text.
+
+    Raises
+    ------
+    InputError : an unknown method, a number for a method without one.
+    """
     name, colon, number = text.partition(":")
     make = METHODS[checks.one_of("--method", "method", name, METHODS)]
     if not colon:
@@ -86,25 +107,25 @@ def method_of(text: str) -> Newmark | RungeKutta4:
 
 
 def _times(mechanism: Mechanism, options: argparse.Namespace) -> dict[str, Any]:
-    """When the run ends, and from when on it is saved."""
-    found: dict[str, Any] = {}
+    """End of the run and begin of saving, as keywords of `simulate`."""
+    keywords: dict[str, Any] = {}
     if options.t_end is not None:
-        found["t_end"] = quantity(options.t_end, "s", "--t-end")
+        keywords["t_end"] = quantity(options.t_end, "s", "--t-end")
     elif options.periods is not None:
-        found["periods"] = quantity(options.periods, "", "--periods")
+        keywords["periods"] = quantity(options.periods, "", "--periods")
     elif periods_of(mechanism):
-        found["periods"] = PERIODS
+        keywords["periods"] = PERIODS
     else:
         raise InputError(f"Mechanism {mechanism.name!r} has no periodic drive. Say how long it shall run: --t-end 1s.")
     if options.save_from_period is not None:
-        found["save_from_period"] = quantity(options.save_from_period, "", "--save-from-period")
+        keywords["save_from_period"] = quantity(options.save_from_period, "", "--save-from-period")
     if options.save is not None:
-        found["save"] = options.save if options.save == "steps" else quantity(options.save, "", "--save")
-    return found
+        keywords["save"] = options.save if options.save == "steps" else quantity(options.save, "", "--save")
+    return keywords
 
 
 def solver_of(options: argparse.Namespace) -> dict[str, Any]:
-    """Step and method, as keywords; what was not typed is left out.
+    """Step and method as keywords; options that were not typed are left out.
 
     Parameters
     ----------
@@ -112,28 +133,28 @@ def solver_of(options: argparse.Namespace) -> dict[str, Any]:
 
     Raises
     ------
-    InputError : no numbers, a unit that is no time, an unknown method.
+    InputError : no number, a unit that is no time, an unknown method.
     """
-    found: dict[str, Any] = {}
+    keywords: dict[str, Any] = {}
     if options.step is not None:
-        found["step"] = FixedStep(quantity(options.step, "s", "--step"))
+        keywords["step"] = FixedStep(quantity(options.step, "s", "--step"))
     elif options.rtol is not None:
-        found["step"] = Adaptive(rtol=quantity(options.rtol, "", "--rtol"))
+        keywords["step"] = Adaptive(rtol=quantity(options.rtol, "", "--rtol"))
     if options.method is not None:
-        found["method"] = method_of(options.method)
-    return found
+        keywords["method"] = method_of(options.method)
+    return keywords
 
 
 def flow_options(options: argparse.Namespace) -> dict[str, Any]:
-    """Period, step and method of a flow, as keywords; what was not typed is left out.
+    """Period, step and method of a flow as keywords; options that were not typed are left out.
 
     Parameters
     ----------
-    options : `period` of the command line, and what `solver_of` reads.
+    options : `period` of the command line, and the options of `solver_of`.
 
     Raises
     ------
-    InputError : as of `solver_of`.
+    InputError : see `solver_of`.
     """
     if options.period is None:
         return solver_of(options)
@@ -141,7 +162,7 @@ def flow_options(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _needed(options: argparse.Namespace) -> dict[str, tuple[str, str]]:
-    """Packages that the files of this run need: what for, and how to do without."""
+    """Purpose and advice by required package."""
     needed = {"h5netcdf": ("results", "")}
     if not options.no_plots:
         needed["matplotlib"] = ("pictures", " or leave them out with --no-plots")
@@ -153,9 +174,8 @@ def _needed(options: argparse.Namespace) -> dict[str, tuple[str, str]]:
 def _write_rest(
     mechanism: Mechanism, sol: Solution, folder: Path, name: str, options: argparse.Namespace, written: list[Path]
 ) -> str:
-    """VTK files and pictures, added to `written`; why some are missing, or ""."""
-    from flexmb.results.vtk import write_vtk  # noqa: PLC0415 - only when asked for
-    from flexmb.view.plot import plot  # noqa: PLC0415
+    """Write VTK files and pictures, and add them to `written`; returns the reason of missing files, or ""."""
+    from flexmb.view.plot import plot  # noqa: PLC0415 - only when asked for
     from flexmb.view.render import render  # noqa: PLC0415
 
     if len(sol.time) < 2:
@@ -163,10 +183,10 @@ def _write_rest(
     try:
         if not options.no_vtk:
             written.append(write_vtk(sol, folder / f"{name}.pvd", frames=options.frames))
-        shown = summary.panels(mechanism, sol)
-        if not options.no_plots and shown:
+        panels = summary.panels(mechanism, sol)
+        if not options.no_plots and panels:
             path = folder / "signals.png"
-            plot(sol, shown).savefig(path, dpi=150)
+            plot(sol, panels).savefig(path, dpi=150)
             written.append(path)
         if not options.no_plots:
             path = folder / "mechanism.png"
@@ -178,7 +198,37 @@ def _write_rest(
 
 
 def four_instants(mechanism: Mechanism, sol: Solution) -> np.ndarray:
-    """Four instants, evenly spread over the last period of the slowest drive, so that they show different poses."""
+    """Four instants, evenly spread over the last period of the slowest drive.
+
+    Parameters
+    ----------
+    mechanism : the mechanism.
+    sol : its solution.
+    """
     first, last = float(sol.time[0]), float(sol.time[-1])
     longest = max(periods_of(mechanism), default=last - first)
     return np.linspace(max(first, last - longest), last, 5)[:4]
+
+
+def check_mechanism(mechanism: Mechanism) -> int:
+    """`flexmb check`: print degrees of freedom, redundant constraints and natural frequencies.
+
+    Parameters
+    ----------
+    mechanism : the mechanism.
+    """
+    print(check(mechanism))
+    return 0
+
+
+def write_frames(path: Path, out: Path | None, frames: int | None) -> int:
+    """`flexmb vtk`: write the VTK files of a saved run.
+
+    Parameters
+    ----------
+    path : file of the run.
+    out : .pvd file; None: beside the run.
+    frames : number of frames; None: all instants, at most 200.
+    """
+    print(write_vtk(load(path), out or path.with_suffix(".pvd"), frames=frames))
+    return 0

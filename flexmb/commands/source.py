@@ -1,4 +1,4 @@
-"""Where a mechanism comes from: a ready one by its name, or FILE.py[:NAME]."""
+"""Source of a mechanism: a ready one by its name, or FILE.py[:NAME]."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ from types import ModuleType
 from typing import Any
 
 from flexmb import checks, mechanisms
+from flexmb.commands.options import options_of, shown_default
 from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism
 
 NAMES = ("mech", "mechanism")
-"""What a file may call its mechanism, when the command line does not say."""
+"""Default names of a mechanism in a file."""
 
 
 def _no_parameters(mechanism: Mechanism) -> Callable[[], Mechanism]:
@@ -28,19 +29,28 @@ def _no_parameters(mechanism: Mechanism) -> Callable[[], Mechanism]:
 
 @dataclass(frozen=True)
 class Source:
-    """A function that makes the mechanism, and a short name for files.
+    """A function that returns a mechanism, and a short name for files.
 
     Parameters
     ----------
     name : name of the ready mechanism, or of the file without its ending.
-    make : makes the mechanism; its parameters become options.
+    make : the function; its parameters become options.
     """
 
     name: str
     make: Callable[..., Any]
 
     def mechanism(self, keywords: dict[str, Any]) -> Mechanism:
-        """The mechanism, or `InputError` when the function wants more than can be typed, or returns something else."""
+        """The mechanism.
+
+        Parameters
+        ----------
+        keywords : arguments of the function.
+
+        Raises
+        ------
+        InputError : missing arguments, a function that returns another object.
+        """
         try:
             inspect.signature(self.make).bind(**keywords)
         except TypeError as error:
@@ -48,34 +58,36 @@ class Source:
             raise InputError(
                 f"{text} Give its parameters defaults, or annotate them float, int, bool or str."
             ) from error
-        made = self.make(**keywords)
-        if not isinstance(made, Mechanism):
-            raise InputError(f"{self.name}: the function returned {type(made).__name__}; it must return a Mechanism.")
-        return made
+        mechanism = self.make(**keywords)
+        if not isinstance(mechanism, Mechanism):
+            raise InputError(
+                f"{self.name}: the function returned {type(mechanism).__name__}; it must return a Mechanism."
+            )
+        return mechanism
 
 
 def ready() -> dict[str, Callable[..., Any]]:
-    """The mechanisms that come with flexmb, by the name that is typed: functions that return one."""
+    """Ready mechanisms by the name on the command line: functions that return a mechanism."""
     public = {name: getattr(mechanisms, name) for name in mechanisms.__all__}
     makers = {name: make for name, make in public.items() if inspect.isfunction(make)}
     return {name.replace("_", "-"): make for name, make in makers.items() if returns_mechanism(make)}
 
 
 def returns_mechanism(make: Callable[..., Any]) -> bool:
-    """Whether a function says that it returns a Mechanism."""
+    """Whether the annotation of a function `make` says that it returns a Mechanism."""
     return inspect.signature(make).return_annotation in (Mechanism, Mechanism.__name__)
 
 
 def find(text: str) -> Source:
-    """The source that `text` names.
+    """The source with a given name.
 
     Parameters
     ----------
-    text : "nine-bar", "FILE.py", or "FILE.py:NAME" where NAME is a Mechanism or a function that returns one.
+    text : "nine-bar", "FILE.py", or "FILE.py:NAME" with the name of a Mechanism or of a function that returns one.
 
     Raises
     ------
-    InputError : no such mechanism, file or name in the file.
+    InputError : an unknown mechanism, file or name in the file.
     """
     path, colon, name = text.rpartition(":") if ".py:" in text else (text, "", "")
     if path.endswith(".py"):
@@ -90,16 +102,16 @@ def find(text: str) -> Source:
 
 def _from_file(path: Path, name: str | None) -> Source:
     module = _load(path)
-    chosen = [name] if name is not None else [n for n in NAMES if n in vars(module)]
+    names = [name] if name is not None else [n for n in NAMES if n in vars(module)]
     usable = [n for n, value in vars(module).items() if _is_source(value, module)]
-    if not chosen:
+    if not names:
         alone = [n for n in usable if isinstance(vars(module)[n], Mechanism)]
-        chosen = alone if len(alone) == 1 else []
-    if not chosen or not _is_source(vars(module).get(chosen[0]), module):
+        names = alone if len(alone) == 1 else []
+    if not names or not _is_source(vars(module).get(names[0]), module):
         wanted = f"no mechanism {name!r}" if name else "no mechanism `mech`"
         offer = f"It has: {', '.join(usable)}." if usable else "Write mech = fm.Mechanism(...) in it."
         raise InputError(f"{path}: the file has {wanted}. {offer} Choose with {path}:NAME.")
-    value = vars(module)[chosen[0]]
+    value = vars(module)[names[0]]
     make = _no_parameters(value) if isinstance(value, Mechanism) else value
     return Source(path.stem if name is None else f"{path.stem}-{name}", make)
 
@@ -110,7 +122,7 @@ def _is_source(value: Any, module: ModuleType) -> bool:
 
 
 def _load(path: Path) -> ModuleType:
-    """The file as a module. It is not `__main__`, so what stands under `if __name__ == "__main__"` does not run."""
+    """The file as a module; its block `if __name__ == "__main__"` does not run."""
     if not path.is_file():
         raise InputError(f"{path}: there is no such file. Check the path, or see `flexmb list` for ready mechanisms.")
     spec = importlib.util.spec_from_file_location(f"flexmb_model_{path.stem}", path)
@@ -126,3 +138,15 @@ def _load(path: Path) -> ModuleType:
     except (SyntaxError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: not a Python file: {error}.") from error
     return module
+
+
+def list_mechanisms() -> int:
+    """`flexmb list`: print every ready mechanism with its options."""
+    for name, make in ready().items():
+        print(f"{name}: {(inspect.getdoc(make) or '').splitlines()[0]}")
+        for option in options_of(make):
+            print(f"    {option.flag:<18s}{option.help}{shown_default(option)}")
+        print()
+    print("Run one of them:      flexmb run NAME [options]")
+    print("or a mechanism of your own:  flexmb run FILE.py[:NAME]")
+    return 0

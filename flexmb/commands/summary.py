@@ -1,4 +1,4 @@
-"""What a run was, on one screen: status, cost, stroke, peaks of the main signals, balance of energy."""
+"""Summary of a run: status, cost, stroke, peaks of the main signals, balance of energies."""
 
 from __future__ import annotations
 
@@ -13,13 +13,20 @@ from flexmb.results.contact_intervals import IMPACT, Episodes
 from flexmb.results.solution import Solution
 
 ENDINGS = ("torque", "normal_force", "deflection")
-"""Signals of drives, joints with clearance and flexible links that belong to the main ones."""
+"""Endings of the main signals of drives, joints with clearance and flexible links."""
 MOST = 16
+"""Largest number of main signals."""
 PANELS = 6
+"""Largest number of panels of the picture."""
 
 
 def followed(mechanism: Mechanism) -> Body | None:
-    """The body whose motion is the mechanism's output: the first slider, else the last body."""
+    """The output body of a mechanism: the first slider, else the last body.
+
+    Parameters
+    ----------
+    mechanism : the mechanism.
+    """
     for part in mechanism.parts:
         if isinstance(part, Prismatic) and part.second.name != GROUND.name:
             return mechanism.body(part.second.name)
@@ -27,17 +34,23 @@ def followed(mechanism: Mechanism) -> Body | None:
 
 
 def main_signals(mechanism: Mechanism, sol: Solution) -> list[str]:
-    """Acceleration of the body that is followed, torques, contacts, deflections: those that the solution has."""
+    """Names of the main signals: acceleration of the output body, torques, contacts, deflections.
+
+    Parameters
+    ----------
+    mechanism : the mechanism.
+    sol : its solution.
+    """
     body = followed(mechanism)
-    found = []
+    names = []
     if body is not None:
-        found = [name for name in _rates(mechanism, body) if name in sol]
-    found += [name for ending in ENDINGS for name in sol.names if name.endswith(f".{ending}")]
-    return found[:MOST]
+        names = [name for name in _rates(mechanism, body) if name in sol]
+    names += [name for ending in ENDINGS for name in sol.names if name.endswith(f".{ending}")]
+    return names[:MOST]
 
 
 def _rates(mechanism: Mechanism, body: Body) -> list[str]:
-    """Accelerations that tell something: along the guide of a slider, else of the rotation."""
+    """Accelerations of the output body: along the guide of a slider, else of the rotation."""
     guide = slides(mechanism, body)
     if guide is None:
         return [f"{body.name}.alpha"]
@@ -46,7 +59,13 @@ def _rates(mechanism: Mechanism, body: Body) -> list[str]:
 
 
 def panels(mechanism: Mechanism, sol: Solution) -> list[list[str]]:
-    """The main signals, those of one kind in one panel."""
+    """Main signals by kind, one kind a panel.
+
+    Parameters
+    ----------
+    mechanism : the mechanism.
+    sol : its solution.
+    """
     kinds: dict[tuple[str, str], list[str]] = {}
     for name in main_signals(mechanism, sol):
         kinds.setdefault((name.rpartition(".")[2], sol.units(name)), []).append(name)
@@ -54,7 +73,13 @@ def panels(mechanism: Mechanism, sol: Solution) -> list[list[str]]:
 
 
 def table(mechanism: Mechanism, sol: Solution) -> str:
-    """The summary."""
+    """The summary as a text.
+
+    Parameters
+    ----------
+    mechanism : the mechanism.
+    sol : its solution.
+    """
     rows = [*_run_rows(sol), *_path_rows(mechanism, sol), *_contact_rows(sol)]
     lines = [f"{name:<22s}{text}" for name, text in rows]
     peaks = [(name, sol.peak(name)) for name in main_signals(mechanism, sol)]
@@ -100,7 +125,7 @@ def _path_rows(mechanism: Mechanism, sol: Solution) -> Iterator[tuple[str, str]]
 
 
 def _contact_rows(sol: Solution) -> Iterator[tuple[str, str]]:
-    """Share of contact and deepest penetration; its signal is negative in flight, so its peak says nothing."""
+    """Fraction of time in contact and largest penetration of the saved instants, and impacts, of each contact."""
     for name in (n.rpartition(".")[0] for n in sol.names if n.endswith(".penetration")):
         depth = sol.array(f"{name}.penetration")
         if len(depth):
@@ -111,7 +136,12 @@ def _contact_rows(sol: Solution) -> Iterator[tuple[str, str]]:
 
 
 def impacts(episodes: Episodes) -> str:
-    """Number of impacts, longest flight between two episodes, largest impulse of an impact."""
+    """Number of impacts, longest free flight, largest impulse of an impact.
+
+    Parameters
+    ----------
+    episodes : contact intervals.
+    """
     hits = episodes[episodes.mode == IMPACT]
     lasting = len(episodes) - len(hits)
     text = f"{len(hits)}"
@@ -126,6 +156,12 @@ def impacts(episodes: Episodes) -> str:
 
 
 def slides(mechanism: Mechanism, body: Body) -> Prismatic | None:
-    """The guide in which the body slides, if any."""
+    """The guide of a sliding body, or None.
+
+    Parameters
+    ----------
+    mechanism : the mechanism.
+    body : the body.
+    """
     guides = (p for p in mechanism.parts if isinstance(p, Prismatic) and p.second.name == body.name)
     return next(guides, None)

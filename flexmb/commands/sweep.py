@@ -1,4 +1,4 @@
-"""`flexmb sweep`: a bifurcation diagram of a mechanism over one of its parameters."""
+"""`flexmb sweep`: a bifurcation diagram of a mechanism over one parameter."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.commands.files import require_folder, require_packages, write_netcdf
-from flexmb.commands.options import Option, options_of, taken
+from flexmb.commands.options import Option, keywords_of, options_of
 from flexmb.commands.run import flow_options
 from flexmb.commands.source import Source, find
 from flexmb.commands.units import quantity
@@ -31,18 +31,22 @@ STEM = "bifurcation"
 
 
 def sweep(source: Source, text: str, makers: list[Option], options: argparse.Namespace) -> int:
-    """Compute the diagram, write it and its picture; 0 if all points went well, else 1.
+    """`flexmb sweep`: compute a diagram, write it and its pictures.
 
     Parameters
     ----------
-    source : where the mechanism comes from.
-    text : what was typed for it, for the workers.
-    makers : the options of its function.
-    options : what stands in the groups "sweep", "method" and "files" of the command line.
+    source : source of the mechanism.
+    text : typed source, for the workers.
+    makers : options of the function of the mechanism.
+    options : options of the groups "sweep", "method" and "files" of the command line.
+
+    Returns
+    -------
+    int : 0 if all points succeeded, else 1.
 
     Raises
     ------
-    FlexmbError : what `bifurcation` refuses; no range, or two; a folder that cannot be written.
+    FlexmbError : see `bifurcation`; no range, or two ranges; a folder that cannot be written.
     """
     make, parameter, values, fixed = _varied(source, makers, options)
     folder = Path(options.out or Path("out") / source.name)
@@ -83,16 +87,16 @@ def sweep(source: Source, text: str, makers: list[Option], options: argparse.Nam
 
 
 def values_of(text: str, option: Option) -> list[float]:
-    """The values that a typed range means, whole numbers for a count.
+    """Values of a typed range, whole numbers for a count.
 
     Parameters
     ----------
     text : "FROM:TO:NUMBER" or "A,B,C", each with its unit.
-    option : the parameter.
+    option : option of the parameter.
 
     Raises
     ------
-    InputError : no range, no numbers, units of another kind, a number of values below 1.
+    InputError : no range, no numbers, units of another kind, fewer than 1 values.
     """
     if ":" not in text:
         return [option.value(part) for part in text.split(",")]
@@ -112,19 +116,21 @@ def _whole(text: str, flag: str) -> float:
 def _varied(
     source: Source, makers: list[Option], options: argparse.Namespace
 ) -> tuple[Any, str, list[float], dict[str, Any]]:
-    """What makes the mechanisms, the parameter, its values, and the other parameters."""
-    typed = vars(options)
-    given = {option.name: typed.get(f"maker.{option.name}") for option in makers if option.kind in ("number", "count")}
-    ranges = [option for option in makers if any(sign in (given.get(option.name) or "") for sign in ":,")]
+    """Function or mechanism, parameter, its values, and fixed values of other parameters."""
+    arguments = vars(options)
+    typed_ranges = {
+        option.name: arguments.get(f"maker.{option.name}") for option in makers if option.kind in ("number", "count")
+    }
+    ranges = [option for option in makers if any(sign in (typed_ranges.get(option.name) or "") for sign in ":,")]
     if len(ranges) + (options.vary is not None) != 1:
-        found = ", ".join([option.flag for option in ranges] + (["--vary"] if options.vary else [])) or "none"
-        example = next((f"{option.flag} " for option in makers if option.name in given), "--vary crank.mass=")
-        text = f"flexmb sweep: one parameter must have a range, found: {found}"
+        flags = ", ".join([option.flag for option in ranges] + (["--vary"] if options.vary else [])) or "none"
+        example = next((f"{option.flag} " for option in makers if option.name in typed_ranges), "--vary crank.mass=")
+        text = f"flexmb sweep: one parameter must have a range, found: {flags}"
         raise InputError(f"{text}. Give it as {example}{RANGE}.")
-    fixed = taken(options, [option for option in makers if option not in ranges])
+    fixed = keywords_of(options, [option for option in makers if option not in ranges])
     if ranges:
         option = ranges[0]
-        return source.make, option.name, values_of(str(given[option.name]), option), fixed
+        return source.make, option.name, values_of(str(typed_ranges[option.name]), option), fixed
     mechanism = source.mechanism(fixed)
     path, equals, text = options.vary.partition("=")
     if not equals:
@@ -133,7 +139,7 @@ def _varied(
 
 
 def _field(mechanism: Mechanism, path: str) -> Option:
-    """The field of a part, with its unit if the docstring of its class says one."""
+    """The field of a part as an option, with the unit in the docstring of its class."""
     name, _, rest = path.partition(".")
     owner: Any = mechanism.find(name)
     *inner, last = rest.split(".")
@@ -144,34 +150,34 @@ def _field(mechanism: Mechanism, path: str) -> Option:
 
 
 def _require_signals(options: argparse.Namespace, family: Family, values: list[float]) -> None:
-    """Refuse before a long run a picture of a signal that there will not be."""
+    """Refuse unknown signals of pictures before the long run."""
     known = options.signals.split(",") if options.signals else first_of(family, values).names
     for name in options.plot.split(","):
         checks.one_of("--plot", "signal", name, known)
 
 
 def _pictures(diagram: xr.Dataset, folder: Path, asked: str | None) -> list[Path]:
-    """A picture of each signal that was asked for, or of one."""
+    """Pictures of the chosen signals, or of one default signal."""
     from flexmb.view.bifurcation import plot_bifurcation  # noqa: PLC0415 - only when asked for
 
     written = []
-    for signal in asked.split(",") if asked else [_telling(diagram)]:
+    for signal in asked.split(",") if asked else [_default_signal(diagram)]:
         path = folder / f"{STEM}-{signal}.png"
         plot_bifurcation(diagram, signal).savefig(path, dpi=150)
         written.append(path)
     return written
 
 
-def _telling(diagram: xr.Dataset) -> str:
-    """A signal for the picture: of a joint with clearance, else the first that is not the same at all points."""
-    names = [str(name) for name, found in diagram.data_vars.items() if found.dims[-1] == "period"]
+def _default_signal(diagram: xr.Dataset) -> str:
+    """Default signal of the picture: of a joint with clearance, else the first that is not constant."""
+    names = [str(name) for name, column in diagram.data_vars.items() if column.dims[-1] == "period"]
     moving = [name for name in names if not name.endswith(".theta") and np.ptp(diagram[name].fillna(0.0).values) > 0.0]
     eccentric = [name for name in names if name.endswith(".ex")]
     return next(iter(eccentric + moving + names))
 
 
 def _failures(diagram: xr.Dataset) -> str:
-    """How many points failed, and why the first one did, or ""."""
+    """Number of failed points, with the status of the first one; "" without failures."""
     failed = ~diagram["ok"].values
     if not failed.any():
         return ""
@@ -179,7 +185,7 @@ def _failures(diagram: xr.Dataset) -> str:
 
 
 def _summary(diagram: xr.Dataset) -> str:
-    """Number of points by verdict."""
+    """Number of points by verdict, as a text."""
     verdicts = Counter(str(verdict) or "failed" for verdict in diagram["verdict"].values.ravel())
     parameter = diagram.attrs["parameter"]
     values, unit = diagram[parameter].values, diagram[parameter].attrs.get("units", "")

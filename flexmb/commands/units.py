@@ -1,6 +1,6 @@
-"""Numbers with units as they are typed on the command line: 0.5mm, 3000rpm, 2pi, pi/2.
+"""Numbers with units on the command line: 0.5mm, 3000rpm, 2pi, pi/2.
 
-Only the command line knows units other than SI; what it hands on is SI.
+Only the command line has units other than SI.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from flexmb.checks import did_you_mean
 from flexmb.errors import InputError
 
 Scale = tuple[Fraction, int]
-"""A factor to SI: a fraction, and the power of pi that goes with it. Fractions, so that 0.3mm is the double 3e-4."""
+"""Factor to SI: a fraction, and the power of pi that goes with it; with fractions 0.3mm is exactly the double 3e-4."""
 
 
 def _plain(**factors: str) -> dict[str, Scale]:
@@ -40,7 +40,7 @@ UNITS: dict[str, dict[str, Scale]] = {
     "Hz": {"Hz": (Fraction(1), 0), "kHz": (Fraction(1000), 0)},
     "": {},
 }
-"""What may stand behind a number, by the SI unit of the parameter; "" is a parameter without unit."""
+"""Units on the command line by SI unit of the parameter; "" is a parameter without unit."""
 
 NOUNS = {
     "m": "a length",
@@ -57,8 +57,9 @@ NOUNS = {
     "kg/m^3": "a density",
     "": "a number without unit",
 }
+"""Quantity of an SI unit, for messages."""
 WITH_PI = ("rad", "rad/s", "")
-"""Parameters that may be given in multiples of pi, and only in their SI unit: 2pi, 2pi rad/s."""
+"""SI units of the parameters that may be multiples of pi: 2pi, 2pi rad/s."""
 
 NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 TEXT = re.compile(rf"(?P<sign>[+-]?)(?:(?P<number>{NUMBER})\s*(?P<times>\*?)\s*)?(?P<pi>pi(?![A-Za-z]))?(?P<rest>.*)")
@@ -66,28 +67,34 @@ DIVISOR = re.compile(rf"\s*/\s*({NUMBER})(.*)")
 
 
 def known_unit(text: str) -> str | None:
-    """The SI unit of `UNITS` that `text` means (kg m2 is kg m^2), or None."""
+    """The SI unit in `UNITS` that a `text` means (kg m2 is kg m^2), or None."""
     same = {_bare(unit): unit for unit in UNITS}
     return same.get(_bare(text))
 
 
 def noun(unit: str) -> str:
-    """What a parameter of that unit is, for messages: "a length in m"."""
+    """Quantity and unit of a parameter, for messages: "a length in m".
+
+    Parameters
+    ----------
+    unit : SI unit.
+    """
     return f"{NOUNS.get(unit, 'a number')} in {unit}" if unit else NOUNS[""]
 
 
 def quantity(text: str, unit: str, name: str) -> float:
-    """The number that `text` means, in the SI unit `unit`.
+    """The number of a typed text, in an SI unit.
 
     Parameters
     ----------
-    text : what was typed, e.g. "0.5mm", "2pi", "1.5*pi", "pi/2", "3000rpm", "-5deg".
+    text : typed text, e.g. "0.5mm", "2pi", "1.5*pi", "pi/2", "3000rpm", "-5deg".
     unit : SI unit of the parameter, a key of `UNITS`.
-    name : the parameter, for messages.
+    name : name of the parameter, for messages.
 
     Raises
     ------
-    InputError : no number, a unit that is unknown or of another kind, pi where no angle stands, a number too large.
+    InputError : no number, an unknown unit or a unit of another kind, pi with a parameter that is no angle, a number
+        that is too large.
 
     Examples
     --------
@@ -111,34 +118,34 @@ def quantity(text: str, unit: str, name: str) -> float:
 
 
 def _fraction(number: str, text: str, name: str) -> Fraction:
-    """The number as it is written, exactly; huge exponents are refused before they cost memory."""
+    """Exact value of a written number; huge exponents are refused."""
     if not abs(float(number)) < 1e200:
         raise InputError(f"{name}: {text!r} is too large.")
     return Fraction(number) if float(number) > 1e-200 else Fraction(0)
 
 
-def _scale(found: str, unit: str, text: str, name: str, *, pi: bool) -> Scale:
+def _scale(unit_text: str, unit: str, text: str, name: str, *, pi: bool) -> Scale:
     """Factor from the typed unit to SI."""
     allowed = UNITS[unit]
-    if pi and (unit not in WITH_PI or (found and _bare(found) != _bare(unit))):
+    if pi and (unit not in WITH_PI or (unit_text and _bare(unit_text) != _bare(unit))):
         where = f"it needs {noun(unit)}, e.g. {_example(unit)}" if unit not in WITH_PI else f"give 2pi or 2pi {unit}"
         raise InputError(f"{name}: {text!r}: pi goes with angles and angular speeds in rad and rad/s only; {where}.")
-    if not found:
+    if not unit_text:
         return Fraction(1), int(pi)
     same = {_bare(typed): scale for typed, scale in allowed.items()}
-    if _bare(found) in same:
-        factor, power = same[_bare(found)]
+    if _bare(unit_text) in same:
+        factor, power = same[_bare(unit_text)]
         return factor, power + int(pi)
-    kind = next((u for u, units in UNITS.items() if _bare(found) in {_bare(typed) for typed in units}), None)
+    kind = next((u for u, units in UNITS.items() if _bare(unit_text) in {_bare(typed) for typed in units}), None)
     if kind is not None:
         raise InputError(f"{name}: {text!r} is {NOUNS.get(kind, f'in {kind}')}; give {noun(unit)}.")
     if not allowed:
-        raise InputError(f"{name}: {text!r}: {found!r} is no unit known here; {name} is {noun(unit)}.")
-    raise InputError(f"{name}: {text!r}: {found!r} is no unit known here. {did_you_mean(found, allowed)}")
+        raise InputError(f"{name}: {text!r}: {unit_text!r} is no unit known here; {name} is {noun(unit)}.")
+    raise InputError(f"{name}: {text!r}: {unit_text!r} is no unit known here. {did_you_mean(unit_text, allowed)}")
 
 
 def _bare(unit: str) -> str:
-    """A unit without what may be left out: blanks, dots, the sign of a power."""
+    """A unit without blanks, dots and the sign of a power."""
     return re.sub(r"[\s.*^]", "", unit).replace("μ", "µ")
 
 

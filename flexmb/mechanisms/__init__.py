@@ -1,4 +1,4 @@
-"""Ready mechanisms: functions that return a `Mechanism`, and the records of their numbers."""
+"""Ready mechanisms: functions that return a `Mechanism`, and records of their data."""
 
 from flexmb.mechanisms.andrews import andrews, andrews_angles
 from flexmb.mechanisms.four_bar import FourBarData, four_bar

@@ -1,4 +1,4 @@
-"""Andrews' squeezing mechanism: seven bodies, three loops, a spring, a motor that makes it whirl."""
+"""Andrews' squeezing mechanism: seven bodies in three loops, a spring and a motor."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ START = (
     -0.222668390165885885,
     1.23054744454982119,
 )
-"""The seven angles at the start [rad], in the order of `ANGLES`."""
+"""Start values of the seven angles [rad], in the order of `ANGLES`."""
 
 O, A, B, C = (0.0, 0.0), (-0.06934, -0.00227), (-0.03635, 0.03273), (0.014, 0.072)
 MASSES = (0.04325, 0.00365, 0.02373, 0.00706, 0.07050, 0.00706, 0.05498)
@@ -39,15 +39,15 @@ Point = tuple[float, float]
 
 
 def andrews(torque: float = TORQUE) -> Mechanism:
-    """Andrews' squeezing mechanism: a motor of constant torque whirls K1 against the spring on K3; no gravity.
+    """Andrews' squeezing mechanism: a motor of constant torque turns K1 against the spring on K3; no gravity.
 
     Bodies: K1 ... K7, each a `RigidBody` whose theta is its angle in the source.  Joints: O (frame and K1), A5, A7
-    (frame and K5, K7), B (frame and K3), K12, K45, K67 (between the bodies of these numbers), and the pin that K2, K3,
-    K4 and K6 share, as K32, K34 and K36.  Loads: motor, spring.  `andrews_angles` reads the seven angles.
+    (frame and K5, K7), B (frame and K3), K12, K45, K67 (between the bodies of these numbers), and K32, K34, K36 at the
+    common pin of K2, K3, K4 and K6.  Loads: motor, spring.  `andrews_angles` returns the seven angles.
 
     Parameters
     ----------
-    torque : of the motor on K1 [N m].
+    torque : torque of the motor on K1 [N m].
 
     Raises
     ------
@@ -62,7 +62,7 @@ def andrews(torque: float = TORQUE) -> Mechanism:
     crank, link = from_frame(O, beta, (rr, 0.0)), beta + Theta
     left, right = from_frame(A, delta, (zt, 0.0)), from_frame(A, epsilon, (0.0, -u))
     pin = from_frame(B, gamma, (0.0, -ss))
-    # one row a body: where its frame stands, its angle, its centre of mass in that frame
+    # one row a body: origin of its frame, angle, centre of mass in that frame
     frames: list[tuple[Point, float, Point]] = [
         (O, beta, (ra, 0.0)),
         (crank, link, (-da, 0.0)),
@@ -98,8 +98,8 @@ def andrews_angles(solution: Solution, rates: bool = False) -> np.ndarray:
 
     Parameters
     ----------
-    solution : of the mechanism `andrews()`.
-    rates : whether their rates are wanted [rad/s] in place of the angles.
+    solution : a solution of the mechanism `andrews()`.
+    rates : whether the rates of the angles [rad/s] are returned instead.
 
     Raises
     ------

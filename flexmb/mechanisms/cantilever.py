@@ -1,4 +1,4 @@
-"""A beam clamped at the origin, loaded at its tip and by its weight: the model of many textbook solutions."""
+"""Cantilever: a clamped beam with loads on its tip, as in many textbook solutions."""
 
 from __future__ import annotations
 
@@ -25,22 +25,21 @@ def cantilever(
 ) -> Mechanism:
     """A beam along +X, clamped to the ground at the origin, with a dead force and a moment on its tip.
 
-    Parts: the link `beam`, the joint `clamp`, and the loads `P` and `M`, which are there even when they are zero.
+    Parts: link `beam`, joint `clamp`, loads `P` and `M` (also if they are zero).
 
     Parameters
     ----------
     length : distance from clamp to tip [m], > 0.
     section : cross section, from clamp to tip.
     material : material.
-    elements : number of equal elements, or increasing fractions of the length where inner nodes stand.
-    force : (fx, fy) on the tip [N], constant in direction.
-    moment : on the tip, counter-clockwise [N m].
-    gravity : (gx, gy) [m/s^2].
+    elements : number of equal elements, or increasing positions of the inner nodes over the length.
+    force : force (fx, fy) on the tip [N], constant in direction.
+    moment : moment on the tip, counter-clockwise [N m].
+    gravity : acceleration (gx, gy) of gravity [m/s^2].
 
     Returns
     -------
-    Mechanism
-        To be given to `static_equilibrium`, `modes` or `simulate`.
+    Mechanism : for `static_equilibrium`, `modes` or `simulate`.
 
     Raises
     ------

@@ -1,9 +1,10 @@
-"""A crank-rocker four-bar mechanism with thin, elastic coupler and rocker."""
+"""Crank-rocker four-bar mechanism with thin, elastic coupler and rocker."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
+from functools import partial
 
 from flexmb import checks
 from flexmb.beams.section import Rectangle
@@ -25,19 +26,19 @@ NAME = "four-bar"
 
 @dataclass(frozen=True, kw_only=True)
 class FourBarData:
-    """Numbers of the four-bar mechanism.
+    """Data of the four-bar mechanism.
 
     Parameters
     ----------
     ground, crank, coupler, rocker : lengths [m].
-    width : of all links, normal to the plane of motion [m].
-    crank_depth, coupler_depth, rocker_depth : of the links in the plane of motion [m].
-    bearing_mass : mass of the bearing between coupler and rocker, carried by the coupler's end [kg].
+    width : width of all links, normal to the plane of motion [m].
+    crank_depth, coupler_depth, rocker_depth : depths of the links in the plane of motion [m].
+    bearing_mass : mass of the bearing between coupler and rocker, at the end of the coupler [kg].
     young, poisson, density : E [Pa], nu and rho [kg/m^3] of the links.
     damping : zeta2, stiffness-proportional damping of flexible links [s].
     bearing_radius : radius of the bearing on the coupler [m].
     restitution : coefficient of restitution of the contact.
-    contact_young, contact_poisson : of both partners of the contact, steel in steel [Pa, 1].
+    contact_young, contact_poisson : E and nu of journal and bearing, steel on steel [Pa, 1].
     friction_coefficient, v0, v1 : modified Coulomb friction [1, m/s, m/s].
 
     Raises
@@ -98,22 +99,21 @@ def four_bar(
     ramp: float | None = None,
     data: FourBarData | None = None,
 ) -> Mechanism:
-    """A crank-rocker mechanism: its links may bend, its joint between coupler and rocker may have play; no gravity.
+    """A crank-rocker mechanism with rigid or flexible links, and with or without clearance at B; no gravity.
 
     Bodies: crank coupler rocker.  Joints: O, D (frame), A (crank and coupler), B (coupler and rocker).  Drive: motor.
 
     Parameters
     ----------
-    speed : of the crank [rad/s].
-    clearance : radius of the bearing on the coupler less that of the journal on the rocker, at B [m]; None: an ideal
+    speed : speed of the crank [rad/s].
+    clearance : radius of the bearing on the coupler less radius of the journal on the rocker, at B [m]; None: ideal
         joint.
     flexible : whether the links are beams.
-    friction : in the joint B: "coulomb" for the modified Coulomb law with the numbers of `data`, a friction law, or
-        None for no friction.
-    elements : beam elements of each link.
-    start : angle of the crank at the start, counted from +X [rad].
-    ramp : time in which the crank gets from rest to its speed [s]; None: it starts at full speed.
-    data : the numbers of the mechanism; None: `FourBarData()`.
+    friction : friction at B: "coulomb" for the modified Coulomb law with the data, a friction law, or None.
+    elements : number of beam elements of each link.
+    start : angle of the crank at the start, from +X [rad].
+    ramp : time in which the crank reaches its speed from rest [s]; None: it starts at full speed.
+    data : data of the mechanism; None: `FourBarData()`.
 
     Raises
     ------
@@ -154,12 +154,13 @@ def four_bar(
 
 
 def _beams(data: FourBarData, elements: int, O: Point, A: Point, B: Point, D: Point) -> list[FlexibleLink]:
-    """Crank, coupler with the bearing at its end, rocker."""
-    common = {
-        "material": Material(data.young, data.density, data.poisson),
-        "elements": elements,
-        "damping": data.damping,
-    }
+    """Beams of crank, coupler (with the bearing at its end) and rocker."""
+    make = partial(
+        FlexibleLink,
+        material=Material(data.young, data.density, data.poisson),
+        elements=elements,
+        damping=data.damping,
+    )
     crank, coupler, rocker = (
         Rectangle(width=data.width, height=h) for h in (data.crank_depth, data.coupler_depth, data.rocker_depth)
     )
@@ -167,9 +168,9 @@ def _beams(data: FourBarData, elements: int, O: Point, A: Point, B: Point, D: Po
     total = bar + data.bearing_mass
     centre = (0.5 * bar + data.bearing_mass) / total
     return [
-        FlexibleLink("crank", O, A, section=crank, **common),
-        FlexibleLink("coupler", A, B, section=coupler, mass=total, centre=centre, **common),
-        FlexibleLink("rocker", D, B, section=rocker, **common),
+        make("crank", O, A, section=crank),
+        make("coupler", A, B, section=coupler, mass=total, centre=centre),
+        make("rocker", D, B, section=rocker),
     ]
 
 

@@ -1,4 +1,4 @@
-"""A free-flying flexible rod that is thrown by a force and a moment on one end."""
+"""Free-flying flexible rod, thrown by a force and a moment on one end."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ LOWER, UPPER = (6.0, 0.0), (0.0, 8.0)
 
 @dataclass(frozen=True, kw_only=True)
 class FreeRodData:
-    """Numbers of the free-flying rod.
+    """Data of the free-flying rod.
 
     Parameters
     ----------
     axial, bending : stiffnesses E A [N] and E I [N m^2].
-    mass : rho A, per length [kg/m].
-    rotary_inertia : rho I, of the sections per length [kg m].
-    force : on the lower end along +X [N].
-    torque : on the lower end [N m].
-    time : how long both last [s].
+    mass : mass per length, rho A [kg/m].
+    rotary_inertia : rotary inertia of the sections per length, rho I [kg m].
+    force : force on the lower end along +X [N].
+    torque : moment on the lower end [N m].
+    time : duration of force and moment [s].
 
     Raises
     ------
@@ -39,7 +39,8 @@ class FreeRodData:
     Notes
     -----
     Source: J. C. Simo, L. Vu-Quoc, On the dynamics of flexible beams under large overall motions, part II, J. Applied
-    Mechanics 53 (1986) 855-863.  Their rod also has the shear stiffness G A = 1e4 N, which a slender beam has not.
+    Mechanics 53 (1986) 855-863.  The rod of the source also has the shear stiffness G A = 1e4 N; a slender beam has no
+    shear deformation.
     """
 
     axial: float = 1e4
@@ -62,14 +63,14 @@ class FreeRodData:
 
 
 def free_rod(data: FreeRodData | None = None, *, elements: int = 16) -> Mechanism:
-    """A rod of 10 m between (6, 0) and (0, 8), at rest and free, thrown by a force and a moment on its lower end.
+    """A free rod of 10 m between (6, 0) and (0, 8), thrown from rest by a force and a moment on its lower end.
 
     Body: rod.  Loads: push, twist.
 
     Parameters
     ----------
-    data : the numbers; None: `FreeRodData()`.
-    elements : beam elements, all of one length.
+    data : data of the rod; None: `FreeRodData()`.
+    elements : number of beam elements of equal length.
 
     Raises
     ------
@@ -83,7 +84,7 @@ def free_rod(data: FreeRodData | None = None, *, elements: int = 16) -> Mechanis
     data = FreeRodData() if data is None else data
     if not isinstance(data, FreeRodData):
         raise InputError(f"free_rod: data is {data!r}; it must be a FreeRodData, e.g. FreeRodData(bending=100.0).")
-    # the source gives products only: an area of 1 m^2 makes Young's modulus E A and the density rho A
+    # the source gives products only: with an area of 1 m^2, Young's modulus is E A and the density rho A
     section = GeneralSection(area=1.0, second_moment=data.bending / data.axial, outer_fibre=0.5)
     rod = FlexibleLink(
         "rod", LOWER, UPPER, section=section, material=Material(data.axial, data.mass), elements=elements,

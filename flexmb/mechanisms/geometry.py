@@ -1,4 +1,4 @@
-"""Closing of loops in closed form: the third corner of a triangle, the end of a rod on a line."""
+"""Loop closure in closed form: the third corner of a triangle, the end of a rod on a line."""
 
 from __future__ import annotations
 
@@ -9,20 +9,34 @@ from flexmb.errors import AssemblyError
 Point = tuple[float, float]
 
 LEFT, RIGHT = 1.0, -1.0
-"""Side of a corner, seen from the first point towards the second one."""
+"""Side of a corner, seen in the direction from the first point to the second."""
 
 
 def at_angle(start: Point, length: float, angle: float) -> Point:
-    """The point at `length` [m] from `start` in the direction `angle` [rad]."""
+    """The point at a distance and direction from another point.
+
+    Parameters
+    ----------
+    start : the other point [m].
+    length : distance [m].
+    angle : direction, from +X [rad].
+    """
     return start[0] + length * math.cos(angle), start[1] + length * math.sin(angle)
 
 
 def corner(loop: str, first: Point, r1: float, second: Point, r2: float, side: float) -> Point:
-    """The point at distances r1 and r2 [m] from two points, on the side LEFT or RIGHT of the way between them.
+    """The point at distances r1 and r2 from two points, on one side of the line through both.
+
+    Parameters
+    ----------
+    loop : name of the loop, for messages.
+    first, second : the two points [m].
+    r1, r2 : distances [m].
+    side : LEFT or RIGHT.
 
     Raises
     ------
-    AssemblyError : the circles do not meet; names the `loop` and says by how much they miss each other.
+    AssemblyError : circles that do not meet; the message names the loop and the distance between the circles.
     """
     dx, dy = second[0] - first[0], second[1] - first[1]
     d = math.hypot(dx, dy)
@@ -43,11 +57,19 @@ def corner(loop: str, first: Point, r1: float, second: Point, r2: float, side: f
 
 
 def on_line(loop: str, start: Point, length: float, height: float, direction: float) -> Point:
-    """The point of the line y = `height` at `length` [m] from `start`, towards +x (direction 1) or -x (-1).
+    """The point of the line y = `height` at a distance from a point.
+
+    Parameters
+    ----------
+    loop : name of the loop, for messages.
+    start : the point [m].
+    length : distance [m].
+    height : Y of the line [m].
+    direction : 1 towards +X, -1 towards -X.
 
     Raises
     ------
-    AssemblyError : the rod does not reach the line; names the `loop` and says by how much it misses.
+    AssemblyError : a rod that does not reach the line; the message names the loop and the missing length.
     """
     away = abs(height - start[1])
     if away > length:
@@ -59,6 +81,12 @@ def on_line(loop: str, start: Point, length: float, height: float, direction: fl
 
 
 def box(centre: Point, width: float, height: float) -> tuple[Point, ...]:
-    """Outline of a rectangle, closed."""
+    """Outline of a rectangle, closed.
+
+    Parameters
+    ----------
+    centre : centre [m].
+    width, height : side lengths [m].
+    """
     (x, y), a, b = centre, 0.5 * width, 0.5 * height
     return ((x - a, y - b), (x + a, y - b), (x + a, y + b), (x - a, y + b), (x - a, y - b))

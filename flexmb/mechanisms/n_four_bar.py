@@ -1,4 +1,4 @@
-"""Parallel four-bar linkages in a row, which pass a position where all links lie on one line."""
+"""Row of parallel four-bar linkages, which passes a singular position."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND
 
 STANDARD_GRAVITY = 9.81
+"""Acceleration of gravity [m/s^2]."""
 
 
 def n_four_bar(
@@ -16,20 +17,20 @@ def n_four_bar(
 ) -> Mechanism:
     """N parallelograms side by side: N + 1 upright rockers on the ground, N couplers between their upper ends.
 
-    All 2 N + 1 links are uniform, equal bars, and the rockers stand one length apart.  Where they lie on the ground,
-    all links lie on one line: there the rows of the joints are dependent, and every window could also go on as an
-    antiparallelogram.
+    All 2 N + 1 links are uniform, equal bars, and the rockers stand one length apart.  When the rockers lie on the
+    ground, all links lie on one line: in this singular position the constraint equations are dependent, and every
+    parallelogram could continue as an antiparallelogram.
 
-    Bodies: rocker0 ... rockerN, coupler1 ... couplerN.  Joints: A0 ... AN (frame), P1 S1 ... PN SN: coupler k
-    hangs with Pk on rocker k - 1 and with Sk on rocker k.  Gravity acts along -Y.
+    Bodies: rocker0 ... rockerN, coupler1 ... couplerN.  Joints: A0 ... AN (frame), P1 S1 ... PN SN; Pk connects coupler
+    k with rocker k - 1, Sk with rocker k.  Gravity acts along -Y.
 
     Parameters
     ----------
     windows : number N of parallelograms, >= 1.
-    length : of every link, and distance of the rockers [m], > 0.
-    mass : of every link [kg], > 0.
-    speed : of the rockers' upper ends along +X at the start [m/s].
-    gravity : acceleration along -Y [m/s^2].
+    length : length of every link, and distance of the rockers [m], > 0.
+    mass : mass of every link [kg], > 0.
+    speed : start speed of the rockers' upper ends along +X [m/s].
+    gravity : acceleration of gravity along -Y [m/s^2].
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The nine-bar mechanism with two cranks, a joint with clearance and flexible links."""
+"""Nine-bar mechanism with two cranks, a joint with clearance and flexible links."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ NAME = "nine-bar"
 LINKS = {1: "crank1", 2: "link2", 3: "link3", 4: "crank4", 6: "rocker6", 8: "link8"}
 ON_THE_FRAME = (1, 4, 6)
 SLIDER_SIZE = (0.060, 0.036)
-"""Of the slider in pictures [m]."""
+"""Width and height of the slider in pictures [m]."""
 
 
 def nine_bar(
@@ -37,9 +37,9 @@ def nine_bar(
     ramp: float | None = None,
     data: NineBarData | None = None,
 ) -> Mechanism:
-    """The nine-bar mechanism with two degrees of freedom: two driven cranks, eight moving bodies, one joint with play.
+    """The nine-bar mechanism with two driven cranks, eight moving bodies and one joint with clearance.
 
-        O1 - crank1 - P1 - link2 - B        P1 is the joint that may have clearance
+        O1 - crank1 - P1 - link2 - B        P1: ideal joint or joint with clearance
         O4 - crank4 - P4 - link3 - B        B: links 2 and 3 and panel 7 (joints B2 and B3)
         O6 - rocker6 - A                    A: rocker 6 and panel 7
         panel7 = triangle A, B, C
@@ -50,27 +50,26 @@ def nine_bar(
 
     Parameters
     ----------
-    speed : w [rad/s]; crank 1 turns with -w, crank 4 with +w.
-    clearance : radius of the bearing on crank 1 less that of the journal on link 2 [m]; None: an ideal joint.
+    speed : speed w [rad/s]; crank 1 turns with -w, crank 4 with +w.
+    clearance : radius of the bearing on crank 1 less radius of the journal on link 2 [m]; None: ideal joint.
     flexible : whether the links are beams; the slider is always rigid.
-    friction : in the joint with clearance: "coulomb" for the modified Coulomb law with the numbers of `data`, a
-        friction law, or None for no friction.
-    elements : beam elements of each link, and of each side of the panel.
-    start : angles of cranks 1 and 4 at the start, counted from +X [rad].
-    ramp : time in which the cranks get from rest to their speed [s]; None: they start at full speed.
-    data : the numbers of the mechanism; None: `NineBarData()`.
+    friction : friction at P1: "coulomb" for the modified Coulomb law with the data, a friction law, or None.
+    elements : number of beam elements of each link, and of each side of the panel.
+    start : angles of cranks 1 and 4 at the start, from +X [rad].
+    ramp : time in which the cranks reach their speed from rest [s]; None: they start at full speed.
+    data : data of the mechanism; None: `NineBarData()`.
 
     Raises
     ------
     InputError : values out of range or of the wrong kind.
-    AssemblyError : a loop that cannot close at `start`; says which and by how much.
+    AssemblyError : a loop that cannot close at `start`; the message names the loop and the missing length.
 
     Notes
     -----
-    The rigid and the flexible mechanism have the same mass, centre of mass and moment of inertia body by body: what a
-    beam lacks is put into bosses at its ends, and for the cranks and rocker 6 on the axis in the frame.
-    Source: Chen, Jiang, Deng, Wang, Nonlinear Dynamics (2018); which numbers are printed there and which had to be
-    reconstructed stands beside each field of `NineBarData`.
+    Rigid and flexible mechanism have the same mass, centre of mass and moment of inertia body by body.  Bosses at the
+    ends of a beam, and for the cranks and rocker 6 an inertia on the axis in the frame, make up the difference.
+    Source: Chen, Jiang, Deng, Wang, Nonlinear Dynamics (2018); each field of `NineBarData` says whether its number is
+    printed there or reconstructed.
 
     Examples
     --------
@@ -107,7 +106,7 @@ def _ends(data: NineBarData, pose: NineBarPose) -> dict[int, tuple[Point, Point]
 
 
 def _ideal_joints(data: NineBarData, pose: NineBarPose, body: dict[str, Body]) -> list[Joint]:
-    """All joints but P1."""
+    """All joints except P1."""
     return [
         Revolute("O1", GROUND, body["crank1"], at=data.pivot1),
         Revolute("O4", GROUND, body["crank4"], at=data.pivot4),
@@ -124,17 +123,17 @@ def _ideal_joints(data: NineBarData, pose: NineBarPose, body: dict[str, Body]) -
 
 def _rigid_bodies(data: NineBarData, pose: NineBarPose) -> dict[str, Body]:
     ends = _ends(data, pose)
-    found: dict[str, Body] = {
+    bodies: dict[str, Body] = {
         name: RigidLink(name, *ends[k], getattr(data, f"mass{k}"), data.own_inertia(k)) for k, name in LINKS.items()
     }
     corners = (pose.A, pose.B, pose.C, pose.A)
-    found["panel7"] = RigidBody("panel7", pose.centre7, data.mass7, data.inertia7, outline=corners)
-    return found
+    bodies["panel7"] = RigidBody("panel7", pose.centre7, data.mass7, data.inertia7, outline=corners)
+    return bodies
 
 
 def _flexible_bodies(data: NineBarData, pose: NineBarPose, elements: int) -> dict[str, Body]:
-    found: dict[str, Body] = {name: _beam(data, k, name, *_ends(data, pose)[k], elements) for k, name in LINKS.items()}
-    found["panel7"] = FlexibleFrame(
+    bodies: dict[str, Body] = {name: _beam(data, k, name, *_ends(data, pose)[k], elements) for k, name in LINKS.items()}
+    bodies["panel7"] = FlexibleFrame(
         "panel7",
         (pose.A, pose.B, pose.C),
         ((0, 1), (1, 2), (2, 0)),
@@ -147,11 +146,11 @@ def _flexible_bodies(data: NineBarData, pose: NineBarPose, elements: int) -> dic
         damping=data.damping,
         mass_damping=data.mass_damping,
     )
-    return found
+    return bodies
 
 
 def _beam(data: NineBarData, number: int, name: str, start: Point, end: Point, elements: int) -> FlexibleLink:
-    """A link as a beam with the mass and the inertia of the rigid one."""
+    """A link as a beam with the mass and the moment of inertia of the rigid link."""
     mass, inertia = getattr(data, f"mass{number}"), data.own_inertia(number)
     common = {
         "section": data.section(number),
@@ -163,8 +162,8 @@ def _beam(data: NineBarData, number: int, name: str, start: Point, end: Point, e
     }
     if number not in ON_THE_FRAME:
         return FlexibleLink(name, start, end, inertia=inertia, **common)
-    # What the bar and point masses at its ends lack sits on the axis in the frame, as a shaft or a hub does; bosses at
-    # the outer end would need radii of gyration larger than the link is deep.
+    # The inertia that the bar and point masses at its ends lack lies on the axis in the frame, like a shaft or a hub;
+    # bosses at the outer end would need a radius of gyration larger than the depth of the link.
     lacking = inertia - FlexibleLink(name, start, end, **common).properties().inertia
     if lacking < 0.0:
         raise InputError(

@@ -1,4 +1,4 @@
-"""The numbers of the nine-bar mechanism."""
+"""Data and pose of the nine-bar mechanism."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ MAY_BE_ZERO = ("friction_coefficient", "v0", "damping", "mass_damping", "least_a
 
 @dataclass(frozen=True, kw_only=True)
 class NineBarData:
-    """Numbers of the nine-bar mechanism; the digit in a name is the number of the link.
+    """Data of the nine-bar mechanism; the digit in a name is the number of the link.
 
-    "Table" is what the paper prints, "fitted" what had to be reconstructed because the paper leaves it out or prints it
-    wrong; docs/nine_bar.md says how.
+    "Table": the value is printed in the paper.  "Fitted" or "reconstructed": the paper leaves it out or prints it
+    wrong; see docs/nine_bar.md.
 
     Parameters
     ----------
     length1, length2, length3, length4, length6 : distance of the hinges [m].  Table 1.
-    length8 : the same of link 8 [m].  Twice its centre of mass .168; the printed length repeats another row.
+    length8 : length of link 8 [m].  Twice its centre of mass .168; the printed length repeats another row.
     side_ab, side_ac, side_bc : sides of panel 7 between its hinges [m].  Fitted; the table repeats other rows.
     pivot1, pivot4 : axes of the cranks in the frame [m].  Table 1: .430 m apart.
     pivot6 : axis of rocker 6 [m].  Fitted; only drawn in the paper.
@@ -38,22 +38,22 @@ class NineBarData:
     inertia1, inertia4, inertia6 : moments of inertia about the axis in the frame [kg m^2].  Table 1; eq. (11) has no
         m v^2/2 of these links, so their J contains it.
     inertia2, inertia3, inertia8 : moments of inertia about the centre of mass [kg m^2].  Table 1.
-    inertia7 : the same of panel 7 [kg m^2].  Table 1 prints 3.802e-3, which no triangle of that size can have; the
-        default reads the exponent as -2.
-    inertia9 : moment of inertia of the slider [kg m^2].  It does not turn, so any value > 0 will do.
+    inertia7 : moment of inertia of panel 7 about the centre of mass [kg m^2].  Table 1 prints 3.802e-3, which is too
+        small for a triangle of that size; the default has the exponent -2.
+    inertia9 : moment of inertia of the slider [kg m^2], > 0.  The slider does not turn, so it has no influence.
     centre7 : distance of the panel's centre of mass from hinge A, towards the centroid of A, B, C [m].  Table 1.
     bearing_radius : R1 at P1 [m].  Reconstructed; the paper's table 3 is missing.
-    restitution : coefficient of restitution of the contact.  As above.
-    contact_young, contact_poisson : E [Pa] and nu of both partners of the contact.  As above.
-    least_approach, reference_speed : of the normal law, see `LankaraniNikravesh`.  Eq. (6) of the paper takes the speed
-        at the onset, however small.
-    friction_coefficient, v0, v1 : cf and the slip speeds of eq. (8) [1, m/s, m/s].  As above.
+    restitution : coefficient of restitution of the contact.  Reconstructed.
+    contact_young, contact_poisson : E [Pa] and nu of journal and bearing.  Reconstructed.
+    least_approach, reference_speed : arguments of the normal law, see `LankaraniNikravesh`.  Eq. (6) of the paper takes
+        the speed at the onset, however small.
+    friction_coefficient, v0, v1 : cf and the slip speeds of eq. (8) [1, m/s, m/s].  Reconstructed.
     young, density : E [Pa] and rho [kg/m^3] of the beams.  Fitted to the table's masses.
     depth, thickness, thickness3 : depth of all bars in the plane of motion, thickness of all but link 3, thickness of
         link 3 [m].  Fitted to the table's masses.
     damping : zeta2, stiffness-proportional damping of the beams [s].  Reconstructed; the paper gives no value.
-    mass_damping : zeta1, mass-proportional damping of the beams [1/s].  As above.
-    gravity : along X [m/s^2].  Eq. (13): U = sum m g x, so it points along -X.
+    mass_damping : zeta1, mass-proportional damping of the beams [1/s].  Reconstructed.
+    gravity : acceleration of gravity along X [m/s^2].  Eq. (13), U = sum m g x, means the direction -X.
 
     Raises
     ------
@@ -160,9 +160,9 @@ class NineBarData:
             raise InputError(
                 f"NineBarData: inertia{number} is {inertia:g} kg m^2 about the axis in the frame; it must be > "
                 f"{steiner:.4g}, the mass times the square of half the length. "
-                "Is it meant about the centre of mass? Then add this."
+                "If it is meant about the centre of mass, add this."
             )
-        return inertia - steiner
+        return float(inertia - steiner)
 
     def section(self, number: int) -> Rectangle:
         """Cross section of the beams of a link.
@@ -202,7 +202,7 @@ class NineBarPose:
 
     Parameters
     ----------
-    P1, P4 : ends of the cranks; B : end of links 2 and 3; A : end of rocker 6; C : of link 8; S : of the slider.
+    P1, P4, B, A, C, S : ends of the cranks; end of links 2 and 3; end of rocker 6; end of link 8; slider.
     centre7 : centre of mass of the panel.
     """
 
@@ -225,15 +225,15 @@ class NineBarPose:
 
         Raises
         ------
-        AssemblyError : a loop that cannot close; says which and by how much.
+        AssemblyError : a loop that cannot close; the message names the loop and the missing length.
         """
-        where = f"nine_bar at start = ({theta1:g}, {theta4:g}) rad: loop"
+        loop = f"nine_bar at start = ({theta1:g}, {theta4:g}) rad: loop"
         P1 = at_angle(data.pivot1, data.length1, theta1)
         P4 = at_angle(data.pivot4, data.length4, theta4)
-        B = corner(f"{where} O1-P1-B-P4-O4", P1, data.length2, P4, data.length3, LEFT)
-        A = corner(f"{where} O6-A-B", data.pivot6, data.length6, B, data.side_ab, LEFT)
+        B = corner(f"{loop} O1-P1-B-P4-O4", P1, data.length2, P4, data.length3, LEFT)
+        A = corner(f"{loop} O6-A-B", data.pivot6, data.length6, B, data.side_ab, LEFT)
         C = corner("nine_bar: panel A-B-C", A, data.side_ac, B, data.side_bc, RIGHT)
-        S = on_line(f"{where} C-S-guide", C, data.length8, data.slider_line, -1.0)
-        towards = (A[0] + B[0] + C[0]) / 3.0 - A[0], (A[1] + B[1] + C[1]) / 3.0 - A[1]
-        share = data.centre7 / math.hypot(*towards)
-        return cls(P1, P4, B, A, C, S, (A[0] + share * towards[0], A[1] + share * towards[1]))
+        S = on_line(f"{loop} C-S-guide", C, data.length8, data.slider_line, -1.0)
+        to_centroid = (A[0] + B[0] + C[0]) / 3.0 - A[0], (A[1] + B[1] + C[1]) / 3.0 - A[1]
+        fraction = data.centre7 / math.hypot(*to_centroid)
+        return cls(P1, P4, B, A, C, S, (A[0] + fraction * to_centroid[0], A[1] + fraction * to_centroid[1]))

@@ -27,18 +27,18 @@ Triple = tuple[float, float, float]
 
 @dataclass(frozen=True, kw_only=True)
 class SimeonData:
-    """Numbers of the slider-crank of the IVP test set (problem "crank").
+    """Data of the slider-crank of the IVP test set (problem "crank").
 
     Parameters
     ----------
     crank, rod : lengths l1, l2 [m].
     crank_mass, slider_mass : m1, m3 [kg]; the mass of the rod follows from section and density.
     crank_inertia : J1, moment of inertia of the crank about its pivot [kg m^2].
-    side : of the square section of the rod [m].
-    young, density : of the rod [Pa, kg/m^3].
-    speed : of the crank [rad/s].
-    stretch : q3, q4, axial displacements of the rod's middle and end at the start [m].
-    stretch_rate : their rates [m/s].
+    side : side of the square section of the rod [m].
+    young, density : Young's modulus and density of the rod [Pa, kg/m^3].
+    speed : speed of the crank [rad/s].
+    stretch : axial displacements q3, q4 of the rod's middle and end at the start [m].
+    stretch_rate : rates of the axial displacements at the start [m/s].
     waves : rates of the amplitudes q1, q2 of the first and second lateral sine wave at the start [m/s].
 
     Raises
@@ -47,9 +47,9 @@ class SimeonData:
 
     Notes
     -----
-    The source gives the rod J2 = 0.0045339259 kg m^2 about its pin, that of a bar with the thickness of the section,
-    m l^2/3 + m h^2/12.  The beam here has m l^2/3 = 0.00453312 kg m^2, 0.02 % less: with a driven crank J2 enters the
-    torque of the drive but no motion.
+    The source has J2 = 0.0045339259 kg m^2 for the rod about its pin, m l^2/3 + m h^2/12 with the thickness h of the
+    section.  The beam here has m l^2/3 = 0.00453312 kg m^2, 0.02 % less: with a driven crank J2 enters the torque of
+    the drive but no motion.
     Source: B. Simeon, Modelling a flexible slider crank mechanism by a mixed system of DAEs and PDEs, Mathematical
     Modelling of Systems 2 (1996) 1-18; start values: W. Lioen, J. de Swart, Test Set for Initial Value Problem Solvers.
     """
@@ -78,7 +78,7 @@ class SimeonData:
 
     @property
     def rod_mass(self) -> float:
-        """m2 of the uniform rod [kg]."""
+        """Mass m2 of the uniform rod [kg]."""
         return self.density * self.side**2 * self.rod
 
 
@@ -91,10 +91,10 @@ def simeon(
 
     Parameters
     ----------
-    data : the numbers; None: `SimeonData()`.
-    elements : beam elements of the rod, an even number.
-    stretched : whether the rod starts with the stretch of the data and its rates; otherwise unstressed.
-    waving : whether the rod starts with the lateral waves of the data; otherwise it starts as if it were rigid.
+    data : data of the mechanism; None: `SimeonData()`.
+    elements : number of beam elements of the rod, even.
+    stretched : whether the rod starts with the axial displacements and rates of the data; otherwise unstressed.
+    waving : whether the rod starts with the lateral waves of the data; otherwise with a rigid motion.
 
     Raises
     ------
@@ -130,12 +130,23 @@ def simeon(
 
 
 def stretch(data: SimeonData) -> Callable[[float], Triple]:
-    """Start displacement of the rod: the parabola through 0, q3 in the middle and q4 at the end, along the rod."""
+    """Start displacement of the rod: along the rod, a parabola through 0, q3 in the middle and q4 at the end.
+
+    Parameters
+    ----------
+    data : data of the mechanism.
+    """
     return lambda s: (parabola(data.stretch, s), 0.0, 0.0)
 
 
 def start_velocity(data: SimeonData, *, stretched: bool, waving: bool) -> Callable[[float], Triple]:
-    """Start velocity of the rod: rigid motion of the chord, waves across it, rates of the stretch along it."""
+    """Start velocity of the rod: rigid motion of the chord, lateral waves, rates of the axial displacements.
+
+    Parameters
+    ----------
+    data : data of the mechanism.
+    stretched, waving : see `simeon`.
+    """
     tip = data.speed * data.crank
     end = data.rod + (data.stretch[1] if stretched else 0.0)
     turn = -tip / end
@@ -153,5 +164,11 @@ def start_velocity(data: SimeonData, *, stretched: bool, waving: bool) -> Callab
 
 
 def parabola(values: tuple[float, float], s: float) -> float:
-    """0 at s = 0, values[0] at 1/2, values[1] at 1."""
+    """Parabola through 0 at s = 0, values[0] at 1/2, values[1] at 1.
+
+    Parameters
+    ----------
+    values : the two values.
+    s : position, 0 ... 1.
+    """
     return 4.0 * values[0] * s * (1.0 - s) + values[1] * s * (2.0 * s - 1.0)

@@ -1,4 +1,4 @@
-"""The slider-crank whose piston pin is worn."""
+"""Slider-crank with clearance in the piston pin."""
 
 from __future__ import annotations
 
@@ -24,24 +24,24 @@ from flexmb.model.part import GROUND, Body
 
 NAME = "slider-crank"
 SLIDER_SIZE = (0.030, 0.020)
-"""Of the slider in pictures [m]."""
+"""Width and height of the slider in pictures [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class SliderCrankData:
-    """Numbers of the slider-crank with a worn piston pin.
+    """Data of the slider-crank with a worn piston pin.
 
     Parameters
     ----------
     crank, rod : lengths [m].
-    crank_mass, rod_mass, slider_mass : masses [kg]; those of the links lie at mid-length.
-    crank_inertia : moment of inertia about the centre of mass [kg m^2].
-    rod_inertia : the same of the rod [kg m^2]; None: that of a uniform rod, m l^2/12.
-    slider_inertia : the same of the slider [kg m^2]; it does not turn, so any value > 0 will do.
+    crank_mass, rod_mass, slider_mass : masses [kg]; centres of mass of the links at mid-length.
+    crank_inertia : moment of inertia of the crank about its centre of mass [kg m^2].
+    rod_inertia : moment of inertia of the rod about its centre of mass [kg m^2]; None: uniform rod, m l^2/12.
+    slider_inertia : moment of inertia of the slider [kg m^2], > 0; the slider does not turn, so it has no influence.
     bearing_radius : radius of the bearing in the rod [m].
     restitution : coefficient of restitution of the contact.
-    young, poisson : of both partners of the contact [Pa], and of a flexible rod.
-    density : of a flexible rod [kg/m^3]; with the rod's mass it fixes the square section.
+    young, poisson : E [Pa] and nu of journal and bearing, and of a flexible rod.
+    density : density of a flexible rod [kg/m^3]; with the mass of the rod it gives the square section.
     friction_coefficient, v0, v1 : modified Coulomb friction [1, m/s, m/s].
     damping : zeta2, stiffness-proportional damping of a flexible rod [s].
 
@@ -88,12 +88,12 @@ class SliderCrankData:
 
     @property
     def uniform_rod_inertia(self) -> float:
-        """m l^2/12 of the rod [kg m^2]."""
+        """Moment of inertia m l^2/12 of a uniform rod [kg m^2]."""
         return self.rod_mass * self.rod**2 / 12.0
 
     @property
     def rod_side(self) -> float:
-        """Side of the square section that gives a flexible rod its mass [m]."""
+        """Side of the square section of a flexible rod, from its mass [m]."""
         return math.sqrt(self.rod_mass / (self.density * self.rod))
 
 
@@ -108,21 +108,21 @@ def slider_crank(
     ramp: float | None = None,
     data: SliderCrankData | None = None,
 ) -> Mechanism:
-    """The slider-crank with a piston pin that may have play and a connecting rod that may bend; no gravity.
+    """The slider-crank with or without clearance in the piston pin, and with a rigid or flexible rod; no gravity.
 
     Bodies: crank rod slider.  Joints: O (frame and crank), A (crank and rod), B (rod and slider), guide.  Drive: motor.
 
     Parameters
     ----------
-    speed : of the crank [rad/s].
-    clearance : radius of the bearing in the rod less that of the pin on the slider [m]; None: an ideal joint.
+    speed : speed of the crank [rad/s].
+    clearance : radius of the bearing in the rod less radius of the pin on the slider [m]; None: ideal joint.
     flexible : whether the rod is a beam.
-    friction : in the piston pin: "coulomb" for the modified Coulomb law with the numbers of `data`, a friction law, or
-        None for no friction.
-    elements : beam elements of a flexible rod.
-    start : angle of the crank at the start, counted from +X [rad].
-    ramp : time in which the crank gets from rest to its speed [s]; None: it starts at full speed.
-    data : the numbers of the mechanism; None: `SliderCrankData()`.
+    friction : friction in the piston pin: "coulomb" for the modified Coulomb law with the data, a friction law, or
+        None.
+    elements : number of beam elements of a flexible rod.
+    start : angle of the crank at the start, from +X [rad].
+    ramp : time in which the crank reaches its speed from rest [s]; None: it starts at full speed.
+    data : data of the mechanism; None: `SliderCrankData()`.
 
     Raises
     ------
@@ -130,8 +130,8 @@ def slider_crank(
 
     Notes
     -----
-    A flexible rod is a uniform bar, whose moment of inertia m l^2/12 = 2.52e-4 kg m^2 is 0.8 % above the 2.5e-4 of the
-    rigid one: masses at the ends of a bar can only raise it.  To compare both, give the rigid one
+    A flexible rod is a uniform bar with the moment of inertia m l^2/12 = 2.52e-4 kg m^2, 0.8 % above the 2.5e-4 of the
+    rigid rod; masses at the ends of a bar can only increase it.  For a comparison give the rigid rod
     `SliderCrankData(rod_inertia=None)`.
 
     Examples

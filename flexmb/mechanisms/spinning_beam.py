@@ -1,4 +1,4 @@
-"""A beam clamped to a hub that is spun up from rest."""
+"""Beam clamped to a hub that is spun up from rest."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ NAME = "spinning beam"
 
 @dataclass(frozen=True, kw_only=True)
 class SpinningBeamData:
-    """Numbers of a spun-up beam.
+    """Data of a spun-up beam.
 
     Parameters
     ----------
-    length : of the beam [m].
-    young : of its material [Pa].
-    density : of its material [kg/m^3].
-    area : of its section [m^2].
-    second_moment : of its section [m^4].
-    speed : at which the hub turns in the end [rad/s].
-    time : in which it gets there [s].
+    length : length of the beam [m].
+    young : Young's modulus [Pa].
+    density : density [kg/m^3].
+    area : area of the section [m^2].
+    second_moment : second moment of the section [m^4].
+    speed : final speed of the hub [rad/s].
+    time : duration of the spin-up [s].
 
     Raises
     ------
@@ -37,9 +37,9 @@ class SpinningBeamData:
 
     Notes
     -----
-    The values left out are those of J. C. Simo, L. Vu-Quoc, On the dynamics of flexible beams under large overall
-    motions, part II, J. Applied Mechanics 53 (1986) 855-863: E A = 2.8e7 N, E I = 1.4e4 N m^2, rho A = 1.2 kg/m; with
-    an area of 1 m^2 put in for what is given only as a product.
+    Source of the default values: J. C. Simo, L. Vu-Quoc, On the dynamics of flexible beams under large overall motions,
+    part II, J. Applied Mechanics 53 (1986) 855-863: E A = 2.8e7 N, E I = 1.4e4 N m^2, rho A = 1.2 kg/m.  The source
+    gives products only; the area of 1 m^2 is chosen here.
     """
 
     length: float = 10.0
@@ -58,19 +58,20 @@ class SpinningBeamData:
 WU_HAUG = SpinningBeamData(
     length=8.0, young=6.895e10, density=2766.67, area=7.2986e-5, second_moment=8.2189e-9, speed=4.0
 )
-"""S. C. Wu, E. J. Haug, Geometric non-linear substructuring for dynamics of flexible mechanical systems, Int. J.
-Numerical Methods in Engineering 26 (1988) 2211-2226."""
+"""Data of S. C. Wu, E. J. Haug, Geometric non-linear substructuring for dynamics of flexible mechanical systems.
+
+Int. J. Numerical Methods in Engineering 26 (1988) 2211-2226."""
 
 
 def spinning_beam(data: SpinningBeamData | None = None, *, elements: int = 8) -> Mechanism:
     """A straight beam along +X, clamped to a hub at the origin that is spun up from rest by a `CycloidalRamp`.
 
-    Body: beam.  Joint: hub, a `Clamp` on the ground that turns.
+    Body: beam.  Joint: hub, a rotating `Clamp` on the ground.
 
     Parameters
     ----------
-    data : the numbers; None: those of Simo and Vu-Quoc, `SpinningBeamData()`.
-    elements : beam elements, all of one length.
+    data : data of the beam; None: the data of Simo and Vu-Quoc, `SpinningBeamData()`.
+    elements : number of beam elements of equal length.
 
     Raises
     ------
@@ -84,7 +85,7 @@ def spinning_beam(data: SpinningBeamData | None = None, *, elements: int = 8) ->
     data = SpinningBeamData() if data is None else data
     if not isinstance(data, SpinningBeamData):
         raise InputError(f"spinning_beam: data is {data!r}; it must be a SpinningBeamData, e.g. SpinningBeamData().")
-    # the depth is used for stresses in pictures alone: that of a rectangle of this area and second moment
+    # depth of a rectangle with this area and second moment; it is used for stresses in pictures only
     depth = (12.0 * data.second_moment / data.area) ** 0.5
     section = GeneralSection(area=data.area, second_moment=data.second_moment, outer_fibre=0.5 * depth)
     beam = FlexibleLink(

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb import checks
+from flexmb.dynamics.exponents.benettin import TrajectoryPair
 from flexmb.dynamics.exponents.exponents import FEWEST, Exponents
-from flexmb.dynamics.exponents.lyapunov import Pair, lyapunov
-from flexmb.dynamics.exponents.schedule import lengths_of
+from flexmb.dynamics.exponents.lyapunov import lyapunov
+from flexmb.dynamics.exponents.renormalisation import lengths_of
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.errors import InputError
 from flexmb.paper.case import Case
@@ -152,8 +153,8 @@ class Attractor:
         self._go(flow, flow.time + T / pairs, linear)  # it turns to the direction that grows most
         table, begins = np.empty((2, pairs, LOOKS + 1, 1 + len(OBSERVED))), np.empty(pairs)
         for number in range(pairs):
-            pair = Pair(flow, flow.copy(), flow.weights, APART)
-            pair.put(linear.W[:, 0])
+            pair = TrajectoryPair(flow, flow.copy(), flow.weights, APART)
+            pair.renormalise(linear.W[:, 0])
             begins[number] = flow.time
             table[:, number, 0] = _distances(pair, linear.places), linear.logs()
             for look in range(1, LOOKS + 1):
@@ -206,17 +207,17 @@ class _Linear:
         return self.log + np.log(np.maximum([1.0, *gaps], 1e-300))
 
 
-def _distances(pair: Pair, places: Sequence[int]) -> np.ndarray:
+def _distances(pair: TrajectoryPair, places: Sequence[int]) -> np.ndarray:
     """Distance of the states, and of each signal (m,) [m]."""
     gaps = np.abs(pair.second.observe()[places] - pair.first.observe()[places])
-    return np.concatenate([[pair.length(pair.apart())], gaps])
+    return np.concatenate([[pair.length(pair.difference())], gaps])
 
 
 def _of_section(found: Exponents, places: Sequence[int], units: dict[str, dict[str, str]]) -> dict[str, Any]:
     """Points once a period, and the exponent as it converges."""
     points = {}
     for name, place in zip(units, places, strict=True):
-        noise = {} if found.seen.resolution is None else {"resolution": float(found.seen.resolution[place])}
+        noise = {} if found.signals.resolution is None else {"resolution": float(found.signals.resolution[place])}
         points[f"section.{name}"] = ("point", found.points[:, place], units[name] | noise)
     return points | {
         "history.time": ("history", found.time, {"units": "s"}),

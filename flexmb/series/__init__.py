@@ -1,1 +1,1 @@
-"""What one sampled signal says about the system behind it."""
+"""Analysis of one sampled signal: spectrum, embedding, dimension, exponents, recurrence, 0-1 test."""

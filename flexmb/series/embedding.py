@@ -1,4 +1,4 @@
-"""The state behind a signal, from the signal and its past: delay, dimension, vectors."""
+"""Delay embedding of a signal: delay, dimension, vectors."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ from flexmb.series.neighbours import nearest, spread
 from flexmb.series.samples import is_constant, mean_period, samples, standardised
 
 LEAST = 100
-"""Samples below which no delay and no dimension is sought."""
+"""Smallest number of samples for a delay or a dimension."""
 
 FALSE_SHARE = 0.01
-"""A dimension is enough when fewer than this share of neighbours are false."""
+"""Fraction of false neighbours below which a dimension is sufficient."""
 
 
 @dataclass(frozen=True, eq=False)
 class Embedding:
-    """Delay and dimension with which a signal shows the state of its system.
+    """Delay and dimension of the embedding of a signal.
 
     Parameters
     ----------
-    delay : distance of two numbers of a vector [samples].
-    dimension : numbers in a vector.
+    delay : distance of two entries of a vector [samples].
+    dimension : number of entries of a vector.
     mean_period : inverse of the mean frequency of the power spectrum [samples].
     information : mutual information at lags 0, 1, ... [nat].
-    false_share : share of false neighbours in dimensions 1, 2, ...
-    ok : whether few enough neighbours are false in this dimension.
-    status : how it came about, in a sentence.
+    false_share : fraction of false neighbours in dimensions 1, 2, ...
+    ok : whether the fraction of false neighbours is small enough in this dimension.
+    status : result in a sentence.
     """
 
     delay: int
@@ -44,7 +44,7 @@ class Embedding:
 
     @property
     def window(self) -> int:
-        """Time that one vector covers [samples]."""
+        """Length in time of a vector [samples]."""
         return (self.dimension - 1) * self.delay
 
 
@@ -54,8 +54,8 @@ def embed(signal: Any, delay: int, dimension: int) -> np.ndarray:
     Parameters
     ----------
     signal : samples (n,).
-    delay : distance of two numbers of a vector [samples], >= 1.
-    dimension : numbers in a vector, >= 1.
+    delay : distance of two entries of a vector [samples], >= 1.
+    dimension : number of entries of a vector, >= 1.
 
     Returns
     -------
@@ -63,7 +63,7 @@ def embed(signal: Any, delay: int, dimension: int) -> np.ndarray:
 
     Raises
     ------
-    InputError : a signal that is shorter than one vector or not finite.
+    InputError : a signal that is shorter than a vector or not finite.
 
     Notes
     -----
@@ -83,10 +83,10 @@ def embed(signal: Any, delay: int, dimension: int) -> np.ndarray:
 
 
 def mutual_information(signal: Any, longest: int | None = None) -> np.ndarray:
-    """What a sample tells about the sample `lag` later, averaged [nat], at lags 0, 1, ..., `longest`.
+    """Mutual information of samples at distances of 0, 1, ..., `longest` samples [nat].
 
-    The range is cut into intervals that hold equally many samples, so that units, offsets and monotonic
-    calibrations change nothing.  Finite records add about (intervals - 1)^2 / (2 n).
+    The range is divided into intervals with equal numbers of samples, so the result does not depend on units, offsets
+    and monotonic calibrations.  A finite record adds about (intervals - 1)^2 / (2 n).
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def mutual_information(signal: Any, longest: int | None = None) -> np.ndarray:
         longest = int(min(len(x) // 4, np.ceil(2.0 * mean_period(x))))
     longest = checks.count("mutual_information", "longest", longest, 0)
     if longest > len(x) - LEAST // 2:
-        raise InputError(f"mutual_information: longest is {longest}; {len(x)} samples bear {len(x) - LEAST // 2}.")
+        raise InputError(f"mutual_information: longest is {longest}; {len(x)} samples allow {len(x) - LEAST // 2}.")
     bins = int(np.clip(np.sqrt(len(x) / 5.0), 4, 32))
     edges = np.quantile(x, np.linspace(0.0, 1.0, bins + 1)[1:-1])
     cell = np.searchsorted(edges, x, side="right")
@@ -114,35 +114,42 @@ def mutual_information(signal: Any, longest: int | None = None) -> np.ndarray:
 
 
 def _information(a: np.ndarray, b: np.ndarray, bins: int) -> float:
-    """Sum of p_ab ln(p_ab / (p_a p_b)) of two sequences of cells [nat]."""
+    """Sum of p_ab ln(p_ab / (p_a p_b)) over two sequences of cells [nat]."""
     joint = np.bincount(a * bins + b, minlength=bins * bins).reshape(bins, bins) / len(a)
-    apart = joint.sum(axis=1)[:, None] * joint.sum(axis=0)
-    filled = joint > 0.0
-    return float(np.sum(joint[filled] * np.log(joint[filled] / apart[filled])))
+    independent = joint.sum(axis=1)[:, None] * joint.sum(axis=0)
+    nonzero = joint > 0.0
+    return float(np.sum(joint[nonzero] * np.log(joint[nonzero] / independent[nonzero])))
 
 
 def first_minimum(information: np.ndarray, least: int = 1) -> int | None:
-    """Lag of the first minimum from `least` on, which the two lags on either side must not undercut; None: none."""
+    """Lag of the first minimum, below the values at the two lags on either side; None without a minimum.
+
+    Parameters
+    ----------
+    information : mutual information at lags 0, 1, ...
+    least : smallest lag.
+    """
     for lag in range(least, len(information) - 1):
-        around = information[max(lag - 2, 0) : lag + 3]
-        if information[lag] <= around.min() and information[lag] < information[lag - 1]:
+        neighbours = information[max(lag - 2, 0) : lag + 3]
+        if information[lag] <= neighbours.min() and information[lag] < information[lag - 1]:
             return lag
     return None
 
 
 def false_neighbours(signal: Any, delay: int, *, largest: int = 8, theiler: int | None = None) -> np.ndarray:
-    """Share of nearest neighbours in 1, 2, ..., `largest` dimensions that are none in one dimension more.
+    """Fraction of false nearest neighbours in 1, 2, ..., `largest` dimensions.
 
-    A neighbour is false if the next number parts it by more than 15 times its distance, or leads farther away than
-    two standard deviations of the signal; distances below 1e-6 of that count as 1e-6, so that integration tolerances
-    do not make neighbours false.  NaN: the record is too short for this dimension.
+    A neighbour is false if it is far away in one dimension more: if the difference of the next entry is larger than 15
+    times its distance, or the new distance larger than two standard deviations of the signal.  Distances below 1e-6
+    standard deviations count as 1e-6, so integration errors make no neighbour false.  NaN: the record is too short for
+    this dimension.
 
     Parameters
     ----------
     signal : samples (n,), at least 100, not all the same.
-    delay : distance of two numbers of a vector [samples].
+    delay : distance of two entries of a vector [samples].
     largest : largest dimension.
-    theiler : neighbours must be farther apart than this [samples]; None: a mean period, at most a tenth of the record.
+    theiler : smallest distance in time of neighbours [samples]; None: a mean period, at most a tenth of the record.
 
     Raises
     ------
@@ -156,7 +163,7 @@ def false_neighbours(signal: Any, delay: int, *, largest: int = 8, theiler: int 
     x, tau = samples(owner, signal, LEAST), checks.count(owner, "delay", delay)
     largest = checks.count(owner, "largest", largest)
     if is_constant(x):
-        raise InputError(f"{owner}: the signal is constant; it has no neighbours to tell apart.")
+        raise InputError(f"{owner}: the signal is constant; it has no neighbours.")
     x = standardised(x)
     w = (
         int(min(np.ceil(mean_period(x)), len(x) // 10))
@@ -167,34 +174,35 @@ def false_neighbours(signal: Any, delay: int, *, largest: int = 8, theiler: int 
 
 
 def _false_share(x: np.ndarray, tau: int, m: int, theiler: int) -> float:
-    """Share of false neighbours among at most 4000 vectors of dimension m."""
+    """Fraction of false neighbours among at most 4000 vectors of dimension m."""
     count = len(x) - m * tau
     if count < LEAST // 2:
         return np.nan
     refs = spread(count, 4000)
-    near, distance = nearest(embed(x, tau, m)[:count], refs, theiler)
-    found = near >= 0
-    if found.sum() < LEAST // 4:
+    neighbour, distance = nearest(embed(x, tau, m)[:count], refs, theiler)
+    has_neighbour = neighbour >= 0
+    if has_neighbour.sum() < LEAST // 4:
         return np.nan
-    next_gap = np.abs(x[refs[found] + m * tau] - x[near[found] + m * tau])
-    d = np.maximum(distance[found], 1e-6)
-    return float(np.mean((next_gap > 15.0 * d) | (np.hypot(next_gap, distance[found]) > 2.0)))
+    next_gap = np.abs(x[refs[has_neighbour] + m * tau] - x[neighbour[has_neighbour] + m * tau])
+    d = np.maximum(distance[has_neighbour], 1e-6)
+    return float(np.mean((next_gap > 15.0 * d) | (np.hypot(next_gap, distance[has_neighbour]) > 2.0)))
 
 
 def embedding(signal: Any, *, delay: int | None = None, dimension: int | None = None, largest: int = 8) -> Embedding:
-    """Delay and dimension in which a signal is to be seen.
+    """Delay and dimension of the embedding of a signal.
 
-    The delay is the first minimum of the mutual information between a tenth and a quarter of the mean period (shorter
-    ones are accidents of exactly periodic signals); without one, the first lag at which it has fallen to 1/e, at most a
-    quarter; for signals with fewer than 8 samples in a mean period (maps) it is 1.  The dimension is the first with
-    less than 1 % of false neighbours; without one, that with the fewest, and `ok` is False: noise, or more dimensions.
+    The delay is the first minimum of the mutual information between a tenth and a quarter of the mean period; shorter
+    minima are accidents of exactly periodic signals.  Without a minimum it is the first lag at which the mutual
+    information has fallen to 1/e, at most a quarter of the mean period.  For signals with fewer than 8 samples in a
+    mean period (maps) it is 1.  The dimension is the smallest with less than 1 % of false neighbours.  Without such a
+    dimension, `ok` is False, and the dimension is that with the fewest: noise, or a state of more dimensions.
 
     Parameters
     ----------
     signal : samples (n,), at least 100, not all the same.
-    delay : delay [samples] if it is known.
-    dimension : dimension if it is known.
-    largest : largest dimension that is tried.
+    delay : known delay [samples]; None: unknown.
+    dimension : known dimension; None: unknown.
+    largest : largest dimension to be tried.
 
     Raises
     ------
@@ -229,6 +237,6 @@ def _delay(information: np.ndarray, period: float) -> int:
         return 1
     lag = first_minimum(information, max(1, round(period / 10.0)))
     if lag is None:
-        fallen = np.flatnonzero(information < information[0] / np.e)
-        lag = int(fallen[0]) if len(fallen) else int(period / 4.0)
+        below = np.flatnonzero(information < information[0] / np.e)
+        lag = int(below[0]) if len(below) else int(period / 4.0)
     return max(1, min(lag, round(period / 4.0)))

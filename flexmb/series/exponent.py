@@ -1,4 +1,4 @@
-"""The largest exponent as one signal shows it: the record, and the straight part of a divergence curve."""
+"""The largest exponent from one signal: record, and fit of the straight part of a divergence curve."""
 
 from __future__ import annotations
 
@@ -14,38 +14,37 @@ from flexmb.series.neighbours import typical_log_distance
 from flexmb.series.samples import is_constant, mean_period, samples, spacing, standardised
 
 LEAST = 500
-"""Samples below which no exponent is estimated."""
+"""Smallest number of samples for an exponent."""
 
 PERIODS = 20
-"""Mean periods below which no exponent is estimated."""
+"""Smallest number of mean periods for an exponent."""
 
 BLOCKS = 8
-"""Parts of the record whose slopes give the error of the mean."""
+"""Number of parts of the record whose slopes give the error of the mean."""
 
 MARGIN = 1.5
-"""The straight part ends at the latest where the mean logarithm of the distance is this much below that of arbitrary
-points."""
+"""Smallest distance of the straight part from saturation: of mean logarithms of distances, to arbitrary points."""
 
 LEAST_RISE = 1.0
-"""The straight part must rise by a factor e at least."""
+"""Smallest rise of the straight part, as a logarithm."""
 
 
 @dataclass(frozen=True, eq=False)
 class SeriesExponent:
-    """The largest exponent of a system, as one of its signals shows it.
+    """The largest exponent of a system, estimated from one of its signals.
 
     Parameters
     ----------
-    value : exponent [unit]; NaN where the signal shows none, `status` says why.
-    error : half width of its band [unit]: twice the scatter over parts of the record and over the two halves of the
+    value : exponent [unit]; NaN without a value, for the reason in `status`.
+    error : half width of the error band [unit]: twice the scatter over parts of the record and over the halves of the
         straight part, the change with one dimension more, and 5 % for the finite distance of neighbours.
     unit : "1/s" or "1/iteration".
     ok : whether there is a value; False for constant, periodic, quasi-periodic and random signals.
-    status : how it came about or why not, in a sentence.
+    status : result in a sentence.
     method : "wolf", "rosenstein" or "kantz".
-    embedding : delay and dimension it was seen in; None for a constant or too short one.
-    theiler : neighbours were farther apart than this [samples].
-    region : first and last time of the straight part [s or iterations]; NaN without one.
+    embedding : delay and dimension of the embedding; None for a constant or too short signal.
+    theiler : smallest distance in time of neighbours [samples].
+    region : first and last time of the straight part [s or iterations]; NaN without a straight part.
     time : times of the curve (k,) [s or iterations].
     curve : mean logarithm of the distance of neighbours (k,), in standard deviations of the signal; for "wolf" the
         running estimate [unit].
@@ -66,7 +65,15 @@ class SeriesExponent:
 
 @dataclass(frozen=True)
 class Slope:
-    """What one dimension gives: slope and error [1/sample], region [samples], curve; or a reason why not."""
+    """Slope in one embedding dimension.
+
+    Parameters
+    ----------
+    value, error : slope and error [1/sample].
+    why_not : reason for no value; "" with a value.
+    region : begin and end of the straight part [samples].
+    steps, curve : divergence curve: times (k,) [samples] and mean logarithms of distances (k,).
+    """
 
     value: float
     error: float
@@ -77,27 +84,31 @@ class Slope:
 
 
 Curves = Callable[[np.ndarray, int, np.ndarray, int], np.ndarray]
-"""(points (n, m), theiler, steps (k,), shift) -> curves (blocks, k) of the mean logarithm of the distance."""
+"""Function (points (n, m), theiler, steps (k,), shift) -> curves (blocks, k) of the mean logarithm of the distance."""
 
 FINITE = 0.05
-"""Part of the value by which finite distances falsify slopes; seen with Lorenz's and Rossler's signals."""
+"""Error of the slope by finite distances, over the value; observed with signals of Lorenz and Rossler."""
 
 FLOW = 8.0
-"""Signals with more samples than this in a mean period are those of a flow, the others those of a map."""
+"""Number of samples in a mean period above which a signal belongs to a flow, below to a map."""
 
 
 def estimate(
     method: str, slope: Callable[..., Slope], signal: Any, interval: Any, options: dict[str, int | None]
 ) -> SeriesExponent:
-    """The exponent from slopes in the dimension of the embedding and in one more; what all methods share.
+    """The exponent from the slopes in two embedding dimensions: the common part of all methods.
 
     Parameters
     ----------
     method : name of the method.
-    slope : slope(points, window, theiler, period) of standardised vectors.
+    slope : function slope(points, window, theiler, period) of standardised vectors.
     signal : samples (n,).
-    interval : as of `spacing`.
-    options : delay, dimension, theiler, as the methods take them.
+    interval : see `spacing`.
+    options : delay, dimension, theiler of the methods.
+
+    Raises
+    ------
+    InputError : a signal that is too short or not finite, times that are not evenly spaced.
     """
     x = samples(method, signal, LEAST)
     step, unit = spacing(method, interval, len(x))
@@ -107,43 +118,43 @@ def estimate(
     if periods < PERIODS:
         text = f"The record holds {periods:.1f} mean periods; at least {PERIODS} are needed."
         return _none(method, unit, None, 0, text)
-    found = embedding(x, delay=options["delay"], dimension=options["dimension"])
+    embedded = embedding(x, delay=options["delay"], dimension=options["dimension"])
     theiler = options["theiler"]
-    w = max(int(np.ceil(found.mean_period)), found.window) if theiler is None else theiler
+    w = max(int(np.ceil(embedded.mean_period)), embedded.window) if theiler is None else theiler
     w = checks.count(method, "theiler", w, 0)
     x, slopes = standardised(x), []
-    for m in (found.dimension, found.dimension + 1):
-        slopes.append(slope(embed(x, found.delay, m), (m - 1) * found.delay, w, found.mean_period))
+    for m in (embedded.dimension, embedded.dimension + 1):
+        slopes.append(slope(embed(x, embedded.delay, m), (m - 1) * embedded.delay, w, embedded.mean_period))
         if slopes[-1].why_not:
-            return _none(method, unit, found, w, slopes[-1].why_not, slopes[-1], step)
-    return _agreed(method, unit, found, w, slopes, step)
+            return _none(method, unit, embedded, w, slopes[-1].why_not, slopes[-1], step)
+    return _agreed(method, unit, embedded, w, slopes, step)
 
 
-def _agreed(method: str, unit: str, found: Embedding, w: int, slopes: list[Slope], step: float) -> SeriesExponent:
-    """The record of two slopes, if they tell the same."""
+def _agreed(method: str, unit: str, embedded: Embedding, w: int, slopes: list[Slope], step: float) -> SeriesExponent:
+    """The record of two slopes, with a value if the exponent exceeds its error."""
     a, b = slopes
-    parts = (2.0 * max(a.error, b.error), a.value - b.value, FINITE * a.value)
-    value, error = a.value / step, float(np.linalg.norm(parts)) / step
+    contributions = (2.0 * max(a.error, b.error), a.value - b.value, FINITE * a.value)
+    value, error = a.value / step, float(np.linalg.norm(contributions)) / step
     if value <= error:
-        text = f"The growth of {value:.3g} {unit} does not stand out of its error of {error:.2g} {unit}."
-        return _none(method, unit, found, w, text, a, step)
-    text = f"{value:.4g} +- {error:.2g} {unit}, seen in {found.dimension} and {found.dimension + 1} dimensions"
-    text += "." if found.ok else f"; the embedding is doubtful: {found.status}"
+        text = f"The growth of {value:.3g} {unit} does not exceed its error of {error:.2g} {unit}."
+        return _none(method, unit, embedded, w, text, a, step)
+    text = f"{value:.4g} +- {error:.2g} {unit}, seen in {embedded.dimension} and {embedded.dimension + 1} dimensions"
+    text += "." if embedded.ok else f"; the embedding is doubtful: {embedded.status}"
     region = (a.region[0] * step, a.region[1] * step)
     curve = _scaled(method, a, step)
-    return SeriesExponent(value, error, unit, True, text, method, found, w, region, a.steps * step, curve)
+    return SeriesExponent(value, error, unit, True, text, method, embedded, w, region, a.steps * step, curve)
 
 
 def _none(
-    method: str, unit: str, found: Embedding | None, w: int, why: str, slope: Slope | None = None, step: float = 1.0
+    method: str, unit: str, embedded: Embedding | None, w: int, why: str, slope: Slope | None = None, step: float = 1.0
 ) -> SeriesExponent:
-    nothing = Slope(np.nan, np.nan, why) if slope is None else slope
-    times, curve = nothing.steps * step, _scaled(method, nothing, step)
-    return SeriesExponent(np.nan, np.nan, unit, False, why, method, found, w, (np.nan, np.nan), times, curve)
+    recorded = Slope(np.nan, np.nan, why) if slope is None else slope
+    times, curve = recorded.steps * step, _scaled(method, recorded, step)
+    return SeriesExponent(np.nan, np.nan, unit, False, why, method, embedded, w, (np.nan, np.nan), times, curve)
 
 
 def _scaled(method: str, slope: Slope, step: float) -> np.ndarray:
-    """The curve; the running estimate of "wolf", with a value or without, in the unit of the exponent."""
+    """The curve; for "wolf" the running estimate in the unit of the exponent."""
     return slope.curve / step if method == "wolf" else slope.curve
 
 
@@ -155,10 +166,18 @@ def block_means(logs: np.ndarray) -> np.ndarray:
 def straight_part(curves: Curves, points: np.ndarray, window: int, theiler: int, period: float) -> Slope:
     """Slope of the straight part of a divergence curve.
 
-    The rule: it begins one step after the vectors at the start have been left behind (`window`), because nearest
-    neighbours are chosen for being near and part at once by what is noise in them.  It ends where the error of the
-    slope is smallest: the scatter over parts of the record and half the difference of the slopes of its two halves; at
-    the latest `MARGIN` below the distance of arbitrary points.  At least 4 values, and a rise of `LEAST_RISE`.
+    The straight part begins one step after the time that a vector covers (`window`): nearest neighbours are selected by
+    their distance, and noise parts them at once.  It ends where the error of the slope is smallest, at the latest
+    `MARGIN` below the distance of arbitrary points.  The error is the scatter over parts of the record and half the
+    difference of the slopes of its halves.  The straight part has at least 4 values and a rise of `LEAST_RISE`.
+
+    Parameters
+    ----------
+    curves : divergence curves of a method.
+    points : vectors (n, m).
+    window : time that a vector covers [samples].
+    theiler : smallest distance in time of neighbours [samples].
+    period : mean period [samples].
     """
     shift = 0 if period < FLOW else int(np.ceil(period / 8.0))
     ceiling = typical_log_distance(points, shift=shift) - MARGIN
@@ -181,7 +200,7 @@ def straight_part(curves: Curves, points: np.ndarray, window: int, theiler: int,
 
 
 def _fit(steps: np.ndarray, blocks: np.ndarray, begin: int, latest: int) -> Slope:
-    """Slope and error of the mean of curves (blocks, k) over the straightest part from `begin` on."""
+    """Slope and error of the mean of curves (blocks, k) over their straightest part from `begin` on."""
     mean = blocks.mean(axis=0)
     if latest - begin < 4:
         text = "No straight part: neighbours are as far apart as arbitrary points at once (noise, or too few samples)."
@@ -197,14 +216,14 @@ def _fit(steps: np.ndarray, blocks: np.ndarray, begin: int, latest: int) -> Slop
 
 
 def _slope_and_error(steps: np.ndarray, blocks: np.ndarray, begin: int, end: int) -> tuple[float, float]:
-    """Slope of the mean of curves (blocks, k) over steps[begin:end], and its error."""
+    """Slope of the mean of curves (blocks, k) over steps[begin:end], and error of the slope."""
     mean, inside, middle = blocks.mean(axis=0), slice(begin, end), (begin + end) // 2
-    parts = np.array([_slope(steps[inside], block[inside]) for block in blocks])
+    block_slopes = np.array([_slope(steps[inside], block[inside]) for block in blocks])
     first, second = (
         _slope(steps[begin : middle + 1], mean[begin : middle + 1]),
         _slope(steps[middle - 1 : end], mean[middle - 1 : end]),
     )
-    error = np.hypot(parts.std(ddof=1) / np.sqrt(len(parts)), 0.5 * (second - first))
+    error = np.hypot(block_slopes.std(ddof=1) / np.sqrt(len(block_slopes)), 0.5 * (second - first))
     return _slope(steps[inside], mean[inside]), float(error)
 
 

@@ -1,4 +1,4 @@
-"""Largest exponent from all neighbours within a small distance."""
+"""The largest exponent from several neighbours of each point, by the method of Kantz."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from flexmb.series.exponent import BLOCKS, SeriesExponent, Slope, block_means, e
 from flexmb.series.neighbours import distances, spread
 
 REFERENCES = 600
-"""Points whose neighbours are followed, at most."""
+"""Largest number of points whose neighbours are observed."""
 
 NEIGHBOURS = 8
-"""Neighbours of a point that are followed."""
+"""Number of neighbours of a point."""
 
 
 def kantz(
@@ -29,10 +29,10 @@ def kantz(
     """Largest exponent: slope of <ln (mean distance of the neighbours of a point)> over time.
 
     The mean over the 8 nearest neighbours of each of 600 points, one neighbour of each passage of the orbit, stands
-    inside the logarithm.  Where stretching varies along the orbit (Lorenz's x, y) the slope lies above the exponent;
-    the difference to the slope with the mean outside, twice, is part of the error.  The straight part and what has no
-    value: as of `rosenstein`.  The source takes the neighbours within a radius; a number of them serves sparse places
-    as well.
+    inside the logarithm.  The slope lies above the exponent if stretching varies along the orbit (Lorenz's x, y).
+    The error therefore contains twice the difference to the slope with the mean outside the logarithm.  Straight part
+    and signals without a value: see `rosenstein`.  The source uses the neighbours within a radius; a fixed number of
+    neighbours also serves sparse regions.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def kantz(
 
 
 def _slope(points: np.ndarray, window: int, theiler: int, period: float) -> Slope:
-    """Slope with the mean over neighbours inside the logarithm; its error holds the difference to outside."""
+    """Slope with the mean inside the logarithm; its error includes the difference to the mean outside."""
     inner = straight_part(partial(_curves, True), points, window, theiler, period)
     if inner.why_not:
         return inner
@@ -61,15 +61,15 @@ def _slope(points: np.ndarray, window: int, theiler: int, period: float) -> Slop
 
 
 def _curves(inside: bool, points: np.ndarray, theiler: int, steps: np.ndarray, shift: int) -> np.ndarray:
-    """Curves (blocks, k) of the mean over points of the logarithm of the mean distance (or of the mean logarithm)."""
+    """Curves (blocks, k) of the mean logarithm of the mean distance (inside), or of the mean of the mean logarithms."""
     count = len(points) - int(steps[-1])
     refs = spread(count, REFERENCES)
-    near = _neighbours(points[:count], refs, theiler, shift)
-    whole = (near >= 0).all(axis=1)
-    i, j = np.repeat(refs[whole], NEIGHBOURS), near[whole].ravel()
-    if whole.sum() < 10 * BLOCKS:
+    neighbours = _neighbours(points[:count], refs, theiler, shift)
+    complete = (neighbours >= 0).all(axis=1)
+    i, j = np.repeat(refs[complete], NEIGHBOURS), neighbours[complete].ravel()
+    if complete.sum() < 10 * BLOCKS:
         return np.empty((0, len(steps)))
-    logs = np.empty((len(steps), int(whole.sum())))
+    logs = np.empty((len(steps), int(complete.sum())))
     for row, step in zip(logs, steps, strict=True):
         distance = distances(points, i + step, j + step, shift).reshape(-1, NEIGHBOURS)
         if inside:
@@ -80,13 +80,13 @@ def _curves(inside: bool, points: np.ndarray, theiler: int, steps: np.ndarray, s
 
 
 def _neighbours(points: np.ndarray, refs: np.ndarray, theiler: int, shift: int) -> np.ndarray:
-    """The nearest neighbours (r, NEIGHBOURS) of `points[refs]`, one of each passage of the orbit; -1: too few."""
+    """Nearest neighbours (r, NEIGHBOURS) of `points[refs]`, one of each passage of the orbit; -1: too few."""
     from scipy.spatial import cKDTree
 
-    found = np.full((len(refs), NEIGHBOURS), -1)
+    neighbours = np.full((len(refs), NEIGHBOURS), -1)
     candidates = min(len(points), 2 * theiler + 1 + 2 * NEIGHBOURS * (2 * shift + 1))
     _, nearby = cKDTree(points).query(points[refs], k=candidates)
-    for row, i, js in zip(found, refs, nearby, strict=True):
+    for row, i, js in zip(neighbours, refs, nearby, strict=True):
         count = 0
         for j in js[np.abs(js - i) > theiler]:
             if count == 0 or np.abs(row[:count] - j).min() > shift:
@@ -94,4 +94,4 @@ def _neighbours(points: np.ndarray, refs: np.ndarray, theiler: int, shift: int) 
                 count += 1
             if count == NEIGHBOURS:
                 break
-    return found
+    return neighbours

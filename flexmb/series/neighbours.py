@@ -1,11 +1,11 @@
-"""Nearest neighbours of embedded points, without points closer in time than the Theiler window."""
+"""Neighbours in state space that are distant in time, and their distances."""
 
 from __future__ import annotations
 
 import numpy as np
 
 BLOCK = 1_000_000
-"""Distances that are held at a time."""
+"""Largest number of distances in memory."""
 
 
 def spread(count: int, most: int) -> np.ndarray:
@@ -14,37 +14,49 @@ def spread(count: int, most: int) -> np.ndarray:
 
 
 def nearest(points: np.ndarray, refs: np.ndarray, theiler: int, least: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Nearest neighbour of each of `points[refs]`, more than `theiler` samples apart and farther than `least`.
+    """Nearest neighbour of each reference point, outside a window of time (J. Theiler, Phys. Rev. A 34 (1986) 2427).
 
-    Points (n, m), refs (r,); indices (r,), -1 where there is none, and distances (r,).
-    J. Theiler, Phys. Rev. A 34 (1986) 2427, for the window.
+    Parameters
+    ----------
+    points : points (n, m).
+    refs : indices (r,) of the reference points.
+    theiler : smallest distance in time of neighbours [samples].
+    least : smallest distance of neighbours.
+
+    Returns
+    -------
+    Indices (r,) of the neighbours, -1 without a neighbour, and their distances (r,).
     """
     from scipy.spatial import cKDTree
 
     tree = cKDTree(points)
-    near, distance = np.full(len(refs), -1), np.full(len(refs), np.nan)
-    open_, k = np.arange(len(refs)), 4
-    while len(open_):
+    neighbour, distance = np.full(len(refs), -1), np.full(len(refs), np.nan)
+    unfinished, k = np.arange(len(refs)), 4
+    while len(unfinished):
         k = min(k, len(points))
-        for part in np.array_split(open_, max(1, len(open_) * k // BLOCK)):
-            d, j = tree.query(points[refs[part]], k=k)
-            d, j = d.reshape(len(part), k), j.reshape(len(part), k)
-            allowed = (np.abs(j - refs[part][:, None]) > theiler) & (d > least)
+        for block in np.array_split(unfinished, max(1, len(unfinished) * k // BLOCK)):
+            d, j = tree.query(points[refs[block]], k=k)
+            d, j = d.reshape(len(block), k), j.reshape(len(block), k)
+            allowed = (np.abs(j - refs[block][:, None]) > theiler) & (d > least)
             first = allowed.argmax(axis=1)
-            hit = allowed[np.arange(len(part)), first]
-            near[part[hit]] = j[hit, first[hit]]
-            distance[part[hit]] = d[hit, first[hit]]
-        open_ = open_[near[open_] < 0]
-        if k == len(points) or k > 4096:  # so many at one spot: the others have spoken
+            has_neighbour = allowed[np.arange(len(block)), first]
+            neighbour[block[has_neighbour]] = j[has_neighbour, first[has_neighbour]]
+            distance[block[has_neighbour]] = d[has_neighbour, first[has_neighbour]]
+        unfinished = unfinished[neighbour[unfinished] < 0]
+        if k == len(points) or k > 4096:  # so many points at one place: the other neighbours are enough
             break
         k *= 4
-    return near, distance
+    return neighbour, distance
 
 
 def typical_log_distance(points: np.ndarray, *, stride: int = 1, shift: int = 0) -> float:
-    """Mean logarithm of the distance of two arbitrary points (n, m), a multiple of `stride` apart in time.
+    """Mean logarithm of the distance of two arbitrary points.
 
-    `shift` as of `distances`.
+    Parameters
+    ----------
+    points : points (n, m).
+    stride : the distance in time is a multiple of this [samples].
+    shift : see `distances`.
     """
     rng, count = np.random.default_rng(1), len(points)
     i, j = rng.integers(0, count, 5000), rng.integers(0, count, 5000)
@@ -57,12 +69,18 @@ def typical_log_distance(points: np.ndarray, *, stride: int = 1, shift: int = 0)
 def distances(points: np.ndarray, i: np.ndarray, j: np.ndarray, shift: int) -> np.ndarray:
     """Distances (k,) of points[i] from points[j]; with `shift` > 0 from the orbit through points[j].
 
-    Two samples of one orbit are apart along it by any part of a sampling interval, and stay so: a constant that hides
-    the growth of the rest.  So the nearest of the samples within `shift` of j is taken, and of its distance the part
-    across the orbit there.
+    Two samples of one orbit differ along the orbit by up to a sampling interval.  This constant difference would hide
+    the growth of the distance.  Therefore the nearest sample within `shift` of j is taken, and the component of its
+    distance across the orbit.
+
+    Parameters
+    ----------
+    points : points (n, m).
+    i, j : indices (k,).
+    shift : half width of the search along the orbit [samples].
     """
     if shift == 0:
-        return np.linalg.norm(points[j] - points[i], axis=1)
+        return np.asarray(np.linalg.norm(points[j] - points[i], axis=1))
     last = len(points) - 2
     best, least = np.clip(j, 1, last), np.full(len(i), np.inf)
     for s in range(-shift, shift + 1):
@@ -72,6 +90,6 @@ def distances(points: np.ndarray, i: np.ndarray, j: np.ndarray, shift: int) -> n
         nearer = square < least
         best[nearer], least[nearer] = other[nearer], square[nearer]
     gap, along = points[best] - points[i], points[best + 1] - points[best - 1]
-    part = np.einsum("ij,ij->i", gap, along)
-    part = part**2 / np.maximum(np.einsum("ij,ij->i", along, along), 1e-300)
-    return np.sqrt(np.maximum(least - part, 0.0))
+    parallel = np.einsum("ij,ij->i", gap, along)
+    parallel = parallel**2 / np.maximum(np.einsum("ij,ij->i", along, along), 1e-300)
+    return np.asarray(np.sqrt(np.maximum(least - parallel, 0.0)))

@@ -1,4 +1,4 @@
-"""Largest exponent from the mean logarithm of the distance of nearest neighbours."""
+"""The largest exponent from nearest neighbours, by the method of Rosenstein."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from flexmb.series.exponent import BLOCKS, SeriesExponent, block_means, estimate
 from flexmb.series.neighbours import distances, nearest, spread
 
 REFERENCES = 2000
-"""Points whose neighbours are followed, at most; they are spread evenly over the record."""
+"""Largest number of points whose neighbours are observed; they are evenly spread over the record."""
 
 
 def rosenstein(
@@ -24,25 +24,25 @@ def rosenstein(
 ) -> SeriesExponent:
     """Largest exponent: slope of <ln |distance of nearest neighbours|> over time.
 
-    The straight part begins one step after the time that a vector covers and ends where the error of its slope is
-    smallest, at the latest where the mean logarithm is 1.5 below that of arbitrary points.  Without at least 4 values
-    and a rise by a factor e, or if the slope does not exceed its error, there is no value: periodic, quasi-periodic
-    and random signals have none.
+    The straight part begins one step after the time that a vector covers.  It ends where the error of its slope is
+    smallest, at the latest where the mean logarithm is 1.5 below that of arbitrary points.  There is no value without
+    4 points and a rise by a factor e, or if the slope does not exceed its error, as for periodic, quasi-periodic and
+    random signals.
 
-    Of a flow (8 samples or more in a mean period) the distance from the neighbour's orbit is taken instead of that from
-    the neighbour: two samples are apart along the orbit by any part of an interval, and stay so.  With Rossler's x
-    this makes 0.071 of 0.046 (0.0714 is right).
+    For a flow (8 samples or more in a mean period) the distance to the neighbour's orbit counts, not the distance to
+    the neighbour, because two samples differ along the orbit by a constant up to a sampling interval.  For Rossler's x
+    this changes 0.046 into 0.071 (exact: 0.0714).
 
-    Not for zero or negative exponents, and not for signals whose noise exceeds the distance of nearest neighbours.
-    Wanted: some 10^d to 30^d samples for an attractor of dimension d, and 20 mean periods.
+    The method is not suited to zero or negative exponents, nor to signals whose noise exceeds the distance of nearest
+    neighbours.  It needs some 10^d to 30^d samples for an attractor of dimension d, and 20 mean periods.
 
     Parameters
     ----------
     signal : samples (n,), at least 500.
     interval : time between samples [s], or their times (n,) [s]; None: iterations of a map.
-    delay : delay of the embedding [samples]; None: as `embedding` finds it.
-    dimension : its dimension; None: as `embedding` finds it.
-    theiler : neighbours must be farther apart than this [samples]; None: a mean period, and the window of a vector.
+    delay : delay of the embedding [samples]; None: from `embedding`.
+    dimension : dimension of the embedding; None: from `embedding`.
+    theiler : smallest distance in time of neighbours [samples]; None: a mean period, and the window of a vector.
 
     Raises
     ------
@@ -70,12 +70,12 @@ def _curves(points: np.ndarray, theiler: int, steps: np.ndarray, shift: int) -> 
     """Curves (blocks, k) of the mean logarithm of the distance, from points (n, m)."""
     count = len(points) - int(steps[-1])
     refs = spread(count, REFERENCES)
-    near, _ = nearest(points[:count], refs, theiler, least=1e-12)
-    refs, near = refs[near >= 0], near[near >= 0]
+    neighbours, _ = nearest(points[:count], refs, theiler, least=1e-12)
+    refs, neighbours = refs[neighbours >= 0], neighbours[neighbours >= 0]
     if len(refs) < 10 * BLOCKS:
         return np.empty((0, len(steps)))
     logs = np.empty((len(steps), len(refs)))
     for row, step in zip(logs, steps, strict=True):
-        row[:] = distances(points, refs + step, near + step, shift)
+        row[:] = distances(points, refs + step, neighbours + step, shift)
     logs = np.log(np.maximum(logs, 1e-12))
     return block_means(logs)

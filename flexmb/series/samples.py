@@ -1,4 +1,4 @@
-"""A signal as samples: checked, evenly spaced, of unit spread."""
+"""Samples of a signal: checked, evenly spaced, standardised."""
 
 from __future__ import annotations
 
@@ -10,14 +10,25 @@ from flexmb import checks
 from flexmb.errors import InputError
 
 LARGEST = 1e140
-"""Magnitude beyond which squares and their sums are lost, and below whose inverse they are."""
+"""Largest magnitude of a sample, and inverse of the smallest one: squares and their sums must not overflow."""
 
 ROUND_OFF = 1e-12
-"""A spread below this part of the largest magnitude is round-off: the signal is constant."""
+"""Spread of a signal, over its largest magnitude, below which it is constant."""
 
 
 def samples(owner: str, signal: Any, least: int) -> np.ndarray:
-    """`signal` as finite float64 values (n,), at least `least` of them, or `InputError`."""
+    """`signal` as finite float64 values (n,).
+
+    Parameters
+    ----------
+    owner : name of the caller, for messages.
+    signal : the argument of a user.
+    least : smallest number of samples.
+
+    Raises
+    ------
+    InputError : another shape, too few samples, samples that are not finite or too large.
+    """
     x = real_numbers(signal)
     if x is None:
         raise InputError(f"{owner}: the signal is no list of numbers.")
@@ -34,7 +45,12 @@ def samples(owner: str, signal: Any, least: int) -> np.ndarray:
 
 
 def real_numbers(value: Any) -> np.ndarray | None:
-    """`value` as a float64 array of its own, or None where it holds something else, as complex numbers."""
+    """`value` as a new float64 array; None if it holds other objects, such as complex numbers.
+
+    Parameters
+    ----------
+    value : the argument of a user.
+    """
     try:
         return None if np.iscomplexobj(value) else np.array(value, dtype=np.float64)
     except (TypeError, ValueError):
@@ -42,14 +58,30 @@ def real_numbers(value: Any) -> np.ndarray | None:
 
 
 def refuse_extremes(what: str, x: np.ndarray) -> None:
-    """Refuse numbers whose squares are too large or too small for a float, or `InputError`."""
+    """Refuse numbers whose squares overflow or underflow.
+
+    Parameters
+    ----------
+    what : name of the numbers, for messages.
+    x : the numbers (n,).
+
+    Raises
+    ------
+    InputError : numbers that are too large or too small.
+    """
     largest = float(np.abs(x).max(initial=0.0))
     if largest > LARGEST or 0.0 < largest < 1.0 / LARGEST:
         raise InputError(f"{what} has a magnitude of {largest:.3g}, whose square is no number. Give another unit.")
 
 
 def spacing(owner: str, interval: Any, count: int) -> tuple[float, str]:
-    """(distance of two samples, unit of a rate) from a distance [s], from times (count,) [s], or from None: iterations.
+    """Distance of two samples, and unit of a rate.
+
+    Parameters
+    ----------
+    owner : name of the caller, for messages.
+    interval : distance [s], times (count,) [s], or None for iterations.
+    count : number of samples.
 
     Raises
     ------
@@ -72,20 +104,34 @@ def spacing(owner: str, interval: Any, count: int) -> tuple[float, str]:
 
 
 def is_constant(x: np.ndarray) -> bool:
-    """Whether the samples (n,) differ by no more than round-off."""
+    """Whether the samples (n,) differ by no more than round-off.
+
+    Parameters
+    ----------
+    x : samples (n,).
+    """
     return bool(np.ptp(x) <= ROUND_OFF * np.abs(x).max())
 
 
 def standardised(x: np.ndarray) -> np.ndarray:
-    """The samples (n,) less their mean, over their standard deviation; no answer depends on unit and offset."""
+    """The samples less their mean, over their standard deviation.
+
+    Parameters
+    ----------
+    x : samples (n,).
+    """
     centred = x - x.mean()
-    return centred / centred.std()
+    return np.asarray(centred / centred.std())
 
 
 def mean_period(x: np.ndarray) -> float:
-    """Samples in a mean period, at least 2: the inverse of the mean frequency, weighted with the power.
+    """Number of samples in a mean period, at least 2: inverse of the mean frequency, weighted by the power.
 
     Source: M. T. Rosenstein, J. J. Collins and C. J. De Luca, Physica D 65 (1993) 117.
+
+    Parameters
+    ----------
+    x : samples (n,).
     """
     window = np.hanning(len(x))
     power = np.abs(np.fft.rfft((x - x.mean()) * window)) ** 2

@@ -1,4 +1,4 @@
-"""The power spectrum of a signal: its lines, and the floor between them."""
+"""Power spectrum of a signal, with its lines and the floor between them."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ LOBE = 4
 """Half width of the main lobe of the window [bins]."""
 
 ABOVE_FLOOR = 50.0
-"""A line stands out of the median around it by this factor; a random spectrum has one such value in 1e15."""
+"""Smallest ratio of a line to the median around it; a random spectrum has one such value in 1e15."""
 
 AROUND = 101
-"""Bins over which the floor is the median."""
+"""Number of bins of the running median."""
 
 LINES, BROAD = 0.99, 0.5
-"""Part of the power that lines must hold for the kind "lines", and below which it is "broad"."""
+"""Fraction of the power in lines: above the first value the kind is "lines", below the second "broad"."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,8 +33,8 @@ class PowerSpectrum:
     floor : running median of the density (k,).
     peaks : frequencies of the lines, strongest first.
     power : mean square of each line [unit of the signal squared].
-    line_share : part of the power that is in lines.
-    kind : "lines" (99 % of the power), "mixed", "broad" (less than half of it) or "constant".
+    line_share : fraction of the power in lines.
+    kind : "lines" (99 % of the power in lines), "mixed", "broad" (less than half) or "constant".
     unit : "Hz" or "1/iteration".
     """
 
@@ -49,17 +49,17 @@ class PowerSpectrum:
 
 
 def power_spectrum(signal: Any, interval: Any = None) -> PowerSpectrum:
-    """Power spectrum of a signal: its lines, the floor, and whether it is one of lines or a broad one.
+    """Power spectrum of a signal: density, lines, floor, and kind (lines or broad).
 
-    One periodogram of the whole record with a Blackman-Harris window (side lobes at -92 dB), so that lines are as
-    sharp as the record is long.  A line is a local maximum 50 times above the median of the 101 values around it.
-    Periodic and quasi-periodic signals have nothing but lines; chaos has a broad floor, with lines in it where its
-    phase is coherent (Rossler) or its bands are visited in turn.  Noise has a broad floor, too.  A trend that
-    the record does not hold entirely looks like power at its lowest frequencies.
+    One periodogram of the whole record with a Blackman-Harris window (side lobes at -92 dB), so the resolution is
+    that of the record.  A line is a local maximum 50 times above the median of the 101 values around it.  Periodic and
+    quasi-periodic signals have lines only.  Chaos has a broad floor, with lines if its phase is coherent (Rossler) or
+    its bands are visited in turn.  Noise has a broad floor, too.  A trend over the whole record looks like power at the
+    lowest frequencies.
 
     Parameters
     ----------
-    signal : samples (n,), at least 64; 20 periods of the slowest line for lines to be told apart.
+    signal : samples (n,), at least 64; 20 periods of the slowest line to separate lines.
     interval : time between samples [s], or their times (n,) [s]; None: iterations of a map.
 
     Raises
@@ -85,29 +85,29 @@ def power_spectrum(signal: Any, interval: Any = None) -> PowerSpectrum:
     unit = "Hz" if rate == "1/s" else rate
     f, density = periodogram(x - x.mean(), 1.0 / step, window="blackmanharris", detrend=False)
     if is_constant(x):
-        none = np.empty(0)
-        return PowerSpectrum(f, np.zeros_like(f), np.zeros_like(f), none, none, 0.0, "constant", unit)
+        empty = np.empty(0)
+        return PowerSpectrum(f, np.zeros_like(f), np.zeros_like(f), empty, empty, 0.0, "constant", unit)
     floor = _floor(density)
-    at = _lines(density, floor)
+    peaks = _lines(density, floor)
     in_line = np.zeros(len(f), dtype=bool)
-    for k in at:
+    for k in peaks:
         in_line[max(k - LOBE, 0) : k + LOBE + 1] = True
-    share = float(density[in_line].sum() / density.sum())
-    power = np.array([density[max(k - LOBE, 0) : k + LOBE + 1].sum() * f[1] for k in at])
+    line_share = float(density[in_line].sum() / density.sum())
+    power = np.array([density[max(k - LOBE, 0) : k + LOBE + 1].sum() * f[1] for k in peaks])
     order = np.argsort(-power, kind="stable")
-    kind = "lines" if share >= LINES else "broad" if share < BROAD else "mixed"
-    return PowerSpectrum(f, density, floor, f[at][order], power[order], share, kind, unit)
+    kind = "lines" if line_share >= LINES else "broad" if line_share < BROAD else "mixed"
+    return PowerSpectrum(f, density, floor, f[peaks][order], power[order], line_share, kind, unit)
 
 
 def _floor(density: np.ndarray) -> np.ndarray:
     """Running median of a density (k,)."""
     from scipy.ndimage import median_filter
 
-    return median_filter(density, size=min(AROUND, len(density)), mode="mirror")
+    return np.asarray(median_filter(density, size=min(AROUND, len(density)), mode="mirror"))
 
 
 def _lines(density: np.ndarray, floor: np.ndarray) -> np.ndarray:
-    """Indices of the local maxima within a main lobe that stand out of the floor and are above round-off."""
+    """Indices of the local maxima within a main lobe that exceed the floor and round-off."""
     from scipy.ndimage import maximum_filter
 
     highest = density == maximum_filter(density, size=2 * LOBE + 1, mode="mirror")

@@ -1,4 +1,4 @@
-"""The 0-1 test: whether what a signal drives walks at random or goes round and round."""
+"""The 0-1 test for chaos."""
 
 from __future__ import annotations
 
@@ -11,24 +11,25 @@ from flexmb import checks
 from flexmb.series.samples import is_constant, mean_period, samples, standardised
 
 ENOUGH = 200
-"""Samples, after thinning, below which the test has no value."""
+"""Smallest number of samples after thinning."""
 
 REGULAR, CHAOTIC = 0.3, 0.7
-"""Below the first the signal counts as regular, above the second as chaotic."""
+"""Limits of K: below the first the signal is regular, above the second chaotic."""
 
 
 @dataclass(frozen=True, eq=False)
 class ZeroOne:
-    """What the 0-1 test says.
+    """Result of the 0-1 test.
 
     Parameters
     ----------
-    value : median of the correlations K, about 0 for regular and about 1 for chaotic or random signals; NaN without ok.
-    spread : half the range between their quartiles.
+    value : median of the correlations K, about 0 for regular and about 1 for chaotic or random signals; NaN if ok is
+        False.
+    spread : half the distance of the quartiles of the correlations.
     kind : "regular" (below 0.3), "chaotic" (above 0.7) or "undecided".
     ok : whether there are enough samples.
-    status : how it came about, in a sentence.
-    thin : each such sample was taken.
+    status : result in a sentence.
+    thin : distance of the samples that are used [samples].
     frequencies : angles c (k,) [rad/sample].
     correlations : K_c (k,).
     """
@@ -44,20 +45,20 @@ class ZeroOne:
 
 
 def zero_one_test(signal: Any, *, thin: int | None = None, count: int = 100, seed: int = 0) -> ZeroOne:
-    """Gottwald's and Melbourne's test of a signal for chaos: 0 regular, 1 chaotic.
+    """The 0-1 test for chaos of Gottwald and Melbourne: 0 regular, 1 chaotic.
 
     The signal phi drives p(n) = sum phi(j) cos(j c), q(n) = sum phi(j) sin(j c).  K_c is the correlation with n of the
     modified mean square displacement, M_c(n) - <phi>^2 (1 - cos n c) / (1 - cos c), for n up to a tenth of the
     record; K is the median over random c in (pi/5, 4 pi/5).
 
-    Only for deterministic signals: noise gives 1 as well.  Oversampled chaos would give 0; so every s-th sample is
-    taken, s a quarter of the mean period (rounded, at least 1).  Intermittent and banded chaos needs records much
-    longer than its laminar phases.
+    The test is for deterministic signals: noise gives 1 as well.  Oversampled chaos would give 0, so only every s-th
+    sample is used, with s a quarter of the mean period (rounded, at least 1).  Intermittent and banded chaos needs
+    records much longer than the laminar phases.
 
     Parameters
     ----------
     signal : samples (n,), evenly spaced; their interval does not matter.
-    thin : take each such sample; None: a quarter of the mean period.
+    thin : distance of the samples to be used [samples]; None: a quarter of the mean period.
     count : number of angles c.
     seed : seed of the angles.
 
@@ -85,30 +86,42 @@ def zero_one_test(signal: Any, *, thin: int | None = None, count: int = 100, see
     step = max(1, round(mean_period(x) / 4.0)) if thin is None else checks.count("zero_one_test", "thin", thin)
     phi = standardised(x)[::step]
     if len(phi) < ENOUGH:
-        text = f"{_told(phi, x, step)}; at least {ENOUGH * step} are needed."
+        text = f"{_record_text(phi, x, step)}; at least {ENOUGH * step} are needed."
         return ZeroOne(np.nan, np.nan, "undecided", False, text, step, angles, np.full(count, np.nan))
-    return _judged(phi, angles, step, _told(phi, x, step))
+    return _result(phi, angles, step, _record_text(phi, x, step))
 
 
-def _judged(phi: np.ndarray, angles: np.ndarray, step: int, told: str) -> ZeroOne:
+def _result(phi: np.ndarray, angles: np.ndarray, step: int, record: str) -> ZeroOne:
     correlations = growth_correlations(phi, angles)
     value = float(np.median(correlations))
     spread = 0.5 * float(np.subtract(*np.quantile(correlations, [0.75, 0.25])))
     kind = kind_of(value)
-    text = f"K = {value:.3f} of {told}: {kind}."
+    text = f"K = {value:.3f} of {record}: {kind}."
     return ZeroOne(value, spread, kind, True, text, step, angles, correlations)
 
 
 def kind_of(value: float) -> str:
-    """'regular', 'chaotic' or 'undecided' for a median K."""
+    """Kind of a signal: 'regular', 'chaotic' or 'undecided'.
+
+    Parameters
+    ----------
+    value : median K.
+    """
     if value < REGULAR:
         return "regular"
     return "chaotic" if value > CHAOTIC else "undecided"
 
 
-def growth_correlations(phi: np.ndarray, angles: np.ndarray, part: int = 10) -> np.ndarray:
-    """K_c (k,) of a signal (n,) for angles c (k,), from lags up to n / `part`."""
-    lags = np.arange(1, len(phi) // part + 1)
+def growth_correlations(phi: np.ndarray, angles: np.ndarray, ratio: int = 10) -> np.ndarray:
+    """K_c (k,) of a signal, from lags up to n / `ratio`.
+
+    Parameters
+    ----------
+    phi : signal (n,).
+    angles : angles c (k,) [rad/sample].
+    ratio : length of the record over the largest lag.
+    """
+    lags = np.arange(1, len(phi) // ratio + 1)
     return np.array([_correlation(lags, _displacement(phi, c, lags)) for c in angles])
 
 
@@ -117,12 +130,12 @@ def _displacement(phi: np.ndarray, c: float, lags: np.ndarray) -> np.ndarray:
     from scipy.signal import fftconvolve
 
     walk = np.cumsum(phi * np.exp(1j * c * np.arange(1, len(phi) + 1)))  # p + i q
-    kept = len(phi) - len(lags)
+    count = len(phi) - len(lags)
     square = np.concatenate([[0.0], np.cumsum(np.abs(walk) ** 2)])
-    moved = square[lags + kept] - square[lags]
-    cross = fftconvolve(walk, np.conj(walk[:kept][::-1]), mode="valid").real[lags]
-    mean_square = (moved + square[kept] - 2.0 * cross) / kept
-    return mean_square - phi.mean() ** 2 * (1.0 - np.cos(lags * c)) / (1.0 - np.cos(c))
+    end_squares = square[lags + count] - square[lags]
+    cross = fftconvolve(walk, np.conj(walk[:count][::-1]), mode="valid").real[lags]
+    mean_square = (end_squares + square[count] - 2.0 * cross) / count
+    return np.asarray(mean_square - phi.mean() ** 2 * (1.0 - np.cos(lags * c)) / (1.0 - np.cos(c)))
 
 
 def _correlation(a: np.ndarray, b: np.ndarray) -> float:
@@ -131,6 +144,6 @@ def _correlation(a: np.ndarray, b: np.ndarray) -> float:
     return float(a @ b / scale) if scale > 0.0 else 0.0
 
 
-def _told(thinned: np.ndarray, x: np.ndarray, step: int) -> str:
-    """How many samples there are."""
+def _record_text(thinned: np.ndarray, x: np.ndarray, step: int) -> str:
+    """Number of samples, in words."""
     return f"{len(x)} samples" if step == 1 else f"{len(thinned)} samples, one in {step} of {len(x)}"

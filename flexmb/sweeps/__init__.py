@@ -1,1 +1,1 @@
-"""Parameters varied on any executor, in stores that survive: bifurcation diagrams, grids and designs."""
+"""Sweeps over parameters on any executor, with persistent stores: bifurcation diagrams, grids and designs."""

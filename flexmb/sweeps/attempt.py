@@ -1,4 +1,4 @@
-"""One call that may fail: what it returned, or what went wrong, in a form that can be sent and stored."""
+"""Calls that may fail: results or error of a point, in a form that can be sent and stored."""
 
 from __future__ import annotations
 
@@ -9,20 +9,21 @@ from types import TracebackType
 from typing import Any, Self
 
 ADDRESS = re.compile(r" at 0x[0-9a-fA-F]+")
-"""Where an object lies in memory: it differs from run to run, and a store must not."""
+"""Pattern of an address in memory, which differs from run to run and must not enter a store."""
 
 DONE = "done"
+"""Status of a point that succeeded."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of one point.
+    """Result of one point.
 
     Parameters
     ----------
-    values : what was returned, {} where it failed.
-    status : how it ended, in a sentence; never "".
-    ok : whether it went well.
+    values : results by name; {} after a failure.
+    status : end of the computation, in a sentence; never "".
+    ok : whether the point succeeded.
     """
 
     values: Mapping[str, Any]
@@ -31,13 +32,13 @@ class Outcome:
 
 
 class Attempt:
-    """A block whose exception is remembered, not raised: a point that fails must not end the sweep of others.
+    """A block whose exception is kept and not raised, because a failed point must not end a sweep.
 
-    What asks the process to stop (Ctrl-C) goes on; a call of `sys.exit` in a user's function is a failure like others.
+    KeyboardInterrupt (Ctrl-C) is raised.  A call of `sys.exit` in a user's function counts as a failure.
 
     Attributes
     ----------
-    error : what was raised, or None.
+    error : the exception, or None.
     """
 
     def __init__(self) -> None:
@@ -55,14 +56,20 @@ class Attempt:
 
 
 def attempted(function: Callable[..., Outcome], *arguments: Any) -> Outcome:
-    """The outcome that `function` returns, or that of its failure.  Runs in the workers."""
-    found = None
+    """Outcome of a function, or of its failure; runs in the workers.
+
+    Parameters
+    ----------
+    function : function that returns an `Outcome`.
+    *arguments : arguments of the function.
+    """
+    outcome = None
     with Attempt() as attempt:
-        found = function(*arguments)
-    return failure(attempt.error) if found is None else found
+        outcome = function(*arguments)
+    return failure(attempt.error) if outcome is None else outcome
 
 
 def failure(error: BaseException | None) -> Outcome:
-    """The outcome of a point that raised `error`: class and message."""
+    """Outcome of a point whose function raised `error`: class and message."""
     text = ADDRESS.sub("", " ".join(str(error).split()))
     return Outcome({}, f"{type(error).__name__}: {text}" if text else type(error).__name__, ok=False)

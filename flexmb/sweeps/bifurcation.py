@@ -1,4 +1,4 @@
-"""A bifurcation diagram: the points of the section at each value of a parameter."""
+"""Bifurcation diagrams: section points over the values of a parameter."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from flexmb.run.simulate import Step
 from flexmb.step.newmark.method import Newmark
 from flexmb.sweeps.attempt import Attempt
 from flexmb.sweeps.bar import Bar
-from flexmb.sweeps.diagram import POINTS, STATE, dataset_of
+from flexmb.sweeps.datasets import POINTS, STATE, dataset_of
 from flexmb.sweeps.engine import PENDING, Chain, Job, drive, require_executor, require_picklable
-from flexmb.sweeps.family import Family, Make, Section, columns_of, section_point
+from flexmb.sweeps.family import Family, Make, SectionSettings, columns_of, section_point
 from flexmb.sweeps.fingerprint import digest, label_of, shown_values
 from flexmb.sweeps.record import STATUS, Column, Record
 from flexmb.sweeps.store import opened
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 DIRECTIONS = {"cold": ("cold",), "up": ("up",), "down": ("down",), "both": ("up", "down")}
+"""Rows of a diagram by the name of the direction."""
 COLUMNS = (
     Column("seam", "flag"),
     Column("drive_period", units="s"),
@@ -40,7 +41,7 @@ COLUMNS = (
     Column("exponent"),
     Column("exponent_error"),
 )
-"""What there is of every point, beside `ok`, `status`, the points of the section and the state after the last one."""
+"""Results of every point besides `ok`, `status`, section points and final state."""
 
 RESERVED = ("period", "direction", "signal", "units", "status", "ok", POINTS, STATE, *(c.name for c in COLUMNS))
 """Names in the store that no parameter and no signal may have."""
@@ -67,57 +68,56 @@ def bifurcation(
     resume: bool = False,
     progress: bool = False,
 ) -> xr.Dataset:
-    """The points of the section, one a period of the drives, at each value of a parameter.
+    """Bifurcation diagram: section points, one a period of the drives, at each value of a parameter.
 
     Parameters
     ----------
     make : a function that returns a Mechanism or a system, called as make(**fixed, **{parameter: value}); or a
-        Mechanism, whose "part.field" is changed; or a system (Dynamics), one of whose parameters is.
-    parameter : what is varied.
+        Mechanism, whose "part.field" is varied; or a system (Dynamics), of which a parameter is varied.
+    parameter : name of the varied parameter.
     values : its values, finite and different from one another.
-    fixed : other parameters, by name, that stay.
-    skip : periods that pass at each value before the first point.
-    keep : points at each value.
-    direction : "cold": each value from the system's own start; "up" or "down": through rising or falling values, each
-        from the last state at the value before, brought to the nearest one that the joints allow; "both": up and down,
-        each begun cold.
-    chunks : parts into which the values of "up" and "down" are divided, so that as many workers have something to do.
-        The first point of a part starts cold; where it does, `seam` is True.
+    fixed : fixed values of other parameters.
+    skip : number of periods at each value before the first point.
+    keep : number of points at each value.
+    direction : "cold": each value starts from the system's own start; "up" or "down": each value starts from the last
+        state at the next lower or higher value, projected onto the joints; "both": up and down, each with a cold start.
+    chunks : number of chunks into which the values of "up" and "down" are divided, for as many workers.  The first
+        point of a chunk has a cold start, and there `seam` is True.
     signals : names of the signals to keep; None: all.
-    period : between two points [s], or period(value) that says so; None: the common period of the drives, found anew
-        at every value.
-    step, method : of mechanisms, as in `simulate`.
-    exponent : find the largest exponent at each value, too, over so many periods after the points; True: over as many
-        as points are kept; "points": over the periods that end with the points, in one pass, which takes half the
-        time and needs skip >= 1.  Its error is that of the one run: points of a diagram have no second run with finer
-        steps, as `lyapunov` makes; a diagram with another `step` shows what steps change.
-    executor : where points are computed, any executor of concurrent.futures: of processes, of a Dask client
-        (client.get_executor()), of MPI; None: in this process.
-    pending : most points that are with the executor at the same time.
-    store : folder in which every point is kept when it is finished (zarr); None: nowhere.
-    resume : go on with the store if it is there; else a store that is there is refused.
-    progress : show a progress bar with an estimate of the time left.
+    period : time between two points [s], or a function period(value); None: the common period of the drives at each
+        value.
+    step, method : for mechanisms only, see `simulate`.
+    exponent : number of periods after the points for the largest exponent; True: as many as points; "points": the
+        periods that end with the points, which takes half the time and needs skip >= 1.  Its error is that of one run:
+        points of a diagram have no second run with finer steps as in `lyapunov`.  A diagram with another `step` shows
+        the influence of the steps.
+    executor : any executor of concurrent.futures: processes, a Dask client (client.get_executor()), MPI; None: this
+        process.
+    pending : largest number of points in the executor at a time.
+    store : folder that keeps every finished point (zarr); None: no store.
+    resume : whether an existing store is continued; otherwise it is refused.
+    progress : whether a progress bar with the remaining time is shown.
 
     Returns
     -------
-    xarray.Dataset : over (parameter, "period"), with "both" over ("direction", parameter, "period"): each signal, NaN
-        where a point failed.  Over the points alone: `ok`, `status`, `verdict`, `seam`, `drive_period` [s], `exponent`
-        and `exponent_error` (NaN when not asked for) [1/s, or 1/iteration].
+    xarray.Dataset : each signal over (parameter, "period"), with "both" over ("direction", parameter, "period"); NaN
+        at failed points.  Over the points alone: `ok`, `status`, `verdict`, `seam`, `drive_period` [s], `exponent` and
+        `exponent_error` (NaN if not wanted) [1/s, or 1/iteration].
 
     Raises
     ------
-    InputError : values, names or settings that make no sense; a function that cannot be sent to the executor; a store
-        that is there already or was written by another sweep.
-    WorkerError : workers that died; what is finished is in the store.
-    FlexmbError : what `make` raises, if it does at every value.
+    InputError : inadmissible values, names or settings; a function that cannot be sent to the executor; an existing
+        store without `resume`, or a store of another sweep.
+    WorkerError : workers that died; finished points are in the store.
+    FlexmbError : an error of `make` at every value.
 
     Notes
     -----
-    A point that fails is kept with its status, and the others go on; a carried state is then that of the last value
-    that went well.  Results do not depend on the executor or on the number of workers, and neither do the bytes of a
-    finished store, killed and gone on with or not.  Cold values are visited in an order that fills their range evenly,
-    so that a store shows all of it while it is being computed.  A carried state starts at the time of `skip + keep - 1`
-    periods, so a ramp of the drives that is over by then is not driven again.
+    A failed point is kept with its status, and the diagram continues; the next point then starts from the last
+    successful one.  Results do not depend on the executor or the number of workers, nor do the bytes of a finished
+    store depend on interruptions.  Cold values are visited in an order that fills their range evenly, so an unfinished
+    store shows the whole range.  A carried state starts at the time of `skip + keep - 1` periods, so a ramp of the
+    drives that has ended by then is not repeated.
 
     Examples
     --------
@@ -144,41 +144,46 @@ def bifurcation(
     names = first.names if signals is None else tuple(checks.sequence(label, "signals", signals, "names"))
     skip, keep = checks.count(label, "skip", skip, 0), checks.count(label, "keep", keep)
     together = _together(label, exponent, skip)
-    section = Section(skip, keep, names, _exponent_over(label, True if together else exponent, keep), together)
+    section = SectionSettings(skip, keep, names, _exponent_over(label, True if together else exponent, keep), together)
     units = [first.units[k] for k in columns_of(first, names, label)]
     _refuse_names(label, [parameter, *names])
     settings = {"direction": direction, "chunks": chunks}
-    prints = None if store is None else _fingerprint(family, section, numbers, settings, first)
-    kept = None if prints is None else opened(store, prints, "bifurcation", resume=resume)
-    record = Record(("direction", parameter), (len(DIRECTIONS[direction]), len(numbers)), kept)
+    fingerprint = None if store is None else _fingerprint(family, section, numbers, settings, first)
+    opened_store = None if fingerprint is None else opened(store, fingerprint, "bifurcation", resume=resume)
+    record = Record(("direction", parameter), (len(DIRECTIONS[direction]), len(numbers)), opened_store)
     _lay_out(record, family, section, numbers, direction, units, first)
     done = record.done
     if executor is not None and not done.all() and isinstance(first, MechanismFlow):
-        first.advance(1e-6 * (first.period or 1.0))  # code that is not in the cache yet is compiled once, not by all
-    parts = np.array_split(np.argsort(numbers, kind="stable"), len(numbers) if direction == "cold" else chunks)
-    parts = [parts[k] for k in _spread(len(parts))] if direction == "cold" else parts
+        first.advance(1e-6 * (first.period or 1.0))  # uncached code is compiled once here, not by every worker
+    cold = direction == "cold"
+    chunked = np.array_split(np.argsort(numbers, kind="stable"), len(numbers) if cold else chunks)
+    order = _spread(len(chunked)) if cold else range(len(chunked))
     with Bar(label, done.size, int(done.sum()), shown=progress) as bar:
         run = _Run(family, section, numbers, record, done, bar)
-        chains = (run.chain(*place) for place in _places(DIRECTIONS[direction], parts))
+        chains = (run.chain(*place) for place in _places(DIRECTIONS[direction], [chunked[k] for k in order]))
         drive(chains, executor, label, pending)
     return dataset_of(record.tables, record.attributes)
 
 
 @dataclass(frozen=True)
 class _Run:
-    """What the chains of a diagram have in common."""
+    """Data that all chains of a diagram share."""
 
     family: Family
-    section: Section
+    section: SectionSettings
     numbers: np.ndarray
     record: Record
     done: np.ndarray
     bar: Bar
 
     def chain(self, row: int, part: np.ndarray, begins: bool) -> Chain:
-        """The points of a part, one after the other, each with the state after the last one where states are carried.
+        """The points of a chunk one after the other; carried states go from each point to the next.
 
-        `begins`: the first point has no neighbour before it, so that its cold start is no seam.
+        Parameters
+        ----------
+        row : index of the direction.
+        part : indices of the values of the chunk, in order.
+        begins : whether no neighbour precedes the first point, so that its cold start is no seam.
         """
         record, carried, carries = self.record, None, STATE in self.record.columns
         for i in part:
@@ -199,14 +204,14 @@ class _Run:
 
 
 def _spread(count: int) -> list[int]:
-    """0 ... count - 1 in an order that fills the range evenly, so that a stopped diagram shows all of it coarsely."""
+    """Numbers 0 ... count - 1 in an order that fills the range evenly."""
     digits = max(count - 1, 1).bit_length()
     mirrored = (int(f"{k:0{digits}b}"[::-1], 2) for k in range(1 << digits))
     return [k for k in mirrored if k < count]
 
 
 def _places(directions: Sequence[str], parts: Sequence[np.ndarray]) -> Iterator[tuple[int, np.ndarray, bool]]:
-    """Row, values in the order in which they are visited, and whether it is the first part, of every part."""
+    """Row, values in the order of computation, and flag of the first chunk, for every chunk."""
     for row, name in enumerate(directions):
         ordered = [part[::-1] for part in parts[::-1]] if name == "down" else parts
         for k, part in enumerate(ordered):
@@ -214,7 +219,7 @@ def _places(directions: Sequence[str], parts: Sequence[np.ndarray]) -> Iterator[
 
 
 def _values(label: str, values: Any) -> np.ndarray:
-    """The values (n,), whole numbers as such, or `InputError`."""
+    """The values (n,), whole numbers as such."""
     given = checks.sequence(label, "values", values, "numbers")
     for k, value in enumerate(given):
         checks.number(label, f"values[{k}]", value)
@@ -227,7 +232,7 @@ def _values(label: str, values: Any) -> np.ndarray:
 
 
 def _together(label: str, exponent: Any, skip: int) -> bool:
-    """Whether the exponent is that of the points' own periods."""
+    """Whether the exponent belongs to the periods of the points."""
     if not isinstance(exponent, str):
         return False
     checks.one_of(label, "exponent", exponent, ["points"])
@@ -238,8 +243,8 @@ def _together(label: str, exponent: Any, skip: int) -> bool:
     return True
 
 
-def _exponent_over(label: str, exponent: bool | int, keep: int) -> int:
-    """Periods over which the exponent is found; 0: it is not."""
+def _exponent_over(label: str, exponent: bool | int | str, keep: int) -> int:
+    """Number of periods of the exponent; 0: no exponent."""
     if exponent is False:
         return 0
     periods = keep if exponent is True else checks.count(label, "exponent", exponent, 0)
@@ -250,14 +255,14 @@ def _exponent_over(label: str, exponent: bool | int, keep: int) -> int:
 
 
 def _check(family: Family, direction: str, chunks: int, count: int) -> None:
-    """Refuse what no point can be computed with."""
+    """Refuse arguments with which no point can be computed."""
     label, make = family.label, family.make
     checks.one_of(label, "direction", direction, DIRECTIONS)
     checks.identifier(label, family.parameter.replace(".", "_") if isinstance(family.parameter, str) else None)
     if checks.count(label, "chunks", chunks) > count:
         raise InputError(f"{label}: chunks is {chunks}, but there are {count} values. Give as many at most.")
     if direction == "cold" and chunks > 1:
-        raise InputError(f"{label}: chunks goes with direction 'up', 'down' or 'both'; cold points are apart anyway.")
+        raise InputError(f"{label}: chunks goes with direction 'up', 'down' or 'both'; cold points are independent.")
     if isinstance(make, (Mechanism, Dynamics)):
         return
     if not callable(make):
@@ -273,7 +278,17 @@ def _check(family: Family, direction: str, chunks: int, count: int) -> None:
 
 
 def first_of(family: Family, values: Sequence[float]) -> Dynamics:
-    """The system at the first value at which there is one; what went wrong at the last value if there is none."""
+    """The system at the first value that gives one.
+
+    Parameters
+    ----------
+    family : the systems.
+    values : values of the parameter.
+
+    Raises
+    ------
+    FlexmbError : the error at the last value, if no value gives a system.
+    """
     for value in values:
         with Attempt() as attempt:
             flow = family.at(value)
@@ -293,9 +308,9 @@ def _refuse_names(label: str, names: Sequence[str]) -> None:
 
 
 def _fingerprint(
-    family: Family, section: Section, numbers: np.ndarray, settings: Mapping[str, Any], first: Dynamics
+    family: Family, section: SectionSettings, numbers: np.ndarray, settings: Mapping[str, Any], first: Dynamics
 ) -> dict[str, Any]:
-    """What the results depend on.  Of the compiled model that at the first and at the last value is looked at."""
+    """Values on which the results depend, with the compiled model at the first and at the last value."""
     last: Any = "none"
     with Attempt():
         last = digest(family.at(numbers[-1].item()))
@@ -322,13 +337,13 @@ def _fingerprint(
 def _lay_out(
     record: Record,
     family: Family,
-    section: Section,
+    section: SectionSettings,
     numbers: np.ndarray,
     direction: str,
     units: Sequence[str],
     first: Dynamics,
 ) -> None:
-    """Columns, coordinates and attributes of a diagram."""
+    """Set columns, coordinates and attributes of a diagram."""
     make, parameter = family.make, family.parameter
     shape = (section.keep, len(section.signals))
     record.add([*COLUMNS, Column(POINTS, dims=("period", "signal"), shape=shape)])

@@ -1,4 +1,4 @@
-"""A family of systems: what there is at each value of a parameter, and its section once a period."""
+"""Families of systems over a parameter, and the section points of one member."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from flexmb import checks
 from flexmb.dynamics.exponents.exponents import Exponents
 from flexmb.dynamics.exponents.lyapunov import lyapunov
-from flexmb.dynamics.sections.seen import Seen
+from flexmb.dynamics.sections.section_signals import SectionSignals
 from flexmb.dynamics.systems.continuous_flow import ContinuousFlow
 from flexmb.dynamics.systems.dynamics import Dynamics
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
@@ -24,20 +24,20 @@ from flexmb.sweeps.attempt import Outcome
 
 Make = Callable[..., Mechanism | Dynamics] | Mechanism | Dynamics
 STOPPED = "Interrupted from the keyboard"
-"""How the status of a run begins that was stopped by Ctrl-C: no result of its point."""
+"""Begin of the status of a run that Ctrl-C stopped; such a point has no result."""
 
 
 @dataclass(frozen=True)
 class Family:
-    """What gives the system at each value; it can be sent to other processes.
+    """Systems over the values of a parameter; a family can be sent to other processes.
 
     Parameters
     ----------
-    make : a function that returns a mechanism or a system, a mechanism, or a system.
-    parameter : the keyword of the function, "part.field" of the mechanism, or the parameter of the system.
-    fixed : other ones that stay.
-    step, method : of mechanisms, see `MechanismFlow`.
-    period : between two points of the section [s], or period(value) that says so; None: that of the drives.
+    make : a function that returns a mechanism or a system; a mechanism; or a system.
+    parameter : keyword of the function, "part.field" of the mechanism, or parameter of the system.
+    fixed : fixed values of other parameters.
+    step, method : for mechanisms only, see `MechanismFlow`.
+    period : time between two section points [s], or a function period(value); None: the period of the drives.
     """
 
     make: Make
@@ -49,63 +49,73 @@ class Family:
 
     @property
     def label(self) -> str:
-        """The function that asks, and the parameter, for messages."""
+        """Name of the calling function and parameter, for messages."""
         return f"bifurcation over {self.parameter!r}"
 
     def at(self, value: float) -> Dynamics:
-        """The system at a value of the parameter, at its own start."""
-        chosen = {**self.fixed, self.parameter: value}
+        """The system for a `value` of the parameter, at its own start."""
+        parameters = {**self.fixed, self.parameter: value}
         if isinstance(self.make, Dynamics):
-            other = self.make.copy()
-            other.reset(parameters=chosen)
-            return self._as_it_is(other)
-        made = self.make.with_(chosen) if isinstance(self.make, Mechanism) else self.make(**chosen)
-        if isinstance(made, Dynamics):
-            return self._as_it_is(made)
-        if not isinstance(made, Mechanism):
-            text = f"{self.label}: the function returned {type(made).__name__}"
+            system = self.make.copy()
+            system.reset(parameters=parameters)
+            return self._as_it_is(system)
+        built = self.make.with_(parameters) if isinstance(self.make, Mechanism) else self.make(**parameters)
+        if isinstance(built, Dynamics):
+            return self._as_it_is(built)
+        if not isinstance(built, Mechanism):
+            text = f"{self.label}: the function returned {type(built).__name__}"
             raise InputError(f"{text}; it must return a Mechanism or a system such as Map.")
-        return MechanismFlow(made, step=self.step, method=self.method, period=self._declared(value))
+        return MechanismFlow(built, step=self.step, method=self.method, period=self._declared(value))
 
     def _as_it_is(self, system: Dynamics) -> Dynamics:
-        """A system, if nothing is given that would have no influence on it."""
+        """A system, after refusal of arguments that would have no influence on it."""
         idle = [name for name, value in (("step", self.step), ("method", self.method)) if value is not None]
         idle += ["period"] if self.period is not None and system.unit != "s" else []
         if idle:
             text = f"{self.label}: {idle[0]}= has no influence on {system.name!r}, which counts {system.unit}"
-            raise InputError(f"{text} and goes its own steps. Leave it out, or give it where the system is made.")
+            raise InputError(f"{text} and has steps of its own. Leave it out, or give it where the system is built.")
         return system
 
     def period_of(self, flow: Dynamics, value: float) -> float:
-        """Time between two points of the section [unit of the system]: 1 for maps."""
+        """Time between two section points [unit of the system]; 1 for maps.
+
+        Parameters
+        ----------
+        flow : the system.
+        value : value of the parameter.
+
+        Raises
+        ------
+        InputError : a flow without a period.
+        """
         if flow.unit != "s":
             return 1.0
         declared = self._declared(value)
         if declared is not None:
             return declared
         if isinstance(flow, MechanismFlow) and flow.period is None:
-            common_period(flow.program)  # says which drives do not fit together
+            common_period(flow.program)  # its message names the drives without a common period
         if not isinstance(flow, ContinuousFlow) or flow.period is None:
             text = f"{self.label}: {flow.name!r} has no period"
             raise InputError(f"{text}. Give period= [s], a number or a function of the value.")
         return float(flow.period)
 
     def _declared(self, value: float) -> float | None:
-        found = self.period(value) if callable(self.period) else self.period
-        return None if found is None else checks.positive(self.label, "period", found, "s")
+        period = self.period(value) if callable(self.period) else self.period
+        return None if period is None else checks.positive(self.label, "period", period, "s")
 
 
 @dataclass(frozen=True)
-class Section:
-    """Which points are taken.
+class SectionSettings:
+    """Section points and exponent to be computed for each value.
 
     Parameters
     ----------
-    skip : periods that pass before the first point.
+    skip : number of periods before the first point.
     keep : number of points.
-    signals : names of the signals that are kept.
-    exponent : periods over which the largest exponent is found; 0: it is not.
-    together : whether these are the periods between the points, not as many after them.
+    signals : names of the signals to keep.
+    exponent : number of periods for the largest exponent; 0: no exponent.
+    together : whether these are the periods of the points; else as many after them.
     """
 
     skip: int
@@ -116,57 +126,66 @@ class Section:
 
     @property
     def last(self) -> int:
-        """Number of the period at whose end the last point is taken."""
+        """Number of the period that ends with the last point."""
         return self.skip + self.keep - 1
 
 
-def section_point(family: Family, section: Section, value: float, carried: np.ndarray | None) -> Outcome:
-    """One point of a diagram: what is kept of it, by the names of the columns.
+def section_point(family: Family, section: SectionSettings, value: float, carried: np.ndarray | None) -> Outcome:
+    """Section points, verdict and exponent for one value of the parameter.
 
     Parameters
     ----------
     family : the systems.
-    section : what is wanted.
-    value : of the parameter.
-    carried : state at a neighbouring value from which to go on; None: from the system's own start.
+    section : settings of the section.
+    value : value of the parameter.
+    carried : start state from a neighbouring value; None: the system's own start.
 
     Returns
     -------
-    Outcome : `points` (keep, signals), `seam`: whether a carried state could not be used, `state` after the last
-        point, `drive_period`, `verdict`, `exponent`, `exponent_error`; without points when the system was lost.
+    Outcome : `points` (keep, signals); `seam`: whether a carried state could not be used; `state` after the last point;
+        `drive_period`, `verdict`, `exponent`, `exponent_error`.  After a failure without points.
     """
     flow = family.at(value)
     period = family.period_of(flow, value)
-    chosen = columns_of(flow, section.signals, family.label)
-    seam = carried is not None and not _goes_on(flow, carried, section.last * period)
-    exponents = _both(flow, period, section) if section.together else None
-    found = _points(flow, period, section) if exponents is None else exponents.points
+    columns = columns_of(flow, section.signals, family.label)
+    seam = carried is not None and not _start_from(flow, carried, section.last * period)
+    exponents = _points_with_exponent(flow, period, section) if section.together else None
+    points = _points(flow, period, section) if exponents is None else exponents.points
     if exponents is not None and not exponents.ok:
-        found = None
-    lost = _not_finite(flow, found, chosen)
+        points = None
+    lost = _not_finite(flow, points, columns)
     values: dict[str, Any] = {"seam": seam, "drive_period": period if flow.unit == "s" else np.nan}
-    if found is None and flow.status.startswith(STOPPED):
+    if points is None and flow.status.startswith(STOPPED):
         raise KeyboardInterrupt
-    if found is None or lost:
+    if points is None or lost:
         return Outcome(values, lost or flow.status, ok=False)
-    values |= {"points": found[:, chosen], "state": flow.state()}
-    judged, remark = _judged(flow, found, period, section) if exponents is None else (_told(exponents), "")
-    return Outcome(values | judged, f"{section.keep} points, after {section.skip} that were skipped.{remark}")
+    values |= {"points": points[:, columns], "state": flow.state()}
+    if exponents is None:
+        verdict, remark = _verdict_of_points(flow, points, period, section)
+    else:
+        verdict, remark = _verdict_of_exponents(exponents), ""
+    return Outcome(values | verdict, f"{section.keep} points, after {section.skip} that were skipped.{remark}")
 
 
 def columns_of(flow: Dynamics, signals: tuple[str, ...], label: str) -> list[int]:
-    """Where the chosen signals stand among those of the system.
+    """Numbers of the chosen signals among the signals of a system.
+
+    Parameters
+    ----------
+    flow : the system.
+    signals : names of the signals.
+    label : name of the caller, for messages.
 
     Raises
     ------
-    InputError : an unknown one.
+    InputError : an unknown signal.
     """
     names = list(flow.names)
     return [names.index(checks.one_of(label, "signal", name, names)) for name in signals]
 
 
-def _goes_on(flow: Dynamics, carried: np.ndarray, time: float) -> bool:
-    """Put the system into a state of its neighbour; False where that cannot be, and it stands at its own start."""
+def _start_from(flow: Dynamics, carried: np.ndarray, time: float) -> bool:
+    """Reset the system to a neighbour's state; if that fails, to its own start, and return False."""
     if carried.shape == (flow.size,):
         try:
             flow.reset(carried, time=time)
@@ -177,44 +196,46 @@ def _goes_on(flow: Dynamics, carried: np.ndarray, time: float) -> bool:
     return False
 
 
-def _points(flow: Dynamics, period: float, section: Section) -> np.ndarray | None:
-    """All signals (keep, n) at the ends of periods; None when the system could not be advanced."""
-    found, origin = np.empty((section.keep, len(flow.names))), flow.time
+def _points(flow: Dynamics, period: float, section: SectionSettings) -> np.ndarray | None:
+    """All signals (keep, n) at the ends of periods; None after a failure."""
+    points, origin = np.empty((section.keep, len(flow.names))), flow.time
     for k in range(section.last + 1):
         if k > 0 and not flow.advance(1.0 if flow.unit != "s" else origin + k * period - flow.time):
             return None
         if k >= section.skip:
-            found[k - section.skip] = flow.observe()
-    return found
+            points[k - section.skip] = flow.observe()
+    return points
 
 
-def _both(flow: Dynamics, period: float, section: Section) -> Exponents:
-    """The points and the exponent in one pass: the motion is the same with tangents as without."""
+def _points_with_exponent(flow: Dynamics, period: float, section: SectionSettings) -> Exponents:
+    """Section points and exponent of one run: tangent vectors do not change the motion."""
     declared = period if flow.unit == "s" else None
     return lyapunov(flow, skip=section.skip - 1, periods=section.keep, period=declared, confirm=False)
 
 
-def _told(found: Exponents) -> dict[str, Any]:
-    """The verdict of exponents and points in one."""
-    return {"verdict": str(found.verdict), "exponent": found.value, "exponent_error": found.error}
+def _verdict_of_exponents(exponents: Exponents) -> dict[str, Any]:
+    """Verdict and exponent of a run with tangent vectors, as results of a point."""
+    return {"verdict": str(exponents.verdict), "exponent": exponents.value, "exponent_error": exponents.error}
 
 
-def _not_finite(flow: Dynamics, points: np.ndarray | None, chosen: list[int]) -> str:
-    """What is no number, in a sentence, or ""."""
+def _not_finite(flow: Dynamics, points: np.ndarray | None, columns: list[int]) -> str:
+    """Signals that are not finite, in a sentence; "" if all are finite."""
     if points is None:
         return ""
-    bad = [flow.names[k] for k in chosen if not np.isfinite(points[:, k]).all()]
+    bad = [flow.names[k] for k in columns if not np.isfinite(points[:, k]).all()]
     bad = bad or ([] if np.isfinite(flow.state()).all() else ["the state"])
     return f"Not finite: {', '.join(bad[:5])}." if bad else ""
 
 
-def _judged(flow: Dynamics, points: np.ndarray, period: float, section: Section) -> tuple[dict[str, Any], str]:
-    """What kind of motion the points show, and the exponent where it is asked for; a remark where that has failed."""
+def _verdict_of_points(
+    flow: Dynamics, points: np.ndarray, period: float, section: SectionSettings
+) -> tuple[dict[str, Any], str]:
+    """Verdict on the points, with the exponent of a further run if it is wanted; a remark if that run failed."""
     if not section.exponent:
-        return {"verdict": str(Seen.of(flow).judged(points))}, ""
-    found = lyapunov(flow, periods=section.exponent, period=period if flow.unit == "s" else None, confirm=False)
-    if not found.ok:
-        return {"verdict": str(Seen.of(flow).judged(points))}, f" No exponent: {found.status}"
-    known = {k: v for k, v in (("exponent", found.value), ("error", found.error)) if np.isfinite(v)}
-    verdict = Seen.of(flow).judged(np.concatenate([points, found.points]), **known)
-    return {"verdict": str(verdict), "exponent": found.value, "exponent_error": found.error}, ""
+        return {"verdict": str(SectionSignals.of(flow).verdict(points))}, ""
+    exponents = lyapunov(flow, periods=section.exponent, period=period if flow.unit == "s" else None, confirm=False)
+    if not exponents.ok:
+        return {"verdict": str(SectionSignals.of(flow).verdict(points))}, f" No exponent: {exponents.status}"
+    value, error = (x if np.isfinite(x) else None for x in (exponents.value, exponents.error))
+    verdict = SectionSignals.of(flow).verdict(np.concatenate([points, exponents.points]), (), value, error)
+    return {"verdict": str(verdict), "exponent": exponents.value, "exponent_error": exponents.error}, ""

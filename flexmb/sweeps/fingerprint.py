@@ -1,6 +1,6 @@
-"""What results depend on, as short texts: two sweeps whose fingerprints are equal compute the same.
+"""Fingerprints of sweeps: short texts that are equal if and only if the results are equal.
 
-Digests are of values, never of addresses or of the order of a set, so that they are the same in every process.
+Digests depend on values, not on addresses or on the order of a set, and are therefore the same in every process.
 """
 
 from __future__ import annotations
@@ -26,24 +26,35 @@ from flexmb.step.newmark.method import Newmark
 from flexmb.step.step_size import Adaptive, FixedStep
 
 DIGITS = 16
+"""Number of hexadecimal digits of a digest."""
 DERIVED = ("symbolic", "shapes")
-"""Of a program: how its matrix is factored and how it is drawn follow from the rest, or do not count."""
+"""Fields of a program that do not count: factorisation and drawing follow from the others."""
 
 Parts = bytes | tuple[str, Sequence[Any]]
 
 OF_SYSTEMS = (FunctionType, partial, Dynamics, Program, FixedStep, Adaptive, Newmark)
-"""What a system holds that its motion depends on, beside its state and its parameters."""
+"""Classes of those attributes of a system on which its motion depends, besides state and parameters."""
 
 
 def digest(value: Any) -> str:
-    """A short text that is equal for equal values, numbers compared bit by bit."""
+    """Digest of a value; equal for equal values, with numbers compared bit by bit.
+
+    Parameters
+    ----------
+    value : any value.
+    """
     state = hashlib.sha256()
     _feed(state, value, ())
     return state.hexdigest()[:DIGITS]
 
 
 def label_of(function: Any) -> str:
-    """What a function, a mechanism or a system is called: "flexmb.mechanisms.nine_bar.nine_bar"."""
+    """Name of a function, a mechanism or a system, such as "flexmb.mechanisms.nine_bar.nine_bar".
+
+    Parameters
+    ----------
+    function : the object.
+    """
     if isinstance(function, partial):
         return f"partial of {label_of(function.func)}"
     if isinstance(function, (Mechanism, Dynamics)):
@@ -54,31 +65,31 @@ def label_of(function: Any) -> str:
 
 
 def shown_values(values: Sequence[Any]) -> str:
-    """A list of values for messages and comparison: how many, from where to where, and their digest."""
+    """Number, first and last value and digest of a list of `values`, for messages and comparison."""
     ends = f" from {values[0]!s:.24s} to {values[-1]!s:.24s}" if len(values) else ""
     return f"{len(values)}{ends} ({digest(list(values))})"
 
 
 def _feed(state: Any, value: Any, above: tuple[int, ...]) -> None:
-    """Add `value` to the digest; `above` are the objects that hold it."""
+    """Add `value` to the digest; `above` are the ids of the objects that contain it."""
     if id(value) in above:
         state.update(b"|again")
         return
     above = (*above, id(value))
-    found = _parts(value)
-    if isinstance(found, bytes):
-        state.update(b"|%d:" % len(found) + found)
+    content = _parts(value)
+    if isinstance(content, bytes):
+        state.update(b"|%d:" % len(content) + content)
         return
-    name, parts = found
-    state.update(f"|{name}({len(parts)}".encode())
-    for part in parts:
-        _feed(state, part, above)
+    name, entries = content
+    state.update(f"|{name}({len(entries)}".encode())
+    for entry in entries:
+        _feed(state, entry, above)
     state.update(b")")
 
 
 @singledispatch
 def _parts(value: Any) -> Parts:
-    """The bytes of a simple value, or the name and the parts of another one."""
+    """Bytes of a simple value, or name and entries of a composed one."""
     unwrapped = inspect.unwrap(value) if callable(value) else value
     if isinstance(unwrapped, FunctionType):  # compiled by numba, for example
         return "function", _function_parts(unwrapped)
@@ -139,7 +150,7 @@ def _kernel(value: Kernel) -> Parts:
 
 
 @_parts.register
-def _partial(value: partial) -> Parts:
+def _partial(value: partial) -> Parts:  # type: ignore[type-arg] # singledispatch takes no subscripted class
     return "partial", [value.func, value.args, value.keywords]
 
 
@@ -155,13 +166,13 @@ def _system(value: Dynamics) -> Parts:
 
 
 def _function_parts(function: FunctionType) -> list[Any]:
-    """Name, text without comments and layout, defaults, and what a nested function has from those around it."""
+    """Name, source without comments and layout, defaults and closure of a function."""
     inner = [cell.cell_contents for cell in function.__closure__ or ()]
     return [function.__name__, source_of(function), function.__defaults__, function.__kwdefaults__, inner]
 
 
 def source_of(function: Callable[..., Any]) -> str:
-    """The text of a function without its comments, or its code where there is no text."""
+    """Source of a `function` without comments; its code if there is no source."""
     try:
         return ast.unparse(ast.parse(textwrap.dedent(inspect.getsource(function))))
     except (OSError, TypeError, SyntaxError):  # typed in, or a lambda in the middle of a statement

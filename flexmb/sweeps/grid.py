@@ -1,8 +1,10 @@
-"""Where a function is called: all combinations of values, or a list of designs."""
+"""Points of a sweep: all combinations of values, or a list of designs; units of their parameters."""
 
 from __future__ import annotations
 
+import inspect
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -15,6 +17,8 @@ from flexmb.sweeps.record import Index
 
 DESIGN = "design"
 RESERVED = ("ok", "status")
+UNIT = re.compile(r"\[((?:1/)?[^\[\]\d,]+[^\[\],]*)\]")
+"""Pattern of a unit in brackets, such as "[rad/s]" or "[m]", as opposed to a range of numbers."""
 
 
 @dataclass(frozen=True)
@@ -23,9 +27,9 @@ class Points:
 
     Parameters
     ----------
-    dims : names of their dimensions: the parameters of a grid, or "design".
-    shape : their lengths.
-    values : values by parameter, along its dimension.
+    dims : names of the dimensions: the parameters of a grid, or "design".
+    shape : lengths of the dimensions.
+    values : values of each parameter along its dimension.
     """
 
     dims: tuple[str, ...]
@@ -34,40 +38,41 @@ class Points:
 
     @property
     def count(self) -> int:
-        """How many points there are."""
+        """Number of points."""
         return math.prod(self.shape)
 
     def index(self, number: int) -> Index:
-        """The place of point `number`, in the order in which they are computed."""
+        """Indices of point `number` along the dimensions, in the order of computation."""
         return tuple(int(k) for k in np.unravel_index(number, self.shape))
 
     def at(self, index: Index) -> dict[str, Any]:
-        """The arguments of the function at a place."""
+        """Arguments of the function at an `index`."""
         if self.dims == (DESIGN,) and DESIGN not in self.values:
             return {name: column[index[0]] for name, column in self.values.items()}
         return {name: self.values[name][k] for name, k in zip(self.dims, index, strict=True)}
 
     def coordinate(self, name: str) -> tuple[tuple[str, ...], np.ndarray]:
-        """Dimension and values of a parameter; what is no number and no text as the text that shows it."""
+        """Dimension and values of the parameter `name`; other values than numbers and texts become texts."""
         column = self.values[name]
         kinds = {np.asarray(value).dtype.kind if np.ndim(value) == 0 else "O" for value in column}
         numbers = kinds <= set("iuf") or kinds <= set("b")
-        shown = np.array(column) if numbers else np.array([str(value) for value in column], dtype=object)
-        return ((name,) if name in self.dims else (DESIGN,)), shown
+        values = np.array(column) if numbers else np.array([str(value) for value in column], dtype=object)
+        return ((name,) if name in self.dims else (DESIGN,)), values
 
 
 def points_of(label: str, over: Any) -> Points:
-    """The points that a user's grid or designs mean.
+    """The points of a user's grid or list of designs.
 
     Parameters
     ----------
-    label : who asks, for messages.
+    label : name of the caller, for messages.
     over : {"a": values, "b": values} for all combinations, or a list of {"a": value, "b": value}.
 
     Raises
     ------
-    InputError : neither of them, nothing in it, designs with different parameters, a name that is taken.
+    InputError : another kind of object, no points, designs with different parameters, a reserved name.
     """
+    values: dict[str, Sequence[Any]]
     if isinstance(over, Mapping):
         values = {name: checks.sequence(label, f"grid[{name!r}]", column, "values") for name, column in over.items()}
         points = Points(tuple(values), tuple(len(column) for column in values.values()), values)
@@ -87,7 +92,7 @@ def points_of(label: str, over: Any) -> Points:
     return points
 
 
-def _columns(label: str, designs: Sequence[Any]) -> dict[str, list[Any]]:
+def _columns(label: str, designs: Sequence[Any]) -> dict[str, Sequence[Any]]:
     for k, design in enumerate(designs):
         if not isinstance(design, Mapping):
             raise InputError(f"{label}: design {k} is {design!r}; it must be a dictionary such as {{'speed': 2.0}}.")
@@ -95,3 +100,31 @@ def _columns(label: str, designs: Sequence[Any]) -> dict[str, list[Any]]:
             names, others = ", ".join(map(str, design)), ", ".join(map(str, designs[0]))
             raise InputError(f"{label}: design {k} has {names}, the first one {others}. Give all of them the same.")
     return {name: [design[name] for design in designs] for name in (designs[0] if designs else ())}
+
+
+def parameter_docs(function: Any) -> dict[str, str]:
+    """Descriptions of the parameters by name, from the section "Parameters" of a numpydoc docstring.
+
+    Parameters
+    ----------
+    function : a function or a class with a docstring.
+    """
+    doc = inspect.getdoc(function) or ""
+    section = re.search(r"^Parameters\n-{3,}\n(.*?)(?=\n\S[^\n]*\n-{3,}\n|\Z)", doc, re.DOTALL | re.MULTILINE)
+    docs: dict[str, str] = {}
+    for entry in re.split(r"\n(?=\S)", section.group(1)) if section else ():
+        names, _, text = entry.partition(":")
+        docs |= {name.strip(): " ".join(text.split()) for name in names.split(",")}
+    return docs
+
+
+def documented_unit(function: Any, parameter: str) -> str:
+    """First unit in brackets in the description of a parameter, or "".
+
+    Parameters
+    ----------
+    function : a function with a numpydoc docstring.
+    parameter : name of the parameter.
+    """
+    unit = UNIT.search(parameter_docs(function).get(parameter, ""))
+    return unit.group(1) if unit else ""

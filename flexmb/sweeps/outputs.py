@@ -1,4 +1,4 @@
-"""What a function of a sweep returns, as columns: numbers, arrays, texts, or a mapping of them."""
+"""Results of a function in a sweep, as columns: numbers, arrays, texts, or a mapping of them."""
 
 from __future__ import annotations
 
@@ -13,58 +13,76 @@ from flexmb.sweeps.attempt import Outcome
 from flexmb.sweeps.record import STATUS, Column
 
 ALONE = "value"
-"""What the result is called of a function that returns one number or array."""
+"""Name of the result of a function that returns one number or array."""
 
 OUTCOME = ("ok", STATUS)
+"""Names of the columns that every sweep has."""
 
 
 def called(function: Any, arguments: Mapping[str, Any]) -> Outcome:
-    """The outcome of one call, its results as {name: (dims or None, array)}.  Runs in the workers."""
-    found = function(**arguments)
-    named = found if isinstance(found, Mapping) else {ALONE: found}
+    """Outcome of one call, with its results as {name: (dims or None, array)}; runs in the workers.
+
+    Parameters
+    ----------
+    function : the function.
+    arguments : its arguments by name.
+
+    Raises
+    ------
+    InputError : an empty mapping, a result that is no number, array or text, an inadmissible name.
+    """
+    results = function(**arguments)
+    named = results if isinstance(results, Mapping) else {ALONE: results}
     if not named:
         raise InputError("The function returned an empty mapping; it must return at least one number.")
     return Outcome({_name(name): _array(name, value) for name, value in named.items()})
 
 
-def columns_of(results: Mapping[str, Any], dims: Mapping[str, Sequence[str]], taken: Mapping[str, int]) -> list[Column]:
-    """Columns that hold such results.
+def columns_of(
+    results: Mapping[str, Any], dims: Mapping[str, Sequence[str]], known_lengths: Mapping[str, int]
+) -> list[Column]:
+    """Columns for the results of a call.
 
     Parameters
     ----------
-    results : of one call, as `called` gives them.
-    dims : names of dimensions by the name of a result, for plain arrays.
-    taken : lengths of the dimensions of the points.
+    results : results of a call, see `called`.
+    dims : names of the dimensions of plain arrays, by the name of a result.
+    known_lengths : lengths of the dimensions of the points.
 
     Raises
     ------
-    InputError : a name or a dimension that is taken, dims of another number, one of two lengths.
+    InputError : a name or a dimension in use, dims of another number, a dimension of two lengths.
     """
-    lengths, found = dict(taken), []
-    for name, (own, array) in results.items():
+    lengths, columns = dict(known_lengths), []
+    for name, (own_dims, array) in results.items():
         if name in lengths or name in OUTCOME:
             raise InputError(f"The function returned {name!r}, which is a name of the dataset. Rename it.")
-        chosen = tuple(dims.get(name, own or (f"{name}_{k}" for k in range(array.ndim))))
-        if len(chosen) != array.ndim:
+        names_of_dims = tuple(dims.get(name, own_dims or (f"{name}_{k}" for k in range(array.ndim))))
+        if len(names_of_dims) != array.ndim:
             text = f"The result {name!r} has {array.ndim} dimensions"
-            raise InputError(f"{text}, but dims gives it {len(chosen)}: {', '.join(chosen)}.")
-        for dim, length in zip(chosen, array.shape, strict=True):
-            if lengths.setdefault(dim, length) != length or dim in taken:
+            raise InputError(f"{text}, but dims gives it {len(names_of_dims)}: {', '.join(names_of_dims)}.")
+        for dim, length in zip(names_of_dims, array.shape, strict=True):
+            if lengths.setdefault(dim, length) != length or dim in known_lengths:
                 raise InputError(
                     f"The dimension {dim!r} of {name!r} has two lengths or is a parameter. Rename it by dims=."
                 )
-        found.append(Column(name, kind_of(array), chosen, array.shape))
-    if any(column.name in lengths and column.dims != (column.name,) for column in found):
+        columns.append(Column(name, kind_of(array), names_of_dims, array.shape))
+    if any(column.name in lengths and column.dims != (column.name,) for column in columns):
         raise InputError("A result is called like a dimension of another one. Rename it.")
-    return found
+    return columns
 
 
 def fitting(results: Mapping[str, Any], columns: Mapping[str, Column]) -> dict[str, Any]:
-    """The values of results for columns that another point has set.
+    """Values of results for columns that an earlier point has set.
+
+    Parameters
+    ----------
+    results : results of a call, see `called`.
+    columns : columns by name.
 
     Raises
     ------
-    InputError : results of other names, shapes or kinds.
+    InputError : results with other names, shapes or kinds.
     """
     if set(results) != set(columns):
         text = f"The function returned {', '.join(sorted(results))}"
@@ -86,7 +104,7 @@ def fitting(results: Mapping[str, Any], columns: Mapping[str, Column]) -> dict[s
 
 
 def kind_of(array: np.ndarray) -> str:
-    """The kind of column for an array."""
+    """Kind of a column for an `array`: "number", "complex" or "text"."""
     return {"U": "text", "O": "text", "c": "complex"}.get(array.dtype.kind, "number")
 
 
@@ -99,7 +117,7 @@ def _name(name: Any) -> str:
 
 
 def _array(name: Any, value: Any) -> tuple[tuple[str, ...] | None, np.ndarray]:
-    """Names of dimensions where the value has some, and its numbers as float64 or complex128, or its text."""
+    """Names of the dimensions, if the value has names, and its entries as float64, complex128 or text."""
     xr = sys.modules.get("xarray")
     dims = tuple(str(d) for d in value.dims) if xr is not None and isinstance(value, xr.DataArray) else None
     if isinstance(value, str):

@@ -1,4 +1,4 @@
-"""The results of a sweep, point by point: in memory, and in a store when one is given."""
+"""Results of a sweep by point, in memory and in an optional store."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from flexmb.sweeps.store import Store
 
 STATUS = "status"
-"""The column that is written last: a point whose status is not "" is finished."""
+"""Name of the column that is written last: a point whose status is not "" is finished."""
 
 Index = tuple[int, ...]
 Tables = Mapping[str, tuple[tuple[str, ...], np.ndarray, Mapping[str, Any]]]
@@ -21,7 +21,7 @@ Tables = Mapping[str, tuple[tuple[str, ...], np.ndarray, Mapping[str, Any]]]
 
 @dataclass(frozen=True)
 class Kind:
-    """How the numbers of a column are held, and what stands where there are none."""
+    """Representation of the entries of a column: type in memory, type in the store, value of missing entries."""
 
     dtype: Any
     stored: Any
@@ -38,15 +38,15 @@ KINDS = {
 
 @dataclass(frozen=True)
 class Column:
-    """One result of every point.
+    """A result of every point.
 
     Parameters
     ----------
-    name : its name.
+    name : name of the result.
     kind : "number", "complex", "flag" or "text".
-    dims : names of the dimensions that it has at every point.
-    shape : their lengths.
-    units : its units, "" for none.
+    dims : names of its dimensions at every point.
+    shape : lengths of these dimensions.
+    units : unit; "" for none.
     """
 
     name: str
@@ -57,19 +57,19 @@ class Column:
 
 
 class Record:
-    """Arrays of results over the points, and of coordinates.
+    """Arrays of results over the points, and coordinates.
 
     Parameters
     ----------
     dims : names of the dimensions of the points.
-    shape : their lengths.
-    store : where results are kept too, or None.
+    shape : lengths of these dimensions.
+    store : store of the results; None: memory only.
 
     Attributes
     ----------
-    columns : what there is of every point.
+    columns : columns by name.
     tables : arrays (*shape, *column.shape) of the columns by name, and coordinates.
-    attributes : what holds for all points.
+    attributes : attributes of the whole sweep.
     """
 
     def __init__(self, dims: tuple[str, ...], shape: tuple[int, ...], store: Store | None = None) -> None:
@@ -80,11 +80,11 @@ class Record:
 
     @property
     def done(self) -> np.ndarray:
-        """Which points are finished: truth values of that shape."""
+        """Which points are finished, as flags over the points."""
         return np.asarray(self.tables[STATUS][1] != "", dtype=np.bool_)
 
     def add(self, columns: Iterable[Column]) -> None:
-        """More columns; what the store has of them is read."""
+        """Add `columns`; finished values are read from the store."""
         for column in columns:
             kind, attributes = KINDS[column.kind], {"units": column.units} if column.units else {}
             self.columns[column.name] = column
@@ -95,25 +95,44 @@ class Record:
             self.tables[column.name] = ((*self.dims, *column.dims), values, attributes)
 
     def coordinate(self, name: str, dims: tuple[str, ...], values: np.ndarray, units: str = "") -> None:
-        """Values along dimensions, numbers or texts."""
+        """Set a coordinate: values along dimensions, numbers or texts.
+
+        Parameters
+        ----------
+        name : name of the coordinate.
+        dims : names of its dimensions.
+        values : the values.
+        units : unit; "" for none.
+        """
         attributes = {"units": units} if units else {}
         self.tables[name] = (dims, values, attributes)
         if self.store is not None:
             self.store.coordinate(name, dims, values, attributes)
 
     def describe(self, **attributes: Any) -> None:
-        """Say what holds for all points; plain numbers, texts and lists of them."""
+        """Set attributes of the whole sweep: numbers, texts and lists of them.
+
+        Parameters
+        ----------
+        **attributes : values by name.
+        """
         self.attributes.update(attributes)
         if self.store is not None:
             self.store.describe(**attributes)
 
     def keep(self, index: Index, values: Mapping[str, Any]) -> None:
-        """The results of the point at `index`, its status among them."""
+        """Store the results of the point at `index`, its status last.
+
+        Parameters
+        ----------
+        index : indices of the point.
+        values : results by name.
+        """
         for name in sorted(values, key=lambda name: name == STATUS):
             self.tables[name][1][index] = values[name]
             if self.store is not None:
                 self.store.write(self.columns[name], index, values[name])
 
     def at(self, index: Index, name: str) -> Any:
-        """What the column `name` has at `index`."""
+        """Entry of the column `name` at `index`."""
         return self.tables[name][1][index]

@@ -1,4 +1,4 @@
-"""Any function of parameters over a grid or a list of designs."""
+"""Sweeps: a function over a grid of parameters or a list of designs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from flexmb.errors import InputError
 from flexmb.run.run import installed_version
 from flexmb.sweeps.attempt import Attempt, Outcome, failure
 from flexmb.sweeps.bar import Bar
-from flexmb.sweeps.diagram import LAYOUT, dataset_of
+from flexmb.sweeps.datasets import LAYOUT, dataset_of
 from flexmb.sweeps.engine import PENDING, Chain, Job, drive, require_executor, require_picklable
 from flexmb.sweeps.fingerprint import digest, label_of, shown_values
 from flexmb.sweeps.grid import Points, points_of
@@ -42,35 +42,35 @@ def sweep(
     Parameters
     ----------
     function : called as function(**fixed, **parameters) at every point.  It returns a number, a text, an array of fixed
-        shape, or a mapping of them by name; xarray's arrays keep the names of their dimensions.
+        shape, or a mapping of them by name; arrays of xarray keep the names of their dimensions.
     over : {"a": values, "b": values} for all combinations, or a list of {"a": value, "b": value}.
-    fixed : other parameters, by name, that stay.
-    dims : names of the dimensions of the arrays that are returned, by their names; None: "name_0", "name_1", ...
-    executor : where points are computed, any executor of concurrent.futures: of processes, of a Dask client
-        (client.get_executor()), of MPI; None: in this process.
-    pending : most points that are with the executor at the same time.
-    store : folder in which every point is kept when it is finished (zarr); None: nowhere.
-    resume : go on with the store if it is there; else a store that is there is refused.
-    progress : show a progress bar with an estimate of the time left.
+    fixed : fixed values of other parameters.
+    dims : names of the dimensions of returned arrays, by the name of the result; None: "name_0", "name_1", ...
+    executor : any executor of concurrent.futures: processes, a Dask client (client.get_executor()), MPI; None: this
+        process.
+    pending : largest number of points in the executor at a time.
+    store : folder that keeps every finished point (zarr); None: no store.
+    resume : whether an existing store is continued; otherwise it is refused.
+    progress : whether a progress bar with the remaining time is shown.
 
     Returns
     -------
-    xarray.Dataset : the results over the parameters, or over "design" with the parameters as coordinates; what is
-        returned alone is called "value".  Truth values and whole numbers become floats, so that a point that failed can
-        have NaN.  `ok` and `status` say of every point how it ended: "done", or the class and the message of the error.
+    xarray.Dataset : the results over the parameters, or over "design" with the parameters as coordinates.  A result
+        without a name is called "value".  Flags and whole numbers become floats, so that failed points can have NaN.
+        `status` of every point is "done", or the class and the message of an error; `ok` is the flag of it.
 
     Raises
     ------
-    InputError : no points, names that are taken, a function that cannot be sent to the executor; a store that is there
-        already or was written by another sweep.
-    WorkerError : workers that died; what is finished is in the store.
+    InputError : no points, names in use, a function that cannot be sent to the executor; an existing store without
+        `resume`, or a store of another sweep.
+    WorkerError : workers that died; finished points are in the store.
 
     Notes
     -----
-    A point that fails is kept with its status, and the others go on.  The first point that goes well, in the order of
-    the points, says which results there are; one that returns others has failed.  Results do not depend on the executor
-    or on the number of workers, and neither do the bytes of a finished store, killed and gone on with or not, provided
-    that the function gives the same results for the same parameters.
+    A failed point is kept with its status, and the sweep continues.  The first successful point, in the order of the
+    points, determines the names and shapes of the results; a point with other results has failed.  Results do not
+    depend on the executor or the number of workers.  The bytes of a finished store do not depend on interruptions
+    either, if the function gives the same results for the same parameters.
 
     Examples
     --------
@@ -87,11 +87,11 @@ def sweep(
     if not callable(function):
         raise InputError(f"{label}: function is {function!r}; it must be a function of the parameters.")
     label = f"sweep of {label_of(function)}"
-    points, given = points_of(label, over), checks.mapping(label, "fixed", fixed)
-    twice = [name for name in points.values if name in given]
-    if twice:
-        raise InputError(f"{label}: {twice[0]!r} is varied and fixed. Take it out of one of them.")
-    bound = partial(function, **given) if given else function
+    points, fixed_values = points_of(label, over), checks.mapping(label, "fixed", fixed)
+    varied_and_fixed = [name for name in points.values if name in fixed_values]
+    if varied_and_fixed:
+        raise InputError(f"{label}: {varied_and_fixed[0]!r} is varied and fixed. Take it out of one of them.")
+    bound = partial(function, **fixed_values) if fixed_values else function
     require_executor(label, executor)
     require_picklable(label, executor, bound, f"{label_of(function)} with what is given to it")
     pending = checks.count(label, "pending", pending)
@@ -99,29 +99,29 @@ def sweep(
         name: tuple(checks.sequence(label, f"dims[{name!r}]", d, "names"))
         for name, d in checks.mapping(label, "dims", dims).items()
     }
-    prints = None if store is None else _fingerprint(function, points, given, names)
-    kept = None if prints is None else opened(store, prints, "sweep", resume=resume)
-    record = Record(points.dims, points.shape, kept)
+    fingerprint = None if store is None else _fingerprint(function, points, fixed_values, names)
+    opened_store = None if fingerprint is None else opened(store, fingerprint, "sweep", resume=resume)
+    record = Record(points.dims, points.shape, opened_store)
     _lay_out(record, function, points)
     done = record.done
     with Bar(label, points.count, int(done.sum()), shown=progress) as bar:
-        keeper = _Keeper(record, points, names, bar)
-        ahead = (number for number in range(points.count) if not done[points.index(number)])
-        drive((_chain(bound, points, number, keeper) for number in ahead), executor, label, pending)
+        collector = _Collector(record, points, names, bar)
+        unfinished = (number for number in range(points.count) if not done[points.index(number)])
+        drive((_chain(bound, points, number, collector) for number in unfinished), executor, label, pending)
     return dataset_of(record.tables, record.attributes)
 
 
-def _chain(function: Any, points: Points, number: int, keeper: _Keeper) -> Chain:
-    """One point."""
+def _chain(function: Any, points: Points, number: int, collector: _Collector) -> Chain:
+    """The chain of one point."""
     outcome = yield Job(called, (function, points.at(points.index(number))))
-    keeper.take(number, outcome)
+    collector.take(number, outcome)
 
 
-class _Keeper:
-    """Puts outcomes into a record whose columns are not known before the first point that goes well.
+class _Collector:
+    """Collects outcomes in a record whose columns are unknown before the first successful point.
 
-    That is the first one in the order of the points, not of time, so that all runs of a sweep end in the same store.
-    What comes before it is decided is held back.
+    The first successful point in the order of the points counts, not in time, so that all runs of a sweep end in the
+    same store.  Later outcomes wait until it is known.
     """
 
     def __init__(self, record: Record, points: Points, dims: Mapping[str, Sequence[str]], bar: Bar) -> None:
@@ -132,7 +132,13 @@ class _Keeper:
             self._use([_column(entry) for entry in record.store.attributes[LAYOUT]])
 
     def take(self, number: int, outcome: Outcome) -> None:
-        """The outcome of point `number`."""
+        """Collect the outcome of point `number`.
+
+        Parameters
+        ----------
+        number : number of the point.
+        outcome : its outcome.
+        """
         self.held[number] = outcome
         while self.columns is None and self._is_known(self.next):
             if self.next in self.held and self._decide(self.held[self.next]):
@@ -148,15 +154,15 @@ class _Keeper:
         return number in self.held or bool(self.record.at(self.points.index(number), STATUS))
 
     def _decide(self, outcome: Outcome) -> bool:
-        """Whether this outcome says what the columns are; a failure is kept instead."""
+        """Set the columns from a successful outcome; a failure is kept instead, and False is returned."""
         with Attempt() as attempt:
             if outcome.ok:
-                taken = dict.fromkeys(self.points.values, 1)
-                taken.update(zip(self.points.dims, self.points.shape, strict=True))
-                self._use(columns_of(outcome.values, self.dims, taken))
+                known_lengths = dict.fromkeys(self.points.values, 1)
+                known_lengths.update(zip(self.points.dims, self.points.shape, strict=True))
+                self._use(columns_of(outcome.values, self.dims, known_lengths))
                 return True
-        found = self.held.pop(self.next)
-        self._keep(self.next, found if attempt.error is None else failure(attempt.error))
+        outcome_kept = self.held.pop(self.next)
+        self._keep(self.next, outcome_kept if attempt.error is None else failure(attempt.error))
         return False
 
     def _use(self, columns: list[Column]) -> None:
@@ -182,7 +188,7 @@ def _column(entry: Sequence[Any]) -> Column:
 def _fingerprint(
     function: Any, points: Points, fixed: Mapping[str, Any], dims: Mapping[str, Sequence[str]]
 ) -> dict[str, Any]:
-    """What the results depend on."""
+    """Values on which the results depend."""
     return {
         "flexmb": installed_version(),
         "function": label_of(function),
@@ -190,12 +196,12 @@ def _fingerprint(
         "points": list(points.dims),
         "values": {name: shown_values(list(column)) for name, column in points.values.items()},
         "fixed": {name: f"{type(value).__name__} {digest(value)}" for name, value in sorted(fixed.items())},
-        "dims": {name: list(chosen) for name, chosen in sorted(dims.items())},
+        "dims": {name: list(names) for name, names in sorted(dims.items())},
     }
 
 
 def _lay_out(record: Record, function: Any, points: Points) -> None:
-    """Coordinates and attributes of a sweep."""
+    """Set coordinates and attributes of a sweep."""
     for name in points.values:
         dims, values = points.coordinate(name)
         record.coordinate(name, dims, values, unit_of(function, name))

@@ -1,5 +1,5 @@
-"""Checks for those who write parts: `check_part` holds every kernel of a part against its contract."""
+"""Checks for authors of parts: `check_part` compares every kernel of a part with its contract."""
 
+from flexmb.testing.bench import Check as Check
+from flexmb.testing.bench import Report as Report
 from flexmb.testing.part import check_part as check_part
-from flexmb.testing.report import Check as Check
-from flexmb.testing.report import Report as Report

@@ -1,4 +1,4 @@
-"""Derivatives from values alone, with an estimate of their error."""
+"""Numerical derivatives with an estimate of their error."""
 
 from __future__ import annotations
 
@@ -8,19 +8,21 @@ from typing import Any
 import numpy as np
 
 STEPS, ORDERS = 22, 5
+"""Number of step sizes, and largest number of extrapolations."""
 ROUND_OFF = float(np.finfo(float).eps)
+"""Relative round-off of a float."""
 
 
 def slope(function: Callable[[float], Any], x: float, scale: float, noise: Any = 0.0) -> tuple[np.ndarray, np.ndarray]:
     """df/dx and its uncertainty, entry by entry, from central differences with steps that shrink from scale / 8.
 
-    Each halving of the step is extrapolated (errors in h^2, h^4, ...), and the value that its neighbours confirm best
-    is taken.  So the step suits the function, and the uncertainty stays large at a kink and under round-off.
+    Each halving of the step is extrapolated (errors in h^2, h^4, ...).  The result is the value that differs least from
+    its neighbours, so the step suits the function, and the uncertainty is large at a kink and with round-off.
 
     Parameters
     ----------
-    function : of one number, to an array of any shape.
-    x : where.
+    function : function of one number, with an array of any shape.
+    x : point of differentiation.
     scale : length over which the function may change, > 0.
     noise : round-off of the values beyond that of their own size.
 
@@ -55,7 +57,14 @@ def slope(function: Callable[[float], Any], x: float, scale: float, noise: Any =
 
 
 def gradient(function: Callable[[Any], Any], x: Any, scale: Any, noise: Any = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Derivatives by the entries of x (a number or an array) and their uncertainties, the entries of x last."""
+    """Derivatives by the entries of x and their uncertainties, with the entries of x as last dimension.
+
+    Parameters
+    ----------
+    function : function of a number or an array.
+    x : point of differentiation.
+    scale, noise : see `slope`.
+    """
     if np.ndim(x) == 0:
         return slope(function, float(x), float(scale), noise)
 

@@ -1,4 +1,4 @@
-"""One part of a mechanism held against its contracts."""
+"""`check_part`: the kernels of one part of a mechanism against their contracts."""
 
 from __future__ import annotations
 
@@ -14,24 +14,22 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
 from flexmb.system.state_evaluation import StateEvaluation
-from flexmb.testing.bench import Bench
-from flexmb.testing.constraints import check_constraint, check_motion
+from flexmb.testing.bench import Bench, Report
+from flexmb.testing.constraints import check_constraint, check_joint_friction, check_motion
 from flexmb.testing.contacts import check_contact
 from flexmb.testing.elements import check_element
-from flexmb.testing.joint_friction import check_joint_friction
-from flexmb.testing.report import Report
-from flexmb.testing.subject import Subject
+from flexmb.testing.tested_kernel import TestedKernel
 
 MOST_PIECES = 6
-"""Contributions of one kernel that are checked: a beam of a hundred elements repeats itself."""
+"""Largest number of pieces of one kernel to be checked: the elements of a beam repeat each other."""
 
 
 def check_part(mechanism: Mechanism, part_name: str, *, seed: int = 0) -> Report:
-    """Hold the kernels of one part against their contracts, at random states around the drawn pose.
+    """Check the kernels of one part against their contracts, at random states around the reference configuration.
 
-    Compiled and plain Python function agree; tangents are the differences of forces; energies fit the forces; a second
-    call gives the same and no input is written to; values are finite, also for h = 0; action equals reaction between
-    two bodies; results turn and shift with the frame; part, mechanism and program survive pickling.
+    Compiled and plain Python function agree.  Tangents agree with differences of forces, energies with forces.  A
+    second call gives the same result, and inputs are not changed.  Values are finite, also for h = 0.  Action equals
+    reaction between two bodies.  Results turn and shift with the frame.  Part, mechanism and program can be pickled.
 
     Parameters
     ----------
@@ -41,35 +39,42 @@ def check_part(mechanism: Mechanism, part_name: str, *, seed: int = 0) -> Report
 
     Returns
     -------
-    Report : what was checked, at how many states, and how well it agreed.
+    Report : checks, numbers of states, and largest errors.
 
     Raises
     ------
-    KernelError : the first contract that is broken, with part, kernel, entry, both numbers and the state.
+    KernelError : the first broken contract, with part, kernel, entry, both numbers and the state.
     ModelError : no such part.
 
     Notes
     -----
-    A state where differences do not settle is taken for a kink and left out; a kernel of which that is true at more
-    than a third of the states is refused.  Inertia is left out of action = reaction.
+    A state at which differences do not converge counts as a kink and is left out; a kernel with more than a third of
+    such states is refused.  Action = reaction is checked without inertia.
     """
     program = compile_mechanism(mechanism)
     part = mechanism.find(part_name)
     bench = Bench(mechanism, part, seed)
     weightless = part.contributions(replace(mechanism, gravity=(0.0, 0.0)))
-    seen: dict[str, set[Any]] = {}
+    checked: dict[str, set[Any]] = {}
     for contribution, bare in zip(part.contributions(mechanism), weightless, strict=True):
         kernel = contribution.gap if isinstance(contribution, ContactContribution) else contribution.kernel
-        known = seen.setdefault(kernel.name, set())
-        if contribution.p not in known and len(known) < MOST_PIECES:
-            known.add(contribution.p)
+        checked_p = checked.setdefault(kernel.name, set())
+        if contribution.p not in checked_p and len(checked_p) < MOST_PIECES:
+            checked_p.add(contribution.p)
             check_piece(bench, contribution, bare)
     check_pickles(bench, mechanism, part_name, program)
     return bench.report()
 
 
 def check_piece(bench: Bench, contribution: Contribution, weightless: Any) -> None:
-    """Check one piece; `weightless` is the same without the mechanism's gravity."""
+    """Check one piece of a part.
+
+    Parameters
+    ----------
+    bench : test bench.
+    piece : the piece.
+    weightless : the same piece without gravity.
+    """
     if isinstance(contribution, ElementContribution):
         check_element(bench, contribution, weightless)
         if contribution.factor is not None:
@@ -83,14 +88,22 @@ def check_piece(bench: Bench, contribution: Contribution, weightless: Any) -> No
     elif isinstance(contribution, ContactContribution):
         check_contact(bench, contribution)
     else:
-        subject = Subject(bench.owner, contribution.kernel, contribution.p)
+        tested = TestedKernel(bench.owner, contribution.kernel, contribution.p)
         for state in bench.states(contribution.coordinates, "t q v a"):
-            subject.watched(state)
+            tested.checked_call(state)
             bench.note(f"{contribution.kernel.name}: compiled = Python, finite, repeatable")
 
 
 def check_pickles(bench: Bench, mechanism: Mechanism, part_name: str, program: Program) -> None:
-    """Part, mechanism and program can be sent to another process, and the program gives the same numbers there."""
+    """Check that part, mechanism and program can be sent to another process with the same results.
+
+    Parameters
+    ----------
+    bench : test bench.
+    mechanism : the mechanism.
+    part_name : name of the part.
+    program : compiled mechanism.
+    """
     part = mechanism.find(part_name)
     copies = {}
     for word, thing in (("part", part), ("mechanism", mechanism), ("program", program)):

@@ -1,1 +1,1 @@
-"""Pictures of a run."""
+"""Pictures of runs, diagrams, orbits and spectra."""

@@ -28,25 +28,25 @@ COLOURS = {
     "inconclusive": "0.55",
     "": "black",
 }
-"""Of verdicts, in the order of the legend; told apart by people who see few colours, too."""
+"""Colours of the verdicts, in the order of the legend; readers with colour blindness can distinguish them."""
 
 MARKERS = {"up": "^", "down": "v", "cold": "o"}
 MANY = 4000
-"""Points from which on markers are smallest."""
+"""Number of points above which the markers are smallest."""
 
 
 def plot_bifurcation(diagram: xr.Dataset, signal: str, *, title: str | None = None) -> Figure:
     """A bifurcation diagram: the points of a signal over the parameter.
 
-    The colour is the verdict on the motion, the marker the direction of the sweep.  Dotted lines are the seams of
-    sweeps that were computed in parts, crosses on the lower edge values whose point failed.  The figure is free of
-    matplotlib's global state: it needs no display, and `fig.savefig(path)` writes it.
+    The colour shows the verdict on the motion, the marker the direction of the sweep.  Dotted lines are seams between
+    chunks of a sweep, crosses on the lower edge failed points.  The figure needs no display; `fig.savefig(path)` writes
+    it.
 
     Parameters
     ----------
-    diagram : what `bifurcation` or `load_sweep` returned.
-    signal : name of a signal of it.
-    title : above the figure; None: the name of the mechanism.
+    diagram : result of `bifurcation` or `load_sweep`.
+    signal : name of a signal of the diagram.
+    title : title of the figure; None: the name of the mechanism.
 
     Raises
     ------
@@ -58,49 +58,49 @@ def plot_bifurcation(diagram: xr.Dataset, signal: str, *, title: str | None = No
     attributes = diagram.attrs if isinstance(diagram, xarray.Dataset) else {}
     if attributes.get("kind") != "bifurcation":
         text = f"plot_bifurcation: the dataset is of kind {attributes.get('kind')!r}"
-        raise InputError(f"{text}; give what fm.bifurcation returned.")
+        raise InputError(f"{text}; give the result of fm.bifurcation.")
     parameter = diagram.attrs["parameter"]
-    signals = [str(name) for name, found in diagram.data_vars.items() if found.dims[-2:] == (parameter, "period")]
+    signals = [str(name) for name, pieces in diagram.data_vars.items() if pieces.dims[-2:] == (parameter, "period")]
     checks.one_of("plot_bifurcation", "signal", signal, signals)
     figure = Figure(figsize=SIZE, layout="constrained")
     ax = figure.subplots()
-    found: dict[tuple[str, str], list[Any]] = {}
+    pieces: dict[tuple[str, str], list[Any]] = {}
     for direction, row in _rows(diagram):
-        _gather(found, row, parameter, signal, direction)
+        _gather(pieces, row, parameter, signal, direction)
         _mark(ax, row, parameter)
-    _draw(ax, found)
+    _draw(ax, pieces)
     ax.set_xlabel(_label(parameter, diagram[parameter].attrs.get("units", "")))
     ax.set_ylabel(_label(signal, diagram[signal].attrs.get("units", "")))
     ax.set_title(diagram.attrs["name"] if title is None else title)
     ax.margins(x=0.02)
-    _legend(ax, found)
+    _legend(ax, pieces)
     return figure
 
 
 def _rows(diagram: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
-    """The directions of the diagram, each with its part of it."""
+    """The directions of the diagram, each with its dataset."""
     if "direction" not in diagram.dims:
         return [(diagram.attrs["direction"], diagram)]
     return [(str(name), diagram.isel(direction=k)) for k, name in enumerate(diagram["direction"].values)]
 
 
 def entry_of(verdict: str) -> str:
-    """The entry of the legend, one of `COLOURS`, to which a `verdict` belongs."""
+    """Entry of the legend, a key of `COLOURS`, for a `verdict`."""
     if verdict in COLOURS:
         return verdict
     return "periodic-5 and more" if verdict.startswith("periodic-") else "inconclusive"
 
 
-def _gather(found: dict[tuple[str, str], list[Any]], row: xr.Dataset, parameter: str, signal: str, name: str) -> None:
-    """Add the points of a direction, by verdict and direction."""
+def _gather(pieces: dict[tuple[str, str], list[Any]], row: xr.Dataset, parameter: str, signal: str, name: str) -> None:
+    """Add the points of a direction to those by verdict and direction."""
     values, points = row[parameter].values, row[signal].values
     for k in np.flatnonzero(row["ok"].values):
         key = (entry_of(str(row["verdict"].values[k])), name)
-        found.setdefault(key, []).append((np.full(points.shape[1], values[k]), points[k]))
+        pieces.setdefault(key, []).append((np.full(points.shape[1], values[k]), points[k]))
 
 
 def _mark(ax: Axes, row: xr.Dataset, parameter: str) -> None:
-    """Seams and failures of a direction."""
+    """Draw seams and failed points of a direction."""
     values = row[parameter].values
     for value in values[row["seam"].values]:
         ax.axvline(value, color="0.75", linestyle=":", linewidth=1.0, zorder=0)
@@ -109,29 +109,30 @@ def _mark(ax: Axes, row: xr.Dataset, parameter: str) -> None:
     ax.plot(failed, np.full(len(failed), 0.015), "x", color="black", transform=ax.get_xaxis_transform(), clip_on=False)
 
 
-def _draw(ax: Axes, found: dict[tuple[str, str], list[Any]]) -> None:
-    count = sum(len(points) for pieces in found.values() for _, points in pieces)
+def _draw(ax: Axes, pieces_of: dict[tuple[str, str], list[Any]]) -> None:
+    count = sum(len(points) for listed in pieces_of.values() for _, points in listed)
     size = 4.0 if count < MANY else 1.2
-    for (verdict, name), pieces in found.items():
-        across, points = (np.concatenate(column) for column in zip(*pieces, strict=True))
-        style = {"color": COLOURS[verdict], "marker": MARKERS[name], "markersize": size, "markeredgewidth": 0.0}
+    for (verdict, name), listed in pieces_of.items():
+        across, points = (np.concatenate(column) for column in zip(*listed, strict=True))
+        style: dict[str, Any] = {"color": COLOURS[verdict], "marker": MARKERS[name], "markersize": size}
+        style["markeredgewidth"] = 0.0
         ax.plot(across, points, linestyle="none", rasterized=count > MANY, **style)
     ax.grid(visible=True, color="0.9", linewidth=0.6)
     ax.set_axisbelow(True)
     ax.ticklabel_format(axis="both", style="sci", scilimits=(-3, 4), useMathText=True)
 
 
-def _legend(ax: Axes, found: dict[tuple[str, str], list[Any]]) -> None:
-    """Colours of the verdicts that occur, markers of the directions if there are two, crosses and dotted lines."""
+def _legend(ax: Axes, pieces: dict[tuple[str, str], list[Any]]) -> None:
+    """Draw the legend: colours of the verdicts, markers of two directions, crosses and dotted lines."""
     from matplotlib.lines import Line2D
 
     style: dict[str, Any] = {"linestyle": "none", "markersize": 6.0}
-    verdicts = [name for name in COLOURS if name and any(name == verdict for verdict, _ in found)]
+    verdicts = [name for name in COLOURS if name and any(name == verdict for verdict, _ in pieces)]
     handles = [Line2D([], [], color=COLOURS[name], marker="o", label=name, **style) for name in verdicts]
-    directions = sorted({name for _, name in found}, reverse=True)
+    directions = sorted({name for _, name in pieces}, reverse=True)
     if len(directions) > 1:
         handles += [Line2D([], [], color="0.3", marker=MARKERS[name], label=name, **style) for name in directions]
-    if any(len(line.get_xdata()) for line in ax.lines if line.get_marker() == "x"):
+    if any(np.size(line.get_xdata()) for line in ax.lines if line.get_marker() == "x"):
         handles.append(Line2D([], [], color="black", marker="x", label="failed", **style))
     if any(line.get_linestyle() == ":" for line in ax.lines):
         handles.append(Line2D([], [], color="0.75", linestyle=":", label="seam"))

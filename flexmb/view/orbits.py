@@ -1,4 +1,4 @@
-"""Pictures of branches of periodic orbits and of basins of attraction."""
+"""Branches of periodic orbits and basins of attraction as matplotlib figures."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.dynamics.basins.basin import Basin
-from flexmb.dynamics.orbits.branch import Branch
+from flexmb.dynamics.orbits.branch import Branch, BranchPoint
 from flexmb.dynamics.orbits.floquet import BRANCH, FLIP, FOLD, GRAZING, NEIMARK_SACKER
 from flexmb.errors import InputError
 from flexmb.view.plot import label_of
@@ -33,53 +33,53 @@ MARKS = {
 
 LOST_COLOUR, OPEN_COLOUR = "black", "0.75"
 COLOURS = ("#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377", "#ee8866", "#44bb99", "#ffaabb", "#99ddff")
-"""Of attractors; told apart by most who see few colours (P. Tol, Colour schemes, 2021)."""
+"""Colours of attractors; most readers with colour blindness can distinguish them (P. Tol, Colour schemes, 2021)."""
 
 
 def plot_branch(
     branches: Branch | Sequence[Branch], signal: str, *, value: str = "section", title: str | None = None
 ) -> Figure:
-    """Periodic orbits over their parameter: stable ones solid, unstable ones dashed, events marked.
+    """Periodic orbits over a parameter: stable orbits solid, unstable orbits dashed, events marked.
 
     Parameters
     ----------
     branches : one branch, or several of one system and parameter.
-    signal : which signal, or "period".
-    value : "section": its value at the start of the orbit; "max" or "min": the largest or smallest on the orbit, for
-        branches followed with extremes=; "amplitude": half of their difference.
-    title : above the figure; None: the name of the system.
+    signal : name of a signal, or "period".
+    value : "section": value at the start of the orbit; "max" or "min": largest or smallest value on the orbit, for
+        branches computed with extremes=; "amplitude": half of their difference.
+    title : title of the figure; None: the name of the system.
 
     Raises
     ------
-    InputError : no branch, an unknown signal or value, extremes that were not asked for, different parameters.
+    InputError : no branch, an unknown signal or value, missing extremes, different parameters.
     """
     from matplotlib.figure import Figure
 
-    listed = [branches] if isinstance(branches, Branch) else list(branches)
-    if not listed or not all(isinstance(b, Branch) for b in listed):
+    drawn = [branches] if isinstance(branches, Branch) else list(branches)
+    if not drawn or not all(isinstance(b, Branch) for b in drawn):
         raise InputError(f"plot_branch: branches is {branches!r}; it must be one or several results of follow().")
-    if len({b.parameter for b in listed}) > 1:
-        text = ", ".join(dict.fromkeys(b.parameter for b in listed))
+    if len({b.parameter for b in drawn}) > 1:
+        text = ", ".join(dict.fromkeys(b.parameter for b in drawn))
         raise InputError(f"plot_branch: the branches have different parameters: {text}. Plot them one by one.")
     checks.one_of("plot_branch", "value", value, ("section", "max", "min", "amplitude"))
     figure = Figure(figsize=SIZE, layout="constrained")
     ax = figure.subplots()
-    seen: set[str] = set()
-    for branch in listed:
-        _draw_branch(ax, branch, signal, value, seen)
-    first = listed[0]
+    labelled: set[str] = set()
+    for branch in drawn:
+        _draw_branch(ax, branch, signal, value, labelled)
+    first = drawn[0]
     units = first.unit if signal == "period" else dict(zip(first.names, first.units, strict=True))[signal]
     ax.set_xlabel(first.parameter)
-    what = signal if value == "section" or signal == "period" else f"{value} of {signal}"
-    ax.set_ylabel(label_of(what, units))
+    ylabel = signal if value == "section" or signal == "period" else f"{value} of {signal}"
+    ax.set_ylabel(label_of(ylabel, units))
     _finish(ax)
     ax.legend(loc="best", fontsize="small", framealpha=0.9)
     figure.suptitle(first.name if title is None else title)
     return figure
 
 
-def _draw_branch(ax: Axes, branch: Branch, signal: str, value: str, seen: set[str]) -> None:
-    """Contributions of one stability each; the legend names each kind once."""
+def _draw_branch(ax: Axes, branch: Branch, signal: str, value: str, labelled: set[str]) -> None:
+    """Draw a branch by pieces of one stability; the legend names each kind once."""
     x = np.array([p.value for p in branch.points])
     y = _heights(branch, signal, value, branch.points)
     stable = np.array([p.stable for p in branch.points], dtype=bool)
@@ -89,44 +89,46 @@ def _draw_branch(ax: Axes, branch: Branch, signal: str, value: str, seen: set[st
             continue
         end = min(k + 1, len(x))  # pieces touch one another
         name, colour, style = ("stable", STABLE, "-") if stable[begin] else ("unstable", UNSTABLE, "--")
-        label = None if name in seen else name
+        label = None if name in labelled else name
         ax.plot(x[begin:end], y[begin:end], style, color=colour, linewidth=1.5, label=label)
-        seen.add(name)
+        labelled.add(name)
         begin = k
     heights = _heights(branch, signal, value, branch.events)
     for event, height in zip(branch.events, heights, strict=True):
         mark, colour, name = MARKS[event.kind]
-        label = None if name in seen else name
+        label = None if name in labelled else name
         ax.plot(event.value, height, mark, color=colour, markersize=8, zorder=3, label=label, linestyle="none")
-        seen.add(name)
+        labelled.add(name)
 
 
-def _heights(branch: Branch, signal: str, value: str, points: tuple) -> np.ndarray:
-    """What is drawn of each point."""
+def _heights(branch: Branch, signal: str, value: str, points: tuple[BranchPoint, ...]) -> np.ndarray:
+    """Ordinates of the points."""
     if signal == "period":
         return np.array([p.period for p in points])
-    place = branch.names.index(checks.one_of("plot_branch", "signal", signal, (*branch.names, "period")))
+    column = branch.names.index(checks.one_of("plot_branch", "signal", signal, (*branch.names, "period")))
     if value == "section":
-        return np.array([p.signals[place] for p in points])
-    ends = np.array([p.extremes[place] for p in points]).reshape(-1, 2)
-    if len(points) and not np.isfinite(ends).any():
+        return np.array([p.signals[column] for p in points])
+    extremes = np.array([p.extremes[column] for p in points]).reshape(-1, 2)
+    if len(points) and not np.isfinite(extremes).any():
         raise InputError(f"plot_branch: value is {value!r}, but extremes were not kept. Use follow(..., extremes=100).")
-    return {"min": ends[:, 0], "max": ends[:, 1], "amplitude": 0.5 * (ends[:, 1] - ends[:, 0])}[value]
+    low, high = extremes[:, 0], extremes[:, 1]
+    heights = {"min": low, "max": high, "amplitude": 0.5 * (high - low)}
+    return np.asarray(heights[value])
 
 
 def plot_basin(basin: Basin, *, title: str | None = None) -> Figure:
-    """The grid of starts coloured by the attractor that they come to, with their share of the grid.
+    """Basins of attraction: the grid of start values, coloured by attractor, with the fraction of each attractor.
 
-    Attractors are marked where their own points lie within the grid's range.
+    Points of the attractors within the range of the grid are marked.
 
     Parameters
     ----------
-    basin : the result of `basin()`.
-    title : above the figure; None: the name of the system.
+    basin : result of `basin()`.
+    title : title of the figure; None: the name of the system.
 
     Raises
     ------
-    InputError : something else than a basin.
+    InputError : another kind of object.
     """
     from matplotlib.colors import ListedColormap
     from matplotlib.figure import Figure
@@ -138,8 +140,8 @@ def plot_basin(basin: Basin, *, title: str | None = None) -> Figure:
     colours = [LOST_COLOUR, OPEN_COLOUR, *(COLOURS[k % len(COLOURS)] for k in range(count))]
     figure = Figure(figsize=SIZE, layout="constrained")
     ax = figure.subplots()
-    shown = {"cmap": ListedColormap(colours), "vmin": -1.5, "vmax": count + 0.5, "shading": "nearest"}
-    ax.pcolormesh(basin.x, basin.y, basin.number, **shown)
+    colour_map, top = ListedColormap(colours), count + 0.5
+    ax.pcolormesh(basin.x, basin.y, basin.number, cmap=colour_map, vmin=-1.5, vmax=top, shading="nearest")
     (ax_name, ay_name), (ax_unit, ay_unit) = basin.axes, basin.units
     ax.set_xlabel(label_of(ax_name, ax_unit))
     ax.set_ylabel(label_of(ay_name, ay_unit))
@@ -150,8 +152,8 @@ def plot_basin(basin: Basin, *, title: str | None = None) -> Figure:
         ax.plot(x, y, "o", color=colours[k + 2], markeredgecolor="black", markersize=5, linestyle="none")
     names = {-1: "lost", 0: "undecided"} | {k + 1: _named(k + 1, n) for k, n in enumerate(basin.periods)}
     patches = [
-        Patch(facecolor=colours[k + 1], label=f"{names[k]}: {100.0 * share:.1f} %")
-        for k, share in basin.fractions.items()
+        Patch(facecolor=colours[k + 1], label=f"{names[k]}: {100.0 * fraction:.1f} %")
+        for k, fraction in basin.fractions.items()
     ]
     figure.legend(handles=patches, loc="outside right upper", frameon=False, fontsize="small")
     figure.suptitle(basin.name if title is None else title)
@@ -159,7 +161,7 @@ def plot_basin(basin: Basin, *, title: str | None = None) -> Figure:
 
 
 def _edges(values: np.ndarray) -> tuple[float, float]:
-    """Outer edges of the cells about the values of an axis."""
+    """Outer edges of the cells around the values of an axis."""
     low, high = float(values.min()), float(values.max())
     half = 0.5 * (high - low) / max(len(values) - 1, 1) or 0.5
     return low - half, high + half

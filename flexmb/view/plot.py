@@ -1,4 +1,4 @@
-"""Signals over time, or over one another, as a matplotlib figure."""
+"""Signals over time or over one another, as a matplotlib figure."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ WIDTH, PANEL, FRAME = 8.0, 1.9, 0.9  # of the figure, of one panel, of title and
 def plot(
     sol: Solution, names: str | Sequence[str | Sequence[str]], *, title: str | None = None, x: str = "time"
 ) -> Figure:
-    """Signals as panels above one another.
+    """Signals in panels, one above the other.
 
-    The figure is free of matplotlib's global state: it needs no display, and `fig.savefig(path)` writes it.
+    The figure needs no display; `fig.savefig(path)` writes it.
 
     Parameters
     ----------
     sol : the solution.
-    names : one name, or one entry a panel; an entry that is itself a list shares a panel, e.g.
+    names : one name, or one entry for each panel; the signals of an entry that is a list share a panel, e.g.
         ["slider.ax", ["B.fx", "B.fy"]].
-    title : above the figure; None: the name of the mechanism.
-    x : "time", or a signal over which the others are drawn, e.g. x="B.ex" with "B.ey" for an orbit.
+    title : title of the figure; None: the name of the mechanism.
+    x : "time" or the signal of the abscissa, e.g. x="B.ex" with "B.ey" for the orbit of a journal.
 
     Raises
     ------
-    InputError : an unknown name, no name at all, signals of different units in one panel.
+    InputError : an unknown name, no name, signals of different units in one panel.
     """
     from matplotlib.figure import Figure
 
@@ -52,12 +52,12 @@ def plot(
 
 
 def unit_text(units: str) -> str:
-    """`units` with the exponents raised: "m/s2" becomes "m/s$^{2}$"."""
+    """`units` with raised exponents: "m/s2" becomes "m/s$^{2}$"."""
     return re.sub(r"(?<=[A-Za-z])\^?(-?\d+)", r"$^{\1}$", units)
 
 
 def _panels(sol: Solution, names: str | Sequence[str | Sequence[str]]) -> list[list[str]]:
-    """The names by panel, each checked."""
+    """Names of the signals by panel, checked."""
     entries = [names] if isinstance(names, str) else list(names)
     panels = [[entry] if isinstance(entry, str) else list(entry) for entry in entries]
     if not panels or not all(panels):
@@ -65,9 +65,9 @@ def _panels(sol: Solution, names: str | Sequence[str | Sequence[str]]) -> list[l
     for panel in panels:
         units = list(dict.fromkeys(sol.units(name) for name in panel))
         if len(units) > 1:
-            found = " and ".join(repr(u) for u in units)
-            text = f"plot: {', '.join(panel)} have different units, {found}."
-            raise InputError(f"{text} Put them into panels of their own.")
+            listed = " and ".join(repr(u) for u in units)
+            text = f"plot: {', '.join(panel)} have different units, {listed}."
+            raise InputError(f"{text} Put them into different panels.")
     return panels
 
 
@@ -92,5 +92,12 @@ def _draw(ax: Axes, sol: Solution, panel: list[str], x: str) -> None:
 
 
 def label_of(name: str, units: str, between: str = " ") -> str:
-    """Name of an axis with its unit in brackets."""
-    return between.join(part for part in (name, f"[{unit_text(units)}]" if units else "") if part)
+    """Label of an axis: name, and unit in brackets.
+
+    Parameters
+    ----------
+    name : name of the signal.
+    units : unit; "" for none.
+    between : text between name and unit.
+    """
+    return between.join(text for text in (name, f"[{unit_text(units)}]" if units else "") if text)

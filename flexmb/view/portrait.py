@@ -1,4 +1,4 @@
-"""Phase portraits, points of sections, and how exponents converge."""
+"""Phase portraits, section points and the convergence of exponents, as matplotlib figures."""
 
 from __future__ import annotations
 
@@ -20,27 +20,27 @@ if TYPE_CHECKING:
 SIZE = (7.0, 5.0)  # of a figure [inch]
 
 MANY = 2000
-"""From so many points on dots are small."""
+"""Number of points above which dots are small."""
 
 ALONG = ("period", "crossing")
-"""Dimensions of a section dataset."""
+"""Dimensions of a dataset of section points."""
 
 
 def plot_phase(
     motion: Solution | xr.Dataset, x: str, y: str, *, since: float | None = None, title: str | None = None
 ) -> Figure:
-    """The phase portrait: one signal over another, as a curve.
+    """Phase portrait: one signal over another, as a curve.
 
     Parameters
     ----------
     motion : a solution, or a dataset with signals over one dimension (`orbit.samples()`).
     x, y : names of the signals, e.g. "slider.x", "slider.vx".
-    since : time from which on the motion is drawn [s]; None: from its beginning.
-    title : above the figure; None: the name of the system.
+    since : begin of the curve [s]; None: the begin of the motion.
+    title : title of the figure; None: the name of the system.
 
     Raises
     ------
-    InputError : an unknown signal, a motion of another kind, a time after its end.
+    InputError : an unknown signal, another kind of object, a time after the end of the motion.
     """
     data = _signals(motion, (x, y)) if isinstance(motion, Solution) else _dataset("plot_phase", motion)
     values = [_signal("plot_phase", data, name) for name in (x, y)]
@@ -57,7 +57,7 @@ def plot_phase(
 
 
 def _signals(sol: Solution, names: tuple[str, ...]) -> xr.Dataset:
-    """Some signals of a solution."""
+    """Dataset of some signals of a solution."""
     import xarray as xr
 
     columns = {name: ("time", sol.array(name), {"units": sol.units(name)}) for name in names}
@@ -65,14 +65,14 @@ def _signals(sol: Solution, names: tuple[str, ...]) -> xr.Dataset:
 
 
 def plot_section(section: xr.Dataset, x: str, y: str | None = None, *, title: str | None = None) -> Figure:
-    """The points of a section: one signal over another, or over the number of the period.
+    """Section points: one signal over another, or over the number of the period.
 
     Parameters
     ----------
-    section : the result of `stroboscopic` or `section`.
-    x : a signal.
-    y : another one, drawn over it; None: x over the number of the period or crossing.
-    title : above the figure; None: the name of the system.
+    section : result of `stroboscopic` or `section`.
+    x : name of a signal.
+    y : name of the signal on the ordinate; None: x over the number of the period or crossing.
+    title : title of the figure; None: the name of the system.
 
     Raises
     ------
@@ -81,8 +81,8 @@ def plot_section(section: xr.Dataset, x: str, y: str | None = None, *, title: st
     data = _dataset("plot_section", section)
     axis = next((name for name in ALONG if name in data.dims), None)
     if axis is None:
-        found = ", ".join(map(str, data.dims)) or "none"
-        raise InputError(f"plot_section: section has the dimensions {found}; it must have 'period' or 'crossing'.")
+        dims = ", ".join(map(str, data.dims)) or "none"
+        raise InputError(f"plot_section: section has the dimensions {dims}; it must have 'period' or 'crossing'.")
     figure, ax = _figure(data, title)
     size = 1.0 if data.sizes[axis] >= MANY else 9.0
     if y is None:
@@ -91,23 +91,23 @@ def plot_section(section: xr.Dataset, x: str, y: str | None = None, *, title: st
         ax.set_xlabel(axis)
         ax.set_ylabel(label_of(x, data[x].attrs.get("units", "")))
     else:
-        values = [_signal("plot_section", data, name) for name in (x, y)]
-        ax.scatter(*values, s=size, color="tab:blue", linewidths=0)
+        across, up = (_signal("plot_section", data, name) for name in (x, y))
+        ax.scatter(across, up, s=size, color="tab:blue", linewidths=0)
         _labels(ax, data, x, y)
     return figure
 
 
 def plot_exponents(exponents: Exponents, *, title: str | None = None) -> Figure:
-    """Lyapunov exponents over the time they are taken from, with the final values and their errors as bands.
+    """Convergence of Lyapunov exponents over time, with the final values and their errors as bands.
 
     Parameters
     ----------
-    exponents : the result of `lyapunov`.
-    title : above the figure; None: the name of the system.
+    exponents : result of `lyapunov` or `benettin`.
+    title : title of the figure; None: the name of the system.
 
     Raises
     ------
-    InputError : something else, or exponents without a history.
+    InputError : another kind of object, exponents without a history.
     """
     if not isinstance(exponents, Exponents):
         text = f"plot_exponents: exponents is {type(exponents).__name__}"

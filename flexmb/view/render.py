@@ -1,4 +1,4 @@
-"""The mechanism at several instants, drawn with lines; needs no display."""
+"""Poses of a mechanism at several instants, as a matplotlib figure."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,30 +24,33 @@ Box = tuple[tuple[float, float], tuple[float, float]]
 """Limits of x and of y [m]."""
 
 PANELS = 6
-TRACE = 6  # earlier poses behind each panel
+"""Default number of instants."""
+TRACE = 6
+"""Number of earlier poses behind each instant."""
 PER_ELEMENT = 9
+"""Number of points on a beam element."""
 COLOURS = ("#1b6ca8", "#d1495b", "#2e8b57", "#e08e0b", "#6a4c93", "#00838f", "#8d5524", "#c2185b", "#607d8b", "#556b2f")
 MARKERS = {"prismatic": "s", "fixed": "D", "clearance": "o"}
 
 
 def render(
     sol: Solution,
-    times: Sequence[float] | None = None,
+    times: Sequence[float] | np.ndarray | None = None,
     *,
     path: str | Path | None = None,
     size: tuple[float, float] | None = None,
 ) -> Figure:
-    """The mechanism at several instants, side by side, with the poses between them in light grey behind.
+    """Poses of a mechanism at several instants, side by side, with earlier poses in light grey.
 
-    Bodies have a colour each, beams are drawn deformed (true scale); joints are dots, those with clearance red rings,
+    Each body has a colour.  Beams are drawn deformed in true scale.  Joints are dots, joints with clearance red rings;
     joints on the ground stand on a triangle.
 
     Parameters
     ----------
     sol : the solution.
-    times : instants [s], of which the nearest saved ones are drawn; None: six over the whole time.
-    path : where to write the picture (its ending gives the format); None: nowhere.
-    size : width and height [inch]; None: as the mechanism wants it.
+    times : instants [s], replaced by the nearest saved instants; None: six instants over the whole time.
+    path : file of the picture, whose ending gives the format; None: no file.
+    size : width and height [inch]; None: from the size of the mechanism.
 
     Raises
     ------
@@ -57,29 +60,29 @@ def render(
 
     from flexmb.results import drawing
 
-    shown = drawing.nearest_instants(sol, _instants(sol, times))
-    drawn = _with_trace(shown)
-    lines = drawing.lines(sol, drawn, PER_ELEMENT)
-    marks = drawing.marks(sol, drawn)
+    indices = drawing.nearest_instants(sol, _instants(sol, times))
+    all_indices = _with_trace(indices)
+    lines = drawing.lines(sol, all_indices, PER_ELEMENT)
+    marks = drawing.marks(sol, all_indices)
     box = _box([line.points for line in lines] + [m.points for m in marks])
-    columns = 2 if len(shown) == 4 else min(3, len(shown))
-    rows = math.ceil(len(shown) / columns)
+    columns = 2 if len(indices) == 4 else min(3, len(indices))
+    rows = math.ceil(len(indices) / columns)
     figure = Figure(figsize=_size(box, columns, rows, size), layout="constrained")
     grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     for k, ax in enumerate(grid.flat):
-        if k < len(shown):
-            now = int(np.searchsorted(drawn, shown[k]))
-            before = int(np.searchsorted(drawn, shown[k - 1])) if k else now
+        if k < len(indices):
+            now = int(np.searchsorted(all_indices, indices[k]))
+            before = int(np.searchsorted(all_indices, indices[k - 1])) if k else now
             _panel(ax, lines, marks, now, range(before, now))
-            ax.set_title(f"t = {sol.time[shown[k]]:.6g} s", fontsize="small")
-        ax.set(xlim=box[0], ylim=box[1], aspect="equal", visible=k < len(shown))
-        _label(ax, left=k % columns == 0, below=k + columns >= len(shown))
-    _names(grid.flat[0], marks, int(np.searchsorted(drawn, shown[0])), box)
+            ax.set_title(f"t = {sol.time[indices[k]]:.6g} s", fontsize="small")
+        ax.set(xlim=box[0], ylim=box[1], aspect="equal", visible=k < len(indices))
+        _label(ax, left=k % columns == 0, below=k + columns >= len(indices))
+    _names(grid.flat[0], marks, int(np.searchsorted(all_indices, indices[0])), box)
     _finish(figure, sol.name, _colours(lines), marks)
     return figure if path is None else _saved(figure, Path(path))
 
 
-def _instants(sol: Solution, times: Sequence[float] | None) -> np.ndarray:
+def _instants(sol: Solution, times: Sequence[float] | np.ndarray | None) -> np.ndarray:
     if not len(sol.time):
         raise InputError("render: the solution has no saved instants. Save some, e.g. by simulate(..., save=...).")
     if not sol.shapes:
@@ -93,10 +96,10 @@ def _instants(sol: Solution, times: Sequence[float] | None) -> np.ndarray:
     return np.array(wanted)
 
 
-def _with_trace(shown: np.ndarray) -> np.ndarray:
-    """The instants shown, and some between each two of them."""
-    between = [np.linspace(a, b, TRACE + 2).round().astype(int) for a, b in pairwise(shown)]
-    return np.unique(np.concatenate([shown, *between]))
+def _with_trace(indices: np.ndarray) -> np.ndarray:
+    """The instants to be shown, and some instants between them."""
+    between = [np.linspace(a, b, TRACE + 2).round().astype(int) for a, b in pairwise(indices)]
+    return np.unique(np.concatenate([indices, *between]))
 
 
 def _box(points: list[np.ndarray]) -> Box:
@@ -126,13 +129,13 @@ def _colours(lines: list[Line]) -> dict[str, str]:
 
 
 def _panel(ax: Axes, lines: list[Line], marks: list[Mark], now: int, before: range) -> None:
-    """One pose, the earlier ones behind it."""
+    """Draw one pose, with the earlier poses behind."""
     colours = _colours(lines)
     for line in lines:
         for k in before:
             ax.plot(*line.points[k].T, color="0.85", linewidth=0.8, zorder=1)
-        point = np.ptp(line.points[now], axis=0).max() == 0.0  # a body that no joint holds outside its centre
-        style = {"marker": "s", "markersize": 14} if point else {"solid_capstyle": "round"}
+        point = np.ptp(line.points[now], axis=0).max() == 0.0  # a body without joints outside its centre
+        style: dict[str, Any] = {"marker": "s", "markersize": 14} if point else {"solid_capstyle": "round"}
         width = 2.0 if line.is_beam else 2.6
         ax.plot(*line.points[now].T, color=colours[line.part], linewidth=width, zorder=2, **style)
     for mark in marks:
@@ -143,7 +146,7 @@ def _panel(ax: Axes, lines: list[Line], marks: list[Mark], now: int, before: ran
 
 
 def _label(ax: Axes, *, left: bool, below: bool) -> None:
-    """Axes are named at the rim of the grid only."""
+    """Label the axes at the rim of the grid only."""
     ax.tick_params(labelsize="x-small", labelbottom=below, labelleft=left)
     ax.set_xlabel("x [m]" if below else "", fontsize="small")
     ax.set_ylabel("y [m]" if left else "", fontsize="small")
@@ -152,6 +155,7 @@ def _label(ax: Axes, *, left: bool, below: bool) -> None:
 def _joint(ax: Axes, mark: Mark, at: np.ndarray) -> None:
     if mark.on_ground:
         ax.plot(at[0], at[1], marker=6, color="0.45", markersize=9, linestyle="", zorder=3)
+    style: dict[str, Any]
     if mark.kind == "clearance":
         style = {"markersize": 9, "markerfacecolor": "white", "markeredgecolor": "#c00000", "markeredgewidth": 1.8}
     else:
@@ -160,7 +164,7 @@ def _joint(ax: Axes, mark: Mark, at: np.ndarray) -> None:
 
 
 def _names(ax: Axes, marks: list[Mark], now: int, box: Box) -> None:
-    """Names of the joints, on the side away from the others; those that lie on one another share a label."""
+    """Draw the names of the joints on the side away from the other joints; coincident joints share a label."""
     from matplotlib.patheffects import withStroke
 
     near = 0.03 * (box[0][1] - box[0][0])
@@ -177,10 +181,10 @@ def _names(ax: Axes, marks: list[Mark], now: int, box: Box) -> None:
     halo = [withStroke(linewidth=2.0, foreground="white")]
     for at, names in groups:
         right, up = middle[0] <= at[0] < rim, at[1] >= middle[1]
-        place = {"ha": "left" if right else "right", "va": "bottom" if up else "top"}
+        style: dict[str, Any] = {"ha": "left" if right else "right", "va": "bottom" if up else "top"}
+        style |= {"textcoords": "offset points", "fontsize": "x-small", "path_effects": halo, "zorder": 5}
         shift = (5 if right else -5, 5 if up else -5)
-        text = {"textcoords": "offset points", "fontsize": "x-small", "path_effects": halo, "zorder": 5}
-        ax.annotate(", ".join(names), at, xytext=shift, **place, **text)
+        ax.annotate(", ".join(names), (float(at[0]), float(at[1])), xytext=shift, **style)
 
 
 def _finish(figure: Figure, title: str, colours: dict[str, str], marks: list[Mark]) -> None:
@@ -188,11 +192,12 @@ def _finish(figure: Figure, title: str, colours: dict[str, str], marks: list[Mar
 
     handles = [Line2D([], [], color=colour, linewidth=2.4, label=part) for part, colour in colours.items()]
     if any(m.kind == "clearance" for m in marks):
-        ring = {"marker": "o", "markersize": 8, "markerfacecolor": "white", "markeredgecolor": "#c00000"}
-        handles.append(Line2D([], [], linestyle="", markeredgewidth=1.8, label="joint with clearance", **ring))
+        ring: dict[str, Any] = {"marker": "o", "markersize": 8, "markerfacecolor": "white"}
+        ring |= {"markeredgecolor": "#c00000", "markeredgewidth": 1.8}
+        handles.append(Line2D([], [], linestyle="", label="joint with clearance", **ring))
     if handles:
-        style = {"ncols": min(len(handles), 6), "frameon": False, "fontsize": "small"}
-        figure.legend(handles=handles, loc="outside lower center", **style)
+        columns = min(len(handles), 6)
+        figure.legend(handles=handles, loc="outside lower center", ncols=columns, frameon=False, fontsize="small")
     figure.suptitle(title)
 
 

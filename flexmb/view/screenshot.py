@@ -1,4 +1,4 @@
-"""A picture of a VTK file, drawn by pyvista without a display."""
+"""Pictures of VTK files, drawn by pyvista without a display."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from flexmb.errors import FileFormatError, InputError
 def screenshot_vtk(
     source: str | Path, path: str | Path, *, time: float | None = None, field: str = "bending_moment"
 ) -> Path:
-    """Draw one frame that `write_vtk` wrote, coloured by a field, and write it as an image.
+    """Image of one frame of `write_vtk`, coloured by a field.
 
-    Needs a machine on which VTK can draw off screen; `flexmb.render` draws with matplotlib anywhere.
+    VTK must be able to draw off screen on this machine; `flexmb.render` draws with matplotlib anywhere.
 
     Parameters
     ----------
     source : a .pvd collection or a .vtu frame.
-    path : the image; its folder is made.
-    time : the instant of a collection [s], the nearest frame is drawn; None: the last one.
-    field : name of the point data that gives the colour.
+    path : file of the image; its folder is created.
+    time : instant [s] in a collection, replaced by the nearest frame; None: the last frame.
+    field : name of the point data for the colour.
 
     Raises
     ------
-    FileFormatError : a file that is missing or no VTK file.
+    FileFormatError : a missing file, or a file that is no VTK file.
     InputError : an unknown field.
     """
     import pyvista

@@ -16,40 +16,40 @@ if TYPE_CHECKING:
 SIZE = (8.0, 4.5)  # [inch]
 
 DEEP = 1e-14
-"""Part of the highest density below which nothing is drawn: side lobes and round-off."""
+"""Smallest density that is drawn, over the highest density; below are side lobes and round-off."""
 
 ROOM = 100.0
-"""Above the highest density, for the legend."""
+"""Upper limit of the ordinate, over the highest density, with room for the legend."""
 
 MARKED = 12
-"""Lines that are marked, the strongest first."""
+"""Largest number of marked lines, the strongest first."""
 
 
 def plot_spectrum(
     spectrum: PowerSpectrum, *, signal: str = "", units: str = "", up_to: float | None = None, title: str | None = None
 ) -> Figure:
-    """The power spectrum of a signal, the floor between its lines, and the strongest lines marked.
+    """Power spectrum of a signal with its floor and the strongest lines.
 
     Parameters
     ----------
-    spectrum : the result of `power_spectrum`.
-    signal : name of the signal, for the axis.
-    units : its unit.
-    up_to : largest frequency that is drawn [unit of the spectrum]; None: all.
-    title : above the figure; None: the signal and the part of the power that is in lines.
+    spectrum : result of `power_spectrum`.
+    signal : name of the signal, for the title.
+    units : unit of the signal.
+    up_to : largest frequency to be drawn [unit of the spectrum]; None: all.
+    title : title of the figure; None: the signal and the fraction of the power in lines.
 
     Raises
     ------
-    InputError : something else than a spectrum; no frequency up to the largest one.
+    InputError : another kind of object; no frequency up to the largest one.
     """
     from matplotlib.figure import Figure
 
     if not isinstance(spectrum, PowerSpectrum):
         raise InputError(f"plot_spectrum: spectrum is {spectrum!r}; it must be the result of power_spectrum().")
-    shown = np.ones(len(spectrum.frequency), dtype=bool) if up_to is None else spectrum.frequency <= up_to
-    if shown.sum() < 2:
+    inside = np.ones(len(spectrum.frequency), dtype=bool) if up_to is None else spectrum.frequency <= up_to
+    if inside.sum() < 2:
         raise InputError(f"plot_spectrum: up_to is {up_to!r}; there are no frequencies below. Give a larger one.")
-    frequency, density, floor = (x[shown] for x in (spectrum.frequency, spectrum.density, spectrum.floor))
+    frequency, density, floor = (x[inside] for x in (spectrum.frequency, spectrum.density, spectrum.floor))
     figure = Figure(figsize=SIZE, layout="constrained")
     ax = figure.subplots()
     highest = float(density.max()) or 1.0
@@ -60,15 +60,14 @@ def plot_spectrum(
         heights = density[np.searchsorted(frequency, lines)]
         ax.semilogy(lines, heights, "v", color="tab:red", markersize=5, linestyle="none", label="strongest lines")
     ax.set_xlim(frequency[0], frequency[-1])
-    ax.set_ylim(
-        0.3 * max(float(density[density > 0.0].min(initial=highest)), DEEP * highest), 100.0 * highest
-    )  # the legend has room above the lines
+    lowest = max(float(density[density > 0.0].min(initial=highest)), DEEP * highest)
+    ax.set_ylim(0.3 * lowest, ROOM * highest)
     ax.grid(visible=True, color="0.9", linewidth=0.6)
     ax.set_xlabel(label_of("frequency", spectrum.unit))
     squared = f"{units}^2" if units.isalpha() else f"({units})$^{{2}}$" if units else "1"
     per = "/Hz" if spectrum.unit == "Hz" else " iteration"
     ax.set_ylabel(label_of("power density", f"{squared}{per}"))
     ax.legend(loc="upper right", ncols=3, fontsize="small", framealpha=0.9)
-    told = f"{100.0 * spectrum.line_share:.3g} % of the power in lines: {spectrum.kind}"
-    figure.suptitle((f"{signal}, {told}" if signal else told) if title is None else title)
+    summary = f"{100.0 * spectrum.line_share:.3g} % of the power in lines: {spectrum.kind}"
+    figure.suptitle((f"{signal}, {summary}" if signal else summary) if title is None else title)
     return figure

@@ -8,7 +8,8 @@ import pytest
 import systems
 
 import flexmb as fm
-from flexmb.dynamics.exponents.schedule import Schedule
+from flexmb.dynamics.exponents.renormalisation import TangentVectors, growth_to_next_point
+from flexmb.dynamics.exponents.schedule import RenormalisationSchedule
 from flexmb.dynamics.systems.dynamics import orthonormalise
 from flexmb.errors import InputError
 
@@ -85,9 +86,8 @@ def test_what_contacts_only_note_is_known():
 
 
 def test_a_hard_look_is_divided_and_others_are_not():
-    plan = Schedule(stiff(), systems.TURN, 0, 50, is_flow=True, is_section=True)
-    W = plan.system.tangent_basis(2, 0)
-    logs = plan.one_period(1, W, np.ones(2))
+    plan = RenormalisationSchedule(stiff(), systems.TURN, 0, 50, is_flow=True, is_section=True)
+    logs = growth_to_next_point(plan, TangentVectors(plan.system.tangent_basis(2, 0), np.ones(2)), 1)
     assert np.isfinite(logs).all()
     assert logs.sum() == pytest.approx(-151.0 * systems.TURN, rel=2e-3)
     assert plan.system.time == pytest.approx(systems.TURN)

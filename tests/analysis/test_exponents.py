@@ -317,7 +317,7 @@ def test_the_verdict_is_made_of_the_section(monkeypatch):
         asked.append((points.shape, list(names), exponent, error, list(units)))
         return fm.Verdict("transient", "Asked.")
 
-    monkeypatch.setattr("flexmb.dynamics.sections.seen.judge", judge)
+    monkeypatch.setattr("flexmb.dynamics.sections.section_signals.judge", judge)
     for confirm in (False, True):
         found = fm.lyapunov(systems.henon(), skip=10, periods=60, confirm=confirm)
         assert asked.pop() == ((60, 2), ["x0", "x1"], found.value, found.statistical[0], ["", ""])
@@ -358,7 +358,7 @@ def test_a_run_that_fails_midway_keeps_what_it_found(tool):
         (systems.pendulum, {"periods": 3}, "3 periods are too few"),
         (systems.henon, {}, "give either periods= .* or duration="),
         (systems.henon, {"periods": 100, "duration": 1.0}, "or duration="),
-        (systems.henon, {"duration": 1.0}, "it is a map"),
+        (systems.henon, {"duration": 1.0}, "duration= belongs to a flow"),
         (systems.lorenz, {"periods": 100}, "no period.*Give period="),
         (systems.lorenz, {"duration": 100.0, "skip": -1.0}, "skip is -1"),
         (lambda: "henon", {"periods": 100}, "must be a Mechanism"),

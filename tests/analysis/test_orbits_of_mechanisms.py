@@ -9,7 +9,7 @@ import flexmb as fm
 from flexmb.dynamics.basins.basin import basin
 from flexmb.dynamics.orbits.continuation import follow
 from flexmb.dynamics.orbits.periodic_orbit import periodic_orbit
-from flexmb.dynamics.orbits.shooting import Space
+from flexmb.dynamics.orbits.state_space import StateSpace
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 
 K, D, M, F, W = 100.0, 0.8, 1.0, 3.0, 8.0
@@ -112,12 +112,12 @@ def test_histories_of_friction_must_come_back_and_those_of_contacts_are_handed_o
     law = fm.LuGre(static=0.2, kinetic=0.1)
     mechanism = fm.slider_crank(100.0, clearance=1e-4, friction=law)
     flow = MechanismFlow(mechanism, step=1e-5)
-    space = Space("test", flow)
+    space = StateSpace("test", flow)
     n, n_z = flow.program.n_q, flow.program.tables.sizes.n_z
-    assert len(space.memory) == 1  # the bristles
-    assert space.handed.sum() == n_z - 1
-    assert not space.handed[space.memory].any()
-    assert (space.memory >= 2 * n).all()
+    assert len(space.history_rows) == 1  # the bristles
+    assert space.free_rows.sum() == n_z - 1
+    assert not space.free_rows[space.history_rows].any()
+    assert (space.history_rows >= 2 * n).all()
     one, other = flow.state(), flow.state()
     other[2] += 4 * math.pi
     assert space.length(space.difference(one, other)) < 1e-12

@@ -230,7 +230,7 @@ def test_drives_without_a_common_period_are_named():
         (lambda: fm.StroboscopicMap(systems.lorenz()), "no period.*Give period="),
         (lambda: fm.StroboscopicMap(systems.henon()), "must be a flow in time"),
         (lambda: fm.SectionMap(systems.henon(), "x0"), "must be a flow in time"),
-        (lambda: fm.section(systems.henon(), "x0", keep=1), "map, which crosses nothing"),
+        (lambda: fm.section(systems.henon(), "x0", keep=1), "a map has no crossings"),
         (lambda: fm.SectionMap(systems.lorenz(), "w"), "signal is 'w'.*Known: x, y, z"),
         (lambda: fm.SectionMap(systems.lorenz(), "z", direction="sideways"), "direction is 'sideways'"),
         (lambda: fm.SectionMap(systems.lorenz(), "z", limit=0.0), "limit is 0"),

@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 
-from flexmb.cli import joined, main
+from flexmb.cli import main, with_negative_numbers
 from flexmb.commands import run as run_module
 from flexmb.results.netcdf import load
 
@@ -368,7 +368,16 @@ def test_debug_shows_where_an_error_came_from(tmp_path):
 
 def test_negative_numbers_are_tied_to_their_option():
     given = ["run", "x", "--speed", "-2pi", "--start", "-.5,-pi", "--quiet", "-h", "--a=1", "-2"]
-    assert joined(given) == ["run", "x", "--speed=-2pi", "--start=-.5,-pi", "--quiet", "-h", "--a=1", "-2"]
+    assert with_negative_numbers(given) == [
+        "run",
+        "x",
+        "--speed=-2pi",
+        "--start=-.5,-pi",
+        "--quiet",
+        "-h",
+        "--a=1",
+        "-2",
+    ]
 
 
 def test_help_and_version_do_not_wait_for_numba(root):

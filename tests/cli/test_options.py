@@ -5,7 +5,7 @@ import inspect
 
 import pytest
 
-from flexmb.commands.options import add_options, options_of, taken
+from flexmb.commands.options import add_options, keywords_of, options_of
 from flexmb.commands.source import find, ready
 from flexmb.errors import InputError
 
@@ -39,7 +39,7 @@ def maker(
 def parsed(*arguments):
     parser = argparse.ArgumentParser()
     options = add_options(parser, maker, "options")
-    return taken(parser.parse_args(arguments), options)
+    return keywords_of(parser.parse_args(arguments), options)
 
 
 def test_kinds_and_units():

@@ -16,7 +16,7 @@ import flexmb as fm
 from flexmb.dynamics.systems.map import Map
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.sweeps.engine import Job, drive
-from flexmb.sweeps.family import Family, Section, section_point
+from flexmb.sweeps.family import Family, SectionSettings, section_point
 
 PERIOD = 2.0 * np.pi / OMEGA
 
@@ -182,13 +182,15 @@ def period_of(omega):
 
 def test_ctrl_c_is_no_result():
     family = Family(bistable(), "well.amplitude", {}, step=1e-5, period=PERIOD)
-    section_point(family, Section(0, 2, ("mass.x",)), 0.1, None)  # compiled now, so that the signal meets the run
+    section_point(
+        family, SectionSettings(0, 2, ("mass.x",)), 0.1, None
+    )  # compiled now, so that the signal meets the run
     timer = threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT))
     before = signal.signal(signal.SIGINT, signal.default_int_handler)  # what runs in the background may ignore it
     try:
         timer.start()
         with pytest.raises(KeyboardInterrupt):
-            section_point(family, Section(0, 200, ("mass.x",)), 0.1, None)
+            section_point(family, SectionSettings(0, 200, ("mass.x",)), 0.1, None)
         timer.join()
     finally:
         signal.signal(signal.SIGINT, before)
@@ -207,7 +209,7 @@ def test_ctrl_c_is_no_result():
         ({"keep": 1.5}, "keep"),
         ({"direction": "sideways"}, "Known: cold, up, down, both"),
         ({"direction": "up", "chunks": 5}, "chunks is 5"),
-        ({"chunks": 2}, "cold points are apart"),
+        ({"chunks": 2}, "cold points are independent"),
         ({"signals": ["y0"]}, "'y0'"),
         ({"signals": "x0"}, "list of names"),
         ({"parameter": "q"}, "'q'"),

@@ -10,7 +10,7 @@ from flexmb.dynamics.basins.basin import basin
 from flexmb.dynamics.exponents.exponents import Exponents
 from flexmb.dynamics.orbits.continuation import follow
 from flexmb.dynamics.orbits.periodic_orbit import periodic_orbit
-from flexmb.dynamics.sections.seen import Seen
+from flexmb.dynamics.sections.section_signals import SectionSignals
 from flexmb.dynamics.systems.map import Map
 from flexmb.errors import InputError
 from flexmb.view.bifurcation import plot_bifurcation
@@ -100,7 +100,7 @@ def exponents(n=400):
         ok=True,
         status="Mean of 400 points.",
         points=np.zeros((0, 0)),
-        seen=Seen("pendulum", (), (), (), None),
+        signals=SectionSignals("pendulum", (), (), (), None),
     )
 
 
@@ -132,7 +132,7 @@ def test_exponents_converge_with_their_bands():
         (lambda b: plot_phase([1.0], "x", "v"), "must be a dataset"),
         (lambda b: plot_exponents(replace(exponents(), history=np.zeros((0, 1)))), "must hold exponents over"),
         (lambda b: plot_exponents(None), "must be the result of lyapunov"),
-        (lambda b: plot_bifurcation(None, "x0"), "what fm.bifurcation returned"),
+        (lambda b: plot_bifurcation(None, "x0"), "the result of fm.bifurcation"),
     ],
 )
 def test_what_is_refused(branch, draw, words):

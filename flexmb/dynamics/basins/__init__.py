@@ -1,1 +1,1 @@
-"""Basins of attraction: where motions from a grid of states end."""
+"""Basins of attraction of flows and maps, over a grid of start values."""

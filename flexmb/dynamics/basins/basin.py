@@ -1,4 +1,4 @@
-"""Basins of attraction: where the motion from each point of a grid of states ends."""
+"""Basins of attraction: the attractor of the motion from each point of a grid of states."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb import checks
-from flexmb.dynamics.basins.attractor_matching import LOST, UNDECIDED, Rules, sorted_out, tracks_of
+from flexmb.dynamics.basins.attractors import LOST, UNDECIDED, Rules, matched_attractors, tracks_of
 from flexmb.dynamics.orbits.shooting import Period, Shooting
 from flexmb.dynamics.systems.dynamics import Dynamics
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
@@ -23,28 +23,28 @@ if TYPE_CHECKING:
 LABEL = "basin"
 
 CHUNKS = 4
-"""Contributions of work for each worker, so that none waits long for the last one."""
+"""Number of pieces of work for each worker."""
 
 Axis = tuple[str | int, Sequence[float] | np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)
 class Basin:
-    """Which attractor the motion from each point of a grid of states comes to.
+    """The attractor of the motion from each point of a grid of states.
 
     Parameters
     ----------
-    name : of the system.
-    axes : names of the two numbers of the state.
-    units : their units, "" where not known.
-    places : their places in the state.
-    x, y : (nx,), (ny,) their values.
-    number : (ny, nx) number of the attractor, from 1 on; 0: none was found in the time given; -1: the motion ended
-        (it is not finite, leaves the bounds, or the steps fail).
-    attractors : of each, (k, size) section points in the order of the motion.
-    periods : of each, after how many periods it repeats itself; 0: not at all (quasi-periodic or chaotic).
-    taken : (ny, nx) periods after which the motion was seen to repeat itself, or all.
-    status : what was found, in a sentence.
+    name : name of the system.
+    axes : names of the two entries of the state.
+    units : units of the axes, "" if unknown.
+    places : indices of the axes in the state.
+    x, y : values (nx,), (ny,) of the axes.
+    number : number (ny, nx) of the attractor, from 1 on; 0: undecided in the time given; -1: lost (a state that is not
+        finite or out of bounds, or failed steps).
+    attractors : section points (k, size) of each attractor, in the order of the motion.
+    periods : number of periods after which each attractor repeats itself; 0: quasi-periodic or chaotic.
+    taken : number (ny, nx) of periods until the repetition was found, or of all periods.
+    status : result in a sentence.
     """
 
     _: KW_ONLY
@@ -62,20 +62,20 @@ class Basin:
 
     @property
     def fractions(self) -> dict[int, float]:
-        """Part of the grid by number of the attractor, those that were lost (-1) or undecided (0) included."""
+        """Fraction of the grid by number of the attractor, with lost (-1) and undecided (0) motions."""
         numbers = [k for k in (LOST, UNDECIDED) if (self.number == k).any()]
         numbers += range(1, len(self.attractors) + 1)
         return {k: float(np.mean(self.number == k)) for k in numbers}
 
     def to_dataset(self) -> xr.Dataset:
-        """Numbers and times over both axes; points of the attractors over "attractor", "point" and "coordinate"."""
+        """Numbers and periods over both axes; points of the attractors over "attractor", "point" and "coordinate"."""
         import xarray as xr
 
         longest = max((len(a) for a in self.attractors), default=0)
         size = self.attractors[0].shape[1] if self.attractors else 0
         points = np.full((len(self.attractors), longest, size), np.nan)
-        for table, found in zip(points, self.attractors, strict=True):
-            table[: len(found)] = found
+        for table, attractor in zip(points, self.attractors, strict=True):
+            table[: len(attractor)] = attractor
         (a, b), (ua, ub) = self.axes, self.units
         flags = {"long_name": "attractor; 0: undecided, -1: lost"}
         return xr.Dataset(
@@ -94,8 +94,8 @@ class Basin:
         )
 
     def __repr__(self) -> str:
-        parts = ", ".join(f"{k}: {100.0 * f:.1f} %" for k, f in self.fractions.items())
-        return f"Basin of {self.name!r} over {self.axes[0]} and {self.axes[1]}, {parts}. {self.status}"
+        fractions = ", ".join(f"{k}: {100.0 * f:.1f} %" for k, f in self.fractions.items())
+        return f"Basin of {self.name!r} over {self.axes[0]} and {self.axes[1]}, {fractions}. {self.status}"
 
 
 def basin(
@@ -113,25 +113,25 @@ def basin(
     executor: Executor | None = None,
     workers: int = 1,
 ) -> Basin:
-    """The basins of attraction over two numbers of the state; the others are those of the present state.
+    """Basins of attraction over two entries of the state; the other entries are those of the present state.
 
-    The motion from each point of the grid is watched once a period.  When its points repeat themselves it has come
-    to an attractor; one that never does so is recognised by the cloud of its last 128 points.
+    The motion from each point of the grid is observed once a period.  It has come to an attractor when its points
+    repeat themselves.  Attractors without repetition are recognised by their last 128 points.
 
     Parameters
     ----------
-    system : a flow, a map, or a mechanism; it stays as it is.
-    x, y : (name, values) of the two numbers: names of signals where these are the state, of coordinates ("crank.theta")
-        and their speeds ("crank.omega", "slider.vx") of a mechanism; or the place in the state.
-    period : of the drives [s], as in `periodic_orbit`; needed for flows without a drive too (any time will do).
-    settle : periods before a motion may be called settled, and between judgements.
-    longest : periods after which a motion that repeats itself never is judged by its last points.
+    system : a flow, a map, or a mechanism; it is not changed.
+    x, y : pairs (name, values) of the two entries: names of the signals if these are the state; names of coordinates
+        ("crank.theta") and velocities ("crank.omega", "slider.vx") of a mechanism; or an index in the state.
+    period : period of the drives [s], see `periodic_orbit`; any time for a flow without a drive.
+    settle : number of periods before the first judgement, and between judgements.
+    longest : largest number of periods; then a motion without repetition is judged by its last points.
     repeats : largest number of periods after which a motion can repeat itself.
-    tolerance : of repetitions, and of the distance of attractors that are the same, as a part of the size of the grid.
-    bound : motions that leave this many sizes of the grid are lost.
-    angles : names of numbers of the state that may come back whole turns further; those of a mechanism are known.
-    executor : any of `concurrent.futures`, to which chunks of the grid are given; the system must then be picklable.
-    workers : how many chunks run at once there.
+    tolerance : tolerance of repetitions and of equal attractors, over the size of the grid.
+    bound : distance, in sizes of the grid, beyond which a motion is lost.
+    angles : names of state entries that count modulo 2 pi; the angles of a mechanism are known.
+    executor : an executor of `concurrent.futures` for chunks of the grid; the system must then be picklable.
+    workers : number of chunks that run at once.
 
     Raises
     ------
@@ -139,9 +139,9 @@ def basin(
 
     Notes
     -----
-    The result does not depend on the executor: motions are independent, and are compared when all have ended.
-    Attractors are numbered in the order in which the grid meets them.  Recurrence as the sign of an attractor: G.
-    Datseris, A. Wagemakers, Chaos 32 (2022) 023104.
+    The result does not depend on the executor: motions are independent, and are compared at the end.  Attractors are
+    numbered in the order of the grid.  Recurrence as the mark of an attractor: G. Datseris, A. Wagemakers, Chaos 32
+    (2022) 023104.
 
     Examples
     --------
@@ -163,15 +163,17 @@ def basin(
         raise InputError(f"{LABEL}: x and y are both {ax!r}; they must be two numbers of the state.")
     starts = np.tile(moved.state(), (len(ys) * len(xs), 1))
     starts[:, a], starts[:, b] = np.tile(xs, len(ys)), np.repeat(ys, len(xs))
-    given = {"settle": settle, "longest": longest, "repeats": repeats}
-    rules = _rules(moved, starts, period, tuple(angles), tolerance, bound, given)
+    limits = {"settle": settle, "longest": longest, "repeats": repeats}
+    rules = _rules(moved, starts, period, tuple(angles), tolerance, bound, limits)
     chunks = [starts] if executor is None else np.array_split(starts, min(CHUNKS * workers, len(starts)))
     if executor is None:
         tracks = tracks_of(moved.copy(), chunks[0], rules)
     else:
         waiting = [executor.submit(tracks_of, moved.copy(), chunk, rules) for chunk in chunks]
         tracks = [track for one in waiting for track in one.result()]
-    number, attractors, periods = sorted_out([points for points, _, _ in tracks], [k for _, k, _ in tracks], rules)
+    number, attractors, periods = matched_attractors(
+        [points for points, _, _ in tracks], [k for _, k, _ in tracks], rules
+    )
     shape = (len(ys), len(xs))
     taken = np.array([n for _, _, n in tracks], dtype=np.int64).reshape(shape)
     lost, open_ = int(np.sum(number == LOST)), int(np.sum(number == UNDECIDED))
@@ -192,7 +194,7 @@ def basin(
 
 
 def _place(system: Dynamics, axis: Any, which: str) -> tuple[int, str, str, np.ndarray]:
-    """Place in the state, name, unit and values of an axis."""
+    """Index in the state, name, unit and values of an axis."""
     if not isinstance(axis, (tuple, list)) or len(axis) != 2:
         raise InputError(f"{LABEL}: {which} is {axis!r}; it must be a pair (name, values).")
     name, values = axis
@@ -217,7 +219,12 @@ def _place(system: Dynamics, axis: Any, which: str) -> tuple[int, str, str, np.n
 
 
 def state_names(system: Dynamics) -> Mapping[str, int]:
-    """Places in the state by name, as far as it has names."""
+    """Indices in the state by name, as far as the entries have names.
+
+    Parameters
+    ----------
+    system : flow or map.
+    """
     if isinstance(system, MechanismFlow):
         coordinates, n = system.program.names.coordinates, system.program.n_q
         rates = {"x": "vx", "y": "vy", "theta": "omega"}
@@ -236,12 +243,12 @@ def _rules(
     angles: tuple[str, ...],
     tolerance: float,
     bound: float,
-    given: Mapping[str, int],
+    limits: Mapping[str, int],
 ) -> Rules:
     passes = Shooting(
         LABEL, system, period=period, times=1, autonomous=False, segments=1, tangent="differences", angles=angles
     )
-    counts = {name: checks.count(LABEL, name, value) for name, value in given.items()}
+    counts = {name: checks.count(LABEL, name, value) for name, value in limits.items()}
     if counts["longest"] <= counts["settle"]:
         raise InputError(f"{LABEL}: longest is {counts['longest']}; it must be above settle, {counts['settle']}.")
     weights = passes.space.weights

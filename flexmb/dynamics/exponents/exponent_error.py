@@ -1,42 +1,43 @@
-"""Errors of Lyapunov exponents: what one record leaves open, and what a second run adds to it."""
+"""Errors of Lyapunov exponents: the error of one record, and the difference of a second run."""
 
 from __future__ import annotations
 
 import numpy as np
 
 BLOCKS, FEWEST_BLOCKS = 20, 9
-"""Blocks whose means are compared, and the fewest, of two entries each, in short records."""
+"""Number of blocks whose means are compared; the smallest number of blocks, of two entries each, in short records."""
 
 POWER = 3.0
-"""Neighbours that part like this power of time are told from none that part exponentially by nothing in the record."""
+"""Exponent of the power of time up to which algebraic growth of distances is not taken for exponential growth."""
 
 LATE = float(np.log(20.0 / 11.0))
-"""Logarithm of the time at the end over that in the middle of a record whose first tenth was left out."""
+"""Logarithm of the ratio of the times at the end and in the middle of a record whose first tenth was left out."""
 
 LOGS = 4.0
-"""Units of round-off of each logarithm, and of a number below 1; their sum has as many more as the root of their
-number."""
+"""Round-off of each logarithm, in units of round-off of a number near 1; sqrt(n) units are added for a sum of n."""
 
 WITHIN = 2.0
-"""Two exponents that differ by less than this multiple of their errors do not differ."""
+"""Multiple of the error up to which two exponents count as equal."""
 
 
 def error_of(logs: np.ndarray, times: np.ndarray) -> float:
-    """One standard deviation of sum(logs) / sum(times), both (n,); NaN for too few entries or one that is not finite.
+    """Standard deviation of sum(logs) / sum(times), both (n,); NaN for too few entries or an entry that is not finite.
 
-    The largest of four:
+    The largest of four errors:
 
-    - that of block averages (`block_error`): the fluctuations of a stationary motion;
-    - the difference between the last half and the whole, where it is above twice that of the blocks: vectors that still
-      turn, a motion that still changes;
-    - round-off: 4 + sqrt(n) units of each logarithm, which add up at the worst;
-    - the exponent itself, if over the last half neighbours part by no more than the third power of time makes, a factor
-      of 6: log(t) / t is above zero in any finite record.
+    - the error of block averages (`block_error`): fluctuations of a stationary motion;
+    - the difference between the last half and the whole record, if it exceeds twice the error of the blocks: vectors
+    that
+      still turn, or a motion that still changes;
+    - round-off: 4 + sqrt(n) units of each logarithm, added up;
+    - the exponent itself, if neighbours part over the last half by no more than the third power of time (a factor of
+    6):
+      log(t) / t is above zero in any finite record.
 
     Parameters
     ----------
     logs : logarithms of growth.
-    times : how long each of them took.
+    times : durations of the growth.
     """
     blocks = block_error(logs, times)
     if not np.isfinite(blocks):
@@ -53,9 +54,10 @@ def error_of(logs: np.ndarray, times: np.ndarray) -> float:
 def block_error(logs: np.ndarray, times: np.ndarray) -> float:
     """Standard deviation of sum(logs) / sum(times), both (n,), from blocks; NaN below 18 entries.
 
-    Twenty blocks (in short records fewer, of two entries) of equal numbers of entries make what is left of each block,
-    the mean rate taken away, nearly independent.  What correlation r > 0 is left between neighbours makes the variance
-    (1 + r) / (1 - r) times as large, as it is where correlations fall off as r^k.
+    Twenty blocks of equal numbers of entries (fewer blocks, of two entries, in short records).  The deviations of their
+    sums from the mean rate are nearly independent.  A correlation r > 0 between neighbouring blocks increases the
+    variance
+    by (1 + r) / (1 - r), the factor for correlations that decay as r^k.
 
     Parameters
     ----------
@@ -74,33 +76,34 @@ def block_error(logs: np.ndarray, times: np.ndarray) -> float:
     return float(np.sqrt(wider * spread * count / (count - 1.0)) / times.sum())
 
 
-def combined(values: np.ndarray, errors: np.ndarray, others: np.ndarray, theirs: np.ndarray) -> np.ndarray:
-    """Errors (k,) of exponents that a second run was made for.
+def combined(values: np.ndarray, errors: np.ndarray, others: np.ndarray, other_errors: np.ndarray) -> np.ndarray:
+    """Errors (k,) of exponents after a second run.
 
-    sqrt(s^2 + e^2): s the error of the record; e = |l - l'|, what the second run differs by, where that is above twice
-    the errors of both, sqrt(s^2 + s'^2), else 0: its own fluctuations are no error of the first one.
+    sqrt(s^2 + e^2), with the error s of the record and the difference e = |l - l'| of both runs.  e counts only if it
+    exceeds twice the errors of both, sqrt(s^2 + s'^2): fluctuations of the second run are no error of the first one.
 
     Parameters
     ----------
     values, errors : exponents l and errors s of the first run.
-    others, theirs : l' and s' of the second one; what is not finite there adds nothing.
+    others, other_errors : exponents l' and errors s' of the second run; entries that are not finite add nothing.
     """
     with np.errstate(invalid="ignore"):
-        apart, both = np.abs(values - others), np.hypot(errors, np.nan_to_num(theirs))
-    counts = np.isfinite(apart) & (apart > WITHIN * both)
-    return np.asarray(np.hypot(errors, np.where(counts, apart, 0.0)))
+        difference, both = np.abs(values - others), np.hypot(errors, np.nan_to_num(other_errors))
+    counts = np.isfinite(difference) & (difference > WITHIN * both)
+    return np.asarray(np.hypot(errors, np.where(counts, difference, 0.0)))
 
 
 def outgrown(value: float, span: float) -> float:
-    """By how much an exponent is too large for a motion that stays on its cycle; 0: it may be right.
+    """Excess of an exponent over the largest value that agrees with a motion on a cycle; 0: the exponent agrees.
 
-    Steps in time make round-off in every period, which may grow to the size of the motion, by 1/eps, in `span` at the
-    soonest.  So an exponent above log(1/eps) / span contradicts the motion by what it lies above that.
+    Every period of the motion adds round-off, which grows to the size of the motion, by a factor 1/eps, within `span`
+    at
+    the soonest.  An exponent above log(1/eps) / span therefore contradicts the motion.
 
     Parameters
     ----------
     value : the largest exponent.
-    span : how long the motion was seen to stay on the cycle.
+    span : time for which the motion stayed on the cycle.
     """
     limit = -np.log(np.finfo(float).eps) / span if span > 0.0 else np.inf
     return float(max(value - limit, 0.0))

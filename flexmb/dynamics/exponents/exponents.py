@@ -1,4 +1,4 @@
-"""Lyapunov exponents as a record, and what they and their errors are computed from."""
+"""Records of Lyapunov exponents: values, errors, history, verdict."""
 
 from __future__ import annotations
 
@@ -7,36 +7,39 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.dynamics.exponents.exponent_error import error_of
-from flexmb.dynamics.sections.seen import Seen
+from flexmb.dynamics.exponents.exponent_error import error_of, outgrown
+from flexmb.dynamics.sections.section_signals import SectionSignals
 from flexmb.dynamics.verdict.verdict import Verdict
 from flexmb.errors import InputError
 
 FEWEST = 50
-"""Periods (iterations, crossings, intervals) that an estimate needs."""
+"""Smallest number of periods (iterations, crossings, intervals) for an estimate."""
 SETTLING = 10
-"""One part in so many is left out at the begin, where tangent vectors turn to their directions."""
+"""Points after the skipped ones for each point that is not counted, while tangent vectors turn to their directions."""
+ERRORS = ("errors", "statistical")
+"""Names of the fields of `Exponents` that hold errors."""
 
 
 CLEARLY = 3.0
-"""A second exponent that lies above zero by so many times its error speaks against a regular motion."""
+"""Multiple of its error above which a second exponent > 0 contradicts a regular motion."""
 
 CONSERVATIVE = (
-    "The exponents pair to zero, so the system is conservative: its motions neither settle nor end near tori that they "
-    "stick to, and neighbours that part like a power of time have an exponent of log(t) / t; a finite record need not "
+    "The exponents pair to zero, so the system is conservative: its motions do not settle, and may stick to tori for "
+    "a long time; neighbours that part like a power of time have an exponent of log(t) / t. A finite record need not "
     "decide it."
 )
+"""Sentence on exponents that pair to zero, added to a verdict that is inconclusive or transient."""
 
 
 @dataclass(frozen=True, eq=False)
 class Confirmed:
-    """What a second, shorter run of the same system found, with finer steps and from another start.
+    """Exponents of a second, shorter run of the same system, with finer steps and from another start.
 
     Parameters
     ----------
-    spectrum, errors : (k,) its exponents and the errors of its record alone [unit of the first run].
-    periods : points that it counts.
-    fineness : its steps, such as "rtol 1e-05"; "": a map, which has none.
+    spectrum, errors : exponents (k,) and the errors of their record alone [unit of the first run].
+    periods : number of counted points.
+    fineness : accuracy of the steps, such as "rtol 1e-05"; "" for a map.
     """
 
     spectrum: np.ndarray
@@ -46,12 +49,12 @@ class Confirmed:
 
     @property
     def value(self) -> float:
-        """The largest exponent."""
+        """The largest exponent [unit of the first run]."""
         return float(self.spectrum[0])
 
     @property
     def error(self) -> float:
-        """Its error."""
+        """Error of the largest exponent [unit of the first run]."""
         return float(self.errors[0])
 
     def __str__(self) -> str:
@@ -66,27 +69,27 @@ class Exponents:
 
     Parameters
     ----------
-    name : the system.
-    spectrum : (k,) exponents [unit].
-    errors : (k,) one standard deviation of each, with what finer steps and another start change where a second run
-        was made (`exponent_error.combined`) [unit]; NaN where the run failed early.
-    time : (n,) time after which a history stands [s], or iterations of a map.
-    history : (n, k) what the exponents would be if the run had ended there [unit].
+    name : name of the system.
+    spectrum : exponents (k,) [unit].
+    errors : standard deviations (k,) [unit], with the difference of a second run, if there was one
+        (`exponent_error.combined`); NaN after an early failure.
+    time : times (n,) of the history [s], or iterations of a map.
+    history : exponents (n, k) of the run up to each time [unit].
     unit : "1/s", "1/iteration" or "1/period".
     ok : whether the run came to its end.
-    status : how it ended, in a sentence.
-    points : (m, signals) where the system was once a period (iteration, crossing).
-    seen : what the points are and how precise, for verdicts.
+    status : end of the run, in a sentence.
+    points : section points (m, signals), one a period (iteration, crossing).
+    signals : names, units and resolution of the signals of the points.
     period : mean time from one point to the next [s]; NaN for a map.
-    verdict : what the motion is, from the points and the largest exponent; None where points are no section.
-    statistical : (k,) the errors of the record alone (`exponent_error.error_of`) [unit]; None: `errors`.
-    confirmed : what the second run found; None: there was none.
-    unconfirmed : why a second run that was asked for found nothing; "": it did, or none was asked for.
+    verdict : verdict on the points with the largest exponent; None for points that are no section.
+    statistical : errors (k,) of the record alone (`exponent_error.error_of`) [unit]; by default `errors`.
+    confirmed : exponents of the second run; None: no second run.
+    unconfirmed : reason why a requested second run failed; "" otherwise.
 
     Notes
     -----
-    The errors of the record cover the fluctuations of a stationary motion, vectors that still turn, growth like a power
-    of time and round-off; not a transient that has not ended.  What steps of a solver miss shows in the second run.
+    The errors of the record cover fluctuations of a stationary motion, vectors that still turn, algebraic growth and
+    round-off.  They do not cover a transient that has not ended.  The second run shows errors of the time steps.
     """
 
     name: str
@@ -98,28 +101,28 @@ class Exponents:
     ok: bool
     status: str
     points: np.ndarray = field(repr=False)
-    seen: Seen = field(repr=False)
+    signals: SectionSignals = field(repr=False)
     period: float = float("nan")
     verdict: Verdict | None = None
-    statistical: np.ndarray = field(default=None, repr=False)  # type: ignore[assignment]
+    statistical: np.ndarray = field(default_factory=lambda: np.empty(0), repr=False)
     confirmed: Confirmed | None = None
     unconfirmed: str = field(default="", repr=False)
 
     def __post_init__(self) -> None:
-        if self.statistical is None:
+        if len(self.statistical) == 0:
             object.__setattr__(self, "statistical", self.errors)
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the signals of the points."""
-        return self.seen.names
+        return self.signals.names
 
     def seen_through(self, *signals: str) -> Verdict:
-        """The verdict that some signals of the points alone lead to, with the exponent of the system.
+        """The verdict from some signals of the points alone, with the exponent of the system.
 
         Parameters
         ----------
-        signals : names of signals; none: all that tell of the motion.
+        signals : names of signals; none: the default signals of the system.
 
         Raises
         ------
@@ -127,28 +130,28 @@ class Exponents:
         """
         alone = float(self.statistical[0]) if len(self.statistical) else float("nan")
         value, error = (x if np.isfinite(x) else None for x in (self.value, alone))
-        found = self.seen.judged(self.points, signals, value, error)
-        if self.paired and found.kind in ("inconclusive", "transient"):
-            found = replace(found, reason=f"{found.reason} {CONSERVATIVE}")
-        return self._agreed(found)
+        verdict = self.signals.verdict(self.points, signals, value, error)
+        if self.paired and verdict.kind in ("inconclusive", "transient"):
+            verdict = replace(verdict, reason=f"{verdict.reason} {CONSERVATIVE}")
+        return self._agreed(verdict)
 
     def _agreed(self, verdict: Verdict) -> Verdict:
-        """The verdict on the first run, unless the second one speaks against it."""
+        """The verdict on the first run, made inconclusive if the second run contradicts it."""
         second, chaotic = self.confirmed, verdict.kind == "chaotic"
         if second is None:
             if not self.unconfirmed:
                 return verdict
             text = f"{verdict.reason} The second run failed, so nothing confirms it: {self.unconfirmed}"
             return replace(verdict, kind="inconclusive" if chaotic else verdict.kind, reason=text)
-        told = f"{second.value:.3g} +- {second.error:.2g}"
+        band = f"{second.value:.3g} +- {second.error:.2g}"
         evidence = {**verdict.evidence, "confirmed": second.value, "confirmed_error": second.error}
         against = second.value <= second.error if chaotic else second.value > CLEARLY * second.error
         if verdict.kind not in ("periodic", "quasi-periodic", "chaotic") or not against:
-            text = f"{verdict.reason} A second run gives {told}."
+            text = f"{verdict.reason} A second run gives {band}."
             return replace(verdict, reason=text, evidence=evidence)
         steps = f"with {second.fineness} and from another start" if second.fineness else "from another start"
         text = f"This run is {verdict}: exponent {self.value:.3g} +- {self.statistical[0]:.2g}. A second one {steps}"
-        text += f" gives {told}, which is not. Take finer steps and more periods until both agree."
+        text += f" gives {band}, which contradicts it. Take finer steps and more periods until both agree."
         return Verdict("inconclusive", text, verdict.k, evidence)
 
     @property
@@ -158,23 +161,23 @@ class Exponents:
 
     @property
     def error(self) -> float:
-        """Its error [unit]."""
+        """Error of the largest exponent [unit]."""
         return float(self.errors[0]) if len(self.errors) else float("nan")
 
     @property
     def sum(self) -> float:
-        """Sum of the exponents [unit]: with all of them the mean rate at which volumes of states grow."""
+        """Sum of the exponents [unit]; the sum of all exponents is the mean growth rate of volumes of states."""
         return float(self.spectrum.sum())
 
     @property
     def paired(self) -> bool:
         """Whether all exponents are known and pair to zero within their errors, as in a conservative system."""
-        if len(self.spectrum) != self.seen.dimension or len(self.spectrum) < 2:
+        if len(self.spectrum) != self.signals.dimension or len(self.spectrum) < 2:
             return False
         return bool((np.abs(self.spectrum + self.spectrum[::-1]) <= self.errors + self.errors[::-1]).all())
 
     def per_period(self) -> Exponents:
-        """The same exponents counted by periods (crossings) instead of seconds.
+        """The same exponents per period (crossing) instead of per second.
 
         Raises
         ------
@@ -199,19 +202,26 @@ class Exponents:
 
 @dataclass
 class Growth:
-    """What was measured: logarithms of growth, and the time each of them took.
+    """Measured growth: logarithms, and the time of each of them.
 
     Parameters
     ----------
-    logs : a list of (k,) logarithms, one entry a period.
-    times : their durations [s], or iterations.
+    logs : logarithms (k,), one entry a period.
+    times : durations of the periods [s], or iterations.
     """
 
     logs: list[np.ndarray] = field(default_factory=list)
     times: list[float] = field(default_factory=list)
 
     def record(self, begin: float, count: int, **about: Any) -> Exponents:
-        """The exponents, in order; `begin` is the time at which counting began, `about` goes into the record."""
+        """The exponents in decreasing order.
+
+        Parameters
+        ----------
+        begin : time from which growth counts [s], or iteration.
+        count : number of exponents.
+        **about : further fields of `Exponents`.
+        """
         logs = np.array(self.logs).reshape(len(self.times), count)
         times = np.array(self.times)
         sums, spent = np.cumsum(logs, axis=0), np.cumsum(times)
@@ -222,12 +232,45 @@ class Growth:
             history = sums / spent[:, None]
         order = np.argsort(-history[-1], kind="stable")
         errors = np.array([error_of(logs[:, j], times) for j in range(count)])
-        found = {"spectrum": history[-1][order], "errors": errors[order], "history": history[:, order]}
-        return Exponents(time=begin + spent, **found, **about)
+        values = {"spectrum": history[-1][order], "errors": errors[order], "history": history[:, order]}
+        return Exponents(time=begin + spent, **values, **about)
 
 
 def check_enough(label: str, count: int, what: str) -> None:
-    """Refuse a run that is too short for an estimate with an error."""
+    """Refuse a run that is too short for an exponent with an error.
+
+    Parameters
+    ----------
+    label : name of the caller and the system, for messages.
+    count : number of points.
+    what : unit of the points, for messages.
+
+    Raises
+    ------
+    InputError : fewer than `FEWEST` points.
+    """
     if count < FEWEST:
         text = f"{label}: {count} {what} are too few for exponents with an error"
         raise InputError(f"{text}; at least {FEWEST} are needed, and 1000 for two digits of a chaotic motion.")
+
+
+def with_verdict(exponents: Exponents) -> Exponents:
+    """Exponents of a section with the verdict on its points, if the run came to its end.
+
+    A flow that stays on a cycle, for longer than the exponent allows round-off to stay small, has another exponent:
+    the difference is added to the error of the largest exponent.
+
+    Parameters
+    ----------
+    exponents : exponents without a verdict.
+    """
+    if not exponents.ok:
+        return exponents
+    verdict = exponents.seen_through()
+    if verdict.kind != "inconclusive" or "since" not in verdict.evidence or exponents.unit != "1/s":
+        return replace(exponents, verdict=verdict)
+    span = (len(exponents.points) - verdict.evidence["since"]) * exponents.period
+    excess = outgrown(exponents.value, span)
+    largest = np.arange(len(exponents.errors)) == 0
+    errors = {n: np.where(largest, np.hypot(getattr(exponents, n), excess), getattr(exponents, n)) for n in ERRORS}
+    return replace(exponents, **errors, verdict=verdict)

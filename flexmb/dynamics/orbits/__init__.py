@@ -1,1 +1,1 @@
-"""Periodic orbits by shooting, their multipliers, and branches of them along a parameter."""
+"""Periodic orbits by multiple shooting, their Floquet multipliers, and their continuation along a parameter."""

@@ -1,4 +1,4 @@
-"""A branch of periodic orbits along a parameter, and the changes of stability on it."""
+"""Branches of periodic orbits along a parameter, with the events on them and the orbits that branch off."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.dynamics.orbits.floquet import BRANCH, FLIP, is_real
-from flexmb.dynamics.orbits.newton import Direction, Found, Plane, correct
-from flexmb.dynamics.orbits.periodic_orbit import PeriodicOrbit, made
-from flexmb.dynamics.orbits.shooting import Pass, Shooting
+from flexmb.dynamics.orbits.orbit_newton import ArclengthPlane, Direction, NewtonResult, correct
+from flexmb.dynamics.orbits.periodic_orbit import PeriodicOrbit, orbit_of
+from flexmb.dynamics.orbits.shooting import Shooting, ShootingRun
 from flexmb.errors import InputError
 
 if TYPE_CHECKING:
@@ -24,18 +24,18 @@ class BranchPoint:
 
     Parameters
     ----------
-    value : of the parameter.
-    kind : "" for a point between events; else which change of stability it is.
-    period : after which the orbit comes back [s, or iterations].
-    state : (size,) where it begins.
-    signals : (names,) there.
-    multipliers : (d,) largest first, without that of a shift in time.
-    stable : whether all lie inside the circle.
-    residual : what does not come back, as a part of the state.
-    extremes : (names, 2) smallest and largest values on the orbit; NaN where not asked for.
-    grazing : of each gap its turning point nearest to 0 [m].
-    rising : how the parameter changes along the branch, as a part of the whole change, in -1 ... 1.
-    made_of : the pass.
+    value : value of the parameter.
+    kind : "" for an ordinary point; else the kind of the event.
+    period : period of the orbit [s, or iterations].
+    state : start state (size,).
+    signals : signals (names,) at the start.
+    multipliers : Floquet multipliers (d,), largest first, without the multiplier of a shift in time.
+    stable : whether all multipliers lie inside the unit circle.
+    residual : gap between end and start, over the size of the state.
+    extremes : smallest and largest values (names, 2) on the orbit; NaN if not requested.
+    grazing : turning point nearest to 0 of each gap [m].
+    rising : change of the parameter along the branch over the whole change, -1 ... 1.
+    shooting_run : the motion over the period.
     """
 
     _: KW_ONLY
@@ -50,7 +50,7 @@ class BranchPoint:
     extremes: np.ndarray
     grazing: dict[str, float]
     rising: float
-    made_of: Pass
+    shooting_run: ShootingRun
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,18 +59,18 @@ class Branch:
 
     Parameters
     ----------
-    name : of the system.
-    parameter : name of what is changed.
-    unit : of the period.
-    names, units : of the signals.
-    points : the orbits in the order of the branch.
-    events : orbits at which stability changes or surfaces graze, located; the same order.
-    ok : False where the branch ended before it left the range.
-    status : how it ended, in a sentence.
-    shooting : the passes it was found with.
-    tolerance : of what does not come back.
+    name : name of the system.
+    parameter : name of the parameter.
+    unit : unit of the period.
+    names, units : names and units of the signals.
+    points : orbits in the order of the branch.
+    events : located orbits at which stability changes or surfaces graze, in the same order.
+    ok : whether the branch ended at the end of the range.
+    status : end of the branch, in a sentence.
+    shooting : shooting that found the orbits.
+    tolerance : largest residual of an orbit.
     span : range of the parameter.
-    gaps : place and sign of the signals that tell gaps.
+    gaps : number and sign of the signals of gaps.
     """
 
     _: KW_ONLY
@@ -89,60 +89,58 @@ class Branch:
     gaps: dict[str, tuple[int, float]]
 
     def orbit(self, point: int | BranchPoint) -> PeriodicOrbit:
-        """The orbit of a point, found once more.
+        """The periodic orbit at a point, computed again.
 
         Parameters
         ----------
-        point : its number, or one of `points` or `events`.
+        point : number of the point, or an element of `points` or `events`.
 
         Raises
         ------
         InputError : a number beyond the branch.
         """
-        one = self._point(point).made_of
+        run = self._point(point).shooting_run
         shooting = self.shooting.copy(self.shooting.times, self.shooting.segments)
-        found = correct(shooting, one.starts, one.period, one.value, tolerance=self.tolerance, iterations=10)
-        return made(shooting, found, self.gaps)
+        result = correct(shooting, run.starts, run.period, run.value, tolerance=self.tolerance, iterations=10)
+        return orbit_of(shooting, result, self.gaps)
 
     def switch(self, event: int | BranchPoint | None = None, *, step: float = 0.02) -> PeriodicOrbit:
-        """The first orbit of the branch that begins at a flip, with twice the period, or at a branch point.
+        """The first orbit of the branch that begins at a flip (with twice the period) or at a branch point.
 
-        Follow it from the parameter that it has: `follow(orbit, parameter, (None, to))`.
+        Continue this orbit from its own parameter: `follow(orbit, parameter, (None, to))`.
 
         Parameters
         ----------
-        event : one of `events`, or its number among them; None: the first flip, else the first branch point.
-        step : how far from the event, as a part of the state there.
+        event : element of `events`, or its number; None: the first flip, else the first branch point.
+        step : distance from the event, over the size of the state.
 
         Raises
         ------
-        InputError : no such event, or one of another kind.
+        InputError : no such event, or an event of another kind.
 
         Notes
         -----
-        From the event a step is taken along the eigenvector of the multiplier -1 (of a branch point +1), and parameter
-        and orbit are found on the plane across it: so it does not matter on which side the other branch begins.
-        `ok` is False if that leads to no other orbit.
+        The step goes along the eigenvector of the multiplier -1 (+1 at a branch point).  Orbit and parameter are found
+        on the
+        plane across the step, so the other branch may begin on either side.  `ok` is False if no other orbit is found.
         """
-        found = self._event(event)
-        return switched(self, found, checks.positive("switch", "step", step))
+        return switched(self, self._event(event), checks.positive("switch", "step", step))
 
     def to_dataset(self) -> xr.Dataset:
-        """Everything over "point": signals at the start of the orbit, period, stability, multipliers, events.
+        """The branch as a table over "point": signals at the start, period, stability, multipliers, events.
 
-        Multipliers are in two variables, real and imaginary part, over "multiplier"; events in variables of their own
-        over "event".
+        Multipliers have two variables over "multiplier", real and imaginary part.  Events have variables over "event".
         """
         import xarray as xr
 
         points, axis = self.points, "point"
         signals = np.array([p.signals for p in points]).reshape(len(points), len(self.names))
-        ends = np.array([p.extremes for p in points]).reshape(len(points), len(self.names), 2)
+        extremes = np.array([p.extremes for p in points]).reshape(len(points), len(self.names), 2)
         data: dict[str, Any] = {}
         for k, (name, units) in enumerate(zip(self.names, self.units, strict=True)):
             data[name] = (axis, signals[:, k], {"units": units})
-            if np.isfinite(ends[:, k]).any():
-                data[f"{name}.min"], data[f"{name}.max"] = ((axis, ends[:, k, s], {"units": units}) for s in (0, 1))
+            if np.isfinite(extremes[:, k]).any():
+                data[f"{name}.min"], data[f"{name}.max"] = ((axis, extremes[:, k, s], {"units": units}) for s in (0, 1))
         widest = max((len(p.multipliers) for p in points), default=0)
         table = np.full((len(points), widest), np.nan, dtype=np.complex128)
         for row, p in zip(table, points, strict=True):
@@ -174,9 +172,9 @@ class Branch:
     def _event(self, event: int | BranchPoint | None) -> BranchPoint:
         if event is None:
             for kind in (FLIP, BRANCH):
-                for found in self.events:
-                    if found.kind == kind:
-                        return found
+                for candidate in self.events:
+                    if candidate.kind == kind:
+                        return candidate
         listed = ", ".join(f"{k}: {e.kind} at {e.value:.6g}" for k, e in enumerate(self.events)) or "none"
         if isinstance(event, int) and -len(self.events) <= event < len(self.events):
             event = self.events[event]
@@ -193,41 +191,60 @@ class Branch:
 
 
 def switched(branch: Branch, event: BranchPoint, step: float) -> PeriodicOrbit:
-    """The orbit a step away from an event along the eigenvector of the multiplier that is -1 or +1."""
-    twice, one = 2 if event.kind == FLIP else 1, event.made_of
-    old = branch.shooting
-    shooting = old.copy(old.times * twice, old.segments * twice)
-    values, vectors = np.linalg.eig(one.monodromy)
-    target = -1.0 if twice == 2 else 1.0
+    """The orbit a step away from an event, along the eigenvector of the multiplier -1 or +1.
+
+    Parameters
+    ----------
+    branch : the branch.
+    event : flip or branch point on it.
+    step : length of the step, over the size of the state.
+    """
+    factor, run = 2 if event.kind == FLIP else 1, event.shooting_run
+    shooting_of_branch = branch.shooting
+    shooting = shooting_of_branch.copy(shooting_of_branch.times * factor, shooting_of_branch.segments * factor)
+    values, vectors = np.linalg.eig(run.monodromy)
+    target = -1.0 if factor == 2 else 1.0
     usable = np.where(is_real(values), np.abs(values - target), np.inf)
     y = np.real(vectors[:, int(usable.argmin())])
-    parts, pushed = [], y / np.linalg.norm(y)
-    for _ in range(twice):
-        for j in range(old.segments):
-            parts.append(one.bases[j] @ pushed)
-            pushed = one.slopes[j] @ pushed
-    starts = np.tile(one.starts, (twice, 1))
-    size = size_of(old, one)
-    normal = Direction(np.array(parts), 0.0, 0.0)
-    through = Direction(starts + step * size * normal.starts, twice * one.period, one.value)
+    displacements, y_of_segment = [], y / np.linalg.norm(y)
+    for _ in range(factor):
+        for j in range(shooting_of_branch.segments):
+            displacements.append(run.bases[j] @ y_of_segment)
+            y_of_segment = run.slopes[j] @ y_of_segment
+    starts = np.tile(run.starts, (factor, 1))
+    size = size_of(shooting_of_branch, run)
+    normal = Direction(np.array(displacements), 0.0, 0.0)
+    through = Direction(starts + step * size * normal.starts, factor * run.period, run.value)
     width = abs(branch.span[1] - branch.span[0])
-    plane = Plane(normal, through, (size, one.period, width), small_of(shooting, width))
-    found = correct(
-        shooting, through.starts, through.period, one.value, tolerance=branch.tolerance, iterations=20, plane=plane
+    plane = ArclengthPlane(normal, through, (size, run.period, width), small_of(shooting, width))
+    result = correct(
+        shooting, through.starts, through.period, run.value, tolerance=branch.tolerance, iterations=20, plane=plane
     )
-    orbit = made(shooting, found, branch.gaps)
-    if orbit.ok and twice == 2 and "already" in orbit.status:
+    orbit = orbit_of(shooting, result, branch.gaps)
+    if orbit.ok and factor == 2 and "already" in orbit.status:
         text = "The step came back to the orbit without doubling; try another step="
-        return made(shooting, Found(found.last, found.misses, ok=False, status=text), branch.gaps)
+        return orbit_of(shooting, NewtonResult(result.last, result.residuals, ok=False, status=text), branch.gaps)
     return orbit
 
 
-def size_of(shooting: Shooting, one: Pass) -> float:
-    """What counts as 1 of states: their length, or 1 where they are all 0."""
-    length = float(np.mean([shooting.space.length(x) for x in one.starts]))
+def size_of(shooting: Shooting, run: ShootingRun) -> float:
+    """Scale of the states of a run: their mean length, or 1 if all are 0.
+
+    Parameters
+    ----------
+    shooting : the shooting.
+    run : the motion over a period.
+    """
+    length = float(np.mean([shooting.space.length(x) for x in run.starts]))
     return max(length, 1e-2 * shooting.scale) or 1.0
 
 
 def small_of(shooting: Shooting, width: float) -> float:
-    """Difference of the parameter from which derivatives are taken."""
+    """Difference of the parameter for derivatives.
+
+    Parameters
+    ----------
+    shooting : the shooting.
+    width : range of the parameter.
+    """
     return (1e-6 if not shooting.is_flow else 1e-5) * width

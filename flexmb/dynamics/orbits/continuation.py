@@ -1,14 +1,14 @@
-"""Following a periodic orbit along a parameter, through folds."""
+"""Pseudo-arclength continuation of periodic orbits along a parameter, through folds, with location of events."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from flexmb import checks
 from flexmb.dynamics.orbits.branch import Branch, BranchPoint, size_of, small_of
+from flexmb.dynamics.orbits.continuation_point import ContinuationPoint, root, signed_volume
 from flexmb.dynamics.orbits.floquet import (
     BRANCH,
     FLIP,
@@ -21,42 +21,21 @@ from flexmb.dynamics.orbits.floquet import (
     torus_test,
 )
 from flexmb.dynamics.orbits.grazing import closest_approaches, gap_signals, sampled
-from flexmb.dynamics.orbits.newton import Direction, Found, Plane, correct, extended, solved
+from flexmb.dynamics.orbits.orbit_newton import ArclengthPlane, Direction, NewtonResult, correct, extended, solved
 from flexmb.dynamics.orbits.periodic_orbit import PeriodicOrbit, tolerance_of
-from flexmb.dynamics.orbits.shooting import Pass, Shooting
+from flexmb.dynamics.orbits.shooting import Shooting, ShootingRun
 from flexmb.errors import InputError
 
 LABEL = "follow"
 
 SHARPEST = 0.9
-"""Cosine of the largest turn of the branch in a step."""
+"""Smallest cosine of the angle by which the branch may turn in a step."""
 
 FEW, MANY = 3, 6
-"""Iterations after which the next step grows, or shrinks."""
+"""Numbers of iterations up to which the next step grows, and from which it shrinks."""
 
 CORRECTIONS = 10
-LOCATED = 1e-9
-"""Events are located up to this part of a step, or until their test is this small."""
-
-Tests = dict[str, float]
-
-
-@dataclass(frozen=True)
-class Station:
-    """An orbit on the way, the direction of the branch there, and the tests that change their sign at events."""
-
-    point: BranchPoint
-    ahead: Direction
-    tests: Tests
-    touches: dict[str, int]
-    iterations: int
-
-    def test(self, name: str, old: Station) -> float:
-        """A test that changes its sign between two orbits; that of grazing where a gap closes more or less often."""
-        value = self.tests.get(name, np.nan)
-        if not name.startswith(GRAZING):
-            return value
-        return abs(value) if self.touches.get(name) == old.touches.get(name) else -abs(value)
+"""Largest number of corrections of an orbit on a branch."""
 
 
 def follow(
@@ -72,47 +51,47 @@ def follow(
     grazing: str | None = None,
     tolerance: float | None = None,
 ) -> Branch:
-    """The branch of orbits that passes through one, along a parameter and through its folds.
+    """Continuation of a periodic orbit along a parameter, through folds of the branch.
 
-    Steps are taken along the branch (pseudo-arclength), so that it may turn back.  They shrink where
-    corrections are many or the branch bends, and grow where they are few.
+    Steps go along the branch (pseudo-arclength), so the parameter may turn back.  They shrink if many corrections are
+    needed or the branch bends, and grow if few corrections are needed.
 
     Parameters
     ----------
-    orbit : where to begin; if the parameter is not at the beginning of the range there, it is sought again.
-    parameter : name of a parameter of the system; a mechanism's are "part.field".
-    span : (from, to) of the parameter; from None: its value in the orbit.  The branch ends where it leaves this range.
-    step : first step, of range, state and period together, as a part of them.
-    largest, smallest : bounds of steps; a branch that needs a smaller one ends.
+    orbit : orbit at the begin; it is computed again if its parameter is not the begin of the range.
+    parameter : name of a parameter of the system; "part.field" of a mechanism.
+    span : range (from, to) of the parameter; from None: its value in the orbit.  The branch ends outside this range.
+    step : first step, as a fraction of range, state and period together.
+    largest, smallest : bounds of the steps; the branch ends if a smaller step is needed.
     points : largest number of orbits.
-    extremes : into how many parts each orbit is divided to find the largest and smallest values of signals; 0: none.
-    grazing : name of a signal that tells a gap, > 0 where it is open; a mechanism's contacts are known.
-    tolerance : of what does not come back, as in `periodic_orbit`.
+    extremes : number of samples of an orbit for the largest and smallest values of signals; 0: none.
+    grazing : name of a signal that measures a gap, > 0 if open; the contacts of a mechanism are known.
+    tolerance : see `periodic_orbit`.
 
     Raises
     ------
-    InputError : an orbit that was not found, an unknown parameter, a range without length, numbers out of range.
+    InputError : an orbit that was not found, an unknown parameter, a range of zero length, numbers out of range.
 
     Notes
     -----
-    Events are located by secants along the branch, where a test changes its sign: the parameter's part of the branch's
-    direction (fold), the product of multiplier + 1 (flip), the product of products of two multipliers less 1
-    (Neimark-Sacker, if the pair is complex), how often surfaces close a gap (grazing), the determinant of the whole
-    problem (branch points: pitchfork, crossing).  Two events of one kind in a step cancel: lower `largest`.
-    Where surfaces do not yield, orbits end at grazing; a branch that ends there says so.
+    Events are located by secants along the branch, between points at which a test function has different signs.  Test
+    functions: component of the branch's direction along the parameter (fold), product of multiplier + 1 (flip), product
+    of the products of two multipliers less 1 (Neimark-Sacker, for a complex pair), number of closures of a gap
+    (grazing), determinant of the extended problem (branch points: pitchfork, crossing).  Two events of one kind in a
+    step cancel: lower `largest`.  With rigid surfaces a branch ends at grazing, and its status says so.
     Source: H. B. Keller, Numerical solution of bifurcation and nonlinear eigenvalue problems (1977); Y. A.
     Kuznetsov, Elements of Applied Bifurcation Theory, Springer 1995, chapter 10.
     """
     if not isinstance(orbit, PeriodicOrbit) or not orbit.ok:
-        what = f"{orbit!r}" if not isinstance(orbit, PeriodicOrbit) else f"not found: {orbit.status}"
-        raise InputError(f"{LABEL}: orbit is {what}; it must be a periodic orbit that was found (`periodic_orbit`).")
+        given = f"{orbit!r}" if not isinstance(orbit, PeriodicOrbit) else f"not found: {orbit.status}"
+        raise InputError(f"{LABEL}: orbit is {given}; it must be a periodic orbit that was found (`periodic_orbit`).")
     for name, value in (("step", step), ("largest", largest), ("smallest", smallest)):
         checks.positive(LABEL, name, value)
     shooting = orbit.shooting.copy(orbit.times, orbit.shooting.segments)
     begin, end = _range(orbit, parameter, span)
     shooting.system.reset(parameters={parameter: begin})  # an unknown one is refused here
     shooting.parameter = parameter
-    walk = Walk(
+    continuation = Continuation(
         shooting=shooting,
         span=(begin, end),
         bounds=(step, largest, smallest),
@@ -120,7 +99,7 @@ def follow(
         gaps=gap_signals(shooting.system, grazing, LABEL),
         extremes=checks.count(LABEL, "extremes", extremes, 0),
     )
-    return walk.run(orbit, checks.count(LABEL, "points", points, 2))
+    return continuation.run(orbit, checks.count(LABEL, "points", points, 2))
 
 
 def _range(orbit: PeriodicOrbit, parameter: str, span: tuple[float | None, float]) -> tuple[float, float]:
@@ -136,8 +115,18 @@ def _range(orbit: PeriodicOrbit, parameter: str, span: tuple[float | None, float
 
 
 @dataclass(kw_only=True)
-class Walk:
-    """The way along a branch; see `follow` for what its numbers mean."""
+class Continuation:
+    """A continuation along a branch; see `follow` for its fields.
+
+    Parameters
+    ----------
+    shooting : the shooting.
+    span : range of the parameter.
+    bounds : first, largest and smallest step.
+    tolerance : largest residual of an orbit.
+    gaps : number and sign of the signals of gaps.
+    extremes : number of samples of an orbit; 0: none.
+    """
 
     shooting: Shooting
     span: tuple[float, float]
@@ -147,103 +136,117 @@ class Walk:
     extremes: int
 
     def run(self, orbit: PeriodicOrbit, most: int) -> Branch:
-        """Step by step until the range is left, or no step succeeds."""
+        """Continue the branch until it leaves the range or no step succeeds.
+
+        Parameters
+        ----------
+        orbit : orbit at the begin.
+        most : largest number of orbits.
+        """
         period = orbit.period if self.shooting.autonomous else np.nan
         self.shooting.set_value(self.span[0])
         period = self.shooting.period if np.isnan(period) else period
         starts = self.shooting.spread(orbit.state, period)
-        nothing = Found(None, (), ok=False, status=f"The motion from the orbit fails: {self.shooting.status}")
-        found = nothing if starts is None else self._correct(starts, period, self.span[0], None, 30)
-        stations: list[Station] = []
+        failed = NewtonResult(None, (), ok=False, status=f"The motion from the orbit fails: {self.shooting.status}")
+        result = failed if starts is None else self._correct(starts, period, self.span[0], None, 30)
+        points: list[ContinuationPoint] = []
         events: list[BranchPoint] = []
-        if not found.ok or found.last is None:
-            return self._branch(stations, events, ok=False, status=f"No orbit at the first value: {found.status}")
-        one = found.last
+        if not result.ok or result.last is None:
+            return self._branch(points, events, ok=False, status=f"No orbit at the first value: {result.status}")
+        run = result.last
         self.lengths = (
-            size_of(self.shooting, one),
-            one.period,
+            size_of(self.shooting, run),
+            run.period,
             abs(self.span[1] - self.span[0]),
         )
-        ahead = self._direction(one, None)
+        ahead = self._direction(run, None)
         if ahead is None:
-            return self._branch(stations, events, ok=False, status=f"No direction: {self.shooting.status}")
-        stations.append(self._station(found, ahead))
+            return self._branch(points, events, ok=False, status=f"No direction: {self.shooting.status}")
+        points.append(self._continuation_point(result, ahead))
         ok, status, size = False, f"Ended after {most} points, as asked for.", self.bounds[0]
-        while len(stations) < most:
-            following, size, status = self._step(stations[-1], size)
+        while len(points) < most:
+            following, size, status = self._step(points[-1], size)
             if following is None:
-                events += self._grazing_at_the_end(stations)
+                events += self._grazing_at_the_end(points)
                 break
-            events += self._events(stations[-1], following)
-            stations.append(following)
+            events += self._events(points[-1], following)
+            points.append(following)
             if not min(self.span) <= following.point.value <= max(self.span):
                 ok, status = True, f"The branch left the range at {following.point.value:.6g}."
                 break
         else:
             status = f"Ended after {most} points, as asked for."
-        return self._branch(stations, events, ok=ok, status=status)
+        return self._branch(points, events, ok=ok, status=status)
 
-    def _step(self, old: Station, size: float) -> tuple[Station | None, float, str]:
-        """The next orbit, the step to be tried after it, and why there is none."""
+    def _step(self, last: ContinuationPoint, size: float) -> tuple[ContinuationPoint | None, float, str]:
+        """The next orbit, the size of the step after it, and the reason if there is no orbit."""
         _, largest, smallest = self.bounds
         reason = ""
         while size >= smallest:
-            new = self._orbit_at(old, size)
-            if isinstance(new, Station):
-                bend = self._dot(old.ahead, new.ahead)
-                if bend >= SHARPEST:
-                    factor = 1.5 if new.iterations <= FEW and bend > 0.98 else 0.6 if new.iterations >= MANY else 1.0
-                    return new, min(size * factor, largest), ""
-                new = "the branch bends too sharply"
-            reason, size = new, 0.5 * size
-        text = f"Ended at {old.point.value:.6g}: a step smaller than {smallest:g} would be needed"
+            next_point = self._orbit_at(last, size)
+            if isinstance(next_point, ContinuationPoint):
+                cosine = self._dot(last.ahead, next_point.ahead)
+                if cosine >= SHARPEST:
+                    factor = (
+                        1.5
+                        if next_point.iterations <= FEW and cosine > 0.98
+                        else 0.6
+                        if next_point.iterations >= MANY
+                        else 1.0
+                    )
+                    return next_point, min(size * factor, largest), ""
+                next_point = "the branch bends too sharply"
+            reason, size = next_point, 0.5 * size
+        text = f"Ended at {last.point.value:.6g}: a step smaller than {smallest:g} would be needed"
         return None, size, f"{text} ({reason})."
 
-    def _orbit_at(self, old: Station, size: float) -> Station | str:
-        """The orbit a step from another one, or why there is none."""
-        one = old.point.made_of
+    def _orbit_at(self, last: ContinuationPoint, size: float) -> ContinuationPoint | str:
+        """The orbit at a distance `size` from another one, or the reason why there is none."""
+        run = last.point.shooting_run
         through = Direction(
-            one.starts + size * old.ahead.starts,
-            one.period + size * old.ahead.period,
-            one.value + size * old.ahead.value,
+            run.starts + size * last.ahead.starts,
+            run.period + size * last.ahead.period,
+            run.value + size * last.ahead.value,
         )
-        plane = Plane(old.ahead, through, self.lengths, self._small())
+        plane = ArclengthPlane(last.ahead, through, self.lengths, self._small())
         period = through.period
         if not self.shooting.set_value(through.value):
             return self.shooting.status.rstrip(".")
         if not self.shooting.autonomous:
             period = self.shooting.period
         starts = through.starts.copy()
-        starts[:, self.shooting.space.handed] = one.starts[:, self.shooting.space.handed]
-        found = self._correct(starts, period, through.value, plane, CORRECTIONS)
-        if not found.ok or found.last is None:
-            return found.status.rstrip(".")
-        ahead = self._direction(found.last, old.ahead)
-        return self.shooting.status if ahead is None else self._station(found, ahead)
+        starts[:, self.shooting.space.free_rows] = run.starts[:, self.shooting.space.free_rows]
+        result = self._correct(starts, period, through.value, plane, CORRECTIONS)
+        if not result.ok or result.last is None:
+            return result.status.rstrip(".")
+        ahead = self._direction(result.last, last.ahead)
+        return self.shooting.status if ahead is None else self._continuation_point(result, ahead)
 
-    def _correct(self, starts: np.ndarray, period: float, value: float, plane: Plane | None, most: int) -> Found:
+    def _correct(
+        self, starts: np.ndarray, period: float, value: float, plane: ArclengthPlane | None, most: int
+    ) -> NewtonResult:
         return correct(self.shooting, starts, period, value, tolerance=self.tolerance, iterations=most, plane=plane)
 
-    def _direction(self, one: Pass, before: Direction | None) -> Direction | None:
-        """Direction of the branch, of length 1, onwards from `before`; None: from the range's beginning to its end."""
-        J = extended(self.shooting, one, self._small())
+    def _direction(self, run: ShootingRun, before: Direction | None) -> Direction | None:
+        """Unit direction of the branch, onwards from `before`; None: from the begin of the range to its end."""
+        J = extended(self.shooting, run, self._small())
         if J is None:
             return None
-        M, d = one.gaps.shape
+        M, d = run.gaps.shape
         x, t, p = self.lengths
         if before is None:
             row = np.zeros(J.shape[1])
             row[-1] = np.sign(self.span[1] - self.span[0]) / p
         else:
-            wide = before.starts * self.shooting.space.weights / x**2
-            by_y = np.einsum("js,jsd->jd", wide, one.bases).ravel()
+            weighted = before.starts * self.shooting.space.weights / x**2
+            by_y = np.einsum("js,jsd->jd", weighted, run.bases).ravel()
             row = np.concatenate([by_y, [before.period / t**2] * self.shooting.autonomous, [before.value / p**2]])
-        u = solved(np.vstack([J, row]), np.append(np.zeros(len(J)), 1.0))
-        self.volume = _signed_volume(J, u, np.array([x] * (M * d) + [t] * self.shooting.autonomous + [p]))
-        starts = np.einsum("jsd,jd->js", one.bases, u[: M * d].reshape(M, d))
-        found = Direction(starts, float(u[M * d]) if self.shooting.autonomous else 0.0, float(u[-1]))
-        size = np.sqrt(self._dot(found, found))
-        return Direction(found.starts / size, found.period / size, found.value / size)
+        unknowns = solved(np.vstack([J, row]), np.append(np.zeros(len(J)), 1.0))
+        self.volume = signed_volume(J, unknowns, np.array([x] * (M * d) + [t] * self.shooting.autonomous + [p]))
+        starts = np.einsum("jsd,jd->js", run.bases, unknowns[: M * d].reshape(M, d))
+        direction = Direction(starts, float(unknowns[M * d]) if self.shooting.autonomous else 0.0, float(unknowns[-1]))
+        length = np.sqrt(self._dot(direction, direction))
+        return Direction(direction.starts / length, direction.period / length, direction.value / length)
 
     def _dot(self, one: Direction, other: Direction) -> float:
         x, t, p = self.lengths
@@ -253,88 +256,90 @@ class Walk:
     def _small(self) -> float:
         return small_of(self.shooting, abs(self.span[1] - self.span[0]))
 
-    def _station(self, found: Found, ahead: Direction) -> Station:
-        """What is to be known of an orbit that was found."""
-        one, shooting = found.last, self.shooting
-        if one is None:
+    def _continuation_point(self, result: NewtonResult, ahead: Direction) -> ContinuationPoint:
+        """The point of a branch for a converged run: orbit, direction, test functions."""
+        run, shooting = result.last, self.shooting
+        if run is None:
             raise InputError(f"{LABEL}: no orbit.")
-        multipliers, _ = multipliers_of(one.monodromy, autonomous=shooting.autonomous)
+        multipliers, _ = multipliers_of(run.monodromy, autonomous=shooting.autonomous)
         system, volume = shooting.system, self.volume
-        shooting.set_value(one.value)
-        system.reset(one.starts[0], time=shooting.origin)
-        signals, ends = system.observe(), np.full((len(system.names), 2), np.nan)
-        near: dict[str, float] = {}
+        shooting.set_value(run.value)
+        system.reset(run.starts[0], time=shooting.origin)
+        signals, extremes = system.observe(), np.full((len(system.names), 2), np.nan)
+        approaches: dict[str, float] = {}
         touches: dict[str, int] = {}
         if self.gaps or self.extremes:
-            run = sampled(system, one.period, max(self.extremes, 200 * shooting.times if self.gaps else 0))
-            ends = np.array([run[1].min(axis=0), run[1].max(axis=0)]).T
-            closest = closest_approaches(system, self.gaps, run)
-            near = {name: least for name, (least, _, _) in closest.items()}
+            samples = sampled(system, run.period, max(self.extremes, 200 * shooting.times if self.gaps else 0))
+            extremes = np.array([samples[1].min(axis=0), samples[1].max(axis=0)]).T
+            closest = closest_approaches(system, self.gaps, samples)
+            approaches = {name: least for name, (least, _, _) in closest.items()}
             touches = {f"{GRAZING} {name}": times for name, (_, _, times) in closest.items()}
         rising = ahead.value / self.lengths[2]
         tests = {FOLD: rising, FLIP: flip_test(multipliers), NEIMARK_SACKER: torus_test(multipliers), BRANCH: volume}
-        tests |= {f"{GRAZING} {name}": least for name, least in near.items()}
+        tests |= {f"{GRAZING} {name}": least for name, least in approaches.items()}
         point = BranchPoint(
-            value=float(one.value),
+            value=float(run.value),
             kind="",
-            period=one.period,
-            state=one.starts[0],
+            period=run.period,
+            state=run.starts[0],
             signals=signals,
             multipliers=multipliers,
             stable=bool((np.abs(multipliers) < 1.0).all()),
-            residual=found.misses[-1],
-            extremes=ends,
-            grazing=near,
+            residual=result.residuals[-1],
+            extremes=extremes,
+            grazing=approaches,
             rising=rising,
-            made_of=one,
+            shooting_run=run,
         )
-        return Station(point, ahead, tests, touches, len(found.misses) - 1)
+        return ContinuationPoint(point, ahead, tests, touches, len(result.residuals) - 1)
 
-    def _events(self, old: Station, new: Station) -> list[BranchPoint]:
+    def _events(self, old: ContinuationPoint, new: ContinuationPoint) -> list[BranchPoint]:
         """The events between two orbits, in the order of the branch."""
-        found = []
+        located = []
         for name in old.tests:
             before, after = old.test(name, old), new.test(name, old)
             if before * after < 0.0:
-                place, station = self._located(old, new, name)
-                if self._is_one(name, station, max(abs(before), abs(after))):
+                position, point_on_branch = self._located(old, new, name)
+                if self._is_one(name, point_on_branch, max(abs(before), abs(after))):
                     kind = name.partition(" ")[0]
-                    found.append((place, replace(station.point, kind=kind)))
+                    located.append((position, replace(point_on_branch.point, kind=kind)))
         low, high = min(self.span), max(self.span)
-        return [point for _, point in sorted(found, key=lambda item: item[0]) if low <= point.value <= high]
+        return [point for _, point in sorted(located, key=lambda item: item[0]) if low <= point.value <= high]
 
-    def _located(self, old: Station, new: Station, name: str) -> tuple[float, Station]:
-        """Place along the step and orbit where a test vanishes."""
-        away = self._dot(self._between(old, new), old.ahead)
+    def _located(self, old: ContinuationPoint, new: ContinuationPoint, name: str) -> tuple[float, ContinuationPoint]:
+        """Position along the step and orbit at which a test function vanishes."""
+        length = self._dot(self._between(old, new), old.ahead)
         return root(
-            lambda s: _or_none(self._orbit_at(old, s)),
+            lambda s: _point_or_none(self._orbit_at(old, s)),
             (0.0, old),
-            (away, new),
-            lambda station: station.test(name, old),
+            (length, new),
+            lambda point_on_branch: point_on_branch.test(name, old),
         )
 
-    def _between(self, old: Station, new: Station) -> Direction:
-        one, other, space = old.point.made_of, new.point.made_of, self.shooting.space
-        way = np.array([space.difference(b, a) for a, b in zip(one.starts, other.starts, strict=True)])
-        return Direction(way, other.period - one.period, other.value - one.value)
+    def _between(self, old: ContinuationPoint, new: ContinuationPoint) -> Direction:
+        first_run, second_run, space = old.point.shooting_run, new.point.shooting_run, self.shooting.space
+        difference = np.array(
+            [space.difference(b, a) for a, b in zip(first_run.starts, second_run.starts, strict=True)]
+        )
+        return Direction(difference, second_run.period - first_run.period, second_run.value - first_run.value)
 
     @staticmethod
-    def _is_one(name: str, station: Station, before: float) -> bool:
-        """Whether the test vanishes there and does not jump, and is one of stability."""
-        # where branches cross the corrections may end on the other one, so that less is asked for
-        if abs(station.tests[name]) > (2e-2 if name == BRANCH else 1e-3) * before + 1e-9:
+    def _is_one(name: str, point_on_branch: ContinuationPoint, before: float) -> bool:
+        """Whether a test function vanishes at a point without a jump, at a change of stability."""
+        # where branches cross, the corrections may end on the other branch: a larger value is accepted
+        if abs(point_on_branch.tests[name]) > (2e-2 if name == BRANCH else 1e-3) * before + 1e-9:
             return False
-        return name != NEIMARK_SACKER or crosses_circle(station.point.multipliers)
+        return name != NEIMARK_SACKER or crosses_circle(point_on_branch.point.multipliers)
 
-    def _grazing_at_the_end(self, stations: list[Station]) -> list[BranchPoint]:
-        """The last orbit, if the branch ends where surfaces come to touch."""
-        if len(stations) < 2:
+    def _grazing_at_the_end(self, points: list[ContinuationPoint]) -> list[BranchPoint]:
+        """The last orbit as an event, if the branch ends because surfaces come into contact."""
+        if len(points) < 2:
             return []
-        last, first = stations[-1].point, stations[0].point
+        last, first = points[-1].point, points[0].point
         near = [n for n, g in last.grazing.items() if abs(g) < 1e-3 * max(abs(first.grazing.get(n, np.nan)), 1e-300)]
         return [replace(last, kind=GRAZING)] if near else []
 
-    def _branch(self, stations: list[Station], events: list[BranchPoint], *, ok: bool, status: str) -> Branch:
+    def _branch(self, points: list[ContinuationPoint], events: list[BranchPoint], *, ok: bool, status: str) -> Branch:
         system = self.shooting.system
         return Branch(
             name=system.name,
@@ -342,7 +347,7 @@ class Walk:
             unit=system.unit,
             names=system.names,
             units=system.units,
-            points=tuple(s.point for s in stations),
+            points=tuple(s.point for s in points),
             events=tuple(events),
             ok=ok,
             status=status,
@@ -353,46 +358,5 @@ class Walk:
         )
 
 
-def _or_none(found: Station | str) -> Station | None:
-    return found if isinstance(found, Station) else None
-
-
-def _signed_volume(J: np.ndarray, u: np.ndarray, units: np.ndarray) -> float:
-    """Determinant's sign of J with the direction u below it, times the smallest singular value: 0 where branches cross.
-
-    Unknowns in their units (columns,); gaps in the first of them.
-    """
-    ahead = u / units
-    whole = np.vstack([J * units / units[0], ahead / np.linalg.norm(ahead)])
-    return float(np.linalg.slogdet(whole)[0] * np.linalg.svd(whole, compute_uv=False)[-1])
-
-
-def root(
-    make: Callable[[float], Station | None],
-    low: tuple[float, Station],
-    high: tuple[float, Station],
-    test: Callable[[Station], float],
-) -> tuple[float, Station]:
-    """Place and orbit between two at which a test of orbits vanishes: secants, kept within the bracket (Illinois).
-
-    Where no orbit is found, as beyond the grazing of stiff surfaces, the root is looked for before it.
-    """
-    (a, one), (b, other) = low, high
-    fa, fb = test(one), test(other)
-    width, largest = abs(b - a), max(abs(fa), abs(fb))
-    best = (a, one) if abs(fa) < abs(fb) else (b, other)
-    for _ in range(40):
-        s = (a * fb - b * fa) / (fb - fa)
-        middle = make(s)
-        f = test(middle) if middle is not None else np.nan
-        f = -fa if np.isnan(f) else f
-        if middle is not None and abs(f) < abs(test(best[1])):
-            best = (s, middle)
-        if abs(f) <= LOCATED * largest or abs(b - a) <= LOCATED * width:
-            break
-        if f * fb < 0.0:
-            a, fa = b, fb
-        else:
-            fa *= 0.5
-        b, fb = s, f
-    return best
+def _point_or_none(result: ContinuationPoint | str) -> ContinuationPoint | None:
+    return result if isinstance(result, ContinuationPoint) else None

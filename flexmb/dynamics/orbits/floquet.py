@@ -1,4 +1,4 @@
-"""Multipliers of a periodic orbit: stable or not, and how stability would be lost."""
+"""Floquet multipliers of a periodic orbit: stability, and the nearest loss of stability."""
 
 from __future__ import annotations
 
@@ -7,25 +7,26 @@ from dataclasses import dataclass
 import numpy as np
 
 REAL = 1e-9
-"""Multipliers whose imaginary part is below this part of their size, or of 1, are real."""
+"""Imaginary part, over the size of the multiplier or 1, below which a multiplier counts as real."""
 
 FOLD, FLIP, NEIMARK_SACKER, GRAZING, BRANCH = "fold", "flip", "neimark-sacker", "grazing", "branch"
+"""Kinds of changes of stability; a branch point is a crossing of two branches."""
 
 NEAR = 0.05
-"""Turning points of a gap within this part of its travel from 0 are near to grazing."""
+"""Distance of a turning point of a gap from 0, over the travel of the gap, below which grazing is near."""
 
 
 @dataclass(frozen=True)
-class Loss:
-    """How near an orbit is to a change of its stability, and of which kind.
+class StabilityLoss:
+    """The nearest loss of stability of an orbit.
 
     Parameters
     ----------
-    kind : "fold": a multiplier near +1; "flip": near -1, where a doubled orbit begins; "neimark-sacker": a pair near
-        the circle, where a torus begins; "grazing": surfaces that just touch or just miss each other; "none": an orbit
-        without multipliers.
-    margin : 1 less the size of that multiplier, < 0 beyond the change; of grazing the least distance as a part of the
-        travel of the gap, < 0 where the surfaces touch.
+    kind : "fold": a multiplier near +1; "flip": a multiplier near -1, where a doubled orbit begins; "neimark-sacker": a
+        pair near the unit circle, where a torus begins; "grazing": surfaces that just touch or just miss each other;
+        "none": an orbit without multipliers.
+    margin : 1 less the size of the multiplier, < 0 beyond the loss; for grazing the least gap over its travel, < 0 for
+        surfaces in contact.
     multiplier : the multiplier; NaN for grazing.
     """
 
@@ -35,36 +36,57 @@ class Loss:
 
 
 def multipliers_of(monodromy: np.ndarray, *, autonomous: bool) -> tuple[np.ndarray, complex | None]:
-    """Eigenvalues, largest first, and the one taken from them that belongs to a shift in time (None: driven)."""
-    found = np.linalg.eigvals(monodromy).astype(np.complex128)
-    found = found[np.argsort(-np.abs(found), kind="stable")]
-    if not autonomous or len(found) == 0:
-        return found, None
-    k = int(np.abs(found - 1.0).argmin())
-    return np.delete(found, k), complex(found[k])
+    """Floquet multipliers, largest first, and the multiplier of a shift in time (None for a driven flow).
+
+    Parameters
+    ----------
+    monodromy : derivative (d, d) of the state after the period by the state before.
+    autonomous : whether no drive sets the clock.
+    """
+    multipliers = np.linalg.eigvals(monodromy).astype(np.complex128)
+    multipliers = multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
+    if not autonomous or len(multipliers) == 0:
+        return multipliers, None
+    k = int(np.abs(multipliers - 1.0).argmin())
+    return np.delete(multipliers, k), complex(multipliers[k])
 
 
 def is_real(multipliers: np.ndarray) -> np.ndarray:
-    """Which of them are real."""
+    """Whether each of the `multipliers` (d,) is real."""
     return np.asarray(np.abs(multipliers.imag) <= REAL * np.maximum(np.abs(multipliers), 1.0))
 
 
-def nearest_loss(multipliers: np.ndarray, graze: float | None) -> Loss:
-    """The multiplier that is the nearest to the circle, by its factor; or grazing, if that is nearer."""
+def nearest_loss(multipliers: np.ndarray, graze: float | None) -> StabilityLoss:
+    """Loss of stability by the multiplier nearest to the unit circle, or by grazing if that is nearer.
+
+    Parameters
+    ----------
+    multipliers : Floquet multipliers (d,).
+    graze : least gap over its travel; None: no gap.
+    """
     if len(multipliers) == 0:
-        return Loss("none", np.nan, complex(np.nan)) if graze is None else Loss(GRAZING, graze, complex(np.nan))
+        return (
+            StabilityLoss("none", np.nan, complex(np.nan))
+            if graze is None
+            else StabilityLoss(GRAZING, graze, complex(np.nan))
+        )
     k = int(np.abs(np.log(np.maximum(np.abs(multipliers), 1e-300))).argmin())
     critical = complex(multipliers[k])
     margin = 1.0 - abs(critical)
     if graze is not None and abs(graze) < min(abs(margin), NEAR):
-        return Loss(GRAZING, graze, complex(np.nan))
+        return StabilityLoss(GRAZING, graze, complex(np.nan))
     if not is_real(multipliers)[k]:
-        return Loss(NEIMARK_SACKER, margin, critical)
-    return Loss(FOLD if critical.real > 0.0 else FLIP, margin, critical)
+        return StabilityLoss(NEIMARK_SACKER, margin, critical)
+    return StabilityLoss(FOLD if critical.real > 0.0 else FLIP, margin, critical)
 
 
 def flip_test(multipliers: np.ndarray) -> float:
-    """Changes its sign where a real multiplier passes -1; near it the distance to -1."""
+    """Test function of flips: its sign changes where a real multiplier passes -1; near that the distance to -1.
+
+    Parameters
+    ----------
+    multipliers : Floquet multipliers (d,).
+    """
     if len(multipliers) == 0:
         return 1.0
     below = int(np.sum(is_real(multipliers) & (multipliers.real < -1.0)))
@@ -72,10 +94,15 @@ def flip_test(multipliers: np.ndarray) -> float:
 
 
 def torus_test(multipliers: np.ndarray) -> float:
-    """Changes its sign where the product of two multipliers passes 1; near it the distance from 1.
+    """Test function of tori: its sign changes where the product of two multipliers passes 1.
 
-    So it does where a pair crosses the circle, and where two real ones are each other's inverse, which is no change of
-    stability (Y. A. Kuznetsov, Elements of Applied Bifurcation Theory, 1995, section 10.2).
+    Near a change its size is the distance of the product to 1.  The product passes 1 if a pair crosses the unit circle.
+    It also passes 1 at two real multipliers that are each other's inverse, which is no change of stability (Y. A.
+    Kuznetsov, Elements of Applied Bifurcation Theory, 1995, section 10.2).
+
+    Parameters
+    ----------
+    multipliers : Floquet multipliers (d,).
     """
     n = len(multipliers)
     i, j = np.triu_indices(n, 1)
@@ -88,7 +115,7 @@ def torus_test(multipliers: np.ndarray) -> float:
 
 
 def crosses_circle(multipliers: np.ndarray) -> bool:
-    """Whether it is a pair of complex multipliers whose product is nearest to 1."""
+    """Whether the product nearest to 1 belongs to a complex pair of the `multipliers` (d,)."""
     turning = multipliers[~is_real(multipliers)]
     i, j = np.triu_indices(len(multipliers), 1)
     least = np.abs(multipliers[i] * multipliers[j] - 1.0).min(initial=np.inf)

@@ -1,4 +1,4 @@
-"""Signals over an orbit, and how closely surfaces come to touching on it."""
+"""Grazing: signals sampled over an orbit, and the turning points of gaps nearest to contact."""
 
 from __future__ import annotations
 
@@ -11,19 +11,30 @@ from flexmb.dynamics.systems.dynamics import Dynamics
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 
 SAMPLES = 200
-"""Of a period, where nothing else is asked for."""
+"""Default number of samples in a period."""
 
 FINER = 32
-"""A minimum between samples is looked for at so many points, twice."""
+"""Number of samples in each of the two refinements of a minimum."""
 
 SHARP = 0.3
-"""A minimum whose slopes do not fall when it is seen FINER times closer is an impact, not a turning point."""
+"""Ratio of the rises beside a minimum in both refinements above which the minimum is an impact."""
 
 PENETRATION = "penetration"
 
 
 def gap_signals(system: Dynamics, asked: str | None, label: str) -> dict[str, tuple[int, float]]:
-    """Place and sign of the signals that tell a gap (> 0: open), by name; of a mechanism those of all its contacts."""
+    """Number and sign of the signals that measure gaps (> 0: open), by name.
+
+    Parameters
+    ----------
+    system : flow or map; a mechanism has a gap in every contact.
+    asked : name of the signal of a gap; None: the contacts of a mechanism.
+    label : name of the caller, for messages.
+
+    Raises
+    ------
+    InputError : an unknown signal.
+    """
     if asked is not None:
         return {asked: (system.names.index(checks.one_of(label, "grazing", asked, system.names)), 1.0)}
     if not isinstance(system, MechanismFlow):
@@ -33,9 +44,13 @@ def gap_signals(system: Dynamics, asked: str | None, label: str) -> dict[str, tu
 
 
 def sampled(system: Dynamics, duration: float, count: int) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
-    """Times (n,), signals (n, names) and states from here on, `count` + 1 of them, fewer if it cannot go on.
+    """Times (n,), signals (n, names) and states from the present state on; `count` + 1 of them, fewer after a failure.
 
-    Maps give each iteration.
+    Parameters
+    ----------
+    system : flow or map, which is advanced.
+    duration : duration [s, or iterations].
+    count : number of intervals; a map gives every iteration.
     """
     flow = system.unit == "s"
     count = count if flow else round(duration)
@@ -56,34 +71,41 @@ def closest_approaches(
     gaps: dict[str, tuple[int, float]],
     orbit: tuple[np.ndarray, np.ndarray, Sequence[np.ndarray]],
 ) -> dict[str, tuple[float, float, int]]:
-    """Of each gap on a sampled orbit: its turning point nearest to 0 [m], its travel [m], and how often it closes.
+    """For each gap on an orbit: its turning point nearest to 0 [m], its travel [m], and the number of its closures.
 
-    > 0: the surfaces just miss each other there; < 0: they just touch.  Turning points are looked for between the
-    samples.  Sharp minima, rebounds of surfaces that do not yield, are left out; NaN where no other one is found.
+    > 0: the surfaces just miss each other; < 0: they just touch.  Turning points are located between the samples.
+    Sharp
+    minima, as at rebounds of rigid surfaces, do not count; NaN: no turning point.
+
+    Parameters
+    ----------
+    system : flow or map, which is advanced.
+    gaps : number and sign of the signals of gaps, by name.
+    orbit : times, signals and states, see `sampled`.
     """
     times, values, states = orbit
-    found = {}
+    approaches = {}
     for name, (place, sign) in gaps.items():
         gap = sign * values[:, place]
-        best, touches = np.nan, 0
+        nearest, closures = np.nan, 0
         for k in range(1, len(gap)):
-            following = gap[k + 1] if k + 1 < len(gap) else gap[1]  # it begins anew
-            if not (gap[k] <= gap[k - 1] and gap[k] < following):
+            next_value = gap[k + 1] if k + 1 < len(gap) else gap[1]  # the orbit is closed
+            if not (gap[k] <= gap[k - 1] and gap[k] < next_value):
                 continue
-            room = max(gap[k - 1], following) - gap[k]
-            if not np.isnan(best) and abs(gap[k]) - room > abs(best):
-                touches += int(gap[k] < 0.0)
-                continue  # it cannot come nearer
+            rise = max(gap[k - 1], next_value) - gap[k]
+            if not np.isnan(nearest) and abs(gap[k]) - rise > abs(nearest):
+                closures += int(gap[k] < 0.0)
+                continue  # no smaller turning point is possible here
             least = _turning_point(system, (times[k - 1], 2.0 * times[k] - times[k - 1]), states[k - 1], place, sign)
-            touches += int(not least > 0.0)  # a sharp one is an impact
-            if not np.isnan(least) and (np.isnan(best) or abs(least) < abs(best)):
-                best = least
-        found[name] = (float(best), float(np.ptp(gap)), touches)
-    return found
+            closures += int(not least > 0.0)  # a sharp one is an impact
+            if not np.isnan(least) and (np.isnan(nearest) or abs(least) < abs(nearest)):
+                nearest = least
+        approaches[name] = (float(nearest), float(np.ptp(gap)), closures)
+    return approaches
 
 
 def _turning_point(system: Dynamics, span: tuple[float, float], state: np.ndarray, place: int, sign: float) -> float:
-    """The smallest gap in a short span that begins with that state; NaN if it is a sharp one."""
+    """Smallest gap in a short time span from a state; NaN for a sharp minimum."""
     slopes, least = [], np.nan
     for _ in range(2):
         system.reset(state, time=span[0])
@@ -95,5 +117,5 @@ def _turning_point(system: Dynamics, span: tuple[float, float], state: np.ndarra
         least = float(gap[k])
         slopes.append(max(gap[k - 1], gap[k + 1]) - least)
         state, span = states[k - 1], (times[k - 1], times[k + 1])
-    # spans shrink by FINER/2: the rise beside a parabola's minimum by the square of that, beside an edge by it alone
+    # spans shrink by FINER/2: the rise beside a smooth minimum shrinks by the square of this, beside an edge by FINER/2
     return np.nan if slopes[1] > SHARP * slopes[0] / (FINER / 2.0) else least

@@ -1,4 +1,4 @@
-"""Periodic orbits by shooting: where the motion comes back to after a period."""
+"""Periodic orbits by multiple shooting."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb import checks
-from flexmb.dynamics.orbits.floquet import Loss, multipliers_of, nearest_loss
+from flexmb.dynamics.orbits.floquet import StabilityLoss, multipliers_of, nearest_loss
 from flexmb.dynamics.orbits.grazing import SAMPLES, closest_approaches, gap_signals, sampled
-from flexmb.dynamics.orbits.newton import Found, correct
-from flexmb.dynamics.orbits.shooting import Pass, Period, Shooting
+from flexmb.dynamics.orbits.orbit_newton import NewtonResult, correct
+from flexmb.dynamics.orbits.shooting import Period, Shooting, ShootingRun
 from flexmb.dynamics.systems.dynamics import Dynamics
 from flexmb.dynamics.systems.given import state_of
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
@@ -26,41 +26,41 @@ if TYPE_CHECKING:
 LABEL = "periodic_orbit"
 
 TOLERANCE, TOLERANCE_OF_STEPS = 1e-10, 1e-6
-"""Of what does not come back, as a part of the state; error-controlled steps of a mechanism change from pass to
-pass, so that its map is smooth only up to their errors."""
+"""Largest residual of an orbit over the size of the state: in general, and with error-controlled steps of a mechanism.
+
+Error-controlled steps change from run to run, so their map is smooth only up to the errors of the steps."""
 
 AMPLIFIED = 1e4
-"""A period in which differences grow more is divided into parts in which they do not."""
+"""Largest growth of differences in one segment; a period with more growth is divided into segments."""
 
 AT_REST = 1e-6
-"""A free motion that moves less than this part of its state in a period is an equilibrium."""
+"""Distance that an autonomous motion covers in a period, over its state, below which it is an equilibrium."""
 
 
 @dataclass(frozen=True, eq=False)
 class PeriodicOrbit:
-    """A motion that comes back to its start, or what the search for one came to.
+    """A motion that returns to its start, or the result of a failed search.
 
     Parameters
     ----------
-    name : of the system.
-    ok : whether it comes back within the tolerance; multipliers of an orbit that does not mean nothing.
-    status : what the search came to, in a sentence.
-    state : (size,) where it begins.
-    time : when it begins [s, or iterations].
-    period : after which it comes back, all `times` periods together [s, or iterations].
-    times : periods of the drives, or iterations, that it lasts.
-    unit : of period and time.
-    residual : what does not come back, as a part of the state.
-    residuals : the same of each pass; the squares of one another where Newton's method converges.
-    multipliers : (d,) Floquet multipliers, eigenvalues of the derivative of the state after the period by that before,
-        largest first; without the one that belongs to a shift in time.
-    shift : that multiplier of an autonomous flow, which is 1 but for errors; None where a drive sets the clock.
-    monodromy : (d, d) the derivative, in the basis.
-    basis : (size, d) the directions in which states can differ, orthonormal in the weights of the system.
-    parameters : parameters of the system that were changed, or all it has.
-    grazing : of each gap its turning point nearest to 0 [m]: > 0 just misses, < 0 just touches; NaN: it has none.
-    loss : which loss of stability is nearest.
-    shooting : the passes it was found with.
+    name : name of the system.
+    ok : whether the motion returns within the tolerance; the multipliers are valid only then.
+    status : result of the search, in a sentence.
+    state : start state (size,).
+    time : start time [s, or iterations].
+    period : length of the orbit, all `times` periods together [s, or iterations].
+    times : number of periods of the drives, or of iterations.
+    unit : unit of period and time.
+    residual : gap between end and start, over the size of the state.
+    residuals : residuals of all iterations; each is about the square of the one before if Newton's method converges.
+    multipliers : Floquet multipliers (d,), largest first, without the multiplier of a shift in time.
+    shift : multiplier of a shift in time of an autonomous flow, 1 up to errors; None for a driven flow.
+    monodromy : derivative (d, d) of the state after the period by the state before, in the basis.
+    basis : basis (size, d) of the differences of states, orthonormal in the weights of the system.
+    parameters : parameters of the system with their values.
+    grazing : turning point nearest to 0 of each gap [m]: > 0 just misses, < 0 just touches; NaN: no turning point.
+    loss : nearest loss of stability.
+    shooting : shooting that found the orbit.
     """
 
     _: KW_ONLY
@@ -80,21 +80,21 @@ class PeriodicOrbit:
     basis: np.ndarray
     parameters: Mapping[str, Any]
     grazing: Mapping[str, float]
-    loss: Loss
+    loss: StabilityLoss
     shooting: Shooting
 
     @property
     def iterations(self) -> int:
-        """Corrections that Newton's method took."""
+        """Number of corrections of Newton's method."""
         return max(len(self.residuals) - 1, 0)
 
     @property
     def stable(self) -> bool:
-        """Whether all multipliers lie inside the circle; False where there is no orbit."""
+        """Whether all multipliers lie inside the unit circle; False after a failed search."""
         return bool(self.ok and (np.abs(self.multipliers) < 1.0).all())
 
     def system(self) -> Dynamics:
-        """A system of its own that stands at the start of the orbit."""
+        """An independent system at the start of the orbit."""
         system = self.shooting.system.copy()
         system.reset(self.state, time=self.time, parameters=self.parameters)
         return system
@@ -104,11 +104,11 @@ class PeriodicOrbit:
 
         Parameters
         ----------
-        count : into how many parts the period is divided; a map gives each iteration.
+        count : number of intervals of the period; a map gives every iteration.
 
         Returns
         -------
-        Dataset with one variable a signal over `time` [s], or `iteration`, both ends included.
+        Dataset with a variable for each signal over `time` [s] or `iteration`, both ends included.
         """
         import xarray as xr
 
@@ -124,10 +124,10 @@ class PeriodicOrbit:
 
     def __repr__(self) -> str:
         kind = "stable" if self.stable else "unstable"
-        shown = ", ".join(f"{m:.6g}" for m in self.multipliers[:4])
+        listed = ", ".join(f"{m:.6g}" for m in self.multipliers[:4])
         more = ", ..." if len(self.multipliers) > 4 else ""
-        what = f"{kind}, multipliers {shown}{more}" if self.ok else self.status
-        return f"PeriodicOrbit of {self.name!r}, period {self.period:.6g} {self.unit}: {what}"
+        text = f"{kind}, multipliers {listed}{more}" if self.ok else self.status
+        return f"PeriodicOrbit of {self.name!r}, period {self.period:.6g} {self.unit}: {text}"
 
 
 def periodic_orbit(
@@ -145,29 +145,29 @@ def periodic_orbit(
     tolerance: float | None = None,
     iterations: int = 30,
 ) -> PeriodicOrbit:
-    """The periodic orbit near a guess, stable or not, with its multipliers.
+    """The periodic orbit near a guess, stable or unstable, with its Floquet multipliers.
 
-    Newton's method solves P(x) = x, P the motion over `times` periods, with the tangent of P that the system
-    carries along; corrections that lead away are halved.
+    Newton's method solves P(x) = x for the state x, with the motion P over `times` periods and its tangent.
+    Corrections that increase the residual are halved.
 
     Parameters
     ----------
-    system : a flow, a map, or a mechanism, which is then moved by `MechanismFlow`; it stays as it is.
-    period : of the drives [s], or a function of the parameters that gives it; None: that of the drives of a mechanism,
+    system : a flow, a map, or a mechanism, which becomes a `MechanismFlow`; it is not changed.
+    period : period of the drives [s], or a function of the parameters; None: the period of the drives of a mechanism,
         one iteration of a map.  With `autonomous` a first guess.
-    times : after how many of these periods the orbit closes.
-    guess : where it begins: a state (size,), another orbit, or None: the present state.  Or one state for each part
-        (segments, size), where the motion from a single one would lead astray.
-    settle : periods to go on from the guess before the search, to come nearer to an orbit that attracts.
-    autonomous : whether nothing outside sets a clock; the period is then sought as well, and the start moves across
-        the motion only.
-    segments : parts of the period that are shot one by one (multiple shooting); None: one, or as many as are needed
-        for differences to grow by less than 1e4 in each.  It must divide `times` of a map.
-    tangent : "carried" along by the system, or by "differences" of motions beside it.
-    angles : names of numbers of the state that may come back whole turns further; those of a mechanism are known.
-    grazing : name of a signal that tells a gap, > 0 where it is open; a mechanism's contacts are known.
-    tolerance : of what does not come back, as a part of the state; None: 1e-10, or 1e-6 for a mechanism with
-        error-controlled steps.
+    times : number of these periods after which the orbit closes.
+    guess : start state (size,), another orbit, or None for the present state; or one state for each segment
+        (segments, size).
+    settle : number of periods before the search, to come nearer to an attracting orbit.
+    autonomous : whether the system has no drive; then the period is unknown as well, and the start may move only
+        across the motion.
+    segments : number of segments (multiple shooting); None: as many as keep the growth of differences in each below
+        1e4.  It must divide `times` of a map.
+    tangent : "carried": tangent vectors of the system; "differences": differences of neighbouring motions.
+    angles : names of state entries that count modulo 2 pi; the angles of a mechanism are known.
+    grazing : name of a signal that measures a gap, > 0 if open; the contacts of a mechanism are known.
+    tolerance : largest residual over the size of the state; None: 1e-10, or 1e-6 for a mechanism with error-controlled
+        steps.
     iterations : largest number of corrections.
 
     Raises
@@ -177,9 +177,9 @@ def periodic_orbit(
 
     Notes
     -----
-    No convergence is a status, `ok` is then False.  Of a mechanism positions (up to whole turns of a body), velocities
-    and histories of friction and elements must come back; histories of normal contacts follow.
-    For an elastic element wound up by whole turns of a body the orbit would not be one.
+    Without convergence `ok` is False, and `status` says why.  On an orbit of a mechanism, positions (up to whole turns
+    of a body), velocities and histories of friction and elements return; histories of normal contacts follow from them.
+    Whole turns that wind up an elastic element are not noticed.
     Source: R. Seydel, Practical Bifurcation and Stability Analysis, Springer 2010, chapter 7.
 
     Examples
@@ -190,25 +190,25 @@ def periodic_orbit(
     >>> orbit.state.round(6).tolist(), orbit.multipliers.real.round(6).tolist(), orbit.stable
     ([0.6], [-0.5], True)
     """
-    moved = MechanismFlow(system) if isinstance(system, Mechanism) else system
-    if not isinstance(moved, Dynamics):
+    flow = MechanismFlow(system) if isinstance(system, Mechanism) else system
+    if not isinstance(flow, Dynamics):
         raise InputError(
             f"{LABEL}: system is {system!r}; it must be a flow or map (Map, MechanismFlow) or a Mechanism."
         )
-    moved = moved.copy()
+    flow = flow.copy()
     if not isinstance(autonomous, bool):
         raise InputError(f"{LABEL}: autonomous is {autonomous!r}; it must be True or False.")
     checks.count(LABEL, "iterations", iterations, 0)
-    parts = None if not _is_table(guess) else np.array([_guessed(one, moved) for one in guess])
-    known = _guessed(guess, moved) if parts is None else parts[0]
-    segments = len(parts) if parts is not None and segments is None else segments
-    if parts is not None and segments != len(parts):
-        raise InputError(f"{LABEL}: guess has {len(parts)} states; there must be one for each of {segments} segments.")
+    starts = _states_of_segments(guess, flow)
+    start = _guessed(guess, flow) if starts is None else starts[0]
+    segments = len(starts) if starts is not None and segments is None else segments
+    if starts is not None and segments != len(starts):
+        raise InputError(f"{LABEL}: guess has {len(starts)} states; there must be one for each of {segments} segments.")
     if period is None and autonomous and isinstance(guess, PeriodicOrbit):
         period = guess.period / guess.times
     shooting = Shooting(
         LABEL,
-        moved,
+        flow,
         period=period,
         times=times,
         autonomous=autonomous,
@@ -216,21 +216,23 @@ def periodic_orbit(
         tangent=tangent,
         angles=tuple(angles),
     )
-    gaps = gap_signals(moved, grazing, LABEL)
-    moved.reset(known, time=shooting.origin)
+    gaps = gap_signals(flow, grazing, LABEL)
+    flow.reset(start, time=shooting.origin)
     for _ in range(checks.count(LABEL, "settle", settle, 0)):
-        if not moved.advance(shooting.base if shooting.is_flow else 1):
+        if not flow.advance(shooting.base if shooting.is_flow else 1):
             break
-    tolerance = tolerance_of(moved, tolerance)
-    if parts is None or settle:
-        parts = moved.state()[None, :]
-    found, shooting = _search(shooting, parts, tolerance, iterations, free=segments is None)
-    return made(shooting, found, gaps)
+    tolerance = tolerance_of(flow, tolerance)
+    if starts is None or settle:
+        starts = flow.state()[None, :]
+    result, shooting = _search(shooting, starts, tolerance, iterations, automatic=segments is None)
+    return orbit_of(shooting, result, gaps)
 
 
-def _is_table(guess: Any) -> bool:
-    """Whether it is a list of states."""
-    return isinstance(guess, (list, tuple, np.ndarray)) and len(guess) > 0 and np.ndim(guess[0]) == 1
+def _states_of_segments(guess: Any, system: Dynamics) -> np.ndarray | None:
+    """Start states (segments, size) of a guess with one state for each segment; None for another guess."""
+    if isinstance(guess, (list, tuple, np.ndarray)) and len(guess) > 0 and np.ndim(guess[0]) == 1:
+        return np.array([_guessed(one, system) for one in guess])
+    return None
 
 
 def _guessed(guess: Any, system: Dynamics) -> np.ndarray:
@@ -242,7 +244,17 @@ def _guessed(guess: Any, system: Dynamics) -> np.ndarray:
 
 
 def tolerance_of(system: Dynamics, asked: float | None) -> float:
-    """The tolerance asked for, or that which the steps of the system allow."""
+    """The tolerance that was given, or the default for the steps of the system.
+
+    Parameters
+    ----------
+    system : flow or map.
+    asked : tolerance; None: default.
+
+    Raises
+    ------
+    InputError : a tolerance that is not > 0.
+    """
     if asked is not None:
         return checks.positive(LABEL, "tolerance", asked)
     rough = isinstance(system, MechanismFlow) and isinstance(system.step, Adaptive)
@@ -250,48 +262,63 @@ def tolerance_of(system: Dynamics, asked: float | None) -> float:
 
 
 def _search(
-    shooting: Shooting, given: np.ndarray, tolerance: float, iterations: int, *, free: bool
-) -> tuple[Found, Shooting]:
-    """Newton from a state (1, size), or from one a part; in parts where differences grow much in a first pass."""
+    shooting: Shooting, states: np.ndarray, tolerance: float, iterations: int, *, automatic: bool
+) -> tuple[NewtonResult, Shooting]:
+    """Newton's method from one state (1, size) or one a segment; with automatic segments after a first run."""
     period = shooting.period
-    if free:
-        one = shooting.run(given, period)
-        parts = parts_needed(shooting, one)
-        if parts > 1:
-            shooting = shooting.copy(shooting.times, parts)
-    starts = given if len(given) == shooting.segments else shooting.spread(given[0], period)
+    if automatic:
+        run = shooting.run(states, period)
+        segments = segments_needed(shooting, run)
+        if segments > 1:
+            shooting = shooting.copy(shooting.times, segments)
+    starts = states if len(states) == shooting.segments else shooting.spread(states[0], period)
     if starts is None:
-        return Found(None, (), False, f"The motion from the guess fails: {shooting.status}"), shooting
+        return NewtonResult(None, (), False, f"The motion from the guess fails: {shooting.status}"), shooting
     return correct(shooting, starts, period, np.nan, tolerance=tolerance, iterations=iterations), shooting
 
 
-def parts_needed(shooting: Shooting, one: Pass | None) -> int:
-    """Into how many parts the period has to be divided, so that differences grow by at most `AMPLIFIED` in each."""
-    if one is None or one.gaps.size == 0:
+def segments_needed(shooting: Shooting, run: ShootingRun | None) -> int:
+    """Number of segments in which differences grow by at most `AMPLIFIED`.
+
+    Parameters
+    ----------
+    shooting : the shooting.
+    run : the motion over a period in one segment; None after a failure.
+    """
+    if run is None or run.gaps.size == 0:
         return 1
-    growth = float(np.linalg.norm(one.monodromy, 2))
-    parts = max(int(np.ceil(np.log(max(growth, 1.0)) / np.log(AMPLIFIED))), 1)
+    growth = float(np.linalg.norm(run.monodromy, 2))
+    segments = max(int(np.ceil(np.log(max(growth, 1.0)) / np.log(AMPLIFIED))), 1)
     if shooting.is_flow:
-        return parts
-    return next(k for k in range(1, shooting.times + 1) if shooting.times % k == 0 and k >= min(parts, shooting.times))
+        return segments
+    return next(
+        k for k in range(1, shooting.times + 1) if shooting.times % k == 0 and k >= min(segments, shooting.times)
+    )
 
 
-def made(shooting: Shooting, found: Found, gaps: dict[str, tuple[int, float]]) -> PeriodicOrbit:
-    """The orbit of what Newton's method found."""
-    one, system = found.last, shooting.system
-    d = one.bases.shape[2] if one is not None else 0
-    monodromy = one.monodromy if one is not None else np.zeros((0, 0))
+def orbit_of(shooting: Shooting, result: NewtonResult, gaps: dict[str, tuple[int, float]]) -> PeriodicOrbit:
+    """Periodic orbit from the result of Newton's method.
+
+    Parameters
+    ----------
+    shooting : the shooting.
+    result : result of Newton's method.
+    gaps : number and sign of the signals of gaps, by name.
+    """
+    run, system = result.last, shooting.system
+    d = run.bases.shape[2] if run is not None else 0
+    monodromy = run.monodromy if run is not None else np.zeros((0, 0))
     multipliers, shift = multipliers_of(monodromy, autonomous=shooting.autonomous)
-    state = one.starts[0] if one is not None else system.state()
-    period = one.period if one is not None else shooting.period
-    ok, status = found.ok, found.status
-    if ok and one is not None:
-        ok, status = _judged(shooting, one, status)
-    near: dict[str, tuple[float, float, int]] = {}
+    state = run.starts[0] if run is not None else system.state()
+    period = run.period if run is not None else shooting.period
+    ok, status = result.ok, result.status
+    if ok and run is not None:
+        ok, status = _checked_orbit(shooting, run, status)
+    approaches: dict[str, tuple[float, float, int]] = {}
     if ok and gaps:
         system.reset(state, time=shooting.origin)
-        near = closest_approaches(system, gaps, sampled(system, period, SAMPLES * shooting.times))
-    parts = [least / travel for least, travel, _ in near.values() if travel > 0.0 and not np.isnan(least)]
+        approaches = closest_approaches(system, gaps, sampled(system, period, SAMPLES * shooting.times))
+    fractions = [least / travel for least, travel, _ in approaches.values() if travel > 0.0 and not np.isnan(least)]
     system.reset(state, time=shooting.origin)
     return PeriodicOrbit(
         name=system.name,
@@ -302,33 +329,33 @@ def made(shooting: Shooting, found: Found, gaps: dict[str, tuple[int, float]]) -
         period=period,
         times=shooting.times,
         unit=system.unit,
-        residual=found.misses[-1] if found.misses else np.nan,
-        residuals=found.misses,
+        residual=result.residuals[-1] if result.residuals else np.nan,
+        residuals=result.residuals,
         multipliers=multipliers,
         shift=shift,
         monodromy=monodromy,
-        basis=one.bases[0] if one is not None else np.zeros((system.size, d)),
+        basis=run.bases[0] if run is not None else np.zeros((system.size, d)),
         parameters=system.parameters,
-        grazing={name: least for name, (least, _, _) in near.items()},
-        loss=nearest_loss(multipliers, min(parts, key=abs, default=None)),
+        grazing={name: least for name, (least, _, _) in approaches.items()},
+        loss=nearest_loss(multipliers, min(fractions, key=abs, default=None)),
         shooting=shooting,
     )
 
 
-def _judged(shooting: Shooting, one: Pass, status: str) -> tuple[bool, str]:
-    """Whether a start that comes back is an orbit, and what is to be said of it."""
+def _checked_orbit(shooting: Shooting, run: ShootingRun, status: str) -> tuple[bool, str]:
+    """Whether a converged run is an orbit, and its status: no equilibrium; a note on a shorter period."""
     system, space = shooting.system, shooting.space
     if shooting.autonomous:
-        system.reset(one.starts[0], time=0.0)
-        if space.length(system.velocity()) * one.period <= AT_REST * shooting.scale:
+        system.reset(run.starts[0], time=0.0)
+        if space.length(system.velocity()) * run.period <= AT_REST * shooting.scale:
             text = "The search came to an equilibrium, which is no orbit of any period"
-            return False, f"{text}. Give a guess further from it."
-    for part in range(1, shooting.times):
-        if shooting.times % part or shooting.autonomous:
+            return False, f"{text}. Give a guess farther from the equilibrium."
+    for periods in range(1, shooting.times):
+        if shooting.times % periods or shooting.autonomous:
             continue
-        system.reset(one.starts[0], time=shooting.origin)
-        if system.advance(part * shooting.base if shooting.is_flow else part):
-            away = space.length(space.difference(system.state(), one.starts[0]))
-            if away <= max(1e3 * one.miss, 1e-7 * shooting.scale):
-                return True, f"{status} It comes back after {part} of the {shooting.times} periods already."
+        system.reset(run.starts[0], time=shooting.origin)
+        if system.advance(periods * shooting.base if shooting.is_flow else periods):
+            distance = space.length(space.difference(system.state(), run.starts[0]))
+            if distance <= max(1e3 * run.miss, 1e-7 * shooting.scale):
+                return True, f"{status} It comes back after {periods} of the {shooting.times} periods already."
     return True, status

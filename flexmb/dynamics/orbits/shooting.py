@@ -1,4 +1,4 @@
-"""Passes over a period with their tangent: what is left of coming back to the start, and how it depends on it."""
+"""Multiple shooting: the motion over a period in segments, its gaps, and their derivatives by the start values."""
 
 from __future__ import annotations
 
@@ -9,92 +9,34 @@ from typing import Any
 import numpy as np
 
 from flexmb import checks
+from flexmb.dynamics.orbits.state_space import StateSpace
 from flexmb.dynamics.systems.continuous_flow import ContinuousFlow
 from flexmb.dynamics.systems.dynamics import Dynamics, orthonormalise
-from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.errors import AssemblyError, InputError, ModelError, SolveError
 
-TURN = 2.0 * np.pi
 TANGENTS = ("carried", "differences")
 
 SMALL, SMALL_OF_A_FLOW = 6e-6, 1e-5
-"""Differences of states, as a part of their size, from which derivatives are taken: maps, and flows whose steps have
-errors of their own."""
+"""Differences of states, over their size, for numerical derivatives of maps and of flows (errors of their steps)."""
 
 Period = float | Callable[[Mapping[str, Any]], float] | None
 
 
-class Space:
-    """How far two states are apart, and which of their numbers must come back.
-
-    Positions and velocities must (those without weight follow from others), angles of bodies up to whole turns.  Of the
-    histories of a mechanism those of friction and of elements must come back as well (deflections of bristles, in
-    their own units); those of normal contacts hold times of onsets, which cannot, and what positions and
-    velocities determine: they are handed on from the end of a pass to the start of the next one.
-    """
-
-    def __init__(self, label: str, system: Dynamics, angles: tuple[str, ...] = ()) -> None:
-        self.weights, size = system.weights.copy(), system.size
-        self.angle, self.handed = np.zeros(size, dtype=bool), np.zeros(size, dtype=bool)
-        self.memory = np.zeros(0, dtype=np.int64)
-        if isinstance(system, MechanismFlow):
-            n, n_z = system.program.n_q, system.program.tables.sizes.n_z
-            self.angle[:n] = np.asarray(system.program.tables.kind) == 1
-            self.memory = 2 * n + remembered(system)
-            self.handed[2 * n : 2 * n + n_z] = True
-            self.handed[self.memory] = False
-            self.weights[self.memory] = 1.0
-        for name in angles:
-            if len(system.names) != size:
-                raise InputError(f"{label}: angles are named, but {system.name!r} has no names for its state.")
-            self.angle[system.names.index(checks.one_of(label, "angle", name, system.names))] = True
-
-    def difference(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """one - other (size,), whole turns of angles taken away."""
-        d = one - other
-        d[self.angle] -= TURN * np.round(d[self.angle] / TURN)
-        return d
-
-    def length(self, d: np.ndarray) -> float:
-        """Length of a difference in the weights."""
-        return float(np.sqrt(self.weights @ (d * d)))
-
-    def basis(self, system: Dynamics) -> np.ndarray:
-        """Directions (size, d), orthonormal in the weights, in which the present state can differ."""
-        d = system.dimension
-        if d == 0:
-            W = np.zeros((system.size, 0))
-        elif d == system.size:
-            W = system.on_manifold(np.eye(d))
-            orthonormalise(W, self.weights)
-        else:
-            W = system.tangent_basis(d)
-        if len(self.memory) == 0:
-            return W
-        Z = np.zeros((system.size, len(self.memory)))
-        Z[self.memory, np.arange(len(self.memory))] = 1.0
-        W = np.ascontiguousarray(np.hstack([W, system.on_manifold(Z)]))
-        orthonormalise(W, self.weights)
-        return W
-
-
-def remembered(system: MechanismFlow) -> np.ndarray:
-    """Places among the histories z of those of friction and of elements."""
-    tables = system.program.tables
-    pairs = [*np.asarray(tables.elements.z), *np.asarray(tables.constraints.joint_friction_z)]
-    pairs += [row[2:4] for row in np.asarray(tables.contacts.z)]
-    return np.array(sorted({i for begin, end in pairs for i in range(int(begin), int(end))}), dtype=np.int64)
-
-
 @dataclass(frozen=True)
-class Pass:
-    """One pass over the period in M parts; d directions.
+class ShootingRun:
+    """The motion over one period in M segments, with d directions.
 
-    starts, ends : (M, size) states;  bases : (M, size, d) of the starts
-    slopes : (M, d, d) derivatives of the ends in the bases of the next starts;  gaps : (M, d) ends less next starts
-    rates : (M, d) of the ends when the period grows;  drift : (d,) of the first start as time goes on, both for flows
-        without a clock of their own
-    miss : length of all gaps;  period : of the pass;  value : of the parameter
+    Parameters
+    ----------
+    starts, ends : states (M, size) at the start and end of each segment.
+    bases : bases (M, size, d) at the starts.
+    slopes : derivatives (M, d, d) of the ends by the starts, in the bases of the next starts.
+    gaps : ends less next starts (M, d).
+    rates : derivatives (M, d) of the ends by the period, for autonomous flows.
+    drift : rate (d,) of the first start, for autonomous flows.
+    miss : length of all gaps.
+    period : length of the run [s, or iterations].
+    value : value of the continuation parameter; NaN: none.
     """
 
     starts: np.ndarray
@@ -110,14 +52,14 @@ class Pass:
 
     @property
     def monodromy(self) -> np.ndarray:
-        """(d, d) derivative of the state after the period by that before it."""
+        """Derivative (d, d) of the state after the period by the state before."""
         whole = np.eye(self.slopes.shape[1])
         for A in self.slopes:
             whole = A @ whole
         return whole
 
     def matrix(self) -> np.ndarray:
-        """(M d, M d) derivative of the gaps by the starts."""
+        """Derivative (M d, M d) of the gaps by the starts."""
         M, d = self.gaps.shape
         J = np.zeros((M * d, M * d))
         for j in range(M):
@@ -128,12 +70,12 @@ class Pass:
 
 
 class Shooting:
-    """Passes of a system over `times` periods in `segments` parts.
+    """Multiple shooting of a system over `times` periods in `segments` segments.
 
     Parameters
     ----------
-    label : what messages begin with.
-    system : it is moved about.
+    label : begin of messages.
+    system : flow or map, whose state the shooting changes.
     period, times, autonomous, segments, tangent, angles : see `periodic_orbit`.
     """
 
@@ -152,20 +94,26 @@ class Shooting:
         self.label, self.system, self.autonomous, self.segments = label, system, autonomous, segments
         self.times, self.declared, self.angles = checks.count(label, "times", times), period, angles
         self.tangent = checks.one_of(label, "tangent", tangent, TANGENTS)
-        self.is_flow, self.parameter, self.scale, self.status = system.unit == "s", None, 0.0, ""
+        self.is_flow, self.scale, self.status = system.unit == "s", 0.0, ""
+        self.parameter: str | None = None
         if not self.is_flow and (period is not None or autonomous):
             text = f"{label}: {system.name!r} counts {system.unit}"
-            raise InputError(f"{text}; it has no period= to be given and is not autonomous. Give times= alone.")
+            raise InputError(f"{text}; it has no period= and is not autonomous. Give times= alone.")
         if not self.is_flow and self.times % segments:
             raise InputError(f"{label}: segments is {segments}; it must divide times, {times}, of a map.")
         self.base, self.phase = self._base(), 0.0
         if self.is_flow and not autonomous:
-            turns = system.time / self.base
-            self.phase = max(turns - np.floor(turns + 1e-9), 0.0)
-        self.space = Space(label, system, angles)
+            elapsed_periods = system.time / self.base
+            self.phase = max(elapsed_periods - np.floor(elapsed_periods + 1e-9), 0.0)
+        self.space = StateSpace(label, system, angles)
 
     def copy(self, times: int, segments: int) -> Shooting:
-        """Passes of a copy of the system over other numbers of periods and parts."""
+        """Shooting with a copy of the system.
+
+        Parameters
+        ----------
+        times, segments : numbers of periods and of segments of the copy.
+        """
         other = Shooting(
             self.label,
             self.system.copy(),
@@ -180,21 +128,26 @@ class Shooting:
         return other
 
     def _base(self) -> float:
-        """The period that is repeated `times` times."""
+        """The single period, of which the orbit lasts `times`."""
         if not self.is_flow:
             return 1.0
-        known = self.declared
-        if known is None and isinstance(self.system, ContinuousFlow):
-            known = self.system.period
-        if known is None:
+        period = self.declared
+        if period is None and isinstance(self.system, ContinuousFlow):
+            period = self.system.period
+        if period is None:
             text = f"{self.label}: {self.system.name!r} has no periodic drive and no period= is given"
-            raise InputError(f"{text}. Give the period of what drives it, or autonomous=True with a guess of its own.")
-        if callable(known):
-            known = known(self.system.parameters)
-        return checks.positive(self.label, "period", known, "s")
+            raise InputError(f"{text}. Give the period of the drive, or autonomous=True with a guess of the period.")
+        if callable(period):
+            period = period(self.system.parameters)
+        return checks.positive(self.label, "period", period, "s")
 
     def set_value(self, value: float) -> bool:
-        """Give the parameter that is followed a value; whether the system takes it.  The period of drives follows."""
+        """Set the continuation parameter and the period of the drives; returns whether the system accepts the value.
+
+        Parameters
+        ----------
+        value : value of the parameter.
+        """
         if self.parameter is None:
             return True
         try:
@@ -204,21 +157,27 @@ class Shooting:
         except (InputError, ModelError, AssemblyError, SolveError) as error:
             self.status = f"{self.parameter} = {value:.6g} is refused: {error}"
             return False
-        self.space = Space(self.label, self.system, self.angles)
+        self.space = StateSpace(self.label, self.system, self.angles)
         return True
 
     @property
     def origin(self) -> float:
-        """Time at which a pass begins: that of the given state less whole periods."""
+        """Start time of a run: the time of the given state less whole periods."""
         return self.phase * self.base
 
     @property
     def period(self) -> float:
-        """Length of a pass, of flows without a clock a first guess."""
+        """Length of a run; for autonomous flows a first guess."""
         return self.base * self.times
 
     def spread(self, state: np.ndarray, period: float) -> np.ndarray | None:
-        """Starts (segments, size) of all parts, on the motion from one state; None if it ends before."""
+        """Starts (segments, size) of all segments, on the motion from one state; None if the motion ends early.
+
+        Parameters
+        ----------
+        state : first start (size,).
+        period : length of the run.
+        """
         starts = [state]
         for j in range(self.segments - 1):
             reached = self._go(starts[-1], j, period, None)
@@ -227,68 +186,89 @@ class Shooting:
             starts.append(reached)
         return np.array(starts)
 
-    def run(self, starts: np.ndarray, period: float, value: float = np.nan) -> Pass | None:
-        """A pass from these starts (M, size), brought to the manifold first; None if it fails (see `status`)."""
+    def run(self, starts: np.ndarray, period: float, value: float = np.nan) -> ShootingRun | None:
+        """The motion over a period from given starts; None after a failure (see `status`).
+
+        Parameters
+        ----------
+        starts : starts (M, size) of the segments; each is projected onto the constraints.
+        period : length of the run.
+        value : value of the continuation parameter; NaN: unchanged.
+        """
         M = self.segments
-        found: list[tuple[np.ndarray, ...]] = []
+        segments: list[tuple[np.ndarray, ...]] = []
         if not np.isnan(value) and not self.set_value(value):
             return None
         for j in range(M):
-            one = self._part(starts[j], j, period)
-            if one is None:
+            segment = self._segment(starts[j], j, period)
+            if segment is None:
                 return None
-            found.append(one)
-        start, end, W, carried, rate, drift = ([f[i] for f in found] for i in range(6))
-        wide = [W[j].T * self.space.weights for j in range(M)]
+            segments.append(segment)
+        start, end, W, carried_bases, rate, drift = ([f[i] for f in segments] for i in range(6))
+        weighted = [W[j].T * self.space.weights for j in range(M)]
         gaps = [self.space.difference(end[j], start[(j + 1) % M]) for j in range(M)]
         lengths = [self.space.length(x) for x in (*start, *end)]
         miss = float(np.sqrt(sum(self.space.length(g) ** 2 for g in gaps)))
-        if not np.isfinite([miss, *lengths]).all() or not all(np.isfinite(T).all() for T in carried):
-            self.status = "A pass over the period is not finite."
+        if not np.isfinite([miss, *lengths]).all() or not all(np.isfinite(T).all() for T in carried_bases):
+            self.status = "The motion over the period is not finite."
             return None
         self.scale = max(self.scale, *lengths)
         following = [(j + 1) % M for j in range(M)]
-        return Pass(
+        return ShootingRun(
             np.array(start),
             np.array(end),
             np.array(W),
-            np.array([wide[k] @ carried[j] for j, k in enumerate(following)]),
-            np.array([wide[k] @ gaps[j] for j, k in enumerate(following)]),
-            np.array([wide[k] @ rate[j] / M for j, k in enumerate(following)]),
-            wide[0] @ drift[0],
+            np.array([weighted[k] @ carried_bases[j] for j, k in enumerate(following)]),
+            np.array([weighted[k] @ gaps[j] for j, k in enumerate(following)]),
+            np.array([weighted[k] @ rate[j] / M for j, k in enumerate(following)]),
+            weighted[0] @ drift[0],
             miss,
             period,
             value,
         )
 
-    def by_parameter(self, one: Pass, small: float) -> np.ndarray:
-        """(M, d) derivatives of the gaps by the parameter, by central differences of size `small`; NaN if one fails."""
-        M, space, ends = self.segments, self.space, []
-        period = one.period
-        for value in (one.value + small, one.value - small):
-            reached: list[tuple[Any, Any]] = [(None, None)] * M
+    def by_parameter(self, run: ShootingRun, small: float) -> np.ndarray:
+        """Derivatives (M, d) of the gaps by the parameter, by central differences; NaN after a failure.
+
+        Parameters
+        ----------
+        run : the motion over a period.
+        small : difference of the parameter.
+        """
+        M, space, shifted_ends = self.segments, self.space, []
+        period = run.period
+        for value in (run.value + small, run.value - small):
+            segment_ends: list[tuple[Any, Any]] = [(None, None)] * M
             for j in range(M) if self.set_value(value) else ():
-                at = period if self.autonomous else self.period
-                end = self._go(one.starts[j], j, at, None)
-                reached[j] = (self.began, end)
-            ends.append(reached)
-        self.set_value(one.value)
-        rows = np.full(one.gaps.shape, np.nan)
+                duration = period if self.autonomous else self.period
+                end = self._go(run.starts[j], j, duration, None)
+                segment_ends[j] = (self.began, end)
+            shifted_ends.append(segment_ends)
+        self.set_value(run.value)
+        rows = np.full(run.gaps.shape, np.nan)
         for j in range(M):
             k = (j + 1) % M
-            if all(ends[s][j][1] is not None and ends[s][k][1] is not None for s in (0, 1)):
-                up, down = (space.difference(ends[s][j][1], ends[s][k][0]) for s in (0, 1))
-                rows[j] = (one.bases[k].T * space.weights) @ space.difference(up, down) / (2.0 * small)
+            if all(shifted_ends[s][j][1] is not None and shifted_ends[s][k][1] is not None for s in (0, 1)):
+                up, down = (space.difference(shifted_ends[s][j][1], shifted_ends[s][k][0]) for s in (0, 1))
+                rows[j] = (run.bases[k].T * space.weights) @ space.difference(up, down) / (2.0 * small)
         return rows
 
-    def moved(self, one: Pass, y: np.ndarray) -> np.ndarray:
-        """Starts (M, size) of a pass moved by y (M, d) in their bases; what is handed on is taken from the ends."""
-        starts = one.starts + np.einsum("jsd,jd->js", one.bases, y)
-        starts[:, self.space.handed] = np.roll(one.ends, 1, axis=0)[:, self.space.handed]
+    def moved(self, run: ShootingRun, y: np.ndarray) -> np.ndarray:
+        """Starts (M, size) of a run moved by y (M, d) in their bases.
+
+        Rows that need not return are taken from the ends of the segments.
+
+        Parameters
+        ----------
+        run : the motion over a period.
+        y : displacements (M, d).
+        """
+        starts = np.asarray(run.starts + np.einsum("jsd,jd->js", run.bases, y))
+        starts[:, self.space.free_rows] = np.roll(run.ends, 1, axis=0)[:, self.space.free_rows]
         return starts
 
-    def _part(self, start: np.ndarray, j: int, period: float) -> tuple[np.ndarray, ...] | None:
-        """Start, end, basis, what becomes of the basis, rate of the end, rate of the start."""
+    def _segment(self, start: np.ndarray, j: int, period: float) -> tuple[np.ndarray, ...] | None:
+        """Start, end, basis at the start, basis advanced to the end, rate of the end, rate of the start."""
         if not self._place(start, j, period):
             return None
         nothing = np.zeros(self.system.size)
@@ -306,30 +286,30 @@ class Shooting:
         return start, end, W, carried, self.system.velocity() if self.autonomous else nothing, drift
 
     def _by_differences(self, start: np.ndarray, j: int, period: float) -> tuple[Any, Any]:
-        """Basis at a start and what becomes of it, from passes beside it; the starts are what `reset` makes of them."""
-        rough = np.random.default_rng(0).standard_normal((len(start), self.system.dimension))
-        rough[self.space.weights == 0.0] = 0.0
-        if len(rough) == rough.shape[1]:
-            rough = np.eye(len(start))
-        memory = np.zeros((len(start), len(self.space.memory)))
-        memory[self.space.memory, np.arange(len(self.space.memory))] = 1.0
-        V = np.hstack([rough, memory])
-        orthonormalise(V, self.space.weights)
-        part = SMALL_OF_A_FLOW if self.is_flow else SMALL
-        size = part * max(self.space.length(start), 1e-3 * self.scale, 1e-9)
-        W = self._pairs(start, V, j, period, size, ends=False)[0]
+        """Basis at a start and basis advanced to the end, from neighbouring runs; `reset` projects their starts."""
+        directions = np.random.default_rng(0).standard_normal((len(start), self.system.dimension))
+        directions[self.space.weights == 0.0] = 0.0
+        if len(directions) == directions.shape[1]:
+            directions = np.eye(len(start))
+        history_rows = np.zeros((len(start), len(self.space.history_rows)))
+        history_rows[self.space.history_rows, np.arange(len(self.space.history_rows))] = 1.0
+        directions_and_histories = np.hstack([directions, history_rows])
+        orthonormalise(directions_and_histories, self.space.weights)
+        relative = SMALL_OF_A_FLOW if self.is_flow else SMALL
+        size = relative * max(self.space.length(start), 1e-3 * self.scale, 1e-9)
+        W = self._pairs(start, directions_and_histories, j, period, size, ends=False)[0]
         if W is None:
             return None, None
         orthonormalise(W, self.space.weights)
-        made, carried = self._pairs(start, W, j, period, size, ends=True)
-        if made is None:
+        start_basis, carried = self._pairs(start, W, j, period, size, ends=True)
+        if start_basis is None:
             return None, None
-        return W, carried @ np.linalg.pinv((W.T * self.space.weights) @ made)
+        return W, carried @ np.linalg.pinv((W.T * self.space.weights) @ start_basis)
 
     def _pairs(
         self, start: np.ndarray, V: np.ndarray, j: int, period: float, size: float, *, ends: bool
     ) -> tuple[Any, Any]:
-        """(size, d) differences of starts on both sides of one, over 2 `size`, and of what becomes of them."""
+        """Differences (size, d) of starts on both sides of one, and of their ends, over 2 `size`."""
         starts, after = [], []
         if V.shape[1] == 0:
             return V.copy(), V.copy()
@@ -349,14 +329,14 @@ class Shooting:
         return np.array(starts).T / (2.0 * size), np.array(after).T / (2.0 * size)
 
     def _go(self, start: np.ndarray, j: int, period: float, tangents: np.ndarray | None) -> np.ndarray | None:
-        """The end of part j that begins there; `began` is where it really did."""
+        """End of segment j from a start; `began` is the projected start."""
         if not self._place(start, j, period):
             return None
         self.began = self.system.state()
         return self._advance(period / self.segments, tangents)
 
     def _place(self, state: np.ndarray, j: int, period: float) -> bool:
-        """Bring the system to a state at the beginning of part j; whether it could be."""
+        """Set the system to a state at the beginning of segment j; returns whether that succeeded."""
         if not np.isfinite(state).all():
             self.status = "A state is not finite."
             return False

@@ -1,1 +1,1 @@
-"""Sections of flows: once a period, or at the crossings of a level."""
+"""Sections of flows: stroboscopic maps, and Poincare maps at the crossings of a level."""

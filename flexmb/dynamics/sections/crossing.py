@@ -1,4 +1,4 @@
-"""Where a height over a level changes its sign: found within a step of a flow, to round-off."""
+"""Crossings: instants at which a signal crosses a level, located within a step of a flow to round-off."""
 
 from __future__ import annotations
 
@@ -11,22 +11,25 @@ import numpy as np
 from flexmb.dynamics.systems.continuous_flow import ContinuousFlow
 
 ROUNDS = 200
+"""Largest number of trials of a search for a crossing."""
 HALVINGS = 40
+"""Largest number of halvings of a step in the search for a point before a crossing."""
 DOWN, UP = -1, 1
+"""Directions of a crossing, and sides of the level."""
 CLOSE = 0.1
-"""Part of the lower end of a step below which its cubic must dip to be looked at more closely; it is not the flow."""
+"""Height of the cubic's minimum, over the lower end of the step, below which the step is searched for two crossings."""
 
 
 @dataclass(frozen=True)
 class Bracket:
-    """A crossing lies between two times after a snapshot.
+    """Times between which a crossing lies, counted from a snapshot.
 
     Parameters
     ----------
-    before : snapshot of the flow at its step's begin.
-    tangents : (size, k) tangent vectors there, or None.
-    near, value : time after it [s] at which the height is on its old side, and the height there.
-    far : time after it [s] at which the height is on the other side.
+    before : snapshot of the flow at the begin of the step.
+    tangents : tangent vectors (size, k) at the snapshot, or None.
+    near, value : time [s] before the crossing, and the height there.
+    far : time [s] after the crossing.
     """
 
     before: Any
@@ -38,13 +41,15 @@ class Bracket:
 
 @dataclass
 class Height:
-    """A height over a level, and the side on which it is.
+    """Height of a signal over a level, and the side of the level before a crossing.
 
     Parameters
     ----------
     flow : the flow.
-    value : the height of the flow's present state.
-    rate : its rate [1/s], or None where that costs too much; then a touch between two steps may be missed.
+    value : function that returns the present height.
+    rate : function that returns the rate of the height [1/s]; None: the rate is costly, and two crossings in one step
+        may
+        be missed.
     side : UP or DOWN.
     """
 
@@ -54,58 +59,77 @@ class Height:
     side: int
 
     def at(self, before: Any, duration: float) -> float:
-        """The height some time after a snapshot; the flow stands there."""
+        """The height some time after a snapshot; the flow stays there.
+
+        Parameters
+        ----------
+        before : snapshot of the flow.
+        duration : time after the snapshot [s].
+        """
         self.flow.restore(before)
         self.flow.advance(duration)
         return self.value()
 
     def left(self, value: float) -> bool:
-        """Whether a height is on the other side; one that lies on the level is not."""
+        """Whether a height `value` lies on the other side of the level; a height of 0 does not."""
         return value * self.side < 0.0
 
 
 def stride(height: Height, limit: float, tangents: np.ndarray | None) -> Bracket | None:
-    """Take one step of the flow; where in it the height leaves its side, or None.
+    """Advance the flow by one step; returns the bracket of a crossing in that step, or None.
 
-    A step whose ends lie on the same side is looked at more closely if the cubic through heights and rates at its ends
-    comes near the level in between.  If the flow could not go on, it says so itself.
+    A step whose ends lie on the same side is examined if the cubic through heights and rates at both ends comes near
+    the
+    level.  After a failure the flow has the status.
+
+    Parameters
+    ----------
+    height : the height over the level.
+    limit : latest end of the step [s].
+    tangents : tangent vectors (size, k), advanced in place; or None.
     """
-    flow, kept = height.flow, None if tangents is None else tangents.copy()
+    flow, saved = height.flow, None if tangents is None else tangents.copy()
     before, start, old = flow.snapshot(), flow.time, height.value()
-    was = None if height.rate is None else height.rate()
+    old_rate = None if height.rate is None else height.rate()
     if not flow.take_step(limit, tangents):
         return None
     size, new = flow.time - start, height.value()
     if height.left(new):
-        near = _still_there(height, before, size) if height.left(old) else (0.0, old)
-        return Bracket(before, kept, *near, size)
+        near = _point_before(height, before, size) if height.left(old) else (0.0, old)
+        return Bracket(before, saved, *near, size)
     dip = None
-    if height.rate is not None and was is not None and not height.left(old):
+    if height.rate is not None and old_rate is not None and not height.left(old):
         side = height.side
-        dip = turning_point(side * old, side * was, side * new, side * height.rate(), size)
+        dip = turning_point(side * old, side * old_rate, side * new, side * height.rate(), size)
     if dip is None:
         return None
     after = flow.snapshot()
     inside = height.at(before, dip)
     flow.restore(after)
-    return Bracket(before, kept, 0.0, old, dip) if height.left(inside) else None
+    return Bracket(before, saved, 0.0, old, dip) if height.left(inside) else None
 
 
 def locate(height: Height, bracket: Bracket) -> float:
-    """Put the flow on the crossing; the time from the snapshot to there [s].
+    """Put the flow on the crossing; returns the time from the snapshot to the crossing [s].
 
-    It is the first time beyond the crossing that the flow's clock can tell.  Regula falsi as in Illinois, with
-    bisection every fourth time (M. Dowell, P. Jarratt, BIT 11 (1971) 168); each trial is a step of the flow from the
-    snapshot, so what is found is a point of the flow and not of an interpolation.
+    The crossing is the first time after it that the clock of the flow can represent.  Regula falsi with the Illinois
+    modification, and bisection every fourth time (M. Dowell, P. Jarratt, BIT 11 (1971) 168).  Each trial is a step of
+    the
+    flow from the snapshot, so the result is a point of the flow and not of an interpolation.
+
+    Parameters
+    ----------
+    height : the height over the level.
+    bracket : times before and after the crossing.
     """
     flow, before = height.flow, bracket.before
     flow.restore(before)
     a, b, fa = bracket.near, bracket.far, bracket.value
     least = 4.0 * float(np.spacing(abs(flow.time) + b))
-    fb, kept = height.at(before, b), 0
+    fb, moved_last = height.at(before, b), 0
     for count in range(ROUNDS):
         if height.left(fb) or not flow.ok:
-            break  # a step with tangent vectors may have come a little further than the one without
+            break  # a step with tangent vectors may end a little later than a step without
         b += 2.0**count * max(1e-9 * bracket.far, least)
         fb = height.at(before, b)
     for count in range(ROUNDS):
@@ -115,16 +139,24 @@ def locate(height: Height, bracket: Bracket) -> float:
         x = min(max(x, a + 0.5 * least, flow.shortest), b - 0.5 * least)
         value = height.at(before, x)
         if height.left(value):
-            b, fb, fa, kept = x, value, 0.5 * fa if kept == DOWN else fa, DOWN
+            b, fb, fa, moved_last = x, value, 0.5 * fa if moved_last == DOWN else fa, DOWN
         else:
-            a, fa, fb, kept = x, value, 0.5 * fb if kept == UP else fb, UP
+            a, fa, fb, moved_last = x, value, 0.5 * fb if moved_last == UP else fb, UP
     if flow.ok:
         height.at(before, b)
     return b
 
 
 def carry(flow: ContinuousFlow, bracket: Bracket, duration: float, tangents: np.ndarray) -> None:
-    """Bring `tangents` from the bracket's snapshot to where the flow stands, `duration` [s] later."""
+    """Advance `tangents` from the snapshot of a bracket to the present state of the flow.
+
+    Parameters
+    ----------
+    flow : the flow, which stands on the crossing.
+    bracket : the bracket of the crossing.
+    duration : time from the snapshot to the crossing [s].
+    tangents : tangent vectors (size, k); overwritten.
+    """
     point = flow.snapshot()
     tangents[:] = bracket.tangents
     flow.restore(bracket.before)
@@ -133,7 +165,13 @@ def carry(flow: ContinuousFlow, bracket: Bracket, duration: float, tangents: np.
 
 
 def turning_point(f0: float, r0: float, f1: float, r1: float, size: float) -> float | None:
-    """Where the cubic with these heights > 0 and rates at the ends of a step is lowest, if that is near the level."""
+    """Time of the minimum of a cubic in a step, if the minimum comes near the level; else None.
+
+    Parameters
+    ----------
+    f0, r0, f1, r1 : heights > 0 and rates at both ends of the step.
+    size : length of the step [s].
+    """
     if not r0 < 0.0 < r1:
         return None
     # f(s) = f0 + r0 s + c s^2 + d s^3
@@ -147,10 +185,10 @@ def turning_point(f0: float, r0: float, f1: float, r1: float, size: float) -> fl
     return float(s) if lowest < CLOSE * min(f0, f1) else None
 
 
-def _still_there(height: Height, before: Any, size: float) -> tuple[float, float]:
-    """A time after the snapshot at which the height is on its side, and the height, though it is at neither end.
+def _point_before(height: Height, before: Any, size: float) -> tuple[float, float]:
+    """A time before the crossing [s], and the height there, for a step whose ends lie both on the other side.
 
-    So it is just after an impact.  If there is none the begin itself is returned.
+    Such a step begins with an impact.  Without such a time the begin of the step is returned.
     """
     time = size
     for _ in range(HALVINGS):

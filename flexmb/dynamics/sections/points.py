@@ -1,4 +1,4 @@
-"""Points of a section as a labelled table: once a period, or at every crossing of a level."""
+"""Points of sections as labelled tables: once a period, or at every crossing of a level."""
 
 from __future__ import annotations
 
@@ -31,27 +31,27 @@ def stroboscopic(
     method: Newmark | None = None,
     progress: bool = False,
 ) -> xr.Dataset:
-    """Where a driven system is once a period.
+    """States of a driven system once a period.
 
     Parameters
     ----------
-    system : a mechanism, which starts from its drawn pose, or a flow or map, which goes on from where it stands and is
-        left where the last point is.  The points of a map are its iterations.
+    system : a mechanism, which starts from its reference configuration; or a flow or map, which continues from its
+        present state and stays at the last point.  The points of a map are its iterations.
     keep : number of points.
     skip : periods before the first point.
     period : the period [s]; None: the common period of the drives.
-    step, method : of a mechanism, see `simulate`.
-    progress : show a progress bar with an estimate of the time left.
+    step, method : for a mechanism only, see `simulate`.
+    progress : whether a progress bar with the remaining time is shown.
 
     Returns
     -------
     xarray.Dataset : dimension "period"; coordinates `period` (number, from `skip` on) and `time` [s]; a variable for
-        each signal.  Attributes: name, kind "stroboscopic", period [s] (of a map NaN), skip, ok, status.  After a
-        failure it holds the points before; ok is then 0.
+        each signal.  Attributes: name, kind "stroboscopic", period [s] (NaN for a map), skip, ok, status.  After a
+        failure ok is 0, and the dataset holds the points before the failure.
 
     Raises
     ------
-    InputError : numbers that are not whole, no point to keep, a system without period (see `StroboscopicMap`).
+    InputError : numbers that are not whole, no point to keep, a system without a period (see `StroboscopicMap`).
     ModelError, AssemblyError, KernelError : a mechanism that cannot start.
 
     Examples
@@ -62,8 +62,8 @@ def stroboscopic(
     >>> points.x0.values.round(4)
     array([0.7995, 0.513 , 0.7995, 0.513 ])
     """
-    found = dynamics_of("stroboscopic", system, period=period, step=step, method=method)
-    strobe = strobe_of("stroboscopic", found, period)
+    flow = dynamics_of("stroboscopic", system, period=period, step=step, method=method)
+    strobe = strobe_of("stroboscopic", flow, period)
     length = strobe.period if isinstance(strobe, StroboscopicMap) else np.nan
     return _collected(strobe, "stroboscopic", "period", skip, keep, progress, {"period": float(length)})
 
@@ -82,26 +82,26 @@ def section(
     method: Newmark | None = None,
     progress: bool = False,
 ) -> xr.Dataset:
-    """Where a system is whenever a signal crosses a level; the points do not depend on what is saved.
+    """States of a system at which a signal crosses a level (Poincare section), located on the steps of the solver.
 
     Parameters
     ----------
-    system : a mechanism, which starts from its drawn pose, or a flow, which goes on from where it stands and is left
-        on the last crossing.
+    system : a mechanism, which starts from its reference configuration; or a flow, which continues from its present
+        state and stays on the last crossing.
     signal : name of the signal, one of `names` of the flow; of a mechanism as in `sol[...]`.
     keep : number of crossings.
     skip : crossings before the first one that is kept.
-    level : value that is crossed [unit of the signal].
+    level : level of the section [unit of the signal].
     direction : "up", "down" or "both".
-    limit : time without a crossing after which the search ends, with a status [s]; None: see `SectionMap`.
-    period : for a mechanism without periodic drives: about the time in which its motion repeats [s].
-    step, method : of a mechanism, see `simulate`.
-    progress : show a progress bar with an estimate of the time left.
+    limit : time without a crossing after which the search ends with a status [s]; None: see `SectionMap`.
+    period : for a mechanism without periodic drives: approximate period of its motion [s].
+    step, method : for a mechanism only, see `simulate`.
+    progress : whether a progress bar with the remaining time is shown.
 
     Returns
     -------
-    xarray.Dataset : as of `stroboscopic`, with dimension "crossing" and kind "section"; attributes signal, level and
-        direction beside the others.
+    xarray.Dataset : as of `stroboscopic`, with the dimension "crossing", the kind "section", and the further attributes
+        signal, level and direction.
 
     Raises
     ------
@@ -118,7 +118,7 @@ def section(
     """
     flow = dynamics_of("section", system, period=period, step=step, method=method)
     if not isinstance(flow, ContinuousFlow):
-        raise InputError(f"section {flow.name!r}: it is a map, which crosses nothing. Use stroboscopic(...).")
+        raise InputError(f"section {flow.name!r}: a map has no crossings. Use stroboscopic(...).")
     crossings = SectionMap(flow, signal, level=level, direction=direction, limit=limit)
     length = np.nan if flow.period is None else flow.period
     attrs = {"period": float(length), "signal": signal, "level": crossings.level, "direction": direction}
@@ -128,22 +128,22 @@ def section(
 def _collected(
     system: Dynamics, kind: str, dimension: str, skip: int, keep: int, progress: bool, attrs: dict[str, Any]
 ) -> xr.Dataset:
-    """Skip, then take `keep` points; the first stroboscopic one is where the system stands, if nothing is skipped."""
+    """Table of `keep` points after `skip` points; the present state is the first stroboscopic point if skip is 0."""
     import xarray as xr
 
     label = f"{kind} {system.name!r}"
     skip, keep = checks.count(label, "skip", skip, 0), checks.count(label, "keep", keep)
     strobe = dimension == "period"
-    shown = bar(system.name, 0.0, float(skip + keep), shown=progress, of=f"{dimension}s")
+    progress_bar = bar(system.name, 0.0, float(skip + keep), shown=progress, of=f"{dimension}s")
     times, values = [], []
     for k in range(skip + keep):
         if (k > 0 or not strobe) and not system.advance(1):
             break
-        shown.update(1)
+        progress_bar.update(1)
         if k >= skip:
             times.append(clock(system))
             values.append(system.observe())
-    shown.close()
+    progress_bar.close()
     rows = np.array(values).reshape(len(times), len(system.names))
     units = "s" if isinstance(system, (StroboscopicMap, SectionMap)) else ""
     status = system.status if len(times) < keep else f"{keep} {dimension}s, after {skip} that were skipped."

@@ -1,4 +1,4 @@
-"""A flow looked at whenever a signal crosses a level."""
+"""Poincare map of a flow: from one crossing of a level to the next."""
 
 from __future__ import annotations
 
@@ -15,28 +15,29 @@ from flexmb.dynamics.systems.given import state_of
 from flexmb.errors import InputError
 
 DIRECTIONS = {"up": (UP,), "down": (DOWN,), "both": (DOWN, UP)}
+"""Sides of the level on which a section point arrives, by the name of the direction."""
 PERIODS, PACES = 1000.0, 1e5
-"""Time without a crossing after which a section gives up: in periods, or where there are none in paces of the flow."""
+"""Longest time without a crossing: in periods of the flow, or without a period in multiples of `pace`."""
 AHEAD = 1e-9
-"""Part of a step within which a point counts as on the level."""
+"""Distance from the level, as a fraction of a step, below which a point counts as lying on the level."""
 
 
 class SectionMap(SectionOfFlow):
-    """The map of a flow from one crossing of a plane to the next (Poincare map).
+    """The map of a flow from one crossing of a level to the next (Poincare map).
 
-    Crossings are found to round-off on the flow's own steps, so they depend neither on what is saved nor on how far
-    one looks ahead.  A point of the section of a driven flow is (state, time [s]), of another flow its state.  Of
-    differences of states what lies in the section is kept:  dx -= v (n . dx) / (n . v), v being the flow's velocity and
-    n the signal's gradient; with a driven flow the difference of the times of crossing belongs to it.
+    Crossings are located to round-off on the steps of the flow, and so do not depend on saved instants.  A point of the
+    section of a driven flow is (state, time [s]), of another flow the state alone.  Tangent vectors are projected onto
+    the section:  dx -= v (n . dx) / (n . v), with the velocity v of the flow and the gradient n of the signal.  With a
+    driven flow they include the difference of the times of crossing.
 
     Parameters
     ----------
-    flow : the flow; the map drives it.
-    signal : name of one of its signals.
-    level : value that is crossed [unit of the signal].
+    flow : the flow, which the map advances.
+    signal : name of a signal of the flow.
+    level : level of the section [unit of the signal].
     direction : "up", "down" or "both".
-    limit : time without a crossing after which `advance` gives up, with a status [s]; None: 1000 periods of the flow,
-        or, without period, 1e5 of its steps.
+    limit : time without a crossing after which `advance` ends with a status [s]; None: 1000 periods of the flow, or
+        1e5 steps of a flow without a period.
 
     Raises
     ------
@@ -72,7 +73,7 @@ class SectionMap(SectionOfFlow):
         self.level = checks.number(self._label, "level", level)
         self.declared = None if limit is None else checks.positive(self._label, "limit", limit, "s")
         self._count = 0
-        self._stand()
+        self._take_over()
 
     @property
     def _label(self) -> str:
@@ -92,7 +93,10 @@ class SectionMap(SectionOfFlow):
 
     @property
     def weights(self) -> np.ndarray:
-        """The flow's; a difference of times counts by the way that the flow went in it where it was reset."""
+        """Weights of the flow and, for a driven flow, of the time of crossing.
+
+        A difference of times counts as the distance that the flow covered in it at the last reset.
+        """
         return np.append(self.flow.weights, self._time_weight) if self.flow.driven else self.flow.weights
 
     def state(self) -> np.ndarray:
@@ -112,14 +116,14 @@ class SectionMap(SectionOfFlow):
             self.flow.reset(point[: self.flow.size], time=now, parameters=parameters)
         self._count = count
         self.names, self.units = self.flow.names, self.flow.units
-        self._stand()
+        self._take_over()
 
     def advance(self, duration: float, tangents: np.ndarray | None = None) -> bool:
         for _ in range(checks.count(self._label, "duration", duration, 0)):
             if not self.ok:
                 break
             T = None if tangents is None else self._at_one_time(tangents)
-            while self._to_the_other_side(T) and self._side not in DIRECTIONS[self.direction]:
+            while self._to_next_crossing(T) and self._side not in DIRECTIONS[self.direction]:
                 pass
             if not self.ok:
                 break
@@ -146,28 +150,28 @@ class SectionMap(SectionOfFlow):
     def _height(self) -> float:
         return float(self.flow.observe()[self._signal]) - self.level
 
-    def _stand(self) -> None:
-        """Take the flow as it stands: the side it is on, how long to wait, what a difference of times counts."""
+    def _take_over(self) -> None:
+        """Take over the state of the flow: side of the level, limit of the time, weight of a difference of times."""
         flow = self.flow
         self.ok, self.status = flow.ok, flow.status
         self._signal = flow.number_of(self._label, self.signal)
         self.limit = self.declared or (PACES * flow.pace if flow.period is None else PERIODS * flow.period)
         height, rate = self._height(), flow.rate(self._signal)
         if flow.resolution is not None and abs(height) <= flow.resolution[self._signal] and rate != 0.0:
-            height = 0.0  # a state that was brought back to its joints is not exactly where it was
+            height = 0.0  # a projected state is not exactly on the level
         self._side = UP if height + AHEAD * flow.pace * rate >= 0.0 else DOWN
         v = flow.velocity()
         self._time_weight = float(flow.weights @ v**2) or 1.0
 
     def _at_one_time(self, tangents: np.ndarray) -> np.ndarray:
-        """Differences (flow.size, k) at the present time of what starts at other times too."""
+        """Differences (flow.size, k) at the present time of neighbours that start at different times."""
         n = self.flow.size
         if not self.flow.driven:
             return tangents.copy()
         return np.ascontiguousarray(tangents[:n] - np.outer(self.flow.velocity(), tangents[n]))
 
     def _project(self, T: np.ndarray, tangents: np.ndarray) -> None:
-        """Write into `tangents` what differences T at one time are at the crossing."""
+        """Write into `tangents` the differences at the crossing, for differences T at one time."""
         rate = self.flow.rate(self._signal)
         if rate == 0.0:
             self.ok, self.status = False, f"The signal {self.signal!r} touches its level at t = {self.flow.time:.6g} s."
@@ -177,8 +181,8 @@ class SectionMap(SectionOfFlow):
         if self.flow.driven:
             tangents[-1] = late
 
-    def _to_the_other_side(self, T: np.ndarray | None) -> bool:
-        """Go on to where the signal comes to the other side of its level; whether it did."""
+    def _to_next_crossing(self, T: np.ndarray | None) -> bool:
+        """Advance to the next crossing of the level; returns whether there was one."""
         flow, began = self.flow, self.flow.time
         rate = (lambda: flow.rate(self._signal)) if flow.has_cheap_rate(self._signal) else None
         height = Height(flow, self._height, rate, self._side)

@@ -1,4 +1,4 @@
-"""What all sections of a flow share: they are maps, and speak of the flow's state and signals."""
+"""Base class of the sections of a flow."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from flexmb.dynamics.systems.dynamics import Dynamics
 
 
 class SectionOfFlow(Dynamics):
-    """A map made of a flow, whose signals and parameters are those of the flow.
+    """A map of a flow, with the signals and parameters of the flow.
 
     Attributes
     ----------
-    flow : the flow, which stands where the last point is.
+    flow : the flow, which stands at the last point.
     """
 
     flow: ContinuousFlow
@@ -64,7 +64,7 @@ class SectionOfFlow(Dynamics):
         other.flow = self.flow.finer()
         return other
 
-    def another_start(self, part: float, seed: int) -> np.ndarray:
+    def another_start(self, distance: float, seed: int) -> np.ndarray:
         start = self.state()
-        start[: self.flow.size] = self.flow.another_start(part, seed)
+        start[: self.flow.size] = self.flow.another_start(distance, seed)
         return start

@@ -1,4 +1,4 @@
-"""A flow looked at once a period."""
+"""Stroboscopic map: a flow observed once a period."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from flexmb.errors import InputError
 
 
 class StroboscopicMap(SectionOfFlow):
-    """The map of a flow from one period of what drives it to the next.
+    """The map of a flow over one period of its drives.
 
     Parameters
     ----------
-    flow : the flow; the map drives it.  Periods count from the instant at which it stands.
-    period : the period [s]; None: the flow's own, found anew whenever `reset` changes parameters.
+    flow : the flow, which the map advances.  Periods count from its present time.
+    period : the period [s]; None: the period of the flow, also after `reset` with other parameters.
 
     Raises
     ------
-    InputError : a map, which has no period; a flow without a period, or with drives whose periods have no common
-        multiple, where none is given; a period that is not > 0.
+    InputError : a map; no period given for a flow without one, or for drives without a common period; a period that
+        is not > 0.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""What a user may give where a flow or a map is asked for: a mechanism, or any `Dynamics`."""
+"""Conversion of arguments: a mechanism or a `Dynamics` becomes a flow or a map."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ def dynamics_of(
 
     Parameters
     ----------
-    caller : the function that asks, for messages.
+    caller : name of the calling function, for messages.
     system : a mechanism or a `Dynamics`.
-    period, step, method : see `MechanismFlow`; they belong to a mechanism.
+    period, step, method : see `MechanismFlow`; for a mechanism only.
 
     Raises
     ------
-    InputError : something else; a step or a method for a `Dynamics`, which has its own.
+    InputError : another kind of object; a step or a method for a `Dynamics`, which has its own.
     """
     if isinstance(system, Mechanism):
         return MechanismFlow(system, step=step, method=method, period=period)
@@ -37,16 +37,22 @@ def dynamics_of(
         raise InputError(f"{text}; it must be a Mechanism, or a flow or map as ODE, Map, StroboscopicMap.")
     if step is not None or method is not None:
         text = f"{caller} {system.name!r}: step= and method= belong to a mechanism"
-        raise InputError(f"{text}; this system has its own. Give them where it is made.")
+        raise InputError(f"{text}; this system has its own. Give them where the system is built.")
     return system
 
 
 def strobe_of(caller: str, system: Dynamics, period: float | None) -> Dynamics:
-    """A map whose iterations are periods: that of a flow, or the map that `system` is already.
+    """Stroboscopic map of a flow; a map is returned as it is.
+
+    Parameters
+    ----------
+    caller : name of the calling function, for messages.
+    system : flow or map.
+    period : period [s]; None: the flow's own.
 
     Raises
     ------
-    InputError : a period for a map; a flow whose period nobody knows.
+    InputError : a period for a map; a flow without a period.
     """
     if isinstance(system, ContinuousFlow):
         return StroboscopicMap(system, period)
@@ -56,5 +62,10 @@ def strobe_of(caller: str, system: Dynamics, period: float | None) -> Dynamics:
 
 
 def clock(system: Dynamics) -> float:
-    """What exponents count by: seconds of a flow and of its sections, iterations of a map."""
+    """Time of a system, by which exponents count: seconds of a flow and of its sections, iterations of a map.
+
+    Parameters
+    ----------
+    system : flow or map.
+    """
     return system.flow.time if isinstance(system, (StroboscopicMap, SectionMap)) else system.time

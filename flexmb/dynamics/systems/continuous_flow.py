@@ -1,4 +1,4 @@
-"""What sections ask of a flow beside its state: steps of its own that can be taken back, and rates of its signals."""
+"""Base class of flows, with the steps, snapshots and rates of signals on which sections rest."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from flexmb.dynamics.systems.dynamics import Dynamics
 
 
 class ContinuousFlow(Dynamics):
-    """A system in continuous time that goes on in steps of its own.
+    """A system in continuous time that advances by steps of its own size.
 
     Attributes
     ----------
-    period : time after which what drives it repeats [s], or None.
-    driven : whether its rates depend on time; then the time belongs to a point of a section.
+    period : period of the drives [s]; None: no period.
+    driven : whether the rates depend on time; then a point of a section includes the time.
     """
 
     unit = "s"
@@ -27,53 +27,67 @@ class ContinuousFlow(Dynamics):
     @property
     @abstractmethod
     def pace(self) -> float:
-        """A time of the size of its steps [s]."""
+        """Typical size of a step [s]."""
 
     @property
     def shortest(self) -> float:
-        """Time below which it cannot be trusted to go on [s]; 0: as short as its clock can tell."""
+        """Shortest time [s] that `advance` covers reliably; 0: limited by round-off of the time alone."""
         return 0.0
 
     @abstractmethod
     def take_step(self, limit: float, tangents: np.ndarray | None = None) -> bool:
-        """Go on by one step of its own choice, not beyond the time `limit` [s]; whether it could.
+        """Advance by one step, not beyond the time `limit` [s].
 
         Parameters
         ----------
-        limit : later than the present time.  A limit that is some steps away has no influence on the step.
-        tangents : (size, k) small differences of states; they are carried along, in place.
+        limit : a time after the present time [s].  It changes a step only if it is near.
+        tangents : tangent vectors (size, k), advanced in place.
+
+        Returns
+        -------
+        bool : whether the step succeeded.
         """
 
     @abstractmethod
     def snapshot(self) -> Any:
-        """All that the way on depends on, for `restore`."""
+        """Complete present state, step control included, for `restore`."""
 
     @abstractmethod
     def restore(self, snapshot: Any) -> None:
-        """Stand where `snapshot` was taken, and go on from there as if nothing had been since."""
+        """Return to the state of a `snapshot`; the motion then continues with the same bits."""
 
     @abstractmethod
     def rate(self, signal: int) -> float:
-        """Rate of a signal (its number in `names`) along the motion [units/s]."""
+        """Rate [units/s] of the signal number `signal` in `names` along the motion."""
 
     @abstractmethod
     def slopes(self, signal: int, tangents: np.ndarray) -> np.ndarray:
-        """What small differences `tangents` (size, k) of the present state do to a signal: (k,)."""
-
-    def number_of(self, owner: str, signal: str) -> int:
-        """Place of a signal in `names`, or `InputError`; `owner` is who asks.
+        """Changes (k,) of a signal by small differences of the present state.
 
         Parameters
         ----------
-        owner : for the message.
-        signal : its name.
+        signal : number of the signal in `names`.
+        tangents : differences (size, k) of the state.
+        """
+
+    def number_of(self, owner: str, signal: str) -> int:
+        """Number of a signal in `names`.
+
+        Parameters
+        ----------
+        owner : name of the caller, for messages.
+        signal : name of the signal.
+
+        Raises
+        ------
+        InputError : an unknown signal.
         """
         return self.names.index(checks.one_of(owner, "signal", signal, self.names))
 
     def has_cheap_rate(self, signal: int) -> bool:  # noqa: ARG002 - most flows know the rates of all signals
-        """Whether `rate` of a signal takes less than a step; then each step is searched for a touch of a level."""
+        """Whether the `rate` of a `signal` costs less than a step; then every step is searched for two crossings."""
         return True
 
     def no_period(self) -> str:
-        """Why it has no period, in a sentence without its end."""
+        """Reason why the flow has no period, as a sentence without its end."""
         return f"{self.name!r} has no period"

@@ -1,4 +1,4 @@
-"""What a flow or a map is to the tools of this folder: a state that can be advanced, alone or with its neighbours."""
+"""Base class of all systems: a present state that is advanced, alone or with tangent vectors."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from flexmb.errors import InputError
 class Dynamics(ABC):
     """A dynamical system with a present state.
 
-    A flow counts time in seconds, a map in iterations; a section of a flow is a map.  Tools know nothing else of
-    a system than what stands here, so that they serve mechanisms, ordinary differential equations and maps alike.
+    A flow counts time in seconds, a map in iterations.  A section of a flow is a map.  All tools use only the members
+    of this class, and so serve mechanisms, ordinary differential equations and maps alike.
 
     Attributes
     ----------
-    name : what messages and files call it.
-    unit : "s" for a flow, "iterations" for a map, "periods" or "crossings" for a section.
-    names : names of what `observe` returns.
-    units : their units.
-    status : how it stands, in a sentence.
-    ok : False once it could not be advanced; `reset` makes it True again.
+    name : name in messages and files.
+    unit : unit of time: "s" for a flow, "iterations" for a map, "periods" or "crossings" for a section.
+    names : names of the signals that `observe` returns.
+    units : units of the signals.
+    status : result of the last call, in a sentence.
+    ok : whether the system can be advanced; after a failure `reset` makes it True again.
     """
 
     name: str
@@ -43,40 +43,41 @@ class Dynamics(ABC):
     @property
     @abstractmethod
     def size(self) -> int:
-        """Numbers of a state, and rows of tangent vectors."""
+        """Number of entries of a state, and of rows of tangent vectors."""
 
     @property
     def dimension(self) -> int:
-        """Directions in which a state can differ from another one: how many exponents there are."""
+        """Number of independent directions of a small difference; also the number of exponents."""
         return self.size
 
     @property
     def weights(self) -> np.ndarray:
-        """Weights (size,) >= 0 of the squares of its numbers in the length of a tangent vector.
+        """Weights (size,) >= 0 of the squares of the entries in the length of a tangent vector.
 
-        They make lengths and speeds comparable; no exponent depends on them.  0: a number that others determine.
+        They make lengths and velocities comparable.  No exponent depends on them.  An entry with the weight 0 depends
+        on the others.
         """
         return np.ones(self.size)
 
     @property
     def records(self) -> np.ndarray:
-        """Places (m,) in a state of what is only noted: nothing depends on it, so its differences may be left out."""
+        """Rows (m,) of the state that are bookkeeping: the motion does not depend on them."""
         return np.zeros(0, dtype=np.int64)
 
     @property
     def telling(self) -> tuple[int, ...]:
-        """Places in `names` of the signals that say where the motion is, so that a verdict may rest on them."""
+        """Numbers in `names` of the signals on which a verdict rests by default."""
         return tuple(range(len(self.names)))
 
     @property
     def resolution(self) -> np.ndarray | None:
-        """Differences (len(names),) of the signals that may be errors of the integration; None: 1e-6 of their sizes."""
+        """Differences (len(names),) of the signals that integration errors can make; None: 1e-6 of their sizes."""
         return None
 
     @property
     @abstractmethod
     def parameters(self) -> Mapping[str, Any]:
-        """Names and present values of what `reset` may change."""
+        """Names and present values of the parameters that `reset` can change."""
 
     @abstractmethod
     def state(self) -> np.ndarray:
@@ -90,38 +91,53 @@ class Dynamics(ABC):
     def reset(
         self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
     ) -> None:
-        """Go to `state` at `time`, or (None) to its own start; from now on with other `parameters`.
+        """Go to a state, with changed parameters if any are given.
+
+        Parameters
+        ----------
+        state : the state (size,); None: the system's own start.
+        time : time of that state [unit].
+        parameters : new values by name; other parameters keep their values.
 
         Raises
         ------
-        InputError : a state of another size, an unknown parameter, a value that is refused.
+        InputError : a state of another size, an unknown parameter, an inadmissible value.
         """
 
     @abstractmethod
     def advance(self, duration: float, tangents: np.ndarray | None = None) -> bool:
-        """Go on for `duration` [unit]; whether it got there.  If not, `status` says why.
+        """Advance by a duration [unit].
 
         Parameters
         ----------
-        duration : > 0; for maps and sections a whole number.
-        tangents : (size, k) float64 in C order, small differences of states; they are carried along, in place.
+        duration : duration, > 0; a whole number for maps and sections.
+        tangents : tangent vectors (size, k), float64 in C order, advanced in place.
+
+        Returns
+        -------
+        bool : whether the end was reached; if not, `status` says why.
         """
 
     def velocity(self) -> np.ndarray:
-        """Rate (size,) of the present state, for flows; a tangent vector whose exponent is 0 in bounded motion.
+        """Rate (size,) of the present state of a flow: a tangent vector with the exponent 0 in bounded motion.
 
         Raises
         ------
-        InputError : a map, which has none.
+        InputError : a map.
         """
         raise InputError(f"{self.name!r} is a map: it has no velocity. Take an exponent of its iterations.")
 
     def tangent_basis(self, count: int, seed: int = 0) -> np.ndarray:
-        """`count` tangent vectors (size, count), orthonormal in the weights, random by `seed`.
+        """Tangent vectors (size, count), orthonormal in the weights, from random directions.
+
+        Parameters
+        ----------
+        count : number of vectors.
+        seed : seed of the random directions.
 
         Raises
         ------
-        InputError : more of them than the system has dimensions; a number or a seed that is not whole.
+        InputError : more vectors than dimensions; a count or seed that is not whole.
         """
         count, seed = checks.count(f"{self.name!r}", "count", count), checks.count(f"{self.name!r}", "seed", seed, 0)
         if count > self.dimension:
@@ -132,44 +148,49 @@ class Dynamics(ABC):
         return W
 
     def on_manifold(self, tangents: np.ndarray) -> np.ndarray:
-        """The part of arbitrary differences `tangents` (size, k) that the constraints of the system allow here."""
+        """Projection of arbitrary differences `tangents` (size, k) onto those that the constraints allow."""
         return np.ascontiguousarray(tangents, dtype=np.float64)
 
     @abstractmethod
     def copy(self) -> Self:
-        """Another system in the same state, which goes its own way."""
+        """An independent system in the same state."""
 
     @property
     def fineness(self) -> str:
-        """How fine its steps are, in words; "" for a map, which has none."""
+        """Accuracy of the steps in words, such as "rtol 1e-05"; "" for a map."""
         return ""
 
     def finer(self) -> Self:
-        """A copy that takes finer steps from here on: a tenth of a tolerance, half of a fixed step; of a map a copy."""
+        """A copy with finer steps: a tenth of the tolerance, or half of a fixed step; of a map a plain copy."""
         return self.copy()
 
-    def another_start(self, part: float, seed: int) -> np.ndarray:
-        """A state (size,) beside the present one, in a random direction.
+    def another_start(self, distance: float, seed: int) -> np.ndarray:
+        """A state (size,) at a small distance from the present one, in a random direction.
 
         Parameters
         ----------
-        part : distance, as a part of the length of the state.
-        seed : of the direction.
+        distance : distance over the length of the state.
+        seed : seed of the direction.
         """
-        x, way = self.state(), self.tangent_basis(1, seed)[:, 0]
-        return x + part * (float(np.sqrt(self.weights @ x**2)) or 1.0) * way
+        x, direction = self.state(), self.tangent_basis(1, seed)[:, 0]
+        return x + distance * (float(np.sqrt(self.weights @ x**2)) or 1.0) * direction
 
 
 def orthonormalise(tangents: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Make the columns of `tangents` (size, k) orthonormal in the weights (size,), in place; their lengths (k,) before.
+    """Make the columns of `tangents` orthonormal in the weights, in place; returns their lengths (k,) before.
 
-    Each length is that of what is left of a column when the directions of those before it are taken away, so that
-    its logarithms add up to exponents (G. Benettin et al., Meccanica 15 (1980)).  Modified Gram-Schmidt, done twice.
-    Numbers without weight follow the others.  Columns may be of any length whose square is no number any more.
+    The length of a column is that of its component orthogonal to the columns before it, so that the logarithms of the
+    lengths add up to Lyapunov exponents (G. Benettin et al., Meccanica 15 (1980)).  Modified Gram-Schmidt, applied
+    twice.  Entries without weight follow the others.  Columns may be so long that their squares overflow.
+
+    Parameters
+    ----------
+    tangents : vectors (size, k).
+    weights : weights (size,).
     """
     k = tangents.shape[1]
-    with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is told by the lengths
-        lengths = np.array([_made_near_one(tangents[:, j], weights) for j in range(k)])
+    with np.errstate(over="ignore", invalid="ignore"):  # the lengths show columns that are not finite
+        lengths = np.array([_scaled_to_one(tangents[:, j], weights) for j in range(k)])
         for _ in range(2):
             for j in range(k):
                 column = tangents[:, j]
@@ -182,8 +203,8 @@ def orthonormalise(tangents: np.ndarray, weights: np.ndarray) -> np.ndarray:
     return lengths
 
 
-def _made_near_one(column: np.ndarray, weights: np.ndarray) -> float:
-    """Divide a vector by its largest number that has a weight, and return that number; 1 if all are 0."""
+def _scaled_to_one(column: np.ndarray, weights: np.ndarray) -> float:
+    """Divide a vector by its largest weighted entry, in place; returns that entry, or 1 if all are 0."""
     largest = float(np.abs(np.where(weights > 0.0, column, 0.0)).max(initial=0.0))
     if largest == 0.0 or not np.isfinite(largest):
         return 1.0 if largest == 0.0 else largest

@@ -1,4 +1,4 @@
-"""Ordinary differential equations with impacts: smooth flow, jumps of the state, and what they do to differences."""
+"""Ordinary differential equations with impacts: smooth flow, jumps of the state, saltation matrices."""
 
 from __future__ import annotations
 
@@ -15,31 +15,32 @@ from flexmb.dynamics.systems.ode import ODE
 from flexmb.errors import InputError
 
 PILE = 1e-12
-"""Flights that are shorter than this part of the time, or of a step, are none."""
+"""Time between two impacts, over the time of the run or a step, below which impacts pile up (chatter)."""
 
 
 class ImpactODE(ContinuousFlow):
     """A flow whose state jumps whenever a gap closes.
 
-    With the state x- before and x+ = jump(t, x-) after an impact, f the rates, n the gradient of the gap and s its rate
-    just before, small differences jump by the saltation matrix
+    Let x- be the state before and x+ = jump(t, x-) the state after an impact, f the rates, n the gradient of the gap,
+    and s the rate of the gap just before the impact.  Small differences jump by the saltation matrix
     S = J + (f+ - J f- - dj/dt) n^T / s,  J = d jump / dx
     (M. di Bernardo et al., Piecewise-smooth Dynamical Systems, Springer 2008, section 2.5).
 
     Parameters
     ----------
-    ode : the motion between impacts; it is driven by this flow.
-    gap : gap(t, x, **parameters) -> height over the wall, > 0 in flight.
+    ode : motion between impacts; this flow advances it.
+    gap : gap(t, x, **parameters) -> distance from the wall, > 0 in flight.
     jump : jump(t, x, **parameters) -> state (size,) after an impact.
 
     Raises
     ------
-    InputError : another kind of flow; a start in the wall; a jump whose value is no state.
+    InputError : another kind of flow; a start behind the wall; a jump that returns no state.
 
     Notes
     -----
-    Impacts are found to round-off.  Where they pile up (chatter) the run ends with a status: what sticks afterwards is
-    another system.  A graze has no tangent: the saltation matrix grows like the inverse of the speed of impact.
+    Impacts are located to round-off.  A run in which impacts pile up (chatter) ends with a status, because the sticking
+    motion afterwards is another system.  A grazing impact has no tangent: the saltation matrix grows like the inverse
+    of the approach speed.
 
     Examples
     --------
@@ -49,6 +50,8 @@ class ImpactODE(ContinuousFlow):
     >>> ball.advance(1.5), ball.state().round(9)  # hits at t = 1 with speed -1
     (True, array([0.125, 0.   ]))
     """
+
+    _last: float
 
     def __init__(self, ode: ODE, *, gap: Callable[..., float], jump: Callable[..., Any]) -> None:
         if not isinstance(ode, ODE):
@@ -69,16 +72,6 @@ class ImpactODE(ContinuousFlow):
     @property
     def size(self) -> int:
         return self.ode.size
-
-    @property
-    def period(self) -> float | None:
-        """Time after which what drives it repeats [s], or None."""
-        return self.ode.period
-
-    @property
-    def driven(self) -> bool:
-        """Whether rates, gap or jump may depend on time: those of a motion with a period do."""
-        return self.ode.driven
 
     @property
     def parameters(self) -> Mapping[str, Any]:
@@ -156,40 +149,42 @@ class ImpactODE(ContinuousFlow):
         return other
 
     def _check_start(self) -> None:
+        self.period, self.driven = self.ode.period, self.ode.driven
         gap, speed = self._height(), self._closing()
         if gap < -1e-9 * max(1.0, float(np.abs(self.state()).max())) or (gap < 0.0 and speed < 0.0):
             text = f"{self._label}: at t = {self.time:g} s the state {self.state()} has the gap {gap:.3g}"
             raise InputError(f"{text}; it must be > 0. Start in flight.")
-        self.ok, self.status, self._last = self.ode.ok, self.ode.status, -np.inf
+        self.ok, self.status, self._last = self.ode.ok, self.ode.status, float("-inf")
 
     def _height(self) -> float:
         return float(self.gap(self.time, self.state(), **self.parameters))
 
     def _gradient(self) -> tuple[np.ndarray, float]:
-        """Derivatives (size,) of the gap by the state, and by time."""
+        """Derivatives (size,) of the gap by the state, and its derivative by time."""
         x, t, p = self.state(), self.time, self.parameters
         n = central_differences(lambda y: [self.gap(t, y, **p)], x)[0]
         return n, float(self._by_time(lambda s: [self.gap(s, x, **p)])[0])
 
     def _by_time(self, function: Callable[[float], Any]) -> np.ndarray:
-        """Derivatives of a function of time; the difference does not grow with the time that has passed."""
+        """Central difference of a function of time; its step does not grow with the time of the run."""
         t = self.time
         step = max(6e-6 * (self.period or 1.0), 1e5 * float(np.spacing(abs(t))))
         early, late = t - step, t + step
-        return (np.asarray(function(late), dtype=np.float64) - np.asarray(function(early))) / (late - early)
+        change = np.asarray(function(late), dtype=np.float64) - np.asarray(function(early))
+        return np.asarray(change / (late - early))
 
     def _closing(self) -> float:
         n, by_time = self._gradient()
         return float(n @ self.velocity()) + by_time
 
     def _hit(self, tangents: np.ndarray | None) -> None:
-        """Jump, and let the differences jump with it."""
+        """Apply the jump to the state and the saltation matrix to the tangent vectors."""
         x, t, p = self.state(), self.time, self.parameters
         n, by_time = self._gradient()
         before = self.velocity()
         rate = float(n @ before) + by_time
         if rate >= 0.0:
-            return  # it touched and leaves by itself
+            return  # the gap opens again without an impact
         after = np.asarray(self.jump(t, x.copy(), **p), dtype=np.float64)
         if not np.isfinite(after).all():
             self.ode.ok, self.ode.status = False, f"The jump at t = {t:.6g} s gives a state that is not finite."

@@ -1,4 +1,4 @@
-"""A map given by a function."""
+"""Maps given by a function, and checks of the arguments that maps and differential equations share."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ class Map(GivenSystem):
 
     Parameters
     ----------
-    function : f(x, **parameters) -> the next state (size,).
-    start : state (size,) it starts with.
-    jacobian : J(x, **parameters) -> (size, size), df/dx; None: central differences.
+    function : f(x, **parameters) -> next state (size,).
+    start : start state (size,).
+    jacobian : J(x, **parameters) -> df/dx (size, size); None: central differences.
     parameters : names and values of the parameters.
-    names : names of the numbers of a state; None: x0, x1, ...
-    name : what messages call it.
+    names : names of the entries of a state; None: x0, x1, ...
+    name : name in messages.
 
     Raises
     ------
-    InputError : a start that is no list of finite numbers, names of another number, a function that returns something
-        else than a state, what is no function, a jacobian of another shape.
+    InputError : a start that is no list of finite numbers, names of another number, a function that returns no state,
+        a jacobian of another shape, an argument that is no function.
     """
 
     kind = "Map"
@@ -35,7 +35,7 @@ class Map(GivenSystem):
     def __init__(
         self,
         function: Callable[..., Any],
-        start: Sequence[float],
+        start: Sequence[float] | np.ndarray,
         *,
         jacobian: Callable[..., Any] | None = None,
         parameters: Mapping[str, Any] | None = None,

@@ -1,4 +1,4 @@
-"""A mechanism as a flow: the real time stepper, driven from state to state."""
+"""A mechanism as a flow: its time steps, with tangent vectors, from any state."""
 
 from __future__ import annotations
 
@@ -9,11 +9,14 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.compiled import ahead
-from flexmb.contact.onset import HISTORY
-from flexmb.contact.validity import HISTORY_WITH_EXTREMES
-from flexmb.dynamics.systems import mechanism_rates
 from flexmb.dynamics.systems.continuous_flow import ContinuousFlow
 from flexmb.dynamics.systems.dynamics import orthonormalise
+from flexmb.dynamics.systems.mechanism_scales import (
+    bookkeeping_rows,
+    motion_signals,
+    signal_resolution,
+    state_weights,
+)
 from flexmb.errors import InputError
 from flexmb.linalg.rank import row_rank
 from flexmb.model.mechanism import Mechanism
@@ -22,23 +25,23 @@ from flexmb.program.period import clash
 from flexmb.run.simulate import Step, period_or_none
 from flexmb.sensitivity.run import CarryingRun
 from flexmb.start.consistent import Start, accelerations, consistent_start
-from flexmb.start.projection import metric_of, projected
+from flexmb.start.projection import projected
 from flexmb.state.record import DONE, RUNNING
 from flexmb.step.method import Method
 from flexmb.step.newmark.method import Newmark
 from flexmb.step.step_size import Adaptive, FixedStep
 from flexmb.system.state_evaluation import StateEvaluation
 
-PLACES = (".ex", ".ey")
-"""How signals end that say where a journal is in its bearing."""
-ONSET = 1
-"""Place of the instant of its onset in what is noted of a contact."""
+INSTANT = 1e-3
+"""Time span of the differences in time from which rates are taken, as a multiple of the largest step."""
+NUDGE = 1e-6
+"""Size of the differences of states from which slopes of signals are taken, as a multiple of the state's length."""
 SHORTEST = 100.0
-"""Steps of mechanisms that are wanted are at least so many times the smallest one allowed."""
+"""Shortest reliable duration of a run with error-controlled steps, as a multiple of the smallest allowed step."""
 
 
 class Snapshot(NamedTuple):
-    """A state with all that the step control has learnt: time, arrays of `Flow`, signals, code, note, ok, status."""
+    """Complete state of a run: time, arrays of `Flow`, signals, code and note of the last step, ok, status."""
 
     time: float
     arrays: dict[str, np.ndarray]
@@ -53,16 +56,16 @@ class MechanismFlow(ContinuousFlow):
     """The motion of a mechanism in time, as `simulate` computes it.
 
     A state is (q, v, z, a, x): positions [m, rad], velocities [m/s, rad/s], histories of contacts and elements,
-    accelerations, and the auxiliary accelerations of the generalised-alpha family; the last two follow from the others
-    when a state is given to `reset`, which also brings it to the nearest one that joints and drives allow.
+    accelerations, and the auxiliary accelerations of the generalised-alpha family.  `reset` projects a given state onto
+    the constraints, and computes a and x from q, v and z.
 
     Parameters
     ----------
     mechanism : the mechanism.
-    step : `Adaptive(...)`, the default, or `FixedStep(size)`, for which the bare size [s] will do.
-    method : `Newmark...`; None: generalised-alpha with spectral radius 0.8.
-    period : time in which the motion is expected to repeat [s]; None: the common period of the drives.
-        Error-controlled steps are at most a part of it.
+    step : `Adaptive(...)`, the default, or `FixedStep(size)`, or the bare size [s] of fixed steps.
+    method : a method of `Newmark`; None: generalised-alpha with spectral radius 0.8.
+    period : expected period of the motion [s]; None: the common period of the drives.  It bounds the size of
+        error-controlled steps.
 
     Raises
     ------
@@ -105,48 +108,20 @@ class MechanismFlow(ContinuousFlow):
 
     @property
     def weights(self) -> np.ndarray:
-        """Angles count by the size of the mechanism, speeds by the period; histories do not."""
-        metric, n_z = metric_of(self.program), self.program.tables.sizes.n_z
-        n, time = self.program.n_q, (self.period or 1.0) / (2.0 * np.pi)
-        return np.concatenate([metric, time**2 * metric, np.zeros(n_z + 2 * n)])
+        return state_weights(self.program, self.period)
 
     @property
     def records(self) -> np.ndarray:
-        """Instants and speeds of onsets, and the largest depths, forces and speeds that contact laws have seen."""
-        tables, found = self.program.tables.contacts.z, list[int]()
-        for (common, _, end, _), law in zip(tables, self.program.normals, strict=True):
-            kept = len(HISTORY_WITH_EXTREMES) - len(HISTORY) if law.history() is HISTORY_WITH_EXTREMES else 0
-            found += [int(common) + ONSET, *range(int(end) - kept, int(end))]
-        return 2 * self.program.n_q + np.array(found, dtype=np.int64)
+        return bookkeeping_rows(self.program)
 
     @property
     def telling(self) -> tuple[int, ...]:
-        """Positions and velocities, which are all of a motion, and the places of journals.
-
-        Forces and accelerations are functions of these, with spikes from which no mean can be taken; accounts of
-        energies never return.
-        """
-        n = 2 * self.program.n_q
-        return tuple(k for k, name in enumerate(self.names) if k < n or name.endswith(PLACES))
+        return motion_signals(self.names, self.program.n_q)
 
     @property
     def resolution(self) -> np.ndarray:
-        """A tenth of what a step may miss; error-controlled steps fall differently in each period of a periodic motion.
-
-        Of fixed steps 1e-8 of the size of the mechanism and of its largest speed.  Of signals other than positions,
-        velocities and places of journals 1e-6 of their largest values.
-        """
-        n, length, peak = self.program.n_q, self.program.length, self.run.record.peak
-        angle = np.asarray(self.program.tables.kind) == 1
-        scale = np.where(angle, 1.0 / length, 1.0)
-        speed = max(float((peak[n : 2 * n] / scale).max(initial=0.0)), length / (self.period or 1.0))
-        way, rate = 1e-8 * length, 1e-8 * speed
-        if isinstance(self.step, Adaptive):
-            way, rate = 0.1 * float(self.run.error), 0.1 * self.step.rtol * speed
-        found = np.maximum(1e-6 * peak, 1e-300)
-        found[:n], found[n : 2 * n] = way * scale, rate * scale
-        found[[k for k, name in enumerate(self.names) if name.endswith(PLACES)]] = way
-        return found
+        steps = (float(self.run.error), self.step.rtol) if isinstance(self.step, Adaptive) else None
+        return signal_resolution(self.program, self.names, self.run.record.peak, steps, self.period)
 
     @property
     def parameters(self) -> Mapping[str, Any]:
@@ -183,11 +158,15 @@ class MechanismFlow(ContinuousFlow):
         self._begin(Start(q, v, a, lam, 0), z, time)
 
     def advance(self, duration: float, tangents: np.ndarray | None = None) -> bool:
-        """See `Dynamics.advance`; `tangents` go through the very steps of the motion (`sensitivity/tangent_step.py`).
+        """See `Dynamics.advance`; `tangents` are advanced by the linearised steps of this motion (`sensitivity`).
 
-        The sizes of steps are taken as given.  Error-controlled steps end where a contact begins, so there each
-        neighbour is compared at its own onset: a force that is there at once jumps its velocity as it should.  Fixed
-        steps do not know of onsets: a contact whose force jumps, as that of a damper does, needs `Adaptive` steps.
+        The derivative is taken at constant step sizes.  Error-controlled steps end at the onset of a contact, so each
+        neighbouring motion is compared at its own onset, and a force that sets in suddenly gives its velocity a jump.
+        Fixed steps do not end at onsets: contacts with sudden forces, such as dampers, need `Adaptive` steps.
+
+        Parameters
+        ----------
+        duration, tangents : see `Dynamics.advance`.
         """
         label = f"MechanismFlow of {self.name!r}"
         duration = checks.positive(label, "duration", duration, "s")
@@ -201,22 +180,31 @@ class MechanismFlow(ContinuousFlow):
         return self.ok
 
     def on_manifold(self, tangents: np.ndarray) -> np.ndarray:
-        """The part of arbitrary differences (size, k) that joints and drives allow at the present state.
+        """Projection of arbitrary differences (size, k) onto those that joints and drives allow at the present state.
 
-        Differences of positions and velocities are projected in the metric of `weights`; those of accelerations follow
-        from them and from those of the histories, of which only what a state can differ in stays.
+        Differences of positions and velocities are projected in the metric of `weights`.  Differences of accelerations
+        follow from them and from the differences of histories.
+
+        Parameters
+        ----------
+        tangents : the differences (size, k).
         """
         W = np.array(tangents, dtype=np.float64, order="C")
         return self.run.on_manifold(self._checked(W))
 
     def tangent_basis(self, count: int, seed: int = 0) -> np.ndarray:
-        """`count` tangent vectors (size, count), orthonormal in the weights, from random directions without histories.
+        """Tangent vectors (size, count), orthonormal in the weights, from random directions without histories.
 
-        Histories have no weight, and bristles of 1e-6 m no use for differences of 1.
+        Histories have no weight, and a bristle of 1e-6 m must not start with a difference of 1.
+
+        Parameters
+        ----------
+        count : number of vectors.
+        seed : seed of the random directions.
 
         Raises
         ------
-        InputError : more of them than the system has dimensions; a number or a seed that is not whole.
+        InputError : more vectors than dimensions; a count or seed that is not whole.
         """
         W, n = super().tangent_basis(count, seed), self.program.n_q
         W[2 * n : 2 * n + self.program.tables.sizes.n_z] = 0.0
@@ -231,7 +219,7 @@ class MechanismFlow(ContinuousFlow):
             raise InputError(f"{text}; they must be a float64 array ({self.size}, k), one difference a column.")
         if not np.isfinite(W).all():
             text = f"MechanismFlow of {self.name!r}: tangents hold numbers that are not finite"
-            raise InputError(f"{text}. Make them orthonormal after shorter times, before one is lost in the others.")
+            raise InputError(f"{text}. Make them orthonormal after shorter times.")
         return W
 
     def take_step(self, limit: float, tangents: np.ndarray | None = None) -> bool:
@@ -246,13 +234,66 @@ class MechanismFlow(ContinuousFlow):
         return self.ok
 
     def velocity(self) -> np.ndarray:
-        return mechanism_rates.velocity_of(self)
+        """Rate (size,) of the state (q, v, z, a, x) by differences in time.
+
+        The rates of histories are those that a very short step gives, the rates of accelerations those of the
+        accelerations that solve the equations of motion.  Auxiliary accelerations have the rates of accelerations.
+        """
+        n, tau = self.program.n_q, INSTANT * self.run.h_max
+        x = self.state()
+        q, v, z, a = x[:n], x[n : 2 * n], x[2 * n : -2 * n], x[-2 * n : -n]
+        dz = np.zeros_like(z)
+        if len(z):
+            here = self.snapshot()
+            self.advance(tau)
+            dz = (self.state()[2 * n : -2 * n] - z) / (self.time - here.time)
+            self.restore(here)
+        ahead, behind = (
+            accelerations(self.program, q + s * v + 0.5 * s * s * a, v + s * a, self.time + s, z + s * dz)[0]
+            for s in (tau, -tau)
+        )
+        jerk = (ahead - behind) / (2.0 * tau)
+        return np.concatenate([v, a, dz, jerk, jerk])
 
     def rate(self, signal: int) -> float:
-        return mechanism_rates.rate_of(self, signal)
+        n = self.program.n_q
+        if signal < 2 * n:
+            return float(self.state()[n + signal] if signal < n else self.run.flow.a[signal - n])
+        if signal < 3 * n:
+            return float(self.velocity()[self._row(signal)])
+        tau, rates = INSTANT * self.run.h_max, self.velocity()
+        x = self.state()
+        ahead, behind = (self._signal_at(signal, x + s * rates, self.time + s) for s in (tau, -tau))
+        return (ahead - behind) / (2.0 * tau)
 
     def slopes(self, signal: int, tangents: np.ndarray) -> np.ndarray:
-        return mechanism_rates.slopes_of(self, signal, tangents)
+        if signal < 3 * self.program.n_q:
+            return np.array(tangents[self._row(signal)])
+        x, weights, slopes = self.state(), self.weights, []
+        scale = NUDGE * np.sqrt(float(weights @ x**2) or 1.0)
+        for w in tangents.T:
+            length = np.sqrt(float(weights @ w**2)) or float(np.abs(w).max()) or 1.0
+            step = scale / length
+            up, down = (self._signal_at(signal, x + s * w, self.time) for s in (step, -step))
+            slopes.append((up - down) / (2.0 * step))
+        return np.array(slopes)
+
+    def _row(self, signal: int) -> int:
+        """Row of a state that holds a signal which is a position, velocity or acceleration."""
+        return signal if signal < 2 * self.program.n_q else signal + self.program.tables.sizes.n_z
+
+    def _signal_at(self, signal: int, state: np.ndarray, time: float) -> float:
+        """A signal in another state, whose accelerations and forces follow from positions, velocities and histories."""
+        n, run, here = self.program.n_q, self.run, self.snapshot()
+        q, v, z = state[:n], state[n : 2 * n], state[2 * n : -2 * n]
+        a, lam = accelerations(self.program, q, v, time, z)
+        arrays = run.flow
+        arrays.q[:n], arrays.v[:n], arrays.a[:n], arrays.lam[:], arrays.z[:] = q, v, a, lam, z
+        arrays.clock.t = time
+        run.evaluate()
+        value = float(run.record.signals[signal])
+        self.restore(here)
+        return value
 
     def has_cheap_rate(self, signal: int) -> bool:
         return signal < 2 * self.program.n_q
@@ -269,17 +310,12 @@ class MechanismFlow(ContinuousFlow):
         node, dot, last = str(signal).rpartition(".")
         return super().number_of(owner, f"{self.program.names.aliases.get(node, node)}{dot}{last}")
 
-    @property
-    def driven(self) -> bool:
-        """Whether drives or loads change in time."""
-        return len(self.program.motions) > 0
-
     def no_period(self) -> str:
-        """Why it has no period, in a sentence without its end."""
-        found = clash(self.program)
-        if found is None:
+        """Reason why the flow has no period, as a sentence without its end."""
+        periods = clash(self.program)
+        if periods is None:
             return "it has no periodic drive"
-        return f"the periods of its drives, {found[0]:g} s and {found[1]:g} s, have no small common multiple"
+        return f"the periods of its drives, {periods[0]:g} s and {periods[1]:g} s, have no small common multiple"
 
     def snapshot(self) -> Snapshot:
         run = self.run
@@ -302,20 +338,25 @@ class MechanismFlow(ContinuousFlow):
 
     def finer(self) -> Self:
         other = self._with(self.step.finer())
-        other.reset(self.state(), time=self.time)  # what the step control has learnt belongs to the other steps
+        other.reset(self.state(), time=self.time)  # the step control starts anew
         return other
 
-    def another_start(self, part: float, seed: int) -> np.ndarray:
-        """Other velocities in the same pose, so that no journal is pushed into its bearing."""
-        n, way = self.program.n_q, self.tangent_basis(1, seed)[:, 0]
+    def another_start(self, distance: float, seed: int) -> np.ndarray:
+        """Changed velocities in the same pose, so that no journal is pushed into its bearing.
+
+        Parameters
+        ----------
+        distance, seed : see `Dynamics.another_start`.
+        """
+        n, direction = self.program.n_q, self.tangent_basis(1, seed)[:, 0]
         x, weights = self.state(), self.weights
         size = float(np.sqrt(weights[n : 2 * n] @ x[n : 2 * n] ** 2))
-        length = float(np.sqrt(weights[n : 2 * n] @ way[n : 2 * n] ** 2))
-        x[n : 2 * n] += part * (size or self.program.length) / (length or 1.0) * way[n : 2 * n]
+        length = float(np.sqrt(weights[n : 2 * n] @ direction[n : 2 * n] ** 2))
+        x[n : 2 * n] += distance * (size or self.program.length) / (length or 1.0) * direction[n : 2 * n]
         return x
 
     def _with(self, step: Adaptive | FixedStep) -> Self:
-        """A copy with these steps."""
+        """A copy with other steps."""
         other = type(self)(self.base, step=step, method=self.method, period=self.declared)
         other._compile(self.changes)
         other.run.trial, other.run.redundant = (
@@ -327,17 +368,18 @@ class MechanismFlow(ContinuousFlow):
         return other
 
     def _compile(self, changes: Mapping[str, Any]) -> None:
-        """Make program and run for these changes of the mechanism."""
+        """Compile the mechanism with these changes, and make a new run."""
         changed = changes != self.changes or "program" not in vars(self)
         mechanism = self.base.with_(changes) if changes else self.base
         if changed:
             self.program, self._closed = compile_with_start(mechanism)
             self.period = self.declared or period_or_none(self.program)
+            self.driven = len(self.program.motions) > 0
             self.names = tuple(s.name for s in self.program.names.signals)
             self.units = tuple(s.units for s in self.program.names.signals)
         self.changes = dict(changes)
         if self.period is None and isinstance(self.step, Adaptive) and self.step.max is None:
-            text = f"MechanismFlow of {self.name!r}: no drive has a period, so nothing says how large a step may be"
+            text = f"MechanismFlow of {self.name!r}: no drive has a period, so the largest step is unknown"
             raise InputError(
                 f"{text}. Give period= (about that of the motion), step=Adaptive(max=...) or a fixed step."
             )

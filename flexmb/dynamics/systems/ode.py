@@ -20,46 +20,46 @@ from flexmb.dynamics.systems.given import (
 from flexmb.errors import SolveError
 
 METHODS = ("DOP853", "RK45", "Radau", "BDF")
-"""Solvers of `scipy.integrate` whose next step can be told and taken over."""
+"""Solvers of `scipy.integrate` whose next step size can be read and set."""
 
 FINEST = 3e-14
-"""Smallest tolerance of a step."""
+"""Smallest relative tolerance of a step."""
 
 TANGENT_ATOL = 1e-3
-"""Absolute tolerance of tangent vectors of length 1, as a part of rtol: they may shrink by 1e4 between two looks."""
+"""Absolute tolerance of tangent vectors of length 1, over rtol; they may shrink by 1e4 between two renormalisations."""
 
 INSTANTS = (0.1234567, 0.3819660, 0.7548777, 1.3247180)
-"""Where it is tried whether the rates depend on time, in periods or seconds."""
+"""Times [s] at which the rates are compared with those at t = 0, to find out whether they depend on time."""
 
 
 class NotFiniteError(SolveError):
-    """The rate of a state is no finite number."""
+    """The rate of a state is not finite."""
 
 
 class ODE(GivenSystem, ContinuousFlow):
     """The flow dx/dt = function(t, x, **parameters).
 
-    Small differences obey the variational equations dW/dt = J W, integrated with the state.
+    Tangent vectors W obey the variational equations dW/dt = J W, which are integrated with the state.
 
     Parameters
     ----------
     function : f(t, x, **parameters) -> rates (size,).
-    start : state (size,) it starts with at t = 0.
+    start : start state (size,) at t = 0.
     jacobian : J(t, x, **parameters) -> (size, size), df/dx; None: central differences.
     parameters : names and values of the parameters.
-    names : names of the numbers of a state; None: x0, x1, ...
-    units : their units; None: none.
-    period : time after which what drives it repeats [s], or period(**parameters) that says so; None: no period.
-    driven : whether f depends on t; None: with a period it does, else that is tried at some instants.
-    name : what messages call it.
-    rtol, atol : tolerances of a step: its error is below atol + rtol |x|.
+    names : names of the entries of a state; None: x0, x1, ...
+    units : units of the entries; None: no units.
+    period : period of the drive [s], or a function period(**parameters); None: no period.
+    driven : whether f depends on t; None: yes with a period, else f is tested at some times.
+    name : name in messages.
+    rtol, atol : tolerances of a step, whose error is below atol + rtol |x|.
     method : solver of `scipy.integrate`: "DOP853", "RK45", "Radau" or "BDF".
 
     Raises
     ------
     InputError : a start that is no list of finite numbers, names or units of another number, an unknown method,
-        tolerances out of range, a period that is not > 0, a function whose values are no rates of a state, a jacobian
-        of another shape.
+        tolerances out of range, a period that is not > 0, a function that returns no rates of a state, a jacobian of
+        another shape.
 
     Notes
     -----
@@ -76,11 +76,12 @@ class ODE(GivenSystem, ContinuousFlow):
     """
 
     kind = "ODE"
+    _h: float | None
 
     def __init__(
         self,
         function: Callable[..., Any],
-        start: Sequence[float],
+        start: Sequence[float] | np.ndarray,
         *,
         jacobian: Callable[..., Any] | None = None,
         parameters: Mapping[str, Any] | None = None,
@@ -107,8 +108,8 @@ class ODE(GivenSystem, ContinuousFlow):
     def pace(self) -> float:
         if self._h is not None:
             return self._h
-        size, speed = np.linalg.norm(self._state), np.linalg.norm(self.velocity())
-        return 0.01 * float(max(size, 1e-6) / speed) if speed > 0.0 else 0.01 * (self.period or 1.0)
+        size, speed = float(np.linalg.norm(self._state)), float(np.linalg.norm(self.velocity()))
+        return 0.01 * (max(size, 1e-6) / speed) if speed > 0.0 else 0.01 * (self.period or 1.0)
 
     def reset(
         self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
@@ -135,7 +136,7 @@ class ODE(GivenSystem, ContinuousFlow):
         return float(self.velocity()[signal])
 
     def slopes(self, signal: int, tangents: np.ndarray) -> np.ndarray:
-        return tangents[signal].copy()
+        return np.array(tangents[signal])
 
     def snapshot(self) -> Any:
         return self._time, self._state.copy(), self._h, self.ok, self.status
@@ -156,7 +157,7 @@ class ODE(GivenSystem, ContinuousFlow):
         return self._with(rtol, self.atol * rtol / self.rtol)
 
     def _with(self, rtol: float, atol: float) -> Self:
-        """A copy with these tolerances."""
+        """A copy with other tolerances."""
         other = type(self)(
             self.function,
             self.start,
@@ -199,7 +200,7 @@ class ODE(GivenSystem, ContinuousFlow):
         return central_differences(lambda y: self._rate(t, y), x)
 
     def _go(self, limit: float, tangents: np.ndarray | None, *, single: bool) -> bool:
-        """Integrate up to `limit`, or a single step; state and tangents stand at the last step that was good."""
+        """Integrate up to `limit`, or by one step (`single`); state and tangents stay at the last successful step."""
         if not self.ok:
             return False
         lengths = np.ones(0)
@@ -236,7 +237,7 @@ class ODE(GivenSystem, ContinuousFlow):
             tangents[:] = solver.y[n:].reshape(tangents.shape)
 
     def _solver(self, limit: float, tangents: np.ndarray | None) -> Any:
-        """A solver from the present state; its first step is the one that the last solver would have taken."""
+        """A solver from the present state, whose first step has the size that the last solver proposed."""
         import scipy.integrate
 
         kind = getattr(scipy.integrate, self.method)

@@ -1,1 +1,1 @@
-"""The verdict on a motion: periodic, quasi-periodic, chaotic, transient or inconclusive."""
+"""Verdicts on motions: periodic, quasi-periodic, chaotic, transient or inconclusive, with a reason."""

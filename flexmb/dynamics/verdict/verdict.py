@@ -11,56 +11,48 @@ from typing import Any
 import numpy as np
 
 from flexmb import checks
-from flexmb.dynamics.sections.section_signals import SEPARATE, Columns, columns_of, points_of
-from flexmb.dynamics.verdict.cycles import (
-    band_count,
-    doublings,
-    find_approach,
-    find_cycle,
-    longest_cycle,
-    swells,
-    without_bands,
-)
-from flexmb.dynamics.verdict.drift import find_drift
-from flexmb.dynamics.verdict.halves import halves_differ
-from flexmb.dynamics.verdict.separation import separation
+from flexmb.dynamics.verdict.bands import band_count, doublings, separation, without_bands
+from flexmb.dynamics.verdict.columns import SEPARATE, Columns, columns_of, points_of
+from flexmb.dynamics.verdict.cycles import find_approach, find_cycle, longest_cycle
+from flexmb.dynamics.verdict.stationarity import find_drift, halves_differ, swells
 from flexmb.errors import InputError
 from flexmb.series.samples import LARGEST
 from flexmb.series.zero_one import CHAOTIC, growth_correlations, kind_of
 
 LEAST = 12
-"""Points below which there is no verdict at all."""
+"""Smallest number of points for a verdict."""
 
 LEAST_APERIODIC = 100
-"""Points below which quasi-periodic and chaotic are not told apart."""
+"""Smallest number of points that distinguishes quasi-periodic from chaotic motion."""
 
 LEAST_CHAOTIC, CLEARLY = 50, 3.0
-"""Points with which chaos can be told if the exponent is so many times its error."""
+"""Smallest number of points for chaos, if the exponent exceeds this multiple of its error."""
 
 SETTLED = 0.1
-"""Part of the record within which points may settle on a cycle that is still called periodic."""
+"""Fraction of the record within which a periodic motion must have reached its cycle."""
 
 MOST_SIGNALS = 8
-"""Columns that the 0-1 test is made of, at most."""
+"""Largest number of columns in the 0-1 test."""
 
 PART = 4
-"""The 0-1 test looks at lags up to this part of the record: with a tenth, as in the source, 250 points of a closed
-curve may still look chaotic, and banded chaos regular."""
+"""Length of the record over the largest lag of the 0-1 test.
+
+With a tenth, as in the source, 250 points of a closed curve may look chaotic, and banded chaos regular."""
 
 RELATIVE = 1e-4
-"""Differences below this part of a signal's spread count as none."""
+"""Difference that counts as none, over the spread of the signal."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What kind of motion it is; `str` gives "periodic-3", "quasi-periodic", "chaotic", "transient", "inconclusive".
+    """Kind of a motion; `str` gives "periodic-3", "quasi-periodic", "chaotic", "transient" or "inconclusive".
 
     Parameters
     ----------
     kind : "periodic", "quasi-periodic", "chaotic", "transient" or "inconclusive".
-    reason : why, and what to do where it is inconclusive or transient, in a sentence or two.
-    k : points of the cycle of a periodic motion, or of that which a transient leads to; 0: none.
-    evidence : the numbers it rests on: see `judge`.
+    reason : reason, and advice after an inconclusive or transient verdict, in a sentence or two.
+    k : number of points of the cycle of a periodic motion, or of the cycle that a transient approaches; 0: no cycle.
+    evidence : numbers on which the verdict rests; see `judge`.
     """
 
     kind: str
@@ -93,61 +85,61 @@ def judge(
     floor: float = 1e-6,
     sizes: Sequence[float] | None = None,
 ) -> Verdict:
-    """The verdict on the motion whose successive section points are `points`; one for the system.
+    """The verdict on a motion from its successive section points.
 
-    1. Cycle: the shortest k for which all points of each phase in the last quarter lie within 1e-4 of the spread of
-       their signal (or `floor`).  If this holds from the first tenth of the record on it is periodic-k, if only later
-       transient.  k is at most 200 and a sixth of the points.  Where the exponent is negative ten times as much is
-       allowed: nothing but noise can keep such points apart.
-    2. Approach: steps over k that shrink from third to third of the record make it transient.
-    3. Drift: a signal that moves on by the same amount from point to point, to the tolerance (a cycle may be on top),
-       or in the means of sixteen parts of the record, 95 % of whose mean square is a line.  Transient, with the step in
-       a point: a motion that moves on for ever is told from one that settles by its rate, not by its place.  An angle
-       ("rad") counts modulo 2 pi: one that goes all the way round is no drift, one that has not come round is.
-    4. Transient, too, if the halves of the record differ: their means by more than the larger standard deviation, or
-       the deviations by more than a factor 3 (of means and deviations or of medians and quartiles, whichever differ
-       less); or neighbours part in one and stay together in the other; or a regular motion swells or shrinks from
-       quarter to quarter, by more than 5 % in all.  So is what walks away as chance leads it, as the action in a
-       chaotic sea does, unless it is an angle.
-    5. Chaotic: the exponent lies above its error, and the 0-1 test (K > 0.7) or the separation of neighbours (D > 0.5)
-       says chaotic and neither says regular.
-    6. Bands that double as far as the record can show (2, 4, 8 ..., of 12 points each), each time with a fourth of the
-       mean square at most: at or near a point where period doublings accumulate.  There the exponent is 0 and the
-       points are a set of Cantor's kind, no closed curve: inconclusive.
-    7. Quasi-periodic: the exponent is 0 within its error, and neither says chaotic, one regular (K < 0.3, D < 0.2).
-       Without an exponent both must agree; to a K below 0.7 a D below 0.05 will do, as the 0-1 test needs some 200
-       points of a closed curve to come near 0.  An island of a conservative system is a closed curve as well.
-    8. All else contradicts itself or is too little: inconclusive.  So is an exponent of 0 without a closed curve, as in
-       conservative systems, where neighbours part like a power of time and the exponent falls as log(t) / t.
+    The first rule that applies decides:
 
-    The separation D says how much of the way from the distance of nearest neighbours (of points with their two
-    successors) to that of arbitrary ones is gone after up to n/5 steps: closed curves keep it, chaos loses it.
-    Noise has none.  K, of lags up to n/4, is taken of what is left when the means of bands that are visited in turn
-    are taken away; D compares with points of one band.
+    1. Periodic-k: in the last quarter, all points of each phase of k lie within 1e-4 of the spread of their signal, or
+       within `floor`; the shortest such k counts, at most 200 and a sixth of the points.  The cycle must be reached in
+       the first tenth of the record, else the motion is transient.  With a negative exponent the tolerance is ten times
+       larger, because only noise keeps such points apart.
+    2. Transient, approach: steps over k shrink from third to third of the record.
+    3. Transient, drift: a signal changes by the same amount from point to point, exactly (a cycle may be on top) or in
+       the means of sixteen blocks, of whose mean square a line explains 95 %.  An angle ("rad") counts modulo 2 pi, so
+       a rotation drifts only if the record is shorter than a turn.
+    4. Transient, change: the means of the halves differ by more than the larger standard deviation, or the deviations
+       by more than a factor 3 (of means and deviations or of medians and quartiles, the smaller result counts).  Or
+       neighbours part in one half and stay together in the other.  Or a regular motion swells or shrinks from quarter
+       to quarter, by more than 5 % in all.  Random walks, as of the action in a chaotic sea, are transient, too.
+    5. Chaotic: the exponent lies above its error; the 0-1 test (K > 0.7) or the separation of neighbours (D > 0.5) is
+       chaotic, and neither is regular.
+    6. Inconclusive: bands double (2, 4, 8, ..., of 12 points each) as far as the record shows, each time with at most a
+       fourth of the mean square.  Near an accumulation of period doublings the exponent is 0, and the points are a
+       Cantor set, no closed curve.
+    7. Quasi-periodic: the exponent is 0 within its error; K or D is regular (K < 0.3, D < 0.2), and neither is chaotic.
+       Without an exponent both must be regular, or K < 0.7 and D < 0.05, because K needs some 200 points of a closed
+       curve to come near 0.  An island of a conservative system is a closed curve, too.
+    8. Inconclusive: all other records.  An exponent of 0 without a closed curve occurs in conservative systems, in
+       which neighbours part like a power of time and the exponent falls as log(t) / t.
 
-    A signal that is zero at the section up to round-off (a velocity at a dead centre) is told from one that moves a
-    little by `units` or `sizes` only: give them where there is one.
+    D is the growth of the distance of nearest neighbours (points with their two successors) after up to n/5 steps,
+    from 0 to 1 for the distance of arbitrary points of one band; NaN for noise.  K has lags up to n/4 and is taken of
+    the points less the means of their bands.
+
+    A signal that is zero at the section up to round-off (a velocity at a dead centre) can be distinguished from a
+    small motion only by `units` or `sizes`.
 
     Parameters
     ----------
-    points : (n, m) successive points of a stroboscopic or other section, of all signals, without the known transient;
-        at least 12, and 100 to tell quasi-periodic from chaotic; 50 for chaos with an exponent above 3 times its error.
+    points : successive points (n, m) of a stroboscopic or other section, of all signals, without the known transient;
+        at least 12, 100 for quasi-periodic or chaotic, 50 for chaos with an exponent above 3 times its error.
     names : names (m,) of the signals.
-    exponent : largest exponent of the system if it is known, of the flow (zero for a periodic motion without
-        drive) or of the section [any unit].
-    error : half width of its band [same unit]; None: 0.
-    units : units (m,) of the signals; "rad" is taken modulo 2 pi.  None: only signals that grow by whole turns are.
-    driven : names of the signals that drives prescribe; they say nothing about the motion.
-    floor : part of the size of a signal that is round-off or integration error, > 0.
-    sizes : sizes (m,) of the signals, such as their largest magnitudes over the run [units]; None: those of the points,
-        and at least 1e-3 of the largest of the same unit.
+    exponent : largest exponent, of the flow (zero for a periodic motion without drive) or of the section [any unit];
+        None: unknown.
+    error : half width of the exponent's band [same unit]; None: 0.
+    units : units (m,) of the signals; "rad" is taken modulo 2 pi.  None: a signal that grows by whole turns is an
+        angle.
+    driven : names of the signals that drives prescribe; the verdict does not use them.
+    floor : round-off or integration error of a signal over its size, > 0.
+    sizes : sizes (m,) of the signals, such as their largest magnitudes over the run [units]; None: the largest
+        magnitudes of the points, and at least 1e-3 of the largest of the same unit.
 
     Returns
     -------
-    The verdict.  Its `evidence` holds, where they were found, "points", "signals" (used), "k", "since", "shrink",
-    "drift" (in a point), "level" (difference of means over deviation), "loudness" (ratio of deviations), "swelling" (of
-    quarters), "bands", "doublings", "zero_one" (K), "separation" (D), "exponent", "error".  Points that are not finite
-    make it inconclusive.
+    The verdict.  Its `evidence` holds, as far as they were computed, "points", "signals" (used), "k", "since",
+    "shrink", "drift" (a point), "level" (difference of means over deviation), "loudness" (ratio of deviations),
+    "swelling" (of quarters), "bands", "doublings", "zero_one" (K), "separation" (D), "exponent", "error".  Points that
+    are not finite make the verdict inconclusive.
 
     Raises
     ------
@@ -180,7 +172,7 @@ def judge(
     columns = columns_of(values, labels, checked[0], checked[1], floor, checked[2])
     evidence["signals"] = float(len(set(columns.names)))
     if not columns.names:
-        text = f"Only driven signals ({', '.join(columns.left_out)}), which say nothing. Give others."
+        text = f"Only driven signals ({', '.join(columns.left_out)}), without information. Give other signals."
         return Verdict("inconclusive", text, 0, evidence)
     return _periodic(columns, evidence) or _transient(columns, evidence) or _aperiodic(columns, evidence)
 
@@ -205,7 +197,7 @@ def _about_signals(
 
 
 def _exponent(exponent: float | None, error: float | None) -> dict[str, float]:
-    """The exponent and its error as evidence; none if it is None or NaN."""
+    """The exponent and its error as evidence; empty if the exponent is None or NaN."""
     if _is_unknown(exponent):
         return {}
     value = checks.number("judge", "exponent", exponent)
@@ -218,11 +210,11 @@ def _is_unknown(value: Any) -> bool:
 
 
 def _tolerances(columns: Columns) -> np.ndarray:
-    return np.maximum(columns.floor, RELATIVE * columns.spread) + 1e-300
+    return np.asarray(np.maximum(columns.floor, RELATIVE * columns.spread) + 1e-300)
 
 
 def _periodic(columns: Columns, evidence: dict[str, float]) -> Verdict | None:
-    noise = SEPARATE if _sign(evidence) < 0 else 1.0  # where neighbours meet, nothing else keeps points apart
+    noise = SEPARATE if _sign(evidence) < 0 else 1.0  # with a negative exponent only noise keeps points apart
     cycle = find_cycle(columns.values / (noise * _tolerances(columns)))
     if cycle is None:
         return None
@@ -249,7 +241,7 @@ def _transient(columns: Columns, evidence: dict[str, float]) -> Verdict | None:
     approach = find_approach(scaled, spread) or find_approach(scaled[count // 2 :], spread)
     if approach is not None:
         evidence["k"], evidence["shrink"] = float(approach.k), approach.rate
-        text = f"The points still creep towards a {approach.k}-cycle: steps shrink by {approach.rate:.4g} a point"
+        text = f"The points still approach a {approach.k}-cycle: steps shrink by {approach.rate:.4g} a point"
         more = np.log(max(approach.left, 1.0)) / -np.log(approach.rate) if 0.0 < approach.rate < 1.0 else np.inf
         advice = f"some {np.ceil(more):.0f} more points" if np.isfinite(more) else "more points"
         return Verdict("transient", f"{text}; leave out these and {advice}.", approach.k, evidence)
@@ -262,23 +254,23 @@ def _transient(columns: Columns, evidence: dict[str, float]) -> Verdict | None:
         return None
     text = f"The halves of the record differ: their means by {level:.2g} standard deviations, these by {loudness:.2g}"
     text += " times. Leave out more points, or take more"
-    advice = "What walks away as chance leads it is to be left out, or given as rad if it counts modulo 2 pi"
+    advice = "Leave out a signal that walks at random, or give it the unit rad if it counts modulo 2 pi"
     return Verdict("transient", f"{text}. {advice}." if _sign(evidence) > 0 else f"{text}.", 0, evidence)
 
 
 def _drifts(columns: Columns, evidence: dict[str, float]) -> Verdict | None:
-    """The verdict on points that move on from period to period; None: they do not."""
-    found = find_drift(columns.values, _tolerances(columns))
-    if found is None:
+    """The verdict on points with a drift; None: no drift."""
+    drift = find_drift(columns.values, _tolerances(columns))
+    if drift is None:
         return None
-    evidence["drift"], evidence["k"] = found.step, float(found.k)
-    whole = found.step * (len(columns.values) - 1)
-    text = f"{columns.names[found.column]} moves on by {found.step:.3g} a point, {whole:.3g} over the record"
-    if found.k > 1:
-        text += f", with a {found.k}-cycle on top"
-    advice = "Leave out more points if it comes to rest; if it goes on for ever, look at its rate instead"
-    return Verdict("transient", f"{text}. {advice}; give an angle the unit rad and enough points to come round.",
-                   found.k, evidence)  # fmt: skip
+    evidence["drift"], evidence["k"] = drift.step, float(drift.k)
+    whole = drift.step * (len(columns.values) - 1)
+    text = f"{columns.names[drift.column]} moves on by {drift.step:.3g} a point, {whole:.3g} over the record"
+    if drift.k > 1:
+        text += f", with a {drift.k}-cycle on top"
+    advice = "Leave out more points if the drift ends; if it goes on for ever, examine the rate of the signal instead"
+    advice += "; give an angle the unit rad and enough points to come round"
+    return Verdict("transient", f"{text}. {advice}.", drift.k, evidence)
 
 
 def _aperiodic(columns: Columns, evidence: dict[str, float]) -> Verdict:
@@ -296,19 +288,19 @@ def _aperiodic(columns: Columns, evidence: dict[str, float]) -> Verdict:
     z = columns.values[:, clear]
     z = (z - z.mean(axis=0)) / z.std(axis=0)
     bands = band_count(z)
-    left = without_bands(z, bands)[:, :: -(-z.shape[1] // MOST_SIGNALS)]
+    deviations = without_bands(z, bands)[:, :: -(-z.shape[1] // MOST_SIGNALS)]
     angles = np.random.default_rng(0).uniform(np.pi / 5, 4 * np.pi / 5, 60)
-    K = float(np.median([np.median(growth_correlations(column, angles, PART)) for column in left.T]))
+    K = float(np.median([np.median(growth_correlations(column, angles, PART)) for column in deviations.T]))
     D = separation(z, bands)
     evidence.update(bands=float(bands), doublings=float(doublings(z)), zero_one=K, separation=D)
-    return _changing(z, bands, evidence) or _weighed(kind_of(K), _kind_of_separation(D), evidence)
+    return _changing(z, bands, evidence) or _aperiodic_kind(kind_of(K), _kind_of_separation(D), evidence)
 
 
 def _changing(z: np.ndarray, bands: int, evidence: dict[str, float]) -> Verdict | None:
-    """The verdict on points (n, m) whose kind or amplitude changes within the record; None: they do not."""
+    """The verdict on points (n, m) whose kind or amplitude changes within the record; None: no change."""
     half = len(z) // 2
     if half >= LEAST_APERIODIC:
-        kinds = [_kind_of_separation(separation(part, bands)) for part in (z[:half], z[half:])]
+        kinds = [_kind_of_separation(separation(points, bands)) for points in (z[:half], z[half:])]
         if set(kinds) == {"regular", "chaotic"}:
             text = f"The first half of the record is {kinds[0]}, the second {kinds[1]}. Leave out more points."
             return Verdict("transient", text, 0, evidence)
@@ -326,40 +318,42 @@ def _kind_of_separation(D: float) -> str:
     return "chaotic" if D > 0.5 else "undecided"
 
 
-def _weighed(walk: str, parting: str, evidence: dict[str, float]) -> Verdict:
-    """The verdict on points without cycle and without transient, from three witnesses."""
-    said, sign = {walk, parting}, _sign(evidence)
+def _aperiodic_kind(zero_one: str, neighbours: str, evidence: dict[str, float]) -> Verdict:
+    """The verdict on points without cycle and without transient, from exponent, 0-1 test and separation."""
+    kinds, sign = {zero_one, neighbours}, _sign(evidence)
     D = evidence["separation"]
-    far = f"separation {D:.2f} ({parting})" if np.isfinite(D) else "too few points to find neighbours"
-    told = f"0-1 test {evidence['zero_one']:.2f} ({walk}), {far}"
+    distance = f"separation {D:.2f} ({neighbours})" if np.isfinite(D) else "too few points to find neighbours"
+    values = f"0-1 test {evidence['zero_one']:.2f} ({zero_one}), {distance}"
     if "exponent" in evidence:
-        told = f"exponent {_band(evidence)}, {told}"
-        chaotic = sign > 0 and "chaotic" in said and "regular" not in said
-        closed = sign == 0 and "regular" in said and "chaotic" not in said
+        values = f"exponent {_band(evidence)}, {values}"
+        chaotic = sign > 0 and "chaotic" in kinds and "regular" not in kinds
+        closed = sign == 0 and "regular" in kinds and "chaotic" not in kinds
     else:
-        together = walk != "chaotic" and evidence["separation"] < 0.05
-        chaotic, closed = said == {"chaotic"}, said == {"regular"} or together
+        together = zero_one != "chaotic" and evidence["separation"] < 0.05
+        chaotic, closed = kinds == {"chaotic"}, kinds == {"regular"} or together
     if chaotic:
-        return Verdict("chaotic", f"No cycle, and neighbours part: {told}.", 0, evidence)
+        return Verdict("chaotic", f"No cycle, and neighbours part: {values}.", 0, evidence)
     if evidence["doublings"]:
-        text = f"Bands double again and again, {2 ** evidence['doublings']:.0f} are seen: {told}"
+        text = f"Bands double repeatedly, up to {2 ** evidence['doublings']:.0f} bands: {values}"
         advice = "At or near a point where period doublings accumulate, chaos and long cycles look alike"
         return Verdict("inconclusive", f"{text}. {advice}: take more points, or another parameter.", 0, evidence)
     if closed:
-        return Verdict("quasi-periodic", f"No cycle, and neighbours stay together: {told}.", 0, evidence)
+        return Verdict("quasi-periodic", f"No cycle, and neighbours stay together: {values}.", 0, evidence)
     if sign < 0:
-        text = f"No cycle of up to {longest_cycle(int(evidence['points']))} points, yet a negative exponent: {told}."
+        text = f"No cycle of up to {longest_cycle(int(evidence['points']))} points, yet a negative exponent: {values}."
         return Verdict("inconclusive", f"{text} A longer cycle, or one not reached yet: take more points.", 0, evidence)
     if "exponent" in evidence and sign == 0:
-        text = f"An exponent of zero, but no closed curve is seen: {told}. Neighbours part like a power of time, as in"
-        advice = "a conservative system, which a finite record does not decide; or chaos is too weak to be told yet"
+        text = (
+            f"An exponent of zero, but no closed curve is seen: {values}. Neighbours part like a power of time, as in"
+        )
+        advice = "a conservative system, which a finite record does not decide; or chaos is too weak to be detected yet"
         return Verdict("inconclusive", f"{text} {advice}: take more points.", 0, evidence)
     advice = "Take more points" + ("" if "exponent" in evidence else ", or give the exponent of the system")
-    return Verdict("inconclusive", f"The witnesses do not agree: {told}. {advice}.", 0, evidence)
+    return Verdict("inconclusive", f"The tests do not agree: {values}. {advice}.", 0, evidence)
 
 
 def _sign(evidence: Mapping[str, float]) -> int:
-    """1, 0, -1: the exponent lies above, within, below its error about zero; 0 as well if it is not known."""
+    """Sign of the exponent: 1, 0 or -1 above, within or below its error about zero; 0 if the exponent is unknown."""
     value, error = evidence.get("exponent", 0.0), evidence.get("error", 0.0)
     return int(value > error) - int(value < -error)
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexmb.dynamics.sections.section_signals import SEPARATE
+from flexmb.dynamics.verdict.columns import SEPARATE
 from flexmb.paper.attractor import Attractor
 from flexmb.paper.doubles import COLOUR, Observable, length_text, noted, six
 from flexmb.paper.effort import Effort

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flexmb.dynamics.sections.section_signals import SEPARATE
+from flexmb.dynamics.verdict.columns import SEPARATE
 from flexmb.paper.attractor import LOOKS, OBSERVED, Attractor, by_clearance, by_speed
 from flexmb.paper.doubles import length_text, named, noted
 from flexmb.paper.effort import Effort

@@ -110,7 +110,7 @@ def test_what_does_not_drift_keeps_its_verdict(maps):
 
 @pytest.mark.parametrize("count", [250, 400, 1000, 3000])
 def test_the_accumulation_of_doublings_is_inconclusive(maps, count):
-    """The exponent is 0, the points a set of Cantor's kind: bands that double again and again."""
+    """The exponent is 0, the points a Cantor set: bands that double repeatedly."""
     points = maps["logistic"](count, FEIGENBAUM, skip=20000)[:, None]
     for exponent in (None, 1e-5, -3e-4, 3e-4):
         options = {} if exponent is None else {"exponent": exponent, "error": 1e-4}

@@ -1,4 +1,4 @@
-"""One kernel under test; every call of it is watched."""
+"""A kernel under test, with checks of every call."""
 
 from __future__ import annotations
 
@@ -18,46 +18,46 @@ RESULTS = {
     "motion": ("s", "s_dot", "s_ddot"),
     "signal": ("value",),
 }
-"""What kernels return, by contract; the others write to the arrays they are given."""
+"""Names of returned numbers by contract; other kernels write to arrays."""
 
 SAME = 1e-11
-"""Accepted difference of compiled and plain Python function, relative to the largest entry."""
+"""Largest difference of compiled and plain Python function, over the largest entry."""
 
 State = dict[str, Any]
 Values = dict[str, np.ndarray]
 
 
-class Subject:
-    """A kernel with the numbers of its part.
+class TestedKernel:
+    """A kernel with the parameters of a part.
 
     Parameters
     ----------
     owner : part and class, for messages.
-    kernel, p : the kernel and its numbers.
-    shapes : shapes of the arrays it writes to, by name.
+    kernel, p : kernel and parameters.
+    **shapes : shapes of the output arrays by name.
     """
 
-    def __init__(self, owner: str, kernel: Kernel, p: Sequence[float], **shapes: tuple[int, ...]) -> None:
+    def __init__(self, owner: str, kernel: Kernel, p: Sequence[float] | np.ndarray, **shapes: tuple[int, ...]) -> None:
         self.kernel, self.shapes = kernel, shapes
         self.p = np.array(p, dtype=float)
         self.label = f"{owner}: {kernel.contract.name} kernel {kernel.name!r}"
 
     def __call__(self, state: State) -> Values:
-        """Outputs of the compiled function by name."""
+        """Outputs of the compiled function by name, at a `state`."""
         return self._outputs(self.kernel.dispatcher, state)
 
-    def watched(self, state: State, sizes: dict[str, float] | None = None) -> Values:
-        """Outputs at a state, after the checks that concern a single call.
+    def checked_call(self, state: State, sizes: dict[str, float] | None = None) -> Values:
+        """Outputs at a state, after the checks of a single call.
 
         Parameters
         ----------
         state : inputs by name.
-        sizes : what round-off of outputs is measured against, by name, where that is more than their own size.
+        sizes : magnitudes of outputs to which round-off is related, by name; other outputs: their own size.
 
         Raises
         ------
-        KernelError : a call fails or writes to its inputs, values that are not finite, another result the second time,
-            another result of the compiled function.
+        KernelError : a call that fails or changes its inputs, values that are not finite, a second call or a compiled
+            function with another result.
         """
         first, second = self._python(state), self._python(state)
         for name, value in first.items():
@@ -78,33 +78,46 @@ class Subject:
         return compiled
 
     def fault(self, text: str, state: State) -> KernelError:
-        """The error to raise, with the state."""
+        """The error to be raised, with the state.
+
+        Parameters
+        ----------
+        text : description of the error.
+        state : inputs by name.
+        """
         with np.printoptions(precision=5, linewidth=10**6):
-            shown = ", ".join(f"{name} = {np.asarray(x)}" for name, x in state.items())
-        return KernelError(f"{self.label}: {text}. State: {shown}.")
+            listed = ", ".join(f"{name} = {np.asarray(x)}" for name, x in state.items())
+        return KernelError(f"{self.label}: {text}. State: {listed}.")
 
     def _finite(self, name: str, value: np.ndarray, state: State) -> None:
         bad = ~np.isfinite(value)
         if np.any(bad):
             raise self.fault(f"{entry(name, bad)} is {at(value, bad)}; it must be finite at every state", state)
 
-    def same(self, state: State, want: Values, sizes: dict[str, float], other: str) -> None:
-        """Check that the outputs are those of a kernel `other`, but for round-off.
+    def same(self, state: State, expected: Values, sizes: dict[str, float], other: str) -> None:
+        """Check that the outputs agree with those of another kernel up to round-off.
+
+        Parameters
+        ----------
+        state : inputs by name.
+        expected : outputs of the other kernel.
+        sizes : magnitudes to which round-off is related.
+        other : name of the other kernel, for messages.
 
         Raises
         ------
-        KernelError : as `watched` does; outputs that differ.
+        KernelError : see `checked_call`; outputs that differ.
         """
-        got = self.watched(state, sizes)
-        for name, value in want.items():
-            where = np.abs(got[name] - value) > SAME * self._size(name, want, state, sizes)
+        values = self.checked_call(state, sizes)
+        for name, value in expected.items():
+            where = np.abs(values[name] - value) > SAME * self._size(name, expected, state, sizes)
             if np.any(where):
-                both = f"{at(got[name], where):.12g}, where {other!r} gives {at(value, where):.12g}"
+                both = f"{at(values[name], where):.12g}, where {other!r} gives {at(value, where):.12g}"
                 raise self.fault(f"{entry(name, where)} is {both}; both must say the same", state)
 
     @staticmethod
     def _size(name: str, values: Values, state: State, sizes: dict[str, float]) -> float:
-        """What round-off is measured against: a force is a difference of terms as large as K q."""
+        """Magnitude to which round-off is related: a force is a difference of terms as large as K q."""
         size = float(np.abs(values[name]).max(initial=0.0)) + sizes.get(name, 0.0)
         if name in sizes:
             return size
@@ -139,7 +152,13 @@ class Subject:
 
 
 def entry(name: str, where: Any) -> str:
-    """`name` with the indices of the first marked entry: 'K[0, 1]'."""
+    """Name of the first marked entry, such as 'K[0, 1]'.
+
+    Parameters
+    ----------
+    name : name of the array.
+    where : marks of the entries.
+    """
     if np.ndim(where) == 0 or np.size(where) == 1:
         return name
     index = ", ".join(str(k) for k in np.argwhere(where)[0])
@@ -147,5 +166,11 @@ def entry(name: str, where: Any) -> str:
 
 
 def at(values: Any, where: Any) -> float:
-    """The first marked entry."""
+    """Value of the first marked entry.
+
+    Parameters
+    ----------
+    values : the array.
+    where : marks of the entries.
+    """
     return float(np.atleast_1d(values)[np.atleast_1d(where)][0])

@@ -1,4 +1,4 @@
-"""The datasets of sweeps, from the arrays of a record or of a store."""
+"""Datasets of sweeps, from the arrays of a record or a store."""
 
 from __future__ import annotations
 
@@ -15,26 +15,25 @@ if TYPE_CHECKING:
     import xarray as xr
 
 AXES, LAYOUT = "axes", "layout"
-"""Attributes that say how to read the others: names of the coordinates; results of a function, which are written when
-the arrays for them are there."""
+"""Attributes of a store: names of the coordinates; layout of the results of a function."""
 
 POINTS, STATE = "points", "state"
-"""Columns of a diagram that the dataset does not have under these names: all signals, and states to go on from."""
+"""Columns of a diagram that become other variables of the dataset: all signals, and final states."""
 
 
 def load_sweep(path: str | Path) -> xr.Dataset:
-    """The dataset of a store, as `bifurcation` or `sweep` returns it; of an unfinished one what there is so far.
+    """The dataset of a store, as `bifurcation` or `sweep` returns it; of an unfinished store the finished points.
 
-    Points that are not finished have an empty status.
+    Unfinished points have an empty status.
 
     Parameters
     ----------
-    path : the folder that was given as `store`.
+    path : folder that was given as `store`.
 
     Raises
     ------
-    InputError : what is no path.
-    FileFormatError : no store there, not one of flexmb, damaged, or in a format of another version.
+    InputError : an argument that is no path.
+    FileFormatError : no store, a damaged store, or a format of another version.
     MissingPackageError : zarr is not installed.
     """
     store = existing(path)
@@ -43,7 +42,13 @@ def load_sweep(path: str | Path) -> xr.Dataset:
 
 
 def dataset_of(tables: Tables, attributes: Mapping[str, Any]) -> xr.Dataset:
-    """The dataset of a record or store, whose attribute `kind` says which one it is."""
+    """The dataset of a record or store.
+
+    Parameters
+    ----------
+    tables : arrays by name.
+    attributes : attributes by name; `kind` is "bifurcation" or "sweep".
+    """
     import xarray as xr
 
     entries = {name: (dims, _plain(values), dict(attrs)) for name, (dims, values, attrs) in tables.items()}
@@ -51,23 +56,23 @@ def dataset_of(tables: Tables, attributes: Mapping[str, Any]) -> xr.Dataset:
         entries = _signals_apart(entries)
         entries.pop(STATE, None)
     coordinates = {name: entries.pop(name) for name in attributes[AXES]}
-    shown = {name: value for name, value in attributes.items() if name not in (AXES, LAYOUT)}
-    found = xr.Dataset(entries, coords=coordinates, attrs=shown)
-    if found.attrs.get("direction") not in (None, "both"):
-        found = found.isel(direction=0, drop=True)
-    return found
+    described = {name: value for name, value in attributes.items() if name not in (AXES, LAYOUT)}
+    dataset = xr.Dataset(entries, coords=coordinates, attrs=described)
+    if dataset.attrs.get("direction") not in (None, "both"):
+        dataset = dataset.isel(direction=0, drop=True)
+    return dataset
 
 
 def _signals_apart(entries: dict[str, Any]) -> dict[str, Any]:
-    """The entries with each signal for itself, in front of the others."""
+    """The entries with one entry for each signal, before the others."""
     dims, values, _ = entries.pop(POINTS)
     names, units = entries.pop("signal")[1], entries.pop("units")[1]
-    found = {}
+    signals = {}
     for k, (name, unit) in enumerate(zip(names, units, strict=True)):
-        found[str(name)] = (dims[:-1], np.ascontiguousarray(values[..., k]), {"units": str(unit)} if unit else {})
-    return {**found, **entries}
+        signals[str(name)] = (dims[:-1], np.ascontiguousarray(values[..., k]), {"units": str(unit)} if unit else {})
+    return {**signals, **entries}
 
 
 def _plain(values: np.ndarray) -> np.ndarray:
-    """Texts as numpy's, which every file format knows."""
+    """Texts as fixed-width texts of numpy, which every file format can hold."""
     return values.astype(str) if values.dtype == object else values

@@ -1,4 +1,4 @@
-"""Motions watched once a period: whether they repeat themselves, and which of them do the same."""
+"""Attractors of motions that are observed once a period: repetition, and comparison with known attractors."""
 
 from __future__ import annotations
 
@@ -10,31 +10,32 @@ from flexmb.dynamics.systems.dynamics import Dynamics
 from flexmb.errors import AssemblyError, SolveError
 
 KEPT = 128
-"""Section points by which an attractor that does not repeat itself is recognised."""
+"""Number of section points that represent an attractor without repetition."""
 
 CLOSE = 0.1
-"""Two sets of points that do not repeat themselves are one if they lie this near to one another, against their size."""
+"""Distance of two sets of points without repetition, over their size, below which they are one attractor."""
 
 SAME = 1e-6
-"""Rounds that differ by less than this part of the tolerance do not differ."""
+"""Difference of two rounds, over the tolerance, below which they are equal."""
 
 LOST, UNDECIDED = -1, 0
+"""Numbers of motions that ended, and of motions whose attractor is unknown."""
 
 
 @dataclass(frozen=True)
 class Rules:
-    """How long and how closely a motion is watched; see `basin`.
+    """Limits and tolerances of the observation of motions; see `basin`.
 
     Parameters
     ----------
     base : period [s, or iterations].
-    origin : time at which motions begin.
-    settle, longest : periods before a motion may be called settled, and after which it is given up.
-    repeats : largest number of periods of an attractor that repeats itself.
-    tolerance : of a repetition, as a part of the size of the grid's states.
-    size : that size.
-    bound : states longer than this are lost.
-    weights, angle : of the state.
+    origin : start time of the motions.
+    settle, longest : number of periods between two judgements, and largest number of periods.
+    repeats : largest number of periods after which an attractor repeats itself.
+    tolerance : tolerance of a repetition, over the size of the grid.
+    size : size of the grid of states.
+    bound : length of a state above which a motion is lost.
+    weights, angle : weights (size,) of a state; entries that are angles.
     """
 
     base: float
@@ -50,31 +51,44 @@ class Rules:
 
     @property
     def close(self) -> float:
-        """Length below which states are the same."""
+        """Distance of two states below which they are equal."""
         return self.tolerance * self.size
 
     def away(self, points: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """Lengths (n,) of the differences of points (n, size) from another one, whole turns taken away."""
+        """Distances (n,) of points from another point, without whole turns.
+
+        Parameters
+        ----------
+        points : points (n, size).
+        other : the other point (size,).
+        """
         d = points - other
         d[:, self.angle] -= 2.0 * np.pi * np.round(d[:, self.angle] / (2.0 * np.pi))
         return np.asarray(np.sqrt((d * d) @ self.weights))
 
 
 Track = tuple[np.ndarray, int, int]
-"""Points by which the motion is known, the number of periods in which it repeats itself (0: not, -1: lost), periods
-taken."""
+"""Points that represent a motion, its number of periods until repetition (0: none, -1: lost), and periods computed."""
 
 
 def tracks_of(system: Dynamics, starts: np.ndarray, rules: Rules) -> list[Track]:
-    """What becomes of the motions from these starts (n, size)."""
+    """Points and repetitions of the motions from given starts.
+
+    Parameters
+    ----------
+    system : flow or map, which is advanced.
+    starts : start states (n, size).
+    rules : limits and tolerances.
+    """
     return [_track(system, start, rules) for start in starts]
 
 
 def _track(system: Dynamics, start: np.ndarray, rules: Rules) -> Track:
-    """Watch one motion until it repeats itself, ends, or the time is over.
+    """Observe one motion until it repeats itself, ends, or reaches the largest number of periods.
 
-    It is judged every `settle` periods, and a repetition counts if it is still there the next time: motions that pass
-    an orbit that does not attract seem to repeat themselves for a while.
+    It is judged every `settle` periods.  A repetition counts if it is still there at the next judgement, because
+    motions
+    near an unstable orbit seem to repeat themselves for a while.
     """
     nothing = start[None, :][:0]
     try:
@@ -83,7 +97,7 @@ def _track(system: Dynamics, start: np.ndarray, rules: Rules) -> Track:
         return nothing, LOST, 0
     step = rules.base if system.unit == "s" else round(rules.base)
     points: list[np.ndarray] = [system.state()]
-    seen, after = 0, 0  # periods of a repetition that was seen, and when
+    repetition, since = 0, 0  # periods of a repetition at the last judgement, and the time of that judgement
     for n in range(1, rules.longest + 1):
         if not system.advance(step):
             return nothing, LOST, n
@@ -92,16 +106,17 @@ def _track(system: Dynamics, start: np.ndarray, rules: Rules) -> Track:
             return nothing, LOST, n
         if n % rules.settle:
             continue
-        if seen and rules.away(points[n - (n - after) % seen][None, :], points[after])[0] <= 2.0 * rules.close:
-            return np.array(points[-seen:]), seen, after
-        seen, after = _repeats(points, rules), n
+        again = points[n - (n - since) % repetition][None, :] if repetition else None
+        if again is not None and rules.away(again, points[since])[0] <= 2.0 * rules.close:
+            return np.array(points[-repetition:]), repetition, since
+        repetition, since = _repeats(points, rules), n
     return np.array(points[-KEPT:]), 0, rules.longest
 
 
 def _repeats(points: list[np.ndarray], rules: Rules) -> int:
-    """The number of periods after which the points come back; 0: they do not, or are still far from where they lead.
+    """Number of periods after which the points return; 0: no return, or points still far from their limit.
 
-    Rounds that differ by d1, d0 the time before, are d1 r/(1 - r), r = d1/d0, from their limit.
+    Rounds that differ by d1, and by d0 the time before, are d1 r/(1 - r), r = d1/d0, from their limit.
     """
     last = np.array(points[-3 * rules.repeats :])
     back = rules.away(last[:-1][::-1], last[-1])
@@ -111,8 +126,8 @@ def _repeats(points: list[np.ndarray], rules: Rules) -> int:
         now, before, first = last[-k:], last[-2 * k : -k], last[-3 * k : -2 * k]
         d1, d0 = _apart(now, before, rules), _apart(before, first, rules)
         if d1 <= SAME * rules.close or (d1 < d0 and d1 * d1 <= rules.close * (d0 - d1)):
-            parts = [m for m in range(1, k) if k % m == 0]  # a spiral comes nearer to itself after some turns
-            return next((m for m in parts if _apart(now, last[-k - m : -m], rules) <= 3.0 * rules.close), k)
+            divisors = [m for m in range(1, k) if k % m == 0]  # a spiral comes nearer to itself after some turns
+            return next((m for m in divisors if _apart(now, last[-k - m : -m], rules) <= 3.0 * rules.close), k)
     return 0
 
 
@@ -121,10 +136,17 @@ def _apart(points: np.ndarray, others: np.ndarray, rules: Rules) -> float:
     return max(float(rules.away(one[None, :], other)[0]) for one, other in zip(points, others, strict=True))
 
 
-def sorted_out(
+def matched_attractors(
     tracks: list[np.ndarray], repeats: list[int], rules: Rules
 ) -> tuple[np.ndarray, tuple[np.ndarray, ...], tuple[int, ...]]:
-    """Numbers of the attractors of all motions, their points and periods."""
+    """Numbers of the attractors of all motions, and points and periods of the attractors.
+
+    Parameters
+    ----------
+    tracks : points of the motions.
+    repeats : periods until repetition of the motions.
+    rules : limits and tolerances.
+    """
     number = np.zeros(len(tracks), dtype=np.int64)
     known: list[tuple[np.ndarray, int]] = []
     for i, (points, k) in enumerate(zip(tracks, repeats, strict=True)):
@@ -132,7 +154,7 @@ def sorted_out(
             number[i] = LOST
             continue
         if k == 0 and not _same(points[: len(points) // 2], points[len(points) // 2 :], 0, rules):
-            continue  # it still creeps somewhere
+            continue  # a transient
         for j, (other, again) in enumerate(known):
             if again == k and _same(points, other, k, rules):
                 number[i] = j + 1
@@ -144,7 +166,7 @@ def sorted_out(
 
 
 def _same(points: np.ndarray, other: np.ndarray, repeats: int, rules: Rules) -> bool:
-    """Whether two motions are on one attractor: all points of the one near points of the other, and vice versa."""
+    """Whether two motions are on one attractor: the points of each lie near points of the other."""
     table = np.array([rules.away(other, p) for p in points])
     if repeats:
         return bool(max(table.min(axis=1).max(), table.min(axis=0).max()) <= 10.0 * rules.close)

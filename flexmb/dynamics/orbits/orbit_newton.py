@@ -1,0 +1,230 @@
+"""Newton's method for the gaps of multiple shooting, at a fixed parameter or on a branch."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flexmb.dynamics.orbits.shooting import Shooting, ShootingRun
+
+HALVINGS = 8
+"""Largest number of halvings of a correction that increases the gaps."""
+
+SMALLEST_SINGULAR = 1e-12
+"""Singular value, over the largest one, below which a direction is not corrected (an orbit within a family)."""
+
+LARGEST_STRETCH = 0.3
+"""Largest change of an unknown period in one correction, over the period."""
+
+
+@dataclass(frozen=True)
+class Direction:
+    """A vector in the space of starts, period and parameter.
+
+    Parameters
+    ----------
+    starts : component of the starts (M, size).
+    period : component of the period [s].
+    value : component of the parameter.
+    """
+
+    starts: np.ndarray
+    period: float
+    value: float
+
+
+@dataclass(frozen=True)
+class ArclengthPlane:
+    """The plane <normal, u - through> = 0 on which a step of pseudo-arclength continuation seeks the next orbit.
+
+    Parameters
+    ----------
+    normal : direction of the step.
+    through : predicted point.
+    lengths : scales of states, period and parameter.
+    small : difference of the parameter for derivatives.
+    """
+
+    normal: Direction
+    through: Direction
+    lengths: tuple[float, float, float]
+    small: float
+
+    def row(self, shooting: Shooting, run: ShootingRun) -> tuple[np.ndarray, float, float, float]:
+        """Coefficients of y (M d,), of the period and of the parameter, and distance of a run from the plane.
+
+        Parameters
+        ----------
+        shooting : the shooting.
+        run : the motion over a period.
+        """
+        x, t, p = self.lengths
+        weighted = self.normal.starts * shooting.space.weights / x**2
+        distance = np.array(
+            [shooting.space.difference(a, b) for a, b in zip(run.starts, self.through.starts, strict=True)]
+        )
+        of_states = np.einsum("js,jsd->jd", weighted, run.bases).ravel()
+        of_period, of_value = self.normal.period / t**2, self.normal.value / p**2
+        offset = of_period * (run.period - self.through.period) + of_value * (run.value - self.through.value)
+        return of_states, of_period, of_value, float((weighted * distance).sum() + offset)
+
+
+@dataclass(frozen=True)
+class NewtonResult:
+    """Result of Newton's method.
+
+    Parameters
+    ----------
+    last : last run over the period; None if no run succeeded.
+    residuals : gaps over the size of the states, one an iteration.
+    ok : whether the last residual is within the tolerance.
+    status : result in a sentence.
+    """
+
+    last: ShootingRun | None
+    residuals: tuple[float, ...]
+    ok: bool
+    status: str
+
+
+def correct(
+    shooting: Shooting,
+    starts: np.ndarray,
+    period: float,
+    value: float,
+    *,
+    tolerance: float,
+    iterations: int,
+    plane: ArclengthPlane | None = None,
+) -> NewtonResult:
+    """Periodic orbit by Newton's method, from start values.
+
+    Parameters
+    ----------
+    shooting : the shooting.
+    starts : start values (M, size) of the segments.
+    period : start value of the period.
+    value : start value of the parameter; NaN: no parameter.
+    tolerance : largest gap over the size of the states.
+    iterations : largest number of corrections.
+    plane : equation for an unknown parameter; None: the parameter is fixed.
+    """
+    run = shooting.run(starts, period, value)
+    if run is None:
+        return NewtonResult(None, (), False, f"The first run over the period failed: {shooting.status}")
+    residuals = [_relative_miss(shooting, run)]
+    while residuals[-1] > tolerance or (plane is not None and abs(plane.row(shooting, run)[3]) > 1e-6):
+        if len(residuals) > iterations:
+            text = f"Not converged after {iterations} iterations: {residuals[-1]:.3g} of the state does not return"
+            return NewtonResult(
+                run, tuple(residuals), False, f"{text}, wanted {tolerance:g}. Give a better guess, or settle=."
+            )
+        step = _step(shooting, run, plane)
+        if step is None:
+            return NewtonResult(
+                run, tuple(residuals), False, f"A derivative by the parameter failed: {shooting.status}"
+            )
+        next_run = _damped_step(shooting, run, step, tolerance)
+        if next_run is None:
+            text = f"No correction reduces the residual; {residuals[-1]:.3g} of the state does not"
+            return NewtonResult(
+                run,
+                tuple(residuals),
+                False,
+                f"{text} return, wanted {tolerance:g}. Give a better guess, or settle=.",
+            )
+        run = next_run
+        residuals.append(_relative_miss(shooting, run))
+    return NewtonResult(run, tuple(residuals), True, f"Converged after {len(residuals) - 1} iterations.")
+
+
+def _relative_miss(shooting: Shooting, run: ShootingRun) -> float:
+    """Length of the gaps over the length of the largest state so far."""
+    return run.miss / shooting.scale if shooting.scale > 0.0 else 0.0
+
+
+def extended(shooting: Shooting, run: ShootingRun, small: float | None) -> np.ndarray | None:
+    """Matrix (rows, unknowns) of gaps and phase condition by y, period and parameter.
+
+    Parameters
+    ----------
+    shooting : the shooting; the period is unknown for autonomous flows.
+    run : the motion over a period.
+    small : difference of the parameter for derivatives; None: the parameter is fixed.
+    """
+    J = run.matrix()
+    rows, d = len(J), run.gaps.shape[1]
+    if shooting.autonomous:
+        J = np.hstack([J, run.rates.reshape(-1, 1)])
+        phase = np.zeros(J.shape[1])
+        phase[:d] = run.drift / max(float(np.linalg.norm(run.drift)), 1e-300)
+        J = np.vstack([J, phase])
+    if small is not None:
+        column = np.zeros((len(J), 1))
+        column[:rows, 0] = shooting.by_parameter(run, small).ravel()
+        if not np.isfinite(column).all():
+            return None
+        J = np.hstack([J, column])
+    return J
+
+
+def _step(shooting: Shooting, run: ShootingRun, plane: ArclengthPlane | None) -> np.ndarray | None:
+    """Newton's correction of (y, period, parameter)."""
+    J = extended(shooting, run, None if plane is None else plane.small)
+    if J is None:
+        return None
+    right = np.zeros(len(J))
+    right[: run.gaps.size] = -run.gaps.ravel()
+    if plane is not None:
+        of_states, of_period, of_value, offset = plane.row(shooting, run)
+        row = np.concatenate([of_states, [of_period] if shooting.autonomous else [], [of_value]])
+        J, right = np.vstack([J, row]), np.append(right, -offset)
+    return solved(J, right)
+
+
+def solved(J: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Solution x of J x = right, of least length if J is singular; columns and rows are scaled first.
+
+    Parameters
+    ----------
+    J : matrix (rows, unknowns).
+    right : right side (rows,).
+    """
+    if J.size == 0:
+        return np.zeros(J.shape[1])
+    column_scales = np.linalg.norm(J, axis=0)
+    column_scales[column_scales == 0.0] = 1.0
+    row_scales = np.linalg.norm(J / column_scales, axis=1)
+    row_scales[row_scales == 0.0] = 1.0
+    x = np.linalg.lstsq(J / column_scales / row_scales[:, None], right / row_scales, rcond=SMALLEST_SINGULAR)[0]
+    return np.asarray(x / column_scales)
+
+
+def _after_step(shooting: Shooting, run: ShootingRun, step: np.ndarray, factor: float) -> ShootingRun | None:
+    """The run over the period after a fraction `factor` of a correction."""
+    n = run.gaps.size
+    period, value = run.period, run.value
+    if shooting.autonomous:
+        factor = min(factor, LARGEST_STRETCH * period / max(abs(step[n]), 1e-300))
+        period += factor * step[n]
+    if len(step) > n + shooting.autonomous:
+        value += factor * step[-1]
+        if not shooting.autonomous and shooting.set_value(value):
+            period = shooting.period
+    return shooting.run(shooting.moved(run, factor * step[:n].reshape(run.gaps.shape)), period, value)
+
+
+def _damped_step(shooting: Shooting, run: ShootingRun, step: np.ndarray, tolerance: float) -> ShootingRun | None:
+    """First run after 1, 1/2, 1/4, ... of a correction whose gaps are smaller; None: no run.
+
+    Gaps within the tolerance need not become smaller.
+    """
+    factor = 1.0
+    for _ in range(HALVINGS):
+        trial = _after_step(shooting, run, step, factor)
+        smaller = (1.0 - 0.1 * factor) * run.miss
+        if trial is not None and (trial.miss < smaller or trial.miss <= tolerance * shooting.scale):
+            return trial
+        factor *= 0.5
+    return None
