@@ -1,6 +1,6 @@
 """Numbers with units as they are typed on the command line: 0.5mm, 3000rpm, 2pi, pi/2.
 
-Only the command line knows units other than SI; what it hands on is SI.
+Only the command line knows units other than SI; all its results are in SI units.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ UNITS: dict[str, dict[str, Scale]] = {
     "Hz": {"Hz": (Fraction(1), 0), "kHz": (Fraction(1000), 0)},
     "": {},
 }
-"""What may stand behind a number, by the SI unit of the parameter; "" is a parameter without unit."""
+"""Units that may follow a number, with their factors, by the SI unit of the parameter; "" is one without unit."""
 
 NOUNS = {
     "m": "a length",
@@ -58,7 +58,7 @@ NOUNS = {
     "": "a number without unit",
 }
 WITH_PI = ("rad", "rad/s", "")
-"""Parameters that may be given in multiples of pi, and only in their SI unit: 2pi, 2pi rad/s."""
+"""SI units of parameters that may be multiples of pi, and then in no other unit: 2pi, 2pi rad/s."""
 
 NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 TEXT = re.compile(rf"(?P<sign>[+-]?)(?:(?P<number>{NUMBER})\s*(?P<times>\*?)\s*)?(?P<pi>pi(?![A-Za-z]))?(?P<rest>.*)")
@@ -66,13 +66,13 @@ DIVISOR = re.compile(rf"\s*/\s*({NUMBER})(.*)")
 
 
 def known_unit(text: str) -> str | None:
-    """The SI unit of `UNITS` that `text` means (kg m2 is kg m^2), or None."""
+    """The SI unit of `UNITS` that equals `text` but for spelling (kg m2 is kg m^2), or None."""
     same = {_bare(unit): unit for unit in UNITS}
     return same.get(_bare(text))
 
 
 def noun(unit: str) -> str:
-    """What a parameter of that unit is, for messages: "a length in m"."""
+    """Noun of a quantity with that unit, for messages: "a length in m"."""
     return f"{NOUNS.get(unit, 'a number')} in {unit}" if unit else NOUNS[""]
 
 
@@ -81,7 +81,7 @@ def quantity(text: str, unit: str, name: str) -> float:
 
     Parameters
     ----------
-    text : what was typed, e.g. "0.5mm", "2pi", "1.5*pi", "pi/2", "3000rpm", "-5deg".
+    text : typed number and unit, e.g. "0.5mm", "2pi", "1.5*pi", "pi/2", "3000rpm", "-5deg".
     unit : SI unit of the parameter, a key of `UNITS`.
     name : the parameter, for messages.
 
@@ -138,7 +138,7 @@ def _scale(found: str, unit: str, text: str, name: str, *, pi: bool) -> Scale:
 
 
 def _bare(unit: str) -> str:
-    """A unit without what may be left out: blanks, dots, the sign of a power."""
+    """A unit without blanks, dots and signs of powers, which may be left out."""
     return re.sub(r"[\s.*^]", "", unit).replace("μ", "µ")
 
 
