@@ -150,7 +150,7 @@ def one_of(owner: str, name: str, value: object, allowed: Iterable[str]) -> str:
 
 
 def did_you_mean(word: str, names: Iterable[str]) -> str:
-    """The tail of a message about an unknown name: the nearest ones, then all of them."""
+    """Hint on an unknown name: the nearest names, then all names."""
     known = list(names)
     near = get_close_matches(str(word), known, n=1)
     guess = f"Did you mean {near[0]!r}? " if near else ""

@@ -21,7 +21,7 @@ from collections.abc import Mapping
     ECCENTRICITY_RATE_X,
     ECCENTRICITY_RATE_Y,
 ) = range(13)
-"""What a gap kernel writes: gap, gap rate, slip, normal, arms from the nodes to the contact point, eccentricity."""
+"""Places in the output of a gap kernel: gap, gap rate, slip, normal, arms to the contact point, eccentricity."""
 
 NORMAL_X_Q, NORMAL_Y_Q, ARM1_X_Q, ARM1_Y_Q, ARM2_X_Q, ARM2_Y_Q = range(13, 49, 6)
 """Behind it the first of six derivatives of each component, by the six coordinates."""

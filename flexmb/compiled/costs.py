@@ -1,10 +1,10 @@
 """Processor time of compiling the large functions, measured by `python tests/speed/compile.py --costs`."""
 
 REFERENCE_PACE = 0.0125
-"""Seconds that the measure of the machine's pace took there (`notice.pace`)."""
+"""Time of the measure of pace on the machine of these costs [s] (`notice.pace`)."""
 
 FIRST_STAGE = "the equations of motion"
-"""The stage to which kernels and other small functions belong."""
+"""Stage of kernels and other small functions."""
 
 STAGES: dict[str, dict[str, float]] = {
     FIRST_STAGE: {
@@ -36,7 +36,7 @@ STAGES: dict[str, dict[str, float]] = {
         "flexmb.sensitivity.tangent_step.advance_with_tangents": 10.9,
     },
 }
-"""Functions that are compiled one soon after the other, with processor time [s]; small ones stand for others, too."""
+"""Processor time of compiling large functions [s], by stage; small functions represent others, too."""
 
 UNPIECED_FACTOR = 4.5
-"""How much longer it takes with a numba for which there are no pieces (`flexmb/compiled/pieces.py`)."""
+"""Factor of the time with a version of numba without pieces (`flexmb/compiled/pieces.py`)."""

@@ -25,10 +25,10 @@ from numba.core import event
 from flexmb.compiled.costs import FIRST_STAGE, REFERENCE_PACE, STAGES
 
 QUIET_SECONDS = 1.0
-"""Seconds without a compilation after which it is said to be done."""
+"""Time without a compilation, after which a stage has ended [s]."""
 
 LEAST_SECONDS = 1.0
-"""Seconds below which nothing is said."""
+"""Expected time of a stage, below which there is no notice [s]."""
 
 LINE_WIDTH = 79
 
@@ -176,7 +176,7 @@ class Notice(event.Listener):  # type: ignore[misc]
 
 
 notice = Notice()
-"""The one that listens."""
+"""Listener of this process."""
 
 event.register("numba:compile", notice)
 atexit.register(notice.close)

@@ -1,4 +1,4 @@
-"""Records: named numbers and arrays that compiled code is handed as one pointer.
+"""Records: named numbers and arrays that are passed to compiled code as one pointer.
 
 numba hands a tuple of arrays on field by field, in every call of every compiled function.  A record keeps what compiled
 code needs to know of its fields in one buffer of 64-bit words: of a number its value, of an array where its data are
@@ -50,7 +50,7 @@ Flags = Annotated[np.ndarray, _array(np.bool_, 1)]
 SmallPlaces = Annotated[np.ndarray, _array(np.uint32, 1)]
 
 CACHE_LINE = 64
-"""Bytes of a line of a processor's cache; arrays that are made here begin at one."""
+"""Bytes of a cache line, at which the arrays of a record begin."""
 
 PLAIN_FLAGS = 0x0001 | 0x0100
 """numpy's flags of arrays in C order and of aligned ones."""

@@ -1,11 +1,11 @@
 """Factors L and U of A on a fixed pattern, without pivoting and without searching.
 
-The pattern comes from `flexmb.linalg.symbolic`, the values live in one array in its layout: the caller adds the
-entries of A at the positions it was told, `factor` turns them into L and U in place, `solve` uses them.
+The pattern comes from `flexmb.linalg.symbolic`; all values are in one array of its layout.  The caller adds the entries
+of A at their positions, `factor` turns them into L and U in place, and `solve` uses the factors.
 
-Without pivoting the factors are as good as the pivots, which `factor` watches, and the growth of the entries, which
-it does not: compare `multiply` with the right-hand side where the result matters, and call `PivotingSolver` (of
-`pivoting`) where the difference is large.
+Without pivoting, the accuracy of the factors depends on the pivots, which `factor` tests, and on the growth of entries,
+which it does not test.  Where results matter, compare `multiply` with the right-hand side, and call `PivotingSolver`
+(of `pivoting`) for large differences.
 
 Source: T. A. Davis, Direct Methods for Sparse Linear Systems, SIAM 2006, section 6.3 (right-looking LU).
 """
@@ -20,23 +20,25 @@ from flexmb.linalg.substitute import forward, solve
 from flexmb.linalg.symbolic import Symbolic
 
 LOST_PIVOT = 1e-13
-"""Pivot relative to the largest term that was summed up to it: below this, only round-off is left of it."""
+"""Pivot relative to the largest term summed up to it, below which it is round-off: a lost pivot."""
 
 HELD_PIVOT = 1e-8
-"""Pivot of a constraint's row relative to the largest term that was summed up to it, below which its multiplier is
-held: the sine of the angle between this row and those before it is then 1e-4."""
+"""Pivot of a constraint row relative to the largest term summed up to it, below which the row is held.
+
+The sine of the angle between this row and the rows before it is then 1e-4.
+"""
 
 ROWS_HELD = -2
-"""What `factor` returns when multipliers are held; -1 when none is."""
+"""Result of `factor` with held rows; -1 without held rows."""
 
 NO_ROW = 1 << 62
-"""First constraint for `factor` when no multiplier may be held."""
+"""Number of the first constraint for `factor` if no row may be held."""
 
 
 class LU(Record):
-    """The arrays of `Symbolic` that the compiled functions walk along, read-only.
+    """Arrays of `Symbolic` for the compiled functions, read-only.
 
-    into : `order` as unsigned indices, as rows and targets are: nobody need ask whether they count from the end.
+    into : `order` as unsigned indices; rows and targets are unsigned, too, since signed indices are tested for signs
     """
 
     order: Integers
@@ -65,16 +67,16 @@ _TABLES: WeakKeyDictionary[Symbolic, LU] = WeakKeyDictionary()
 
 @compiled
 def factor(sym, lu, seen, threshold, first_row=NO_ROW, hold=HELD_PIVOT):
-    """A = L U in place; -1, HELD, or the first unknown in elimination order whose pivot is lost or not finite.
+    """Factor A = L U in place; -1, ROWS_HELD, or the first unknown whose pivot is lost or not finite.
 
-    L has a unit diagonal, that of U is left inverted.  sym : LU; lu : (size,); seen : (n,) workspace; threshold [1];
-    first_row : number of the first constraint; hold [1] : see below.
-    A pivot is lost if it is not larger than threshold times the largest term that was summed up to it.  Unlike the
-    entries of its row, these terms scale as the pivot does when units or the time step change: G S^-1 G^T of a
-    joint may be 1e-12 beside a 1 in G and still have all its digits.
+    L has a unit diagonal; the diagonal of U is stored inverted.  sym : LU; lu : (size,); seen : (n,) largest terms
+    summed up to the pivots, filled; threshold, hold [1]; first_row : number of the first constraint.
+    A pivot is lost if it is not larger than `threshold` times the largest term summed up to it.  These terms scale like
+    the pivot with units and time step, unlike the entries of its row: G S^-1 G^T of a joint may be 1e-12 beside a 1 in
+    G and still have all its digits.
 
-    A constraint whose pivot is `hold` times that term or smaller hardly differs from those before it.  It is left out,
-    as if its pivot were infinite: `solve` then leaves its multiplier as it is.  At its place `seen` becomes negative.
+    A constraint row whose pivot is not larger than `hold` times that term depends on rows before it.  The row is held:
+    left out, as with an infinite pivot, so that `solve` does not change its multiplier.  Its `seen` becomes negative.
     """
     order, starts, row_ptr, rows = sym.order, sym.starts, sym.row_ptr, sym.rows
     value_ptr, target_ptr, targets = sym.value_ptr, sym.target_ptr, sym.targets
@@ -104,7 +106,7 @@ def factor(sym, lu, seen, threshold, first_row=NO_ROW, hold=HELD_PIVOT):
 
 @compiled
 def _start_scale(starts, row_ptr, value_ptr, lu, seen):
-    """The diagonal of A, in the order of elimination."""
+    """Start `seen` with the diagonal of A, in the order of elimination."""
     for s in range(len(starts) - 1):
         own, w = part_of(seen, starts[s], starts[s + 1]), starts[s + 1] - starts[s]
         stride = w + row_ptr[s + 1] - row_ptr[s] + 1
@@ -115,7 +117,7 @@ def _start_scale(starts, row_ptr, value_ptr, lu, seen):
 
 @compiled
 def _update_scale(lu, at, w, u, seen, rows, r):
-    """Largest term so far on the diagonals below a panel."""
+    """Update `seen` by the terms of a panel on the diagonals below it."""
     below, length = part_of(rows, r, r + u), w + u
     for i in range(u):
         term = 0.0
@@ -126,7 +128,7 @@ def _update_scale(lu, at, w, u, seen, rows, r):
 
 @compiled
 def _eliminate(lu, at, w, u, seen, first, threshold, order, first_row, hold):
-    """Rows of U and transposed rows of L in one panel; the pivot that is lost, or HELD, or -1."""
+    """Eliminate one panel: rows of U, transposed rows of L; return the lost pivot, ROWS_HELD, or -1."""
     length, lower, held = w + u, at + w * (w + u), -1
     watched = threshold if first_row == NO_ROW else max(threshold, hold)
     for k in range(w):
@@ -156,7 +158,7 @@ def _eliminate(lu, at, w, u, seen, first, threshold, order, first_row, hold):
 
 @compiled
 def _inverse(pivot, summed, threshold, watched, may_hold):
-    """1 / pivot and -1; 0 and HELD for one that is held; 0 and 0 for one that is lost."""
+    """Inverse of a pivot and -1; 0 and ROWS_HELD for a held row; 0 and 0 for a lost pivot."""
     size = abs(pivot)
     if watched * summed < size < np.inf:  # false for nan, too
         return 1.0 / pivot, -1
@@ -169,7 +171,7 @@ def _inverse(pivot, summed, threshold, watched, may_hold):
 
 @compiled
 def _eliminate_3(lu, at, u, seen, first, threshold, order, first_row, hold):
-    """`_eliminate` for three pivots: the corner first, then all that stands beside and below it in one pass."""
+    """`_eliminate` for three pivots: first the corner, then the rows beside and below it in one pass."""
     a, b, c = at, at + 3 + u, at + 6 + 2 * u
     watched = threshold if first_row == NO_ROW else max(threshold, hold)
     i0, s0 = _inverse(lu[a], seen[first], threshold, watched, order[first] >= first_row)
@@ -226,7 +228,7 @@ def _update_scale_3(lu, at, u, seen, rows, r):
 
 @compiled
 def _update_1(lu, at, u, targets, t):
-    """Subtract the product of a panel's L and U wherever it belongs: one pivot."""
+    """Subtract the product of L and U of a panel with one pivot from its targets."""
     a, lower = part_of(lu, at + 1, at + 1 + u), part_of(lu, at + 1 + u, at + 1 + 2 * u)
     for i in range(u):
         x, goal = lower[i], part_of(targets, t + i * u, t + (i + 1) * u)
@@ -258,9 +260,9 @@ def _update_3(lu, at, u, targets, t):
 
 @compiled
 def null_vector(sym, lu, s, k, b, x, y):
-    """X with A x = 0 but for x = 1 at the row k of panel s, which `factor` held; b, x, y : (n,), three arrays.
+    """Null vector x of A for the held row k of panel s, with x = 1 at this row; b, x, y : (n,), three arrays.
 
-    The factors of the rows before it are exact, so the solution of U x = 1 with a pivot of 1 in place of 0 is this x.
+    The factors of the rows before are exact, so that the solution of U x = 1 with a pivot of 1 in place of 0 is x.
     """
     stride = sym.starts[s + 1] - sym.starts[s] + sym.row_ptr[s + 1] - sym.row_ptr[s]
     diagonal = sym.value_ptr[s] + k * (stride + 1)
@@ -286,7 +288,7 @@ def held_residual(sym, lu, seen, b, y):
 
 @compiled
 def first_held_row(sym, seen):
-    """The first constraint that `factor` held."""
+    """Number of the first held constraint row."""
     for place in range(len(sym.order)):
         if seen[place] < 0.0:
             return sym.order[place]
@@ -295,7 +297,7 @@ def first_held_row(sym, seen):
 
 @compiled
 def smallest_pivot(sym, lu, seen, first_row):
-    """Smallest pivot of a constraint that is not held, relative to the largest term that was summed up to it."""
+    """Smallest pivot of the constraint rows that are not held, relative to the largest term summed up to it."""
     least = 1.0
     for s in range(len(sym.starts) - 1):
         first, w = sym.starts[s], sym.starts[s + 1] - sym.starts[s]
@@ -309,7 +311,7 @@ def smallest_pivot(sym, lu, seen, first_row):
 
 @compiled
 def multiply(sym, values, x, y):
-    """Y = A x with values that are not factored yet.  sym : LU; values : (size,); x, y : (n,), two arrays."""
+    """Compute y = A x with values before `factor`.  sym : LU; values : (size,); x, y : (n,), two arrays."""
     order, starts, row_ptr, rows, value_ptr = sym.order, sym.starts, sym.row_ptr, sym.rows, sym.value_ptr
     y[:] = 0.0
     for s in range(len(starts) - 1):

@@ -1,4 +1,4 @@
-"""In which order the unknowns of A = [[S, G^T], [G, 0]] are eliminated."""
+"""Elimination order of the unknowns of A = [[S, G^T], [G, 0]]."""
 
 from collections.abc import Sequence
 from heapq import heapify, heappop, heappush

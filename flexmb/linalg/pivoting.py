@@ -1,4 +1,4 @@
-"""A pivoting solver, to fall back on where the factors of `lu` are not good enough."""
+"""Solver with pivoting, for matrices whose factors without pivoting are not accurate enough."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from flexmb.errors import SolveError
 from flexmb.linalg.symbolic import Symbolic
 
 GOOD_RESIDUAL = 1e-6
-"""Residual relative to the right-hand side, both scaled, that only a singular matrix leaves after pivoting."""
+"""Residual relative to the right-hand side, both scaled, above which the matrix is singular."""
 
 ROUND_OFF = 1e-14
 """Round-off of A x relative to the largest entry of x, both scaled."""

@@ -1,4 +1,4 @@
-"""Whether the joints are independent: rank of the constraint matrix, and which rows are too many."""
+"""Rank of the constraint matrix, and its redundant rows."""
 
 from __future__ import annotations
 
@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 
 RANK_TOLERANCE = 1e-9
+"""Diagonal entry of R of a pivoted QR relative to the largest, below which a row is redundant."""
+
 CERTAIN_EIGENVALUE = 1e-10
-"""Part of its diagonal below which eigenvalues of G G^T are not taken for round-off: far above TOLERANCE squared."""
+"""Eigenvalue of G G^T relative to its diagonal, above which it is no round-off."""
 
 CERTAIN_INVERSE = 1e12
 """Norm of the inverse of G G^T, its rows of length 1, below which the rows of a sparse G are independent beyond doubt:
@@ -18,7 +20,7 @@ those of a chain of n links reach n^2, those that repeat one another 1e16."""
 
 @dataclass(frozen=True)
 class Rank:
-    """Rank of a matrix and the rows beyond it."""
+    """Rank of a matrix, and numbers of its redundant rows."""
 
     rank: int
     redundant: tuple[int, ...]

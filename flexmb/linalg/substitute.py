@@ -1,4 +1,4 @@
-"""Solutions with the factors of `lu`: one right-hand side, or two in one pass.
+"""Solution with the factors of `lu`, for one right-hand side or for two in one pass.
 
 Of two, the second stands beside the first in the workspace, so one value of L or U meets two neighbouring numbers, and
 the places of the rows are read once.  Panels of three unknowns, the coordinates of a node, are unrolled.

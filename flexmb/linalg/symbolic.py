@@ -9,10 +9,10 @@ from flexmb.errors import InputError
 from flexmb.linalg.fill import count_below, join_panels, list_below, locate_all, locate_targets
 
 WIDEST_PANEL = 3
-"""Most unknowns in one panel: the coordinates of a node, for which the numeric kernel has unrolled loops."""
+"""Number of unknowns in a panel at most: the coordinates of a node, with unrolled loops in `factor`."""
 
 PANEL_ZEROS = 0.2
-"""Part of zeros in a panel up to which joining two is faster than keeping them apart (tests/speed/lu_time.py)."""
+"""Share of zeros in a panel, up to which joined panels are faster than separate ones (tests/speed/lu_time.py)."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,1 +1,1 @@
-"""Declarations: small frozen dataclasses of names and numbers, no arrays, no solving."""
+"""Declarations: frozen dataclasses of names and numbers, without arrays and solvers."""

@@ -1,6 +1,6 @@
-"""Bases of laws: one kernel and the numbers it unpacks.
+"""Bases of laws: a kernel and its parameters.
 
-The numbers of a law are its fields in the order of declaration; a law that computes them overrides `parameters`.
+The parameters of a law are its fields in the order of declaration; a law that computes them overrides `parameters`.
 """
 
 from __future__ import annotations
@@ -88,8 +88,7 @@ class FrictionLaw(Law):
 class Motion(Law):
     """Base of prescribed motions; the kernel returns s, s_dot, s_ddot from the reference configuration.
 
-    The same records are the histories of loads, which are multiplied by s.  At an instant where it jumps, a motion has
-    the values of just after.
+    The same records are time functions s of loads.  At a jump, a motion has the values just after it.
     """
 
     contract = kernels.MOTION
@@ -102,5 +101,5 @@ class Motion(Law):
 
     @property
     def period(self) -> float | None:
-        """Time after which the driven mechanism is where it was [s], or None when there is no such time."""
+        """Period of the motion [s]; None for a motion without a period."""
         return None

@@ -1,4 +1,4 @@
-"""The declaration of a mechanism: named parts and gravity."""
+"""Declaration of a mechanism: named parts and gravity."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from flexmb.model.shape import Shapes
 
 @dataclass(frozen=True)
 class Mechanism:
-    """A planar mechanism: parts under unique names, drawn in a start pose.
+    """A planar mechanism: parts with unique names, in a reference configuration.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Bases of parts: everything that stands in a mechanism under a name."""
+"""Bases of parts, the named items of a mechanism."""
 
 from __future__ import annotations
 
@@ -77,12 +77,13 @@ class Part(ABC):
     def share(self, part: float) -> Part:  # noqa: ARG002 - most parts are no loads
         """The part with the fraction `part` (0 to 1) of a follower load, in which its parameters are linear.
 
-        Static equilibrium lets such loads grow by it.  Other loads grow as forces of the reference configuration.
+        Static equilibrium increases follower loads by this fraction, other loads as forces of the reference
+        configuration.
         """
         return self
 
     def references(self) -> tuple[str, ...]:
-        """Names of the parts this one is connected to."""
+        """Names of the parts to which this part is connected."""
         values = [getattr(self, name) for name, _ in checks.declared_fields(type(self))]
         return tuple([v.name for v in values if _is_part(v.__class__)])
 
@@ -98,7 +99,7 @@ def _is_part(kind: type) -> bool:
 
 @dataclass(frozen=True)
 class Body(Part):
-    """Base of bodies: parts with nodes that other parts can hold."""
+    """Base of bodies: parts with nodes, to which other parts are attached."""
 
     @abstractmethod
     def nodes(self) -> tuple[Node, ...]:
@@ -106,7 +107,7 @@ class Body(Part):
 
     @property
     def main(self) -> str:
-        """The node whose coordinates stand for the body's."""
+        """Main node of the body; its coordinates represent the body."""
         return self.nodes()[0].name
 
     @property
@@ -169,7 +170,7 @@ class Element(Part):
     "FIELD.NODE.AXIS" where FIELD names a field that holds a body and AXIS is x, y or theta.  The kernel's p holds
     the numeric fields in the order of declaration; `history` gives the start values of z.  An element that stores or
     damps energy may have an energy kernel, `energy`; without one its work is counted as that of a load.
-    `force_kernel` and `tangent_kernel` may say parts of what `kernel` says, at less cost.
+    `force_kernel` and `tangent_kernel` may give the same forces and tangents at less cost.
 
     Parameters
     ----------
@@ -194,7 +195,7 @@ class Element(Part):
         return number_fields(self)
 
     def history(self) -> tuple[float, ...]:
-        """Start values of z."""
+        """Start values of the history z."""
         return ()
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:

@@ -1,4 +1,4 @@
-"""The name and unit of one number that a run reports over time."""
+"""Signals: names and units of the numbers that a run reports over time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One call of each kernel in plain Python while a program is packed, so that mistakes get a name."""
+"""Check of kernels: one call of each in plain Python, with errors that name part and kernel."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def _distinct_elements(elements: Sequence[ElementContribution]) -> list[ElementC
 
 
 REMEMBERED_CALLS = 4096
-"""Good calls that are remembered."""
+"""Number of successful calls that are remembered."""
 
 _GOOD: dict[tuple[int, Sequence[float], Sequence[float], Sequence[float]], Kernel] = {}
 """Good calls: id of the kernel, p, history, pose.  The kernel stands beside them, so its id is given to no other."""

@@ -1,4 +1,4 @@
-"""From a mechanism to a program."""
+"""Compiler from a mechanism to a program."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ def compile(mechanism: Mechanism, *, closed: bool = False, start: bool = False) 
 
     Parameters
     ----------
-    mechanism : what to compile.
+    mechanism : the mechanism.
     closed : with the clearance joints replaced by ideal ones.
-    start : with the elastic ones replaced, too, as loops are closed and start velocities are found.
+    start : with elastic joints replaced, too, for closed loops and start velocities.
 
     Raises
     ------
@@ -41,7 +41,7 @@ def compile(mechanism: Mechanism, *, closed: bool = False, start: bool = False) 
 
 
 def compile_with_start(mechanism: Mechanism) -> tuple[Program, Program]:
-    """The program of a mechanism, and the one with which its start values are found, from one reading of its parts.
+    """Program of a mechanism, and the program of its start values, from one reading of the parts.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def compile_with_start(mechanism: Mechanism) -> tuple[Program, Program]:
 
 @contextmanager
 def _without_collector() -> Iterator[None]:
-    """Python's collector of cycles rests: of the objects that are made here by the hundred thousand none is lost."""
+    """Switch off Python's collector of cycles, which would inspect a hundred thousand new objects."""
     collects = gc.isenabled()
     gc.disable()
     try:
@@ -83,7 +83,7 @@ def _contributions(mechanism: Mechanism) -> Contributions:
 
 
 def _compiled(mechanism: Mechanism, contributions: Contributions, number: Numbering, shapes: Shapes) -> Program:
-    """The program of these pieces of a mechanism."""
+    """Program of the contributions of a mechanism."""
     call_each_kernel(contributions, number)
     structure = structure_of(contributions, number)
     p, z = numbers_of(contributions)

@@ -1,4 +1,4 @@
-"""The compiled form of a mechanism: arrays, kernels and names; picklable."""
+"""Compiled mechanism: arrays, kernels and names; can be pickled."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Structure of a program, independent of all numbers; shared by mechanisms that differ in numbers alone.
 
-The integer arrays of a program, the order of elimination and the pattern of the factors follow from which kernels act
-on which coordinates, not from lengths or masses.  The latest ones are kept, so a sweep works them out once.  That is
-safe because everything they are made of stands in the key, and because nobody can write to them.
+Integer arrays, elimination order and pattern of the factors depend on kernels and coordinates, not on lengths and mass.
+The latest structures are remembered, so that a sweep computes them once.  Their key contains everything that they
+depend on, and they are read-only.
 """
 
 from __future__ import annotations
@@ -29,26 +29,26 @@ from flexmb.program.signals import layout
 from flexmb.program.tables import CONTACT_COMMON, Sizes, Tables
 
 REMEMBERED_STRUCTURES = 16
-"""Structures that are remembered: a mechanism has two, one in motion and one for its start."""
+"""Number of remembered structures; a mechanism has two, one in motion and one for its start."""
 
 REMEMBERED_UNKNOWNS = 50_000
-"""Unknowns of all structures that are remembered beside the latest one: some hundred megabytes."""
+"""Number of unknowns of all remembered structures but the latest: some hundred megabytes."""
 
 FIELDWISE_FROM = 100
-"""Contributions from which on they are read field by field, which costs less."""
+"""Number of contributions above which their keys are read field by field, which is faster."""
 
 NUMBERS = ("p", "history")
-"""Fields of pieces of which only the length matters to a structure."""
+"""Fields of contributions of which a structure depends on the length alone."""
 
 NAMES = frozenset("part name coordinates second units drive_units signal holds rows row moment_row".split())
-"""Fields that hold names and whole numbers only: they stand in the key as they are."""
+"""Fields of names and whole numbers, which are part of the key."""
 
 _LATEST: OrderedDict[Hashable, tuple[Structure, tuple[Kernel, ...]]] = OrderedDict()
 
 
 @dataclass(frozen=True, eq=False)
 class Structure:
-    """All of a program that depends on no number of its parts; its tables hold the numbers of whoever came first."""
+    """Structure of a program; its tables have the parameters of the first mechanism with this structure."""
 
     tables: Tables
     kernels: tuple[tuple[Kernel, ...], ...]
@@ -65,7 +65,7 @@ class Structure:
 
 
 def structure_of(contributions: Contributions, number: Numbering) -> Structure:
-    """The structure of these pieces, remembered or new."""
+    """Structure of contributions, remembered or new."""
     kernels: list[Kernel] = []
     groups = (contributions.elements, contributions.constraints, contributions.contacts, contributions.signals)
     key = (
@@ -147,7 +147,7 @@ def _fields(kind: type) -> tuple[tuple[str, ...], ...]:
 
 
 def new_structure(contributions: Contributions, number: Numbering) -> Structure:
-    """The structure of these pieces, worked out."""
+    """New structure of contributions."""
     packer = Packer(contributions, number)
     order = elimination_order(*blocks_and_edges(contributions, number))
     pattern = symbolic(number.n_q + packer.n_c, *packer.pattern(), order)
@@ -187,7 +187,7 @@ def new_structure(contributions: Contributions, number: Numbering) -> Structure:
 
 
 def numbers_of(contributions: Contributions) -> tuple[np.ndarray, np.ndarray]:
-    """Numbers p of all pieces and start values z of their histories, in the order in which `Packer` numbers them."""
+    """Parameters p and start histories z of all contributions, in the order of `Packer`."""
     p: list[float] = []
     z: list[float] = []
     for element in contributions.elements:

@@ -1,6 +1,6 @@
-"""The flat arrays of a program, as the compiled loop reads them.
+"""Flat arrays of a program for the compiled loop.
 
-Lists of different lengths are stored one after the other: dof[k] : dof[k + 1] bounds what belongs to piece k.
+Lists of different lengths are stored one after the other: dof[k] : dof[k + 1] bounds the entries of element k.
 Pairs (n, 2) hold BEGIN and END in the long lists p (numbers of the parts) and z (histories).
 Coordinates are numbered 0 .. n_q - 1; n_q, n_q + 1, n_q + 2 are those of the ground, which stay 0.
 Positions are indices into the value array of the factored matrix (see `flexmb.linalg.symbolic`).
@@ -14,7 +14,7 @@ BEGIN, END = range(2)
 """Columns of pairs."""
 
 LOAD_KERNEL, SLIDING_LAW = range(2)
-"""Columns of `Constraints.joint_friction`: what presses the surfaces of a joint together, and its law of friction."""
+"""Columns of `Constraints.joint_friction`: kernel of the normal load, and friction law."""
 
 LOAD_P, LOAD_P_END, SLIDING_P, SLIDING_P_END = range(4)
 """Columns of `Constraints.joint_friction_p`."""
@@ -26,7 +26,7 @@ GAP_P, GAP_P_END, NORMAL_P, NORMAL_P_END, FRICTION_P, FRICTION_P_END = range(6)
 """Columns of `Contacts.p`."""
 
 COMMON_Z, NORMAL_Z, FRICTION_Z, Z_END = range(4)
-"""Columns of `Contacts.z`: where the history begins that every contact keeps, and those of its laws; their end."""
+"""Columns of `Contacts.z`: starts of the common history and of the histories of both laws; their end."""
 
 PHASE, ONSET_TIME, LAST_GAP, LAST_FORCE, LAST_GAP_RATE = range(5)
 CONTACT_COMMON = 5

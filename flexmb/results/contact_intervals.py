@@ -1,4 +1,4 @@
-"""Episodes of contact: from touching to parting, one row each."""
+"""Contact intervals ("episodes"): from onset to separation, one row each."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ UNITS = {**dict(COLUMNS), "duration": "s", "flight": "s", "restitution": ""}
 IMPACT, CONTINUOUS = 1, 2
 MODES = {IMPACT: "impact", CONTINUOUS: "continuous"}
 SHOWN_ROWS = 20
-"""Rows of a printed table; more are left out in its middle."""
+"""Number of rows of a printed table; further rows are left out in its middle."""
 
 
 class ContactLog(NamedTuple):
@@ -258,7 +258,7 @@ TABLE_HEADS = {
     "lost": "dissipated_contact",
     "friction": "dissipated_friction",
 }
-"""Heads of the printed columns, and what they are."""
+"""Heads of the printed columns, with their fields."""
 
 
 def select(log: ContactLog, solution: str, name: str | None) -> Episodes:

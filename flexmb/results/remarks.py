@@ -15,7 +15,7 @@ from flexmb.program.program import Program
 from flexmb.results.contact_intervals import COLUMNS, ContactLog
 
 SMALL_SHARE = 0.01
-"""Share of impulses or losses in contacts slower than `least_approach` that goes without a remark."""
+"""Share of impulses or losses in contacts slower than `least_approach`, up to which there is no remark."""
 
 APPROACH_PLACE = 3
 """Place of the approach speed in the history of a law with hysteresis damping."""

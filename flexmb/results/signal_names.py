@@ -13,11 +13,11 @@ from flexmb.model.signal import Signals
 from flexmb.program.program import Names
 
 MOST_COMPARED_NAMES = 2000
-"""Names that are looked through for one like an unknown one."""
+"""Number of names at most that are compared with an unknown one."""
 
 
 SAVED_KEY = "signals"
-"""Under which name `Solution.model` says what was asked for, where not all signals were saved."""
+"""Key of `Solution.model` for the chosen signals, where not all were saved."""
 
 
 def chosen_places(owner: str, names: Names, wanted: object) -> np.ndarray | None:

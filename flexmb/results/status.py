@@ -64,10 +64,10 @@ SENTENCES = {
 }
 
 LISTED_JOINTS = 8
-"""Joints that are listed."""
+"""Number of joints in a list at most."""
 
 WARNING_FRACTION = 0.2
-"""Part of the limits of the ledger from which on a run that is ok says so."""
+"""Fraction of the limits of the balance of energies, above which the status of a good run has a warning."""
 
 
 def sentence(program: Program, code: int, flow: Flow, trial: Trial, record: RunRecord) -> str:
@@ -142,7 +142,7 @@ def energy_texts(ledger: np.ndarray, balance: EnergyBalance) -> dict[str, str]:
 
 
 def balance_warnings(ledger: np.ndarray, balance: EnergyBalance) -> str:
-    """Warnings of energies that add up, but not well; "" when they do."""
+    """Warning of a poor balance of energies; "" for a good one."""
     scale, found = energy_scale(ledger, balance), ""
     through, named = balance.through_contacts + LEAST_CONTACT_FRACTION * scale, energy_texts(ledger, balance)
     if abs(ledger[RESIDUAL]) > WARNING_FRACTION * balance.residual_limit * min(scale, energy_supplied(ledger, balance)):

@@ -1,1 +1,1 @@
-"""Runs: a mechanism simulated, at once or step by step."""
+"""Runs: simulation of a mechanism, at once or step by step."""

@@ -6,11 +6,11 @@ from typing import Any
 
 
 class NoBar:
-    """A bar that shows nothing: tqdm takes long to import, and longer than a short run to set up.
+    """Silent substitute of a progress bar, since tqdm takes long to import and to set up.
 
     Parameters
     ----------
-    total : where it ends [s].
+    total : end of the bar [s].
     """
 
     def __init__(self, total: float) -> None:

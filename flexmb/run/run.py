@@ -1,4 +1,4 @@
-"""A run: the arrays of the compiled loop, driven in blocks so that progress, Ctrl-C and saving work."""
+"""Run of a program: arrays of the compiled loop, advanced in blocks for progress bar, Ctrl-C and saving."""
 
 from __future__ import annotations
 
@@ -35,15 +35,23 @@ from flexmb.system.state_evaluation import StateEvaluation
 from flexmb.system.work import workspace
 
 BUFFER_ROWS, LEAST_BUFFER_ROWS, BUFFER_NUMBERS = 512, 16, 1 << 23
-"""Saved instants in the buffer of the loop at most and at least, and numbers in it: 64 MB."""
+"""Number of saved instants in the buffer of the loop, at most and at least; numbers in the buffer (64 MB)."""
 
 BLOCK_SECONDS = 0.2
+"""Processor time of a block of steps [s], after which the progress bar moves."""
+
 FIRST_BLOCK_UPDATES = 20_000
-"""Unknowns times steps of the first block, whose speed is not known yet: some ten milliseconds."""
+"""Number of unknowns times steps of the first block, some ten milliseconds."""
 
 NEWTON_TOLERANCE = 1e-6
+"""Tolerance of Newton's corrections relative to h^2 |a|."""
+
 NEWTON_ITERATIONS = 30
+"""Number of Newton iterations of a step at most."""
+
 NOT_SAVING = -1.0
+"""Value of `Clock.save_start` before saving has begun [s]."""
+
 STOPPED_AFTER = "Stopped after"
 
 
@@ -78,10 +86,10 @@ class Run:
         self.trial = new_trial(program, 0, self.bounds)
 
     def _limits(self) -> tuple[float, float, float, tuple[float, ...]]:
-        """Largest and smallest step [s], accepted error of a step [m], and the `Bounds` of step control.
+        """Largest and smallest step [s], accepted error of a step [m], and the numbers of `StepControl`.
 
-        Speeds count from that which takes 100 runs or periods to cross the mechanism; with clearance to cross 100
-        clearances if these are less, so that a contact that comes to rest is resolved.
+        The least speed crosses the mechanism in 100 runs or periods; with clearance, 100 clearances if these are less,
+        so that the steps resolve a contact that comes to rest.
         """
         if isinstance(self.step, FixedStep):
             return self.step.size, self.step.size, NEVER, (1.0, 1.0, 1.0, 1.0)
@@ -123,7 +131,7 @@ class Run:
         self.stepper.write(self)
 
     def one_step(self, limit: float) -> bool:
-        """Take one step, not beyond the time `limit` [s]; whether it was accepted.  Nothing is saved."""
+        """Take one step, not beyond the time `limit` [s], without saving; whether the step was accepted."""
         kept, self.max_steps = self.max_steps, int(self.record.count.steps) + 1
         self.run_to(limit, saving=None)
         self.max_steps = kept
@@ -132,9 +140,9 @@ class Run:
         return self.code in (RUNNING, DONE) and not self.note
 
     def _looks_dependent(self, start: Start) -> bool:
-        """Whether rows that are independent look dependent, because some inertia is very small.
+        """Whether independent constraint rows look redundant, because some inertia is very small.
 
-        How much they do depends on the direction of the bodies against X and Y: all are turned together.
+        The pivots depend on the directions of the bodies, so that three rotations of the mechanism are tested.
         """
         system, angles = StateEvaluation(self.program, self.work), np.asarray(self.program.tables.kind) == 1
         for turn in (0.0, 0.7, 2.3):
@@ -152,7 +160,7 @@ class Run:
         ----------
         restart : arrays by name.
         label : what errors begin with.
-        redundant : whether rows may repeat one another.
+        redundant : whether joints may be redundant.
         """
         if not isinstance(restart, Mapping):
             text = f"{label}: restart is {restart!r}"
@@ -179,7 +187,7 @@ class Run:
             self.redundant, self.trial = redundant, new_trial(self.program, redundant, self.bounds)
 
     def reset_peaks(self) -> None:
-        """Begin to look for peaks at the present state."""
+        """Start the peaks at the present state."""
         self.stepper.reset_peaks()
         self.record.peak[:] = np.where(
             self.record.one_sided, np.maximum(self.record.signals, 0.0), np.abs(self.record.signals)
@@ -187,9 +195,9 @@ class Run:
         self.record.peak_time[:] = self.flow.clock.t
 
     def run_to(self, end: float, saving: float | None) -> None:
-        """Run until `end`; `saving` is the time between saved instants, 0 for every step, None for nothing.
+        """Run until `end` [s]; `saving`: time between saved instants [s], 0 for every step, None for no saving.
 
-        Where a drive or a load jumps a step ends just before, and the next one starts anew just after.
+        A step ends just before a jump of a drive or load, and the next one is a first step just after the jump.
         """
         if self.note or self.code not in (RUNNING, DONE):
             return  # a run that was stopped before the instants to be saved stays stopped
@@ -215,7 +223,7 @@ class Run:
         bar.close()
 
     def _advance_to(self, target: float, interval: float, bar: Any, *, ahead: bool = False) -> bool:
-        """Run until `target`; whether it was reached.  With `ahead` that is seen even if no step is left to take."""
+        """Run until `target` [s]; whether the run reached it; `ahead`: even without a step left."""
         options = self.options(target, interval)
         steps, self.code = max(FIRST_BLOCK_UPDATES // (self.program.symbolic.n + 1), 16), RUNNING
         while self.code == RUNNING:
@@ -237,9 +245,9 @@ class Run:
         return self.code == DONE
 
     def _cross_jump(self, instant: float, interval: float) -> None:
-        """Go from just before a jump of the loads to just after: new accelerations, joint forces and powers.
+        """Cross a jump of loads: new accelerations, joint forces and powers; the next step is a first step.
 
-        Positions, velocities, histories and energies stay.  The next step is a first step.
+        Positions, velocities, histories and energies do not change.
         """
         flow, n = self.flow, self.program.n_q
         flow.clock.t, flow.clock.last_step = instant, 0.0
@@ -264,7 +272,7 @@ class Run:
             self.saved.replace_last(record.signals)  # an instant of the grid at the jump shows the state just after
 
     def _start_saving(self, saving: float, end: float) -> None:
-        """Save the present instant, or go on with the grid of the run that was resumed."""
+        """Save the present instant, or continue the save grid of a resumed run."""
         clock, self.saving = self.flow.clock, True
         if saving > 0.0:
             self.saved.expect(int(min((end - clock.t) / saving, 1e9)) + 2)
@@ -285,7 +293,7 @@ class Run:
         return *common, self.work, self.record
 
     def options(self, end: float, saving: float) -> Options:
-        """Numbers of method and step control for a run until `end` that saves every `saving` [s]."""
+        """Options of the compiled loop for a run until `end` that saves every `saving` [s]."""
         return Options(
             self.stepper.regular,
             self.stepper.first,
@@ -310,7 +318,7 @@ class Run:
             self.record.count.rows = 0
 
     def _empty_buffer(self, options: Options) -> None:
-        """Fetch the buffer, again and again where the last step passed more instants than it has room for."""
+        """Empty the buffer; repeatedly, if the last step has more instants than the buffer has rows."""
         self._fetch_buffer()
         while self.code == BUFFER_FULL and options.save_interval > 0.0:
             self.stepper.save(self, options)
@@ -340,7 +348,7 @@ class Run:
         )
 
     def restart(self) -> dict[str, np.ndarray]:
-        """The present state, from which a run of the same model goes on to the bit."""
+        """Present state by name, from which a run of the same model continues bit for bit."""
         return {**self.flow.saved(), "signals": self.record.signals.copy(), **self.stepper.saved()}
 
     def stats(self, wall_time: float = 0.0) -> Stats:
@@ -366,7 +374,7 @@ class Run:
 
 
 def just_before(instant: float) -> float:
-    """An instant so close before that only round-off lies between; `t + h` cannot round beyond it."""
+    """Instant before `instant` by a few units of round-off; `t + h` cannot round beyond it."""
     return float(instant - 4.0 * np.spacing(instant))
 
 

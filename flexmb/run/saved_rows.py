@@ -1,11 +1,11 @@
-"""The rows that a run saves, gathered in one array that grows: they are copied once, out of the buffer of the loop."""
+"""Saved rows of a run in one growing array, filled from the buffer of the loop."""
 
 from __future__ import annotations
 
 import numpy as np
 
 MOST_RESERVED_BYTES = 1 << 30
-"""Bytes of rows that are asked for before they are needed."""
+"""Number of bytes at most that are reserved before the first row."""
 
 
 class SavedRows:
@@ -24,7 +24,7 @@ class SavedRows:
         self._values = np.empty((0, columns))
 
     def expect(self, rows: int) -> None:
-        """Make room for so many rows, at most AHEAD, before the first one."""
+        """Reserve memory for a number of rows, at most MOST_RESERVED_BYTES."""
         if self.count == 0:
             rows = max(1, min(rows, MOST_RESERVED_BYTES // max(8 * self._values.shape[1], 1)))
             self._times, self._values = np.empty(rows), np.empty((rows, self._values.shape[1]))
@@ -46,7 +46,7 @@ class SavedRows:
         return self.count > 0 and abs(float(self._times[self.count - 1]) - time) <= tolerance
 
     def replace_last(self, signals: np.ndarray) -> None:
-        """Put other signals (n_y,) into the last row."""
+        """Replace the last row by other signals (n_y,)."""
         self._values[self.count - 1] = self._chosen(signals)
 
     def finished(self) -> tuple[np.ndarray, np.ndarray]:

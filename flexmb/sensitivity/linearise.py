@@ -62,7 +62,7 @@ class Tangents(Record):
     F : (k, n_q + 3) - (C X + M Y + (dr/dz) dz);  u : (k, n_q + n_c) differences of positions and multipliers
     N, T : (k, contacts) differences of normal and friction force by histories alone
     D : kv C + ka M of all elements, one after the other;  W : dG/dt, as `Work.G`
-    joint_friction : (joints, 6) direction of the slip in joints with friction
+    slip_direction : (joints, 6) direction of the slip in joints with friction
     b, d, e, y, seen : (n_q + n_c,) vectors of the linear system;  r, f : (n_q + 3,) motions and forces
     local : vectors of one element or contact;  own : (k, 4) differences of gap, gap rate, slip and normal force
     g : (3, n_c) outputs of constraint kernels beside G;  zs : (n_z,) varied histories
@@ -86,7 +86,7 @@ class Tangents(Record):
     T: Matrix
     D: Vector
     W: Vector
-    joint_friction: Matrix
+    slip_direction: Matrix
     b: Vector
     d: Vector
     e: Vector
@@ -129,7 +129,7 @@ def new_tangents(program: Program, k: int) -> Tangents:
         u=(k, total),
         D=tables.elements.pos[-1],
         W=tables.constraints.pos_g[-1],
-        joint_friction=(n_g, 6),
+        slip_direction=(n_g, 6),
         local=(2, mean),
         own=(k, 4),
         g=(3, m),

@@ -25,6 +25,7 @@ DRIVE_STRIDE = 0.1
 """Largest change of a drive between two poses [rad, or relative to the size of the mechanism]."""
 
 MOST_ITERATIONS = 60
+"""Number of Newton iterations of a stride at most."""
 
 SPARSE_ENTRIES = 400_000
 """Number of entries of the constraint matrix above which the least movement is computed by sparse factors."""

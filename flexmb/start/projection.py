@@ -13,6 +13,8 @@ from flexmb.system.state_evaluation import StateEvaluation
 
 WHOLE_TURN = 2.0 * np.pi
 MOST_ITERATIONS = 30
+"""Number of Newton iterations at most."""
+
 CLOSED_GAP = 1e-12
 """Gap of a closed joint relative to the size of the mechanism."""
 

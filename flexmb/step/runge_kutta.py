@@ -29,7 +29,10 @@ if TYPE_CHECKING:
     from flexmb.run.run import Run
 
 PROJECTIONS = 3
+"""Number of projections after a step: two of positions, one of velocities."""
+
 MOST_REPETITIONS = 8
+"""Number of solutions for multipliers that friction depends on, at most."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Step control: fixed steps, or steps by an estimate of the local error."""
+"""Step sizes: fixed steps, or steps by an estimate of the local error."""
 
 from __future__ import annotations
 
@@ -10,19 +10,23 @@ from flexmb import checks
 from flexmb.errors import InputError
 
 IMPACT_STEPS = 32
-"""Steps of an impact with rtol = 1e-4: the largest force of a half sine is then missed by 0.12 % at most."""
+"""Number of steps of an impact at rtol = 1e-4; the error of the peak of a half sine is then 0.12 % at most."""
 FEWEST_IMPACT_STEPS = 8
+"""Number of steps of an impact at least, for any rtol."""
+
 FLIGHT_WEIGHT = 10.0
-"""How much more the error of positions counts in free flight."""
+"""Factor of the error of positions in free flight."""
 SMOOTH_STEPS, LARGEST_STEPS = 1000.0, 250.0
-"""Largest steps in a period or a run, without clearance and with it.  Rigid mechanisms without contacts take hardly
-others: their velocities would allow longer ones, but the account of their energies would miss 2e-6 of what is turned
-over."""
+"""Number of largest steps in a period or a run, without and with clearance.
+
+Rigid mechanisms without contacts hardly take smaller steps.  Their velocities would allow longer ones, with a residual
+of 2e-6 in the balance of energies.
+"""
 
 
 @dataclass(frozen=True)
 class FixedStep:
-    """Steps of one size.
+    """Fixed steps.
 
     Parameters
     ----------
@@ -41,18 +45,18 @@ class FixedStep:
 
 @dataclass(frozen=True)
 class Adaptive:
-    """Steps chosen by the estimated error of each of them, that begin and end where contacts do.
+    """Steps chosen by an estimate of the local error, which end at contact events.
 
     Parameters
     ----------
-    rtol : accepted error of the velocities of bodies in a step, as a part of the largest speed of the run so far
+    rtol : accepted error of the velocities of bodies in a step, relative to the largest speed of the run so far
         (angular speeds count by the size of the mechanism); the error of a run falls with rtol^(2/3).
     atol : accepted error of the positions in a step [m]; for angles it is divided by the size of the mechanism.  None:
         2 rtol times the least clearance (at most 2e-2 rtol times the size of the mechanism), 4 rtol times with flexible
-        bodies; 1e-3 rtol times the size without clearance.  Where all bodies are rigid and no contact is closed, a
-        tenth of it: errors of a flight add up, and decide where the next impact hits.
+        bodies; 1e-3 rtol times the size without clearance.  With rigid bodies alone and no closed contact a
+        tenth of it: errors in free flight add up, and decide the place of the next impact.
     max : largest step [s]; None: 1/250 of the period of the drives, or of the duration; 1/1000 without clearance.
-    min : smallest step [s], where a run ends that would need a smaller one; None: 1e-9 of the largest one.
+    min : smallest step [s]; a run that needs a smaller one ends.  None: 1e-9 of the largest step.
     impact_steps : steps that an impact gets at least, from the onset to the end of the contact; None: 32 for the
         default rtol, and as many as rtol^(-1/3) asks for.
 
@@ -62,10 +66,10 @@ class Adaptive:
 
     Notes
     -----
-    A contact that begins with less than rtol of the largest speed gets no steps of its own; neither has one that lasts,
-    as a journal that slides along the wall of its bearing.  A body that is hit between two steps by another drive or
-    load than the mechanism knows of (a pulse in a table that is much shorter than `max`) is not seen: give `max`.
-    Velocities of nodes of flexible bodies are not looked at: their fast waves may go unresolved.
+    Impacts slower than rtol of the largest speed are not resolved, and neither are lasting contacts, as of a journal
+    that slides along the wall of its bearing.  A pulse in a table that is much shorter than `max` may lie between two
+    steps: give a smaller `max`.  Velocities of nodes of flexible bodies have no error estimate: fast waves may be
+    unresolved.
     """
 
     rtol: float = 1e-4
@@ -88,7 +92,7 @@ class Adaptive:
 
     @property
     def steps_of_an_impact(self) -> float:
-        """Steps that an impact gets at least."""
+        """Least number of steps of an impact."""
         if self.impact_steps is not None:
             return float(self.impact_steps)
         return max(IMPACT_STEPS * (1e-4 / self.rtol) ** (1.0 / 3.0), FEWEST_IMPACT_STEPS)

@@ -25,9 +25,10 @@ if TYPE_CHECKING:
 
 
 class Stepper:
-    """Steps of one method in one compiled model; a `Run` calls it for all that differs from method to method.
+    """Steps of one method in one compiled model; base of the steppers of all methods.
 
-    A new method is a class of `Method` and one of these, whose `advance` calls the method's compiled loop.
+    A new method is a subclass of `Method` and a subclass of `Stepper`, whose `advance` calls the compiled loop of the
+    method.  A `Run` calls its stepper for all that differs between methods.
 
     Parameters
     ----------
@@ -36,9 +37,9 @@ class Stepper:
     Attributes
     ----------
     program : the model whose equations are stepped.
-    shown : the model whose signals are saved; the same for most methods.
-    missing : largest energy that a run may miss, as a part of what was turned over.
-    form : how joints are kept closed;  regular, first : coefficients of the Newmark family, see `Options`.
+    reported : the model whose signals are saved; the same for most methods.
+    residual_limit : largest residual of the balance of energies, relative to the scale of energies.
+    form : form of the constraints;  regular, first : coefficients of the Newmark family, see `Options`.
     """
 
     residual_limit = RESIDUAL_LIMIT
@@ -54,7 +55,7 @@ class Stepper:
         return int(self.reported.tables.sizes.n_y)
 
     def record(self, rows: int, kept: np.ndarray | None = None) -> RunRecord:
-        """Buffers for `rows` saved instants of the signals `kept` of `shown` (places; None: all)."""
+        """Buffers for `rows` saved instants of the signals `kept` of `reported` (places; None: all)."""
         record = new_record(self.reported, rows, kept)
         if self.reported is self.program:
             return record
@@ -65,20 +66,20 @@ class Stepper:
         return consistent_start(mechanism, self.program, redundant=redundant, closed=closed)
 
     def prepare(self, run: Run, start: Start, z: np.ndarray, time: float) -> int:  # noqa: ARG002 - see `Staggered`
-        """Start values of the method's own; RUNNING, or the code of an ending."""
+        """Prepare the start values of the method itself; RUNNING, or the code of an ending."""
         return RUNNING
 
     def advance(self, run: Run, options: Options, steps: int) -> int:
-        """Take at most `steps` steps: the code of the ending."""
+        """Take at most `steps` steps; RUNNING, or the code of the ending."""
         raise NotImplementedError
 
     def save(self, run: Run, options: Options) -> None:
-        """Go on with the instants that the last step passed, where the buffer had no room for all."""
+        """Save the remaining instants within the last step, after the buffer was full."""
         step = run.record.report
         save(self.reported.tables, step.start, step.size, options, run.flow, run.record)
 
     def evaluate(self, run: Run) -> None:
-        """Evaluate the present state of `run.flow`; remember its powers and forces for the ledger."""
+        """Evaluate the present state of `run.flow`; store its powers and forces for the balance of energies."""
         evaluate_state(self.program, run.flow, run.work)
         store_powers(self.program, run.flow, run.work)
 
@@ -92,7 +93,7 @@ class Stepper:
         """Reset the peaks of the method's own signals."""
 
     def explain(self, code: int) -> str | None:  # noqa: ARG002 - most have none of their own
-        """Sentence on an ending of the method's own; None for an ending that all methods share."""
+        """Sentence on an ending of the method itself; None for an ending of all methods."""
         return None
 
     def remarks(self) -> tuple[str, ...]:
@@ -113,7 +114,7 @@ class Stepper:
 
 
 def evaluate_state(program: Program, flow: Flow, work: Any) -> None:
-    """Forces, energies and joint forces of the state in `flow`."""
+    """Evaluate forces, energies and joint forces of the state in `flow`."""
     still = np.zeros(program.n_q + 3)
     common = (program.tables, program.addresses, flow.clock.t, 0.0)
     evaluate_accepted(*common, flow.q, flow.v, flow.a, flow.lam, flow.z, still, still, work)
@@ -122,7 +123,7 @@ def evaluate_state(program: Program, flow: Flow, work: Any) -> None:
 
 
 def store_powers(program: Program, flow: Flow, work: Any) -> None:
-    """Powers and forces of the state that was evaluated last, from which the ledger goes on."""
+    """Store powers and forces of the last evaluation, for the balance of energies in the next step."""
     tables, addresses = program.tables, program.addresses
     contact_losses(tables, addresses, 0.0, flow, flow.q, flow.v, work)
     state = (flow.q, flow.v, flow.q, flow.v)

@@ -1,1 +1,1 @@
-"""Compiled gather-call-scatter over the pieces of a program; knows no physics."""
+"""Evaluation of a program in compiled code: elements, contacts, constraints, signals; without any physics."""

@@ -1,6 +1,6 @@
-"""Constraints: gather, call, scatter; joint forces; friction that depends on them.
+"""Evaluation of constraints: residuals, Jacobian G, constraint forces, friction in joints.
 
-With J of the sliding direction (slip = J v), N(lam) and T from the friction law: r = -T J.
+With the direction J of sliding (slip = J v), N(lam) and T of the friction law: r = -T J.
 """
 
 from flexmb.kernels import compiled, constraint_at, friction_at, joint_friction_at, matrix_view, motion_at, part_of
@@ -76,7 +76,7 @@ def _scatter(C, c, n, m, lam, matrix, work):
 
 @compiled
 def _add_joint_friction(tables, address, c, n, m, h, lam, z, kq, kv, matrix, work):
-    """Friction in joint c between two nodes, and its tangents by coordinates, velocities and multipliers."""
+    """Add friction in joint c, and its tangents by coordinates, velocities and multipliers."""
     C = tables.constraints
     out, H = work.joint_friction_out, work.joint_friction_curve
     out[:] = 0.0
@@ -124,7 +124,7 @@ def _add_joint_friction(tables, address, c, n, m, h, lam, z, kq, kv, matrix, wor
 
 @compiled
 def _call_constraint(tables, address, c, n, m, t, lam, work):
-    """Call the kernel of constraint c and subtract the motions from their rows."""
+    """Call the kernel of constraint c, and subtract the prescribed motions from their rows."""
     C = tables.constraints
     begin, end = C.row[c], C.row[c + 1]
     constraint_at(address.constraint, C.kernel[c])(
@@ -154,9 +154,9 @@ def _call_constraint(tables, address, c, n, m, t, lam, work):
 
 @compiled
 def report_forces(tables, lam, work):
-    """Forces of joints (on their second bodies), reported moments and forces of drives, with the G of the last state.
+    """Compute the reported forces of joints (on their second bodies), moments, and drive forces, with the last G.
 
-    Apart from the evaluation, since accepted states alone report: their multipliers may have been corrected after it.
+    Called for accepted states alone, after the last correction of the multipliers.
     """
     C = tables.constraints
     for c in range(C.kernel.shape[0]):

@@ -1,4 +1,4 @@
-"""Contacts: gap x normal law x friction law, put together for any kind of each.
+"""Evaluation of contacts, composed of a gap kernel, a normal law and a friction law of any kind.
 
 With n from the second surface into the first, t = (-n_y, n_x), arms a1, a2 from the nodes to the contact point:
     J_n = (n, n.(k x a1), -n, -n.(k x a2)),  gap_rate = J_n v

@@ -1,4 +1,4 @@
-"""Elements: gather, call, scatter; and their energies."""
+"""Evaluation of elements: forces, matrices, energies."""
 
 from flexmb.kernels import (
     account_at,
@@ -130,10 +130,10 @@ def load_factor(tables, address, e, t):
 
 @compiled
 def evaluate_energies(tables, address, t, h, q, v, a, x, y, z, work):
-    """Energies of all elements at a state: work.power.
+    """Evaluate the energies of all elements at a state, into work.power.
 
-    Kinetic energy 1/2 v M v, strain, gravity, power of damping; x M y, with which the loop measures what the algorithm
-    dissipates.  work.load: what elements without energies of their own exert;  work.momentum: M v.
+    Kinetic energy 1/2 v M v, strain, gravity, power of damping; x M y, for the energy that the method dissipates.
+    work.load: forces of elements without energies of their own;  work.momentum: M v.
     """
     E = tables.elements
     power = work.power
@@ -167,7 +167,7 @@ def evaluate_energies(tables, address, t, h, q, v, a, x, y, z, work):
 
 @compiled
 def call_account_kernel(tables, address, e, n, t, h, z, work):
-    """Forces, M v and M y of element e in rl, Mvl, Myl; strain, gravity, power of damping."""
+    """Evaluate M v and M y of element e in Mvl, Myl, forces in rl; return strain, gravity, power of damping."""
     E = tables.elements
     for i in range(n):
         work.Mvl[i], work.Myl[i] = 0.0, 0.0

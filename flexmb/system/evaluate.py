@@ -1,4 +1,4 @@
-"""Everything a step needs from the model at one state."""
+"""Evaluation of all elements, contacts and constraints at one state."""
 
 from flexmb.kernels import compiled
 from flexmb.system.constraints import add_constraints
@@ -8,10 +8,10 @@ from flexmb.system.elements import add_elements, evaluate_energies
 
 @compiled
 def evaluate(tables, address, t, h, q, v, a, lam, z, kq, kv, ka, matrix, work):
-    """Forces and constraint residuals at a state; if `matrix`, also [[kq (K + H) + kv C + ka M, G^T], [G, 0]].
+    """Evaluate forces and constraint residuals; if `matrix`, also [[kq (K + H) + kv C + ka M, G^T], [G, 0]].
 
-    q, v, a : (n_q + 3,) with zeros for the ground; h : time since the history z was accepted.  Without the matrix
-    work.lu stays as it is, so that factors made earlier can be used again.
+    q, v, a : (n_q + 3,) with zeros for the ground; h : time since the history z was accepted [s].  Without the matrix
+    work.lu is unchanged, so that its factors can be reused.
     """
     work.r[:] = 0.0
     work.Gl[:] = 0.0
@@ -24,7 +24,7 @@ def evaluate(tables, address, t, h, q, v, a, lam, z, kq, kv, ka, matrix, work):
 
 @compiled
 def evaluate_accepted(tables, address, t, h, q, v, a, lam, z, x, y, work):
-    """Forces, histories and energies at a state, without a matrix."""
+    """Evaluate forces, histories and energies at a state, without a matrix."""
     work.r[:] = 0.0
     work.Gl[:] = 0.0
     evaluate_energies(tables, address, t, h, q, v, a, x, y, z, work)

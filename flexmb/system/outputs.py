@@ -1,4 +1,4 @@
-"""The vector of signals at an accepted state (see `flexmb.program.signals`)."""
+"""Signals at an accepted state (see `flexmb.program.signals`)."""
 
 import math
 
@@ -23,7 +23,7 @@ FX, FY, FORCE, JOINT_MOMENT = range(4)
 """Signals of a joint: force on its second body along X and Y, its size, the moment if one is reported."""
 
 DRIVEN, SPEED, DRIVING, POWER, DRIVE_SIGNALS = range(5)
-"""Signals of a driven row: coordinate, rate, force, power; how many they are."""
+"""Signals of a driven row: coordinate, rate, force, power; their number."""
 
 EX, EY, VEX, VEY, PENETRATION, PENETRATION_RATE = range(6)
 NORMAL_SIGNAL, FRICTION_SIGNAL, CONTACT_FX, CONTACT_FY, CONTACT_FORCE, MODE = range(6, 12)
@@ -32,7 +32,7 @@ NORMAL_SIGNAL, FRICTION_SIGNAL, CONTACT_FX, CONTACT_FY, CONTACT_FORCE, MODE = ra
 
 @compiled
 def write_outputs(tables, address, t, q, v, a, work, ledger, y):
-    """y : (n_y,) all signals, from the last accepted evaluation."""
+    """Write all signals y (n_y,) from the last accepted evaluation."""
     n = tables.sizes.n_q
     for i in range(n):
         y[i], y[n + i], y[2 * n + i] = q[i], v[i], a[i]

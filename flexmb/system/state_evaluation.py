@@ -1,4 +1,4 @@
-"""A program at one state, for solvers that work in Python: forces, residuals and matrices."""
+"""Evaluation of a program at one state, for solvers in Python: forces, residuals, matrices."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ if TYPE_CHECKING:
 
 
 UNPIVOTED_UNKNOWNS = 10_000
-"""Unknowns from which on a linear system is first tried without pivoting, in a sixth of the time."""
+"""Number of unknowns above which a linear system is first solved without pivoting, in a sixth of the time."""
 
 MOST_REFINEMENTS, REFINED_RESIDUAL = 4, 1e-11
-"""Rounds of refinement, and part of the right-hand side that they may leave."""
+"""Number of refinements at most, and their residual relative to the right-hand side."""
 
 
 class StateEvaluation:
-    """Evaluation of a program; the arrays it returns are copies.
+    """Evaluation of a program at one state; returned arrays are copies.
 
     Parameters
     ----------
     program : the compiled mechanism.
-    work : a workspace of it that may be written to; None: a new one.
+    work : workspace of the program, which is overwritten; None: a new one.
     """
 
     def __init__(self, program: Program, work: Work | None = None) -> None:
@@ -49,7 +49,7 @@ class StateEvaluation:
     def at(self, q, v=None, a=None, lam=None, *, t=0.0, z=None, weights=(0.0, 0.0, 0.0)) -> StateEvaluation:
         """Evaluate at a state (n_q,); `weights`: factors of stiffness, damping and mass in the matrix.
 
-        Arrays of n_q + 3 entries give the motion of the ground, which otherwise stands still, in the last three.
+        The last three entries of arrays with n_q + 3 entries are the motion of the ground, else at rest.
         """
         n, m = self.program.n_q, self.program.n_c
         state = [_padded(x, n) for x in (q, v, a)]
@@ -115,7 +115,7 @@ class StateEvaluation:
 
     @property
     def blocks(self) -> tuple[np.ndarray, np.ndarray] | tuple[sp.csc_matrix, sp.csr_matrix]:
-        """`block()` and `jacobian`; plain arrays where there are at most SMALL unknowns (see `dense_or_sparse.py`)."""
+        """`block()` and `jacobian`; plain arrays for at most DENSE_UNKNOWNS unknowns (see `dense_or_sparse.py`)."""
         n = self.program.n_q
         if self.small:
             A = self.dense
@@ -124,7 +124,7 @@ class StateEvaluation:
         return A[:n, :n].tocsc(), A[n:, :n]
 
     def solve(self, b: np.ndarray, purpose: str) -> np.ndarray:
-        """Solve with the present matrix, with pivoting; `SolveError` when it is singular."""
+        """Solve with the present matrix, with pivoting; `SolveError` for a singular matrix."""
         found = self._without_pivoting(b) if self._pattern.n > UNPIVOTED_UNKNOWNS else None
         if found is not None:
             return found

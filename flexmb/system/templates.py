@@ -1,4 +1,4 @@
-"""Records of zeros that are remembered with the structure of a program, whose twins runs and solvers work on."""
+"""Templates of records of zeros, remembered for each structure of programs."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _TEMPLATES: WeakKeyDictionary[Symbolic, dict[Hashable, Any]] = WeakKeyDictionary
 def new_from_template(program: Program, key: Hashable, make: Callable[[], R], **records: Record) -> R:
     """A new record like the result of `make`, which is called once for each structure of programs and `key`.
 
-    What `make` makes may depend on the structure and the key alone, but for `records` within, which are given.
+    The result of `make` depends on the structure and the key alone; `records` replace inner records.
     """
     known = _TEMPLATES.setdefault(program.symbolic, {})
     if key not in known:

@@ -1,4 +1,4 @@
-"""Workspace of an evaluation: allocated once, used by every step."""
+"""Workspace of an evaluation, allocated once for all steps."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ JOINT_T_BY_SLIP, JOINT_T_BY_LAM = range(2)
 """Columns of `Work.slopes` of a joint: dT/dslip, the first of three dT/dlam."""
 
 LOSS_NORMAL, LOSS_FRICTION, LOSS_BEYOND, LOSS_MEMORY = range(4)
-"""Columns of `Work.loss`: losses normal, tangential, beyond the laws of a contact [J]; then what the account of
-energies remembers of it (`arrays.CONTACT_MEMORY` numbers)."""
+"""Columns of `Work.loss` [J]: normal loss, tangential loss, dissipation of the method; from LOSS_MEMORY on the memory
+of the contact for the next step (`CONTACT_MEMORY_SIZE` numbers)."""
 
 
 class Powers(Record):
-    """Energies of a state [J], the power of dampers [W], and the work that a step's algorithm makes up [J]."""
+    """Energies of a state [J], power of dampers [W], and energy that the method dissipates in a step [J]."""
 
     kinetic: float
     strain: float
@@ -38,9 +38,9 @@ class Powers(Record):
 
 
 class Work(Record):
-    """Results of an evaluation, and scratch space of one piece.
+    """Results of an evaluation, and scratch space for one element, contact or constraint.
 
-    r : (n_q + 3,) forces the structure exerts, inertia included, without those of constraints
+    r : (n_q + 3,) residual, inertia less applied forces, without constraint forces
     Gl : (n_q + 3,) G^T lambda;  g, gv, gamma : (n_c,) residual, residual of velocities G v + g_t, right side of G a
     lu : values of the matrix;  z_new : history if the state is accepted
     contact : (n, GAP_SIZE + 2) gap data, normal force, friction force;  drive : (n_c, 4) motion and force
@@ -48,10 +48,10 @@ class Work(Record):
     joint_friction : (n, 2) friction force and slip of each joint
     slopes : (contacts + joints, 4) dN/dgap, dN/drate, dT/dslip, dT/dN of contacts; dT/dslip, dT/dlam of joints
     G : rows of all constraints, one after the other, on the dofs of their own
-    load : forces on the dofs of all elements without an account of their own, one after the other
+    load : forces on the dofs of all elements without energies of their own, one after the other
     momentum : (n_q + 3,) M v
     loss : (n, 16) of every contact: losses normal, tangential, beyond its laws [J]; normal force, generalised forces
-    gap, z_between : gap data and histories of what is only tried
+    gap, z_between : gap data and histories between two states
     """
 
     r: Vector
@@ -89,7 +89,7 @@ class Work(Record):
 
 
 def workspace(program: Program) -> Work:
-    """Workspace for a program."""
+    """Workspace for a compiled mechanism."""
     return new_from_template(program, "work", lambda: _new_workspace(program))
 
 
@@ -134,6 +134,6 @@ def _new_workspace(program: Program) -> Work:
 
 
 def load_forces(program: Program) -> int:
-    """Number of dofs of all elements without an account of their own."""
+    """Number of dofs of all elements without energies of their own."""
     E = program.tables.elements
     return int((E.dof[1:] - E.dof[:-1])[E.energy < 0].sum())

@@ -13,7 +13,7 @@ from flexmb.step.newmark.predictor import lagrange_weights
 @pytest.mark.parametrize("order", [0, 1, 2, 3])
 def test_a_prediction_of_some_order_meets_every_polynomial_of_that_degree(order):
     """With unequal steps: states at 0, -0.7, -1.7 and -3.2, predicted at 1.3."""
-    prediction = Predictor(order=order, known=4, before=1.0, earlier=1.5)
+    prediction = Predictor(order=order, past_states=4, second_last_step=1.0, third_last_step=1.5)
     found = np.array(lagrange_weights(order, 1.3, 0.7, prediction))
     for degree in range(order + 1):
         states = np.array([0.0, -0.7, -1.7, -3.2]) ** degree

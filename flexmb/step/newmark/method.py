@@ -1,4 +1,4 @@
-"""The Newmark family: implicit methods of second order, for stiff and flexible mechanisms with contacts."""
+"""Methods of the Newmark family: implicit, of second order, for stiff and flexible mechanisms with contacts."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Newmark(Method):
 
     @property
     def starting(self) -> Newmark:
-        """The method of a first step.
+        """Coefficients of a first step.
 
         x stands for the acceleration at a time Delta h later, Delta = alpha_m - alpha_f.  With x0 = a0 the multipliers
         would begin with an error of first order.  x0 = a0 + Delta (a1 - a0) turns the method into a plain Newmark step
@@ -148,5 +148,5 @@ class NewmarkStepper(Stepper):
         self.regular, self.first = method.coefficients, method.starting.coefficients
 
     def advance(self, run: Run, options: Options, steps: int) -> int:
-        """Take at most `steps` steps: the code of the ending."""
+        """Take at most `steps` steps; RUNNING, or the code of the ending."""
         return advance(*run.arguments(options), steps)
