@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import math
 import re
 from collections.abc import Mapping, Sequence
@@ -100,31 +99,3 @@ def _columns(label: str, designs: Sequence[Any]) -> dict[str, Sequence[Any]]:
             names, others = ", ".join(map(str, design)), ", ".join(map(str, designs[0]))
             raise InputError(f"{label}: design {k} has {names}, the first one {others}. Give all of them the same.")
     return {name: [design[name] for design in designs] for name in (designs[0] if designs else ())}
-
-
-def parameter_docs(function: Any) -> dict[str, str]:
-    """Descriptions of the parameters by name, from the section "Parameters" of a numpydoc docstring.
-
-    Parameters
-    ----------
-    function : a function or a class with a docstring.
-    """
-    doc = inspect.getdoc(function) or ""
-    section = re.search(r"^Parameters\n-{3,}\n(.*?)(?=\n\S[^\n]*\n-{3,}\n|\Z)", doc, re.DOTALL | re.MULTILINE)
-    docs: dict[str, str] = {}
-    for entry in re.split(r"\n(?=\S)", section.group(1)) if section else ():
-        names, _, text = entry.partition(":")
-        docs |= {name.strip(): " ".join(text.split()) for name in names.split(",")}
-    return docs
-
-
-def documented_unit(function: Any, parameter: str) -> str:
-    """First unit in brackets in the description of a parameter, or "".
-
-    Parameters
-    ----------
-    function : a function with a numpydoc docstring.
-    parameter : name of the parameter.
-    """
-    unit = UNIT.search(parameter_docs(function).get(parameter, ""))
-    return unit.group(1) if unit else ""

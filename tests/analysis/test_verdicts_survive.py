@@ -10,7 +10,7 @@ import pytest
 import systems
 
 import flexmb as fm
-from flexmb.dynamics.exponents import confirm as second_run
+from flexmb.dynamics.exponents import second_run
 from flexmb.dynamics.exponents.exponent_error import error_of
 
 N = 400
