@@ -10,7 +10,7 @@ import numpy as np
 
 import flexmb as fm
 from flexmb.mechanisms import nine_bar, slider_crank
-from flexmb.paper.statistics import Mean
+from flexmb.study.statistics import Mean
 from flexmb.program.compiler import compile_with_start
 from flexmb.run.run import Run
 

@@ -139,7 +139,7 @@ def _parser(source: Source | None, wanted: str) -> tuple[argparse.ArgumentParser
     vtk.add_argument("--frames", type=int, metavar="N", help="number of frames (default: all instants, at most 200)")
     vtk.add_argument("--out", type=Path, metavar="FILE.pvd", help="default: beside RUN.nc")
     paper = commands.add_parser(
-        "paper", help="figures and tables of the study of the nine-bar mechanism", allow_abbrev=False
+        "paper", help="figures and tables of a published study computed anew", allow_abbrev=False
     )
     _add_paper_options(paper)
     for command in (run, sweep, chaos, check, listing, vtk, paper):
@@ -240,8 +240,9 @@ def _add_chaos_options(chaos: argparse.ArgumentParser) -> None:
 
 def _add_paper_options(paper: argparse.ArgumentParser) -> None:
     paper.description = (
-        "The study of Chen, Jiang, Deng and Wang (Nonlinear Dynamics, 2018) computed anew. Results of runs are kept in "
-        "DIR/runs (quick: DIR/runs-quick): a command that was stopped goes on where it was."
+        "A published study computed anew: that of Chen, Jiang, Deng and Wang (Nonlinear Dynamics, 2018) on the "
+        "nine-bar mechanism, or another one. Results of runs are kept in DIR/runs (quick: DIR/runs-quick): a command "
+        "that was stopped goes on where it was."
     )
     paper.add_argument(
         "what",
@@ -250,6 +251,7 @@ def _add_paper_options(paper: argparse.ArgumentParser) -> None:
         help="numbers of figures (9), ranges (9-16), names of pages, figures, pages, all; default: figures and pages, "
         "without the slow pages, which come with `all` or by their name",
     )
+    paper.add_argument("--study", metavar="NAME", default="nine-bar", help="nine-bar (default) or slider-crank")
     paper.add_argument("--out", metavar="DIR", help="folder of everything (default out/paper, quick: out/paper-quick)")
     paper.add_argument("--quick", action="store_true", help="short runs: a look at everything within ten minutes")
     paper.add_argument("--workers", type=int, metavar="N", help="processes (default: one for each core)")

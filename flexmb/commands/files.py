@@ -1,4 +1,4 @@
-"""Files of a command: what they need, whether they can be written, netCDF files in one piece."""
+"""Files of a command: packages that they need, and whether they can be written."""
 
 from __future__ import annotations
 
@@ -6,12 +6,8 @@ import tempfile
 from collections.abc import Mapping
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from flexmb.errors import InputError, MissingPackageError
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 def require_packages(needed: Mapping[str, tuple[str, str]]) -> None:
@@ -31,19 +27,3 @@ def require_folder(folder: Path) -> None:
     except OSError as error:
         text = f"--out: {str(folder)!r} cannot be written ({error.strerror or error})."
         raise InputError(f"{text} Give a writable folder.") from error
-
-
-def write_netcdf(path: Path, groups: Mapping[str, xr.Dataset]) -> Path:
-    """Write datasets as the groups of one file; an interrupted write leaves the old file or the new one.
-
-    Parameters
-    ----------
-    path : the file; it is written beside its place and then renamed.
-    groups : datasets by the name of their group, that of the root is "".
-    """
-    part = path.with_name(f".{path.name}.part")
-    part.unlink(missing_ok=True)
-    for name, dataset in groups.items():
-        dataset.to_netcdf(part, engine="h5netcdf", group=name or None, mode="a" if part.exists() else "w")
-    part.replace(path)
-    return path

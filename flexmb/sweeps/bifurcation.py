@@ -15,14 +15,14 @@ from flexmb.dynamics.exponents.exponents import FEWEST
 from flexmb.dynamics.systems.dynamics import Dynamics
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.errors import FlexmbError, InputError
+from flexmb.jobs.attempt import Attempt
+from flexmb.jobs.engine import PENDING, Chain, Job, drive, require_executor, require_picklable
+from flexmb.jobs.progress import ProgressBar
 from flexmb.model.mechanism import Mechanism
 from flexmb.run.run import installed_version
 from flexmb.run.simulate import Step
 from flexmb.step.newmark.method import Newmark
-from flexmb.sweeps.attempt import Attempt
-from flexmb.sweeps.bar import Bar
 from flexmb.sweeps.diagram import POINTS, STATE, dataset_of
-from flexmb.sweeps.engine import PENDING, Chain, Job, drive, require_executor, require_picklable
 from flexmb.sweeps.family import Family, Make, Section, columns_of, section_point
 from flexmb.sweeps.fingerprint import digest, label_of, shown_values
 from flexmb.sweeps.record import STATUS, Column, Record
@@ -157,7 +157,7 @@ def bifurcation(
         first.advance(1e-6 * (first.period or 1.0))  # code that is not in the cache yet is compiled once, not by all
     parts = np.array_split(np.argsort(numbers, kind="stable"), len(numbers) if direction == "cold" else chunks)
     parts = [parts[k] for k in _spread(len(parts))] if direction == "cold" else parts
-    with Bar(label, done.size, int(done.sum()), shown=progress) as bar:
+    with ProgressBar(label, done.size, done=int(done.sum()), shown=progress) as bar:
         run = _Run(family, section, numbers, record, done, bar)
         chains = (run.chain(*place) for place in _places(DIRECTIONS[direction], parts))
         drive(chains, executor, label, pending)
@@ -173,7 +173,7 @@ class _Run:
     numbers: np.ndarray
     record: Record
     done: np.ndarray
-    bar: Bar
+    bar: ProgressBar
 
     def chain(self, row: int, part: np.ndarray, begins: bool) -> Chain:
         """The points of a part, one after the other, each with the state after the last one where states are carried.

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 from flexmb import checks
 from flexmb.errors import InputError
+from flexmb.jobs.attempt import Attempt, Outcome, failure
+from flexmb.jobs.engine import PENDING, Chain, Job, drive, require_executor, require_picklable
+from flexmb.jobs.progress import ProgressBar
 from flexmb.run.run import installed_version
-from flexmb.sweeps.attempt import Attempt, Outcome, failure
-from flexmb.sweeps.bar import Bar
 from flexmb.sweeps.diagram import LAYOUT, dataset_of
-from flexmb.sweeps.engine import PENDING, Chain, Job, drive, require_executor, require_picklable
 from flexmb.sweeps.fingerprint import digest, label_of, shown_values
 from flexmb.sweeps.grid import Points, points_of
 from flexmb.sweeps.outputs import called, columns_of, fitting
@@ -104,7 +104,7 @@ def sweep(
     record = Record(points.dims, points.shape, kept)
     _lay_out(record, function, points)
     done = record.done
-    with Bar(label, points.count, int(done.sum()), shown=progress) as bar:
+    with ProgressBar(label, points.count, done=int(done.sum()), shown=progress) as bar:
         keeper = _Keeper(record, points, names, bar)
         ahead = (number for number in range(points.count) if not done[points.index(number)])
         drive((_chain(bound, points, number, keeper) for number in ahead), executor, label, pending)
@@ -124,7 +124,7 @@ class _Keeper:
     What comes before it is decided is held back.
     """
 
-    def __init__(self, record: Record, points: Points, dims: Mapping[str, Sequence[str]], bar: Bar) -> None:
+    def __init__(self, record: Record, points: Points, dims: Mapping[str, Sequence[str]], bar: ProgressBar) -> None:
         self.record, self.points, self.dims, self.bar = record, points, dims, bar
         self.held, self.next = dict[int, Outcome](), 0
         self.columns: dict[str, Column] | None = None

@@ -19,8 +19,8 @@ from flexmb.dynamics.systems.continuous_flow import ContinuousFlow
 from flexmb.dynamics.systems.dynamics import Dynamics
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.errors import InputError
+from flexmb.jobs.progress import ProgressBar
 from flexmb.model.mechanism import Mechanism
-from flexmb.run.progress import bar
 from flexmb.run.simulate import Step
 from flexmb.step.newmark.method import Newmark
 
@@ -166,7 +166,7 @@ def benettin(
     plan = _schedule("benettin", first, skip, periods, duration, interval, period)
     seed = checks.count(f"benettin {first.name!r}", "seed", seed, 0)
     first, growth, points = plan.system, Growth(), [np.zeros((0, len(first.names)))]
-    shown = bar(first.name, 0.0, float(plan.skip + plan.count), shown=progress, of="periods")
+    shown = ProgressBar(first.name, float(plan.skip + plan.count), shown=progress, of="periods")
     while plan.skip and first.ok and shown.n < plan.skip:
         plan.go(first, int(shown.n) + 1)
         shown.update(1)

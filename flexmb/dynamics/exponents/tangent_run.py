@@ -9,7 +9,7 @@ from flexmb.dynamics.exponents.lasting_contact import lasting
 from flexmb.dynamics.exponents.schedule import Schedule
 from flexmb.dynamics.sections.seen import Seen
 from flexmb.dynamics.systems.as_dynamics import clock
-from flexmb.run.progress import bar
+from flexmb.jobs.progress import ProgressBar
 
 
 def carried(plan: Schedule, count: int, seed: int, *, shown: bool) -> Exponents:
@@ -23,7 +23,7 @@ def carried(plan: Schedule, count: int, seed: int, *, shown: bool) -> Exponents:
     shown : whether a progress bar is.
     """
     weights, growth, points = plan.system.weights, Growth(), [np.zeros((0, len(plan.system.names)))]
-    progress = bar(plan.system.name, 0.0, float(plan.skip + plan.count), shown=shown, of="periods")
+    progress = ProgressBar(plan.system.name, float(plan.skip + plan.count), shown=shown, of="periods")
     W, began = np.zeros((0, count)), clock(plan.system)
     for number in range(1, plan.skip + plan.count + 1):
         if number == plan.skip + 1:
