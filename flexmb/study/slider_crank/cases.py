@@ -46,7 +46,8 @@ MACHINE = Machine(
 )
 """The crank starts at full speed, collinear with the rod, the journal in the middle of its bearing."""
 
-DATA = SliderCrankData()
+DATA = SliderCrankData(v0=0.0)
+"""Numbers of the independent computation: friction rises from zero slip on."""
 SPEED = 5000.0
 """Speed of the crank [rpm]."""
 
