@@ -389,7 +389,7 @@ def _left_out() -> dict[str, str]:
     a name of a code, a mode or a place in an array: state.record.ENERGY_MISSING state.record.ENERGY_MADE
         state.record.ENERGY_LOST state.flow.EPISODE_SIZE state.flow.EPISODE_ROW_SIZE
         state.flow.IMPACT_SIZE state.flow.CONTACT_MEMORY_SIZE
-        paper.staggered.elastic_step.ELASTIC_SINGULAR paper.staggered.elastic_step.TOO_FAR
+        study.nine_bar.staggered.elastic_step.ELASTIC_SINGULAR study.nine_bar.staggered.elastic_step.TOO_FAR
         results.contact_intervals.IMPACT
         results.contact_intervals.CONTINUOUS
         results.netcdf.FORMAT

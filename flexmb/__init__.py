@@ -74,7 +74,7 @@ _HOME = {
     "step.runge_kutta": "RungeKutta4",
     "run.simulate": "simulate",
     "results.solution": "Solution",
-    "paper.staggered.method": "Staggered",
+    "study.nine_bar.staggered.method": "Staggered",
     "run.steps": "StepState steps",
     "step.step_size": "Adaptive FixedStep",
     "results.vtk": "write_vtk",

@@ -133,7 +133,6 @@ from flexmb.model.mechanism import Mechanism as Mechanism
 from flexmb.model.part import GROUND as GROUND
 from flexmb.model.part import Element as Element
 from flexmb.model.part import Part as Part
-from flexmb.paper.staggered.method import Staggered as Staggered
 from flexmb.program.compiler import compile as compile
 from flexmb.results.contact_intervals import Episode as Episode
 from flexmb.results.contact_intervals import Episodes as Episodes
@@ -169,6 +168,7 @@ from flexmb.step.radau.method import RadauIIA as RadauIIA
 from flexmb.step.runge_kutta import RungeKutta4 as RungeKutta4
 from flexmb.step.step_size import Adaptive as Adaptive
 from flexmb.step.step_size import FixedStep as FixedStep
+from flexmb.study.nine_bar.staggered.method import Staggered as Staggered
 from flexmb.sweeps.bifurcation import bifurcation as bifurcation
 from flexmb.sweeps.datasets import load_sweep as load_sweep
 from flexmb.sweeps.sweep import sweep as sweep

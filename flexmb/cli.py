@@ -146,7 +146,7 @@ def _parser(source: Source | None, wanted: str) -> tuple[argparse.ArgumentParser
     vtk.add_argument("file", metavar="RUN.nc", type=Path, help="file of `flexmb run`")
     vtk.add_argument("--frames", type=int, metavar="N", help="number of frames (default: all instants, at most 200)")
     vtk.add_argument("--out", type=Path, metavar="FILE.pvd", help="default: beside RUN.nc")
-    paper = add("paper", help="figures and tables of the study of the nine-bar mechanism")
+    paper = add("paper", help="figures and tables of a published study computed anew")
     _add_paper_options(paper)
     for command in (run, sweep, chaos, check, listing, vtk, paper):
         command.add_argument("--debug", action="store_true", help="show the traceback of an error")
@@ -249,8 +249,9 @@ def _add_chaos_options(chaos: argparse.ArgumentParser) -> None:
 
 def _add_paper_options(paper: argparse.ArgumentParser) -> None:
     paper.description = (
-        "The study of Chen, Jiang, Deng and Wang (Nonlinear Dynamics, 2018) computed anew. Results of runs are kept in "
-        "DIR/runs (quick: DIR/runs-quick), so an interrupted command continues when it is called again."
+        "A published study computed anew: the study of Chen, Jiang, Deng and Wang (Nonlinear Dynamics, 2018) on the "
+        "nine-bar mechanism, or another one. Results of runs are kept in DIR/runs (quick: DIR/runs-quick), so an "
+        "interrupted command continues when it is called again."
     )
     paper.add_argument(
         "what",
@@ -259,6 +260,7 @@ def _add_paper_options(paper: argparse.ArgumentParser) -> None:
         help="numbers of figures (9), ranges (9-16), names of pages, `figures`, `pages` or `all`; default: all figures "
         "and pages except the slow pages, which need `all` or their names",
     )
+    paper.add_argument("--study", metavar="NAME", default="nine-bar", help="nine-bar (default) or slider-crank")
     paper.add_argument("--out", metavar="DIR", help="folder of all files (default out/paper, quick: out/paper-quick)")
     paper.add_argument("--quick", action="store_true", help="short runs: all figures and pages within ten minutes")
     paper.add_argument("--workers", type=int, metavar="N", help="worker processes (default: one for each core)")

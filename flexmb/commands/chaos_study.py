@@ -13,8 +13,8 @@ from flexmb.dynamics.exponents.exponents import Exponents
 from flexmb.dynamics.exponents.lyapunov import lyapunov
 from flexmb.dynamics.sections.stroboscopic import StroboscopicMap
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
+from flexmb.jobs.progress import ProgressBar
 from flexmb.model.mechanism import Mechanism
-from flexmb.run.progress import bar
 from flexmb.series.correlation import CorrelationDimension, correlation_dimension
 from flexmb.series.exponent import SeriesExponent
 from flexmb.series.recurrence import Recurrence, recurrence
@@ -216,7 +216,7 @@ def continued_motion(flow: MechanismFlow, period: float, periods: int, samples: 
     """
     if periods == 0 or not flow.ok:
         return np.zeros(0), np.zeros((0, len(flow.names))), ""
-    begin, progress = flow.time, bar(f"{flow.name}, saved", 0.0, float(periods), shown=shown, of="periods")
+    begin, progress = flow.time, ProgressBar(f"{flow.name}, saved", float(periods), shown=shown, of="periods")
     times, rows, trouble = [begin], [flow.observe()], ""
     for number in range(1, periods * samples + 1):
         if not flow.advance(begin + number * period / samples - flow.time):

@@ -1,4 +1,4 @@
-"""Files of a command: required packages, writable folders, netCDF files."""
+"""Files of a command: required packages, writable folders."""
 
 from __future__ import annotations
 
@@ -6,12 +6,8 @@ import tempfile
 from collections.abc import Mapping
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from flexmb.errors import InputError, MissingPackageError
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 def require_packages(needed: Mapping[str, tuple[str, str]]) -> None:
@@ -49,19 +45,3 @@ def require_folder(folder: Path) -> None:
     except OSError as error:
         text = f"--out: {str(folder)!r} cannot be written ({error.strerror or error})."
         raise InputError(f"{text} Give a writable folder.") from error
-
-
-def write_netcdf(path: Path, groups: Mapping[str, xr.Dataset]) -> Path:
-    """Write datasets as groups of one file; after an interruption either the old or the new file is complete.
-
-    Parameters
-    ----------
-    path : the file; it is written under another name and then renamed.
-    groups : datasets by name of the group; "" is the root.
-    """
-    part = path.with_name(f".{path.name}.part")
-    part.unlink(missing_ok=True)
-    for name, dataset in groups.items():
-        dataset.to_netcdf(part, engine="h5netcdf", group=name or None, mode="a" if part.exists() else "w")
-    part.replace(path)
-    return path

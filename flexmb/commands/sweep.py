@@ -12,16 +12,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb import checks
-from flexmb.commands.files import require_folder, require_packages, write_netcdf
+from flexmb.commands.files import require_folder, require_packages
 from flexmb.commands.options import Option, keywords_of, options_of
 from flexmb.commands.run import flow_options
 from flexmb.commands.source import Source, find
 from flexmb.commands.units import quantity
 from flexmb.errors import InputError
+from flexmb.jobs.files import write_netcdf
+from flexmb.jobs.pool import worker_pool
 from flexmb.model.mechanism import Mechanism
 from flexmb.sweeps.bifurcation import bifurcation, first_of
 from flexmb.sweeps.family import Family
-from flexmb.sweeps.pool import worker_pool
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -13,6 +13,7 @@ import numpy as np
 from flexmb.compiled.notice import notice
 from flexmb.energy.balance import check_balance_at_end, start_balance
 from flexmb.errors import InputError, SolveError
+from flexmb.jobs.progress import ProgressBar
 from flexmb.linalg import lu
 from flexmb.linalg.rank import row_rank
 from flexmb.model.mechanism import Mechanism
@@ -20,7 +21,6 @@ from flexmb.program.program import Program
 from flexmb.results.solution import ContactLog, Peaks, Solution
 from flexmb.results.stats import Stats
 from flexmb.results.status import sentence
-from flexmb.run.progress import bar as progress_bar
 from flexmb.run.saved_rows import SavedRows
 from flexmb.start.consistent import Start, accelerations
 from flexmb.start.redundant_joints import least_norm
@@ -208,7 +208,7 @@ class Run:
         if self.progress:
             self.stepper.advance(self, self.options(end, interval), 0)  # compiled before a bar is shown
             notice.close()
-        bar = progress_bar(self.program.name, float(self.flow.clock.t), end, shown=self.progress)
+        bar = ProgressBar(self.program.name, end, done=float(self.flow.clock.t), shown=self.progress, of="s of motion")
         try:
             for instant in self.program.breaks(end):
                 if instant > self.flow.clock.t and self._advance_to(just_before(instant), interval, bar, ahead=True):
@@ -222,7 +222,7 @@ class Run:
             self.note = "Interrupted from the keyboard"
         bar.close()
 
-    def _advance_to(self, target: float, interval: float, bar: Any, *, ahead: bool = False) -> bool:
+    def _advance_to(self, target: float, interval: float, bar: ProgressBar, *, ahead: bool = False) -> bool:
         """Run until `target` [s]; whether the run reached it; `ahead`: even without a step left."""
         options = self.options(target, interval)
         steps, self.code = max(FIRST_BLOCK_UPDATES // (self.program.symbolic.n + 1), 16), RUNNING

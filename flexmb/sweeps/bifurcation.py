@@ -16,14 +16,14 @@ from flexmb.dynamics.exponents.exponents import FEWEST
 from flexmb.dynamics.systems.dynamics import Dynamics
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.errors import FlexmbError, InputError
+from flexmb.jobs.attempt import Attempt
+from flexmb.jobs.engine import PENDING, Chain, Job, drive, require_executor, require_picklable
+from flexmb.jobs.progress import ProgressBar
 from flexmb.model.mechanism import Mechanism
 from flexmb.run.run import installed_version
 from flexmb.run.simulate import Step
 from flexmb.step.newmark.method import Newmark
-from flexmb.sweeps.attempt import Attempt
-from flexmb.sweeps.bar import Bar
 from flexmb.sweeps.datasets import POINTS, STATE, dataset_of
-from flexmb.sweeps.engine import PENDING, Chain, Job, drive, require_executor, require_picklable
 from flexmb.sweeps.family import Family, Make, SectionSettings, columns_of, section_point
 from flexmb.sweeps.fingerprint import digest, label_of, shown_values
 from flexmb.sweeps.record import STATUS, Column, Record
@@ -158,7 +158,7 @@ def bifurcation(
     cold = direction == "cold"
     chunked = np.array_split(np.argsort(numbers, kind="stable"), len(numbers) if cold else chunks)
     order = _spread(len(chunked)) if cold else range(len(chunked))
-    with Bar(label, done.size, int(done.sum()), shown=progress) as bar:
+    with ProgressBar(label, done.size, done=int(done.sum()), shown=progress) as bar:
         run = _Run(family, section, numbers, record, done, bar)
         chains = (run.chain(*place) for place in _places(DIRECTIONS[direction], [chunked[k] for k in order]))
         drive(chains, executor, label, pending)
@@ -174,7 +174,7 @@ class _Run:
     numbers: np.ndarray
     record: Record
     done: np.ndarray
-    bar: Bar
+    bar: ProgressBar
 
     def chain(self, row: int, part: np.ndarray, begins: bool) -> Chain:
         """The points of a chunk one after the other; carried states go from each point to the next.

@@ -16,11 +16,11 @@ from flexmb.dynamics.systems.continuous_flow import ContinuousFlow
 from flexmb.dynamics.systems.dynamics import Dynamics
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.errors import AssemblyError, InputError, SolveError
+from flexmb.jobs.attempt import Outcome
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.period import common_period
 from flexmb.run.simulate import Step
 from flexmb.step.newmark.method import Newmark
-from flexmb.sweeps.attempt import Outcome
 
 Make = Callable[..., Mechanism | Dynamics] | Mechanism | Dynamics
 STOPPED = "Interrupted from the keyboard"

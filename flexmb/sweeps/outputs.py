@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import InputError
-from flexmb.sweeps.attempt import Outcome
+from flexmb.jobs.attempt import Outcome
 from flexmb.sweeps.record import STATUS, Column
 
 ALONE = "value"

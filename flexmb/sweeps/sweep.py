@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 from flexmb import checks
 from flexmb.docstrings import unit_of
 from flexmb.errors import InputError
+from flexmb.jobs.attempt import Attempt, Outcome, failure
+from flexmb.jobs.engine import PENDING, Chain, Job, drive, require_executor, require_picklable
+from flexmb.jobs.progress import ProgressBar
 from flexmb.run.run import installed_version
-from flexmb.sweeps.attempt import Attempt, Outcome, failure
-from flexmb.sweeps.bar import Bar
 from flexmb.sweeps.datasets import LAYOUT, dataset_of
-from flexmb.sweeps.engine import PENDING, Chain, Job, drive, require_executor, require_picklable
 from flexmb.sweeps.fingerprint import digest, label_of, shown_values
 from flexmb.sweeps.grid import Points, points_of
 from flexmb.sweeps.outputs import called, columns_of, fitting
@@ -104,7 +104,7 @@ def sweep(
     record = Record(points.dims, points.shape, opened_store)
     _lay_out(record, function, points)
     done = record.done
-    with Bar(label, points.count, int(done.sum()), shown=progress) as bar:
+    with ProgressBar(label, points.count, done=int(done.sum()), shown=progress) as bar:
         collector = _Collector(record, points, names, bar)
         unfinished = (number for number in range(points.count) if not done[points.index(number)])
         drive((_chain(bound, points, number, collector) for number in unfinished), executor, label, pending)
@@ -124,7 +124,7 @@ class _Collector:
     same store.  Later outcomes wait until it is known.
     """
 
-    def __init__(self, record: Record, points: Points, dims: Mapping[str, Sequence[str]], bar: Bar) -> None:
+    def __init__(self, record: Record, points: Points, dims: Mapping[str, Sequence[str]], bar: ProgressBar) -> None:
         self.record, self.points, self.dims, self.bar = record, points, dims, bar
         self.held, self.next = dict[int, Outcome](), 0
         self.columns: dict[str, Column] | None = None

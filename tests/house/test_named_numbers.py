@@ -25,8 +25,8 @@ IN_FILES = {
         "accelerations and velocities of two ends in the axes of the chord": "chord_v chord_a",
         "forces on the ends, u1, u2 and alpha": "m n",
     },
-    "flexmb/paper/staggered/elastic_step.py": {"blocks of 3 x 3, row by row": "places m d k"},
-    "flexmb/paper/staggered/rigid_motions.py": {"blocks of 3 x 3, row by row": "m", "coordinates": "out rows"},
+    "flexmb/study/nine_bar/staggered/elastic_step.py": {"blocks of 3 x 3, row by row": "places m d k"},
+    "flexmb/study/nine_bar/staggered/rigid_motions.py": {"blocks of 3 x 3, row by row": "m", "coordinates": "out rows"},
     "flexmb/step/radau/method.py": {"ends and stages of a step, in time": "past_lam"},
     "flexmb/step/radau/works.py": {"ends and stages of a step, in time": "past_lam"},
     "flexmb/step/radau/step.py": {

@@ -15,7 +15,7 @@ from sweep_models import DAMPING, OMEGA, Well, bistable, leaves, logistic, logis
 import flexmb as fm
 from flexmb.dynamics.systems.map import Map
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
-from flexmb.sweeps.engine import Job, drive
+from flexmb.jobs.engine import Job, drive
 from flexmb.sweeps.family import Family, SectionSettings, section_point
 
 PERIOD = 2.0 * np.pi / OMEGA

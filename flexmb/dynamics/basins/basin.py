@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb import checks
-from flexmb.dynamics.basins.attractors import LOST, UNDECIDED, Rules, matched_attractors, tracks_of
+from flexmb.dynamics.basins.attractors import LOST, UNDECIDED, Rules, Track, matched_attractors, tracks_of
 from flexmb.dynamics.orbits.shooting import Period, Shooting
 from flexmb.dynamics.systems.dynamics import Dynamics
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
-from flexmb.errors import InputError
+from flexmb.errors import InputError, SolveError
+from flexmb.jobs.attempt import Outcome
+from flexmb.jobs.engine import Chain, Job, drive
 from flexmb.model.mechanism import Mechanism
 
 if TYPE_CHECKING:
@@ -136,6 +138,8 @@ def basin(
     Raises
     ------
     InputError : unknown names, an empty axis, numbers out of range, a flow without period.
+    SolveError : a part of the grid that failed on the executor.
+    WorkerError : workers that died.
 
     Notes
     -----
@@ -165,12 +169,13 @@ def basin(
     starts[:, a], starts[:, b] = np.tile(xs, len(ys)), np.repeat(ys, len(xs))
     limits = {"settle": settle, "longest": longest, "repeats": repeats}
     rules = _rules(moved, starts, period, tuple(angles), tolerance, bound, limits)
-    chunks = [starts] if executor is None else np.array_split(starts, min(CHUNKS * workers, len(starts)))
     if executor is None:
-        tracks = tracks_of(moved.copy(), chunks[0], rules)
+        tracks = tracks_of(moved.copy(), starts, rules)
     else:
-        waiting = [executor.submit(tracks_of, moved.copy(), chunk, rules) for chunk in chunks]
-        tracks = [track for one in waiting for track in one.result()]
+        chunks = np.array_split(starts, min(CHUNKS * workers, len(starts)))
+        found: list[list[Track]] = [[] for _ in chunks]
+        drive((_chain(moved, chunk, rules, part) for chunk, part in zip(chunks, found, strict=True)), executor, LABEL)
+        tracks = [track for part in found for track in part]
     number, attractors, periods = matched_attractors(
         [points for points, _, _ in tracks], [k for _, k, _ in tracks], rules
     )
@@ -191,6 +196,19 @@ def basin(
         taken=taken,
         status=status,
     )
+
+
+def _chain(system: Dynamics, starts: np.ndarray, rules: Rules, found: list[Track]) -> Chain:
+    """One part of the grid, whose tracks are added to `found`."""
+    outcome = yield Job(_watched, (system.copy(), starts, rules))
+    if not outcome.ok:
+        raise SolveError(f"{LABEL}: a part of the grid failed: {outcome.status}")
+    found += outcome.values["tracks"]
+
+
+def _watched(system: Dynamics, starts: np.ndarray, rules: Rules) -> Outcome:
+    """The tracks from some starts (n, size).  Runs in the workers."""
+    return Outcome({"tracks": tracks_of(system, starts, rules)})
 
 
 def _place(system: Dynamics, axis: Any, which: str) -> tuple[int, str, str, np.ndarray]:

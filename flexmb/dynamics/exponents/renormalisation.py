@@ -20,8 +20,8 @@ from flexmb.dynamics.systems.as_dynamics import clock
 from flexmb.dynamics.systems.continuous_flow import ContinuousFlow
 from flexmb.dynamics.systems.dynamics import Dynamics, orthonormalise
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
+from flexmb.jobs.progress import ProgressBar
 from flexmb.results.remarks import COLUMN, damped_since_onset
-from flexmb.run.progress import bar
 from flexmb.step.contact_log import running_episodes
 
 TOO_MUCH = 1e4
@@ -65,7 +65,7 @@ def exponents_of(
     shown : whether a progress bar is shown.
     """
     system, growth, points = schedule.system, Growth(), [np.zeros((0, len(schedule.system.names)))]
-    progress = bar(system.name, 0.0, float(schedule.skip + schedule.count), shown=shown, of="periods")
+    progress = ProgressBar(system.name, float(schedule.skip + schedule.count), shown=shown, of="periods")
     perturbation, begin = None, clock(system)
     last_of_transient = schedule.skip + schedule.count // SETTLING
     for number in range(1, schedule.skip + schedule.count + 1):

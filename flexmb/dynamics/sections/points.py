@@ -13,7 +13,7 @@ from flexmb.dynamics.systems.as_dynamics import clock, dynamics_of, strobe_of
 from flexmb.dynamics.systems.continuous_flow import ContinuousFlow
 from flexmb.dynamics.systems.dynamics import Dynamics
 from flexmb.errors import InputError
-from flexmb.run.progress import bar
+from flexmb.jobs.progress import ProgressBar
 from flexmb.run.simulate import Step
 from flexmb.step.newmark.method import Newmark
 
@@ -134,7 +134,7 @@ def _collected(
     label = f"{kind} {system.name!r}"
     skip, keep = checks.count(label, "skip", skip, 0), checks.count(label, "keep", keep)
     strobe = dimension == "period"
-    progress_bar = bar(system.name, 0.0, float(skip + keep), shown=progress, of=f"{dimension}s")
+    progress_bar = ProgressBar(system.name, float(skip + keep), shown=progress, of=f"{dimension}s")
     times, values = [], []
     for k in range(skip + keep):
         if (k > 0 or not strobe) and not system.advance(1):

@@ -1,1 +1,0 @@
-"""The tables of the study.  Each module has a function `pages(effort)`; `contents.py` lists the modules."""

@@ -1,0 +1,1 @@
+"""Studies: tables of cases, figures, claims and pages, and the engine that computes, draws and judges them."""

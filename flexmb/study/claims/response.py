@@ -1,0 +1,115 @@
+"""Parts on the size of the response: a curve off the ideal one, a mean against a mean, means that rise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from flexmb.study.claims.evidence import Evidence, Key, Measure, ideal
+from flexmb.study.claims.finding import ASIDE, DISAGREES, Part, by_rule, expect
+from flexmb.study.statistics import ALIKE, HIGHER, LOWER, compare
+
+
+def curve_off(
+    seen: Evidence, key: Key, where: str, signal: str, names: tuple[str, str], limits: tuple[float, float]
+) -> Part:
+    """Largest difference of a signal to the ideal mechanism, over its range or over its largest value.
+
+    Parameters
+    ----------
+    seen, key : the evidence, and the case.
+    where : the case in words.
+    signal : its name.
+    names : its name in words, and that of the size it is held against: "stroke" for a range, else a largest value.
+    limits : parts of that size up to which it agrees, and above which it disagrees.
+    """
+    found, pure = seen.motions[key], seen.motions[ideal(key.speed)]
+    time, period = pure["time"].values, float(pure.attrs["period"])
+    whole = period * max(round((time[-1] - time[0]) / period), 1)  # the turns of both need not have the same numbers
+    wanted = np.interp(found["time"].values, time, pure[signal].values, period=whole)
+    size = float(np.ptp(wanted) if names[1] == "stroke" else np.abs(wanted).max())
+    part = float(np.abs(found[signal].values - wanted).max()) / size
+    verdict = by_rule(agrees=part <= limits[0], disagrees=part > limits[1])
+    return Part(f"{names[0]}, {where}", verdict, f"at most {100 * part:.3g} % of the {names[1]} off", {"off": part})
+
+
+def times_ideal(seen: Evidence, key: Key, where: str, measure: Measure, least: float) -> Part:
+    """The mean of a peak over the peak of the ideal mechanism, which must be above `least` with its whole interval."""
+    mean, pure = seen.mean(key, measure), seen.peak(key.speed, measure)
+    low, high = (mean.value - mean.interval) / pure, (mean.value + mean.interval) / pure
+    text = f"{measure.shown(mean)}, {mean.value / pure:.3g} times the ideal peak"
+    verdict = by_rule(agrees=low > least, disagrees=high < least)
+    return Part(f"{measure.text}, {where}", verdict, text, {"times": mean.value / pure})
+
+
+def contrast(seen: Evidence, where: str, first: Key, second: Key, measure: Measure, wanted: str) -> Part:
+    """The mean of a measure in one case against that in another, which must be HIGHER or LOWER."""
+    a, b = seen.mean(first, measure), seen.mean(second, measure)
+    found = compare(a, b)
+    text = f"{measure.shown(a)} against {measure.shown(b)}, ratio {found.shown}: {found.verdict}"
+    values = {"first": a.value, "second": b.value, "ratio": found.ratio, "low": found.low, "high": found.high}
+    return Part(f"{measure.text}, {where}", expect(found, wanted), text, values)
+
+
+def softened(seen: Evidence, where: str, flexible: Key, rigid: Key, measure: Measure) -> Part:
+    """The mean of a flexible mechanism, which must be lower than that of the rigid one.
+
+    Not counted where the rigid mean is within 5 % of the ideal peak, unless the flexible one is higher.
+    """
+    part = contrast(seen, where, flexible, rigid, measure, LOWER)
+    if not seen.has(ideal(rigid.speed)):
+        return part
+    pure = seen.peak(rigid.speed, measure)
+    near = abs(seen.mean(rigid, measure).value - pure) <= ALIKE * pure
+    if not near or part.numbers.endswith(HIGHER):
+        return part
+    text = f"{part.numbers}; nothing to lower, the ideal peak is {pure:.4g}"
+    return Part(part.what, ASIDE, text, part.values)
+
+
+def rising(seen: Evidence, where: str, keys: Sequence[Key], measure: Measure, unit: str, short: str) -> Part:
+    """The means at rising speeds, none of which may be lower than the one before.
+
+    Parameters
+    ----------
+    seen : the evidence.
+    where : the cases in words.
+    keys : cases by rising speed.
+    measure : the measure.
+    unit, short : unit of speeds in texts and in names.
+    """
+    speeds, means = [key.speed for key in keys], [seen.mean(key, measure) for key in keys]
+    falls = [
+        f"{speeds[k]:g} to {speeds[k + 1]:g} {short}"
+        for k in range(len(means) - 1)
+        if compare(means[k + 1], means[k]).verdict == LOWER
+    ]
+    whole = expect(compare(means[-1], means[0]), HIGHER)
+    text = listed(speeds, [mean.value for mean in means], measure, unit)
+    text += f"; falls from {', '.join(falls)} {unit.removeprefix(short).strip()}".rstrip() if falls else ""
+    values = {f"{speed:g}{short}": mean.value for speed, mean in zip(speeds, means, strict=True)}
+    what = f"{measure.text}, all the way over {len(speeds)} speeds, {where}"
+    return Part(what, DISAGREES if falls else whole, text, values)
+
+
+def listed(speeds: Sequence[float], values: Sequence[float], measure: Measure, unit: str) -> str:
+    """Values of a measure at speeds, in words."""
+    shown = ", ".join(f"{value:.3g}" for value in values)
+    return f"{shown} {measure.unit} at {', '.join(f'{speed:g}' for speed in speeds)} {unit}"
+
+
+def equals(what: str, found: float, wanted: float, unit: str, near: float) -> Part:
+    """A number, which must be a known one.
+
+    Parameters
+    ----------
+    what : its name.
+    found, wanted : the number and the known one [unit].
+    unit : of both.
+    near : part of the known number within which it agrees; above three times that it disagrees.
+    """
+    off = abs(found - wanted) / abs(wanted)
+    text = f"{found:.6g} against {wanted:.6g} {unit}".rstrip() + f", {100.0 * off:.2g} % off"
+    verdict = by_rule(agrees=off <= near, disagrees=off > 3.0 * near)
+    return Part(what, verdict, text, {"found": found, "wanted": wanted})

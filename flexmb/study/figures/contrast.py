@@ -1,0 +1,115 @@
+"""Two cases side by side: the columns (a) and (b) of most figures."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flexmb.study.case import MODELS, Case
+from flexmb.study.drawing import Observable, Shown, caption, sheet
+from flexmb.study.effort import Effort
+from flexmb.study.item import StudyFigure, once
+from flexmb.study.run import Results, StudyRun
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+COLOUR = "#0072b2"
+"""Colour of the one model of a figure."""
+
+
+@dataclass(frozen=True)
+class Contrast:
+    """Two cases that differ in one number.
+
+    Parameters
+    ----------
+    where : number that both share, "clearance 0.5 mm".
+    texts : number of each, "2π rad/s".
+    cases : the two cases, of any model.
+    """
+
+    where: str
+    texts: tuple[str, ...]
+    cases: tuple[Case, ...]
+
+    def columns(self, effort: Effort, models: tuple[str, ...] = MODELS) -> list[tuple[str, str, dict[str, StudyRun]]]:
+        """Letter, text and settled turns by model, of each case."""
+        runs = [
+            {model: effort.settled(dataclasses.replace(case, model=model)) for model in models} for case in self.cases
+        ]
+        return list(zip("abcdef", self.texts, runs, strict=False))
+
+    def attractors(self, effort: Effort) -> tuple[StudyRun, ...]:
+        """The long runs of the cases, as they are."""
+        cases = (dataclasses.replace(case, elements=effort.elements or case.elements) for case in self.cases)
+        return tuple(effort.attractor(case) for case in cases)
+
+
+Column = Callable[[Any, Shown, str, Observable, StudyRun, "xr.Dataset"], None]
+"""(axes (rows,), variables of the dataset so far, letter, observable, run, its result): draws one case."""
+
+
+def observed(
+    number: int, effort: Effort, contrast: Contrast, place: str, *, what: str, rows: int, column: Column
+) -> StudyFigure:
+    """A figure of one observable in the long runs of two cases.
+
+    Parameters
+    ----------
+    number : of the figure.
+    effort : lengths of the runs.
+    contrast : the cases.
+    place : name of the observable.
+    what : "Phase diagram".
+    rows : of panels.
+    column : draws one case.
+    """
+    observable = next(seen for seen in contrast.cases[0].machine.observables if seen.place == place)
+    runs = contrast.attractors(effort)
+    title = f"{what}, {observable.text}"
+    draw = partial(_draw, f"Figure {number}: {title}", title, contrast, runs, observable, rows, column)
+    return StudyFigure(number, title, once(runs), draw)
+
+
+def _draw(
+    heading: str,
+    title: str,
+    contrast: Contrast,
+    runs: tuple[StudyRun, ...],
+    observable: Observable,
+    rows: int,
+    column: Column,
+    results: Results,
+) -> tuple[Figure, xr.Dataset]:
+    import xarray
+
+    usual = runs[0].case.machine.elements
+    elements = {run.case.elements for run in runs if run.case.model == "flexible"} - {usual}
+    coarse = f" ({elements.pop()} elements a link)" if elements else ""
+    figure, axes = sheet(f"{heading}, {runs[0].case.model} links{coarse}", rows, len(runs), panel=(5.2, 3.9))
+    shown: Shown = {}
+    about = {"title": title}
+    for letter, text, axis, run in zip("abcdef", contrast.texts, axes.T, runs, strict=False):
+        caption(axis[0], letter, f"{text}, {contrast.where}")
+        column(axis, shown, letter, observable, run, results[run])
+        about[f"{letter}.case"] = run.case.name
+    return figure, xarray.Dataset(shown, attrs=about)
+
+
+def time_of(data: xr.Dataset) -> np.ndarray:
+    """Time from the beginning of the shown turns of a motion (n,) [s].
+
+    Parameters
+    ----------
+    data : of the motion.
+    """
+    time, period = data["time"].values, data.attrs["period"]
+    return time - period * math.floor(time[0] / period + 1e-9)

@@ -1,0 +1,155 @@
+"""Kind "exponent": the largest Lyapunov exponent, from one observable and of the system.
+
+Above the running estimate from one observable by the method of Wolf et al., and the published value.  100 samples a
+period, the delay at the first minimum of the mutual information, the dimension with less than 1 % of false neighbours,
+pairs that are followed for a mean period of the signal.  Below the exponent of the system, from the tangent of the time
+stepper, which is one for all observables.
+"""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Mapping
+from functools import lru_cache, partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flexmb.series.exponent import SeriesExponent
+from flexmb.series.wolf import wolf
+from flexmb.study.drawing import Observable, Shown, noted
+from flexmb.study.effort import Effort
+from flexmb.study.figures.contrast import COLOUR, Contrast, observed
+from flexmb.study.item import StudyFigure
+from flexmb.study.run import StudyRun
+from flexmb.study.samples import SAMPLES, by_period
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Printed = Mapping[tuple[float, float], Mapping[str, float]]
+"""Published exponents by speed and clearance, and by observable, without a unit."""
+
+ESTIMATE, PAPER = "#d55e00", "black"
+
+SETTLED = 10
+"""One part in so many of a running estimate is left out of the range of the axis: it has not settled."""
+
+
+def exponent(number: int, effort: Effort, contrast: Contrast, place: str, printed: Printed) -> StudyFigure:
+    """A figure of the exponents of two cases.
+
+    Parameters
+    ----------
+    number, effort, contrast, place : as of `observed`.
+    printed : published values.
+    """
+    title, of_case = "Lyapunov exponent", partial(column, printed=printed)
+    return observed(number, effort, contrast, place, what=title, rows=2, column=of_case)
+
+
+def column(
+    axes: Any,
+    shown: Shown,
+    letter: str,
+    observable: Observable,
+    run: StudyRun,
+    result: xr.Dataset,
+    *,
+    printed: Printed,
+) -> None:
+    """The estimate from an observable over time, and below the exponent of the system.
+
+    Parameters
+    ----------
+    axes : (2,).
+    shown : variables of the dataset, to which those of this case are added.
+    letter : of the case.
+    observable : place and velocity.
+    run, result : the long run of the case.
+    printed : published values.
+    """
+    period = run.case.period
+    value = printed_value(printed, run, observable.place)
+    _estimate(axes[0], shown, letter, observable, value, result)
+    _system(axes[1], shown, letter, result)
+    for ax in axes:
+        right = ax.secondary_yaxis("right", functions=(lambda v: v * period, lambda v: v / period))
+        right.set_ylabel("[1/period]")
+
+
+def printed_value(printed: Printed, run: StudyRun, place: str) -> float:
+    """The published exponent of the case of a run for an observable; NaN where there is none."""
+    return printed.get((run.case.speed, run.case.clearance), {}).get(place, float("nan"))
+
+
+def _estimate(ax: Any, shown: Shown, letter: str, observable: Observable, value: float, result: xr.Dataset) -> None:
+    found = estimate_of(result, observable.place)
+    ax.axhline(0.0, color="0.6", linewidth=0.8)
+    if len(found.curve):
+        trusted = f"± {found.error:.2g} 1/s" if found.ok else "1/s, no value by its own checks"
+        ax.plot(found.time, found.curve, color=ESTIMATE, lw=1.1, label=f"Wolf: {float(found.curve[-1]):.3g} {trusted}")
+    else:
+        ax.set_xlim(0.0, float(np.ptp(result["time"].values)))
+        text = "no estimate: " + "\n".join(textwrap.wrap(found.status, 48))
+        ax.text(0.5, 0.5, text, transform=ax.transAxes, fontsize="small", color=ESTIMATE, ha="center", va="center")
+    if np.isfinite(value):
+        ax.axhline(value, color=PAPER, linestyle="--", linewidth=1.2, label=f"the paper: {value:+.4f}, unit unknown")
+    _limit(ax, np.append(found.curve, [0.0, value]))
+    ax.set_xlabel("length of the record [s]")
+    ax.set_ylabel(f"from {observable.place} alone [1/s]")
+    ax.legend(loc="upper right", fontsize="small")
+    ax.text(0.02, 0.02, _settings(found), transform=ax.transAxes, fontsize="x-small", color="0.3")
+    shown[f"{letter}.time"] = noted(found.time, f"{letter}.estimate", "s", "length of the record")
+    shown[f"{letter}.wolf"] = noted(found.curve, f"{letter}.estimate", "1/s", f"running estimate, {observable.place}")
+    shown[f"{letter}.printed"] = ((), value, {"units": "unknown", "long_name": "value printed in the paper"})
+
+
+def _system(ax: Any, shown: Shown, letter: str, result: xr.Dataset) -> None:
+    time, history = result["history.time"].values, result["history.exponent"].values
+    value, error = float(result["exponent"]), float(result["exponent_error"])
+    ax.axhline(0.0, color="0.6", linewidth=0.8)
+    ax.axhspan(value - error, value + error, color=COLOUR, alpha=0.25, linewidth=0)
+    ax.plot(
+        time, history, color=COLOUR, linewidth=1.1, label=f"{value:.4g} ± {error:.1g} 1/s: {result.attrs['verdict']}"
+    )
+    _limit(ax, np.append(history, 0.0))
+    ax.set_xlabel("time [s]")
+    ax.set_ylabel("of the system [1/s]")
+    ax.legend(loc="best", fontsize="small")
+    shown[f"{letter}.history.time"] = noted(time, f"{letter}.history", "s", "time")
+    shown[f"{letter}.history.exponent"] = noted(history, f"{letter}.history", "1/s", "exponent of the system")
+    shown[f"{letter}.exponent"] = ((), value, {"units": "1/s", "long_name": "exponent of the system"})
+    shown[f"{letter}.exponent_error"] = ((), error, {"units": "1/s", "long_name": "its standard deviation"})
+
+
+def _limit(ax: Any, values: np.ndarray) -> None:
+    """Limits about the settled part of a curve."""
+    late = np.append(values[:-2][len(values) // SETTLED :], values[-2:])
+    late = late[np.isfinite(late)]
+    room = 0.2 * max(float(np.ptp(late)), 1e-9)
+    ax.set_ylim(late.min() - room, late.max() + 2.0 * room)
+
+
+def _settings(found: SeriesExponent) -> str:
+    if found.embedding is None:
+        return found.status
+    made = f"{SAMPLES} samples a period, delay {found.embedding.delay}, dimension {found.embedding.dimension}"
+    return f"{made}, followed {found.embedding.mean_period / SAMPLES:.2g} periods"
+
+
+def estimate_of(result: xr.Dataset, name: str) -> SeriesExponent:
+    """Wolf's estimate from one observable of a run.
+
+    Parameters
+    ----------
+    result : of an `attractor`.
+    name : the observable.
+    """
+    rows = by_period(result, name)
+    return _wolf(rows.tobytes(), rows.shape[1], float(result.attrs["period"]))
+
+
+@lru_cache(maxsize=32)
+def _wolf(samples: bytes, count: int, period: float) -> SeriesExponent:
+    return wolf(np.frombuffer(samples), period / count)

@@ -1,0 +1,1 @@
+"""Pages of the nine-bar study beside the claims."""

@@ -1,0 +1,159 @@
+"""The page "convergence": flexible against rigid links, and the influence of elements and steps."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from flexmb.study.case import USUAL_RTOL
+from flexmb.study.drawing import named, noted
+from flexmb.study.effort import Effort
+from flexmb.study.item import StudyPage
+from flexmb.study.markdown import paragraph, table
+from flexmb.study.nine_bar.measures import CASES, MEASURES, key
+from flexmb.study.nine_bar.plan import FINER, changed
+from flexmb.study.run import Results, StudyRun
+from flexmb.study.statistics import UNTOLD, Mean, compare, plain
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+INTRODUCTION = """
+Settled turns {first} to {last} of each run; peaks are the largest absolute values of a turn, from all steps. Each
+entry is the mean and, after ±, the standard deviation of the turns; in brackets the standard error of the mean,
+corrected for the correlation of neighbouring turns. Single peaks of a chaotic run prove nothing, so all verdicts are
+on means: higher or lower if the interval that holds the difference with 99.7 % probability lies beyond 1 % of the
+larger mean, equal if it lies within 5 %, and no difference within the spread otherwise. "4 elements" and "rtol 1e-4"
+are what the rest of the study uses.
+"""
+
+ELEMENTS = {"full": (2, 8), "quick": (2,)}
+"""Beam elements of a link, beside the usual 4."""
+
+USUAL_ELEMENTS = 4
+
+
+class Level(NamedTuple):
+    """A model with a mesh and an accuracy.
+
+    Parameters
+    ----------
+    model : "rigid" or "flexible".
+    elements : of each link; of no meaning for the rigid one.
+    rtol : accepted error of a step, relative.
+    """
+
+    model: str
+    elements: int = USUAL_ELEMENTS
+    rtol: float = USUAL_RTOL
+
+    @property
+    def text(self) -> str:
+        """For tables."""
+        mesh = f", {self.elements} elements" if self.model == "flexible" else ""
+        return f"{self.model}{mesh}, rtol {self.rtol:.0e}".replace("e-0", "e-")
+
+    def run(self, speed: float, clearance: float, effort: Effort) -> StudyRun:
+        """Settled turns at a speed over pi [rad/s] with a clearance [m]."""
+        rtol = None if self.rtol == USUAL_RTOL else self.rtol
+        return effort.settled(changed(key(self.model, speed, clearance), elements=self.elements, rtol=rtol))
+
+
+RIGID, FLEXIBLE = Level("rigid"), Level("flexible")
+
+Found = dict[tuple[tuple[float, float], Level], "xr.Dataset"]
+"""Settled turns by (speed over pi, clearance) and level."""
+
+
+def levels(effort: Effort) -> tuple[Level, ...]:
+    """Meshes and accuracies at an effort, the usual ones first of each model."""
+    meshes = (Level("flexible", n) for n in ELEMENTS[effort.name])
+    finer = [Level("flexible", rtol=FINER)] if effort.full else []
+    return (RIGID, Level("rigid", rtol=FINER), FLEXIBLE, *meshes, *finer)
+
+
+def convergence(effort: Effort) -> StudyPage:
+    """The page at an effort."""
+    runs = {(case, level): level.run(*case, effort) for case in CASES for level in levels(effort)}
+
+    def write(results: Results) -> tuple[str, xr.Dataset]:
+        return written({place: results[run] for place, run in runs.items()})
+
+    title = "Flexible against rigid, elements and steps"
+    return StudyPage("convergence", title, tuple(dict.fromkeys(runs.values())), write, slow=True)
+
+
+def written(found: Found) -> tuple[str, xr.Dataset]:
+    """The text and the numbers."""
+    one = next(iter(found.values()))
+    first, count = int(one.attrs["first_turn"]), one.sizes["turn"]
+    text = [paragraph(INTRODUCTION.format(first=first, last=first + count - 1))]
+    for case in dict.fromkeys(case for case, _ in found):
+        at = {level: data for (other, level), data in found.items() if other == case}
+        text += [f"## {case[0]:g} pi rad/s, {1e3 * case[1]:g} mm", _means(at)]
+        if RIGID in at and FLEXIBLE in at:
+            text += [_flexible_against_rigid(at), _refinement(at)]
+    return "\n\n".join(text) + "\n", _dataset(found)
+
+
+def _means(at: dict[Level, xr.Dataset]) -> str:
+    rows = []
+    for level, data in at.items():
+        cells = []
+        for measure in MEASURES:
+            mean = Mean.of(data[measure.name].values)
+            error = "" if mean.error <= 1e-4 * abs(mean.value) else f" ({plain(measure.factor * mean.error, 2)})"
+            cells.append(measure.shown(mean).removesuffix(f" {measure.unit}") + error)
+        rows.append([level.text, *cells, plain(1e6 * float(data["step"].mean()), 3)])
+    head = ["model", *(f"{one.text} [{one.unit}]" if one.unit else one.text for one in MEASURES), "step [us]"]
+    return table(head, rows)
+
+
+def _compared(head: list[str], pairs: list[tuple[xr.Dataset, xr.Dataset]], untold: str) -> str:
+    """Ratios of all measures with their intervals and verdicts, of the first to the second of each pair."""
+    rows = []
+    for measure in MEASURES:
+        found = [compare(*(Mean.of(data[measure.name].values) for data in pair)) for pair in pairs]
+        verdicts = (untold if one.verdict == UNTOLD else one.verdict for one in found)
+        rows.append([measure.text, *(f"{one.shown}: {said}" for one, said in zip(found, verdicts, strict=True))])
+    return table(head, rows, left=len(head))
+
+
+def _flexible_against_rigid(at: dict[Level, xr.Dataset]) -> str:
+    """Every flexible level against the rigid one of the same accuracy."""
+    columns = [level for level in at if level.model == "flexible"]
+    pairs = [(at[level], at.get(Level("rigid", rtol=level.rtol), at[RIGID])) for level in columns]
+    head = ["flexible over rigid", *(level.text.removeprefix("flexible, ") for level in columns)]
+    return _compared(head, pairs, UNTOLD)
+
+
+def _refinement(at: dict[Level, xr.Dataset]) -> str:
+    """Every other level against the usual one of its model."""
+    others = [level for level in at if level not in (RIGID, FLEXIBLE)]
+    pairs = [(at[level], at[RIGID if level.model == "rigid" else FLEXIBLE]) for level in others]
+    return _compared(["finer or coarser over usual", *(level.text for level in others)], pairs, "within the error")
+
+
+def _dataset(found: Found) -> xr.Dataset:
+    """Means, deviations and errors over case, level and quantity [SI]; NaN where there is no run."""
+    import xarray
+
+    cases, there = (list(dict.fromkeys(place[k] for place in found)) for k in (0, 1))
+    values = np.full((len(cases), len(there), len(MEASURES), 3), np.nan)
+    for (case, level), data in found.items():
+        for k, measure in enumerate(MEASURES):
+            mean = Mean.of(data[measure.name].values)
+            values[cases.index(case), there.index(level), k] = mean.value, mean.deviation, mean.error
+    axes = ("case", "level", "quantity")
+    texts = {"mean": "mean", "deviation": "standard deviation of the turns", "error": "standard error of the mean"}
+    speeds = [f"{speed:g} pi rad/s, {1e3 * clearance:g} mm" for speed, clearance in cases]
+    return xarray.Dataset(
+        {name: noted(values[..., k], axes, "that of `unit`", text) for k, (name, text) in enumerate(texts.items())},
+        coords={
+            "case": named(speeds, "case", "speed and clearance"),
+            "level": named([level.text for level in there], "level", "elements and steps"),
+            "quantity": named([measure.name for measure in MEASURES], "quantity", "measure of a turn"),
+            "unit": named([measure.si for measure in MEASURES], "quantity", "unit of the quantity"),
+        },
+    )

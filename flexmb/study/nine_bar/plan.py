@@ -1,0 +1,132 @@
+"""The runs by which the claims are judged, and the finer and longer ones with which a "disagrees" is attacked."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+from flexmb.mechanisms.nine_bar_data import NineBarData
+from flexmb.study.case import PLAY_MODELS
+from flexmb.study.claims.evidence import Key, Plan, ideal
+from flexmb.study.effort import Effort
+from flexmb.study.exponent import growth
+from flexmb.study.motion import motion
+from flexmb.study.nine_bar.cases import OVER_CLEARANCE, OVER_SPEED
+from flexmb.study.nine_bar.measures import CASES, FAST, LARGE, MIDDLE, NEAR, SLOW, SMALL, SMALLEST, case_of, key
+from flexmb.study.run import StudyRun
+
+SPEEDS = {"full": (0.5, 1.0, 1.5, 1.75, 2.0, 2.25, 2.5), "quick": (SLOW, MIDDLE, FAST)}
+"""Over pi [rad/s], for peaks over the speed."""
+
+SPEEDS_WITHOUT_FRICTION = {"full": (0.5, 1.0, 1.5, 2.0, 2.5), "quick": (SLOW, MIDDLE, FAST)}
+
+DATA = NineBarData()
+START_TURNS = 3
+MANY_TURNS = 100
+"""Turns of the rigid mechanism, where a difference is within the spread of the usual number."""
+
+SOME_TURNS = 60
+"""Turns at 0.05 mm with finer steps, where the peaks of 20 turns scatter too much."""
+
+LONG, SHORT = (60, 150), (20, 50)
+"""Periods before the first point, and points, of exponents that are looked at again, and of those with finer steps."""
+
+FINER, MESHES = 1e-5, (2, 8)
+LEAST_APPROACH, SHORTER = 1e-7, 5e-5
+"""Numbers that are no physics, made finer: least approach speed [m/s] and longest step [s]."""
+
+LAWS = (key("rigid", FAST), key("rigid", FAST, LARGE, "lugre"))
+AT_CASES = tuple(key(model, *case) for model in PLAY_MODELS for case in CASES)
+
+
+def plan(effort: Effort) -> Plan:
+    """The runs that decide, at an effort."""
+    speeds, models = SPEEDS[effort.name], PLAY_MODELS if effort.full else PLAY_MODELS[:1]
+    keys = [ideal(speed) for speed in speeds]
+    keys += [key(model, speed) for model in PLAY_MODELS for speed in speeds]
+    keys += [*AT_CASES, *_slippery(effort, models), *LAWS]
+    near = [key("flexible", speed) for speed in NEAR] if effort.full else []
+    return Plan(
+        {one: effort.settled(case_of(one)) for one in keys},
+        {one: started(one) for one in LAWS},
+        {one: _long(one, effort) for one in AT_CASES if one.model == "flexible"}
+        | {one: growth(case_of(one), *LONG) for one in near},
+        {
+            (over.parameter, model): over.run(effort, model)
+            for over in (OVER_SPEED, OVER_CLEARANCE)
+            for model in PLAY_MODELS
+        },
+    )
+
+
+def attacks(effort: Effort) -> Mapping[str, Plan]:
+    """Runs with which a "disagrees" is tried again, by their finer or longer numbers; none at a quick look."""
+    if not effort.full:
+        return {}
+    pure = {ideal(speed): effort.settled(case_of(ideal(speed))) for speed in (SLOW, MIDDLE, FAST)}
+    all_speeds = [key(model, speed) for model in PLAY_MODELS for speed in SPEEDS[effort.name]]
+    many = (*AT_CASES, *all_speeds, *_slippery(effort, PLAY_MODELS), LAWS[1])
+    scattered = [one for one in AT_CASES if one.clearance == SMALL]
+    flexible = [one for one in (*AT_CASES, key("flexible", MIDDLE, SMALLEST)) if one.model == "flexible"]
+    finer = Plan(
+        pure
+        | {one: effort.settled(changed(one, rtol=FINER)) for one in many}
+        | {one: lengthened(one, effort, SOME_TURNS, rtol=FINER) for one in scattered},
+        {one: started(one, rtol=FINER) for one in LAWS},
+        {one: growth(changed(one, rtol=FINER), *SHORT) for one in flexible},
+    )
+    meshes = {f"{n} elements": Plan(pure | {one: effort.settled(meshed(one, n)) for one in AT_CASES}) for n in MESHES}
+    rigid = [one for one in AT_CASES if one.model == "rigid"]
+    again = (*rigid, *(key(model, speed) for model in PLAY_MODELS for speed in NEAR))
+    longer = Plan(
+        pure | {one: lengthened(one, effort, MANY_TURNS) for one in (*rigid, LAWS[1])},
+        growths={one: growth(case_of(one), *LONG) for one in again},
+    )
+    ours = Plan(
+        pure
+        | {one: _finer_numbers(one, effort) for one in many}
+        | {one: _finer_numbers(one, effort, SOME_TURNS) for one in scattered}
+    )
+    return {
+        f"rtol {FINER:g}": finer,
+        f"least_approach {LEAST_APPROACH:g} m/s, steps of {1e3 * SHORTER:g} ms at most": ours,
+        **meshes,
+        f"{MANY_TURNS} turns (rigid), exponents over {LONG[1]} after {LONG[0]}": longer,
+    }
+
+
+def changed(one: Key, **numbers: Any) -> Any:
+    """The case of a key with other numbers."""
+    return dataclasses.replace(case_of(one), **numbers)
+
+
+def meshed(one: Key, elements: int) -> Any:
+    """The case of a key with another number of elements; that of the rigid mechanism is the same."""
+    return changed(one, elements=elements) if one.model == "flexible" else case_of(one)
+
+
+def started(one: Key, **numbers: Any) -> StudyRun:
+    """The first turns of a key, at full speed from the start."""
+    return motion(changed(one, label="start", ramp=0.0, **numbers), 0, START_TURNS, START_TURNS)
+
+
+def lengthened(one: Key, effort: Effort, turns: int, **numbers: Any) -> StudyRun:
+    """Many settled turns of a key."""
+    return effort.settled(changed(one, label=f"{turns} turns", **numbers), turns)
+
+
+def _long(one: Key, effort: Effort) -> StudyRun:
+    return effort.attractor(changed(one, elements=effort.elements))
+
+
+def _finer_numbers(one: Key, effort: Effort, turns: int | None = None) -> StudyRun:
+    """Settled turns with the numbers that are no physics made finer."""
+    case = case_of(one)
+    label = "-".join(filter(None, (case.label, "ours finer")))
+    data = dataclasses.replace(case.data or DATA, least_approach=LEAST_APPROACH)
+    return effort.settled(dataclasses.replace(case, data=data, longest=SHORTER, label=label), turns)
+
+
+def _slippery(effort: Effort, models: tuple[str, ...]) -> list[Key]:
+    return [key(model, speed, LARGE, "none") for model in models for speed in SPEEDS_WITHOUT_FRICTION[effort.name]]

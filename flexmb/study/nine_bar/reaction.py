@@ -1,0 +1,209 @@
+"""The force in the ideal joint P1 over a turn, and the speeds at which it passes through zero."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from flexmb.equilibrium.inverse_dynamics import inverse_dynamics
+from flexmb.study.case import Case
+from flexmb.study.run import StudyRun
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SPEEDS = (1.0, 2.0)
+"""Two speeds over pi [rad/s] from which the static and the dynamic part follow."""
+
+POINTS = 240
+FINER = 20
+"""Places between two points at which sign changes are looked for, by the trigonometric series."""
+
+ROUNDING = 1e-12
+"""Part of the largest cross product below which one is zero."""
+
+
+class Crossing(NamedTuple):
+    """A speed at which the force is zero at some instant of the turn.
+
+    Parameters
+    ----------
+    speed : over pi [rad/s].
+    angle : of crank 4 at that instant [rad], from its angle at the start.
+    """
+
+    speed: float
+    angle: float
+
+
+def reaction(case: Case, points: int = POINTS) -> StudyRun:
+    """The run of the static and the dynamic part of the force at P1 of the ideal mechanism.
+
+    F = S + w^2 D at each angle of the cranks, because the cranks turn at constant speeds: gravity needs S, the inertia
+    of the bodies D.
+
+    Parameters
+    ----------
+    case : an ideal case; its speed plays no part.
+    points : evenly spaced angles of a turn.
+    """
+    name = "reaction" + (f"-{case.label}" if case.label else "") + ("" if points == POINTS else f"-{points}")
+    return StudyRun(name, measure_reaction, case, (("points", points),), 0.003 * len(SPEEDS) * points)
+
+
+def measure_reaction(case: Case, *, points: int) -> xr.Dataset:
+    """The forces from the equations of motion, one instant at a time, without integration in time.
+
+    Parameters
+    ----------
+    case, points : as of `reaction`.
+
+    Returns
+    -------
+    xarray.Dataset : over "angle" (of crank 4, from its angle at the start [rad]) and "axis" (x, y): `static` [N] and
+        `dynamic` [N s^2].
+    """
+    import dataclasses
+
+    import xarray
+
+    angle = np.arange(points) * (2.0 * math.pi / points)
+    force = []
+    for speed in SPEEDS:
+        mechanism = dataclasses.replace(case, model="ideal", speed=speed).mechanism()
+        force.append(inverse_dynamics(mechanism, angle / (math.pi * speed)).forces["P1"][:, :2])
+    squares = [(math.pi * speed) ** 2 for speed in SPEEDS]
+    dynamic = (force[1] - force[0]) / (squares[1] - squares[0])
+    columns = {
+        "static": (("angle", "axis"), force[0] - squares[0] * dynamic, {"units": "N"}),
+        "dynamic": (("angle", "axis"), dynamic, {"units": "N s^2"}),
+    }
+    axes = {"angle": ("angle", angle, {"units": "rad"}), "axis": ["x", "y"]}
+    return xarray.Dataset(columns, coords=axes, attrs={"case": case.name})
+
+
+def crossings(static: np.ndarray, dynamic: np.ndarray) -> list[Crossing]:
+    """All speeds at which S + w^2 D = 0 somewhere in the turn, the lowest first.
+
+    The force is a vector in the plane: as a closed curve over the turn (its hodograph) it runs through the origin only
+    at single speeds.  There S and D are parallel (S x D = 0) and opposed (S . D < 0), and w^2 = |S| / |D|.  The zeros
+    of the cross product are found to round-off by its trigonometric series.
+
+    Parameters
+    ----------
+    static, dynamic : (n, 2) S [N] and D [N s^2] at n evenly spaced angles of a turn.
+    """
+    from scipy.optimize import brentq
+
+    coefficients = np.fft.rfft(np.hstack([static, dynamic]), axis=0)
+    count = len(static)
+
+    def at(angle: float) -> np.ndarray:
+        return _series(coefficients, count, np.array([angle]))[0]
+
+    def cross(angle: float) -> float:
+        sx, sy, dx, dy = at(angle)
+        return float(sx * dy - sy * dx)
+
+    values = _finer(np.hstack([static, dynamic]), FINER)
+    product = values[:, 0] * values[:, 3] - values[:, 1] * values[:, 2]
+    product[np.abs(product) <= ROUNDING * np.abs(product).max()] = 0.0
+    fine = np.linspace(0.0, 2.0 * math.pi, len(values) + 1)
+    angles = [float(fine[k]) for k in np.flatnonzero(product == 0.0)]
+    changes = np.flatnonzero(product * np.roll(product, -1) < 0.0)
+    angles.extend(brentq(cross, fine[k], fine[k + 1], xtol=1e-13) for k in changes)
+    found = []
+    for angle in angles:
+        sx, sy, dx, dy = at(angle)
+        if sx * dx + sy * dy < 0.0:
+            found.append(Crossing(math.sqrt(math.hypot(sx, sy) / math.hypot(dx, dy)) / math.pi, angle))
+    return sorted(found)
+
+
+def _series(coefficients: np.ndarray, count: int, angles: np.ndarray) -> np.ndarray:
+    """The trigonometric series of n values at other angles (k,); its coefficients are (n // 2 + 1, m)."""
+    orders = np.arange(len(coefficients))
+    weight = np.where((orders == 0) | (2 * orders == count), 1.0, 2.0) / count
+    return np.real(np.exp(1j * np.outer(angles, orders)) @ (weight[:, None] * coefficients))
+
+
+class Turning(NamedTuple):
+    """The force over one turn at one speed.
+
+    Parameters
+    ----------
+    least : smallest magnitude in the turn [N].
+    angle : of crank 4 where that is [rad].
+    turns : how often the direction of the force goes round in a turn, counter-clockwise positive.
+    swing : difference of the extreme directions, counted through the turn [rad].
+    fastest : largest change of the direction per angle of the crank [rad/rad].
+    """
+
+    least: float
+    angle: float
+    turns: int
+    swing: float
+    fastest: float
+
+
+def turning(static: np.ndarray, dynamic: np.ndarray, speed: float) -> Turning:
+    """How small the force gets in a turn and how its direction turns.
+
+    Parameters
+    ----------
+    static, dynamic : (n, 2) S [N] and D [N s^2] at n evenly spaced angles of a turn.
+    speed : over pi [rad/s].
+    """
+    force = static + (math.pi * speed) ** 2 * dynamic
+    fine = _finer(force, 5 * FINER)
+    angles = np.arange(len(fine)) * (2.0 * math.pi / len(fine))
+    size = np.hypot(*fine.T)
+    direction = np.unwrap(np.arctan2(fine[:, 1], fine[:, 0]), period=2.0 * math.pi)
+    closed = np.append(direction, direction[-1] + _wrapped(direction[0] - direction[-1]))
+    change = np.diff(closed) / (angles[1] - angles[0])
+    k = int(size.argmin())
+    turns = round((closed[-1] - closed[0]) / (2.0 * math.pi))
+    return Turning(float(size[k]), float(angles[k]), turns, float(np.ptp(closed)), float(np.abs(change).max()))
+
+
+def reversal(static: np.ndarray, dynamic: np.ndarray, highest: float = 4.0) -> float:
+    """The lowest speed over pi [rad/s] at which the force turns round somewhere; NaN if there is none.
+
+    That is where its component along its own mean over the turn first falls to zero: from there on no side of the
+    bearing is pressed all the time, and the journal must cross over.  The vector itself need not become zero: what is
+    left across the mean direction makes it turn fast instead.
+
+    Parameters
+    ----------
+    static, dynamic : (n, 2) S [N] and D [N s^2] at n evenly spaced angles of a turn.
+    highest : where the search ends, over pi [rad/s].
+    """
+    from scipy.optimize import brentq
+
+    fine = _finer(np.hstack([static, dynamic]), FINER)
+
+    def least(speed: float) -> float:
+        force = fine[:, :2] + (math.pi * speed) ** 2 * fine[:, 2:]
+        mean = force.mean(axis=0)
+        return float((force @ mean).min() / math.hypot(*mean))
+
+    speeds = np.linspace(0.25, highest, round((highest - 0.25) / 0.05) + 1)
+    for low, high in itertools.pairwise(speeds):
+        if least(low) > 0.0 >= least(high):
+            return float(brentq(least, low, high, xtol=1e-9))
+    return math.nan
+
+
+def _finer(values: np.ndarray, factor: int) -> np.ndarray:
+    """(factor n, m) the trigonometric series of (n, m) values at more places."""
+    coefficients, count = np.fft.rfft(values, axis=0), len(values)
+    if count % 2 == 0:
+        coefficients[-1] *= 0.5
+    return factor * np.fft.irfft(coefficients, n=factor * count, axis=0)
+
+
+def _wrapped(angle: float) -> float:
+    return math.remainder(angle, 2.0 * math.pi)

@@ -1,0 +1,297 @@
+"""Arrays of the elastic model of `Staggered`: linear elasticity about a pose of the rigid twin, body by body.
+
+Coordinates U are those of the flexible mechanism, n_q of them; n_t are those of the twin, three a body.  Blocks are
+3 x 3 parts of the stiffness, mass and damping of the bodies alone, drawn and at rest, in the axes of the plane: they
+turn with their bodies, and nothing else changes in them.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flexmb.compiled.records import Integers, IntegerTable, Matrix, Places, Record, Vector
+from flexmb.linalg import lu
+from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import Body
+from flexmb.program.compiler import compile as compile_mechanism
+from flexmb.program.program import Program
+from flexmb.program.tables import Addresses, Tables
+from flexmb.system.state_evaluation import StateEvaluation
+from flexmb.system.work import Work, workspace
+
+if TYPE_CHECKING:
+    from flexmb.study.nine_bar.staggered.method import Staggered
+
+
+class Settings(Record, frozen=True):
+    """Numbers of the method and of the model.
+
+    printed : 1 for the printed terms of rotation, 0 without them
+    free : rigid motions that are taken out of U;  flexible : whether any body is
+    shown, first, last : where the signals of joints and contacts begin here, begin and end in the twin
+    """
+
+    printed: float
+    free: int
+    flexible: bool
+    passes: int
+    far: float  # displacement beyond which nothing is linear [m]
+    gx: float
+    gy: float
+    shown: int
+    first: int
+    last: int
+
+
+class Model(Record):
+    """What does not change.
+
+    body, arm, turn : of each node its body, place (n, 2) in the axes of the twin's [m], angle against it [rad]
+    reference : (bodies,) angles of the twin's bodies in the drawn pose
+    nodes : (blocks, 2);  k, m, d : (blocks, 9);  places : (9 blocks,) of a block's entries in the matrix
+    loads : (n,) elements that are not part of a body;  ties : (n,) rows of joints with play
+    """
+
+    body: Integers
+    arm: Matrix
+    turn: Vector
+    reference: Vector
+    nodes: IntegerTable
+    k: Matrix
+    m: Matrix
+    d: Matrix
+    places: Places
+    loads: Integers
+    ties: Integers
+
+
+class ElasticMemory(Record):
+    """Numbers that the elastic step keeps.
+
+    damping_power, load_power : power of the beams' damping, and of loads on U' [W]
+    tie : largest force of rows that only share displacements [N]
+    """
+
+    damping_power: float
+    tie: float
+    load_power: float
+
+
+class Deformation(Record):
+    """The accepted state, changed in place: everything that a restart needs beside that of the twin.
+
+    u, u1, u2 : (n_q + 3,) U, U', U'';  load : (n_t + 3,) what is handed back
+    G, drift : rows of the joints at the last pose, and G U' (n_c,) there: they turn
+    motions : (free, n_t) rigid motions that are taken out of U
+    """
+
+    u: Vector
+    u1: Vector
+    u2: Vector
+    load: Vector
+    G: Vector
+    drift: Vector
+    motions: Matrix
+    memory: ElasticMemory
+
+
+class Scratch(Record):
+    """Workspace of a step.
+
+    q, v, a : (n_q + 3,) motion of the nodes with the twin; later the whole motion
+    cs : (bodies, 2) cosine and sine of how far each body has turned
+    X, Y, Z : (n_q,) what mass, damping and stiffness are multiplied by, in the axes of the bodies
+    f, given : (n_q + 3,) forces, and those of loads without a potential alone
+    b, c, x, y, seen, work : (n,);  pair : (2 n,)
+    lam, z : zeros;  signals : of the twin;  rows, square, side : of `free`;  shapes, moved : (free, n_q)
+    """
+
+    q: Vector
+    v: Vector
+    a: Vector
+    cs: Matrix
+    X: Vector
+    Y: Vector
+    Z: Vector
+    f: Vector
+    given: Vector
+    b: Vector
+    c: Vector
+    x: Vector
+    y: Vector
+    seen: Vector
+    work: Vector
+    pair: Vector
+    lam: Vector
+    z: Vector
+    signals: Vector
+    rows: Matrix
+    square: Matrix
+    side: Vector
+    shapes: Matrix
+    moved: Matrix
+
+
+class Elastic(Record):
+    """The elastic model: its program with the joints as U sees them, and the one whose signals are reported."""
+
+    tables: Tables
+    address: Addresses
+    lu: lu.LU
+    work: Work
+    whole: Tables
+    whole_address: Addresses
+    whole_work: Work
+    settings: Settings
+    model: Model
+    now: Deformation
+    trial: Deformation
+    scratch: Scratch
+
+
+def elastic_model(mechanism: Mechanism, whole: Program, twin: Program, method: Staggered) -> Elastic:
+    """The elastic model of a mechanism that compiles to `whole` and whose rigid twin compiles to `twin`."""
+    shared = method.play == "shared" and bool(whole.names.contacts)
+    program = compile_mechanism(mechanism, closed=True) if shared else whole
+    model = _model(mechanism, program, twin)
+    motions = _free_motions(program, twin, model) if method.mean_axes else np.zeros((0, twin.n_q))
+    now, trial = (_deformation(program, twin, motions) for _ in range(2))
+    begin, end = 3 * whole.n_q, min([int(k) for k in whole.tables.measured.out] + [whole.tables.sizes.energy])
+    settings = Settings(
+        1.0 if method.rotation == "printed" else 0.0,
+        len(motions),
+        any(len(body.nodes()) > 1 for body in mechanism.bodies),
+        method.passes,
+        0.1 * whole.length,
+        *mechanism.gravity,
+        begin,
+        3 * twin.n_q,
+        3 * twin.n_q + end - begin,
+    )
+    return Elastic(
+        program.tables,
+        program.addresses,
+        lu.tables(program.symbolic),
+        workspace(program),
+        whole.tables,
+        whole.addresses,
+        workspace(whole),
+        settings,
+        model,
+        now,
+        trial,
+        _scratch(program, twin, len(motions)),
+    )
+
+
+def _model(mechanism: Mechanism, program: Program, twin: Program) -> Model:
+    """Places of the nodes in their bodies, blocks of the bodies, loads, rows that only share displacements."""
+    body = np.asarray(program.reference.body[::3])
+    pose = _drawn(mechanism)
+    centre = np.asarray(twin.reference.q).reshape(-1, 3)[body]
+    c, s = np.cos(centre[:, 2]), np.sin(centre[:, 2])
+    dx, dy = (pose - centre)[:, 0], (pose - centre)[:, 1]
+    nodes, (k, m, d) = _blocks(mechanism)
+    rows, columns = np.repeat(np.arange(3), 3), np.tile(np.arange(3), 3)
+    i, j = 3 * nodes[:, :1] + rows, 3 * nodes[:, 1:] + columns
+    contributions = mechanism.contributions()
+    loads = [
+        e
+        for e, contribution in enumerate(contributions.elements)
+        if not isinstance(mechanism.find(contribution.part), Body)
+    ]
+    ties = [row for row, name in enumerate(program.names.rows) if name.partition("[")[0] in _with_play(mechanism)]
+    return Model(
+        np.ascontiguousarray(body),
+        np.column_stack([c * dx + s * dy, c * dy - s * dx]),
+        np.ascontiguousarray((pose - centre)[:, 2]),
+        np.array(twin.reference.q[2::3]),
+        nodes,
+        k,
+        m,
+        d,
+        _places(program, i.ravel(), j.ravel()),
+        np.array(loads, dtype=np.int64),
+        np.array(ties, dtype=np.int64),
+    )
+
+
+def _drawn(mechanism: Mechanism) -> np.ndarray:
+    """Drawn pose of all nodes (n, 3)."""
+    return np.array([(node.x, node.y, node.theta) for _, node in mechanism.nodes()])
+
+
+def _with_play(mechanism: Mechanism) -> set[str]:
+    """Names of the parts that are contacts."""
+    return {contribution.part for contribution in mechanism.contributions().contacts}
+
+
+def _blocks(mechanism: Mechanism) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Pairs of nodes (blocks, 2) and their stiffness, mass and damping (blocks, 9), from the bodies alone."""
+    bodies = compile_mechanism(Mechanism(mechanism.name, mechanism.bodies))
+    system, q = StateEvaluation(bodies), _drawn(mechanism).ravel()
+    n, kinds = len(q) // 3, ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 1.0, 0.0))
+    found = [system.at(q, weights=weights).work.lu[bodies.symbolic.places] for weights in kinds]
+    rows, columns = bodies.symbolic.a_rows, bodies.symbolic.a_cols
+    keys, number = np.unique(n * (rows // 3) + columns // 3, return_inverse=True)
+    matrices = [np.zeros((len(keys), 9)) for _ in found]
+    for blocks, values in zip(matrices, found, strict=True):
+        blocks[number, 3 * (rows % 3) + columns % 3] = values
+    return np.column_stack([keys // n, keys % n]), matrices
+
+
+def _places(program: Program, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """Places of entries in the matrix, as unsigned indices; the slot that nothing reads for those outside."""
+    pattern = program.symbolic
+    keys = pattern.a_rows * pattern.n + pattern.a_cols
+    order = np.argsort(keys)
+    wanted = rows * pattern.n + columns
+    at = np.minimum(np.searchsorted(keys[order], wanted), len(keys) - 1)
+    known = keys[order][at] == wanted
+    return np.where(known, pattern.places[order][at], pattern.dummy).astype(np.uint64)
+
+
+def _free_motions(program: Program, twin: Program, model: Model) -> np.ndarray:
+    """Rigid motions (k, n_t) that the joints of `program` leave in the drawn pose."""
+    from flexmb.equilibrium.free_motions import null_space  # here, since scipy's matrices take long to import
+
+    nodes = np.arange(len(model.body))
+    centre = np.asarray(twin.reference.q).reshape(-1, 3)[model.body]
+    c, s = np.cos(centre[:, 2]), np.sin(centre[:, 2])
+    x, y = model.arm.T
+    B = np.zeros((program.n_q, twin.n_q))
+    for axis in range(3):
+        B[3 * nodes + axis, 3 * model.body + axis] = 1.0
+    B[3 * nodes, 3 * model.body + 2] = -(s * x + c * y)
+    B[3 * nodes + 1, 3 * model.body + 2] = c * x - s * y
+    q = np.asarray(program.reference.q)
+    return np.ascontiguousarray(null_space(StateEvaluation(program).at(q).jacobian @ B).T)
+
+
+def _deformation(program: Program, twin: Program, motions: np.ndarray) -> Deformation:
+    n = program.n_q + 3
+    length = int(program.tables.constraints.pos_g[-1])
+    arrays: list[Any] = [np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(twin.n_q + 3), np.zeros(length)]
+    return Deformation(*arrays, np.zeros(program.n_c), motions.copy(), ElasticMemory(0.0, 0.0, 0.0))
+
+
+def _scratch(program: Program, twin: Program, free: int) -> Scratch:
+    n, m, total = program.n_q, program.n_c, program.n_q + program.n_c
+    return Scratch(
+        *(n + 3 for _ in range(3)),
+        (twin.n_q // 3, 2),
+        *(n for _ in range(3)),
+        *(n + 3 for _ in range(2)),
+        *(total for _ in range(6)),
+        2 * total,
+        m,
+        program.tables.sizes.n_z,
+        twin.tables.sizes.n_y,
+        (m, twin.n_q),
+        (m, m),
+        m,
+        (free, n),
+        (free, n),
+    )

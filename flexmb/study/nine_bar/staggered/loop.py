@@ -1,0 +1,126 @@
+"""The compiled loop of `Staggered`: Runge and Kutta's step of the rigid twin, the elastic step, the end of both.
+
+Source of the order of the two: X. Chen, S. Jiang, Y. Deng, Q. Wang, Nonlinear Dynamics (2018), 4.4.
+"""
+
+import math
+
+from flexmb.energy.balance import DAMPING, LOAD, RESIDUAL
+from flexmb.kernels import compiled, copy
+from flexmb.state.record import DONE, NOT_EVALUATED, NOT_FINITE, RUNNING
+from flexmb.step.acceptance import (
+    adopt_trial,
+    complete_evaluation,
+    finished,
+    next_step_size,
+    report_signals,
+    update_energies,
+)
+from flexmb.step.runge_kutta import runge_kutta_step
+from flexmb.study.nine_bar.staggered.elastic_step import carry, elastic_step, hand_back
+from flexmb.system.elements import evaluate_energies
+from flexmb.system.outputs import write_outputs
+
+
+@compiled
+def both_steps(tables, address, lu, h, options, flow, trial, work, record, stages, el):
+    """One step of the twin, one of the elastic model; again with the new load where passes are left; a code."""
+    copy(el.now.load, el.trial.load)
+    code = RUNNING
+    for _ in range(el.settings.passes if el.settings.flexible else 1):
+        code = runge_kutta_step(tables, address, lu, h, el.trial.load, options, flow, trial, work, record, stages)
+        if code == RUNNING and el.settings.flexible:
+            el.trial.memory.tie = 0.0
+            code = elastic_step(el, tables, work, flow.clock.t + h, h, trial.q, trial.v, trial.a)
+        if code != RUNNING:
+            break
+        if el.settings.flexible:
+            hand_back(el, trial.q, trial.v, trial.a)
+    return code
+
+
+@compiled
+def adopt(el):
+    """Make the trial displacements the accepted ones."""
+    now, new = el.now, el.trial
+    copy(new.u, now.u)
+    copy(new.u1, now.u1)
+    copy(new.u2, now.u2)
+    copy(new.load, now.load)
+    copy(new.G, now.G)
+    copy(new.drift, now.drift)
+    for k in range(now.motions.shape[0]):
+        copy(new.motions[k], now.motions[k])
+    now.memory.tie = max(now.memory.tie, new.memory.tie)
+    now.memory.load_power = new.memory.load_power
+
+
+@compiled
+def whole_motion(el, t, h, q, v, a, d, ledger, work):
+    """Add the displacements of d to the motion of the nodes with the twin; energies of the sum, as the twin's.
+
+    Its damping beyond that of the twin's dampers is that of the beams: it is booked here, as is the work of loads on U.
+    """
+    S = el.scratch
+    carry(el, q, v, a)
+    for i in range(el.whole.sizes.n_q):
+        S.q[i] += d.u[i]
+        S.v[i] += d.u1[i]
+        S.a[i] += d.u2[i]
+    S.f[:] = 0.0
+    evaluate_energies(el.whole, el.whole_address, t, h, S.q, S.v, S.a, S.f, S.f, S.z, el.whole_work)
+    whole = el.whole_work.power
+    work.power.kinetic, work.power.strain, work.power.gravity = whole.kinetic, whole.strain, whole.gravity
+    power = whole.damping - work.power.damping
+    ledger[DAMPING] += 0.5 * h * (el.now.memory.damping_power + power)
+    ledger[LOAD] += 0.5 * h * (el.now.memory.load_power + d.memory.load_power)
+    el.now.memory.damping_power = power
+
+
+@compiled
+def write_whole(tables, address, t, flow, work, record, el):
+    """All signals: nodes of the whole motion, joints and contacts of the twin."""
+    S, N = el.scratch, el.settings
+    write_outputs(tables, address, t, flow.q, flow.v, flow.a, work, flow.ledger, S.signals)
+    write_outputs(el.whole, el.whole_address, t, S.q, S.v, S.a, el.whole_work, flow.ledger, record.signals)
+    for k in range(N.last - N.first):
+        record.signals[N.shown + k] = S.signals[N.first + k]
+
+
+@compiled
+def accept_both(tables, address, h, options, flow, trial, work, record, el):
+    """Make both trial states the accepted ones; BUFFER_FULL when what was saved must be fetched."""
+    record.count.evaluated = NOT_EVALUATED
+    complete_evaluation(tables, address, h, flow, trial, work, record)
+    whole_motion(el, flow.clock.t + h, h, trial.q, trial.v, trial.a, el.trial, flow.ledger, work)
+    update_energies(tables, address, h, options, flow, trial, work, record)
+    adopt(el)
+    adopt_trial(h, flow, trial, work, record)
+    write_whole(tables, address, flow.clock.t, flow, work, record, el)
+    code = report_signals(el.whole, options, flow, record)
+    return code if math.isfinite(flow.ledger[RESIDUAL]) else NOT_FINITE
+
+
+@compiled
+def advance_staggered(tables, address, lu, options, flow, trial, work, record, stages, el, steps):
+    """At most `steps` steps of fixed size of both models; the code of the ending."""
+    for _ in range(steps):
+        if finished(options, flow):
+            return DONE
+        h = next_step_size(flow.clock.step_size, options.t_end - flow.clock.t)
+        code = both_steps(tables, address, lu, h, options, flow, trial, work, record, stages, el)
+        if code == RUNNING:
+            code = accept_both(tables, address, h, options, flow, trial, work, record, el)
+        if code != RUNNING:
+            return code
+    return RUNNING
+
+
+@compiled
+def begin_elastic(tables, t, work, el, q, v, a):
+    """U'' at rest and without displacement, under the accelerations and contacts of the start; a code."""
+    code = elastic_step(el, tables, work, t, 0.0, q, v, a)
+    if code == RUNNING:
+        hand_back(el, q, v, a)
+        adopt(el)
+    return code

@@ -1,0 +1,135 @@
+"""A study: its figures and pages at an effort, and those that are meant by the words of the command."""
+
+from __future__ import annotations
+
+import pkgutil
+import re
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+
+import flexmb.study
+from flexmb import checks
+from flexmb.errors import InputError
+from flexmb.study.case import Case
+from flexmb.study.effort import FULL, QUICK, Effort
+from flexmb.study.item import StudyFigure, StudyPage
+from flexmb.study.run import StudyRun
+
+GROUPS = ("figures", "pages", "all")
+RANGE = re.compile(r"([0-9]+)(?:-([0-9]+))?")
+OWNER = "flexmb paper"
+
+
+@dataclass(frozen=True)
+class Study:
+    """The tables of a study.
+
+    Parameters
+    ----------
+    title : published source.
+    figures, pages : from an effort to the figures, by rising number, and to the pages.
+    first : a case of each model, whose code is compiled before worker processes start.
+    efforts : lengths of the runs of the whole study, and of a quick look.
+    """
+
+    title: str
+    figures: Callable[[Effort], tuple[StudyFigure, ...]]
+    pages: Callable[[Effort], tuple[StudyPage, ...]]
+    first: tuple[Case, ...]
+    efforts: tuple[Effort, Effort] = (FULL, QUICK)
+
+    def effort(self, *, quick: bool) -> Effort:
+        """The lengths of the runs."""
+        return self.efforts[quick]
+
+    def chosen(self, words: Sequence[str], effort: Effort) -> list[StudyFigure | StudyPage]:
+        """The figures and pages that words mean.
+
+        Parameters
+        ----------
+        words : numbers of figures ("9"), ranges of them ("9-16"), names of pages, "figures", "pages" (without the slow
+            ones), "all"; none: figures and pages that are not slow.
+        effort : lengths of the runs.
+
+        Raises
+        ------
+        InputError : an unknown word, a figure that the study does not have.
+        """
+        figures, tables = self.figures(effort), self.pages(effort)
+        numbers, names = set[int](), set[str]()
+        for word in words or ("figures", "pages"):
+            if word in ("figures", "all"):
+                numbers.update(figure.number for figure in figures)
+            if word in ("pages", "all"):
+                names.update(page.name for page in tables if word == "all" or not page.slow)
+            if word in GROUPS:
+                continue
+            if match := RANGE.fullmatch(word):
+                numbers.update(_numbers(word, int(match[1]), int(match[2] or match[1]), figures))
+            else:
+                known = [*(page.name for page in tables), *GROUPS, *shown_numbers(figures).split(", ")]
+                names.add(checks.one_of(OWNER, "WHAT", word, known))
+        return [*(one for one in figures if one.number in numbers), *(one for one in tables if one.name in names)]
+
+
+def studies() -> dict[str, str]:
+    """Modules of the studies by name: each folder of this room with a `tables.py`."""
+    folders = [found.name for found in pkgutil.iter_modules(flexmb.study.__path__) if found.ispkg]
+    paths = {name: f"{flexmb.study.__name__}.{name}" for name in folders}
+    return {
+        name.replace("_", "-"): f"{path}.tables"
+        for name, path in paths.items()
+        if any(found.name == "tables" for found in pkgutil.iter_modules(import_module(path).__path__))
+    }
+
+
+def study_of(name: str) -> Study:
+    """The study of this name.
+
+    Raises
+    ------
+    InputError : an unknown name.
+    """
+    known = studies()
+    return import_module(known[checks.one_of(OWNER, "--study", name, known)]).STUDY
+
+
+def runs_of(items: Iterable[StudyFigure | StudyPage]) -> dict[str, StudyRun]:
+    """The runs that figures and pages need, by name; each once.
+
+    Raises
+    ------
+    InputError : two different runs of one name.
+    """
+    found: dict[str, StudyRun] = {}
+    for item in items:
+        for run in item.runs:
+            known = found.setdefault(run.name, run)
+            if known != run and known.fingerprint() != run.fingerprint():
+                text = f"{OWNER}: {item.title!r}: two different runs are called {run.name!r}"
+                raise InputError(f"{text}, so one result would overwrite the other. Give one of them another name.")
+    return found
+
+
+def _numbers(word: str, first: int, last: int, figures: Sequence[StudyFigure]) -> list[int]:
+    """The numbers of a range, all of which must be there."""
+    if first > last:
+        raise InputError(f"{OWNER}: WHAT is {word!r}; the first number of a range must not be above the last.")
+    known = {figure.number for figure in figures}
+    unknown = [number for number in range(first, last + 1) if number not in known] if last < 1000 else [last]
+    if unknown:
+        text = f"{OWNER}: WHAT is {word!r}; the study has no figure {unknown[0]}"
+        raise InputError(f"{text}. There are {shown_numbers(figures)}.")
+    return list(range(first, last + 1))
+
+
+def shown_numbers(figures: Iterable[StudyFigure]) -> str:
+    """Numbers of figures, with ranges: "6-16, 23"."""
+    pieces: list[list[int]] = []
+    for number in sorted(figure.number for figure in figures):
+        if pieces and pieces[-1][1] == number - 1:
+            pieces[-1][1] = number
+        else:
+            pieces.append([number, number])
+    return ", ".join(f"{first}" if first == last else f"{first}-{last}" for first, last in pieces)
