@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb import checks
+from flexmb.dynamics.exponents.benettin import TrajectoryPair
 from flexmb.dynamics.exponents.exponents import FEWEST, Exponents
-from flexmb.dynamics.exponents.lyapunov import Pair, lyapunov
-from flexmb.dynamics.exponents.schedule import lengths_of
+from flexmb.dynamics.exponents.lyapunov import lyapunov
+from flexmb.dynamics.exponents.renormalisation import lengths_of
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.errors import InputError
 from flexmb.study.case import Case
@@ -163,8 +164,8 @@ def _of_section(found: Exponents, signals: Signals) -> dict[str, Any]:
     columns: dict[str, Any] = {}
     for name, (_, unit) in signals.items():
         place, noise = found.names.index(name), {}
-        if found.seen.resolution is not None:
-            noise["resolution"] = float(found.seen.resolution[place])
+        if found.signals.resolution is not None:
+            noise["resolution"] = float(found.signals.resolution[place])
         columns[f"section.{name}"] = ("point", found.points[:, place], {"units": unit} | noise)
     return columns | {
         "history.time": ("history", found.time, {"units": "s"}),
@@ -217,8 +218,8 @@ def _pairs(flow: MechanismFlow, case: Case, pairs: int) -> dict[str, Any]:
     _go(flow, flow.time + period / pairs, case, linear)  # it turns to the direction that grows most
     table, begins = np.empty((2, pairs, LOOKS + 1, 1 + len(places))), np.empty(pairs)
     for number in range(pairs):
-        pair = Pair(flow, flow.copy(), flow.weights, APART)
-        pair.put(linear.W[:, 0])
+        pair = TrajectoryPair(flow, flow.copy(), flow.weights, APART)
+        pair.renormalise(linear.W[:, 0])
         begins[number] = flow.time
         table[:, number, 0] = _distances(pair, linear.places), linear.logs()
         for look in range(1, LOOKS + 1):
@@ -271,7 +272,7 @@ class _Linear:
         return self.log + np.log(np.maximum([1.0, *gaps], 1e-300))
 
 
-def _distances(pair: Pair, places: Sequence[int]) -> np.ndarray:
+def _distances(pair: TrajectoryPair, places: Sequence[int]) -> np.ndarray:
     """Distances of the states and of the signals (1 + m,) [m]."""
     gaps = np.abs(pair.second.observe()[places] - pair.first.observe()[places])
-    return np.concatenate([[pair.length(pair.apart())], gaps])
+    return np.concatenate([[pair.length(pair.difference())], gaps])

@@ -350,13 +350,13 @@ def test_a_contact_that_never_opened_is_told():
 
 def test_a_contact_that_lasts_begins_anew_in_the_second_run(monkeypatch):
     """What it keeps of its last onset is then another one, from the mechanism's own start on."""
-    begins, carried = [], second_run.carried
+    begins, tangent_exponents = [], second_run.tangent_exponents
 
     def seen(plan, count, seed, *, shown):
         begins.append((plan.system.time, plan.skip, plan.count))
-        return carried(plan, count, seed, shown=shown)
+        return tangent_exponents(plan, count, seed, shown=shown)
 
-    monkeypatch.setattr(second_run, "carried", seen)
+    monkeypatch.setattr(second_run, "tangent_exponents", seen)
     flow = fm.MechanismFlow(hanging(fm.LankaraniNikravesh(stiffness=1e8, restitution=0.9)), period=1.0)
     fm.lyapunov(flow, skip=25, periods=50)
     assert begins == [(0.0, 25, 20)]

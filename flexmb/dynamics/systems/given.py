@@ -20,11 +20,14 @@ class GivenSystem(Dynamics):
 
     kind: ClassVar[str]
 
+    _time: float
+    _state: np.ndarray
+
     def _declare(
         self,
         name: str,
         function: Callable[..., Any],
-        start: Sequence[float],
+        start: Sequence[float] | np.ndarray,
         jacobian: Callable[..., Any] | None,
         parameters: Mapping[str, Any] | None,
         names: Sequence[str] | None,
