@@ -330,7 +330,7 @@ def _grouped(kind: type[Record], given: Any) -> tuple[list[tuple[Any, ...]], ...
 
 
 def type_of_hint(hint: Any) -> Any:
-    """numba's type of what is annotated so: a number, a record or an array."""
+    """numba's type of an annotation: a number, a record or an array."""
     if hint in NUMBERS:
         return NUMBERS[hint]
     if get_origin(hint) is Annotated:

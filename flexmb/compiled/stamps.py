@@ -38,7 +38,7 @@ def stamp(module: str) -> str:
 
 @cache
 def _source(module: str) -> tuple[str, frozenset[str]]:
-    """Digest of the file of a module and the modules that it imports; nothing for what has no file, or is installed."""
+    """Digest of the file of a module, and its imports; empty for installed modules and without a file."""
     file = getattr(sys.modules.get(module), "__file__", None)
     own = module.partition(".")[0] == PACKAGE
     if file is None or not (own or _of_user(file)):

@@ -62,7 +62,7 @@ def drive(chains: Iterable[Chain], executor: Executor | None, owner: str, pendin
 
 
 def require_executor(owner: str, executor: Any) -> None:
-    """Refuse what is no executor of the kind of concurrent.futures."""
+    """Refuse an object of another kind than an executor of concurrent.futures."""
     if executor is None or isinstance(executor, Executor):
         return
     text = f"{owner}: executor is {type(executor).__name__}; it must be None or an executor of concurrent.futures"
@@ -70,7 +70,7 @@ def require_executor(owner: str, executor: Any) -> None:
 
 
 def require_picklable(owner: str, executor: Executor | None, what: Any, name: str) -> None:
-    """Refuse, before anything starts, what cannot be sent to the processes of the executor.
+    """Refuse objects that cannot be sent to the processes of the executor, before anything starts.
 
     Threads need nothing; Dask sends functions by value.
 
@@ -115,7 +115,7 @@ def _is_lost(future: Future[Outcome]) -> bool:
 
 
 def _outcome(future: Future[Outcome], owner: str) -> Outcome:
-    """What a worker found.  Failures of a point are outcomes, so an exception means that the worker failed."""
+    """Outcome of a worker's job.  Failures of a point are outcomes, so an exception means that the worker failed."""
     error = None if future.cancelled() else future.exception()
     if isinstance(error, KeyboardInterrupt):
         raise error

@@ -193,7 +193,7 @@ def check_method(label: str, method: Any) -> None:
 
 
 def check_kinds(label: str, method: Method, step: Any, redundant: str) -> None:
-    """Refuse what is no step, and what the method cannot do."""
+    """Refuse an object of another kind than a step, and combinations that the method does not support."""
     if not isinstance(step, (FixedStep, Adaptive)):
         raise InputError(f"{label}: step is {step!r}; it must be FixedStep(size) or Adaptive(...).")
     method.check(label, step, redundant)

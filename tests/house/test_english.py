@@ -17,21 +17,17 @@ RIDDLES = (
 """Patterns that no first line of a docstring matches, with the reason."""
 
 NOT_YET = {
-    "flexmb/beams": 9,
-    "flexmb/bodies": 18,
-    "flexmb/commands": 60,
-    "flexmb/contact": 12,
-    "flexmb/derivatives": 14,
-    "flexmb/drives": 1,
-    "flexmb/dynamics": 85,
-    "flexmb/joints": 10,
-    "flexmb/loads": 1,
-    "flexmb/mechanisms": 1,
-    "flexmb/paper": 106,
-    "flexmb/series": 8,
-    "flexmb/sweeps": 35,
-    "flexmb/testing": 15,
-    "flexmb/view": 2,
+    "flexmb/beams": 1,
+    "flexmb/bodies": 2,
+    "flexmb/commands": 2,
+    "flexmb/contact": 4,
+    "flexmb/derivatives": 2,
+    "flexmb/dynamics": 10,
+    "flexmb/joints": 1,
+    "flexmb/study": 56,
+    "flexmb/sweeps": 5,
+    "flexmb/testing": 1,
+    "flexmb/view": 1,
 }
 """Rooms that are not done, with the number of first lines that they may still have; the numbers only fall."""
 
