@@ -303,8 +303,8 @@ def correction_size(n, h, options, flow, trial, record, R):
     wanted_x, wanted_t = wanted, wanted / options.length
     of_x, of_t = math.sqrt(way) / wanted_x, iteration / wanted_t
     step = record.report
-    step.correction, step.wanted = (math.sqrt(way), wanted_x) if of_x > of_t else (iteration, wanted_t)
-    step.wanted_length, step.wanted_angle = wanted_x, wanted_t
+    step.correction, step.tolerance = (math.sqrt(way), wanted_x) if of_x > of_t else (iteration, wanted_t)
+    step.length_tolerance, step.angle_tolerance = wanted_x, wanted_t
     return max(of_x, of_t), 2.0 * max(round_x / wanted_x, round_t / wanted_t)
 
 

@@ -38,7 +38,7 @@ def add_works(tables, address, lu, h, options, flow, trial, work, record, R):
     joints by Simpson's rule with the middle of the step, since multipliers at the stages are of third order.
     """
     W, Q, V, A, L = R.works, R.Q[LAST], R.V[LAST], R.A[LAST], R.L[LAST]
-    W.drives = W.loads = W.joints = W.damping = W.brought = W.joints_size = 0.0
+    W.drives = W.loads = W.joints = W.damping = W.supplied = W.joints_size = 0.0
     R.losses[:, :] = 0.0
     R.rates[:, :] = 0.0
     copy(trial.q, Q)
@@ -166,7 +166,7 @@ def update_ledger(tables, address, t, turned, flow, trial, work, R):
     ledger[FRICTION] += W.joints
     ledger[DAMPING] += W.damping
     ledger[TURNED_OVER] += 0.5 * turned
-    balance.supplied += W.brought
+    balance.supplied += W.supplied
     power.algorithm = 0.0
     count_step(tables, trial.q, balance, work)
     update_balance(tables, address, t, 0.0, flow.q, flow.v, trial.q, trial.v, ledger, balance, flow.memory, work)
