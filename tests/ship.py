@@ -86,7 +86,12 @@ def ship(cpu: str, folder: Path) -> tuple[list[str], int]:
 
 
 def compile_all() -> None:
-    """Compile all kernels and loops."""
+    """Compile all kernels and loops, two of the loops in a second process."""
+    from flexmb.compiled import ahead
+    from flexmb.step.radau.method import advance_radau
+    from flexmb.step.runge_kutta import advance_explicit
+
+    ahead.start(advance_radau, advance_explicit)
     for kernel in kernels():
         _ = kernel.address
     for run in runs():

@@ -3,6 +3,7 @@
 import json
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -43,6 +44,7 @@ def runners(duel):
 def verdicts(duel, tmp_path, monkeypatch, *wishes, **options):
     monkeypatch.setattr(duel, "RECORDS", tmp_path)
     monkeypatch.setattr(duel, "SPENT", 0.0)
+    monkeypatch.setattr(duel, "gc", SimpleNamespace(collect=lambda: 0))  # long where a process has run many tests
     row = duel.Row(
         "made-up", "a made-up row", "made up", lambda: runners(duel)[:2] + runners(duel)[3:], wishes, **options
     )

@@ -11,7 +11,7 @@ from flexmb.study.effort import Effort
 from flexmb.study.nine_bar.cases import QUANTITIES
 from flexmb.study.nine_bar.figures import figures
 
-TINY = Effort("tiny", 3, 1, 1, 1, 2, 1, 2, 4, 3, exponents=False)
+TINY = Effort("tiny", 3, 1, 1, 1, 50, 45, 2, 4, 3, exponents=False)
 FACTORS = {"mm": 1e3, "µm": 1e6, "mm/s": 1e3, "m/s": 1.0, "m/s²": 1.0, "N": 1.0, "N m": 1.0}
 FIGURES = {one.number: one for one in figures(TINY)}
 MOTIONS = {number: FIGURES[number] for number in (*range(6, 17), *range(28, 34))}
