@@ -117,7 +117,7 @@ def test_paths(number, results):
         assert np.nanmax(radius) < 1.2 * clearance
 
 
-@pytest.mark.parametrize("plate", MOTIONS.values(), ids=str)
+@pytest.mark.parametrize("plate", MOTIONS.values(), ids=[f"figure {number}" for number in MOTIONS])
 def test_axes_and_data_have_units(plate, results, tmp_path):
     figure, shown = plate.draw(results)
     check_data(shown, tmp_path / "figure.nc")
