@@ -139,14 +139,15 @@ RUNS: dict[str, Callable[[], Found]] = {
     "index 3": lambda: simulated(models.ideal(), t_end=2e-3, step=1e-5, method=fm.Newmark.hht(constraints="position")),
     "Runge-Kutta": lambda: simulated(models.ideal(), t_end=models.TURN, step=2e-5, method=fm.RungeKutta4()),
     "staggered": lambda: simulated(nine(clearance=0.5e-3, flexible=True), t_end=2e-3, step=4e-5, method=fm.Staggered()),
+    "Radau": lambda: simulated(models.worn(), t_end=2e-3, method=fm.RadauIIA()),
     "carried differences": carried,
     "sweep": swept,
     "restart": restarted,
 }
 
 
-STIFF = ("nine-bar, flexible", "chain", "rod of beams, trapezoidal", "staggered")
-"""Runs of beams."""
+STIFF = ("nine-bar, flexible", "chain", "rod of beams, trapezoidal", "staggered", "Radau")
+"""Runs of beams, and of a method whose iterations end at the tolerance of the step."""
 
 
 def machine() -> dict[str, str]:
