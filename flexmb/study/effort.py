@@ -43,7 +43,7 @@ class Effort:
 
     @property
     def full(self) -> bool:
-        """Whether it is the whole study."""
+        """Whether this effort computes the whole study."""
         return self.name == "full"
 
     def settled(self, case: Case, turns: int | None = None) -> StudyRun:

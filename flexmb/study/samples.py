@@ -48,7 +48,7 @@ def without_periodic_part(rows: np.ndarray) -> np.ndarray:
 
 
 def cloud(rows: np.ndarray) -> float:
-    """How far a signal (periods, samples) is from its periodic part, root mean square."""
+    """Root mean square of the difference of a signal (periods, samples) and its periodic part."""
     return float(np.sqrt(np.mean(without_periodic_part(rows) ** 2)))
 
 

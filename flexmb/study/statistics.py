@@ -73,7 +73,7 @@ class Mean:
 
 
 def correlation_time(values: np.ndarray) -> float:
-    """How many successive turns count as one independent one, >= 1.
+    """Correlation time of a value per turn: number of successive turns that count as one independent turn, >= 1.
 
     1 + 2 sum of the autocorrelations (n/(n - k) for the lost products), summed in pairs of lags as long as a pair is
     positive: C. J. Geyer, Statistical Science 7 (1992) 473.  Correlations that make a mean more certain are not
@@ -137,7 +137,7 @@ def plain(value: float, digits: int) -> str:
 
 
 def compare(first: Mean, second: Mean) -> Comparison:
-    """What may be said of two means.
+    """Comparison of two means: higher, lower, equal or open.
 
     higher, lower : the interval of the difference lies beyond `NUMERICAL` of the larger mean.
     equal : it lies within `ALIKE` of the larger mean.

@@ -160,7 +160,7 @@ def opened(path: Any, fingerprint: Mapping[str, Any], kind: str, *, resume: bool
 
 @contextmanager
 def _reading(folder: Path) -> Iterator[None]:
-    """What zarr raises where a file is damaged, as an error that says what to do."""
+    """Exceptions of zarr for damaged files, turned into a `FileFormatError` with advice."""
     try:
         yield
     except (OSError, ValueError, KeyError, TypeError, RuntimeError) as error:

@@ -12,7 +12,7 @@ from flexmb.dynamics.systems.dynamics import Dynamics
 
 
 class ContinuousFlow(Dynamics):
-    """A system in continuous time that advances by steps of its own size.
+    """A system in continuous time with step sizes chosen by its integrator.
 
     Attributes
     ----------

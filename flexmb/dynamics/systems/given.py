@@ -125,7 +125,7 @@ def tangents_of(owner: str, value: Any, size: int) -> np.ndarray:
 
 
 def square_of(owner: str, value: Any, size: int) -> np.ndarray:
-    """What a jacobian returns as (size, size), or `InputError`."""
+    """Value of a jacobian as a matrix (size, size), or `InputError`."""
     found = np.asarray(value, dtype=np.float64)
     if found.shape != (size, size):
         raise InputError(f"{owner}: jacobian has shape {found.shape}; it must have shape ({size}, {size}).")
