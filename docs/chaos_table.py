@@ -46,7 +46,9 @@ def row(speed: float, model: str, skip: int, keep: int) -> tuple[dict[str, Any],
     took = time.process_time() - busy
     column = [found.names.index(name) for name in SIGNALS]
     spread, noise = np.std(found.points, axis=0), found.signals.resolution
-    tests = [fm.zero_one_test(found.points[:, k]).value if spread[k] > 10.0 * noise[k] else np.nan for k in column]
+    tests = [
+        fm.chaos.zero_one_test(found.points[:, k]).value if spread[k] > 10.0 * noise[k] else np.nan for k in column
+    ]
     numbers = {
         "speed": speed,
         "model": model,
@@ -67,7 +69,7 @@ def row(speed: float, model: str, skip: int, keep: int) -> tuple[dict[str, Any],
 
 def plain(mech: fm.Mechanism, period: float, skip: int, keep: int) -> float:
     """CPU time of the run without tangents that the exponent's is compared with [s]: that of a fifth, times five."""
-    flow = fm.MechanismFlow(mech, step=STEP, period=period)
+    flow = fm.chaos.MechanismFlow(mech, step=STEP, period=period)
     some = max((skip + keep) // 5, 1)
     busy = time.process_time()
     for _ in range(some):

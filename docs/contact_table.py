@@ -10,15 +10,15 @@ import flexmb as fm
 ASKED = (0.1, 0.2, 0.3, 0.5, 0.7, 0.8, 0.9, 0.95)
 LAWS = (
     fm.HuntCrossley,
-    fm.HerbertMcWhannell,
-    fm.LeeWang,
+    fm.contact.HerbertMcWhannell,
+    fm.contact.LeeWang,
     fm.LankaraniNikravesh,
-    fm.Gonthier,
-    fm.ZhiyingQishao,
-    fm.Flores,
-    fm.HuGuo,
-    fm.CarvalhoMartins,
-    fm.ExactRestitution,
+    fm.contact.Gonthier,
+    fm.contact.ZhiyingQishao,
+    fm.contact.Flores,
+    fm.contact.HuGuo,
+    fm.contact.CarvalhoMartins,
+    fm.contact.ExactRestitution,
 )
 
 
@@ -27,7 +27,7 @@ def main():
     print("|" + "---|" * (len(ASKED) + 1))
     for kind in LAWS:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", fm.RestitutionWarning)
+            warnings.simplefilter("ignore", fm.errors.RestitutionWarning)
             law = kind(stiffness=1.0)
         print(f"| `{kind.__name__}` | " + " | ".join(f"{law.delivered_restitution(e):.3f}" for e in ASKED) + " |")
 

@@ -88,7 +88,7 @@ def run(row: Row, rtol: float, start: int) -> dict[str, Any]:
     place = STARTS[start]
     place = place if isinstance(place, str) else (place[0] * row.clearance, place[1] * row.clearance)
     mech = row.make().with_({f"{row.joint}.start": place})
-    flow = fm.MechanismFlow(mech, step=fm.Adaptive(rtol=rtol, max=row.longest), period=row.period)
+    flow = fm.chaos.MechanismFlow(mech, step=fm.Adaptive(rtol=rtol, max=row.longest), period=row.period)
     found = fm.lyapunov(flow, skip=row.skip, periods=row.keep, confirm=False)
     return {"value": found.value, "error": found.error, "verdict": str(found.verdict), "status": found.status}
 

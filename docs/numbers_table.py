@@ -101,7 +101,7 @@ def varied(case: str, number: Number, factor: float, asked: dict[str, float], bu
         build.set(number.place, max(round(factor * value), 1) if isinstance(value, int) else factor * value)
     try:
         return runs.measured(case, changes)
-    except (runs.fm.FlexmbError, ArithmeticError, ValueError) as error:
+    except (runs.fm.errors.FlexmbError, ArithmeticError, ValueError) as error:
         return {"ok": False, "status": f"{type(error).__name__}: {error}", "turns": 0, "steps": 0, "values": {}}
     finally:
         build.reset()

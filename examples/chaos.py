@@ -27,7 +27,7 @@ def pendulum(drive: float) -> fm.Mechanism:
     rod = fm.RigidLink("rod", (0.0, 0.0), (-LENGTH, 0.0), mass=MASS, inertia=INERTIA / 4.0)
     pin = fm.Revolute("O", fm.GROUND, rod, at=(0.0, 0.0))
     damper = fm.TorsionSpring("damper", fm.GROUND, rod, stiffness=0.0, damping=2.0 * B * INERTIA, at=(0.0, 0.0))
-    clock = fm.Harmonic(1.0, frequency=OMEGA / (2.0 * math.pi), phase=math.pi / 2.0)  # a cosine
+    clock = fm.drives.Harmonic(1.0, frequency=OMEGA / (2.0 * math.pi), phase=math.pi / 2.0)  # a cosine
     push = fm.Torque("push", rod, torque=drive * UNIT, history=clock)
     return fm.Mechanism("driven pendulum", [rod, pin, damper, push], gravity=(0.0, -GRAVITY))
 
@@ -35,10 +35,10 @@ def pendulum(drive: float) -> fm.Mechanism:
 UNIT = OMEGA0**2 * INERTIA  # torque for G = 1 [N m]
 STEP, PERIOD = 1.0 / 400, 1.0  # [s]
 
-orbit = fm.periodic_orbit(fm.MechanismFlow(pendulum(1.06), step=STEP, period=PERIOD), settle=40)
+orbit = fm.chaos.periodic_orbit(fm.chaos.MechanismFlow(pendulum(1.06), step=STEP, period=PERIOD), settle=40)
 begin = 1.06 * UNIT
 for number, published in enumerate(DOUBLINGS):
-    branch = fm.follow(orbit, "push.torque", (begin, (published + 0.001) * UNIT), step=0.1, largest=0.5)
+    branch = fm.chaos.follow(orbit, "push.torque", (begin, (published + 0.001) * UNIT), step=0.1, largest=0.5)
     flip = next(event for event in branch.events if event.kind == "flip")
     found = flip.value / UNIT
     error = found - published
@@ -50,7 +50,9 @@ print(
 )
 
 for drive in (1.06, 1.07, 1.503):
-    found = fm.lyapunov(fm.MechanismFlow(pendulum(drive), step=STEP, period=PERIOD), skip=50, periods=200, count=2)
+    found = fm.lyapunov(
+        fm.chaos.MechanismFlow(pendulum(drive), step=STEP, period=PERIOD), skip=50, periods=200, count=2
+    )
     print(f"G = {drive}: largest exponent {found.value:.3f} +- {found.error:.2g} /s, {found.verdict}")
     print(f"  both add up to {found.sum:.4f} /s, exact {-2 * B:.4f} /s, error {abs(found.sum / (2 * B) + 1):.1e}")
 

@@ -26,7 +26,7 @@ def four_bar(material):
         fm.Revolute("B", coupler, rocker, at=B),
         fm.Revolute("D", fm.GROUND, rocker, at=D),
     ]
-    motor = fm.Drive("motor", joint="O", motion=fm.Ramp(speed, time=0.5 * math.pi / speed))
+    motor = fm.Drive("motor", joint="O", motion=fm.drives.Ramp(speed, time=0.5 * math.pi / speed))
     return fm.Mechanism("four-bar", [crank, coupler, rocker, *joints, motor], gravity=(0.0, -9.81))
 
 

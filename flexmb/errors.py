@@ -1,5 +1,10 @@
 """Exceptions, one class for each kind of error, all derived from `FlexmbError`."""
 
+__all__ = [
+    "AssemblyError", "FileFormatError", "FlexmbError", "InputError", "KernelError", "MissingPackageError", "ModelError",
+    "RestitutionWarning", "SolveError", "WorkerError",
+]  # fmt: skip
+
 
 class FlexmbError(Exception):
     """Base of every error that flexmb raises on purpose."""

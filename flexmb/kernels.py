@@ -59,6 +59,12 @@ from flexmb.derivatives.forward import differentiated
 from flexmb.derivatives.source import Source, returned_numbers, text_of
 from flexmb.errors import KernelError
 
+__all__ = [
+    "account_kernel", "constraint_kernel", "drive_kernel", "element_kernel", "energy_kernel", "force_kernel",
+    "friction_law", "gap_kernel", "normal_law", "signal_kernel", "tangent_kernel",
+]  # fmt: skip
+
+
 _F = types.float64
 _V = types.Array(_F, 1, "C")
 _P = types.Array(_F, 1, "C", readonly=True)
@@ -290,23 +296,10 @@ force_kernel = _decorator(FORCE)
 tangent_kernel = _decorator(TANGENT)
 account_kernel = _decorator(ACCOUNT)
 
-_BY_NAME = {
-    c.name: c
-    for c in (
-        ELEMENT,
-        ENERGY,
-        CONSTRAINT,
-        GAP,
-        NORMAL,
-        FRICTION,
-        MOTION,
-        JOINT_FRICTION,
-        SIGNAL,
-        FORCE,
-        TANGENT,
-        ACCOUNT,
-    )
-}  # for unpickling typed-in kernels
+_CONTRACTS = (
+    ELEMENT, ENERGY, CONSTRAINT, GAP, NORMAL, FRICTION, MOTION, JOINT_FRICTION, SIGNAL, FORCE, TANGENT, ACCOUNT
+)  # fmt: skip
+_BY_NAME = {contract.name: contract for contract in _CONTRACTS}  # for unpickling typed-in kernels
 
 
 def address_table(kernels: Sequence[Kernel]) -> Any:

@@ -112,9 +112,9 @@ def runs() -> list[Callable[[], Any]]:
     """Short runs that call every compiled function that Python calls."""
     import flexmb as fm
 
-    ideal, crank = fm.slider_crank(), fm.slider_crank(clearance=5e-4)
-    worn, rod = fm.nine_bar(clearance=5e-4, flexible=True), fm.spinning_beam()
-    lugre = fm.slider_crank(clearance=5e-4, friction=fm.LuGre(static=0.12, kinetic=0.1))
+    ideal, crank = fm.mechanisms.slider_crank(), fm.mechanisms.slider_crank(clearance=5e-4)
+    worn, rod = fm.mechanisms.nine_bar(clearance=5e-4, flexible=True), fm.mechanisms.spinning_beam()
+    lugre = fm.mechanisms.slider_crank(clearance=5e-4, friction=fm.friction.LuGre(static=0.12, kinetic=0.1))
     short = {"t_end": 1e-5, "step": 1e-6}
     parts = runpy.run_path(str(ROOT / "tests" / "parts" / "test_check_part.py"))["BUILT_IN"]
     return [
@@ -134,7 +134,7 @@ def carry(mechanism: Any) -> None:
     """Carry a difference along a short motion."""
     import flexmb as fm
 
-    flow = fm.MechanismFlow(mechanism)
+    flow = fm.chaos.MechanismFlow(mechanism)
     flow.advance(1e-5, flow.tangent_basis(1, seed=0))
 
 

@@ -60,13 +60,13 @@ def test_contacts_of_a_joint_are_merged_in_time(sol):
 def test_one_and_some(sol):
     e = sol.episodes("G")
     last = e[-1]
-    assert isinstance(last, fm.Episode)
+    assert isinstance(last, fm.results.Episode)
     assert (last.contact, last.mode, last.start, last.end) == ("G.front", 1, 0.7, 0.8)
     assert last.duration == pytest.approx(0.1)
     assert last.restitution == pytest.approx(0.5)
     assert [one.impulse for one in e] == [3.0, 5.0, 1.0]
     hits = e[e.mode == 1]
-    assert isinstance(hits, fm.Episodes)
+    assert isinstance(hits, fm.results.Episodes)
     assert hits.peak_force.tolist() == [90.0, 60.0]
     assert e[1:].name == "G"
     with pytest.raises(IndexError):
@@ -138,7 +138,7 @@ def test_what_does_not_fit_together(log, words):
         solution(contacts=log)
     e = solution(contacts=ContactLog(NAMES, ROWS)).episodes("P")
     with pytest.raises(InputError, match=r"'P': end has shape \(1,\)"):
-        fm.Episodes(**{**vars(e), "end": [1.0]})
+        fm.results.Episodes(**{**vars(e), "end": [1.0]})
 
 
 def test_a_solution_without_contacts_has_none():

@@ -63,14 +63,14 @@ def test_the_signals_asked_for_have_the_same_bits(full, few):
 
 @pytest.mark.parametrize("options", [{"save": "steps"}, {"save": 3000}, {"save": 10, "method": fm.RungeKutta4()}])
 def test_every_way_of_saving(options):
-    mechanism = fm.slider_crank()
+    mechanism = fm.mechanisms.slider_crank()
     run = {**RUN, **options}
     same(fm.simulate(mechanism, signals=["slider.*", "energy.*"], **run), fm.simulate(mechanism, **run))
 
 
 def test_modes_of_contacts_with_play():
     run = {"t_end": 4e-3, "step": fm.Adaptive(rtol=1e-5), "save": 300}
-    mechanism = fm.slider_crank(clearance=2e-4)
+    mechanism = fm.mechanisms.slider_crank(clearance=2e-4)
     contact = fm.simulate(mechanism, **run)
     same(fm.simulate(mechanism, signals=["*.mode", "*.penetration", "*.ex"], **run), contact)
 
@@ -118,7 +118,7 @@ def test_a_file_keeps_them(tmp_path, few):
     ],
 )
 def test_unknown_names_are_refused(wanted, message):
-    with pytest.raises(fm.InputError) as caught:
+    with pytest.raises(fm.errors.InputError) as caught:
         fm.simulate(crank(), signals=wanted, **RUN)
     assert message in str(caught.value)
 
@@ -129,7 +129,7 @@ def test_a_signal_that_was_not_saved_is_told_from_one_that_is_not_there(few):
 
 
 def test_drawing_says_which_signals_are_missing(tmp_path, few):
-    with pytest.raises(fm.InputError, match=r"missing that were not saved: .*'crank\.\*'.*signals="):
+    with pytest.raises(fm.errors.InputError, match=r"missing that were not saved: .*'crank\.\*'.*signals="):
         fm.write_vtk(few, tmp_path / "few.pvd")
     nodes = ["*.x", "*.y", "*.theta"]
     drawn = fm.simulate(crank(), save=3, signals=nodes, **RUN)
@@ -137,7 +137,7 @@ def test_drawing_says_which_signals_are_missing(tmp_path, few):
 
 
 def test_momentum_needs_positions_and_velocities(few, full):
-    with pytest.raises(fm.InputError, match="positions and velocities were not saved"):
+    with pytest.raises(fm.errors.InputError, match="positions and velocities were not saved"):
         fm.momentum(crank(), few)
     states = fm.simulate(crank(), save=37, signals=["*.x", "*.y", "*.theta", "*.vx", "*.vy", "*.omega"], **RUN)
     assert np.array_equal(fm.momentum(crank(), states).linear, fm.momentum(crank(), full).linear)
@@ -162,5 +162,5 @@ def test_rows_are_copied_once_and_grow():
 
 
 def test_brackets_are_no_patterns():
-    with pytest.raises(fm.InputError, match=r"no signal fits 'slider.\[xy\]\*'"):
+    with pytest.raises(fm.errors.InputError, match=r"no signal fits 'slider.\[xy\]\*'"):
         fm.simulate(crank(), signals=["slider.[xy]*"], **RUN)

@@ -1,1 +1,5 @@
 """Contact laws: normal forces, friction, onset, coefficient of restitution, validity."""
+
+from flexmb.namespace import lazy_names
+
+__getattr__, __dir__, __all__ = lazy_names(__name__, __file__)

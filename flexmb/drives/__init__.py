@@ -1,1 +1,5 @@
 """Drives: prescribed motion of a joint."""
+
+from flexmb.namespace import lazy_names
+
+__getattr__, __dir__, __all__ = lazy_names(__name__, __file__)

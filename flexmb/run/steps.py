@@ -111,7 +111,7 @@ def steps(
     Examples
     --------
     >>> import flexmb as fm
-    >>> for state in fm.steps(fm.slider_crank(), step=1e-5):
+    >>> for state in fm.steps(fm.mechanisms.slider_crank(), step=1e-5):
     ...     if state["slider.vx"] < -5.0:
     ...         break
     >>> state.t < 0.01

@@ -72,7 +72,7 @@ def embed(signal: Any, delay: int, dimension: int) -> np.ndarray:
     Examples
     --------
     >>> import flexmb as fm
-    >>> fm.embed([0.0, 1.0, 2.0, 3.0], 2, 2)
+    >>> fm.chaos.embed([0.0, 1.0, 2.0, 3.0], 2, 2)
     array([[0., 2.],
            [1., 3.]])
     """
@@ -211,7 +211,7 @@ def embedding(signal: Any, *, delay: int | None = None, dimension: int | None = 
     Examples
     --------
     >>> import flexmb as fm, numpy as np
-    >>> found = fm.embedding(np.sin(0.1 * np.arange(2000)))
+    >>> found = fm.chaos.embedding(np.sin(0.1 * np.arange(2000)))
     >>> found.dimension, 6 <= found.delay <= 16  # of a period of 62.8 samples
     (2, True)
     """

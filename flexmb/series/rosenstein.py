@@ -59,7 +59,7 @@ def rosenstein(
     >>> x = [0.3]
     >>> for _ in range(4999):
     ...     x.append(4.0 * x[-1] * (1.0 - x[-1]))
-    >>> abs(fm.rosenstein(x).value - 0.6931) < 0.03
+    >>> abs(fm.chaos.rosenstein(x).value - 0.6931) < 0.03
     True
     """
     options = {"delay": delay, "dimension": dimension, "theiler": theiler}

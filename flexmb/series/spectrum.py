@@ -74,7 +74,7 @@ def power_spectrum(signal: Any, interval: Any = None) -> PowerSpectrum:
     --------
     >>> import flexmb as fm, numpy as np
     >>> t = 0.01 * np.arange(4000)
-    >>> found = fm.power_spectrum(2.0 * np.sin(2.0 * np.pi * 5.0 * t), 0.01)
+    >>> found = fm.chaos.power_spectrum(2.0 * np.sin(2.0 * np.pi * 5.0 * t), 0.01)
     >>> found.kind, round(float(found.peaks[0]), 2), round(float(found.power[0]), 2)  # 2^2 / 2
     ('lines', 5.0, 2.0)
     """

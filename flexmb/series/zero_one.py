@@ -74,7 +74,7 @@ def zero_one_test(signal: Any, *, thin: int | None = None, count: int = 100, see
     Examples
     --------
     >>> import flexmb as fm, numpy as np
-    >>> fm.zero_one_test(np.sin(np.arange(1000.0))).kind
+    >>> fm.chaos.zero_one_test(np.sin(np.arange(1000.0))).kind
     'regular'
     """
     x = samples("zero_one_test", signal, 20)

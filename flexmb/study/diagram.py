@@ -16,7 +16,7 @@ from flexmb.jobs.engine import PENDING
 from flexmb.study.case import Case
 from flexmb.study.exponent import TANGENT
 from flexmb.study.run import StudyError, StudyRun
-from flexmb.sweeps.bifurcation import bifurcation
+from flexmb.sweeps.bifurcation_diagram import bifurcation
 
 if TYPE_CHECKING:
     import xarray as xr

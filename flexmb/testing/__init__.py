@@ -3,3 +3,5 @@
 from flexmb.testing.bench import Check as Check
 from flexmb.testing.bench import Report as Report
 from flexmb.testing.part import check_part as check_part
+
+__all__ = ["Check", "Report", "check_part"]

@@ -14,20 +14,20 @@ def rod(push=2.5, damping=0.1):
         bar,
         fm.Revolute("O", fm.GROUND, bar, at=(0.0, 0.0)),
         fm.TorsionSpring("damper", fm.GROUND, bar, stiffness=0.0, damping=damping * J, at=(0.0, 0.0)),
-        fm.Torque("push", bar, torque=push * J, history=fm.Harmonic(1.0, frequency=1.0 / systems.TURN)),
+        fm.Torque("push", bar, torque=push * J, history=fm.drives.Harmonic(1.0, frequency=1.0 / systems.TURN)),
     ]
     return fm.Mechanism("rod", parts, gravity=(0.0, -J))
 
 
 def rod_flow(steps=400, **options):
-    return fm.MechanismFlow(rod(**options), period=systems.TURN, step=systems.TURN / steps)
+    return fm.chaos.MechanismFlow(rod(**options), period=systems.TURN, step=systems.TURN / steps)
 
 
 def swinging(rtol=1e-6):
     """A bar of 1 m let go at 90 degrees."""
     bar = fm.RigidLink("bar", (0.0, 0.0), (1.0, 0.0), mass=2.0, inertia=1.0 / 6.0)
     mechanism = fm.Mechanism("pendulum", [bar, fm.Revolute("O", fm.GROUND, bar, at=(0.0, 0.0))], gravity=(0.0, -9.81))
-    return fm.MechanismFlow(mechanism, period=1.6, step=fm.Adaptive(rtol=rtol))
+    return fm.chaos.MechanismFlow(mechanism, period=1.6, step=fm.Adaptive(rtol=rtol))
 
 
 def cranks(*periods):

@@ -10,7 +10,7 @@ TURN = 2.0 * np.pi
 
 def henon():
     """x' = 1 - a x^2 + y, y' = b x at a = 1.4, b = 0.3."""
-    return fm.Map(
+    return fm.chaos.Map(
         lambda x, a, b: [1.0 - a * x[0] ** 2 + x[1], b * x[0]],
         [0.1, 0.1],
         jacobian=lambda x, a, b: [[-2.0 * a * x[0], 1.0], [b, 0.0]],
@@ -20,7 +20,7 @@ def henon():
 
 
 def standard_map(K):
-    return fm.Map(
+    return fm.chaos.Map(
         lambda x, K: [x[0] + x[1] + K * np.sin(x[0]), x[1] + K * np.sin(x[0])],
         [0.1, 0.2],
         jacobian=lambda x, K: [[1.0 + K * np.cos(x[0]), 1.0], [K * np.cos(x[0]), 1.0]],
@@ -36,7 +36,7 @@ def high_bounce(alpha, gamma):
     branch that is stable for small gamma.
     """
     phase = TURN - np.arccos(-TURN * (1.0 - alpha) / gamma)
-    return fm.Map(
+    return fm.chaos.Map(
         lambda x, a, g: [x[0] + x[1], a * x[1] - g * np.cos(x[0] + x[1])],
         [phase + 1e-3, TURN],
         jacobian=lambda x, a, g: [[1.0, 1.0], [g * np.sin(x[0] + x[1]), a + g * np.sin(x[0] + x[1])]],
@@ -47,7 +47,7 @@ def high_bounce(alpha, gamma):
 
 
 def lorenz(**options):
-    return fm.ODE(
+    return fm.chaos.ODE(
         lambda t, x, s, r, b: np.array([s * (x[1] - x[0]), x[0] * (r - x[2]) - x[1], x[0] * x[1] - b * x[2]]),
         [1.0, 1.0, 20.0],
         jacobian=lambda t, x, s, r, b: np.array([[-s, s, 0.0], [r - x[2], -1.0, -x[0]], [x[1], x[0], -b]]),
@@ -59,7 +59,7 @@ def lorenz(**options):
 
 
 def rossler(**options):
-    return fm.ODE(
+    return fm.chaos.ODE(
         lambda t, x: np.array([-x[1] - x[2], x[0] + 0.2 * x[1], 0.2 + x[2] * (x[0] - 5.7)]),
         [1.0, 0.0, 0.0],
         jacobian=lambda t, x: np.array([[0.0, -1.0, -1.0], [1.0, 0.2, 0.0], [x[2], 0.0, x[0] - 5.7]]),
@@ -69,7 +69,7 @@ def rossler(**options):
 
 
 def van_der_pol(mu=1.0, **options):
-    return fm.ODE(
+    return fm.chaos.ODE(
         lambda t, x, mu: np.array([x[1], mu * (1.0 - x[0] ** 2) * x[1] - x[0]]),
         [2.0, 0.0],
         parameters={"mu": mu},
@@ -81,7 +81,7 @@ def van_der_pol(mu=1.0, **options):
 
 def pendulum(**options):
     """x'' + 0.1 x' + sin x = 2.5 sin t."""
-    return fm.ODE(
+    return fm.chaos.ODE(
         lambda t, x: np.array([x[1], 2.5 * np.sin(t) - 0.1 * x[1] - np.sin(x[0])]),
         [0.0, 0.0],
         jacobian=lambda t, x: np.array([[0.0, 1.0], [-np.cos(x[0]), -0.1]]),
@@ -94,7 +94,7 @@ def pendulum(**options):
 
 def duffing(**options):
     """x'' + 0.05 x' + x^3 = 7.5 cos t, the case of Ueda."""
-    return fm.ODE(
+    return fm.chaos.ODE(
         lambda t, x: np.array([x[1], 7.5 * np.cos(t) - 0.05 * x[1] - x[0] ** 3]),
         [1.0, 0.0],
         jacobian=lambda t, x: np.array([[0.0, 1.0], [-3.0 * x[0] ** 2, -0.05]]),
@@ -107,7 +107,7 @@ def duffing(**options):
 
 def oscillator(damping, stiffness=1.0, force=0.0, frequency=1.0, **options):
     """x'' + damping x' + stiffness x = force cos(frequency t)."""
-    return fm.ODE(
+    return fm.chaos.ODE(
         lambda t, x, c, k, F, w: [x[1], F * np.cos(w * t) - c * x[1] - k * x[0]],
         [1.0, 0.0],
         parameters={"c": damping, "k": stiffness, "F": force, "w": frequency},
@@ -121,7 +121,7 @@ def oscillator(damping, stiffness=1.0, force=0.0, frequency=1.0, **options):
 def henon_heiles(energy=0.125):
     y = -0.15
     vx = np.sqrt(2.0 * (energy - y**2 / 2.0 + y**3 / 3.0))
-    return fm.ODE(
+    return fm.chaos.ODE(
         lambda t, x: np.array([x[2], x[3], -x[0] - 2.0 * x[0] * x[1], -x[1] - x[0] ** 2 + x[1] ** 2]),
         [0.0, y, vx, 0.0],
         jacobian=lambda t, x: np.array(
@@ -147,7 +147,7 @@ class ImpactOscillator:
         self.w, self.s, self.r = w, s, r
 
     def flow(self):
-        ode = fm.ODE(
+        ode = fm.chaos.ODE(
             lambda t, x, w: [x[1], np.cos(w * t) - x[0]],
             [self.s - 1.0, 0.0],
             jacobian=lambda t, x, w: [[0.0, 1.0], [-1.0, 0.0]],
@@ -158,7 +158,7 @@ class ImpactOscillator:
             rtol=1e-11,
             atol=1e-13,
         )
-        return fm.ImpactODE(ode, gap=lambda t, x, w: self.s - x[0], jump=lambda t, x, w: [x[0], -self.r * x[1]])
+        return fm.chaos.ImpactODE(ode, gap=lambda t, x, w: self.s - x[0], jump=lambda t, x, w: [x[0], -self.r * x[1]])
 
     def between(self, t0, u0, v0, t):
         """u and v at t of a flight that begins at t0."""

@@ -8,7 +8,7 @@ import flexmb as fm
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.run import run as run_module
 
-LOSS = fm.SmoothCoulomb(0.3, v0=0.2)
+LOSS = fm.friction.SmoothCoulomb(0.3, v0=0.2)
 
 
 def pendulum(*, extras=(), lower=None, friction=None, gravity=9.81):

@@ -20,7 +20,7 @@ def stiff(rate=150.0):
     def rates(t, x):
         return [-rate * x[0] + np.cos(t), -x[1]]
 
-    return fm.ODE(rates, [1.0, 1.0], period=systems.TURN, method="Radau", rtol=1e-5, atol=1e-8)
+    return fm.chaos.ODE(rates, [1.0, 1.0], period=systems.TURN, method="Radau", rtol=1e-5, atol=1e-8)
 
 
 @pytest.mark.slow
@@ -41,7 +41,7 @@ def test_lengths_whose_squares_are_no_numbers():
 
 
 def test_directions_that_one_iteration_mixes_up_are_a_status():
-    mixed = fm.Map(lambda x: [0.5 * x[0], 1e-30 * x[1]], [0.3, 0.1], jacobian=lambda x: np.diag([0.5, 1e-30]))
+    mixed = fm.chaos.Map(lambda x: [0.5 * x[0], 1e-30 * x[1]], [0.3, 0.1], jacobian=lambda x: np.diag([0.5, 1e-30]))
     found = fm.lyapunov(mixed, periods=60, count=2)
     assert not found.ok
     assert "fewer exponents" in found.status
@@ -49,11 +49,13 @@ def test_directions_that_one_iteration_mixes_up_are_a_status():
 
 
 def worn(rpm):
-    return fm.slider_crank(systems.TURN * rpm / 60.0, clearance=5e-4)
+    return fm.mechanisms.slider_crank(systems.TURN * rpm / 60.0, clearance=5e-4)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("make", [lambda: worn(1000.0), lambda: worn(5000.0), lambda: fm.four_bar(clearance=5e-4)])
+@pytest.mark.parametrize(
+    "make", [lambda: worn(1000.0), lambda: worn(5000.0), lambda: fm.mechanisms.four_bar(clearance=5e-4)]
+)
 def test_whole_spectrum_of_a_mechanism_in_contact(make):
     """One period shrinks the last direction by e^-50 to e^-120; what contacts note of it must not outgrow it."""
     with warnings.catch_warnings():
@@ -69,10 +71,10 @@ def test_whole_spectrum_of_a_mechanism_in_contact(make):
 
 
 def test_what_contacts_only_note_is_known():
-    flow = fm.MechanismFlow(worn(3000.0))
+    flow = fm.chaos.MechanismFlow(worn(3000.0))
     n = flow.program.n_q
     assert list(flow.records - 2 * n) == [1, 8, 9, 10, 11, 12, 13]
-    strobe = fm.StroboscopicMap(flow)
+    strobe = fm.chaos.StroboscopicMap(flow)
     assert (strobe.records == flow.records).all()
     flow.advance(0.02)
     kept, other = flow.snapshot(), flow.copy()
@@ -94,19 +96,19 @@ def test_a_hard_look_is_divided_and_others_are_not():
 
 
 def driven():
-    return fm.ODE(lambda t, x: [x[1], -x[0] - 0.1 * x[1] + np.cos(t)], [1.0, 0.0], period=systems.TURN)
+    return fm.chaos.ODE(lambda t, x: [x[1], -x[0] - 0.1 * x[1] + np.cos(t)], [1.0, 0.0], period=systems.TURN)
 
 
 def tent():
-    return fm.Map(lambda x, a: a * np.minimum(x, 1.0 - x), [0.3], parameters={"a": 1.5})
+    return fm.chaos.Map(lambda x, a: a * np.minimum(x, 1.0 - x), [0.3], parameters={"a": 1.5})
 
 
-@pytest.mark.parametrize("tool", [fm.lyapunov, fm.benettin])
+@pytest.mark.parametrize("tool", [fm.lyapunov, fm.chaos.benettin])
 @pytest.mark.parametrize(
     ("make", "given", "words"),
     [
         (tent, {"periods": 100, "period": 3.0}, "period= belongs to a flow"),
-        (lambda: fm.StroboscopicMap(driven()), {"periods": 60, "period": 3.0}, "period= belongs to a flow"),
+        (lambda: fm.chaos.StroboscopicMap(driven()), {"periods": 60, "period": 3.0}, "period= belongs to a flow"),
         (driven, {"periods": 60, "interval": 0.1}, "interval= goes with duration="),
         (driven, {"duration": 60.0, "period": 1.0}, "period= goes with periods="),
         (tent, {"periods": 100, "seed": -1}, "seed is -1"),
@@ -121,28 +123,28 @@ def test_arguments_without_influence_are_refused(tool, make, given, words):
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: fm.ODE(3, [1.0]), "function is 3"),
-        (lambda: fm.Map(3, [1.0]), "function is 3"),
-        (lambda: fm.ODE(lambda t, x: -x, [1.0], jacobian=3), "jacobian is 3"),
-        (lambda: fm.ODE(lambda t, x: -x, [1.0], names=5), "names is 5"),
-        (lambda: fm.ODE(lambda t, x: -x, [1.0], names="x"), "names is 'x'"),
-        (lambda: fm.ODE(lambda t, x: -x, [1.0, 2.0], names=["x", "x"]), "no name twice"),
-        (lambda: fm.ODE(lambda t, x: -x, [1.0], parameters=["a"]), "must be a dictionary"),
+        (lambda: fm.chaos.ODE(3, [1.0]), "function is 3"),
+        (lambda: fm.chaos.Map(3, [1.0]), "function is 3"),
+        (lambda: fm.chaos.ODE(lambda t, x: -x, [1.0], jacobian=3), "jacobian is 3"),
+        (lambda: fm.chaos.ODE(lambda t, x: -x, [1.0], names=5), "names is 5"),
+        (lambda: fm.chaos.ODE(lambda t, x: -x, [1.0], names="x"), "names is 'x'"),
+        (lambda: fm.chaos.ODE(lambda t, x: -x, [1.0, 2.0], names=["x", "x"]), "no name twice"),
+        (lambda: fm.chaos.ODE(lambda t, x: -x, [1.0], parameters=["a"]), "must be a dictionary"),
         (lambda: tent().reset(parameters=["a"]), "must be a dictionary"),
         (lambda: tent().advance(1, np.ones((2, 1))), r"float64 array \(1, k\)"),
         (lambda: driven().advance(1.0, np.ones(2)), r"float64 array \(2, k\)"),
         (lambda: driven().advance(1.0, np.full((2, 1), np.inf)), "not finite"),
         (
-            lambda: fm.Map(lambda x: x / 2, [1.0], jacobian=lambda x: [[1, 2]]).advance(1, np.ones((1, 1))),
+            lambda: fm.chaos.Map(lambda x: x / 2, [1.0], jacobian=lambda x: [[1, 2]]).advance(1, np.ones((1, 1))),
             "jacobian has",
         ),
-        (lambda: fm.periodic_orbit(driven(), autonomous="yes"), "True or False"),
-        (lambda: fm.judge(np.zeros((50, 1)), ["x"], exponent="a"), "exponent is 'a'"),
-        (lambda: fm.judge(np.zeros((50, 1)), ["x"], sizes=["a"]), "must be a number"),
-        (lambda: fm.judge(1j * np.ones((50, 1)), ["x"]), "no table of numbers"),
-        (lambda: fm.rosenstein(1j * np.ones(500)), "no list of numbers"),
-        (lambda: fm.zero_one_test(1e300 * np.sin(np.arange(500.0))), "Give another unit"),
-        (lambda: fm.embedding(1e-310 * np.sin(np.arange(500.0))), "Give another unit"),
+        (lambda: fm.chaos.periodic_orbit(driven(), autonomous="yes"), "True or False"),
+        (lambda: fm.chaos.judge(np.zeros((50, 1)), ["x"], exponent="a"), "exponent is 'a'"),
+        (lambda: fm.chaos.judge(np.zeros((50, 1)), ["x"], sizes=["a"]), "must be a number"),
+        (lambda: fm.chaos.judge(1j * np.ones((50, 1)), ["x"]), "no table of numbers"),
+        (lambda: fm.chaos.rosenstein(1j * np.ones(500)), "no list of numbers"),
+        (lambda: fm.chaos.zero_one_test(1e300 * np.sin(np.arange(500.0))), "Give another unit"),
+        (lambda: fm.chaos.embedding(1e-310 * np.sin(np.arange(500.0))), "Give another unit"),
         (lambda: fm.load_sweep(3), "the path is 3"),
     ],
 )
@@ -152,14 +154,14 @@ def test_wrong_arguments_are_named(make, words):
 
 
 def test_a_map_that_divides_by_zero_ends_with_a_status():
-    falling = fm.Map(lambda x: [x[0] - 1.0 if 1.0 / float(x[0]) else 0.0], [3.0])
+    falling = fm.chaos.Map(lambda x: [x[0] - 1.0 if 1.0 / float(x[0]) else 0.0], [3.0])
     assert not falling.advance(10)
     assert "not finite" in falling.status
     assert not falling.advance(1)
 
 
 def test_an_ode_tells_its_period_to_orbits():
-    orbit = fm.periodic_orbit(driven())
+    orbit = fm.chaos.periodic_orbit(driven())
     assert orbit.ok, orbit.status
     assert orbit.period == pytest.approx(systems.TURN)
     assert orbit.state == pytest.approx([0.0, 10.0], abs=1e-6)  # x = 10 sin t
@@ -167,8 +169,8 @@ def test_an_ode_tells_its_period_to_orbits():
 
 def wall(phase):
     """A mass between impacts with a wall that moves as 0.1 cos(t + phase)."""
-    return fm.ImpactODE(
-        fm.ODE(lambda t, x: [x[1], -1.0], [0.5, 0.0], period=systems.TURN),
+    return fm.chaos.ImpactODE(
+        fm.chaos.ODE(lambda t, x: [x[1], -1.0], [0.5, 0.0], period=systems.TURN),
         gap=lambda t, x: x[0] - 0.1 * np.cos(t + phase),
         jump=lambda t, x: [x[0], -0.8 * x[1] - 1.8 * 0.1 * np.sin(t + phase)],
     )
@@ -186,7 +188,7 @@ def test_tangent_of_an_impact_does_not_depend_on_how_late_it_is():
 
 def test_carried_tangents_give_the_orbit_of_a_mechanism():
     found = {
-        tangent: fm.periodic_orbit(mechanisms.rod_flow(push=0.3, damping=0.5), tangent=tangent)
+        tangent: fm.chaos.periodic_orbit(mechanisms.rod_flow(push=0.3, damping=0.5), tangent=tangent)
         for tangent in ("carried", "differences")
     }
     assert all(orbit.ok for orbit in found.values())
@@ -201,7 +203,7 @@ def test_carried_tangents_give_the_orbit_of_a_mechanism():
 def test_two_trajectories_in_contact_stay_closer_than_its_depth():
     """At 5000 rpm the exponent is 467 +/- 20 by tangents over 360 periods; from 2.6e-7 m apart 356 +/- 7 came out."""
     mechanism = worn(5000.0)
-    pair = fm.benettin(mechanism, skip=20, periods=100, step=1e-6)
+    pair = fm.chaos.benettin(mechanism, skip=20, periods=100, step=1e-6)
     tangent = fm.lyapunov(mechanism, skip=20, periods=100, step=1e-6)
     assert pair.ok
     assert tangent.ok
@@ -211,7 +213,7 @@ def test_two_trajectories_in_contact_stay_closer_than_its_depth():
 
 def test_crossings_are_located_within_fixed_steps():
     flow = mechanisms.rod_flow()
-    section = fm.SectionMap(flow, "rod.omega", direction="down")
+    section = fm.chaos.SectionMap(flow, "rod.omega", direction="down")
     place = flow.names.index("rod.omega")
     for _ in range(3):
         assert section.advance(1), section.status

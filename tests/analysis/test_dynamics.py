@@ -10,7 +10,7 @@ from flexmb.errors import InputError
 
 
 def section_of(flow, signal, direction="up", level=0.0):
-    section = fm.SectionMap(flow, signal, direction=direction, level=level)
+    section = fm.chaos.SectionMap(flow, signal, direction=direction, level=level)
     section.advance(1)
     return section
 
@@ -26,19 +26,19 @@ def striking():
 
 KINDS = {
     "map": systems.henon,
-    "map without jacobian": lambda: fm.Map(lambda x: [np.sin(x[1]), x[0] - x[1] ** 2], [0.3, 0.1]),
+    "map without jacobian": lambda: fm.chaos.Map(lambda x: [np.sin(x[1]), x[0] - x[1] ** 2], [0.3, 0.1]),
     "ode": lambda: started(systems.lorenz()),
     "ode without jacobian": lambda: started(systems.van_der_pol()),
     "stiff ode": lambda: started(systems.van_der_pol(rtol=1e-8, method="Radau")),
     "driven ode": lambda: started(systems.pendulum()),
     "impacts": lambda: started(striking()),
-    "stroboscopic": lambda: fm.StroboscopicMap(systems.pendulum()),
-    "stroboscopic of impacts": lambda: fm.StroboscopicMap(striking()),
+    "stroboscopic": lambda: fm.chaos.StroboscopicMap(systems.pendulum()),
+    "stroboscopic of impacts": lambda: fm.chaos.StroboscopicMap(striking()),
     "section": lambda: section_of(systems.lorenz(), "z", level=27.0),
     "section both ways": lambda: section_of(systems.van_der_pol(), "x", "both"),
     "section of a driven flow": lambda: section_of(systems.pendulum(), "v"),
     "mechanism": lambda: started(mechanisms.rod_flow()),
-    "stroboscopic of a mechanism": lambda: fm.StroboscopicMap(mechanisms.rod_flow()),
+    "stroboscopic of a mechanism": lambda: fm.chaos.StroboscopicMap(mechanisms.rod_flow()),
     "section of a mechanism": lambda: section_of(started(mechanisms.rod_flow()), "rod.omega"),
 }
 """Each stands somewhere it can be advanced from."""
@@ -49,12 +49,12 @@ EXACT = {"map", "map without jacobian"}
 def held():
     """The rod with its positions alone held: of that form the tangents are those of the steps to the last digits."""
     method = fm.Newmark.generalised_alpha(constraints="position")
-    return fm.MechanismFlow(mechanisms.rod(), period=systems.TURN, step=systems.TURN / 400, method=method)
+    return fm.chaos.MechanismFlow(mechanisms.rod(), period=systems.TURN, step=systems.TURN / 400, method=method)
 
 
 HELD = {
     "mechanism": lambda: started(held()),
-    "stroboscopic of a mechanism": lambda: fm.StroboscopicMap(held()),
+    "stroboscopic of a mechanism": lambda: fm.chaos.StroboscopicMap(held()),
     "section of a mechanism": lambda: section_of(started(held()), "rod.omega"),
 }
 MECHANISMS = {name for name in KINDS if "mechanism" in name}
@@ -91,7 +91,7 @@ def size_of(x):
 def allowed(system, k, seed=3):
     """k differences of states that stay in a section."""
     W = system.on_manifold(np.random.default_rng(seed).standard_normal((system.size, k + 1)))
-    if isinstance(system, fm.SectionMap):
+    if isinstance(system, fm.chaos.SectionMap):
         across = W[system.names.index(system.signal)]
         W -= np.outer(W[:, k], across / across[k])
     return np.ascontiguousarray(W[:, :k])
@@ -105,7 +105,7 @@ def carried(system, W, duration):
 
 
 def test_it_describes_itself(system):
-    assert isinstance(system, fm.Dynamics)
+    assert isinstance(system, fm.chaos.Dynamics)
     assert system.ok
     assert len(system.names) == len(system.units) == len(system.observe())
     assert system.state().shape == (system.size,) == system.weights.shape
@@ -172,7 +172,7 @@ def test_states_that_are_none_are_refused(system):
 
 
 def test_unknown_parameters_are_refused(system):
-    with pytest.raises(fm.FlexmbError):
+    with pytest.raises(fm.errors.FlexmbError):
         system.reset(parameters={"no such thing": 1.0})
 
 

@@ -62,7 +62,7 @@ def test_van_der_pol():
     assert abs(found.spectrum[0]) < 1e-8
     assert found.spectrum[1] == pytest.approx(second, abs=1e-7)
     assert found.verdict is None  # instants at will are no section
-    section = fm.SectionMap(systems.van_der_pol(), "x", direction="down")
+    section = fm.chaos.SectionMap(systems.van_der_pol(), "x", direction="down")
     across = fm.lyapunov(section, skip=10, periods=50)
     assert across.value == pytest.approx(second, abs=1e-6)
     assert across.period == pytest.approx(t1 - t0, abs=1e-7)
@@ -108,7 +108,7 @@ def test_bouncing_ball_doubles_its_period():
 def test_superstable_orbit():
     """x' = 2 x (1 - x) at its fixed point 1/2, where the slope is 0: minus infinity, not an error."""
     found = fm.lyapunov(
-        fm.Map(lambda x: 2.0 * x * (1.0 - x), [0.5], jacobian=lambda x: 2.0 - 4.0 * x[None]), periods=50
+        fm.chaos.Map(lambda x: 2.0 * x * (1.0 - x), [0.5], jacobian=lambda x: 2.0 - 4.0 * x[None]), periods=50
     )
     assert found.ok
     assert found.value == -np.inf
@@ -130,7 +130,7 @@ def exact_orbit(oscillator, near):
 
 
 def settled(oscillator, periods=150):
-    strobe = fm.StroboscopicMap(oscillator.flow())
+    strobe = fm.chaos.StroboscopicMap(oscillator.flow())
     assert strobe.advance(periods), strobe.status
     return strobe
 
@@ -178,8 +178,8 @@ def test_impact_oscillator_doubles_its_period():
 
 def test_a_bouncing_ball_comes_to_rest_with_a_status():
     """Restitution 1/2: the flights last 2, 1, 1/2 ... times the first speed over g, in all 1 + 2 s."""
-    fall = fm.ODE(lambda t, x: [x[1], -1.0], [0.5, 0.0], names=["height", "speed"])
-    ball = fm.ImpactODE(fall, gap=lambda t, x: x[0], jump=lambda t, x: [x[0], -0.5 * x[1]])
+    fall = fm.chaos.ODE(lambda t, x: [x[1], -1.0], [0.5, 0.0], names=["height", "speed"])
+    ball = fm.chaos.ImpactODE(fall, gap=lambda t, x: x[0], jump=lambda t, x: [x[0], -0.5 * x[1]])
     assert not ball.advance(10.0)
     assert "pile up" in ball.status
     assert ball.time == pytest.approx(3.0, abs=1e-5)
@@ -199,7 +199,7 @@ def test_lorenz():
 
 def test_lorenz_on_a_section():
     """The exponent 0 belongs to the direction that a section does not have."""
-    section = fm.SectionMap(systems.lorenz(rtol=1e-8), "z", level=27.0)
+    section = fm.chaos.SectionMap(systems.lorenz(rtol=1e-8), "z", level=27.0)
     assert section.dimension == 2
     found = fm.lyapunov(section, skip=20, periods=300, count=2)
     assert agrees(found, 0.9056, last_digit=5e-5, error=0.05)
@@ -249,13 +249,13 @@ def test_conservative_exponents_come_in_pairs():
     [
         (systems.henon, {"skip": 500, "periods": 20000}),
         (lambda: systems.lorenz(rtol=1e-10), {"skip": 20.0, "duration": 100.0, "interval": 0.5}),
-        (lambda: fm.StroboscopicMap(systems.pendulum()), {"skip": 50, "periods": 150}),
-        (lambda: fm.SectionMap(systems.lorenz(), "z", level=27.0), {"skip": 20, "periods": 100}),
+        (lambda: fm.chaos.StroboscopicMap(systems.pendulum()), {"skip": 50, "periods": 150}),
+        (lambda: fm.chaos.SectionMap(systems.lorenz(), "z", level=27.0), {"skip": 20, "periods": 100}),
     ],
     ids=["map", "ode", "stroboscopic", "section"],
 )
 def test_two_trajectories_and_tangents_agree(make, options):
-    pair, tangent = fm.benettin(make(), **options), fm.lyapunov(make(), **options)
+    pair, tangent = fm.chaos.benettin(make(), **options), fm.lyapunov(make(), **options)
     assert pair.ok, pair.status
     assert pair.unit == tangent.unit
     assert pair.points.shape == tangent.points.shape
@@ -265,14 +265,14 @@ def test_two_trajectories_and_tangents_agree(make, options):
 def test_a_mechanism_at_rest():
     """A damped rod that hangs: -c / 2 = -0.05."""
     still = mechanisms.rod(push=0.0)
-    found = fm.benettin(still, period=TURN, step=TURN / 200, skip=5, periods=100)
+    found = fm.chaos.benettin(still, period=TURN, step=TURN / 200, skip=5, periods=100)
     assert found.ok, found.status
     assert found.value == pytest.approx(-0.05, abs=2e-4)
 
 
 def test_a_mechanism_in_chaos():
     """The rod under a harmonic torque is the driven pendulum above: 0.160."""
-    found = fm.benettin(mechanisms.rod(), period=TURN, step=TURN / 400, skip=20, periods=500)
+    found = fm.chaos.benettin(mechanisms.rod(), period=TURN, step=TURN / 400, skip=20, periods=500)
     assert agrees(found, 0.160, last_digit=2e-3, error=0.015)
 
 
@@ -315,14 +315,14 @@ def test_the_verdict_is_made_of_the_section(monkeypatch):
     def judge(points, names, *, exponent, error, units, floor=1e-6, sizes=None):
         assert (floor, sizes) == (1e-6, None) or (floor == 1.0 and 0.0 < sizes.max() < 1e-4)
         asked.append((points.shape, list(names), exponent, error, list(units)))
-        return fm.Verdict("transient", "Asked.")
+        return fm.chaos.Verdict("transient", "Asked.")
 
     monkeypatch.setattr("flexmb.dynamics.sections.section_signals.judge", judge)
     for confirm in (False, True):
         found = fm.lyapunov(systems.henon(), skip=10, periods=60, confirm=confirm)
         assert asked.pop() == ((60, 2), ["x0", "x1"], found.value, found.statistical[0], ["", ""])
         assert str(found.verdict) == "transient"
-    fm.benettin(mechanisms.rod(), period=TURN, step=TURN / 50, periods=50)
+    fm.chaos.benettin(mechanisms.rod(), period=TURN, step=TURN / 50, periods=50)
     shape, names, _, _, units = asked.pop()
     assert shape == (50, len(names))
     assert units[names.index("rod.theta")] == "rad"
@@ -332,15 +332,15 @@ def test_the_verdict_is_made_of_the_section(monkeypatch):
 
 
 def test_tangent_vectors_that_are_not_finite_are_a_status():
-    found = fm.lyapunov(fm.Map(lambda x: 0.5 * x, [1.0], jacobian=lambda x: [[np.nan]]), periods=50)
+    found = fm.lyapunov(fm.chaos.Map(lambda x: 0.5 * x, [1.0], jacobian=lambda x: [[np.nan]]), periods=50)
     assert not found.ok
     assert "tangent vectors are not finite" in found.status
 
 
-@pytest.mark.parametrize("tool", [fm.lyapunov, fm.benettin])
+@pytest.mark.parametrize("tool", [fm.lyapunov, fm.chaos.benettin])
 def test_a_run_that_fails_midway_keeps_what_it_found(tool):
     """x' = x / 2 until x is below 1e-20, which is so after 67 iterations: the exponent of these is -ln 2."""
-    halving = fm.Map(lambda x: [0.5 * x[0] if x[0] > 1e-20 else np.nan], [1.0], jacobian=lambda x: [[0.5]])
+    halving = fm.chaos.Map(lambda x: [0.5 * x[0] if x[0] > 1e-20 else np.nan], [1.0], jacobian=lambda x: [[0.5]])
     found = tool(halving, periods=100)
     assert not found.ok
     assert "not finite" in found.status
@@ -349,7 +349,7 @@ def test_a_run_that_fails_midway_keeps_what_it_found(tool):
     assert found.verdict is None
 
 
-@pytest.mark.parametrize("tool", [fm.lyapunov, fm.benettin])
+@pytest.mark.parametrize("tool", [fm.lyapunov, fm.chaos.benettin])
 @pytest.mark.parametrize(
     ("make", "options", "message"),
     [
@@ -373,6 +373,6 @@ def test_more_exponents_than_directions_are_refused():
     with pytest.raises(InputError, match="1 to 2 independent"):
         fm.lyapunov(systems.henon(), periods=100, count=3)
     with pytest.raises(InputError, match="distance is 0"):
-        fm.benettin(systems.henon(), periods=100, distance=0.0)
+        fm.chaos.benettin(systems.henon(), periods=100, distance=0.0)
     with pytest.raises(InputError, match="no period"):
         fm.lyapunov(systems.henon(), periods=100).per_period()

@@ -19,7 +19,7 @@ def shaken():
     """A mass on spring and damper with the force F cos(W t)."""
     mass = fm.RigidBody("mass", at=(1.0, 0.0), mass=M, inertia=0.1, velocity=(0.2, 0.0, 0.0))
     ends = {"at": (0.0, 0.0), "to": (1.0, 0.0)}
-    force = fm.Harmonic(1.0, frequency=W / (2 * math.pi), phase=math.pi / 2)
+    force = fm.drives.Harmonic(1.0, frequency=W / (2 * math.pi), phase=math.pi / 2)
     return fm.Mechanism(
         "shaker",
         [
@@ -80,21 +80,21 @@ def test_a_branch_ends_where_a_part_refuses_the_value():
     assert not branch.ok
     assert "must be >= 0" in branch.status
     assert 0.0 <= branch.points[-1].value < 0.05
-    with pytest.raises(fm.InputError, match="must be >= 0"):
+    with pytest.raises(fm.errors.InputError, match="must be >= 0"):
         follow(orbit, "spring.damping", (-0.8, 0.8))
-    with pytest.raises(fm.FlexmbError, match="dampings"):
+    with pytest.raises(fm.errors.FlexmbError, match="dampings"):
         follow(orbit, "spring.dampings", (0.8, 0.1))
 
 
 def test_a_mechanism_without_drive_needs_a_period():
     flow = MechanismFlow(shaken(), step=1e-3)
-    with pytest.raises(fm.InputError, match="no periodic drive and no period= is given"):
+    with pytest.raises(fm.errors.InputError, match="no periodic drive and no period= is given"):
         periodic_orbit(flow)
 
 
 def turning(friction=None):
     """A crank that turns once a period, with a spring that pulls at it through a slider."""
-    return fm.slider_crank(100.0, friction=friction)
+    return fm.mechanisms.slider_crank(100.0, friction=friction)
 
 
 def test_a_turning_crank_comes_back_a_turn_further():
@@ -109,8 +109,8 @@ def test_a_turning_crank_comes_back_a_turn_further():
 
 
 def test_histories_of_friction_must_come_back_and_those_of_contacts_are_handed_on():
-    law = fm.LuGre(static=0.2, kinetic=0.1)
-    mechanism = fm.slider_crank(100.0, clearance=1e-4, friction=law)
+    law = fm.friction.LuGre(static=0.2, kinetic=0.1)
+    mechanism = fm.mechanisms.slider_crank(100.0, clearance=1e-4, friction=law)
     flow = MechanismFlow(mechanism, step=1e-5)
     space = StateSpace("test", flow)
     n, n_z = flow.program.n_q, flow.program.tables.sizes.n_z
@@ -139,8 +139,8 @@ def test_basin_of_a_mechanism_is_asked_for_by_coordinates():
 def test_slider_crank_with_worn_pin_has_an_orbit_that_simulation_confirms():
     # 3000 rpm, soft impacts, friction: an orbit of one period, found where simulation does not settle on it
     steel = fm.Material(207e9, 7801.0, 0.3)
-    mechanism = fm.slider_crank(100 * math.pi, clearance=1e-4, friction="coulomb").with_(
-        {"B.normal": fm.ExactRestitution.from_materials(steel, steel, restitution=0.02)}
+    mechanism = fm.mechanisms.slider_crank(100 * math.pi, clearance=1e-4, friction="coulomb").with_(
+        {"B.normal": fm.contact.ExactRestitution.from_materials(steel, steel, restitution=0.02)}
     )
     flow = MechanismFlow(mechanism, step=1e-6)
     orbit = periodic_orbit(flow, settle=40, tangent="differences", tolerance=1e-8)

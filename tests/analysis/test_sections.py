@@ -14,20 +14,20 @@ from flexmb.errors import InputError
 def test_crossings_of_a_sine_are_at_the_roots_of_the_clock():
     """x = cos t crosses 1/2 downwards at pi/3 + 2 pi k, upwards at -pi/3 + 2 pi k."""
     flow = systems.oscillator(0.0, rtol=1e-12, atol=1e-14)
-    down = fm.section(flow, "x", level=0.5, direction="down", keep=4)
+    down = fm.chaos.section(flow, "x", level=0.5, direction="down", keep=4)
     assert np.abs(down.time.values - (np.pi / 3.0 + TURN * np.arange(4))).max() < 1e-10
     assert np.abs(down.x.values - 0.5).max() < 1e-14
     flow.reset()
-    up = fm.section(flow, "x", level=0.5, keep=4)
+    up = fm.chaos.section(flow, "x", level=0.5, keep=4)
     assert np.abs(up.time.values - (-np.pi / 3.0 + TURN * np.arange(1, 5))).max() < 1e-10
     flow.reset()
-    both = fm.section(flow, "x", level=0.5, direction="both", keep=8)
+    both = fm.chaos.section(flow, "x", level=0.5, direction="both", keep=8)
     assert np.array_equal(both.time.values, np.sort(np.concatenate([down.time, up.time])))
 
 
 def test_a_crossing_is_not_met_again():
     """From the point of one crossing, given to a fresh section, the next one follows, not the same."""
-    section = fm.SectionMap(systems.oscillator(0.0), "x", direction="both")
+    section = fm.chaos.SectionMap(systems.oscillator(0.0), "x", direction="both")
     section.advance(1)
     first, other = section.flow.time, section.copy()
     other.reset(section.state())
@@ -40,7 +40,7 @@ def test_a_crossing_is_not_met_again():
 def test_two_crossings_within_a_step_are_seen():
     """x = cos t reaches over 0.9999 for 0.028 s; the steps of the solver are some 0.5 s long."""
     flow = systems.oscillator(0.0)
-    found = fm.section(flow, "x", level=0.9999, direction="both", keep=6)
+    found = fm.chaos.section(flow, "x", level=0.9999, direction="both", keep=6)
     half = np.arccos(0.9999)
     expected = [half, TURN - half, TURN + half, 2 * TURN - half, 2 * TURN + half, 3 * TURN - half]
     assert np.abs(found.time.values - expected).max() < 1e-6
@@ -52,7 +52,7 @@ def test_points_do_not_depend_on_how_far_one_looks_ahead(make):
     for limit in (30.0, 3000.0):
         flow = make()
         signal, level = ("z", 27.0) if "z" in flow.names else ("bar.omega", 0.5)
-        found.append(fm.section(flow, signal, level=level, keep=6, limit=limit))
+        found.append(fm.chaos.section(flow, signal, level=level, keep=6, limit=limit))
     assert np.array_equal(found[0].time, found[1].time)
     assert all(np.array_equal(found[0][name], found[1][name]) for name in flow.names)
 
@@ -61,7 +61,7 @@ def test_a_pendulum_stands_still_every_period():
     """T = 4 sqrt(2 L / 3 g) K(1/2), at 90 degrees; omega crosses 0 upwards at T/2, 3 T/2 ..."""
     flow = mechanisms.swinging()
     period = 4.0 * np.sqrt(2.0 / (3.0 * 9.81)) * ellipk(0.5)
-    found = fm.section(flow, "bar.omega", keep=3)
+    found = fm.chaos.section(flow, "bar.omega", keep=3)
     assert np.abs(found.time.values / period - [0.5, 1.5, 2.5]).max() < 2e-6
     assert np.abs(found["bar.omega"].values).max() < 1e-11
     assert np.abs(found["bar.theta"].values + np.pi).max() < 2e-6
@@ -73,7 +73,7 @@ def test_a_section_on_a_force():
     A bar let go at angle 0 has swung through a with w^2 = (3 g / L) sin a and alpha = (3 g / 2 L) cos a.
     """
     flow = mechanisms.swinging()
-    found = fm.section(flow, "O.fx", level=3.0, direction="both", keep=2)
+    found = fm.chaos.section(flow, "O.fx", level=3.0, direction="both", keep=2)
     m, g = 2.0, 9.81
     swung = -found["bar.theta"].values
     ax = -0.5 * (1.5 * g * np.cos(swung)) * np.sin(swung) - 0.5 * (3.0 * g * np.sin(swung)) * np.cos(swung)
@@ -105,12 +105,12 @@ def test_rates_and_slopes_of_a_mechanism():
 
 def worn():
     """A slider-crank at 5000 rpm whose slider pin has a play of 0.5 mm."""
-    return fm.slider_crank(TURN * 5000.0 / 60.0, clearance=5e-4)
+    return fm.mechanisms.slider_crank(TURN * 5000.0 / 60.0, clearance=5e-4)
 
 
 def test_a_section_on_a_contact():
     """Touches of a worn pin: as many, and where, as the accepted steps of a plain run change the sign."""
-    found = fm.section(worn(), "B.penetration", direction="both", keep=8)
+    found = fm.chaos.section(worn(), "B.penetration", direction="both", keep=8)
     plain = fm.simulate(worn(), t_end=1.1 * float(found.time[-1]), save="steps")
     depth = plain.array("B.penetration")
     changes = np.flatnonzero(depth[:-1] * depth[1:] < 0.0)
@@ -122,7 +122,7 @@ def test_a_section_on_a_contact():
 
 
 def test_the_rate_of_a_depth_is_its_signal():
-    flow = fm.MechanismFlow(worn())
+    flow = fm.chaos.MechanismFlow(worn())
     flow.advance(1e-3)
     rate = flow.rate(flow.names.index("B.penetration"))
     assert rate == pytest.approx(flow.observe()[flow.names.index("B.penetration_rate")], rel=1e-7)
@@ -130,7 +130,7 @@ def test_the_rate_of_a_depth_is_its_signal():
 
 def test_a_signal_that_rests_on_its_level_does_not_cross_it():
     """The slider stands still at its dead point until the pin has crossed its play."""
-    found = fm.section(worn(), "slider.vx", keep=3)
+    found = fm.chaos.section(worn(), "slider.vx", keep=3)
     assert found.attrs["ok"]
     assert np.diff(found.time.values).min() > 0.1 * found.attrs["period"]
 
@@ -138,7 +138,7 @@ def test_a_signal_that_rests_on_its_level_does_not_cross_it():
 def test_aliases_of_nodes_are_followed():
     rod = fm.FlexibleLink("rod", (0.0, 0.0), (1.0, 0.0), section=fm.Circle(0.02), material=fm.STEEL, elements=1)
     mechanism = fm.Mechanism("rod", [rod, fm.Revolute("O", fm.GROUND, rod, at=(0.0, 0.0))], gravity=(0.0, -9.81))
-    found = fm.section(mechanism, "rod.end.vy", level=-0.5, direction="down", keep=1, period=1.6)
+    found = fm.chaos.section(mechanism, "rod.end.vy", level=-0.5, direction="down", keep=1, period=1.6)
     assert found.attrs["ok"], found.attrs["status"]
     assert float(found["rod.node1.vy"][0]) == pytest.approx(-0.5, abs=1e-9)
 
@@ -146,7 +146,7 @@ def test_aliases_of_nodes_are_followed():
 def test_the_stroboscope_follows_the_parameters():
     """w = 3 and damping 0.5: after the transient |x| = F / |k - w^2 + i c w|, the same point every period."""
     flow = systems.oscillator(0.5, force=1.0)
-    strobe = fm.StroboscopicMap(flow)
+    strobe = fm.chaos.StroboscopicMap(flow)
     assert strobe.period == TURN
     strobe.reset(parameters={"w": 3.0})
     assert strobe.period == TURN / 3.0
@@ -158,8 +158,8 @@ def test_the_stroboscope_follows_the_parameters():
 
 
 def test_the_stroboscope_follows_the_drives():
-    flow = fm.MechanismFlow(mechanisms.cranks(0.2, 0.3))
-    strobe = fm.StroboscopicMap(flow)
+    flow = fm.chaos.MechanismFlow(mechanisms.cranks(0.2, 0.3))
+    strobe = fm.chaos.StroboscopicMap(flow)
     assert strobe.period == pytest.approx(0.6)
     strobe.reset(parameters={"motor0.motion": fm.ConstantSpeed(TURN / 0.25)})
     assert strobe.period == pytest.approx(1.5)
@@ -192,7 +192,7 @@ def test_iterations_of_a_map_are_points():
 
 def test_no_crossing_is_a_status():
     flow = systems.oscillator(0.2)
-    found = fm.section(flow, "x", level=5.0, keep=3, limit=50.0)
+    found = fm.chaos.section(flow, "x", level=5.0, keep=3, limit=50.0)
     assert found.attrs["ok"] == 0
     assert found.sizes["crossing"] == 0
     assert "did not cross 5 within 50 s" in found.attrs["status"]
@@ -200,7 +200,7 @@ def test_no_crossing_is_a_status():
 
 def test_a_flow_that_blows_up_is_a_status():
     """x' = x^2 from 1 is infinite at t = 1."""
-    flow = fm.ODE(lambda t, x: x**2, [1.0], period=0.3)
+    flow = fm.chaos.ODE(lambda t, x: x**2, [1.0], period=0.3)
     found = fm.stroboscopic(flow, keep=10)
     assert found.attrs["ok"] == 0
     assert found.sizes["period"] == 4
@@ -212,41 +212,43 @@ def test_a_flow_that_blows_up_is_a_status():
 
 @pytest.mark.parametrize("function", [lambda t, x: [np.nan], lambda t, x: [np.sqrt(0.5 - t)]])
 def test_rates_that_are_not_finite_are_a_status(function):
-    flow = fm.ODE(lambda t, x: [1.0] if t == 0.0 else function(t, x), [1.0])
+    flow = fm.chaos.ODE(lambda t, x: [1.0] if t == 0.0 else function(t, x), [1.0])
     assert not flow.advance(1.0)
     assert "not finite" in flow.status
 
 
 def test_drives_without_a_common_period_are_named():
-    flow = fm.MechanismFlow(mechanisms.cranks(1.0, 2.0**0.5), step=1e-3)
+    flow = fm.chaos.MechanismFlow(mechanisms.cranks(1.0, 2.0**0.5), step=1e-3)
     with pytest.raises(InputError, match=r"1 s and 1.41421 s.*Give period="):
-        fm.StroboscopicMap(flow)
-    assert fm.StroboscopicMap(flow, 1.0).period == 1.0
+        fm.chaos.StroboscopicMap(flow)
+    assert fm.chaos.StroboscopicMap(flow, 1.0).period == 1.0
 
 
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: fm.StroboscopicMap(systems.lorenz()), "no period.*Give period="),
-        (lambda: fm.StroboscopicMap(systems.henon()), "must be a flow in time"),
-        (lambda: fm.SectionMap(systems.henon(), "x0"), "must be a flow in time"),
-        (lambda: fm.section(systems.henon(), "x0", keep=1), "a map has no crossings"),
-        (lambda: fm.SectionMap(systems.lorenz(), "w"), "signal is 'w'.*Known: x, y, z"),
-        (lambda: fm.SectionMap(systems.lorenz(), "z", direction="sideways"), "direction is 'sideways'"),
-        (lambda: fm.SectionMap(systems.lorenz(), "z", limit=0.0), "limit is 0"),
+        (lambda: fm.chaos.StroboscopicMap(systems.lorenz()), "no period.*Give period="),
+        (lambda: fm.chaos.StroboscopicMap(systems.henon()), "must be a flow in time"),
+        (lambda: fm.chaos.SectionMap(systems.henon(), "x0"), "must be a flow in time"),
+        (lambda: fm.chaos.section(systems.henon(), "x0", keep=1), "a map has no crossings"),
+        (lambda: fm.chaos.SectionMap(systems.lorenz(), "w"), "signal is 'w'.*Known: x, y, z"),
+        (lambda: fm.chaos.SectionMap(systems.lorenz(), "z", direction="sideways"), "direction is 'sideways'"),
+        (lambda: fm.chaos.SectionMap(systems.lorenz(), "z", limit=0.0), "limit is 0"),
         (lambda: fm.stroboscopic(systems.henon(), keep=0), "keep is 0"),
         (lambda: fm.stroboscopic(systems.henon(), keep=1, skip=0.5), "skip is 0.5"),
         (lambda: fm.stroboscopic(systems.henon(), keep=1, period=1.0), "period= belongs to a flow"),
         (lambda: fm.stroboscopic(systems.lorenz(), keep=1, period=1.0, step=0.1), "step= and method= belong"),
         (lambda: fm.stroboscopic("lorenz", keep=1), "must be a Mechanism"),
-        (lambda: fm.ODE(lambda t, x: [1.0], [1.0, 2.0]), "shape"),
-        (lambda: fm.ODE(lambda t, x: x, [1.0], method="Euler"), "method is 'Euler'"),
-        (lambda: fm.ODE(lambda t, x: x, [1.0], rtol=0.0), "rtol is 0"),
-        (lambda: fm.ODE(lambda t, x: x, [1.0], names=["a", "b"]), "2 names for 1"),
-        (lambda: fm.ODE(lambda t, x: x, [1.0], period=-1.0), "period is -1"),
-        (lambda: fm.ImpactODE(systems.henon(), gap=None, jump=None), "must be an ODE"),
+        (lambda: fm.chaos.ODE(lambda t, x: [1.0], [1.0, 2.0]), "shape"),
+        (lambda: fm.chaos.ODE(lambda t, x: x, [1.0], method="Euler"), "method is 'Euler'"),
+        (lambda: fm.chaos.ODE(lambda t, x: x, [1.0], rtol=0.0), "rtol is 0"),
+        (lambda: fm.chaos.ODE(lambda t, x: x, [1.0], names=["a", "b"]), "2 names for 1"),
+        (lambda: fm.chaos.ODE(lambda t, x: x, [1.0], period=-1.0), "period is -1"),
+        (lambda: fm.chaos.ImpactODE(systems.henon(), gap=None, jump=None), "must be an ODE"),
         (
-            lambda: fm.ImpactODE(fm.ODE(lambda t, x: -x, [-1.0]), gap=lambda t, x: x[0], jump=lambda t, x: x),
+            lambda: fm.chaos.ImpactODE(
+                fm.chaos.ODE(lambda t, x: -x, [-1.0]), gap=lambda t, x: x[0], jump=lambda t, x: x
+            ),
             "Start in flight",
         ),
     ],

@@ -57,8 +57,8 @@ def limb(upper, lower, knee, tip):
     return Limb("L", upper, lower, 4.0, 1.5, 0.1)
 
 
-SOFT = fm.ExactRestitution(2e4, restitution=0.6)
-LUGRE = fm.LuGre(0.4, 0.3, stribeck_speed=0.2, stiffness=2e3, damping=0.5, viscous=0.05)
+SOFT = fm.contact.ExactRestitution(2e4, restitution=0.6)
+LUGRE = fm.friction.LuGre(0.4, 0.3, stribeck_speed=0.2, stiffness=2e3, damping=0.5, viscous=0.05)
 
 
 def one_step(flow, duration, eps=1e-4):
@@ -226,7 +226,7 @@ def test_impacts_in_located_steps_agree_with_differences_of_runs_of_small_steps(
     """Two impacts with friction; a load in time goes on while neighbours are compared at their own onsets."""
     disc = thrown(SOFT)
     if pushed:
-        load = fm.Force("F", disc.find("ball"), (0.0, 0.0), (30.0, 0.0), history=fm.Harmonic(1.0, 40.0))
+        load = fm.Force("F", disc.find("ball"), (0.0, 0.0), (30.0, 0.0), history=fm.drives.Harmonic(1.0, 40.0))
         disc = fm.Mechanism("pushed", (*disc.parts, load))
     flow = fixed(disc, 1e-5, period=1.0)
     flow.advance(5e-3)
@@ -263,7 +263,7 @@ def test_a_load_that_jumps_in_time(monkeypatch):
     tight(monkeypatch)
 
     def pushed(upper, lower, knee, tip):
-        return fm.Force("F", lower, tip, (0.0, 40.0), history=fm.Pulse(start=0.0513, end=0.1), follower=True)
+        return fm.Force("F", lower, tip, (0.0, 40.0), history=fm.drives.Pulse(start=0.0513, end=0.1), follower=True)
 
     flow = fixed(
         pendulum(extras=(pushed,)), 2e-3, method=fm.Newmark.generalised_alpha(0.8, constraints="position"), period=1.0

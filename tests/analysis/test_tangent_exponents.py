@@ -31,7 +31,7 @@ def oscillator(damping, drive=False):
     parts = [mass, fm.Prismatic("guide", fm.GROUND, mass)]
     parts.append(fm.SpringDamper("S", fm.GROUND, mass, (0.0, 0.0), (1.0, 0.0), stiffness=50.0, damping=damping))
     if drive:
-        parts.append(fm.Force("F", mass, (1.0, 0.0), (3.0, 0.0), history=fm.Harmonic(1.0, 7.0)))
+        parts.append(fm.Force("F", mass, (1.0, 0.0), (3.0, 0.0), history=fm.drives.Harmonic(1.0, 7.0)))
     return fm.Mechanism("oscillator", parts)
 
 

@@ -28,7 +28,9 @@ def test_an_error_is_never_below_round_off():
     for log in (0.0, math.log(1.5), -30.0):
         found = error_of(np.full(N, log), times())
         assert 1e-16 * max(1.0, abs(log)) < found < 1e-12 * max(1.0, abs(log))
-    tent = fm.Map(lambda x: 1.5 * np.minimum(x, 1.0 - x), [0.3], jacobian=lambda x: [[1.5 if x[0] < 0.5 else -1.5]])
+    tent = fm.chaos.Map(
+        lambda x: 1.5 * np.minimum(x, 1.0 - x), [0.3], jacobian=lambda x: [[1.5 if x[0] < 0.5 else -1.5]]
+    )
     found = fm.lyapunov(tent, skip=100, periods=1000)
     assert abs(found.value - math.log(1.5)) <= found.error < 1e-13
 
@@ -75,7 +77,7 @@ def test_errors_of_limit_cycles_stay_small():
 
 
 def test_a_shear_has_no_exponent():
-    shear = fm.Map(lambda x: [x[0] + x[1], x[1]], [0.1, 0.2], jacobian=lambda x: [[1.0, 1.0], [0.0, 1.0]])
+    shear = fm.chaos.Map(lambda x: [x[0] + x[1], x[1]], [0.1, 0.2], jacobian=lambda x: [[1.0, 1.0], [0.0, 1.0]])
     for periods in (100, 1000, 5000):
         found = fm.lyapunov(shear, periods=periods)
         assert 0.0 < found.value <= found.error
@@ -83,7 +85,9 @@ def test_a_shear_has_no_exponent():
 
 def test_an_exponent_that_its_own_motion_contradicts():
     """x' = -x with a Jacobian that says +2: the motion stays where round-off would have left it long ago."""
-    wrong = fm.ODE(lambda t, x: np.cos(t) - x, [1.0], jacobian=lambda t, x: [[2.0]], period=systems.TURN, rtol=1e-6)
+    wrong = fm.chaos.ODE(
+        lambda t, x: np.cos(t) - x, [1.0], jacobian=lambda t, x: [[2.0]], period=systems.TURN, rtol=1e-6
+    )
     found = fm.lyapunov(wrong, skip=5, periods=60, confirm=False)
     assert found.value == pytest.approx(2.0, rel=1e-3)
     assert found.error > 1.5
@@ -115,7 +119,7 @@ def wrapped_standard(K):
         c = K * np.cos(x[0])
         return [[1.0 + c, 1.0], [c, 1.0]]
 
-    return fm.Map(step, [0.1, 0.2], jacobian=slope, name="standard map")
+    return fm.chaos.Map(step, [0.1, 0.2], jacobian=slope, name="standard map")
 
 
 def test_the_sea_of_the_standard_map_is_chaotic():
@@ -126,7 +130,7 @@ def test_the_sea_of_the_standard_map_is_chaotic():
 @pytest.mark.parametrize("energy", [1.0 / 24.0, 0.125])
 def test_henon_and_heiles(energy):
     """Below 1/12 nearly all of it is tori; at 1/8 there is a sea.  One that is not decided says why."""
-    section = fm.SectionMap(systems.henon_heiles(energy), "x")
+    section = fm.chaos.SectionMap(systems.henon_heiles(energy), "x")
     found = fm.lyapunov(section, skip=5, periods=100, count=3)
     assert found.paired
     assert found.ok, found.status
@@ -140,7 +144,7 @@ def test_henon_and_heiles(energy):
 
 def test_the_accumulation_of_doublings():
     r = 3.569945672
-    logistic = fm.Map(lambda x: r * x * (1.0 - x), [0.3123], jacobian=lambda x: r * (1.0 - 2.0 * x)[None])
+    logistic = fm.chaos.Map(lambda x: r * x * (1.0 - x), [0.3123], jacobian=lambda x: r * (1.0 - 2.0 * x)[None])
     found = fm.lyapunov(logistic, skip=5000, periods=2000)
     assert abs(found.value) < 5e-3
     assert str(found.verdict) == "inconclusive"
@@ -150,7 +154,7 @@ def test_the_accumulation_of_doublings():
 # A second run.
 
 
-class Stepped(fm.Map):
+class Stepped(fm.chaos.Map):
     """Logistic map whose parameter is `coarse`, and with finer steps `fine`: an exponent of the steps."""
 
     def __init__(self, coarse, fine, count=None):
@@ -234,7 +238,7 @@ def test_a_second_start_that_escapes_is_tried_nearer():
     def step(x):
         return 4.0 * x * (1.0 - x) if abs(x[0]) < 1e100 else [np.nan]
 
-    logistic = fm.Map(step, [0.3], jacobian=lambda x: 4.0 * (1.0 - 2.0 * x)[None])
+    logistic = fm.chaos.Map(step, [0.3], jacobian=lambda x: 4.0 * (1.0 - 2.0 * x)[None])
     for start in np.linspace(0.05, 0.95, 19):
         logistic.reset(np.array([start + 1e-3]))
         found = fm.lyapunov(logistic, skip=10, periods=300)
@@ -269,8 +273,8 @@ def test_per_period_scales_all_errors():
     ("make", "finer"),
     [
         (lambda: systems.pendulum(rtol=1e-6), "rtol 1e-07"),
-        (lambda: fm.StroboscopicMap(systems.pendulum(rtol=1e-6)), "rtol 1e-07"),
-        (lambda: fm.SectionMap(systems.lorenz(rtol=1e-6), "z", level=27.0), "rtol 1e-07"),
+        (lambda: fm.chaos.StroboscopicMap(systems.pendulum(rtol=1e-6)), "rtol 1e-07"),
+        (lambda: fm.chaos.SectionMap(systems.lorenz(rtol=1e-6), "z", level=27.0), "rtol 1e-07"),
         (lambda: systems.pendulum(rtol=3e-14), "rtol 3e-14"),
         (systems.henon, ""),
         (lambda: systems.ImpactOscillator().flow(), "rtol 1e-12"),
@@ -320,12 +324,12 @@ def hanging(normal):
     pin = fm.RevoluteClearance("O", fm.GROUND, bar, at=(0.0, 0.0), clearance=1e-3, bearing_radius=0.02, normal=normal,
                                start="seated")  # fmt: skip
     damper = fm.TorsionSpring("damper", fm.GROUND, bar, stiffness=0.0, damping=1.0, at=(0.0, 0.0))
-    push = fm.Torque("push", bar, torque=0.05, history=fm.Harmonic(1.0, frequency=1.0))
+    push = fm.Torque("push", bar, torque=0.05, history=fm.drives.Harmonic(1.0, frequency=1.0))
     return fm.Mechanism("hanging", [bar, pin, damper, push], gravity=(0.0, -9.81))
 
 
 def test_another_start_of_a_mechanism_keeps_its_pose():
-    flow = fm.MechanismFlow(hanging(fm.LankaraniNikravesh(stiffness=1e8, restitution=0.9)), period=1.0)
+    flow = fm.chaos.MechanismFlow(hanging(fm.LankaraniNikravesh(stiffness=1e8, restitution=0.9)), period=1.0)
     flow.advance(3.0)
     here, there = flow.state(), flow.another_start(1e-3, 1)
     n = flow.program.n_q
@@ -357,17 +361,17 @@ def test_a_contact_that_lasts_begins_anew_in_the_second_run(monkeypatch):
         return tangent_exponents(plan, count, seed, shown=shown)
 
     monkeypatch.setattr(second_run, "tangent_exponents", seen)
-    flow = fm.MechanismFlow(hanging(fm.LankaraniNikravesh(stiffness=1e8, restitution=0.9)), period=1.0)
+    flow = fm.chaos.MechanismFlow(hanging(fm.LankaraniNikravesh(stiffness=1e8, restitution=0.9)), period=1.0)
     fm.lyapunov(flow, skip=25, periods=50)
     assert begins == [(0.0, 25, 20)]
     assert flow.time == pytest.approx(75.0)
-    fm.lyapunov(fm.slider_crank(clearance=5e-4), skip=3, periods=50)
+    fm.lyapunov(fm.mechanisms.slider_crank(clearance=5e-4), skip=3, periods=50)
     assert begins[1][0] > 0.0
     assert begins[1][1:] == (5, 20)
 
 
 def test_a_contact_that_opens_is_not_told():
-    found = fm.lyapunov(fm.slider_crank(clearance=5e-4), skip=3, periods=50, confirm=False)
+    found = fm.lyapunov(fm.mechanisms.slider_crank(clearance=5e-4), skip=3, periods=50, confirm=False)
     assert found.ok, found.status
     assert "without a break" not in found.status
 

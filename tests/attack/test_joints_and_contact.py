@@ -8,7 +8,7 @@ import pytest
 import flexmb as fm
 from flexmb.errors import InputError
 
-LAW = fm.ExactRestitution(stiffness=1e8, restitution=0.7)
+LAW = fm.contact.ExactRestitution(stiffness=1e8, restitution=0.7)
 
 
 @pytest.fixture(scope="module")
@@ -16,7 +16,9 @@ def rattling():
     """A slider that is thrown about in its guide, saved at instants inside the steps and at all steps."""
     block = fm.RigidBody("block", at=(0.0, 0.0), mass=1.0, inertia=1e-3, velocity=(0.5, 0.2, 3.0))
     sizes = {"clearance": 1e-3, "half_length": 0.05, "half_height": 0.02}
-    guide = fm.PrismaticClearance("G", fm.GROUND, block, normal=LAW, friction=fm.SmoothCoulomb(0.2, 1e-2), **sizes)
+    guide = fm.PrismaticClearance(
+        "G", fm.GROUND, block, normal=LAW, friction=fm.friction.SmoothCoulomb(0.2, 1e-2), **sizes
+    )
     mech = fm.Mechanism("rattling", [block, guide], gravity=(0.0, -9.81))
     return [fm.simulate(mech, t_end=0.05, step=1e-5, save=save) for save in (3333, "steps")]
 
@@ -75,7 +77,7 @@ def test_a_law_whose_derivative_would_get_lost_is_refused(function, words):
     """tanh(u) has the slope N/v0 at rest; a law that says 0 there lets no Newton iteration converge."""
     slope = plain_kernel.python(np.array([0.05]), 0.0, 0.0, 7.0, (), ())[1]
     assert slope == pytest.approx(-7.0 / 0.05, rel=1e-14)
-    with pytest.raises(fm.FlexmbError, match=words):
+    with pytest.raises(fm.errors.FlexmbError, match=words):
         _ = fm.friction_law(function).python  # it is made when it is first asked for
 
 
@@ -95,7 +97,7 @@ def test_conditions_may_join_numbers_that_move():
 
 def test_a_slot_without_length_is_a_round_bearing():
     pin = fm.RigidBody("pin", at=(0.0, 0.0), mass=1.0, inertia=1e-3, velocity=(0.5, 0.2, 3.0))
-    given = {"at": (0.0, 0.0), "clearance": 1e-3, "normal": LAW, "friction": fm.SmoothCoulomb(0.3, 1e-2)}
+    given = {"at": (0.0, 0.0), "clearance": 1e-3, "normal": LAW, "friction": fm.friction.SmoothCoulomb(0.3, 1e-2)}
     slot = fm.PinSlotClearance("J", fm.GROUND, pin, pin_radius=0.009, length=0.0, **given)
     bearing = fm.RevoluteClearance("J", fm.GROUND, pin, bearing_radius=0.01, **given)
     one, other = (fm.simulate(fm.Mechanism("m", [pin, j]), t_end=0.02, step=2e-6) for j in (slot, bearing))
@@ -109,8 +111,8 @@ def test_a_drive_works_against_the_friction_of_its_own_joint():
     """s = t/2 + 3 t^2/2: force m 3 + mu (m g + preload); a guide that is held beside the weight adds 2 m g d/l."""
     mass, mu, preload, length, aside = 2.0, 0.25, 7.0, 0.2, 0.3
     block = fm.RigidBody("block", at=(0.0, 0.0), mass=mass, inertia=1e-2)
-    law = fm.SmoothCoulomb(mu, 1e-6)
-    drive = fm.Drive("motor", "P", fm.Polynomial((0.0, 0.5, 1.5)))
+    law = fm.friction.SmoothCoulomb(mu, 1e-6)
+    drive = fm.Drive("motor", "P", fm.drives.Polynomial((0.0, 0.5, 1.5)))
     for d, load in ((0.0, mass * 9.81), (aside, 2.0 * mass * 9.81 * aside / length)):
         guide = fm.Prismatic("P", fm.GROUND, block, at=(d, 0.0), friction=law, length=length, preload=preload)
         mech = fm.Mechanism("pushed", [block, guide, drive], gravity=(0.0, -9.81))

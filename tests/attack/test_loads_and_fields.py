@@ -27,23 +27,23 @@ def slider(motion):
 @pytest.mark.parametrize("make", [clamp_x, slider])
 def test_a_travel_at_constant_speed_never_comes_back(make):
     """2 pi/speed is the time of a turn, and means nothing for a travel."""
-    for motion in (fm.ConstantSpeed(2.0), fm.Ramp(1.0, 0.1), fm.CycloidalRamp(1.0, 0.1)):
+    for motion in (fm.ConstantSpeed(2.0), fm.drives.Ramp(1.0, 0.1), fm.drives.CycloidalRamp(1.0, 0.1)):
         assert fm.compile(block(make(motion))).periods == (None,)
-        with pytest.raises(fm.InputError, match="no periodic drive"):
+        with pytest.raises(fm.errors.InputError, match="no periodic drive"):
             fm.simulate(block(make(motion)), periods=1)
-    growing = fm.Table((0.0, 1.0, 2.0, 3.0), (0.0, 1.0, 2.0, 3.5), periodic=True)
+    growing = fm.drives.Table((0.0, 1.0, 2.0, 3.0), (0.0, 1.0, 2.0, 3.5), periodic=True)
     assert fm.compile(block(make(growing))).periods == (None,)
 
 
 @pytest.mark.parametrize("make", [clamp_x, slider])
 def test_a_travel_to_and_fro_does(make):
-    wave = fm.Table((0.0, 1.0, 2.0, 3.0), (0.2, 1.0, 0.5, 0.2), periodic=True)
-    assert fm.compile(block(make(fm.Harmonic(0.1, 5.0, phase=1.0, mean=3.0)))).periods == (0.2,)
+    wave = fm.drives.Table((0.0, 1.0, 2.0, 3.0), (0.2, 1.0, 0.5, 0.2), periodic=True)
+    assert fm.compile(block(make(fm.drives.Harmonic(0.1, 5.0, phase=1.0, mean=3.0)))).periods == (0.2,)
     assert fm.compile(block(make(wave))).periods == (3.0,)
 
 
 def test_the_command_line_sees_the_period_of_a_clamp():
-    turning = block(lambda body: [fm.Clamp("c", fm.GROUND, body, (0.0, 0.0), angle=fm.Harmonic(0.1, 4.0))])
+    turning = block(lambda body: [fm.Clamp("c", fm.GROUND, body, (0.0, 0.0), angle=fm.drives.Harmonic(0.1, 4.0))])
     assert run_module.periods_of(turning) == [0.25]
     sol = fm.simulate(turning, periods=2, step=1e-2, save=20)
     assert list(run_module.four_instants(turning, sol)) == pytest.approx([0.25, 0.3125, 0.375, 0.4375])
@@ -53,7 +53,7 @@ def test_the_command_line_sees_the_period_of_a_clamp():
 def test_inverse_dynamics_of_bodies_with_declared_start_velocities():
     """Torque J alpha: the speed grows from 2 rad/s, so the declared one holds at the start alone."""
     rod = fm.RigidLink("rod", (0.0, 0.0), (1.0, 0.0), mass=1.0, inertia=0.1, velocity=(0.0, 1.0, 2.0))
-    motor = fm.Drive("motor", joint="O", motion=fm.Polynomial((0.0, 2.0, 1.5)))
+    motor = fm.Drive("motor", joint="O", motion=fm.drives.Polynomial((0.0, 2.0, 1.5)))
     mech = fm.Mechanism("rod", (rod, fm.Revolute("O", fm.GROUND, rod, (0.0, 0.0)), motor))
     found = fm.inverse_dynamics(mech, [0.0, 0.4, 1.0])
     assert found.torque("motor") == pytest.approx([0.35 * 3.0] * 3, rel=1e-9)
@@ -61,21 +61,23 @@ def test_inverse_dynamics_of_bodies_with_declared_start_velocities():
 
 
 def test_inverse_dynamics_wants_a_list_of_instants():
-    mech = block(lambda body: [fm.Clamp("c", fm.GROUND, body, (0.0, 0.0), angle=fm.Ramp(1.0, 1.0))])
-    with pytest.raises(fm.InputError, match=r"inverse_dynamics 'block': times is 0.5; it must be a list of instants"):
+    mech = block(lambda body: [fm.Clamp("c", fm.GROUND, body, (0.0, 0.0), angle=fm.drives.Ramp(1.0, 1.0))])
+    with pytest.raises(
+        fm.errors.InputError, match=r"inverse_dynamics 'block': times is 0.5; it must be a list of instants"
+    ):
         fm.inverse_dynamics(mech, 0.5)
-    with pytest.raises(fm.InputError, match=r"times\[1\] is nan"):
+    with pytest.raises(fm.errors.InputError, match=r"times\[1\] is nan"):
         fm.inverse_dynamics(mech, [0.0, math.nan])
 
 
 def test_momentum_wants_a_solution():
-    with pytest.raises(fm.InputError, match=r"momentum 'block': solution is None"):
+    with pytest.raises(fm.errors.InputError, match=r"momentum 'block': solution is None"):
         fm.momentum(block(), None)
 
 
 @pytest.mark.parametrize("name", ["velocity", "displacement"])
 def test_a_field_of_one_number_is_refused(name):
-    with pytest.raises(fm.InputError, match=rf"FlexibleLink 'rod': {name}.* is array\(1.\)"):
+    with pytest.raises(fm.errors.InputError, match=rf"FlexibleLink 'rod': {name}.* is array\(1.\)"):
         fm.FlexibleLink("rod", (0, 0), (1, 0), section=fm.Circle(0.01), material=STEEL, **{name: np.array(1.0)})
 
 
@@ -83,8 +85,8 @@ def test_a_clamp_on_a_moving_body_is_a_driven_hinge():
     """The same flexible arm on the same moving link, by Clamp and by Revolute with Drive: every force agrees."""
     base = fm.RigidLink("base", (0.0, 0.0), (0.5, 0.0), mass=1.0, inertia=0.05)
     arm = fm.FlexibleLink("arm", (0.5, 0.0), (0.9, 0.1), section=fm.Circle(0.006), material=STEEL, elements=3)
-    swing = fm.Harmonic(0.3, 2.0, phase=-math.pi / 2, mean=0.3)
-    hub = (fm.Revolute("O", fm.GROUND, base, (0.0, 0.0)), fm.Drive("d", joint="O", motion=fm.Ramp(5.0, 0.3)))
+    swing = fm.drives.Harmonic(0.3, 2.0, phase=-math.pi / 2, mean=0.3)
+    hub = (fm.Revolute("O", fm.GROUND, base, (0.0, 0.0)), fm.Drive("d", joint="O", motion=fm.drives.Ramp(5.0, 0.3)))
     at = (0.5, 0.0)
     one = (base, arm, *hub, fm.Clamp("c", base, arm, at, angle=swing))
     two = (base, arm, *hub, fm.Revolute("c", base, arm, at), fm.Drive("e", joint="c", motion=swing))
@@ -105,7 +107,11 @@ def test_forces_inside_an_isolated_pair_leave_its_momenta():
         "rod", (0, 0), (1, 0), section=fm.Circle(0.01), material=STEEL, elements=2, velocity=(0.3, 0.2, 1.0)
     )
     body = fm.RigidBody("body", (1.2, 0.1), mass=2.0, inertia=0.3)
-    motions = {"angle": fm.CycloidalRamp(5.0, 0.1), "x": fm.CycloidalRamp(0.5, 0.1), "y": fm.Harmonic(0.05, 3.0, 0.3)}
+    motions = {
+        "angle": fm.drives.CycloidalRamp(5.0, 0.1),
+        "x": fm.drives.CycloidalRamp(0.5, 0.1),
+        "y": fm.drives.Harmonic(0.05, 3.0, 0.3),
+    }
     mech = fm.Mechanism("pair", (rod, body, fm.Clamp("c", rod, body, (1.0, 0.0), **motions)))
     drift = []
     for h in (1e-3, 5e-4):
@@ -120,7 +126,7 @@ def test_forces_inside_an_isolated_pair_leave_its_momenta():
 
 @pytest.mark.parametrize("cut", [0.3, float(np.nextafter(0.3, 0.0)), 0.5, 0.7])
 def test_a_run_cut_at_a_jump_goes_on_as_if_it_were_whole(cut):
-    mech = block(lambda body: [fm.Force("F", body, (0, 0), (1.0, 0.0), history=fm.Pulse(start=0.3, end=0.7))])
+    mech = block(lambda body: [fm.Force("F", body, (0, 0), (1.0, 0.0), history=fm.drives.Pulse(start=0.3, end=0.7))])
     whole = fm.simulate(mech, t_end=1.0, step=1e-2)
     half = fm.simulate(mech, t_end=cut, step=1e-2)
     rest = fm.simulate(mech, t_end=1.0, step=1e-2, restart=half.restart)

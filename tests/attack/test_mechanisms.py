@@ -41,7 +41,7 @@ def test_travel_driven_between_two_moving_bodies():
     parts = [
         fm.Revolute("O", fm.GROUND, arm, at=(0.0, 0.0)),
         fm.Prismatic("slide", arm, slider),
-        fm.Drive("push", joint="slide", motion=fm.Ramp(0.3, 0.5)),
+        fm.Drive("push", joint="slide", motion=fm.drives.Ramp(0.3, 0.5)),
     ]
     sol = fm.simulate(fm.Mechanism("governor", [arm, slider, *parts]), t_end=1.0, step=fm.Adaptive(max=1e-3))
     assert sol.ok

@@ -89,7 +89,7 @@ def test_a_hanging_rod_at_its_equilibrium_swings():
     ],
 )
 def test_wrong_arguments_are_named(call, text):
-    with pytest.raises(fm.InputError, match=text):
+    with pytest.raises(fm.errors.InputError, match=text):
         call(hinged((1.0, 0.0)))
 
 

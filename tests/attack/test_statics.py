@@ -75,7 +75,7 @@ def test_what_no_load_holds_is_refused(load):
     """A body on a frictionless guide, left alone and pushed along it."""
     body = fm.RigidBody("body", (0.0, 0.0), mass=1.0, inertia=0.1)
     parts = (body, fm.Prismatic("guide", fm.GROUND, body), fm.Force("F", body, (0.0, 0.0), load))
-    with pytest.raises(fm.SolveError, match=r"no static equilibrium: a motion that moves 'body.x' most"):
+    with pytest.raises(fm.errors.SolveError, match=r"no static equilibrium: a motion that moves 'body.x' most"):
         fm.static_equilibrium(fm.Mechanism("free", parts, gravity=DOWN))
 
 
@@ -92,7 +92,7 @@ def test_a_shallow_arch_does_not_snap_through_unseen(share, load_steps):
     pins = [(fm.GROUND, left, left.start), (left, right, left.end), (right, fm.GROUND, right.end)]
     joints = [fm.Revolute(f"J{k}", *pin) for k, pin in enumerate(pins)]
     push = fm.Force("P", left, left.end, (0.0, -share * limit))
-    with pytest.raises(fm.SolveError, match="snaps through") as caught:
+    with pytest.raises(fm.errors.SolveError, match="snaps through") as caught:
         fm.static_equilibrium(fm.Mechanism("arch", (left, right, *joints, push)), load_steps)
     carried = float(str(caught.value).split("beyond ")[1].split(" %")[0])
     step = 100.0 / load_steps / 2**8  # the smallest that is tried
@@ -120,7 +120,7 @@ def test_joints_that_repeat_one_another_are_named():
     rod = fm.RigidLink("rod", cranks[0].end, cranks[2].end, mass=3.0, inertia=1.0)
     pins = [fm.Revolute(f"A{k}", fm.GROUND, c, c.start) for k, c in enumerate(cranks)]
     pins += [fm.Revolute(f"B{k}", c, rod, c.end) for k, c in enumerate(cranks)]
-    with pytest.raises(fm.AssemblyError, match=r"the joints '[AB]\d' say nothing that the others do not"):
+    with pytest.raises(fm.errors.AssemblyError, match=r"the joints '[AB]\d' say nothing that the others do not"):
         fm.static_equilibrium(fm.Mechanism("parallel", (*cranks, rod, *pins), gravity=DOWN))
 
 
@@ -132,7 +132,7 @@ def turning_arm(*more):
 def test_a_travel_at_the_number_of_the_spin_is_not_steady():
     """50 m/s is no 50 rad/s."""
     mech = turning_arm(lambda arm: [fm.Clamp("hub", fm.GROUND, arm, (0.0, 0.0), x=fm.ConstantSpeed(50.0))])
-    with pytest.raises(fm.InputError, match=r"drive 'hub.x' moves at 50 and the frame turns at 50 rad/s.*along"):
+    with pytest.raises(fm.errors.InputError, match=r"drive 'hub.x' moves at 50 and the frame turns at 50 rad/s.*along"):
         fm.static_equilibrium(mech, spin=50.0)
 
 
@@ -143,7 +143,7 @@ def test_an_arm_that_turns_on_a_turning_arm_is_not_steady():
         hub = fm.Clamp("hub", fm.GROUND, arm, (0.0, 0.0), angle=spin)
         return [tip, hub, fm.Revolute("P", arm, tip, (1.0, 0.0)), fm.Drive("wrist", joint="P", motion=spin)]
 
-    with pytest.raises(fm.InputError, match=r"drive 'wrist' moves at 50 .*against another body"):
+    with pytest.raises(fm.errors.InputError, match=r"drive 'wrist' moves at 50 .*against another body"):
         fm.static_equilibrium(turning_arm(second), spin=50.0)
 
 

@@ -65,7 +65,7 @@ def test_controlled_steps_resolve_impacts_however_coarse_the_rest_is():
 
 
 def test_a_step_larger_than_the_period_says_so():
-    sol = fm.simulate(fm.slider_crank(), periods=1, step=1.0)
+    sol = fm.simulate(fm.mechanisms.slider_crank(), periods=1, step=1.0)
     assert sol.stats.steps == 1
     assert not sol.ok
     assert "energies do not add up" in sol.status
@@ -104,15 +104,17 @@ def test_peaks_are_those_of_all_steps():
 
 
 def test_a_restart_beyond_the_end_is_refused():
-    mech = fm.slider_crank()
+    mech = fm.mechanisms.slider_crank()
     late = fm.simulate(mech, t_end=0.01)
-    with pytest.raises(fm.InputError, match=r"restart stands at t = 0.01 s, beyond the end at 0.005 s.*larger t_end"):
+    with pytest.raises(
+        fm.errors.InputError, match=r"restart stands at t = 0.01 s, beyond the end at 0.005 s.*larger t_end"
+    ):
         fm.simulate(mech, t_end=0.005, restart=late.restart)
 
 
 def test_changes_under_a_key_that_is_no_name_are_refused():
-    with pytest.raises(fm.InputError, match=r"key 3; it must be a name"):
-        fm.slider_crank().with_({3: 2.0})
+    with pytest.raises(fm.errors.InputError, match=r"key 3; it must be a name"):
+        fm.mechanisms.slider_crank().with_({3: 2.0})
 
 
 @pytest.mark.parametrize("elements", [1, 200, 400])

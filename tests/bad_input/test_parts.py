@@ -106,11 +106,14 @@ REFUSED = [
         lambda: fm.TorsionSpring("coil", fm.GROUND, crank(), stiffness=1.0, damping=-2.0),
         "damping is -2 N m s/rad; it must",
     ),
-    (lambda: fm.Ramp(6.0, 0.0), "Ramp: time is 0 s; it must be > 0."),
-    (lambda: fm.Polynomial(()), "Polynomial: coefficients is empty; give at least one, e.g. (0.0, 6.28)."),
-    (lambda: fm.Table((0.0, 1.0), (0.0, 1.0)), "Table: 2 times and 2 values; give at least 4 of each, equally many."),
+    (lambda: fm.drives.Ramp(6.0, 0.0), "Ramp: time is 0 s; it must be > 0."),
+    (lambda: fm.drives.Polynomial(()), "Polynomial: coefficients is empty; give at least one, e.g. (0.0, 6.28)."),
     (
-        lambda: fm.Table((0.0, 1.0, 1.0, 2.0), (0.0,) * 4),
+        lambda: fm.drives.Table((0.0, 1.0), (0.0, 1.0)),
+        "Table: 2 times and 2 values; give at least 4 of each, equally many.",
+    ),
+    (
+        lambda: fm.drives.Table((0.0, 1.0, 1.0, 2.0), (0.0,) * 4),
         "Table: times do not increase; sort them and remove duplicates.",
     ),
     (lambda: fm.FixedStep(0.0), "FixedStep: size is 0 s; it must be > 0."),
@@ -135,7 +138,7 @@ REFUSED = [
     (lambda: link(material="steel"), "FlexibleLink 'link': material is 'steel'; it must be a Material(...)."),
     (lambda: play(normal="Hertz"), "normal is 'Hertz'; it must be a normal law, e.g. LankaraniNikravesh."),
     (
-        lambda: play(normal=fm.Frictionless()),
+        lambda: play(normal=fm.friction.Frictionless()),
         "normal is Frictionless(); it must be a normal law, e.g. LankaraniNikravesh.",
     ),
     (lambda: play(friction=LAW), "it must be a friction law, e.g. ModifiedCoulomb."),
@@ -147,8 +150,8 @@ REFUSED = [
     ),
     (lambda: fm.Drive("motor", 5, fm.ConstantSpeed(1.0)), "Drive 'motor': joint is 5; it must be a joint or its name."),
     (lambda: fm.ConstantSpeed("6"), "ConstantSpeed: speed is '6'; it must be a number."),
-    (lambda: fm.Polynomial(3.0), "Polynomial: coefficients is 3.0; it must be a list of numbers."),
-    (lambda: fm.Table(3.0, 4.0), "Table: times is 3.0; it must be a list of numbers."),
+    (lambda: fm.drives.Polynomial(3.0), "Polynomial: coefficients is 3.0; it must be a list of numbers."),
+    (lambda: fm.drives.Table(3.0, 4.0), "Table: times is 3.0; it must be a list of numbers."),
     (lambda: fm.Torque("load", crank(), "3"), "Torque 'load': torque is '3'; it must be a number."),
     (lambda: fm.Force("load", "crank", O, (1.0, 2.0)), "Force 'load': body is 'crank'; it must be a body or GROUND."),
     (lambda: fm.Force("load", crank(), O, 3.0), "Force 'load': force is 3.0; it must be a pair (x, y) in N."),
@@ -157,31 +160,31 @@ REFUSED = [
         "Force 'load': history is 2.0; it must be a motion whose value multiplies the load, e.g. Pulse(end=0.1)",
     ),
     (
-        lambda: fm.Torque("load", crank(), 3.0, history=fm.Pulse),
+        lambda: fm.Torque("load", crank(), 3.0, history=fm.drives.Pulse),
         "it must be a motion whose value multiplies the load, e.g. Pulse(end=0.1), or None for a constant load.",
     ),
     (
         lambda: fm.Force("load", crank(), O, (1.0, 2.0), follower=1),
         "Force 'load': follower is 1; it must be True (the direction turns with the body) or False (it stays).",
     ),
-    (lambda: fm.Pulse(1.0, start=0.5, end=0.5), "Pulse: end is 0.5 s; it must be > start = 0.5 s."),
-    (lambda: fm.Harmonic(1.0, 0.0), "Harmonic: frequency is 0 Hz; it must be > 0."),
-    (lambda: fm.CycloidalRamp(6.0, -1.0), "CycloidalRamp: time is -1 s; it must be > 0."),
+    (lambda: fm.drives.Pulse(1.0, start=0.5, end=0.5), "Pulse: end is 0.5 s; it must be > start = 0.5 s."),
+    (lambda: fm.drives.Harmonic(1.0, 0.0), "Harmonic: frequency is 0 Hz; it must be > 0."),
+    (lambda: fm.drives.CycloidalRamp(6.0, -1.0), "CycloidalRamp: time is -1 s; it must be > 0."),
     (
-        lambda: fm.PiecewiseLinear((0.0,), (1.0,)),
+        lambda: fm.drives.PiecewiseLinear((0.0,), (1.0,)),
         "PiecewiseLinear: 1 times and 1 values; give at least 2 of each, equally many.",
     ),
     (
-        lambda: fm.PiecewiseLinear((0.0, 0.0), (0.0, 1.0)),
+        lambda: fm.drives.PiecewiseLinear((0.0, 0.0), (0.0, 1.0)),
         "PiecewiseLinear: times do not increase; sort them and remove duplicates.",
     ),
     (
-        lambda: fm.Drive("motor", "O", fm.Pulse()),
+        lambda: fm.Drive("motor", "O", fm.drives.Pulse()),
         "Drive 'motor': motion is Pulse(...), whose value or speed jumps; a joint would need an infinite force to "
         "follow. Drive it with Table, Ramp, CycloidalRamp or Harmonic",
     ),
     (
-        lambda: fm.Drive("motor", "O", fm.PiecewiseLinear((0.0, 1.0), (0.0, 1.0))),
+        lambda: fm.Drive("motor", "O", fm.drives.PiecewiseLinear((0.0, 1.0), (0.0, 1.0))),
         "Drive 'motor': motion is PiecewiseLinear(...), whose value or speed jumps",
     ),
     (lambda: fm.Revolute("A", "crank", crank(), at=A), "Revolute 'A': first is 'crank'; it must be a body or GROUND."),
@@ -211,7 +214,7 @@ def test_refused_with_its_name_value_and_remedy(make, message):
     [
         (lambda: fm.Force("load", fm.GROUND, O, (1.0, 0.0)), "Force 'load'"),
         (lambda: fm.Force("thrust", fm.GROUND, O, (1.0, 0.0), follower=True), "Force 'thrust'"),
-        (lambda: fm.Force("load", fm.GROUND, O, (1.0, 0.0), history=fm.Pulse(end=1.0)), "Force 'load'"),
+        (lambda: fm.Force("load", fm.GROUND, O, (1.0, 0.0), history=fm.drives.Pulse(end=1.0)), "Force 'load'"),
         (lambda: fm.Torque("moment", fm.GROUND, 1.0), "Torque 'moment'"),
     ],
 )
@@ -247,7 +250,7 @@ def push_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     r[0] = -p[0]
 
 
-@fm.energy_kernel
+@fm.kernels.energy_kernel
 def push_energy(p, t, q, v):
     return -p[0] * q[0], 0.0, 0.0
 
@@ -256,7 +259,7 @@ def test_energy_of_a_load_that_changes_in_time():
     with pytest.raises(
         KernelError, match="Part 'push': kernel 'push_kernel' has a factor in time and an energy kernel"
     ):
-        ElementContribution("push", push_kernel, (("b", "", 0),), (1.0,), energy=push_energy, factor=fm.Pulse())
+        ElementContribution("push", push_kernel, (("b", "", 0),), (1.0,), energy=push_energy, factor=fm.drives.Pulse())
 
 
 def test_joint_of_a_body_with_itself():

@@ -28,7 +28,7 @@ def pendulum(push: float = 0.9, burst: float = 0.0):
     '''
     rod = fm.RigidLink("rod", (0.0, 0.0), (0.0, -2.0), mass=1.0, inertia=1.0 / 3.0)
     J = 4.0 / 3.0
-    clock = fm.Harmonic(1.0, frequency=1.0 / (3.0 * math.pi), phase=math.pi / 2)
+    clock = fm.drives.Harmonic(1.0, frequency=1.0 / (3.0 * math.pi), phase=math.pi / 2)
     parts = [
         rod,
         fm.Revolute("O", fm.GROUND, rod, at=(0.0, 0.0)),
@@ -36,7 +36,7 @@ def pendulum(push: float = 0.9, burst: float = 0.0):
         fm.Torque("push", rod, torque=push * J, history=clock),
     ]
     if burst > 0.0:
-        history = fm.Pulse(start=burst)
+        history = fm.drives.Pulse(start=burst)
         parts.append(fm.Force("burst", rod, at=(0.0, -2.0), force=(1e200, 0.0), history=history))
     return fm.Mechanism("pendulum", parts, gravity=(0.0, -J))
 
@@ -179,7 +179,7 @@ def test_a_cycle_is_drawn_as_points_not_as_round_off():
     cycle = np.array([[1.0, 0.0]] * 50) + 1e-12 * np.random.default_rng(0).standard_normal((50, 2))
     motion = Motion(("a.x", "a.vx"), ("m", "m/s"), cycle, 1.0, angles, fine)
     data = xr.Dataset({"a.x": ("period", cycle[:, 0]), "a.vx": ("period", cycle[:, 1])})
-    figure = fm.plot_section(data, "a.x", "a.vx")
+    figure = fm.plots.plot_section(data, "a.x", "a.vx")
     _widened(figure, motion, "a.x", "a.vx")
     assert figure.axes[0].get_xlim() == pytest.approx((0.8, 1.2))
     assert figure.axes[0].get_ylim() == pytest.approx((-0.2, 0.2))
@@ -246,12 +246,12 @@ def test_a_parameter_may_bear_the_name_of_an_option_of_another_command(tmp_path,
 
 def test_spectrum_pictures():
     t = 0.01 * np.arange(4000)
-    found = fm.power_spectrum(np.sin(2.0 * np.pi * 5.0 * t), 0.01)
-    ax = fm.plot_spectrum(found, signal="a.x", units="m", up_to=20.0).axes[0]
+    found = fm.chaos.power_spectrum(np.sin(2.0 * np.pi * 5.0 * t), 0.01)
+    ax = fm.plots.plot_spectrum(found, signal="a.x", units="m", up_to=20.0).axes[0]
     assert ax.get_ylabel() == "power density [m$^{2}$/Hz]"
     assert ax.get_xlim()[1] == pytest.approx(20.0, rel=1e-3)
     assert ax.lines[2].get_xdata() == pytest.approx([5.0], abs=0.03)
-    with pytest.raises(fm.InputError, match="no frequencies"):
-        fm.plot_spectrum(found, up_to=0.0)
-    with pytest.raises(fm.InputError, match="power_spectrum"):
-        fm.plot_spectrum(t)
+    with pytest.raises(fm.errors.InputError, match="no frequencies"):
+        fm.plots.plot_spectrum(found, up_to=0.0)
+    with pytest.raises(fm.errors.InputError, match="power_spectrum"):
+        fm.plots.plot_spectrum(t)

@@ -22,7 +22,7 @@ def swing(speed: float = 10.0, *, length: float = 1.0, bars: int = 1):
     bars : how many.
     '''
     if speed == 15.0:
-        raise fm.InputError("speed is 15; it must not be.")
+        raise fm.errors.InputError("speed is 15; it must not be.")
     bar = fm.RigidLink("bar", (0.0, 0.0), (length, 0.0), mass=2.0, inertia=0.01)
     pin = fm.Revolute("O", fm.GROUND, bar, at=(0.0, 0.0))
     return fm.Mechanism("swing", [bar, pin, fm.Drive("motor", "O", fm.ConstantSpeed(speed))], gravity=(0.0, -9.81))
@@ -64,13 +64,13 @@ def test_ranges(text, values):
 
 def test_ranges_of_whole_numbers():
     assert values_of("2:8:4", Option("elements", "count", 4, "", "")) == [2, 4, 6, 8]
-    with pytest.raises(fm.InputError, match="no whole number"):
+    with pytest.raises(fm.errors.InputError, match="no whole number"):
         values_of("2:8:5", Option("elements", "count", 4, "", ""))
 
 
 @pytest.mark.parametrize("text", ["1:2", "1:2:3:4", "1:2:0", "1:2:1.5", "1:2:x", "1mm:2mm:3", ":2:3"])
 def test_ranges_that_are_none(text):
-    with pytest.raises(fm.InputError, match="speed"):
+    with pytest.raises(fm.errors.InputError, match="speed"):
         values_of(text, SPEED)
 
 

@@ -22,7 +22,7 @@ LOOPS = {
 
 @pytest.mark.parametrize("loop", LOOPS, ids=lambda loop: loop.__qualname__)
 def test_annotations_are_the_types_that_a_run_calls_with(loop):
-    fm.simulate(fm.slider_crank(), t_end=1e-5, **LOOPS[loop])
+    fm.simulate(fm.mechanisms.slider_crank(), t_end=1e-5, **LOOPS[loop])
     assert ahead.argument_types(loop.py_func) == loop.signatures[0]
 
 
@@ -104,7 +104,7 @@ def test_a_first_run_reads_its_loop_from_the_cache(tmp_path):
     code = (
         "import flexmb as fm\n"
         "from flexmb.step.newmark.loop import advance\n"
-        "sol = fm.simulate(fm.slider_crank(), t_end=1e-3)\n"
+        "sol = fm.simulate(fm.mechanisms.slider_crank(), t_end=1e-3)\n"
         "print(sol.ok, sum(advance.stats.cache_hits.values()), sum(advance.stats.cache_misses.values()))"
     )
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}

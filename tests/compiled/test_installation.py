@@ -32,10 +32,10 @@ import numpy as np
 short = {"t_end": 1e-4, "step": 1e-6}
 
 def peak(clearance):
-    return fm.simulate(fm.slider_crank(clearance=clearance), t_end=1e-3).peak("B.normal_force").value
+    return fm.simulate(fm.mechanisms.slider_crank(clearance=clearance), t_end=1e-3).peak("B.normal_force").value
 
 def carried():
-    flow = fm.MechanismFlow(fm.slider_crank(clearance=5e-4))
+    flow = fm.chaos.MechanismFlow(fm.mechanisms.slider_crank(clearance=5e-4))
     W = flow.tangent_basis(2, seed=3)
     flow.advance(2e-3, W)
     return W
@@ -43,19 +43,19 @@ def carried():
 beam = fm.FlexibleLink("beam", (0, 0), (1, 0), section=fm.Circle(0.01), material=fm.STEEL)
 strut = [beam, fm.Fixed("foot", fm.GROUND, beam, (0, 0)), fm.Force("load", beam, (1, 0), (-1.0, 0.0))]
 found = {
-    "ideal": fm.simulate(fm.nine_bar(), t_end=0.01).values,
-    "rigid": fm.simulate(fm.nine_bar(clearance=5e-4), t_end=0.01).values,
-    "flexible": fm.simulate(fm.nine_bar(clearance=5e-4, flexible=True), t_end=1e-3).values,
+    "ideal": fm.simulate(fm.mechanisms.nine_bar(), t_end=0.01).values,
+    "rigid": fm.simulate(fm.mechanisms.nine_bar(clearance=5e-4), t_end=0.01).values,
+    "flexible": fm.simulate(fm.mechanisms.nine_bar(clearance=5e-4, flexible=True), t_end=1e-3).values,
     "tangent": carried(),
     "sweep": fm.sweep(peak, {"clearance": np.array([1e-4, 2e-4])})["value"].values,
     "statics": fm.static_equilibrium(fm.Mechanism("strut", strut)).q,
-    "modes": fm.modes(fm.spinning_beam()).frequencies,
-    "explicit": fm.simulate(fm.slider_crank(), **short, method=fm.RungeKutta4()).values,
-    "staggered": fm.simulate(fm.slider_crank(flexible=True), **short, method=fm.Staggered()).values,
+    "modes": fm.modes(fm.mechanisms.spinning_beam()).frequencies,
+    "explicit": fm.simulate(fm.mechanisms.slider_crank(), **short, method=fm.RungeKutta4()).values,
+    "staggered": fm.simulate(fm.mechanisms.slider_crank(flexible=True), **short, method=fm.Staggered()).values,
 }
 fm.buckling(fm.Mechanism("strut", strut))
-fm.check(fm.nine_bar(clearance=5e-4))
-fm.inverse_dynamics(fm.slider_crank(), [0.0, 1e-3])
+fm.check(fm.mechanisms.nine_bar(clearance=5e-4))
+fm.inverse_dynamics(fm.mechanisms.slider_crank(), [0.0, 1e-3])
 np.savez(sys.argv[1], **found)
 """
 )
@@ -128,7 +128,7 @@ OWN = (
 import flexmb as fm
 from law import Stiff
 
-mechanism = fm.slider_crank(clearance=5e-4).with_({"B.normal": Stiff(1e7)})
+mechanism = fm.mechanisms.slider_crank(clearance=5e-4).with_({"B.normal": Stiff(1e7)})
 sol = fm.simulate(mechanism, t_end=1e-3)
 assert sol.ok and sol.peak("B.normal_force").value > 0.0, sol
 """

@@ -15,14 +15,14 @@ from flexmb.model.part import Part
 
 LAWS = {
     "ModifiedCoulomb": fm.ModifiedCoulomb(0.2, v0=1e-4, v1=1e-3),
-    "SmoothCoulomb": fm.SmoothCoulomb(0.2),
-    "Threlfall": fm.Threlfall(0.2),
-    "BengisuAkay": fm.BengisuAkay(0.3, 0.2),
-    "Stribeck": fm.Stribeck(0.3, 0.2, viscous=0.1),
-    "Stribeck, exponential": fm.Stribeck(0.3, 0.2, exponent=1.0),
-    "BrownMcPhee": fm.BrownMcPhee(0.3, 0.2, viscous=3.0),
-    "LuGre": fm.LuGre(0.3, 0.2, damping=50.0, viscous=0.1),
-    "LuGre, most damping": fm.LuGre(0.3, 0.2, damping=9.32 * 0.2 / 1e-2),
+    "SmoothCoulomb": fm.friction.SmoothCoulomb(0.2),
+    "Threlfall": fm.friction.Threlfall(0.2),
+    "BengisuAkay": fm.friction.BengisuAkay(0.3, 0.2),
+    "Stribeck": fm.friction.Stribeck(0.3, 0.2, viscous=0.1),
+    "Stribeck, exponential": fm.friction.Stribeck(0.3, 0.2, exponent=1.0),
+    "BrownMcPhee": fm.friction.BrownMcPhee(0.3, 0.2, viscous=3.0),
+    "LuGre": fm.friction.LuGre(0.3, 0.2, damping=50.0, viscous=0.1),
+    "LuGre, most damping": fm.friction.LuGre(0.3, 0.2, damping=9.32 * 0.2 / 1e-2),
 }
 REGULARISED = [name for name in LAWS if not name.startswith("LuGre")]
 
@@ -40,16 +40,20 @@ def force(law, slip, load=1.0, h=0.0, z=()):
 @pytest.mark.parametrize(
     ("law", "slip", "expected"),
     [
-        (fm.SmoothCoulomb(0.2, v0=1e-3), 1e-3, 0.2 * 0.761594155955765),  # tanh 1
-        (fm.Threlfall(0.2, v0=1e-3), 1e-3, 0.2 * 0.950212931632136),  # 95 % at v0
-        (fm.BengisuAkay(0.3, 0.2, v0=1e-3, decay=1e3), 0.5e-3, 0.75 * 0.3),  # half way up the parabola
-        (fm.BengisuAkay(0.3, 0.2, v0=1e-3, decay=1e3), 1e-3, 0.3),
-        (fm.BengisuAkay(0.3, 0.2, v0=1e-3, decay=1e3), 1e-3 + math.log(2.0) * 1e-3, 0.25),  # a half-life later
-        (fm.Stribeck(0.3, 0.2, stribeck_speed=1.0, v0=1e-3), math.sqrt(math.log(2.0)), 0.25),
-        (fm.Stribeck(0.3, 0.2, stribeck_speed=1.0, v0=1e-3, exponent=1.0), math.log(2.0), 0.25),
-        (fm.Stribeck(0.3, 0.2, stribeck_speed=1e-2, viscous=0.1), 1.0, 0.3),
-        (fm.BrownMcPhee(0.3, 0.2, transition_speed=1e-3), 1e-3, 0.1 + 0.2 * 0.999329299739067),  # tanh 4
-        (fm.BrownMcPhee(0.3, 0.2, transition_speed=1e-3), 3e-3, 0.2 + 0.1 / 3.0),  # s / (s^2/4 + 3/4)^2 = 3/9 there
+        (fm.friction.SmoothCoulomb(0.2, v0=1e-3), 1e-3, 0.2 * 0.761594155955765),  # tanh 1
+        (fm.friction.Threlfall(0.2, v0=1e-3), 1e-3, 0.2 * 0.950212931632136),  # 95 % at v0
+        (fm.friction.BengisuAkay(0.3, 0.2, v0=1e-3, decay=1e3), 0.5e-3, 0.75 * 0.3),  # half way up the parabola
+        (fm.friction.BengisuAkay(0.3, 0.2, v0=1e-3, decay=1e3), 1e-3, 0.3),
+        (fm.friction.BengisuAkay(0.3, 0.2, v0=1e-3, decay=1e3), 1e-3 + math.log(2.0) * 1e-3, 0.25),  # a half-life later
+        (fm.friction.Stribeck(0.3, 0.2, stribeck_speed=1.0, v0=1e-3), math.sqrt(math.log(2.0)), 0.25),
+        (fm.friction.Stribeck(0.3, 0.2, stribeck_speed=1.0, v0=1e-3, exponent=1.0), math.log(2.0), 0.25),
+        (fm.friction.Stribeck(0.3, 0.2, stribeck_speed=1e-2, viscous=0.1), 1.0, 0.3),
+        (fm.friction.BrownMcPhee(0.3, 0.2, transition_speed=1e-3), 1e-3, 0.1 + 0.2 * 0.999329299739067),  # tanh 4
+        (
+            fm.friction.BrownMcPhee(0.3, 0.2, transition_speed=1e-3),
+            3e-3,
+            0.2 + 0.1 / 3.0,
+        ),  # s / (s^2/4 + 3/4)^2 = 3/9 there
     ],
 )
 def test_value(law, slip, expected):
@@ -58,7 +62,7 @@ def test_value(law, slip, expected):
 
 
 def test_brown_mcphee_viscous_part_fades_with_the_load():
-    law = fm.BrownMcPhee(0.0, 0.0, viscous=3.0, transition_load=2.0)
+    law = fm.friction.BrownMcPhee(0.0, 0.0, viscous=3.0, transition_load=2.0)
     assert force(law, 0.5, load=100.0)[0] == pytest.approx(-1.5, rel=1e-12)
     assert force(law, 0.5, load=0.5)[0] == pytest.approx(-1.5 * 0.761594155955765, rel=1e-12)
     assert force(law, 0.5, load=0.0)[0] == 0.0
@@ -79,13 +83,13 @@ def test_lugre_ends_on_the_stribeck_curve(speed, way):
 
 def test_lugre_is_a_spring_while_it_sticks():
     """A shift far below mu_s N / sigma_0 is stored: T = -sigma_0 times the shift."""
-    law = fm.LuGre(0.3, 0.2, stiffness=1e6)
+    law = fm.friction.LuGre(0.3, 0.2, stiffness=1e6)
     _, z = force(law, 1e-6, 1e4, 1e-3)
     assert force(law, 0.0, 1e4, 1e-3, tuple(z))[0] == pytest.approx(-1e6 * 1e-9, rel=1e-5)
 
 
 def test_lugre_lets_go_when_the_contact_opens():
-    law = fm.LuGre(0.3, 0.2, stiffness=1e6, damping=50.0)
+    law = fm.friction.LuGre(0.3, 0.2, stiffness=1e6, damping=50.0)
     held = (0.3 * 100.0 / 1e6,)
     for load in (10.0, 1e-3, 1e-30, 1e-250, 0.0):
         T, z = force(law, 0.0, load, 0.0, held)
@@ -113,7 +117,7 @@ def test_creep_speed_balances_the_load(name, ratio):
 def test_what_sticks_does_not_creep():
     assert LAWS["LuGre"].creep_speed(0.99) == 0.0
     assert LAWS["LuGre"].creep_speed(1.01) == math.inf
-    assert fm.Frictionless().creep_speed(0.1) == math.inf
+    assert fm.friction.Frictionless().creep_speed(0.1) == math.inf
 
 
 # -- dissipation -----------------------------------------------------------------------------------------------------
@@ -164,7 +168,7 @@ def test_closed_cycles_of_bristles_lose_energy():
 
 def test_too_much_damping_would_produce_energy():
     """The limit is no caution: beyond it, and with the check got round, a sudden slip is driven by the bristles."""
-    law = fm.LuGre(0.3, 0.2, damping=9.32 * 0.2 / 1e-2)
+    law = fm.friction.LuGre(0.3, 0.2, damping=9.32 * 0.2 / 1e-2)
     p = (0.3, 0.2, 1e-2, 1e6, 40.0 * law.damping, 0.0)
     slip, load, h = 0.7e-2, 100.0, 0.0
     z = np.array([0.3 * load / 1e6])
@@ -176,7 +180,7 @@ def test_too_much_damping_would_produce_energy():
 # -- blocks on a plane -----------------------------------------------------------------------------------------------
 
 
-@fm.gap_kernel
+@fm.kernels.gap_kernel
 def plane(p, q, v, out):
     """A point of the second body over the line y = 0 of the first, which moves along x with the belt's speed p[0]."""
     out[0], out[1] = q[4] - q[1], v[4] - v[1]
@@ -234,7 +238,7 @@ def test_block_on_an_incline_creeps_at_the_predicted_speed(name):
 
 def test_lugre_block_on_an_incline_stops():
     """It comes to rest displaced by load over stiffness."""
-    law = fm.LuGre(0.3, 0.2, stiffness=1e5, damping=40.0)
+    law = fm.friction.LuGre(0.3, 0.2, stiffness=1e5, damping=40.0)
     tilt = math.atan(0.18)
     sol = block(law, tilt=tilt, t_end=2.0)
     x, v = sol.array("block.x"), sol.array("block.vx")
@@ -250,7 +254,7 @@ def test_thrown_block_stops(name):
     """After v0 / (mu g) and v0^2 / (2 mu g), up to the creep of the law."""
     law = {
         "ModifiedCoulomb": fm.ModifiedCoulomb(0.2, v0=0.0, v1=1e-3),
-        "LuGre": fm.LuGre(0.2, 0.2, stiffness=1e6, damping=20.0),
+        "LuGre": fm.friction.LuGre(0.2, 0.2, stiffness=1e6, damping=20.0),
     }.get(name, LAWS[name])
     v0, mu = 0.5, 0.2
     # bristles are unloaded at first; the step in which they load costs mu g h/2 of braking, v0 h/2 of the way
@@ -276,12 +280,12 @@ def stick_slip(mu_s, mu_k, spring, belt):
 @pytest.mark.parametrize(
     ("law", "tolerance"),
     [
-        (fm.BengisuAkay(0.4, 0.25, v0=2e-4, decay=1e4), 0.005),
-        (fm.Stribeck(0.4, 0.25, stribeck_speed=1e-3, v0=1e-4), 0.03),  # its peak is 1 % below mu_s
-        (fm.BrownMcPhee(0.4, 0.25, transition_speed=1e-4), 0.005),
+        (fm.friction.BengisuAkay(0.4, 0.25, v0=2e-4, decay=1e4), 0.005),
+        (fm.friction.Stribeck(0.4, 0.25, stribeck_speed=1e-3, v0=1e-4), 0.03),  # its peak is 1 % below mu_s
+        (fm.friction.BrownMcPhee(0.4, 0.25, transition_speed=1e-4), 0.005),
         # bristles that shift at k belt/sigma_0 << v_s, or they break away early; a fall so fast that the block gets
         # over its flat top, where v = k belt t^2/(2 m), in a small part of the period: sqrt(2 m v_s/(k belt)) = 3 ms
-        (fm.LuGre(0.4, 0.25, stribeck_speed=1e-4, stiffness=1e10, damping=14000.0), 0.005),
+        (fm.friction.LuGre(0.4, 0.25, stribeck_speed=1e-4, stiffness=1e10, damping=14000.0), 0.005),
     ],
     ids=lambda x: type(x).__name__ if isinstance(x, fm.FrictionLaw) else "",
 )
@@ -302,9 +306,9 @@ def test_stick_slip_period(law, tolerance):
     [
         (fm.ModifiedCoulomb(0.3, v0=0.0, v1=1e-3), 1e-2),
         (fm.ModifiedCoulomb(0.3, v0=0.0, v1=1e-6), 1e-3),
-        (fm.SmoothCoulomb(0.3, v0=1e-6), 1e-3),
-        (fm.LuGre(0.3, 0.3, stiffness=1e10, damping=100.0), 1e-3),
-        (fm.LuGre(0.3, 0.3, stiffness=1e9), 1e-2),
+        (fm.friction.SmoothCoulomb(0.3, v0=1e-6), 1e-3),
+        (fm.friction.LuGre(0.3, 0.3, stiffness=1e10, damping=100.0), 1e-3),
+        (fm.friction.LuGre(0.3, 0.3, stiffness=1e9), 1e-2),
     ],
 )
 def test_coarse_steps_stop_the_block(law, step):
@@ -325,27 +329,39 @@ def test_coarse_steps_stop_the_block(law, step):
     ("make", "message"),
     [
         (lambda: fm.ModifiedCoulomb(0.1, v0=2e-3, v1=1e-3), "v1 is 0.001 m/s; it must be > v0 = 0.002 m/s"),
-        (lambda: fm.SmoothCoulomb(-0.1), "SmoothCoulomb: coefficient is -0.1; it must be >= 0"),
-        (lambda: fm.SmoothCoulomb(0.1, v0=0.0), "SmoothCoulomb: v0 is 0 m/s; it must be > 0"),
-        (lambda: fm.Threlfall(0.1, v0=-1.0), "Threlfall: v0 is -1 m/s; it must be > 0"),
-        (lambda: fm.BengisuAkay(0.1, 0.2), "BengisuAkay: static is 0.1; it must be >= kinetic = 0.2. Did you exchange"),
-        (lambda: fm.BengisuAkay(0.2, 0.1, decay=0.0), "BengisuAkay: decay is 0 s/m; it must be > 0"),
-        (lambda: fm.Stribeck(0.1, 0.2), "Stribeck: static is 0.1; it must be >= kinetic"),
-        (lambda: fm.Stribeck(0.2, 0.1, stribeck_speed=0.0), "Stribeck: stribeck_speed is 0 m/s; it must be > 0"),
-        (lambda: fm.Stribeck(0.2, 0.1, v0=1e-2), "Stribeck: v0 is 0.01 m/s; it must lie between 0 and 0.01.*ten times"),
-        (lambda: fm.Stribeck(0.2, 0.1, exponent=0.5), "Stribeck: exponent is 0.5; it must be >= 1"),
-        (lambda: fm.BrownMcPhee(0.2, -0.1), "BrownMcPhee: kinetic is -0.1; it must be >= 0"),
-        (lambda: fm.BrownMcPhee(0.2, 0.1, transition_load=0.0), "BrownMcPhee: transition_load is 0 N; it must be > 0"),
+        (lambda: fm.friction.SmoothCoulomb(-0.1), "SmoothCoulomb: coefficient is -0.1; it must be >= 0"),
+        (lambda: fm.friction.SmoothCoulomb(0.1, v0=0.0), "SmoothCoulomb: v0 is 0 m/s; it must be > 0"),
+        (lambda: fm.friction.Threlfall(0.1, v0=-1.0), "Threlfall: v0 is -1 m/s; it must be > 0"),
         (
-            lambda: fm.LuGre(0.2, 0.0),
+            lambda: fm.friction.BengisuAkay(0.1, 0.2),
+            "BengisuAkay: static is 0.1; it must be >= kinetic = 0.2. Did you exchange",
+        ),
+        (lambda: fm.friction.BengisuAkay(0.2, 0.1, decay=0.0), "BengisuAkay: decay is 0 s/m; it must be > 0"),
+        (lambda: fm.friction.Stribeck(0.1, 0.2), "Stribeck: static is 0.1; it must be >= kinetic"),
+        (
+            lambda: fm.friction.Stribeck(0.2, 0.1, stribeck_speed=0.0),
+            "Stribeck: stribeck_speed is 0 m/s; it must be > 0",
+        ),
+        (
+            lambda: fm.friction.Stribeck(0.2, 0.1, v0=1e-2),
+            "Stribeck: v0 is 0.01 m/s; it must lie between 0 and 0.01.*ten times",
+        ),
+        (lambda: fm.friction.Stribeck(0.2, 0.1, exponent=0.5), "Stribeck: exponent is 0.5; it must be >= 1"),
+        (lambda: fm.friction.BrownMcPhee(0.2, -0.1), "BrownMcPhee: kinetic is -0.1; it must be >= 0"),
+        (
+            lambda: fm.friction.BrownMcPhee(0.2, 0.1, transition_load=0.0),
+            "BrownMcPhee: transition_load is 0 N; it must be > 0",
+        ),
+        (
+            lambda: fm.friction.LuGre(0.2, 0.0),
             r"LuGre: kinetic is 0; it must be > 0. For surfaces without friction use Friction",
         ),
-        (lambda: fm.LuGre(0.2, 0.1, stiffness=-1.0), "LuGre: stiffness is -1 N/m; it must be > 0"),
+        (lambda: fm.friction.LuGre(0.2, 0.1, stiffness=-1.0), "LuGre: stiffness is -1 N/m; it must be > 0"),
         (
-            lambda: fm.LuGre(0.2, 0.1, damping=94.0),
+            lambda: fm.friction.LuGre(0.2, 0.1, damping=94.0),
             r"LuGre: damping is 94 s/m; it must be <= .* = 93.2.* s/m.*Lower it",
         ),
-        (lambda: fm.LuGre(0.2, 0.1).creep_speed(-0.1), "LuGre: load_ratio is -0.1; it must be >= 0"),
+        (lambda: fm.friction.LuGre(0.2, 0.1).creep_speed(-0.1), "LuGre: load_ratio is -0.1; it must be >= 0"),
     ],
 )
 def test_refused(make, message):

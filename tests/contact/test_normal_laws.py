@@ -24,11 +24,11 @@ ASKED = (0.2, 0.3, 0.5, 0.7, 0.8, 0.9, 0.95)
 DELIVERED = {
     fm.LankaraniNikravesh: (0.672, 0.684, 0.725, 0.796, 0.847, 0.913, 0.954),
     fm.HuntCrossley: (0.547, 0.581, 0.663, 0.768, 0.833, 0.909, 0.952),
-    fm.HerbertMcWhannell: (0.501, 0.520, 0.594, 0.723, 0.807, 0.901, 0.950),
-    fm.LeeWang: (0.712, 0.739, 0.799, 0.869, 0.909, 0.952, 0.976),
-    fm.ZhiyingQishao: (0.266, 0.327, 0.483, 0.680, 0.787, 0.896, 0.949),
-    fm.Flores: (0.156, 0.256, 0.470, 0.683, 0.789, 0.894, 0.947),
-    fm.HuGuo: (0.166, 0.271, 0.488, 0.697, 0.799, 0.900, 0.950),
+    fm.contact.HerbertMcWhannell: (0.501, 0.520, 0.594, 0.723, 0.807, 0.901, 0.950),
+    fm.contact.LeeWang: (0.712, 0.739, 0.799, 0.869, 0.909, 0.952, 0.976),
+    fm.contact.ZhiyingQishao: (0.266, 0.327, 0.483, 0.680, 0.787, 0.896, 0.949),
+    fm.contact.Flores: (0.156, 0.256, 0.470, 0.683, 0.789, 0.894, 0.947),
+    fm.contact.HuGuo: (0.166, 0.271, 0.488, 0.697, 0.799, 0.900, 0.950),
 }
 """What comes out, to three digits, computed once outside this package; the relation on paper and the impacts below must
 both give it."""
@@ -38,7 +38,7 @@ EXACT_CHI = {
     0.9: 0.166481950685, 0.95: 0.0789266052874,
 }  # fmt: skip
 
-DAMPED = (*DELIVERED, fm.Gonthier, fm.CarvalhoMartins, fm.ExactRestitution)
+DAMPED = (*DELIVERED, fm.contact.Gonthier, fm.contact.CarvalhoMartins, fm.contact.ExactRestitution)
 
 
 def quiet(kind, **numbers):
@@ -61,12 +61,14 @@ def test_delivered_on_paper(kind):
     "e", [0.05, 0.1, 0.2, 0.35, 0.5, 0.65, 0.7, 0.7499, 0.75, 0.8, 0.9, 0.95, 0.99, 1.0 - 1e-9, 1.0]
 )
 def test_exact_restitution_on_paper(e):
-    assert fm.ExactRestitution(stiffness=1.0, restitution=e).delivered_restitution() == pytest.approx(e, abs=1e-12)
+    assert fm.contact.ExactRestitution(stiffness=1.0, restitution=e).delivered_restitution() == pytest.approx(
+        e, abs=1e-12
+    )
 
 
 @pytest.mark.parametrize("e", EXACT_CHI)
 def test_exact_factor(e):
-    assert fm.ExactRestitution.chi(e) == pytest.approx(EXACT_CHI[e], rel=3e-12)
+    assert fm.contact.ExactRestitution.chi(e) == pytest.approx(EXACT_CHI[e], rel=3e-12)
 
 
 def test_exact_factor_at_both_ends():
@@ -99,8 +101,10 @@ def test_balance_of_work(chi):
 @pytest.mark.parametrize("e", ASKED)
 def test_gonthier_and_carvalho_martins_deliver_what_they_claim(e):
     """Gonthier: never off by 5 %; Carvalho and Martins: a fit, 0.2 % from e = 0.5 on."""
-    assert fm.Gonthier(stiffness=1.0).delivered_restitution(e) == pytest.approx(e, rel=0.05)
-    assert fm.CarvalhoMartins(stiffness=1.0).delivered_restitution(e) == pytest.approx(e, rel=0.06 if e < 0.5 else 2e-3)
+    assert fm.contact.Gonthier(stiffness=1.0).delivered_restitution(e) == pytest.approx(e, rel=0.05)
+    assert fm.contact.CarvalhoMartins(stiffness=1.0).delivered_restitution(e) == pytest.approx(
+        e, rel=0.06 if e < 0.5 else 2e-3
+    )
 
 
 def test_the_table_of_the_documentation(root, capsys):
@@ -111,8 +115,8 @@ def test_the_table_of_the_documentation(root, capsys):
 
 
 def test_hertz_returns_everything():
-    assert fm.Hertz(stiffness=1.0).delivered_restitution() == 1.0
-    assert not thrown([fm.Hertz(stiffness=1.0)], t_end=0.1, step=0.01).notes
+    assert fm.contact.Hertz(stiffness=1.0).delivered_restitution() == 1.0
+    assert not thrown([fm.contact.Hertz(stiffness=1.0)], t_end=0.1, step=0.01).notes
 
 
 # -- in motion -------------------------------------------------------------------------------------------------------
@@ -130,13 +134,13 @@ def test_delivered_in_motion(kind, exponent):
 @pytest.mark.parametrize("exponent", [1.5, 3.0])
 def test_exact_restitution_in_motion(exponent):
     asked = (0.3, 0.5, 0.8, 0.95)
-    laws = [fm.ExactRestitution(stiffness=stiffness(exponent), exponent=exponent, restitution=e) for e in asked]
+    laws = [fm.contact.ExactRestitution(stiffness=stiffness(exponent), exponent=exponent, restitution=e) for e in asked]
     sol = thrown(laws, t_end=4.5e-4, step=1e-8)
     assert returned(sol, len(laws)) == pytest.approx(asked, abs=1e-6)
 
 
 def test_mass_and_speed_do_not_matter():
-    law = fm.ExactRestitution(stiffness=3e8, restitution=0.4)
+    law = fm.contact.ExactRestitution(stiffness=3e8, restitution=0.4)
     sol = thrown([law], t_end=6e-4, step=2e-8, mass=0.037, speed=4.1)
     assert returned(sol, 1, 4.1) == pytest.approx([0.4], abs=1e-5)
 
@@ -145,7 +149,7 @@ def test_mass_and_speed_do_not_matter():
     ("law", "depth", "duration", "peak"),
     [
         # exact: (5/4)^(2/5), and twice that times the integral of 1/sqrt(1 - s^(5/2))
-        (fm.Hertz(stiffness=1.0), 1.0933620739, 3.21806546, 1.0933620739**1.5),
+        (fm.contact.Hertz(stiffness=1.0), 1.0933620739, 3.21806546, 1.0933620739**1.5),
         # an independent code, converged
         (fm.LankaraniNikravesh(stiffness=1.0, least_approach=0.0), 1.0547874, 3.2498833, 1.0916121),
     ],
@@ -206,12 +210,18 @@ def test_memory_of_extremes_changes_nothing():
 STEEL = (fm.STEEL, fm.STEEL)
 EVERY = [
     *(quiet(kind, stiffness=1e9, restitution=e) for kind in DAMPED for e in (0.05, 0.6, 1.0)),
-    fm.Hertz(stiffness=1e9),
+    fm.contact.Hertz(stiffness=1e9),
     fm.KelvinVoigt(1e6, 300.0),
     fm.KelvinVoigt(1e6, 300.0, ramp=1e-5),
     *(
         kind(0.02, STEEL, restitution=0.3).for_radii(0.01, 0.0098)
-        for kind in (fm.Johnson, fm.Radzimovsky, fm.Goldsmith, fm.DubowskyFreudenstein, fm.ESDU78035)
+        for kind in (
+            fm.contact.Johnson,
+            fm.contact.Radzimovsky,
+            fm.contact.Goldsmith,
+            fm.contact.DubowskyFreudenstein,
+            fm.contact.ESDU78035,
+        )
     ),
 ]
 
@@ -236,7 +246,7 @@ def test_never_pulls_and_never_gives_energy(law, depth, approach, share):
 
 def test_a_contact_that_begins_at_rest():
     """It is elastic until it moves, and then within what a free impact has: not damped without limit."""
-    law = fm.ExactRestitution(stiffness=1e9, restitution=0.5, least_approach=0.0)
+    law = fm.contact.ExactRestitution(stiffness=1e9, restitution=0.5, least_approach=0.0)
     chi = exact_chi(0.5)
     for rate, factor in ((0.0, 1.0), (1e-3, 1.0 - 0.5 * chi), (-1e-3, 1.0 + chi)):  # at rest, parting, pressed
         z, z_new = np.array((0.0, -1e-6, rate, *[0.0] * 6)), np.zeros(9)
@@ -276,7 +286,9 @@ def test_a_miss_is_told_at_the_line_that_asked():
         assert [(w.filename, w.lineno) for w in caught] == [(__file__, make.__code__.co_firstlineno)]
 
 
-@pytest.mark.parametrize(("kind", "e"), [(fm.LankaraniNikravesh, 0.82), (fm.Flores, 0.54), (fm.Gonthier, 0.05)])
+@pytest.mark.parametrize(
+    ("kind", "e"), [(fm.LankaraniNikravesh, 0.82), (fm.contact.Flores, 0.54), (fm.contact.Gonthier, 0.05)]
+)
 def test_a_near_miss_is_not_told(kind, e):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -293,7 +305,7 @@ def test_a_simulation_does_not_warn_again():
 def test_ready_mechanisms_do_not_warn():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        for make in (fm.slider_crank, fm.four_bar, fm.nine_bar):
+        for make in (fm.mechanisms.slider_crank, fm.mechanisms.four_bar, fm.mechanisms.nine_bar):
             fm.compile(make(clearance=1e-4))
 
 
@@ -314,14 +326,14 @@ def test_restitution_out_of_range(kind, e, text):
 
 def test_hertz_takes_no_restitution():
     with pytest.raises(TypeError, match="restitution"):
-        fm.Hertz(stiffness=1.0, restitution=0.5)
+        fm.contact.Hertz(stiffness=1.0, restitution=0.5)
 
 
 def test_a_stiffness_is_needed():
     with pytest.raises(InputError, match=r"Flores: stiffness is missing; .*Flores.from_materials"):
-        fm.Flores()
+        fm.contact.Flores()
     with pytest.raises(InputError, match="HuGuo: the stiffness depends on radii"):
-        fm.HuGuo.from_materials(fm.STEEL, fm.STEEL).parameters()
+        fm.contact.HuGuo.from_materials(fm.STEEL, fm.STEEL).parameters()
 
 
 def test_laws_in_the_wrong_place():
@@ -329,6 +341,6 @@ def test_laws_in_the_wrong_place():
     given_ = {"clearance": 1e-4, "bearing_radius": 1e-2}
     with pytest.raises(InputError, match=r"'J': normal is ModifiedCoulomb\(.*must be a normal law"):
         fm.RevoluteClearance("J", fm.GROUND, ball, (0.0, 0.0), normal=fm.ModifiedCoulomb(0.1), **given_)
-    law = fm.Hertz(stiffness=1.0)
+    law = fm.contact.Hertz(stiffness=1.0)
     with pytest.raises(InputError, match=r"'J': friction is Hertz\(.*must be a friction law"):
         fm.RevoluteClearance("J", fm.GROUND, ball, (0.0, 0.0), normal=law, friction=law, **given_)

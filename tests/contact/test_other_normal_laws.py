@@ -18,21 +18,27 @@ thrown, returned = drops["thrown"], drops["returned"]
 STEEL = fm.Material(207e9, 7850.0, 0.3)
 BRASS = fm.Material(100e9, 8500.0, 0.35)
 L, R1, R2 = 0.02, 10e-3, 9.5e-3
-CYLINDERS = (fm.Johnson, fm.Radzimovsky, fm.Goldsmith, fm.DubowskyFreudenstein, fm.ESDU78035)
+CYLINDERS = (
+    fm.contact.Johnson,
+    fm.contact.Radzimovsky,
+    fm.contact.Goldsmith,
+    fm.contact.DubowskyFreudenstein,
+    fm.contact.ESDU78035,
+)
 E_STAR = 1.0 / ((1.0 - 0.3**2) / 207e9 + (1.0 - 0.35**2) / 100e9)
 
 
 def printed(kind, F):
     """The depth as the sources print it, with the force F [N] and the letters of the source."""
     dR, h = R1 - R2, ((1.0 - 0.3**2) / 207e9 + (1.0 - 0.35**2) / 100e9) / math.pi
-    if kind is fm.Johnson:
+    if kind is fm.contact.Johnson:
         return F / (math.pi * E_STAR * L) * (math.log(4.0 * math.pi * E_STAR * dR * L / F) - 1.0)
-    if kind is fm.Radzimovsky:
+    if kind is fm.contact.Radzimovsky:
         b = 1.60 * math.sqrt(F / L * (2 * R1 * 2 * R2 / (2 * R1 - 2 * R2)) / E_STAR)
         return F / (math.pi * E_STAR * L) * (2.0 / 3.0 + math.log(4.0 * R1 / b) + math.log(4.0 * R2 / b))
-    if kind is fm.Goldsmith:
+    if kind is fm.contact.Goldsmith:
         return F * h / L * (math.log(L**1 / (F * h * R1 * R2 / dR)) + 1.0)
-    if kind is fm.DubowskyFreudenstein:
+    if kind is fm.contact.DubowskyFreudenstein:
         return F * h / L * (math.log(L**3 * dR / (F * R1 * R2 * h)) + 1.0)
     return F * h / L * (math.log(4.0 * L * dR / (F * h)) + 1.0)
 
@@ -68,12 +74,19 @@ def test_depths_beside_each_other():
     F = 1000.0
     depth = {kind: law_of(kind).depth(F) for kind in CYLINDERS}
     unit = F / (math.pi * E_STAR * L)
-    assert depth[fm.ESDU78035] - depth[fm.Johnson] == pytest.approx(2.0 * unit, rel=1e-10)
+    assert depth[fm.contact.ESDU78035] - depth[fm.contact.Johnson] == pytest.approx(2.0 * unit, rel=1e-10)
     # ln(16 R1 R2/width^2) = ln(pi E* (R1 - R2) L/F) with the width of Hertz, for which 1.60 stands
     exact_width = 2.0 / 3.0 + 1.0 - math.log(4.0)
-    assert (depth[fm.Radzimovsky] - depth[fm.Johnson]) / unit == pytest.approx(exact_width, abs=6e-3)
-    assert law_of(fm.Goldsmith, 1.0).depth(F) == pytest.approx(law_of(fm.DubowskyFreudenstein, 1.0).depth(F), rel=1e-13)
-    assert depth[fm.Johnson] < depth[fm.Radzimovsky] < depth[fm.ESDU78035] < depth[fm.Goldsmith]
+    assert (depth[fm.contact.Radzimovsky] - depth[fm.contact.Johnson]) / unit == pytest.approx(exact_width, abs=6e-3)
+    assert law_of(fm.contact.Goldsmith, 1.0).depth(F) == pytest.approx(
+        law_of(fm.contact.DubowskyFreudenstein, 1.0).depth(F), rel=1e-13
+    )
+    assert (
+        depth[fm.contact.Johnson]
+        < depth[fm.contact.Radzimovsky]
+        < depth[fm.contact.ESDU78035]
+        < depth[fm.contact.Goldsmith]
+    )
 
 
 def test_johnson_is_both_halves_of_a_cylinder_pressed_on_a_plane():
@@ -85,7 +98,9 @@ def test_johnson_is_both_halves_of_a_cylinder_pressed_on_a_plane():
     F = 2500.0
     a = math.sqrt(4.0 * F / L * R1 * R2 / (R1 - R2) / (math.pi * E_STAR))
     halves = sum((1.0 - m.poisson**2) / (math.pi * m.young) for m in (STEEL, BRASS)) * F / L
-    assert law_of(fm.Johnson).depth(F) == pytest.approx(halves * (2.0 * math.log(4.0 * math.sqrt(R1 * R2) / a) - 1.0))
+    assert law_of(fm.contact.Johnson).depth(F) == pytest.approx(
+        halves * (2.0 * math.log(4.0 * math.sqrt(R1 * R2) / a) - 1.0)
+    )
 
 
 @pytest.mark.parametrize("kind", CYLINDERS)
@@ -97,7 +112,7 @@ def test_restitution_of_a_cylinder(kind):
 
 
 def test_beyond_the_end_it_goes_on_and_says_so():
-    law = fm.Johnson(1e-3, (STEEL, STEEL))
+    law = fm.contact.Johnson(1e-3, (STEEL, STEEL))
     end = law.for_radii(1e-2, 9.99e-3)
     sol = thrown([law], t_end=2e-5, step=5e-9, play=1e-5, mass=2.0, speed=2.0)
     assert sol.ok

@@ -23,7 +23,7 @@ def run(law, **numbers):
 
 def hertz(yield_stress=None):
     metal = replace(STEEL, yield_stress=yield_stress)
-    return fm.ExactRestitution.from_materials(metal, metal, restitution=0.9)
+    return fm.contact.ExactRestitution.from_materials(metal, metal, restitution=0.9)
 
 
 def test_slow_and_shallow_impacts_go_without_remark():
@@ -51,13 +51,13 @@ def test_yield_begins_where_johnson_says():
 def test_yield_of_a_line():
     """f_Y = pi R (p0)_Y^2/E*, Johnson 1985, eq. (6.6), with (p0)_Y = 1.79 Y."""
     numbers = {"speed": 0.9 * LOVE, "mass": 0.01, "t_end": 6e-3}
-    law = fm.Johnson(0.02, (STEEL, STEEL))
+    law = fm.contact.Johnson(0.02, (STEEL, STEEL))
     f = run(law, **numbers).peak("J0.normal_force").value / 0.02
     R, E = 1e-2 * 9.8e-3 / 2e-4, 207e9 / (2.0 * (1.0 - 0.3**2))
     Y = math.sqrt(f * E / (math.pi * R)) / 1.79
     for factor, said in ((1.01, False), (0.99, True)):
         metal = replace(STEEL, yield_stress=factor * Y)
-        notes = run(fm.Johnson(0.02, (metal, metal)), **numbers).notes
+        notes = run(fm.contact.Johnson(0.02, (metal, metal)), **numbers).notes
         assert any("yields" in text for text in notes) == said
 
 
@@ -100,14 +100,14 @@ def test_notes_in_files_and_summaries(tmp_path):
 
 
 def test_yield_stress_out_of_range():
-    with pytest.raises(fm.InputError, match="Material: yield_stress is 0 Pa; it must be > 0"):
+    with pytest.raises(fm.errors.InputError, match="Material: yield_stress is 0 Pa; it must be > 0"):
         fm.Material(207e9, 7850.0, yield_stress=0.0)
 
 
 def test_the_least_approach_speed_is_no_approach():
     """Foam, whose limit lies below the least approach speed, touched slowly: the bound alone is no fast impact."""
     foam = fm.Material(1e6, 100.0 * 1e3, 0.3)
-    law = fm.ExactRestitution.from_materials(foam, foam, restitution=0.9, least_approach=1e-3)
+    law = fm.contact.ExactRestitution.from_materials(foam, foam, restitution=0.9, least_approach=1e-3)
     limit = 1e-5 * math.sqrt(1e6 / 1e5)
     sol = run(law, speed=0.5 * limit, mass=1e-6, play=1e-7, t_end=1e-2, step=1e-5)
     assert sol.peak("J0.normal_force").value > 0.0

@@ -20,7 +20,7 @@ IMPACT = math.sqrt(2.0 * LOAD * REST / (2.5 * MASS))
 
 
 def law(**numbers):
-    return fm.ExactRestitution(stiffness=K, restitution=E, **numbers)
+    return fm.contact.ExactRestitution(stiffness=K, restitution=E, **numbers)
 
 
 def pressed(normal, speed, *, t_end=0.02, step=None, periods=None):
@@ -100,7 +100,9 @@ def released(normal, load_time, start):
     joint = fm.RevoluteClearance(
         "J", fm.GROUND, ball, (0.0, 0.0), clearance=PLAY, bearing_radius=1e-2, normal=normal, start=start
     )
-    history = fm.PiecewiseLinear((0.0, load_time, load_time + 0.05, load_time + 0.05 + 1e-9), (0.0, 1.0, 1.0, 0.0))
+    history = fm.drives.PiecewiseLinear(
+        (0.0, load_time, load_time + 0.05, load_time + 0.05 + 1e-9), (0.0, 1.0, 1.0, 0.0)
+    )
     load = fm.Force("F", ball, (0.0, 0.0), (LOAD, 0.0), history=history)
     end = load_time + 0.06
     sol = fm.simulate(fm.Mechanism("let go", [ball, joint, load]), t_end=end, step=fm.Adaptive(rtol=1e-6, max=1e-5))
@@ -209,7 +211,9 @@ def test_a_contact_without_onset_is_named():
     assert "still scales its damping" in note
     (note,) = (n for n in pressed(law(reference_speed="largest"), IMPACT, t_end=0.05).notes if "without a break" in n)
     assert "the largest speed since then" in note
-    assert not any("without a break" in note for note in pressed(fm.Hertz(stiffness=K), IMPACT, t_end=0.05).notes)
+    assert not any(
+        "without a break" in note for note in pressed(fm.contact.Hertz(stiffness=K), IMPACT, t_end=0.05).notes
+    )
 
 
 @pytest.mark.parametrize("reference", ["onset", "largest"])
@@ -254,7 +258,7 @@ def test_settled_swings_do_not_remember_a_slow_first_touch():
     With the speed at the onset there is one steady motion for each first touch, and the run says why.
     """
 
-    wave = fm.Harmonic(1.0, frequency=450.0)
+    wave = fm.drives.Harmonic(1.0, frequency=450.0)
 
     def settled(reference, first):
         ball = fm.RigidBody("ball", (0.0, 0.0), MASS, 1.0, velocity=(first, 0.0, 0.0))

@@ -295,7 +295,7 @@ def test_force_alone_without_a_source():
     with pytest.raises(
         KernelError, match=r"TypedIn returned .*must return 3 numbers. The derivatives of a force alone"
     ):
-        fm.compile(pendulum(TypedIn(), fm.Frictionless()))
+        fm.compile(pendulum(TypedIn(), fm.friction.Frictionless()))
 
 
 def wrong_in_line_two(p, h, gap, gap_rate, z, z_new):

@@ -85,7 +85,7 @@ def n_four_bar(bays: int = 8) -> fm.Mechanism:
 
 def carried() -> Found:
     """A run that carries two differences along."""
-    flow = fm.MechanismFlow(slider_crank(clearance=0.5e-3, friction="coulomb"))
+    flow = fm.chaos.MechanismFlow(slider_crank(clearance=0.5e-3, friction="coulomb"))
     W = flow.tangent_basis(2, seed=3)
     began = time.process_time()
     flow.advance(0.002, W)
@@ -129,7 +129,7 @@ RUNS: dict[str, Callable[[], Found]] = {
     ),
     "nine-bar, flexible": lambda: simulated(nine(clearance=0.5e-3, flexible=True), t_end=0.01),
     "four-bar, LuGre": lambda: simulated(
-        four_bar(clearance=2e-4, friction=fm.LuGre(static=0.12, kinetic=0.1)), t_end=5e-3
+        four_bar(clearance=2e-4, friction=fm.friction.LuGre(static=0.12, kinetic=0.1)), t_end=5e-3
     ),
     "N-four-bar": lambda: simulated(n_four_bar(), t_end=0.5),
     "chain": lambda: simulated(models.chain(9, 4), t_end=0.05, step=1e-4),

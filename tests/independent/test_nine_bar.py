@@ -114,7 +114,7 @@ def test_exponents(speed, clearance, rule, rtol):
     logs = np.zeros(PERIODS)
     own.growth(p, y, w, 5e-6, 20, PERIODS, LOOKS, APART, logs)
     wanted, wide = mean_and_error(logs[PERIODS // 10 :] * 0.5 * speed)
-    flow = fm.MechanismFlow(
+    flow = fm.chaos.MechanismFlow(
         mechanism(speed, clearance, rule), step=fm.Adaptive(rtol=rtol, max=2e-4), period=2.0 / speed
     )
     found = fm.lyapunov(flow, skip=20, periods=PERIODS, confirm=False)

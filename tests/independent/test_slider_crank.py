@@ -106,7 +106,7 @@ def test_half_a_turn_point_by_point(mu, step, power):
     """
     p = data(mu=mu)
     friction = fm.ModifiedCoulomb(mu, v0=p.v0, v1=p.v1) if mu else None
-    mechanism, x = fm.slider_crank(OMEGA, clearance=CLEARANCE, friction=friction), positions(p, 2e-8, 50)
+    mechanism, x = fm.mechanisms.slider_crank(OMEGA, clearance=CLEARANCE, friction=friction), positions(p, 2e-8, 50)
     errors = []
     for h in (2 * step, step):
         sol = fm.simulate(mechanism, t_end=0.5 * TURN, save=50, step=h, method=fm.Newmark.trapezoidal())
@@ -130,7 +130,7 @@ def own_turns():
 @functools.cache
 def flexmb_turns():
     """The same of flexmb, from every accepted step."""
-    mechanism = fm.slider_crank(OMEGA, clearance=CLEARANCE)
+    mechanism = fm.mechanisms.slider_crank(OMEGA, clearance=CLEARANCE)
     sol = fm.simulate(mechanism, periods=SETTLE + TURNS, save_from_period=SETTLE, save="steps", step=FINE)
     assert sol.ok, sol.status
     turn = np.clip(np.floor(sol.time / TURN - SETTLE + 1e-9).astype(int), 0, TURNS - 1)
@@ -156,6 +156,6 @@ def test_exponents_agree():
     y, memory = own.start(p), np.zeros(2)
     own.turns(0, SETTLE, STEP, y, memory, p)
     value, error = mean_and_error(own.growth(SETTLE, TURNS, STEP, y, memory, p, 1e-10)[TURNS // 10 :] / TURN)
-    found = fm.lyapunov(fm.slider_crank(OMEGA, clearance=CLEARANCE), skip=SETTLE, periods=TURNS, step=FINE)
+    found = fm.lyapunov(fm.mechanisms.slider_crank(OMEGA, clearance=CLEARANCE), skip=SETTLE, periods=TURNS, step=FINE)
     assert value > 10.0 * error
     assert abs(value - found.value) < 3.0 * math.hypot(error, found.error)

@@ -99,7 +99,7 @@ def test_forces_are_in_balance_far_from_the_drawn_pose(posed):
     ],
 )
 def test_bad_input(change, words):
-    with pytest.raises(fm.InputError) as error:
+    with pytest.raises(fm.errors.InputError) as error:
         replace(held().find("B"), **change)
     for word in words:
         assert word in str(error.value)

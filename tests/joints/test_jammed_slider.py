@@ -8,11 +8,11 @@ import pytest
 import flexmb as fm
 
 PLAY, HALF, HEIGHT, MASS, G = 1e-3, 0.03, 0.02, 0.5, 9.81
-NORMAL = fm.ExactRestitution(stiffness=1e9, restitution=0.4, least_approach=1e-2)
+NORMAL = fm.contact.ExactRestitution(stiffness=1e9, restitution=0.4, least_approach=1e-2)
 LAWS = {
     "modified": fm.ModifiedCoulomb(0.9, v0=1e-4, v1=1e-3),
-    "smooth": fm.SmoothCoulomb(0.9, v0=1e-3),
-    "bristles": fm.LuGre(1.0, 0.9, stiffness=1e6),
+    "smooth": fm.friction.SmoothCoulomb(0.9, v0=1e-3),
+    "bristles": fm.friction.LuGre(1.0, 0.9, stiffness=1e6),
 }
 
 

@@ -152,7 +152,7 @@ def test_energy_is_only_lost():
 )
 def test_bad_input(change, words):
     bar = fm.RigidLink("bar", (0.0, 0.0), (1.0, 0.0), 1.0, 0.1)
-    with pytest.raises(fm.InputError) as error:
+    with pytest.raises(fm.errors.InputError) as error:
         fm.Revolute("O", fm.GROUND, bar, at=(0.0, 0.0), **change)
     for word in words:
         assert word in str(error.value)

@@ -100,7 +100,7 @@ def test_derivatives_hold_in_the_round_ends_too():
     ],
 )
 def test_bad_input(change, words):
-    with pytest.raises(fm.InputError) as error:
+    with pytest.raises(fm.errors.InputError) as error:
         replace(scotch_yoke(worn).find("P"), **change)
     for word in words:
         assert word in str(error.value)

@@ -20,7 +20,14 @@ def mechanism(friction=None, direction=DIRECTION, gravity=(0.0, 0.0), **more):
     along = (math.cos(direction), math.sin(direction))
     sizes = {"clearance": C, "half_length": A, "half_height": B}
     guide = fm.PrismaticClearance(
-        "G", fm.GROUND, slider, along=along, normal=LAW, friction=friction or fm.Frictionless(), **sizes, **more
+        "G",
+        fm.GROUND,
+        slider,
+        along=along,
+        normal=LAW,
+        friction=friction or fm.friction.Frictionless(),
+        **sizes,
+        **more,
     )
     return fm.Mechanism("guided", (slider, guide), gravity=gravity)
 
@@ -120,12 +127,12 @@ def test_switched_to_ideal_and_back_by_one_part():
         ({"clearance": 0.0}, ["'G'", "clearance is 0", "Prismatic"]),
         ({"half_length": -0.1}, ["'G'", "half_length is -0.1"]),
         ({"clearance": 0.06}, ["'G'", "0.06", "turn in its guide"]),
-        ({"normal": fm.Frictionless()}, ["'G'", "normal", "normal law"]),
+        ({"normal": fm.friction.Frictionless()}, ["'G'", "normal", "normal law"]),
         ({"friction": LAW}, ["'G'", "friction", "friction law"]),
     ],
 )
 def test_bad_input(change, words):
-    with pytest.raises(fm.InputError) as error:
+    with pytest.raises(fm.errors.InputError) as error:
         replace(mechanism().find("G"), **change)
     for word in words:
         assert word in str(error.value)
@@ -134,6 +141,6 @@ def test_bad_input(change, words):
 def test_a_law_from_materials_needs_the_radius_of_the_corners():
     law = fm.LankaraniNikravesh.from_materials(fm.STEEL, fm.STEEL)
     mech = mechanism()
-    with pytest.raises(fm.InputError, match="corner_radius"):
+    with pytest.raises(fm.errors.InputError, match="corner_radius"):
         fm.compile(mech.with_part(replace(mech.find("G"), normal=law)))
     fm.compile(mech.with_part(replace(mech.find("G"), normal=law, corner_radius=1e-3)))

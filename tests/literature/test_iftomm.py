@@ -94,7 +94,7 @@ def upright(windows, times):
 
 
 def row(windows, step, method):
-    sol = ran(fm.n_four_bar(windows), step, method)
+    sol = ran(fm.mechanisms.n_four_bar(windows), step, method)
     angle = sol.array("rocker0.theta")
     return sol, np.cos(angle), np.sin(angle)
 

@@ -33,7 +33,7 @@ CONVERGED = {0.0: (45872.0, 0.160926), 0.03: (45826.0, 0.160975)}
 
 def worn(mu):
     friction = fm.ModifiedCoulomb(mu, v0=0.0, v1=1e-3) if mu else None
-    return fm.slider_crank(OMEGA, clearance=CLEARANCE, friction=friction)
+    return fm.mechanisms.slider_crank(OMEGA, clearance=CLEARANCE, friction=friction)
 
 
 def free_flight():
@@ -116,7 +116,7 @@ def two_turns():
 
 @PROBLEM.case("ideal pin")
 def ideal():
-    sol = fm.simulate(fm.slider_crank(OMEGA), periods=1, step=1e-6, save="steps")
+    sol = fm.simulate(fm.mechanisms.slider_crank(OMEGA), periods=1, step=1e-6, save="steps")
     angle = OMEGA * sol.time
     x = CRANK * np.cos(angle) + np.sqrt(ROD**2 - (CRANK * np.sin(angle)) ** 2)
     yield Value("slider, largest error over a turn [m]", 0.0, np.abs(sol.array("slider.x") - x).max(), 1e-12, scale=1.0)

@@ -58,9 +58,9 @@ def test_flexible_links_with_clearance_run():
 
 
 def test_crank_that_cannot_turn_round_is_refused():
-    with pytest.raises(fm.InputError, match="crank cannot turn round"):
+    with pytest.raises(fm.errors.InputError, match="crank cannot turn round"):
         FourBarData(crank=0.26)
-    with pytest.raises(fm.InputError, match="Grashof"):
+    with pytest.raises(fm.errors.InputError, match="Grashof"):
         FourBarData(ground=0.45)
 
 
@@ -73,6 +73,6 @@ def test_crank_that_cannot_turn_round_is_refused():
     ],
 )
 def test_refusals(keywords, words):
-    with pytest.raises(fm.InputError) as error:
+    with pytest.raises(fm.errors.InputError) as error:
         four_bar(**keywords)
     assert all(word in str(error.value) for word in words)

@@ -121,13 +121,13 @@ def test_contact_stiffness_is_eq_4_with_a_concave_bearing():
 
 def test_friction_words_and_laws():
     assert nine_bar(clearance=1e-4).find("P1").friction == fm.ModifiedCoulomb(0.01, 1e-4, 1e-3)
-    assert nine_bar(clearance=1e-4, friction=None).find("P1").friction == fm.Frictionless()
+    assert nine_bar(clearance=1e-4, friction=None).find("P1").friction == fm.friction.Frictionless()
     law = fm.ModifiedCoulomb(0.2)
     assert nine_bar(clearance=1e-4, friction=law).find("P1").friction == law
 
 
 def test_ramp_starts_from_rest():
-    assert nine_bar(speed=2.0, ramp=0.5).find("motor1").motion == fm.Ramp(-2.0, 0.5)
+    assert nine_bar(speed=2.0, ramp=0.5).find("motor1").motion == fm.drives.Ramp(-2.0, 0.5)
 
 
 def test_mechanism_can_be_pickled():
@@ -149,7 +149,7 @@ def test_mechanism_can_be_pickled():
     ],
 )
 def test_refusals(keywords, words):
-    with pytest.raises(fm.InputError) as error:
+    with pytest.raises(fm.errors.InputError) as error:
         nine_bar(**keywords)
     assert all(word in str(error.value) for word in words)
 
@@ -164,13 +164,13 @@ def test_refusals(keywords, words):
     ],
 )
 def test_data_out_of_range(changes, words):
-    with pytest.raises(fm.InputError) as error:
+    with pytest.raises(fm.errors.InputError) as error:
         replace(NineBarData(), **changes)
     assert all(word in str(error.value) for word in words)
 
 
 def test_inertia_meant_about_the_centre_of_mass_is_explained():
-    with pytest.raises(fm.InputError, match=r"inertia6 is 0\.004436.*about the centre of mass"):
+    with pytest.raises(fm.errors.InputError, match=r"inertia6 is 0\.004436.*about the centre of mass"):
         nine_bar(data=NineBarData(inertia6=4.436e-3))
 
 
@@ -186,12 +186,12 @@ def test_inertia_meant_about_the_centre_of_mass_is_explained():
     ],
 )
 def test_a_loop_that_cannot_close_is_named_with_its_gap(changes, loop, missing):
-    with pytest.raises(fm.AssemblyError) as error:
+    with pytest.raises(fm.errors.AssemblyError) as error:
         nine_bar(data=NineBarData(**changes))
     assert loop in str(error.value)
     assert missing in str(error.value)
 
 
 def test_links_that_keep_their_ends_apart():
-    with pytest.raises(fm.AssemblyError, match=r"at least 0\.6 m apart"):
+    with pytest.raises(fm.errors.AssemblyError, match=r"at least 0\.6 m apart"):
         nine_bar(data=NineBarData(length2=0.1, length3=0.7))

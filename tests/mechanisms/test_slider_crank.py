@@ -64,11 +64,11 @@ def test_flexible_rod_runs_and_bends():
     ],
 )
 def test_refusals(keywords, words):
-    with pytest.raises(fm.InputError) as error:
+    with pytest.raises(fm.errors.InputError) as error:
         slider_crank(**keywords)
     assert all(word in str(error.value) for word in words)
 
 
 def test_rod_shorter_than_the_crank_is_refused():
-    with pytest.raises(fm.InputError, match=r"rod is 0\.04 m; it must be longer than the crank"):
+    with pytest.raises(fm.errors.InputError, match=r"rod is 0\.04 m; it must be longer than the crank"):
         SliderCrankData(rod=0.04)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from public_names import PUBLIC
 
 import flexmb as fm
 from flexmb.errors import KernelError, ModelError
@@ -13,7 +14,7 @@ from flexmb.testing import Report, check_part
 O, A, B, C = (0.0, 0.0), (0.1, 0.17), (0.5, 0.1), (0.7, -0.1)
 BAR = fm.Rectangle(width=0.01, height=0.02)
 TAPER = fm.Tapered(fm.Rectangle(width=0.01, height=0.03), fm.Rectangle(width=0.01, height=0.012))
-MOTION, WOBBLE = fm.ConstantSpeed(6.0), fm.Polynomial((0.0, 0.1, -0.3, 0.2))
+MOTION, WOBBLE = fm.ConstantSpeed(6.0), fm.drives.Polynomial((0.0, 0.1, -0.3, 0.2))
 
 
 def crank():
@@ -53,16 +54,19 @@ NORMAL_LAWS = (
     *(
         kind(stiffness=2e9, restitution=0.95)
         for kind in (
-            fm.HuntCrossley, fm.HerbertMcWhannell, fm.LeeWang, fm.Gonthier, fm.ZhiyingQishao, fm.Flores, fm.HuGuo,
-            fm.CarvalhoMartins,
+            fm.HuntCrossley, fm.contact.HerbertMcWhannell, fm.contact.LeeWang, fm.contact.Gonthier,
+            fm.contact.ZhiyingQishao, fm.contact.Flores, fm.contact.HuGuo, fm.contact.CarvalhoMartins,
         )
     ),
-    fm.ExactRestitution(stiffness=2e9, exponent=10.0 / 9.0, restitution=0.3),
-    fm.Hertz(stiffness=2e9),
+    fm.contact.ExactRestitution(stiffness=2e9, exponent=10.0 / 9.0, restitution=0.3),
+    fm.contact.Hertz(stiffness=2e9),
     fm.KelvinVoigt(2e7, 3e3, ramp=5e-5),
     *(
         kind(0.01, (fm.STEEL, fm.STEEL), restitution=0.4)
-        for kind in (fm.Johnson, fm.Radzimovsky, fm.Goldsmith, fm.DubowskyFreudenstein, fm.ESDU78035)
+        for kind in (
+            fm.contact.Johnson, fm.contact.Radzimovsky, fm.contact.Goldsmith, fm.contact.DubowskyFreudenstein,
+            fm.contact.ESDU78035,
+        )
     ),
 )  # fmt: skip
 COULOMB = fm.ModifiedCoulomb(0.2, v0=1e-4, v1=1e-2)
@@ -118,10 +122,10 @@ BUILT_IN = {
     "FlexibleLink, bent and moving": (
         alone(flexible(displacement=lambda s: (0.0, 0.01 * s, 0.04 * s), velocity=lambda s: (s, -s * s, 2.0))), "arm",
     ),
-    "Clamp": (two_links(fm.Clamp("A", crank(), arm(), at=A, angle=MOTION, x=fm.Ramp(0.2, 0.8), y=WOBBLE)), "A"),
+    "Clamp": (two_links(fm.Clamp("A", crank(), arm(), at=A, angle=MOTION, x=fm.drives.Ramp(0.2, 0.8), y=WOBBLE)), "A"),
     "Clamp on ground": (two_links(fm.Clamp("A", fm.GROUND, arm(), at=A, y=WOBBLE)), "A"),
     "Prismatic": (two_links(JOINT, second=SLIDER), "slide"),
-    "RevoluteClearance": (two_links(clearance(LN, fm.Frictionless())), "pin"),
+    "RevoluteClearance": (two_links(clearance(LN, fm.friction.Frictionless())), "pin"),
     "Bushing": (two_links(fm.Bushing("pin", crank(), arm(), at=A, **RUBBER)), "pin"),
     "PinSlot": (two_links(fm.PinSlot("pin", crank(), arm(), at=A, along=(1.0, 0.3))), "pin"),
     "PinSlotClearance": (
@@ -134,16 +138,16 @@ BUILT_IN = {
     ),
     "RevoluteClearance, friction": (two_links(clearance(LN, COULOMB)), "pin"),
     **{
-        f"RevoluteClearance, {type(law).__name__}": (two_links(clearance(law, fm.Frictionless())), "pin")
+        f"RevoluteClearance, {type(law).__name__}": (two_links(clearance(law, fm.friction.Frictionless())), "pin")
         for law in NORMAL_LAWS
     },
-    "SmoothCoulomb": (two_links(clearance(LN, fm.SmoothCoulomb(0.2))), "pin"),
-    "Threlfall": (two_links(clearance(LN, fm.Threlfall(0.2))), "pin"),
-    "BengisuAkay": (two_links(clearance(LN, fm.BengisuAkay(0.3, 0.2))), "pin"),
-    "Stribeck": (two_links(clearance(LN, fm.Stribeck(0.3, 0.2, viscous=0.1))), "pin"),
-    "Stribeck, exponential": (two_links(clearance(LN, fm.Stribeck(0.3, 0.2, exponent=1.0))), "pin"),
-    "BrownMcPhee": (two_links(clearance(LN, fm.BrownMcPhee(0.3, 0.2, viscous=3.0))), "pin"),
-    "LuGre": (two_links(clearance(LN, fm.LuGre(0.3, 0.2, damping=50.0, viscous=0.1))), "pin"),
+    "SmoothCoulomb": (two_links(clearance(LN, fm.friction.SmoothCoulomb(0.2))), "pin"),
+    "Threlfall": (two_links(clearance(LN, fm.friction.Threlfall(0.2))), "pin"),
+    "BengisuAkay": (two_links(clearance(LN, fm.friction.BengisuAkay(0.3, 0.2))), "pin"),
+    "Stribeck": (two_links(clearance(LN, fm.friction.Stribeck(0.3, 0.2, viscous=0.1))), "pin"),
+    "Stribeck, exponential": (two_links(clearance(LN, fm.friction.Stribeck(0.3, 0.2, exponent=1.0))), "pin"),
+    "BrownMcPhee": (two_links(clearance(LN, fm.friction.BrownMcPhee(0.3, 0.2, viscous=3.0))), "pin"),
+    "LuGre": (two_links(clearance(LN, fm.friction.LuGre(0.3, 0.2, damping=50.0, viscous=0.1))), "pin"),
     "SpringDamper": (
         two_links(fm.SpringDamper("spring", crank(), arm(), at=(0.05, 0.085), to=B, stiffness=300.0, damping=4.0)),
         "spring",
@@ -161,20 +165,23 @@ BUILT_IN = {
         two_links(fm.Force("load", flexible(), at=B, force=(30.0, -70.0), follower=True), second=flexible()), "load",
     ),
     "Force, Pulse": (
-        two_links(fm.Force("load", arm(), at=B, force=(3.0, 1.0), history=fm.Pulse(2.0, 0.3, 1.1))), "load",
+        two_links(fm.Force("load", arm(), at=B, force=(3.0, 1.0), history=fm.drives.Pulse(2.0, 0.3, 1.1))), "load",
     ),
     "Force, PiecewiseLinear": (
-        two_links(fm.Force("load", arm(), at=B, force=(3.0, 1.0), history=fm.PiecewiseLinear(TIMES, WAVE))), "load",
+        two_links(fm.Force("load", arm(), at=B, force=(3.0, 1.0), history=fm.drives.PiecewiseLinear(TIMES, WAVE))),
+        "load",
     ),
     "Torque": (two_links(fm.Torque("load", arm(), 12.0)), "load"),
-    "Torque, Harmonic": (two_links(fm.Torque("load", arm(), 12.0, history=fm.Harmonic(0.7, 3.0, 0.4, 0.1))), "load"),
+    "Torque, Harmonic": (
+        two_links(fm.Torque("load", arm(), 12.0, history=fm.drives.Harmonic(0.7, 3.0, 0.4, 0.1))), "load",
+    ),
     "ConstantSpeed": (driven(MOTION), "motor"),
-    "CycloidalRamp": (driven(fm.CycloidalRamp(6.0, 0.8)), "motor"),
-    "Ramp": (driven(fm.Ramp(6.0, 0.8)), "motor"),
-    "Harmonic": (driven(fm.Harmonic(0.4, 1.5, 0.3, 0.2)), "motor"),
-    "Polynomial": (driven(fm.Polynomial((0.1, 2.0, -0.4, 0.3))), "motor"),
-    "Table": (driven(fm.Table(TIMES, WAVE)), "motor"),
-    "Table, periodic": (driven(fm.Table(TIMES, (*WAVE[:-1], WAVE[0] + 0.5), periodic=True)), "motor"),
+    "CycloidalRamp": (driven(fm.drives.CycloidalRamp(6.0, 0.8)), "motor"),
+    "Ramp": (driven(fm.drives.Ramp(6.0, 0.8)), "motor"),
+    "Harmonic": (driven(fm.drives.Harmonic(0.4, 1.5, 0.3, 0.2)), "motor"),
+    "Polynomial": (driven(fm.drives.Polynomial((0.1, 2.0, -0.4, 0.3))), "motor"),
+    "Table": (driven(fm.drives.Table(TIMES, WAVE)), "motor"),
+    "Table, periodic": (driven(fm.drives.Table(TIMES, (*WAVE[:-1], WAVE[0] + 0.5), periodic=True)), "motor"),
     "Drive of a Prismatic": (
         two_links(JOINT, fm.Drive("motor", "slide", fm.ConstantSpeed(0.2)), second=SLIDER), "motor",
     ),
@@ -200,8 +207,7 @@ def test_kinds_of_part_are_complete():
     """A part added to the public names must be added to the table above."""
     from flexmb.model.part import Element, Ground, Part
 
-    public = (getattr(fm, name) for name in fm.__all__ if name != "testing")
-    kinds = {x.__name__ for x in public if isinstance(x, type) and issubclass(x, Part)} - {"Part", "Element"}
+    kinds = {x.__name__ for x in PUBLIC.values() if isinstance(x, type) and issubclass(x, Part)} - {"Part", "Element"}
     used = {type(p).__name__ for mechanism, _ in BUILT_IN.values() for p in mechanism.parts}
     assert kinds <= used
     assert {Element.__name__, Ground.__name__}.isdisjoint(kinds)
@@ -209,9 +215,8 @@ def test_kinds_of_part_are_complete():
 
 def test_normal_laws_are_complete():
     """A law added to the public names must be added to the tuple above."""
-    public = (getattr(fm, name) for name in fm.__all__ if name != "testing")
-    laws = {x for x in public if isinstance(x, type) and issubclass(x, fm.NormalLaw)}
-    assert laws - {fm.NormalLaw, fm.HysteresisLaw} == {type(law) for law in (LN, *NORMAL_LAWS)}
+    laws = {x for x in PUBLIC.values() if isinstance(x, type) and issubclass(x, fm.NormalLaw)}
+    assert laws - {fm.NormalLaw, fm.contact.HysteresisLaw} == {type(law) for law in (LN, *NORMAL_LAWS)}
 
 
 def test_report_reads_as_a_table():
@@ -392,12 +397,12 @@ def test_class_that_cannot_be_pickled_is_found():
         check_part(specimen(sound_kernel), "s")
 
 
-@fm.energy_kernel
+@fm.kernels.energy_kernel
 def wrong_energy(p, t, q, v):
     return 0.6 * p[0] * (q[0] - q[1]) ** 2, 0.0, 0.0
 
 
-@fm.energy_kernel
+@fm.kernels.energy_kernel
 def wrong_damping(p, t, q, v):
     return 0.5 * p[0] * (q[0] - q[1]) ** 2, 0.0, 0.1 * (v[0] - v[1]) ** 2
 
@@ -547,8 +552,12 @@ class WrongByForce(fm.FrictionLaw):
 @pytest.mark.parametrize(
     ("normal", "friction", "message"),
     [
-        (Pulling(), fm.Frictionless(), "Pulling.*N is -.*a contact pushes"),
-        (WrongRate(), fm.Frictionless(), r"WrongRate.*dN_drate: the kernel says 0, differences say .*dN/d\(gap_rate\)"),
+        (Pulling(), fm.friction.Frictionless(), "Pulling.*N is -.*a contact pushes"),
+        (
+            WrongRate(),
+            fm.friction.Frictionless(),
+            r"WrongRate.*dN_drate: the kernel says 0, differences say .*dN/d\(gap_rate\)",
+        ),
         (LN, WrongByForce(), r"WrongByForce.*dT_dN: the kernel says .*relative error 2\)"),
     ],
 )
@@ -578,7 +587,7 @@ def test_broken_motion_is_found():
 def broken_guide(missing):
     """The rod of constant length between two bodies, with one entry left out or wrong."""
 
-    @fm.constraint_kernel
+    @fm.kernels.constraint_kernel
     def rod(p, t, q, v, lam, g, G, g_t, gamma, H):
         dx, dy = q[3] - q[0], q[4] - q[1]
         g[0] = 0.5 * (dx * dx + dy * dy - p[0] * p[0])

@@ -33,19 +33,19 @@ def coil_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     z_new[0] = q[0]
 
 
-@fm.energy_kernel
+@fm.kernels.energy_kernel
 def coil_energy(p, t, q, v):
     return 0.5 * p[0] * (q[0] - q[1]) ** 2, 0.0, 0.0
 
 
-@fm.force_kernel
+@fm.kernels.force_kernel
 def coil_force(p, t, h, q, v, a, z, r, z_new):
     r[0] = p[0] * (q[0] - q[1])
     r[1] = -r[0]
     z_new[0] = q[0]
 
 
-@fm.tangent_kernel
+@fm.kernels.tangent_kernel
 def coil_tangent(p, t, h, q, v, a, z, kq, kv, ka, r, A, z_new):
     r[0] = p[0] * (q[0] - q[1])
     r[1] = -r[0]
@@ -54,20 +54,20 @@ def coil_tangent(p, t, h, q, v, a, z, kq, kv, ka, r, A, z_new):
     z_new[0] = q[0]
 
 
-@fm.force_kernel
+@fm.kernels.force_kernel
 def weaker(p, t, h, q, v, a, z, r, z_new):
     r[0] = 0.999 * p[0] * (q[0] - q[1])
     r[1] = -r[0]
     z_new[0] = q[0]
 
 
-@fm.force_kernel
+@fm.kernels.force_kernel
 def forgetful(p, t, h, q, v, a, z, r, z_new):
     r[0] = p[0] * (q[0] - q[1])
     r[1] = -r[0]
 
 
-@fm.tangent_kernel
+@fm.kernels.tangent_kernel
 def unweighted(p, t, h, q, v, a, z, kq, kv, ka, r, A, z_new):
     r[0] = p[0] * (q[0] - q[1])
     r[1] = -r[0]
@@ -76,7 +76,7 @@ def unweighted(p, t, h, q, v, a, z, kq, kv, ka, r, A, z_new):
     z_new[0] = q[0]
 
 
-@fm.account_kernel
+@fm.kernels.account_kernel
 def with_mass(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
     r[0] = p[0] * (q[0] - q[1])
     r[1] = -r[0]
@@ -85,7 +85,7 @@ def with_mass(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
     return 0.5 * p[0] * (q[0] - q[1]) ** 2, 0.0, 0.0
 
 
-@fm.account_kernel
+@fm.kernels.account_kernel
 def half_energy(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
     r[0] = p[0] * (q[0] - q[1])
     r[1] = -r[0]
@@ -176,7 +176,7 @@ def zoo():
         fm.Bushing("A", crank(), arm(), A, along=(1.0, 0.3), **rubber),
         fm.SpringDamper("spring", link, frame, C, (0.9, 0.0), stiffness=3e3, damping=7.0, free_length=0.1),
         fm.TorsionSpring("twist", crank(), frame, stiffness=11.0, damping=0.3),
-        fm.Force("pull", link, C, (3.0, -8.0), history=fm.Harmonic(0.3, 5.0)),
+        fm.Force("pull", link, C, (3.0, -8.0), history=fm.drives.Harmonic(0.3, 5.0)),
         Coil("coil", crank(), arm(), 20.0),
     )
     return fm.Mechanism("zoo", [crank(), arm(), link, frame, *parts], gravity=(1.3, -9.81))

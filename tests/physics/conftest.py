@@ -29,7 +29,7 @@ def worn_slider_crank(mu=0.03, clearance=CLEARANCE):
             clearance=clearance,
             bearing_radius=BEARING,
             normal=fm.LankaraniNikravesh.from_materials(PIN_STEEL, PIN_STEEL, restitution=0.9, least_approach=0.0),
-            friction=fm.ModifiedCoulomb(mu, v0=0.0, v1=1e-3) if mu else fm.Frictionless(),
+            friction=fm.ModifiedCoulomb(mu, v0=0.0, v1=1e-3) if mu else fm.friction.Frictionless(),
         )
     joints = (
         fm.Revolute("A", fm.GROUND, crank, (0.0, 0.0)),

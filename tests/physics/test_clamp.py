@@ -9,9 +9,9 @@ import flexmb as fm
 from flexmb.errors import InputError
 
 MASS, INERTIA, ARM, GRAVITY = 2.0, 0.3, (0.4, 0.1), (0.7, -9.81)
-TURN = fm.Polynomial((0.0, 1.5, -0.8, 0.3))
-ALONG = fm.Polynomial((0.0, 0.2, 0.9))
-ACROSS = fm.Polynomial((0.0, -0.1, 0.0, 0.6))
+TURN = fm.drives.Polynomial((0.0, 1.5, -0.8, 0.3))
+ALONG = fm.drives.Polynomial((0.0, 0.2, 0.9))
+ACROSS = fm.drives.Polynomial((0.0, -0.1, 0.0, 0.6))
 T_END = 1.0
 
 
@@ -102,7 +102,7 @@ def test_a_body_that_slides_out_on_a_wheel_feels_centripetal_and_coriolis_force(
     """Out along the wheel's x axis, d = 0.3 + u t + b t^2: radial m (2 b - w^2 d), across 2 m w d', on the load."""
     u, b, w, t_end = 0.2, 0.4, 3.0, 0.8
     t = np.linspace(0.0, t_end, 17)
-    found = fm.inverse_dynamics(carried(x=fm.Polynomial((0.0, u, b))), t).forces
+    found = fm.inverse_dynamics(carried(x=fm.drives.Polynomial((0.0, u, b))), t).forces
     d, rate, turned = 0.3 + u * t + b * t * t, u + 2.0 * b * t, 0.5 + w * t
     radial, across = MASS * (2.0 * b - w * w * d), MASS * 2.0 * w * rate
     np.testing.assert_allclose(found["clamp"][:, 0], radial * np.cos(turned) - across * np.sin(turned), atol=1e-10)
@@ -115,7 +115,7 @@ def test_a_body_that_slides_out_on_a_wheel_feels_centripetal_and_coriolis_force(
 def test_forces_along_the_axes_of_a_turned_first_body():
     """The same motion in a run: x_force is radial in the frame of the wheel, to the order of the time integration."""
     u, b, w = 0.2, 0.4, 3.0
-    sol = fm.simulate(carried(x=fm.Polynomial((0.0, u, b))), t_end=0.8, step=2e-3, save="steps")
+    sol = fm.simulate(carried(x=fm.drives.Polynomial((0.0, u, b))), t_end=0.8, step=2e-3, save="steps")
     d = 0.3 + u * sol.time + b * sol.time**2
     radial, turned = MASS * (2.0 * b - w * w * d), 0.5 + w * sol.time
     np.testing.assert_allclose(sol.array("clamp.x_force"), radial, rtol=0, atol=1e-3)
@@ -125,7 +125,7 @@ def test_forces_along_the_axes_of_a_turned_first_body():
 
 
 def test_a_clamp_without_speed_is_a_weld():
-    still = fm.Polynomial((0.0,))
+    still = fm.drives.Polynomial((0.0,))
     welded = carried(x=still).without_part("clamp")
     welded = welded.with_part(
         fm.Fixed("clamp", welded.find("wheel"), welded.find("load"), at=(0.3 * math.cos(0.5), 0.3 * math.sin(0.5)))
@@ -138,7 +138,8 @@ def test_a_clamp_without_speed_is_a_weld():
 
 def test_assembly_moves_a_driven_coordinate_by_its_name():
     pose = fm.assemble(
-        carried(x=fm.Polynomial((0.0,)), angle=fm.Polynomial((0.0,))), {"clamp.x": 0.2, "clamp.angle": 0.7}
+        carried(x=fm.drives.Polynomial((0.0,)), angle=fm.drives.Polynomial((0.0,))),
+        {"clamp.x": 0.2, "clamp.angle": 0.7},
     )
     assert pose["load.x"] == pytest.approx(0.5 * math.cos(0.5), abs=1e-12)
     assert pose["load.y"] == pytest.approx(0.5 * math.sin(0.5), abs=1e-12)
@@ -147,7 +148,7 @@ def test_assembly_moves_a_driven_coordinate_by_its_name():
 
 def test_statics_of_a_clamp_gives_its_reaction():
     """At rest, moved 0.2 m sideways: weight and its moment about the clamp's point."""
-    fx, fy, moment = fm.static_equilibrium(on_ground(x=fm.Polynomial((0.2,)))).force("clamp")
+    fx, fy, moment = fm.static_equilibrium(on_ground(x=fm.drives.Polynomial((0.2,)))).force("clamp")
     expected = (-MASS * GRAVITY[0], -MASS * GRAVITY[1], -MASS * (ARM[0] * GRAVITY[1] - ARM[1] * GRAVITY[0]))
     np.testing.assert_allclose((fx, fy, moment), expected, rtol=1e-10)
 

@@ -193,7 +193,7 @@ def test_continuous_contact_that_ends():
 
     Net 2 N against 1 kg from a depth (m g/K)^(2/3) = 1e-6 m; parting within some 1 ms.
     """
-    history = fm.PiecewiseLinear((0.0, 0.4, 0.4001, 1.0), (0.0, 0.0, 1.0, 1.0))
+    history = fm.drives.PiecewiseLinear((0.0, 0.4, 0.4001, 1.0), (0.0, 0.0, 1.0, 1.0))
     lift = [lambda pin: fm.Force("lift", pin, at=(0.0, 0.0), force=(0.0, 9.81 + 2.0), history=history)]
     sol = fm.simulate(thrown(**FALLING, more=lift), t_end=0.42, step=1e-5, save=1)
     last = sol.episodes("J")[-1]
@@ -299,7 +299,7 @@ def test_a_state_that_lacks_something_is_refused(worn_run, name):
     mechanism, _ = worn_run
     cut = fm.simulate(mechanism, t_end=1.5e-3, step=1e-6, max_steps=250)
     state = {key: array for key, array in cut.restart.items() if key != name}
-    with pytest.raises(fm.InputError, match=f"restart does not fit this model .*{name!r} is missing"):
+    with pytest.raises(fm.errors.InputError, match=f"restart does not fit this model .*{name!r} is missing"):
         fm.simulate(mechanism, t_end=1.5e-3, step=1e-6, restart=state)
 
 
@@ -345,7 +345,13 @@ def test_bodies_that_touch_at_the_start_have_no_start():
 def guided(**more):
     slider = fm.RigidBody("slider", (0.0, 0.0), 0.5, 1e-3)
     law = fm.LankaraniNikravesh(stiffness=1e9, restitution=0.6, least_approach=0.0)
-    sizes = {"clearance": 1e-3, "half_length": 0.05, "half_height": 0.02, "normal": law, "friction": fm.Frictionless()}
+    sizes = {
+        "clearance": 1e-3,
+        "half_length": 0.05,
+        "half_height": 0.02,
+        "normal": law,
+        "friction": fm.friction.Frictionless(),
+    }
     guide = fm.PrismaticClearance("G", fm.GROUND, slider, along=(1.0, 0.0), **sizes)
     return fm.Mechanism("guided", (slider, guide), gravity=(0.0, -9.81), **more)
 
@@ -378,6 +384,6 @@ def test_a_joint_that_never_touches_and_names_that_are_no_contacts():
     with pytest.raises(KeyError, match=r"'guided' has no contact 'G\.lower'\. Did you mean 'G\.lower_rear'\?"):
         sol.episodes("G.lower")
     free = replace(guided(), parts=guided().parts[:1])
-    with pytest.raises(fm.InputError, match=r"no contact 'G'\. Nothing in it touches"):
+    with pytest.raises(fm.errors.InputError, match=r"no contact 'G'\. Nothing in it touches"):
         fm.simulate(free, t_end=1e-3).episodes("G")
     assert len(fm.simulate(free, t_end=1e-3).episodes()) == 0

@@ -207,7 +207,7 @@ def test_the_same_input_gives_the_same_bits(slider_crank):
 
 def test_a_restart_of_another_model_is_refused(slider_crank):
     sol = fm.simulate(slider_crank(), t_end=1e-5, step=1e-6)
-    with pytest.raises(fm.InputError, match="restart does not fit this model"):
+    with pytest.raises(fm.errors.InputError, match="restart does not fit this model"):
         fm.simulate(slider_crank(clearance=None), t_end=1e-5, step=1e-6, restart=sol.restart)
 
 

@@ -18,7 +18,7 @@ PLAY, R2 = 0.02, 0.02
 
 
 def law(stiffness):
-    return fm.ExactRestitution(stiffness=stiffness, restitution=E, least_approach=0.0)
+    return fm.contact.ExactRestitution(stiffness=stiffness, restitution=E, least_approach=0.0)
 
 
 def impulse(sol, name):
@@ -63,7 +63,7 @@ def oblique_by_hand(mu):
 def test_an_oblique_impact_in_a_bearing(mu):
     """Momentum balance with e and mu: impulse, speeds of separation, both spins; the error falls with K."""
     n, t, closing, Pn, Pt = oblique_by_hand(mu)
-    friction = fm.SmoothCoulomb(mu, v0=1e-4) if mu else fm.Frictionless()
+    friction = fm.friction.SmoothCoulomb(mu, v0=1e-4) if mu else fm.friction.Frictionless()
     errors = []
     for stiffness in (1e12, 1e14):
         sol = oblique(stiffness, friction)
@@ -93,7 +93,9 @@ def fallen(stiffness, speed_x, mu):
     end = (-LENGTH * math.cos(ANGLE), LENGTH * math.sin(ANGLE))
     rod = fm.RigidLink("rod", (0.0, 0.0), end, MASS, ROD_INERTIA, velocity=(speed_x, -1.0, 0.0))
     numbers = {"clearance": 2e-4, "pin_radius": PIN, "normal": law(stiffness)}
-    slot = fm.PinSlotClearance("S", fm.GROUND, rod, at=(0.0, 0.0), friction=fm.SmoothCoulomb(mu, v0=1e-5), **numbers)
+    slot = fm.PinSlotClearance(
+        "S", fm.GROUND, rod, at=(0.0, 0.0), friction=fm.friction.SmoothCoulomb(mu, v0=1e-5), **numbers
+    )
     sol = fm.simulate(fm.Mechanism("fallen", (rod, slot)), t_end=3e-4, save="steps", step=2e-8)
     assert sol.ok, sol.status
     depth = sol.array("S.penetration")

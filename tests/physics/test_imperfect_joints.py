@@ -18,7 +18,7 @@ def hanging(start, gravity=(0.0, -G), bearing_on_bar=False):
     """A bar of 0.3 m that hangs straight down from a pin with play."""
     bar = fm.RigidLink("bar", (0.0, 0.0), (0.0, -0.3), 0.8, 6e-3)
     ends = (bar, fm.GROUND) if bearing_on_bar else (fm.GROUND, bar)
-    law = fm.ExactRestitution(stiffness=1e9, restitution=0.5, least_approach=1e-3)
+    law = fm.contact.ExactRestitution(stiffness=1e9, restitution=0.5, least_approach=1e-3)
     options = {"clearance": PLAY, "bearing_radius": BEARING, "normal": law, "start": start}
     return fm.Mechanism("hanging", (bar, fm.RevoluteClearance("J", *ends, at=(0.0, 0.0), **options)), gravity=gravity)
 
@@ -54,7 +54,7 @@ def test_a_journal_moves_with_a_driven_bearing():
     """A crank turns about O; the eccentricity keeps its axes, and its rate is that of an ideal joint: none."""
     crank = fm.RigidLink("crank", (0.0, 0.0), (0.2, 0.0), 0.5, 1e-3)
     bar = fm.RigidLink("bar", (0.2, 0.0), (0.5, 0.0), 0.8, 6e-3)
-    law = fm.ExactRestitution(stiffness=1e9, restitution=0.5)
+    law = fm.contact.ExactRestitution(stiffness=1e9, restitution=0.5)
     e = (0.0, 0.5 * PLAY)
     parts = (
         fm.Revolute("O", fm.GROUND, crank, at=(0.0, 0.0)),
@@ -103,14 +103,14 @@ def test_a_seated_pendulum_hardly_bounces():
     ],
 )
 def test_a_start_that_cannot_be(start, words):
-    with pytest.raises(fm.InputError) as error:
+    with pytest.raises(fm.errors.InputError) as error:
         hanging(start)
     for word in words:
         assert word in str(error.value)
 
 
 def test_seated_without_gravity_is_refused():
-    with pytest.raises(fm.InputError, match=r"'J': start is 'seated'.*no gravity.*start=\(ex, ey\)"):
+    with pytest.raises(fm.errors.InputError, match=r"'J': start is 'seated'.*no gravity.*start=\(ex, ey\)"):
         hanging("seated", gravity=(0.0, 0.0))
 
 
@@ -125,7 +125,9 @@ def test_seated_without_gravity_is_refused():
 C, R2, MASS = 0.05, 0.02, 0.3
 INERTIA = 0.5 * MASS * R2**2
 STIFF = 3e10  # the weight presses it in by 2e-7 m, 4e-6 of c
-STICKY = fm.LuGre(0.6, 0.5, stiffness=1e5, damping=70.0)  # bristles of 1000 rad/s, damped by sqrt(1/3) of critical
+STICKY = fm.friction.LuGre(
+    0.6, 0.5, stiffness=1e5, damping=70.0
+)  # bristles of 1000 rad/s, damped by sqrt(1/3) of critical
 
 
 def disc(phi=0.0, spin=0.0, friction=None):
@@ -138,8 +140,8 @@ def disc(phi=0.0, spin=0.0, friction=None):
         at=(0.0, 0.0),
         clearance=C,
         bearing_radius=C + R2,
-        normal=fm.ExactRestitution(stiffness=STIFF, restitution=0.3, least_approach=1e-2),
-        friction=friction or fm.Frictionless(),
+        normal=fm.contact.ExactRestitution(stiffness=STIFF, restitution=0.3, least_approach=1e-2),
+        friction=friction or fm.friction.Frictionless(),
         start=(C * math.sin(phi), -C * math.cos(phi)),
     )
     return fm.Mechanism("disc", (body, joint), gravity=(0.0, -G))
@@ -206,7 +208,7 @@ def test_a_spinning_disc_slides_until_it_rolls():
     t_roll, state = sliding(spin, mu)
     # a flat track would make it roll after R omega/(3 mu g) with a third of its spin: the bowl is near that
     assert t_roll == pytest.approx(R2 * spin / (3.0 * mu * G), rel=0.1)
-    mech = disc(spin=spin, friction=fm.SmoothCoulomb(mu, v0=1e-5))
+    mech = disc(spin=spin, friction=fm.friction.SmoothCoulomb(mu, v0=1e-5))
     sol = fm.simulate(mech, t_end=1.5 * t_roll, save="steps", step=fm.Adaptive(max=1e-4))
     assert sol.ok, sol.status
     _, slip = swing(sol)
@@ -225,7 +227,7 @@ def in_ring(ring_spin, disc_spin, depth):
     """Force (fx, fy, moment) on a disc at the bottom of a ring, both centres at rest, both turning."""
     ring = fm.RigidBody("ring", (0.0, 0.0), 1.0, 4e-3)
     body = fm.RigidBody("disc", (0.0, 0.0), MASS, INERTIA)
-    law, rough = fm.Hertz(stiffness=STIFF), fm.SmoothCoulomb(0.3, v0=1e-6)
+    law, rough = fm.contact.Hertz(stiffness=STIFF), fm.friction.SmoothCoulomb(0.3, v0=1e-6)
     options = {"clearance": C, "bearing_radius": C + R2, "normal": law, "friction": rough}
     mech = fm.Mechanism("m", (ring, body, fm.RevoluteClearance("J", ring, body, at=(0.0, 0.0), **options)))
     q = [0.0, 0.0, 0.0, 0.0, -C - depth, 0.0]
@@ -270,12 +272,12 @@ def test_friction_turns_a_free_bearing_and_its_journal_without_changing_their_mo
     """Both about the common centre of mass, which rests: the spin of one goes into both spins and the orbit."""
     ring = fm.RigidBody("ring", (0.0, 0.0), 1.0, 4e-3, velocity=(-0.09, 0.12, 0.0))
     body = fm.RigidBody("disc", (0.0, 0.0), MASS, INERTIA, velocity=(0.3, -0.4, 150.0))
-    law = fm.ExactRestitution(stiffness=1e7, restitution=0.6)
+    law = fm.contact.ExactRestitution(stiffness=1e7, restitution=0.6)
     options = {
         "clearance": 0.01,
         "bearing_radius": 0.01 + R2,
         "normal": law,
-        "friction": fm.SmoothCoulomb(0.3, v0=1e-2),
+        "friction": fm.friction.SmoothCoulomb(0.3, v0=1e-2),
     }
     joint = fm.RevoluteClearance("J", ring, body, at=(0.0, 0.0), start=(4e-3, 3e-3), **options)
     mech = fm.Mechanism("free", (ring, body, joint))

@@ -29,7 +29,7 @@ def worn(clearance, stiffness=1e12):
         at=end,
         clearance=clearance,
         bearing_radius=BEARING,
-        normal=fm.ExactRestitution(stiffness=stiffness, restitution=0.3, least_approach=0.5),
+        normal=fm.contact.ExactRestitution(stiffness=stiffness, restitution=0.3, least_approach=0.5),
         start=tuple(-clearance * along),
     )
     parts = (

@@ -37,7 +37,7 @@ def way(t):
 @pytest.mark.parametrize("save", ["steps", 10])
 @pytest.mark.parametrize("run", RUNS)
 def test_a_pulse_moves_a_free_body_exactly(run, save):
-    sol = fm.simulate(pushed(fm.Pulse(start=ON, end=OFF)), t_end=1.0, save=save, **RUNS[run])
+    sol = fm.simulate(pushed(fm.drives.Pulse(start=ON, end=OFF)), t_end=1.0, save=save, **RUNS[run])
     assert sol.ok, sol.status
     np.testing.assert_allclose(sol.array("body.x"), way(sol.time), rtol=0.0, atol=1e-12)
     work = FORCE**2 / MASS * (OFF - ON) ** 2 / 2.0
@@ -48,11 +48,11 @@ def test_a_pulse_moves_a_free_body_exactly(run, save):
 
 
 def test_an_instant_at_a_jump_shows_the_state_just_after():
-    sol = fm.simulate(pushed(fm.Pulse(start=0.2, end=0.6)), t_end=1.0, save=10, step=0.03)
+    sol = fm.simulate(pushed(fm.drives.Pulse(start=0.2, end=0.6)), t_end=1.0, save=10, step=0.03)
     on = (sol.time > 0.2 - 1e-9) & (sol.time < 0.6 - 1e-9)
     assert on.sum() == 4
     np.testing.assert_allclose(sol.array("body.ax"), np.where(on, FORCE / MASS, 0.0), atol=1e-14)
-    each = fm.simulate(pushed(fm.Pulse(start=0.2, end=0.6)), t_end=1.0, save="steps", step=0.03)
+    each = fm.simulate(pushed(fm.drives.Pulse(start=0.2, end=0.6)), t_end=1.0, save="steps", step=0.03)
     both = np.abs(each.time - 0.2) < 1e-12
     np.testing.assert_allclose(each.array("body.ax")[both], [0.0, FORCE / MASS], atol=1e-14)  # just before, just after
 
@@ -61,7 +61,7 @@ def test_straight_lines_through_points_are_integrated_exactly_by_order_four():
     """x for a force that rises and falls linearly is made of cubics."""
     times, values = (0.1, 0.33, 0.8), (0.0, 1.0, 0.0)
     sol = fm.simulate(
-        pushed(fm.PiecewiseLinear(times, values)), t_end=1.0, save="steps", step=0.19, method=fm.RungeKutta4()
+        pushed(fm.drives.PiecewiseLinear(times, values)), t_end=1.0, save="steps", step=0.19, method=fm.RungeKutta4()
     )
     slopes = (1.0 / 0.23, -1.0 / 0.23 - 1.0 / 0.47, 1.0 / 0.47)  # changes of the slope at the points
     cubic = sum(k * np.clip(sol.time - t, 0.0, None) ** 3 / 6.0 for k, t in zip(slopes, times, strict=True))
@@ -93,7 +93,7 @@ def orders(method, sizes):
     """Slope of the error of theta over the step."""
     errors = []
     for h in sizes:
-        sol = fm.simulate(sprung(fm.Pulse(start=ON, end=OFF)), t_end=1.0, save="steps", step=h, method=method)
+        sol = fm.simulate(sprung(fm.drives.Pulse(start=ON, end=OFF)), t_end=1.0, save="steps", step=h, method=method)
         errors.append(np.abs(sol.array("wheel.theta") - swing(sol.time)).max())
     return np.polyfit(np.log(sizes), np.log(errors), 1)[0], errors
 
@@ -127,7 +127,10 @@ def beating(history):
     return fm.Mechanism("beating", [upper, lower, *joints, load], gravity=(0.0, -9.81))
 
 
-BEATS = {"pulse": fm.Pulse(2.0, 0.05, 0.2), "lines": fm.PiecewiseLinear((0.05, 0.1, 0.2), (0.0, 2.0, 0.0))}
+BEATS = {
+    "pulse": fm.drives.Pulse(2.0, 0.05, 0.2),
+    "lines": fm.drives.PiecewiseLinear((0.05, 0.1, 0.2), (0.0, 2.0, 0.0)),
+}
 
 
 @pytest.mark.parametrize("history", BEATS)
@@ -143,8 +146,8 @@ def test_energies_close_across_jumps(history):
 
 def test_joint_forces_jump_with_the_load():
     """Right after the jump the forces are those of a run that starts with the load already on."""
-    at_once = fm.simulate(beating(fm.Pulse(2.0)), t_end=1e-6, step=1e-6, save="steps")
-    soon = fm.simulate(beating(fm.Pulse(2.0, start=1e-9)), t_end=1e-6, step=1e-6, save="steps")
+    at_once = fm.simulate(beating(fm.drives.Pulse(2.0)), t_end=1e-6, step=1e-6, save="steps")
+    soon = fm.simulate(beating(fm.drives.Pulse(2.0, start=1e-9)), t_end=1e-6, step=1e-6, save="steps")
     just_after = int(np.flatnonzero(soon.time == 1e-9)[0])
     for name in ("P.fx", "P.fy", "lower.alpha"):
         assert soon.array(name)[just_after] == pytest.approx(at_once.array(name)[0], rel=1e-6)
@@ -208,7 +211,7 @@ def test_the_end_of_a_table_that_drives_a_joint_is_a_jump_of_acceleration():
     times = (0.0, 0.1, 0.2, 0.3, 0.4)
     wheel = fm.RigidBody("wheel", (0.0, 0.0), 1.0, 0.5)
     pin = fm.Revolute("O", fm.GROUND, wheel, at=(0.0, 0.0))
-    motor = fm.Drive("motor", "O", fm.Table(times, tuple(t**3 for t in times)))
+    motor = fm.Drive("motor", "O", fm.drives.Table(times, tuple(t**3 for t in times)))
     mechanism = fm.Mechanism("table", [wheel, pin, motor], gravity=(0.0, 0.0))
     sol = fm.simulate(mechanism, t_end=0.7, save="steps", step=0.0317)
     np.testing.assert_allclose(

@@ -189,13 +189,13 @@ def test_a_restart_goes_on_with_the_ledger_bit_for_bit(slider_crank):
 # Mistakes show.
 
 
-@fm.energy_kernel
+@fm.kernels.energy_kernel
 def poor_energy(p, t, q, v):
     """The energy of a spring that is a tenth softer than the force says."""
     return 0.45 * p[0] * q[0] ** 2, 0.0, 0.0
 
 
-@fm.energy_kernel
+@fm.kernels.energy_kernel
 def lost_energy(p, t, q, v):
     """That of the spring, but not a number where it is pressed."""
     return (0.5 * p[0] * q[0] ** 2 if q[0] > -0.05 else math.nan), 0.0, 0.0

@@ -18,7 +18,7 @@ def value(motion, t):
 
 def test_cycloidal_ramp_is_the_published_spin_up():
     """Simo, Vu-Quoc (1986): the angle of the rotating beam."""
-    motion = fm.CycloidalRamp(W, T)
+    motion = fm.drives.CycloidalRamp(W, T)
     for t in (0.5, 3.0, 7.5, 11.0, 14.99):
         angle = W / T * (t**2 / 2.0 + (T / (2.0 * math.pi)) ** 2 * (math.cos(2.0 * math.pi * t / T) - 1.0))
         assert value(motion, t)[0] == pytest.approx(angle, rel=1e-13)
@@ -31,7 +31,7 @@ def test_cycloidal_ramp_is_the_published_spin_up():
 
 
 def test_harmonic_swings_between_its_ends_at_its_frequency():
-    motion = fm.Harmonic(0.3, frequency=4.0, phase=math.pi / 2, mean=0.1)
+    motion = fm.drives.Harmonic(0.3, frequency=4.0, phase=math.pi / 2, mean=0.1)
     assert value(motion, 0.0)[0] == pytest.approx(0.4, rel=1e-15)
     assert value(motion, 0.125)[0] == pytest.approx(-0.2, rel=1e-14)
     assert value(motion, 0.0625)[1] == pytest.approx(-0.3 * 8.0 * math.pi, rel=1e-14)
@@ -39,28 +39,28 @@ def test_harmonic_swings_between_its_ends_at_its_frequency():
 
 
 def test_histories_have_the_values_of_just_after_a_jump():
-    pulse = fm.Pulse(2.0, start=1.0, end=3.0)
+    pulse = fm.drives.Pulse(2.0, start=1.0, end=3.0)
     assert [value(pulse, t)[0] for t in (0.0, np.nextafter(1.0, 0), 1.0, np.nextafter(3.0, 0), 3.0, 9.0)] == [
         0.0, 0.0, 2.0, 2.0, 0.0, 0.0,
     ]  # fmt: skip
-    assert value(fm.Pulse(2.0), 1e9)[0] == 2.0
-    lines = fm.PiecewiseLinear((1.0, 2.0, 4.0), (1.0, 3.0, -1.0))
+    assert value(fm.drives.Pulse(2.0), 1e9)[0] == 2.0
+    lines = fm.drives.PiecewiseLinear((1.0, 2.0, 4.0), (1.0, 3.0, -1.0))
     assert [value(lines, t)[0] for t in (0.0, 1.0, 1.5, 2.0, 3.0, 4.0, 9.0)] == [1.0, 1.0, 2.0, 3.0, 1.0, -1.0, -1.0]
     assert [value(lines, t)[1] for t in (0.0, 1.0, 2.0, 4.0)] == [0.0, 2.0, -2.0, 0.0]
 
 
 def test_breaks_lie_after_the_start_and_up_to_the_end():
-    assert fm.Pulse(1.0, end=2.0).breaks(2.0) == (2.0,)
-    assert fm.Pulse(1.0, end=2.0).breaks(1.9) == ()
-    assert fm.Pulse(1.0, start=-1.0).breaks(9.0) == ()
-    assert fm.PiecewiseLinear((0.0, 1.0, 2.0), (0.0, 1.0, 0.0)).breaks(1.5) == (1.0,)
+    assert fm.drives.Pulse(1.0, end=2.0).breaks(2.0) == (2.0,)
+    assert fm.drives.Pulse(1.0, end=2.0).breaks(1.9) == ()
+    assert fm.drives.Pulse(1.0, start=-1.0).breaks(9.0) == ()
+    assert fm.drives.PiecewiseLinear((0.0, 1.0, 2.0), (0.0, 1.0, 0.0)).breaks(1.5) == (1.0,)
     table = (0.5, 1.0, 1.5, 2.0), (0.0, 1.0, 0.0, 0.0)
-    assert fm.Table(*table).breaks(9.0) == (0.5, pytest.approx(2.0, rel=1e-15))
-    assert fm.Table(*table).breaks(2.0) == (0.5,)  # it holds at its last instant
-    assert value(fm.Table(*table), 2.0)[2] != 0.0
-    assert value(fm.Table(*table), fm.Table(*table).breaks(9.0)[1])[2] == 0.0
-    assert fm.Table(*table, periodic=True).breaks(9.0) == ()
-    assert fm.Ramp(1.0, 1.0).breaks(9.0) == fm.CycloidalRamp(1.0, 1.0).breaks(9.0) == ()
+    assert fm.drives.Table(*table).breaks(9.0) == (0.5, pytest.approx(2.0, rel=1e-15))
+    assert fm.drives.Table(*table).breaks(2.0) == (0.5,)  # it holds at its last instant
+    assert value(fm.drives.Table(*table), 2.0)[2] != 0.0
+    assert value(fm.drives.Table(*table), fm.drives.Table(*table).breaks(9.0)[1])[2] == 0.0
+    assert fm.drives.Table(*table, periodic=True).breaks(9.0) == ()
+    assert fm.drives.Ramp(1.0, 1.0).breaks(9.0) == fm.drives.CycloidalRamp(1.0, 1.0).breaks(9.0) == ()
 
 
 def wheel(*parts, inertia=0.5):
@@ -69,7 +69,8 @@ def wheel(*parts, inertia=0.5):
 
 
 @pytest.mark.parametrize(
-    "history", [fm.Harmonic(0.7, 3.0, 0.4, 0.1), fm.Polynomial((0.0, 1.0, -2.0)), fm.CycloidalRamp(2.0, 0.6)]
+    "history",
+    [fm.drives.Harmonic(0.7, 3.0, 0.4, 0.1), fm.drives.Polynomial((0.0, 1.0, -2.0)), fm.drives.CycloidalRamp(2.0, 0.6)],
 )
 def test_a_torque_is_multiplied_by_its_history(history):
     """omega(1 s) = M/J times the integral of the history; its work is what the wheel has."""
@@ -118,7 +119,7 @@ def clamp(beam):
 def test_statics_takes_the_history_at_the_start():
     """Half of the moment at t = 0: the tip of a cantilever turns by M L/(2 EI)."""
     moment = 0.2 * EI / LENGTH
-    history = fm.PiecewiseLinear((0.0, 1.0), (0.5, 1.0))
+    history = fm.drives.PiecewiseLinear((0.0, 1.0), (0.5, 1.0))
     found = fm.static_equilibrium(
         beam_with(lambda b: fm.Torque("M", b, moment, (LENGTH, 0.0), history=history), 8, clamp)
     )
@@ -127,7 +128,7 @@ def test_statics_takes_the_history_at_the_start():
 
 def test_end_moments_on_a_free_beam_are_in_balance():
     """Opposite moments on both ends, switched off again: the middle of mass stays, momentum and spin stay zero."""
-    history = fm.Pulse(start=0.01, end=0.05)
+    history = fm.drives.Pulse(start=0.01, end=0.05)
     mechanism = beam_with(
         lambda b: fm.Torque("M1", b, 0.2 * EI, (LENGTH, 0.0), history=history),
         8,
@@ -147,7 +148,7 @@ def test_end_moments_on_a_free_beam_are_in_balance():
 def test_modes_of_a_follower_force_are_refused():
     mechanism = beam_with(lambda b: fm.Force("thrust", b, (LENGTH, 0.0), (-EI, 0.0), follower=True), 8, clamp)
     with pytest.raises(
-        fm.SolveError, match=r"stiffness of mechanism 'beam' is not symmetric .* follower force does this"
+        fm.errors.SolveError, match=r"stiffness of mechanism 'beam' is not symmetric .* follower force does this"
     ):
         fm.modes(mechanism, at=fm.static_equilibrium(mechanism))
     dead = beam_with(lambda b: fm.Force("thrust", b, (LENGTH, 0.0), (-EI, 0.0)), 8, clamp)

@@ -209,9 +209,13 @@ def motions():
     knots = (0.0, 0.2, 0.5, 0.7, 1.0)
     ramp = QUINTIC(np.polynomial.Polynomial([0.0, 1.0 / 0.8])) * 7.0 * 0.8
     return {
-        "polynomial": (fm.Polynomial((0.0, 2.0, -3.0, 4.0)), CUBIC, 1.0),
-        "table": (fm.Table(knots, tuple(float(CUBIC(t)) for t in knots)), CUBIC, 1.0),  # a spline repeats a cubic
-        "ramp": (fm.Ramp(7.0, 0.8), ramp, 0.8),
+        "polynomial": (fm.drives.Polynomial((0.0, 2.0, -3.0, 4.0)), CUBIC, 1.0),
+        "table": (
+            fm.drives.Table(knots, tuple(float(CUBIC(t)) for t in knots)),
+            CUBIC,
+            1.0,
+        ),  # a spline repeats a cubic
+        "ramp": (fm.drives.Ramp(7.0, 0.8), ramp, 0.8),
     }
 
 
@@ -232,7 +236,7 @@ def test_the_torque_of_a_drive_is_inertia_times_acceleration(name):
 
 def test_a_ramp_ends_in_even_motion():
     """After the start, w (t - T/2); the greatest acceleration is 15/8 w/T, in the middle."""
-    sol = fm.simulate(driven_wheel(fm.Ramp(7.0, 0.8)), t_end=2.0, step=STEP, save="steps")
+    sol = fm.simulate(driven_wheel(fm.drives.Ramp(7.0, 0.8)), t_end=2.0, step=STEP, save="steps")
     late = sol.time >= 0.8
     np.testing.assert_allclose(sol.array("wheel.theta")[late] - 0.4, 7.0 * (sol.time[late] - 0.4), atol=1e-9)
     peak = sol.peak("motor.torque")
@@ -244,7 +248,7 @@ def test_a_ramp_ends_in_even_motion():
 def test_a_periodic_table_goes_on_and_on():
     """A table of one turn of an uneven crank, three turns long; it grows by 2 pi a period."""
     t = np.linspace(0.0, 1.0, 41)
-    table = fm.Table(tuple(t), tuple(2 * math.pi * t + 0.1 * np.sin(2 * math.pi * t)), periodic=True)
+    table = fm.drives.Table(tuple(t), tuple(2 * math.pi * t + 0.1 * np.sin(2 * math.pi * t)), periodic=True)
     sol = fm.simulate(driven_wheel(table), t_end=3.0, step=STEP, save="steps")
     expected = 2 * math.pi * sol.time + 0.1 * np.sin(2 * math.pi * sol.time)
     # error of a cubic spline: 5/384 h^4 max|d4 s/dt4|
@@ -259,7 +263,7 @@ def test_a_driven_travel(method):
     mass, angle = 1.5, math.pi / 6
     slider = fm.RigidBody("slider", (0.2, 0.1), mass, 0.01)
     guide = fm.Prismatic("guide", fm.GROUND, slider, along=(math.cos(angle), math.sin(angle)))
-    drive = fm.Drive("push", "guide", fm.Polynomial((0.0, 0.3, 0.8)))
+    drive = fm.Drive("push", "guide", fm.drives.Polynomial((0.0, 0.3, 0.8)))
     mechanism = fm.Mechanism("incline", (slider, guide, drive), gravity=(0.0, -G))
     sol = fm.simulate(mechanism, t_end=1.0, step=STEP, save="steps", method=method)
     s = 0.3 * sol.time + 0.8 * sol.time**2

@@ -70,15 +70,15 @@ def test_joints_stay_closed_in_positions_and_velocities():
 
 
 def test_published_digits_of_andrews_mechanism():
-    sol = fm.simulate(fm.andrews(), t_end=0.03, method=RADAU, step=fm.Adaptive(rtol=1e-9), save=1)
+    sol = fm.simulate(fm.mechanisms.andrews(), t_end=0.03, method=RADAU, step=fm.Adaptive(rtol=1e-9), save=1)
     assert sol.ok, sol.status
-    assert np.abs(fm.andrews_angles(sol)[:, -1] - ANDREWS).max() < 1e-8
+    assert np.abs(fm.mechanisms.andrews_angles(sol)[:, -1] - ANDREWS).max() < 1e-8
     assert sol.stats.steps < 2000
 
 
 def driven(stiffness=2e3, damping=5.0):
     """A slider-crank that drags a spring and a damper along."""
-    parts = fm.slider_crank().parts
+    parts = fm.mechanisms.slider_crank().parts
     slider = next(p for p in parts if p.name == "slider")
     spring = fm.SpringDamper("spring", fm.GROUND, slider, (0.0, 0.1), (0.3, 0.0), stiffness=stiffness, damping=damping)
     return fm.Mechanism("driven", (*parts, spring))
@@ -137,7 +137,7 @@ def test_an_impact_has_the_restitution_of_its_law():
 
 
 def test_a_worn_slider_crank_as_the_newmark_family_has_it():
-    mech = fm.slider_crank(clearance=5e-4)
+    mech = fm.mechanisms.slider_crank(clearance=5e-4)
     radau = fm.simulate(mech, t_end=0.004, method=RADAU, step=fm.Adaptive(rtol=1e-7), save=20)
     newmark = fm.simulate(mech, t_end=0.004, step=fm.Adaptive(rtol=1e-7), save=20)
     assert radau.ok, radau.status
@@ -172,14 +172,14 @@ def test_parallel_cranks_that_repeat_one_another():
 
 
 def test_a_step_that_is_far_too_long_says_so():
-    sol = fm.simulate(fm.slider_crank(), t_end=0.1, method=RADAU, step=0.05)
+    sol = fm.simulate(fm.mechanisms.slider_crank(), t_end=0.1, method=RADAU, step=0.05)
     assert not sol.ok
     assert "Newton did not converge" in sol.status or "energies" in sol.status or "singular" in sol.status
 
 
 def test_tangents_are_refused():
     with pytest.raises(InputError, match="method is RadauIIA"):
-        fm.MechanismFlow(fm.slider_crank(), method=RADAU)
+        fm.chaos.MechanismFlow(fm.mechanisms.slider_crank(), method=RADAU)
 
 
 def test_a_contact_that_a_stage_feels_is_not_stepped_over():
@@ -206,7 +206,7 @@ def test_a_contact_that_a_stage_feels_is_not_stepped_over():
 @pytest.mark.parametrize(("stiffness", "damping"), [(1e9, 1e4), (1e10, 1e5), (1e12, 0.0)])
 def test_forces_between_steps_where_they_are_stiff(stiffness, damping):
     """A rubber of steel in place of a joint: the error of a position times its stiffness is no force."""
-    mech = fm.slider_crank()
+    mech = fm.mechanisms.slider_crank()
     joint = next(p for p in mech.parts if p.name == "B")
     rubber = fm.Bushing("B", joint.first, joint.second, at=joint.at, stiffness=stiffness, damping=damping)
     stiff = mech.with_part(rubber)
@@ -217,8 +217,8 @@ def test_forces_between_steps_where_they_are_stiff(stiffness, damping):
 
 
 def test_peaks_are_no_less_than_what_was_saved():
-    sol = fm.simulate(fm.four_bar(), periods=1, method=RADAU)
-    newmark = fm.simulate(fm.four_bar(), periods=1)
+    sol = fm.simulate(fm.mechanisms.four_bar(), periods=1, method=RADAU)
+    newmark = fm.simulate(fm.mechanisms.four_bar(), periods=1)
     saved = np.abs(sol.values).max(axis=0)
     assert np.all(sol.peaks.values >= saved * (1.0 - 1e-12) - 1e-300)
     assert sol.peak("motor.torque").value == pytest.approx(newmark.peak("motor.torque").value, rel=1e-3)

@@ -14,8 +14,8 @@ from flexmb.mechanisms import nine_bar, slider_crank
 
 PLAY, BEARING, SPEED = 2e-4, 0.01, 60.0
 R, L = 0.05, 0.12
-NORMAL = fm.ExactRestitution(stiffness=1e10, restitution=0.6, least_approach=1e-3)
-FRICTION = fm.SmoothCoulomb(0.05, v0=1e-2)
+NORMAL = fm.contact.ExactRestitution(stiffness=1e10, restitution=0.6, least_approach=1e-3)
+FRICTION = fm.friction.SmoothCoulomb(0.05, v0=1e-2)
 PLACE = ("name", "first", "second", "at")
 
 

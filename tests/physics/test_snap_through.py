@@ -33,7 +33,7 @@ def test_below_the_limit_load_the_springs_carry_it(share, load_steps):
 
 @pytest.mark.parametrize("share", [1.001, 3.0])
 def test_beyond_the_limit_load_the_message_names_the_share_that_is_carried(share):
-    with pytest.raises(fm.SolveError, match=r"beyond \S+ % of the loads.*'node\.y'.*snaps through") as caught:
+    with pytest.raises(fm.errors.SolveError, match=r"beyond \S+ % of the loads.*'node\.y'.*snaps through") as caught:
         fm.static_equilibrium(truss(share * LIMIT))
     carried = float(str(caught.value).split("beyond ")[1].split(" %")[0])
     assert carried == pytest.approx(100.0 / share, rel=0.01)

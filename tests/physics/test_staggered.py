@@ -79,7 +79,7 @@ def test_a_beam_that_turns_slowly_hangs_as_in_statics():
     """
     time = 200.0 * 2.0 * math.pi / AT_REST
     damping = 0.2 / AT_REST  # a tenth of critical in the first mode
-    mech = driven(fm.CycloidalRamp(2.0 * math.pi / 3.0 / time, time), gravity=(0.0, -9.81), damping=damping)
+    mech = driven(fm.drives.CycloidalRamp(2.0 * math.pi / 3.0 / time, time), gravity=(0.0, -9.81), damping=damping)
     sol = fm.simulate(mech, t_end=time, step=2e-4, method=fm.Staggered(), save=400)
     assert sol.ok, sol.status
     late = sol.time > 0.9 * time
@@ -138,7 +138,7 @@ def test_the_frequency_of_a_rotating_cantilever_shows_what_is_left_out():
     At half of its frequency as speed the printed equations are 2.4 % too low, those in fixed axes 15 %.
     """
     speed = 0.5 * AT_REST
-    blow = fm.Pulse(1.0, 0.0, 0.2 / AT_REST)
+    blow = fm.drives.Pulse(1.0, 0.0, 0.2 / AT_REST)
     arm = beam(damping=1e-5)
     push = fm.Force("push", arm, (LENGTH, 0.0), (0.0, 0.05), history=blow)
     mech = driven(fm.ConstantSpeed(speed), push, damping=1e-5)
@@ -156,7 +156,7 @@ def test_a_free_beam_keeps_the_momentum_that_a_blow_gave_it():
     The momentum is that of the bent beam, so it is kept to second order in the deflection: 5e-4 of the impulse.
     """
     rod = beam()
-    push = fm.Force("push", rod, (LENGTH, 0.0), (0.0, 2.0), history=fm.Pulse(1.0, 0.0, 0.004))
+    push = fm.Force("push", rod, (LENGTH, 0.0), (0.0, 2.0), history=fm.drives.Pulse(1.0, 0.0, 0.004))
     mech = fm.Mechanism("free", (rod, push))
     sol = run(mech, t_end=0.05, step=1e-4)
     after = sol.time > 0.0041
@@ -275,7 +275,7 @@ def test_parts_it_cannot_do_are_named():
     with pytest.raises(InputError, match=r"FlexibleLink 'beam' has a field of displacement"):
         fm.simulate(held, t_end=0.1, step=1e-3, method=fm.Staggered())
     arm = beam()
-    rough = fm.Revolute("O", fm.GROUND, arm, (0.0, 0.0), friction=fm.SmoothCoulomb(0.1, 1e-3), radius=0.01)
+    rough = fm.Revolute("O", fm.GROUND, arm, (0.0, 0.0), friction=fm.friction.SmoothCoulomb(0.1, 1e-3), radius=0.01)
     with pytest.raises(InputError, match=r"Revolute 'O' has friction"):
         fm.simulate(fm.Mechanism("rough", (arm, rough)), t_end=0.1, step=1e-3, method=fm.Staggered())
 

@@ -63,7 +63,7 @@ def test_a_field_that_a_joint_forbids_is_refused_with_the_joint_and_the_size():
 def test_a_rigid_start_velocity_still_is_rigid_where_loops_move_the_link():
     """Drawn 30 degrees away from where the drive puts it: the middle node moves as declared, the link turns rigidly."""
     turned = rod(velocity=(-2.0 * 0.6 * math.sin(0.5), 2.0 * 0.6 * math.cos(0.5), 2.0))
-    drive = fm.Drive("motor", "O", fm.Polynomial((0.5, 2.0)))
+    drive = fm.Drive("motor", "O", fm.drives.Polynomial((0.5, 2.0)))
     _, q, v = start_of(turned, fm.Revolute("O", fm.GROUND, turned, at=(0.0, 0.0)), drive)
     np.testing.assert_allclose(v, np.stack([-2.0 * q[:, 1], 2.0 * q[:, 0], 0.0 * S + 2.0], axis=1), atol=1e-12)
     np.testing.assert_allclose(q[-1], [LENGTH * math.cos(0.5), LENGTH * math.sin(0.5), 0.5], atol=1e-12)

@@ -12,10 +12,10 @@ from flexmb.errors import InputError, SolveError
 @pytest.mark.parametrize(
     ("mechanism", "options"),
     [
-        (fm.slider_crank(clearance=5e-4), {}),
-        (fm.slider_crank(), {"step": 1e-5, "method": fm.RungeKutta4()}),
-        (fm.slider_crank(), {"method": fm.RadauIIA()}),
-        (fm.slider_crank(clearance=5e-4, flexible=True), {"step": 2e-6, "method": fm.Staggered()}),
+        (fm.mechanisms.slider_crank(clearance=5e-4), {}),
+        (fm.mechanisms.slider_crank(), {"step": 1e-5, "method": fm.RungeKutta4()}),
+        (fm.mechanisms.slider_crank(), {"method": fm.RadauIIA()}),
+        (fm.mechanisms.slider_crank(clearance=5e-4, flexible=True), {"step": 2e-6, "method": fm.Staggered()}),
     ],
     ids=["newmark", "runge-kutta", "radau", "staggered"],
 )
@@ -29,7 +29,7 @@ def test_the_steps_are_those_of_simulate(mechanism, options):
 
 
 def test_signals_by_name():
-    state = next(iter(fm.steps(fm.slider_crank(), t_end=1e-3)))
+    state = next(iter(fm.steps(fm.mechanisms.slider_crank(), t_end=1e-3)))
     assert state["slider.x"] == state.values[list(state).index("slider.x")]
     assert "slider.x" in state
     assert "slider.z" not in state
@@ -39,7 +39,7 @@ def test_signals_by_name():
 
 
 def test_a_loop_may_be_left_and_a_run_goes_on_from_there():
-    mech = fm.slider_crank()
+    mech = fm.mechanisms.slider_crank()
     for state in fm.steps(mech, step=1e-5):
         if state["slider.vx"] < -5.0:
             break
@@ -50,7 +50,7 @@ def test_a_loop_may_be_left_and_a_run_goes_on_from_there():
 
 
 def test_states_stay_what_they_were():
-    first, second = itertools.islice(fm.steps(fm.slider_crank(), t_end=1e-3), 2)
+    first, second = itertools.islice(fm.steps(fm.mechanisms.slider_crank(), t_end=1e-3), 2)
     assert first.t == 0.0
     assert second.t > 0.0
     assert not np.array_equal(first.values, second.values)
@@ -60,7 +60,7 @@ def test_states_stay_what_they_were():
 
 def test_a_step_that_fails_raises():
     with pytest.raises(SolveError, match=r"Newton did not converge|energies|singular"):
-        list(fm.steps(fm.slider_crank(), t_end=0.5, step=0.05, method=fm.RadauIIA()))
+        list(fm.steps(fm.mechanisms.slider_crank(), t_end=0.5, step=0.05, method=fm.RadauIIA()))
 
 
 @pytest.mark.parametrize(
@@ -74,7 +74,7 @@ def test_a_step_that_fails_raises():
 )
 def test_bad_input_is_refused_at_once(options, message):
     with pytest.raises(InputError, match=message):
-        fm.steps(fm.slider_crank(), **options)
+        fm.steps(fm.mechanisms.slider_crank(), **options)
 
 
 def test_no_end_and_no_period():
@@ -88,4 +88,4 @@ def test_no_end_and_no_period():
 
 def test_a_restart_that_does_not_fit_is_refused_in_its_own_name():
     with pytest.raises(InputError, match=r"steps of 'slider-crank': restart is 5"):
-        fm.steps(fm.slider_crank(), t_end=1.0, restart=5)
+        fm.steps(fm.mechanisms.slider_crank(), t_end=1.0, restart=5)

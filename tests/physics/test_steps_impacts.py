@@ -101,7 +101,7 @@ def test_a_linear_wall_of_any_stiffness(stiffness):
 
 def test_a_stiff_impact_returns_what_its_law_says():
     """Restitution 1/2 at a stiffness of 1e14 N/m^1.5: without the onset located .530 came out."""
-    law = fm.ExactRestitution(stiffness=1e14, restitution=0.5)
+    law = fm.contact.ExactRestitution(stiffness=1e14, restitution=0.5)
     sol = fm.simulate(ball(law), t_end=2.5e-3)
     (impact,) = sol.episodes("J")
     assert impact.restitution == pytest.approx(0.5, abs=1e-3)

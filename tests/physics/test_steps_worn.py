@@ -102,7 +102,7 @@ def test_a_refused_trial_leaves_no_trace_in_the_tolerance():
 
     With these coarse steps such a trial comes in the third turn.
     """
-    flow = fm.MechanismFlow(nine_bar(2.5 * np.pi, clearance=0.5e-3), step=fm.Adaptive(rtol=1e-2))
+    flow = fm.chaos.MechanismFlow(nine_bar(2.5 * np.pi, clearance=0.5e-3), step=fm.Adaptive(rtol=1e-2))
     n, size, most, end = flow.program.n_q, flow.program.length, 0.0, 3.2 * flow.period
     refused = flow.run.record.count.rejected
     while flow.time < end * (1.0 - 1e-12):

@@ -8,7 +8,7 @@ from pathlib import Path
 RIGID = """
 import sys
 import flexmb as fm
-mechanism = fm.slider_crank(clearance=2e-4, friction="coulomb")
+mechanism = fm.mechanisms.slider_crank(clearance=2e-4, friction="coulomb")
 sol = fm.simulate(mechanism, t_end=1e-5, step=1e-6, save=1, progress={progress})
 assert sol.ok and sol.array("slider.x").shape == (2,), sol
 print(*(name for name in {names} if name in sys.modules))

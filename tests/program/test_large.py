@@ -169,5 +169,5 @@ def test_a_large_chain_held_twice_names_the_joint():
     again = fm.Revolute("again", fm.GROUND, mechanism.find("L200"), (20.1, 0.0))
     twice = fm.Revolute("twice", fm.GROUND, mechanism.find("L200"), (20.1, 0.0))
     held = mechanism.with_part(again).with_part(twice)
-    with pytest.raises(fm.ModelError, match=r"over-constrained by 2 row.*'(again|twice)'"):
+    with pytest.raises(fm.errors.ModelError, match=r"over-constrained by 2 row.*'(again|twice)'"):
         fm.simulate(held, t_end=1e-4, step=1e-4, save=1)

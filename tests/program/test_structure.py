@@ -19,27 +19,27 @@ from flexmb.program.packing import Packer
 
 def with_friction():
     """A pendulum with friction in its ideal pin, a spring, a damped slider and a harmonic force."""
-    friction = fm.Stribeck(static=0.2, kinetic=0.1, stribeck_speed=1e-2, v0=1e-3)
+    friction = fm.friction.Stribeck(static=0.2, kinetic=0.1, stribeck_speed=1e-2, v0=1e-3)
     rod = fm.RigidLink("rod", (0.0, 0.0), (0.4, 0.0), mass=0.5, inertia=1e-3)
     block = fm.RigidBody("block", (1.0, 0.0), mass=1.0, inertia=0.1)
     parts = (
         fm.Revolute("O", fm.GROUND, rod, (0.0, 0.0), friction=friction, radius=0.01),
         fm.Prismatic("guide", fm.GROUND, block),
         fm.SpringDamper("spring", rod, block, (0.4, 0.0), (1.0, 0.0), stiffness=200.0, damping=1.0),
-        fm.Force("push", block, (1.0, 0.0), (3.0, 0.0), history=fm.Harmonic(1.0, 5.0)),
+        fm.Force("push", block, (1.0, 0.0), (3.0, 0.0), history=fm.drives.Harmonic(1.0, 5.0)),
     )
     return fm.Mechanism("with_friction", (rod, block, *parts), gravity=(0.0, -9.81))
 
 
 def crank(**options):
-    return fm.slider_crank(clearance=2e-4, friction="coulomb", **options)
+    return fm.mechanisms.slider_crank(clearance=2e-4, friction="coulomb", **options)
 
 
 MECHANISMS = {
     "worn": (crank(), {"B.clearance": 4e-4, "rod.mass": 0.3, "B.friction.v0": 2e-4}),
     "flexible": (crank(flexible=True, elements=3), {"B.clearance": 4e-4, "rod.material.young": 1e11}),
-    "ideal": (fm.four_bar(), {"gravity": (0.0, -1.0)}),
-    "nine-bar": (fm.nine_bar(2.0 * math.pi), {"gravity": (0.0, -1.0)}),
+    "ideal": (fm.mechanisms.four_bar(), {"gravity": (0.0, -1.0)}),
+    "nine-bar": (fm.mechanisms.nine_bar(2.0 * math.pi), {"gravity": (0.0, -1.0)}),
     "with_friction": (
         with_friction(),
         {"O.friction.static": 0.3, "spring.stiffness": 150.0, "push.history.amplitude": 2.0},
@@ -108,7 +108,7 @@ def test_other_numbers_share_the_arrays_and_other_kernels_do_not(forgotten):
     assert second.symbolic is first.symbolic
     assert second.tables.constraints is first.tables.constraints
     assert second.tables.p is not first.tables.p
-    law = fm.compile(mechanism.with_({"B.friction": fm.SmoothCoulomb(0.1, v0=1e-3)}))
+    law = fm.compile(mechanism.with_({"B.friction": fm.friction.SmoothCoulomb(0.1, v0=1e-3)}))
     assert law.kernels != first.kernels
     elsewhere = fm.compile(mechanism.with_part(replace(mechanism.find("A"), first=mechanism.find("slider"))))
     assert elsewhere.tables.constraints.dofs.tolist() != first.tables.constraints.dofs.tolist()
@@ -137,7 +137,7 @@ def test_large_structures_push_others_out(forgotten, monkeypatch):
     for k in range(3):  # two of three unknowns fit, a third does not
         fm.compile(fm.Mechanism("m", (fm.RigidBody(f"b{k}", (0.0, 0.0), mass=1.0, inertia=1.0),)))
     assert [key[0] for key in forgotten] == [(("b1", ""),), (("b2", ""),)]
-    fm.compile(fm.four_bar())
+    fm.compile(fm.mechanisms.four_bar())
     assert len(forgotten) == 1  # the latest one always stays
 
 
@@ -149,7 +149,7 @@ def test_both_programs_from_one_reading():
         for one, other in zip(arrays(found.tables), arrays(wanted.tables), strict=True):
             np.testing.assert_array_equal(one, other)
     assert closed.n_c == program.n_c + 2  # the pin takes two freedoms
-    same, start = compile_with_start(fm.four_bar())
+    same, start = compile_with_start(fm.mechanisms.four_bar())
     assert start is same
 
 

@@ -26,9 +26,9 @@ def thrown():
 
 
 MECHANISMS = {
-    "worn": lambda: fm.slider_crank(clearance=2e-4, friction="coulomb", start=0.3),
-    "flexible": lambda: fm.slider_crank(flexible=True, elements=4, start=0.3),
-    "nine-bar": lambda: fm.nine_bar(2.0 * math.pi, clearance=1e-4),
+    "worn": lambda: fm.mechanisms.slider_crank(clearance=2e-4, friction="coulomb", start=0.3),
+    "flexible": lambda: fm.mechanisms.slider_crank(flexible=True, elements=4, start=0.3),
+    "nine-bar": lambda: fm.mechanisms.nine_bar(2.0 * math.pi, clearance=1e-4),
     "thrown": thrown,
 }
 

@@ -25,10 +25,11 @@ began = time.perf_counter()
 import flexmb as fm
 imported = time.process_time()
 """
-RUN = COUNT + "fm.simulate(fm.nine_bar(), t_end=0.01)\n"
-FLEXIBLE = COUNT + "fm.simulate(fm.nine_bar(clearance=5e-4, flexible=True), t_end=1e-3)\n"
+RUN = COUNT + "fm.simulate(fm.mechanisms.nine_bar(), t_end=0.01)\n"
+FLEXIBLE = COUNT + "fm.simulate(fm.mechanisms.nine_bar(clearance=5e-4, flexible=True), t_end=1e-3)\n"
 TANGENT = COUNT + (
-    "flow = fm.MechanismFlow(fm.slider_crank(clearance=5e-4)); flow.advance(1e-5, flow.tangent_basis(1, seed=0))\n"
+    "flow = fm.chaos.MechanismFlow(fm.mechanisms.slider_crank(clearance=5e-4))\n"
+    "flow.advance(1e-5, flow.tangent_basis(1, seed=0))\n"
 )
 SAY = """
 rss = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
@@ -51,13 +52,13 @@ clock = Clock()
 event.register("numba:compile", clock)
 from flexmb.compiled import costs, notice
 import flexmb as fm
-crank = fm.slider_crank(clearance=5e-4)
-fm.nine_bar, fm.simulate
+crank = fm.mechanisms.slider_crank(clearance=5e-4)
+fm.mechanisms.nine_bar, fm.simulate
 print(f"WORK = {costs.REFERENCE_PACE * notice.pace.__wrapped__():.4f}")
-fm.simulate(fm.nine_bar(), t_end=1e-3)
-fm.simulate(fm.slider_crank(), t_end=1e-5, step=1e-6, method=fm.RungeKutta4())
-flow = fm.MechanismFlow(crank); flow.advance(1e-5, flow.tangent_basis(1, seed=0))
-flexible = fm.slider_crank(flexible=True)
+fm.simulate(fm.mechanisms.nine_bar(), t_end=1e-3)
+fm.simulate(fm.mechanisms.slider_crank(), t_end=1e-5, step=1e-6, method=fm.RungeKutta4())
+flow = fm.chaos.MechanismFlow(crank); flow.advance(1e-5, flow.tangent_basis(1, seed=0))
+flexible = fm.mechanisms.slider_crank(flexible=True)
 fm.simulate(flexible, t_end=1e-5, step=1e-6, method=fm.Staggered())
 stage_of = {name: stage for stage, known in costs.STAGES.items() for name in known}
 for name, cost in clock.found:

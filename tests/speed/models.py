@@ -138,8 +138,10 @@ def chain(links: int, elements: int) -> fm.Mechanism:
 
 def nine_bar(*, flexible: bool = False, elements: int = 4) -> fm.Mechanism:
     """The nine-bar mechanism with 0.5 mm of play at 2 pi rad/s."""
-    data = fm.NineBarData(v0=0.0)
-    return fm.nine_bar(NINE_BAR_SPEED, clearance=NINE_BAR_PLAY, flexible=flexible, elements=elements, data=data)
+    data = fm.mechanisms.NineBarData(v0=0.0)
+    return fm.mechanisms.nine_bar(
+        NINE_BAR_SPEED, clearance=NINE_BAR_PLAY, flexible=flexible, elements=elements, data=data
+    )
 
 
 # Exact and converged values.

@@ -56,7 +56,10 @@ def hinged(*, flexible):
         rod = fm.FlexibleLink("rod", (0.0, 0.0), (0.4, 0.0), section=section, material=steel, elements=4)
         return fm.Mechanism("beam", (rod, fm.Revolute("O", fm.GROUND, rod, (0.0, 0.0))), gravity=(0.0, -9.81))
     rod = fm.RigidLink("rod", (0.0, 0.0), (0.4, 0.0), mass=0.5, inertia=1e-3)
-    law, friction = fm.ExactRestitution(stiffness=1e9, restitution=0.5), fm.SmoothCoulomb(0.05, v0=1e-2)
+    law, friction = (
+        fm.contact.ExactRestitution(stiffness=1e9, restitution=0.5),
+        fm.friction.SmoothCoulomb(0.05, v0=1e-2),
+    )
     options = {"clearance": 2e-4, "bearing_radius": 0.01, "normal": law, "friction": friction}
     pin = fm.RevoluteClearance("O", fm.GROUND, rod, at=(0.0, 0.0), **options)
     return fm.Mechanism("worn", (rod, pin), gravity=(0.0, -9.81))

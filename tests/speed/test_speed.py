@@ -117,7 +117,10 @@ def test_finer_beams_cost_linearly_too():
 
 def with_plays(mechanism, names):
     """The named revolute joints replaced by joints with 0.2 mm of play and friction, seated where there is gravity."""
-    law, friction = fm.ExactRestitution(stiffness=1e9, restitution=0.5), fm.SmoothCoulomb(0.05, v0=1e-2)
+    law, friction = (
+        fm.contact.ExactRestitution(stiffness=1e9, restitution=0.5),
+        fm.friction.SmoothCoulomb(0.05, v0=1e-2),
+    )
     start = "seated" if any(mechanism.gravity) else "centred"
     options = {"clearance": 2e-4, "bearing_radius": 0.01, "normal": law, "friction": friction, "start": start}
     for name in names:

@@ -33,7 +33,7 @@ def counted(pool, times):
 def timed(pool, store):
     values = np.linspace(2.5, 1.0, POINTS) * np.pi  # the longest first, so that both are busy to the end
     began = time.perf_counter()
-    found = fm.bifurcation(fm.nine_bar, "speed", values, executor=pool, store=store, **SETTINGS)
+    found = fm.bifurcation(fm.mechanisms.nine_bar, "speed", values, executor=pool, store=store, **SETTINGS)
     assert found["ok"].values.all()
     return time.perf_counter() - began
 

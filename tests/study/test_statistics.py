@@ -100,5 +100,5 @@ def test_tail_of_the_binomial_distribution():
 
 @pytest.mark.parametrize("values", [[], [1.0], [1.0, math.nan]])
 def test_a_mean_of_nothing_is_refused(values):
-    with pytest.raises(fm.InputError, match="Mean"):
+    with pytest.raises(fm.errors.InputError, match="Mean"):
         Mean.of(values)

@@ -225,7 +225,7 @@ def test_onset_outside_of_the_search_is_an_error(known, begin, highest, message)
 
 
 def test_onset_refuses_an_unknown_start():
-    with pytest.raises(fm.InputError, match="soft"):
+    with pytest.raises(fm.errors.InputError, match="soft"):
         onset(case("rigid", 1.4), 2.0, 1, 1, "softly", coarse=0.05, fine=FINE)
 
 

@@ -26,7 +26,7 @@ def logistic_map(r, start=0.3):
     start : where it starts.
     """
     if 3.3 < r < 3.32:
-        raise fm.InputError(f"r is {r:.4f}; it must not be.")
+        raise fm.errors.InputError(f"r is {r:.4f}; it must not be.")
     return Map(logistic, [start], parameters={"r": r})
 
 

@@ -210,7 +210,7 @@ def test_a_finished_store_computes_nothing(reference, tmp_path):
 
 
 def test_a_store_is_not_overwritten(reference):
-    with pytest.raises(fm.InputError, match=r"it is there already.*resume=True"):
+    with pytest.raises(fm.errors.InputError, match=r"it is there already.*resume=True"):
         diagram(reference[0])
 
 
@@ -230,7 +230,7 @@ def test_a_store_is_not_overwritten(reference):
 )
 def test_the_store_of_another_sweep_is_refused(changes, named, reference):
     before = content(reference[0])
-    with pytest.raises(fm.InputError, match="written by another sweep") as error:
+    with pytest.raises(fm.errors.InputError, match="written by another sweep") as error:
         diagram(reference[0], resume=True, **changes)
     assert named in str(error.value)
     assert content(reference[0]) == before
@@ -242,11 +242,11 @@ def test_the_store_of_another_version_is_refused(reference, tmp_path):
     attributes = json.loads((store / "zarr.json").read_text())
     attributes["attributes"]["fingerprint"]["flexmb"] = "0.0.1"
     (store / "zarr.json").write_text(json.dumps(attributes))
-    with pytest.raises(fm.InputError, match=r"flexmb: 0\.0\.1 there"):
+    with pytest.raises(fm.errors.InputError, match=r"flexmb: 0\.0\.1 there"):
         diagram(store, resume=True)
     attributes["attributes"]["flexmb_sweep_format"] = 99
     (store / "zarr.json").write_text(json.dumps(attributes))
-    with pytest.raises(fm.FileFormatError, match="format 99"):
+    with pytest.raises(fm.errors.FileFormatError, match="format 99"):
         diagram(store, resume=True)
 
 
@@ -254,24 +254,24 @@ def test_a_mechanism_with_another_number_is_another_model(tmp_path):
     settings = {"skip": 1, "keep": 2, "period": 6.0, "store": tmp_path / "s"}
     fm.bifurcation(bistable(), "well.amplitude", [0.1], **settings)
     other = bistable().with_({"mass.mass": np.nextafter(1.0, 2.0)})
-    with pytest.raises(fm.InputError, match="model: "):
+    with pytest.raises(fm.errors.InputError, match="model: "):
         fm.bifurcation(other, "well.amplitude", [0.1], resume=True, **settings)
 
 
 def test_other_folders_are_refused(tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
-    with pytest.raises(fm.FileFormatError, match="holds other files"):
+    with pytest.raises(fm.errors.FileFormatError, match="holds other files"):
         diagram(tmp_path, resume=True)
-    with pytest.raises(fm.FileFormatError, match="a file"):
+    with pytest.raises(fm.errors.FileFormatError, match="a file"):
         diagram(tmp_path / "notes.txt")
     xr.Dataset({"x": ("t", np.zeros(2))}).to_zarr(tmp_path / "x.zarr", zarr_format=3, consolidated=False)
-    with pytest.raises(fm.FileFormatError, match="not one of flexmb"):
+    with pytest.raises(fm.errors.FileFormatError, match="not one of flexmb"):
         diagram(tmp_path / "x.zarr", resume=True)
-    with pytest.raises(fm.FileFormatError, match="there is none"):
+    with pytest.raises(fm.errors.FileFormatError, match="there is none"):
         fm.load_sweep(tmp_path / "nothing")
     (tmp_path / "y.zarr").mkdir()
     (tmp_path / "y.zarr" / "zarr.json").write_text("{")
-    with pytest.raises(fm.FileFormatError, match="cannot be read"):
+    with pytest.raises(fm.errors.FileFormatError, match="cannot be read"):
         diagram(tmp_path / "y.zarr", resume=True)
     assert (tmp_path / "notes.txt").read_text() == "mine"
 
@@ -281,9 +281,9 @@ def test_a_damaged_store_is_refused_by_name(reference, tmp_path, file):
     """Chunks and descriptions are renamed into place, so only a failing disk or another program cuts them short."""
     path = shutil.copytree(reference[0], tmp_path / "r.zarr")
     (path / file).write_bytes((path / file).read_bytes()[:-1])
-    with pytest.raises(fm.FileFormatError, match=r"r.zarr': cannot be read .* Delete it"):
+    with pytest.raises(fm.errors.FileFormatError, match=r"r.zarr': cannot be read .* Delete it"):
         diagram(path, resume=True)
-    with pytest.raises(fm.FileFormatError, match="cannot be read"):
+    with pytest.raises(fm.errors.FileFormatError, match="cannot be read"):
         fm.load_sweep(path)
 
 
@@ -291,7 +291,7 @@ def test_workers_that_die_leave_a_store_to_go_on_with(tmp_path):
     flag, settings = tmp_path / "flag", {"skip": 5, "keep": 2, "pending": 2, "store": tmp_path / "s"}
     flag.write_text("")
     values = [2.5, 2.6, 3.0, 3.1, 3.2]  # computed from both ends inwards
-    with ProcessPoolExecutor(1) as pool, pytest.raises(fm.WorkerError, match="resume=True"):
+    with ProcessPoolExecutor(1) as pool, pytest.raises(fm.errors.WorkerError, match="resume=True"):
         fm.bifurcation(mortal_map, "r", values, fixed={"flag": str(flag)}, executor=pool, **settings)
     part = fm.load_sweep(tmp_path / "s")
     assert part["ok"].values.tolist() == [True, False, False, False, True]
@@ -307,7 +307,7 @@ def test_workers_that_die_leave_a_store_to_go_on_with(tmp_path):
 def test_a_pool_that_was_shut_down():
     pool = ProcessPoolExecutor(1)
     pool.shutdown()
-    with pytest.raises(fm.WorkerError, match="after shutdown"):
+    with pytest.raises(fm.errors.WorkerError, match="after shutdown"):
         fm.sweep(slow_results, GRID, executor=pool)
 
 
@@ -317,7 +317,7 @@ def test_digests_do_not_depend_on_the_process():
         "from flexmb.dynamics.systems.mechanism_flow import MechanismFlow\n"
         "import sweep_models as m, flexmb as fm\n"
         "print(digest(MechanismFlow(m.bistable(), period=6.0)), digest(m.results), digest({'b': {1, 2}, 'a': 'x'}),"
-        "digest(MechanismFlow(fm.slider_crank(clearance=1e-4))))"
+        "digest(MechanismFlow(fm.mechanisms.slider_crank(clearance=1e-4))))"
     )
     found = {
         subprocess.run(

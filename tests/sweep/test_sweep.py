@@ -143,7 +143,7 @@ def test_a_mechanism_in_parts_is_the_one_of_make():
 
 
 def test_the_period_is_found_anew_at_every_value():
-    found = fm.bifurcation(fm.slider_crank, "speed", [10.0, 20.0], skip=1, keep=3, signals=["crank.theta"])
+    found = fm.bifurcation(fm.mechanisms.slider_crank, "speed", [10.0, 20.0], skip=1, keep=3, signals=["crank.theta"])
     np.testing.assert_allclose(found["drive_period"].values, [2.0 * np.pi / 10.0, 2.0 * np.pi / 20.0], rtol=1e-14)
     turned = np.abs(np.diff(found["crank.theta"].values, axis=1))
     np.testing.assert_allclose(turned, 2.0 * np.pi, rtol=1e-9)
@@ -153,14 +153,14 @@ def test_the_period_is_found_anew_at_every_value():
 def test_points_are_those_of_a_plain_run():
     """Stroboscopic points of the slider-crank against the signals that `simulate` saves at ends of periods."""
     step = 2.0 * np.pi / 15.0 / 400
-    found = fm.bifurcation(fm.slider_crank, "speed", [15.0], skip=1, keep=2, step=step)
-    sol = fm.simulate(fm.slider_crank(speed=15.0), periods=2, save=1, step=step)
+    found = fm.bifurcation(fm.mechanisms.slider_crank, "speed", [15.0], skip=1, keep=2, step=step)
+    sol = fm.simulate(fm.mechanisms.slider_crank(speed=15.0), periods=2, save=1, step=step)
     np.testing.assert_allclose(found["slider.ax"].values[0], sol.array("slider.ax")[1:], rtol=1e-9)
 
 
 def test_a_mechanism_is_carried_onto_its_joints():
     found = fm.bifurcation(
-        fm.slider_crank, "speed", [10.0, 11.0], skip=1, keep=2, direction="up", fixed={"clearance": 1e-4}
+        fm.mechanisms.slider_crank, "speed", [10.0, 11.0], skip=1, keep=2, direction="up", fixed={"clearance": 1e-4}
     )
     assert found["ok"].values.all(), found["status"].values
     assert not found["seam"].values.any()
@@ -231,15 +231,15 @@ def test_ctrl_c_is_no_result():
 def test_what_makes_no_sense_is_refused(changes, words):
     arguments = {"make": map_of(), "parameter": "r", "values": [2.0, 2.5], "skip": 3, "keep": 2, **changes}
     make, parameter, values = (arguments.pop(name) for name in ("make", "parameter", "values"))
-    with pytest.raises(fm.InputError, match=words):
+    with pytest.raises(fm.errors.InputError, match=words):
         fm.bifurcation(make, parameter, values, **arguments)
 
 
 def test_what_cannot_be_sent_is_refused_before_anything_starts(tmp_path):
     with ProcessPoolExecutor(1) as pool:
-        with pytest.raises(fm.InputError, match="function at the top of a module"):
+        with pytest.raises(fm.errors.InputError, match="function at the top of a module"):
             quiet(lambda r: map_of(1.0 * r), "r", [2.0], executor=pool, store=tmp_path / "s")
-        with pytest.raises(fm.InputError, match="not a lambda"):
+        with pytest.raises(fm.errors.InputError, match="not a lambda"):
             fm.sweep(lambda a: a, {"a": [1]}, executor=pool, store=tmp_path / "s")
         assert pool._processes == {}
     assert not (tmp_path / "s").exists()
@@ -248,7 +248,7 @@ def test_what_cannot_be_sent_is_refused_before_anything_starts(tmp_path):
 
 
 def test_a_client_instead_of_its_executor_is_refused():
-    with pytest.raises(fm.InputError, match=r"client\.get_executor\(\)"):
+    with pytest.raises(fm.errors.InputError, match=r"client\.get_executor\(\)"):
         fm.sweep(results, {"a": [1]}, executor=object())
 
 
@@ -292,7 +292,7 @@ def test_jobs_that_are_left_are_cancelled():
         yield Job(results, (1, 2))
 
     pool = Stuck()
-    with pytest.raises(fm.WorkerError, match="RuntimeError: no worker"):
+    with pytest.raises(fm.errors.WorkerError, match="RuntimeError: no worker"):
         drive((one() for _ in range(3)), pool, "test")
     assert [future.cancelled() for future in pool.futures] == [False, True, True]
 
@@ -410,7 +410,7 @@ def test_what_is_no_result_is_a_failure_with_a_reason(function, words, tmp_path)
     ],
 )
 def test_points_that_make_no_sense_are_refused(over, words):
-    with pytest.raises(fm.InputError, match=words):
+    with pytest.raises(fm.errors.InputError, match=words):
         fm.sweep(total, over, fixed={"c": 1.0})
 
 
@@ -424,7 +424,7 @@ def test_progress_tells_the_time_left_and_failures(capfd):
 def test_a_dimension_may_be_called_design():
     found = fm.sweep(lambda design: design, {"design": [1.0, 2.0]})
     assert found["value"].values.tolist() == [1.0, 2.0]
-    with pytest.raises(fm.InputError, match="design"):
+    with pytest.raises(fm.errors.InputError, match="design"):
         fm.sweep(lambda design: design, [{"design": 1.0}])
 
 
@@ -441,22 +441,22 @@ def test_the_picture(tmp_path):
     count = sum(len(line.get_xdata()) for line in ax.lines if line.get_marker() in "^v")
     assert count == 20 * int(found["ok"].sum())
     figure.savefig(tmp_path / "d.png")
-    with pytest.raises(fm.InputError, match="'y0'"):
+    with pytest.raises(fm.errors.InputError, match="'y0'"):
         fm.plot_bifurcation(found, "y0")
-    with pytest.raises(fm.InputError, match="kind"):
+    with pytest.raises(fm.errors.InputError, match="kind"):
         fm.plot_bifurcation(fm.sweep(total, {"a": [1.0]}, fixed={"b": 1.0, "c": 1.0}), "value")
 
 
 def test_an_equation_with_impacts_brings_its_period():
     """u'' + u = cos(w t), a wall at 0: points of the diagram are those of the section with the same w."""
-    ode = fm.ODE(
+    ode = fm.chaos.ODE(
         lambda t, x, w: [x[1], np.cos(w * t) - x[0]],
         [-1.0, 0.0],
         parameters={"w": 2.8},
         period=lambda w: 2.0 * np.pi / w,
         name="impacts",
     )
-    system = fm.ImpactODE(ode, gap=lambda t, x, w: -x[0], jump=lambda t, x, w: [x[0], -0.8 * x[1]])
+    system = fm.chaos.ImpactODE(ode, gap=lambda t, x, w: -x[0], jump=lambda t, x, w: [x[0], -0.8 * x[1]])
     found = fm.bifurcation(system, "w", [2.8, 3.0], skip=2, keep=3)
     assert found["ok"].values.all()
     assert found["drive_period"].values == pytest.approx(2.0 * np.pi / np.array([2.8, 3.0]))

@@ -1,1 +1,5 @@
 """Friction laws, one a file."""
+
+from flexmb.namespace import lazy_names
+
+__getattr__, __dir__, __all__ = lazy_names(__name__, __file__)

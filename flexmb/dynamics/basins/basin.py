@@ -151,8 +151,8 @@ def basin(
     --------
     >>> import numpy as np
     >>> import flexmb as fm
-    >>> newton = fm.Map(lambda z: z / 2 + z / (2 * (z @ z)) * [1, -1], [1.0, 0.2], name="square root of 1")
-    >>> found = fm.basin(newton, ("x0", [-2.0, -1.0, 1.0, 2.0]), ("x1", [-0.5, 0.5]))
+    >>> newton = fm.chaos.Map(lambda z: z / 2 + z / (2 * (z @ z)) * [1, -1], [1.0, 0.2], name="square root of 1")
+    >>> found = fm.chaos.basin(newton, ("x0", [-2.0, -1.0, 1.0, 2.0]), ("x1", [-0.5, 0.5]))
     >>> found.number.tolist(), [a.round(6).tolist() for a in found.attractors]
     ([[1, 1, 2, 2], [1, 1, 2, 2]], [[[-1.0, 0.0]], [[1.0, 0.0]]])
     """

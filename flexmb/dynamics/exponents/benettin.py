@@ -72,8 +72,8 @@ def benettin(
     --------
     >>> import flexmb as fm
     >>> import numpy as np
-    >>> tent = fm.Map(lambda x, a: a * np.minimum(x, 1.0 - x), [0.3], parameters={"a": 1.5})
-    >>> found = fm.benettin(tent, skip=100, periods=1000)
+    >>> tent = fm.chaos.Map(lambda x, a: a * np.minimum(x, 1.0 - x), [0.3], parameters={"a": 1.5})
+    >>> found = fm.chaos.benettin(tent, skip=100, periods=1000)
     >>> round(found.value, 3)  # ln 1.5
     0.405
     """

@@ -77,7 +77,7 @@ def lyapunov(
     --------
     >>> import flexmb as fm
     >>> import numpy as np
-    >>> tent = fm.Map(lambda x, a: a * np.minimum(x, 1.0 - x), [0.3], parameters={"a": 1.5})
+    >>> tent = fm.chaos.Map(lambda x, a: a * np.minimum(x, 1.0 - x), [0.3], parameters={"a": 1.5})
     >>> found = fm.lyapunov(tent, skip=100, periods=1000)
     >>> round(found.value, 9)  # ln 1.5
     0.405465108

@@ -185,8 +185,8 @@ def periodic_orbit(
     Examples
     --------
     >>> import flexmb as fm
-    >>> logistic = fm.Map(lambda x, r: r * x * (1.0 - x), [0.6], parameters={"r": 2.5})
-    >>> orbit = fm.periodic_orbit(logistic)
+    >>> logistic = fm.chaos.Map(lambda x, r: r * x * (1.0 - x), [0.6], parameters={"r": 2.5})
+    >>> orbit = fm.chaos.periodic_orbit(logistic)
     >>> orbit.state.round(6).tolist(), orbit.multipliers.real.round(6).tolist(), orbit.stable
     ([0.6], [-0.5], True)
     """

@@ -57,7 +57,7 @@ def stroboscopic(
     Examples
     --------
     >>> import flexmb as fm
-    >>> logistic = fm.Map(lambda x, r: r * x * (1.0 - x), [0.3], parameters={"r": 3.2})
+    >>> logistic = fm.chaos.Map(lambda x, r: r * x * (1.0 - x), [0.3], parameters={"r": 3.2})
     >>> points = fm.stroboscopic(logistic, skip=1000, keep=4)
     >>> points.x0.values.round(4)
     array([0.7995, 0.513 , 0.7995, 0.513 ])
@@ -111,8 +111,8 @@ def section(
     Examples
     --------
     >>> import flexmb as fm
-    >>> oscillator = fm.ODE(lambda t, x: [x[1], -x[0]], [1.0, 0.0], names=["x", "v"])
-    >>> points = fm.section(oscillator, "v", keep=2)
+    >>> oscillator = fm.chaos.ODE(lambda t, x: [x[1], -x[0]], [1.0, 0.0], names=["x", "v"])
+    >>> points = fm.chaos.section(oscillator, "v", keep=2)
     >>> points.time.values.round(6)
     array([3.141593, 9.424778])
     """

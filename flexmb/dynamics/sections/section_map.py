@@ -46,8 +46,8 @@ class SectionMap(SectionOfFlow):
     Examples
     --------
     >>> import flexmb as fm
-    >>> oscillator = fm.ODE(lambda t, x: [x[1], -x[0]], [1.0, 0.0], names=["x", "v"])
-    >>> section = fm.SectionMap(oscillator, "x", direction="down")
+    >>> oscillator = fm.chaos.ODE(lambda t, x: [x[1], -x[0]], [1.0, 0.0], names=["x", "v"])
+    >>> section = fm.chaos.SectionMap(oscillator, "x", direction="down")
     >>> section.advance(1), round(oscillator.time, 9)
     (True, 1.570796327)
     """

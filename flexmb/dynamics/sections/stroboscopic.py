@@ -29,8 +29,8 @@ class StroboscopicMap(SectionOfFlow):
     Examples
     --------
     >>> import flexmb as fm
-    >>> driven = fm.ODE(lambda t, x: [x[1], -x[0] - x[1]], [1.0, 0.0], period=2.0)
-    >>> strobe = fm.StroboscopicMap(driven)
+    >>> driven = fm.chaos.ODE(lambda t, x: [x[1], -x[0] - x[1]], [1.0, 0.0], period=2.0)
+    >>> strobe = fm.chaos.StroboscopicMap(driven)
     >>> strobe.advance(3), strobe.time, driven.time
     (True, 3.0, 6.0)
     """

@@ -45,8 +45,8 @@ class ImpactODE(ContinuousFlow):
     Examples
     --------
     >>> import flexmb as fm
-    >>> fall = fm.ODE(lambda t, x: [x[1], -1.0], [0.5, 0.0], names=["height", "speed"])
-    >>> ball = fm.ImpactODE(fall, gap=lambda t, x: x[0], jump=lambda t, x: [x[0], -0.5 * x[1]])
+    >>> fall = fm.chaos.ODE(lambda t, x: [x[1], -1.0], [0.5, 0.0], names=["height", "speed"])
+    >>> ball = fm.chaos.ImpactODE(fall, gap=lambda t, x: x[0], jump=lambda t, x: [x[0], -0.5 * x[1]])
     >>> ball.advance(1.5), ball.state().round(9)  # hits at t = 1 with speed -1
     (True, array([0.125, 0.   ]))
     """

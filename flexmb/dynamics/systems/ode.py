@@ -68,7 +68,7 @@ class ODE(GivenSystem, ContinuousFlow):
     Examples
     --------
     >>> import flexmb as fm
-    >>> decay = fm.ODE(lambda t, x, k: -k * x, [1.0], parameters={"k": 2.0})
+    >>> decay = fm.chaos.ODE(lambda t, x, k: -k * x, [1.0], parameters={"k": 2.0})
     >>> decay.advance(1.0)
     True
     >>> round(float(decay.state()[0]), 9)

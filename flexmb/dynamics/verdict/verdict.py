@@ -154,7 +154,7 @@ def judge(
     Examples
     --------
     >>> import flexmb as fm
-    >>> print(fm.judge([[0.5], [0.8]] * 50, ["x"]))
+    >>> print(fm.chaos.judge([[0.5], [0.8]] * 50, ["x"]))
     periodic-2
     """
     values, labels = points_of(points, names)

@@ -89,7 +89,7 @@ class RadauIIA(Method):
     Examples
     --------
     >>> import flexmb as fm
-    >>> mech = fm.slider_crank()
+    >>> mech = fm.mechanisms.slider_crank()
     >>> sol = fm.simulate(mech, t_end=0.01, method=fm.RadauIIA(), step=fm.Adaptive(rtol=1e-8))
     >>> sol.ok
     True

@@ -54,7 +54,8 @@ class LoadScaledLuGre(FrictionLaw):
     Notes
     -----
     For the study alone: a load that grows multiplies the energy of the bristles, and damping that does not fade lets
-    the force oppose the motion of the bristles, not that of the surfaces.  `flexmb.LuGre` never produces energy.
+    the force oppose the motion of the bristles, not that of the surfaces.  `flexmb.friction.LuGre` never produces
+    energy.
     Source: Chen, Jiang, Deng, Wang, Nonlinear Dynamics (2018), their references 32 and 33.
     """
 

@@ -8,12 +8,12 @@ import flexmb as fm
 # J. C. Sprott, Chaos and Time-Series Analysis (2003): Henon, Lorenz and Rossler; ln 2 is exact.
 PUBLISHED = {"henon": 0.41922, "logistic": np.log(2.0), "lorenz": 0.90563, "rossler": 0.0714}
 
-METHODS = (fm.rosenstein, fm.kantz, fm.wolf)
+METHODS = (fm.chaos.rosenstein, fm.chaos.kantz, fm.chaos.wolf)
 
 SMOOTH = ["henon x", "henon y", "logistic", "lorenz x", "lorenz y", "lorenz z", "rossler x", "rossler y"]
 
 PAIRS = [
-    pytest.param(name, method, marks=pytest.mark.slow if method is fm.kantz and name[0] in "lr" else ())
+    pytest.param(name, method, marks=pytest.mark.slow if method is fm.chaos.kantz and name[0] in "lr" else ())
     for name in SMOOTH
     for method in METHODS
 ]
@@ -32,7 +32,7 @@ def test_published_exponent_lies_in_the_band(signals, name, method):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", [fm.rosenstein, fm.kantz])
+@pytest.mark.parametrize("method", [fm.chaos.rosenstein, fm.chaos.kantz])
 def test_a_signal_of_spikes_is_off_by_a_seventh_and_says_that_its_embedding_is_doubtful(signals, method):
     found = method(*signals["rossler z"])
     assert "doubtful" in found.status
@@ -80,7 +80,7 @@ def test_unit_and_offset_do_not_matter(signals, method):
 
 def test_the_rate_is_per_second(signals):
     x, _ = signals["henon x"]
-    assert fm.rosenstein(x, 0.5).value == pytest.approx(2.0 * fm.rosenstein(x).value)
+    assert fm.chaos.rosenstein(x, 0.5).value == pytest.approx(2.0 * fm.chaos.rosenstein(x).value)
 
 
 def test_intermittency_has_a_positive_exponent(maps):
@@ -90,7 +90,7 @@ def test_intermittency_has_a_positive_exponent(maps):
     for method in METHODS:
         found = method(x)
         assert np.isnan(found.value) or abs(found.value - true) < 0.5 * true, (method, found.status, true)
-    assert fm.wolf(x).value == pytest.approx(true, rel=0.2)
+    assert fm.chaos.wolf(x).value == pytest.approx(true, rel=0.2)
 
 
 def test_an_oversampled_orbit_has_the_same_exponent(signals):
@@ -100,7 +100,7 @@ def test_an_oversampled_orbit_has_the_same_exponent(signals):
     x, interval = signals["lorenz z"]
     t = interval * np.arange(5000)
     fine = np.arange(0.0, t[-1], interval / 10)
-    found = fm.rosenstein(CubicSpline(t, x[:5000])(fine), interval / 10)
+    found = fm.chaos.rosenstein(CubicSpline(t, x[:5000])(fine), interval / 10)
     assert abs(found.value - PUBLISHED["lorenz"]) <= max(found.error, 0.15), found.status
 
 
@@ -117,19 +117,19 @@ def test_bad_input_is_named(signals, method):
     x, _ = signals["henon x"]
     broken = x[:1000].copy()
     broken[[17, 40]] = np.nan, np.inf
-    with pytest.raises(fm.InputError, match=r"sample 17 is nan, 2 of 1000"):
+    with pytest.raises(fm.errors.InputError, match=r"sample 17 is nan, 2 of 1000"):
         method(broken)
-    with pytest.raises(fm.InputError, match=r"400 samples; at least 500"):
+    with pytest.raises(fm.errors.InputError, match=r"400 samples; at least 500"):
         method(x[:400])
-    with pytest.raises(fm.InputError, match=r"shape \(10, 3\)"):
+    with pytest.raises(fm.errors.InputError, match=r"shape \(10, 3\)"):
         method(np.zeros((10, 3)))
-    with pytest.raises(fm.InputError, match="not evenly spaced"):
+    with pytest.raises(fm.errors.InputError, match="not evenly spaced"):
         method(x[:1000], np.arange(1000.0) ** 1.1)
-    with pytest.raises(fm.InputError, match="999 times for 1000"):
+    with pytest.raises(fm.errors.InputError, match="999 times for 1000"):
         method(x[:1000], np.arange(999.0))
-    with pytest.raises(fm.InputError, match="must be > 0"):
+    with pytest.raises(fm.errors.InputError, match="must be > 0"):
         method(x[:1000], 0.0)
-    with pytest.raises(fm.InputError, match="delay"):
+    with pytest.raises(fm.errors.InputError, match="delay"):
         method(x[:1000], delay=0)
 
 
@@ -138,12 +138,12 @@ def test_a_labelled_array_is_a_signal(signals):
 
     x, _ = signals["henon x"]
     labelled = xr.DataArray(x[:2000], dims="time", attrs={"units": "m"})
-    assert fm.rosenstein(labelled).value == fm.rosenstein(x[:2000]).value
+    assert fm.chaos.rosenstein(labelled).value == fm.chaos.rosenstein(x[:2000]).value
 
 
 def test_running_estimate_has_the_unit_of_the_exponent_without_a_value_too():
     noise = np.random.default_rng(3).standard_normal(1500)
-    coarse, fine = fm.wolf(noise, 1.0), fm.wolf(noise, 0.01)
+    coarse, fine = fm.chaos.wolf(noise, 1.0), fm.chaos.wolf(noise, 0.01)
     assert not fine.ok
     assert len(fine.curve) > 10
     np.testing.assert_allclose(fine.curve, 100.0 * coarse.curve)

@@ -17,22 +17,22 @@ REGULAR = ["sine", "two sines", "constant", "period 1", "period 2", "period 4", 
 
 
 def test_vectors_hold_delayed_samples():
-    v = fm.embed(np.arange(10.0), 3, 3)
+    v = fm.chaos.embed(np.arange(10.0), 3, 3)
     assert v.shape == (4, 3)
     assert (v[1] == [1.0, 4.0, 7.0]).all()
 
 
 def test_information_at_lag_0_is_that_of_equal_intervals_and_two_iterations_forget_two_bits(signals):
     """r = 4 doubles the angle: two iterations forget two bits.  1400 samples make 16 intervals, whose images fit."""
-    information = fm.mutual_information(signals["logistic"][0][:1400], 2)
+    information = fm.chaos.mutual_information(signals["logistic"][0][:1400], 2)
     assert math.exp(information[0]) == pytest.approx(16.0, rel=1e-3)
     assert information[0] - information[2] == pytest.approx(2.0 * math.log(2.0), abs=0.08)
 
 
 def test_independent_samples_share_only_what_finite_records_feign(signals):
     x, _ = signals["noise"]
-    bins = round(math.exp(fm.mutual_information(x, 0)[0]))
-    assert fm.mutual_information(x, 20)[1:].mean() == pytest.approx((bins - 1) ** 2 / (2 * len(x)), rel=0.1)
+    bins = round(math.exp(fm.chaos.mutual_information(x, 0)[0]))
+    assert fm.chaos.mutual_information(x, 20)[1:].mean() == pytest.approx((bins - 1) ** 2 / (2 * len(x)), rel=0.1)
 
 
 @pytest.mark.parametrize(
@@ -40,7 +40,7 @@ def test_independent_samples_share_only_what_finite_records_feign(signals):
     [("logistic", 1), ("henon x", 2), ("henon y", 2), ("sine", 2), ("lorenz x", 3), ("lorenz z", 3), ("rossler x", 3)],
 )
 def test_dimension_of_the_state(signals, name, dimension):
-    found = fm.embedding(signals[name][0])
+    found = fm.chaos.embedding(signals[name][0])
     assert found.ok
     assert found.dimension == dimension
 
@@ -50,11 +50,11 @@ def test_delay_of_a_flow_is_near_the_published_one(signals, name):
     """0.16 s to 0.18 s for Lorenz's x, 1.3 s to 1.6 s for Rossler's x: the first minimum."""
     x, interval = signals[name]
     low, high = {"lorenz x": (0.12, 0.2), "rossler x": (1.2, 1.7)}[name]
-    assert low <= fm.embedding(x).delay * interval <= high
+    assert low <= fm.chaos.embedding(x).delay * interval <= high
 
 
 def test_noise_fits_into_no_dimension(signals):
-    found = fm.embedding(signals["noise"][0])
+    found = fm.chaos.embedding(signals["noise"][0])
     assert not found.ok
     assert "noise" in found.status
 
@@ -64,40 +64,40 @@ def test_noise_fits_into_no_dimension(signals):
 
 @pytest.mark.parametrize("name", CHAOTIC)
 def test_chaos_walks_at_random(signals, name):
-    assert fm.zero_one_test(signals[name][0]).kind == "chaotic"
+    assert fm.chaos.zero_one_test(signals[name][0]).kind == "chaotic"
 
 
 @pytest.mark.parametrize("name", REGULAR)
 def test_regular_signals_go_round(signals, name):
-    found = fm.zero_one_test(signals[name][0])
+    found = fm.chaos.zero_one_test(signals[name][0])
     assert found.kind == "regular", found.status
 
 
 def test_noise_is_chaotic_to_the_0_1_test_as_its_docstring_says(signals):
-    assert fm.zero_one_test(signals["noise"][0]).kind == "chaotic"
-    assert "noise gives 1 as well" in fm.zero_one_test.__doc__
+    assert fm.chaos.zero_one_test(signals["noise"][0]).kind == "chaotic"
+    assert "noise gives 1 as well" in fm.chaos.zero_one_test.__doc__
 
 
 def test_oversampling_would_hide_chaos_and_thinning_shows_it(signals):
     x, _ = signals["lorenz z"]
     t = np.arange(len(x))
     fine = np.interp(np.arange(0.0, 4000.0, 0.1), t[:4001], x[:4001])
-    assert fm.zero_one_test(fine[:4000], thin=1).kind == "regular"
-    found = fm.zero_one_test(fine)
+    assert fm.chaos.zero_one_test(fine[:4000], thin=1).kind == "regular"
+    found = fm.chaos.zero_one_test(fine)
     assert found.kind == "chaotic"
     assert 40 <= found.thin <= 80  # a quarter of 24 samples, ten times
 
 
 def test_oversampled_and_short_says_how_many_samples_are_needed(signals):
-    found = fm.zero_one_test(signals["lorenz x"][0][:500])
+    found = fm.chaos.zero_one_test(signals["lorenz x"][0][:500])
     assert not found.ok
     assert math.isnan(found.value)
     assert "at least 3600" in found.status  # 200, each 18th
 
 
 def test_banded_and_intermittent_chaos(maps):
-    assert fm.zero_one_test(maps["logistic"](2000, 3.6)).kind == "chaotic"
-    assert fm.zero_one_test(maps["logistic"](5000, 3.8282)).kind == "chaotic"
+    assert fm.chaos.zero_one_test(maps["logistic"](2000, 3.6)).kind == "chaotic"
+    assert fm.chaos.zero_one_test(maps["logistic"](5000, 3.8282)).kind == "chaotic"
 
 
 # power spectrum
@@ -105,24 +105,24 @@ def test_banded_and_intermittent_chaos(maps):
 
 @pytest.mark.parametrize("name", ["sine", "two sines", "period 2", "period 4", "period 3"])
 def test_regular_signals_are_lines(signals, name):
-    found = fm.power_spectrum(*signals[name])
+    found = fm.chaos.power_spectrum(*signals[name])
     assert found.kind == "lines", found.line_share
 
 
 @pytest.mark.parametrize("name", ["henon x", "henon y", "logistic", "noise", "lorenz x", "lorenz y"])
 def test_chaos_and_noise_are_broad(signals, name):
-    assert fm.power_spectrum(*signals[name]).kind == "broad"
+    assert fm.chaos.power_spectrum(*signals[name]).kind == "broad"
 
 
 def test_coherent_chaos_is_mixed(signals):
-    assert fm.power_spectrum(*signals["rossler x"]).kind == "mixed"
+    assert fm.chaos.power_spectrum(*signals["rossler x"]).kind == "mixed"
 
 
 def test_power_of_lines_and_of_all():
     """Mean squares a^2 / 2 of two sines; the integral of the density is the variance."""
     t = 0.01 * np.arange(20000)
     x = 3.0 + 2.0 * np.sin(2 * math.pi * 5.0 * t) + 0.5 * np.sin(2 * math.pi * 12.34 * t + 1.0)
-    found = fm.power_spectrum(x, 0.01)
+    found = fm.chaos.power_spectrum(x, 0.01)
     assert found.peaks[:2] == pytest.approx([5.0, 12.34], abs=0.005)
     assert found.power[:2] == pytest.approx([2.0, 0.125], rel=1e-3)
     assert found.density.sum() * found.frequency[1] == pytest.approx(x.var(), rel=1e-3)
@@ -131,7 +131,7 @@ def test_power_of_lines_and_of_all():
 
 def test_floor_of_white_noise():
     """One-sided density of unit white noise: 2 per cycle; its median is ln 2 of the mean."""
-    found = fm.power_spectrum(np.random.default_rng(2).standard_normal(20000))
+    found = fm.chaos.power_spectrum(np.random.default_rng(2).standard_normal(20000))
     assert np.median(found.floor[200:-200]) == pytest.approx(2.0 * math.log(2.0), rel=0.05)
     assert found.unit == "1/iteration"
 
@@ -156,26 +156,26 @@ def test_floor_of_white_noise():
     ],
 )
 def test_published_dimension(signals, name, dimension, tolerance):
-    found = fm.correlation_dimension(signals[name][0])
+    found = fm.chaos.correlation_dimension(signals[name][0])
     assert found.ok, found.status
     assert abs(found.value - dimension) < tolerance, found.status
 
 
 @pytest.mark.parametrize("name", ["period 2", "period 4", "period 3"])
 def test_cycle_of_a_map_has_dimension_0(signals, name):
-    assert fm.correlation_dimension(signals[name][0]).value == 0.0
+    assert fm.chaos.correlation_dimension(signals[name][0]).value == 0.0
 
 
 @pytest.mark.parametrize("name", ["noise", "constant", "ramp"])
 def test_what_has_no_dimension(signals, name):
-    found = fm.correlation_dimension(signals[name][0])
+    found = fm.chaos.correlation_dimension(signals[name][0])
     assert not found.ok
     assert math.isnan(found.value)
 
 
 def test_noise_is_not_of_small_dimension_in_any_embedding(signals):
     for m in (1, 2, 3, 5):
-        found = fm.correlation_dimension(signals["noise"][0], delay=1, dimension=m)
+        found = fm.chaos.correlation_dimension(signals["noise"][0], delay=1, dimension=m)
         assert not found.ok, found.status
 
 
@@ -185,7 +185,7 @@ def test_noise_is_not_of_small_dimension_in_any_embedding(signals):
 def test_lines_of_a_sequence_counted_by_hand():
     """0 1 1 0 0 | repeated: recurrence at threshold 0.5 is equality."""
     x = np.tile([0.0, 1.0, 1.0, 0.0, 0.0], 30)
-    found = fm.recurrence(x, threshold=0.5, delay=1, dimension=1, theiler=1)
+    found = fm.chaos.recurrence(x, threshold=0.5, delay=1, dimension=1, theiler=1)
     equal = x[:, None] == x[None, :]
     upper = np.triu(equal, 2)
     assert found.rate == pytest.approx(upper.sum() / (148 * 149 / 2))
@@ -196,15 +196,15 @@ def test_lines_of_a_sequence_counted_by_hand():
 
 
 def test_periodic_lines_are_as_long_as_the_record_and_chaotic_ones_short(signals):
-    sine, chaos = (fm.recurrence(signals[name][0][:2000]) for name in ("sine", "henon x"))
+    sine, chaos = (fm.chaos.recurrence(signals[name][0][:2000]) for name in ("sine", "henon x"))
     assert sine.longest_diagonal > 0.9 * 2000
     assert chaos.longest_diagonal < 100
     assert sine.rate == pytest.approx(0.05, abs=0.01)
 
 
 def test_determinism_tells_a_map_from_noise(signals):
-    chaos = fm.recurrence(signals["logistic"][0][:2000], dimension=1)
-    noise = fm.recurrence(signals["noise"][0][:2000], dimension=1)
+    chaos = fm.chaos.recurrence(signals["logistic"][0][:2000], dimension=1)
+    noise = fm.chaos.recurrence(signals["noise"][0][:2000], dimension=1)
     assert chaos.determinism > 0.6
     assert noise.determinism < 0.2  # 2 x the rate of 0.05: chance
     assert noise.laminarity < 0.2
@@ -213,13 +213,13 @@ def test_determinism_tells_a_map_from_noise(signals):
 def test_intermittency_is_laminar(maps):
     """Third iterates stay in the channel: laminar phases are vertical lines."""
     every_third = maps["logistic"](6000, 3.8282)[::3]
-    found = fm.recurrence(every_third, dimension=1, delay=1)
+    found = fm.chaos.recurrence(every_third, dimension=1, delay=1)
     assert found.laminarity > 0.8
     assert found.longest_vertical > 20
 
 
 def test_a_constant_does_not_recur_usefully(signals):
-    found = fm.recurrence(signals["constant"][0])
+    found = fm.chaos.recurrence(signals["constant"][0])
     assert not found.ok
     assert math.isnan(found.rate)
 
@@ -227,14 +227,14 @@ def test_a_constant_does_not_recur_usefully(signals):
 # all of them
 
 ANSWERS = {
-    "embedding": lambda x: (fm.embedding(x).delay, fm.embedding(x).dimension),
-    "zero_one_test": lambda x: fm.zero_one_test(x).value,
-    "power_spectrum": lambda x: fm.power_spectrum(x).line_share,
-    "recurrence": lambda x: (fm.recurrence(x).determinism, fm.recurrence(x).laminarity),
-    "correlation_dimension": lambda x: fm.correlation_dimension(x).value,
-    "rosenstein": lambda x: fm.rosenstein(x).value,
-    "wolf": lambda x: fm.wolf(x).value,
-    "kantz": lambda x: fm.kantz(x).value,
+    "embedding": lambda x: (fm.chaos.embedding(x).delay, fm.chaos.embedding(x).dimension),
+    "zero_one_test": lambda x: fm.chaos.zero_one_test(x).value,
+    "power_spectrum": lambda x: fm.chaos.power_spectrum(x).line_share,
+    "recurrence": lambda x: (fm.chaos.recurrence(x).determinism, fm.chaos.recurrence(x).laminarity),
+    "correlation_dimension": lambda x: fm.chaos.correlation_dimension(x).value,
+    "rosenstein": lambda x: fm.chaos.rosenstein(x).value,
+    "wolf": lambda x: fm.chaos.wolf(x).value,
+    "kantz": lambda x: fm.chaos.kantz(x).value,
 }
 
 
@@ -252,11 +252,11 @@ def test_scale_and_offset_change_no_answer(signals, name, scale, sign, offset):
 def test_not_finite_is_named(name):
     x = np.sin(np.arange(2000.0))
     x[5] = np.inf
-    with pytest.raises(fm.InputError, match="sample 5 is inf, 1 of 2000"):
+    with pytest.raises(fm.errors.InputError, match="sample 5 is inf, 1 of 2000"):
         ANSWERS[name](x)
 
 
 @pytest.mark.parametrize("name", ANSWERS)
 def test_too_short_is_named(name):
-    with pytest.raises(fm.InputError, match=r"has 15 samples; at least \d+ are needed"):
+    with pytest.raises(fm.errors.InputError, match=r"has 15 samples; at least \d+ are needed"):
         ANSWERS[name](np.arange(15.0))

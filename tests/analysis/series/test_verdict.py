@@ -26,8 +26,8 @@ def spiral(rate, count=COUNT):
 def verdicts(points, **options):
     """Of all signals together, and of each alone."""
     names = [f"x{k}" for k in range(points.shape[1])]
-    alone = [fm.judge(points[:, [k]], [names[k]], **options) for k in range(len(names))] if len(names) > 1 else []
-    return [fm.judge(points, names, **options), *alone]
+    alone = [fm.chaos.judge(points[:, [k]], [names[k]], **options) for k in range(len(names))] if len(names) > 1 else []
+    return [fm.chaos.judge(points, names, **options), *alone]
 
 
 # Cycles: parameters of the windows from R. M. May, Nature 261 (1976) 459: period 2 at 3, 4 at 3.4495, 8 at 3.5441,
@@ -37,25 +37,25 @@ def verdicts(points, **options):
 @pytest.mark.parametrize(("r", "k"), [(2.8, 1), (3.2, 2), (3.5, 4), (3.55, 8), (3.566, 16), (3.83, 3)])
 @pytest.mark.parametrize("count", [120, 1000])
 def test_cycles_of_the_logistic_map(maps, r, k, count):
-    found = fm.judge(logistic_points(maps, r, count), ["x"])
+    found = fm.chaos.judge(logistic_points(maps, r, count), ["x"])
     assert str(found) == f"periodic-{k}", found.reason
     assert found.k == k
 
 
 def test_a_cycle_longer_than_the_record_can_show_is_not_invented(maps):
-    found = fm.judge(logistic_points(maps, 3.566, 60), ["x"])
+    found = fm.chaos.judge(logistic_points(maps, 3.566, 60), ["x"])
     assert str(found) == "inconclusive"
     assert "No cycle of up to 10 points" in found.reason
 
 
 def test_a_cycle_with_the_error_of_an_integration(maps):
     points = 1.0 + logistic_points(maps, 3.5) + 3e-8 * np.random.default_rng(0).standard_normal((COUNT, 1))
-    assert str(fm.judge(points, ["x"])) == "periodic-4"
+    assert str(fm.chaos.judge(points, ["x"])) == "periodic-4"
 
 
 def test_a_long_cycle_is_not_taken_for_a_closed_curve(maps):
     """At r = 3.602 there is a window (exponent -0.008) of a cycle of many points."""
-    found = fm.judge(logistic_points(maps, 3.602, skip=3000), ["x"])
+    found = fm.chaos.judge(logistic_points(maps, 3.602, skip=3000), ["x"])
     assert str(found) == "periodic-88", found.reason
 
 
@@ -63,7 +63,7 @@ def test_errors_above_the_floor_are_not_called_chaos(maps):
     points = 1.0 + 3e-6 * np.random.default_rng(0).standard_normal((COUNT, 2))
     for found in verdicts(points):
         assert str(found) == "inconclusive"
-    assert str(fm.judge(points, ["a", "b"], floor=1e-4)) == "periodic-1"
+    assert str(fm.chaos.judge(points, ["a", "b"], floor=1e-4)) == "periodic-1"
 
 
 # Chaos: 3.6 in two bands, 3.5925 in four, 3.8282 intermittent of type I.
@@ -71,7 +71,7 @@ def test_errors_above_the_floor_are_not_called_chaos(maps):
 
 @pytest.mark.parametrize("r", [3.5925, 3.6, 3.7, 3.8282, 3.9, 4.0])
 def test_chaos_of_the_logistic_map(maps, r):
-    assert str(fm.judge(logistic_points(maps, r), ["x"])) == "chaotic"
+    assert str(fm.chaos.judge(logistic_points(maps, r), ["x"])) == "chaotic"
 
 
 @pytest.mark.parametrize("count", [120, 250, 1000, 3000])
@@ -89,7 +89,7 @@ def test_lorenz_and_rossler_sections_are_chaotic(signals):
         at = np.flatnonzero((x[1:-1] > x[:-2]) & (x[1:-1] >= x[2:])) + 1
         a, b, c = x[at - 1], x[at], x[at + 1]
         top = b + (c - a) ** 2 / (8.0 * (2.0 * b - a - c))  # of the parabola through three samples
-        assert str(fm.judge(top[:, None], ["top"])) == "chaotic", name
+        assert str(fm.chaos.judge(top[:, None], ["top"])) == "chaotic", name
 
 
 # Quasi-periodic
@@ -124,10 +124,10 @@ def test_a_decay_is_a_transient(rate, count):
 
 def test_settled_points_are_periodic_from_the_first_tenth_on():
     points = 5.0 + spiral(0.7)  # 5e-6 is reached at point 34 of 1000
-    found = fm.judge(points, ["x", "y"])
+    found = fm.chaos.judge(points, ["x", "y"])
     assert str(found) == "periodic-1"
     assert found.evidence["since"] == pytest.approx(math.log(5e-6) / math.log(0.7), abs=4)
-    late = fm.judge(points[:200], ["x", "y"])
+    late = fm.chaos.judge(points[:200], ["x", "y"])
     assert str(late) == "transient"
     assert late.k == 1
     assert "leave out at least" in late.reason
@@ -141,8 +141,8 @@ def test_algebraic_creeping_at_a_bifurcation(maps):
 
 def test_a_ramp_and_a_growing_motion_are_transients():
     n = np.arange(200.0)[:, None]
-    assert str(fm.judge(n, ["x"])) == "transient"
-    assert str(fm.judge(1.02**n * np.cos(n), ["x"])) == "transient"
+    assert str(fm.chaos.judge(n, ["x"])) == "transient"
+    assert str(fm.chaos.judge(1.02**n * np.cos(n), ["x"])) == "transient"
 
 
 @pytest.mark.parametrize("start", [(0.1, 0.1), (0.3, 0.1)])
@@ -150,15 +150,15 @@ def test_a_ramp_and_a_growing_motion_are_transients():
 def test_a_chaotic_transient_that_ends_is_not_called_chaotic(maps, start, tail):
     """Henon's map at a = 1.3 has a 7-cycle; before it some 300 to 500 chaotic points."""
     points = maps["henon"](3000, 1.3, start=start, skip=0)
-    settled = int(fm.judge(points, ["x", "y"]).evidence["since"])
+    settled = int(fm.chaos.judge(points, ["x", "y"]).evidence["since"])
     assert settled > 300
     count = int(settled / (1.0 - tail))
     for found in verdicts(points[:count]):
         assert str(found) in ("transient", "periodic-7")
         assert found.k == 7
     if tail < 0.9:
-        assert str(fm.judge(points[:count], ["x", "y"])) == "transient"
-    before = fm.judge(points[: settled - 60], ["x", "y"])
+        assert str(fm.chaos.judge(points[:count], ["x", "y"])) == "transient"
+    before = fm.chaos.judge(points[: settled - 60], ["x", "y"])
     assert str(before) == "chaotic"  # its end is not in the record
 
 
@@ -185,14 +185,14 @@ def test_an_exponent_that_contradicts_makes_it_inconclusive(maps):
     periodic, chaos = logistic_points(maps, 3.5), logistic_points(maps, 4.0)
     angle = maps["circle"](COUNT, GOLDEN, 0.5)
     closed = np.column_stack([np.cos(angle), np.sin(angle)])
-    assert str(fm.judge(periodic, ["x"], exponent=0.5, error=0.1)) == "inconclusive"
-    assert str(fm.judge(periodic, ["x"], exponent=-0.5, error=0.1)) == "periodic-4"
-    assert str(fm.judge(periodic, ["x"], exponent=0.05, error=0.1)) == "periodic-4"
-    assert str(fm.judge(chaos, ["x"], exponent=0.0, error=0.1)) == "inconclusive"
-    assert str(fm.judge(chaos, ["x"], exponent=-0.7, error=0.1)) == "inconclusive"
-    assert str(fm.judge(chaos, ["x"], exponent=0.7, error=math.nan)) == "chaotic"
-    assert str(fm.judge(chaos, ["x"], exponent=math.nan)) == "chaotic"
-    assert str(fm.judge(closed, ["x", "y"], exponent=0.5, error=0.1)) == "inconclusive"
+    assert str(fm.chaos.judge(periodic, ["x"], exponent=0.5, error=0.1)) == "inconclusive"
+    assert str(fm.chaos.judge(periodic, ["x"], exponent=-0.5, error=0.1)) == "periodic-4"
+    assert str(fm.chaos.judge(periodic, ["x"], exponent=0.05, error=0.1)) == "periodic-4"
+    assert str(fm.chaos.judge(chaos, ["x"], exponent=0.0, error=0.1)) == "inconclusive"
+    assert str(fm.chaos.judge(chaos, ["x"], exponent=-0.7, error=0.1)) == "inconclusive"
+    assert str(fm.chaos.judge(chaos, ["x"], exponent=0.7, error=math.nan)) == "chaotic"
+    assert str(fm.chaos.judge(chaos, ["x"], exponent=math.nan)) == "chaotic"
+    assert str(fm.chaos.judge(closed, ["x", "y"], exponent=0.5, error=0.1)) == "inconclusive"
 
 
 # Signals that say nothing, angles
@@ -202,44 +202,44 @@ def test_a_driven_crank_says_nothing(maps):
     turns = 0.3 + 2.0 * math.pi * np.arange(COUNT)[:, None]
     points = np.concatenate([turns, maps["henon"](COUNT)], axis=1)
     names = ["crank.theta", "x", "y"]
-    assert str(fm.judge(points, names)) == "chaotic"
-    assert str(fm.judge(points, names, units=["rad", "m", "m"])) == "chaotic"
-    assert fm.judge(points, names).evidence["signals"] == 2
-    alone = fm.judge(turns, names[:1])
+    assert str(fm.chaos.judge(points, names)) == "chaotic"
+    assert str(fm.chaos.judge(points, names, units=["rad", "m", "m"])) == "chaotic"
+    assert fm.chaos.judge(points, names).evidence["signals"] == 2
+    alone = fm.chaos.judge(turns, names[:1])
     assert str(alone) == "inconclusive"
     assert "crank.theta" in alone.reason
     wrapped = np.full((COUNT, 1), 0.3)
-    assert str(fm.judge(wrapped, names[:1], driven=names[:1])) == "inconclusive"
+    assert str(fm.chaos.judge(wrapped, names[:1], driven=names[:1])) == "inconclusive"
     constant = np.concatenate([wrapped, maps["henon"](COUNT)], axis=1)
-    assert str(fm.judge(constant, names)) == "chaotic"
+    assert str(fm.chaos.judge(constant, names)) == "chaotic"
 
 
 def test_angles_count_modulo_a_turn(maps):
     angle = maps["circle"](COUNT, GOLDEN, 0.5)[:, None]
     for points in (angle, np.mod(angle, 2.0 * math.pi), np.mod(angle + math.pi, 2.0 * math.pi) - math.pi):
-        assert str(fm.judge(points, ["phi"], units=["rad"])) == "quasi-periodic"
+        assert str(fm.chaos.judge(points, ["phi"], units=["rad"])) == "quasi-periodic"
     rocking = math.pi + 0.1 * (logistic_points(maps, 3.5) - 0.5)  # about the cut of (-pi, pi]
     cut = np.mod(rocking + math.pi, 2.0 * math.pi) - math.pi
-    assert str(fm.judge(cut, ["phi"], units=["rad"])) == "periodic-4"
+    assert str(fm.chaos.judge(cut, ["phi"], units=["rad"])) == "periodic-4"
     turning = rocking + 2.0 * math.pi * 3 * np.arange(COUNT)[:, None]
-    assert str(fm.judge(turning, ["phi"], units=["rad"])) == "periodic-4"
+    assert str(fm.chaos.judge(turning, ["phi"], units=["rad"])) == "periodic-4"
 
 
 def test_round_off_of_a_velocity_that_is_zero_at_the_section(maps):
     tiny = 1e-13 * np.random.default_rng(1).standard_normal((COUNT, 1))
     points = np.concatenate([logistic_points(maps, 3.5), tiny], axis=1)
-    assert str(fm.judge(points, ["a.vx", "b.vx"], units=["m/s", "m/s"])) == "periodic-4"
-    assert str(fm.judge(tiny, ["b.vx"], sizes=[0.5])) == "periodic-1"
+    assert str(fm.chaos.judge(points, ["a.vx", "b.vx"], units=["m/s", "m/s"])) == "periodic-4"
+    assert str(fm.chaos.judge(tiny, ["b.vx"], sizes=[0.5])) == "periodic-1"
 
 
 # Input
 
 
 def test_too_few_points_say_how_many_are_needed(maps):
-    short = fm.judge(logistic_points(maps, 4.0, 11), ["x"])
+    short = fm.chaos.judge(logistic_points(maps, 4.0, 11), ["x"])
     assert str(short) == "inconclusive"
     assert "11 points; at least 12" in short.reason
-    some = fm.judge(logistic_points(maps, 4.0, 99), ["x"])
+    some = fm.chaos.judge(logistic_points(maps, 4.0, 99), ["x"])
     assert str(some) == "inconclusive"
     assert "100 are needed; there are 99" in some.reason
 
@@ -248,38 +248,38 @@ def test_too_few_points_say_how_many_are_needed(maps):
 def test_a_run_that_failed_is_inconclusive(maps, bad):
     points = logistic_points(maps, 3.5)
     points[70] = bad
-    found = fm.judge(points, ["x"])
+    found = fm.chaos.judge(points, ["x"])
     assert str(found) == "inconclusive"
     assert "Point 70 is not finite" in found.reason
 
 
 def test_bad_input_is_named():
     points = np.zeros((50, 2))
-    with pytest.raises(fm.InputError, match=r"shape \(50, 2\) for 1 names"):
-        fm.judge(points, ["x"])
-    with pytest.raises(fm.InputError, match="Did you mean 'crank'"):
-        fm.judge(points, ["crank", "x"], driven=["crnk"])
-    with pytest.raises(fm.InputError, match="1 units for 2 names"):
-        fm.judge(points, ["a", "b"], units=["m"])
-    with pytest.raises(fm.InputError, match="floor is 0"):
-        fm.judge(points, ["a", "b"], floor=0.0)
-    with pytest.raises(fm.InputError, match="exponent is inf"):
-        fm.judge(points, ["a", "b"], exponent=math.inf)
-    with pytest.raises(fm.InputError, match="error is -1"):
-        fm.judge(points, ["a", "b"], exponent=1.0, error=-1.0)
-    with pytest.raises(fm.InputError, match=r"sizes\[1\]"):
-        fm.judge(points, ["a", "b"], sizes=[1.0, -1.0])
-    with pytest.raises(fm.InputError, match="no table of numbers"):
-        fm.judge("nonsense", ["a"])
+    with pytest.raises(fm.errors.InputError, match=r"shape \(50, 2\) for 1 names"):
+        fm.chaos.judge(points, ["x"])
+    with pytest.raises(fm.errors.InputError, match="Did you mean 'crank'"):
+        fm.chaos.judge(points, ["crank", "x"], driven=["crnk"])
+    with pytest.raises(fm.errors.InputError, match="1 units for 2 names"):
+        fm.chaos.judge(points, ["a", "b"], units=["m"])
+    with pytest.raises(fm.errors.InputError, match="floor is 0"):
+        fm.chaos.judge(points, ["a", "b"], floor=0.0)
+    with pytest.raises(fm.errors.InputError, match="exponent is inf"):
+        fm.chaos.judge(points, ["a", "b"], exponent=math.inf)
+    with pytest.raises(fm.errors.InputError, match="error is -1"):
+        fm.chaos.judge(points, ["a", "b"], exponent=1.0, error=-1.0)
+    with pytest.raises(fm.errors.InputError, match=r"sizes\[1\]"):
+        fm.chaos.judge(points, ["a", "b"], sizes=[1.0, -1.0])
+    with pytest.raises(fm.errors.InputError, match="no table of numbers"):
+        fm.chaos.judge("nonsense", ["a"])
 
 
 def test_a_verdict_is_a_value(maps):
-    found = fm.judge(logistic_points(maps, 3.5), ["x"])
+    found = fm.chaos.judge(logistic_points(maps, 3.5), ["x"])
     assert pickle.loads(pickle.dumps(found)) == found  # noqa: S301 - our own bytes
     with pytest.raises(TypeError):
         found.evidence["k"] = 3.0
-    with pytest.raises(fm.InputError, match="Did you mean 'chaotic'"):
-        fm.Verdict("chaos", "")
+    with pytest.raises(fm.errors.InputError, match="Did you mean 'chaotic'"):
+        fm.chaos.Verdict("chaos", "")
 
 
 @settings(max_examples=15)

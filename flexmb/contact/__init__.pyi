@@ -1,0 +1,20 @@
+"""Public names of `flexmb.contact`: normal laws."""
+
+from flexmb.contact.normal.cylinder_laws import ESDU78035 as ESDU78035
+from flexmb.contact.normal.cylinder_laws import DubowskyFreudenstein as DubowskyFreudenstein
+from flexmb.contact.normal.cylinder_laws import Goldsmith as Goldsmith
+from flexmb.contact.normal.cylinder_laws import Johnson as Johnson
+from flexmb.contact.normal.cylinder_laws import Radzimovsky as Radzimovsky
+from flexmb.contact.normal.hertz import Hertz as Hertz
+from flexmb.contact.normal.hysteresis import HysteresisLaw as HysteresisLaw
+from flexmb.contact.normal.hysteresis_laws import CarvalhoMartins as CarvalhoMartins
+from flexmb.contact.normal.hysteresis_laws import ExactRestitution as ExactRestitution
+from flexmb.contact.normal.hysteresis_laws import Flores as Flores
+from flexmb.contact.normal.hysteresis_laws import Gonthier as Gonthier
+from flexmb.contact.normal.hysteresis_laws import HerbertMcWhannell as HerbertMcWhannell
+from flexmb.contact.normal.hysteresis_laws import HuGuo as HuGuo
+from flexmb.contact.normal.hysteresis_laws import HuntCrossley as HuntCrossley
+from flexmb.contact.normal.hysteresis_laws import LankaraniNikravesh as LankaraniNikravesh
+from flexmb.contact.normal.hysteresis_laws import LeeWang as LeeWang
+from flexmb.contact.normal.hysteresis_laws import ZhiyingQishao as ZhiyingQishao
+from flexmb.contact.normal.kelvin_voigt import KelvinVoigt as KelvinVoigt

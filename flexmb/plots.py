@@ -1,0 +1,5 @@
+"""Pictures of runs, diagrams, orbits and spectra."""
+
+from flexmb.namespace import lazy_names
+
+__getattr__, __dir__, __all__ = lazy_names(__name__, __file__)

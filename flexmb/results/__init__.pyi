@@ -1,0 +1,6 @@
+"""Public names of `flexmb.results`: classes of results."""
+
+from flexmb.results.contact_intervals import Episode as Episode
+from flexmb.results.contact_intervals import Episodes as Episodes
+from flexmb.results.momentum import Momentum as Momentum
+from flexmb.results.solution import Solution as Solution
