@@ -409,7 +409,7 @@ def _left_out() -> dict[str, str]:
         program.structure.REMEMBERED_UNKNOWNS program.structure.FIELDWISE_FROM run.run.BUFFER_NUMBERS run.run.LEAST_BUFFER_ROWS
         run.saved_rows.MOST_RESERVED_BYTES
     how many are printed or written: results.vtk.MOST_FRAMES results.contact_intervals.SHOWN_ROWS results.status.LISTED_JOINTS
-        equilibrium.mechanism_report.LISTED_FREQUENCIES results.signal_names.MOST_COMPARED_NAMES
+        doctor.check.LISTED_FREQUENCIES results.signal_names.MOST_COMPARED_NAMES
     shortens what another number decides: linalg.rank.CERTAIN_EIGENVALUE
     coefficients and stages of Radau's method, exact: step.radau.collocation.C step.radau.collocation.ESTIMATE
         step.radau.collocation.FROM_IM step.radau.collocation.FROM_RE step.radau.collocation.FROM_REAL

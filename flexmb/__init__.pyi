@@ -2,6 +2,7 @@
 
 from flexmb import chaos as chaos
 from flexmb import contact as contact
+from flexmb import doctor as doctor
 from flexmb import drives as drives
 from flexmb import equilibrium as equilibrium
 from flexmb import errors as errors
@@ -26,13 +27,13 @@ from flexmb.contact.friction.modified_coulomb import ModifiedCoulomb as Modified
 from flexmb.contact.normal.hysteresis_laws import HuntCrossley as HuntCrossley
 from flexmb.contact.normal.hysteresis_laws import LankaraniNikravesh as LankaraniNikravesh
 from flexmb.contact.normal.kelvin_voigt import KelvinVoigt as KelvinVoigt
+from flexmb.doctor.check import check as check
 from flexmb.drives.constant_speed import ConstantSpeed as ConstantSpeed
 from flexmb.drives.drive import Drive as Drive
 from flexmb.dynamics.exponents.lyapunov import lyapunov as lyapunov
 from flexmb.dynamics.sections.points import stroboscopic as stroboscopic
 from flexmb.equilibrium.buckling import buckling as buckling
 from flexmb.equilibrium.inverse_dynamics import inverse_dynamics as inverse_dynamics
-from flexmb.equilibrium.mechanism_report import check as check
 from flexmb.equilibrium.modes import modes as modes
 from flexmb.equilibrium.statics import static_equilibrium as static_equilibrium
 from flexmb.joints.bushing import Bushing as Bushing

@@ -35,7 +35,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     Returns
     -------
-    int : exit code: 0 done, 1 the run did not reach its end, 2 refused, 130 interrupted from the keyboard.
+    int : exit code: 0 done, 1 the run did not reach its end or `check` found errors, 2 refused, 130 interrupted from
+        the keyboard.
     """
     given = with_negative_numbers(sys.argv[1:] if arguments is None else arguments)
     try:
@@ -104,9 +105,9 @@ def _with_mechanism(source: Source, maker_options: list[Option], options: argpar
         return sweep(source, options.source, maker_options, options)
     mechanism = source.mechanism(keywords_of(options, maker_options))
     if options.command == "check":
-        from flexmb.commands.run import check_mechanism
+        from flexmb.commands.check import check_mechanism
 
-        return check_mechanism(mechanism)
+        return check_mechanism(mechanism, as_json=options.json)
     if options.command == "chaos":
         from flexmb.commands.chaos import chaos
 
@@ -134,8 +135,9 @@ def _parser(source: Source | None, wanted: str) -> tuple[argparse.ArgumentParser
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     add = partial(commands.add_parser, allow_abbrev=False)
     run = add("run", help="simulate a mechanism and write its results", epilog=UNITS_HELP)
-    modes = "degrees of freedom, redundant constraints, natural frequencies"
-    check = add("check", help=modes, epilog=UNITS_HELP)
+    examined = "all that is wrong with a mechanism; degrees of freedom, mass, natural frequencies"
+    check = add("check", help=examined, epilog=f"{UNITS_HELP} Exit code 1 where a run could not be right.")
+    check.add_argument("--json", action="store_true", help="print the report as JSON")
     sweep = add("sweep", help="a bifurcation diagram over one parameter", epilog=UNITS_HELP)
     chaos = add("chaos", help="exponents, section and verdict: periodic or chaotic", epilog=UNITS_HELP)
     _add_run_options(run)

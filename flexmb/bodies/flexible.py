@@ -34,6 +34,7 @@ from flexmb.beams.mass_damping import (
     mass_damping_kernel,
 )
 from flexmb.beams.section import Section
+from flexmb.beams.stress import BeamElements, outer_fibres
 from flexmb.bodies.bosses import Bosses
 from flexmb.bodies.inertia import mean_mass, node_mass
 from flexmb.errors import InputError
@@ -63,6 +64,11 @@ class Beam:
     section: Section
     material: Material
     rotary_inertia: float | None = 0.0
+
+    @property
+    def length(self) -> float:
+        """Length [m]."""
+        return math.dist(self.start, self.end)
 
 
 def checked_elements(label: str, elements: object) -> Elements:
@@ -183,6 +189,21 @@ def mass_damping_pieces(
 def direction(beam: Beam) -> float:
     """Direction of a beam in the reference configuration [rad]."""
     return math.atan2(beam.end[1] - beam.start[1], beam.end[0] - beam.start[0])
+
+
+def beam_elements(beam: Beam, nodes: Mapping[str, Node]) -> BeamElements:
+    """Elements of a beam, for strains.
+
+    Parameters
+    ----------
+    beam : the beam.
+    nodes : nodes of its body by name.
+    """
+    angle = math.atan2(beam.end[1] - beam.start[1], beam.end[0] - beam.start[0])
+    offsets = np.array([angle - nodes[name].theta for name in beam.nodes])
+    stations = np.array(beam.stations)
+    outer = outer_fibres(beam.section, stations / stations[-1])
+    return BeamElements(np.diff(stations), np.array([offsets[:-1], offsets[1:]]), outer)
 
 
 def beam_shapes(part: str, beams: Sequence[Beam], nodes: dict[str, Node]) -> tuple[BeamShape, ...]:

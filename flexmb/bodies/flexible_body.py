@@ -66,7 +66,7 @@ class FlexibleBody(Body):
     """Names of the nodes at the corners."""
     corner_points: ClassVar[property]
     """Points of the corners in the reference configuration [m]."""
-    _beams: ClassVar[cached_property[tuple[Beam, ...]]]
+    beams: ClassVar[cached_property[tuple[Beam, ...]]]
     """The beams; the frame of mass-proportional damping lies on the first one."""
 
     @abstractmethod
@@ -137,19 +137,19 @@ class FlexibleBody(Body):
         """Elements, bosses and damping."""
         nodes = {n.name: n for n in self.nodes()}
         return [
-            *beam_pieces(self.name, self._beams, nodes, self.damping, mechanism.gravity),
+            *beam_pieces(self.name, self.beams, nodes, self.damping, mechanism.gravity),
             *self._boss_pieces(mechanism.gravity),
-            *mass_damping_pieces(self.name, self._beams, self._beams[0], self.mass_damping, self._lumps()),
+            *mass_damping_pieces(self.name, self.beams, self.beams[0], self.mass_damping, self._lumps()),
         ]
 
     def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - the beams alone
         """The elements."""
-        return beam_shapes(self.name, self._beams, {n.name: n for n in self.nodes()})
+        return beam_shapes(self.name, self.beams, {n.name: n for n in self.nodes()})
 
     @classmethod
     def prepare(cls, parts: Sequence[FlexibleBody]) -> None:
         """Matrices of all beams in one assembly."""
-        assemble(beam for part in parts for beam in part._beams)
+        assemble(beam for part in parts for beam in part.beams)
 
     def _boss_pieces(self, gravity: Point) -> list[Contribution]:
         """Contributions of the masses at the corners and at their mean."""
@@ -161,7 +161,7 @@ class FlexibleBody(Body):
 
     def _mass_parts(self) -> list[tuple[float, Point, float]]:
         """Mass, centre of mass and moment of inertia of every element."""
-        return [part for beam in self._beams for part in mass_parts(beam)]
+        return [part for beam in self.beams for part in mass_parts(beam)]
 
     def _straight(
         self, names: Sequence[str], ends: tuple[Point, Point], stations: Sequence[float], section: Section

@@ -149,7 +149,7 @@ class FlexibleFrame(FlexibleBody, Edges):
     def nodes(self) -> tuple[Node, ...]:
         """Corners, then inner nodes edge by edge."""
         found = {f"node{i}": p for i, p in enumerate(self.points)}
-        for beam in self._beams:
+        for beam in self.beams:
             for name, station in zip(beam.nodes, beam.stations, strict=True):
                 s = station / beam.stations[-1]
                 x = beam.start[0] + s * (beam.end[0] - beam.start[0])
@@ -158,7 +158,7 @@ class FlexibleFrame(FlexibleBody, Edges):
         return tuple(Node(name, *point, 0.0) for name, point in found.items())
 
     @cached_property
-    def _beams(self) -> tuple[Beam, ...]:
+    def beams(self) -> tuple[Beam, ...]:
         """One beam an edge."""
         sections = self.section if isinstance(self.section, tuple) else (self.section,) * len(self.edges)
         beams, count = [], len(self.points)

@@ -175,7 +175,7 @@ class FlexibleLink(FlexibleBody, Bar):
         return self.start, self.end
 
     @cached_property
-    def _beams(self) -> tuple[Beam, ...]:
+    def beams(self) -> tuple[Beam, ...]:
         """The one beam."""
         stations = [s * self.length for s in fractions(self.elements)]
         return (self._straight([n.name for n in self._nodes], (self.start, self.end), stations, self.section),)

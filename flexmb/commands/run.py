@@ -1,4 +1,4 @@
-"""`flexmb run`: simulate a mechanism, write its files, print a summary.  Also `flexmb check` and `flexmb vtk`."""
+"""`flexmb run`: simulate a mechanism, write its files, print a summary.  Also `flexmb vtk`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from flexmb import checks
 from flexmb.commands import summary
 from flexmb.commands.files import require_folder, require_packages
 from flexmb.commands.units import quantity
-from flexmb.equilibrium.mechanism_report import check
 from flexmb.errors import FlexmbError, InputError
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
@@ -208,17 +207,6 @@ def four_instants(mechanism: Mechanism, sol: Solution) -> np.ndarray:
     first, last = float(sol.time[0]), float(sol.time[-1])
     longest = max(periods_of(mechanism), default=last - first)
     return np.linspace(max(first, last - longest), last, 5)[:4]
-
-
-def check_mechanism(mechanism: Mechanism) -> int:
-    """`flexmb check`: print degrees of freedom, redundant constraints and natural frequencies.
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    """
-    print(check(mechanism))
-    return 0
 
 
 def write_frames(path: Path, out: Path | None, frames: int | None) -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import inspect
 import sys
+import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -137,7 +138,16 @@ def _load(path: Path) -> ModuleType:
         spec.loader.exec_module(module)
     except (SyntaxError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: not a Python file: {error}.") from error
+    except SystemExit as error:
+        text = f"{path}, line {_line_in(path, error)}: the file ends Python (sys.exit({error.code!r})) while it is read"
+        raise InputError(f'{text}. Put what a script does under `if __name__ == "__main__":`.') from error
     return module
+
+
+def _line_in(path: Path, error: BaseException) -> int:
+    """Last line of a file in the traceback of an error."""
+    frames = traceback.extract_tb(error.__traceback__)
+    return next((frame.lineno or 0 for frame in reversed(frames) if Path(frame.filename) == path.resolve()), 0)
 
 
 def list_mechanisms() -> int:

@@ -55,9 +55,11 @@ class Drive(Part):
     def validate(self, mechanism: Mechanism) -> None:
         """Check that the joint exists, can be driven, and is driven once."""
         self._measure(mechanism)
-        for part in mechanism.parts:
-            if isinstance(part, Drive) and part.joint == self.joint and part.name != self.name:
-                raise ModelError(f"{self.label} and {part.label} both drive joint {self.joint!r}. Keep one of them.")
+        same = [part for part in mechanism.parts if isinstance(part, Drive) and part.joint == self.joint]
+        if len(same) > 1 and same[0].name == self.name:  # told once
+            labels = " and ".join(part.label for part in same)
+            word = "both" if len(same) == 2 else "all"
+            raise ModelError(f"{labels} {word} drive joint {self.joint!r}. Keep one of them.")
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One constraint equation."""

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cached_property
 from typing import Any
 
 from flexmb import checks
-from flexmb.errors import InputError, ModelError
+from flexmb.errors import FlexmbError, InputError, ModelError
 from flexmb.model.contributions import Contribution, Contributions, Node
 from flexmb.model.part import GROUND, Body, Part, declared_state
 from flexmb.model.shape import Shapes
@@ -26,7 +26,8 @@ class Mechanism:
 
     Raises
     ------
-    ModelError : duplicate names, a part connected to one that is not in the mechanism, a joint driven twice.
+    ModelError : duplicate names, a part connected to one that is not in the mechanism, a joint driven twice; all such
+        errors are told at once.
     InputError : a value that is not a part, a gravity that is not a pair of finite numbers.
     """
 
@@ -40,28 +41,44 @@ class Mechanism:
             raise InputError(f"{self.label}: parts is {self.parts!r}; it must be a list of parts.")
         object.__setattr__(self, "parts", tuple(self.parts))
         object.__setattr__(self, "gravity", checks.point(self.label, "gravity", self.gravity, "m/s^2"))
-        self._check_names()
-        for part in self.parts:
-            for name in part.references():
-                if name != GROUND.name and name not in self._by_name:
-                    raise ModelError(
-                        f"{part.label} refers to {name!r}, which is not in mechanism {self.name!r}. "
-                        f"Add it to the parts. {checks.did_you_mean(name, self.names)}"
-                    )
-        for part in self.parts:
-            part.validate(self)
+        self._raise([*self._wrong_names(), *self._missing_parts()])
+        self._raise([*self._invalid_parts()])
 
-    def _check_names(self) -> None:
+    def _raise(self, errors: list[FlexmbError]) -> None:
+        """Raise the only error, or one with the texts of all."""
+        if len(errors) == 1:
+            raise errors[0]
+        if errors:
+            texts = "\n".join(f"{k}. {error}" for k, error in enumerate(errors, 1))
+            raise ModelError(f"{self.label} has {len(errors)} errors:\n{texts}")
+
+    def _wrong_names(self) -> Iterator[ModelError]:
         seen: dict[str, Part] = {}
         for part in self.parts:
             if not isinstance(part, Part):
                 raise InputError(f"{self.label}: {part!r} is not a part.")
             if part.name in seen or part.name in (GROUND.name, "energy"):
                 other = f"{seen[part.name].label}" if part.name in seen else "a reserved name"
-                raise ModelError(
+                yield ModelError(
                     f"{self.label} has two parts named {part.name!r}: {part.label} and {other}. Rename one."
                 )
             seen[part.name] = part
+
+    def _missing_parts(self) -> Iterator[ModelError]:
+        for part in self.parts:
+            for name in part.references():
+                if name != GROUND.name and name not in self._by_name:
+                    yield ModelError(
+                        f"{part.label} refers to {name!r}, which is not in mechanism {self.name!r}. "
+                        f"Add it to the parts. {checks.did_you_mean(name, self.names)}"
+                    )
+
+    def _invalid_parts(self) -> Iterator[FlexmbError]:
+        for part in self.parts:
+            try:
+                part.validate(self)
+            except FlexmbError as error:
+                yield error
 
     @property
     def label(self) -> str:
@@ -144,7 +161,26 @@ class Mechanism:
             if self.find(name) is GROUND:
                 raise ModelError(f"{self.label}: {key!r} cannot be changed; the ground has no values of its own.")
             parts[name] = _with_field(parts[name], path, value, f"{self.label}: {key!r}")
+        self._refuse_points_left_behind(parts)
         return replace(self, parts=tuple(parts.values()), **top)
+
+    def _refuse_points_left_behind(self, parts: Mapping[str, Part]) -> None:
+        """Refuse changes that move a point of a body away from joints and loads that lie there and stay.
+
+        parts : new parts by their names
+        """
+        for name, part in parts.items():
+            old = self._by_name[name]
+            if part is old or not isinstance(part, Body):
+                continue
+            for point in points_of(old) - points_of(part):
+                stay = [p.name for p in parts.values() if name in p.references() and point in points_of(p)]
+                if stay:
+                    listed = ", ".join(repr(other) for other in stay)
+                    raise ModelError(
+                        f"{self.label}: {old.label} moves its point ({point[0]:g}, {point[1]:g}), but {listed} would "
+                        f"stay there. Change it in the same call, for example {stay[0] + '.at'!r}."
+                    )
 
     def nodes(self) -> tuple[tuple[str, Node], ...]:
         """All nodes as (part name, node), in order of declaration."""
@@ -165,6 +201,20 @@ class Mechanism:
     def shapes(self) -> Shapes:
         """Shapes of all parts, for drawings."""
         return tuple(shape for part in self.parts for shape in part.shapes(self))
+
+
+BODY_POINTS, OTHER_POINTS = ("at", "start", "end"), ("at", "to")
+"""Names of fields that hold points of the reference configuration, of bodies and of other parts."""
+
+
+def points_of(part: Part) -> set[tuple[float, float]]:
+    """Points of the reference configuration among the fields of a part."""
+    names = BODY_POINTS if isinstance(part, Body) else OTHER_POINTS
+    return {value for name, value in vars(part).items() if name in names and _is_point(value)}
+
+
+def _is_point(value: Any) -> bool:
+    return isinstance(value, tuple) and len(value) == 2 and all(isinstance(x, float) for x in value)
 
 
 def _with_field(owner: Any, path: str, value: Any, label: str) -> Any:

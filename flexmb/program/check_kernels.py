@@ -119,7 +119,8 @@ def _arguments(kernel: Kernel, contribution: Any, pose: Sequence[float], history
 def _call(part: str, kernel: Kernel, p: np.ndarray, arguments: list[Any], what: str) -> None:
     label = f"Part {part!r}: {what} kernel {kernel.name!r}" if what.islower() else f"Part {part!r}: {what}"
     try:
-        result = kernel.python(p, *arguments)
+        with np.errstate(all="ignore"):  # what is not finite is refused below
+            result = kernel.python(p, *arguments)
     except (ValueError, IndexError, TypeError) as error:
         reason = str(error) or "wrong number of values"
         raise KernelError(

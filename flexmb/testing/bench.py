@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -33,6 +33,9 @@ TURNED = 1e-11
 
 MAGNITUDES = (1e-6, 1e-3, 0.05, 0.3)
 """Distances of the states from the reference configuration: over the size of the piece, and in rad."""
+
+
+Round = TypeVar("Round")
 
 
 @dataclass(frozen=True)
@@ -83,9 +86,11 @@ class Bench:
     mechanism : the mechanism.
     part : a part of the mechanism.
     seed : seed of the random states.
+    share : part of the usual states that is tried, for a quick look.
     """
 
-    def __init__(self, mechanism: Mechanism, part: Part, seed: int) -> None:
+    def __init__(self, mechanism: Mechanism, part: Part, seed: int, share: float = 1.0) -> None:
+        self.share = share
         self.owner = f"Part {part.name!r} ({type(part).__name__})"
         self.number = Numbering(mechanism)
         self.pose = np.concatenate([self.number.pose(), np.zeros(3)])
@@ -109,6 +114,16 @@ class Bench:
         """
         self.errors.setdefault(name, []).append(float(error))
 
+    def some(self, rounds: Sequence[Round]) -> list[Round]:
+        """The rounds of states that are tried: all, or a share of them from begin to end.
+
+        Parameters
+        ----------
+        rounds : all rounds.
+        """
+        count = max(1, round(self.share * len(rounds)))
+        return [rounds[k] for k in np.linspace(0, len(rounds) - 1, count).round().astype(int)]
+
     def scales(self, coordinates: Sequence[Coordinate]) -> np.ndarray:
         """Scales of `coordinates`: the size of the piece for lengths, 1 for angles."""
         q = self.pose[self.number.dofs(coordinates)]
@@ -125,7 +140,7 @@ class Bench:
         wanted : names of the inputs, separated by blanks.
         """
         q, scale = self.pose[self.number.dofs(coordinates)], self.scales(coordinates)
-        for k in range(3 * len(MAGNITUDES)):
+        for k in self.some(range(3 * len(MAGNITUDES))):
             inputs = {
                 "t": float(self.random.uniform(0.0, 2.0)),
                 "h": (0.0, 1e-4, 1e-2)[k % 3],

@@ -63,7 +63,7 @@ def check_gap(bench: Bench, contribution: ContactContribution) -> float:
     size = abs(float(reference[GAP])) or 1e-3 * float(scale.max())
     # gaps near the reference configuration, then larger motions as for other pieces
     distances = np.array([*(size * f for f in (0.1, 0.5, 0.9, 1.1, 1.5, 3.0)), 1e-3 * scale[0], 0.1 * scale[0]])
-    for distance in np.repeat(distances, 3):
+    for distance in bench.some(np.repeat(distances, 3).tolist()):
         angle = bench.random.uniform(-np.pi, np.pi)
         moved = q + 1e-4 * min(1.0, size / scale[0]) * scale * bench.random.uniform(-1.0, 1.0, 6)
         moved[3:5] += distance * np.array([np.cos(angle), np.sin(angle)])
@@ -175,7 +175,7 @@ def check_normal(bench: Bench, law: NormalLaw, size: float) -> None:
     size : size of the gap [m].
     """
     tested = law_kernel(bench, law)
-    for h in STEPS * ROUNDS:
+    for h in bench.some(STEPS * ROUNDS):
         z = np.array(law.history(), dtype=float)
         open_gap, speed = size * log_uniform(bench, 1e-2, 1.0), -log_uniform(bench, 1e-3, 10.0)
         first = {"h": 1e-4, "gap": open_gap, "gap_rate": speed, "z": z}
@@ -222,7 +222,7 @@ def check_friction(bench: Bench, law: FrictionLaw) -> None:
     law : the law.
     """
     tested = law_kernel(bench, law)
-    for h in STEPS * ROUNDS:
+    for h in bench.some(STEPS * ROUNDS):
         z = np.array(law.history(), dtype=float)
         slip = log_uniform(bench, 1e-6, 1.0) * bench.random.choice([-1.0, 1.0])
         for _ in range(2):

@@ -327,6 +327,32 @@ def test_check(capsys):
     assert f"mass                {mass:.6g} kg" in out
 
 
+def test_check_tells_all_errors_and_fails(tmp_path, capsys):
+    lines = [
+        "import flexmb as fm",
+        "arm = fm.RigidLink('arm', (0, 0), (1, 0), mass=1.0, inertia=0.1)",
+        "pins = [fm.Revolute(name, fm.GROUND, arm, at=(0, 0)) for name in ('one', 'two')]",
+        "loose = fm.RigidLink('loose', (5, 0), (6, 0), mass=1.0, inertia=0.1)",
+        "mech = fm.Mechanism('broken', [arm, loose, *pins])",
+    ]
+    (tmp_path / "broken.py").write_text("\n".join(lines))
+    assert main(["check", str(tmp_path / "broken.py")]) == 1
+    said = capsys.readouterr().out
+    assert "error [redundant-joints] The joints 'one', 'two'" in said
+    assert "warning [free-body] 'loose'" in said
+    assert main(["check", str(tmp_path / "broken.py"), "--json"]) == 1
+    report = json.loads(capsys.readouterr().out)
+    assert report["ok"] is False
+    assert {finding["code"] for finding in report["findings"]} == {"redundant-joints", "free-body", "free-motion"}
+
+
+@pytest.mark.parametrize("code", ["0", "1", "'stop'", ""])
+def test_a_file_that_ends_python_is_no_success(tmp_path, capsys, code):
+    (tmp_path / "ending.py").write_text(f"import sys\n\nsys.exit({code})\n")
+    err = refused(["run", str(tmp_path / "ending.py")], capsys)
+    assert "ending.py, line 3: the file ends Python" in err
+
+
 def test_check_of_a_file(model, capsys):
     assert main(["check", f"{model}:swing", "--length", "2m"]) == 0
     assert "Mechanism 'swing'" in capsys.readouterr().out

@@ -1,6 +1,7 @@
 """Every public name says what it takes, and refuses what it does not know."""
 
 import dataclasses
+import functools
 import inspect
 import re
 import types
@@ -75,7 +76,7 @@ def method_complaints(owner: str, cls: type) -> Iterator[str]:
         if name.startswith("_") or not _is_ours(cls, name):
             continue
         static = inspect.getattr_static(cls, name)
-        if isinstance(static, property):
+        if isinstance(static, property | functools.cached_property):
             if not inspect.getdoc(static):
                 yield f"{owner}.{name} has no docstring"
         elif inspect.isroutine(member):

@@ -15,7 +15,7 @@ FLOORS = {
     "system": 4,
     "start": 5, "state": 5, "testing": 5,
     "equilibrium": 6, "energy": 6,
-    "step": 7,
+    "step": 7, "doctor": 7,
     "results": 8,
     "run": 9,
     "sensitivity": 10, "series": 10,

@@ -71,6 +71,28 @@ def test_with_refuses(mechanism, changes, kind, message):
         mechanism.with_(changes)
 
 
+def test_with_does_not_leave_joints_behind(mechanism):
+    """A link made longer takes its joint along, or is refused: the joint would lie within the link."""
+    with pytest.raises(ModelError, match=r"moves its point \(0.2, 0\), but 'A' would stay there.*'A.at'"):
+        mechanism.with_({"crank.end": (0.3, 0.0)})
+    with pytest.raises(ModelError, match="'A' would stay there"):
+        mechanism.with_({"crank.end": (0.3, 0.0), "arm.start": (0.3, 0.0)})
+    longer = mechanism.with_({"crank.end": (0.3, 0.0), "arm.start": (0.3, 0.0), "A.at": (0.3, 0.0)})
+    assert longer.find("A").at == longer.find("crank").end
+    assert mechanism.with_({"arm.end": (0.6, 0.2)}).find("arm").end == (0.6, 0.2)  # nothing lies there
+
+
+def test_all_errors_of_a_mechanism_are_told_at_once():
+    lost = fm.Revolute("B", ARM, fm.RigidBody("slider", B, 1.0, 0.1), at=B)
+    with pytest.raises(ModelError) as caught:
+        fm.Mechanism("wrong", [CRANK, ARM, PIN, PIN, lost])
+    for text in ("has 2 errors", "1. Mechanism 'wrong' has two parts named 'O'", "2. Revolute 'B' refers to 'slider'"):
+        assert text in str(caught.value)
+    drives = [fm.Drive("one", "none", fm.ConstantSpeed(1.0)), fm.Drive("two", "A", fm.ConstantSpeed(1.0))]
+    with pytest.raises(ModelError, match=r"(?s)has 2 errors.*'one'.*no such part.*'two'.*cannot be driven"):
+        fm.Mechanism("wrong", [CRANK, ARM, PIN, PLAY, *drives])
+
+
 def test_a_part_of_the_same_name_takes_the_place_of_the_old_one(mechanism):
     """A joint is switched from clearance to ideal in one line; the others keep their places."""
     ideal = mechanism.with_part(fm.Revolute("A", CRANK, ARM, at=A))

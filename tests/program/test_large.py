@@ -58,7 +58,7 @@ def test_beams_assembled_together_are_those_assembled_one_by_one():
 
 def test_the_numbers_of_a_chain_are_those_of_each_element_by_scikit_fem():
     contributions = [e for e in chain(7).contributions().elements if e.kernel is flexible.beam_kernel]
-    alone = [beam_matrices(link._beams[0].stations, SECTIONS[0], STEEL) for link in chain(7).bodies]
+    alone = [beam_matrices(link.beams[0].stations, SECTIONS[0], STEEL) for link in chain(7).bodies]
     assert len(contributions) == 28
     for k, contribution in enumerate(contributions):
         data, i = alone[k // 4], k % 4

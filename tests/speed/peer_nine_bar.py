@@ -110,7 +110,7 @@ class NineBar(System):
         self.nodes[part.name] = []
         places = {n.name: (n.x, n.y) for n in part.nodes()}
         numbers = {name: self.node(part.name, point) for name, point in places.items()}
-        for beam in part._beams:
+        for beam in part.beams:
             self.beam(part, [numbers[n] for n in beam.nodes], math.dist(beam.start, beam.end))
         bosses = part._bosses
         corners = [numbers[n] for n in part.corners]

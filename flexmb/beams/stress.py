@@ -1,0 +1,70 @@
+"""Strain and stress of beams from the poses of their nodes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from flexmb.beams.section import Section
+from flexmb.errors import InputError
+
+
+@dataclass(frozen=True)
+class BeamElements:
+    """The elements of one straight beam, for strains.
+
+    Parameters
+    ----------
+    lengths : (n,) unstressed lengths [m].
+    offsets : (2, n) direction of the unstressed beam less the angle of the nodes at both ends of each element [rad].
+    outer : (n,) largest distance of the outer fibre from the centroid along each element [m].
+    """
+
+    lengths: np.ndarray
+    offsets: np.ndarray
+    outer: np.ndarray
+
+    def strains(self, x: np.ndarray, y: np.ndarray, theta: np.ndarray) -> np.ndarray:
+        """Largest strain (instants, n) of the outer fibres of each element, axial and bending strain added.
+
+        Parameters
+        ----------
+        x, y, theta : (instants, n + 1) poses of the nodes [m, rad].
+
+        Notes
+        -----
+        With the chord of an element, the shortening of the chord by bending, and the cubic shape of the corotational
+        element: curvatures at the ends are (4 u1 + 2 u2)/L and (2 u1 + 4 u2)/L.
+        Source: as of `flexmb.beams.corotational`.
+        """
+        dx, dy, L = np.diff(x, axis=1), np.diff(y, axis=1), self.lengths
+        chord = np.arctan2(dy, dx)
+        u1 = wrapped(theta[:, :-1] + self.offsets[0] - chord)
+        u2 = wrapped(theta[:, 1:] + self.offsets[1] - chord)
+        axial = (np.hypot(dx, dy) - L) / L + (2.0 * u1 * u1 - u1 * u2 + 2.0 * u2 * u2) / 30.0
+        bending = np.maximum(np.abs(4.0 * u1 + 2.0 * u2), np.abs(2.0 * u1 + 4.0 * u2)) / L
+        return np.abs(axial) + bending * self.outer
+
+
+def wrapped(angle: np.ndarray) -> np.ndarray:
+    """Angles in [-pi, pi]."""
+    return angle - 2.0 * math.pi * np.round(angle / (2.0 * math.pi))
+
+
+def outer_fibres(section: Section, stations: np.ndarray) -> np.ndarray:
+    """Largest distance of the outer fibre between neighbouring stations [m].
+
+    Where a section does not know its outer fibre, that of a rectangle of the same area and second moment.
+
+    Parameters
+    ----------
+    section : the section.
+    stations : (n + 1,) fractions of the length.
+    """
+    try:
+        fibres = np.asarray(section.outer_fibre_at(stations))
+    except InputError:
+        fibres = np.sqrt(3.0 * section.second_moment_at(stations) / section.area_at(stations))
+    return np.maximum(fibres[:-1], fibres[1:])

@@ -1,0 +1,149 @@
+"""Examination of a mechanism before it moves: all errors, warnings and notes at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from flexmb.doctor.connections import free_bodies
+from flexmb.doctor.dimensions import dimension_findings
+from flexmb.doctor.finding import ERROR, SEVERITIES, Finding, found
+from flexmb.doctor.laws import kernel_findings, law_findings
+from flexmb.doctor.loads import load_findings
+from flexmb.doctor.loops import locking_drives, open_loops
+from flexmb.doctor.motions import motion_findings
+from flexmb.doctor.rank import dependent_parts, free_motions, redundancies
+from flexmb.doctor.report import Report
+from flexmb.equilibrium.modes import modes
+from flexmb.errors import AssemblyError, FlexmbError, InputError
+from flexmb.linalg.rank import row_rank
+from flexmb.model.mechanism import Mechanism
+from flexmb.program.compiler import compile as compile_mechanism
+from flexmb.program.program import Program
+from flexmb.start.assemble import close_loops
+from flexmb.start.consistent import accelerations, degrees_of_freedom, rigid_velocities
+from flexmb.system.state_evaluation import StateEvaluation
+
+LISTED_FREQUENCIES = 10
+"""Number of natural frequencies in a report."""
+
+
+def check(mechanism: Mechanism) -> Report:
+    """Examine a mechanism before it moves.
+
+    Structure (bodies that hang on nothing, joints that repeat or contradict one another, drives too many, dead
+    centres), loops along a period of the drives, dimensions and units, laws, drives and kernels, loads at rest.
+
+    Parameters
+    ----------
+    mechanism : the mechanism.
+
+    Returns
+    -------
+    Report : `ok` is False where a run would be refused or could not be right; `findings` holds all findings at once,
+        each with code, parts, text and remedy.
+
+    Raises
+    ------
+    InputError : something that is no mechanism.
+    """
+    if not isinstance(mechanism, Mechanism):
+        raise InputError(f"check: {mechanism!r} is not a Mechanism.")
+    findings = [*free_bodies(mechanism), *dimension_findings(mechanism), *motion_findings(mechanism)]
+    findings += _attempt(lambda: law_findings(mechanism))
+    try:
+        moving, ideal = compile_mechanism(mechanism), compile_mechanism(mechanism, closed=True)
+        closed = compile_mechanism(mechanism, start=True)
+    except FlexmbError as error:
+        return Report(mechanism.name, sorted_findings([*findings, found("not-compilable", (), str(error))]))
+    named = {name for finding in findings if finding.severity == ERROR for name in finding.parts}
+    findings += _attempt(lambda: kernel_findings(mechanism, named))
+    try:
+        q, _ = close_loops(closed, {})
+    except AssemblyError as error:
+        numbers = _numbers(moving, ideal, np.array(ideal.reference.q), ())
+        return Report(mechanism.name, sorted_findings([*findings, *open_loops(closed, error)]), **numbers)
+    structure = redundancies(moving, ideal, q)
+    findings += structure
+    frequencies, more = _frequencies(mechanism)
+    findings += more
+    numbers = _numbers(moving, ideal, q, frequencies)
+    findings += free_motions(ideal, q)
+    if not any(finding.severity == ERROR for finding in structure):
+        findings += start_findings(moving, closed, q)
+        findings += [] if structure else locking_drives(mechanism, closed, q)
+        findings += load_findings(mechanism, int(numbers["free"]))
+    return Report(mechanism.name, sorted_findings(findings), **numbers)
+
+
+def _attempt(examine: Callable[[], list[Finding]]) -> list[Finding]:
+    """Findings of an examination; one that fails is a finding, too."""
+    try:
+        return examine()
+    except FlexmbError as error:
+        return [found("not-compilable", (), str(error))]
+
+
+def sorted_findings(findings: list[Finding]) -> tuple[Finding, ...]:
+    """Errors first, then warnings and notes; each finding once."""
+    once = list({(f.code, f.parts, f.text): f for f in findings}.values())
+    return tuple(sorted(once, key=lambda finding: SEVERITIES.index(finding.severity)))
+
+
+def start_findings(moving: Program, closed: Program, q: np.ndarray) -> list[Finding]:
+    """Findings on start velocities and accelerations at a closed pose."""
+    soft = {name.partition(".")[0] for name in moving.names.contacts}
+    try:
+        v = rigid_velocities(closed, q, 0.0, soft)
+    except AssemblyError as error:
+        return [found("forbidden-velocity", (), str(error))]
+    try:
+        a, _ = accelerations(moving, q, v, 0.0)
+    except FlexmbError as error:
+        return [found("no-inertia", (), str(error), "Give every body some mass and inertia.")]
+    return [] if np.isfinite(a).all() else [found("not-solvable", (), "The first accelerations are not finite.")]
+
+
+def _frequencies(mechanism: Mechanism) -> tuple[tuple[float, ...], list[Finding]]:
+    """Natural frequencies in the reference configuration [Hz], and findings on them."""
+    try:
+        frequencies = tuple(float(f) for f in modes(mechanism, count=LISTED_FREQUENCIES).frequencies)
+    except FlexmbError as error:
+        return (), [found("no-frequencies", (), f"No frequencies: {error}")]
+    if any(f < 0.0 for f in frequencies):
+        rate = -min(frequencies) * 2.0 * np.pi
+        text = f"A small motion away from the reference configuration grows by exp({rate:.4g} t), t in s."
+        return frequencies, [found("unstable-reference", (), text, "It stands on its head, or is buckled.")]
+    return frequencies, []
+
+
+def _numbers(moving: Program, ideal: Program, q: np.ndarray, frequencies: tuple[float, ...]) -> dict[str, Any]:
+    """Fields of the report that are computed from programs."""
+    free, freedom = degrees_of_freedom(ideal, q)
+    G = StateEvaluation(moving).at(q).jacobian
+    driven = int((np.asarray(ideal.tables.constraints.motion) >= 0).sum())
+    joints = dict.fromkeys(row.partition("[")[0] for row in moving.names.rows)
+    drives = {name.partition(".")[0] for name in moving.drives}
+    return {
+        "bodies": ideal.names.bodies,
+        "joints": tuple(name for name in joints if name not in drives),
+        "contacts": moving.names.contacts,
+        "coordinates": moving.n_q,
+        "rows": moving.n_c,
+        "freedom": freedom,
+        "gruebler": 3 * len(ideal.names.bodies) - (ideal.n_c - driven),
+        "drives": moving.drives,
+        "free": free,
+        "redundant": tuple(sorted(dependent_parts(moving, G))) if row_rank(G).redundant else (),
+        "mass": total_mass(ideal.n_q, StateEvaluation(ideal).mass(q)),
+        "frequencies": frequencies,
+    }
+
+
+def total_mass(n_q: int, M: Any) -> float:
+    """Mass that a uniform velocity along x carries [kg]."""
+    along = np.zeros(n_q)
+    along[0::3] = 1.0
+    return float(along @ (M @ along))

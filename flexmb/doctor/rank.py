@@ -1,0 +1,171 @@
+"""Rank of the constraints: redundant, contradicting and driven rows, singular poses, free motions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from flexmb.doctor.finding import Finding, counted, found, listed
+from flexmb.linalg.dense_or_sparse import plain
+from flexmb.linalg.rank import RANK_TOLERANCE, row_rank
+from flexmb.program.program import Program
+from flexmb.start.redundant_joints import redundant_rows
+from flexmb.start.rigid_motion import RigidMotion
+from flexmb.system.state_evaluation import StateEvaluation
+
+DENSE_ROWS = 800
+"""Number of constraint rows above which only the redundant rows are named, and not those that they repeat."""
+
+IN_COMBINATION = 1e-6
+"""Entry of a combination of rows that vanishes, relative to the largest, below which the row is not in it."""
+
+PREFERENCE = 0.1
+"""Weight by which angles are preferred to lengths as free coordinates."""
+
+LISTED_MOTIONS = 6
+"""Number of free motions that are named at most."""
+
+
+def dependent_parts(program: Program, G: Any) -> tuple[str, ...]:
+    """Names of the parts whose rows of G (rows, coordinates) depend on one another, in the order of the rows."""
+    rows = dependent_rows(G)
+    return tuple(dict.fromkeys(program.names.rows[k].partition("[")[0] for k in rows))
+
+
+def dependent_rows(G: Any) -> list[int]:
+    """Numbers of the rows of G that occur in a combination of rows that vanishes."""
+    redundant = row_rank(G).redundant
+    if not redundant or G.shape[0] > DENSE_ROWS:
+        return list(redundant)
+    dense = plain(G)
+    lengths = np.sqrt((dense * dense).sum(axis=1))
+    empty = np.flatnonzero(lengths == 0.0)
+    unit = dense / np.where(lengths > 0.0, lengths, 1.0)[:, None]
+    vectors = np.linalg.svd(unit.T)[2][len(lengths) - len(redundant) :]
+    part = np.sqrt((vectors * vectors).sum(axis=0))
+    return sorted({*np.flatnonzero(part > IN_COMBINATION * part.max()).tolist(), *empty.tolist()})
+
+
+def redundancies(program: Program, closed: Program, q: np.ndarray) -> list[Finding]:
+    """Redundant joints, drives too many, and singular poses, at a closed pose.
+
+    Parameters
+    ----------
+    program : the mechanism.
+    closed : the same with clearance joints as ideal ones.
+    q : (n_q,) the pose.
+    """
+    driven = np.asarray(program.tables.constraints.motion) >= 0
+    G = StateEvaluation(program).at(q).blocks[1]
+    findings: list[Finding] = []
+    if not row_rank(G).redundant:
+        return [*findings, *_hidden(program, closed, q)]
+    joints = np.flatnonzero(~driven)
+    own = row_rank(G[joints])
+    always = redundant_rows(program, closed, q, 0.0)
+    if own.redundant:
+        names = [program.names.rows[joints[k]].partition("[")[0] for k in dependent_rows(G[joints])]
+        findings.append(_of_joints(tuple(dict.fromkeys(names)), len(own.redundant), singular=always == 0))
+    extra = len(row_rank(G).redundant) - len(own.redundant)
+    if extra > 0:
+        shaken = StateEvaluation(program).at(shaken_pose(program, q)).blocks[1]
+        structural = len(row_rank(shaken).redundant) - len(row_rank(shaken[joints]).redundant)
+        names_of_all = dependent_parts(program, shaken if structural > 0 else G)
+        singular = always == 0 and structural <= 0
+        findings.append(_of_drives(program, names_of_all, max(extra, structural), singular=singular))
+    return findings
+
+
+def shaken_pose(program: Program, q: np.ndarray) -> np.ndarray:
+    """A pose without any symmetry near q, in which joints are open: rows that depend there always do.
+
+    Parameters
+    ----------
+    program : the mechanism.
+    q : (n_q,) a pose.
+    """
+    sizes = np.where(np.asarray(program.tables.kind) == 1, 1.0, program.length)
+    return np.asarray(q + 0.05 * np.sin(1.0 + 7.3 * np.arange(len(q))) * sizes)
+
+
+def _of_joints(names: tuple[str, ...], count: int, *, singular: bool) -> Finding:
+    rows = f"{count} of their equations {'is' if count == 1 else 'are'} redundant"
+    if singular:
+        text = (
+            f"in the reference configuration the joints {listed(names)} repeat one another ({rows}): a singular pose."
+        )
+        remedy = "Start a little beside it, for example at another crank angle; see also redundant='least-norm'."
+        return found("singular-pose", names, text[0].upper() + text[1:], remedy, redundant=count)
+    text = f"The joints {listed(names)} repeat one another in every pose near this one: {rows}."
+    remedy = (
+        "Remove one of them, replace a Prismatic or Fixed by a Revolute, make a link flexible, "
+        "or simulate(..., redundant='least-norm')."
+    )
+    return found("redundant-joints", names, text, remedy, redundant=count)
+
+
+def _of_drives(program: Program, names: Sequence[str], extra: int, *, singular: bool) -> Finding:
+    owners = [drive.partition(".")[0] for drive in program.drives]
+    drives = [name for name in names if name in owners] or owners
+    others = [name for name in names if name not in owners]
+    joints = f" (with the joints {listed(others)})" if others else ""
+    if singular:
+        text = f"{listed(drives)} cannot move the mechanism from this pose{joints}: a dead centre."
+        return found("singular-pose", drives, text, "Start at another position of the drives.", redundant=extra)
+    verb = "prescribes" if len(drives) == 1 else "prescribe"
+    text = f"{listed(drives)} {verb} {counted(extra, 'motion')} more than the joints leave free{joints}."
+    return found("over-driven", drives, text, "Remove drives, or joints.", excess=extra)
+
+
+def _hidden(program: Program, closed: Program, q: np.ndarray) -> list[Finding]:
+    """More drives than the ideal mechanism has freedom, where only clearances give way."""
+    if closed is program or not program.names.contacts:
+        return []
+    driven = np.asarray(closed.tables.constraints.motion) >= 0
+    joints = np.flatnonzero(~driven)
+    poses = (shaken_pose(closed, q), q)
+    matrices = [StateEvaluation(closed).at(x).blocks[1] @ RigidMotion(closed).plain_basis(x) for x in poses]
+    extra = min(len(row_rank(A).redundant) - len(row_rank(A[joints]).redundant) for A in matrices)
+    if extra <= 0:
+        return []
+    A = matrices[0]
+    drives = [drive.partition(".")[0] for drive in program.drives]
+    names = [name for name in dependent_parts(closed, A) if name in drives] or drives
+    text = f"With ideal joints {listed(names)} prescribe {counted(extra, 'motion')} too many; only clearances yield."
+    return [found("hidden-over-drive", names, text, "Remove a drive, unless they shall work against each other.")]
+
+
+def free_motions(closed: Program, q: np.ndarray) -> list[Finding]:
+    """The motions that neither joints nor drives prescribe, named by coordinates that can be chosen freely.
+
+    Parameters
+    ----------
+    closed : the mechanism with clearance joints as ideal ones, flexible bodies counted as rigid.
+    q : (n_q,) a closed pose.
+    """
+    names = free_coordinates(closed, q)
+    if not names:
+        return []
+    verb = "is" if len(names) == 1 else "are"
+    text = f"{counted(len(names), 'motion')} {verb} not driven; free coordinates, one choice: "
+    text += ", ".join(names[:LISTED_MOTIONS])
+    text += ", ..." if len(names) > LISTED_MOTIONS else ""
+    parts = tuple(dict.fromkeys(name.partition(".")[0] for name in names))
+    return [found("free-motion", parts, f"{text}. Loads alone decide how they move.", free=len(names))]
+
+
+def free_coordinates(closed: Program, q: np.ndarray) -> tuple[str, ...]:
+    """Coordinates of bodies whose rates can be chosen freely and then fix all others."""
+    from scipy.linalg import null_space, qr  # noqa: PLC0415 - takes long to import
+
+    rigid = RigidMotion(closed)
+    A = plain(StateEvaluation(closed).at(q).blocks[1] @ rigid.plain_basis(q))
+    scale = np.tile([1.0, 1.0, PREFERENCE / max(closed.length, 1e-300)], rigid.count)
+    ways = null_space(A * scale, rcond=RANK_TOLERANCE) if len(A) else np.eye(3 * rigid.count)
+    if ways.shape[1] == 0:
+        return ()
+    order = qr(ways.T, mode="r", pivoting=True)[1][: ways.shape[1]]
+    axes = ("x", "y", "theta")
+    return tuple(f"{closed.names.bodies[k // 3]}.{axes[k % 3]}" for k in sorted(order.tolist()))

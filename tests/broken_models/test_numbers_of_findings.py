@@ -1,0 +1,48 @@
+"""Numbers of findings against closed forms."""
+
+import math
+
+import pytest
+from broken import Jumping, four_bar, slider_crank, worn
+
+import flexmb as fm
+
+
+@pytest.mark.parametrize(("angle", "speed"), [(1.2, 1.0), (1.2, -1.0), (1.0, 2.5)])
+def test_where_a_rocker_locks(angle, speed):
+    """Coupler and rocker lie on one line where the crank's end is b + c or |b - c| from the rocker's pin."""
+    a, b, c, d = 0.3, 0.1, 0.3, 0.32
+    (finding,) = fm.check(four_bar((a, b, c, d), angle, fm.ConstantSpeed(speed))).of("locking-drive")
+    reach = b + c if speed > 0.0 else abs(c - b)
+    limit = math.acos((a * a + d * d - reach * reach) / (2.0 * a * d)) - angle
+    assert finding.numbers["motor to"] == pytest.approx(limit, abs=1e-6)
+    assert finding.numbers["time"] == pytest.approx(limit / speed, abs=1e-6)
+    assert set(finding.parts) == {"motor", "A", "B", "D"}
+
+
+def test_a_jump_is_located():
+    (finding,) = fm.check(slider_crank(motion=Jumping(0.2))).of("jumping-drive")
+    assert finding.numbers["time"] == pytest.approx(0.4321, abs=1e-9)
+    assert finding.numbers["jump"] == pytest.approx(0.2, rel=1e-6)
+
+
+def test_penetration_of_a_soft_contact():
+    """F = K d^1.5 with the weight and half of the size times speed squared on all masses."""
+    stiffness = 5e4
+    (finding,) = fm.check(worn("A", normal=fm.contact.Hertz(stiffness))).of("soft-contact")
+    assert finding.numbers["penetration"] == pytest.approx((finding.numbers["force"] / stiffness) ** (2 / 3), rel=1e-9)
+    assert finding.numbers["force"] == pytest.approx((0.4 + 0.4 + 0.3) * 0.5 * 0.5 * 10.0**2, rel=1e-9)
+
+
+def test_counts_of_a_nine_bar():
+    """Gruebler: 3 x 8 bodies less 22 equations of eleven joints; the mechanism of the paper has two cranks."""
+    report = fm.check(fm.mechanisms.nine_bar(clearance=5e-4))
+    assert (report.gruebler, report.freedom, report.free, len(report.drives)) == (2, 2, 0, 2)
+
+
+def test_gruebler_is_wrong_about_parallel_cranks():
+    """Three equal cranks move though the count says that they cannot."""
+    from broken import parallel_cranks
+
+    report = fm.check(parallel_cranks())
+    assert (report.gruebler, report.freedom) == (0, 1)
