@@ -8,11 +8,11 @@ import re
 import sys
 from collections.abc import Sequence
 from functools import partial
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from flexmb.errors import FlexmbError
+from flexmb.version import installed_version
 
 if TYPE_CHECKING:
     from flexmb.commands.options import Option
@@ -131,7 +131,7 @@ def _parser(source: Source | None, wanted: str) -> tuple[argparse.ArgumentParser
     parser = argparse.ArgumentParser(
         prog="flexmb", description="Planar flexible multibody dynamics with imperfect joints.", allow_abbrev=False
     )
-    parser.add_argument("--version", action="version", version=f"flexmb {_version()}")
+    parser.add_argument("--version", action="version", version=f"flexmb {installed_version()}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     add = partial(commands.add_parser, allow_abbrev=False)
     run = add("run", help="simulate a mechanism and write its results", epilog=UNITS_HELP)
@@ -178,6 +178,10 @@ def _add_run_options(run: argparse.ArgumentParser) -> None:
     time.add_argument("--save-from-period", metavar="X", help="first saved period, also for peaks (default 0)")
     time.add_argument("--save", metavar="N", help="saved instants a period, or `steps` for every step (default 1000)")
     time.add_argument("--restart", metavar="RUN.nc", type=Path, help="start from the end of this run of the mechanism")
+    keep = run.add_argument_group("interruptions")
+    every = "time between checkpoints, from which --resume goes on (default 30s)"
+    keep.add_argument("--checkpoint", metavar="TIME", default="30s", help=every)
+    keep.add_argument("--resume", action="store_true", help="go on with a run that was ended from outside, bit for bit")
     names = "generalised-alpha[:RADIUS] (default), hht[:ALPHA], wbz[:ALPHA], trapezoidal, runge-kutta"
     _add_method(run, f"{names}; runge-kutta needs --step")
     files = run.add_argument_group("files")
@@ -279,10 +283,3 @@ def _add_method(command: argparse.ArgumentParser, names: str) -> argparse._Argum
     step.add_argument("--rtol", metavar="X", help="relative tolerance of the velocities in a step (default 1e-4)")
     solver.add_argument("--method", metavar="NAME", help=names)
     return solver
-
-
-def _version() -> str:
-    try:
-        return version("flexmb")
-    except PackageNotFoundError:
-        return "(not installed)"

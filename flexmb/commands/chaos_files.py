@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from flexmb.commands.chaos_study import Findings, Motion, Study, wrapped
-from flexmb.run.run import installed_version
+from flexmb.version import installed_version
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -62,6 +62,7 @@ def run(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
     if options.restart is not None:
         keywords["restart"] = load(options.restart).restart
     require_folder(folder)
+    keywords |= _checkpoints(folder / f"{name}.checkpoint.nc", options)
     sol = simulate(mechanism, progress=not options.quiet, **keywords)
     written = [sol.to_netcdf(folder / f"{name}.nc")]  # before the pictures, which can be drawn again
     lost = _write_rest(mechanism, sol, folder, name, options, written)
@@ -73,6 +74,20 @@ def run(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
     if not sol.ok:
         print(f"flexmb: {sol.status}", file=sys.stderr)
     return 0 if sol.ok and not lost else 1
+
+
+def _checkpoints(path: Path, options: argparse.Namespace) -> dict[str, Any]:
+    """Keywords of `simulate` for checkpoints; tells of an interrupted run that could be resumed."""
+    every = quantity(options.checkpoint, "s", "--checkpoint")
+    if options.resume and options.restart is not None:
+        raise InputError("--resume and --restart exclude each other: --resume goes on with an interrupted run.")
+    if path.is_file() and not options.resume and not options.quiet:
+        print(
+            f"flexmb: {path} is of an interrupted run, which --resume continues; this run starts anew.", file=sys.stderr
+        )
+    if options.resume and not path.is_file() and not options.quiet:
+        print(f"flexmb: there is no {path}; the run starts at the beginning.", file=sys.stderr)
+    return {"checkpoint": path, "checkpoint_every": every, "resume": options.resume}
 
 
 def periods_of(mechanism: Mechanism) -> list[float]:

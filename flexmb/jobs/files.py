@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from hashlib import blake2b
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,13 +15,20 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+SEAL, DIGEST = b"flexmb-blake2b:", 16
+"""First bytes of the checksum behind a file, and number of its further bytes."""
+
+
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
     """A file beside `path`, which takes its place at the end; an interrupted write leaves the old file."""
     part = path.with_name(f".{path.name}.part")
     part.unlink(missing_ok=True)
-    yield part
-    part.replace(path)
+    try:
+        yield part
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
 
 
 def write_netcdf(path: Path, groups: Mapping[str, xr.Dataset]) -> Path:
@@ -30,10 +39,50 @@ def write_netcdf(path: Path, groups: Mapping[str, xr.Dataset]) -> Path:
     path : the file.
     groups : datasets by the name of their group, that of the root is "".
     """
-    with whole_file(path) as part:
-        for name, dataset in groups.items():
-            dataset.to_netcdf(part, engine="h5netcdf", group=name or None, mode="a" if part.exists() else "w")
+    return write_sealed(path, netcdf_image(groups))
+
+
+def netcdf_image(groups: Mapping[str, xr.Dataset], encodings: Mapping[str, Mapping[str, Any]] | None = None) -> bytes:
+    """The bytes of a netCDF file.
+
+    The file is made in memory: the HDF5 library does not survive a disk that is full.
+
+    Parameters
+    ----------
+    groups : datasets by the name of their group, that of the root is "".
+    encodings : encodings of the variables of a group, by the name of the group.
+    """
+    image = io.BytesIO()
+    for k, (name, dataset) in enumerate(groups.items()):
+        encoding = dict((encodings or {}).get(name, {}))
+        mode: Any = "a" if k else "w"
+        dataset.to_netcdf(image, engine="h5netcdf", group=name or None, mode=mode, encoding=encoding)  # type: ignore[call-overload]
+    return image.getvalue()
+
+
+def write_sealed(path: Path, content: bytes) -> Path:
+    """Write bytes with their checksum behind them, whole or not at all; they are on the disk when this returns.
+
+    Readers of netCDF ignore the checksum.
+
+    Parameters
+    ----------
+    path : the file.
+    content : its bytes.
+    """
+    with whole_file(path) as part, part.open("wb") as file:
+        file.write(content)
+        file.write(SEAL + blake2b(content, digest_size=DIGEST).digest())
+        file.flush()
+        os.fsync(file.fileno())
     return path
+
+
+def is_intact(path: Path) -> bool:
+    """Whether the content of a file agrees with the checksum behind it; True without a checksum."""
+    content = path.read_bytes()
+    head, seal = content[: -DIGEST - len(SEAL)], content[-DIGEST - len(SEAL) :]
+    return not seal.startswith(SEAL) or blake2b(head, digest_size=DIGEST).digest() == seal[len(SEAL) :]
 
 
 def write_text(path: Path, text: str) -> Path:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from hashlib import blake2b
 from typing import Any
 
 import numpy as np
@@ -73,6 +74,17 @@ class Program:
     def addresses(self) -> Addresses:
         """Addresses of the kernels in this process."""
         return _addresses(self.kernels)
+
+    @cached_property
+    def fingerprint(self) -> np.ndarray:
+        """Digests (2, 8) of names and kernels, and of all numbers: restarts fit programs of equal fingerprints."""
+        kernels = [f"{k.function.__module__}.{k.name}" for group in self.kernels for k in group]
+        words = "\n".join((*self.names.coordinates, *self.names.rows, *self.names.contacts, *kernels))
+        numbers = b"".join(
+            np.ascontiguousarray(a).tobytes() for a in (self.tables.p, self.reference.q, self.reference.z)
+        )
+        digests = [blake2b(data, digest_size=8).digest() for data in (words.encode(), numbers)]
+        return np.frombuffer(b"".join(digests), dtype=np.uint8).reshape(2, 8)
 
     @property
     def n_q(self) -> int:

@@ -6,7 +6,6 @@ The variables can be read by any netCDF reader.  `load` restores the record bit 
 from __future__ import annotations
 
 import json
-import tempfile
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb.errors import FileFormatError, InputError
+from flexmb.jobs.files import is_intact, netcdf_image, write_sealed
 from flexmb.model import shape
 from flexmb.model.signal import Signal
 from flexmb.results.contact_intervals import COLUMNS, MODES, ContactLog
@@ -31,6 +31,9 @@ VERSION = "flexmb_format"
 RECORD = "flexmb_record"  # a variable, since an attribute of HDF5 holds at most 64 KiB
 RESTART = "restart"
 EPISODES = "episodes"
+LARGEST_GROWTH = 50
+"""Size of the data of a file over the size of the file, at most; flexmb does not compress."""
+
 READ_ERRORS = (OSError, ValueError, KeyError, TypeError, RuntimeError)  # RuntimeError: h5py, on damaged files
 
 
@@ -53,16 +56,12 @@ def save(sol: Solution, path: str | Path) -> Path:
     dataset = _dataset(sol)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=target.parent, prefix=f".{target.name}.") as folder:
-            part = Path(folder) / "part.nc"
-            encoding = {name: {"_FillValue": None} for name in dataset.variables}
-            dataset.to_netcdf(part, engine=ENGINE, encoding=encoding)
-            if sol.restart:
-                _restart(sol).to_netcdf(part, engine=ENGINE, group=RESTART, mode="a")
-            if sol.contacts.names:
-                encoding = {name: {"_FillValue": None} for name, _ in COLUMNS}
-                _episodes(sol).to_netcdf(part, engine=ENGINE, group=EPISODES, mode="a", encoding=encoding)
-            part.replace(target)
+        groups, encodings = {"": dataset}, {"": {name: {"_FillValue": None} for name in dataset.variables}}
+        if sol.restart:
+            groups[RESTART] = _restart(sol)
+        if sol.contacts.names:
+            groups[EPISODES], encodings[EPISODES] = _episodes(sol), {name: {"_FillValue": None} for name, _ in COLUMNS}
+        write_sealed(target, netcdf_image(groups, encodings))
     except OSError as error:
         text = f"Solution: {str(target)!r} cannot be written ({error.strerror or error})."
         raise InputError(f"{text} Give a file in a writable folder.") from error
@@ -83,6 +82,8 @@ def load(path: str | Path) -> Solution:
     source = Path(path)
     if not source.is_file():
         raise FileFormatError(f"{str(source)!r}: there is no such file. Check the path; sol.to_netcdf(...) writes one.")
+    if not is_intact(source):
+        raise FileFormatError(f"{str(source)!r}: damaged; its content does not agree with its checksum. Run it again.")
     try:
         dataset, restart, episodes = _read(source)
         _check_version(source, dataset)
@@ -141,15 +142,24 @@ def _read(source: Path) -> tuple[xr.Dataset, dict[str, np.ndarray], dict[str, np
     import h5py
     import xarray as xr
 
+    most = LARGEST_GROWTH * source.stat().st_size
     with xr.open_dataset(source, engine=ENGINE, decode_cf=False, cache=False) as file:
+        _refuse_bomb(file, most)
         dataset = file.load()
     with h5py.File(source, "r") as raw:
         present = [name for name in (RESTART, EPISODES) if name in raw]
     groups: dict[str, dict[str, np.ndarray]] = {RESTART: {}, EPISODES: {}}
     for group in present:
         with xr.open_dataset(source, engine=ENGINE, decode_cf=False, cache=False, group=group) as file:
+            _refuse_bomb(file, most)
             groups[group] = {str(name): variable.values for name, variable in file.load().data_vars.items()}
     return dataset, groups[RESTART], groups[EPISODES]
+
+
+def _refuse_bomb(dataset: xr.Dataset, most: int) -> None:
+    """Refuse a dataset that would fill the memory, though its file is small."""
+    if dataset.nbytes > most:
+        raise ValueError(f"it declares {dataset.nbytes} bytes of data, more than {LARGEST_GROWTH} times its own size")
 
 
 def _check_version(source: Path, dataset: xr.Dataset) -> None:

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
-from functools import cache
-from importlib.metadata import PackageNotFoundError, version
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -21,6 +19,8 @@ from flexmb.program.program import Program
 from flexmb.results.solution import ContactLog, Peaks, Solution
 from flexmb.results.stats import Stats
 from flexmb.results.status import sentence
+from flexmb.run.interruption import KEYBOARD, Interruption
+from flexmb.run.restart import MODEL, refuse_other_model
 from flexmb.run.saved_rows import SavedRows
 from flexmb.start.consistent import Start, accelerations
 from flexmb.start.redundant_joints import least_norm
@@ -33,6 +33,7 @@ from flexmb.step.method import Method
 from flexmb.step.step_size import FLIGHT_WEIGHT, Adaptive, FixedStep
 from flexmb.system.state_evaluation import StateEvaluation
 from flexmb.system.work import workspace
+from flexmb.version import installed_version
 
 BUFFER_ROWS, LEAST_BUFFER_ROWS, BUFFER_NUMBERS = 512, 16, 1 << 23
 """Number of saved instants in the buffer of the loop, at most and at least; numbers in the buffer (64 MB)."""
@@ -80,7 +81,9 @@ class Run:
         self.work, self.flow = workspace(program), new_flow(program)
         self.saved = SavedRows(self.record.values.shape[1], kept)
         self.episodes: list[np.ndarray] = []
-        self.saving = False
+        self.saving = self.interrupted = False
+        self.after_block: Callable[[Run], None] = lambda _: None
+        self.interruption = Interruption([KEYBOARD])
         self.code, self.note, self.redundant = RUNNING, "", 0
         self.h_max, self.h_min, self.error, self.bounds = self._limits()
         self.trial = new_trial(program, 0, self.bounds)
@@ -175,6 +178,7 @@ class Run:
                 f"{label}: restart does not fit this model "
                 f"({str(error)!r} is missing or of another size). Use `restart` of a solution of the same mechanism."
             ) from error
+        refuse_other_model(self.program, restart, label)
         self.record.signals[:] = restart["signals"]
         if redundant:
             G = StateEvaluation(self.program).at(self.flow.q[: self.program.n_q], t=self.flow.clock.t).jacobian
@@ -210,17 +214,21 @@ class Run:
             notice.close()
         bar = ProgressBar(self.program.name, end, done=float(self.flow.clock.t), shown=self.progress, of="s of motion")
         try:
-            for instant in self.program.breaks(end):
-                if instant > self.flow.clock.t and self._advance_to(just_before(instant), interval, bar, ahead=True):
-                    self._cross_jump(instant, interval)
-                if self.note or self.code not in (RUNNING, DONE):
-                    break
-            else:
-                if self._advance_to(end, interval, bar) and saving is not None:
-                    self.code = check_balance_at_end(self.flow.ledger, self.flow.balance) or DONE
-        except KeyboardInterrupt:
-            self.note = "Interrupted from the keyboard"
+            with self.interruption:
+                self._run_over_jumps(end, interval, bar, ends=saving is not None)
+        except KeyboardInterrupt as stop:
+            self.note, self.interrupted = str(stop) or "Interrupted from the keyboard", True
         bar.close()
+
+    def _run_over_jumps(self, end: float, interval: float, bar: ProgressBar, *, ends: bool) -> None:
+        """Run until `end` [s], step by step over the jumps; `ends`: whether the balance of energies is drawn there."""
+        for instant in self.program.breaks(end):
+            if instant > self.flow.clock.t and self._advance_to(just_before(instant), interval, bar, ahead=True):
+                self._cross_jump(instant, interval)
+            if self.note or self.code not in (RUNNING, DONE):
+                return
+        if self._advance_to(end, interval, bar) and ends:
+            self.code = check_balance_at_end(self.flow.ledger, self.flow.balance) or DONE
 
     def _advance_to(self, target: float, interval: float, bar: ProgressBar, *, ahead: bool = False) -> bool:
         """Run until `target` [s]; whether the run reached it; `ahead`: even without a step left."""
@@ -242,6 +250,9 @@ class Run:
             steps = int(min(max(steps * min(BLOCK_SECONDS / max(took, 1e-6), 4.0), 16), 1_000_000))
             if self.code == BUFFER_FULL:
                 self.code = RUNNING
+            if self.code == RUNNING:
+                self.interruption.act()
+                self.after_block(self)
         return self.code == DONE
 
     def _cross_jump(self, instant: float, interval: float) -> None:
@@ -326,8 +337,15 @@ class Run:
                 return
             self._fetch_buffer()
 
-    def solution(self, model: dict[str, Any], *, notes: tuple[str, ...] = (), wall_time: float = 0.0) -> Solution:
-        """Solution of the run so far, with remarks and the time on the clock [s]."""
+    def solution(
+        self,
+        model: dict[str, Any],
+        *,
+        notes: tuple[str, ...] = (),
+        faults: tuple[str, ...] = (),
+        wall_time: float = 0.0,
+    ) -> Solution:
+        """Solution of the run so far, with remarks, faults that were seen, and the time on the clock [s]."""
         program = self.stepper.reported
         kept = slice(None) if self.kept is None else self.kept
         names, (time, values) = program.names.signals, self.saved.finished()
@@ -336,8 +354,8 @@ class Run:
             values=values,
             signals=names if self.kept is None else names.chosen(self.kept),
             peaks=Peaks(self.record.peak[kept].copy(), self.record.peak_time[kept].copy()),
-            status=self.status(),
-            ok=self.code == DONE and not self.note,
+            status=" ".join([self.status(), *(f"Not ok: {fault}" for fault in faults)]),
+            ok=self.code == DONE and not self.note and not faults,
             stats=self.stats(wall_time),
             aliases=program.names.aliases,
             shapes=program.shapes,
@@ -349,7 +367,8 @@ class Run:
 
     def restart(self) -> dict[str, np.ndarray]:
         """Present state by name, from which a run of the same model continues bit for bit."""
-        return {**self.flow.saved(), "signals": self.record.signals.copy(), **self.stepper.saved()}
+        own = {"signals": self.record.signals.copy(), MODEL: self.program.fingerprint}
+        return {**self.flow.saved(), **own, **self.stepper.saved()}
 
     def stats(self, wall_time: float = 0.0) -> Stats:
         """Statistics of the run so far; `wall_time`: time on the clock [s]."""
@@ -376,12 +395,3 @@ class Run:
 def just_before(instant: float) -> float:
     """Instant before `instant` by a few units of round-off; `t + h` cannot round beyond it."""
     return float(instant - 4.0 * np.spacing(instant))
-
-
-@cache
-def installed_version() -> str:
-    """Version of flexmb, "unknown" when it is not installed."""
-    try:
-        return version("flexmb")
-    except PackageNotFoundError:
-        return "unknown"

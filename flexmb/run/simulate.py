@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from numbers import Real
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,10 @@ from flexmb.program.program import Program
 from flexmb.results.remarks import contact_remarks
 from flexmb.results.signal_names import SAVED_KEY, chosen_places
 from flexmb.results.solution import Solution
+from flexmb.run.checkpoint import EVERY, Checkpoints, plain_values
+from flexmb.run.interruption import KEYBOARD, TERMINATION, Interruption
 from flexmb.run.run import Run
+from flexmb.run.watch import Saved, watched
 from flexmb.step.method import Method
 from flexmb.step.newmark.method import Newmark
 from flexmb.step.step_size import Adaptive, FixedStep
@@ -48,6 +52,9 @@ def simulate(
     redundant: str = "refuse",
     signals: Sequence[str] | None = None,
     progress: bool = False,
+    checkpoint: str | Path | None = None,
+    checkpoint_every: float = EVERY,
+    resume: bool = False,
 ) -> Solution:
     """Simulate a mechanism from its reference configuration.
 
@@ -76,6 +83,10 @@ def simulate(
         the solution holds these and their peaks alone, in its usual order.  None: all; []: none.  Final state,
         contacts, statistics and status are whole in any case.  Drawing and VTK files need x, y, theta of all nodes.
     progress : show a progress bar with an estimate of the time left.
+    checkpoint : file from which a run that was ended from outside can go on, bit for bit; it is removed when the run
+        reaches its end.  SIGTERM then ends a run as Ctrl-C does, with its results.  None: no such file.
+    checkpoint_every : time between two checkpoints [s on the clock].
+    resume : go on from the file `checkpoint` if it is there; the other arguments are those of the interrupted run.
 
     Returns
     -------
@@ -111,11 +122,17 @@ def simulate(
     check_kinds(label, method, step, redundant)
     kept, more = chosen_places(label, program.names, signals), {"max_steps": max_steps, "progress": progress}
     run = Run(program, method, step, end, period, mechanism=mechanism, kept=kept, **more)
-    if restart is None:
+    model = {"name": mechanism.name} if signals is None else {"name": mechanism.name, SAVED_KEY: list(signals)}
+    kept_file = _checkpoints(run, checkpoint, checkpoint_every, begin, end, save, redundant, model)
+    if kept_file is not None and resume and kept_file.path.is_file():
+        kept_file.resume(run, label, redundant=least)
+    elif restart is None:
         run.begin(run.stepper.start(mechanism, closed, redundant=least))
     else:
         run.resume(restart, label, redundant=least)
         check_ahead(label, float(run.flow.clock.t), end)
+    if kept_file is not None:
+        run.after_block, run.interruption = kept_file.after_block, Interruption([KEYBOARD, TERMINATION])
     started = time.perf_counter()
     if run.flow.clock.t < begin:
         run.run_to(begin, saving=None)
@@ -124,8 +141,30 @@ def simulate(
     now = float(run.flow.clock.t)
     span = period if period is not None else 0.5 * (now - begin)
     notes = contact_remarks(run.program, run.flow.z, run.contact_log(), now, span)
-    model = {"name": mechanism.name} if signals is None else {"name": mechanism.name, SAVED_KEY: list(signals)}
-    return run.solution(model=model, notes=notes, wall_time=time.perf_counter() - started)
+    watch = watched(mechanism, Saved.of(run))
+    notes = (*notes, *watch.notes)
+    if kept_file is not None:
+        notes = (*notes, *([kept_file.failure] if kept_file.failure else []))
+        kept_file.write(run) if run.interrupted else kept_file.remove()
+    return run.solution(model=model, notes=notes, faults=watch.faults, wall_time=time.perf_counter() - started)
+
+
+def _checkpoints(
+    run: Run,
+    path: str | Path | None,
+    every: float,
+    begin: float,
+    end: float,
+    save: Any,
+    redundant: str,
+    model: dict[str, Any],
+) -> Checkpoints | None:
+    """The checkpoint file of a run, or None."""
+    if path is None:
+        return None
+    command = plain_values(begin=begin, end=end, save=save, step=run.step, method=run.method, redundant=redundant)
+    command["signals"] = repr(model.get(SAVED_KEY))
+    return Checkpoints(Path(path), every, command, model)
 
 
 def period_or_none(program: Program) -> float | None:

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 from flexmb.jobs.attempt import Attempt, failure
 from flexmb.jobs.files import whole_file, write_netcdf, write_text
-from flexmb.run.run import installed_version
 from flexmb.study.item import StudyFigure, StudyPage
 from flexmb.study.store import Kept
+from flexmb.version import installed_version
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

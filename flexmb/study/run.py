@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from flexmb.errors import FlexmbError
-from flexmb.run.run import installed_version
 from flexmb.sweeps.fingerprint import digest
+from flexmb.version import installed_version
 
 if TYPE_CHECKING:
     import xarray as xr

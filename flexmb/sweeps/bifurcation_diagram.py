@@ -20,7 +20,6 @@ from flexmb.jobs.attempt import Attempt
 from flexmb.jobs.engine import PENDING, Chain, Job, drive, require_executor, require_picklable
 from flexmb.jobs.progress import ProgressBar
 from flexmb.model.mechanism import Mechanism
-from flexmb.run.run import installed_version
 from flexmb.run.simulate import Step
 from flexmb.step.newmark.method import Newmark
 from flexmb.sweeps.datasets import POINTS, STATE, dataset_of
@@ -28,6 +27,7 @@ from flexmb.sweeps.family import Family, Make, SectionSettings, columns_of, sect
 from flexmb.sweeps.fingerprint import digest, label_of, shown_values
 from flexmb.sweeps.record import STATUS, Column, Record
 from flexmb.sweeps.store import opened
+from flexmb.version import installed_version
 
 if TYPE_CHECKING:
     import xarray as xr

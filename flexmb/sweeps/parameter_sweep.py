@@ -13,13 +13,13 @@ from flexmb.errors import InputError
 from flexmb.jobs.attempt import Attempt, Outcome, failure
 from flexmb.jobs.engine import PENDING, Chain, Job, drive, require_executor, require_picklable
 from flexmb.jobs.progress import ProgressBar
-from flexmb.run.run import installed_version
 from flexmb.sweeps.datasets import LAYOUT, dataset_of
 from flexmb.sweeps.fingerprint import digest, label_of, shown_values
 from flexmb.sweeps.grid import Points, points_of
 from flexmb.sweeps.outputs import called, columns_of, fitting
 from flexmb.sweeps.record import STATUS, Column, Record
 from flexmb.sweeps.store import opened
+from flexmb.version import installed_version
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -1,0 +1,34 @@
+"""Restart of a run: the state of one mechanism is refused by another one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from flexmb.errors import InputError
+from flexmb.program.program import Program
+
+MODEL = "model"
+"""Name of the fingerprint of the program in a restart."""
+
+
+def refuse_other_model(program: Program, restart: Mapping[str, np.ndarray], label: str) -> None:
+    """Refuse the restart of a mechanism of equal size with other parts or numbers.
+
+    Parameters
+    ----------
+    program : the compiled mechanism.
+    restart : arrays by name; one without a fingerprint is taken.
+    label : first words of the error.
+    """
+    given, own = restart.get(MODEL), program.fingerprint
+    if given is None or np.array_equal(given, own):
+        return
+    other = "names or kernels of its parts differ"
+    if np.shape(given) == own.shape and np.array_equal(given[0], own[0]):
+        other = "the same parts have other numbers (masses, lengths, clearances, gravity, ...)"
+    raise InputError(
+        f"{label}: restart is of another mechanism: {other}. Use `restart` of a solution of this mechanism; "
+        "its energies and contacts would not fit another one."
+    )

@@ -1,0 +1,188 @@
+"""Watch over a run: penetrations, contacts, strains and laws that cannot be right, with time, part and remedy."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from flexmb.bodies.flexible import beam_elements
+from flexmb.bodies.flexible_body import FlexibleBody
+from flexmb.doctor.cheap import cheap_findings
+from flexmb.doctor.finding import ERROR
+from flexmb.model.mechanism import Mechanism
+from flexmb.model.signal import Signals
+from flexmb.results.contact_intervals import COLUMNS, ContactLog
+from flexmb.results.solution import Peaks
+from flexmb.step.step_size import FixedStep
+
+if TYPE_CHECKING:
+    from flexmb.run.run import Run
+
+DEEP, THROUGH = 0.2, 1.0
+"""Penetration over the radius of the journal or pin: above the first there is a remark; above the second the journal
+has passed its own centre, and the run is not ok."""
+
+LEAST_STEPS = 4.0
+"""Steps of an impact below which its restitution means nothing."""
+
+SHARE = 0.01
+"""Share of the impulses of a joint, or of the energy through it, above which something matters."""
+
+LARGE_STRAIN, IMPOSSIBLE_STRAIN = 0.05, 0.2
+"""Strain of a beam above which there is a remark; beyond yield, above the second, the run is not ok."""
+
+MOST_NUMBERS = 20_000
+"""Number of poses of the nodes of a beam that are looked at; of longer results every second, third, ... instant."""
+
+COLUMN = {name: k for k, (name, _) in enumerate(COLUMNS)}
+
+
+class Watched(NamedTuple):
+    """Remarks of the watch.
+
+    Parameters
+    ----------
+    faults : sentences on what cannot be right.
+    notes : sentences on what deserves attention.
+    """
+
+    faults: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+class Saved(NamedTuple):
+    """Results of a run that are watched.
+
+    Parameters
+    ----------
+    time : (n,) saved instants [s].
+    values : (n, signals) saved signals.
+    kept : (signals,) numbers of the saved signals among all; None: all.
+    signals : names of all signals.
+    aliases : other names of nodes.
+    peaks : of all signals.
+    contacts : contact intervals.
+    fixed_step : size of the steps [s]; None: chosen by their errors.
+    """
+
+    time: np.ndarray
+    values: np.ndarray
+    kept: np.ndarray | None
+    signals: Signals
+    peaks: Peaks
+    contacts: ContactLog
+    fixed_step: float | None
+
+    @staticmethod
+    def of(run: Run) -> Saved:
+        """Results of a run that has ended."""
+        time, values = run.saved.finished()
+        peaks = Peaks(run.record.peak, run.record.peak_time)
+        fixed = run.step.size if isinstance(run.step, FixedStep) else None
+        return Saved(time, values, run.kept, run.stepper.reported.names.signals, peaks, run.contact_log(), fixed)
+
+
+def watched(mechanism: Mechanism, saved: Saved) -> Watched:
+    """Faults and notes on a run that has ended.
+
+    Parameters
+    ----------
+    mechanism : the mechanism.
+    saved : its results.
+    """
+    faults: list[str] = []
+    notes: list[str] = []
+    for finding in cheap_findings(mechanism):
+        (faults if finding.severity == ERROR else notes).append(f"{finding.text} {finding.remedy}".rstrip())
+    for source in (_penetrations(mechanism, saved), _coarse_contacts(saved), _strains(mechanism, saved)):
+        for wrong, text in source:
+            (faults if wrong else notes).append(text)
+    return Watched(tuple(faults), tuple(notes))
+
+
+def _penetrations(mechanism: Mechanism, saved: Saved) -> Iterator[tuple[bool, str]]:
+    """Journals and pins that are pressed deep into their bearings."""
+    for part in mechanism.parts:
+        radius = getattr(part, "bearing_radius", None) or getattr(part, "pin_radius", None)
+        name = f"{part.name}.penetration"
+        if not isinstance(radius, float) or name not in saved.signals.places:
+            continue
+        place = saved.signals.places[name]
+        depth, when = float(saved.peaks.values[place]), float(saved.peaks.times[place])
+        if depth > DEEP * radius:
+            through = depth > THROUGH * radius
+            text = f"At t = {when:.6g} s {part.label} is penetrated by {depth:.4g} m, its radius is {radius:.4g} m"
+            text += ": the journal passes through its bearing" if through else ": far beyond the validity of any law"
+            yield through, f"{text}. A stiffness in N/mm^1.5 is to be multiplied by 3.16e4; else take smaller steps."
+
+
+def _coarse_contacts(saved: Saved) -> Iterator[tuple[bool, str]]:
+    """Contacts of a few fixed steps, whose restitution is an accident of the steps."""
+    if saved.fixed_step is None:
+        return
+    rows = saved.contacts.rows
+    for k, name in enumerate(saved.contacts.names):
+        own = rows[rows[:, COLUMN["contact"]] == k]
+        impulse = own[:, COLUMN["impulse"]]
+        steps = (own[:, COLUMN["end"]] - own[:, COLUMN["start"]]) / saved.fixed_step
+        coarse = steps < LEAST_STEPS  # NaN, of one that lasts, is not
+        share = float(impulse[coarse].sum()) / float(impulse.sum()) if impulse.sum() > 0.0 else 0.0
+        if share > SHARE:
+            first = float(own[coarse][0, COLUMN["start"]])
+            text = f"{int(coarse.sum())} of {len(own)} contacts of {name!r} last less than {LEAST_STEPS:g} of the fixed"
+            text = f"{text} steps ({saved.fixed_step:.3g} s), the first at t = {first:.6g} s: their restitution is an"
+            need = float(np.median((own[:, COLUMN["end"]] - own[:, COLUMN["start"]])[coarse])) / 32.0
+            yield share > 0.2, f"{text} accident of the steps. Take steps of {need:.2g} s, or Adaptive()."
+
+
+def _strains(mechanism: Mechanism, saved: Saved) -> Iterator[tuple[bool, str]]:
+    """Beams that strain beyond their yield stress, or by more than linear elasticity allows."""
+    for body in mechanism.bodies:
+        if not isinstance(body, FlexibleBody):
+            continue
+        found = strain_of(body, saved)
+        if found is None:
+            continue
+        strain, when = found
+        limit = body.material.yield_stress
+        stress = strain * body.material.young
+        text = f"At t = {when:.6g} s {body.label} strains by {strain:.3g} ({stress:.3g} Pa)"
+        if limit is not None and stress > limit:
+            wrong = strain > IMPOSSIBLE_STRAIN
+            yield wrong, f"{text}; it yields at {limit:.3g} Pa, and beams are linear elastic."
+        elif strain > LARGE_STRAIN:
+            yield False, f"{text}; beams are linear elastic, for small strains."
+
+
+def strain_of(body: FlexibleBody, saved: Saved) -> tuple[float, float] | None:
+    """Largest strain of a body at the saved instants, and when [s]; None where its nodes were not saved.
+
+    Parameters
+    ----------
+    body : the body.
+    saved : results of the run.
+    """
+    nodes = {node.name: node for node in body.nodes()}
+    largest, when = 0.0, 0.0
+    for beam in body.beams:
+        every = 1 + len(saved.time) * len(beam.nodes) // MOST_NUMBERS
+        columns = _columns(saved, [f"{body.name}.{n}.{axis}" for axis in ("x", "y", "theta") for n in beam.nodes])
+        if columns is None or not len(saved.time):
+            return None
+        x, y, theta = np.split(saved.values[::every, columns], 3, axis=1)
+        strains = beam_elements(beam, nodes).strains(x, y, theta).max(axis=1)
+        k = int(np.argmax(strains))
+        if strains[k] > largest:
+            largest, when = float(strains[k]), float(saved.time[::every][k])
+    return largest, when
+
+
+def _columns(saved: Saved, names: Sequence[str]) -> list[int] | None:
+    """Columns of saved signals; None where one was not saved."""
+    places = [saved.signals.places.get(name, -1) for name in names]
+    if saved.kept is not None:
+        where = {int(place): k for k, place in enumerate(saved.kept)}
+        places = [where.get(place, -1) for place in places]
+    return None if min(places) < 0 else places

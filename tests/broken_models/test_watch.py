@@ -1,0 +1,138 @@
+"""Runs that cannot be right are not ok, and say when, where and what to do; sound runs stay untouched."""
+
+import math
+
+import pytest
+from broken import (
+    SOFT,
+    STEEL_BAR,
+    WAVE,
+    YIELDING,
+    Driving,
+    O,
+    Pulling,
+    Sticky,
+    WrongRate,
+    beam,
+    link,
+    pendulum,
+    slider_crank,
+    worn,
+)
+
+import flexmb as fm
+from flexmb.errors import InputError
+
+SHORT = {"t_end": 0.02, "save": 50}
+
+
+def test_friction_that_drives_is_no_success():
+    sol = fm.simulate(worn("A", friction=Driving(0.3)), **SHORT)
+    assert not sol.ok
+    assert "Not ok: The friction law of 'A' gives T" in sol.status
+    assert "it drives. Friction brakes" in sol.status
+
+
+def test_friction_of_a_belt_may_drive():
+    """The bearing's surface moves at 2 m/s: slower slip is driven, faster slip is braked."""
+    sol = fm.simulate(worn("A", friction=Belt(0.1, 2.0)), **SHORT)
+    assert sol.ok, sol.status
+
+
+class Belt(fm.FrictionLaw):
+    """Smooth friction against a surface that moves at a speed of its own."""
+
+    def __init__(self, coefficient, speed):
+        object.__setattr__(self, "coefficient", coefficient)
+        object.__setattr__(self, "speed", speed)
+
+    def parameters(self):
+        return (self.coefficient, self.speed)
+
+    @fm.friction_law
+    def kernel(p, h, slip, N, z, z_new):
+        return -p[0] * N * math.tanh((slip - p[1]) / 1e-2)
+
+
+def test_a_rate_that_is_no_derivative_is_no_success():
+    sol = fm.simulate(slider_crank(motion=WrongRate(10.0)), **SHORT)
+    assert not sol.ok
+    assert "The rate of 'motor' is not the derivative of its value" in sol.status
+
+
+def test_a_journal_that_passes_through_its_bearing():
+    """Stiffness in N/mm^1.5."""
+    fast = worn("A", normal=SOFT).with_({"motor.motion.speed": 200.0})
+    sol = fm.simulate(fast, t_end=0.1)
+    assert not sol.ok
+    assert "RevoluteClearance 'A' is penetrated by" in sol.status
+    assert "passes through its bearing. A stiffness in N/mm^1.5 is to be multiplied by 3.16e4" in sol.status
+    right = fm.simulate(worn("A").with_({"motor.motion.speed": 200.0}), t_end=0.1)
+    assert right.ok, right.status
+
+
+@pytest.mark.parametrize("law", [Pulling(1e6), Sticky(1e6, 1e4)])
+def test_a_law_that_pulls_is_no_success(law):
+    sol = fm.simulate(worn("A", normal=law), **SHORT)
+    assert not sol.ok
+    assert "The normal law of 'A' gives N = " in sol.status
+
+
+def test_a_table_that_overshoots_is_noted():
+    sol = fm.simulate(slider_crank(motion=WAVE), t_end=0.05)
+    assert any("The table of 'motor' overshoots its points by" in note for note in sol.notes)
+
+
+def test_strain_beyond_yield_is_noted_and_impossible_strain_is_no_success():
+    """A clamped strip falls: 2 q L^2/2 c/I = 7e8 Pa is twice what it bears; a block is bent to a loop."""
+    strip = fm.Rectangle(width=0.01, height=1e-3)
+    arm = beam("arm", O, (0.5, 0.0), strip, YIELDING, elements=6)
+    wall = fm.Fixed("wall", fm.GROUND, arm, at=O)
+    sol = fm.simulate(fm.Mechanism("strip", [arm, wall], gravity=(0.0, -60.0)), t_end=0.3, save=300)
+    assert any("FlexibleLink 'arm' strains by" in note and "it yields at 2.5e+08 Pa" in note for note in sol.notes)
+    assert sol.ok
+    block = beam("arm", O, (0.5, 0.0), fm.Rectangle(width=0.01, height=0.05), YIELDING, elements=4)
+    load = fm.Torque("load", block, 1e7 * 0.01 * 0.05**2 * 400.0)
+    held = fm.Fixed("wall", fm.GROUND, block, at=O)
+    bent = fm.simulate(fm.Mechanism("bent", [block, held, load]), t_end=5e-3)
+    assert not bent.ok
+    assert "FlexibleLink 'arm' strains by" in bent.status
+
+
+@pytest.mark.parametrize("change", [{"rod.mass": 0.5}, {"A.clearance": 2e-4}, {"gravity": (0.0, -9.81)}])
+def test_a_restart_of_another_mechanism_is_refused(change):
+    first = fm.simulate(worn("A"), t_end=4e-3, max_steps=20)
+    with pytest.raises(InputError, match="restart is of another mechanism: the same parts have other numbers"):
+        fm.simulate(worn("A").with_(change), t_end=4e-3, restart=first.restart)
+    whole, again = fm.simulate(worn("A"), t_end=4e-3), fm.simulate(worn("A"), t_end=4e-3, restart=first.restart)
+    assert (again.values[-1] == whole.values[-1]).all()
+
+
+def test_a_restart_of_other_names_is_refused():
+    first = fm.simulate(pendulum(), t_end=0.01)
+    arm = link("leg", O, (0.3, -0.2))
+    renamed = fm.Mechanism("pendulum", [arm, fm.Revolute("O", fm.GROUND, arm, at=O)], gravity=(0.0, -9.81))
+    with pytest.raises(InputError, match="names or kernels of its parts differ"):
+        fm.simulate(renamed, t_end=0.02, restart=first.restart)
+
+
+@pytest.mark.parametrize("step", [5e-4, 2e-3])
+def test_an_impact_of_one_step_is_no_success(step):
+    """An elastic pin at 10 m/s against the ends of its slot: the steps decide how fast it returns."""
+    block = fm.RigidBody("block", O, 1.0, 1.0, velocity=(10.0, 0.0, 0.0))
+    slot = fm.PinSlotClearance(
+        "slot", fm.GROUND, block, at=O, along=(1.0, 0.0), clearance=1e-3, pin_radius=0.02, length=1.898,
+        normal=fm.contact.Hertz(1e9),
+    )  # fmt: skip
+    mech = fm.Mechanism("pin", [block, slot])
+    coarse = fm.simulate(mech, t_end=1.0, step=step)
+    assert not coarse.ok, coarse.status
+    fine = fm.simulate(mech, t_end=1.0)
+    assert fine.ok, fine.status
+
+
+def test_a_sound_run_has_neither_faults_nor_new_notes():
+    for mech in (worn("A"), slider_crank(), pendulum(body=beam("arm", O, (0.3, -0.2), STEEL_BAR))):
+        sol = fm.simulate(mech, t_end=0.05)
+        assert sol.ok, sol.status
+        assert "Not ok" not in sol.status

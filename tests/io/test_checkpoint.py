@@ -1,0 +1,228 @@
+"""Runs that are ended from outside go on from their checkpoint as if nothing had happened."""
+
+import errno
+import os
+import random
+import resource
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import flexmb as fm
+from flexmb.errors import FileFormatError, InputError
+from flexmb.jobs import files
+from flexmb.run import run as run_module
+from flexmb.run.checkpoint import Checkpoints
+
+WORN = {"clearance": 5e-4}
+LONG = {"periods": 2, "save": 200}
+
+
+def worn():
+    """A slider-crank with clearance."""
+    return fm.mechanisms.slider_crank(**WORN)
+
+
+def same(one, other):
+    """Whether two solutions are equal to the last bit: signals, peaks, contact intervals, statistics."""
+    rows = one.contacts.rows, other.contacts.rows
+    assert np.array_equal(one.time, other.time)
+    assert np.array_equal(one.values, other.values)
+    assert np.array_equal(one.peaks.values, other.peaks.values)
+    assert np.array_equal(one.peaks.times, other.peaks.times)
+    assert np.array_equal(*rows, equal_nan=True)
+    assert one.status == other.status
+    assert one.notes == other.notes
+    counts = ("steps", "rejected", "newton_iterations", "evaluations", "smallest_step", "largest_step")
+    assert [getattr(one.stats, name) for name in counts] == [getattr(other.stats, name) for name in counts]
+
+
+class Killed(BaseException):
+    """Stands for the end of the process."""
+
+
+@pytest.fixture
+def small_blocks(monkeypatch):
+    """Blocks of some steps, so that there are many moments at which a run can be cut."""
+    monkeypatch.setattr(run_module, "BLOCK_SECONDS", 1e-4)
+    monkeypatch.setattr(run_module, "FIRST_BLOCK_UPDATES", 200)
+
+
+@pytest.mark.parametrize("blocks", [1, 7, 40, 120])
+@pytest.mark.parametrize(
+    "options",
+    [{}, {"save_from_period": 1.0}, {"signals": ["slider.*"], "save": "steps"}, {"method": fm.Newmark.hht(0.05)}],
+    ids=["whole", "second period", "some signals", "HHT"],
+)
+def test_a_run_that_was_killed_goes_on(tmp_path, monkeypatch, small_blocks, blocks, options):
+    whole = fm.simulate(worn(), **{**LONG, **options})
+    path = tmp_path / "run.nc"
+    after_blocks(monkeypatch, blocks, Killed)
+    with pytest.raises(Killed):
+        fm.simulate(worn(), **{**LONG, **options}, checkpoint=path)
+    monkeypatch.undo()
+    same(fm.simulate(worn(), **{**LONG, **options}, checkpoint=path, resume=True), whole)
+    assert not path.exists()  # the run has reached its end
+
+
+def after_blocks(monkeypatch, blocks, error):
+    """Write a checkpoint after some blocks of steps, and raise an error then."""
+    count = []
+
+    def stop(checkpoints, run):
+        count.append(1)
+        if len(count) == blocks:
+            checkpoints.write(run)
+            raise error
+
+    monkeypatch.setattr(Checkpoints, "after_block", stop)
+
+
+def test_a_checkpoint_of_another_run_is_refused(tmp_path, monkeypatch, small_blocks):
+    path = tmp_path / "run.nc"
+    _interrupted(path, monkeypatch)
+    with pytest.raises(InputError, match=r"belongs to a run with end = .*Resume with the same arguments"):
+        fm.simulate(worn(), periods=3, save=200, checkpoint=path, resume=True)
+    other = fm.mechanisms.slider_crank(clearance=4e-4)
+    with pytest.raises(InputError, match="restart is of another mechanism"):
+        fm.simulate(other, **LONG, checkpoint=path, resume=True)
+    fm.simulate(worn(), t_end=1e-3).to_netcdf(path)
+    with pytest.raises(FileFormatError, match="is no checkpoint; it is a finished result"):
+        fm.simulate(worn(), **LONG, checkpoint=path, resume=True)
+
+
+def _interrupted(path, monkeypatch):
+    """Write a checkpoint of a run that is ended from the keyboard."""
+    after_blocks(monkeypatch, 5, KeyboardInterrupt)
+    sol = fm.simulate(worn(), **LONG, checkpoint=path)
+    assert "Interrupted from the keyboard" in sol.status
+    assert not sol.ok
+    assert path.is_file()
+
+
+def test_a_run_that_is_interrupted_leaves_its_checkpoint(tmp_path, monkeypatch, small_blocks):
+    path = tmp_path / "run.nc"
+    _interrupted(path, monkeypatch)
+    same(fm.simulate(worn(), **LONG, checkpoint=path, resume=True), fm.simulate(worn(), **LONG))
+
+
+def test_a_checkpoint_that_cannot_be_written_is_noted(tmp_path, monkeypatch, small_blocks):
+    def full(path, content):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("flexmb.results.netcdf.write_sealed", full)
+    sol = fm.simulate(worn(), **LONG, checkpoint=tmp_path / "run.nc", checkpoint_every=0.0)
+    assert sol.ok
+    assert any("No checkpoint since t = " in note and "No space left on device" in note for note in sol.notes)
+
+
+def command(folder, *more):
+    """A run of some seconds on the command line."""
+    words = ["run", "slider-crank", "--clearance", "0.5mm", "--periods", "400", "--save", "20", "--out", str(folder)]
+    return [sys.executable, "-m", "flexmb", *words, "--no-plots", "--no-vtk", "--quiet", *more]
+
+
+@pytest.mark.parametrize("kill", [signal.SIGTERM, signal.SIGKILL])
+def test_a_command_that_is_killed_goes_on(tmp_path, kill):
+    path = tmp_path / "slider-crank.checkpoint.nc"
+    process = subprocess.Popen(command(tmp_path, "--checkpoint", "0.2s"))
+    for _ in range(600):
+        time.sleep(0.1)
+        if path.exists() or process.poll() is not None:
+            break
+    assert process.poll() is None
+    process.send_signal(kill)
+    code = process.wait(timeout=60)
+    assert code == (1 if kill == signal.SIGTERM else -signal.SIGKILL)
+    if kill == signal.SIGTERM:
+        assert "Ended by SIGTERM" in fm.load(tmp_path / "slider-crank.nc").status
+    assert path.is_file()
+    assert subprocess.run(command(tmp_path, "--resume"), check=True).returncode == 0
+    other = tmp_path / "whole"
+    subprocess.run(command(other), check=True)
+    same(fm.load(tmp_path / "slider-crank.nc"), fm.load(other / "slider-crank.nc"))
+
+
+@pytest.mark.slow
+def test_fifty_kills(tmp_path):
+    """SIGKILL at 50 random moments of one run: nothing is lost beyond the last checkpoint, and no bit changes."""
+    rng, moments = random.Random(5), 0
+    while moments < 50:
+        process = subprocess.Popen(command(tmp_path, "--checkpoint", "0.05s", "--resume"))
+        try:
+            assert process.wait(timeout=rng.uniform(1.0, 3.0)) == 0
+            break
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+            moments += 1
+    else:
+        subprocess.run(command(tmp_path, "--resume"), check=True)
+    other = tmp_path / "whole"
+    subprocess.run(command(other), check=True)
+    same(fm.load(tmp_path / "slider-crank.nc"), fm.load(other / "slider-crank.nc"))
+
+
+def test_a_full_disk_loses_nothing(tmp_path):
+    """A process that may not write files above 4 kB gets an error, and the old result stays."""
+    path = tmp_path / "slider-crank.nc"
+    fm.simulate(worn(), t_end=1e-4).to_netcdf(path)
+    before = path.read_bytes()
+    short = [sys.executable, "-m", "flexmb", "run", "slider-crank", "--t-end", "1ms", "--out", str(tmp_path)]
+
+    def limit():
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
+
+    environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}
+    done = subprocess.run(
+        [*short, "--no-plots", "--no-vtk"],
+        preexec_fn=limit,
+        capture_output=True,
+        text=True,
+        env=environment,
+        check=False,
+    )
+    assert done.returncode == 2, done
+    assert "cannot be written (File too large)" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert path.read_bytes() == before
+    assert [entry.name for entry in tmp_path.iterdir()] == [path.name]
+
+
+def test_every_flipped_bit_is_seen(tmp_path):
+    path = fm.simulate(worn(), t_end=1e-3, save=5).to_netcdf(tmp_path / "run.nc")
+    content = path.read_bytes()
+    assert files.is_intact(path)
+    end = len(content) - len(files.SEAL) - files.DIGEST  # a hit in the mark of the checksum leaves the content whole
+    for place in random.Random(3).sample(range(end), 60):
+        damaged = bytearray(content)
+        damaged[place] ^= 1 << (place % 8)
+        path.write_bytes(damaged)
+        with pytest.raises(FileFormatError, match=r"run\.nc.*damaged"):
+            fm.load(path)
+
+
+def test_truncated_files_are_refused(tmp_path):
+    path = fm.simulate(worn(), t_end=1e-3, save=5).to_netcdf(tmp_path / "run.nc")
+    content = path.read_bytes()
+    for length in (0, 1, 100, len(content) // 2, len(content) - files.DIGEST - len(files.SEAL) - 1):
+        path.write_bytes(content[:length])
+        with pytest.raises(FileFormatError, match=r"run\.nc"):
+            fm.load(path)
+
+
+def test_a_file_that_declares_a_terabyte_is_refused(tmp_path):
+    import h5py
+
+    path = tmp_path / "bomb.nc"
+    with h5py.File(path, "w") as file:
+        file.create_dataset("time", shape=(10**11,), dtype="f8", chunks=(10**6,))
+    began = time.perf_counter()
+    with pytest.raises(FileFormatError, match="more than 50 times its own size"):
+        fm.load(path)
+    assert time.perf_counter() - began < 5.0
