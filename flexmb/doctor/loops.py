@@ -30,6 +30,9 @@ LARGEST_STRIDE = 0.1
 MOST_POSES = 400
 """Number of instants at most: a drive that turns often is looked at for its first turns."""
 
+MOST_TRAVEL = 30.0
+"""Sum of the movements of all drives after which no further pose is computed [rad, or relative to the size]."""
+
 OBSERVED_SPAN = 1.0
 """Time that is looked at where no drive has a period [s]."""
 
@@ -126,7 +129,8 @@ def instants(closed: Program) -> np.ndarray:
         if not stride > limit or len(grid) >= MOST_POSES:
             break
         grid = np.linspace(0.0, span, min(MOST_POSES, int(len(grid) * stride / limit) + 2))
-    return grid
+    travel = np.abs(np.diff(drive_positions(closed, grid), axis=0)).sum(axis=1).cumsum()
+    return grid[: 1 + int(np.searchsorted(travel, MOST_TRAVEL * max(1.0, closed.length)))]
 
 
 def drive_positions(closed: Program, times: np.ndarray) -> np.ndarray:

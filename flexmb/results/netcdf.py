@@ -6,6 +6,7 @@ The variables can be read by any netCDF reader.  `load` restores the record bit 
 from __future__ import annotations
 
 import json
+import warnings
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -85,7 +86,9 @@ def load(path: str | Path) -> Solution:
     if not is_intact(source):
         raise FileFormatError(f"{str(source)!r}: damaged; its content does not agree with its checksum. Run it again.")
     try:
-        dataset, restart, episodes = _read(source)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # on files that are not flexmb's, which are refused below
+            dataset, restart, episodes = _read(source)
         _check_version(source, dataset)
         return _solution(dataset, restart, episodes)
     except READ_ERRORS as error:

@@ -19,7 +19,7 @@ from flexmb.run import run as run_module
 from flexmb.run.checkpoint import Checkpoints
 
 WORN = {"clearance": 5e-4}
-LONG = {"periods": 2, "save": 200}
+LONG = {"periods": 1, "save": 200}
 
 
 def worn():
@@ -52,11 +52,11 @@ def small_blocks(monkeypatch):
     monkeypatch.setattr(run_module, "FIRST_BLOCK_UPDATES", 200)
 
 
-@pytest.mark.parametrize("blocks", [1, 7, 40, 120])
+@pytest.mark.parametrize("blocks", [1, 40])
 @pytest.mark.parametrize(
     "options",
-    [{}, {"save_from_period": 1.0}, {"signals": ["slider.*"], "save": "steps"}, {"method": fm.Newmark.hht(0.05)}],
-    ids=["whole", "second period", "some signals", "HHT"],
+    [{}, {"save_from_period": 0.5}, {"signals": ["slider.*"], "save": "steps"}, {"method": fm.Newmark.hht(0.05)}],
+    ids=["whole", "second half", "some signals", "HHT"],
 )
 def test_a_run_that_was_killed_goes_on(tmp_path, monkeypatch, small_blocks, blocks, options):
     whole = fm.simulate(worn(), **{**LONG, **options})
@@ -122,7 +122,7 @@ def test_a_checkpoint_that_cannot_be_written_is_noted(tmp_path, monkeypatch, sma
 
 def command(folder, *more):
     """A run of some seconds on the command line."""
-    words = ["run", "slider-crank", "--clearance", "0.5mm", "--periods", "400", "--save", "20", "--out", str(folder)]
+    words = ["run", "slider-crank", "--clearance", "0.5mm", "--periods", "150", "--save", "20", "--out", str(folder)]
     return [sys.executable, "-m", "flexmb", *words, "--no-plots", "--no-vtk", "--quiet", *more]
 
 
