@@ -9,17 +9,11 @@ import numpy as np
 
 from flexmb.doctor.finding import Finding, counted, found, listed
 from flexmb.linalg.dense_or_sparse import plain
-from flexmb.linalg.rank import RANK_TOLERANCE, row_rank
+from flexmb.linalg.rank import RANK_TOLERANCE, dependent_rows, row_rank
 from flexmb.program.program import Program
 from flexmb.start.redundant_joints import redundant_rows
 from flexmb.start.rigid_motion import RigidMotion
 from flexmb.system.state_evaluation import StateEvaluation
-
-DENSE_ROWS = 800
-"""Number of constraint rows above which only the redundant rows are named, and not those that they repeat."""
-
-IN_COMBINATION = 1e-6
-"""Entry of a combination of rows that vanishes, relative to the largest, below which the row is not in it."""
 
 PREFERENCE = 0.1
 """Weight by which angles are preferred to lengths as free coordinates."""
@@ -32,20 +26,6 @@ def dependent_parts(program: Program, G: Any) -> tuple[str, ...]:
     """Names of the parts whose rows of G (rows, coordinates) depend on one another, in the order of the rows."""
     rows = dependent_rows(G)
     return tuple(dict.fromkeys(program.names.rows[k].partition("[")[0] for k in rows))
-
-
-def dependent_rows(G: Any) -> list[int]:
-    """Numbers of the rows of G that occur in a combination of rows that vanishes."""
-    redundant = row_rank(G).redundant
-    if not redundant or G.shape[0] > DENSE_ROWS:
-        return list(redundant)
-    dense = plain(G)
-    lengths = np.sqrt((dense * dense).sum(axis=1))
-    empty = np.flatnonzero(lengths == 0.0)
-    unit = dense / np.where(lengths > 0.0, lengths, 1.0)[:, None]
-    vectors = np.linalg.svd(unit.T)[2][len(lengths) - len(redundant) :]
-    part = np.sqrt((vectors * vectors).sum(axis=0))
-    return sorted({*np.flatnonzero(part > IN_COMBINATION * part.max()).tolist(), *empty.tolist()})
 
 
 def redundancies(program: Program, closed: Program, q: np.ndarray) -> list[Finding]:

@@ -18,6 +18,13 @@ CERTAIN_INVERSE = 1e12
 those of a chain of n links reach n^2, those that repeat one another 1e16."""
 
 
+DENSE_ROWS = 800
+"""Number of constraint rows above which only the redundant rows are named, and not those that they repeat."""
+
+IN_COMBINATION = 1e-6
+"""Entry of a combination of rows that vanishes, relative to the largest, below which the row is not in it."""
+
+
 @dataclass(frozen=True)
 class Rank:
     """Rank of a matrix, and numbers of its redundant rows."""
@@ -41,6 +48,20 @@ def row_rank(G: Any) -> Rank:
         columns = (used / np.where(lengths > 0.0, lengths, 1.0)[:, None]).T
         return Rank(m, ()) if _surely_independent(columns) else _by_qr(columns, m, RANK_TOLERANCE)
     return _of_sparse(G)
+
+
+def dependent_rows(G: Any) -> list[int]:
+    """Numbers of the rows of G that occur in a combination of rows that vanishes."""
+    redundant = row_rank(G).redundant
+    if not redundant or G.shape[0] > DENSE_ROWS:
+        return list(redundant)
+    dense = G if isinstance(G, np.ndarray) else G.toarray()
+    lengths = np.sqrt((dense * dense).sum(axis=1))
+    empty = np.flatnonzero(lengths == 0.0)
+    unit = dense / np.where(lengths > 0.0, lengths, 1.0)[:, None]
+    vectors = np.linalg.svd(unit.T)[2][len(lengths) - len(redundant) :]
+    part = np.sqrt((vectors * vectors).sum(axis=0))
+    return sorted({*np.flatnonzero(part > IN_COMBINATION * part.max()).tolist(), *empty.tolist()})
 
 
 def _by_qr(columns: np.ndarray, m: int, tolerance: float) -> Rank:

@@ -13,6 +13,18 @@ MODEL = "model"
 """Name of the fingerprint of the program in a restart."""
 
 
+def refuse_broken_clock(clock: np.ndarray, label: str) -> None:
+    """Refuse a restart whose time, step sizes or counters are not finite: the run would never end.
+
+    Parameters
+    ----------
+    clock : numbers of the clock.
+    label : first words of the error.
+    """
+    if not np.isfinite(clock).all():
+        raise InputError(f"{label}: restart is damaged: its clock holds {clock.tolist()}. Use an undamaged one.")
+
+
 def refuse_other_model(program: Program, restart: Mapping[str, np.ndarray], label: str) -> None:
     """Refuse the restart of a mechanism of equal size with other parts or numbers.
 

@@ -20,7 +20,7 @@ from flexmb.results.solution import ContactLog, Peaks, Solution
 from flexmb.results.stats import Stats
 from flexmb.results.status import sentence
 from flexmb.run.interruption import KEYBOARD, Interruption
-from flexmb.run.restart import MODEL, refuse_other_model
+from flexmb.run.restart import MODEL, refuse_broken_clock, refuse_other_model
 from flexmb.run.saved_rows import SavedRows
 from flexmb.start.consistent import Start, accelerations
 from flexmb.start.redundant_joints import least_norm
@@ -179,6 +179,7 @@ class Run:
                 f"({str(error)!r} is missing or of another size). Use `restart` of a solution of the same mechanism."
             ) from error
         refuse_other_model(self.program, restart, label)
+        refuse_broken_clock(self.flow.clock.numbers(), label)
         self.record.signals[:] = restart["signals"]
         if redundant:
             G = StateEvaluation(self.program).at(self.flow.q[: self.program.n_q], t=self.flow.clock.t).jacobian

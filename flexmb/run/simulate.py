@@ -12,6 +12,7 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.compiled import ahead
+from flexmb.doctor.causes import causes_of_failure
 from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile_with_start
@@ -24,6 +25,7 @@ from flexmb.run.checkpoint import EVERY, Checkpoints, plain_values
 from flexmb.run.interruption import KEYBOARD, TERMINATION, Interruption
 from flexmb.run.run import Run
 from flexmb.run.watch import Saved, watched
+from flexmb.state.record import DONE, RUNNING
 from flexmb.step.method import Method
 from flexmb.step.newmark.method import Newmark
 from flexmb.step.step_size import Adaptive, FixedStep
@@ -142,11 +144,13 @@ def simulate(
     span = period if period is not None else 0.5 * (now - begin)
     notes = contact_remarks(run.program, run.flow.z, run.contact_log(), now, span)
     watch = watched(mechanism, Saved.of(run))
-    notes = (*notes, *watch.notes)
+    notes, faults = (*notes, *watch.notes), watch.faults
+    if run.code not in (RUNNING, DONE) and not faults:
+        faults = tuple(f"{cause.text} {cause.remedy}" for cause in causes_of_failure(mechanism, closed))
     if kept_file is not None:
         notes = (*notes, *([kept_file.failure] if kept_file.failure else []))
         kept_file.write(run) if run.interrupted else kept_file.remove()
-    return run.solution(model=model, notes=notes, faults=watch.faults, wall_time=time.perf_counter() - started)
+    return run.solution(model=model, notes=notes, faults=faults, wall_time=time.perf_counter() - started)
 
 
 def _checkpoints(

@@ -11,7 +11,7 @@ import numpy as np
 
 from flexmb.errors import AssemblyError, ModelError, SolveError
 from flexmb.linalg.dense_or_sparse import bordered_solution, plain, scaled_rows, stacked
-from flexmb.linalg.rank import row_rank
+from flexmb.linalg.rank import dependent_rows, row_rank
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
@@ -19,6 +19,9 @@ from flexmb.start.assemble import close_loops
 from flexmb.start.redundant_joints import least_norm, redundant_rows
 from flexmb.start.rigid_motion import RigidMotion
 from flexmb.system.state_evaluation import StateEvaluation
+
+LISTED_PARTS = 12
+"""Number of parts in a list at most."""
 
 MOST_ITERATIONS = 30
 """Number of Newton iterations at most on multipliers that friction depends on."""
@@ -75,26 +78,29 @@ def consistent_start(
 
 def check_independent(program: Program, q: np.ndarray, system: StateEvaluation | None = None) -> None:
     """Refuse redundant joints at q, with their names and whether the pose or the mechanism is the reason."""
-    found = row_rank((system or StateEvaluation(program)).at(q).blocks[1])
+    G = (system or StateEvaluation(program)).at(q).blocks[1]
+    found = row_rank(G)
     if not found.redundant:
         return
-    parts = sorted({program.names.rows[k].partition("[")[0] for k in found.redundant})
+    parts = list(dict.fromkeys(program.names.rows[k].partition("[")[0] for k in dependent_rows(G)))
     shaken = np.array(q) + 0.05 * np.sin(1.0 + 7.3 * np.arange(len(q))) * np.where(
         program.tables.kind == 1, 1.0, program.length
     )
     elsewhere = row_rank(StateEvaluation(program).at(shaken).blocks[1])
-    listed = ", ".join(repr(p) for p in parts)
+    listed = ", ".join(repr(p) for p in parts[:LISTED_PARTS]) + (", ..." if len(parts) > LISTED_PARTS else "")
+    drives = [repr(p) for p in parts if p in {drive.partition(".")[0] for drive in program.drives}]
     if len(elsewhere.redundant) < len(found.redundant):
         raise AssemblyError(
-            f"Mechanism {program.name!r} starts in a singular pose: there, the joints {listed} say nothing that the "
-            "others do not say already, and the motion can branch. Start a little beside it "
+            f"Mechanism {program.name!r} starts in a singular pose: there, {listed} repeat one another, "
+            "and the motion can branch. Start a little beside it "
             "(e.g. another crank angle), or, if the links are parallel on purpose, remove one joint, "
             "make a link flexible, or simulate(..., redundant='least-norm')."
         )
+    fewer = f"a drive ({', '.join(drives)})" if drives else "one"
     raise ModelError(
-        f"Mechanism {program.name!r} is over-constrained by {len(found.redundant)} row(s): the joints {listed} "
-        "repeat what the others say. Remove one, replace a Prismatic or Fixed by a Revolute, make a link "
-        "flexible, or simulate(..., redundant='least-norm')."
+        f"Mechanism {program.name!r} is over-constrained by {len(found.redundant)} row(s): {listed} "
+        f"repeat one another. Remove {fewer}, replace a Prismatic or "
+        "Fixed by a Revolute, make a link flexible, or simulate(..., redundant='least-norm')."
     )
 
 

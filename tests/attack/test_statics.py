@@ -120,7 +120,7 @@ def test_joints_that_repeat_one_another_are_named():
     rod = fm.RigidLink("rod", cranks[0].end, cranks[2].end, mass=3.0, inertia=1.0)
     pins = [fm.Revolute(f"A{k}", fm.GROUND, c, c.start) for k, c in enumerate(cranks)]
     pins += [fm.Revolute(f"B{k}", c, rod, c.end) for k, c in enumerate(cranks)]
-    with pytest.raises(fm.errors.AssemblyError, match=r"the joints '[AB]\d' say nothing that the others do not"):
+    with pytest.raises(fm.errors.AssemblyError, match=r"there, .*'[AB]\d'.* repeat one another"):
         fm.static_equilibrium(fm.Mechanism("parallel", (*cranks, rod, *pins), gravity=DOWN))
 
 

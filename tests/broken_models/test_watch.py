@@ -9,11 +9,13 @@ from broken import (
     WAVE,
     YIELDING,
     Driving,
+    NotFinite,
     O,
     Pulling,
     Sticky,
     WrongRate,
     beam,
+    four_bar,
     link,
     pendulum,
     slider_crank,
@@ -21,7 +23,7 @@ from broken import (
 )
 
 import flexmb as fm
-from flexmb.errors import InputError
+from flexmb.errors import InputError, ModelError
 
 SHORT = {"t_end": 0.02, "save": 50}
 
@@ -136,3 +138,31 @@ def test_a_sound_run_has_neither_faults_nor_new_notes():
         sol = fm.simulate(mech, t_end=0.05)
         assert sol.ok, sol.status
         assert "Not ok" not in sol.status
+
+
+def test_a_linkage_that_locks_says_so():
+    """Not a smaller step, but another range of the drive is the remedy; the joints that align are named."""
+    sol = fm.simulate(four_bar((0.3, 0.1, 0.3, 0.32), 1.2, fm.ConstantSpeed(1.0)), t_end=1.0)
+    assert not sol.ok
+    assert "The loops close only up to t = 0.2012" in sol.status
+    assert "the joints 'A', 'B', 'D' lie on one line" in sol.status
+
+
+def test_a_drive_that_ends_in_nan_is_named():
+    sol = fm.simulate(slider_crank(motion=NotFinite(1.0)), t_end=1.0)
+    assert not sol.ok
+    assert "The motion of 'motor' is not finite at t = 0.5" in sol.status
+
+
+def test_drives_that_contradict_one_another_are_named():
+    two = slider_crank(fm.Drive("push", "guide", fm.drives.Harmonic(0.01, 3.0)))
+    with pytest.raises(ModelError, match=r"'motor', 'push'.*Remove a drive \('motor', 'push'\)"):
+        fm.simulate(two, t_end=0.1)
+
+
+def test_a_restart_with_a_broken_clock_is_refused():
+    first = fm.simulate(pendulum(), t_end=0.01).restart
+    clock = first["clock"].copy()
+    clock[0] = math.nan
+    with pytest.raises(InputError, match="restart is damaged: its clock holds"):
+        fm.simulate(pendulum(), t_end=0.02, restart={**first, "clock": clock})
