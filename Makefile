@@ -8,7 +8,7 @@ export NUMBA_CACHE_DIR := $(CURDIR)/.numba_cache
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo lint warm forget test test-all speed chaos numbers table paper validation meshes wheel clean
+.PHONY: help demo lint warm forget test test-all fuzz speed chaos numbers table paper validation meshes wheel clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-10s %s\n", $$1, $$2}' Makefile
@@ -49,6 +49,9 @@ numbers: $(VENV)/.installed  ## numbers of docs/numbers.md: what thresholds and 
 
 table: $(VENV)/.installed  ## numbers and pictures of docs/nine_bar.md, computed anew
 	$(BIN)/python docs/nine_bar_table.py
+
+fuzz: $(VENV)/.installed-dev  ## ten thousand random mechanisms, sound and damaged (three hours)
+	$(BIN)/python tests/fuzz/fuzz.py --count 10000
 
 # Hours on two cores (its own estimates add up to two), most of them for diagrams with exponents; goes on where it was.
 # out/paper/times.md says what each run took. A look at everything within ten minutes: flexmb paper --quick.

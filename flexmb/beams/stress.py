@@ -56,7 +56,7 @@ def wrapped(angle: np.ndarray) -> np.ndarray:
 def outer_fibres(section: Section, stations: np.ndarray) -> np.ndarray:
     """Largest distance of the outer fibre between neighbouring stations [m].
 
-    Where a section does not know its outer fibre, that of a rectangle of the same area and second moment.
+    0 where a section does not know its outer fibre: strains are then those of the axis.
 
     Parameters
     ----------
@@ -66,5 +66,5 @@ def outer_fibres(section: Section, stations: np.ndarray) -> np.ndarray:
     try:
         fibres = np.asarray(section.outer_fibre_at(stations))
     except InputError:
-        fibres = np.sqrt(3.0 * section.second_moment_at(stations) / section.area_at(stations))
+        fibres = np.zeros_like(stations)
     return np.maximum(fibres[:-1], fibres[1:])

@@ -103,7 +103,7 @@ def _links(mechanism: Mechanism) -> Iterator[Finding]:
                 f"{body.label} has a radius of gyration of {radius:.4g} m and a length of {body.length:.4g} m "
                 f"(mass {body.mass:.4g} kg, inertia {body.inertia:.4g} kg m^2)"
             )
-            remedy = f"A slender bar of this mass has an inertia of {body.mass * body.length**2 / 12.0:.4g} kg m^2."
+            remedy = f"A slender bar of this mass has an inertia of {body.mass * body.length * body.length / 12.0:.4g} kg m^2."
             yield found("odd-units", (body.name,), f"{text}.", remedy, radius=radius, length=body.length)
         for part in mechanism.parts:
             if isinstance(part, Joint) and body.name in (part.first.name, part.second.name) and part.at is not None:

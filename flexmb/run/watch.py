@@ -31,7 +31,7 @@ SHARE = 0.01
 """Share of the impulses of a joint, or of the energy through it, above which something matters."""
 
 LARGE_STRAIN, IMPOSSIBLE_STRAIN = 0.05, 0.2
-"""Strain of a beam above which there is a remark; beyond yield, above the second, the run is not ok."""
+"""Strain of a beam above which there is a remark, and above which the run is not ok."""
 
 MOST_NUMBERS = 20_000
 """Number of poses of the nodes of a beam that are looked at; of longer results every second, third, ... instant."""
@@ -149,11 +149,11 @@ def _strains(mechanism: Mechanism, saved: Saved) -> Iterator[tuple[bool, str]]:
         limit = body.material.yield_stress
         stress = strain * body.material.young
         text = f"At t = {when:.6g} s {body.label} strains by {strain:.3g} ({stress:.3g} Pa)"
+        wrong = strain > IMPOSSIBLE_STRAIN
         if limit is not None and stress > limit:
-            wrong = strain > IMPOSSIBLE_STRAIN
             yield wrong, f"{text}; it yields at {limit:.3g} Pa, and beams are linear elastic."
         elif strain > LARGE_STRAIN:
-            yield False, f"{text}; beams are linear elastic, for small strains."
+            yield wrong, f"{text}; beams are linear elastic, for small strains."
 
 
 def strain_of(body: FlexibleBody, saved: Saved) -> tuple[float, float] | None:

@@ -1,0 +1,34 @@
+"""A share of the fuzzing (`make fuzz`): random linkages, sound and damaged, have no silent wrong answers."""
+
+import sys
+import warnings
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+from fuzz import tried, tried_damaged
+
+SEEDS = range(0, 40)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_random_linkage(seed):
+    """It runs and agrees with itself in other views, or says why not."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", RuntimeWarning)
+        assert tried(seed)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_damaged_linkage(seed):
+    """It is refused or stopped with a named cause, or the damage does no harm."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", RuntimeWarning)
+        assert tried_damaged(seed)
+
+
+def test_the_share_has_all_kinds_of_ends():
+    ends = {tried(seed) for seed in SEEDS} | {tried_damaged(seed) for seed in SEEDS}
+    assert {"ok", "damage refused as declared", "damage refused at the start"} <= ends
