@@ -51,6 +51,12 @@ def check(mechanism: Mechanism) -> Report:
     """
     if not isinstance(mechanism, Mechanism):
         raise InputError(f"check: {mechanism!r} is not a Mechanism.")
+    with np.errstate(all="ignore"):  # numbers beyond all bounds become findings
+        return _examined(mechanism)
+
+
+def _examined(mechanism: Mechanism) -> Report:
+    """Report on a mechanism."""
     findings = [*free_bodies(mechanism), *dimension_findings(mechanism), *motion_findings(mechanism)]
     findings += _attempt(lambda: law_findings(mechanism))
     try:

@@ -103,7 +103,8 @@ def _links(mechanism: Mechanism) -> Iterator[Finding]:
                 f"{body.label} has a radius of gyration of {radius:.4g} m and a length of {body.length:.4g} m "
                 f"(mass {body.mass:.4g} kg, inertia {body.inertia:.4g} kg m^2)"
             )
-            remedy = f"A slender bar of this mass has an inertia of {body.mass * body.length * body.length / 12.0:.4g} kg m^2."
+            slender = body.mass * body.length * body.length / 12.0
+            remedy = f"A slender bar of this mass has an inertia of {slender:.4g} kg m^2."
             yield found("odd-units", (body.name,), f"{text}.", remedy, radius=radius, length=body.length)
         for part in mechanism.parts:
             if isinstance(part, Joint) and body.name in (part.first.name, part.second.name) and part.at is not None:
@@ -116,7 +117,7 @@ def _far(body: RigidLink, joint: str, at: tuple[float, float]) -> Iterator[Findi
     beyond = max(-along, along - body.length)
     if beyond > BEYOND_END * body.length:
         text = f"The joint {joint!r} lies {beyond:.4g} m beyond the end of {body.label} ({body.length:.4g} m long)."
-        yield found("unused-end", (joint, body.name), text, "Check the points of both.", distance=beyond)
+        yield found("far-joint", (joint, body.name), text, "Check the points of both.", distance=beyond)
 
 
 def _materials(mechanism: Mechanism) -> Iterator[Finding]:

@@ -33,7 +33,7 @@ CODES: dict[str, tuple[str, str]] = {
     "free-body": (WARNING, "a body hangs on nothing"),
     "hidden-over-drive": (WARNING, "drives prescribe more than ideal joints would allow; clearances have to yield"),
     "overshooting-table": (WARNING, "a table's spline overshoots between its points"),
-    "unused-end": (WARNING, "a joint lies far beyond the end of its link"),
+    "far-joint": (WARNING, "a joint lies far beyond the end of its link"),
     "large-clearance": (WARNING, "a clearance is not small against the parts beside it"),
     "soft-contact": (WARNING, "loads press surfaces into each other by much of the radius"),
     "stubby-beam": (WARNING, "a beam is too short for its height: Euler-Bernoulli theory does not hold"),

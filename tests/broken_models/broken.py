@@ -257,6 +257,18 @@ def _two_cranks_driven():
     )
 
 
+def _two_cranks_at_odds():
+    mech = four_bar()
+    return replace(
+        mech,
+        parts=(
+            *mech.parts,
+            fm.Drive("m1", "O", fm.ConstantSpeed(1.0)),
+            fm.Drive("m2", "D", fm.drives.Polynomial((0.4, 1.0))),
+        ),
+    )
+
+
 def _driven_truss():
     mech = truss(O, (0.3, 0.4), (0.6, 0.0))
     return replace(mech, parts=(*mech.parts, fm.Drive("motor", "P", fm.ConstantSpeed(1.0))))
@@ -369,6 +381,7 @@ CASES: dict[str, Case] = {
     "one pin twice": (_twice_pinned, {"redundant-joints": {"pin0", "pin1"}}),
     "three parallel cranks": (parallel_cranks, {"redundant-joints": {"O1", "A1", "A2"}}),
     "welded joints in a loop": (_welded_loop, {"redundant-joints": {"A", "B", "O", "D"}}),
+    "two drives that start at odds": (_two_cranks_at_odds, {"contradicting-joints": {"m1", "m2"}}),
     # singular poses
     "a slider-crank pushed at its dead centre": (_dead_centre, {"singular-pose": {"push"}}),
     "a flat parallelogram": (_flat_parallelogram, {"singular-pose": {"O", "A", "B", "D"}}),
@@ -408,7 +421,7 @@ CASES: dict[str, Case] = {
     ),
     "speed in rpm": (lambda: slider_crank(motion=fm.ConstantSpeed(3e4)), {"odd-units": {"motor"}}),
     # dimensions
-    "a joint far from its link": (_joint_away, {"unused-end": {"B", "rod"}}),
+    "a joint far from its link": (_joint_away, {"far-joint": {"B", "rod"}}),
     "a clearance in mm": (lambda: worn("A", clearance=0.1, bearing_radius=0.2), {"large-clearance": {"A"}}),
     "a clearance as large as the radius": (
         lambda: worn("A", clearance=5e-3, bearing_radius=0.01), {"large-clearance": {"A"}},
