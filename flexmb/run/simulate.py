@@ -39,6 +39,7 @@ SHORTEST_RUN = 1e-100
 """Shortest run [s]."""
 
 
+@np.errstate(all="ignore")  # numbers that are not finite end as errors or statuses
 def simulate(
     mechanism: Mechanism,
     *,
