@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -58,14 +60,14 @@ def check(mechanism: Mechanism) -> Report:
 def _examined(mechanism: Mechanism) -> Report:
     """Report on a mechanism."""
     findings = [*free_bodies(mechanism), *dimension_findings(mechanism), *motion_findings(mechanism)]
-    findings += _attempt(lambda: law_findings(mechanism))
+    findings += _attempt(mechanism, law_findings)
     try:
         moving, ideal = compile_mechanism(mechanism), compile_mechanism(mechanism, closed=True)
         closed = compile_mechanism(mechanism, start=True)
     except FlexmbError as error:
-        return Report(mechanism.name, sorted_findings([*findings, found("not-compilable", (), str(error))]))
+        return Report(mechanism.name, sorted_findings([*findings, of_error("not-compilable", error, mechanism)]))
     named = {name for finding in findings if finding.severity == ERROR for name in finding.parts}
-    findings += _attempt(lambda: kernel_findings(mechanism, named))
+    findings += _attempt(mechanism, partial(kernel_findings, known=named))
     try:
         q, _ = close_loops(closed, {})
     except AssemblyError as error:
@@ -78,18 +80,24 @@ def _examined(mechanism: Mechanism) -> Report:
     numbers = _numbers(moving, ideal, q, frequencies)
     findings += free_motions(ideal, q)
     if not any(finding.severity == ERROR for finding in structure):
-        findings += start_findings(moving, closed, q)
+        findings += start_findings(mechanism, moving, closed, q)
         findings += [] if structure else locking_drives(mechanism, closed, q)
         findings += load_findings(mechanism, int(numbers["free"]))
     return Report(mechanism.name, sorted_findings(findings), **numbers)
 
 
-def _attempt(examine: Callable[[], list[Finding]]) -> list[Finding]:
+def _attempt(mechanism: Mechanism, examine: Callable[[Mechanism], list[Finding]]) -> list[Finding]:
     """Findings of an examination; one that fails is a finding, too."""
     try:
-        return examine()
+        return examine(mechanism)
     except FlexmbError as error:
-        return [found("not-compilable", (), str(error))]
+        return [of_error("not-compilable", error, mechanism)]
+
+
+def of_error(code: str, error: FlexmbError, mechanism: Mechanism, remedy: str = "") -> Finding:
+    """The finding of an error; its parts are those that the text of the error names in quotes."""
+    names = dict.fromkeys(re.findall(r"'([^']+)'", str(error)))
+    return found(code, [name for name in names if name in mechanism.names], str(error), remedy)
 
 
 def sorted_findings(findings: list[Finding]) -> tuple[Finding, ...]:
@@ -98,17 +106,17 @@ def sorted_findings(findings: list[Finding]) -> tuple[Finding, ...]:
     return tuple(sorted(once, key=lambda finding: SEVERITIES.index(finding.severity)))
 
 
-def start_findings(moving: Program, closed: Program, q: np.ndarray) -> list[Finding]:
+def start_findings(mechanism: Mechanism, moving: Program, closed: Program, q: np.ndarray) -> list[Finding]:
     """Findings on start velocities and accelerations at a closed pose."""
     soft = {name.partition(".")[0] for name in moving.names.contacts}
     try:
         v = rigid_velocities(closed, q, 0.0, soft)
     except AssemblyError as error:
-        return [found("forbidden-velocity", (), str(error))]
+        return [of_error("forbidden-velocity", error, mechanism)]
     try:
         a, _ = accelerations(moving, q, v, 0.0)
     except FlexmbError as error:
-        return [found("no-inertia", (), str(error), "Give every body some mass and inertia.")]
+        return [of_error("no-inertia", error, mechanism, "Give every body some mass and inertia.")]
     return [] if np.isfinite(a).all() else [found("not-solvable", (), "The first accelerations are not finite.")]
 
 

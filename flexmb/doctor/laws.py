@@ -18,7 +18,7 @@ from flexmb.testing.bench import Bench
 from flexmb.testing.part import check_piece
 
 SPEEDS = (-3.0, -0.1, -1e-3, 0.0, 1e-3, 0.1, 3.0)
-"""Gap rates and slips of the tries [m/s]."""
+"""Gap rates of the tries [m/s]."""
 
 FAST_SLIPS = (-10.0, 10.0)
 """Slips at which friction must brake [m/s]; the friction of a belt may drive at slower ones."""
@@ -31,7 +31,6 @@ LOADS = (1.0, 100.0)
 
 SMALL_GAP = 1e-4
 """Gap of the tries where the clearance is 0 [m]."""
-
 
 SHARE_OF_OURS = 0.1
 """Share of the states of `testing.check_part` that is tried with flexmb's own kernels."""

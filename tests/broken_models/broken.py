@@ -470,11 +470,11 @@ CASES: dict[str, Case] = {
         {"broken-kernel": {"spring"}},
     ),
     "a force that is not a number": (
-        lambda: slider_crank(NotANumber("force", link("crank", O, (0.0, 0.1)), 100.0)), {"not-compilable": set()},
+        lambda: slider_crank(NotANumber("force", link("crank", O, (0.0, 0.1)), 100.0)), {"not-compilable": {"force"}},
     ),
     # start
-    "a pinned link thrown along its axis": (_thrown, {"forbidden-velocity": set()}),
-    "a welded link thrown": (_thrown_pair, {"forbidden-velocity": set()}),
+    "a pinned link thrown along its axis": (_thrown, {"forbidden-velocity": {"O"}}),
+    "a welded link thrown": (_thrown_pair, {"forbidden-velocity": {"one"}}),
     # several at once
     "loose, over-driven and in mm/s^2": (
         lambda: slider_crank(LOOSE, fm.Drive("push", "guide", fm.drives.Harmonic(0.01, 3.0)), gravity=(0.0, -9810.0)),
