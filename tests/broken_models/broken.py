@@ -474,7 +474,7 @@ CASES: dict[str, Case] = {
     ),
     # start
     "a pinned link thrown along its axis": (_thrown, {"forbidden-velocity": {"O"}}),
-    "a welded link thrown": (_thrown_pair, {"forbidden-velocity": {"one"}}),
+    "a welded link thrown": (_thrown_pair, {"forbidden-velocity": {"pin"}}),
     # several at once
     "loose, over-driven and in mm/s^2": (
         lambda: slider_crank(LOOSE, fm.Drive("push", "guide", fm.drives.Harmonic(0.01, 3.0)), gravity=(0.0, -9810.0)),
