@@ -95,7 +95,7 @@ def _attempt(mechanism: Mechanism, examine: Callable[[Mechanism], list[Finding]]
 
 
 def of_error(code: str, error: FlexmbError, mechanism: Mechanism, remedy: str = "") -> Finding:
-    """The finding of an error; its parts are those that the text of the error names in quotes."""
+    """The finding of an error, with the parts that its text names in quotes."""
     names = dict.fromkeys(re.findall(r"'([^']+)'", str(error)))
     return found(code, [name for name in names if name in mechanism.names], str(error), remedy)
 

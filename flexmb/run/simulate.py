@@ -24,6 +24,7 @@ from flexmb.results.solution import Solution
 from flexmb.run.checkpoint import EVERY, Checkpoints, plain_values
 from flexmb.run.interruption import KEYBOARD, TERMINATION, Interruption
 from flexmb.run.run import Run
+from flexmb.run.vibrations import vibration_remarks
 from flexmb.run.watch import Saved, watched
 from flexmb.state.record import DONE, RUNNING
 from flexmb.step.method import Method
@@ -144,8 +145,10 @@ def simulate(
     now = float(run.flow.clock.t)
     span = period if period is not None else 0.5 * (now - begin)
     notes = contact_remarks(run.program, run.flow.z, run.contact_log(), now, span)
-    watch = watched(mechanism, Saved.of(run))
-    notes, faults = (*notes, *watch.notes), watch.faults
+    results = Saved.of(run)
+    watch = watched(mechanism, results)
+    lost = vibration_remarks(mechanism, run.program, results, method, int(run.record.count.steps))
+    notes, faults = (*notes, *watch.notes, *lost), watch.faults
     if run.code not in (RUNNING, DONE) and not faults:
         faults = tuple(f"{cause.text} {cause.remedy}" for cause in causes_of_failure(mechanism, closed))
     if kept_file is not None:
