@@ -1,4 +1,4 @@
-"""The command line: flexmb run | sweep | chaos | list | check | vtk | paper."""
+"""The command line: flexmb run | sweep | chaos | list | check | vtk | rerun | paper."""
 
 from __future__ import annotations
 
@@ -77,6 +77,7 @@ def _dispatch(given: list[str]) -> int:
     source = _source(given)
     parser, maker_options = _parser(source, given[0] if given else "")
     options = parser.parse_args(given)
+    options.arguments = given
     if getattr(options, "quiet", False):
         os.environ["FLEXMB_MESSAGES"] = "0"  # no messages on compilation, also in worker processes
     if options.command == "list":
@@ -91,9 +92,28 @@ def _dispatch(given: list[str]) -> int:
         from flexmb.commands.paper import paper
 
         return paper(options)
+    if options.command == "rerun":
+        return _rerun(options.file, options.name)
     if source is None:
         parser.error(f"the mechanism comes first: flexmb {options.command} NAME [options]")
     return _with_mechanism(source, maker_options, options)
+
+
+def _rerun(path: Path, name: str | None) -> int:
+    """Repeat the run of a file with its own arguments, and compare."""
+    from flexmb.commands.options import keywords_of
+    from flexmb.commands.rerun import source_of, tell
+    from flexmb.commands.run import keywords_of_run
+    from flexmb.run.simulate import simulate
+
+    given = source_of(path, name)
+    source = _source(given)
+    parser, maker_options = _parser(source, "run")
+    options = parser.parse_args(given)
+    if source is None:
+        parser.error(f"{path}: names no mechanism")
+    mechanism = source.mechanism(keywords_of(options, maker_options))
+    return tell(path, simulate(mechanism, progress=True, **keywords_of_run(mechanism, options)))
 
 
 def _with_mechanism(source: Source, maker_options: list[Option], options: argparse.Namespace) -> int:
@@ -148,9 +168,13 @@ def _parser(source: Source | None, wanted: str) -> tuple[argparse.ArgumentParser
     vtk.add_argument("file", metavar="RUN.nc", type=Path, help="file of `flexmb run`")
     vtk.add_argument("--frames", type=int, metavar="N", help="number of frames (default: all instants, at most 200)")
     vtk.add_argument("--out", type=Path, metavar="FILE.pvd", help="default: beside RUN.nc")
+    rerun = add("rerun", help="repeat a saved run and compare the results")
+    rerun.add_argument("file", metavar="RUN.nc", type=Path, help="file of `flexmb run`")
+    trusted = "the mechanism; needed where the file is of a run of FILE.py, which is executed"
+    rerun.add_argument("name", metavar="NAME", nargs="?", help=trusted)
     paper = add("paper", help="figures and tables of a published study computed anew")
     _add_paper_options(paper)
-    for command in (run, sweep, chaos, check, listing, vtk, paper):
+    for command in (run, sweep, chaos, check, listing, vtk, rerun, paper):
         command.add_argument("--debug", action="store_true", help="show the traceback of an error")
     options: list[Option] = []
     for name, command in {"run": run, "sweep": sweep, "chaos": chaos, "check": check}.items():

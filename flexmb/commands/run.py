@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ import numpy as np
 from flexmb import checks
 from flexmb.commands import summary
 from flexmb.commands.files import require_folder, require_packages
+from flexmb.commands.rerun import COMMAND, without_output
 from flexmb.commands.units import quantity
 from flexmb.errors import FlexmbError, InputError
 from flexmb.model.mechanism import Mechanism
@@ -58,12 +60,11 @@ def run(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
     """
     folder = Path(options.out or Path("out") / name)
     require_packages(_needed(options))
-    keywords = {**_times(mechanism, options), **solver_of(options)}
-    if options.restart is not None:
-        keywords["restart"] = load(options.restart).restart
+    keywords = keywords_of_run(mechanism, options)
     require_folder(folder)
     keywords |= _checkpoints(folder / f"{name}.checkpoint.nc", options)
     sol = simulate(mechanism, progress=not options.quiet, **keywords)
+    sol = replace(sol, model={**sol.model, COMMAND: without_output(options.arguments)})
     written = [sol.to_netcdf(folder / f"{name}.nc")]  # before the pictures, which can be drawn again
     lost = _write_rest(mechanism, sol, folder, name, options, written)
     if not options.quiet:
@@ -74,6 +75,20 @@ def run(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
     if not sol.ok:
         print(f"flexmb: {sol.status}", file=sys.stderr)
     return 0 if sol.ok and not lost else 1
+
+
+def keywords_of_run(mechanism: Mechanism, options: argparse.Namespace) -> dict[str, Any]:
+    """Keywords of `simulate` for times, steps, method and restart.
+
+    Parameters
+    ----------
+    mechanism : the mechanism.
+    options : options of the command line.
+    """
+    keywords = {**_times(mechanism, options), **solver_of(options)}
+    if options.restart is not None:
+        keywords["restart"] = load(options.restart).restart
+    return keywords
 
 
 def _checkpoints(path: Path, options: argparse.Namespace) -> dict[str, Any]:

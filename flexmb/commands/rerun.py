@@ -1,0 +1,148 @@
+"""`flexmb rerun`: repeat a saved run and compare the results."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from flexmb.errors import FileFormatError, InputError
+from flexmb.results.netcdf import load
+from flexmb.results.solution import Solution
+from flexmb.version import installed_version
+
+COMMAND = "command"
+"""Name of the arguments of `flexmb run` in `Solution.model`."""
+
+SAME, AGREES = 0.0, 1e-9
+"""Difference relative to the range of a signal: none; at the begin of a run that agrees up to round-off."""
+
+DIVERGED = 1e-3
+"""Difference at which two runs of a chaotic motion have parted."""
+
+BEGIN = 0.05
+"""Share of the instants that counts as the begin of a run."""
+
+EQUAL, DIFFERENT = 0, 1
+"""Exit codes."""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Comparison of two runs.
+
+    Parameters
+    ----------
+    largest : largest difference, relative to the range of its signal.
+    signal : name of that signal.
+    at_begin : the same at the begin of the run.
+    parted : first instant at which the runs have parted [s]; None: they have not.
+    """
+
+    largest: float
+    signal: str
+    at_begin: float
+    parted: float | None
+
+    @property
+    def good(self) -> bool:
+        """Whether the runs are equal, or differ by the growth of round-off alone."""
+        return self.largest == SAME or self.at_begin < AGREES
+
+    def __str__(self) -> str:
+        """A sentence."""
+        if self.largest == SAME:
+            return "The runs are equal to the last bit."
+        text = f"The runs differ by {self.largest:.2g} of the range of {self.signal!r} at most"
+        if self.parted is None:
+            return f"{text}, by {self.at_begin:.2g} at the begin."
+        text = f"{text}; they part at t = {self.parted:.6g} s"
+        if not self.good:
+            return f"{text}, and differ by {self.at_begin:.2g} at the begin already: these are two motions."
+        rate = np.log(DIVERGED / np.finfo(float).eps) / self.parted
+        return f"{text}, as round-off that grows by exp({rate:.3g} t) does: up to there they are one motion."
+
+
+def source_of(path: Path, given: str | None) -> list[str]:
+    """Arguments of `flexmb run` that repeat a saved run.
+
+    Parameters
+    ----------
+    path : file of the run.
+    given : name of the mechanism, or FILE.py; None: as the file says, for ready mechanisms alone.
+
+    Raises
+    ------
+    FileFormatError : a file that `flexmb run` did not write.
+    InputError : a run of a user's file, which is not executed unless it is named.
+    """
+    command = load(path).model.get(COMMAND)
+    if not isinstance(command, list) or len(command) < 2 or command[0] != "run":
+        raise FileFormatError(f"{str(path)!r}: does not say how it was made; `flexmb run` writes such files.")
+    if given is None and ".py" in command[1]:
+        text = f"{str(path)!r} is a run of {command[1]}, a file that would be executed"
+        raise InputError(f"{text}. Name it if you trust it: flexmb rerun {path} {command[1]}")
+    return ["run", given or command[1], *map(str, command[2:])]
+
+
+def compare(one: Solution, other: Solution) -> Comparison:
+    """Differences of the saved signals of two runs.
+
+    Parameters
+    ----------
+    one, other : the runs.
+
+    Raises
+    ------
+    InputError : runs with other signals or instants.
+    """
+    if one.signals != other.signals or not np.array_equal(one.time, other.time):
+        raise InputError("rerun: the runs have other signals or instants; they are of other mechanisms or arguments.")
+    ranges = np.maximum(np.ptp(one.values, axis=0), 1e-9 * np.abs(one.values).max(axis=0))
+    with np.errstate(all="ignore"):
+        part = np.nan_to_num(np.abs(one.values - other.values) / np.where(ranges > 0.0, ranges, 1.0), nan=np.inf)
+    part[np.isnan(one.values) & np.isnan(other.values)] = 0.0
+    worst = part.max(axis=1)
+    place = int(np.argmax(part.max(axis=0)))
+    parted = np.flatnonzero(worst > DIVERGED)
+    begin = worst[: max(2, int(BEGIN * len(worst)))].max()
+    return Comparison(
+        float(worst.max()), one.names[place], float(begin), float(one.time[parted[0]]) if len(parted) else None
+    )
+
+
+def tell(path: Path, again: Solution) -> int:
+    """Print the comparison of a saved run with its repetition; exit code 0 if they agree.
+
+    Parameters
+    ----------
+    path : file of the saved run.
+    again : the repetition.
+    """
+    saved = load(path)
+    found = compare(saved, again)
+    print(found)
+    if saved.model.get("flexmb") != installed_version():
+        print(f"The file was written by flexmb {saved.model.get('flexmb')}, this is {installed_version()}.")
+    return EQUAL if found.good and saved.status == again.status else DIFFERENT
+
+
+def without_output(arguments: Sequence[str]) -> list[str]:
+    """Arguments of `flexmb run` without output options.
+
+    Parameters
+    ----------
+    arguments : the arguments.
+    """
+    kept: list[str] = []
+    skip = False
+    for text in arguments:
+        if skip:
+            skip = False
+        elif text in ("--out", "--frames", "--checkpoint"):
+            skip = True
+        elif not text.startswith(("--out=", "--frames=", "--checkpoint=", "--resume", "--quiet", "--no-", "--debug")):
+            kept.append(text)
+    return kept
