@@ -386,7 +386,8 @@ def _left_out() -> dict[str, str]:
     printed with the theory, and only a remark: contact.validity.LOVE contact.validity.YIELD_OF_POINT
         contact.validity.YIELD_OF_LINE
     start values of histories: contact.onset.HISTORY contact.validity.HISTORY_WITH_EXTREMES
-    a name of a code, a mode or a place in an array: state.record.ENERGY_MISSING state.record.ENERGY_MADE
+    a name of a code, a mode or a place in an array: run.interruption.KEYBOARD run.interruption.TERMINATION run.checkpoint.END_COLUMN
+        state.record.ENERGY_MISSING state.record.ENERGY_MADE
         state.record.ENERGY_LOST state.flow.EPISODE_SIZE state.flow.EPISODE_ROW_SIZE
         state.flow.IMPACT_SIZE state.flow.CONTACT_MEMORY_SIZE
         study.nine_bar.staggered.elastic_step.ELASTIC_SINGULAR study.nine_bar.staggered.elastic_step.TOO_FAR
@@ -401,6 +402,11 @@ def _left_out() -> dict[str, str]:
         dynamics.systems.mechanism_scales.ONSET dynamics.basins.attractors.LOST
         dynamics.basins.attractors.UNDECIDED
         program.signals.CONTACT_PENETRATION program.tables.CONTACT_COMMON
+    decides a remark or a refusal, and no number of a run: run.watch.DEEP run.watch.THROUGH run.watch.LEAST_STEPS run.watch.SHARE
+        run.watch.LARGE_STRAIN run.watch.IMPOSSIBLE_STRAIN run.watch.MOST_NUMBERS run.watch.MOST_BODIES run.vibrations.MODES
+        run.vibrations.MOST_UNKNOWNS run.vibrations.LEAST_INSTANTS run.vibrations.ENERGY_SHARE run.vibrations.SMALL run.vibrations.DECAY
+        run.vibrations.LOST_PHASE run.vibrations.LOST_AMPLITUDE run.checkpoint.EVERY results.netcdf.LARGEST_GROWTH
+        linalg.rank.DENSE_ROWS linalg.rank.IN_COMBINATION
     squares of smaller numbers are 0 among floats: run.simulate.SHORTEST_RUN
     stands for infinity: state.options.NEVER
     a size of a buffer, a block or a store: state.flow.PAST_STATES run.run.BUFFER_ROWS
@@ -408,8 +414,8 @@ def _left_out() -> dict[str, str]:
         series.recurrence.BLOCK program.check_kernels.REMEMBERED_CALLS program.structure.REMEMBERED_STRUCTURES
         program.structure.REMEMBERED_UNKNOWNS program.structure.FIELDWISE_FROM run.run.BUFFER_NUMBERS run.run.LEAST_BUFFER_ROWS
         run.saved_rows.MOST_RESERVED_BYTES
-    how many are printed or written: results.vtk.MOST_FRAMES results.contact_intervals.SHOWN_ROWS results.status.LISTED_JOINTS
-        doctor.check.LISTED_FREQUENCIES results.signal_names.MOST_COMPARED_NAMES
+    how many are printed or written: start.consistent.LISTED_PARTS results.vtk.MOST_FRAMES results.contact_intervals.SHOWN_ROWS results.status.LISTED_JOINTS
+        results.signal_names.MOST_COMPARED_NAMES
     shortens what another number decides: linalg.rank.CERTAIN_EIGENVALUE
     coefficients and stages of Radau's method, exact: step.radau.collocation.C step.radau.collocation.ESTIMATE
         step.radau.collocation.FROM_IM step.radau.collocation.FROM_RE step.radau.collocation.FROM_REAL

@@ -1,13 +1,8 @@
-"""The part of the examination that costs next to nothing: kernels of users and tables, once a mechanism's laws."""
+"""The part of the examination that costs next to nothing: users' laws and motions, and tables, each once."""
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 from flexmb.doctor.finding import Finding
-from flexmb.doctor.laws import friction_sign, is_ours, normal_sign
-from flexmb.doctor.motions import overshoot, wrong_rates
-from flexmb.drives.table import Table
 from flexmb.model.law import FrictionLaw, Law, Motion, NormalLaw
 from flexmb.model.mechanism import Mechanism
 
@@ -16,6 +11,12 @@ REMEMBERED = 512
 
 TRIED_GAP = 1e-4
 """Size of the gaps at which normal laws are tried [m]."""
+
+_TRIED: dict[type, bool] = {}
+"""Whether values of a class are tried."""
+
+_KNOWN: dict[tuple[str, Law], tuple[Finding, ...]] = {}
+"""Findings by part and law."""
 
 
 def cheap_findings(mechanism: Mechanism) -> list[Finding]:
@@ -28,22 +29,41 @@ def cheap_findings(mechanism: Mechanism) -> list[Finding]:
     findings: list[Finding] = []
     for part in mechanism.parts:
         for value in vars(part).values():
-            if isinstance(value, Table) or (isinstance(value, Law) and not is_ours(value.kernel)):
+            kind = type(value)
+            if kind not in _TRIED:
+                _TRIED[kind] = _is_tried(kind)
+            if _TRIED[kind]:
                 findings += _remembered(part.name, value)
     return findings
+
+
+def _is_tried(kind: type) -> bool:
+    """Whether a class is one of tables, or of laws and motions that are not flexmb's own."""
+    if not issubclass(kind, Law):
+        return False
+    ours = kind.kernel.function.__module__.partition(".")[0] == "flexmb"
+    return not ours or kind.__module__ == "flexmb.drives.table"
 
 
 def _remembered(name: str, law: Law) -> tuple[Finding, ...]:
     """Findings on a law; of a law with arrays they are not remembered."""
     try:
-        return _of_law(name, law)
+        found = _KNOWN.get((name, law))
     except TypeError:
-        return _of_law.__wrapped__(name, law)
+        return _of_law(name, law)
+    if found is None:
+        if len(_KNOWN) >= REMEMBERED:
+            _KNOWN.clear()
+        found = _KNOWN[name, law] = _of_law(name, law)
+    return found
 
 
-@lru_cache(maxsize=REMEMBERED)
 def _of_law(name: str, law: Law) -> tuple[Finding, ...]:
     """Findings on one law or motion of a part."""
+    from flexmb.doctor.laws import friction_sign, normal_sign
+    from flexmb.doctor.motions import overshoot, wrong_rates
+    from flexmb.drives.table import Table
+
     if isinstance(law, Table):
         return tuple(overshoot(name, law))
     if isinstance(law, Motion):

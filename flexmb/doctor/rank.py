@@ -138,7 +138,7 @@ def free_motions(closed: Program, q: np.ndarray) -> list[Finding]:
 
 def free_coordinates(closed: Program, q: np.ndarray) -> tuple[str, ...]:
     """Coordinates of bodies whose rates can be chosen freely and then fix all others."""
-    from scipy.linalg import null_space, qr  # noqa: PLC0415 - takes long to import
+    from scipy.linalg import null_space, qr
 
     rigid = RigidMotion(closed)
     A = plain(StateEvaluation(closed).at(q).blocks[1] @ rigid.plain_basis(q))

@@ -12,7 +12,6 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.compiled import ahead
-from flexmb.doctor.causes import causes_of_failure
 from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile_with_start
@@ -150,6 +149,8 @@ def simulate(
     lost = vibration_remarks(mechanism, run.program, results, method, int(run.record.count.steps))
     notes, faults = (*notes, *watch.notes, *lost), watch.faults
     if run.code not in (RUNNING, DONE) and not faults:
+        from flexmb.doctor.causes import causes_of_failure
+
         faults = tuple(f"{cause.text} {cause.remedy}" for cause in causes_of_failure(mechanism, closed))
     if kept_file is not None:
         notes = (*notes, *([kept_file.failure] if kept_file.failure else []))

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from flexmb.bodies.flexible_body import FlexibleBody
-from flexmb.drives.drive import Drive
-from flexmb.equilibrium.modes import Modes, modes
 from flexmb.errors import FlexmbError
 from flexmb.joints.bushing import Bushing
 from flexmb.loads.spring_damper import SpringDamper
@@ -19,6 +17,9 @@ from flexmb.program.program import Program
 from flexmb.run.watch import Saved
 from flexmb.step.newmark.method import Newmark
 from flexmb.system.state_evaluation import StateEvaluation
+
+if TYPE_CHECKING:
+    from flexmb.equilibrium.modes import Modes
 
 ELASTIC = (FlexibleBody, SpringDamper, TorsionSpring, Bushing, Element)
 """Parts that can hold a vibration."""
@@ -72,6 +73,8 @@ def vibration_remarks(mechanism: Mechanism, program: Program, saved: Saved, meth
     """
     if not isinstance(method, Newmark) or not _may_vibrate_freely(mechanism, program, saved):
         return []
+    from flexmb.equilibrium.modes import modes
+
     try:
         found = modes(mechanism, count=MODES)
     except FlexmbError:
@@ -92,9 +95,10 @@ def vibration_remarks(mechanism: Mechanism, program: Program, saved: Saved, meth
 
 def _may_vibrate_freely(mechanism: Mechanism, program: Program, saved: Saved) -> bool:
     """Whether there are springs or beams, no drives and no contacts, and few coordinates that were all saved."""
-    driven = any(isinstance(part, Drive) for part in mechanism.parts) or len(program.names.contacts) > 0
     whole = saved.kept is None and len(saved.time) >= LEAST_INSTANTS and program.n_q <= MOST_UNKNOWNS
-    return not driven and whole and any(isinstance(part, ELASTIC) for part in mechanism.parts)
+    if not whole or len(program.names.contacts) or program.drives:
+        return False
+    return any(isinstance(part, ELASTIC) for part in mechanism.parts)
 
 
 def energetic_mode(program: Program, saved: Saved, found: Modes) -> tuple[int, float]:

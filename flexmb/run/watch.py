@@ -36,6 +36,9 @@ LARGE_STRAIN, IMPOSSIBLE_STRAIN = 0.05, 0.2
 MOST_NUMBERS = 20_000
 """Number of poses of the nodes of a beam that are looked at; of longer results every second, third, ... instant."""
 
+MOST_BODIES = 64
+"""Number of bodies above which strains are not computed, since that would take as long as a short run."""
+
 COLUMN = {name: k for k, (name, _) in enumerate(COLUMNS)}
 
 
@@ -104,7 +107,7 @@ def watched(mechanism: Mechanism, saved: Saved) -> Watched:
 
 def _penetrations(mechanism: Mechanism, saved: Saved) -> Iterator[tuple[bool, str]]:
     """Journals and pins that are pressed deep into their bearings."""
-    for part in mechanism.parts:
+    for part in mechanism.parts if saved.contacts.names else ():
         radius = getattr(part, "bearing_radius", None) or getattr(part, "pin_radius", None)
         name = f"{part.name}.penetration"
         if not isinstance(radius, float) or name not in saved.signals.places:
@@ -139,7 +142,10 @@ def _coarse_contacts(saved: Saved) -> Iterator[tuple[bool, str]]:
 
 def _strains(mechanism: Mechanism, saved: Saved) -> Iterator[tuple[bool, str]]:
     """Beams that strain beyond their yield stress, or by more than linear elasticity allows."""
-    for body in mechanism.bodies:
+    bodies = mechanism.bodies
+    if len(bodies) > MOST_BODIES:
+        return
+    for body in bodies:
         if not isinstance(body, FlexibleBody):
             continue
         found = strain_of(body, saved)
