@@ -32,7 +32,7 @@ FEWEST = 3
 
 
 class Coincidence(NamedTuple):
-    """How many peaks lie at others.
+    """Share of peaks at the same instants as other peaks.
 
     Parameters
     ----------

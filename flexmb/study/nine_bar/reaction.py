@@ -150,7 +150,7 @@ class Turning(NamedTuple):
 
 
 def turning(static: np.ndarray, dynamic: np.ndarray, speed: float) -> Turning:
-    """How small the force gets in a turn and how its direction turns.
+    """Smallest joint force in a turn, and turning of its direction.
 
     Parameters
     ----------

@@ -36,7 +36,7 @@ FAR = 10.0
 
 @dataclass(frozen=True, eq=False)
 class ByDistance:
-    """How fast neighbours part, by how far apart they are.
+    """Growth rate of the distance of neighbours over that distance.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def signals_of(result: xr.Dataset, samples: int = SAMPLES) -> dict[str, np.ndarr
 
 
 def by_distance(result: xr.Dataset) -> list[ByDistance]:
-    """How fast neighbours part by their distance, for each signal of the experiments.
+    """Growth rates of the distance of neighbours, for each signal of the experiments.
 
     Parameters
     ----------

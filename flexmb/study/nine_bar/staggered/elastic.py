@@ -46,12 +46,12 @@ class Settings(Record, frozen=True):
 
 
 class Model(Record):
-    """What does not change.
+    """Constants of the elastic model.
 
-    body, arm, turn : of each node its body, place (n, 2) in the axes of the twin's [m], angle against it [rad]
-    reference : (bodies,) angles of the twin's bodies in the drawn pose
+    body, arm, turn : of each node its body, place (n, 2) in the axes of the rigid body's [m], angle against it [rad]
+    reference : (bodies,) angles of the rigid bodies in the reference configuration
     nodes : (blocks, 2);  k, m, d : (blocks, 9);  places : (9 blocks,) of a block's entries in the matrix
-    loads : (n,) elements that are not part of a body;  ties : (n,) rows of joints with play
+    loads : (n,) elements that are not part of a body;  ties : (n,) rows of joints with clearance
     """
 
     body: Integers
