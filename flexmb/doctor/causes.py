@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flexmb.doctor.finding import ERROR, Finding
+from flexmb.doctor.finding import CODES, ERROR, Finding
 from flexmb.doctor.laws import law_findings
 from flexmb.doctor.loops import locking_drives
 from flexmb.doctor.motions import motion_findings
@@ -29,4 +29,4 @@ def causes_of_failure(mechanism: Mechanism, closed: Program) -> tuple[Finding, .
             findings = locking_drives(mechanism, closed, close_loops(closed, {})[0])
         except FlexmbError:
             findings = []
-    return tuple(finding for finding in findings if finding.severity == ERROR)[:MOST_CAUSES]
+    return tuple(finding for finding in findings if CODES[finding.code][0] == ERROR)[:MOST_CAUSES]

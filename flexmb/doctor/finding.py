@@ -43,6 +43,7 @@ CODES: dict[str, tuple[str, str]] = {
     "unstable-reference": (WARNING, "a small motion runs away from the reference configuration"),
     "free-motion": (NOTE, "motions that no drive prescribes"),
     "no-frequencies": (NOTE, "natural frequencies cannot be computed"),
+    "no-statics": (NOTE, "the equilibrium under the declared loads cannot be computed, so stresses were not examined"),
 }
 """Severity and meaning of each code."""
 

@@ -57,9 +57,9 @@ def load_findings(mechanism: Mechanism, free: int) -> list[Finding]:
         return findings
     try:
         at_rest = static_equilibrium(ideal)
-    except FlexmbError:
-        at_rest = None
-    if at_rest is not None:
+    except FlexmbError as error:
+        findings.append(found("no-statics", (), f"The loads at rest were not examined: {error}"))
+    else:
         findings += _strains(at_rest, bodies)
     return [*findings, *_buckling(ideal)]
 

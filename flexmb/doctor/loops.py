@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import combinations
 from typing import Any
 
 import numpy as np
 
-from flexmb.doctor.finding import Finding, found, listed
+from flexmb.bodies.flexible_body import FlexibleBody
+from flexmb.doctor.finding import WARNING, Finding, found, listed
 from flexmb.doctor.motions import values_of
 from flexmb.doctor.rank import dependent_parts, shaken_pose
 from flexmb.errors import AssemblyError
@@ -104,6 +106,7 @@ def locking_drives(mechanism: Mechanism, closed: Program, q: np.ndarray) -> list
     """
     if not closed.drives:
         return []
+    bodies = [body.name for body in mechanism.bodies if isinstance(body, FlexibleBody)]
     with np.errstate(invalid="ignore"):
         times = instants(closed)
     if not np.isfinite(drive_positions(closed, times)).all():
@@ -113,7 +116,8 @@ def locking_drives(mechanism: Mechanism, closed: Program, q: np.ndarray) -> list
         try:
             pose = close_loops(closed, {}, start=pose, t=float(t))[0]
         except AssemblyError:
-            return [_locked(mechanism, closed, *last_closed(closed, pose, good, float(t)), float(times[-1]))]
+            finding = _locked(mechanism, closed, *last_closed(closed, pose, good, float(t)), float(times[-1]))
+            return [_if_rigid(finding, bodies)] if bodies else [finding]
         good = float(t)
     return []
 
@@ -165,6 +169,12 @@ def _locked(mechanism: Mechanism, closed: Program, pose: np.ndarray, t: float, s
     numbers = {f"{name} from": x for name, x in zip(drives, begin, strict=True)}
     numbers |= {f"{name} to": x for name, x in zip(drives, here, strict=True)}
     return found("locking-drive", (*owners, *joints), text, remedy, time=t, **numbers)
+
+
+def _if_rigid(finding: Finding, bodies: list[str]) -> Finding:
+    """The finding as a warning, where flexible bodies may bend as far as the drives demand."""
+    text = f"With rigid bodies in place of {listed(bodies)}: {finding.text}"
+    return replace(finding, severity=WARNING, text=text, remedy=f"{finding.remedy} A flexible body has to bend.")
 
 
 def weakest_parts(closed: Program, G: Any) -> tuple[str, ...]:

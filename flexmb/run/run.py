@@ -251,8 +251,8 @@ class Run:
             steps = int(min(max(steps * min(BLOCK_SECONDS / max(took, 1e-6), 4.0), 16), 1_000_000))
             if self.code == BUFFER_FULL:
                 self.code = RUNNING
+            self.interruption.act()  # in the last block, too, or a loop of short runs could not be ended
             if self.code == RUNNING:
-                self.interruption.act()
                 self.after_block(self)
         return self.code == DONE
 

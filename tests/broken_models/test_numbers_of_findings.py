@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from broken import Jumping, four_bar, slider_crank, worn
+from broken import Jumping, beam, four_bar, slider_crank, worn
 
 import flexmb as fm
 
@@ -46,3 +46,27 @@ def test_gruebler_is_wrong_about_parallel_cranks():
 
     report = fm.check(parallel_cranks())
     assert (report.gruebler, report.freedom) == (0, 1)
+
+
+def test_a_flexible_linkage_may_bend_where_a_rigid_one_locks():
+    """A warning: a thin coupler can give way; with rigid links it is an error."""
+    rigid = four_bar((0.3, 0.1, 0.3, 0.32), 1.2, fm.ConstantSpeed(1.0))
+    coupler = rigid.find("coupler")
+    bar = fm.Rectangle(width=0.01, height=1e-3)
+    soft = rigid.with_part(fm.FlexibleLink("coupler", coupler.start, coupler.end, section=bar, material=fm.STEEL))
+    report = fm.check(soft)
+    (finding,) = report.of("locking-drive")
+    assert report.ok
+    assert finding.severity == "warning"
+    assert finding.text.startswith("With rigid bodies in place of 'coupler': The loops close only up to")
+    assert not fm.check(rigid).ok
+
+
+def test_loads_without_an_equilibrium_are_noted():
+    """A load far beyond the limit point of an arch."""
+    left, right = beam("left", (0.0, 0.0), (0.5, 0.02)), beam("right", (0.5, 0.02), (1.0, 0.0))
+    pins = [fm.Revolute("L", fm.GROUND, left, at=(0.0, 0.0)), fm.Revolute("R", fm.GROUND, right, at=(1.0, 0.0))]
+    top = fm.Revolute("T", left, right, at=(0.5, 0.02))
+    push = fm.Force("push", left, at=(0.5, 0.02), force=(0.0, -1e5))
+    report = fm.check(fm.Mechanism("arch", [left, right, *pins, top, push]))
+    assert report.of("no-statics", "overload", "buckled")

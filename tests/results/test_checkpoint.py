@@ -226,3 +226,26 @@ def test_a_file_that_declares_a_terabyte_is_refused(tmp_path):
     with pytest.raises(FileFormatError, match="more than 50 times its own size"):
         fm.load(path)
     assert time.perf_counter() - began < 5.0
+
+
+def runs_until_one_is_interrupted():
+    """Short runs, of one block each; the last status, or "" when all went through."""
+    for _ in range(10_000):
+        sol = fm.simulate(worn(), t_end=1e-3)
+        if not sol.ok:
+            return sol.status
+    return ""
+
+
+def test_ctrl_c_in_the_last_block_is_not_lost():
+    """A loop of runs of one block each notices Ctrl-C at once, wherever it comes."""
+    fm.simulate(worn(), t_end=1e-3)
+    before = signal.signal(signal.SIGALRM, lambda *_: signal.raise_signal(signal.SIGINT))
+    signal.setitimer(signal.ITIMER_REAL, 0.05)
+    try:
+        assert "Interrupted from the keyboard" in runs_until_one_is_interrupted()
+    except KeyboardInterrupt:
+        pass  # it came between two runs, or while one was made ready
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)

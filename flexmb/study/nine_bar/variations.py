@@ -44,11 +44,11 @@ class Variation:
 
     @property
     def staggered(self) -> bool:
-        """Whether it is the paper's own scheme."""
+        """Whether the variation is the paper's own scheme."""
         return "method" in self.case
 
     def touches(self, model: str) -> bool:
-        """Whether it changes a model: "ideal", "rigid" or "flexible"."""
+        """Whether the variation changes a model: "ideal", "rigid" or "flexible"."""
         if (self.beams_only and model != "flexible") or (self.play_only and model == "ideal"):
             return False
         return bool(self.letter)
