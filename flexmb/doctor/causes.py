@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from flexmb.doctor.finding import CODES, ERROR, Finding
-from flexmb.doctor.laws import law_findings
+from flexmb.doctor.laws import kernel_findings, law_findings
 from flexmb.doctor.loops import locking_drives
 from flexmb.doctor.motions import motion_findings
 from flexmb.errors import FlexmbError
@@ -18,12 +18,16 @@ MOST_CAUSES = 3
 def causes_of_failure(mechanism: Mechanism, closed: Program) -> tuple[Finding, ...]:
     """Findings that can end a run: motions that are not finite or jump, laws that pull or drive, loops that lock.
 
+    Kernels of the user are compared with their contracts, since wrong tangents keep Newton from converging.
+
     Parameters
     ----------
     mechanism : the mechanism.
     closed : its program with ideal joints for contacts and elastic joints.
     """
     findings = [*motion_findings(mechanism), *law_findings(mechanism)]
+    known = {name for finding in findings for name in finding.parts}
+    findings += kernel_findings(mechanism, known, ours=False)
     if not findings:
         try:
             findings = locking_drives(mechanism, closed, close_loops(closed, {})[0])

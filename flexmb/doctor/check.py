@@ -14,7 +14,7 @@ from flexmb.doctor.dimensions import dimension_findings
 from flexmb.doctor.finding import ERROR, SEVERITIES, Finding, found
 from flexmb.doctor.laws import kernel_findings, law_findings
 from flexmb.doctor.loads import load_findings
-from flexmb.doctor.loops import locking_drives, open_loops
+from flexmb.doctor.loops import locking_drives, open_loops, other_branch
 from flexmb.doctor.motions import motion_findings
 from flexmb.doctor.rank import dependent_parts, free_motions, redundancies
 from flexmb.doctor.report import Report
@@ -74,7 +74,7 @@ def _examined(mechanism: Mechanism) -> Report:
         numbers = _numbers(moving, ideal, np.array(ideal.reference.q), ())
         return Report(mechanism.name, sorted_findings([*findings, *open_loops(closed, error)]), **numbers)
     structure = redundancies(moving, ideal, q)
-    findings += structure
+    findings += [*structure, *other_branch(closed, q)]
     frequencies, more = _frequencies(mechanism)
     findings += more
     numbers = _numbers(moving, ideal, q, frequencies)

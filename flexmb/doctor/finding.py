@@ -30,6 +30,8 @@ CODES: dict[str, tuple[str, str]] = {
     "wrong-rate": (ERROR, "a prescribed motion has a rate that is not the derivative of its value"),
     "jumping-drive": (ERROR, "a prescribed motion jumps without announcing it"),
     "buckled": (ERROR, "the declared loads alone buckle the structure"),
+    "other-branch": (WARNING, "loops are assembled on another branch than the one drawn"),
+    "branch-point": (WARNING, "the drives pass a singular pose, where two branches of the motion cross"),
     "free-body": (WARNING, "a body hangs on nothing"),
     "hidden-over-drive": (WARNING, "drives prescribe more than ideal joints would allow; clearances have to yield"),
     "overshooting-table": (WARNING, "a table's spline overshoots between its points"),

@@ -108,7 +108,7 @@ def friction_sign(name: str, law: FrictionLaw) -> list[Finding]:
     return []
 
 
-def kernel_findings(mechanism: Mechanism, known: Container[str] = ()) -> list[Finding]:
+def kernel_findings(mechanism: Mechanism, known: Container[str] = (), *, ours: bool = True) -> list[Finding]:
     """Findings on kernels that break their contracts; each of flexmb's own is tried once, by its first part.
 
     Derivatives are compared with differences, compiled with plain Python, forces of two bodies with each other.
@@ -117,6 +117,7 @@ def kernel_findings(mechanism: Mechanism, known: Container[str] = ()) -> list[Fi
     ----------
     mechanism : the mechanism.
     known : parts with a finding, which are left out.
+    ours : whether flexmb's own kernels are tried, too.
     """
     findings: list[Finding] = []
     bare = Mechanism(mechanism.name, mechanism.parts)
@@ -127,9 +128,11 @@ def kernel_findings(mechanism: Mechanism, known: Container[str] = ()) -> list[Fi
             if key in seen or part.name in known:
                 continue
             seen.add(key)
-            ours = all(is_ours(kernel) for kernel in kernels_of(contribution))
+            own = all(is_ours(kernel) for kernel in kernels_of(contribution))
+            if own and not ours:
+                continue
             try:
-                check_piece(Bench(mechanism, part, 0, SHARE_OF_OURS if ours else 1.0), contribution, light)
+                check_piece(Bench(mechanism, part, 0, SHARE_OF_OURS if own else 1.0), contribution, light)
             except KernelError as error:
                 remedy = "testing.check_part(mechanism, name) checks it again after a change."
                 findings.append(found("broken-kernel", (part.name,), str(error), remedy))

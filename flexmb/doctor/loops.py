@@ -95,8 +95,30 @@ def nearest_pose(closed: Program) -> tuple[np.ndarray, dict[str, float]]:
     return q, {name: gap for name, gap in gaps.items() if gap > 1e-3 * largest > 0.0}
 
 
+def other_branch(closed: Program, q: np.ndarray) -> list[Finding]:
+    """Findings on loops that are assembled on another branch than the one drawn.
+
+    Parameters
+    ----------
+    closed : the mechanism with ideal joints.
+    q : (n_q,) closed pose at t = 0.
+    """
+    if orientation(closed, np.array(closed.reference.q), 0.0) * orientation(closed, q, 0.0) >= 0.0:
+        return []
+    begin = ", ".join(
+        f"{name!r} at {x:.6g}" for name, x in zip(closed.drives, *drive_positions(closed, np.zeros(1)), strict=True)
+    )
+    parts = weakest_parts(closed, StateEvaluation(closed).at(q).blocks[1] @ RigidMotion(closed).plain_basis(q))
+    text = (
+        f"Between the drawn pose and the start, {begin} (rad or m), the loops pass a singular pose: {listed(parts)} are"
+    )
+    text += " assembled on another branch than the one drawn."
+    remedy = "Draw the mechanism where its drives begin, on the branch that is meant."
+    return [found("other-branch", parts, text, remedy)]
+
+
 def locking_drives(mechanism: Mechanism, closed: Program, q: np.ndarray) -> list[Finding]:
-    """Findings on loops that open while the drives move.
+    """Findings on loops that open, or whose branches cross, while the drives move.
 
     Parameters
     ----------
@@ -111,15 +133,39 @@ def locking_drives(mechanism: Mechanism, closed: Program, q: np.ndarray) -> list
         times = instants(closed)
     if not np.isfinite(drive_positions(closed, times)).all():
         return []  # its motion is a finding of its own
-    good, pose = 0.0, q
+    good, pose, side = 0.0, q, orientation(closed, q, 0.0)
     for t in times[1:]:
         try:
             pose = close_loops(closed, {}, start=pose, t=float(t))[0]
         except AssemblyError:
             finding = _locked(mechanism, closed, *last_closed(closed, pose, good, float(t)), float(times[-1]))
             return [_if_rigid(finding, bodies)] if bodies else [finding]
+        if side * orientation(closed, pose, float(t)) < 0.0:
+            return [_crossed(closed, pose, good, float(t))]
         good = float(t)
     return []
+
+
+def orientation(closed: Program, pose: np.ndarray, t: float) -> float:
+    """Sign of the determinant of the constraint equations; 0 where they are not as many as rigid motions.
+
+    The sign changes where two branches of the motion cross.
+    """
+    G = StateEvaluation(closed).at(pose, t=t).blocks[1] @ RigidMotion(closed).plain_basis(pose)
+    A = plain(G)
+    return float(np.linalg.slogdet(A)[0]) if A.shape[0] == A.shape[1] else 0.0
+
+
+def _crossed(closed: Program, pose: np.ndarray, before: float, after: float) -> Finding:
+    """The finding on a singular pose that the drives pass between two instants [s]."""
+    G = StateEvaluation(closed).at(pose, t=after).blocks[1] @ RigidMotion(closed).plain_basis(pose)
+    parts = weakest_parts(closed, G)
+    text = (
+        f"Between t = {before:.6g} and {after:.6g} s the loops pass a singular pose, where two branches of the motion"
+    )
+    text += f" cross, and {listed(parts)} no longer determine which one is followed."
+    remedy = "Change lengths so that the links never lie on one line, or add what guides real links through that pose."
+    return found("branch-point", parts, text, remedy, time=after)
 
 
 def instants(closed: Program) -> np.ndarray:

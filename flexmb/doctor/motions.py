@@ -75,7 +75,7 @@ def wrong_rates(name: str, motion: Motion) -> list[Finding]:
 
 
 def values_of(kernel: Kernel, *arguments: Any) -> np.ndarray:
-    """Numbers that a kernel returns, in plain Python; NaN where its arithmetic fails.
+    """Numbers that a kernel returns, in plain Python; NaN where it raises an exception.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def values_of(kernel: Kernel, *arguments: Any) -> np.ndarray:
     try:
         with np.errstate(all="ignore"):
             return np.atleast_1d(np.array(kernel(*arguments), dtype=float))
-    except (ArithmeticError, ValueError):
+    except Exception:
         return np.full(3, np.nan)
 
 

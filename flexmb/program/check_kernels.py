@@ -96,7 +96,7 @@ def _arguments(kernel: Kernel, contribution: Any, pose: Sequence[float], history
     """Arguments of a kernel after p: at rest, in the reference configuration, at t = 0."""
     q, z, n = np.array(pose, dtype=float), np.array(history, dtype=float), len(pose)
     zero, square, rows = np.zeros(n), np.zeros((n, n)), [np.zeros(getattr(contribution, "rows", 0)) for _ in range(4)]
-    law = [1e-6, -1e-6, -1e-3, z, z.copy()]
+    own = [z, z.copy()]
     state = [0.0, 0.0, q, zero.copy(), zero.copy(), z]
     force = [zero.copy(), square, square.copy(), square.copy(), z.copy()]
     constraint = [0.0, q, zero, rows[0], rows[1], np.zeros((len(rows[0]), n)), rows[2], rows[3], square]
@@ -108,8 +108,8 @@ def _arguments(kernel: Kernel, contribution: Any, pose: Sequence[float], history
         "energy": [0.0, q, zero],
         "constraint": constraint,
         "gap": [q, zero, np.zeros(GAP_SIZE)],
-        "normal": law,
-        "friction": law,
+        "normal": [1e-6, -1e-6, -1e-3, *own],
+        "friction": [1e-6, -1e-6, 1e-3, *own],
         "motion": [0.0],
         "joint_friction": [q, rows[1], np.zeros(JOINT_FRICTION_SIZE), np.zeros((n, n))],
         "signal": [0.0, q, zero, zero.copy()],
@@ -121,15 +121,15 @@ def _call(part: str, kernel: Kernel, p: np.ndarray, arguments: list[Any], what: 
     try:
         with np.errstate(all="ignore"):  # what is not finite is refused below
             result = kernel.python(p, *arguments)
-    except (ValueError, IndexError, TypeError) as error:
-        reason = str(error) or "wrong number of values"
-        raise KernelError(
-            f"{label} failed with {len(p)} parameters p = {_short(p)}: {reason}. "
-            "The kernel must unpack as many numbers as its class has numeric fields, in their order."
-        ) from error
-    except (ArithmeticError, NameError, AttributeError) as error:
+    except Exception as error:
+        if isinstance(error, (IndexError, TypeError)) or "unpack" in str(error):
+            reason = str(error) or "wrong number of values"
+            raise KernelError(
+                f"{label} failed with {len(p)} parameters p = {_short(p)}: {reason}. "
+                "The kernel must unpack as many numbers as its class has numeric fields, in their order."
+            ) from error
         safe = "It must be safe there, also for t = h = 0." if isinstance(error, ArithmeticError) else "Correct it."
-        text = f"{label} failed in the reference configuration, at rest, with p = {_short(p)}: "
+        text = f"{label} failed {_place(kernel)} with p = {_short(p)}: "
         text += f"{type(error).__name__}: {error}."
         raise KernelError(f"{text} {safe}") from error
     size = 1 if kernel.contract.name == "signal" else 3
@@ -144,6 +144,12 @@ def _call(part: str, kernel: Kernel, p: np.ndarray, arguments: list[Any], what: 
         values = np.concatenate(arrays) if arrays else np.empty(0)
     if not np.all(np.isfinite(values)):
         raise KernelError(f"{label} gives values that are not finite for p = {_short(p)}; check its numbers.")
+
+
+def _place(kernel: Kernel) -> str:
+    """State of a call in words."""
+    places = {"normal": "at a penetration of 1e-6 m,", "friction": "at a slip of -1e-6 m/s and N = 1e-3 N,"}
+    return places.get(kernel.contract.name, "in the reference configuration, at rest,")
 
 
 def _underivable_law(kernel: Kernel, values: np.ndarray) -> str:

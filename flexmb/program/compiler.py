@@ -95,6 +95,7 @@ def _compiled(mechanism: Mechanism, contributions: Contributions, number: Number
         structure.symbolic,
         reference_configuration(mechanism, number, z),
         Names(
+            structure.elements,
             structure.coordinates,
             structure.rows,
             structure.contacts,

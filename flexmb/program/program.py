@@ -31,8 +31,9 @@ class ReferenceConfiguration:
 
 @dataclass(frozen=True)
 class Names:
-    """Names of coordinates, constraint rows, contacts, drives and signals."""
+    """Names of the parts of elements, of coordinates, constraint rows, contacts, bodies and signals."""
 
+    elements: tuple[str, ...]
     coordinates: tuple[str, ...]
     rows: tuple[str, ...]
     contacts: tuple[str, ...]

@@ -53,6 +53,7 @@ class Structure:
     tables: Tables
     kernels: tuple[tuple[Kernel, ...], ...]
     symbolic: Symbolic
+    elements: tuple[str, ...]
     coordinates: tuple[str, ...]
     rows: tuple[str, ...]
     contacts: tuple[str, ...]
@@ -178,6 +179,7 @@ def new_structure(contributions: Contributions, number: Numbering) -> Structure:
         tables,
         tuple(tuple(packer.kernels[kind].kernels) for kind in KINDS),
         pattern,
+        tuple(map(attrgetter("part"), contributions.elements)),
         names,
         tuple(f"{c.part}[{i}]" for c in contributions.constraints for i in range(c.rows)),
         tuple(c.label for c in contributions.contacts),

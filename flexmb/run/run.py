@@ -10,7 +10,7 @@ import numpy as np
 
 from flexmb.compiled.notice import notice
 from flexmb.energy.balance import check_balance_at_end, start_balance
-from flexmb.errors import InputError, SolveError
+from flexmb.errors import InputError, KernelError, SolveError
 from flexmb.jobs.progress import ProgressBar
 from flexmb.linalg import lu
 from flexmb.linalg.rank import row_rank
@@ -19,11 +19,12 @@ from flexmb.program.program import Program
 from flexmb.results.solution import ContactLog, Peaks, Solution
 from flexmb.results.stats import Stats
 from flexmb.results.status import sentence
+from flexmb.run.failure import naming_kernels
 from flexmb.run.interruption import KEYBOARD, Interruption
 from flexmb.run.restart import MODEL, refuse_broken_clock, refuse_other_model
 from flexmb.run.saved_rows import SavedRows
 from flexmb.start.consistent import Start, accelerations
-from flexmb.start.redundant_joints import least_norm
+from flexmb.start.redundant_joints import least_norm, looks_dependent
 from flexmb.state.flow import new_flow
 from flexmb.state.options import NEVER, Options
 from flexmb.state.record import BUFFER_FULL, DONE, RUNNING
@@ -114,10 +115,11 @@ class Run:
         flow.lam[:], flow.z[:] = start.lam, z
         flow.clock.t = time
         self._set_redundancy(start.redundant)
-        flow.clock.held_steps = -1.0 if self._looks_dependent(start) else 0.0
+        flow.clock.held_steps = -1.0 if looks_dependent(self.program, self.work, start.q, start.redundant) else 0.0
         flow.clock.save_start = NOT_SAVING
         flow.clock.step_size = self.h_max if isinstance(self.step, FixedStep) else 1e-3 * self.h_max
-        self.stepper.evaluate(self)
+        with naming_kernels(self):
+            self.stepper.evaluate(self)
         start_balance(flow.ledger, flow.balance)
         begun = flow.z.copy()
         flow.z[:] = self.work.z_new
@@ -141,20 +143,6 @@ class Run:
         if self.note.startswith(STOPPED_AFTER):
             self.note, self.code = "", RUNNING
         return self.code in (RUNNING, DONE) and not self.note
-
-    def _looks_dependent(self, start: Start) -> bool:
-        """Whether independent constraint rows look redundant, because some inertia is very small.
-
-        The pivots depend on the directions of the bodies, so that three rotations of the mechanism are tested.
-        """
-        system, angles = StateEvaluation(self.program, self.work), np.asarray(self.program.tables.kind) == 1
-        for turn in (0.0, 0.7, 2.3):
-            values = system.at(start.q + turn * angles, weights=(0.0, 0.0, 1.0)).work.lu.copy()
-            seen = np.zeros(self.program.symbolic.n)
-            lu.factor(self.lu, values, seen, lu.LOST_PIVOT, self.program.n_q, 10.0 * lu.HELD_PIVOT)
-            if int((seen < 0.0).sum()) > start.redundant:
-                return True
-        return False
 
     def resume(self, restart: Mapping[str, np.ndarray], label: str, *, redundant: bool = False) -> None:
         """Take the final state of another run of the same model.
@@ -235,7 +223,7 @@ class Run:
         """Run until `target` [s]; whether the run reached it; `ahead`: even without a step left."""
         options = self.options(target, interval)
         steps, self.code = max(FIRST_BLOCK_UPDATES // (self.program.symbolic.n + 1), 16), RUNNING
-        while self.code == RUNNING:
+        while self.code == RUNNING and not self.note:
             began = time.perf_counter()
             steps = self._steps_left(steps)
             if steps == 0 and ahead and self.flow.clock.t >= (1.0 - 1e-12) * target:
@@ -244,7 +232,7 @@ class Run:
                 self.note = f"{STOPPED_AFTER} {self.max_steps} steps, as asked for"
                 return False
             else:
-                self.code = self.stepper.advance(self, options, steps)
+                self._advance(options, steps)
             self._empty_buffer(options)
             bar.update(min(self.flow.clock.t, bar.total) - bar.n)
             took = time.perf_counter() - began
@@ -256,6 +244,14 @@ class Run:
                 self.after_block(self)
         return self.code == DONE
 
+    def _advance(self, options: Options, steps: int) -> None:
+        """Take at most `steps` steps; an exception of a user's kernel ends the run with a note."""
+        try:
+            with naming_kernels(self):
+                self.code = self.stepper.advance(self, options, steps)
+        except KernelError as error:
+            self.note = f"Stopped: {str(error).rstrip('.')}"
+
     def _cross_jump(self, instant: float, interval: float) -> None:
         """Cross a jump of loads: new accelerations, joint forces and powers; the next step is a first step.
 
@@ -266,7 +262,7 @@ class Run:
         try:
             solve = least_norm if self.redundant else accelerations
             a, lam = solve(self.program, flow.q[:n], flow.v[:n], instant, flow.z)
-        except SolveError as error:
+        except (KernelError, SolveError) as error:
             self.note = f"Stopped: {str(error).rstrip('.')}"
             return
         flow.a[:n], flow.x[:n], flow.lam[:] = a, a, lam

@@ -21,11 +21,11 @@ from flexmb.results.remarks import contact_remarks
 from flexmb.results.signal_names import SAVED_KEY, chosen_places
 from flexmb.results.solution import Solution
 from flexmb.run.checkpoint import EVERY, Checkpoints, plain_values
+from flexmb.run.failure import explanation
 from flexmb.run.interruption import KEYBOARD, TERMINATION, Interruption
 from flexmb.run.run import Run
 from flexmb.run.vibrations import vibration_remarks
 from flexmb.run.watch import Saved, watched
-from flexmb.state.record import DONE, RUNNING
 from flexmb.step.method import Method
 from flexmb.step.newmark.method import Newmark
 from flexmb.step.step_size import Adaptive, FixedStep
@@ -147,11 +147,9 @@ def simulate(
     results = Saved.of(run)
     watch = watched(mechanism, results)
     lost = vibration_remarks(mechanism, run.program, results, method, int(run.record.count.steps))
-    notes, faults = (*notes, *watch.notes, *lost), watch.faults
-    if run.code not in (RUNNING, DONE) and not faults:
-        from flexmb.doctor.causes import causes_of_failure
-
-        faults = tuple(f"{cause.text} {cause.remedy}" for cause in causes_of_failure(mechanism, closed))
+    notes = (*notes, *watch.notes, *lost)
+    faults, details = explanation(run, mechanism, closed, watch.faults)
+    notes = (*notes, *details)
     if kept_file is not None:
         notes = (*notes, *([kept_file.failure] if kept_file.failure else []))
         kept_file.write(run) if run.interrupted else kept_file.remove()

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.errors import AssemblyError, SolveError
+from flexmb.errors import AssemblyError, KernelError, SolveError
+from flexmb.linalg import lu
 from flexmb.linalg.dense_or_sparse import bordered_solution, plain
 from flexmb.linalg.rank import RANK_TOLERANCE, row_rank
 from flexmb.program.program import Program
 from flexmb.start.assemble import close_loops, drive_rows
 from flexmb.start.rigid_motion import RigidMotion
 from flexmb.system.state_evaluation import StateEvaluation
-from flexmb.system.work import MOTION
+from flexmb.system.work import MOTION, Work
 
 POSE_SHIFT = 0.05
 """Shift to a second pose that distinguishes redundant joints from a singular pose [rad, or relative to the size]."""
@@ -79,3 +80,29 @@ def least_norm(
     a = found[: program.n_q]
     lam = np.linalg.lstsq(plain(G).T, -(system.force + M @ a), rcond=RANK_TOLERANCE)[0]
     return a, lam
+
+
+def looks_dependent(program: Program, work: Work, q: np.ndarray, redundant: int) -> bool:
+    """Whether independent constraint rows look redundant, because some inertia is very small.
+
+    The pivots depend on the directions of the bodies, so that three rotations of the mechanism are tested; a rotation
+    at which a kernel refuses its arguments is left out.
+
+    Parameters
+    ----------
+    program : the mechanism.
+    work : workspace of the program, which is overwritten.
+    q : (n_q,) pose at the start.
+    redundant : number of constraint rows that are redundant in every pose.
+    """
+    system, angles = StateEvaluation(program, work), np.asarray(program.tables.kind) == 1
+    for turn in (0.0, 0.7, 2.3):
+        try:
+            values = system.at(q + turn * angles, weights=(0.0, 0.0, 1.0)).work.lu.copy()
+        except KernelError:
+            continue
+        seen = np.zeros(program.symbolic.n)
+        lu.factor(lu.tables(program.symbolic), values, seen, lu.LOST_PIVOT, program.n_q, 10.0 * lu.HELD_PIVOT)
+        if int((seen < 0.0).sum()) > redundant:
+            return True
+    return False

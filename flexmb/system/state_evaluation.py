@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flexmb.errors import SolveError
+from flexmb.errors import KernelError, SolveError
 from flexmb.linalg import lu
 from flexmb.linalg.dense import solve_dense
 from flexmb.linalg.dense_or_sparse import DENSE_UNKNOWNS
 from flexmb.linalg.pivoting import PivotingSolver
 from flexmb.program.program import Program
 from flexmb.system.evaluate import evaluate
+from flexmb.system.failed_kernels import Instant, failed_kernel
 from flexmb.system.work import Work, workspace
 
 if TYPE_CHECKING:
@@ -41,6 +42,7 @@ class StateEvaluation:
         self.work: Work = work or workspace(program)
         self._pattern = program.symbolic
         self.small = self._pattern.n <= DENSE_UNKNOWNS
+        self._instant: Instant | None = None
 
     @cached_property
     def _solver(self) -> PivotingSolver:
@@ -50,6 +52,10 @@ class StateEvaluation:
         """Evaluate at a state (n_q,); `weights`: factors of stiffness, damping and mass in the matrix.
 
         The last three entries of arrays with n_q + 3 entries are the motion of the ground, else at rest.
+
+        Raises
+        ------
+        KernelError : a kernel of a part raises an exception at this state.
         """
         n, m = self.program.n_q, self.program.n_c
         state = [_padded(x, n) for x in (q, v, a)]
@@ -57,8 +63,19 @@ class StateEvaluation:
         z = self.program.reference.z if z is None else z
         z = np.array(z)
         tables, address = self.program.tables, self.program.addresses
-        evaluate(tables, address, float(t), 0.0, *state, lam, z, *map(float, weights), True, self.work)
+        self._instant = Instant(float(t), 0.0, *state, lam, z)
+        try:
+            evaluate(tables, address, float(t), 0.0, *state, lam, z, *map(float, weights), True, self.work)
+        except Exception as error:
+            self.refuse_failed_kernel(error)
+            raise
         return self
+
+    def refuse_failed_kernel(self, error: Exception | None = None) -> None:
+        """Raise `KernelError` if a kernel raises or is not finite at the state that was evaluated last."""
+        failed = None if self._instant is None else failed_kernel(self.program, [self._instant])
+        if failed is not None:
+            raise KernelError(str(failed)) from error
 
     @property
     def force(self) -> np.ndarray:
@@ -124,13 +141,20 @@ class StateEvaluation:
         return A[:n, :n].tocsc(), A[n:, :n]
 
     def solve(self, b: np.ndarray, purpose: str) -> np.ndarray:
-        """Solve with the present matrix, with pivoting; `SolveError` for a singular matrix."""
+        """Solve with the present matrix, with pivoting.
+
+        Raises
+        ------
+        SolveError : a singular matrix.
+        KernelError : a kernel that is not finite at this state.
+        """
         found = self._without_pivoting(b) if self._pattern.n > UNPIVOTED_UNKNOWNS else None
         if found is not None:
             return found
         try:
             return solve_dense(self.dense, b) if self.small else self._solver.factor(self.work.lu).solve(b)
         except SolveError as error:
+            self.refuse_failed_kernel(error)
             raise SolveError(f"{purpose}: {error}") from error
 
     def _without_pivoting(self, b: np.ndarray) -> np.ndarray | None:

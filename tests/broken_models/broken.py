@@ -367,6 +367,13 @@ CASES: dict[str, Case] = {
         lambda: slider_crank(LOOSE, fm.Force("load", LOOSE, at=(1.0, 0.0), force=(1.0, 0.0))), {"free-body": {"loose"}},
     ),
     "two flying bodies": (lambda: fm.Mechanism("sky", [LOOSE, STONE]), {"free-body": {"loose", "stone"}}),
+    # branches that cross
+    "a parallelogram that passes through its flat pose": (
+        lambda: four_bar((0.2, 0.4, 0.2, 0.4), 1.0, fm.ConstantSpeed(1.0)), {"branch-point": set()},
+    ),
+    "a drive that begins beyond the flat pose": (
+        lambda: four_bar((0.2, 0.4, 0.2, 0.4), 1.0, fm.drives.Polynomial((3.0, 0.1))), {"other-branch": set()},
+    ),
     # drives too many
     "two drives on one freedom": (_second_drive, {"over-driven": {"motor", "push"}}),
     "both cranks of a four-bar driven": (_two_cranks_driven, {"over-driven": {"m1", "m2"}}),
