@@ -1,10 +1,11 @@
 """Checks of arguments; each error names the object, the wrong value and the remedy."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from contextvars import ContextVar
 from dataclasses import fields
 from difflib import get_close_matches
-from functools import cache
+from functools import cache, wraps
 from importlib import import_module
 from numbers import Real
 from os import PathLike
@@ -12,7 +13,61 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from flexmb.errors import InputError, MissingPackageError
+from flexmb.errors import FlexmbError, InputError, MissingPackageError
+
+_COLLECTED: ContextVar[list[str] | None] = ContextVar("collected", default=None)
+"""Errors of the object that is under construction; None: an error is raised at once."""
+
+
+class Checked:
+    """Base of classes whose objects tell all errors of their arguments at once, when they are constructed."""
+
+    def __init_subclass__(cls, **keywords: Any) -> None:
+        super().__init_subclass__(**keywords)
+        own = cls.__dict__.get("__post_init__")
+        if own is not None:
+            cls.__post_init__ = _collecting(own)  # type: ignore[attr-defined]
+
+
+def _collecting(check: Callable[[Any], None]) -> Callable[[Any], None]:
+    """A `__post_init__` that collects the errors of all its checks, and raises them as one."""
+
+    @wraps(check)
+    def checked(self: Any) -> None:
+        if _COLLECTED.get() is not None:  # called by that of a subclass
+            return check(self)
+        errors: list[str] = []
+        token = _COLLECTED.set(errors)
+        try:
+            check(self)
+        except FlexmbError as error:
+            if not errors:
+                raise
+            _collect(errors, str(error))
+        except Exception:
+            if not errors:  # else a consequence of a wrong argument
+                raise
+        finally:
+            _COLLECTED.reset(token)
+        if errors:
+            raise InputError(" ".join(errors))
+        return None
+
+    return checked
+
+
+def _collect(errors: list[str], text: str) -> None:
+    """Add an error, unless there is one on the same argument."""
+    if not any(known.partition(" is ")[0] == text.partition(" is ")[0] for known in errors):
+        errors.append(text)
+
+
+def refuse(text: str) -> None:
+    """Raise `InputError`; during the construction of a `Checked` object at its end, together with others."""
+    errors = _COLLECTED.get()
+    if errors is None:
+        raise InputError(text)
+    _collect(errors, text)
 
 
 def number(owner: str, name: str, value: object, unit: str = "") -> float:
@@ -20,11 +75,12 @@ def number(owner: str, name: str, value: object, unit: str = "") -> float:
     if type(value) is float:  # most are: asking an abstract base class takes longer
         result = value
     elif isinstance(value, bool) or not isinstance(value, Real):
-        raise InputError(f"{owner}: {name} is {value!r}; it must be a number{_in(unit)}.")
+        refuse(f"{owner}: {name} is {value!r}; it must be a number{_in(unit)}.")
+        return math.nan
     else:
         result = as_float(value)
     if not math.isfinite(result):
-        raise InputError(f"{owner}: {name} is {result}; it must be finite{_in(unit)}.")
+        refuse(f"{owner}: {name} is {result}; it must be finite{_in(unit)}.")
     return result
 
 
@@ -40,7 +96,7 @@ def positive(owner: str, name: str, value: object, unit: str = "", hint: str = "
     """`value` as a float > 0, or `InputError`."""
     result = number(owner, name, value, unit)
     if result <= 0.0:
-        raise InputError(_sentence(f"{owner}: {name} is {result:g}{_unit(unit)}; it must be > 0.", hint))
+        refuse(_sentence(f"{owner}: {name} is {result:g}{_unit(unit)}; it must be > 0.", hint))
     return result
 
 
@@ -48,16 +104,16 @@ def not_negative(owner: str, name: str, value: object, unit: str = "", hint: str
     """`value` as a float >= 0, or `InputError`."""
     result = number(owner, name, value, unit)
     if result < 0.0:
-        raise InputError(_sentence(f"{owner}: {name} is {result:g}{_unit(unit)}; it must be >= 0.", hint))
+        refuse(_sentence(f"{owner}: {name} is {result:g}{_unit(unit)}; it must be >= 0.", hint))
     return result
 
 
 def between(owner: str, name: str, value: object, low: float, high: float, unit: str = "", hint: str = "") -> float:
     """`value` as a float in [low, high], or `InputError`."""
     result = number(owner, name, value, unit)
-    if not low <= result <= high:
+    if not low <= result <= high and math.isfinite(result):
         text = f"{owner}: {name} is {result:g}{_unit(unit)}; it must lie between {low:g} and {high:g}."
-        raise InputError(_sentence(text, hint))
+        refuse(_sentence(text, hint))
     return result
 
 

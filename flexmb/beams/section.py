@@ -17,7 +17,7 @@ Place = npt.ArrayLike
 """Place along the beam: s in [0, 1], a number or an array of any shape."""
 
 
-class Section(ABC):
+class Section(checks.Checked, ABC):
     """Cross-section of a straight beam as a function of s in [0, 1], start to end.
 
     For a section of your own, derive from this class and write the two methods; both must keep the shape of s.

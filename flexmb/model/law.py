@@ -34,7 +34,7 @@ def number_fields(owner: Any, skip: tuple[str, ...] = ()) -> tuple[float, ...]:
 
 
 @dataclass(frozen=True)
-class Law(ABC):
+class Law(checks.Checked, ABC):
     """Base of all laws: a kernel, its parameters, the start values of its history."""
 
     kernel: ClassVar[kernels.Kernel]

@@ -9,7 +9,7 @@ from flexmb.errors import InputError
 
 
 @dataclass(frozen=True)
-class Material:
+class Material(checks.Checked):
     """Linear elastic, isotropic material.
 
     Parameters

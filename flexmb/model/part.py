@@ -36,7 +36,7 @@ def declared_state(value: Any) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class Part(ABC):
+class Part(checks.Checked, ABC):
     """Base of all parts of a mechanism.
 
     Parameters
@@ -87,7 +87,7 @@ class Part(ABC):
         values = [getattr(self, name) for name, _ in checks.declared_fields(type(self))]
         return tuple([v.name for v in values if _is_part(v.__class__)])
 
-    def validate(self, mechanism: Mechanism) -> None:  # noqa: B027 - most parts have nothing to check there
+    def validate(self, mechanism: Mechanism) -> None:
         """Check the part against the other parts of `mechanism`."""
 
 

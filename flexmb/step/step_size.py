@@ -44,7 +44,7 @@ class FixedStep:
 
 
 @dataclass(frozen=True)
-class Adaptive:
+class Adaptive(checks.Checked):
     """Steps chosen by an estimate of the local error, which end at contact events.
 
     Parameters
