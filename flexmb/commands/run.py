@@ -192,7 +192,7 @@ def flow_options(options: argparse.Namespace) -> dict[str, Any]:
 
 def _needed(options: argparse.Namespace) -> dict[str, tuple[str, str]]:
     """Purpose and advice by required package."""
-    needed = {"h5netcdf": ("results", "")}
+    needed = {"h5netcdf": ("results", ""), "h5py": ("results", "")}
     if not options.no_plots:
         needed["matplotlib"] = ("pictures", " or leave them out with --no-plots")
     if not options.no_vtk:

@@ -19,7 +19,7 @@ from flexmb.doctor.motions import motion_findings
 from flexmb.doctor.rank import dependent_parts, free_motions, redundancies
 from flexmb.doctor.report import Report
 from flexmb.equilibrium.modes import modes
-from flexmb.errors import AssemblyError, FlexmbError, InputError
+from flexmb.errors import AssemblyError, FlexmbError, InputError, KernelError
 from flexmb.linalg.rank import row_rank
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
@@ -69,7 +69,11 @@ def _examined(mechanism: Mechanism) -> Report:
     named = {name for finding in findings if finding.severity == ERROR for name in finding.parts}
     findings += _attempt(mechanism, partial(kernel_findings, known=named))
     try:
+        StateEvaluation(moving).at(moving.reference.q)  # compiles the kernels
         q, _ = close_loops(closed, {})
+    except KernelError as error:  # a kernel that numba does not take
+        more = [] if _is_broken(findings) else [of_error("not-compilable", error, mechanism)]
+        return Report(mechanism.name, sorted_findings([*findings, *more]))
     except AssemblyError as error:
         numbers = _numbers(moving, ideal, np.array(ideal.reference.q), ())
         return Report(mechanism.name, sorted_findings([*findings, *open_loops(closed, error)]), **numbers)
@@ -80,10 +84,16 @@ def _examined(mechanism: Mechanism) -> Report:
     numbers = _numbers(moving, ideal, q, frequencies)
     findings += free_motions(ideal, q)
     if not any(finding.severity == ERROR for finding in structure):
-        findings += start_findings(mechanism, moving, closed, q)
+        start = start_findings(mechanism, moving, closed, q)
+        findings += [f for f in start if f.code == "forbidden-velocity" or not _is_broken(findings)]
         findings += [] if structure else locking_drives(mechanism, closed, q)
         findings += load_findings(mechanism, int(numbers["free"]))
     return Report(mechanism.name, sorted_findings(findings), **numbers)
+
+
+def _is_broken(findings: list[Finding]) -> bool:
+    """Presence of a broken kernel among findings, which would make other findings of its numbers."""
+    return any(finding.code == "broken-kernel" for finding in findings)
 
 
 def _attempt(mechanism: Mechanism, examine: Callable[[Mechanism], list[Finding]]) -> list[Finding]:

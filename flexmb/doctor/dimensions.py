@@ -22,6 +22,10 @@ from flexmb.model.part import Body, Joint
 LARGEST_SIZE, SMALLEST_SIZE = 20.0, 1e-4
 """Largest and smallest size of the largest body that goes without a remark [m]."""
 
+FAR = 1e3
+"""Distance from the origin relative to the size of the mechanism, above which there is a remark: coordinates then lose
+three digits and more, and above some 1e4 Newton's method does not reach its tolerance any more."""
+
 WAVE_SPEEDS = (10.0, 25e3)
 """Speed of sound in a bar, sqrt(E/rho), least and largest [m/s]: gels have 10, diamond has 17,000."""
 
@@ -51,6 +55,7 @@ def dimension_findings(mechanism: Mechanism) -> list[Finding]:
     """Findings on the numbers of all parts."""
     return [
         *_sizes(mechanism),
+        *_place(mechanism),
         *_gravity(mechanism),
         *_links(mechanism),
         *_materials(mechanism),
@@ -84,6 +89,15 @@ def _sizes(mechanism: Mechanism) -> Iterator[Finding]:
     if size > LARGEST_SIZE or 0.0 < size < SMALLEST_SIZE:
         text = f"The largest body, {name!r}, is {size:.4g} m long."
         yield found("odd-units", (name,), text, "Lengths are in m: a length in mm is divided by 1000.", size=size)
+
+
+def _place(mechanism: Mechanism) -> Iterator[Finding]:
+    size = size_of(mechanism)
+    farthest = max((max(abs(node.x), abs(node.y)) for body in mechanism.bodies for node in body.nodes()), default=0.0)
+    if farthest > FAR * size > 0.0:
+        text = f"The mechanism is {size:.4g} m large and lies {farthest:.4g} m from the origin: its coordinates lose"
+        remedy = "Subtract the place of one joint from all points."
+        yield found("far-origin", (), f"{text} {math.log10(farthest / size):.0f} digits.", remedy, distance=farthest)
 
 
 def _gravity(mechanism: Mechanism) -> Iterator[Finding]:

@@ -42,6 +42,7 @@ CODES: dict[str, tuple[str, str]] = {
     "overload": (WARNING, "the declared loads alone stress a beam beyond yield"),
     "near-buckling": (WARNING, "the declared loads are more than half of the buckling load"),
     "odd-units": (WARNING, "a number looks as if it were given in another unit"),
+    "far-origin": (WARNING, "the mechanism lies far from the origin of the coordinates, which lose digits"),
     "unstable-reference": (WARNING, "a small motion runs away from the reference configuration"),
     "free-motion": (NOTE, "motions that no drive prescribes"),
     "no-frequencies": (NOTE, "natural frequencies cannot be computed"),

@@ -71,7 +71,7 @@ def normal_sign(name: str, law: NormalLaw, gap: float) -> list[Finding]:
             z = np.array(law.history(), dtype=float)
             z_new = z.copy()
             N = float(values_of(law.kernel, p, h, depth * gap, rate, z, z_new)[0])
-            if N != 0.0:
+            if N != 0.0 and not np.isnan(N):  # what is not a number is told by `kernel_findings`
                 text = f"The normal law of {name!r} gives N = {N:.4g} N at a gap of {depth * gap:.4g} m"
                 return [_pulls(name, f"{text} (gap rate {rate:g} m/s), where the surfaces are apart.")]
             N = float(values_of(law.kernel, p, h, -depth * gap, rate, z_new.copy(), np.zeros_like(z))[0])

@@ -44,6 +44,9 @@ HALVINGS = 24
 CREEPS = 200
 """Number of steps towards the nearest pose of a loop that cannot close, at most."""
 
+COINCIDENT = 1e-6
+"""Distance of two joints that counts as 0, relative to the size of the mechanism."""
+
 ALIGNED = 0.02
 """Angle between two links that counts as 0 where a loop locks [rad]."""
 
@@ -206,10 +209,12 @@ def _locked(mechanism: Mechanism, closed: Program, pose: np.ndarray, t: float, s
     begin, here = drive_positions(closed, np.array([0.0, t]))
     drives = list(drive_rows(closed))
     G = StateEvaluation(closed).at(pose, t=t).blocks[1] @ RigidMotion(closed).plain_basis(pose)
-    joints = aligned_joints(mechanism, closed, pose, weakest_parts(closed, G))
+    weak = weakest_parts(closed, G)
+    aligned = aligned_joints(mechanism, closed, pose, weak)
+    joints = aligned or tuple(name for name in weak if isinstance(mechanism.find(name), Joint)) or weak
     where = ", ".join(f"{name!r} at {x:.6g}" for name, x in zip(drives, here, strict=True))
     text = f"The loops close only up to t = {t:.6g} s of {span:.6g} s, with {where} (rad or m)"
-    text += f"; there the joints {listed(joints)} lie on one line." if len(joints) == 3 else f"; {listed(joints)} lock."
+    text += f"; there the joints {listed(joints)} lie on one line." if aligned else f"; {listed(joints)} lock."
     remedy = "Move the drives within their range, or change lengths (Grashof: shortest + longest <= the other two)."
     owners = tuple(dict.fromkeys(name.partition(".")[0] for name in drives))
     numbers = {f"{name} from": x for name, x in zip(drives, begin, strict=True)}
@@ -238,7 +243,7 @@ def weakest_parts(closed: Program, G: Any) -> tuple[str, ...]:
 
 
 def aligned_joints(mechanism: Mechanism, closed: Program, pose: np.ndarray, weak: tuple[str, ...]) -> tuple[str, ...]:
-    """Three weak joints of two neighbouring links on one line; without such joints, all weak joints.
+    """Three weak joints of two neighbouring links on one line; () without such joints.
 
     Parameters
     ----------
@@ -257,10 +262,13 @@ def aligned_joints(mechanism: Mechanism, closed: Program, pose: np.ndarray, weak
             ):
                 continue
             u, v = (points[x.name] - points[middle.name] for x in (first, last))
-            size = np.linalg.norm(u) * np.linalg.norm(v)
-            if size > 0.0 and abs(u[0] * v[1] - u[1] * v[0]) / size < best[0]:
-                best = (abs(u[0] * v[1] - u[1] * v[0]) / size, (first.name, middle.name, last.name))
-    return best[1] or tuple(joint.name for joint in joints) or weak
+            lengths = np.linalg.norm(u), np.linalg.norm(v)
+            if min(lengths) <= COINCIDENT * closed.length:
+                continue
+            sine = abs(u[0] * v[1] - u[1] * v[0]) / (lengths[0] * lengths[1])
+            if sine < best[0]:
+                best = (sine, (first.name, middle.name, last.name))
+    return best[1]
 
 
 def _shared(one: Joint, other: Joint) -> set[str]:

@@ -31,6 +31,11 @@ HALVINGS = 40
 MOST_OVERSHOOT = 0.1
 """Overshoot of a table's spline between two points, relative to the range of its values, above which it is told."""
 
+FAILURES = (
+    ArithmeticError, ValueError, TypeError, LookupError, NameError, AttributeError, RuntimeError, AssertionError
+)  # fmt: skip
+"""Errors of users' functions."""
+
 
 def motions_by_part(mechanism: Mechanism) -> Iterator[tuple[str, Motion]]:
     """Every prescribed motion and history, with the name of its part."""
@@ -69,7 +74,9 @@ def wrong_rates(name: str, motion: Motion) -> list[Finding]:
     values = np.array([at(t) for t in times])
     if not np.isfinite(values).all():
         t = float(times[np.flatnonzero(~np.isfinite(values).all(axis=1))[0]])
-        return [found("broken-kernel", (name,), f"The motion of {name!r} is not finite at t = {t:.6g} s.", time=t)]
+        text = f"The motion of {name!r} {reason_of(motion.kernel, p, t)} at t = {t:.6g} s."
+        remedy = "Let its kernel return three finite numbers at every t; after its end a motion stands still."
+        return [found("broken-kernel", (name,), text, remedy, time=t)]
     findings = [*_wrong_rate(name, at, times, values, span, 0), *_wrong_rate(name, at, times, values, span, 1)]
     return findings or _jump(name, at, np.linspace(0.0, span, PLACES + 1), breaks)
 
@@ -87,6 +94,21 @@ def values_of(kernel: Kernel, *arguments: Any) -> np.ndarray:
             return np.atleast_1d(np.array(kernel(*arguments), dtype=float))
     except Exception:
         return np.full(3, np.nan)
+
+
+def reason_of(kernel: Kernel, *arguments: Any) -> str:
+    """Words on a kernel whose numbers are not finite: the error that it raises, or that it is not finite.
+
+    Parameters
+    ----------
+    kernel, arguments : as of `values_of`.
+    """
+    try:
+        with np.errstate(all="ignore"):
+            np.array(kernel(*arguments), dtype=float)
+    except FAILURES as error:
+        return f"fails with {type(error).__name__} ({error})"
+    return "is not finite"
 
 
 def _wrong_rate(

@@ -35,7 +35,7 @@ EPISODES = "episodes"
 LARGEST_GROWTH = 50
 """Size of the data of a file over the size of the file, at most; flexmb does not compress."""
 
-READ_ERRORS = (OSError, ValueError, KeyError, TypeError, RuntimeError)  # RuntimeError: h5py, on damaged files
+READ_ERRORS = (OSError, ValueError, LookupError, TypeError, AttributeError, RuntimeError)  # all seen on damaged files
 
 
 def save(sol: Solution, path: str | Path) -> Path:
@@ -146,11 +146,11 @@ def _read(source: Path) -> tuple[xr.Dataset, dict[str, np.ndarray], dict[str, np
     import xarray as xr
 
     most = LARGEST_GROWTH * source.stat().st_size
+    with h5py.File(source, "r") as raw:  # first, since h5netcdf complains on stderr about files that it cannot open
+        present = [name for name in (RESTART, EPISODES) if name in raw]
     with xr.open_dataset(source, engine=ENGINE, decode_cf=False, cache=False) as file:
         _refuse_bomb(file, most)
         dataset = file.load()
-    with h5py.File(source, "r") as raw:
-        present = [name for name in (RESTART, EPISODES) if name in raw]
     groups: dict[str, dict[str, np.ndarray]] = {RESTART: {}, EPISODES: {}}
     for group in present:
         with xr.open_dataset(source, engine=ENGINE, decode_cf=False, cache=False, group=group) as file:

@@ -170,7 +170,8 @@ def _write(sol: Solution, content: Frames, instants: np.ndarray, target: Path) -
         legend = {"parts": _numbered(_part_names(sol)), "kinds": _numbered(content.kinds), "units": UNITS}
         (Path(scratch) / "names.json").write_text(json.dumps(legend, indent=2), encoding="utf-8")
         collection = Path(scratch) / target.name
-        collection.write_text(_collection(folder.name, names, sol.time[instants]), encoding="utf-8")
+        text = _collection(folder.name, names, sol.time[instants])
+        collection.write_text(text, encoding="utf-8", errors="surrogateescape")  # names of files as the system has them
         for stale in _frames_in(folder, target.stem):
             stale.unlink()
         for name in [*names, "names.json"]:

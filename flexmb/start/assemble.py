@@ -27,6 +27,9 @@ DRIVE_STRIDE = 0.1
 MOST_ITERATIONS = 60
 """Number of Newton iterations of a stride at most."""
 
+LARGEST_MOVE = 0.3
+"""Largest movement of a body in an iteration [rad; m, or relative to the size of a mechanism of more than 1 m]."""
+
 SPARSE_ENTRIES = 400_000
 """Number of entries of the constraint matrix above which the least movement is computed by sparse factors."""
 
@@ -112,6 +115,7 @@ def _newton(
 ) -> tuple[np.ndarray, float]:
     """Solve g + shift = 0 by least movements of the bodies; return the pose and its largest gap."""
     wanted = CLOSED_GAP * program.length
+    sizes = np.array([max(1.0, program.length), max(1.0, program.length), 1.0])
     gap, best = np.inf, np.inf
     for _ in range(MOST_ITERATIONS):
         system.at(q, t=t)
@@ -121,8 +125,8 @@ def _newton(
             return q, gap
         best = min(best, gap)
         w = least_shift(system.blocks[1] @ rigid.plain_basis(q), -g)
-        largest = np.abs(w).max()
-        q = rigid.moved(q, w * min(1.0, 0.3 / largest) if largest > 0.3 else w)
+        largest = np.abs(w.reshape(-1, 3) / sizes).max(initial=0.0)
+        q = rigid.moved(q, w * (LARGEST_MOVE / largest) if largest > LARGEST_MOVE else w)
     if gap <= 1e3 * wanted:
         return q, gap
     raise AssemblyError(_open_joints(program, g, gap))

@@ -418,6 +418,9 @@ CASES: dict[str, Case] = {
         lambda: pendulum(body=link("arm", O, (300.0, -200.0))), {"odd-units": {"arm"}},
     ),
     "a crank of 45 m": (lambda: pendulum(body=link("arm", O, (45.0, 0.0))), {"odd-units": set()}),
+    "a truss at its place on a map": (
+        lambda: truss((5e5, 4e6), (5e5 + 0.3, 4e6 + 0.4), (5e5 + 0.6, 4e6)), {"far-origin": set()},
+    ),
     "gravity in mm/s^2": (lambda: pendulum(gravity=(0.0, -9810.0)), {"odd-units": set()}),
     "inertia in kg mm^2": (lambda: pendulum(inertia=4e3), {"odd-units": {"arm"}}),
     "inertia of a speck": (lambda: pendulum(inertia=1e-9), {"odd-units": {"arm"}}),

@@ -239,7 +239,7 @@ def test_a_folder_that_cannot_be_written_is_refused_before_the_run(tmp_path, cap
     assert "writable folder" in err
 
 
-@pytest.mark.parametrize(("package", "option"), [("matplotlib", "--no-plots"), ("meshio", "--no-vtk")])
+@pytest.mark.parametrize(("package", "option"), [("matplotlib", "--no-plots"), ("meshio", "--no-vtk"), ("h5py", "")])
 def test_a_missing_package_is_named_before_the_run(tmp_path, capsys, monkeypatch, package, option):
     monkeypatch.setitem(sys.modules, package, None)
     monkeypatch.setattr(run_module, "simulate", lambda *_, **__: pytest.fail("it ran"))

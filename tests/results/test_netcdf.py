@@ -2,6 +2,7 @@
 
 import json
 import runpy
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -203,3 +204,35 @@ def test_a_file_that_lacks_its_episodes(tmp_path):
     path = changed(solution(contacts=ContactLog(("P",))).to_netcdf(tmp_path / "a.nc"), lambda d: d)  # without groups
     with pytest.raises(FileFormatError, match=r"a\.nc.*damaged"):
         load(path)
+
+
+def unsealed(tmp_path, **changes):
+    """A file without checksum, as earlier versions and other programs write them."""
+    return changed(solution(**changes).to_netcdf(tmp_path / "old.nc"), lambda d: d)
+
+
+def raised(error):
+    """Raise an error, as an expression."""
+    raise error
+
+
+@pytest.mark.parametrize("error", [AttributeError("no attribute 'split'"), IndexError("out of range")])
+def test_whatever_the_library_stumbles_over_is_a_damaged_file(tmp_path, monkeypatch, error):
+    """A single wrong byte makes h5netcdf ask nothing for its name."""
+    path = solution().to_netcdf(tmp_path / "a.nc")
+    monkeypatch.setattr("h5netcdf.File.dimensions", property(lambda _: raised(error)))
+    with pytest.raises(FileFormatError, match=r"a\.nc.*damaged"):
+        load(path)
+
+
+def test_damaged_bytes_of_a_file_without_checksum(tmp_path):
+    """Whatever the bytes are, the file is read or refused."""
+    path = unsealed(tmp_path)
+    content, random = path.read_bytes(), np.random.default_rng(3)
+    for _ in range(40):
+        damaged = bytearray(content)
+        for place in random.integers(0, len(content), size=random.integers(1, 30)):
+            damaged[place] = random.integers(0, 256)
+        path.write_bytes(damaged[: random.integers(1, len(content))] if random.random() < 0.2 else damaged)
+        with suppress(FileFormatError):
+            load(path)
