@@ -94,8 +94,6 @@ def keywords_of_run(mechanism: Mechanism, options: argparse.Namespace) -> dict[s
 def _checkpoints(path: Path, options: argparse.Namespace) -> dict[str, Any]:
     """Keywords of `simulate` for checkpoints; tells of an interrupted run that could be resumed."""
     every = quantity(options.checkpoint, "s", "--checkpoint")
-    if options.resume and options.restart is not None:
-        raise InputError("--resume and --restart exclude each other: --resume goes on with an interrupted run.")
     if path.is_file() and not options.resume and not options.quiet:
         print(
             f"flexmb: {path} is of an interrupted run, which --resume continues; this run starts anew.", file=sys.stderr

@@ -135,7 +135,7 @@ def _frequencies(mechanism: Mechanism) -> tuple[tuple[float, ...], list[Finding]
     try:
         frequencies = tuple(float(f) for f in modes(mechanism, count=LISTED_FREQUENCIES).frequencies)
     except FlexmbError as error:
-        return (), [found("no-frequencies", (), f"No frequencies: {error}")]
+        return (), [found("no-frequencies", (), f"No frequencies: {str(error).removesuffix(' Ask for fewer modes.')}")]
     if any(f < 0.0 for f in frequencies):
         rate = -min(frequencies) * 2.0 * np.pi
         text = f"A small motion away from the reference configuration grows by exp({rate:.4g} t), t in s."

@@ -31,11 +31,6 @@ HALVINGS = 40
 MOST_OVERSHOOT = 0.1
 """Overshoot of a table's spline between two points, relative to the range of its values, above which it is told."""
 
-FAILURES = (
-    ArithmeticError, ValueError, TypeError, LookupError, NameError, AttributeError, RuntimeError, AssertionError
-)  # fmt: skip
-"""Errors of users' functions."""
-
 
 def motions_by_part(mechanism: Mechanism) -> Iterator[tuple[str, Motion]]:
     """Every prescribed motion and history, with the name of its part."""
@@ -106,7 +101,7 @@ def reason_of(kernel: Kernel, *arguments: Any) -> str:
     try:
         with np.errstate(all="ignore"):
             np.array(kernel(*arguments), dtype=float)
-    except FAILURES as error:
+    except Exception as error:
         return f"fails with {type(error).__name__} ({error})"
     return "is not finite"
 

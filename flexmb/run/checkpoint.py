@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
+from hashlib import blake2b
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -73,7 +74,11 @@ class Checkpoints:
         FileFormatError : no such file, or a damaged one.
         InputError : a checkpoint of another run, or of another mechanism.
         """
-        sol = load(self.path)
+        try:
+            sol = load(self.path)
+        except FileFormatError as error:
+            text = str(error).partition(" Write it again")[0]
+            raise FileFormatError(f"{label}: {text} Remove this checkpoint; the run then starts anew.") from error
         given = sol.model.get(COMMAND)
         if not isinstance(given, dict):
             raise FileFormatError(f"{label}: {str(self.path)!r} is no checkpoint; it is a finished result.")
@@ -117,6 +122,19 @@ def adopt(run: Run, sol: Solution) -> None:
     record.count.set_numbers(kept["count"])
     record.report.set_numbers(kept["report"])
     run.saving = float(run.flow.clock.save_start) >= 0.0
+
+
+def digest(restart: Mapping[str, Any] | None) -> str:
+    """Digest of the arrays of a restart; "" without a restart.
+
+    Parameters
+    ----------
+    restart : arrays by name.
+    """
+    if not isinstance(restart, Mapping):
+        return ""
+    data = b"".join(name.encode() + np.ascontiguousarray(restart[name]).tobytes() for name in sorted(restart))
+    return blake2b(data, digest_size=8).hexdigest()
 
 
 def plain_values(**arguments: Any) -> dict[str, Any]:

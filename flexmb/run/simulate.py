@@ -20,7 +20,7 @@ from flexmb.program.program import Program
 from flexmb.results.remarks import contact_remarks
 from flexmb.results.signal_names import SAVED_KEY, chosen_places
 from flexmb.results.solution import Solution
-from flexmb.run.checkpoint import EVERY, Checkpoints, plain_values
+from flexmb.run.checkpoint import EVERY, Checkpoints, digest, plain_values
 from flexmb.run.failure import explanation
 from flexmb.run.interruption import KEYBOARD, TERMINATION, Interruption
 from flexmb.run.run import Run
@@ -126,7 +126,9 @@ def simulate(
     kept, more = chosen_places(label, program.names, signals), {"max_steps": max_steps, "progress": progress}
     run = Run(program, method, step, end, period, mechanism=mechanism, kept=kept, **more)
     model = {"name": mechanism.name} if signals is None else {"name": mechanism.name, SAVED_KEY: list(signals)}
-    kept_file = _checkpoints(run, checkpoint, checkpoint_every, begin, end, save, redundant, model)
+    command = plain_values(begin=begin, end=end, save=save, step=step, method=method, redundant=redundant)
+    command |= {"signals": repr(model.get(SAVED_KEY)), "restart": digest(restart)}
+    kept_file = None if checkpoint is None else Checkpoints(Path(checkpoint), checkpoint_every, command, model)
     if kept_file is not None and resume and kept_file.path.is_file():
         kept_file.resume(run, label, redundant=least)
     elif restart is None:
@@ -154,24 +156,6 @@ def simulate(
         notes = (*notes, *([kept_file.failure] if kept_file.failure else []))
         kept_file.write(run) if run.interrupted else kept_file.remove()
     return run.solution(model=model, notes=notes, faults=faults, wall_time=time.perf_counter() - started)
-
-
-def _checkpoints(
-    run: Run,
-    path: str | Path | None,
-    every: float,
-    begin: float,
-    end: float,
-    save: Any,
-    redundant: str,
-    model: dict[str, Any],
-) -> Checkpoints | None:
-    """The checkpoint file of a run, or None."""
-    if path is None:
-        return None
-    command = plain_values(begin=begin, end=end, save=save, step=run.step, method=run.method, redundant=redundant)
-    command["signals"] = repr(model.get(SAVED_KEY))
-    return Checkpoints(Path(path), every, command, model)
 
 
 def period_or_none(program: Program) -> float | None:

@@ -69,6 +69,26 @@ def test_a_run_that_was_killed_goes_on(tmp_path, monkeypatch, small_blocks, bloc
     assert not path.exists()  # the run has reached its end
 
 
+def test_a_run_from_a_restart_goes_on_from_its_own_restart_alone(tmp_path, monkeypatch, small_blocks):
+    half, other = (fm.simulate(worn(), periods=part, save=50) for part in (0.5, 0.25))
+    path, end = tmp_path / "run.nc", {"periods": 1.5, "save": 200}
+    whole = fm.simulate(worn(), **end, restart=half.restart)
+    after_blocks(monkeypatch, 20, Killed)
+    with pytest.raises(Killed):
+        fm.simulate(worn(), **end, restart=half.restart, checkpoint=path)
+    monkeypatch.undo()
+    with pytest.raises(InputError, match="belongs to a run with restart = "):
+        fm.simulate(worn(), **end, restart=other.restart, checkpoint=path, resume=True)
+    same(fm.simulate(worn(), **end, restart=half.restart, checkpoint=path, resume=True), whole)
+
+
+def test_a_damaged_checkpoint_says_what_to_do(tmp_path):
+    path = tmp_path / "run.nc"
+    path.write_bytes(b"no checkpoint")
+    with pytest.raises(FileFormatError, match="Remove this checkpoint; the run then starts anew"):
+        fm.simulate(worn(), **LONG, checkpoint=path, resume=True)
+
+
 def after_blocks(monkeypatch, blocks, error):
     """Write a checkpoint after some blocks of steps, and raise an error then."""
     count = []
