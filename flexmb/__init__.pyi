@@ -27,6 +27,10 @@ from flexmb.contact.friction.modified_coulomb import ModifiedCoulomb as Modified
 from flexmb.contact.normal.hysteresis_laws import HuntCrossley as HuntCrossley
 from flexmb.contact.normal.hysteresis_laws import LankaraniNikravesh as LankaraniNikravesh
 from flexmb.contact.normal.kelvin_voigt import KelvinVoigt as KelvinVoigt
+from flexmb.couplings.belt import Belt as Belt
+from flexmb.couplings.gear import Gear as Gear
+from flexmb.couplings.rack import Rack as Rack
+from flexmb.couplings.same_rotation import SameRotation as SameRotation
 from flexmb.doctor.check import check as check
 from flexmb.drives.constant_speed import ConstantSpeed as ConstantSpeed
 from flexmb.drives.drive import Drive as Drive

@@ -116,6 +116,25 @@ class JointFriction:
 
 
 @dataclass(frozen=True)
+class Reaction:
+    """Reported force or moment of one constraint equation: minus factor times multiplier, or its power.
+
+    Parameters
+    ----------
+    name, units : of the signal.
+    row : number of the equation.
+    factor : derivative of the equation with respect to the coordinate on which the force acts.
+    place : place among the coordinates of the velocity that multiplies the force, for a power; -1: none.
+    """
+
+    name: str
+    units: str
+    row: int
+    factor: float = 1.0
+    place: int = -1
+
+
+@dataclass(frozen=True)
 class ConstraintContribution:
     """Constraint equations g(q, t) = 0 between some coordinates.
 
@@ -124,6 +143,7 @@ class ConstraintContribution:
     motions : prescribed motions, in the order of their rows, from which they are subtracted
     is_drive : whether the constraint reports motions and no force
     joint_friction : friction that depends on the multipliers
+    reactions : reported forces in place of those on a second body
     holds : "always"; "closed" in place of a contact (at the start, for modes, for inverse dynamics); "start" in place
         of an elastic joint, while start values are computed
     """
@@ -140,6 +160,7 @@ class ConstraintContribution:
     drive_units: tuple[str, str] = ("rad", "N m")
     joint_friction: JointFriction | None = None
     holds: str = "always"
+    reactions: tuple[Reaction, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -180,7 +180,20 @@ class Packer:
             ints(out),
             ints([len(force_signals(contribution)) for contribution in contributions]),
             *self.joint_frictions(contributions),
+            *self.reactions(contributions),
         )
+
+    def reactions(self, contributions: Sequence[ConstraintContribution]) -> tuple[np.ndarray, ...]:
+        """Bounds, rows, coordinates and factors of reported reactions."""
+        first = np.cumsum([0, *(contribution.rows for contribution in contributions)])
+        found = [
+            (first[c] + r.row, self.number.dofs([piece.coordinates[r.place]])[0] if r.place >= 0 else -1, r.factor)
+            for c, piece in enumerate(contributions)
+            for r in piece.reactions
+        ]
+        rows, dofs, factors = zip(*found, strict=True) if found else ((), (), ())
+        bounds = np.cumsum([0, *(len(contribution.reactions) for contribution in contributions)])
+        return ints(bounds), ints(rows), ints(dofs), np.array(factors, dtype=float)
 
     def joint_frictions(self, contributions: Sequence[ConstraintContribution]) -> tuple[np.ndarray, ...]:
         """Kernels, numbers, histories and arms of friction in ideal joints."""

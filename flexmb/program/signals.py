@@ -60,8 +60,8 @@ class Layout:
 
 
 def force_signals(contribution: ConstraintContribution) -> tuple[tuple[str, str], ...]:
-    """Signals of a joint's force on its second body; none for a drive."""
-    if contribution.is_drive:
+    """Signals of a joint's force on its second body; none for a drive, or a part with reactions of its own."""
+    if contribution.is_drive or contribution.reactions:
         return ()
     if contribution.moment_row < 0 and contribution.joint_friction is None:
         return FORCE_SIGNALS
@@ -80,10 +80,11 @@ def motion_signals(driven: RowMotion) -> tuple[tuple[str, str], ...]:
 
 
 def constraint_signals(contribution: ConstraintContribution) -> tuple[tuple[str, str], ...]:
-    """Signals of a constraint: the force of a joint, then the motions of its driven rows."""
+    """Signals of a constraint: the force of a joint, the motions of its driven rows, its own reactions."""
     return (
         *force_signals(contribution),
         *(signal for driven in contribution.motions for signal in motion_signals(driven)),
+        *((reaction.name, reaction.units) for reaction in contribution.reactions),
     )
 
 

@@ -78,6 +78,10 @@ class Constraints(Record):
     joint_friction_p: IntegerTable  # (n, 4) GRIP_P, GRIP_P_END, SLIDING_P, SLIDING_P_END
     joint_friction_z: IntegerTable  # (n, 2)
     joint_friction_arm: Vector  # (n,)
+    reaction: Integers  # (n + 1,) where its reported reactions are
+    reaction_row: Integers  # row of each reaction
+    reaction_dof: Integers  # coordinate whose velocity multiplies it, -1: none
+    reaction_factor: Vector
 
 
 class Contacts(Record):

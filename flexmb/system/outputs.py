@@ -36,7 +36,7 @@ def write_outputs(tables, address, t, q, v, a, work, ledger, y):
     n = tables.sizes.n_q
     for i in range(n):
         y[i], y[n + i], y[2 * n + i] = q[i], v[i], a[i]
-    _constraints(tables, work, y)
+    _constraints(tables, v, work, y)
     _contacts(tables, work, y)
     S = tables.measured
     for k in range(S.kernel.shape[0]):
@@ -52,7 +52,7 @@ def write_outputs(tables, address, t, q, v, a, work, ledger, y):
 
 
 @compiled
-def _constraints(tables, work, y):
+def _constraints(tables, v, work, y):
     C = tables.constraints
     for c in range(C.kernel.shape[0]):
         k = C.out[c]
@@ -71,6 +71,10 @@ def _constraints(tables, work, y):
                 y[k + DRIVEN], y[k + SPEED] = work.drive[row, MOTION], speed
                 y[k + DRIVING], y[k + POWER] = force, force * speed
                 k += DRIVE_SIGNALS
+        for i in range(C.reaction[c], C.reaction[c + 1]):
+            force = C.reaction_factor[i] * work.drive[C.reaction_row[i], DRIVE_FORCE]
+            y[k] = force if C.reaction_dof[i] < 0 else force * v[C.reaction_dof[i]]
+            k += 1
 
 
 @compiled

@@ -1,0 +1,1 @@
+"""Couplings of rotations and travels: gears, racks, belts, screws, equal rotation."""

@@ -1,0 +1,94 @@
+"""Rack and pinion; a wheel that rolls on a straight track."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from flexmb import checks
+from flexmb.errors import ModelError
+from flexmb.joints.prismatic import direction_row
+from flexmb.kernels import constraint_kernel
+from flexmb.model.contributions import ConstraintContribution, Contribution, Reaction
+from flexmb.model.part import GROUND, Part
+
+if TYPE_CHECKING:
+    from flexmb.model.mechanism import Mechanism
+
+
+@constraint_kernel
+def rack_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
+    """Travel of the pinion's centre along the rack, plus signed radius times relative angle, is constant."""
+    ux, uy, s1x, s1y, s2x, s2y, radius, value = p
+    direction_row(ux, uy, s1x, s1y, s2x, s2y, q, v, lam, 0, g, G, gamma, H)
+    g[0] += radius * (q[5] - q[2]) - value
+    G[0, 2] -= radius
+    G[0, 5] += radius
+
+
+@dataclass(frozen=True)
+class Rack(Part):
+    """Ideal rack and pinion, or a wheel that rolls on a straight track without slipping; both may move.
+
+    Signals: force (on the pinion, along the rack) [N], torque (on the pinion, about its centre, against that of the
+    force) [N m].
+
+    Parameters
+    ----------
+    name : name of the pair.
+    pinion : the wheel; its centre of mass is the centre of its pitch circle.
+    rack : the rack or track; `GROUND` for a fixed one.
+    at : a point of the pitch line of the rack in the reference configuration [m].
+    along : direction of the pitch line in the reference configuration.
+
+    Raises
+    ------
+    ModelError : a pitch line through the centre of the pinion, or a pinion that is its own rack.
+
+    Notes
+    -----
+    The radius is the distance of the centre from the pitch line in the reference configuration.  A joint or guide must
+    keep that distance: the part only couples rotation and travel.
+    """
+
+    pinion: Part
+    rack: Part
+    at: tuple[float, float]
+    along: tuple[float, float] = (1.0, 0.0)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "at", checks.point(self.label, "at", self.at))
+        object.__setattr__(self, "along", checks.direction(self.label, "along", self.along))
+        if self.pinion.name in (self.rack.name, GROUND.name):
+            raise ModelError(
+                f"{self.label}: the pinion is {self.pinion.name!r}; give a moving body other than the rack."
+            )
+
+    def radius(self, mechanism: Mechanism) -> float:
+        """Radius of the pitch circle [m]; negative for a pinion to the right of the direction of its rack."""
+        body = mechanism.body(self.pinion.name, self.label)
+        node = body.node(body.main)
+        ux, uy = self.along
+        across = (ux * (node.y - self.at[1]) - uy * (node.x - self.at[0])) / math.hypot(ux, uy)
+        if across == 0.0:
+            text = f"{self.label}: the pitch line through {self.at} passes the centre of {self.pinion.name!r}"
+            raise ModelError(f"{text}, so the pinion has no radius. Move the line to the pitch point.")
+        return across
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        """One constraint equation between six coordinates."""
+        pinion, rack = (mechanism.body(part.name, self.label) for part in (self.pinion, self.rack))
+        end, node = rack.attach(self.label, self.at), pinion.node(pinion.main)
+        turned = rack.node(end.node).theta
+        direction = math.atan2(self.along[1], self.along[0])
+        radius = self.radius(mechanism)
+        travel = math.cos(direction) * (node.x - self.at[0]) + math.sin(direction) * (node.y - self.at[1])
+        value = travel + radius * (node.theta - turned)
+        u = math.cos(direction - turned), math.sin(direction - turned)
+        coordinates = (*end.coordinates, *((pinion.name, pinion.main, axis) for axis in (0, 1, 2)))
+        reactions = (Reaction("force", "N", 0, 1.0), Reaction("torque", "N m", 0, radius))
+        p = (*u, *end.offset, 0.0, 0.0, radius, value)
+        return [ConstraintContribution(self.name, rack_kernel, coordinates, p, 1, reactions=reactions)]

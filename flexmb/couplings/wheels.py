@@ -1,0 +1,66 @@
+"""Two wheels that turn one another: base of gears and belts."""
+
+from __future__ import annotations
+
+from dataclasses import KW_ONLY, dataclass
+from typing import TYPE_CHECKING
+
+from flexmb.couplings.linear import angle_of, angles_contribution
+from flexmb.errors import ModelError
+from flexmb.model.contributions import ConstraintContribution, Coordinate, Reaction
+from flexmb.model.part import GROUND, Part
+
+if TYPE_CHECKING:
+    from flexmb.model.mechanism import Mechanism
+
+
+@dataclass(frozen=True)
+class Wheels(Part):
+    """Base of pairs of wheels that turn one another.
+
+    Parameters
+    ----------
+    name : name of the pair.
+    first, second : the wheels.
+    arm : body that carries the axes; `GROUND` for fixed axes.
+
+    Raises
+    ------
+    ModelError : a wheel that turns itself.
+    """
+
+    first: Part
+    second: Part
+    _: KW_ONLY
+    arm: Part = GROUND
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        names = (self.first.name, self.second.name)
+        if names[0] == names[1] or (self.arm.name != GROUND.name and self.arm.name in names):
+            raise ModelError(f"{self.label} couples a body with itself; give different bodies as wheels and arm.")
+
+    def rolling(self, mechanism: Mechanism, first_radius: float, second_radius: float) -> ConstraintContribution:
+        """Equation r1 (theta1 - theta_arm) + r2 (theta2 - theta_arm) = constant.
+
+        Parameters
+        ----------
+        mechanism : the mechanism.
+        first_radius, second_radius : radii of the wheels [m]; negative for a wheel that turns with the first one.
+        """
+        factors: dict[Coordinate, float] = {}
+        angles: dict[Coordinate, float] = {}
+        radii = first_radius, second_radius, -first_radius - second_radius
+        for part, radius in zip((self.first, self.second, self.arm), radii, strict=True):
+            coordinate, angle = angle_of(mechanism, part.name, self.label)
+            if part.name != GROUND.name:  # the angle of the ground is 0
+                factors[coordinate], angles[coordinate] = radius, angle
+        second = angle_of(mechanism, self.second.name, self.label)[0]
+        moves = second in factors
+        reactions = (
+            Reaction("force", "N", 0, 1.0),
+            Reaction("first_torque", "N m", 0, first_radius),
+            Reaction("second_torque", "N m", 0, second_radius),
+            Reaction("power", "W", 0, second_radius if moves else 0.0, list(factors).index(second) if moves else -1),
+        )
+        return angles_contribution(self.name, factors, angles, reactions)
