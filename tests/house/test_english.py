@@ -23,7 +23,6 @@ NOT_YET = {
     "flexmb/derivatives": 2,
     "flexmb/dynamics": 8,
     "flexmb/joints": 1,
-    "flexmb/study": 53,
     "flexmb/sweeps": 4,
     "flexmb/testing": 1,
     "flexmb/view": 1,
