@@ -90,7 +90,7 @@ def _measures(sol: Solution, machine: Machine) -> dict[str, float]:
 
 
 def _curves(last: list[Solution], machine: Machine) -> dict[str, Any]:
-    """Variables of the signals of the last turns."""
+    """Variables of the signals of the last turns; a restarted run does not save its first state again."""
     names = [name for name in machine.curves if name in last[0]]  # an ideal mechanism has no signals of clearance
     found = {
         name: ("time", np.concatenate([sol.array(name) for sol in last]), {"units": last[0].units(name)})
