@@ -67,12 +67,14 @@ def element_shape(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape,
     w = beam.length * _blend(d, xi, 0)
     normal = np.stack([-d.s, d.c], axis=-1)[:, None, :]
     along = np.asarray(xi, dtype=float)[None, :, None]
-    return (1.0 - along) * start + along * end + w[:, :, None] * normal
+    points: np.ndarray = (1.0 - along) * start + along * end + w[:, :, None] * normal
+    return points
 
 
 def curvature(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape, xi: np.ndarray) -> np.ndarray:
     """Curvature w'' of the deformed axis, (n, m) [1/m]; arguments as for `element_shape`."""
-    return _blend(deformation(pose_start, pose_end, beam), xi, 2) / beam.length
+    second: np.ndarray = _blend(deformation(pose_start, pose_end, beam), xi, 2) / beam.length
+    return second
 
 
 def section_forces(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape, xi: np.ndarray) -> SectionForces:
@@ -94,19 +96,22 @@ def section_forces(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape
 
 def bending_stiffness(beam: BeamShape, xi: np.ndarray) -> np.ndarray:
     """E I of the section, (m,) [N m2], linear between the ends."""
-    return np.interp(xi, (0.0, 1.0), beam.ei)
+    stiffness: np.ndarray = np.interp(xi, (0.0, 1.0), beam.ei)
+    return stiffness
 
 
 def _rotation(theta: np.ndarray, c: np.ndarray, s: np.ndarray) -> np.ndarray:
     """theta less the direction of the chord, in (-pi, pi]."""
     ct, st = np.cos(theta), np.sin(theta)
-    return np.arctan2(st * c - ct * s, ct * c + st * s)
+    angle: np.ndarray = np.arctan2(st * c - ct * s, ct * c + st * s)
+    return angle
 
 
 def _blend(d: Deformation, xi: np.ndarray, derivative: int) -> np.ndarray:
     """u1 h1 + u2 h2, or its second derivative, on an element of unit length; (n, m)."""
     h1, h2 = _cubics(tuple(np.asarray(xi, dtype=float).tolist()))[derivative]
-    return d.u1[:, None] * h1 + d.u2[:, None] * h2
+    blend: np.ndarray = d.u1[:, None] * h1 + d.u2[:, None] * h2
+    return blend
 
 
 @lru_cache(maxsize=64)

@@ -45,7 +45,8 @@ class BeamElements:
         u2 = wrapped(theta[:, 1:] + self.offsets[1] - chord)
         axial = (np.hypot(dx, dy) - L) / L + (2.0 * u1 * u1 - u1 * u2 + 2.0 * u2 * u2) / 30.0
         bending = np.maximum(np.abs(4.0 * u1 + 2.0 * u2), np.abs(2.0 * u1 + 4.0 * u2)) / L
-        return np.abs(axial) + bending * self.outer
+        strain: np.ndarray = np.abs(axial) + bending * self.outer
+        return strain
 
 
 def wrapped(angle: np.ndarray) -> np.ndarray:

@@ -73,7 +73,7 @@ class RigidLink(Bar):
         return self.velocity
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """Its mass."""
+        """One element: mass and moment of inertia of the body."""
         return [node_mass(self.name, "", self.mass, self.inertia, mechanism.gravity)]
 
     def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - the bar alone

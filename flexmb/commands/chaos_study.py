@@ -45,7 +45,7 @@ class Motion:
     points : signals (n, m) once a period [units].
     period : time between two points [s].
     times : times (k,) of the fine samples [s].
-    fine : fine samples (k, m) [units]; none if they were not wanted.
+    fine : fine samples (k, m) [units]; k = 0 without fine samples.
     trouble : reason why the fine samples end early, or "".
     """
 
@@ -72,7 +72,7 @@ class Findings:
     unit : unit of the signal.
     zero_one : 0-1 test of the points; None: too few points.
     exponent, spectrum : estimates from the fine samples; None without fine samples.
-    dimension, recurrence : estimates from the fine samples; None if they were not wanted.
+    dimension, recurrence : estimates from the fine samples; None if not selected.
     """
 
     name: str
@@ -127,7 +127,7 @@ class Study:
 
 
 def study_of(flow: MechanismFlow, signals: list[str], options: argparse.Namespace) -> Study:
-    """The study of a motion: exponents with a confirming second run, then the first motion for some more periods.
+    """Study of a motion: exponents with a second run, and fine samples of further periods of the first run.
 
     Parameters
     ----------
@@ -237,7 +237,7 @@ def signal_findings(motion: Motion, name: str, *, dimension: bool, recurrent: bo
     ----------
     motion : the motion.
     name : name of the signal.
-    dimension, recurrent : whether correlation dimension and recurrence are wanted.
+    dimension, recurrent : whether correlation dimension and recurrence are computed.
     """
     place = motion.names.index(name)
     unit, points, fine = motion.units[place], motion.points[:, place], motion.fine[:, place]
@@ -261,18 +261,18 @@ def signal_findings(motion: Motion, name: str, *, dimension: bool, recurrent: bo
 
 
 def goes_round(unit: str, values: np.ndarray) -> bool:
-    """Whether a signal is a rotating angle, of which only the direction returns.
+    """Whether a signal is an angle with a range above 2 pi.
 
     Parameters
     ----------
     unit : unit of the signal.
-    values : its values (n,).
+    values : values of the signal (n,).
     """
     return unit == "rad" and len(values) > 0 and bool(np.ptp(values) > 2.0 * HALF)
 
 
 def wrapped(unit: str, values: np.ndarray) -> np.ndarray:
-    """The values (n,), or a rotating angle reduced to -pi ... pi.
+    """Values (n,) of a signal; a rotating angle is reduced to -pi ... pi.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""`flexmb check`: examine a mechanism before it moves."""
+"""`flexmb check`: examination of a mechanism without simulation."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from flexmb.doctor.check import check
 from flexmb.model.mechanism import Mechanism
 
 SOUND, WRONG = 0, 1
-"""Exit codes: no errors among the findings, or some."""
+"""Exit codes: no error among the findings, at least one error."""
 
 
 def check_mechanism(mechanism: Mechanism, *, as_json: bool = False) -> int:
@@ -15,7 +15,7 @@ def check_mechanism(mechanism: Mechanism, *, as_json: bool = False) -> int:
     Parameters
     ----------
     mechanism : the mechanism.
-    as_json : as JSON, for programs.
+    as_json : whether the output is JSON.
 
     Returns
     -------

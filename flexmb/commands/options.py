@@ -141,7 +141,7 @@ def shown_default(option: Option) -> str:
 
 
 def _signature(maker: Maker) -> inspect.Signature:
-    """Signature of a function, with evaluated annotations if possible: an alias such as `Friction` shows its kinds."""
+    """Signature of a function with evaluated annotations, if possible; aliases are then resolved."""
     try:
         return inspect.signature(maker, eval_str=True)
     except NameError:  # imported for type checking only
@@ -162,7 +162,7 @@ def _kind(parameter: inspect.Parameter) -> str:
 
 
 def _unit(text: str) -> str:
-    """The first unit in brackets that the command line knows."""
+    """First unit in brackets in `text` that is a unit of the command line; "" without one."""
     return next(filter(None, map(known_unit, units(text))), "")
 
 

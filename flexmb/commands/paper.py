@@ -1,4 +1,4 @@
-"""`flexmb paper`: a published study computed anew: figures, tables, the data of both, and their times."""
+"""`flexmb paper`: figures and pages of a published study, their data, and the times of the runs."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from flexmb.study.times import note_call, times
 
 NINE_BAR = "nine-bar"
 RUNS = {"full": "runs", "quick": "runs-quick"}
-"""Folders of the results of runs, by effort: a quick look must not replace the hours of a whole study."""
+"""Folders of the results of runs, by effort; quick results do not replace full results."""
 
 
 def paper(options: argparse.Namespace) -> int:
-    """Compute the runs that are not there yet, draw and write the chosen figures and pages.
+    """Compute the missing runs, draw figures and write pages.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def paper(options: argparse.Namespace) -> int:
 
     Returns
     -------
-    int : 0 if all is there, 1 if something is missing.
+    int : 0 if all figures and pages were made, else 1.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def _folder(options: argparse.Namespace) -> str:
 
 
 def _told(failures: Mapping[str, str], unmade: Mapping[str, str]) -> int:
-    """Print the failures; the exit code."""
+    """Print the failures, and return the exit code."""
     for name, text in failures.items():
         print(f"flexmb: run {name!r} failed: {text}", file=sys.stderr)
     for name, text in unmade.items():

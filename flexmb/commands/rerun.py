@@ -17,16 +17,16 @@ COMMAND = "command"
 """Name of the arguments of `flexmb run` in `Solution.model`."""
 
 SAME, AGREES = 0.0, 1e-9
-"""Difference relative to the range of a signal: none; at the begin of a run that agrees up to round-off."""
+"""Relative differences: of equal runs; largest at the begin of runs that agree up to round-off."""
 
 DIVERGED = 1e-3
-"""Difference at which two runs of a chaotic motion have parted."""
+"""Relative difference above which two runs have diverged."""
 
 BEGIN = 0.05
-"""Share of the instants that counts as the begin of a run."""
+"""Share of the instants that are the begin of a run."""
 
 EQUAL, DIFFERENT = 0, 1
-"""Exit codes."""
+"""Exit codes of runs that agree and of runs that differ."""
 
 
 @dataclass(frozen=True)
@@ -36,9 +36,9 @@ class Comparison:
     Parameters
     ----------
     largest : largest difference, relative to the range of its signal.
-    signal : name of that signal.
-    at_begin : the same at the begin of the run.
-    parted : first instant at which the runs have parted [s]; None: they have not.
+    signal : name of the signal with the largest difference.
+    at_begin : largest relative difference at the begin of the run.
+    parted : first instant with a relative difference above 1e-3 [s]; None: no such instant.
     """
 
     largest: float
@@ -52,7 +52,7 @@ class Comparison:
         return self.largest == SAME or self.at_begin < AGREES
 
     def __str__(self) -> str:
-        """A sentence."""
+        """Comparison as a sentence."""
         if self.largest == SAME:
             return "The runs are equal to the last bit."
         text = f"The runs differ by {self.largest:.2g} of the range of {self.signal!r} at most"
@@ -71,12 +71,12 @@ def source_of(path: Path, given: str | None) -> list[str]:
     Parameters
     ----------
     path : file of the run.
-    given : name of the mechanism, or FILE.py; None: as the file says, for ready mechanisms alone.
+    given : name of the mechanism, or FILE.py; None: the ready mechanism named in the file.
 
     Raises
     ------
-    FileFormatError : a file that `flexmb run` did not write.
-    InputError : a run of a user's file, which is not executed unless it is named.
+    FileFormatError : a file without arguments of `flexmb run`.
+    InputError : a run of a user's file without `given`.
     """
     command = load(path).model.get(COMMAND)
     if not isinstance(command, list) or len(command) < 2 or command[0] != "run":
@@ -96,7 +96,7 @@ def compare(one: Solution, other: Solution) -> Comparison:
 
     Raises
     ------
-    InputError : runs with other signals or instants.
+    InputError : runs with different signals or instants.
     """
     if one.signals != other.signals or not np.array_equal(one.time, other.time):
         raise InputError("rerun: the runs have other signals or instants; they are of other mechanisms or arguments.")

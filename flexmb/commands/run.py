@@ -92,7 +92,7 @@ def keywords_of_run(mechanism: Mechanism, options: argparse.Namespace) -> dict[s
 
 
 def _checkpoints(path: Path, options: argparse.Namespace) -> dict[str, Any]:
-    """Keywords of `simulate` for checkpoints; tells of an interrupted run that could be resumed."""
+    """Keywords of `simulate` for checkpoints; prints a note on an existing or missing checkpoint."""
     every = quantity(options.checkpoint, "s", "--checkpoint")
     if path.is_file() and not options.resume and not options.quiet:
         print(
@@ -104,7 +104,7 @@ def _checkpoints(path: Path, options: argparse.Namespace) -> dict[str, Any]:
 
 
 def periods_of(mechanism: Mechanism) -> list[float]:
-    """Periods [s] of all driven coordinates that have one, of drives and of clamps.
+    """Periods of all periodic drives and clamps [s].
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def _times(mechanism: Mechanism, options: argparse.Namespace) -> dict[str, Any]:
 
 
 def solver_of(options: argparse.Namespace) -> dict[str, Any]:
-    """Step and method as keywords; options that were not typed are left out.
+    """Step and method as keywords; options without a value are omitted.
 
     Parameters
     ----------
@@ -160,7 +160,7 @@ def solver_of(options: argparse.Namespace) -> dict[str, Any]:
 
     Raises
     ------
-    InputError : no number, a unit that is no time, an unknown method.
+    InputError : a text that is not a number, a unit that is not a unit of time, an unknown method.
     """
     keywords: dict[str, Any] = {}
     if options.step is not None:
@@ -173,7 +173,7 @@ def solver_of(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def flow_options(options: argparse.Namespace) -> dict[str, Any]:
-    """Period, step and method of a flow as keywords; options that were not typed are left out.
+    """Period, step and method of a flow as keywords; options without a value are omitted.
 
     Parameters
     ----------

@@ -42,7 +42,7 @@ class Source:
     make: Callable[..., Any]
 
     def mechanism(self, keywords: dict[str, Any]) -> Mechanism:
-        """The mechanism.
+        """Mechanism of the function with given arguments.
 
         Parameters
         ----------
@@ -75,12 +75,12 @@ def ready() -> dict[str, Callable[..., Any]]:
 
 
 def returns_mechanism(make: Callable[..., Any]) -> bool:
-    """Whether the annotation of a function `make` says that it returns a Mechanism."""
+    """Whether the annotated result of a function `make` is a Mechanism."""
     return inspect.signature(make).return_annotation in (Mechanism, Mechanism.__name__)
 
 
 def find(text: str) -> Source:
-    """The source with a given name.
+    """Source of a mechanism from a text of the command line.
 
     Parameters
     ----------
@@ -123,14 +123,14 @@ def _is_source(value: Any, module: ModuleType) -> bool:
 
 
 def _load(path: Path) -> ModuleType:
-    """The file as a module; its block `if __name__ == "__main__"` does not run."""
+    """Module of a file; the block `if __name__ == "__main__"` is not executed."""
     if not path.is_file():
         raise InputError(f"{path}: there is no such file. Check the path, or see `flexmb list` for ready mechanisms.")
     spec = importlib.util.spec_from_file_location(f"flexmb_model_{path.stem}", path)
     if spec is None or spec.loader is None:
         raise InputError(f"{path}: Python cannot load this file.")
     module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module  # dataclasses and pickle look a class's module up by its name
+    sys.modules[spec.name] = module  # dataclasses and pickle find the module of a class by name
     folder = str(path.resolve().parent)
     if folder not in sys.path:
         sys.path.insert(0, folder)  # as for a script: files beside it can be imported

@@ -50,7 +50,7 @@ def main_signals(mechanism: Mechanism, sol: Solution) -> list[str]:
 
 
 def _rates(mechanism: Mechanism, body: Body) -> list[str]:
-    """Accelerations of the output body: along the guide of a slider, else of the rotation."""
+    """Acceleration signals of the output body: along the guide of a slider, angular for another body."""
     guide = slides(mechanism, body)
     if guide is None:
         return [f"{body.name}.alpha"]
@@ -59,7 +59,7 @@ def _rates(mechanism: Mechanism, body: Body) -> list[str]:
 
 
 def panels(mechanism: Mechanism, sol: Solution) -> list[list[str]]:
-    """Main signals by kind, one kind a panel.
+    """Main signals by panel, one kind of signal per panel.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def panels(mechanism: Mechanism, sol: Solution) -> list[list[str]]:
 
 
 def table(mechanism: Mechanism, sol: Solution) -> str:
-    """The summary as a text.
+    """Text of the summary of a run.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def _path_rows(mechanism: Mechanism, sol: Solution) -> Iterator[tuple[str, str]]
 
 
 def _contact_rows(sol: Solution) -> Iterator[tuple[str, str]]:
-    """Fraction of time in contact and largest penetration of the saved instants, and impacts, of each contact."""
+    """Rows of each contact: share of saved instants in contact, largest penetration, impacts."""
     for name in (n.rpartition(".")[0] for n in sol.names if n.endswith(".penetration")):
         depth = sol.array(f"{name}.penetration")
         if len(depth):
@@ -156,7 +156,7 @@ def impacts(episodes: Episodes) -> str:
 
 
 def slides(mechanism: Mechanism, body: Body) -> Prismatic | None:
-    """The guide of a sliding body, or None.
+    """Prismatic joint of a sliding body; None for another body.
 
     Parameters
     ----------

@@ -97,7 +97,7 @@ def values_of(text: str, option: Option) -> list[float]:
 
     Raises
     ------
-    InputError : no range, no numbers, units of another kind, fewer than 1 values.
+    InputError : a text that is not a range, a value that is not a number, a unit of another quantity, no values.
     """
     if ":" not in text:
         return [option.value(part) for part in text.split(",")]
@@ -170,7 +170,7 @@ def _pictures(diagram: xr.Dataset, folder: Path, asked: str | None) -> list[Path
 
 
 def _default_signal(diagram: xr.Dataset) -> str:
-    """Default signal of the picture: of a joint with clearance, else the first that is not constant."""
+    """Default signal of the picture: eccentricity of a joint with clearance, else the first variable signal."""
     names = [str(name) for name, column in diagram.data_vars.items() if column.dims[-1] == "period"]
     moving = [name for name in names if not name.endswith(".theta") and np.ptp(diagram[name].fillna(0.0).values) > 0.0]
     eccentric = [name for name in names if name.endswith(".ex")]

@@ -13,7 +13,7 @@ from flexmb.checks import did_you_mean
 from flexmb.errors import InputError
 
 Scale = tuple[Fraction, int]
-"""Factor to SI: a fraction, and the power of pi that goes with it; with fractions 0.3mm is exactly the double 3e-4."""
+"""Factor to SI as a fraction and a power of pi; by exact fractions 0.3mm is the double 3e-4."""
 
 
 def _plain(**factors: str) -> dict[str, Scale]:
@@ -40,7 +40,7 @@ UNITS: dict[str, dict[str, Scale]] = {
     "Hz": {"Hz": (Fraction(1), 0), "kHz": (Fraction(1000), 0)},
     "": {},
 }
-"""Units on the command line by SI unit of the parameter; "" is a parameter without unit."""
+"""Units on the command line by SI unit of the parameter; "": a parameter without a unit."""
 
 NOUNS = {
     "m": "a length",
@@ -67,7 +67,7 @@ DIVISOR = re.compile(rf"\s*/\s*({NUMBER})(.*)")
 
 
 def known_unit(text: str) -> str | None:
-    """The SI unit in `UNITS` that a `text` means (kg m2 is kg m^2), or None."""
+    """SI unit in `UNITS` of a `text` ("kg m2": "kg m^2"); None for an unknown unit."""
     same = {_bare(unit): unit for unit in UNITS}
     return same.get(_bare(text))
 
@@ -83,7 +83,7 @@ def noun(unit: str) -> str:
 
 
 def quantity(text: str, unit: str, name: str) -> float:
-    """The number of a typed text, in an SI unit.
+    """Number of a typed text in an SI unit.
 
     Parameters
     ----------
@@ -93,8 +93,8 @@ def quantity(text: str, unit: str, name: str) -> float:
 
     Raises
     ------
-    InputError : no number, an unknown unit or a unit of another kind, pi with a parameter that is no angle, a number
-        that is too large.
+    InputError : a text that is not a number, an unknown unit, a unit of another quantity, pi with a parameter that is
+        not an angle, a number that is too large.
 
     Examples
     --------

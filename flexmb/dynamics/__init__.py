@@ -1,1 +1,1 @@
-"""Flows and maps, their sections, exponents, periodic orbits, and what signals say of them."""
+"""Flows and maps: sections, Lyapunov exponents, periodic orbits, basins of attraction, verdicts on motions."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.linalg as la
@@ -162,7 +163,7 @@ def _stiffness_slope(program: Program, system: StateEvaluation, q: np.ndarray, p
     return ((8.0 * (K[1] - K[-1]) - (K[2] - K[-2])) / (12.0 * h)).tocsc()
 
 
-def _dense(program: Program, K, K_path, G, count: int) -> tuple[np.ndarray, np.ndarray]:
+def _dense(program: Program, K: Any, K_path: Any, G: Any, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Factors and shapes by a dense eigensolver on the null space of G."""
     Z = null_space(G.toarray())
     k, k_path = Z.T @ (K @ Z), Z.T @ (K_path @ Z)
@@ -180,7 +181,7 @@ def _dense(program: Program, K, K_path, G, count: int) -> tuple[np.ndarray, np.n
     return 1.0 / inverse[places], Z @ y[:, places]
 
 
-def _sparse(program: Program, K, K_path, G, count: int) -> tuple[np.ndarray, np.ndarray]:
+def _sparse(program: Program, K: Any, K_path: Any, G: Any, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Factors and shapes from the largest eigenvalues of -K^-1 dK/ds with G x = 0."""
     n, m = K.shape[0], G.shape[0]
     scale = abs(K).max()
@@ -188,7 +189,8 @@ def _sparse(program: Program, K, K_path, G, count: int) -> tuple[np.ndarray, np.
 
     def inverses(x: np.ndarray) -> np.ndarray:
         """1/s times x, on the null space of G."""
-        return -lu.solve(np.append(K_path @ x / scale, np.zeros(m)))[:n]
+        solution: np.ndarray = -lu.solve(np.append(K_path @ x / scale, np.zeros(m)))[:n]
+        return solution
 
     try:
         inverse, x = largest_of(inverses, n, min(4 * count + 4, n // 4))

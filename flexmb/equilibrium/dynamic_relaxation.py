@@ -64,7 +64,14 @@ def relax(program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin) 
     return None
 
 
-def _stride(program, system, start, viscosity, diagonal, spin) -> tuple[np.ndarray, np.ndarray] | None:
+def _stride(
+    program: Program,
+    system: StateEvaluation,
+    start: tuple[np.ndarray, np.ndarray],
+    viscosity: np.ndarray,
+    diagonal: np.ndarray,
+    spin: Spin,
+) -> tuple[np.ndarray, np.ndarray] | None:
     """One implicit stride from (q, lam); None if Newton fails or the viscosity is too small."""
     n, size = program.n_q, np.where(program.tables.kind == 1, 1.0, program.length)
     first = start[0]

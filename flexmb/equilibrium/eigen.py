@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import scipy.linalg as la
@@ -77,7 +78,8 @@ def _refined(
 
 
 def _symmetric(k: np.ndarray) -> np.ndarray:
-    return (k + k.T) / 2.0
+    half: np.ndarray = (k + k.T) / 2.0
+    return half
 
 
 def _sparse(K: sp.csc_matrix, M: sp.csc_matrix, G: sp.csr_matrix, count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -96,7 +98,7 @@ def _sparse(K: sp.csc_matrix, M: sp.csc_matrix, G: sp.csr_matrix, count: int) ->
     raise SolveError(f"modes: the eigensolver did not converge ({failure}). Ask for fewer modes.") from failure
 
 
-def _with_copies(A, B, M, solve: Solve, shift: float, wanted: int) -> tuple[np.ndarray, np.ndarray]:
+def _with_copies(A: Any, B: Any, M: Any, solve: Solve, shift: float, wanted: int) -> tuple[np.ndarray, np.ndarray]:
     """The lowest eigenvalues of A x = omega^2 B x, with their multiplicity.
 
     Lanczos' method finds one vector of a multiple eigenvalue (equal bodies, symmetric frames).  So the method is
@@ -106,7 +108,7 @@ def _with_copies(A, B, M, solve: Solve, shift: float, wanted: int) -> tuple[np.n
     squares, X = np.zeros(0), np.zeros((n, 0))
     while len(squares) < size:
 
-        def rest(b: np.ndarray, X=X) -> np.ndarray:
+        def rest(b: np.ndarray, X: np.ndarray = X) -> np.ndarray:
             x = solve(b)
             x[:n] -= X @ (X.T @ (M @ x[:n]))
             return x
@@ -123,7 +125,14 @@ def _with_copies(A, B, M, solve: Solve, shift: float, wanted: int) -> tuple[np.n
 
 
 def damped(
-    K: sp.csc_matrix, C: sp.csc_matrix, M: sp.csc_matrix, G: sp.csr_matrix, rigid: np.ndarray, count: int, *, kept=False
+    K: sp.csc_matrix,
+    C: sp.csc_matrix,
+    M: sp.csc_matrix,
+    G: sp.csr_matrix,
+    rigid: np.ndarray,
+    count: int,
+    *,
+    kept: bool = False,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Eigenvalues s with Im s >= 0, lowest |s| first, and shapes of (s^2 M + s C + K) x = 0, G x = 0.
 
@@ -142,7 +151,7 @@ def damped(
     return s[keep], x[:, keep]
 
 
-def _dense_quadratic(K, C, M, Z: np.ndarray, free: int) -> tuple[np.ndarray, np.ndarray]:
+def _dense_quadratic(K: Any, C: Any, M: Any, Z: np.ndarray, free: int) -> tuple[np.ndarray, np.ndarray]:
     """All eigenvalues by a scaled companion matrix; the first `free` columns of Z have no stiffness."""
     n = Z.shape[1]
     if n == 0:
@@ -160,7 +169,7 @@ def _dense_quadratic(K, C, M, Z: np.ndarray, free: int) -> tuple[np.ndarray, np.
     return values * unit, Z @ vectors[:n]
 
 
-def _sparse_quadratic(K, C, M, G: sp.csr_matrix, count: int) -> tuple[np.ndarray, np.ndarray]:
+def _sparse_quadratic(K: Any, C: Any, M: Any, G: sp.csr_matrix, count: int) -> tuple[np.ndarray, np.ndarray]:
     """The lowest eigenvalues, by the inverse of the first-order problem on displacements and velocities."""
     n, m = K.shape[0], G.shape[0]
     scale = abs(K).max()
@@ -191,9 +200,10 @@ def largest_of(operator: Solve, size: int, count: int) -> tuple[np.ndarray, np.n
     Q, found = np.zeros((size, 0)), np.zeros(0)
     while Q.shape[1] + 2 * count + 2 < size:
 
-        def rest(x: np.ndarray, Q=Q) -> np.ndarray:
+        def rest(x: np.ndarray, Q: np.ndarray = Q) -> np.ndarray:
             y = operator(x - Q @ (Q.T @ x))
-            return y - Q @ (Q.T @ y)
+            outside: np.ndarray = y - Q @ (Q.T @ y)
+            return outside
 
         start = rest(np.cos(np.arange(size) ** 2.0 + len(found)))
         more, x = eigs(LinearOperator((size, size), rest, dtype=float), k=count, which="LM", v0=start)
@@ -213,4 +223,5 @@ def _basis(x: np.ndarray, Q: np.ndarray) -> np.ndarray:
     for _ in range(2):  # twice: round-off of the first time
         parts = parts - Q @ (Q.T @ parts)
     U, sizes, _ = la.svd(parts, full_matrices=False)
-    return U[:, sizes > 1e-8 * sizes[0]]
+    basis: np.ndarray = U[:, sizes > 1e-8 * sizes[0]]
+    return basis

@@ -31,7 +31,8 @@ def null_space(G: np.ndarray, tolerance: float = DEPENDENT_ROW) -> np.ndarray:
         return np.eye(n)
     Q, R, _ = la.qr(G.T, pivoting=True)
     diagonal = np.abs(np.diag(R))
-    return Q[:, int((diagonal > tolerance * diagonal[0]).sum()) :]
+    basis: np.ndarray = Q[:, int((diagonal > tolerance * diagonal[0]).sum()) :]
+    return basis
 
 
 def free_motions(program: Program, q: np.ndarray, K: sp.csc_matrix, G: sp.csr_matrix) -> np.ndarray:
@@ -56,7 +57,8 @@ def free_motions(program: Program, q: np.ndarray, K: sp.csc_matrix, G: sp.csr_ma
             values, vectors = la.svd(force, full_matrices=True)[1:]
             values = np.append(values, np.zeros(Z.shape[1] - len(values)))
             Z = Z @ vectors[values <= FREE_FORCE * np.sqrt(len(force))].T
-    return sizes[:, None] * simplified(Z)
+    motions: np.ndarray = sizes[:, None] * simplified(Z)
+    return motions
 
 
 def stiffest_at(K: sp.csc_matrix) -> np.ndarray:
@@ -99,7 +101,7 @@ def shapes_of(program: Program, q: np.ndarray, motions: np.ndarray, M: sp.csc_ma
 
     Translations remain translations; the rotation of a free body becomes that about its centre of mass.
     """
-    X = RigidMotion(program).basis(q) @ motions
+    X: np.ndarray = RigidMotion(program).basis(q) @ motions
     for k in range(X.shape[1]):
         for _ in range(2):  # twice: round-off of the first pass
             X[:, k] -= X[:, :k] @ (X[:, :k].T @ (M @ X[:, k]))
@@ -120,7 +122,8 @@ def motion_in_words(program: Program, motion: np.ndarray) -> str:
     first = w[int(np.flatnonzero(moving)[0]), :2]
     same = np.abs(w[moving, :2] - first).max() <= 1e-6 * size
     ways = {(True, False): "in x", (False, True): "in y"}
-    way = ways.get(tuple(bool(x) for x in np.abs(first) > SMALL_SHARE * size))
+    in_x, in_y = (bool(x) for x in np.abs(first) > SMALL_SHARE * size)
+    way = ways.get((in_x, in_y))
     if way is None:
         dx, dy = first / np.hypot(*first)
         way = f"along ({dx:.3g}, {dy:.3g})"

@@ -64,7 +64,7 @@ def undeclared(program: Program) -> Program:
     return replace(program, reference=replace(program.reference, v=np.full(program.n_q, np.nan)))
 
 
-def inverse_dynamics(mechanism: Mechanism, times: Sequence[float]) -> DrivenMotion:
+def inverse_dynamics(mechanism: Mechanism, times: Sequence[float] | np.ndarray) -> DrivenMotion:
     """Motion and forces of a mechanism whose drives prescribe every motion; joints are ideal, bodies rigid.
 
     Positions, velocities and accelerations follow from the joints and drives alone, one instant at a time, without any

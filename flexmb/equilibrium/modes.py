@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -160,7 +161,7 @@ def _record(program: Program, s: np.ndarray, shapes: np.ndarray, kinds: list[str
     return Modes(frequencies, shapes, names.coordinates, names.aliases, rigid, tuple(kinds), moves, s, damping)
 
 
-def _with_damping(K, C, M, G, rigid: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+def _with_damping(K: Any, C: Any, M: Any, G: Any, rigid: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Eigenvalues and shapes beside the rigid motions.
 
     Rigid motions that no damper acts on are left out of the problem.  Where one does, the problem keeps them: each has
@@ -173,7 +174,7 @@ def _with_damping(K, C, M, G, rigid: np.ndarray, count: int) -> tuple[np.ndarray
     return s, x / np.sqrt(np.abs((x.conj() * (M @ x)).sum(axis=0)))
 
 
-def _kinds(K, s: np.ndarray, x: np.ndarray) -> list[str]:
+def _kinds(K: Any, s: np.ndarray, x: np.ndarray) -> list[str]:
     """Kinds of the modes that are not rigid motions."""
     energy = np.abs((x.conj() * (K @ x)).sum(axis=0))
     terms = (np.abs(x) * (abs(K) @ np.abs(x))).sum(axis=0)

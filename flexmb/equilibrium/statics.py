@@ -260,7 +260,7 @@ def correction(system: StateEvaluation, q: np.ndarray, lam: np.ndarray, held: np
     n = len(q)
     rest[:n] /= scale
     try:
-        d = splu(sp.block_array([[K / scale, G.T], [G, None]]).tocsc()).solve(rest)
+        d: np.ndarray = splu(sp.block_array([[K / scale, G.T], [G, None]]).tocsc()).solve(rest)
     except RuntimeError as error:
         raise SolveError(f"static equilibrium: {error}") from error
     d[n:] *= scale

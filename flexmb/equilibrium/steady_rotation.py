@@ -42,7 +42,11 @@ class Spin:
         return v.ravel(), a.ravel()
 
     def at(
-        self, system: StateEvaluation, q: np.ndarray, lam: np.ndarray | None = None, weights=(0.0, 0.0, 0.0)
+        self,
+        system: StateEvaluation,
+        q: np.ndarray,
+        lam: np.ndarray | None = None,
+        weights: tuple[float, float, float] = (0.0, 0.0, 0.0),
     ) -> StateEvaluation:
         """Evaluate a program that turns with the frame."""
         return system.at(q, *self.motion(q), lam, weights=weights)

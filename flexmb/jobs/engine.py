@@ -48,8 +48,8 @@ def drive(chains: Iterable[Chain], executor: Executor | None, owner: str, pendin
     ahead, running = iter(chains), dict[Future[Outcome], Chain]()
     try:
         while True:
-            while len(running) < pending and (chain := next(ahead, None)) is not None:
-                _submit(executor, next(chain, None), chain, running, owner)
+            while len(running) < pending and (following := next(ahead, None)) is not None:
+                _submit(executor, next(following, None), following, running, owner)
             if not running:
                 return
             finished, _ = wait(running, return_when=FIRST_COMPLETED)

@@ -56,7 +56,7 @@ def netcdf_image(groups: Mapping[str, xr.Dataset], encodings: Mapping[str, Mappi
     for k, (name, dataset) in enumerate(groups.items()):
         encoding = dict((encodings or {}).get(name, {}))
         mode: Any = "a" if k else "w"
-        dataset.to_netcdf(image, engine="h5netcdf", group=name or None, mode=mode, encoding=encoding)  # type: ignore[call-overload]
+        dataset.to_netcdf(image, engine="h5netcdf", group=name or None, mode=mode, encoding=encoding)
     return image.getvalue()
 
 

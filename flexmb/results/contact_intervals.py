@@ -193,7 +193,8 @@ class Episodes:
     @property
     def duration(self) -> np.ndarray:
         """(n,) times in contact [s]; NaN where start or end is."""
-        return self.end - self.start
+        times: np.ndarray = self.end - self.start
+        return times
 
     @property
     def restitution(self) -> np.ndarray:

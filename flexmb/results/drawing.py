@@ -123,14 +123,14 @@ def parts(sol: Solution) -> tuple[str, ...]:
 
 
 def _beam(sol: Solution, beam: BeamShape, instants: np.ndarray, xi: np.ndarray) -> Line:
-    ends = [pose(sol, beam.part, node, instants) for node in (beam.start, beam.end)]
-    forces = hermite.section_forces(*ends, beam, xi)
+    begin, end = (pose(sol, beam.part, node, instants) for node in (beam.start, beam.end))
+    forces = hermite.section_forces(begin, end, beam, xi)
     shape = (len(instants), len(xi))
     fields = {
         "axial_force": forces.N,
         "bending_moment": forces.M,
         "shear_force": forces.V,
-        "curvature": hermite.curvature(*ends, beam, xi),
+        "curvature": hermite.curvature(begin, end, beam, xi),
         "bending_stiffness": np.broadcast_to(hermite.bending_stiffness(beam, xi), shape),
     }
-    return Line(beam.part, hermite.element_shape(*ends, beam, xi), fields)
+    return Line(beam.part, hermite.element_shape(begin, end, beam, xi), fields)

@@ -16,7 +16,7 @@ import numpy as np
 from flexmb.errors import FileFormatError, InputError
 from flexmb.jobs.files import is_intact, netcdf_image, write_sealed
 from flexmb.model import shape
-from flexmb.model.signal import Signal
+from flexmb.model.signal import Signal, Signals
 from flexmb.results.contact_intervals import COLUMNS, MODES, ContactLog
 from flexmb.results.solution import Peaks, Solution
 from flexmb.results.stats import Stats
@@ -57,7 +57,8 @@ def save(sol: Solution, path: str | Path) -> Path:
     dataset = _dataset(sol)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        groups, encodings = {"": dataset}, {"": {name: {"_FillValue": None} for name in dataset.variables}}
+        groups = {"": dataset}
+        encodings: dict[str, dict[str, Any]] = {"": {str(name): {"_FillValue": None} for name in dataset.variables}}
         if sol.restart:
             groups[RESTART] = _restart(sol)
         if sol.contacts.names:
@@ -181,7 +182,7 @@ def _check_version(source: Path, dataset: xr.Dataset) -> None:
 
 def _solution(dataset: xr.Dataset, restart: dict[str, np.ndarray], episodes: dict[str, np.ndarray]) -> Solution:
     record: dict[str, Any] = json.loads(str(dataset[RECORD].values[()]))
-    signals = tuple(Signal(name, units) for name, units in record["signals"])
+    signals = Signals.of(Signal(name, units) for name, units in record["signals"])
     time = dataset["time"].values
     values = np.empty((len(time), len(signals)))
     for k, s in enumerate(signals):

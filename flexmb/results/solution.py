@@ -219,12 +219,12 @@ class Solution:
         return place
 
 
-def _frozen(name: str, values: object, shape: tuple[int | None, ...]) -> np.ndarray:
+def _frozen(name: str, values: Any, shape: tuple[int | None, ...]) -> np.ndarray:
     """`values` as a read-only float array of that shape (None: any length).
 
     An array that is read-only already is taken as it is: copying what a run saved would take as long as saving it.
     """
-    array = values if _is_fixed(values) else np.array(values, dtype=np.float64, order="C")
+    array: np.ndarray = values if _is_fixed(values) else np.array(values, dtype=np.float64, order="C")
     fits = array.ndim == len(shape) and all(want in (None, n) for n, want in zip(array.shape, shape, strict=True))
     if not fits:
         wanted = ", ".join("n" if n is None else str(n) for n in shape)

@@ -16,7 +16,8 @@ from flexmb.linalg import lu
 from flexmb.linalg.rank import row_rank
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.program import Program
-from flexmb.results.solution import ContactLog, Peaks, Solution
+from flexmb.results.contact_intervals import ContactLog
+from flexmb.results.solution import Peaks, Solution
 from flexmb.results.stats import Stats
 from flexmb.results.status import sentence
 from flexmb.run.failure import naming_kernels
@@ -157,7 +158,8 @@ class Run:
             text = f"{label}: restart is {restart!r}"
             raise InputError(f"{text}; it must be `restart` of a solution of the same mechanism.")
         try:
-            if np.shape(restart.get("signals")) != self.record.signals.shape:
+            saved: Any = restart.get("signals")
+            if np.shape(saved) != self.record.signals.shape:
                 raise ValueError("signals")
             self.flow.restore(restart)
             self.stepper.restore(restart)

@@ -116,15 +116,15 @@ def simulate(
         period = period_or_none(program)
     end = _end(mechanism, t_end, periods, period)
     begin = _begin(mechanism, end, save_from, save_from_period, period)
-    step = Adaptive() if step is None else step
-    step = FixedStep(step) if isinstance(step, Real) and not isinstance(step, bool) else step
+    chosen = chosen_step(step)
     least = redundant == "least-norm"
     if max_steps is not None:
         checks.count(label, "max_steps", max_steps)
     checks.one_of(label, "redundant", redundant, REDUNDANT)
-    check_kinds(label, method, step, redundant)
-    kept, more = chosen_places(label, program.names, signals), {"max_steps": max_steps, "progress": progress}
-    run = Run(program, method, step, end, period, mechanism=mechanism, kept=kept, **more)
+    check_kinds(label, method, chosen, redundant)
+    kept = chosen_places(label, program.names, signals)
+    more: dict[str, Any] = {"max_steps": max_steps, "progress": progress}
+    run = Run(program, method, chosen, end, period, mechanism=mechanism, kept=kept, **more)
     model = {"name": mechanism.name} if signals is None else {"name": mechanism.name, SAVED_KEY: list(signals)}
     command = plain_values(begin=begin, end=end, save=save, step=step, method=method, redundant=redundant)
     command |= {"signals": repr(model.get(SAVED_KEY)), "restart": digest(restart)}
@@ -213,6 +213,13 @@ def check_ahead(label: str, now: float, end: float) -> None:
     if now > end * (1.0 + 1e-9):
         text = f"{label}: the restart stands at t = {now:g} s, beyond the end at {end:g} s"
         raise InputError(f"{text}. The end counts from the start of the first run; give a larger t_end or periods.")
+
+
+def chosen_step(step: Any) -> FixedStep | Adaptive:
+    """Steps of the argument `step` of `simulate`; a number is a fixed step [s], None gives adaptive steps."""
+    number = isinstance(step, Real) and not isinstance(step, bool)
+    steps: FixedStep | Adaptive = Adaptive() if step is None else FixedStep(step) if number else step
+    return steps
 
 
 def check_method(label: str, method: Any) -> None:

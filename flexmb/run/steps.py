@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -17,11 +16,20 @@ from flexmb.results.signal_names import hint, resolved
 from flexmb.results.solution import UnknownSignalError
 from flexmb.results.stats import Stats
 from flexmb.run.run import Run
-from flexmb.run.simulate import REDUNDANT, Step, check_ahead, check_end, check_kinds, check_method, period_or_none
+from flexmb.run.simulate import (
+    REDUNDANT,
+    Step,
+    check_ahead,
+    check_end,
+    check_kinds,
+    check_method,
+    chosen_step,
+    period_or_none,
+)
 from flexmb.state.record import DONE
 from flexmb.step.method import Method
 from flexmb.step.newmark.method import Newmark
-from flexmb.step.step_size import Adaptive, FixedStep
+from flexmb.step.step_size import FixedStep
 
 
 class StepState(Mapping[str, float]):
@@ -123,13 +131,12 @@ def steps(
     ahead.start(*method.loops)
     program, closed = compile_with_start(mechanism)
     period = period_or_none(program) if any(p is not None for p in program.periods) else None
-    step = Adaptive() if step is None else step
-    step = FixedStep(step) if isinstance(step, Real) and not isinstance(step, bool) else step
+    chosen = chosen_step(step)
     checks.one_of(label, "redundant", redundant, REDUNDANT)
-    check_kinds(label, method, step, redundant)
+    check_kinds(label, method, chosen, redundant)
     end = np.inf if t_end is None else check_end(label, t_end)
-    span = _span(label, step, end, period)
-    run = Run(program, method, step, span, period, mechanism=mechanism)
+    span = _span(label, chosen, end, period)
+    run = Run(program, method, chosen, span, period, mechanism=mechanism)
     least = redundant == "least-norm"
     if restart is None:
         run.begin(run.stepper.start(mechanism, closed, redundant=least))

@@ -139,10 +139,10 @@ def first_minimum(information: np.ndarray, least: int = 1) -> int | None:
 def false_neighbours(signal: Any, delay: int, *, largest: int = 8, theiler: int | None = None) -> np.ndarray:
     """Fraction of false nearest neighbours in 1, 2, ..., `largest` dimensions.
 
-    A neighbour is false if it is far away in one dimension more: if the difference of the next entry is larger than 15
-    times its distance, or the new distance larger than two standard deviations of the signal.  Distances below 1e-6
-    standard deviations count as 1e-6, so integration errors make no neighbour false.  NaN: the record is too short for
-    this dimension.
+    A neighbour is false if the difference of the next entry is larger than 15 times the distance, or if the distance
+    with the next entry is larger than two standard deviations of the signal.  Distances below 1e-6 standard deviations
+    are set to 1e-6 standard deviations, so integration errors make no neighbour false.  NaN: the record is too short
+    for the dimension.
 
     Parameters
     ----------

@@ -43,7 +43,7 @@ def nearest(points: np.ndarray, refs: np.ndarray, theiler: int, least: float = 0
             neighbour[block[has_neighbour]] = j[has_neighbour, first[has_neighbour]]
             distance[block[has_neighbour]] = d[has_neighbour, first[has_neighbour]]
         unfinished = unfinished[neighbour[unfinished] < 0]
-        if k == len(points) or k > 4096:  # so many points at one place: the other neighbours are enough
+        if k == len(points) or k > 4096:  # points without a neighbour are left out
             break
         k *= 4
     return neighbour, distance

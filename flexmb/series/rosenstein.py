@@ -29,9 +29,9 @@ def rosenstein(
     4 points and a rise by a factor e, or if the slope does not exceed its error, as for periodic, quasi-periodic and
     random signals.
 
-    For a flow (8 samples or more in a mean period) the distance to the neighbour's orbit counts, not the distance to
+    For a flow (8 samples or more in a mean period) the distance is measured to the orbit of the neighbour instead of
     the neighbour, because two samples differ along the orbit by a constant up to a sampling interval.  For Rossler's x
-    this changes 0.046 into 0.071 (exact: 0.0714).
+    the estimate is then 0.071 instead of 0.046 (exact: 0.0714).
 
     The method is not suited to zero or negative exponents, nor to signals whose noise exceeds the distance of nearest
     neighbours.  It needs some 10^d to 30^d samples for an attractor of dimension d, and 20 mean periods.

@@ -51,11 +51,11 @@ class PowerSpectrum:
 def power_spectrum(signal: Any, interval: Any = None) -> PowerSpectrum:
     """Power spectrum of a signal: density, lines, floor, and kind (lines or broad).
 
-    One periodogram of the whole record with a Blackman-Harris window (side lobes at -92 dB), so the resolution is
-    that of the record.  A line is a local maximum 50 times above the median of the 101 values around it.  Periodic and
-    quasi-periodic signals have lines only.  Chaos has a broad floor, with lines if its phase is coherent (Rossler) or
-    its bands are visited in turn.  Noise has a broad floor, too.  A trend over the whole record looks like power at the
-    lowest frequencies.
+    The density is one periodogram of the whole record with a Blackman-Harris window (side lobes at -92 dB).  The length
+    of the record is the limit of resolution.  A line is a local maximum 50 times above the median of the 101 values
+    around the maximum.  Periodic and quasi-periodic signals have lines only.  Chaos has a broad floor, with lines if
+    its phase is coherent (Rossler) or its bands are visited in turn.  Noise has a broad floor, too.  A trend over the
+    whole record looks like power at the lowest frequencies.
 
     Parameters
     ----------

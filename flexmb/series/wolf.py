@@ -33,9 +33,9 @@ def wolf(
     theiler: int | None = None,
     evolve: int | None = None,
 ) -> SeriesExponent:
-    """Largest exponent: mean of ln(L'/L) of a neighbour at distance L, which is L' after `evolve` samples, over time.
+    """Largest exponent: mean of ln(L'/L) over time; L and L' are the distances of a neighbour `evolve` samples apart.
 
-    After each such time the neighbour is replaced by a near point in nearly the same direction.  Periodic and
+    After `evolve` samples the neighbour is replaced by a near point in nearly the same direction.  Periodic and
     quasi-periodic signals give zero within the error, and so no value.  There is no value either if pairs are as far
     apart as arbitrary points after one time, or part at less than 0.7 of the rate over twice the time: the signal is
     noise, or `evolve` is too long.  The error contains the difference to the value with twice the time, and 10 % for

@@ -139,7 +139,8 @@ def rigid_velocities(
             f"largest violation {missed.max():.3g} m/s or rad/s at {owners[int(missed.argmax())]!r}. "
             "In a dead centre start elsewhere; otherwise correct the declared velocities."
         )
-    return B @ w + d
+    velocities: np.ndarray = B @ w + d
+    return velocities
 
 
 def declared_rows(closed: Program, rigid: RigidMotion, B: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -176,7 +177,8 @@ def least_energy(inertia: Any, A: Any, b: np.ndarray) -> np.ndarray:
     values, vectors = np.linalg.eigh(plain(inertia))
     values = np.maximum(values, 1e-14 * values.max())  # bodies without inertia move as the joints want
     root = vectors / np.sqrt(values)
-    return root @ np.linalg.lstsq(A @ root, b, rcond=1e-11)[0]
+    w: np.ndarray = root @ np.linalg.lstsq(A @ root, b, rcond=1e-11)[0]
+    return w
 
 
 def accelerations(

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 class Method:
     """Base of `Newmark`, `RungeKutta4`, `Staggered` and `RadauIIA`.
 
-    A method of your own derives from it, makes a `Stepper` in `stepper`, and says what it can do by the class variables
-    `estimates_error`, whether its steps can be chosen by their errors; `has_tangent`, whether small differences of a
-    state can be carried through its steps; `independent`, whether joints must not repeat one another.
+    A further method derives from this class and returns its `Stepper` in `stepper`.  Class variables:
+    `estimates_error`, whether the method estimates the error of a step; `has_tangent`, whether its steps can be
+    linearised for tangent vectors; `independent`, whether the method needs independent constraint equations.
     """
 
     estimates_error: ClassVar[bool] = False
@@ -33,25 +33,25 @@ class Method:
         return ()
 
     def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:
-        """Stepper of the `mechanism`, which compiles to `program`; most methods need the latter alone."""
+        """Stepper of a compiled mechanism; most methods need `program` only."""
         raise NotImplementedError
 
     def fewest_steps(self, *, contacts: bool) -> float:
-        """Steps in a period or a run that error control takes at least, with `contacts` or without."""
+        """Least number of steps in a period or a run under error control, with `contacts` or without."""
         return LARGEST_STEPS if contacts else SMOOTH_STEPS
 
     def check(self, label: str, step: FixedStep | Adaptive, redundant: str) -> None:
-        """Refuse steps and joints that the method cannot do.
+        """Refuse steps and constraints that the method does not support.
 
         Parameters
         ----------
-        label : what errors begin with.
+        label : first words of the messages.
         step : kind of steps.
         redundant : "refuse" or "least-norm", see `simulate`.
 
         Raises
         ------
-        InputError : error-controlled steps without an estimate; joints that repeat one another.
+        InputError : error-controlled steps without an error estimate; `redundant` "least-norm" with `independent`.
         """
         name = type(self).__name__
         if not self.estimates_error and not isinstance(step, FixedStep):

@@ -57,8 +57,8 @@ class Adaptive(checks.Checked):
         tenth of it: errors in free flight add up, and decide the place of the next impact.
     max : largest step [s]; None: 1/250 of the period of the drives, or of the duration; 1/1000 without clearance.
     min : smallest step [s]; a run that needs a smaller one ends.  None: 1e-9 of the largest step.
-    impact_steps : steps that an impact gets at least, from the onset to the end of the contact; None: 32 for the
-        default rtol, and as many as rtol^(-1/3) asks for.
+    impact_steps : least number of steps of an impact, from the onset to the end of the contact; None: 32 for the
+        default rtol, proportional to rtol^(-1/3).
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""A machine of a study, and the cases of it: model, speed, clearance, friction, steps."""
+"""Machine and cases of a study: model, speed, clearance, friction, steps."""
 
 from __future__ import annotations
 
@@ -13,42 +13,45 @@ from flexmb.step.step_size import Adaptive, FixedStep
 from flexmb.study.drawing import Observable, Quantity
 
 MODELS = ("ideal", "rigid", "flexible")
-"""Rigid links without clearance; rigid links with clearance; beams with clearance."""
+"""Models of a case: rigid links without clearance, rigid links with clearance, beams with clearance."""
 
 PLAY_MODELS = ("rigid", "flexible")
 
 JOINT_CURVES = ("normal_force", "penetration", "ex", "ey", "vex", "vey")
-"""Signals of the joint with clearance that are kept at every step."""
+"""Signals of the joint with clearance that are saved at every step."""
 
 USUAL_RTOL = 1e-4
-"""Accepted error of a step in velocities, relative, where a case gives none."""
+"""Default of the accepted relative error of a step in velocities."""
+
+USUAL: Any = None
+"""Default of a field of `Case` whose value comes from the machine."""
 
 FEWEST_STEPS = 1000
-"""Steps of a turn at least, so that smooth peaks are met, too."""
+"""Least number of steps per turn, so that smooth peaks are resolved."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Machine:
-    """The mechanism of a study: how its cases are made, and which of their signals are looked at.
+    """Mechanism of a study: maker, unit of speed, joint with clearance, signals, defaults of its cases.
 
     Parameters
     ----------
-    make : returns the mechanism; called with the speed [rad/s] and with clearance, flexible, friction, elements, start,
-        ramp and data.
-    unit, short : unit of the speeds of cases, in texts ("pi rad/s") and in names ("pi").
-    factor : that unit [rad/s].
-    turn : time of a turn at the speed 1 [s].
-    drives : the driven bodies in words, "cranks".
+    make : function that returns the mechanism; its arguments are the speed [rad/s], clearance, flexible, friction,
+        elements, start, ramp and data.
+    unit, short : unit of speeds in texts ("pi rad/s") and in names ("pi").
+    factor : unit of speeds [rad/s].
+    turn : period of the drives at speed 1 [s].
+    drives : text of the driven bodies, "cranks".
     joint : name of the joint with clearance.
-    quantities : drawn signals, by name, in their order.
-    peaks : signals whose largest absolute value of a turn is measured.
-    observables : places and velocities of sections and phase diagrams.
-    laws : friction laws by name, the usual one first.
-    clearance : usual clearance [m].
-    elements : usual number of beam elements of a link.
-    ramp : turns in which the drives get from rest to their speed; 0: they start at full speed.
+    quantities : quantities of the figures by signal, in order.
+    peaks : signals whose largest absolute value in each turn is measured.
+    observables : coordinates and velocities of sections and phase diagrams.
+    laws : friction laws by name, the default first.
+    clearance : default clearance [m].
+    elements : default number of beam elements per link.
+    ramp : turns in which the drives accelerate from rest to full speed; 0: start at full speed.
     longest : longest step [s].
-    cost : about the processor time of a turn by model [s].
+    cost : approximate processor time of a turn by model [s].
     """
 
     make: Callable[..., Mechanism]
@@ -70,57 +73,57 @@ class Machine:
 
     @property
     def curves(self) -> tuple[str, ...]:
-        """Signals that are kept at every step, those of the joint with clearance last."""
+        """Signals saved at every step, the signals of the joint with clearance last."""
         joint = tuple(f"{self.joint}.{name}" for name in JOINT_CURVES)
         return (*(name for name in self.quantities if name not in joint), *joint)
 
     @property
     def places(self) -> tuple[str, ...]:
-        """Signals through which exponents and verdicts are looked for."""
+        """Coordinates from which exponents and verdicts are computed."""
         return tuple(observable.place for observable in self.observables)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """One mechanism of a study.
+    """One mechanism of a study with its speed, clearance, friction and steps.
 
     Parameters
     ----------
-    machine : what all cases of the study have in common.
+    machine : machine of the study.
     model : "ideal", "rigid" or "flexible".
-    speed : of the drives [unit of the machine].
-    clearance : of the joint [m]; an ideal mechanism has none, whatever is given; None: the usual one.
-    friction : name of a law of the machine; "": the usual one.
-    elements : beam elements of each link; None: the usual number.
-    start : position of the drives at the start, as the machine takes it [rad]; None: its default.
-    data : numbers of the mechanism; None: its defaults.
-    ramp : turns in which the drives get from rest to their speed; those of an ideal mechanism start at full speed;
-        None: the usual ones.
-    longest : longest step [s]; None: the usual one.
-    impact_steps : steps that an impact gets at least; None: as the tolerance asks for.
-    rtol : accepted error of a step in velocities, relative; None: 1e-4.
-    method, step : another method with fixed steps [s] in place of generalised-alpha; None: that.
-    label : unusual numbers in short, for the name: "J7=3.802e-3".
+    speed : speed of the drives [unit of the machine].
+    clearance : clearance of the joint [m], unused by the model "ideal"; None: default of the machine.
+    friction : name of a friction law of the machine; "": default of the machine.
+    elements : beam elements per link; None: default of the machine.
+    start : angles of the drives at the start, an argument of `Machine.make` [rad]; None: default of the mechanism.
+    data : data of the mechanism; None: default of the mechanism.
+    ramp : turns in which the drives accelerate from rest to full speed, unused by the model "ideal"; None: default of
+        the machine.
+    longest : longest step [s]; None: default of the machine.
+    impact_steps : least number of steps in an impact; None: chosen by the step control.
+    rtol : accepted relative error of a step in velocities; None: 1e-4.
+    method, step : integration method and its fixed step [s]; None: generalised-alpha with adaptive steps.
+    label : label of changed numbers in the name of the case: "J7=3.802e-3".
 
     Raises
     ------
-    InputError : values out of range or of the wrong kind.
+    InputError : a value out of range or of a wrong type.
     """
 
     machine: Machine = field(repr=False)
     model: str
     speed: float
-    clearance: float | None = None
+    clearance: float = USUAL
     friction: str = ""
-    elements: int | None = None
+    elements: int = USUAL
     start: Any = None
     data: Any = None
-    ramp: float | None = None
-    longest: float | None = None
+    ramp: float = USUAL
+    longest: float = USUAL
     impact_steps: int | None = None
     rtol: float | None = None
     method: Any = None
-    step: float | None = None
+    step: float = USUAL
     label: str = ""
 
     def __post_init__(self) -> None:
@@ -143,7 +146,7 @@ class Case:
 
     @property
     def name(self) -> str:
-        """Name for files and legends: "flexible-2pi-0.5mm"; usual values are left out."""
+        """Name in files and legends: "flexible-2pi-0.5mm"; defaults are omitted."""
         machine = self.machine
         play = "" if self.model == "ideal" else f"-{1e3 * self.clearance:.4g}mm"
         law = "" if self.friction == next(iter(machine.laws)) else f"-{self.friction}"
@@ -154,32 +157,33 @@ class Case:
 
     @property
     def accuracy(self) -> str:
-        """End of the names of runs: unusual tolerance and method."""
+        """Suffix of the names of runs: tolerance and method; empty for the defaults."""
         tolerance = "" if self.rtol is None else f"-rtol{self.rtol:g}"
         return tolerance + ("" if self.method is None else f"-{type(self.method).__name__.lower()}{self.step:g}")
 
     @property
     def cost(self) -> float:
-        """About the processor time of a turn [s]."""
-        finer = (self.elements / self.machine.elements) ** 1.5
-        return self.machine.cost[self.model] * finer * ((self.rtol or USUAL_RTOL) / USUAL_RTOL) ** (-1.0 / 3.0)
+        """Approximate processor time of a turn [s]."""
+        mesh: float = (self.elements / self.machine.elements) ** 1.5
+        tolerance: float = ((self.rtol or USUAL_RTOL) / USUAL_RTOL) ** (-1.0 / 3.0)
+        return self.machine.cost[self.model] * mesh * tolerance
 
     @property
     def solver(self) -> dict[str, Any]:
-        """Step and method, as `simulate` takes them."""
+        """Arguments `step` and `method` of `simulate`."""
         if self.method is not None:
             return {"step": FixedStep(self.step), "method": self.method}
         return {"step": self.steps, "method": Newmark.generalised_alpha()}
 
     @property
     def steps(self) -> Adaptive:
-        """Adaptive steps."""
+        """Adaptive steps of the case: longest step, tolerance, steps in an impact."""
         tolerance = {} if self.rtol is None else {"rtol": self.rtol}
         longest = min(self.period / FEWEST_STEPS, self.longest)
         return Adaptive(max=longest, impact_steps=self.impact_steps, **tolerance)
 
     def mechanism(self) -> Mechanism:
-        """The mechanism of this case."""
+        """Mechanism of the case."""
         given = {name: value for name, value in (("start", self.start), ("data", self.data)) if value is not None}
         soft = self.ramp and self.model != "ideal"
         return self.machine.make(

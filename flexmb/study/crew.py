@@ -1,4 +1,4 @@
-"""The runs of a study on worker processes: longest first, each kept when it is finished."""
+"""Computation of the runs of a study on worker processes, longest run first; every finished result is saved."""
 
 from __future__ import annotations
 
@@ -28,21 +28,21 @@ FRESH = "Delete it, or compute it anew with --fresh."
 def work_off(
     runs: Sequence[StudyRun], kept: Kept, workers: int, *, shown: bool, first: Sequence[Case] = ()
 ) -> dict[str, str]:
-    """Compute runs and keep their results; one that fails does not stop the others.
+    """Compute runs and save their results; a failed run does not stop the other runs.
 
-    Diagrams come first, each value a job of its own; then the other runs, the longest first.
+    Diagrams are computed first, one job per value of the parameter.  The other runs follow, longest first.
 
     Parameters
     ----------
-    runs : runs whose results are not there.
-    kept : folder of the results.
-    workers : number of processes; 1: this one.
+    runs : runs without a saved result.
+    kept : saved results.
+    workers : number of processes; 1: the calling process.
     shown : whether progress is shown on stderr.
-    first : cases whose code is compiled here, before all workers would do it at the same time.
+    first : cases whose code is compiled in the calling process, before the workers start.
 
     Returns
     -------
-    dict : by the name of a run that failed, or of whose values some failed, the reason.
+    dict : reason of each failed run or failed value of a diagram, by name of the run.
     """
     if not runs:
         return {}
@@ -65,7 +65,7 @@ def work_off(
 
 
 def failed_values(runs: Iterable[StudyRun], kept: Kept) -> dict[str, str]:
-    """By the name of a diagram whose result is there but of whose values some failed, the first reason."""
+    """First reason of the failed values of each saved diagram, by name of the run."""
     found = {}
     for run in runs:
         if run.parts > 1 and kept.has(run):
@@ -76,26 +76,26 @@ def failed_values(runs: Iterable[StudyRun], kept: Kept) -> dict[str, str]:
 
 
 def computed(run: StudyRun, path: Path) -> Outcome:
-    """Compute a run and write its result.  Runs in the workers."""
+    """Compute a run and write its result.  Called in the workers."""
     dataset, cost = timed(run.compute)
     keep(run, path, dataset, cost)
     return Outcome({"wall": cost.wall})
 
 
 def timed(call: Callable[[], Any]) -> tuple[Any, Cost]:
-    """The result of a call, and its times."""
+    """Result and times of a call."""
     processor, wall = time.process_time(), time.perf_counter()
     found = call()
     return found, Cost(time.process_time() - processor, time.perf_counter() - wall)
 
 
 def _imported() -> None:
-    """Imports of a worker, side by side with those of the others."""
-    import xarray  # noqa: F401 - for its time
+    """Import xarray in a new worker."""
+    import xarray  # noqa: F401 - all workers import at the same time
 
 
 def _chain(run: StudyRun, kept: Kept, bar: WorkBar, failures: dict[str, str]) -> Chain:
-    """One run."""
+    """Jobs of one run that is not a diagram."""
     outcome = yield Job(computed, (run, kept.path(run)))
     if STOPPED in outcome.status:  # Ctrl-C, seen by a simulation in this process
         raise KeyboardInterrupt
@@ -105,7 +105,7 @@ def _chain(run: StudyRun, kept: Kept, bar: WorkBar, failures: dict[str, str]) ->
 
 
 def _lost(error: BaseException, runs: Sequence[StudyRun], kept: Kept, failures: dict[str, str]) -> None:
-    """Workers that died lose their unfinished runs."""
+    """Note the unfinished runs of a lost worker as failures."""
     if not isinstance(error, WorkerError):
         raise error
     for run in runs:
@@ -114,17 +114,17 @@ def _lost(error: BaseException, runs: Sequence[StudyRun], kept: Kept, failures: 
 
 
 def _spread(run: StudyRun, kept: Kept, pool: Executor | None, bar: WorkBar, failures: dict[str, str]) -> None:
-    """One diagram, its values spread over the workers."""
+    """Compute one diagram; the values of its parameter are distributed to the workers."""
     share = run.work / run.parts
     if not kept.store(run).exists():
-        kept.log(run).unlink(missing_ok=True)  # of values that are there no more
+        kept.log(run).unlink(missing_ok=True)  # the log of deleted values
     logged = Logged(pool, kept.log(run), lambda took: bar.more(share, took, whole=False))
     pending = PENDING if pool is not None else 1
     with Attempt() as attempt:
         found = run.compute(executor=logged, store=kept.store(run), pending=pending)
         values = lines_of(logged.log)[: run.parts]
-        took = (sum(float(value[name]) for value in values) for name in ("processor", "wall"))
-        keep(run, kept.path(run), found, Cost(*took, len(values), run.parts))
+        processor, wall = (sum(float(value[name]) for value in values) for name in ("processor", "wall"))
+        keep(run, kept.path(run), found, Cost(processor, wall, len(values), run.parts))
         failures.update(failed_values([run], kept))
     if attempt.error is not None:
         hint = "" if logged.told or isinstance(attempt.error, WorkerError) else FRESH
@@ -133,13 +133,13 @@ def _spread(run: StudyRun, kept: Kept, pool: Executor | None, bar: WorkBar, fail
 
 
 class Logged(Executor):
-    """An executor whose jobs note their times.
+    """Executor that logs the times of its jobs.
 
     Parameters
     ----------
-    pool : executor that does the jobs; None: this process does them at once.
-    log : file that gets a line for each job.
-    tell : called with the time by the clock [s] of a finished job.
+    pool : executor of the jobs; None: the calling process executes each job in `submit`.
+    log : file with one line per job.
+    tell : function called with the wall-clock time [s] of each finished job.
 
     Attributes
     ----------
@@ -149,25 +149,25 @@ class Logged(Executor):
     def __init__(self, pool: Executor | None, log: Path, tell: Callable[[float], None]) -> None:
         self.pool, self.log, self.tell, self.told = pool, log, tell, 0
 
-    def submit(self, function: Callable[..., Any], /, *arguments: Any, **keywords: Any) -> Future:
-        """As of any executor: call `function` with `arguments` and `keywords`."""
+    def submit(self, function: Callable[..., Any], /, *arguments: Any, **keywords: Any) -> Future[Any]:
+        """Submit the call of `function` with `arguments` and `keywords`."""
         call = partial(function, *arguments, **keywords)
         if self.pool is None:
-            future: Future = Future()
+            future: Future[Any] = Future()
             future.set_result(logged(self.log, call))
         else:
             future = self.pool.submit(logged, self.log, call)
         future.add_done_callback(self._finished)
         return future
 
-    def _finished(self, future: Future) -> None:
+    def _finished(self, future: Future[Any]) -> None:
         if not future.cancelled() and future.exception() is None:
             self.told += 1
             self.tell(lines_of(self.log)[-1]["wall"])
 
 
 def logged(log: Path, call: Callable[[], Any]) -> Any:
-    """The result of a call, whose times are added to the log.  Runs in the workers."""
+    """Result of a call; its times are appended to the log.  Called in the workers."""
     found, cost = timed(call)
     append_line(log, processor=cost.cpu, wall=cost.wall)
     return found

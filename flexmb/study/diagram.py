@@ -1,4 +1,4 @@
-"""A bifurcation diagram of a study: section points once a turn at each speed or at each clearance."""
+"""Bifurcation diagram of a study: section points over the speed or the clearance."""
 
 from __future__ import annotations
 
@@ -25,21 +25,22 @@ if TYPE_CHECKING:
 
 PARAMETERS = ("speed", "clearance")
 IN_CONTACT = 0.6
-"""Cost of a turn, the mean over a diagram, over that of a turn with impacts."""
+"""Mean cost of a turn over a diagram, relative to the cost of a turn with impacts."""
 
 
 def diagram(
     case: Case, parameter: str, values: Sequence[float], skip: int, keep: int, exponent: bool | str = False
 ) -> StudyRun:
-    """The run of a diagram.
+    """Run of a bifurcation diagram.
 
     Parameters
     ----------
-    case : gives what stays, the steps included.
+    case : case with the constant numbers: model, friction, steps, and speed or clearance.
     parameter : "speed" or "clearance".
     values : speeds [rad/s] or clearances [m].
-    skip, keep : turns before the first point, and points, at each value.
-    exponent : whether the largest exponent is found: True, over as many turns more; "points", over those of the points.
+    skip, keep : turns before the first section point, and number of section points, at each value.
+    exponent : largest exponent at each value: False, none; True, over `keep` further turns; "points", over the turns of
+        the section points.
     """
     checks.one_of("diagram", "parameter", parameter, PARAMETERS)
     settings = {"parameter": parameter, "values": tuple(values), "skip": skip, "keep": keep, "exponent": exponent}
@@ -50,12 +51,12 @@ def diagram(
 
 
 def part_of(values: Sequence[float], count: int | None) -> tuple[float, ...]:
-    """About `count` of the values, both ends among them; None: all.
+    """About `count` of the values, including the first and the last.
 
     Parameters
     ----------
-    values : rising.
-    count : how many.
+    values : values of the parameter, ascending.
+    count : approximate number of returned values; None: all.
     """
     if count is None or count >= len(values):
         return tuple(values)
@@ -74,23 +75,23 @@ def measure_diagram(
     store: Path | None = None,
     pending: int = PENDING,
 ) -> xr.Dataset:
-    """Compute it value by value.
+    """Compute a bifurcation diagram value by value.
 
     Parameters
     ----------
-    case, parameter, values, skip, keep, exponent : as of `diagram`.
-    executor : where values are computed; None: in this process.
-    store : folder in which finished values are kept, and found again; None: nowhere.
-    pending : most values that are with the executor at the same time.
+    case, parameter, values, skip, keep, exponent : arguments of `diagram`.
+    executor : executor of the values; None: the calling process.
+    store : folder of finished values, from which an interrupted diagram resumes; None: no folder.
+    pending : largest number of values in the executor at the same time.
 
     Returns
     -------
-    xarray.Dataset : as `bifurcation` returns it.  Values that failed have a status that says so.
+    xarray.Dataset : result of `bifurcation`; the status of a failed value gives the reason.
 
     Raises
     ------
-    StudyError : no value went well.
-    InputError : a store of another diagram.
+    StudyError : all values failed.
+    InputError : `store` belongs to another diagram.
     """
     found = bifurcation(
         case_over,

@@ -1,4 +1,4 @@
-"""Parts that figures share: quantities with units, colours, sheets, and the numbers that go with a picture."""
+"""Common elements of the figures: quantities with units, colours, sheets, variables of the dataset of a figure."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 COLOURS = {"ideal": "black", "rigid": "#e07b00", "flexible": "#0072b2"}
-"""Colours of the models; told apart by people who see few colours, too."""
+"""Colours of the models, distinct for colour-blind readers."""
 
 GRID = {"visible": True, "color": "0.9", "linewidth": 0.6}
 
 SI = {"mm": "m", "µm": "m", "mm/s": "m/s", "m/s²": "m/s2", "π rad/s": "rad/s", "rpm": "rad/s"}
-"""SI units by units of axes, where they are not the same."""
+"""SI unit of each unit of axes that is not an SI unit."""
 
 Dims = str | tuple[str, ...]
 Noted = tuple[Dims, np.ndarray, dict[str, str]]
@@ -29,13 +29,13 @@ Shown = dict[str, Any]
 
 @dataclass(frozen=True)
 class Quantity:
-    """A signal on an axis.
+    """Quantity of a signal on an axis.
 
     Parameters
     ----------
     text : name of the quantity.
     unit : unit of the axis.
-    factor : that unit, so many to one of SI.
+    factor : values on the axis per SI unit.
     """
 
     text: str
@@ -44,29 +44,29 @@ class Quantity:
 
     @property
     def label(self) -> str:
-        """Label of an axis."""
+        """Label of an axis: name and unit."""
         return f"{self.text} [{self.unit}]"
 
     @property
     def title(self) -> str:
-        """Name with a capital letter."""
+        """Name with an initial capital letter."""
         return f"{self.text[0].upper()}{self.text[1:]}"
 
     def noted(self, values: Any, dims: Dims) -> Noted:
-        """A variable of a dataset with values [SI]."""
+        """Variable of a dataset with the values [SI], SI unit and name of the quantity."""
         return noted(values, dims, SI.get(self.unit, self.unit), self.text)
 
 
 @dataclass(frozen=True)
 class Observable:
-    """A place and its velocity on the axes of phase diagrams and sections.
+    """Coordinate and velocity on the axes of phase diagrams and sections.
 
     Parameters
     ----------
-    place, rate : names of the signals.
-    text : name of the place, "journal along X".
-    unit, factor : unit of the place on an axis, so many to one metre.
-    rate_unit, rate_factor : the same of the velocity.
+    place, rate : signals of the coordinate and of the velocity.
+    text : name of the coordinate, "journal along X".
+    unit, factor : unit of the coordinate on an axis, and values on the axis per metre.
+    rate_unit, rate_factor : unit of the velocity on an axis, and values on the axis per m/s.
     """
 
     place: str
@@ -79,7 +79,7 @@ class Observable:
 
 
 def noted(values: Any, dims: Dims, units: str, text: str) -> Noted:
-    """A variable of a dataset.
+    """Variable of a dataset with a unit.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def noted(values: Any, dims: Dims, units: str, text: str) -> Noted:
 
 
 def named(values: Any, dims: Dims, text: str) -> Noted:
-    """A variable of a dataset that has no unit: names, verdicts, counts.
+    """Variable of a dataset without a unit: names, verdicts, counts.
 
     Parameters
     ----------
@@ -106,18 +106,18 @@ def named(values: Any, dims: Dims, text: str) -> Noted:
 def draw_curve(
     ax: Axes, shown: Shown, group: str, signal: str, x: np.ndarray, y: np.ndarray, quantity: Quantity, **style: Any
 ) -> None:
-    """Draw a signal over time and note it; the line has the name of its variable as its `gid`.
+    """Draw a signal over time and add it to the dataset; the `gid` of the line is the name of the variable.
 
     Parameters
     ----------
-    ax : axes.
-    shown : variables of the dataset, to which it is added.
+    ax : axes of the panel.
+    shown : variables of the dataset; time and signal are added.
     group : panel and model, "a.rigid".
     signal : name of the signal.
-    x : (n,) time from the first instant that is shown [s].
-    y : (n,) the signal [SI].
-    quantity : its text and unit.
-    **style : of the line.
+    x : (n,) time from the first instant of the panel [s].
+    y : (n,) values of the signal [SI].
+    quantity : name and unit of the signal.
+    **style : style of the line.
     """
     name = f"{group}.{signal}"
     shown[group] = noted(x, group, "s", "time from the first instant shown")
@@ -126,14 +126,14 @@ def draw_curve(
 
 
 def sheet(title: str, rows: int, columns: int, *, panel: tuple[float, float], **options: Any) -> tuple[Figure, Any]:
-    """A figure, free of matplotlib's global state, and its axes (rows, columns).
+    """Figure outside matplotlib's global state, and its axes (rows, columns).
 
     Parameters
     ----------
-    title : above it.
-    rows, columns : of panels.
+    title : title of the figure.
+    rows, columns : number of rows and columns of panels.
     panel : width and height of a panel [inch].
-    **options : of `Figure.subplots`.
+    **options : options of `Figure.subplots`.
     """
     from matplotlib.figure import Figure
 
@@ -147,16 +147,16 @@ def sheet(title: str, rows: int, columns: int, *, panel: tuple[float, float], **
 
 
 def caption(ax: Axes, letter: str, text: str) -> None:
-    """The letter of a panel, "a", and its text."""
+    """Write the letter, "a", and the text of a panel above the axes."""
     ax.set_title(f"({letter}) {text}" if letter else text, fontsize="medium", loc="left")
 
 
 def length_text(metres: float) -> str:
-    """A length in the unit in which it is easily read: "23 µm".
+    """Text of a length with a prefixed unit: "23 µm".
 
     Parameters
     ----------
-    metres : the length [m].
+    metres : length [m].
     """
     for unit, factor in (("m", 1.0), ("mm", 1e3), ("µm", 1e6), ("nm", 1e9)):
         if abs(metres) * factor >= 1.0:

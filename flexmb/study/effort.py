@@ -1,4 +1,4 @@
-"""Lengths of the runs of a study: the whole study, or a quick look at all of it."""
+"""Lengths of the runs of a study: full or quick."""
 
 from __future__ import annotations
 
@@ -12,20 +12,21 @@ from flexmb.study.run import StudyRun
 
 @dataclass(frozen=True)
 class Effort:
-    """Lengths of the runs.
+    """Lengths of the runs of a study.
 
     Parameters
     ----------
     name : "full" or "quick".
-    skip : turns before the first that counts: those of the soft start, and others until it has died out.
-    keep : turns that count, in means and spreads.
-    shown : last ones of these, which curves show.
-    settle, points : periods before the first point of a section, and points.
-    series : periods of finely saved signals for exponents from time series.
-    values : about how many values of the parameter a diagram has; None: all.
-    diagram_settle, diagram_points : periods before the first point, and points, at each value of a diagram.
-    exponents : whether diagrams find the exponent at each value.
-    elements : beam elements of a link in long runs; None: the usual number.
+    skip : turns before the first settled turn, including the ramp of the drives.
+    keep : settled turns, over which means and deviations are computed.
+    shown : last settled turns, saved at every step for the curves.
+    settle, points : periods before the first section point, and number of section points.
+    series : periods of evenly sampled signals for exponents from time series.
+    values : approximate number of values of the parameter in a diagram; None: all.
+    diagram_settle, diagram_points : periods before the first section point, and number of section points, at each
+        value of a diagram.
+    exponents : whether diagrams contain the exponent at each value.
+    elements : beam elements per link in long runs; None: default of the machine.
     """
 
     name: str
@@ -43,18 +44,17 @@ class Effort:
 
     @property
     def full(self) -> bool:
-        """Whether this effort computes the whole study."""
+        """Whether the effort is the full one."""
         return self.name == "full"
 
     def settled(self, case: Case, turns: int | None = None) -> StudyRun:
-        """The run of settled turns of a case; `turns` in place of the usual number."""
+        """Run of the settled turns of a case; `turns` replaces `keep`."""
         return motion(case, self.skip, turns or self.keep, self.shown)
 
     def attractor(self, case: Case) -> StudyRun:
-        """The long run of a case with clearance."""
+        """Long run of a case with clearance."""
         return attractor(case, self.settle, self.points, self.series)
 
 
 FULL = Effort("full", 7, 20, 2, 40, 100, 100, None, 20, 50, exponents=True)
 QUICK = Effort("quick", 3, 3, 2, 5, 50, 45, 9, 3, 9, exponents=False, elements=2)
-EFFORTS = {effort.name: effort for effort in (FULL, QUICK)}

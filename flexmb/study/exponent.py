@@ -1,4 +1,4 @@
-"""Long motions of a case: section points, the largest exponent, sampled signals, neighbours that part."""
+"""Long runs of a case: section points, largest Lyapunov exponent, sampled signals, distances of neighbours."""
 
 from __future__ import annotations
 
@@ -21,33 +21,33 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SHOWN = 4
-"""Periods that are kept at every step, for phase diagrams."""
+"""Periods saved at every step, for phase diagrams."""
 
 PAIR_EACH = 5
-"""Periods of the sampled signals for each pair of neighbours."""
+"""Periods of the sampled signals per pair of neighbours."""
 
 APART = 1e-9
-"""Distance of two neighbours at the start [m], in the direction that grows most; far above round-off, far below any
-cloud of section points."""
+"""Initial distance of two neighbours [m], in the direction of fastest growth; far above round-off, far below the size
+of any set of section points."""
 
 LOOKS = 200
-"""Distances of a pair of neighbours in the period for which it is followed."""
+"""Distances of a pair of neighbours per period."""
 
 SAMPLES = 1000
-"""Usual samples of a period."""
+"""Default number of samples per period."""
 
 TANGENT = 2.0
-"""Cost of a period with a tangent vector over that of one without."""
+"""Cost of a period with a tangent vector, relative to a period without."""
 
 
 def growth(case: Case, settle: int, points: int) -> StudyRun:
-    """The run of section points and the largest exponent.
+    """Run of section points and the largest Lyapunov exponent.
 
     Parameters
     ----------
-    case : a case with clearance.
-    settle : periods before the first point.
-    points : points, one a period, over which the exponent is taken.
+    case : case with clearance.
+    settle : periods before the first section point.
+    points : section points, one per period; the exponent is a mean over these periods.
     """
     work = case.cost * (settle + TANGENT * points)
     name = f"{case.name}-growth{settle}+{points}{case.accuracy}"
@@ -55,22 +55,22 @@ def growth(case: Case, settle: int, points: int) -> StudyRun:
 
 
 def attractor(case: Case, settle: int, points: int, series: int, samples: int = SAMPLES) -> StudyRun:
-    """The run of section points, the largest exponent, sampled signals and neighbours that part.
+    """Run of section points, the largest Lyapunov exponent, sampled signals and distances of neighbours.
 
     Parameters
     ----------
-    case : the case, "rigid" or "flexible".
-    settle : periods before the first point.
-    points : periods with a point and the exponent, 50 at least.
-    series : periods of evenly spaced samples after the points.
-    samples : samples of a period.
+    case : case of the model "rigid" or "flexible".
+    settle : periods before the first section point.
+    points : section points, one per period, >= 50; the exponent is a mean over these periods.
+    series : periods of evenly spaced samples after the last section point.
+    samples : samples per period.
 
     Raises
     ------
-    InputError : an ideal mechanism, whose drives prescribe its motion; numbers that are too small.
+    InputError : a case of the model "ideal", whose drives prescribe the motion; a number that is too small.
     """
     if case.model == "ideal":
-        text = f"Attractor of {case.name!r}: without play the drives prescribe the whole motion"
+        text = f"Attractor of {case.name!r}: without clearance the drives prescribe the whole motion"
         raise InputError(f"{text}. Give a case whose model is 'rigid' or 'flexible'.")
     settings = {"settle": settle, "points": points, "series": series, "samples": samples}
     for (name, value), least in zip(settings.items(), (0, FEWEST, PAIR_EACH, 50), strict=True):
@@ -81,19 +81,19 @@ def attractor(case: Case, settle: int, points: int, series: int, samples: int = 
 
 
 def measure_growth(case: Case, *, settle: int, points: int) -> xr.Dataset:
-    """Follow the motion and a tangent vector.
+    """Integrate the motion and a tangent vector.
 
     Parameters
     ----------
-    case, settle, points : as of `growth`.
+    case, settle, points : arguments of `growth`.
 
     Returns
     -------
-    xarray.Dataset : over "point": `section.SIGNAL` once a period of the observed signals and their velocities, whose
-        attribute `resolution` is the size of possible errors of the integration.  `exponent` and `exponent_error`, the
-        largest of the system [1/s], and over "history" their convergence: `history.time` [s], `history.exponent`
-        [1/s].  Attributes: `case`, `period` [s], `settle`; `verdict` and `reason` of the system, `verdict.SIGNAL`
-        through each observed signal.
+    xarray.Dataset : over "point": `section.SIGNAL`, section points of the observables and their velocities; attribute
+        `resolution`: size of the errors of the integration.  `exponent` and `exponent_error` [1/s]: largest exponent
+        of the system and its standard deviation; over "history": the running exponent `history.exponent` [1/s] at
+        `history.time` [s].  Attributes: `case`, `period` [s], `settle`; `verdict` and `reason` of the system,
+        `verdict.SIGNAL` of each observable.
 
     Raises
     ------
@@ -107,18 +107,18 @@ def measure_growth(case: Case, *, settle: int, points: int) -> xr.Dataset:
 
 
 def measure_attractor(case: Case, *, settle: int, points: int, series: int, samples: int) -> xr.Dataset:
-    """Compute one motion after the other, each from the end of the one before.
+    """Compute section, series, phase curves and pairs of neighbours, each from the end of the part before.
 
     Parameters
     ----------
-    case, settle, points, series, samples : as of `attractor`.
+    case, settle, points, series, samples : arguments of `attractor`.
 
     Returns
     -------
-    xarray.Dataset : as `measure_growth` returns it.  Over "time", evenly spaced: the signals.  Over "step", every step
-        of a few periods more: `step.time`, `step.SIGNAL`.  Over "pair" and "lag", from `pair.time` [s] on: distances of
-        two neighbours, `apart.state` (in the weights of the flow [m]) and `apart.SIGNAL` of the observed signals, and
-        logarithms `growth.state`, `growth.SIGNAL` of a difference that stays small; it goes on from pair to pair.
+    xarray.Dataset : variables of `measure_growth`.  Over "time": evenly sampled signals.  Over "step", every step of
+        the 4 periods after the series: `step.time`, `step.SIGNAL`.  Over "pair" and "lag", from `pair.time` [s] on:
+        distances of two neighbours, `apart.state` (norm of the flow [m]) and `apart.SIGNAL` [m], and logarithms
+        `growth.state`, `growth.SIGNAL` of the tangent vector, which is continued from pair to pair.
 
     Raises
     ------
@@ -136,7 +136,7 @@ def measure_attractor(case: Case, *, settle: int, points: int, series: int, samp
 
 
 Signals = dict[str, tuple[int, str]]
-"""Places and units in the signals of a flow, by name."""
+"""Index and unit of each signal of a flow, by name."""
 
 
 def _signals(case: Case, flow: MechanismFlow) -> Signals:
@@ -153,14 +153,14 @@ def _exponents(flow: MechanismFlow, case: Case, settle: int, points: int) -> Exp
 
 
 def _about(case: Case, settle: int, found: Exponents) -> dict[str, Any]:
-    """Attributes: the case, the verdict on the system, and through each observed signal."""
+    """Attributes of the dataset: case, verdict on the system, verdict of each observable."""
     through = {f"verdict.{name}": str(found.seen_through(name)) for name in case.machine.places}
     judged = {"verdict": str(found.verdict), "reason": found.verdict.reason if found.verdict else ""}
     return {"case": case.name, "period": case.period, "settle": settle} | judged | through
 
 
 def _of_section(found: Exponents, signals: Signals) -> dict[str, Any]:
-    """Points once a period, and the exponent as it converges."""
+    """Variables of section points and of the running exponent."""
     columns: dict[str, Any] = {}
     for name, (_, unit) in signals.items():
         place, noise = found.names.index(name), {}
@@ -176,7 +176,7 @@ def _of_section(found: Exponents, signals: Signals) -> dict[str, Any]:
 
 
 def _of_series(times: np.ndarray, rows: np.ndarray, signals: Signals, axis: str, before: str) -> dict[str, Any]:
-    """Signals (k, m) over an axis, under their names with a prefix."""
+    """Variables of the signals (k, m) over an axis; `before` is the prefix of their names."""
     columns = {
         f"{before}{name}": (axis, rows[:, k], {"units": unit}) for k, (name, (_, unit)) in enumerate(signals.items())
     }
@@ -200,7 +200,7 @@ def _sampled(
 
 
 def _every_step(flow: MechanismFlow, case: Case, signals: Signals) -> tuple[np.ndarray, np.ndarray]:
-    """Times (k,) [s] and signals (k, m) at every step of the shown periods."""
+    """Times (k,) [s] and signals (k, m) at every step of `SHOWN` periods."""
     end = flow.time + SHOWN * case.period
     times, rows = [flow.time], [_observed(flow, signals)]
     while flow.time < end - 1e-9 * case.period:
@@ -212,10 +212,10 @@ def _every_step(flow: MechanismFlow, case: Case, signals: Signals) -> tuple[np.n
 
 
 def _pairs(flow: MechanismFlow, case: Case, pairs: int) -> dict[str, Any]:
-    """Distances of neighbours, each pair from another phase of the drives, and the growth of a small difference."""
+    """Variables of distances of neighbours and of growth of the tangent vector; each pair starts at another phase."""
     period, places = case.period, case.machine.places
     linear = _Linear(flow, [flow.names.index(name) for name in places])
-    _go(flow, flow.time + period / pairs, case, linear)  # it turns to the direction that grows most
+    _go(flow, flow.time + period / pairs, case, linear)  # the tangent vector turns to the direction of fastest growth
     table, begins = np.empty((2, pairs, LOOKS + 1, 1 + len(places))), np.empty(pairs)
     for number in range(pairs):
         pair = TrajectoryPair(flow, flow.copy(), flow.weights, APART)
@@ -237,7 +237,7 @@ def _pairs(flow: MechanismFlow, case: Case, pairs: int) -> dict[str, Any]:
 
 
 def _go(flow: Any, time: float, case: Case, linear: _Linear | None = None) -> None:
-    """Up to a time, with a small difference or without."""
+    """Advance a flow to a time [s], with its tangent vector if given."""
     if not flow.advance(time - flow.time, None if linear is None else linear.W):
         raise StudyError(f"{case.name}: the motion did not go on: {flow.status}")
     if linear is not None:
@@ -245,12 +245,12 @@ def _go(flow: Any, time: float, case: Case, linear: _Linear | None = None) -> No
 
 
 class _Linear:
-    """A difference that stays small, of which only the logarithm grows.
+    """Tangent vector of a flow with the logarithm of its growth.
 
     Parameters
     ----------
-    flow : the motion that it goes along with.
-    places : places of the signals whose differences are asked for.
+    flow : flow that carries the tangent vector.
+    places : indices of the observed signals.
     """
 
     def __init__(self, flow: MechanismFlow, places: Sequence[int]) -> None:
@@ -258,7 +258,7 @@ class _Linear:
         self.W = flow.tangent_basis(1)
 
     def shorten(self) -> None:
-        """Give it the length 1, and note its growth."""
+        """Normalise the tangent vector and add the logarithm of its length to `log`."""
         length = float(lengths_of(self.W, self.flow.weights)[0])
         if not 0.0 < length < np.inf:
             raise StudyError(f"{self.flow.name}: a small difference became {length} at {self.flow.time:g} s")
@@ -267,7 +267,7 @@ class _Linear:
         self.log += np.log(length)
 
     def logs(self) -> np.ndarray:
-        """Logarithms of its length and of the differences of the signals (1 + m,)."""
+        """Logarithms of the length of the tangent vector and of the differences of the signals (1 + m,)."""
         gaps = [abs(float(self.flow.slopes(place, self.W)[0])) for place in self.places]
         return self.log + np.log(np.maximum([1.0, *gaps], 1e-300))
 

@@ -1,4 +1,4 @@
-"""A figure and a page of a study: the runs that they need, and how they are made from the results."""
+"""Figure and page of a study, with their runs and the functions that draw and write them."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class StudyFigure:
-    """A figure of a study.
+    """Figure of a study: number, title, runs and drawing.
 
     Parameters
     ----------
-    number : of the figure in the published study.
-    title : caption.
-    runs : runs whose results it shows.
-    draw : from the results to the picture and to a dataset with exactly the shown numbers, axes in SI units.
+    number : number of the figure in the published study.
+    title : caption of the figure.
+    runs : runs of the shown results.
+    draw : function of the results that returns the picture and the dataset of the shown numbers [SI].
     """
 
     number: int
@@ -32,27 +32,22 @@ class StudyFigure:
 
     @property
     def label(self) -> str:
-        """Name in messages and tables."""
+        """Name of the figure in messages and tables."""
         return f"figure {self.number}"
-
-    @property
-    def heading(self) -> str:
-        """Number and caption."""
-        return f"Figure {self.number}: {self.title}"
 
 
 @dataclass(frozen=True)
 class StudyPage:
-    """A table of a study: claims, exponents, sensitivity, convergence.
+    """Page of a study: claims, exponents, sensitivity, convergence, threshold.
 
     Parameters
     ----------
-    name : name in the command, and stem of its files.
-    title : heading.
-    runs : runs whose results it needs.
-    write : from the results to the text (Markdown, without a heading) and to a dataset with its numbers.
-    draw : as of a figure, for a page with a picture; None: it has none.
-    slow : whether it is left out unless it is asked for by its name or by "all".
+    name : name in the command, and stem of the files.
+    title : heading of the page.
+    runs : runs of the shown results.
+    write : function of the results that returns the text (Markdown without heading) and the dataset of the numbers.
+    draw : function of the results that returns picture and dataset; None: page without picture.
+    slow : whether the page is omitted unless its name or "all" is given.
     """
 
     name: str
@@ -64,10 +59,10 @@ class StudyPage:
 
     @property
     def label(self) -> str:
-        """Name in messages and tables."""
+        """Name of the page in messages and tables."""
         return self.name
 
 
 def once(runs: Sequence[StudyRun]) -> tuple[StudyRun, ...]:
-    """The runs in their order, each once."""
+    """Runs without repetitions, in order of first occurrence."""
     return tuple(dict.fromkeys(runs))

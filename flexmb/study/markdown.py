@@ -1,4 +1,4 @@
-"""Tables as Markdown."""
+"""Tables and paragraphs in Markdown."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from collections.abc import Sequence
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], left: int = 1) -> str:
-    """A table; the first columns are flush left, the others flush right.
+    """Table in Markdown; the first columns are aligned left, the other columns right.
 
     Parameters
     ----------
-    head : of the columns.
-    rows : their texts; a bar in one is written so that it does not end the cell.
-    left : so many columns are flush left.
+    head : heads of the columns.
+    rows : texts of the cells, row by row; vertical bars are escaped.
+    left : number of columns aligned left.
     """
     rule = "|" + "---|" * left + "---:|" * (len(head) - left)
     lines = ["| " + " | ".join(text.replace("|", "\\|") for text in row) + " |" for row in (head, *rows)]
@@ -21,5 +21,5 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]], left: int = 1) -> 
 
 
 def paragraph(text: str) -> str:
-    """One paragraph, as wide as the pages."""
+    """Paragraph in lines of at most 120 characters."""
     return textwrap.fill(" ".join(text.split()), 120, break_on_hyphens=False, break_long_words=False)

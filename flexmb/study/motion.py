@@ -1,4 +1,4 @@
-"""Turns of a case: measures of every turn from all steps, and the last turns in full."""
+"""Settled turns of a case: measures of each turn over all steps, and signals of the last turns."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ if TYPE_CHECKING:
     import xarray as xr
 
 OF_STEP = 7e-5
-"""About the processor time of a fixed step [s]."""
+"""Approximate processor time of a fixed step [s]."""
 
 OF_CONTACTS = {"start": "s", "end": "s", "peak_force": "N", "impulse": "N s"}
 
 
 def motion(case: Case, skip: int, keep: int, shown: int) -> StudyRun:
-    """The run of settled turns.
+    """Run of the settled turns of a case.
 
     Parameters
     ----------
-    case : the case.
-    skip, keep : turns before the first that counts, and turns that count.
-    shown : last ones of these, whose signals are kept at every step.
+    case : case of the study.
+    skip, keep : turns before the first settled turn, and number of settled turns.
+    shown : last settled turns, whose signals are saved at every step.
     """
     turn = case.cost if case.step is None else OF_STEP * case.period / case.step
     settings = (("skip", skip), ("keep", keep), ("shown", shown))
@@ -35,22 +35,23 @@ def motion(case: Case, skip: int, keep: int, shown: int) -> StudyRun:
 
 
 def measure_motion(case: Case, *, skip: int, keep: int, shown: int) -> xr.Dataset:
-    """Simulate turn by turn.
+    """Simulate a case turn by turn.
 
     Parameters
     ----------
-    case, skip, keep, shown : as of `motion`.
+    case, skip, keep, shown : arguments of `motion`.
 
     Returns
     -------
-    xarray.Dataset : over "turn", for each turn that counts: the largest absolute values `peak.SIGNAL` and the mean step
-        [s]; with clearance also the largest penetration [m], the share of free flight and the number of landings.  Over
-        "time" (every accepted step of the shown turns): the signals.  With clearance over "episode": start, end [s] and
-        peak force [N] of contacts in the shown turns.
+    xarray.Dataset : over "turn", for each settled turn: largest absolute values `peak.SIGNAL` and mean step `step` [s];
+        with clearance also largest penetration `penetration` [m], share of free flight `flight` and number of onsets of
+        contact `landings`.  Over "time", every step of the last turns: the signals.  With clearance over "episode",
+        contact intervals of the last turns: `contact.start`, `contact.end` [s], `contact.peak_force` [N],
+        `contact.impulse` [N s].
 
     Raises
     ------
-    StudyError : a run that did not end well.
+    StudyError : a simulation failed.
     """
     import xarray
 
@@ -72,12 +73,12 @@ def measure_motion(case: Case, *, skip: int, keep: int, shown: int) -> xr.Datase
 
 
 def broken(depth: np.ndarray) -> float:
-    """Number of landings in penetrations (n,)."""
+    """Number of onsets of contact in the penetrations (n,) of successive steps."""
     return float(np.count_nonzero((depth[1:] > 0.0) & (depth[:-1] <= 0.0)))
 
 
 def _measures(sol: Solution, machine: Machine) -> dict[str, float]:
-    """Measures of one turn."""
+    """Measures of one turn by name."""
     found = {f"peak.{name}": float(sol.peak(name).value) for name in machine.peaks}
     if f"{machine.joint}.penetration" in sol:
         depth, steps = sol.array(f"{machine.joint}.penetration"), np.diff(sol.time)
@@ -89,8 +90,8 @@ def _measures(sol: Solution, machine: Machine) -> dict[str, float]:
 
 
 def _curves(last: list[Solution], machine: Machine) -> dict[str, Any]:
-    """The signals of the shown turns, one after the other."""
-    names = [name for name in machine.curves if name in last[0]]  # a restarted run begins after its first step
+    """Variables of the signals of the last turns; a restarted run does not save its first state again."""
+    names = [name for name in machine.curves if name in last[0]]  # an ideal mechanism has no signals of clearance
     found = {
         name: ("time", np.concatenate([sol.array(name) for sol in last]), {"units": last[0].units(name)})
         for name in names
@@ -99,7 +100,7 @@ def _curves(last: list[Solution], machine: Machine) -> dict[str, Any]:
 
 
 def _contacts(last: list[Solution], joint: str) -> dict[str, Any]:
-    """The contacts of the joint in the shown turns."""
+    """Variables of the contact intervals of the joint in the last turns."""
     if f"{joint}.penetration" not in last[0]:
         return {}
     episodes = [sol.episodes(joint) for sol in last]

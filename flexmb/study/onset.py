@@ -1,4 +1,4 @@
-"""The speed up to which contact of a joint with clearance is unbroken."""
+"""Largest speed without free flight in a joint with clearance."""
 
 from __future__ import annotations
 
@@ -18,29 +18,29 @@ if TYPE_CHECKING:
 
 STARTS = ("soft", "hard")
 TRIALS = 12
-"""About the number of speeds that are tried."""
+"""Approximate number of simulated speeds."""
 
 
 def onset(
     case: Case, highest: float, settle: int, keep: int, start: str = "soft", *, coarse: float, fine: float
 ) -> StudyRun:
-    """The run that looks for the last speed without and the first one with free flight.
+    """Run that brackets the threshold speed of free flight.
 
-    Speeds rise by `coarse` until a settled turn has free flight; then the bracket is halved until it is `fine` wide.
-    Each speed begins anew from rest: "soft" with the ramp of the case, "hard" at full speed with the journal in the
-    middle.  Two motions beside one another would show as two thresholds.
+    The speed rises in steps of `coarse` until a settled turn has free flight.  Bisection then reduces the bracket to
+    the width `fine`.  Each simulation starts from rest: "soft" with the ramp of the case, "hard" at full speed with
+    the journal in the middle of the bearing.  Different thresholds of both starts indicate coexisting motions.
 
     Parameters
     ----------
-    case : a case with clearance at the first speed.
-    highest : last speed [unit of the machine].
-    settle, keep : turns at full speed before those that count, and turns that count.
-    start : "soft" or "hard".
-    coarse, fine : steps of the speed, and width of the bracket that is left [unit of the machine].
+    case : case with clearance at the first speed.
+    highest : largest speed [unit of the machine].
+    settle, keep : turns at full speed before the first settled turn, and number of settled turns.
+    start : kind of start, "soft" or "hard".
+    coarse, fine : step of the speed, and final width of the bracket [unit of the machine].
 
     Raises
     ------
-    InputError : an unknown start.
+    InputError : an unknown kind of start.
     """
     checks.one_of("onset", "start", start, STARTS)
     settings = {"highest": highest, "settle": settle, "keep": keep, "start": start, "coarse": coarse, "fine": fine}
@@ -51,21 +51,21 @@ def onset(
 def measure_onset(
     case: Case, *, highest: float, settle: int, keep: int, start: str, coarse: float, fine: float
 ) -> xr.Dataset:
-    """Bracket the speed.
+    """Bracket the threshold speed of free flight.
 
     Parameters
     ----------
-    case, highest, settle, keep, start, coarse, fine : as of `onset`.
+    case, highest, settle, keep, start, coarse, fine : arguments of `onset`.
 
     Returns
     -------
-    xarray.Dataset : over "trial", by rising speed: `speed` [unit of the machine], `flight`, the largest share of free
-        flight in any of the turns that count, `landings`, most in a turn, and `least_force`, the smallest normal force
-        of these turns [N].
+    xarray.Dataset : over "trial", by ascending speed: `speed` [unit of the machine]; `flight`, largest share of free
+        flight in a settled turn; `landings`, largest number of onsets of contact in a settled turn; `least_force`,
+        smallest normal force in the settled turns [N].  Attributes `last_unbroken` and `first_broken`: the bracket.
 
     Raises
     ------
-    StudyError : a run that did not end well; contact that breaks at the first speed, or at none.
+    StudyError : a simulation failed; free flight at the first speed, or at no speed.
     """
     import xarray
 
@@ -90,11 +90,11 @@ def measure_onset(
 
 
 def tried_at(case: Case, speed: float, settle: int, keep: int, start: str) -> tuple[float, float, float, float]:
-    """Speed, largest share of free flight, most landings in a turn, least normal force [N].
+    """Speed, largest share of free flight and of onsets in a settled turn, smallest normal force [N].
 
     Parameters
     ----------
-    case, speed, settle, keep, start : as of `onset`, at one speed.
+    case, speed, settle, keep, start : arguments of `onset`, for one speed.
     """
     case = dataclasses.replace(case, speed=speed, ramp=case.ramp if start == "soft" else 0.0)
     before, mechanism, joint = settle + case.ramp, case.mechanism(), case.machine.joint
@@ -106,11 +106,11 @@ def tried_at(case: Case, speed: float, settle: int, keep: int, start: str) -> tu
             sol = simulate(mechanism, t_end=end, save="steps", restart=sol.restart, **case.solver)
         if not sol.ok:
             raise StudyError(f"{case.name}: the run at {speed:g} {case.machine.unit} did not end: {sol.status}")
-        # a run that goes on may save nothing at its begin
+        # a restarted simulation does not save its first state
         depth, steps = sol.array(f"{joint}.penetration"), np.diff(sol.time, prepend=(before + k - 1) * case.period)
         worst = max(worst, float(steps[depth < 0.0].sum()) / case.period)
         landings = max(landings, broken(depth))
         least = min(least, float(sol.array(f"{joint}.normal_force").min()))
         if worst > 0.0:
-            break  # what the other turns do cannot mend it
+            break  # free flight in one turn decides
     return speed, worst, landings, least

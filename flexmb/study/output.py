@@ -1,4 +1,4 @@
-"""Files of a study: pictures, their data, pages."""
+"""Files of a study: pictures, datasets and pages."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ DPI = 160
 
 @dataclass
 class Output:
-    """The files that were made, and the items that could not be.
+    """Written files, and reasons of the figures and pages without files.
 
     Parameters
     ----------
-    written : paths.
-    drawn : processor time by label of figure or page [s].
-    unmade : reasons by label.
+    written : paths of the files.
+    drawn : processor time of drawing and writing [s], by label of the figure or page.
+    unmade : reason of a missing figure or page, by label.
     """
 
     written: list[Path] = field(default_factory=list)
@@ -37,14 +37,14 @@ class Output:
 
 
 def make(items: Sequence[StudyFigure | StudyPage], kept: Kept, folder: Path, effort: str) -> Output:
-    """Draw and write; an item that fails does not stop the others.
+    """Draw figures and write pages; a failure does not stop the other figures and pages.
 
     Parameters
     ----------
-    items : figures and pages.
-    kept : results of runs.
+    items : figures and pages of the study.
+    kept : saved results of runs.
     folder : folder of the files.
-    effort : name of the effort, for the data.
+    effort : name of the effort, an attribute of the datasets.
     """
     made = Output()
     for item in items:
@@ -56,8 +56,10 @@ def make(items: Sequence[StudyFigure | StudyPage], kept: Kept, folder: Path, eff
         about = {"title": item.title, "runs": ", ".join(run.name for run in item.runs)}
         about |= {"effort": effort, "flexmb": installed_version()}
         with Attempt() as attempt:
-            one = _figure if isinstance(item, StudyFigure) else _page
-            made.written += one(item, kept, folder, about)
+            if isinstance(item, StudyFigure):
+                made.written += _figure(item, kept, folder, about)
+            else:
+                made.written += _page(item, kept, folder, about)
             made.drawn[item.label] = time.process_time() - began
         if attempt.error is not None:
             made.unmade[item.label] = failure(attempt.error).status
@@ -88,6 +90,6 @@ def _save(path: Path, figure: Figure) -> Path:
     with (
         whole_file(path) as part,
         rc_context({"agg.path.chunksize": 20000}),
-    ):  # curves of many peaks are too much at once
+    ):  # matplotlib cannot draw long curves in one path
         figure.savefig(part, format="png", dpi=DPI)
     return path

@@ -1,4 +1,4 @@
-"""A run of a study: one measurement of one case, whose result is kept."""
+"""Run of a study: one measurement of one case with a saved result."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ if TYPE_CHECKING:
 
 
 class StudyError(FlexmbError):
-    """A run of a study that did not reach its end."""
+    """Failure of a run of a study."""
 
 
 @dataclass(frozen=True)
 class StudyRun:
-    """One measurement of one case.
+    """Measurement of one case with its settings.
 
     Parameters
     ----------
-    name : stem of the file of the result; different runs have different names.
-    measure : function at the top of a module; called with the case and the settings, it returns the dataset.
-    case : the case; None: the measurement needs none.
-    settings : names and values.
-    work : about the processor time [s].
-    parts : values of a diagram, which are computed apart; 1 of other runs.
+    name : stem of the file of the result, different for different runs.
+    measure : function of a module, of the case and the settings; the returned dataset is the result.
+    case : measured `Case`; None: a measurement without a case.
+    settings : names and values of the other arguments of `measure`.
+    work : approximate processor time [s].
+    parts : number of values of a diagram, one job each; 1 for other runs.
     """
 
     name: str
     measure: Callable[..., xr.Dataset]
-    case: Case | None
+    case: Any
     settings: tuple[tuple[str, Any], ...] = ()
     work: float = 1.0
     parts: int = 1
@@ -45,16 +45,16 @@ class StudyRun:
         return dict(self.settings)[setting]
 
     def fingerprint(self) -> str:
-        """A short text that changes with everything that the result depends on."""
+        """Digest of measurement, case, settings and version of flexmb."""
         case = () if self.case is None else self._of_case(self.case)
         return digest((self.measure.__name__, *case, dict(self.settings), installed_version()))
 
     def compute(self, **where: Any) -> xr.Dataset:
-        """The whole result, in one process; a failure is an exception.
+        """Compute the result.
 
         Parameters
         ----------
-        **where : executor, store and pending, for a run of several parts.
+        **where : arguments `executor`, `store` and `pending` of `measure_diagram`.
         """
         return self.measure(self.case, **dict(self.settings), **where)
 
@@ -66,4 +66,4 @@ class StudyRun:
 
 
 Results = Mapping[StudyRun, "xr.Dataset"]
-"""Results by their runs."""
+"""Results by run."""

@@ -1,4 +1,4 @@
-"""Sampled signals of a long run: periodic part, cloud, surrogates, growth of distances."""
+"""Sampled signals of a long run: periodic part, deviations from the periodic part, surrogates, growth of distances."""
 
 from __future__ import annotations
 
@@ -12,48 +12,47 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SAMPLES = 100
-"""Samples a period of estimates: more cost more and change little."""
-
-CLOSE = 1e-9
-"""How near a number of samples must be to a whole one."""
+"""Samples per period of estimates; a larger number costs more and changes the estimates little."""
 
 REFERENCES = 1500
-"""Points from which distances to all others are measured, at most."""
+"""Largest number of reference points, whose distances to all points are computed."""
 
 PARTS = 50
-"""Parts in which that is done, so that few distances are held at a time."""
+"""Number of blocks of reference points, which limits the memory of the distances."""
 
 
 def by_period(result: xr.Dataset, name: str, samples: int = SAMPLES) -> np.ndarray:
-    """A signal of the even series, (periods, samples), without the last instant.
+    """Evenly sampled signal of a long run without its last instant (periods, samples).
 
     Parameters
     ----------
-    result : of an `attractor`.
-    name : the signal.
-    samples : instants a period; those of the series are a multiple of it, or all are taken.
+    result : result of an `attractor`.
+    name : name of the signal.
+    samples : samples per period; the run has an integer multiple of samples, or fewer.
     """
     times, period = result["time"].values, float(result.attrs["period"])
     kept = round(period / float(times[1] - times[0]))
     values = result[name].values[:-1]
-    return values[: len(values) // kept * kept].reshape(-1, kept)[:, :: max(kept // samples, 1)]
+    rows: np.ndarray = values[: len(values) // kept * kept].reshape(-1, kept)
+    return rows[:, :: max(kept // samples, 1)]
 
 
 def without_periodic_part(rows: np.ndarray) -> np.ndarray:
-    """Signals (periods, samples) less their mean at each phase of the cranks.
+    """Deviation of a signal (periods, samples) from its mean at each phase of the drives (periods, samples).
 
-    What is left of a motion with the period of the drives is nothing, of a chaotic one its cloud.
+    The deviation of a motion with the period of the drives is zero.
     """
-    return rows - rows.mean(axis=0)
+    deviation: np.ndarray = rows - rows.mean(axis=0)
+    return deviation
 
 
 def cloud(rows: np.ndarray) -> float:
-    """Root mean square of the difference of a signal (periods, samples) and its periodic part."""
+    """Root mean square of the deviation of a signal (periods, samples) from its periodic part."""
     return float(np.sqrt(np.mean(without_periodic_part(rows) ** 2)))
 
 
 def surrogate(signal: np.ndarray, seed: int = 0) -> np.ndarray:
-    """Noise (n,) with the power spectrum of a signal (n,): the phases are drawn anew.
+    """Noise (n,) with the power spectrum of a signal (n,) and random phases.
 
     Source: J. Theiler, S. Eubank, A. Longtin, B. Galdrikian and J. D. Farmer, Physica D 58 (1992) 77.
     """
@@ -68,24 +67,24 @@ def surrogate(signal: np.ndarray, seed: int = 0) -> np.ndarray:
 def growth_by_distance(
     signal: np.ndarray, edges: np.ndarray, *, delay: int, dimension: int, theiler: int, follow: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Mean of ln(d'/d) of all neighbours at a distance d, which is d' after so many samples, by d.
+    """Mean growth ln(d'/d) of the distance of neighbours over the initial distance d; d' is the distance later.
 
-    Estimates from one signal are such means over the neighbours they happen to find.  Of a chaotic motion it is the
-    exponent times the time where d is small, zero or less where d is of the size of the attractor; of a periodic one
-    it is zero at whole periods.  Distances are root mean squares over the numbers of a vector, in the unit of the
-    signal.  (E. Aurell et al., J. Phys. A 30 (1997) 1, for exponents at finite distances.)
+    For a chaotic motion the mean is the exponent times the time if d is small.  It is zero or negative if d is of the
+    size of the attractor.  For a periodic motion the mean is zero after whole periods.  Distances are root mean squares
+    over the entries of an embedded vector, in the unit of the signal.  Exponents at finite distances: E. Aurell et al.,
+    J. Phys. A 30 (1997) 1.
 
     Parameters
     ----------
-    signal : samples (n,).
-    edges : (k + 1,) of the intervals of distance.
-    delay, dimension : of the embedding.
-    theiler : neighbours are farther apart than this [samples].
-    follow : time for which they are followed [samples].
+    signal : samples of the signal (n,).
+    edges : limits of the intervals of distance (k + 1,) [unit of the signal].
+    delay, dimension : delay [samples] and dimension of the embedding.
+    theiler : least separation in time of two neighbours [samples].
+    follow : time from d to d' [samples].
 
     Returns
     -------
-    Means (k,), NaN where there is no neighbour, and numbers of neighbours (k,).
+    Means (k,), NaN for an interval without neighbours, and numbers of neighbours (k,).
     """
     from scipy.spatial.distance import cdist
 
@@ -105,13 +104,13 @@ def growth_by_distance(
 
 
 def growth_rates(result: xr.Dataset) -> dict[str, tuple[float, float]]:
-    """Rate and its error [1/s] at which a difference that stays small grows, as the state and each observable see it.
+    """Growth rate of the tangent vector and its standard error [1/s], by "state" and by observable.
 
-    The error is the scatter of the growth over the periods that were followed, over the root of their number.
+    The standard error is the standard deviation of the growth over the periods, divided by the root of their number.
 
     Parameters
     ----------
-    result : of an `attractor`.
+    result : result of an `attractor`.
     """
     names = [str(name).removeprefix("growth.") for name in result.data_vars if str(name).startswith("growth.")]
     begins, period = result["pair.time"].values, float(result.attrs["period"])

@@ -1,4 +1,4 @@
-"""Means of turns that are not independent of one another, and what may be said of two of them."""
+"""Means over correlated turns, and comparison of two means."""
 
 from __future__ import annotations
 
@@ -12,26 +12,26 @@ from flexmb.errors import InputError
 
 HIGHER, LOWER, EQUAL, UNTOLD = "higher", "lower", "equal", "no difference within the spread"
 COVERAGE = 0.9973
-"""Of all intervals: that of three standard deviations of a normal distribution."""
+"""Probability of all intervals, equal to three standard deviations of a normal distribution."""
 
 NUMERICAL = 0.01
-"""A difference below this part of the larger mean is left to the errors of the steps and decides nothing."""
+"""Relative difference of two means that may be an error of the integration."""
 
 ALIKE = 0.05
-"""Two means whose difference surely lies below this part of the larger one are called equal."""
+"""Largest relative difference of two equal means."""
 
 
 @dataclass(frozen=True)
 class Mean:
-    """The mean of a quantity over turns.
+    """Mean of a quantity over successive turns.
 
     Parameters
     ----------
-    value : the mean [unit of the quantity].
+    value : mean [unit of the quantity].
     deviation : standard deviation of the turns [same].
     error : standard error of the mean, corrected for the correlation of neighbouring turns [same].
     count : number of turns.
-    effective : so many independent turns would have the same error.
+    effective : number of independent turns with the same standard error.
     """
 
     value: float
@@ -42,15 +42,15 @@ class Mean:
 
     @classmethod
     def of(cls, values: Sequence[float] | np.ndarray) -> Mean:
-        """From the values of successive turns.
+        """Mean of the values of successive turns.
 
         Parameters
         ----------
-        values : (n,) one value a turn, at least 2, finite.
+        values : (n,) one finite value per turn, n >= 2.
 
         Raises
         ------
-        InputError : fewer than 2 values, or values that are not finite.
+        InputError : fewer than 2 values, or a value that is not finite.
         """
         x = np.asarray(values, dtype=np.float64).ravel()
         if len(x) < 2 or not np.isfinite(x).all():
@@ -63,25 +63,17 @@ class Mean:
         """Half width of the interval that holds the true mean with the probability `COVERAGE` [unit]."""
         return _quantile(self.effective - 1.0) * self.error
 
-    def scaled(self, factor: float) -> Mean:
-        """The same in another unit; `factor` is how many of them are in one of the old."""
-        return Mean(factor * self.value, abs(factor) * self.deviation, abs(factor) * self.error, *self._counts)
-
-    @property
-    def _counts(self) -> tuple[int, float]:
-        return self.count, self.effective
-
 
 def correlation_time(values: np.ndarray) -> float:
-    """Correlation time of a value per turn: number of successive turns that count as one independent turn, >= 1.
+    """Correlation time of a value per turn [turns]: turns per independent turn, from 1 to n/2.
 
-    1 + 2 sum of the autocorrelations (n/(n - k) for the lost products), summed in pairs of lags as long as a pair is
-    positive: C. J. Geyer, Statistical Science 7 (1992) 473.  Correlations that make a mean more certain are not
-    counted on, so the result is never below 1; nor is it above n/2.
+    The correlation time is 1 + 2 sum of the autocorrelations.  Autocorrelations of lag k carry the factor n/(n - k).
+    The sum ends at the first pair of lags with a negative sum.
+    Source: C. J. Geyer, Statistical Science 7 (1992) 473.
 
     Parameters
     ----------
-    values : (n,) of successive turns.
+    values : (n,) values of successive turns.
     """
     n = len(values)
     x = values - values.mean()
@@ -99,14 +91,14 @@ def correlation_time(values: np.ndarray) -> float:
 
 @dataclass(frozen=True)
 class Comparison:
-    """One mean against another.
+    """Comparison of two means.
 
     Parameters
     ----------
-    verdict : HIGHER, LOWER, EQUAL or UNTOLD: what the first is against the second.
-    difference : first less second [unit of both].
-    half : half width of its interval [same].
-    ratio, low, high : first over second, and the interval's ends; NaN where the second may be zero.
+    verdict : HIGHER, LOWER, EQUAL or UNTOLD, the relation of the first mean to the second.
+    difference : first mean less second mean [unit of both].
+    half : half width of the interval of the difference [same].
+    ratio, low, high : first mean over second mean, and ends of its interval; NaN unless both means are positive.
     """
 
     verdict: str
@@ -118,7 +110,7 @@ class Comparison:
 
     @property
     def shown(self) -> str:
-        """The ratio and its interval."""
+        """Text of the ratio and its interval."""
         if not math.isfinite(self.ratio):
             return "-"
         ratio = plain(self.ratio, 3)
@@ -126,29 +118,29 @@ class Comparison:
 
 
 def plain(value: float, digits: int) -> str:
-    """`value` to so many digits, without an exponent unless it is very small.
+    """Text of a number with some significant digits.
 
     Parameters
     ----------
-    value : a number.
-    digits : how many of them count.
+    value : number.
+    digits : number of significant digits.
     """
     return f"{float(f'{value:.{digits}g}'):g}"
 
 
 def compare(first: Mean, second: Mean) -> Comparison:
-    """Comparison of two means: higher, lower, equal or open.
+    """Compare two means: higher, lower, equal or undecided.
 
     higher, lower : the interval of the difference lies beyond `NUMERICAL` of the larger mean.
-    equal : it lies within `ALIKE` of the larger mean.
-    no difference within the spread : neither; more turns would be needed.
+    equal : the interval of the difference lies within `ALIKE` of the larger mean.
+    no difference within the spread : all other cases; a verdict needs more turns.
 
-    The interval holds the difference with the probability `COVERAGE`: B. L. Welch, Biometrika 34 (1947) 28, with the
-    effective numbers of turns; that of the ratio is the same in logarithms.
+    The interval holds the difference with the probability `COVERAGE`: B. L. Welch, Biometrika 34 (1947) 28, with
+    effective numbers of turns.  The interval of the ratio is the interval of the difference of the logarithms.
 
     Parameters
     ----------
-    first, second : the means, in the same unit.
+    first, second : means in the same unit.
     """
     half = _quantile(_freedom((first.error, first.effective), (second.error, second.effective)))
     half *= math.hypot(first.error, second.error)
@@ -179,7 +171,7 @@ def _freedom(*parts: tuple[float, float]) -> float:
 
 
 def _quantile(freedom: float) -> float:
-    """Of Student's t, two-sided."""
+    """Quantile of Student's t of the two-sided probability `COVERAGE`."""
     from scipy.special import ndtri, stdtrit
 
     if freedom > 1e6:
@@ -188,12 +180,12 @@ def _quantile(freedom: float) -> float:
 
 
 def binomial_tail(successes: int, trials: int, chance: float) -> float:
-    """Probability of at least so many successes by chance alone.
+    """Probability of at least `successes` in a number of independent trials.
 
     Parameters
     ----------
-    successes, trials : how many of how many.
-    chance : of each [1].
+    successes, trials : number of successes, and number of trials.
+    chance : probability of one success.
     """
     from scipy.special import bdtrc
 

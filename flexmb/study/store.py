@@ -1,4 +1,4 @@
-"""The results of runs on disk: each a file with the fingerprint of its run and its cost, found again by its run."""
+"""Saved results of runs: one file per run, with the fingerprint of the run and its times."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Cost:
-    """The times of a run.
+    """Processor time and wall-clock time of a run.
 
     Parameters
     ----------
     cpu : processor time [s].
-    wall : time by the clock [s]; of a diagram the sum over its values.
-    measured, parts : values of a diagram whose time is known, and all of them; of other runs 1 and 1, or 0 and 1 where
-        it is not known.
+    wall : wall-clock time [s]; the sum over the values for a diagram.
+    measured, parts : number of values with known times, and number of all values; a run that is not a diagram has one
+        value.
     """
 
     cpu: float
@@ -33,8 +33,8 @@ class Cost:
     parts: int = 1
 
 
-class Kept(Mapping):
-    """Results of runs on disk, by their runs.
+class Kept(Mapping[StudyRun, "xr.Dataset"]):
+    """Saved results by run.
 
     Parameters
     ----------
@@ -45,19 +45,19 @@ class Kept(Mapping):
         self.folder, self.read = folder, dict[str, "xr.Dataset"]()
 
     def path(self, run: StudyRun) -> Path:
-        """File of the result of a run."""
+        """Path of the result of a run."""
         return self.folder / f"{run.name}.nc"
 
     def store(self, run: StudyRun) -> Path:
-        """Folder (zarr) of the finished values of a diagram while it is computed."""
+        """Path of the folder (zarr) of finished values of an unfinished diagram."""
         return self.folder / f"{run.name}.zarr"
 
     def log(self, run: StudyRun) -> Path:
-        """File with a line of times for each finished value of a diagram."""
+        """Path of the log of a diagram, with one line of times per finished value."""
         return self.folder / f"{run.name}.times"
 
     def has(self, run: StudyRun) -> bool:
-        """Whether there is a whole result of this very run: same fingerprint, readable to its end."""
+        """Whether a readable result with the fingerprint of the run is saved."""
         import xarray
 
         if run.name in self.read:
@@ -66,7 +66,7 @@ class Kept(Mapping):
             return False
         try:
             found = xarray.load_dataset(self.path(run), engine="h5netcdf")
-        except (OSError, ValueError, KeyError, TypeError, RuntimeError):  # damaged: computed anew
+        except (OSError, ValueError, KeyError, TypeError, RuntimeError):  # damaged file
             return False
         if found.attrs.get("fingerprint") != run.fingerprint():
             return False
@@ -74,15 +74,15 @@ class Kept(Mapping):
         return True
 
     def cost(self, run: StudyRun) -> Cost:
-        """The times of a run whose result is there."""
+        """Times of a run with a saved result."""
         about = self[run].attrs
-        if "cpu" not in about:  # computed elsewhere
+        if "cpu" not in about:  # a result without times
             return Cost(0.0, 0.0, measured=0)
         parts = (int(about.get(name, 1)) for name in ("measured", "parts"))
         return Cost(float(about["cpu"]), float(about["wall"]), *parts)
 
     def forget(self, run: StudyRun) -> None:
-        """Remove the result of a run."""
+        """Delete the result, the finished values and the log of a run."""
         self.read.pop(run.name, None)
         for file in (self.path(run), self.log(run)):
             file.unlink(missing_ok=True)
@@ -101,12 +101,12 @@ class Kept(Mapping):
 
 
 def keep(run: StudyRun, path: Path, dataset: xr.Dataset, cost: Cost) -> None:
-    """Write the result of a run, whole or not at all.
+    """Write the result of a run; an interrupted call leaves no file.
 
     Parameters
     ----------
-    run, path : the run, and its file.
-    dataset : its result.
-    cost : its times.
+    run, path : run, and path of its result.
+    dataset : result of the run.
+    cost : times of the run.
     """
     write_netcdf(path, {"": dataset.assign_attrs({"fingerprint": run.fingerprint(), **asdict(cost)})})

@@ -1,4 +1,4 @@
-"""A study: its figures and pages at an effort, and those that are meant by the words of the command."""
+"""Study: figures and pages at an effort, and their selection by the words of the command."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ OWNER = "flexmb paper"
 
 @dataclass(frozen=True)
 class Study:
-    """The tables of a study.
+    """Tables of a study: figures, pages, efforts.
 
     Parameters
     ----------
     title : published source.
-    figures, pages : from an effort to the figures, by rising number, and to the pages.
-    first : a case of each model, whose code is compiled before worker processes start.
-    efforts : lengths of the runs of the whole study, and of a quick look.
+    figures, pages : functions of an effort that return the figures, by ascending number, and the pages.
+    first : one case of each model; its code is compiled before worker processes start.
+    efforts : full and quick lengths of the runs.
     """
 
     title: str
@@ -40,21 +40,21 @@ class Study:
     efforts: tuple[Effort, Effort] = (FULL, QUICK)
 
     def effort(self, *, quick: bool) -> Effort:
-        """The lengths of the runs."""
+        """Full or quick lengths of the runs."""
         return self.efforts[quick]
 
     def chosen(self, words: Sequence[str], effort: Effort) -> list[StudyFigure | StudyPage]:
-        """The figures and pages that words mean.
+        """Figures and pages selected by words.
 
         Parameters
         ----------
-        words : numbers of figures ("9"), ranges of them ("9-16"), names of pages, "figures", "pages" (without the slow
-            ones), "all"; none: figures and pages that are not slow.
+        words : numbers of figures ("9"), ranges of numbers ("9-16"), names of pages, "figures", "pages" (all pages that
+            are not slow), "all"; no words: "figures" and "pages".
         effort : lengths of the runs.
 
         Raises
         ------
-        InputError : an unknown word, a figure that the study does not have.
+        InputError : an unknown word or number of a figure.
         """
         figures, tables = self.figures(effort), self.pages(effort)
         numbers, names = set[int](), set[str]()
@@ -74,7 +74,7 @@ class Study:
 
 
 def studies() -> dict[str, str]:
-    """Modules of the studies by name: each folder of this room with a `tables.py`."""
+    """Modules of the studies by name: each package of `flexmb.study` with a module `tables`."""
     folders = [found.name for found in pkgutil.iter_modules(flexmb.study.__path__) if found.ispkg]
     paths = {name: f"{flexmb.study.__name__}.{name}" for name in folders}
     return {
@@ -85,22 +85,23 @@ def studies() -> dict[str, str]:
 
 
 def study_of(name: str) -> Study:
-    """The study of this name.
+    """Study of a name.
 
     Raises
     ------
-    InputError : an unknown name.
+    InputError : an unknown name of a study.
     """
     known = studies()
-    return import_module(known[checks.one_of(OWNER, "--study", name, known)]).STUDY
+    study: Study = import_module(known[checks.one_of(OWNER, "--study", name, known)]).STUDY
+    return study
 
 
 def runs_of(items: Iterable[StudyFigure | StudyPage]) -> dict[str, StudyRun]:
-    """The runs that figures and pages need, by name; each once.
+    """Runs of figures and pages by name.
 
     Raises
     ------
-    InputError : two different runs of one name.
+    InputError : two different runs have the same name.
     """
     found: dict[str, StudyRun] = {}
     for item in items:
@@ -113,7 +114,7 @@ def runs_of(items: Iterable[StudyFigure | StudyPage]) -> dict[str, StudyRun]:
 
 
 def _numbers(word: str, first: int, last: int, figures: Sequence[StudyFigure]) -> list[int]:
-    """The numbers of a range, all of which must be there."""
+    """Numbers of the figures of a range; an unknown number is an error."""
     if first > last:
         raise InputError(f"{OWNER}: WHAT is {word!r}; the first number of a range must not be above the last.")
     known = {figure.number for figure in figures}
@@ -125,7 +126,7 @@ def _numbers(word: str, first: int, last: int, figures: Sequence[StudyFigure]) -
 
 
 def shown_numbers(figures: Iterable[StudyFigure]) -> str:
-    """Numbers of figures, with ranges: "6-16, 23"."""
+    """Text of the numbers of figures, with ranges: "6-16, 23"."""
     pieces: list[list[int]] = []
     for number in sorted(figure.number for figure in figures):
         if pieces and pieces[-1][1] == number - 1:

@@ -1,4 +1,4 @@
-"""The page "times": processor time and time by the clock of every run, of every figure and of the study."""
+"""Page "times": processor time and wall-clock time of each run, each figure and the study."""
 
 from __future__ import annotations
 
@@ -8,38 +8,43 @@ from pathlib import Path
 from flexmb.jobs.files import append_line, lines_of
 from flexmb.jobs.progress import clock
 from flexmb.study.item import StudyFigure, StudyPage
+from flexmb.study.markdown import table
 from flexmb.study.store import Cost, Kept
 
 EXPLANATION = """\
 Times in seconds. The time by the clock of a run is that in its own process; of a diagram it is the sum over its values,
 which are spread over all processes. A run is computed once, whatever number of figures shows it."""
 
+RUN_HEAD = ("run", "processor", "clock", "shown by")
+ITEM_HEAD = ("figure or page", "runs", "processor", "drawing", "runs that others show, too")
+CALL_HEAD = ("call", "processes", "runs computed", "processor", "clock")
+
 CALLS = "calls.times"
-"""Log of the calls of the command, beside the results of runs."""
+"""File name of the log of the calls of the command."""
 
 
 def note_call(folder: Path, workers: int, runs: int, processor: float, wall: float) -> None:
-    """Add a call of the command to the log.
+    """Append a call of the command to the log.
 
     Parameters
     ----------
-    folder : of the results of runs.
-    workers : processes that shared the runs.
+    folder : folder of the results of runs.
+    workers : number of worker processes.
     runs : number of computed runs.
-    processor, wall : their times, drawing included [s].
+    processor, wall : processor time and wall-clock time of the call, including drawing [s].
     """
     append_line(folder / CALLS, workers=workers, runs=runs, processor=processor, wall=wall)
 
 
 def times(items: Sequence[StudyFigure | StudyPage], kept: Kept, drawn: Mapping[str, float], workers: int) -> str:
-    """The tables as Markdown.
+    """Text of the page "times" in Markdown.
 
     Parameters
     ----------
-    items : figures and pages of this call.
-    kept : results of runs.
-    drawn : processor time of drawing or writing, by label of figure or page [s].
-    workers : processes of this call.
+    items : figures and pages of the call.
+    kept : saved results of runs.
+    drawn : processor time of drawing and writing [s], by label of the figure or page.
+    workers : number of worker processes of the call.
     """
     runs = {run.name: run for item in items for run in item.runs if kept.has(run)}
     users = {name: [one.label for one in items if name in {run.name for run in one.runs}] for name in runs}
@@ -48,18 +53,15 @@ def times(items: Sequence[StudyFigure | StudyPage], kept: Kept, drawn: Mapping[s
     pieces = [
         "# What the study took",
         EXPLANATION,
-        _table(["run", "processor", "clock", "shown by"], [_row(n, costs[n], users[n]) for n in longest]),
-        _table(
-            ["figure or page", "runs", "processor", "drawing", "runs that others show, too"],
-            [_item(item, costs, users, drawn) for item in items],
-        ),
+        table(RUN_HEAD, [_row(n, costs[n], users[n]) for n in longest], left=len(RUN_HEAD)),
+        table(ITEM_HEAD, [_item(item, costs, users, drawn) for item in items], left=len(ITEM_HEAD)),
         _whole(costs, drawn, kept.folder / CALLS, workers),
     ]
     return "\n\n".join(pieces) + "\n"
 
 
 def _least(costs: Iterable[Cost]) -> str:
-    """A remark where the time of some values is not known."""
+    """Text "at least " if the times of some values are unknown; "" otherwise."""
     return "" if all(cost.measured == cost.parts for cost in costs) else "at least "
 
 
@@ -76,7 +78,7 @@ def _item(
     users: Mapping[str, Sequence[str]],
     drawn: Mapping[str, float],
 ) -> list[str]:
-    """The row of a figure or page: the sum over its runs, and its runs that others need, too."""
+    """Row of a figure or page: number and total time of its runs, time of drawing, runs shared with other items."""
     names = [run.name for run in item.runs if run.name in costs]
     took = [costs[name] for name in names]
     there = str(len(names)) if len(names) == len(item.runs) else f"{len(names)} of {len(item.runs)}"
@@ -86,7 +88,7 @@ def _item(
 
 
 def _whole(costs: Mapping[str, Cost], drawn: Mapping[str, float], log: Path, workers: int) -> str:
-    """The whole study: its processor time, and the times of the calls."""
+    """Text of the processor time of the study, and table of the calls of the command."""
     processor, calls = sum(cost.cpu for cost in costs.values()), lines_of(log)
     text = f"All runs: {_least(costs.values())}{clock(processor)} of processor time; "
     text += f"drawing and writing {clock(sum(drawn.values()))}.\n"
@@ -97,9 +99,4 @@ def _whole(costs: Mapping[str, Cost], drawn: Mapping[str, float], log: Path, wor
     ]
     sums = (f"{sum(c[name] for c in calls):.1f}" for name in ("processor", "wall"))
     rows.append(["all", "", str(sum(c["runs"] for c in calls)), *sums])
-    return text + _table(["call", "processes", "runs computed", "processor", "clock"], rows)
-
-
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+    return text + table(CALL_HEAD, rows, left=len(CALL_HEAD))

@@ -41,7 +41,7 @@ COLUMNS = (
     Column("exponent"),
     Column("exponent_error"),
 )
-"""Results of every point besides `ok`, `status`, section points and final state."""
+"""Columns of a diagram besides `ok`, `status`, section points and final state."""
 
 RESERVED = ("period", "direction", "signal", "units", "status", "ok", POINTS, STATE, *(c.name for c in COLUMNS))
 """Names in the store that no parameter and no signal may have."""
@@ -75,7 +75,7 @@ def bifurcation(
     make : a function that returns a Mechanism or a system, called as make(**fixed, **{parameter: value}); or a
         Mechanism, whose "part.field" is varied; or a system (Dynamics), of which a parameter is varied.
     parameter : name of the varied parameter.
-    values : its values, finite and different from one another.
+    values : values of the parameter, finite and distinct.
     fixed : fixed values of other parameters.
     skip : number of periods at each value before the first point.
     keep : number of points at each value.
@@ -88,9 +88,9 @@ def bifurcation(
         value.
     step, method : for mechanisms only, see `simulate`.
     exponent : number of periods after the points for the largest exponent; True: as many as points; "points": the
-        periods that end with the points, which takes half the time and needs skip >= 1.  Its error is that of one run:
-        points of a diagram have no second run with finer steps as in `lyapunov`.  A diagram with another `step` shows
-        the influence of the steps.
+        periods that end with the points, at half the cost and with skip >= 1.  The error of the exponent is the error
+        of one run, without a second run with finer steps as in `lyapunov`.  A diagram with another `step` shows the
+        influence of the steps.
     executor : any executor of concurrent.futures: processes, a Dask client (client.get_executor()), MPI; None: this
         process.
     pending : largest number of points in the executor at a time.
@@ -167,7 +167,7 @@ def bifurcation(
 
 @dataclass(frozen=True)
 class _Run:
-    """Data that all chains of a diagram share."""
+    """Common data of all chains of a diagram."""
 
     family: Family
     section: SectionSettings
@@ -219,7 +219,7 @@ def _places(directions: Sequence[str], parts: Sequence[np.ndarray]) -> Iterator[
 
 
 def _values(label: str, values: Any) -> np.ndarray:
-    """The values (n,), whole numbers as such."""
+    """Values of the parameter (n,); integers remain integers."""
     given = checks.sequence(label, "values", values, "numbers")
     for k, value in enumerate(given):
         checks.number(label, f"values[{k}]", value)

@@ -22,17 +22,17 @@ POINTS, STATE = "points", "state"
 
 
 def load_sweep(path: str | Path) -> xr.Dataset:
-    """The dataset of a store, as `bifurcation` or `sweep` returns it; of an unfinished store the finished points.
+    """Dataset of a store, equal to the result of `bifurcation` or `sweep`.
 
-    Unfinished points have an empty status.
+    Unfinished points of an interrupted run have an empty status.
 
     Parameters
     ----------
-    path : folder that was given as `store`.
+    path : folder of the store, the argument `store` of `bifurcation` or `sweep`.
 
     Raises
     ------
-    InputError : an argument that is no path.
+    InputError : an argument that is not a path.
     FileFormatError : no store, a damaged store, or a format of another version.
     MissingPackageError : zarr is not installed.
     """
@@ -42,7 +42,7 @@ def load_sweep(path: str | Path) -> xr.Dataset:
 
 
 def dataset_of(tables: Tables, attributes: Mapping[str, Any]) -> xr.Dataset:
-    """The dataset of a record or store.
+    """Dataset of the arrays and attributes of a record or store.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def dataset_of(tables: Tables, attributes: Mapping[str, Any]) -> xr.Dataset:
 
 
 def _signals_apart(entries: dict[str, Any]) -> dict[str, Any]:
-    """The entries with one entry for each signal, before the others."""
+    """Entries of a dataset with the array of section points split into one entry per signal."""
     dims, values, _ = entries.pop(POINTS)
     names, units = entries.pop("signal")[1], entries.pop("units")[1]
     signals = {}
@@ -74,5 +74,5 @@ def _signals_apart(entries: dict[str, Any]) -> dict[str, Any]:
 
 
 def _plain(values: np.ndarray) -> np.ndarray:
-    """Texts as fixed-width texts of numpy, which every file format can hold."""
+    """Values with texts as fixed-width texts of numpy, which all file formats support."""
     return values.astype(str) if values.dtype == object else values

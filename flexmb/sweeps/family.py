@@ -24,7 +24,7 @@ from flexmb.step.newmark.method import Newmark
 
 Make = Callable[..., Mechanism | Dynamics] | Mechanism | Dynamics
 STOPPED = "Interrupted from the keyboard"
-"""Begin of the status of a run that Ctrl-C stopped; such a point has no result."""
+"""Begin of the status of a run stopped by Ctrl-C; the point has no result."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Family:
         return f"bifurcation over {self.parameter!r}"
 
     def at(self, value: float) -> Dynamics:
-        """The system for a `value` of the parameter, at its own start."""
+        """System for a `value` of the parameter, in its own start state."""
         parameters = {**self.fixed, self.parameter: value}
         if isinstance(self.make, Dynamics):
             system = self.make.copy()
@@ -115,7 +115,7 @@ class SectionSettings:
     keep : number of points.
     signals : names of the signals to keep.
     exponent : number of periods for the largest exponent; 0: no exponent.
-    together : whether these are the periods of the points; else as many after them.
+    together : whether the exponent belongs to the periods of the points; False: to the periods after the last point.
     """
 
     skip: int
@@ -138,12 +138,12 @@ def section_point(family: Family, section: SectionSettings, value: float, carrie
     family : the systems.
     section : settings of the section.
     value : value of the parameter.
-    carried : start state from a neighbouring value; None: the system's own start.
+    carried : start state from a neighbouring value; None: start state of the system.
 
     Returns
     -------
     Outcome : `points` (keep, signals); `seam`: whether a carried state could not be used; `state` after the last point;
-        `drive_period`, `verdict`, `exponent`, `exponent_error`.  After a failure without points.
+        `drive_period`, `verdict`, `exponent`, `exponent_error`.  The outcome of a failure has no points.
     """
     flow = family.at(value)
     period = family.period_of(flow, value)
@@ -185,7 +185,7 @@ def columns_of(flow: Dynamics, signals: tuple[str, ...], label: str) -> list[int
 
 
 def _start_from(flow: Dynamics, carried: np.ndarray, time: float) -> bool:
-    """Reset the system to a neighbour's state; if that fails, to its own start, and return False."""
+    """Reset the system to a carried state (n,); False after a failure, with a reset to the start state."""
     if carried.shape == (flow.size,):
         try:
             flow.reset(carried, time=time)
@@ -208,7 +208,7 @@ def _points(flow: Dynamics, period: float, section: SectionSettings) -> np.ndarr
 
 
 def _points_with_exponent(flow: Dynamics, period: float, section: SectionSettings) -> Exponents:
-    """Section points and exponent of one run: tangent vectors do not change the motion."""
+    """Section points and exponent of one run; tangent vectors do not change the motion."""
     declared = period if flow.unit == "s" else None
     return lyapunov(flow, skip=section.skip - 1, periods=section.keep, period=declared, confirm=False)
 
@@ -230,7 +230,7 @@ def _not_finite(flow: Dynamics, points: np.ndarray | None, columns: list[int]) -
 def _verdict_of_points(
     flow: Dynamics, points: np.ndarray, period: float, section: SectionSettings
 ) -> tuple[dict[str, Any], str]:
-    """Verdict on the points, with the exponent of a further run if it is wanted; a remark if that run failed."""
+    """Verdict on the points and the optional exponent of a further run; remark on a failure of this run, or ""."""
     if not section.exponent:
         return {"verdict": str(SectionSignals.of(flow).verdict(points))}, ""
     exponents = lyapunov(flow, periods=section.exponent, period=period if flow.unit == "s" else None, confirm=False)

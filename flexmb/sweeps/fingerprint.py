@@ -28,12 +28,12 @@ from flexmb.step.step_size import Adaptive, FixedStep
 DIGITS = 16
 """Number of hexadecimal digits of a digest."""
 DERIVED = ("symbolic", "shapes")
-"""Fields of a program that do not count: factorisation and drawing follow from the others."""
+"""Fields of a program without influence on the digest; the other fields determine them."""
 
 Parts = bytes | tuple[str, Sequence[Any]]
 
 OF_SYSTEMS = (FunctionType, partial, Dynamics, Program, FixedStep, Adaptive, Newmark)
-"""Classes of those attributes of a system on which its motion depends, besides state and parameters."""
+"""Classes of the attributes of a system that influence its motion, besides state and parameters."""
 
 
 def digest(value: Any) -> str:

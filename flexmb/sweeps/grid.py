@@ -60,7 +60,7 @@ class Points:
 
 
 def points_of(label: str, over: Any) -> Points:
-    """The points of a user's grid or list of designs.
+    """Points of a grid or of a list of designs.
 
     Parameters
     ----------

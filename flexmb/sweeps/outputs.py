@@ -16,7 +16,7 @@ ALONE = "value"
 """Name of the result of a function that returns one number or array."""
 
 OUTCOME = ("ok", STATUS)
-"""Names of the columns that every sweep has."""
+"""Columns of every sweep."""
 
 
 def called(function: Any, arguments: Mapping[str, Any]) -> Outcome:
@@ -29,7 +29,7 @@ def called(function: Any, arguments: Mapping[str, Any]) -> Outcome:
 
     Raises
     ------
-    InputError : an empty mapping, a result that is no number, array or text, an inadmissible name.
+    InputError : an empty mapping; a result that is not a number, array or text; an inadmissible name.
     """
     results = function(**arguments)
     named = results if isinstance(results, Mapping) else {ALONE: results}
@@ -73,7 +73,7 @@ def columns_of(
 
 
 def fitting(results: Mapping[str, Any], columns: Mapping[str, Column]) -> dict[str, Any]:
-    """Values of results for columns that an earlier point has set.
+    """Values of results for the columns of the first successful point.
 
     Parameters
     ----------

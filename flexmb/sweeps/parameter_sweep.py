@@ -37,7 +37,7 @@ def sweep(
     resume: bool = False,
     progress: bool = False,
 ) -> xr.Dataset:
-    """The results of a function at all combinations of values, or at a list of designs.
+    """Results of a function at all combinations of values, or at a list of designs.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def sweep(
     -------
     xarray.Dataset : the results over the parameters, or over "design" with the parameters as coordinates.  A result
         without a name is called "value".  Flags and whole numbers become floats, so that failed points can have NaN.
-        `status` of every point is "done", or the class and the message of an error; `ok` is the flag of it.
+        `status` of every point is "done", or the class and the message of an error; `ok` is True for "done".
 
     Raises
     ------
@@ -120,8 +120,8 @@ def _chain(function: Any, points: Points, number: int, collector: _Collector) ->
 class _Collector:
     """Collects outcomes in a record whose columns are unknown before the first successful point.
 
-    The first successful point in the order of the points counts, not in time, so that all runs of a sweep end in the
-    same store.  Later outcomes wait until it is known.
+    The columns belong to the first successful point in the order of the points, not in time.  All runs of a sweep thus
+    give the same store.  Outcomes of later points are held until the first successful point is known.
     """
 
     def __init__(self, record: Record, points: Points, dims: Mapping[str, Sequence[str]], bar: ProgressBar) -> None:

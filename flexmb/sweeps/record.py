@@ -38,14 +38,14 @@ KINDS = {
 
 @dataclass(frozen=True)
 class Column:
-    """A result of every point.
+    """Column of results: one entry per point.
 
     Parameters
     ----------
     name : name of the result.
     kind : "number", "complex", "flag" or "text".
-    dims : names of its dimensions at every point.
-    shape : lengths of these dimensions.
+    dims : names of the dimensions of an entry.
+    shape : lengths of the dimensions of an entry.
     units : unit; "" for none.
     """
 
@@ -80,7 +80,7 @@ class Record:
 
     @property
     def done(self) -> np.ndarray:
-        """Which points are finished, as flags over the points."""
+        """Flags of the finished points (*shape)."""
         return np.asarray(self.tables[STATUS][1] != "", dtype=np.bool_)
 
     def add(self, columns: Iterable[Column]) -> None:

@@ -1,11 +1,11 @@
-"""A store of results on disk (zarr, format 3): one chunk a point, so that it can be gone on with after any kill.
+"""Store of results on disk (zarr, format 3) with one chunk per point; an interrupted sweep resumes from its store.
 
-The arrays lie over the dimensions of the sweep.  A chunk is written beside its place and renamed; the status of a point
-is written last, so a point has either all of its results or none that counts.  Nothing in the store depends on when,
-where and in which order points were computed: finished stores of one sweep have the same bytes.
+The arrays extend over the dimensions of the sweep.  A chunk is written to a temporary file, which is renamed.  The
+status of a point is written last, so a point with a status has all of its results.  The bytes of a finished store do
+not depend on the time, place and order of the computation.
 
-Chunks are not compressed, so their bytes are those of the numbers (codecs "bytes" and "vlen-utf8" of zarr); they are
-written here, since that takes a tenth of a millisecond, and zarr one or two.  All else is left to zarr.
+Chunks contain the bytes of the numbers without compression (codecs "bytes" and "vlen-utf8" of zarr).  This module
+writes a chunk in a tenth of a millisecond; zarr takes one or two milliseconds.  zarr writes all other files.
 """
 
 from __future__ import annotations
@@ -26,21 +26,21 @@ from flexmb.errors import FileFormatError, InputError, MissingPackageError
 from flexmb.sweeps.record import KINDS, Column, Index, Tables
 
 FORMAT = 1
-"""Version of the layout; one that this file does not know is refused."""
+"""Version of the layout; stores of other versions are refused."""
 
 VERSION = "flexmb_sweep_format"
 GROUP_FILE = "zarr.json"
 PARTIAL = ".partial"
-"""How the name of a file ends that is being written, by zarr or here."""
+"""Suffix of temporary files of this module and of zarr."""
 
 
 class Store:
-    """An open store; see `opened` and `existing`.
+    """Open store of a sweep; see `opened` and `existing`.
 
     Parameters
     ----------
-    path : its folder.
-    group : the zarr group.
+    path : folder of the store.
+    group : zarr group of the store.
     """
 
     def __init__(self, path: Path, group: Any) -> None:
@@ -48,16 +48,16 @@ class Store:
 
     @property
     def attributes(self) -> dict[str, Any]:
-        """Its attributes."""
+        """Attributes of the store by name."""
         return dict(self.group.attrs)
 
     def describe(self, **attributes: Any) -> None:
-        """Add attributes, all at once."""
+        """Add attributes in one write."""
         if any(self.attributes.get(name) != value for name, value in attributes.items()):
             self._write(self.group.update_attributes, attributes)
 
     def column(self, column: Column, dims: tuple[str, ...], shape: tuple[int, ...]) -> np.ndarray:
-        """The array of a column, made if it is not there yet: its present values (*shape, *column.shape)."""
+        """Values (*shape, *column.shape) of the array of a column; a missing array is created."""
         kind = KINDS[column.kind]
         if not self._has(column.name):
             self._write(
@@ -76,7 +76,7 @@ class Store:
             return np.array(self.group[column.name][...], dtype=kind.dtype)
 
     def coordinate(self, name: str, dims: tuple[str, ...], values: np.ndarray, attributes: Mapping[str, Any]) -> None:
-        """Write an array as a whole: the values along a dimension, numbers or texts."""
+        """Write a whole array of numbers or texts along dimensions."""
         text = values.dtype.kind in "UO"
         if not self._has(name):
             self._write(
@@ -93,12 +93,12 @@ class Store:
         self._write(self.group[name].__setitem__, ..., values.astype(object) if text else values)
 
     def write(self, column: Column, index: Index, value: Any) -> None:
-        """The value of a column at one point."""
+        """Write the value of a column at one point."""
         place = self.path.joinpath(column.name, "c", *map(str, index), *("0",) * len(column.shape))
         self._write(_put, place, _chunk(column, value))
 
     def read(self) -> Tables:
-        """All arrays, as they are."""
+        """All arrays of the store by name."""
         found = {}
         with _reading(self.path):
             for name, array in sorted(self.group.arrays()):
@@ -120,19 +120,19 @@ class Store:
 
 
 def opened(path: Any, fingerprint: Mapping[str, Any], kind: str, *, resume: bool) -> Store:
-    """The store at `path`, made new or gone on with.
+    """New or resumed store.
 
     Parameters
     ----------
-    path : its folder.
-    fingerprint : what the results depend on, by name.
-    kind : what it holds, "bifurcation" or "sweep".
-    resume : go on with one that is there; else it is refused.
+    path : folder of the store.
+    fingerprint : texts on which the results depend, by name.
+    kind : kind of the sweep, "bifurcation" or "sweep".
+    resume : whether an existing store is resumed; False: an existing store is refused.
 
     Raises
     ------
-    InputError : one that is there already; one of another model, of other settings or of another version.
-    FileFormatError : a folder with something else in it, or a damaged store.
+    InputError : an existing store without `resume`; a store of another model, other settings or another version.
+    FileFormatError : a folder with other files, or a damaged store.
     MissingPackageError : zarr is not installed.
     """
     zarr, folder = _zarr(), checks.path("store", path)
@@ -160,7 +160,7 @@ def opened(path: Any, fingerprint: Mapping[str, Any], kind: str, *, resume: bool
 
 @contextmanager
 def _reading(folder: Path) -> Iterator[None]:
-    """Exceptions of zarr for damaged files, turned into a `FileFormatError` with advice."""
+    """Context that turns exceptions of zarr on damaged files into a `FileFormatError` with advice."""
     try:
         yield
     except (OSError, ValueError, KeyError, TypeError, RuntimeError) as error:
@@ -169,12 +169,12 @@ def _reading(folder: Path) -> Iterator[None]:
 
 
 def existing(path: Any, mode: str = "r") -> Store:
-    """The store at `path`, as it is.
+    """Existing store, opened without changes.
 
     Raises
     ------
-    InputError : what is no path.
-    FileFormatError : none there, not one of flexmb, damaged, or in a format of another version.
+    InputError : an argument that is not a path.
+    FileFormatError : a missing or damaged store, a store of another program or of another version of the format.
     """
     zarr, folder = _zarr(), checks.path("store", path)
     if not (folder / GROUP_FILE).is_file():
@@ -192,7 +192,7 @@ def existing(path: Any, mode: str = "r") -> Store:
 
 
 def _refuse_others(store: Store, fingerprint: Mapping[str, Any], kind: str) -> None:
-    """Refuse to mix results: the error says what differs."""
+    """Refuse a store of another sweep; the message lists the differences."""
     found, label = store.attributes, f"Store {str(store.path)!r}"
     if found.get("kind") != kind:
         raise InputError(f"{label}: it holds a {found.get('kind')}, not a {kind}. Give another path.")
@@ -206,7 +206,7 @@ def _refuse_others(store: Store, fingerprint: Mapping[str, Any], kind: str) -> N
 
 
 def _chunk(column: Column, value: Any) -> bytes:
-    """The bytes of one point: numbers one after the other, or number of texts, length and UTF-8 of each."""
+    """Bytes of one chunk: numbers in order; or number of texts, and length and UTF-8 bytes of each text."""
     kind = KINDS[column.kind]
     if kind.stored is not str:
         return np.ascontiguousarray(value, dtype=np.dtype(kind.stored).newbyteorder("<")).tobytes()
@@ -215,7 +215,7 @@ def _chunk(column: Column, value: Any) -> bytes:
 
 
 def _put(place: Path, content: bytes) -> None:
-    """A file that is there as a whole or not at all."""
+    """Write a file; an interrupted call leaves no file."""
     beside = place.with_name(f"{place.name}.{os.getpid()}{PARTIAL}")
     try:
         beside.write_bytes(content)
@@ -226,7 +226,7 @@ def _put(place: Path, content: bytes) -> None:
 
 
 def _sweep_out(folder: Path) -> None:
-    """Remove chunks that were being written when the process was killed."""
+    """Remove temporary files of a killed process."""
     for file in folder.rglob(f"*{PARTIAL}"):
         file.unlink(missing_ok=True)
 

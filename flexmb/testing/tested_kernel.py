@@ -95,7 +95,7 @@ class TestedKernel:
             raise self.fault(f"{entry(name, bad)} is {at(value, bad)}; it must be finite at every state", state)
 
     def same(self, state: State, expected: Values, sizes: dict[str, float], other: str) -> None:
-        """Check that the outputs agree with those of another kernel up to round-off.
+        """Check that the outputs agree with the outputs of another kernel up to round-off.
 
         Parameters
         ----------

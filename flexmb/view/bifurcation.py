@@ -92,7 +92,7 @@ def entry_of(verdict: str) -> str:
 
 
 def _gather(pieces: dict[tuple[str, str], list[Any]], row: xr.Dataset, parameter: str, signal: str, name: str) -> None:
-    """Add the points of a direction to those by verdict and direction."""
+    """Add the section points of one direction to `pieces`, by verdict and direction."""
     values, points = row[parameter].values, row[signal].values
     for k in np.flatnonzero(row["ok"].values):
         key = (entry_of(str(row["verdict"].values[k])), name)

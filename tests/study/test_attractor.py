@@ -90,7 +90,7 @@ def test_numbers_that_are_too_small_are_refused(wrong):
 
 
 def test_ideal_mechanism_is_refused():
-    with pytest.raises(InputError, match="without play"):
+    with pytest.raises(InputError, match="without clearance"):
         attractor(case("ideal", 2.0), 12, 50, 5)
 
 

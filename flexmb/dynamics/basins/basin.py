@@ -115,10 +115,10 @@ def basin(
     executor: Executor | None = None,
     workers: int = 1,
 ) -> Basin:
-    """Basins of attraction over two entries of the state; the other entries are those of the present state.
+    """Basins of attraction over two entries of the state; the other entries keep their present values.
 
-    The motion from each point of the grid is observed once a period.  It has come to an attractor when its points
-    repeat themselves.  Attractors without repetition are recognised by their last 128 points.
+    The motion from each point of the grid is observed once a period.  A motion is on an attractor when its section
+    points repeat themselves.  Attractors without repetition are recognised by their last 128 points.
 
     Parameters
     ----------
@@ -199,7 +199,7 @@ def basin(
 
 
 def _chain(system: Dynamics, starts: np.ndarray, rules: Rules, found: list[Track]) -> Chain:
-    """One part of the grid, whose tracks are added to `found`."""
+    """Job of one part of the grid; its tracks are added to `found`."""
     outcome = yield Job(_watched, (system.copy(), starts, rules))
     if not outcome.ok:
         raise SolveError(f"{LABEL}: a part of the grid failed: {outcome.status}")
@@ -207,7 +207,7 @@ def _chain(system: Dynamics, starts: np.ndarray, rules: Rules, found: list[Track
 
 
 def _watched(system: Dynamics, starts: np.ndarray, rules: Rules) -> Outcome:
-    """The tracks from some starts (n, size).  Runs in the workers."""
+    """Tracks from start states (n, size).  Called in the workers."""
     return Outcome({"tracks": tracks_of(system, starts, rules)})
 
 

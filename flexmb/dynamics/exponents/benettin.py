@@ -133,7 +133,7 @@ class TrajectoryPair:
         return float(np.sqrt(self.weights @ difference**2))
 
     def renormalise(self, direction: np.ndarray) -> None:
-        """Restart both systems, the second at the wanted distance in a `direction` (size,) of any length."""
+        """Restart both systems, the second at `distance` in a `direction` (size,) of any length."""
         x, time = self.first.state(), self.first.time
         if isinstance(self.first, ContinuousFlow):
             self.first.reset(x, time=time)

@@ -33,7 +33,7 @@ CONSERVATIVE = (
 
 @dataclass(frozen=True, eq=False)
 class Confirmed:
-    """Exponents of a second, shorter run of the same system, with finer steps and from another start.
+    """Exponents of the second run of a system: shorter, with finer steps and another start.
 
     Parameters
     ----------
@@ -177,7 +177,7 @@ class Exponents:
         return bool((np.abs(self.spectrum + self.spectrum[::-1]) <= self.errors + self.errors[::-1]).all())
 
     def per_period(self) -> Exponents:
-        """The same exponents per period (crossing) instead of per second.
+        """Exponents per period (crossing) instead of per second.
 
         Raises
         ------

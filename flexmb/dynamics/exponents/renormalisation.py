@@ -43,7 +43,7 @@ class Perturbation(Protocol):
 
         Parameters
         ----------
-        schedule : the schedule, whose `trouble` says why None is returned unless the system failed.
+        schedule : schedule of the run; `trouble` is set to the reason of a result None, unless the system failed.
         number : number of the point at the end of the interval.
         begin, end : fractions of the interval.
         """
@@ -204,7 +204,7 @@ def tangent_exponents(schedule: RenormalisationSchedule, count: int, seed: int, 
 def _recorded(
     schedule: RenormalisationSchedule, growth: Growth, begin: float, count: int, points: np.ndarray
 ) -> Exponents:
-    """The exponents of a run, without a verdict; `begin` is the time from which growth counts."""
+    """Exponents of a run without a verdict; `begin`: start of the measured growth [s]."""
     system, wanted = schedule.system, schedule.count - schedule.count // SETTLING
     ok = len(growth.times) == wanted
     unit = "1/s" if schedule.is_flow or system.unit == "crossings" else "1/iteration"
@@ -219,13 +219,13 @@ def _recorded(
 def lasting_contacts(system: Dynamics, since: float) -> list[str]:
     """A sentence on each contact that stayed closed since a given time.
 
-    Laws with hysteresis damping depend on the approach speed of the last onset, whose tangent the run then does not
-    see.  Contacts with other laws are not listed.
+    Laws with hysteresis damping depend on the approach speed of the last onset.  The run lacks the tangent of this
+    approach speed if the onset precedes the measured growth.  Contacts with other laws are not listed.
 
     Parameters
     ----------
     system : a flow or a section of a flow; only a `MechanismFlow` has contacts.
-    since : time [s] from which growth counts.
+    since : start of the measured growth [s].
     """
     flow = system.flow if isinstance(system, (StroboscopicMap, SectionMap)) else system
     if not isinstance(flow, MechanismFlow):

@@ -30,7 +30,7 @@ class RenormalisationSchedule:
     system : flow or map that is advanced.
     interval : time between two points [s]; of a map 1 iteration.
     skip : number of points before the small differences start.
-    count : number of points after that.
+    count : number of points after the skipped ones.
     is_flow : whether the time between two points can be divided.
     is_section : whether the points are points of a section or of a map.
     renormalisations : number of renormalisations between two points.
@@ -61,7 +61,7 @@ class RenormalisationSchedule:
 
         Returns
         -------
-        bool : whether the system got there.
+        bool : whether the system reached the end.
         """
         if not self.is_flow:
             return system.advance(1, tangents)

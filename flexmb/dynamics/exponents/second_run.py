@@ -14,10 +14,10 @@ from flexmb.dynamics.systems.dynamics import Dynamics
 from flexmb.errors import AssemblyError, InputError, SolveError
 
 PART = 5
-"""Points of the first run for each point of the second run; the same for the points that are skipped."""
+"""Points of the first run per point of the second run, for counted and for skipped points."""
 
 SETTLES = 10
-"""Points of the first run for each point that the second run skips at least: finer steps may change the attractor."""
+"""Points of the first run per skipped point of the second run, at most; finer steps may change the attractor."""
 
 LEAST = 20
 """Smallest number of points of the second run."""
@@ -27,11 +27,11 @@ APART = (1e-3, 1e-9)
 
 
 def confirmed(first: Exponents, schedule: RenormalisationSchedule, seed: int, *, shown: bool) -> Exponents:
-    """Exponents of a first run, with those of a second run and with errors that cover the difference.
+    """Exponents of a first run, completed by a second run; the errors cover the difference of both runs.
 
-    The second run starts beside the final state of the first run, so the transient is over.  It uses a copy of the
-    system.  If a contact stayed closed all the time, the second run starts from the system's own start and skips the
-    whole transient: beside the final state, both runs would keep the approach speed of the same onset.
+    The second run uses a copy of the system.  Its start is near the final state of the first run, after the transient.
+    If a contact was closed during the whole first run, the second run starts at the start state of the system and skips
+    the whole transient.  Otherwise both runs would have the approach speed of the same onset.
 
     Parameters
     ----------

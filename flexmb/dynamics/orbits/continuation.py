@@ -78,7 +78,7 @@ def follow(
     functions: component of the branch's direction along the parameter (fold), product of multiplier + 1 (flip), product
     of the products of two multipliers less 1 (Neimark-Sacker, for a complex pair), number of closures of a gap
     (grazing), determinant of the extended problem (branch points: pitchfork, crossing).  Two events of one kind in a
-    step cancel: lower `largest`.  With rigid surfaces a branch ends at grazing, and its status says so.
+    step cancel: lower `largest`.  With rigid surfaces a branch ends at grazing, with a corresponding status.
     Source: H. B. Keller, Numerical solution of bifurcation and nonlinear eigenvalue problems (1977); Y. A.
     Kuznetsov, Elements of Applied Bifurcation Theory, Springer 1995, chapter 10.
     """

@@ -95,7 +95,7 @@ class SectionMap(SectionOfFlow):
     def weights(self) -> np.ndarray:
         """Weights of the flow and, for a driven flow, of the time of crossing.
 
-        A difference of times counts as the distance that the flow covered in it at the last reset.
+        A difference of times is weighted by the speed of the flow at the last reset.
         """
         return np.append(self.flow.weights, self._time_weight) if self.flow.driven else self.flow.weights
 

@@ -50,7 +50,7 @@ class SectionSignals:
         Parameters
         ----------
         points : points (n, m) of all signals.
-        signals : names of the signals on which the verdict rests; none: those of `telling`.
+        signals : names of the signals of the verdict; none: the signals `telling`.
         exponent, error : largest exponent and its error; None: unknown.
 
         Raises

@@ -148,12 +148,12 @@ class Dynamics(ABC):
         return W
 
     def on_manifold(self, tangents: np.ndarray) -> np.ndarray:
-        """Projection of arbitrary differences `tangents` (size, k) onto those that the constraints allow."""
+        """Projection of differences `tangents` (size, k) onto the differences that satisfy the constraints."""
         return np.ascontiguousarray(tangents, dtype=np.float64)
 
     @abstractmethod
     def copy(self) -> Self:
-        """An independent system in the same state."""
+        """Independent copy of the system with an equal state."""
 
     @property
     def fineness(self) -> str:

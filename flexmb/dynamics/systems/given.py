@@ -1,4 +1,4 @@
-"""Base of systems that a function of the user gives, and checks of what such functions take and return."""
+"""Base of systems defined by a function of the user, and checks of the arguments and results of such functions."""
 
 from __future__ import annotations
 

@@ -180,7 +180,7 @@ class MechanismFlow(ContinuousFlow):
         return self.ok
 
     def on_manifold(self, tangents: np.ndarray) -> np.ndarray:
-        """Projection of arbitrary differences (size, k) onto those that joints and drives allow at the present state.
+        """Projection of differences (size, k) onto the differences that satisfy joints and drives at the present state.
 
         Differences of positions and velocities are projected in the metric of `weights`.  Differences of accelerations
         follow from them and from the differences of histories.

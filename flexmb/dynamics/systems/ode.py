@@ -29,7 +29,7 @@ TANGENT_ATOL = 1e-3
 """Absolute tolerance of tangent vectors of length 1, over rtol; they may shrink by 1e4 between two renormalisations."""
 
 INSTANTS = (0.1234567, 0.3819660, 0.7548777, 1.3247180)
-"""Times [s] at which the rates are compared with those at t = 0, to find out whether they depend on time."""
+"""Times [s] at which the rates are compared with the rates at t = 0, as a test of explicit dependence on time."""
 
 
 class NotFiniteError(SolveError):

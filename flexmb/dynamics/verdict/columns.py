@@ -118,7 +118,7 @@ def _sizes(values: np.ndarray, units: Sequence[str] | None) -> np.ndarray:
 
 
 def _turns(column: np.ndarray) -> bool:
-    """Whether a signal grows by the same whole number of turns in every step, as a driven angle."""
+    """Whether a signal grows by an equal integer number of turns in every step, as a driven angle."""
     steps = np.diff(column)
     turns = np.round(steps.mean() / TURN)
     return bool(turns != 0 and np.abs(steps - turns * TURN).max() < 1e-6)

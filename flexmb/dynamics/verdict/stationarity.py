@@ -23,7 +23,7 @@ LEAST_IN_BAND = 10
 
 @dataclass(frozen=True)
 class Drift:
-    """A signal that moves on by the same amount from point to point.
+    """Signal with a constant change from point to point.
 
     Parameters
     ----------

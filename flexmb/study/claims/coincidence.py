@@ -1,4 +1,4 @@
-"""Parts on instants: whether peaks of two signals coincide, and whether two motions hit at the same times."""
+"""Parts of claims on instants: coincident peaks of two signals, equal times of impacts of two motions."""
 
 from __future__ import annotations
 
@@ -13,33 +13,35 @@ if TYPE_CHECKING:
     import xarray as xr
 
 COUNTED = 0.5
-"""Peaks count from this part of the largest one on."""
+"""Least height of a peak over the height of the largest peak."""
 
 APART = 1e-3
-"""Least distance of two peaks, as a part of the turn: of those that are closer the larger one counts."""
+"""Least distance of two peaks over the period; of two closer peaks the smaller one is dropped."""
 
 WINDOW = 5e-3
-"""Peaks that are closer coincide, as a part of the turn: about what can be seen in a figure of one turn."""
+"""Largest distance of coincident peaks over the period; about the resolution of a figure of one turn."""
 
 SHARE, FEW = 0.8, 0.5
-"""Parts of the peaks that coincide from which a claim agrees, and below which it disagrees."""
+"""Share of coincident peaks at or above which a claim agrees, and below which it disagrees."""
 
 CHANCE = 1e-3
-"""Probability of the share by chance that is not believed; and of a chance so good that nothing could be seen."""
+"""Probability of the hits by chance below which a claim may agree."""
 
 LIKELY = 0.05
+"""Probability of the hits by chance above which a claim disagrees, if the windows cover less than `FEW` of the time."""
 FEWEST = 3
+"""Least number of peaks for a verdict."""
 
 
 class Coincidence(NamedTuple):
-    """Share of peaks at the same instants as other peaks.
+    """Peaks that coincide with peaks of another signal or motion.
 
     Parameters
     ----------
-    hits, peaks : how many of how many.
-    chance : share of the time that lies within the window of any of the others.
-    probability : of as many hits or more by chance.
-    lag : median of the times by which the peaks follow the nearest of the others [s].
+    hits, peaks : number of coincident peaks, and number of all peaks.
+    chance : share of the time within the window of any other peak.
+    probability : probability of at least `hits` coincidences by chance.
+    lag : median delay of the peaks after the nearest other peak [s].
     """
 
     hits: int
@@ -50,7 +52,7 @@ class Coincidence(NamedTuple):
 
     @property
     def verdict(self) -> str:
-        """AGREES, DISAGREES or UNDECIDED; the rule of claims on peaks."""
+        """AGREES, DISAGREES or UNDECIDED by the rule of claims on peaks."""
         share = self.hits / self.peaks if self.peaks else 0.0
         enough = self.peaks >= FEWEST
         agrees = enough and share >= SHARE and self.probability < CHANCE
@@ -59,17 +61,17 @@ class Coincidence(NamedTuple):
 
     @property
     def text(self) -> str:
-        """For tables."""
+        """Text of the numbers for tables."""
         share = f"{self.hits} of {self.peaks} peaks, {100 * self.chance:.2g} % of the time would by chance"
         return f"{share} (probability {self.probability:.1g}), median lag {1e3 * self.lag:+.2g} ms"
 
 
 def peaks_of(time: np.ndarray, values: np.ndarray, apart: float) -> np.ndarray:
-    """Instants of the large peaks of a signal's size, in order (k,) [s].
+    """Instants of the large peaks of the absolute value of a signal, ascending (k,) [s].
 
     Parameters
     ----------
-    time, values : (n,) the signal at every step [s, any unit].
+    time, values : (n,) instants [s] and values of the signal at every step.
     apart : least distance of two peaks [s].
     """
     size = np.abs(values)
@@ -84,13 +86,13 @@ def peaks_of(time: np.ndarray, values: np.ndarray, apart: float) -> np.ndarray:
 
 
 def coincidence(peaks: np.ndarray, others: np.ndarray, span: tuple[float, float], window: float) -> Coincidence:
-    """Which peaks lie within a window of others.
+    """Coincidence of peaks with other peaks.
 
     Parameters
     ----------
     peaks, others : instants [s].
-    span : begin and end of the time looked at [s].
-    window : largest distance [s].
+    span : begin and end of the observed time [s].
+    window : largest distance of coincident peaks [s].
     """
     if not len(peaks) or not len(others):
         return Coincidence(0, len(peaks), 0.0, 1.0, float("nan"))
@@ -107,13 +109,13 @@ def coincidence(peaks: np.ndarray, others: np.ndarray, span: tuple[float, float]
 
 
 def coinciding(data: xr.Dataset, what: str, signal: str, force: str) -> Part:
-    """The peaks of a signal, which must lie at the peaks of the force.
+    """Part of a claim that the peaks of a signal coincide with the peaks of the contact force.
 
     Parameters
     ----------
     data : settled turns.
-    what : the signal and the case in words.
-    signal, force : names of the signals.
+    what : text of the signal and the case.
+    signal, force : name of the signal and of the contact force.
     """
     time, period = data["time"].values, float(data.attrs["period"])
     responses, forces = (peaks_of(time, data[name].values, APART * period) for name in (signal, force))
@@ -123,14 +125,14 @@ def coinciding(data: xr.Dataset, what: str, signal: str, force: str) -> Part:
 
 
 def same_times(what: str, force: str, one: xr.Dataset, other: xr.Dataset, turns: tuple[int, int] = (0, 0)) -> Part:
-    """The force peaks of a turn of one motion, which must lie at those of a turn of another.
+    """Part of a claim that the force peaks of one turn of two motions coincide.
 
     Parameters
     ----------
-    what : the turns in words.
-    force : name of the force.
-    one, other : the motions.
-    turns : numbers of the shown turns.
+    what : text of the turns.
+    force : name of the contact force.
+    one, other : settled turns of both motions.
+    turns : index of the compared turn among the saved turns, of each motion.
     """
     (peaks, period), (others, _) = (_turn(data, k, force) for data, k in zip((one, other), turns, strict=True))
     found = coincidence(peaks, others, (0.0, period), WINDOW * period)
@@ -139,7 +141,7 @@ def same_times(what: str, force: str, one: xr.Dataset, other: xr.Dataset, turns:
 
 
 def _turn(data: xr.Dataset, number: int, force: str) -> tuple[np.ndarray, float]:
-    """Peaks of the force in one of the shown turns, as times since its begin [s], and the period."""
+    """Instants of the force peaks of a saved turn, from the begin of the turn (k,) [s], and the period [s]."""
     time, period = data["time"].values, float(data.attrs["period"])
     begin = time[0] + number * period
     inside = (time >= begin) & (time <= begin + period)
@@ -147,7 +149,7 @@ def _turn(data: xr.Dataset, number: int, force: str) -> tuple[np.ndarray, float]
 
 
 def equal_landings(first: xr.Dataset, second: xr.Dataset) -> Part:
-    """For how long the landings of two motions follow each other from the same start; not counted."""
+    """Part, not counted, on the equal onsets of contact of two motions with the same start."""
     a, b = first["contact.start"].values, second["contact.start"].values
     period = float(first.attrs["period"])
     count = min(len(a), len(b))

@@ -1,11 +1,11 @@
-"""The results by which claims are judged, by the cases that they are of."""
+"""Evidence of claims: results of runs by the keys of their cases."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -17,17 +17,17 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SI = {"%": "1", "um": "m", "": "1", "m/s^2": "m/s2"}
-"""SI units by units of tables, where they are not the same."""
+"""SI unit of each unit of tables that is not an SI unit."""
 
 
 class Measure(NamedTuple):
-    """A measure of a turn.
+    """Measure of one turn: peak, share of free flight, penetration, number of onsets.
 
     Parameters
     ----------
-    name : its name in results.
-    text : its name in tables.
-    unit, factor : unit of tables, so many to one of SI.
+    name : name of the variable in results.
+    text : name in tables.
+    unit, factor : unit of tables, and values in this unit per SI unit.
     """
 
     name: str
@@ -37,30 +37,30 @@ class Measure(NamedTuple):
 
     @property
     def si(self) -> str:
-        """Its unit in results."""
+        """Unit of the measure in results."""
         return SI.get(self.unit, self.unit)
 
     @property
     def signal(self) -> str:
-        """The signal of which it is the peak."""
+        """Name of the signal whose peak is the measure."""
         return self.name.removeprefix("peak.")
 
     def shown(self, mean: Mean) -> str:
-        """A mean [SI] with the standard deviation of its turns, in the unit of tables."""
+        """Text of a mean [SI] and the standard deviation of the turns, in the unit of tables."""
         value, spread = self.factor * mean.value, self.factor * mean.deviation
         text = plain(value, 4) if spread <= 1e-4 * abs(value) else f"{plain(value, 4)} ± {plain(spread, 2)}"
         return f"{text} {self.unit}".rstrip()
 
 
 class Key(NamedTuple):
-    """The case of a result, in short.
+    """Key of a case: model, speed, clearance, friction law.
 
     Parameters
     ----------
     model : "ideal", "rigid" or "flexible".
-    speed : of the drives [unit of the machine].
-    clearance : of the joint [m]; 0 for the ideal mechanism.
-    law : friction at the joint.
+    speed : speed of the drives [unit of the machine].
+    clearance : clearance of the joint [m]; 0 for the model "ideal".
+    law : name of the friction law of the joint.
     """
 
     model: str
@@ -70,20 +70,20 @@ class Key(NamedTuple):
 
 
 def ideal(speed: float) -> Key:
-    """The ideal mechanism at a speed [unit of the machine]."""
+    """Key of the ideal mechanism at a speed [unit of the machine]."""
     return Key("ideal", speed)
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """Results of runs.
+    """Results of runs by the keys of their cases.
 
     Parameters
     ----------
-    motions : settled turns, as `measure_motion` returns them.
-    starts : the first turns.
-    growths : exponents and section points, as `measure_growth` returns them.
-    diagrams : as `bifurcation` returns them, by parameter ("speed", "clearance") and model.
+    motions : settled turns, results of `measure_motion`.
+    starts : first turns, results of `measure_motion`.
+    growths : exponents and section points, results of `measure_growth`.
+    diagrams : results of `bifurcation`, by parameter ("speed", "clearance") and model.
     """
 
     motions: Mapping[Key, xr.Dataset] = field(default_factory=dict)
@@ -92,23 +92,23 @@ class Evidence:
     diagrams: Mapping[tuple[str, str], xr.Dataset] = field(default_factory=dict)
 
     def has(self, *keys: Key) -> bool:
-        """Whether there are settled turns of all of them."""
+        """Whether settled turns of all `keys` are present."""
         return all(key in self.motions for key in keys)
 
     def mean(self, key: Key, measure: Measure) -> Mean:
-        """Mean of a measure over the settled turns [SI]."""
+        """Mean of a measure over the settled turns of a case [SI]."""
         return Mean.of(self.motions[key][measure.name].values)
 
     def peak(self, speed: float, measure: Measure) -> float:
-        """Largest value of a measure of the ideal mechanism at a speed [SI]."""
+        """Largest value of a measure over the settled turns of the ideal mechanism at a speed [SI]."""
         return float(self.motions[ideal(speed)][measure.name].values.max())
 
     def speeds(self, model: str, clearance: float, law: str) -> list[float]:
-        """Speeds with settled turns of a model with a clearance [m] and a friction law, rising."""
+        """Speeds with settled turns of a model with a clearance [m] and a friction law, ascending."""
         return sorted(k.speed for k in self.motions if (k.model, k.clearance, k.law) == (model, clearance, law))
 
     def range_of(self, signal: str, speed: float) -> float:
-        """Range of a signal of the ideal mechanism [SI], or of any other at this speed; NaN if there is none."""
+        """Range of a signal at a speed [SI], of the ideal mechanism if present; NaN without settled turns."""
         for key in sorted(self.motions, key=lambda key: key.model != "ideal"):
             if key.speed == speed:
                 return float(np.ptp(self.motions[key][signal].values))
@@ -117,11 +117,11 @@ class Evidence:
 
 @dataclass(frozen=True)
 class Plan:
-    """The runs that evidence comes from; fields as of `Evidence`.
+    """Runs whose results are the evidence; the fields correspond to the fields of `Evidence`.
 
     Parameters
     ----------
-    motions, starts, growths : runs by their cases.
+    motions, starts, growths : runs by the keys of their cases.
     diagrams : runs by parameter and model.
     """
 
@@ -132,13 +132,13 @@ class Plan:
 
     @property
     def runs(self) -> tuple[StudyRun, ...]:
-        """All of them, each once."""
+        """All runs, each once."""
         return once([run for group in self._groups for run in group.values()])
 
     def read(self, results: Results) -> Evidence:
-        """The evidence in some results."""
+        """Evidence of the results of all runs."""
         return Evidence(*({key: results[run] for key, run in group.items()} for group in self._groups))
 
     @property
-    def _groups(self) -> list[Mapping[tuple, StudyRun]]:
+    def _groups(self) -> list[Mapping[Any, StudyRun]]:
         return [getattr(self, one.name) for one in fields(self)]

@@ -1,4 +1,4 @@
-"""A claim, the parts by which it is judged, and the verdict that they give."""
+"""Claim, parts of a claim, and the verdict of the parts."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from flexmb.study.statistics import UNTOLD, Comparison
 
 AGREES, DISAGREES, UNDECIDED = "agrees", "disagrees", "cannot be decided"
 ASIDE = "not counted"
-"""Verdict on a part that is shown beside the parts that decide."""
+"""Verdict on a part that is shown and not counted."""
 
 NOT_JUDGED = "not judged"
-"""Verdict on a claim for which there are no runs."""
+"""Verdict on a claim without runs."""
 
 NAMED = 2
-"""Parts that a reason names."""
+"""Largest number of parts in a reason."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """One case or quantity of a claim.
+    """Part of a claim: the verdict on one case or quantity.
 
     Parameters
     ----------
     what : name of the case or quantity.
     verdict : AGREES, DISAGREES, UNDECIDED or ASIDE.
-    numbers : the measured numbers in words, with units.
-    values : the same numbers by name [SI].
+    numbers : text of the measured numbers, with units.
+    values : measured numbers by name [SI].
     """
 
     what: str
@@ -39,36 +39,37 @@ class Part:
 
     @property
     def aside(self) -> Part:
-        """The same part, not counted."""
+        """Copy of the part with the verdict ASIDE."""
         return replace(self, verdict=ASIDE)
 
     @property
     def beside(self) -> Part:
-        """The same part, not counted, with its verdict among the numbers."""
+        """Copy of the part with the verdict ASIDE; the original verdict is appended to `numbers`."""
         return replace(self, verdict=ASIDE, numbers=f"{self.numbers}: {self.verdict}")
 
 
 @dataclass(frozen=True)
 class Finding:
-    """All parts of a claim, and the verdict they give.
+    """Parts and verdict of a claim.
 
-    A claim agrees when all its parts do, disagrees when one does, and cannot be decided otherwise.
+    A claim agrees if all counted parts agree.  The claim disagrees if one counted part disagrees.  All other claims are
+    undecided.
 
     Parameters
     ----------
-    parts : the parts.
+    parts : parts of the claim.
     """
 
     parts: tuple[Part, ...]
 
     @property
     def counted(self) -> tuple[Part, ...]:
-        """The parts that decide."""
+        """Parts with a verdict other than ASIDE."""
         return tuple(part for part in self.parts if part.verdict != ASIDE)
 
     @property
     def verdict(self) -> str:
-        """AGREES, DISAGREES, UNDECIDED; NOT_JUDGED without parts."""
+        """AGREES, DISAGREES or UNDECIDED; NOT_JUDGED without counted parts."""
         verdicts = {part.verdict for part in self.counted}
         if not verdicts:
             return NOT_JUDGED
@@ -78,7 +79,7 @@ class Finding:
 
     @property
     def reason(self) -> str:
-        """One line: the number of parts with the verdict of the claim, and the first of them."""
+        """Number of parts with the verdict of the claim, and the texts of the first two."""
         if self.verdict == NOT_JUDGED:
             return "There are no runs to judge by."
         telling = [part for part in self.counted if part.verdict == self.verdict]
@@ -88,21 +89,21 @@ class Finding:
 
     @property
     def tally(self) -> str:
-        """Numbers of parts that agree, disagree and are open: "7 / 1 / 0"."""
+        """Numbers of parts with the verdicts AGREES, DISAGREES and UNDECIDED: "7 / 1 / 0"."""
         verdicts = [part.verdict for part in self.counted]
         return " / ".join(str(verdicts.count(verdict)) for verdict in (AGREES, DISAGREES, UNDECIDED))
 
 
 class Claim(NamedTuple):
-    """A claim of a published study.
+    """Claim of a published study with the rule of its verdict.
 
     Parameters
     ----------
-    number : its number in our list.
-    text : the claim.
-    figures : figures that show it.
-    parts : from the evidence to the parts, none of them where there are no runs.
-    rule : the rule by which the parts are judged, in words.
+    number : number in the table of claims.
+    text : text of the claim.
+    figures : numbers of the published figures.
+    parts : function of the evidence that returns the parts; no parts without runs.
+    rule : text of the rule of the verdicts.
     """
 
     number: int
@@ -112,19 +113,19 @@ class Claim(NamedTuple):
     rule: str
 
     def judge(self, seen: Evidence) -> Finding:
-        """The finding of some evidence."""
+        """Finding of the claim by some evidence."""
         return Finding(tuple(self.parts(seen)))
 
 
 def expect(found: Comparison, wanted: str) -> str:
-    """The verdict on a claim that one mean is HIGHER or LOWER than another.
+    """Verdict on the claim that one mean is HIGHER or LOWER than another mean.
 
-    Equal means contradict it, too; a difference within the spread decides nothing.
+    Equal means disagree with the claim.  A difference within the spread is UNDECIDED.
 
     Parameters
     ----------
-    found : the comparison.
-    wanted : HIGHER or LOWER, the claimed relation of the first to the second.
+    found : comparison of the means.
+    wanted : HIGHER or LOWER, the claimed relation of the first mean to the second.
     """
     if found.verdict == UNTOLD:
         return UNDECIDED
@@ -132,7 +133,7 @@ def expect(found: Comparison, wanted: str) -> str:
 
 
 def by_rule(*, agrees: bool, disagrees: bool) -> str:
-    """The verdict of two conditions that exclude one another."""
+    """Verdict of two mutually exclusive conditions."""
     if agrees:
         return AGREES
     return DISAGREES if disagrees else UNDECIDED

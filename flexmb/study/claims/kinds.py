@@ -1,4 +1,4 @@
-"""Parts on kinds of motion: chaotic or periodic, one point or more."""
+"""Parts of claims on kinds of motion: chaotic or periodic, one section point or several."""
 
 from __future__ import annotations
 
@@ -16,29 +16,29 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SURE = 3.0
-"""So many of its errors an exponent must be away from zero, or from another."""
+"""Distance of an exponent from zero or from another exponent, in standard deviations, that is significant."""
 
 POINT = 1e-3
-"""Part of the clearance within which points of the journal are one point to the eye."""
+"""Side of the square that holds one section point, over the clearance."""
 
 ROUNDING = 1e-9
 NOISE = 1e-8
-"""Differences of positions that may be errors of the integration [m]."""
+"""Differences of positions within the errors of the integration [m]."""
 
 
 def journal(joint: str) -> tuple[str, str]:
-    """Names of the coordinates of the journal in its bearing."""
+    """Signals of the coordinates of the journal in the bearing of a joint."""
     return f"{joint}.ex", f"{joint}.ey"
 
 
 class Kind(NamedTuple):
-    """The kind of a motion.
+    """Kind of a motion: verdict, exponent, size of the section.
 
     Parameters
     ----------
     verdict : "periodic-1", "chaotic", ...
-    exponent, error : of the system [1/s].
-    cloud : side of the square that holds the journal's points, one a turn [m].
+    exponent, error : largest Lyapunov exponent of the system and its standard deviation [1/s].
+    cloud : side of the square that holds the section points of the journal [m].
     """
 
     verdict: str
@@ -48,35 +48,35 @@ class Kind(NamedTuple):
 
     @classmethod
     def of(cls, data: xr.Dataset, joint: str) -> Kind:
-        """The kind of a long run, of whose joint with clearance `joint` is the name."""
+        """Kind of the motion of a long run; `joint` is the name of the joint with clearance."""
         cloud = max(float(np.ptp(data[f"section.{name}"].values)) for name in journal(joint))
         return cls(str(data.attrs["verdict"]), float(data["exponent"]), float(data["exponent_error"]), cloud)
 
     @property
     def chaotic(self) -> bool:
-        """Called so, with an exponent (where there is one) above zero by three errors."""
+        """Whether the verdict is chaotic, and a known exponent exceeds three standard deviations."""
         return self.verdict == "chaotic" and not self.exponent <= SURE * self.error
 
     @property
     def periodic(self) -> bool:
-        """Called so, with an exponent (where there is one) that is not above zero by three errors."""
+        """Whether the verdict is periodic, and a known exponent does not exceed three standard deviations."""
         return self.verdict.startswith("periodic") and not self.exponent > SURE * self.error
 
     @property
     def text(self) -> str:
-        """For tables."""
+        """Text of verdict, exponent and cloud for tables."""
         exponent = f", exponent {self.exponent:.3g} ± {self.error:.1g} 1/s" if math.isfinite(self.exponent) else ""
         points = f", points within {1e6 * self.cloud:.2g} um" if math.isfinite(self.cloud) else ""
         return f"{self.verdict}{exponent}{points}"
 
     @property
     def values(self) -> dict[str, float]:
-        """The numbers."""
+        """Numbers of the kind by name [1/s, m]."""
         return {"exponent": self.exponent, "error": self.error, "cloud": self.cloud}
 
 
 def is_chaotic(growths: Mapping[Key, xr.Dataset], key: Key, where: str, joint: str) -> Part:
-    """A long run, which must be chaotic; undecided without one."""
+    """Part of a claim that a long run is chaotic; UNDECIDED without a run."""
     if key not in growths:
         return Part(f"chaotic, {where}", UNDECIDED, "no run")
     kind = Kind.of(growths[key], joint)
@@ -84,7 +84,7 @@ def is_chaotic(growths: Mapping[Key, xr.Dataset], key: Key, where: str, joint: s
 
 
 def more_so(what: str, small: tuple[Kind, str], large: tuple[Kind, str]) -> Part:
-    """Two kinds with texts of their cases, of which the exponent of the second must be larger."""
+    """Part of a claim that the exponent of the second kind is larger; each kind has the text of its case."""
     (a, where_a), (b, where_b) = small, large
     difference, error = b.exponent - a.exponent, math.hypot(b.error, a.error)
     verdict = by_rule(agrees=difference > SURE * error, disagrees=difference < -SURE * error)
@@ -93,7 +93,7 @@ def more_so(what: str, small: tuple[Kind, str], large: tuple[Kind, str]) -> Part
 
 
 def unbroken(data: xr.Dataset, where: str) -> Part:
-    """Settled turns, none of which may have free flight."""
+    """Part of a claim that no settled turn has free flight."""
     flight = data["flight"].values
     text = f"{100 * flight.max():.2g} % of free flight at most in {len(flight)} turns"
     verdict = by_rule(agrees=bool(flight.max() == 0.0), disagrees=bool(flight.min() > 0.0))
@@ -101,13 +101,13 @@ def unbroken(data: xr.Dataset, where: str) -> Part:
 
 
 def one_point(data: xr.Dataset, where: str, joint: str, clearance: float) -> Part:
-    """A long run, whose section points of the journal must be one point.
+    """Part of a claim that the section of the journal is one point.
 
     Parameters
     ----------
-    data : the long run.
-    where : the case in words.
-    joint, clearance : name of the joint, and its clearance [m].
+    data : result of the long run.
+    where : text of the case.
+    joint, clearance : name and clearance [m] of the joint.
     """
     kind = Kind.of(data, joint)
     through = {str(data.attrs[f"verdict.{name}"]) for name in journal(joint)}
@@ -119,7 +119,7 @@ def one_point(data: xr.Dataset, where: str, joint: str, clearance: float) -> Par
 
 
 def kinds_of(diagram: xr.Dataset, parameter: str, joint: str) -> list[tuple[float, Kind]]:
-    """The kinds of motion at the values of a diagram, by rising value; points that failed are inconclusive."""
+    """Values of the parameter of a diagram, ascending, with the kinds of motion; failed values are inconclusive."""
     clouds = [np.ptp(diagram[name].values, axis=1) for name in journal(joint) if name in diagram]
     table = zip(
         diagram[parameter].values,
@@ -137,12 +137,12 @@ def kinds_of(diagram: xr.Dataset, parameter: str, joint: str) -> list[tuple[floa
 
 
 def instead(kind: Kind, value: float, long: Mapping[float, Kind]) -> Kind:
-    """The kind of a longer run at the same value, if there is one."""
+    """Kind of the longer run at the same value of the parameter; `kind` without a longer run."""
     return next((other for at, other in long.items() if math.isclose(at, value, rel_tol=ROUNDING)), kind)
 
 
 def all_of(what: str, kinds: list[tuple[float, Kind]], unit: str, *, chaotic: bool) -> Part:
-    """The kinds at values, all of which must be chaotic, or all periodic; names the first that are not."""
+    """Part of a claim that the motions at all values of a parameter are chaotic, or all periodic."""
     fits = [kind.chaotic if chaotic else kind.periodic for _, kind in kinds]
     against = [(value, kind) for value, kind in kinds if (kind.periodic if chaotic else kind.chaotic)]
     open_ = [(value, kind) for value, kind in kinds if not (kind.periodic or kind.chaotic)]
@@ -157,7 +157,7 @@ def all_of(what: str, kinds: list[tuple[float, Kind]], unit: str, *, chaotic: bo
 
 
 def one_point_through(seen: Evidence, key: Key, where: str, signal: str) -> Part:
-    """A long run, whose section points must be one point through one signal."""
+    """Part of a claim that the section of one signal is one point."""
     data = seen.growths[key]
     through, size = str(data.attrs[f"verdict.{signal}"]), float(np.ptp(data[f"section.{signal}"].values))
     stroke = seen.range_of(signal, key.speed)

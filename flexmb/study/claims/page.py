@@ -1,4 +1,4 @@
-"""The page of claims: each claim of a published study against our runs."""
+"""Page "claims": each claim of a published study with its verdict and parts."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 ATTACKED = (DISAGREES, UNDECIDED)
-"""Verdicts that are not taken as they are."""
+"""Verdicts of parts that are tried again with finer or longer runs."""
 
 HEAD = ("claim", "what the paper says", "figures", "verdict", "agree / disagree / open", "reason")
 
@@ -26,15 +26,15 @@ HEAD = ("claim", "what the paper says", "figures", "verdict", "agree / disagree 
 def claims_page(
     title: str, introduction: str, claims: Sequence[Claim], deciding: Plan, attacks: Mapping[str, Plan]
 ) -> StudyPage:
-    """The page "claims".
+    """Page "claims" of a study.
 
     Parameters
     ----------
-    title : heading.
+    title : heading of the page.
     introduction : paragraphs above the table.
-    claims : the claims.
-    deciding : the runs that decide.
-    attacks : runs with which parts that do not agree are tried again, by their finer or longer numbers.
+    claims : claims of the study.
+    deciding : runs whose results are judged.
+    attacks : finer or longer runs that try again the parts that do not agree, by the text of the change.
     """
     runs = once([run for plan in (deciding, *attacks.values()) for run in plan.runs])
     write = partial(written, introduction=introduction, claims=claims, deciding=deciding, attacks=attacks)
@@ -44,12 +44,12 @@ def claims_page(
 def written(
     results: Results, *, introduction: str, claims: Sequence[Claim], deciding: Plan, attacks: Mapping[str, Plan]
 ) -> tuple[str, xr.Dataset]:
-    """The text and the numbers.
+    """Text and numbers of the page "claims".
 
     Parameters
     ----------
-    results : by runs.
-    introduction, claims, deciding, attacks : as of `claims_page`.
+    results : results by run.
+    introduction, claims, deciding, attacks : arguments of `claims_page`.
     """
     seen = deciding.read(results)
     found = {claim.number: claim.judge(seen) for claim in claims}
@@ -80,12 +80,12 @@ def _passage(claim: Claim, found: Finding, attacked: Mapping[str, Finding]) -> s
 
 
 def withstood(found: Finding, attacked: Mapping[str, Finding]) -> Finding:
-    """The finding after attacks: a part that disagrees, but not in all finer or longer runs, is not decided.
+    """Finding after the attacks: a part that disagrees, but not in all finer or longer runs, becomes UNDECIDED.
 
     Parameters
     ----------
-    found : the finding of the runs that decide.
-    attacked : findings by the finer numbers of their runs.
+    found : finding of the deciding runs.
+    attacked : findings of the finer or longer runs, by the text of the change.
     """
     return Finding(tuple(_withstood(part, again(part, attacked)) for part in found.parts))
 
@@ -99,12 +99,13 @@ def _withstood(part: Part, others: list[tuple[str, Part]]) -> Part:
 
 
 def again(part: Part, attacked: Mapping[str, Finding]) -> list[tuple[str, Part]]:
-    """The same part from other runs, by their finer numbers.
+    """Parts of the same name in the finer or longer runs, with the text of the change.
 
     Parameters
     ----------
-    part : one part of a finding.
-    attacked : findings by the finer numbers of their runs; the same numbers come from the same run, and are left out.
+    part : part of the finding of the deciding runs.
+    attacked : findings of the finer or longer runs, by the text of the change; equal numbers are from the same run and
+        are omitted.
     """
     return [
         (name, other)
@@ -115,12 +116,12 @@ def again(part: Part, attacked: Mapping[str, Finding]) -> list[tuple[str, Part]]
 
 
 def attacked_with(found: Finding, attacked: Mapping[str, Finding]) -> str:
-    """The table of finer and longer runs of the parts that do not agree.
+    """Table of the parts that do not agree, with their verdicts in finer and longer runs.
 
     Parameters
     ----------
-    found : the finding.
-    attacked : findings by the finer numbers of their runs; parts that they lack are left out.
+    found : finding of the deciding runs.
+    attacked : findings of the finer or longer runs, by the text of the change.
     """
     rows = []
     for part in found.counted:
@@ -135,7 +136,7 @@ def attacked_with(found: Finding, attacked: Mapping[str, Finding]) -> str:
 
 
 def _dataset(found: Mapping[int, Finding]) -> xr.Dataset:
-    """All numbers of all parts, over "number"; verdicts over "claim" and over "part"."""
+    """Dataset of the numbers of all parts over "number", and of the verdicts over "claim" and over "part"."""
     import xarray
 
     parts = [(number, part) for number, finding in found.items() for part in finding.parts]

@@ -1,4 +1,4 @@
-"""Parts on the size of the response: a curve off the ideal one, a mean against a mean, means that rise."""
+"""Parts of claims on the size of the response: differences to the ideal mechanism, ratios and rise of means."""
 
 from __future__ import annotations
 
@@ -14,15 +14,16 @@ from flexmb.study.statistics import ALIKE, HIGHER, LOWER, compare
 def curve_off(
     seen: Evidence, key: Key, where: str, signal: str, names: tuple[str, str], limits: tuple[float, float]
 ) -> Part:
-    """Largest difference of a signal to the ideal mechanism, over its range or over its largest value.
+    """Part on the largest difference of a signal to the ideal mechanism, over the range or the largest ideal value.
 
     Parameters
     ----------
-    seen, key : the evidence, and the case.
-    where : the case in words.
-    signal : its name.
-    names : its name in words, and that of the size it is held against: "stroke" for a range, else a largest value.
-    limits : parts of that size up to which it agrees, and above which it disagrees.
+    seen, key : evidence, and key of the case.
+    where : text of the case.
+    signal : name of the signal.
+    names : text of the signal, and text of the reference size: "stroke" for the range, any other text for the largest
+        absolute value.
+    limits : relative difference up to which the part agrees, and above which the part disagrees.
     """
     found, pure = seen.motions[key], seen.motions[ideal(key.speed)]
     time, period = pure["time"].values, float(pure.attrs["period"])
@@ -35,7 +36,7 @@ def curve_off(
 
 
 def times_ideal(seen: Evidence, key: Key, where: str, measure: Measure, least: float) -> Part:
-    """The mean of a peak over the peak of the ideal mechanism, which must be above `least` with its whole interval."""
+    """Part of a claim that the mean peak exceeds `least` ideal peaks, with the whole interval of the mean."""
     mean, pure = seen.mean(key, measure), seen.peak(key.speed, measure)
     low, high = (mean.value - mean.interval) / pure, (mean.value + mean.interval) / pure
     text = f"{measure.shown(mean)}, {mean.value / pure:.3g} times the ideal peak"
@@ -44,7 +45,7 @@ def times_ideal(seen: Evidence, key: Key, where: str, measure: Measure, least: f
 
 
 def contrast(seen: Evidence, where: str, first: Key, second: Key, measure: Measure, wanted: str) -> Part:
-    """The mean of a measure in one case against that in another, which must be HIGHER or LOWER."""
+    """Part of a claim that the mean of a measure in the first case is HIGHER or LOWER than in the second."""
     a, b = seen.mean(first, measure), seen.mean(second, measure)
     found = compare(a, b)
     text = f"{measure.shown(a)} against {measure.shown(b)}, ratio {found.shown}: {found.verdict}"
@@ -53,9 +54,9 @@ def contrast(seen: Evidence, where: str, first: Key, second: Key, measure: Measu
 
 
 def softened(seen: Evidence, where: str, flexible: Key, rigid: Key, measure: Measure) -> Part:
-    """The mean of a flexible mechanism, which must be lower than that of the rigid one.
+    """Part of a claim that the mean of the flexible mechanism is lower than the mean of the rigid mechanism.
 
-    Not counted where the rigid mean is within 5 % of the ideal peak, unless the flexible one is higher.
+    The part is not counted if the rigid mean is within 5 % of the ideal peak and the flexible mean is not higher.
     """
     part = contrast(seen, where, flexible, rigid, measure, LOWER)
     if not seen.has(ideal(rigid.speed)):
@@ -69,14 +70,14 @@ def softened(seen: Evidence, where: str, flexible: Key, rigid: Key, measure: Mea
 
 
 def rising(seen: Evidence, where: str, keys: Sequence[Key], measure: Measure, unit: str, short: str) -> Part:
-    """The means at rising speeds, none of which may be lower than the one before.
+    """Part of a claim that the means of a measure rise with the speed.
 
     Parameters
     ----------
-    seen : the evidence.
-    where : the cases in words.
-    keys : cases by rising speed.
-    measure : the measure.
+    seen : evidence of the claims.
+    where : text of the cases.
+    keys : keys of the cases, by ascending speed.
+    measure : measure of a turn.
     unit, short : unit of speeds in texts and in names.
     """
     speeds, means = [key.speed for key in keys], [seen.mean(key, measure) for key in keys]
@@ -94,20 +95,20 @@ def rising(seen: Evidence, where: str, keys: Sequence[Key], measure: Measure, un
 
 
 def listed(speeds: Sequence[float], values: Sequence[float], measure: Measure, unit: str) -> str:
-    """Values of a measure at speeds, in words."""
+    """Text of the values of a measure at some speeds."""
     shown = ", ".join(f"{value:.3g}" for value in values)
     return f"{shown} {measure.unit} at {', '.join(f'{speed:g}' for speed in speeds)} {unit}"
 
 
 def equals(what: str, found: float, wanted: float, unit: str, near: float) -> Part:
-    """A number, which must be a known one.
+    """Part of a claim that a number equals a reference number.
 
     Parameters
     ----------
-    what : its name.
-    found, wanted : the number and the known one [unit].
-    unit : of both.
-    near : part of the known number within which it agrees; above three times that it disagrees.
+    what : name of the number.
+    found, wanted : number and reference number [unit].
+    unit : unit of both numbers.
+    near : relative difference up to which the part agrees; above 3 `near` the part disagrees.
     """
     off = abs(found - wanted) / abs(wanted)
     text = f"{found:.6g} against {wanted:.6g} {unit}".rstrip() + f", {100.0 * off:.2g} % off"

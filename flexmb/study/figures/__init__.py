@@ -1,1 +1,1 @@
-"""Kinds of figures: each makes a figure of a study from a row of its table."""
+"""Kinds of figures of a study: comparison, laws, path, phase, section, exponent, bifurcation."""

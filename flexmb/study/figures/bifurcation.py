@@ -24,28 +24,31 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MANY = 1500
-"""Points of a panel from which on markers are small."""
+"""Number of points in a panel above which markers are small."""
 
 NEAR_ZERO = (-3.0, 3.0)
-"""Range of the panel of exponents near zero [1/s]."""
+"""Limits of the panel of exponents near zero [1/s]."""
+
+CLEARANCE = "clearance of the joint"
+"""Entry of the clearance in legends."""
 
 DEVIATION = "deviation"
-"""End of the name of a signal less its mean over the turns at each value: the size of the cloud."""
+"""Suffix of a signal less its mean over the turns at each value of the parameter."""
 
 
 @dataclass(frozen=True)
 class Over:
-    """A parameter of diagrams.
+    """Parameter of a bifurcation diagram with its values and constant numbers.
 
     Parameters
     ----------
     parameter : "speed" or "clearance".
-    quantity : its text and unit.
-    values : all its values [rad/s or m].
-    case : gives what stays.
-    where : the number that stays, in words.
-    rtol : accepted error of the steps of diagrams with exponents by model; others take the usual one.
-    mark : a published range of the parameter [unit of the quantity] and its text; None: there is none.
+    quantity : name and unit of the parameter.
+    values : all values of the parameter [rad/s or m].
+    case : case with the constant numbers.
+    where : text of the constant speed or clearance.
+    rtol : accepted relative error of steps by model, in diagrams with exponents; other diagrams use the default.
+    mark : published range of the parameter [unit of the quantity] and its text; None: no range.
     """
 
     parameter: str
@@ -57,7 +60,7 @@ class Over:
     mark: tuple[float, float, str] | None = None
 
     def run(self, effort: Effort, model: str) -> StudyRun:
-        """The diagram of a model at an effort."""
+        """Run of the diagram of a model at an effort."""
         rtol = self.rtol.get(model) if effort.exponents else None
         case = dataclasses.replace(self.case, model=model, rtol=rtol)
         lengths = effort.diagram_settle, effort.diagram_points
@@ -68,19 +71,19 @@ class Over:
 def bifurcation(
     number: int, effort: Effort, over: Over, *, who: str, signals: Mapping[str, Quantity], ideal: Case | None = None
 ) -> StudyFigure:
-    """Two signals, the flexible mechanism above the rigid one, and below both the exponents.
+    """Bifurcation diagrams of two signals, flexible above rigid mechanism, and largest exponents of both below.
 
-    Beside the exponents: over the speed the same near zero, where the sign changes; over the clearance, where it does
-    not, the size of the clouds, which on the scale of the diagram look like one point when the clearance is small.
+    A diagram over the speed has a panel of the exponents near zero.  A diagram over the clearance has a panel of the
+    ranges of the section points.
 
     Parameters
     ----------
-    number : of the figure.
+    number : number of the figure.
     effort : lengths of the runs.
-    over : the parameter.
-    who : the body that is looked at, in words.
-    signals : two signals with text and unit, the columns.
-    ideal : case whose stroke is the scale of the first signal; None: a figure of the joint.
+    over : parameter of the diagram.
+    who : text of the observed body or joint.
+    signals : two signals with name and unit, one per column.
+    ideal : case whose stroke is the range of the axis of the first signal; None: range of the section points.
     """
     diagrams = {model: over.run(effort, model) for model in reversed(PLAY_MODELS)}
     stroke = None if ideal is None else effort.settled(ideal)
@@ -91,7 +94,7 @@ def bifurcation(
 
 @dataclass(frozen=True, eq=False)
 class _Drawing:
-    """Draws a bifurcation diagram; fields as of `bifurcation`."""
+    """Drawing of a bifurcation diagram; the fields are arguments of `bifurcation`."""
 
     heading: str
     over: Over
@@ -130,14 +133,14 @@ class _Drawing:
         return found.assign({name: place - place.mean("period") for name, place in places.items()})
 
     def _marks(self, ax: Axes, found: xr.Dataset, signal: str) -> None:
-        """The play that the journal has; the published range."""
+        """Draw the clearance of the joint and the published range of the parameter."""
         across, parameter, case = self.over.quantity, self.over.parameter, self.over.case
         if signal.startswith(f"{case.machine.joint}."):
             values = found[parameter].values
             play = values if parameter == "clearance" else np.full(len(values), case.clearance)
-            style = {"color": "0.6", "linewidth": 0.8, "linestyle": "--", "zorder": 1, "label": "play of the joint"}
+            style: dict[str, Any] = {"color": "0.6", "linewidth": 0.8, "linestyle": "--", "zorder": 1}
             for side in (-1.0, 1.0):
-                ax.plot(across.factor * values, side * self.signals[signal].factor * play, **style)
+                ax.plot(across.factor * values, side * self.signals[signal].factor * play, label=CLEARANCE, **style)
         self._mark(ax)
 
     def _mark(self, ax: Axes) -> None:
@@ -146,7 +149,7 @@ class _Drawing:
             ax.axvspan(low, high, color="0.85", zorder=0, label=text)
 
     def _scale(self, axes: Any, signal: str, data: Mapping[str, xr.Dataset], results: Results) -> None:
-        """One scale for both models: that of the points, for the first signal that of the stroke."""
+        """Set one range of the axis for both models: range of the section points, or stroke of the ideal mechanism."""
         values = [found[signal].values[found["ok"].values] for found in data.values()]
         if signal == next(iter(self.signals)) and self.stroke is not None:
             values = [results[self.stroke][signal].values]
@@ -158,7 +161,7 @@ class _Drawing:
             ax.set_ylim(factor * (low - room), factor * (high + room))
 
     def _points(self, ax: Axes, shown: Shown, model: str, found: xr.Dataset, signal: str) -> set[str]:
-        """The points of the section, by verdict; the entries of the legend that occur."""
+        """Draw the section points, coloured by verdict; the returned names are the entries of the legend."""
         across, quantity, parameter = self.over.quantity, self.signals[signal], self.over.parameter
         values, points, verdicts = found[parameter].values, found[signal].values, found["verdict"].values
         dim = f"{model}.{parameter}"
@@ -167,7 +170,7 @@ class _Drawing:
         shown[f"{model}.verdict"] = named(verdicts.astype(str), dim, "verdict on the motion")
         good, entries = found["ok"].values, [entry_of(str(verdict)) for verdict in verdicts]
         size = 3.0 if points.size < MANY else 1.8
-        style = {"marker": "o", "linestyle": "none", "markersize": size, "markeredgewidth": 0.0}
+        style: dict[str, Any] = {"marker": "o", "linestyle": "none", "markersize": size, "markeredgewidth": 0.0}
         for entry in dict.fromkeys(entry for entry, ok in zip(entries, good, strict=True) if ok):
             chosen = np.array([entry == other for other in entries]) & good
             x = np.repeat(across.factor * values[chosen], points.shape[1])
@@ -182,10 +185,10 @@ class _Drawing:
         return {entry for entry, ok in zip(entries, good, strict=True) if ok}
 
     def _exponents(self, ax: Axes, shown: Shown, data: Mapping[str, xr.Dataset], *, near: bool = False) -> None:
-        """The largest exponent of both models with its error; `near` zero once more."""
+        """Draw the largest exponent of both models with its standard deviation; `near`: limits near zero."""
         across, parameter = self.over.quantity, self.over.parameter
         names = {"exponent": "largest exponent", "exponent_error": "its standard deviation"}
-        style = {"fmt": "o-", "markersize": 2.5, "linewidth": 0.7, "elinewidth": 0.9, "capsize": 1.5}
+        style: dict[str, Any] = {"fmt": "o-", "markersize": 2.5, "linewidth": 0.7, "elinewidth": 0.9, "capsize": 1.5}
         for model, found in data.items():
             for name, text in names.items():
                 shown[f"{model}.{name}"] = noted(found[name].values, f"{model}.{parameter}", "1/s", text)
@@ -200,7 +203,7 @@ class _Drawing:
         ax.legend(fontsize="small", loc="upper left")
 
     def _clouds(self, ax: Axes, shown: Shown, data: Mapping[str, xr.Dataset]) -> None:
-        """Largest distance of the points of the first signal, over the clearance."""
+        """Draw the range of the section points of the first signal over the clearance."""
         across, (signal, quantity) = self.over.quantity, next(iter(self.signals.items()))
         text = f"largest less smallest {quantity.text}, once a turn"
         for model, found in data.items():
@@ -214,7 +217,7 @@ class _Drawing:
 
 
 def _legend(figure: Figure, axes: Any, verdicts: set[str]) -> None:
-    """Colours of the verdicts that occur, and the lines and crosses that there are."""
+    """Draw the legend: colours of the verdicts, lines, and crosses of failed values."""
     from matplotlib.lines import Line2D
 
     style: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 6.0}

@@ -1,4 +1,4 @@
-"""Two cases side by side: the columns (a) and (b) of most figures."""
+"""Two cases side by side: columns (a) and (b) of a figure."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 COLOUR = "#0072b2"
-"""Colour of the one model of a figure."""
+"""Colour of the curves of a figure with one model."""
 
 
 @dataclass(frozen=True)
@@ -31,8 +31,8 @@ class Contrast:
 
     Parameters
     ----------
-    where : number that both share, "clearance 0.5 mm".
-    texts : number of each, "2π rad/s".
+    where : text of the common number, "clearance 0.5 mm".
+    texts : text of the different number of each case, "2π rad/s".
     cases : the two cases, of any model.
     """
 
@@ -41,36 +41,36 @@ class Contrast:
     cases: tuple[Case, ...]
 
     def columns(self, effort: Effort, models: tuple[str, ...] = MODELS) -> list[tuple[str, str, dict[str, StudyRun]]]:
-        """Letter, text and settled turns by model, of each case."""
+        """Letter, text, and runs of settled turns by model, of each case."""
         runs = [
             {model: effort.settled(dataclasses.replace(case, model=model)) for model in models} for case in self.cases
         ]
         return list(zip("abcdef", self.texts, runs, strict=False))
 
     def attractors(self, effort: Effort) -> tuple[StudyRun, ...]:
-        """The long runs of the cases, as they are."""
+        """Long runs of the cases."""
         cases = (dataclasses.replace(case, elements=effort.elements or case.elements) for case in self.cases)
         return tuple(effort.attractor(case) for case in cases)
 
 
 Column = Callable[[Any, Shown, str, Observable, StudyRun, "xr.Dataset"], None]
-"""(axes (rows,), variables of the dataset so far, letter, observable, run, its result): draws one case."""
+"""Function (axes (rows,), variables of the dataset, letter, observable, run, result of the run) that draws one case."""
 
 
 def observed(
     number: int, effort: Effort, contrast: Contrast, place: str, *, what: str, rows: int, column: Column
 ) -> StudyFigure:
-    """A figure of one observable in the long runs of two cases.
+    """Figure of one observable in the long runs of two cases.
 
     Parameters
     ----------
-    number : of the figure.
+    number : number of the figure.
     effort : lengths of the runs.
-    contrast : the cases.
-    place : name of the observable.
-    what : "Phase diagram".
-    rows : of panels.
-    column : draws one case.
+    contrast : cases of the columns.
+    place : coordinate of the observable.
+    what : text of the kind of figure, "Phase diagram".
+    rows : number of rows of panels.
+    column : function that draws one case.
     """
     observable = next(seen for seen in contrast.cases[0].machine.observables if seen.place == place)
     runs = contrast.attractors(effort)
@@ -105,11 +105,12 @@ def _draw(
 
 
 def time_of(data: xr.Dataset) -> np.ndarray:
-    """Time from the beginning of the shown turns of a motion (n,) [s].
+    """Time from the begin of the saved turns of a motion (n,) [s].
 
     Parameters
     ----------
-    data : of the motion.
+    data : settled turns of the motion.
     """
     time, period = data["time"].values, data.attrs["period"]
-    return time - period * math.floor(time[0] / period + 1e-9)
+    since: np.ndarray = time - period * math.floor(time[0] / period + 1e-9)
+    return since

@@ -1,4 +1,4 @@
-"""Kinds "comparison" and "laws": curves of a signal over the shown turns."""
+"""Kinds "comparison" and "laws" of figures: curves of a signal over the saved turns."""
 
 from __future__ import annotations
 
@@ -26,22 +26,22 @@ LINES: dict[str, dict[str, Any]] = {
     "rigid": {"linewidth": 0.5, "alpha": 0.85},
     "ideal": {"linewidth": 1.1},
 }
-"""In the order of drawing: vibrations of flexible links fill the panel, so they lie under the rigid one's impacts."""
+"""Styles of the models in the order of drawing: vibrations of flexible links lie below the impacts of rigid links."""
 
 HEAD = 0.3
-"""Room for the legend above the curves, over their height."""
+"""Height of the legend above the curves, over the height of the curves."""
 
 DWARFED = 10.0
-"""Peaks over those of the ideal mechanism from which on its curve cannot be seen."""
+"""Ratio of the largest peak to the ideal peak above which the ideal curve has a panel of its own scale."""
 
 ROOM = 1.6
-"""Height of the panel on the scale of the ideal mechanism, over the height of its curve."""
+"""Height of the panel on the scale of the ideal mechanism, over the height of the ideal curve."""
 
 WIDTHS = {"flexible": 1.6, "rigid": 0.7}
-"""Of deviations: where there are no impacts both are the same, and both should be seen."""
+"""Line widths of deviations; both curves remain visible where they coincide."""
 
 CLOSE_UP = 0.05
-"""Part of a turn that is drawn enlarged before and after the highest peak."""
+"""Half width of the close-up of the highest peak, over the period."""
 
 LAW_COLOURS = (COLOURS["rigid"], "#8e44ad")
 
@@ -54,19 +54,19 @@ def comparison(
     deviation: Quantity | None = None,
     models: tuple[str, ...] = MODELS,
 ) -> StudyFigure:
-    """A signal of the models of a mechanism, and below it the details that its scale hides.
+    """Figure of a signal of several models, and of the deviation from the ideal mechanism below.
 
-    Below is the ideal curve where peaks dwarf it, and the deviation from it elsewhere.  An ideal mechanism has no
-    penetration, so of this there is nothing below.
+    The lower panel shows the signal on the scale of the ideal curve if peaks exceed 10 ideal peaks.  Figures of the
+    penetration have no lower panel, since the ideal mechanism has no penetration.
 
     Parameters
     ----------
-    number : of the figure.
+    number : number of the figure.
     effort : lengths of the runs.
-    contrast : columns.
-    signal : the signal.
-    deviation : text and unit of the deviations of a signal that hardly differs; None: the signal's unit.
-    models : models that are compared.
+    contrast : cases of the columns.
+    signal : name of the signal.
+    deviation : name and unit of the deviation; None: unit of the signal, with the largest values in the legend.
+    models : compared models.
     """
     machine = contrast.cases[0].machine
     models = tuple(model for model in models if model != "ideal" or not _is_penetration(signal))
@@ -92,8 +92,8 @@ def _compared(
     import xarray
 
     below, shown = not _is_penetration(signal), dict[str, Any]()
-    size = {"panel": (6.2, 3.3 if below else 4.2), "sharex": "col"}
-    figure, axes = sheet(heading, 1 + below, len(columns), **size)
+    panel = (6.2, 3.3 if below else 4.2)
+    figure, axes = sheet(heading, 1 + below, len(columns), panel=panel, sharex="col")
     for axis, (letter, text, runs) in zip(axes.T, columns, strict=True):
         data = {model: results[run] for model, run in runs.items()}
         caption(axis[0], letter, text)
@@ -111,9 +111,11 @@ def _compared(
 def _closer(
     ax: Axes, shown: Shown, letter: str, signal: str, quantity: Quantity, data: Mapping[str, xr.Dataset]
 ) -> None:
-    """The same curves, on the scale of the ideal one."""
+    """Draw the curves on the scale of the ideal curve."""
     draw_curves(ax, shown, letter, signal, quantity, data)
-    ax.get_legend().remove()
+    legend = ax.get_legend()
+    if legend is not None:
+        legend.remove()
     values = quantity.factor * values_of(data["ideal"], signal)
     lowest = quantity.factor * min(float(values_of(found, signal).min()) for found in data.values())
     middle, half = 0.5 * (values.max() + values.min()), ROOM * 0.5 * np.ptp(values)
@@ -124,7 +126,7 @@ def _closer(
 def _deviations(
     ax: Axes, shown: Shown, letter: str, signal: str, quantity: Quantity, data: Mapping[str, xr.Dataset]
 ) -> None:
-    """The difference from the ideal curve."""
+    """Draw the differences to the ideal curve."""
     from scipy.interpolate import CubicSpline
 
     exact = CubicSpline(time_of(data["ideal"]), values_of(data["ideal"], signal))
@@ -140,22 +142,22 @@ def _deviations(
 
 
 def _ratio(data: Mapping[str, xr.Dataset], signal: str) -> float:
-    """The highest peak over that of the ideal curve."""
+    """Largest absolute value of all models over the largest absolute value of the ideal curve."""
     peaks = {model: float(np.abs(values_of(found, signal)).max()) for model, found in data.items()}
     return max(peaks.values()) / max(peaks["ideal"], 1e-300)
 
 
 def laws(number: int, effort: Effort, signal: str, case: Case, names: Mapping[str, str], where: str) -> StudyFigure:
-    """A signal of the rigid mechanism with two friction laws, and both over each other about the highest peak.
+    """Figure of a signal of the rigid mechanism with two friction laws, and of both curves about the highest peak.
 
     Parameters
     ----------
-    number : of the figure.
+    number : number of the figure.
     effort : lengths of the runs.
-    signal : the signal.
-    case : the rigid case.
-    names : texts of two laws by their names.
-    where : speed and clearance in words.
+    signal : name of the signal.
+    case : case of the model "rigid".
+    names : texts of the two friction laws, by name.
+    where : text of speed and clearance.
     """
     quantity = case.machine.quantities[signal]
     runs = {law: effort.settled(dataclasses.replace(case, friction=law)) for law in names}
@@ -199,7 +201,7 @@ def _close_up(
     signal: str,
     quantity: Quantity,
 ) -> None:
-    """Both laws about the highest peak of the first."""
+    """Draw the curves of both friction laws about the highest peak of the first."""
     first = data[next(iter(names))]
     when = time_of(first)[int(np.abs(values_of(first, signal)).argmax())]
     for letter, (law, text), colour in zip("ab", names.items(), LAW_COLOURS, strict=True):
@@ -213,12 +215,12 @@ def _close_up(
 
 
 def values_of(data: xr.Dataset, signal: str) -> np.ndarray:
-    """A signal as it is drawn (n,) [SI]: there is no negative penetration.
+    """Values of a signal in a figure (n,) [SI]; negative penetrations are 0.
 
     Parameters
     ----------
-    data : of a motion.
-    signal : its name.
+    data : settled turns of a motion.
+    signal : name of the signal.
     """
     values = data[signal].values
     return np.maximum(values, 0.0) if _is_penetration(signal) else values
@@ -234,16 +236,16 @@ def draw_curves(
     *,
     peaks: bool = True,
 ) -> None:
-    """Draw a signal of several models, with the largest absolute value of each in the legend.
+    """Draw a signal of several models; the legend gives the largest absolute values.
 
     Parameters
     ----------
-    ax : axes.
-    shown : variables of the dataset, to which the curves are added.
-    letter : of the panel.
-    signal, quantity : its name, and its text and unit.
-    data : motions by model.
-    peaks : whether the largest values are told.
+    ax : axes of the panel.
+    shown : variables of the dataset; the curves are added.
+    letter : letter of the panel.
+    signal, quantity : name of the signal, and text and unit of its axis.
+    data : settled turns by model.
+    peaks : whether the legend gives the largest values.
     """
     for model in [name for name in LINES if name in data]:
         values = values_of(data[model], signal)
@@ -254,20 +256,27 @@ def draw_curves(
 
 
 def turns_above(ax: Axes, run: StudyRun) -> None:
-    """A second axis above, in turns of the drives of a run."""
+    """Add an upper axis in turns of the drives of a run."""
     period = run.case.period
-    top = ax.secondary_xaxis("top", functions=(lambda t: t / period, lambda n: n * period))
+
+    def to_turns(time: Any) -> Any:
+        return time / period
+
+    def to_time(turns: Any) -> Any:
+        return turns * period
+
+    top = ax.secondary_xaxis("top", functions=(to_turns, to_time))
     top.set_xlabel(f"turns of the {run.case.machine.drives}", fontsize="small")
     top.tick_params(labelsize="small")
 
 
 def largest(values: np.ndarray, quantity: Quantity) -> str:
-    """The largest absolute value of (n,) [SI], for a legend: "398 m/s²"."""
+    """Text of the largest absolute value of (n,) values [SI]: "398 m/s²"."""
     return f"{float(f'{quantity.factor * np.abs(values).max():.3g}'):g} {quantity.unit}"
 
 
 def _finish(ax: Axes, data: Mapping[str, xr.Dataset]) -> None:
-    """Ends of the time axis; the legend above the curves, in the order of the models, with lines that can be seen."""
+    """Set the limits of the time axis, and draw the legend in the order of the models."""
     ends = [float(time_of(found)[-1]) for found in data.values()]
     ax.set_xlim(0.0, max(ends))
     low, high = ax.get_ylim()

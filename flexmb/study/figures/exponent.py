@@ -1,9 +1,9 @@
-"""Kind "exponent": the largest Lyapunov exponent, from one observable and of the system.
+"""Kind "exponent" of figures: the largest Lyapunov exponent, from one observable and of the system.
 
-Above the running estimate from one observable by the method of Wolf et al., and the published value.  100 samples a
-period, the delay at the first minimum of the mutual information, the dimension with less than 1 % of false neighbours,
-pairs that are followed for a mean period of the signal.  Below the exponent of the system, from the tangent of the time
-stepper, which is one for all observables.
+The upper panel shows the running estimate from one observable by the method of Wolf et al., and the published value.
+The signal has 100 samples per period.  The delay is at the first minimum of the mutual information.  The dimension
+leaves less than 1 % of false neighbours.  Pairs are followed for a mean period of the signal.  The lower panel shows
+the exponent of the system, computed with the linearised steps and independent of the observable.
 """
 
 from __future__ import annotations
@@ -28,21 +28,21 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Printed = Mapping[tuple[float, float], Mapping[str, float]]
-"""Published exponents by speed and clearance, and by observable, without a unit."""
+"""Published exponents of unknown unit by (speed, clearance), and by observable."""
 
 ESTIMATE, PAPER = "#d55e00", "black"
 
 SETTLED = 10
-"""One part in so many of a running estimate is left out of the range of the axis: it has not settled."""
+"""Reciprocal of the first part of a running estimate that is ignored by the limits of the axis."""
 
 
 def exponent(number: int, effort: Effort, contrast: Contrast, place: str, printed: Printed) -> StudyFigure:
-    """A figure of the exponents of two cases.
+    """Figure of the largest exponents of two cases.
 
     Parameters
     ----------
-    number, effort, contrast, place : as of `observed`.
-    printed : published values.
+    number, effort, contrast, place : arguments of `observed`.
+    printed : published exponents.
     """
     title, of_case = "Lyapunov exponent", partial(column, printed=printed)
     return observed(number, effort, contrast, place, what=title, rows=2, column=of_case)
@@ -58,16 +58,16 @@ def column(
     *,
     printed: Printed,
 ) -> None:
-    """The estimate from an observable over time, and below the exponent of the system.
+    """Draw the estimate from an observable over the length of the record, and the exponent of the system below.
 
     Parameters
     ----------
-    axes : (2,).
-    shown : variables of the dataset, to which those of this case are added.
-    letter : of the case.
-    observable : place and velocity.
-    run, result : the long run of the case.
-    printed : published values.
+    axes : (2,) axes of the case.
+    shown : variables of the dataset; the variables of the case are added.
+    letter : letter of the case.
+    observable : coordinate and velocity.
+    run, result : long run of the case, and its result.
+    printed : published exponents.
     """
     period = run.case.period
     value = printed_value(printed, run, observable.place)
@@ -79,7 +79,7 @@ def column(
 
 
 def printed_value(printed: Printed, run: StudyRun, place: str) -> float:
-    """The published exponent of the case of a run for an observable; NaN where there is none."""
+    """Published exponent of the case of a run and an observable; NaN without a published value."""
     return printed.get((run.case.speed, run.case.clearance), {}).get(place, float("nan"))
 
 
@@ -124,7 +124,7 @@ def _system(ax: Any, shown: Shown, letter: str, result: xr.Dataset) -> None:
 
 
 def _limit(ax: Any, values: np.ndarray) -> None:
-    """Limits about the settled part of a curve."""
+    """Set the limits of the axis to the last nine tenths of a curve."""
     late = np.append(values[:-2][len(values) // SETTLED :], values[-2:])
     late = late[np.isfinite(late)]
     room = 0.2 * max(float(np.ptp(late)), 1e-9)
@@ -139,12 +139,12 @@ def _settings(found: SeriesExponent) -> str:
 
 
 def estimate_of(result: xr.Dataset, name: str) -> SeriesExponent:
-    """Wolf's estimate from one observable of a run.
+    """Estimate of the largest exponent from one observable by the method of Wolf et al.
 
     Parameters
     ----------
-    result : of an `attractor`.
-    name : the observable.
+    result : result of an `attractor`.
+    name : coordinate of the observable.
     """
     rows = by_period(result, name)
     return _wolf(rows.tobytes(), rows.shape[1], float(result.attrs["period"]))

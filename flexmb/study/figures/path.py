@@ -1,9 +1,9 @@
-"""Kind "path": the path of the journal's centre in the bearing."""
+"""Kind "path" of figures: the path of the centre of the journal in the bearing."""
 
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,14 +23,14 @@ AXES = {"ex": Quantity("journal along X", "µm", 1e6), "ey": Quantity("journal a
 
 
 def path(number: int, effort: Effort, contrast: Contrast, models: tuple[str, ...] = PLAY_MODELS) -> StudyFigure:
-    """The path of the journal's centre, a model in each row.
+    """Figure of the path of the centre of the journal, one model per row.
 
     Parameters
     ----------
-    number : of the figure.
+    number : number of the figure.
     effort : lengths of the runs.
-    contrast : columns.
-    models : rows.
+    contrast : cases of the columns.
+    models : models of the rows.
     """
     columns = contrast.columns(effort, models)
     title = f"Path of the shaft centre at {contrast.cases[0].machine.joint}, {contrast.where}"
@@ -53,15 +53,16 @@ def _draw(
         ax.set_xlabel(AXES["ex"].label)
     for ax in axes[:, 0]:
         ax.set_ylabel(AXES["ey"].label)
-    entries = {}
+    entries: dict[str, Any] = {}
     for ax in axes[:, 0]:
         entries |= dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
-    figure.legend(entries.values(), entries, fontsize="small", loc="outside lower center", ncols=len(entries))
+    handles, labels = list(entries.values()), list(entries)
+    figure.legend(handles, labels, fontsize="small", loc="outside lower center", ncols=len(entries))
     return figure, xarray.Dataset(shown)
 
 
 def _path(ax: Axes, shown: Shown, group: str, run: StudyRun, data: xr.Dataset) -> float:
-    """One path: all of it thin, contact over it, the circle of the clearance; the share of free flight."""
+    """Draw one path, its contact intervals and the circle of the clearance; the result is the share of free flight."""
     model, joint, time = run.case.model, run.case.machine.joint, time_of(data)
     touching = data[f"{joint}.penetration"].values > 0.0
     shown[group] = noted(time, group, "s", "time from the first instant shown")

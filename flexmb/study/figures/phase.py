@@ -1,4 +1,4 @@
-"""Kind "phase": phase diagrams, the velocity over the place."""
+"""Kind "phase" of figures: phase diagrams, the velocity over the coordinate."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ if TYPE_CHECKING:
 
 
 def column(axes: Any, shown: Shown, letter: str, observable: Observable, run: StudyRun, result: xr.Dataset) -> None:
-    """The velocity over the place, at every step of a few periods.
+    """Draw the velocity over the coordinate at every step of 4 periods.
 
     Parameters
     ----------
-    axes : (1,).
-    shown : variables of the dataset, to which those of this case are added.
-    letter : of the case.
-    observable : place and velocity.
-    run, result : the long run of the case.
+    axes : (1,) axes of the case.
+    shown : variables of the dataset; the variables of the case are added.
+    letter : letter of the case.
+    observable : coordinate and velocity.
+    run, result : long run of the case, and its result.
     """
     ax, axis = axes[0], f"{letter}.step"
     place, rate = result[f"step.{observable.place}"].values, result[f"step.{observable.rate}"].values

@@ -1,7 +1,7 @@
-"""Kind "section": Poincare maps.
+"""Kind "section" of figures: Poincare sections.
 
-Above on the scale of the whole motion, below on the scale of the points: one point above is a cloud of micrometres
-below where the joint is chaotic, and one point on any scale where it is periodic.
+The upper panel has the scale of the motion, the lower panel the scale of the section points.  The points of a chaotic
+motion may coincide in the upper panel and differ by micrometres in the lower panel.
 """
 
 from __future__ import annotations
@@ -20,25 +20,25 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SMALLEST = 1e-6
-"""Of the range of the motion, the smallest range of a close-up: below lies what the integration may miss."""
+"""Least range of a close-up over the range of the motion; smaller ranges are within the errors of the integration."""
 
 ROOM = 1.15
-"""Range of a close-up over that of its points."""
+"""Range of a close-up over the range of the section points."""
 
 UNITS = ((1e3, "mm", "m/s", 1.0), (1e6, "µm", "mm/s", 1e3), (1e9, "nm", "µm/s", 1e6))
-"""Of close-ups: from metres, unit, unit of the velocity, from m/s."""
+"""Units of close-ups: (factor from m, unit, unit of the velocity, factor from m/s)."""
 
 
 def column(axes: Any, shown: Shown, letter: str, observable: Observable, run: StudyRun, result: xr.Dataset) -> None:
-    """Points once a period in the phase curve, and a close-up of them.
+    """Draw the section points on the phase curve, and a close-up of the points below.
 
     Parameters
     ----------
-    axes : (2,).
-    shown : variables of the dataset, to which those of this case are added.
-    letter : of the case.
-    observable : place and velocity.
-    run, result : the long run of the case.
+    axes : (2,) axes of the case.
+    shown : variables of the dataset; the variables of the case are added.
+    letter : letter of the case.
+    observable : coordinate and velocity.
+    run, result : long run of the case, and its result.
     """
     names = (observable.place, observable.rate)
     curve = [result[f"step.{name}"].values for name in names]
@@ -55,7 +55,7 @@ def column(axes: Any, shown: Shown, letter: str, observable: Observable, run: St
 
 
 def _whole(ax: Any, observable: Observable, curve: list[np.ndarray], points: list[np.ndarray]) -> None:
-    """On the scale of the motion."""
+    """Draw phase curve and section points on the scale of the motion."""
     scale = (observable.factor, observable.rate_factor)
     ax.plot(*(s * c for s, c in zip(scale, curve, strict=True)), color="0.8", linewidth=0.4, zorder=1)
     ax.scatter(*(s * p for s, p in zip(scale, points, strict=True)), s=6.0, color=COLOUR, linewidths=0, zorder=2)
@@ -65,7 +65,7 @@ def _whole(ax: Any, observable: Observable, curve: list[np.ndarray], points: lis
 
 
 def _close_up(ax: Any, observable: Observable, curve: list[np.ndarray], points: list[np.ndarray], verdict: str) -> None:
-    """On the scale of the points, as offsets from their middle."""
+    """Draw the section points on their own scale, as differences to the middle of their range."""
     middles = [0.5 * (p.max() + p.min()) for p in points]
     ranges = [max(np.ptp(p), SMALLEST * np.ptp(c)) * ROOM for p, c in zip(points, curve, strict=True)]
     factor, unit, rate_unit, rate_factor = next((row for row in UNITS if row[0] * ranges[0] >= 1.0), UNITS[-1])

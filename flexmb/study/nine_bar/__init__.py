@@ -1,1 +1,1 @@
-"""The study of Chen, Jiang, Deng and Wang (2018) on the nine-bar mechanism: tables of cases, figures and claims."""
+"""Study of Chen, Jiang, Deng and Wang (2018) on the nine-bar mechanism: tables of cases, figures, claims and pages."""

@@ -1,4 +1,4 @@
-"""The nine-bar mechanism of Chen, Jiang, Deng and Wang (Nonlinear Dynamics, 2018): machine and cases."""
+"""Machine and cases of the nine-bar mechanism of Chen, Jiang, Deng and Wang (Nonlinear Dynamics, 2018)."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from flexmb.mechanisms.nine_bar import nine_bar
-from flexmb.study.case import Case, Machine
+from flexmb.study.case import USUAL, Case, Machine
 from flexmb.study.drawing import Observable, Quantity
 from flexmb.study.figures.bifurcation import Over
 from flexmb.study.figures.contrast import Contrast
@@ -16,17 +16,17 @@ FRICTION = {
     "coulomb": "coulomb",
     "lugre": LoadScaledLuGre(static=0.015, kinetic=0.01, stribeck_speed=1e-3, stiffness=1e5, damping=300.0),
 }
-"""Friction laws: the paper's modified Coulomb, and its LuGre with numbers of ours (its table 3 is missing)."""
+"""Friction laws: modified Coulomb of the paper, and LuGre with assumed parameters, since table 3 is missing."""
 
 LONGEST_STEP = 2e-4
-"""[s], a hundredth of the period in which a journal that is pressed on its bearing swings along it.
+"""Longest step [s]: a hundredth of the period of the vibration of a loaded journal along its bearing.
 
-Friction is constant while it slides, so these vibrations hardly die out.  Steps of milliseconds, which the default
-tolerance allows where nothing else moves fast, would damp them: at 0.5 pi rad/s the exponent of the rigid mechanism is
--3 1/s with such steps, and -0.01 +- 0.05 1/s with these."""
+Constant sliding friction hardly damps these vibrations.  The default tolerance allows steps of milliseconds in slow
+motions, and the dissipation of such steps damps the vibrations.  At 0.5 pi rad/s the exponent of the rigid mechanism is
+-3 1/s with steps of milliseconds, and -0.01 +- 0.05 1/s with `LONGEST_STEP`."""
 
 SOFT = 2.0
-"""Turns in which the cranks get to their speed; a start at full speed would set off vibrations that hardly die out."""
+"""Turns in which the cranks accelerate to full speed; a start at full speed excites weakly damped vibrations."""
 
 QUANTITIES = {
     "slider.x": Quantity("displacement of the slider along X", "mm", 1e3),
@@ -62,8 +62,8 @@ MACHINE = Machine(
 )
 
 
-def case(model: str, speed: float, clearance: float | None = None, **others: Any) -> Case:
-    """A case of the nine-bar mechanism; speed over pi [rad/s], clearance at P1 [m], others as of `Case`."""
+def case(model: str, speed: float, clearance: float = USUAL, **others: Any) -> Case:
+    """Case of the nine-bar mechanism: speed over pi [rad/s], clearance at P1 [m], other arguments of `Case`."""
     return Case(machine=MACHINE, model=model, speed=speed, clearance=clearance, **others)
 
 
@@ -79,10 +79,11 @@ SPEEDS = Contrast(
 )
 
 COARSE = {"flexible": 1e-3}
-"""Tolerance of diagrams with exponents and beams: their runs are long, and take half the time of default steps.
+"""Accepted relative error of steps in diagrams of the flexible mechanism with exponents.
 
-Their exponents do not depend on it: 50.5 +- 1.0 1/s at 0.05 mm with 1e-4, 50.5 +- 1.5 with 1e-5, 51.1 +- 1.7 in the
-diagram.  Without beams they do where the play is small, 28.8 +- 0.7 against 12.9 +- 0.5 1/s, and no time is gained."""
+The runs take half the time of runs with the default, and the exponents agree: at 0.05 mm 50.5 +- 1.0 1/s with 1e-4,
+50.5 +- 1.5 with 1e-5, 51.1 +- 1.7 in the diagram.  Diagrams of the rigid mechanism have the default, since exponents at
+small clearances depend on the tolerance (28.8 +- 0.7 against 12.9 +- 0.5 1/s) and the time does not decrease."""
 
 OVER_CLEARANCE = Over(
     "clearance",
@@ -102,7 +103,7 @@ OVER_SPEED = Over(
     COARSE,
     (1.6, 1.65, "threshold of the paper"),
 )
-"""Speeds closer to each other about the paper's threshold of 1.6 pi."""
+"""Diagram over the speed, with smaller intervals about the published threshold of 1.6 pi rad/s."""
 
 PRINTED = {
     (2.0, 0.05e-3): {"P1.ex": 0.0111, "P1.ey": 0.0656, "slider.x": -0.0221},
@@ -110,4 +111,4 @@ PRINTED = {
     (0.5, 0.5e-3): {"P1.ex": -0.0026, "P1.ey": -0.0187, "slider.x": -0.0106},
     (2.5, 0.5e-3): {"P1.ex": 0.6890, "P1.ey": 0.1868, "slider.x": -0.0021},
 }
-"""The paper's exponents by speed over pi [rad/s] and clearance [m], without a unit, as it prints them."""
+"""Published exponents of unknown unit, by (speed over pi [rad/s], clearance [m]) and observable."""

@@ -1,4 +1,4 @@
-"""The table of the paper's thirteen claims: parts, measures, rules."""
+"""Table of the thirteen claims of the paper: parts, measures, rules."""
 
 from __future__ import annotations
 
@@ -50,25 +50,25 @@ from flexmb.study.nine_bar.measures import (
 from flexmb.study.statistics import HIGHER, LOWER
 
 LITTLE_AND_MUCH = {"slider.x": (0.01, 0.05), "slider.vx": (0.10, 0.25)}
-"""Largest difference to the ideal mechanism that is hardly any, and one that is much, over stroke or largest speed."""
+"""Relative differences to the ideal mechanism up to which claim 1 agrees, and above which it disagrees, by signal."""
 
 CURVES = {"slider.x": ("displacement", "stroke"), "slider.vx": ("velocity", "largest ideal velocity")}
 
 FAR = 2.0
-"""A peak of so many times the ideal one is far above it."""
+"""Least ratio of a mean peak to the ideal peak in claim 2."""
 
 CLOUD = 1e-7
-"""Side of a cloud of points of the slider that is counted [m]."""
+"""Least range of the section points of the slider that is counted [m]."""
 
 
 def at_middle(seen: Evidence) -> Iterator[Key]:
-    """Each model and clearance at 2 pi rad/s for which there are settled turns."""
+    """Keys of both models and clearances at 2 pi rad/s with settled turns."""
     keys = (key(model, MIDDLE, clearance) for model in PLAY_MODELS for clearance in (SMALL, LARGE))
     return (one for one in keys if seen.has(one))
 
 
 def pairs(seen: Evidence) -> Iterator[tuple[Key, Key, str]]:
-    """Rigid and flexible at each case of the paper for which there are both, and the case in words."""
+    """Keys of the rigid and the flexible mechanism, and text of the case, for each published case with both."""
     for speed, clearance in CASES:
         rigid, flexible = key("rigid", speed, clearance), key("flexible", speed, clearance)
         if seen.has(rigid, flexible):
@@ -76,7 +76,7 @@ def pairs(seen: Evidence) -> Iterator[tuple[Key, Key, str]]:
 
 
 def path_of_slider(seen: Evidence) -> Iterator[Part]:
-    """Parts of claim 1."""
+    """Parts of claim 1: displacement and velocity of the slider against the ideal mechanism."""
     for one in at_middle(seen):
         if seen.has(ideal(MIDDLE)):
             for signal, names in CURVES.items():
@@ -84,7 +84,7 @@ def path_of_slider(seen: Evidence) -> Iterator[Part]:
 
 
 def far_above(seen: Evidence) -> Iterator[Part]:
-    """Parts of claim 2."""
+    """Parts of claim 2: peaks against the ideal mechanism, growth of peaks with the clearance."""
     for model, measure in itertools.product(PLAY_MODELS, RESPONSES):
         small, large = key(model, MIDDLE, SMALL), key(model, MIDDLE, LARGE)
         for one in (small, large):
@@ -95,13 +95,13 @@ def far_above(seen: Evidence) -> Iterator[Part]:
 
 
 def peaks_coincide(seen: Evidence) -> Iterator[Part]:
-    """Parts of claim 3."""
+    """Parts of claim 3: coincidence of the peaks of acceleration and torques with peaks of the contact force."""
     for one, measure in itertools.product(at_middle(seen), RESPONSES):
         yield coinciding(seen.motions[one], f"{measure.text}, {text_of(one)}", measure.signal, FORCE.signal)
 
 
 def force_grows(seen: Evidence) -> Iterator[Part]:
-    """Parts of claim 4."""
+    """Parts of claim 4: growth of the contact force with clearance and speed."""
     for model in PLAY_MODELS:
         small, large = key(model, MIDDLE, SMALL), key(model, MIDDLE, LARGE)
         if seen.has(small, large):
@@ -113,13 +113,13 @@ def force_grows(seen: Evidence) -> Iterator[Part]:
 
 
 def flexible_softens(seen: Evidence) -> Iterator[Part]:
-    """Parts of claim 5."""
+    """Parts of claim 5: peaks of the flexible against the rigid mechanism."""
     for (rigid, flexible, where), measure in itertools.product(pairs(seen), PEAKS):
         yield softened(seen, where, flexible, rigid, measure)
 
 
 def flexible_holds_on(seen: Evidence) -> Iterator[Part]:
-    """Parts of claim 6."""
+    """Parts of claim 6: free flight and penetration of the flexible against the rigid mechanism."""
     for rigid, flexible, where in pairs(seen):
         aloft = max(seen.mean(one, FLIGHT).value for one in (rigid, flexible)) > 0.0
         for measure in (FLIGHT, DEPTH):
@@ -129,7 +129,7 @@ def flexible_holds_on(seen: Evidence) -> Iterator[Part]:
 
 
 def chaotic_joint(seen: Evidence) -> Iterator[Part]:
-    """Parts of claim 7."""
+    """Parts of claim 7: chaos in the joint at 2 pi rad/s."""
     growths = seen.growths
     models = [m for m in ("flexible", "rigid") if any(k.model == m and k.speed == MIDDLE for k in growths)]
     for number, model in enumerate(models):
@@ -142,7 +142,7 @@ def chaotic_joint(seen: Evidence) -> Iterator[Part]:
 
 
 def slow_is_periodic(seen: Evidence) -> Iterator[Part]:
-    """Parts of claim 8."""
+    """Parts of claim 8: unbroken contact and one section point at 0.5 pi rad/s."""
     for one in (key("flexible", SLOW), key("rigid", SLOW)):
         if seen.has(one):
             yield unbroken(seen.motions[one], text_of(one))
@@ -151,12 +151,12 @@ def slow_is_periodic(seen: Evidence) -> Iterator[Part]:
 
 
 def _flexible_decides(model: str, found: list[Part]) -> Iterator[Part]:
-    """Parts that count for the flexible mechanism only."""
+    """Parts of a claim; the parts of the rigid mechanism are not counted."""
     yield from found if model == "flexible" else (part.beside for part in found)
 
 
 def threshold_of_chaos(seen: Evidence) -> Iterator[Part]:
-    """Parts of claim 9."""
+    """Parts of claim 9: periodic and chaotic motions over the speed."""
     for model in ("flexible", "rigid"):
         kinds = _over_speed(seen, model)
         if not kinds:
@@ -171,9 +171,9 @@ def threshold_of_chaos(seen: Evidence) -> Iterator[Part]:
 
 
 def _over_speed(seen: Evidence, model: str) -> list[tuple[float, Kind]]:
-    """Kinds of motion at speeds over pi, from the diagram, or from a longer run where there is one.
+    """Speeds over pi [rad/s], ascending, with the kinds of motion of a model from the diagram and from long runs.
 
-    Without a diagram it is the long runs about the threshold alone.
+    A long run replaces the value of the diagram.  Without a diagram the speeds are `NEAR`.
     """
     growths = {one.speed: data for one, data in seen.growths.items() if one[::2] == (model, LARGE)}
     long = {speed: Kind.of(data, MACHINE.joint) for speed, data in growths.items()}
@@ -184,7 +184,7 @@ def _over_speed(seen: Evidence, model: str) -> list[tuple[float, Kind]]:
 
 
 def chaos_by_clearance(seen: Evidence) -> Iterator[Part]:
-    """Parts of claim 10."""
+    """Parts of claim 10: periodic and chaotic motions over the clearance."""
     for model in ("flexible", "rigid"):
         kinds = _over_clearance(seen, model)
         if not kinds:
@@ -200,9 +200,9 @@ def chaos_by_clearance(seen: Evidence) -> Iterator[Part]:
 
 
 def _over_clearance(seen: Evidence, model: str) -> list[tuple[float, Kind]]:
-    """Kinds of motion at clearances [mm], from the diagram, or from a longer run where there is one.
+    """Clearances [mm], ascending, with the kinds of motion of a model from the diagram and from long runs.
 
-    Without a diagram it is the long runs at both of its ends.
+    A long run replaces the value of the diagram.  Without a diagram the clearances are the smallest and the largest.
     """
     growths = {one.clearance: data for one, data in seen.growths.items() if one[:2] == (model, MIDDLE)}
     long: Mapping[float, Kind] = {value: Kind.of(data, MACHINE.joint) for value, data in growths.items()}
@@ -215,7 +215,7 @@ def _over_clearance(seen: Evidence, model: str) -> list[tuple[float, Kind]]:
 
 
 def slider_is_one_point(seen: Evidence) -> Iterator[Part]:
-    """Parts of claim 11."""
+    """Parts of claim 11: sections of the slider."""
     for speed, clearance in CASES:
         keys = [key(model, speed, clearance) for model in ("flexible", "rigid")]
         for one in [one for one in keys if one in seen.growths][:1]:
@@ -232,7 +232,7 @@ def slider_is_one_point(seen: Evidence) -> Iterator[Part]:
 
 
 def friction_laws(seen: Evidence) -> Iterator[Part]:
-    """Parts of claim 12."""
+    """Parts of claim 12: impact times and peaks with both friction laws."""
     coulomb, lugre = key("rigid", FAST), key("rigid", FAST, LARGE, "lugre")
     if coulomb in seen.starts and lugre in seen.starts:
         first, second = seen.starts[coulomb], seen.starts[lugre]
@@ -249,7 +249,7 @@ def friction_laws(seen: Evidence) -> Iterator[Part]:
 
 
 def torque_rises(seen: Evidence) -> Iterator[Part]:
-    """Parts of claim 13."""
+    """Parts of claim 13: rise of the torques with the speed."""
     for model, law in itertools.product(PLAY_MODELS, ("coulomb", "none")):
         where = f"{model}, {'friction' if law == 'coulomb' else 'no friction'}"
         keys = [key(model, speed, LARGE, law) for speed in seen.speeds(model, LARGE, law)]
@@ -397,4 +397,4 @@ CLAIMS = (
         "counted, the ideal mechanism.",
     ),
 )
-"""Number, claim, figures, parts, rule."""
+"""Claims of the paper: number, text, figures, parts, rule."""

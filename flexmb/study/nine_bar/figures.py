@@ -1,9 +1,10 @@
-"""The table of figures 6 to 44: number, kind, cases, signals."""
+"""Table of the figures 6 to 44: number, kind, cases, signals."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 from flexmb.study.drawing import Quantity
 from flexmb.study.effort import Effort
@@ -17,7 +18,7 @@ from flexmb.study.item import StudyFigure
 from flexmb.study.nine_bar.cases import OVER_CLEARANCE, OVER_SPEED, PLAYS, PRINTED, SPEEDS, case
 
 UM, MM_S = Quantity("deviation", "µm", 1e6), Quantity("deviation", "mm/s", 1e3)
-"""Deviations from the ideal mechanism of signals that hardly differ."""
+"""Units of deviations from the ideal mechanism in figures of the displacement and velocity of the slider."""
 
 LAWS = {"coulomb": "modified Coulomb friction", "lugre": "LuGre friction"}
 JOINT = {"P1.ex": Quantity("journal along X", "mm", 1e3), "P1.ey": Quantity("journal along Y", "mm", 1e3)}
@@ -32,7 +33,7 @@ running = partial(exponent, printed=PRINTED)
 of_joint = partial(bifurcation, who="clearance joint", signals=JOINT)
 of_slider = partial(bifurcation, who="slider", signals=SLIDER, ideal=STROKE)
 
-TABLE: tuple[tuple, ...] = (
+TABLE: tuple[tuple[Any, ...], ...] = (
     (6, two_laws, "slider.ax"),
     (7, two_laws, "motor1.torque"),
     (8, two_laws, "motor4.torque"),
@@ -73,11 +74,11 @@ TABLE: tuple[tuple, ...] = (
     (43, running, SPEEDS, "slider.x"),
     (44, of_slider, OVER_SPEED),
 )
-"""Number, kind, cases (or the parameter of a diagram), signal and unit of deviations."""
+"""Rows (number, kind, cases or parameter of a diagram, signal, unit of deviations)."""
 
 
 def figures(effort: Effort) -> tuple[StudyFigure, ...]:
-    """The figures at an effort."""
+    """Figures of the nine-bar study at an effort."""
     return tuple(_made(number, effort, *row) for number, *row in TABLE)
 
 

@@ -1,4 +1,4 @@
-"""The LuGre law of the paper, whose bristles are as stiff as the load is large."""
+"""LuGre friction law of the paper, with a stiffness of the bristles proportional to the normal force."""
 
 import math
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from flexmb.kernels import friction_law
 from flexmb.model.law import FrictionLaw
 
 (DEFLECTION,) = range(1)
-"""The history: deflection of the bristles."""
+"""Index of the bristle deflection in the history."""
 
 
 @friction_law
@@ -32,20 +32,20 @@ def load_scaled_lugre_kernel(p, h, slip, N, z, z_new):
 
 @dataclass(frozen=True)
 class LoadScaledLuGre(FrictionLaw):
-    """LuGre friction with bristles that are as stiff as the load is large.
+    """LuGre friction with a stiffness of the bristles proportional to the normal force.
 
     z' = slip - sigma_0 |slip| z / g,  g = mu_k + (mu_s - mu_k) exp(-(slip/v_s)^2),
     T = -(sigma_0 z + sigma_1 z' + sigma_2 slip) N,
-    z [m] is the deflection of the bristles and the history of the law; it is gone when the surfaces part.
+    z [m] is the bristle deflection, the history of the law.  A separation of the surfaces sets z = 0.
 
     Parameters
     ----------
-    static : mu_s >= mu_k.
-    kinetic : mu_k > 0.
-    stribeck_speed : v_s, slip speed of the fall from static to kinetic friction [m/s], > 0.
-    stiffness : sigma_0 for each newton of load [1/m], > 0.
-    damping : sigma_1 for each newton of load [s/m], >= 0.
-    viscous : sigma_2 for each newton of load [s/m], >= 0.
+    static : coefficient of static friction mu_s >= mu_k.
+    kinetic : coefficient of kinetic friction mu_k > 0.
+    stribeck_speed : v_s, slip of the transition from static to kinetic friction [m/s], > 0.
+    stiffness : stiffness of the bristles per normal force sigma_0 [1/m], > 0.
+    damping : damping of the bristles per normal force sigma_1 [s/m], >= 0.
+    viscous : viscous friction per normal force sigma_2 [s/m], >= 0.
 
     Raises
     ------
@@ -53,9 +53,9 @@ class LoadScaledLuGre(FrictionLaw):
 
     Notes
     -----
-    For the study alone: a load that grows multiplies the energy of the bristles, and damping that does not fade lets
-    the force oppose the motion of the bristles, not that of the surfaces.  `flexmb.friction.LuGre` never produces
-    energy.
+    The law reproduces the paper and may produce energy.  A growing normal force increases the strain energy of the
+    bristles.  At high slip the damping force opposes the rate of the bristles instead of the slip.  The law
+    `flexmb.friction.LuGre` never produces energy.
     Source: Chen, Jiang, Deng, Wang, Nonlinear Dynamics (2018), their references 32 and 33.
     """
 
@@ -78,9 +78,9 @@ class LoadScaledLuGre(FrictionLaw):
         checks.not_negative("LoadScaledLuGre", "viscous", self.viscous, "s/m")
 
     def history(self) -> tuple[float, ...]:
-        """Deflection of the bristles [m]."""
+        """Initial bristle deflection [m]."""
         return (0.0,)
 
     def creep_speed(self, load_ratio: float) -> float:
-        """Slip speed [m/s] that balances the tangential load `load_ratio` mu_s N: 0 up to 1, inf above."""
+        """Steady slip [m/s] under the tangential force `load_ratio` mu_s N: 0 up to 1, inf above."""
         return 0.0 if checked_ratio("LoadScaledLuGre", load_ratio) <= 1.0 else math.inf

@@ -1,4 +1,4 @@
-"""Keys and measures of the nine-bar mechanism: the cases of its claims, and their numbers in tables."""
+"""Keys and measures of the claims on the nine-bar mechanism."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from flexmb.study.claims.evidence import Key, Measure
 from flexmb.study.nine_bar.cases import case
 
 LARGE, SMALL, SMALLEST = 0.5e-3, 0.05e-3, 0.01e-3
-"""Clearances of the paper [m]; the last one is where its diagrams begin."""
+"""Clearances of the paper [m]; `SMALLEST` is the first value of the published diagrams."""
 
 SLOW, MIDDLE, FAST = 0.5, 2.0, 2.5
 """Speeds of the paper over pi [rad/s]."""
 
 CASES = ((MIDDLE, SMALL), (MIDDLE, LARGE), (SLOW, LARGE), (FAST, LARGE))
-"""Speeds over pi and clearances at which the paper compares rigid and flexible links."""
+"""Speeds over pi [rad/s] and clearances [m] of the published comparisons of rigid and flexible links."""
 
 FORCE = Measure("peak.P1.force", "contact force", "N")
 ACCELERATION = Measure("peak.slider.ax", "slider acceleration", "m/s^2")
@@ -24,31 +24,31 @@ LANDINGS = Measure("landings", "landings a turn")
 RESPONSES = (ACCELERATION, *TORQUES)
 PEAKS = (FORCE, *RESPONSES)
 MEASURES = (*PEAKS, FLIGHT, DEPTH, LANDINGS)
-"""Measures of a turn, with their units in tables."""
+"""Measures of a turn with the units of tables."""
 
 LAST_PERIODIC, FIRST_CHAOTIC = 1.6, 1.65
-"""Speeds over pi between which the paper sees chaos begin [rad/s]."""
+"""Published threshold of chaos: last periodic and first chaotic speed over pi [rad/s]."""
 
 NEAR = (1.55, 1.575, 1.6, 1.65, 1.7, 1.975)
-"""Speeds over pi [rad/s] of longer runs: where chaos begins, and where the diagram was not sure."""
+"""Speeds over pi [rad/s] of long runs: about the threshold of chaos, and at inconclusive values of the diagram."""
 
 NO_FRICTION = NineBarData(friction_coefficient=0.0)
 LAW_TEXTS = {"coulomb": "", "lugre": ", LuGre", "none": ", no friction"}
 
 
 def key(model: str, speed: float, clearance: float = LARGE, law: str = "coulomb") -> Key:
-    """The key of a case with clearance: speed over pi [rad/s], clearance [m]."""
+    """Key of a case with clearance: speed over pi [rad/s], clearance [m]."""
     return Key(model, speed, clearance, law)
 
 
 def text_of(one: Key) -> str:
-    """A key for tables."""
+    """Text of a key for tables."""
     play = f", {1e3 * one.clearance:.3g} mm" if one.clearance else ""
     return f"{one.model}, {one.speed:g} pi rad/s{play}{LAW_TEXTS[one.law]}"
 
 
 def case_of(one: Key) -> Case:
-    """The case of a key."""
+    """Case of a key."""
     if one.model == "ideal":
         return case("ideal", one.speed)
     if one.law == "none":

@@ -1,4 +1,4 @@
-"""The runs by which the claims are judged, and the finer and longer ones with which a "disagrees" is attacked."""
+"""Runs of the claims on the nine-bar mechanism: deciding runs, and finer or longer runs of the attacks."""
 
 from __future__ import annotations
 
@@ -17,31 +17,31 @@ from flexmb.study.nine_bar.measures import CASES, FAST, LARGE, MIDDLE, NEAR, SLO
 from flexmb.study.run import StudyRun
 
 SPEEDS = {"full": (0.5, 1.0, 1.5, 1.75, 2.0, 2.25, 2.5), "quick": (SLOW, MIDDLE, FAST)}
-"""Over pi [rad/s], for peaks over the speed."""
+"""Speeds over pi [rad/s] of the peaks over the speed, by effort."""
 
 SPEEDS_WITHOUT_FRICTION = {"full": (0.5, 1.0, 1.5, 2.0, 2.5), "quick": (SLOW, MIDDLE, FAST)}
 
 DATA = NineBarData()
 START_TURNS = 3
 MANY_TURNS = 100
-"""Turns of the rigid mechanism, where a difference is within the spread of the usual number."""
+"""Number of settled turns of the rigid mechanism in longer runs."""
 
 SOME_TURNS = 60
-"""Turns at 0.05 mm with finer steps, where the peaks of 20 turns scatter too much."""
+"""Number of settled turns at 0.05 mm with finer steps; the deviation of the peaks over 20 turns is too large."""
 
 LONG, SHORT = (60, 150), (20, 50)
-"""Periods before the first point, and points, of exponents that are looked at again, and of those with finer steps."""
+"""Periods before the first section point, and number of section points, of longer runs and of runs with finer steps."""
 
 FINER, MESHES = 1e-5, (2, 8)
 LEAST_APPROACH, SHORTER = 1e-7, 5e-5
-"""Numbers that are no physics, made finer: least approach speed [m/s] and longest step [s]."""
+"""Smaller values of numerical parameters: least approach speed [m/s] and longest step [s]."""
 
 LAWS = (key("rigid", FAST), key("rigid", FAST, LARGE, "lugre"))
 AT_CASES = tuple(key(model, *case) for model in PLAY_MODELS for case in CASES)
 
 
 def plan(effort: Effort) -> Plan:
-    """The runs that decide, at an effort."""
+    """Deciding runs at an effort."""
     speeds, models = SPEEDS[effort.name], PLAY_MODELS if effort.full else PLAY_MODELS[:1]
     keys = [ideal(speed) for speed in speeds]
     keys += [key(model, speed) for model in PLAY_MODELS for speed in speeds]
@@ -61,7 +61,7 @@ def plan(effort: Effort) -> Plan:
 
 
 def attacks(effort: Effort) -> Mapping[str, Plan]:
-    """Runs with which a "disagrees" is tried again, by their finer or longer numbers; none at a quick look."""
+    """Finer or longer runs at an effort, by text of the change; none at the quick effort."""
     if not effort.full:
         return {}
     pure = {ideal(speed): effort.settled(case_of(ideal(speed))) for speed in (SLOW, MIDDLE, FAST)}
@@ -97,22 +97,22 @@ def attacks(effort: Effort) -> Mapping[str, Plan]:
 
 
 def changed(one: Key, **numbers: Any) -> Any:
-    """The case of a key with other numbers."""
+    """Case of a key with changed fields."""
     return dataclasses.replace(case_of(one), **numbers)
 
 
 def meshed(one: Key, elements: int) -> Any:
-    """The case of a key with another number of elements; that of the rigid mechanism is the same."""
+    """Case of a key with another number of beam elements per link, unchanged for the rigid mechanism."""
     return changed(one, elements=elements) if one.model == "flexible" else case_of(one)
 
 
 def started(one: Key, **numbers: Any) -> StudyRun:
-    """The first turns of a key, at full speed from the start."""
+    """Run of the first turns of a key, with a start at full speed."""
     return motion(changed(one, label="start", ramp=0.0, **numbers), 0, START_TURNS, START_TURNS)
 
 
 def lengthened(one: Key, effort: Effort, turns: int, **numbers: Any) -> StudyRun:
-    """Many settled turns of a key."""
+    """Run of settled turns of a key, of another number of turns."""
     return effort.settled(changed(one, label=f"{turns} turns", **numbers), turns)
 
 
@@ -121,7 +121,7 @@ def _long(one: Key, effort: Effort) -> StudyRun:
 
 
 def _finer_numbers(one: Key, effort: Effort, turns: int | None = None) -> StudyRun:
-    """Settled turns with the numbers that are no physics made finer."""
+    """Run of settled turns of a key with `LEAST_APPROACH` and `SHORTER`."""
     case = case_of(one)
     label = "-".join(filter(None, (case.label, "ours finer")))
     data = dataclasses.replace(case.data or DATA, least_approach=LEAST_APPROACH)

@@ -1,4 +1,4 @@
-"""The force in the ideal joint P1 over a turn, and the speeds at which it passes through zero."""
+"""Reaction of the ideal joint P1 over a turn, and the speeds at which the reaction passes through zero."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SPEEDS = (1.0, 2.0)
-"""Two speeds over pi [rad/s] from which the static and the dynamic part follow."""
+"""Two speeds over pi [rad/s] that determine the static and the dynamic part."""
 
 POINTS = 240
 FINER = 20
-"""Places between two points at which sign changes are looked for, by the trigonometric series."""
+"""Intervals between two points in the search for sign changes, by the trigonometric series."""
 
 ROUNDING = 1e-12
-"""Part of the largest cross product below which one is zero."""
+"""Zero of a cross product, relative to the largest cross product."""
 
 
 class Crossing(NamedTuple):
-    """A speed at which the force is zero at some instant of the turn.
+    """Speed at which the reaction is zero at an instant of the turn.
 
     Parameters
     ----------
     speed : over pi [rad/s].
-    angle : of crank 4 at that instant [rad], from its angle at the start.
+    angle : angle of crank 4 at the instant, from the start [rad].
     """
 
     speed: float
@@ -40,31 +40,31 @@ class Crossing(NamedTuple):
 
 
 def reaction(case: Case, points: int = POINTS) -> StudyRun:
-    """The run of the static and the dynamic part of the force at P1 of the ideal mechanism.
+    """Run of the static and the dynamic part of the reaction at P1 of the ideal mechanism.
 
-    F = S + w^2 D at each angle of the cranks, because the cranks turn at constant speeds: gravity needs S, the inertia
-    of the bodies D.
+    The cranks turn at the constant speed w.  The reaction is F = S + w^2 D at each angle of the cranks.  S balances the
+    weight, and w^2 D the inertia of the bodies.
 
     Parameters
     ----------
-    case : an ideal case; its speed plays no part.
-    points : evenly spaced angles of a turn.
+    case : case of the model "ideal" and of any speed.
+    points : number of evenly spaced angles of a turn.
     """
     name = "reaction" + (f"-{case.label}" if case.label else "") + ("" if points == POINTS else f"-{points}")
     return StudyRun(name, measure_reaction, case, (("points", points),), 0.003 * len(SPEEDS) * points)
 
 
 def measure_reaction(case: Case, *, points: int) -> xr.Dataset:
-    """The forces from the equations of motion, one instant at a time, without integration in time.
+    """Static and dynamic part of the reaction at P1, by inverse dynamics.
 
     Parameters
     ----------
-    case, points : as of `reaction`.
+    case, points : arguments of `reaction`.
 
     Returns
     -------
-    xarray.Dataset : over "angle" (of crank 4, from its angle at the start [rad]) and "axis" (x, y): `static` [N] and
-        `dynamic` [N s^2].
+    xarray.Dataset : over "angle" (angle of crank 4 from the start [rad]) and "axis" (x, y): `static` [N] and `dynamic`
+        [N s^2].
     """
     import dataclasses
 
@@ -86,11 +86,11 @@ def measure_reaction(case: Case, *, points: int) -> xr.Dataset:
 
 
 def crossings(static: np.ndarray, dynamic: np.ndarray) -> list[Crossing]:
-    """All speeds at which S + w^2 D = 0 somewhere in the turn, the lowest first.
+    """Speeds w at which S + w^2 D = 0 at an angle of the turn, ascending.
 
-    The force is a vector in the plane: as a closed curve over the turn (its hodograph) it runs through the origin only
-    at single speeds.  There S and D are parallel (S x D = 0) and opposed (S . D < 0), and w^2 = |S| / |D|.  The zeros
-    of the cross product are found to round-off by its trigonometric series.
+    The hodograph of the reaction runs through the origin at isolated speeds.  At these speeds S and D are parallel,
+    S x D = 0, and opposed, S . D < 0, and w^2 = |S| / |D|.  The zeros of the trigonometric series of the cross product
+    are computed to round-off.
 
     Parameters
     ----------
@@ -102,7 +102,8 @@ def crossings(static: np.ndarray, dynamic: np.ndarray) -> list[Crossing]:
     count = len(static)
 
     def at(angle: float) -> np.ndarray:
-        return _series(coefficients, count, np.array([angle]))[0]
+        values: np.ndarray = _series(coefficients, count, np.array([angle]))[0]
+        return values
 
     def cross(angle: float) -> float:
         sx, sy, dx, dy = at(angle)
@@ -124,22 +125,22 @@ def crossings(static: np.ndarray, dynamic: np.ndarray) -> list[Crossing]:
 
 
 def _series(coefficients: np.ndarray, count: int, angles: np.ndarray) -> np.ndarray:
-    """The trigonometric series of n values at other angles (k,); its coefficients are (n // 2 + 1, m)."""
+    """Values (k, m) of a trigonometric series of n points at angles (k,), from coefficients (n // 2 + 1, m)."""
     orders = np.arange(len(coefficients))
     weight = np.where((orders == 0) | (2 * orders == count), 1.0, 2.0) / count
     return np.real(np.exp(1j * np.outer(angles, orders)) @ (weight[:, None] * coefficients))
 
 
 class Turning(NamedTuple):
-    """The force over one turn at one speed.
+    """Reaction over one turn at one speed.
 
     Parameters
     ----------
-    least : smallest magnitude in the turn [N].
-    angle : of crank 4 where that is [rad].
-    turns : how often the direction of the force goes round in a turn, counter-clockwise positive.
-    swing : difference of the extreme directions, counted through the turn [rad].
-    fastest : largest change of the direction per angle of the crank [rad/rad].
+    least : smallest reaction in the turn [N].
+    angle : angle of crank 4 at the smallest reaction [rad].
+    turns : revolutions of the direction of the reaction in a turn, counter-clockwise positive.
+    swing : range of the continuous direction of the reaction in the turn [rad].
+    fastest : largest derivative of the direction by the angle of the crank [rad/rad].
     """
 
     least: float
@@ -150,7 +151,7 @@ class Turning(NamedTuple):
 
 
 def turning(static: np.ndarray, dynamic: np.ndarray, speed: float) -> Turning:
-    """Smallest joint force in a turn, and turning of its direction.
+    """Smallest reaction in a turn, and rotation of its direction.
 
     Parameters
     ----------
@@ -170,16 +171,15 @@ def turning(static: np.ndarray, dynamic: np.ndarray, speed: float) -> Turning:
 
 
 def reversal(static: np.ndarray, dynamic: np.ndarray, highest: float = 4.0) -> float:
-    """The lowest speed over pi [rad/s] at which the force turns round somewhere; NaN if there is none.
+    """Smallest speed over pi [rad/s] at which the reaction reverses its direction in the turn; NaN without a reversal.
 
-    That is where its component along its own mean over the turn first falls to zero: from there on no side of the
-    bearing is pressed all the time, and the journal must cross over.  The vector itself need not become zero: what is
-    left across the mean direction makes it turn fast instead.
+    At the reversal the component of the reaction along its mean over the turn is zero at one angle.  Above this speed
+    the journal cannot stay on one side of the bearing.  The component across the mean may be different from zero.
 
     Parameters
     ----------
     static, dynamic : (n, 2) S [N] and D [N s^2] at n evenly spaced angles of a turn.
-    highest : where the search ends, over pi [rad/s].
+    highest : upper limit of the search, over pi [rad/s].
     """
     from scipy.optimize import brentq
 
@@ -198,7 +198,7 @@ def reversal(static: np.ndarray, dynamic: np.ndarray, highest: float = 4.0) -> f
 
 
 def _finer(values: np.ndarray, factor: int) -> np.ndarray:
-    """(factor n, m) the trigonometric series of (n, m) values at more places."""
+    """Values (factor n, m) of the trigonometric series of (n, m) values."""
     coefficients, count = np.fft.rfft(values, axis=0), len(values)
     if count % 2 == 0:
         coefficients[-1] *= 0.5

@@ -1,4 +1,4 @@
-"""Units in which exponents that are printed without one may be meant."""
+"""Possible units of exponents that are published without a unit."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from flexmb.study.samples import SAMPLES
 
 NEAR = 2.0
-"""Factor within which values count as comparable."""
+"""Largest ratio of comparable values."""
 
 READINGS: dict[str, Callable[[float], float]] = {
     "1/s": lambda period: 1.0,
@@ -18,18 +18,18 @@ READINGS: dict[str, Callable[[float], float]] = {
     f"a sample of {SAMPLES} a period": lambda period: SAMPLES / period,
     f"a sample of {SAMPLES} a period, base 2": lambda period: SAMPLES * math.log(2.0) / period,
 }
-"""From the period [s] what a printed value must be multiplied with to be in 1/s, base e."""
+"""Functions of the period [s] that return the factor from a unit to 1/s, base e, by unit."""
 
 Ratios = dict[str, tuple[list[float], list[float]]]
-"""By reading: of printed values over exponents of systems, and over estimates."""
+"""Ratios of published values to exponents of the system, and to estimates, by unit."""
 
 
 def ratios(cases: Sequence[Sequence[tuple[float, float, float, float]]]) -> Ratios:
-    """Printed values over ours, for each reading.
+    """Ratios of published to computed exponents for each unit.
 
     Parameters
     ----------
-    cases : for each case rows of (printed value, period [s], exponent of the system [1/s], estimate [1/s]).
+    cases : rows (published value, period [s], exponent of the system [1/s], estimate [1/s]) of each case.
     """
     rows = [row for case in cases for row in case]
     return {
@@ -42,11 +42,11 @@ def ratios(cases: Sequence[Sequence[tuple[float, float, float, float]]]) -> Rati
 
 
 def comparable(found: Ratios) -> list[str]:
-    """Readings in which all printed values are within a factor 2 of one kind of ours.
+    """Units in which all ratios to the exponents of the system, or to the estimates, are from 0.5 to 2.
 
     Parameters
     ----------
-    found : of `ratios`.
+    found : result of `ratios`.
     """
     return [
         reading

@@ -1,4 +1,4 @@
-"""Why estimates from two observables of one motion have different signs: experiments on a run of the study."""
+"""Experiments on a long run: the sign of exponents estimated from one observable."""
 
 from __future__ import annotations
 
@@ -21,29 +21,29 @@ if TYPE_CHECKING:
     import xarray as xr
 
 EDGES = 10.0 ** np.arange(-8.0, -0.9, 0.5)
-"""Of intervals of distance [m], two a decade."""
+"""Limits of the intervals of distance [m], two intervals per decade."""
 
 FOLLOWED = (0.1, 1.0)
-"""For how long neighbours are followed, in periods: while they part, and until the cranks are where they were."""
+"""Times for which the distance of neighbours is followed [periods]."""
 
 DIMENSION = 4
 FEWEST = 30
-"""Neighbours below which an interval has no mean."""
+"""Least number of neighbours in an interval."""
 
 FAR = 10.0
-"""Clouds from which on two points of the signal differ in the phase of the cranks, not in where they are in it."""
+"""Distance of points at different phases of the cranks, over the deviation from the periodic part."""
 
 
 @dataclass(frozen=True, eq=False)
 class ByDistance:
-    """Growth rate of the distance of neighbours over that distance.
+    """Growth rates of the distance of neighbours over the initial distance.
 
     Parameters
     ----------
-    signal : what it is of.
-    rates : (followed, distance) [1/s]; NaN where there are too few neighbours.
-    numbers : (followed, distance) of neighbours.
-    cloud : how far the signal is from its periodic part, root mean square [m].
+    signal : text of the signal.
+    rates : growth rates (followed, distance) [1/s]; NaN for fewer than 30 neighbours.
+    numbers : numbers of neighbours (followed, distance).
+    cloud : root mean square of the deviation of the signal from its periodic part [m].
     spread : standard deviation of the signal [m].
     """
 
@@ -54,12 +54,12 @@ class ByDistance:
     spread: float
 
     def pooled(self, least: float, most: float, row: int) -> float:
-        """Mean rate [1/s] of all neighbours between two distances; NaN without any.
+        """Mean growth rate of all neighbours between two distances [1/s]; NaN without neighbours.
 
         Parameters
         ----------
         least, most : distances [m].
-        row : place in `FOLLOWED`.
+        row : index in `FOLLOWED`.
         """
         inside = (EDGES[:-1] >= least) & (EDGES[1:] <= most * (1.0 + 1e-9)) & np.isfinite(self.rates[row])
         numbers = self.numbers[row, inside]
@@ -67,18 +67,18 @@ class ByDistance:
 
     @property
     def nearest(self) -> float:
-        """Rate [1/s] of the nearest neighbours, followed for the shorter time; NaN without any."""
+        """Growth rate of the nearest neighbours over the shorter time [1/s]; NaN without neighbours."""
         known = np.flatnonzero(np.isfinite(self.rates[0]))
         return float(self.rates[0, known[0]]) if len(known) else float("nan")
 
 
 def signals_of(result: xr.Dataset, samples: int = SAMPLES) -> dict[str, np.ndarray]:
-    """The signals of the experiments, each (periods, samples) [m].
+    """Signals of the experiments by name, each (periods, samples) [m].
 
     Parameters
     ----------
-    result : of an `attractor`.
-    samples : instants a period.
+    result : result of an `attractor`.
+    samples : samples per period.
     """
     slider = by_period(result, "slider.x", samples)
     joint = by_period(result, "P1.ex", samples)
@@ -91,11 +91,11 @@ def signals_of(result: xr.Dataset, samples: int = SAMPLES) -> dict[str, np.ndarr
 
 
 def by_distance(result: xr.Dataset) -> list[ByDistance]:
-    """Growth rates of the distance of neighbours, for each signal of the experiments.
+    """Growth rates of the distance of neighbours for each signal of the experiments.
 
     Parameters
     ----------
-    result : of an `attractor`.
+    result : result of an `attractor`.
     """
     period, found = float(result.attrs["period"]), []
     for name, rows in signals_of(result).items():
@@ -122,17 +122,17 @@ SETTINGS: dict[str, dict[str, Any]] = {
     "dimension 8": {"followed": 0.1, "dimension": 8},
     "half the record": {"followed": 0.1, "part": 2},
 }
-"""Ways to take Wolf's estimate; unless said otherwise 100 samples a period and 5 dimensions, all of the record."""
+"""Settings of Wolf's estimate; defaults: 100 samples per period, dimension 5, the whole record."""
 
 
 def wolf_by_settings(result: xr.Dataset) -> dict[str, dict[str, tuple[float, bool]]]:
-    """Wolf's estimate [1/s] of each signal in many ways, and whether it passes the estimator's own checks.
+    """Wolf's estimate [1/s] by signal and setting, and whether the checks of the estimator accept the estimate.
 
-    Beside the signals stands noise with the spectrum of the slider's without its periodic part.
+    An additional signal is noise with the spectrum of "slider.x less its periodic part".
 
     Parameters
     ----------
-    result : of an `attractor`.
+    result : result of an `attractor`.
     """
     found: dict[str, dict[str, tuple[float, bool]]] = {}
     for setting, options in SETTINGS.items():
@@ -146,7 +146,7 @@ def wolf_by_settings(result: xr.Dataset) -> dict[str, dict[str, tuple[float, boo
 
 
 def _wolf(values: np.ndarray, samples: int, period: float, options: dict[str, Any]) -> tuple[float, bool]:
-    """The estimate and whether it is ok; NaN where too few pairs could be followed."""
+    """Estimate [1/s], NaN for too few pairs, and whether the checks of the estimator accept the estimate."""
     given: dict[str, Any] = {}
     if options:
         given["evolve"] = max(round(options["followed"] * samples), 1)

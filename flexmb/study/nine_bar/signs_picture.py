@@ -1,4 +1,4 @@
-"""The picture of the page "exponents": why one motion gives exponents of both signs.  It is not in the paper."""
+"""Picture of the page "exponents": growth of distances and estimates of both signs; not in the paper."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ if TYPE_CHECKING:
 
 COLOURS = {"P1.ex": "#0072b2", "P1.ey": "#56b4e9", "slider.x": "#d55e00"}
 BESIDE = ("P1.ex", "slider.x")
-"""Of the observables, those whose distances are shown pair by pair."""
+"""Observables of the panel on distances of two runs."""
 
 PANEL = (5.6, 4.0)
-"""Width and height [inch]."""
+"""Width and height of a panel [inch]."""
 
 
 def draw(run: StudyRun, results: Results) -> tuple[Figure, xr.Dataset]:
-    """Two runs side by side, the growth of a small difference, and how neighbours part by their distance.
+    """Picture of the distances of two runs, the growth of the tangent vector, and growth rates over the distance.
 
     Parameters
     ----------
-    run : the run of which it tells.
-    results : holds its result.
+    run : long run of the experiments.
+    results : results by run.
     """
     import xarray
 
@@ -48,7 +48,7 @@ def draw(run: StudyRun, results: Results) -> tuple[Figure, xr.Dataset]:
 
 
 def _apart(ax: Any, shown: Shown, result: xr.Dataset) -> None:
-    """Distances of two runs that start 1e-9 m apart, in both observables: the pair that parts fastest, and all."""
+    """Draw the distances of two runs with the initial distance 1e-9 m in both observables, of the median pair."""
     lags, state = result["lag"].values, result["apart.state"].values
     typical = int(np.argsort(np.log(np.maximum(state, 1e-300)).mean(axis=1))[len(state) // 2])
     sizes = {name: float(np.sqrt(2.0) * cloud(by_period(result, name))) for name in BESIDE}
@@ -72,7 +72,7 @@ def _apart(ax: Any, shown: Shown, result: xr.Dataset) -> None:
 
 
 def _growth(ax: Any, shown: Shown, result: xr.Dataset) -> None:
-    """Logarithms of a small difference over all pairs, whose slopes are the exponent."""
+    """Draw the logarithms of the tangent vector over time; their slope is the largest exponent."""
     times = (result["pair.time"].values - float(result["pair.time"][0]))[:, None] + result["lag"].values
     rates = growth_rates(result)
     for name in MACHINE.places:
@@ -92,7 +92,7 @@ def _growth(ax: Any, shown: Shown, result: xr.Dataset) -> None:
 
 
 def _rates(ax: Any, shown: Shown, tables: tuple[ByDistance, ByDistance], title: str) -> None:
-    """Rates over distance, of the slider and of the journal."""
+    """Draw the growth rates over the distance of neighbours, of slider and journal."""
     middles = np.sqrt(EDGES[1:] * EDGES[:-1])
     ax.axhline(0.0, color="0.5", linewidth=0.9)
     for table, colour in zip(tables, (COLOURS["slider.x"], COLOURS["P1.ex"]), strict=True):

@@ -1,4 +1,4 @@
-"""The study of Chen, Jiang, Deng and Wang (Nonlinear Dynamics, 2018) on the nine-bar mechanism."""
+"""Figures and pages of the study of Chen, Jiang, Deng and Wang (Nonlinear Dynamics, 2018)."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ again with finer or longer runs.
 
 
 def pages(effort: Effort) -> tuple[StudyPage, ...]:
-    """The pages at an effort."""
+    """Pages of the nine-bar study at an effort."""
     claims = claims_page("The paper's claims, judged", INTRODUCTION, CLAIMS, plan(effort), attacks(effort))
     return (claims, convergence(effort), threshold(effort), exponents(effort), sensitivity(effort))
 

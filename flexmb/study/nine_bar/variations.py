@@ -1,4 +1,4 @@
-"""The table of the sensitivity page: numbers that the paper leaves open, varied one at a time."""
+"""Variations of the page "sensitivity": changes of unpublished parameters, one at a time."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ QUARTER = 0.5 * math.pi
 
 @dataclass(frozen=True)
 class Variation:
-    """One change to the reconstructed mechanism.
+    """Change of the reconstructed mechanism or of its steps.
 
     Parameters
     ----------
-    letter : short name, for tables and names of runs, in small letters; "" of the mechanism as it is.
-    what : the change in words.
-    data : changed numbers of the mechanism.
-    case : changed numbers of a case: start, elements, steps, method.
-    convex : whether the stiffness of the contact is that of two convex surfaces.
-    beams_only : whether the rigid mechanism is not touched.
-    play_only : whether the ideal mechanism is not touched.
+    letter : lower-case letters of the variation in tables and names of runs; "" for no change.
+    what : text of the change.
+    data : changed fields of the data of the mechanism.
+    case : changed fields of a case: start, elements, steps, method.
+    convex : whether the contact stiffness is the stiffness of two convex surfaces.
+    beams_only : whether the change applies to the flexible mechanism only.
+    play_only : whether the change applies to mechanisms with clearance only.
     """
 
     letter: str
@@ -44,26 +44,26 @@ class Variation:
 
     @property
     def staggered(self) -> bool:
-        """Whether the variation is the paper's own scheme."""
+        """Whether the variation is the integration method of the paper."""
         return "method" in self.case
 
     def touches(self, model: str) -> bool:
-        """Whether the variation changes a model: "ideal", "rigid" or "flexible"."""
+        """Whether the change applies to a model, "ideal", "rigid" or "flexible"."""
         if (self.beams_only and model != "flexible") or (self.play_only and model == "ideal"):
             return False
         return bool(self.letter)
 
     def numbers(self, clearance: float) -> NineBarData:
-        """The numbers of the mechanism; the stiffness of convex surfaces depends on the clearance [m]."""
+        """Data of the mechanism with this change at a clearance [m]."""
         found = dataclasses.replace(DATA, **self.data)
         if not self.convex:
             return found
-        # sqrt(R1 R2 / (R1 + R2)) instead of sqrt(R1 R2 / (R1 - R2)), as eq. (4) is printed; K is proportional to E
+        # eq. (4) prints sqrt(R1 R2 / (R1 + R2)) instead of sqrt(R1 R2 / (R1 - R2)); K is proportional to E
         factor = math.sqrt(clearance / (2.0 * found.bearing_radius - clearance))
         return dataclasses.replace(found, contact_young=factor * found.contact_young)
 
     def of(self, case: Case) -> Case:
-        """A case with this change."""
+        """Case with this change."""
         if not self.touches(case.model):
             return dataclasses.replace(case, label=_label("", case.label))
         kept = {name: value for name, value in self.case.items() if name != "elements" or case.model == "flexible"}
@@ -71,9 +71,9 @@ class Variation:
         return dataclasses.replace(case, data=self.numbers(case.clearance), label=label, **kept)
 
     def why_not(self, case: Case) -> str:
-        """Why a case cannot be built with this change; empty if it can."""
+        """Message of the error of a case with this change; "" without an error."""
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RestitutionWarning)  # `what` tells what the law gives instead
+            warnings.simplefilter("ignore", RestitutionWarning)  # `what` gives the resulting restitution
             try:
                 self.of(case).mechanism()
             except FlexmbError as error:
@@ -91,7 +91,7 @@ def _pivot(dx: float, dy: float) -> dict[str, Any]:
 
 SWAPPED = {"side_ab": DATA.side_ac, "side_ac": DATA.side_ab}
 SLENDER = {"depth": 0.020, "thickness": 0.0150, "thickness3": 0.0075}
-"""Bars 20 mm deep, of the same area, so that the masses are met."""
+"""Bars of 20 mm depth and unchanged area, hence unchanged mass."""
 
 STAGGERED = {"method": Staggered(), "step": 4e-5}
 

@@ -1,1 +1,1 @@
-"""The study of the slider-crank with a worn piston pin of Flores, Ambrosio, Claro and Lankarani (2008): tables."""
+"""Study of the slider-crank with a worn piston pin of Flores, Ambrosio, Claro and Lankarani (2008)."""

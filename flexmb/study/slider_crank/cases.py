@@ -1,4 +1,4 @@
-"""The slider-crank with a worn piston pin of Flores, Ambrosio, Claro and Lankarani (2008): machine and cases."""
+"""Machine and cases of the slider-crank with a worn piston pin of Flores, Ambrosio, Claro and Lankarani (2008)."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from flexmb.mechanisms.slider_crank import SliderCrankData, slider_crank
-from flexmb.study.case import Case, Machine
+from flexmb.study.case import USUAL, Case, Machine
 from flexmb.study.drawing import Observable, Quantity
 from flexmb.study.figures.bifurcation import Over
 from flexmb.study.figures.contrast import Contrast
@@ -44,16 +44,16 @@ MACHINE = Machine(
     longest=1e-5,
     cost={"ideal": 0.01, "rigid": 0.05, "flexible": 0.5},
 )
-"""The crank starts at full speed, collinear with the rod, the journal in the middle of its bearing."""
+"""Slider-crank that starts at full speed, with crank and rod collinear and the journal in the middle of its bearing."""
 
 DATA = SliderCrankData(v0=0.0)
-"""Numbers of the independent computation: friction rises from zero slip on."""
+"""Data of the independent computation: the friction coefficient rises from zero slip."""
 SPEED = 5000.0
 """Speed of the crank [rpm]."""
 
 
-def case(model: str, clearance: float | None = None, speed: float = SPEED, **others: Any) -> Case:
-    """A case of the slider-crank; clearance of the piston pin [m], speed [rpm], others as of `Case`."""
+def case(model: str, clearance: float = USUAL, speed: float = SPEED, **others: Any) -> Case:
+    """Case of the slider-crank: clearance of the piston pin [m], speed [rpm], other arguments of `Case`."""
     return Case(machine=MACHINE, model=model, speed=speed, clearance=clearance, **others)
 
 

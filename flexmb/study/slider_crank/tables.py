@@ -1,9 +1,10 @@
-"""The tables of the slider-crank: efforts, figures, claims, pages."""
+"""Tables of the slider-crank study: efforts, figures, claims, pages."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
+from typing import Any
 
 from flexmb.study.claims.evidence import Evidence, Key, Plan, ideal
 from flexmb.study.claims.finding import Claim, Part
@@ -33,7 +34,7 @@ two_laws = partial(laws, case=case("rigid"), names=LAWS, where="5000 rpm, cleara
 orbit = partial(path, models=MODELS[1:])
 diagram = partial(bifurcation, who="piston pin", signals=JOURNAL)
 
-TABLE: tuple[tuple, ...] = (
+TABLE: tuple[tuple[Any, ...], ...] = (
     (1, curves, PLAYS, "slider.vx", Quantity("deviation", "m/s")),
     (2, curves, PLAYS, "slider.ax"),
     (3, curves, PLAYS, "motor.torque"),
@@ -48,45 +49,46 @@ TABLE: tuple[tuple, ...] = (
     (12, two_laws, "motor.torque"),
     (13, diagram, OVER_CLEARANCE),
 )
-"""Number, kind, cases (or the parameter of a diagram), signal and unit of deviations.  The numbers are ours."""
+"""Rows (number, kind, cases or parameter of a diagram, signal, unit of deviations); the numbers are not published."""
 
 
 def figures(effort: Effort) -> tuple[StudyFigure, ...]:
-    """The figures at an effort."""
+    """Figures of the slider-crank study at an effort."""
     return tuple(kind(number, effort, *row) for number, kind, *row in TABLE)
 
 
 START = Key("rigid", SPEED, MACHINE.clearance, "coulomb")
-"""The first two turns with the friction of the data, from rest of the slider."""
+"""Key of the first two turns with friction of the data."""
 
 ACCELERATION = 19419.36
 """Largest acceleration of the ideal slider, r w^2 (1 + r/l) [m/s^2]."""
 
 CONTACT = 2.27286e-4
-"""Instant of the first contact [s]: the rod swings freely until then, whatever the contact law."""
+"""Instant of the first contact [s], independent of the contact law."""
 
 CONTACTS, SLIDER_SPEED, FORCE = 24, 30.6112, 45825.7
-"""Contacts, largest speed of the slider [m/s] and largest normal force [N] of the first two turns, computed once by
-Runge-Kutta steps of 1e-8 s in two coordinates (tests/literature/test_worn_pin.py).  Friction of 0.03 makes the contact
-force 0.05 % larger than the normal force."""
+"""Number of contacts, largest speed of the slider [m/s] and largest normal force [N] of the first two turns.
+
+The numbers are from Runge-Kutta steps of 1e-8 s in two coordinates (tests/literature/test_worn_pin.py).  With the
+friction coefficient 0.03 the contact force is 0.05 % larger than the normal force."""
 
 
 def ideal_slider(seen: Evidence) -> Iterator[Part]:
-    """Parts of claim 1."""
+    """Part of claim 1: acceleration of the ideal slider."""
     if seen.has(ideal(SPEED)):
         found = float(seen.motions[ideal(SPEED)]["peak.slider.ax"].values.max())
         yield equals("largest slider acceleration", found, ACCELERATION, "m/s^2", 1e-3)
 
 
 def first_contact(seen: Evidence) -> Iterator[Part]:
-    """Parts of claim 2."""
+    """Part of claim 2: instant of the first contact."""
     if START in seen.starts:
         found = float(seen.starts[START]["contact.start"].values[0])
         yield equals("instant of the first contact", found, CONTACT, "s", 1e-3)
 
 
 def two_turns(seen: Evidence) -> Iterator[Part]:
-    """Parts of claim 3."""
+    """Parts of claim 3: contacts, speed and force of the first two turns."""
     if START in seen.starts:
         data = seen.starts[START]
         yield equals("contacts", float(data["landings"].sum()), CONTACTS, "", 0.0)
@@ -128,7 +130,7 @@ computation of the first two turns.
 
 
 def pages(effort: Effort) -> tuple[StudyPage, ...]:
-    """The pages at an effort."""
+    """Pages of the slider-crank study at an effort."""
     start = motion(case("rigid", friction="coulomb", data=DATA, label="start"), 0, 2, 2)
     deciding = Plan({ideal(SPEED): effort.settled(case("ideal"))}, {START: start})
     return (claims_page("The slider-crank against exact and independent numbers", INTRODUCTION, CLAIMS, deciding, {}),)

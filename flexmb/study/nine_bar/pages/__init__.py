@@ -1,1 +1,1 @@
-"""Pages of the nine-bar study beside the claims."""
+"""Pages of the nine-bar study: convergence, exponents, sensitivity, threshold."""

@@ -1,4 +1,4 @@
-"""The page "convergence": flexible against rigid links, and the influence of elements and steps."""
+"""Page "convergence": flexible against rigid links, and influence of elements and steps on the means."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from flexmb.study.case import USUAL_RTOL
 from flexmb.study.drawing import named, noted
 from flexmb.study.effort import Effort
-from flexmb.study.item import StudyPage
+from flexmb.study.item import StudyPage, once
 from flexmb.study.markdown import paragraph, table
 from flexmb.study.nine_bar.measures import CASES, MEASURES, key
 from flexmb.study.nine_bar.plan import FINER, changed
@@ -29,19 +29,19 @@ are what the rest of the study uses.
 """
 
 ELEMENTS = {"full": (2, 8), "quick": (2,)}
-"""Beam elements of a link, beside the usual 4."""
+"""Numbers of beam elements per link by effort, beside the default of 4."""
 
 USUAL_ELEMENTS = 4
 
 
 class Level(NamedTuple):
-    """A model with a mesh and an accuracy.
+    """Model with a number of elements and a tolerance.
 
     Parameters
     ----------
     model : "rigid" or "flexible".
-    elements : of each link; of no meaning for the rigid one.
-    rtol : accepted error of a step, relative.
+    elements : beam elements per link, unused by the model "rigid".
+    rtol : accepted relative error of a step.
     """
 
     model: str
@@ -50,12 +50,12 @@ class Level(NamedTuple):
 
     @property
     def text(self) -> str:
-        """For tables."""
+        """Text of model, elements and tolerance for tables."""
         mesh = f", {self.elements} elements" if self.model == "flexible" else ""
         return f"{self.model}{mesh}, rtol {self.rtol:.0e}".replace("e-0", "e-")
 
     def run(self, speed: float, clearance: float, effort: Effort) -> StudyRun:
-        """Settled turns at a speed over pi [rad/s] with a clearance [m]."""
+        """Run of settled turns at a speed over pi [rad/s] and a clearance [m]."""
         rtol = None if self.rtol == USUAL_RTOL else self.rtol
         return effort.settled(changed(key(self.model, speed, clearance), elements=self.elements, rtol=rtol))
 
@@ -63,29 +63,29 @@ class Level(NamedTuple):
 RIGID, FLEXIBLE = Level("rigid"), Level("flexible")
 
 Found = dict[tuple[tuple[float, float], Level], "xr.Dataset"]
-"""Settled turns by (speed over pi, clearance) and level."""
+"""Settled turns by (speed over pi [rad/s], clearance [m]) and level."""
 
 
 def levels(effort: Effort) -> tuple[Level, ...]:
-    """Meshes and accuracies at an effort, the usual ones first of each model."""
+    """Levels of an effort, the default level of each model first."""
     meshes = (Level("flexible", n) for n in ELEMENTS[effort.name])
     finer = [Level("flexible", rtol=FINER)] if effort.full else []
     return (RIGID, Level("rigid", rtol=FINER), FLEXIBLE, *meshes, *finer)
 
 
 def convergence(effort: Effort) -> StudyPage:
-    """The page at an effort."""
+    """Page "convergence" at an effort."""
     runs = {(case, level): level.run(*case, effort) for case in CASES for level in levels(effort)}
 
     def write(results: Results) -> tuple[str, xr.Dataset]:
         return written({place: results[run] for place, run in runs.items()})
 
     title = "Flexible against rigid, elements and steps"
-    return StudyPage("convergence", title, tuple(dict.fromkeys(runs.values())), write, slow=True)
+    return StudyPage("convergence", title, once(list(runs.values())), write, slow=True)
 
 
 def written(found: Found) -> tuple[str, xr.Dataset]:
-    """The text and the numbers."""
+    """Text and numbers of the page."""
     one = next(iter(found.values()))
     first, count = int(one.attrs["first_turn"]), one.sizes["turn"]
     text = [paragraph(INTRODUCTION.format(first=first, last=first + count - 1))]
@@ -111,7 +111,7 @@ def _means(at: dict[Level, xr.Dataset]) -> str:
 
 
 def _compared(head: list[str], pairs: list[tuple[xr.Dataset, xr.Dataset]], untold: str) -> str:
-    """Ratios of all measures with their intervals and verdicts, of the first to the second of each pair."""
+    """Table of the ratios of all measures, first over second of each pair, with intervals and verdicts."""
     rows = []
     for measure in MEASURES:
         found = [compare(*(Mean.of(data[measure.name].values) for data in pair)) for pair in pairs]
@@ -121,7 +121,7 @@ def _compared(head: list[str], pairs: list[tuple[xr.Dataset, xr.Dataset]], untol
 
 
 def _flexible_against_rigid(at: dict[Level, xr.Dataset]) -> str:
-    """Every flexible level against the rigid one of the same accuracy."""
+    """Table of each flexible level against the rigid level of equal tolerance."""
     columns = [level for level in at if level.model == "flexible"]
     pairs = [(at[level], at.get(Level("rigid", rtol=level.rtol), at[RIGID])) for level in columns]
     head = ["flexible over rigid", *(level.text.removeprefix("flexible, ") for level in columns)]
@@ -129,17 +129,17 @@ def _flexible_against_rigid(at: dict[Level, xr.Dataset]) -> str:
 
 
 def _refinement(at: dict[Level, xr.Dataset]) -> str:
-    """Every other level against the usual one of its model."""
+    """Table of each level against the default level of its model."""
     others = [level for level in at if level not in (RIGID, FLEXIBLE)]
     pairs = [(at[level], at[RIGID if level.model == "rigid" else FLEXIBLE]) for level in others]
     return _compared(["finer or coarser over usual", *(level.text for level in others)], pairs, "within the error")
 
 
 def _dataset(found: Found) -> xr.Dataset:
-    """Means, deviations and errors over case, level and quantity [SI]; NaN where there is no run."""
+    """Dataset of means, deviations and errors over case, level and quantity [SI]; NaN without a run."""
     import xarray
 
-    cases, there = (list(dict.fromkeys(place[k] for place in found)) for k in (0, 1))
+    cases, there = list(dict.fromkeys(case for case, _ in found)), list(dict.fromkeys(level for _, level in found))
     values = np.full((len(cases), len(there), len(MEASURES), 3), np.nan)
     for (case, level), data in found.items():
         for k, measure in enumerate(MEASURES):

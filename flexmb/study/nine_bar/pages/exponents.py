@@ -1,4 +1,4 @@
-"""The page "exponents": the paper's exponents beside ours, and why one motion gave it exponents of both signs."""
+"""Page "exponents": published and computed Lyapunov exponents, and the reason for published values of both signs."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ if TYPE_CHECKING:
 METHODS = ("wolf", "rosenstein", "kantz")
 
 APART = 3.0
-"""Standard deviations from which on two exponents are said to differ."""
+"""Largest difference of two equal exponents, in standard deviations."""
 
 
 def exponents(effort: Effort) -> StudyPage:
-    """The page of exponents at an effort."""
+    """Page "exponents" at an effort."""
     runs = (*PLAYS.attractors(effort), *SPEEDS.attractors(effort))
     about = runs[1]
     title = "The largest Lyapunov exponent: the paper's values, ours, and why the signs differ"
@@ -46,18 +46,18 @@ def exponents(effort: Effort) -> StudyPage:
 
 
 def printed(run: StudyRun, name: str) -> float:
-    """The paper's exponent of the case of a run for an observable; NaN for a case that it does not have."""
+    """Published exponent of the case of a run for an observable; NaN without a published value."""
     return printed_value(PRINTED, run, name)
 
 
 def write(runs: tuple[StudyRun, ...], about: StudyRun, results: Results) -> tuple[str, xr.Dataset]:
-    """The text and the numbers.
+    """Text and numbers of the page.
 
     Parameters
     ----------
-    runs : the cases.
-    about : the run of which the experiments are made.
-    results : of the runs.
+    runs : long runs of the cases.
+    about : run of the experiments on signs.
+    results : results of the runs.
     """
     import xarray
 
@@ -78,18 +78,19 @@ def write(runs: tuple[StudyRun, ...], about: StudyRun, results: Results) -> tupl
 
 @dataclass(frozen=True, eq=False)
 class Of:
-    """The exponents and estimates of one case.
+    """Exponents and estimates of one case.
 
     Parameters
     ----------
-    run : the case.
-    exponent, error : of the system [1/s].
-    verdict : of the system.
-    rates : (rate, error) [1/s] of a small difference as the state and each observable see it.
-    estimates : by observable and method.
-    zero_one : of the section points of each observable; NaN where they are too few or differ by round-off only.
-    through : verdicts through each observable.
-    clouds : how far each observable is from its periodic part [m].
+    run : long run of the case.
+    exponent, error : largest exponent of the system and its standard deviation [1/s].
+    verdict : verdict on the system.
+    rates : growth rate of the tangent vector and its standard error [1/s], by "state" and by observable.
+    estimates : estimates from one observable, by observable and method.
+    zero_one : result of the 0-1 test of the section points by observable; NaN for too few points or points that differ
+        by round-off only.
+    through : verdicts by observable.
+    clouds : root mean square of the deviation from the periodic part [m], by observable.
     """
 
     run: StudyRun
@@ -104,7 +105,7 @@ class Of:
 
     @property
     def agrees(self) -> bool:
-        """Whether the exponent and the growth in the periods after it agree within their errors."""
+        """Whether the exponent and the later growth rate of the tangent vector agree within their errors."""
         rate, error = self.rates["state"]
         return abs(rate - self.exponent) <= APART * float(np.hypot(error, self.error))
 
@@ -132,7 +133,7 @@ def _of_case(run: StudyRun, result: xr.Dataset) -> Of:
 
 
 def _systems(cases: list[Of]) -> str:
-    """The exponent of each case, twice."""
+    """Passage and table on the exponent of the system from two parts of each run."""
     head = (
         "case",
         "exponent of the system [1/s]",
@@ -161,7 +162,7 @@ def _systems(cases: list[Of]) -> str:
 
 
 def _observables(cases: list[Of]) -> str:
-    """The paper's table, with ours beside it."""
+    """Passage and table of published and estimated exponents by observable."""
     head = ("case", "observable", "the paper", "Wolf", "Rosenstein", "Kantz", "0-1 test", "verdict through it", "cloud")
     rows = []
     for case in cases:
@@ -201,7 +202,7 @@ def _estimate(found: SeriesExponent) -> str:
 
 
 def _explanation(about: StudyRun, result: xr.Dataset, tables: list[ByDistance]) -> str:
-    """Why signs differ, in words with the numbers of the experiment."""
+    """Passage on the reason for estimates of both signs, with numbers of the experiments."""
     raw, left = tables[0], tables[1]
     far, within = raw.pooled(FAR * raw.cloud, 1.0, 1), raw.pooled(raw.cloud, FAR * raw.cloud, 1)
     lines = (
@@ -228,7 +229,7 @@ def _rate(value: float) -> str:
 
 
 def _distances(tables: list[ByDistance]) -> str:
-    """Rates by distance."""
+    """Table of growth rates over the distance of neighbours."""
     head = ("distance of neighbours", *(f"{t.signal}, {part:g} T" for t in tables for part in FOLLOWED))
     rows = []
     for k, (low, high) in enumerate(pairwise(EDGES)):
@@ -242,7 +243,7 @@ def _distances(tables: list[ByDistance]) -> str:
 
 
 def _settings(found: dict[str, dict[str, tuple[float, bool]]]) -> str:
-    """Wolf's estimate in many ways."""
+    """Passage and table of Wolf's estimate over the settings of the method."""
     head = ("Wolf's estimate [1/s]", *SETTINGS)
     rows = []
     for name, estimates in found.items():
@@ -261,7 +262,7 @@ def _settings(found: dict[str, dict[str, tuple[float, bool]]]) -> str:
 
 
 def _readings(cases: list[Of]) -> str:
-    """Whether a unit makes the paper's values ours."""
+    """Passage and table of published over computed exponents for each unit."""
     found = ratios([_compared(case) for case in cases])
     head = ("if the paper's values are", "over the system's exponent", "over Wolf's estimate from the same observable")
     rows = [
@@ -284,7 +285,7 @@ def _readings(cases: list[Of]) -> str:
 
 
 def _compared(case: Of) -> list[tuple[float, float, float, float]]:
-    """(printed, period, exponent of the system, Wolf's estimate) of each observable with a positive printed value."""
+    """Rows (printed, period, exponent of the system, Wolf's estimate) of the positive published exponents of a case."""
     found = []
     for name in MACHINE.places:
         value, curve = printed(case.run, name), case.estimates[name]["wolf"].curve
@@ -295,7 +296,7 @@ def _compared(case: Of) -> list[tuple[float, float, float, float]]:
 
 
 def _numbers(cases: list[Of]) -> dict[str, object]:
-    """The tables of all cases, as variables of a dataset."""
+    """Variables of the dataset: exponents and estimates of all cases."""
     both = ("case", "observable")
 
     def of_each(value: Callable[[Of, str], object]) -> list[list[object]]:
@@ -328,7 +329,7 @@ def _numbers(cases: list[Of]) -> dict[str, object]:
 
 
 def _of_experiments(tables: list[ByDistance], settings: dict[str, dict[str, tuple[float, bool]]]) -> dict[str, object]:
-    """The experiments, as variables of a dataset."""
+    """Variables of the dataset: results of the experiments."""
     both = ("series", "setting")
     rates, over = np.array([table.rates for table in tables]), ("signal", "followed", "distance")
     wolf, good = ([[entry[k] for entry in row.values()] for row in settings.values()] for k in (0, 1))

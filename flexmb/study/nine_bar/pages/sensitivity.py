@@ -1,4 +1,4 @@
-"""The page "sensitivity": the claims judged again while what the paper leaves open varies, one thing at a time."""
+"""Page "sensitivity": verdicts on the claims for variations of the unpublished parameters, one at a time."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from flexmb.study.markdown import paragraph, table
 from flexmb.study.motion import motion
 from flexmb.study.nine_bar.cases import case
 from flexmb.study.nine_bar.claims import CLAIMS
-from flexmb.study.nine_bar.measures import ACCELERATION, FAST, FLIGHT, FORCE, LARGE, MIDDLE, SLOW, SMALL, case_of, key
-from flexmb.study.nine_bar.plan import START_TURNS, changed
+from flexmb.study.nine_bar.measures import ACCELERATION, FAST, FLIGHT, FORCE, MIDDLE, SLOW, SMALL, case_of, key
+from flexmb.study.nine_bar.plan import LAWS, START_TURNS, changed
 from flexmb.study.nine_bar.reaction import reaction, reversal
 from flexmb.study.nine_bar.variations import USUAL, VARIATIONS, Variation
 from flexmb.study.run import Results, StudyRun
@@ -27,19 +27,18 @@ if TYPE_CHECKING:
     import xarray as xr
 
 TURNS = {"full": (4, 10), "quick": (3, 3)}
-"""Turns before the first that counts, and turns that count."""
+"""Turns before the first settled turn, and number of settled turns, by effort."""
 
 PERIODS = {"full": (10, 50), "quick": (5, 50)}
-"""The same of exponents."""
+"""Periods before the first section point, and number of section points, by effort."""
 
 ANGLES = 120
-"""Of a turn, for the reaction of the ideal joint."""
+"""Number of crank angles of the reaction of the ideal joint."""
 
-LAWS = (key("rigid", FAST), key("rigid", FAST, LARGE, "lugre"))
-RIGID = (key("rigid", SLOW), key("rigid", MIDDLE), key("rigid", MIDDLE, SMALL), *LAWS)
+GROWING = (key("rigid", SLOW), key("rigid", MIDDLE), key("rigid", MIDDLE, SMALL))
+RIGID = (*GROWING, *LAWS)
 FLEXIBLE = (key("flexible", SLOW), key("flexible", MIDDLE), key("flexible", MIDDLE, SMALL))
 PURE = (ideal(SLOW), ideal(MIDDLE), ideal(FAST))
-GROWING = (key("rigid", SLOW), key("rigid", MIDDLE), key("rigid", MIDDLE, SMALL))
 
 LETTERS = {AGREES: "a", DISAGREES: "D", UNDECIDED: "?", NOT_JUDGED: "-"}
 
@@ -56,14 +55,14 @@ and one that disagrees is enough for a D: the second table gives what they mainl
 
 
 class Row(NamedTuple):
-    """A variation, its runs, and what cannot be run.
+    """Variation with its runs.
 
     Parameters
     ----------
-    variation : what is changed.
-    plan : the runs.
-    reaction : of the ideal joint.
-    lacking : why there is no flexible mechanism; empty if there is one.
+    variation : change of the mechanism or of the steps.
+    plan : runs of the claims.
+    reaction : run of the reaction of the ideal joint.
+    lacking : reason of a missing flexible mechanism; "" with a flexible mechanism.
     """
 
     variation: Variation
@@ -73,7 +72,7 @@ class Row(NamedTuple):
 
 
 def sensitivity(effort: Effort) -> StudyPage:
-    """The page at an effort."""
+    """Page "sensitivity" at an effort."""
     rows = rows_of(effort)
 
     def write(results: Results) -> tuple[str, xr.Dataset]:
@@ -85,18 +84,18 @@ def sensitivity(effort: Effort) -> StudyPage:
 
 @cache
 def rows_of(effort: Effort) -> tuple[Row, ...]:
-    """The mechanism as it is, and its variations, at an effort."""
+    """Rows of the reconstructed mechanism and of its variations at an effort."""
     return tuple(row_of(variation, effort) for variation in (USUAL, *VARIATIONS))
 
 
 def row_of(variation: Variation, effort: Effort) -> Row:
-    """A variation and its runs at an effort."""
+    """Variation with its runs at an effort."""
     lacking = variation.why_not(case_of(FLEXIBLE[0]))
-    bent = () if lacking or not effort.full else FLEXIBLE
+    bent: tuple[Key, ...] = () if lacking or not effort.full else FLEXIBLE
     if variation.staggered:
-        bent = tuple(one for one in bent if one.speed != SLOW)  # its energies do not add up in a soft start that slow
+        bent = tuple(one for one in bent if one.speed != SLOW)  # the energy residual of the slow start is too large
     settle, points = PERIODS[effort.name]
-    # steps of exponents are the usual ones: with others the exponent itself is asked elsewhere, on the page "claims"
+    # exponents with other steps are on the page "claims"
     growing = GROWING if effort.full else ()
     skip, keep = TURNS[effort.name]
     plan = Plan(
@@ -115,13 +114,13 @@ def _start(variation: Variation, one: Key) -> StudyRun:
 
 
 def written(results: Results, rows: tuple[Row, ...], effort: Effort) -> tuple[str, xr.Dataset]:
-    """The text and the numbers.
+    """Text and numbers of the page.
 
     Parameters
     ----------
-    results : by runs.
-    rows : variations with their runs; the first is the mechanism as it is.
-    effort : how long the runs are.
+    results : results by run.
+    rows : variations with their runs; the first row is the reconstructed mechanism.
+    effort : lengths of the runs.
     """
     seen = [row.plan.read(results) for row in rows]
     found = [{claim.number: claim.judge(evidence) for claim in CLAIMS} for evidence in seen]
@@ -151,7 +150,7 @@ def written(results: Results, rows: tuple[Row, ...], effort: Effort) -> tuple[st
 
 
 def _verdicts(rows: tuple[Row, ...], found: list[dict[int, Finding]]) -> str:
-    """Claims across, variations down."""
+    """Table of verdicts: one column per claim, one row per variation."""
     usual = found[0]
     lines = []
     for row, findings in zip(rows, found, strict=True):
@@ -163,7 +162,7 @@ def _verdicts(rows: tuple[Row, ...], found: list[dict[int, Finding]]) -> str:
 
 
 def _changes(rows: tuple[Row, ...], found: list[dict[int, Finding]]) -> list[str]:
-    """What is behind the letters that differ, and what could not be built."""
+    """Passages on changed verdicts and on missing flexible mechanisms."""
     lines = []
     for row, findings in zip(rows[1:], found[1:], strict=True):
         for claim in CLAIMS:
@@ -188,11 +187,11 @@ NUMBERS = (
     ("exponent.large", "exponent, rigid, 2 pi, 0.5 mm [1/s]", "1/s", "exponent, rigid, 0.5 mm"),
     ("exponent.small", "exponent, rigid, 2 pi, 0.05 mm [1/s]", "1/s", "exponent, rigid, 0.05 mm"),
 )
-"""The main numbers: name in the file, head in the table, unit and text in the file."""
+"""Main numbers: name in the dataset, head in the table, unit and text in the dataset."""
 
 
 def _numbers(seen: Evidence, reaction: xr.Dataset) -> list[tuple[str, float]]:
-    """The main numbers of a variation: as text, and as a number."""
+    """Main numbers of a variation, each as text and as a number."""
     large = key("rigid", MIDDLE), key("flexible", MIDDLE)
     small = key("rigid", MIDDLE, SMALL), key("flexible", MIDDLE, SMALL)
     speed = reversal(reaction["static"].values, reaction["dynamic"].values)
@@ -216,7 +215,7 @@ def _ratio(seen: Evidence, rigid: Key, flexible: Key, measure: Measure) -> tuple
 
 
 def _flights(seen: Evidence, *keys: Key) -> tuple[str, float]:
-    """Of both models; the number is that of the last one."""
+    """Mean free flight [%] of several keys: text of all, and the number of the last key."""
     shares = [100.0 * seen.mean(one, FLIGHT).value if seen.has(one) else math.nan for one in keys]
     return " / ".join("-" if math.isnan(share) else f"{share:.1f}" for share in shares), shares[-1]
 
@@ -231,7 +230,7 @@ def _exponent(seen: Evidence, one: Key) -> tuple[str, float]:
 def _dataset(
     rows: tuple[Row, ...], found: list[dict[int, Finding]], numbers: list[list[tuple[str, float]]]
 ) -> xr.Dataset:
-    """Verdicts over variation and claim, and the main numbers."""
+    """Dataset of the verdicts over variation and claim, and of the main numbers over variation."""
     import xarray
 
     verdicts = [[findings[claim.number].verdict for claim in CLAIMS] for findings in found]

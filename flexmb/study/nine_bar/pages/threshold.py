@@ -1,4 +1,4 @@
-"""The page "threshold": up to which speed the joint stays in contact."""
+"""Page "threshold": the largest speed without free flight in the joint."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ if TYPE_CHECKING:
     import xarray as xr
 
 CLEARANCES = {"full": (0.5e-3, 0.25e-3, 0.1e-3, 0.05e-3), "quick": (0.5e-3,)}
-"""At P1 [m]."""
+"""Clearances at P1 [m] by effort."""
 
 MODELS = {"full": ("rigid", "flexible"), "quick": ("rigid",)}
 TURNS = {"full": (25, 10), "quick": (10, 3)}
-"""Turns before the first that counts, and turns that count."""
+"""Turns before the first settled turn, and number of settled turns, by effort."""
 
 BEGIN, END = 1.4, 3.0
-"""Of the way up, over pi [rad/s]."""
+"""First and largest simulated speed over pi [rad/s]."""
 
 SPEEDS = (0.5, 1.0, 1.5, 1.6, 1.65, 1.7, 1.8, 2.0, 2.5)
 PAPER = (LAST_PERIODIC, FIRST_CHAOTIC)
 COARSE, FINE = 0.05, 0.005
-"""Steps over pi [rad/s] of the way up, and the width of the bracket that is left."""
+"""Step of the speed, and final width of the bracket, over pi [rad/s]."""
 
 REACTION = """
 In the ideal mechanism the force on the joint P1 is F = S + w^2 D at each angle of the cranks: S is what gravity
@@ -57,7 +57,7 @@ unbroken speed; beside it that of the ideal joint.
 
 
 def threshold(effort: Effort) -> StudyPage:
-    """The page at an effort."""
+    """Page "threshold" at an effort."""
     ideal, onsets = reaction(case("ideal", PAPER[0])), onsets_of(effort)
 
     def write(results: Results) -> tuple[str, xr.Dataset]:
@@ -67,7 +67,7 @@ def threshold(effort: Effort) -> StudyPage:
 
 
 def onsets_of(effort: Effort) -> tuple[StudyRun, ...]:
-    """The runs with play at an effort."""
+    """Runs of the thresholds with clearance at an effort."""
     lengths = (END, *TURNS[effort.name])
     places = [(model, clearance) for model in MODELS[effort.name] for clearance in CLEARANCES[effort.name]]
     soft = [onset(case(model, BEGIN, clearance), *lengths, coarse=COARSE, fine=FINE) for model, clearance in places]
@@ -77,12 +77,12 @@ def onsets_of(effort: Effort) -> tuple[StudyRun, ...]:
 
 
 def written(ideal: xr.Dataset, onsets: dict[StudyRun, xr.Dataset]) -> tuple[str, xr.Dataset]:
-    """The text and the numbers.
+    """Text and numbers of the page.
 
     Parameters
     ----------
-    ideal : reaction of the ideal joint.
-    onsets : with play, by their runs.
+    ideal : result of `reaction`.
+    onsets : results of `onset`, by run.
     """
     import xarray
 
@@ -108,7 +108,7 @@ def written(ideal: xr.Dataset, onsets: dict[StudyRun, xr.Dataset]) -> tuple[str,
 
 
 def _ideal(static: np.ndarray, dynamic: np.ndarray, round_at: float) -> list[str]:
-    """The passage on the reaction of the ideal joint."""
+    """Passage and table on the reaction of the ideal joint."""
     zeros, first = crossings(static, dynamic), "none"
     if zeros:
         first = f"{zeros[0].speed:.4f} pi rad/s, at {math.degrees(zeros[0].angle):.1f} degrees of crank 4"
@@ -131,7 +131,7 @@ def _ideal(static: np.ndarray, dynamic: np.ndarray, round_at: float) -> list[str
 
 
 def _with_play(onsets: dict[StudyRun, xr.Dataset], static: np.ndarray, dynamic: np.ndarray) -> list[str]:
-    """The passage on simulations with play, and the paper's values."""
+    """Passage and table on simulations with clearance, and on the published threshold."""
     if not onsets:
         return []
     rows, one = [], next(iter(onsets))

@@ -1,1 +1,1 @@
-"""The published scheme: steps of the rigid counterpart and of linear elasticity about it, in turn."""
+"""Method `Staggered` of the paper: alternating steps of the rigid counterpart and of a linear elastic model."""

@@ -1,8 +1,8 @@
-"""Arrays of the elastic model of `Staggered`: linear elasticity about a pose of the rigid twin, body by body.
+"""Arrays of the elastic model of `Staggered`: linear elasticity about the pose of the rigid counterpart.
 
-Coordinates U are those of the flexible mechanism, n_q of them; n_t are those of the twin, three a body.  Blocks are
-3 x 3 parts of the stiffness, mass and damping of the bodies alone, drawn and at rest, in the axes of the plane: they
-turn with their bodies, and nothing else changes in them.
+The displacements U belong to the n_q coordinates of the flexible mechanism.  The rigid counterpart has n_t coordinates,
+three per body.  Blocks are 3 x 3 parts of the stiffness, mass and damping matrices of the bodies, at rest in the
+reference configuration.  The blocks are constant in axes that turn with the bodies.
 """
 
 from __future__ import annotations
@@ -26,18 +26,21 @@ if TYPE_CHECKING:
 
 
 class Settings(Record, frozen=True):
-    """Numbers of the method and of the model.
+    """Parameters of the method and of the elastic model.
 
-    printed : 1 for the printed terms of rotation, 0 without them
-    free : rigid motions that are taken out of U;  flexible : whether any body is
-    shown, first, last : where the signals of joints and contacts begin here, begin and end in the twin
+    printed : 1 with the published terms of rotation, 0 without
+    free : number of rigid motions that are removed from U;  flexible : whether a body is flexible
+    passes : repetitions of a step
+    gx, gy : gravity [m/s^2]
+    shown : first index of the signals of joints and contacts in the mechanism
+    first, last : first index of these signals in the rigid counterpart, and index after the last
     """
 
     printed: float
     free: int
     flexible: bool
     passes: int
-    far: float  # displacement beyond which nothing is linear [m]
+    far: float  # largest displacement of the linear model [m]
     gx: float
     gy: float
     shown: int
@@ -46,12 +49,13 @@ class Settings(Record, frozen=True):
 
 
 class Model(Record):
-    """Constants of the elastic model.
+    """Constant arrays of the elastic model.
 
-    body, arm, turn : of each node its body, place (n, 2) in the axes of the rigid body's [m], angle against it [rad]
+    body, arm, turn : body of each node (n,), position (n, 2) [m] and angle (n,) [rad] of each node in axes of its body
     reference : (bodies,) angles of the rigid bodies in the reference configuration
-    nodes : (blocks, 2);  k, m, d : (blocks, 9);  places : (9 blocks,) of a block's entries in the matrix
-    loads : (n,) elements that are not part of a body;  ties : (n,) rows of joints with clearance
+    nodes : (blocks, 2) nodes of each block;  k, m, d : (blocks, 9) stiffness, mass, damping of each block
+    places : (9 blocks,) indices of the entries of the blocks in the matrix
+    loads : (n,) elements that are not part of a body;  ties : (n,) constraint equations of joints with clearance
     """
 
     body: Integers
@@ -68,10 +72,10 @@ class Model(Record):
 
 
 class ElasticMemory(Record):
-    """Numbers that the elastic step keeps.
+    """Powers and forces of the elastic step.
 
-    damping_power, load_power : power of the beams' damping, and of loads on U' [W]
-    tie : largest force of rows that only share displacements [N]
+    damping_power, load_power : power of the damping of the beams, and of loads on U' [W]
+    tie : largest constraint force of shared displacements in joints with clearance [N]
     """
 
     damping_power: float
@@ -80,11 +84,11 @@ class ElasticMemory(Record):
 
 
 class Deformation(Record):
-    """The accepted state, changed in place: everything that a restart needs beside that of the twin.
+    """Elastic state of a restart, changed in place.
 
-    u, u1, u2 : (n_q + 3,) U, U', U'';  load : (n_t + 3,) what is handed back
-    G, drift : rows of the joints at the last pose, and G U' (n_c,) there: they turn
-    motions : (free, n_t) rigid motions that are taken out of U
+    u, u1, u2 : (n_q + 3,) U, U', U'';  load : (n_t + 3,) elastic inertia forces on the rigid counterpart
+    G, drift : constraint Jacobian at the last pose, and rate G U' (n_c,) of the constraints
+    motions : (free, n_t) rigid motions that are removed from U
     """
 
     u: Vector
@@ -98,14 +102,15 @@ class Deformation(Record):
 
 
 class Scratch(Record):
-    """Workspace of a step.
+    """Workspace of an elastic step.
 
-    q, v, a : (n_q + 3,) motion of the nodes with the twin; later the whole motion
-    cs : (bodies, 2) cosine and sine of how far each body has turned
-    X, Y, Z : (n_q,) what mass, damping and stiffness are multiplied by, in the axes of the bodies
-    f, given : (n_q + 3,) forces, and those of loads without a potential alone
-    b, c, x, y, seen, work : (n,);  pair : (2 n,)
-    lam, z : zeros;  signals : of the twin;  rows, square, side : of `free`;  shapes, moved : (free, n_q)
+    q, v, a : (n_q + 3,) motion of the nodes with the rigid counterpart, later with the displacements added
+    cs : (bodies, 2) cosine and sine of the rotation of each body from the reference configuration
+    X, Y, Z : (n_q,) factors of mass, damping and stiffness, in axes of the bodies
+    f, given : (n_q + 3,) forces, and forces of loads without a potential
+    b, c, x, y, seen, work : (n,) vectors of the linear systems;  pair : (2 n,)
+    lam, z : multipliers and history, zero;  signals : signals of the rigid counterpart
+    rows, square, side : arrays of `rigid_motions`;  shapes, moved : (free, n_q) rigid motions z of the nodes, and M z
     """
 
     q: Vector
@@ -135,7 +140,7 @@ class Scratch(Record):
 
 
 class Elastic(Record):
-    """The elastic model: its program with the joints as U sees them, and the one whose signals are reported."""
+    """Elastic model: program of the elastic equations, program of the signals (`whole`), arrays and state."""
 
     tables: Tables
     address: Addresses
@@ -152,7 +157,7 @@ class Elastic(Record):
 
 
 def elastic_model(mechanism: Mechanism, whole: Program, twin: Program, method: Staggered) -> Elastic:
-    """The elastic model of a mechanism that compiles to `whole` and whose rigid twin compiles to `twin`."""
+    """Elastic model of a mechanism from its program `whole` and the program `twin` of its rigid counterpart."""
     shared = method.play == "shared" and bool(whole.names.contacts)
     program = compile_mechanism(mechanism, closed=True) if shared else whole
     model = _model(mechanism, program, twin)
@@ -187,7 +192,7 @@ def elastic_model(mechanism: Mechanism, whole: Program, twin: Program, method: S
 
 
 def _model(mechanism: Mechanism, program: Program, twin: Program) -> Model:
-    """Places of the nodes in their bodies, blocks of the bodies, loads, rows that only share displacements."""
+    """Constant arrays of the elastic model of a mechanism."""
     body = np.asarray(program.reference.body[::3])
     pose = _drawn(mechanism)
     centre = np.asarray(twin.reference.q).reshape(-1, 3)[body]
@@ -219,17 +224,17 @@ def _model(mechanism: Mechanism, program: Program, twin: Program) -> Model:
 
 
 def _drawn(mechanism: Mechanism) -> np.ndarray:
-    """Drawn pose of all nodes (n, 3)."""
+    """Reference configuration of all nodes (n, 3) [m, m, rad]."""
     return np.array([(node.x, node.y, node.theta) for _, node in mechanism.nodes()])
 
 
 def _with_play(mechanism: Mechanism) -> set[str]:
-    """Names of the parts that are contacts."""
+    """Names of the joints with clearance and other contacts."""
     return {contribution.part for contribution in mechanism.contributions().contacts}
 
 
 def _blocks(mechanism: Mechanism) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Pairs of nodes (blocks, 2) and their stiffness, mass and damping (blocks, 9), from the bodies alone."""
+    """Pairs of nodes (blocks, 2), and stiffness, mass and damping (blocks, 9) of the bodies."""
     bodies = compile_mechanism(Mechanism(mechanism.name, mechanism.bodies))
     system, q = StateEvaluation(bodies), _drawn(mechanism).ravel()
     n, kinds = len(q) // 3, ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 1.0, 0.0))
@@ -243,7 +248,7 @@ def _blocks(mechanism: Mechanism) -> tuple[np.ndarray, list[np.ndarray]]:
 
 
 def _places(program: Program, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
-    """Places of entries in the matrix, as unsigned indices; the slot that nothing reads for those outside."""
+    """Unsigned indices of entries (rows, columns) in the matrix; entries outside its pattern get an unused index."""
     pattern = program.symbolic
     keys = pattern.a_rows * pattern.n + pattern.a_cols
     order = np.argsort(keys)
@@ -254,8 +259,8 @@ def _places(program: Program, rows: np.ndarray, columns: np.ndarray) -> np.ndarr
 
 
 def _free_motions(program: Program, twin: Program, model: Model) -> np.ndarray:
-    """Rigid motions (k, n_t) that the joints of `program` leave in the drawn pose."""
-    from flexmb.equilibrium.free_motions import null_space  # here, since scipy's matrices take long to import
+    """Rigid motions (k, n_t) without velocity in the joints of `program`, in the reference configuration."""
+    from flexmb.equilibrium.free_motions import null_space  # a slow import of scipy
 
     nodes = np.arange(len(model.body))
     centre = np.asarray(twin.reference.q).reshape(-1, 3)[model.body]

@@ -1,7 +1,8 @@
-"""Newmark's step (beta = 1/4, gamma = 1/2) of linear elasticity about a pose of the rigid twin.
+"""Newmark step (beta = 1/4, gamma = 1/2) of linear elasticity about the pose of the rigid counterpart.
 
-In the axes of a body that has turned by phi, turns at w and with the rate alpha of w, with u = T U of its nodes and S a
-quarter turn of translations, T' = -w S T, forces are m X + d Y + k Z with
+A body has the angle phi, the angular velocity w and the angular acceleration alpha.  T rotates displacements into the
+axes of the body, u = T U.  S is a quarter turn of the translations, T' = -w S T.  P keeps the translations and sets the
+rotations to 0.  The forces of the body in its axes are m X + d Y + k Z with
 
     X = T U'' - 2 w S T U' - (alpha S + w^2 P) T U    (printed)    or    X = T U''    (inertial)
     Y = T U'                                          (printed)    or    Y = T U' - w S T U  (inertial)
@@ -24,15 +25,15 @@ from flexmb.system.contacts import jacobians
 from flexmb.system.elements import call_element, call_force, gather_state, load_factor
 
 ELASTIC_SINGULAR, TOO_FAR = 30, 31
-"""Codes of endings: a lost pivot of the elastic equations; displacements beyond what is linear."""
+"""Codes of endings: a lost pivot of the elastic equations; displacements above `Settings.far`."""
 
 (WHERE,) = range(1)
-"""Place in `Scratch.b` of the unknown that such a code is about."""
+"""Index in `Scratch.b` of the unknown of such a code."""
 
 
 @compiled
 def carry(el, q, v, a):
-    """Motion of the nodes with the bodies of the twin, whose coordinates are q, v, a (n_t + 3,)."""
+    """Rigid motion of the nodes from q, v, a (n_t + 3,) of the rigid counterpart."""
     M, S = el.model, el.scratch
     for b in range(M.reference.shape[0]):
         phi = q[3 * b + 2] - M.reference[b]
@@ -51,7 +52,7 @@ def carry(el, q, v, a):
 
 @compiled
 def to_bodies(el, v, a, u, u1, u2, with_rigid):
-    """X, Y, Z of displacements u and rates u1, u2; X with the accelerations of the pose less gravity on request."""
+    """X, Y, Z of displacements u and rates u1, u2; `with_rigid` adds rigid accelerations less gravity to X."""
     M, S, N = el.model, el.scratch, el.settings
     for i in range(M.body.shape[0]):
         b, j = M.body[i], 3 * i
@@ -71,7 +72,7 @@ def to_bodies(el, v, a, u, u1, u2, with_rigid):
 
 @compiled
 def subtract_forces(el, elastic, f):
-    """f -= m X, and with `elastic` d Y + k Z, in the axes of the plane."""
+    """f -= m X, or f -= m X + d Y + k Z with `elastic`, in the axes of the plane."""
     M, S = el.model, el.scratch
     for e in range(M.nodes.shape[0]):
         i, j, b = 3 * M.nodes[e, BEGIN], 3 * M.nodes[e, END], M.body[M.nodes[e, BEGIN]]
@@ -88,7 +89,7 @@ def subtract_forces(el, elastic, f):
 
 @compiled
 def _row_sums(A, x, j):
-    """A x of a block and three entries of x."""
+    """Product of a block A (9,) and the entries j, j + 1, j + 2 of x."""
     return (
         A[0] * x[j] + A[1] * x[j + 1] + A[2] * x[j + 2],
         A[3] * x[j] + A[4] * x[j + 1] + A[5] * x[j + 2],
@@ -98,7 +99,7 @@ def _row_sums(A, x, j):
 
 @compiled
 def add_blocks(el, h, v, a):
-    """Put M + h/2 C + h^2/4 K into the matrix, rotation included."""
+    """Add M + h/2 C + h^2/4 K with the terms of rotation to the matrix."""
     M, S, N, values = el.model, el.scratch, el.settings, el.work.lu
     g, b4 = 0.5 * h, 0.25 * h * h
     for e in range(M.nodes.shape[0]):
@@ -118,7 +119,7 @@ def add_blocks(el, h, v, a):
 
 @compiled
 def _turned_row(M, e, row, p, r, g, o, b4, c, s):
-    """One row of (m (p + r S) + d (g + o S) + b4 k) T of block e."""
+    """Row of (m (p + r S) + d (g + o S) + b4 k) T of block e."""
     m, d, k = M.m[e], M.d[e], M.k[e]
     x = p * m[row] + r * m[row + 1] + g * d[row] + o * d[row + 1] + b4 * k[row]
     y = p * m[row + 1] - r * m[row] + g * d[row + 1] - o * d[row] + b4 * k[row + 1]
@@ -127,7 +128,7 @@ def _turned_row(M, e, row, p, r, g, o, b4, c, s):
 
 @compiled
 def add_contact_forces(el, tables, work, q):
-    """Forces of the twin's contacts, on the nodes that they act on; q : (n_t + 3,) coordinates of the twin."""
+    """Add contact forces of the rigid counterpart with coordinates q (n_t + 3,) to the forces of the nodes."""
     S, J = el.scratch, work.contact_scratch
     for k in range(tables.contacts.kernel.shape[0]):
         N, T = work.contact[k, NORMAL_FORCE], work.contact[k, FRICTION_FORCE]
@@ -146,7 +147,7 @@ def add_contact_forces(el, tables, work, q):
 
 @compiled
 def add_loads(el, t, h):
-    """Forces of the elements that belong to no body, at the rigid motion."""
+    """Add forces of loads, springs and dampers at the rigid motion to the forces of the nodes."""
     E, S, work = el.tables.elements, el.scratch, el.work
     S.given[:] = 0.0
     for k in range(el.model.loads.shape[0]):
@@ -167,7 +168,7 @@ def add_loads(el, t, h):
 
 @compiled
 def times_joints(el, G, x, out, sign):
-    """out += sign G x;  G : rows of the joints one after the other, out : (n_c,)."""
+    """out += sign G x;  G : constraint Jacobian, row by row, out : (n_c,)."""
     C = el.tables.constraints
     for c in range(C.kernel.shape[0]):
         n = C.dof[c + 1] - C.dof[c]
@@ -180,7 +181,7 @@ def times_joints(el, G, x, out, sign):
 
 @compiled
 def elastic_step(el, tables, work, t, h, q, v, a):
-    """U, U', U'' of `el.trial` from those of `el.now`; q, v, a : motion of the twin at the end; a code."""
+    """Newmark step of U, U', U'' from `el.now` to `el.trial`; q, v, a : rigid motion at the end; returns a code."""
     S, now, new = el.scratch, el.now, el.trial
     n = el.tables.sizes.n_q
     carry(el, q, v, a)
@@ -222,9 +223,9 @@ def elastic_step(el, tables, work, t, h, q, v, a):
 
 @compiled
 def keep_joints(el, n, h):
-    """Rates of joints that turn with their bodies: G U' = -G' U and its rate, with differences of G for G'.
+    """Correct U', U'' by the constraints on rates, G U' = -G' U and its derivative, with differences of G for G'.
 
-    Newmark's rule alone holds G U = 0, and where G changes the accelerations that follow from it swing undamped.
+    The Newmark step satisfies G U = 0.  Without the correction a variable G excites undamped accelerations.
     """
     S, now, new, G = el.scratch, el.now, el.trial, el.work.G
     for i in range(new.G.shape[0]):
@@ -250,7 +251,7 @@ def keep_joints(el, n, h):
 
 @compiled
 def checked(el, n):
-    """RUNNING, or the code of what is wrong with the displacements."""
+    """Code of the displacements: RUNNING, NOT_FINITE or TOO_FAR."""
     total = 0.0
     for i in range(n):
         total += el.trial.u2[i]
@@ -265,7 +266,7 @@ def checked(el, n):
 
 @compiled
 def hand_back(el, q, v, a):
-    """The load (n_t,) of the inertia of the elastic motion on each body, its moment about the twin's node."""
+    """Inertia forces (n_t,) of the elastic motion on each rigid body, with moments about the node of the body."""
     M, S, new = el.model, el.scratch, el.trial
     to_bodies(el, v, a, new.u, new.u1, new.u2, False)
     S.f[:] = 0.0

@@ -1,6 +1,6 @@
-"""The compiled loop of `Staggered`: Runge and Kutta's step of the rigid twin, the elastic step, the end of both.
+"""Compiled loop of `Staggered`: Runge-Kutta step of the rigid counterpart, elastic step, acceptance of both.
 
-Source of the order of the two: X. Chen, S. Jiang, Y. Deng, Q. Wang, Nonlinear Dynamics (2018), 4.4.
+Source of the order of the steps: X. Chen, S. Jiang, Y. Deng, Q. Wang, Nonlinear Dynamics (2018), 4.4.
 """
 
 import math
@@ -24,7 +24,7 @@ from flexmb.system.outputs import write_outputs
 
 @compiled
 def both_steps(tables, address, lu, h, options, flow, trial, work, record, stages, el):
-    """One step of the twin, one of the elastic model; again with the new load where passes are left; a code."""
+    """Step of the rigid counterpart and step of the elastic model, repeated `passes` times; returns a code."""
     copy(el.now.load, el.trial.load)
     code = RUNNING
     for _ in range(el.settings.passes if el.settings.flexible else 1):
@@ -41,7 +41,7 @@ def both_steps(tables, address, lu, h, options, flow, trial, work, record, stage
 
 @compiled
 def adopt(el):
-    """Make the trial displacements the accepted ones."""
+    """Copy the trial displacements to the accepted displacements."""
     now, new = el.now, el.trial
     copy(new.u, now.u)
     copy(new.u1, now.u1)
@@ -57,9 +57,9 @@ def adopt(el):
 
 @compiled
 def whole_motion(el, t, h, q, v, a, d, ledger, work):
-    """Add the displacements of d to the motion of the nodes with the twin; energies of the sum, as the twin's.
+    """Motion and energies of the flexible mechanism: rigid motion of the nodes plus displacements of d.
 
-    Its damping beyond that of the twin's dampers is that of the beams: it is booked here, as is the work of loads on U.
+    The damping of the beams and the work of loads on U are added to the ledger.
     """
     S = el.scratch
     carry(el, q, v, a)
@@ -79,7 +79,7 @@ def whole_motion(el, t, h, q, v, a, d, ledger, work):
 
 @compiled
 def write_whole(tables, address, t, flow, work, record, el):
-    """All signals: nodes of the whole motion, joints and contacts of the twin."""
+    """Write all signals: nodes of the flexible mechanism, joints and contacts of the rigid counterpart."""
     S, N = el.scratch, el.settings
     write_outputs(tables, address, t, flow.q, flow.v, flow.a, work, flow.ledger, S.signals)
     write_outputs(el.whole, el.whole_address, t, S.q, S.v, S.a, el.whole_work, flow.ledger, record.signals)
@@ -89,7 +89,7 @@ def write_whole(tables, address, t, flow, work, record, el):
 
 @compiled
 def accept_both(tables, address, h, options, flow, trial, work, record, el):
-    """Make both trial states the accepted ones; BUFFER_FULL when what was saved must be fetched."""
+    """Accept the trial states of both models; BUFFER_FULL if the buffer of saved signals is full."""
     record.count.evaluated = NOT_EVALUATED
     complete_evaluation(tables, address, h, flow, trial, work, record)
     whole_motion(el, flow.clock.t + h, h, trial.q, trial.v, trial.a, el.trial, flow.ledger, work)
@@ -103,7 +103,7 @@ def accept_both(tables, address, h, options, flow, trial, work, record, el):
 
 @compiled
 def advance_staggered(tables, address, lu, options, flow, trial, work, record, stages, el, steps):
-    """At most `steps` steps of fixed size of both models; the code of the ending."""
+    """Take at most `steps` steps of fixed size of both models; returns the code of the ending."""
     for _ in range(steps):
         if finished(options, flow):
             return DONE
@@ -118,7 +118,7 @@ def advance_staggered(tables, address, lu, options, flow, trial, work, record, s
 
 @compiled
 def begin_elastic(tables, t, work, el, q, v, a):
-    """U'' at rest and without displacement, under the accelerations and contacts of the start; a code."""
+    """U'' at the start, with U = U' = 0, from the accelerations and contact forces of the start; returns a code."""
     code = elastic_step(el, tables, work, t, 0.0, q, v, a)
     if code == RUNNING:
         hand_back(el, q, v, a)

@@ -1,4 +1,4 @@
-"""Rigid and elastic steps in turn: the method `Staggered`."""
+"""Method `Staggered`: alternating steps of the rigid counterpart and of a linear elastic model."""
 
 from __future__ import annotations
 
@@ -32,63 +32,64 @@ if TYPE_CHECKING:
 ENDINGS = {
     ELASTIC_SINGULAR: "the elastic equations became singular at {name!r}. Do the joints leave it without mass?",
     TOO_FAR: (
-        "{name!r} is displaced by {moved:.3g} against the rigid model, too far for linear elasticity. The load that is "
-        "handed back one step late may be unstable: try a smaller step, more passes, or a Newmark method."
+        "{name!r} is displaced by {moved:.3g} against the rigid model, too far for linear elasticity. The inertia load "
+        "of the previous step may be unstable: try a smaller step, more passes, or a Newmark method."
     ),
 }
-"""How elastic steps end a run."""
+"""Messages of the codes of the elastic step."""
 
 
 @dataclass(frozen=True)
 class Staggered(Method):
-    """A rigid and an elastic model that take steps in turn, each with what the other found last.
+    """Alternating steps of the rigid counterpart and of a linear elastic model.
 
-    1. Runge and Kutta's step of the rigid mechanism: every flexible body is replaced by the rigid one of the same mass,
-       centre and inertia; contact forces come from its motion.
-    2. Newmark's step (beta = 1/4, gamma = 1/2) of linear elasticity about the pose found, U being the displacements of
-       the nodes along X and Y and their rotations:
+    1. Runge-Kutta step of the rigid counterpart.  A rigid body of equal mass, centre of mass and moment of inertia
+       replaces each flexible body.  The rigid motion determines the contact forces.
+    2. Newmark step (beta = 1/4, gamma = 1/2) of linear elasticity about the new pose.  U are displacements along X and
+       Y, and rotations, of the nodes:
 
            M U'' + (C + 2 R^T m R') U' + (K + R^T m R'') U = F - M a_r,    G U = 0
 
-       with u = R U in the axes of a body, F of contact, loads and weight, a_r accelerations of the rigid model, and G
-       the joints and drives of the pose; C is the damping of the bodies.
-    3. The inertia force and moment of the elastic motion, summed body by body, load the rigid model in the next step.
+       with u = R U in the axes of a body, forces F of contacts, loads and weight, accelerations a_r of the rigid
+       counterpart, damping C of the bodies, and constraint Jacobian G of the pose.
+    3. The inertia forces and moments of the elastic motion, summed over each body, load the rigid counterpart in the
+       next step.
 
-    For mechanisms of `RigidBody`, `RigidLink`, `FlexibleLink`, `FlexibleFrame`, with joints without friction in ideal
-    ones, drives, contacts and loads, and springs between rigid ones; with `FixedStep` only.
+    The method simulates mechanisms of `RigidBody`, `RigidLink`, `FlexibleLink`, `FlexibleFrame`, joints, drives,
+    contacts, loads, and springs between rigid bodies.  Ideal joints must be frictionless.  Steps must be `FixedStep`.
 
     Parameters
     ----------
-    rotation : terms of the rotating axes: "printed", as above; or "inertial", without 2 R^T m R' and R^T m R'', and
-        with damping of the rates seen from the body.  See the notes.
-    play : what a joint with play does to U: "independent", nothing; or "shared", both of its ends are displaced alike.
-    mean_axes : whether rigid motions that G leaves to U are taken out of it: it then has no momentum in any of them.
-    passes : times each step is done, with the inertia of the elastic motion that was found at its end, >= 1.
+    rotation : terms of rotating axes: "printed", the equations above; "inertial", the equations without 2 R^T m R' and
+        R^T m R'', with damping of rates relative to the body.
+    play : displacements of journal and bearing in a joint with clearance: "independent" or "shared" (equal).
+    mean_axes : whether rigid motions that satisfy G are removed from U; U then has no momentum in these motions.
+    passes : repetitions of each step with the inertia load of its end, >= 1.
 
     Raises
     ------
-    InputError : an unknown word, passes that are no whole number > 0.
+    InputError : an unknown word, passes not an integer >= 1.
 
     Notes
     -----
-    Where U is in fixed axes, M U'' is the inertia force; the printed terms are correct for none but u'' in place of
-    the accelerations, that is for slow turning.  A beam that turns at w has, in the plane, the frequency at rest f
-    with "printed", sqrt(f^2 - w^2) with "inertial"; centrifugal forces, which stiffen it, are in neither.
+    In fixed axes M U'' is the inertia force of U.  The published terms are correct for slow rotation.  A beam with the
+    angular velocity w has the frequency at rest f with "printed", and sqrt(f^2 - w^2) with "inertial".  Both lack the
+    centrifugal stiffening.
 
-    Drive torques, forces of joints and contacts, ex and ey are those of the rigid model with the load of step 3.
-    Positions, velocities and accelerations of nodes are those of the rigid model plus U, U', U''.  Energies belong to
-    this sum, and `energy.residual` is what the coupling made or lost.  Loads see the rigid motion only.
+    Drive torques, forces of joints and contacts, ex and ey are signals of the rigid counterpart under the load of step
+    3.  Positions, velocities and accelerations of nodes are signals of the rigid counterpart plus U, U', U''.  Energies
+    belong to this sum.  `energy.residual` is the energy gained or lost by the coupling.  Loads depend on the rigid
+    motion only.
 
-    Contacts see the rigid motion alone.  With "independent" displacements and mean axes, U has no momentum in what the
-    joints leave free, so impacts are those of the rigid mechanism: compliance softens none.  With "shared" ones the
-    play is that of the whole motion, and the scheme tends to the coupled linear equations as h tends to 0.  But the
-    load of step 3 is one step late, and nearly as large as the inertia of the rigid model: in contact that acts as
-    negative damping, and runs with one pass blow up at any step that can be afforded (docs/design.md); passes repeated
-    until the load stays give the impacts of the coupled equations, to the first order of h.  Without mean axes, rigid
-    motions of U are neutral: they keep whatever disturbs them.
+    Contacts depend on the rigid motion only.  With "independent" displacements and mean axes, impacts are impacts of
+    the rigid counterpart, without influence of the elastic compliance.  With "shared" displacements the method
+    converges to the coupled linear equations as h tends to 0.  The load of step 3 is one step late and nearly as large
+    as the inertia of the rigid counterpart.  During a contact this delay acts as negative damping, and runs with one
+    pass diverge at practicable steps (docs/design.md).  Repeated passes give the impacts of the coupled equations, to
+    first order in h.  Without mean axes, rigid motions of U are neutrally stable.
 
-    Source: X. Chen, S. Jiang, Y. Deng, Q. Wang, Nonlinear Dynamics (2018), section 4, eqs (26)-(30) and 4.4.  There the
-    vectors U^1 and U^2 share the coordinates of the clearance joint, though the text calls its members independent.
+    Source: X. Chen, S. Jiang, Y. Deng, Q. Wang, Nonlinear Dynamics (2018), section 4, eqs (26)-(30) and 4.4.  In the
+    equations the vectors U^1 and U^2 share the coordinates of the clearance joint; the text calls them independent.
     """
 
     independent: ClassVar[bool] = True
@@ -106,20 +107,20 @@ class Staggered(Method):
         checks.count("Staggered", "passes", self.passes)
 
     def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:
-        """Stepper of the compiled mechanism."""
+        """Stepper of a compiled mechanism."""
         if mechanism is None:
-            raise InputError("Staggered: the mechanism is missing; a program alone has no rigid twin.")
+            raise InputError("Staggered: the mechanism is missing; a program alone has no rigid counterpart.")
         return StaggeredStepper(program, mechanism, self)
 
 
 class StaggeredStepper(Stepper):
-    """Steps of the rigid twin and of the elastic model in turn; signals are those of the mechanism itself.
+    """Stepper of `Staggered`; the signals belong to the flexible mechanism.
 
     Parameters
     ----------
-    whole : the compiled mechanism.
-    mechanism : the mechanism.
-    method : its numbers.
+    whole : program of the flexible mechanism.
+    mechanism : flexible mechanism.
+    method : parameters of the method.
     """
 
     residual_limit = RESIDUAL_LIMIT_RUNGE_KUTTA
@@ -132,8 +133,8 @@ class StaggeredStepper(Stepper):
         self.elastic = elastic_model(mechanism, whole, twin, method)
         self.stages = new_stages(twin)
 
-    def start(self, mechanism: Mechanism, closed: Program, *, redundant: bool) -> Start:  # noqa: ARG002 - the twin's
-        """Start values of the twin."""
+    def start(self, mechanism: Mechanism, closed: Program, *, redundant: bool) -> Start:  # noqa: ARG002
+        """Consistent start values of the rigid counterpart; the arguments are not used."""
         try:
             return consistent_start(self.mechanism, self.program, closed=self.closed)
         except (ModelError, AssemblyError) as error:
@@ -146,7 +147,7 @@ class StaggeredStepper(Stepper):
             raise type(error)(f"{text}. Remove a joint, start in another pose, or use a Newmark method.") from error
 
     def prepare(self, run: Run, start: Start, z: np.ndarray, time: float) -> int:
-        """Elastic accelerations that go with the start of the twin, the bodies unstressed."""
+        """Elastic accelerations at the start values, with unstressed bodies; returns a code."""
         n, full = self.program.n_q, [np.zeros(self.program.n_q + 3) for _ in range(3)]
         for target, values in zip(full, (start.q, start.v, start.a), strict=True):
             target[:n] = values
@@ -155,30 +156,32 @@ class StaggeredStepper(Stepper):
         evaluate_accepted(*common, *full, start.lam, z.copy(), still, still, run.work)
         if not self.elastic.settings.flexible:
             return RUNNING
-        return begin_elastic(self.program.tables, time, run.work, self.elastic, *full)
+        code: int = begin_elastic(self.program.tables, time, run.work, self.elastic, *full)
+        return code
 
     def advance(self, run: Run, options: Options, steps: int) -> int:
-        """Take at most `steps` steps of both models: the code of the ending."""
-        return advance_staggered(*run.arguments(options), self.stages, self.elastic, steps)
+        """Take at most `steps` steps of both models; returns the code of the ending."""
+        code: int = advance_staggered(*run.arguments(options), self.stages, self.elastic, steps)
+        return code
 
     def evaluate(self, run: Run) -> None:
-        """Evaluate the present state with its displacements; remember its powers and forces for the ledger."""
+        """Evaluate the accepted state with its displacements, and store its powers for the ledger."""
         flow, el = run.flow, self.elastic
         evaluate_state(self.program, flow, run.work)
         whole_motion(el, flow.clock.t, 0.0, flow.q, flow.v, flow.a, el.now, flow.ledger, run.work)
         store_powers(self.program, flow, run.work)
 
     def write(self, run: Run) -> None:
-        """Signals of the state that was looked at last."""
+        """Write the signals of the last evaluated state."""
         common = (self.program.tables, self.program.addresses, run.flow.clock.t)
         write_whole(*common, run.flow, run.work, run.record, self.elastic)
 
     def reset_peaks(self) -> None:
-        """Begin anew to look for the largest shared force."""
+        """Reset the largest force of shared displacements to 0."""
         self.elastic.now.memory.tie = 0.0
 
     def explain(self, code: int) -> str | None:
-        """What an elastic step says that could not be done."""
+        """Message of a code of the elastic step; None for another code."""
         if code not in ENDINGS:
             return None
         place = int(self.elastic.scratch.b[0])
@@ -187,18 +190,18 @@ class StaggeredStepper(Stepper):
         return ENDINGS[code].format(name=names[place], moved=moved)
 
     def remarks(self) -> tuple[str, ...]:
-        """What the shared displacements of joints with play carried."""
+        """Remark on the largest force of shared displacements in joints with clearance."""
         force = self.elastic.now.memory.tie
         if not (self.elastic.settings.flexible and len(self.elastic.model.ties)):
             return ()
-        text = f"Displacements shared in joints with play carried forces of up to {force:.3g} N"
+        text = f"Displacements shared in joints with clearance carried forces of up to {force:.3g} N"
         return (f"{text}, which tend to 0 with smaller steps.",)
 
     def saved(self) -> dict[str, np.ndarray]:
-        """The displacements."""
+        """Elastic state for a restart, by name."""
         return {f"elastic.{name}": array for name, array in self.elastic.now.saved().items()}
 
     def restore(self, restart: Mapping[str, Any]) -> None:
-        """Take the displacements."""
+        """Set the elastic state of a restart."""
         own = {name.removeprefix("elastic."): array for name, array in restart.items() if name.startswith("elastic.")}
         self.elastic.now.restore(own)

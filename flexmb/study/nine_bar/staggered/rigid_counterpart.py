@@ -1,4 +1,4 @@
-"""The rigid twin of a mechanism: every flexible body replaced by the rigid one of the same mass, centre and inertia."""
+"""Rigid counterpart of a mechanism: rigid bodies of equal mass, centre and inertia in place of flexible bodies."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ KNOWN = (RigidBody, RigidLink, FlexibleLink, FlexibleFrame)
 
 
 def rigid_twin(owner: str, mechanism: Mechanism) -> Mechanism:
-    """The mechanism with rigid bodies in the places of flexible ones, under the same names, in the drawn pose.
+    """Rigid counterpart of a mechanism in its reference configuration; the bodies keep their names.
 
     Parameters
     ----------
-    owner : who asks, for messages.
-    mechanism : what is replaced body by body.
+    owner : caller, for messages.
+    mechanism : flexible mechanism.
 
     Raises
     ------
-    InputError : a body of another kind; fields of displacement or velocity; friction in an ideal joint; a part whose
-        forces remember; a spring or bushing on a flexible body, which would not feel its deformation.
+    InputError : a body of an unknown kind; a field of initial displacement or velocity; friction in an ideal joint; an
+        element with a history; a spring or bushing on a flexible body.
     """
     for body in mechanism.bodies:
         if not isinstance(body, KNOWN):
-            text = f"{owner}: {body.label} has no rigid twin"
+            text = f"{owner}: {body.label} has no rigid counterpart"
             raise InputError(f"{text}; bodies must be RigidBody, RigidLink, FlexibleLink or FlexibleFrame.")
     flexible = {body.name: body for body in mechanism.bodies if isinstance(body, Flexible)}
     parts = tuple(_replaced(owner, part, flexible) for part in mechanism.parts)
@@ -45,19 +45,20 @@ def rigid_twin(owner: str, mechanism: Mechanism) -> Mechanism:
             raise InputError(f"{text}. Leave the friction out, or use a Newmark method.")
     for element in contributions.elements:
         if element.history:
-            text = f"{owner}: {mechanism.find(element.part).label} has a force that remembers"
-            raise InputError(f"{text}, which is not known to both models. Use a Newmark method.")
+            text = f"{owner}: {mechanism.find(element.part).label} has a force with a history"
+            raise InputError(f"{text}, which only one of the two models would know. Use a Newmark method.")
         held = next((name for name, _, _ in element.coordinates if name in flexible), None)
         if element.energy is not None and element.part not in flexible and held is not None:
             text = (
-                f"{owner}: {mechanism.find(element.part).label} acts on {held!r}, whose deformation it would not feel"
+                f"{owner}: {mechanism.find(element.part).label} acts on the flexible body {held!r}, whose deformation "
+                "it would ignore"
             )
             raise InputError(f"{text}. Connect it to rigid bodies, or use a Newmark method.")
     return replace(mechanism, parts=parts)
 
 
 def _replaced(owner: str, part: Part, flexible: dict[str, Flexible]) -> Part:
-    """The part as it stands in the twin."""
+    """Part of the rigid counterpart in place of a part of the mechanism."""
     if part.name in flexible:
         return _rigid(owner, flexible[part.name])
     if isinstance(part, Joint) and part.at is None and part.second.name in flexible:
@@ -68,7 +69,7 @@ def _replaced(owner: str, part: Part, flexible: dict[str, Flexible]) -> Part:
 
 
 def _rigid(owner: str, body: Flexible) -> RigidBody:
-    """The rigid twin of a flexible body; its angle is that of the body's main node."""
+    """Rigid counterpart of a flexible body, with the angle of its main node."""
     velocity = body.start_velocity()
     for name, field in (("velocity", velocity), ("displacement", body.start_displacement())):
         if field is not None and np.ndim(field) == 2:

@@ -1,8 +1,8 @@
-"""Rigid motions that the joints leave to elastic displacements: followed from pose to pose, and taken out.
+"""Removal of the rigid motions of the joints from elastic displacements (mean axes).
 
-A motion w (n_t,) of the bodies is allowed where A w = 0, A = G B, B the velocities of the nodes by those of the bodies.
-From the one of the pose before, the nearest allowed one is w - A^T (A A^T)^-1 A w.  Displacements lose their part
-along z = B w in the metric of the mass, z^T M U, so they carry no momentum in these motions (mean axes).
+B maps velocities of the bodies to velocities of the nodes.  A rigid motion w (n_t,) satisfies the joints if A w = 0
+with A = G B.  The projection w - A^T (A A^T)^-1 A w of the previous motion is the motion of the present pose.
+The displacements lose their component along z = B w in the metric of the mass, z^T M U, and have no momentum in z.
 """
 
 import math
@@ -16,7 +16,7 @@ COS, SIN = range(2)
 
 @compiled
 def take_out_motions(el):
-    """Make U, U', U'' of `el.trial` orthogonal in the mass to all rigid motions that the joints allow."""
+    """Make U, U', U'' of `el.trial` orthogonal in the metric of the mass to all rigid motions of the joints."""
     N, S, new = el.settings, el.scratch, el.trial
     if N.free == 0:
         return
@@ -27,7 +27,7 @@ def take_out_motions(el):
     n = el.tables.sizes.n_q
     for k in range(N.free):
         spread_motion(el, k)
-        for _ in range(2):  # twice: round-off of the first time
+        for _ in range(2):  # the second pass removes the round-off of the first
             for i in range(k):
                 remove(S.shapes[k], S.shapes[i], S.moved[i], n)
         mass_times(el, S.shapes[k], S.moved[k])
@@ -55,7 +55,7 @@ def remove(x, shape, moved, n):
 
 @compiled
 def body_rows(el):
-    """A = G B (n_c, n_t) of the pose, and A A^T with rows of length 1."""
+    """A = G B (n_c, n_t) of the pose with rows of length 1, and A A^T."""
     C, S, M, G = el.tables.constraints, el.scratch, el.model, el.work.G
     n = el.tables.sizes.n_q
     S.rows[:, :] = 0.0
@@ -83,7 +83,7 @@ def body_rows(el):
 
 @compiled
 def add_entry(M, S, row, dof, value):
-    """The entry of G at one coordinate of a node, on the body that carries it."""
+    """Add the entries of A of one entry of G, a coordinate `dof` of a node."""
     i, axis = dof // 3, dof % 3
     b = 3 * M.body[i]
     S.rows[row, b + axis] += value
@@ -96,7 +96,7 @@ def add_entry(M, S, row, dof, value):
 
 @compiled
 def turned_arm(M, S, i):
-    """From the twin's node to node i, in the axes of the plane."""
+    """Vector from the node of the rigid body to node i, in the axes of the plane [m]."""
     b = M.body[i]
     c0, s0 = math.cos(M.reference[b]), math.sin(M.reference[b])
     c, s = S.cs[b, COS] * c0 - S.cs[b, SIN] * s0, S.cs[b, SIN] * c0 + S.cs[b, COS] * s0
@@ -105,7 +105,7 @@ def turned_arm(M, S, i):
 
 @compiled
 def triangle(A):
-    """Cholesky's factor of A in its lower half; a row that repeats others is left out."""
+    """Cholesky factor of A in the lower triangle of A; dependent rows are omitted."""
     for i in range(A.shape[0]):
         for j in range(i + 1):
             total = A[i, j]
@@ -119,7 +119,7 @@ def triangle(A):
 
 @compiled
 def follow(el, k):
-    """Motion k as the joints of the present pose allow it."""
+    """Projection of rigid motion k onto the motions that satisfy the joints of the present pose."""
     S, w = el.scratch, el.trial.motions[k]
     m, n = S.rows.shape
     for j in range(n):
@@ -143,7 +143,7 @@ def follow(el, k):
 
 @compiled
 def spread_motion(el, k):
-    """Motion k of the bodies as one of all nodes."""
+    """Rigid motion k of the nodes, z = B w."""
     M, S, w = el.model, el.scratch, el.trial.motions[k]
     for i in range(M.body.shape[0]):
         b, j = 3 * M.body[i], 3 * i
@@ -154,7 +154,7 @@ def spread_motion(el, k):
 
 @compiled
 def mass_times(el, x, out):
-    """out = M x at the pose."""
+    """out = M x with the mass matrix of the present pose."""
     M, S = el.model, el.scratch
     for i in range(out.shape[0]):
         out[i] = 0.0
