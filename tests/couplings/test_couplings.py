@@ -105,8 +105,8 @@ def test_a_rolling_disc_falls_down_a_slope():
     track = fm.Rack("track", disc, fm.GROUND, at=O, along=u)
     carrier = fm.RigidBody("carrier", at=centre, mass=1e-9, inertia=1e-9)
     mech = fm.Mechanism("slope", [
-        disc, carrier, fm.Prismatic("guide", fm.GROUND, carrier, along=u), fm.Revolute("axle", carrier, disc, at=centre),
-        track,
+        disc, carrier, track, fm.Prismatic("guide", fm.GROUND, carrier, along=u),
+        fm.Revolute("axle", carrier, disc, at=centre),
     ], gravity=(0.0, -9.81))  # fmt: skip
     sol = fm.simulate(mech, t_end=1.0)
     down = (sol["disc.x"].values - centre[0]) * u[0] + (sol["disc.y"].values - centre[1]) * u[1]
