@@ -3,9 +3,9 @@
 Declare a `Mechanism` of parts, `simulate` it, ask questions of the motion.
 
 The names that most scripts need are here. The others lie in namespaces: `contact` (normal laws), `friction`,
-`drives`, `chaos` (exponents, sections, orbits, basins, verdicts, signals), `sweeps`, `mechanisms` (ready ones),
-`plots`, `results` and `equilibrium` (classes of results), `errors`, `kernels` (compiled functions of one's own
-parts) and `testing` (checks of one's own parts).
+`couplings` (gears, belts, racks, rods), `drives`, `chaos` (exponents, sections, orbits, basins, verdicts, signals),
+`sweeps`, `mechanisms` (ready ones), `plots`, `results` and `equilibrium` (classes of results), `errors`, `kernels`
+(compiled functions of one's own parts) and `testing` (checks of one's own parts).
 """
 
 from flexmb.namespace import lazy_names

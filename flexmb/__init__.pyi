@@ -2,6 +2,7 @@
 
 from flexmb import chaos as chaos
 from flexmb import contact as contact
+from flexmb import couplings as couplings
 from flexmb import doctor as doctor
 from flexmb import drives as drives
 from flexmb import equilibrium as equilibrium
@@ -27,10 +28,7 @@ from flexmb.contact.friction.modified_coulomb import ModifiedCoulomb as Modified
 from flexmb.contact.normal.hysteresis_laws import HuntCrossley as HuntCrossley
 from flexmb.contact.normal.hysteresis_laws import LankaraniNikravesh as LankaraniNikravesh
 from flexmb.contact.normal.kelvin_voigt import KelvinVoigt as KelvinVoigt
-from flexmb.couplings.belt import Belt as Belt
 from flexmb.couplings.gear import Gear as Gear
-from flexmb.couplings.rack import Rack as Rack
-from flexmb.couplings.same_rotation import SameRotation as SameRotation
 from flexmb.doctor.check import check as check
 from flexmb.drives.constant_speed import ConstantSpeed as ConstantSpeed
 from flexmb.drives.drive import Drive as Drive
@@ -74,6 +72,7 @@ from flexmb.results.vtk import write_vtk as write_vtk
 from flexmb.run.simulate import simulate as simulate
 from flexmb.run.steps import StepState as StepState
 from flexmb.run.steps import steps as steps
+from flexmb.sensors.marker import Marker as Marker
 from flexmb.start.assemble import assemble as assemble
 from flexmb.step.method import Method as Method
 from flexmb.step.newmark.method import Newmark as Newmark

@@ -13,7 +13,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from flexmb.errors import FlexmbError, InputError, MissingPackageError
+from flexmb.errors import USER_ERRORS, FlexmbError, InputError, MissingPackageError
 
 _COLLECTED: ContextVar[list[str] | None] = ContextVar("collected", default=None)
 """Errors of the object that is under construction; None: an error is raised at once."""
@@ -44,7 +44,7 @@ def _collecting(check: Callable[[Any], None]) -> Callable[[Any], None]:
             if not errors:
                 raise
             _collect(errors, str(error))
-        except Exception:
+        except USER_ERRORS:
             if not errors:  # else a consequence of a wrong argument
                 raise
         finally:

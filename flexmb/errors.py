@@ -6,6 +6,10 @@ __all__ = [
 ]  # fmt: skip
 
 
+USER_ERRORS = (Exception,)
+"""Exceptions of a user's function, which may raise any; `KeyboardInterrupt` and `SystemExit` are not among them."""
+
+
 class FlexmbError(Exception):
     """Base of every error that flexmb raises on purpose."""
 

@@ -1,1 +1,5 @@
-"""Couplings of rotations and travels: gears, racks, belts, screws, equal rotation."""
+"""Couplings of rotations and travels: gears, racks, belts, equal rotation, rods."""
+
+from flexmb.namespace import lazy_names
+
+__getattr__, __dir__, __all__ = lazy_names(__name__, __file__)

@@ -71,7 +71,16 @@ class Gear(Wheels):
             raise InputError(f"{self.label}: both wheels have {self.teeth[0]} teeth; a ring needs more than its wheel.")
 
     def radii(self, mechanism: Mechanism) -> tuple[float, float]:
-        """Pitch radii of both wheels [m]."""
+        """Pitch radii of both wheels [m].
+
+        Parameters
+        ----------
+        mechanism : the mechanism.
+
+        Raises
+        ------
+        ModelError : a distance of the axes that is 0, unknown, or does not fit the module.
+        """
         (z1, z2), distance = self.teeth, self._distance(mechanism)
         sum_of_teeth = abs(z2 - z1) if self.internal else z1 + z2
         if self.module is not None and abs(0.5 * self.module * sum_of_teeth - distance) > FITS * distance:

@@ -68,7 +68,16 @@ class Rack(Part):
             )
 
     def radius(self, mechanism: Mechanism) -> float:
-        """Radius of the pitch circle [m]; negative for a pinion to the right of the direction of its rack."""
+        """Radius of the pitch circle [m]; negative for a pinion to the right of the direction of its rack.
+
+        Parameters
+        ----------
+        mechanism : the mechanism.
+
+        Raises
+        ------
+        ModelError : a pitch line through the centre of the pinion.
+        """
         body = mechanism.body(self.pinion.name, self.label)
         node = body.node(body.main)
         ux, uy = self.along

@@ -9,6 +9,7 @@ import numpy as np
 
 from flexmb.doctor.finding import Finding, found
 from flexmb.drives.table import Table
+from flexmb.errors import USER_ERRORS
 from flexmb.kernels import Kernel
 from flexmb.model.law import Motion
 from flexmb.model.mechanism import Mechanism
@@ -87,7 +88,7 @@ def values_of(kernel: Kernel, *arguments: Any) -> np.ndarray:
     try:
         with np.errstate(all="ignore"):
             return np.atleast_1d(np.array(kernel(*arguments), dtype=float))
-    except Exception:
+    except USER_ERRORS:
         return np.full(3, np.nan)
 
 
@@ -101,7 +102,7 @@ def reason_of(kernel: Kernel, *arguments: Any) -> str:
     try:
         with np.errstate(all="ignore"):
             np.array(kernel(*arguments), dtype=float)
-    except Exception as error:
+    except USER_ERRORS as error:
         return f"fails with {type(error).__name__} ({error})"
     return "is not finite"
 

@@ -119,6 +119,9 @@ class LateShapes(Sequence[Shape]):
         return tuple, (self.all(),)
 
 
+MARKER, TRACE = "marker", "trace"
+"""Kinds of points that are no joints: a marker, and a marker whose path is drawn."""
+
 KINDS: dict[str, type[Shape]] = {"rigid": RigidShape, "beam": BeamShape, "point": PointShape}
 
 

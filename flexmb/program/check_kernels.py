@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.errors import KernelError
+from flexmb.errors import USER_ERRORS, KernelError
 from flexmb.kernels import GAP_SIZE, JOINT_FRICTION_SIZE, Kernel
 from flexmb.model.contributions import ConstraintContribution, ContactContribution, Contributions, ElementContribution
 from flexmb.model.law import Law, Motion
@@ -121,7 +121,7 @@ def _call(part: str, kernel: Kernel, p: np.ndarray, arguments: list[Any], what: 
     try:
         with np.errstate(all="ignore"):  # what is not finite is refused below
             result = kernel.python(p, *arguments)
-    except Exception as error:
+    except USER_ERRORS as error:
         if isinstance(error, (IndexError, TypeError)) or "unpack" in str(error):
             reason = str(error) or "wrong number of values"
             raise KernelError(

@@ -60,7 +60,7 @@ class Layout:
 
 
 def force_signals(contribution: ConstraintContribution) -> tuple[tuple[str, str], ...]:
-    """Signals of a joint's force on its second body; none for a drive, or a part with reactions of its own."""
+    """Signals of a joint's force on its second body; none for a drive or a coupling."""
     if contribution.is_drive or contribution.reactions:
         return ()
     if contribution.moment_row < 0 and contribution.joint_friction is None:

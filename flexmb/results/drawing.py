@@ -8,7 +8,7 @@ import numpy as np
 
 from flexmb.beams import hermite
 from flexmb.errors import InputError
-from flexmb.model.shape import BeamShape, PointShape, RigidShape
+from flexmb.model.shape import TRACE, BeamShape, PointShape, RigidShape
 from flexmb.results.solution import Solution
 
 GROUND = "ground"
@@ -114,6 +114,17 @@ def marks(sol: Solution, instants: np.ndarray) -> list[Mark]:
         if f"{shape.part}.ex" in sol:
             play = np.stack([sol.array(f"{shape.part}.{axis}")[instants] for axis in ("ex", "ey")], axis=-1)
             found.append(Mark(shape.part, "journal", points + play, force, on_ground=False))
+    return found
+
+
+def traces(sol: Solution) -> dict[str, np.ndarray]:
+    """Paths (n, 2) of the markers with a trace over all saved instants, by the name of the marker [m]."""
+    whole = np.arange(len(sol.time))
+    found = {}
+    for shape in sol.shapes:
+        if isinstance(shape, PointShape) and shape.kind == TRACE:
+            at = pose(sol, shape.body, shape.node, whole)
+            found[shape.part] = carried(at, np.array([shape.offset], dtype=float))[:, 0]
     return found
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexmb.errors import FlexmbError, KernelError
+from flexmb.errors import USER_ERRORS, FlexmbError, KernelError
 from flexmb.state.record import DONE, NEWTON_FAILED, NOT_FINITE, RUNNING, SINGULAR, STEP_TOO_SMALL
 from flexmb.step.step_size import Adaptive, FixedStep
 from flexmb.system.failed_kernels import FailedKernel, Instant, changed_contacts, failed_kernel
@@ -71,7 +71,7 @@ def naming_kernels(run: Run) -> Iterator[None]:
         yield
     except FlexmbError:
         raise
-    except Exception as error:
+    except USER_ERRORS as error:
         failed = kernel_that_failed(run)
         if failed is None:
             raise

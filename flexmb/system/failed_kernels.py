@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from flexmb.errors import USER_ERRORS
 from flexmb.kernels import GAP_SIZE, JOINT_FRICTION_SIZE, Kernel
 from flexmb.places import GAP, GAP_RATE, LOAD, SLIDING, SLIP
 from flexmb.program.packing import KINDS
@@ -103,7 +104,7 @@ class _Call:
         """All numbers that the kernel returns or writes, and the exception in words; "" without an exception."""
         try:
             result = self.kernel.python(*self.arguments)
-        except Exception as error:
+        except USER_ERRORS as error:
             return np.empty(0), f"raised {type(error).__name__}: {str(error).rstrip('.')}"
         written = [np.ravel(value) for value in self.named(OUTPUTS).values()]
         returned = [] if result is None else [np.ravel(np.asarray(result, dtype=float))]
@@ -115,7 +116,7 @@ class _Call:
         return {name: value for name, value in pairs if name in names}
 
     def failure(self) -> FailedKernel | None:
-        """What is wrong with the call; None for a good one, and for one whose arguments are not finite."""
+        """Failure of the call; None for a good call, and for arguments that are not finite."""
         given = self.named(frozenset(self.kernel.contract.parameters) - OUTPUTS)
         if not all(np.isfinite(np.asarray(value)).all() for value in given.values()):
             return None

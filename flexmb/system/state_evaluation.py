@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flexmb.errors import KernelError, SolveError
+from flexmb.errors import USER_ERRORS, KernelError, SolveError
 from flexmb.linalg import lu
 from flexmb.linalg.dense import solve_dense
 from flexmb.linalg.dense_or_sparse import DENSE_UNKNOWNS
@@ -66,7 +66,7 @@ class StateEvaluation:
         self._instant = Instant(float(t), 0.0, *state, lam, z)
         try:
             evaluate(tables, address, float(t), 0.0, *state, lam, z, *map(float, weights), True, self.work)
-        except Exception as error:
+        except USER_ERRORS as error:
             self.refuse_failed_kernel(error)
             raise
         return self

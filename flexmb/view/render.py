@@ -12,6 +12,7 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
+from flexmb.model.shape import MARKER, TRACE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,7 +26,7 @@ Box = tuple[tuple[float, float], tuple[float, float]]
 
 PANELS = 6
 """Default number of instants."""
-TRACE = 6
+TRACE_POSES = 6
 """Number of earlier poses behind each instant."""
 PER_ELEMENT = 9
 """Number of points on a beam element."""
@@ -63,8 +64,8 @@ def render(
     indices = drawing.nearest_instants(sol, _instants(sol, times))
     all_indices = _with_trace(indices)
     lines = drawing.lines(sol, all_indices, PER_ELEMENT)
-    marks = drawing.marks(sol, all_indices)
-    box = _box([line.points for line in lines] + [m.points for m in marks])
+    marks, traces = drawing.marks(sol, all_indices), drawing.traces(sol)
+    box = _box([line.points for line in lines] + [m.points for m in marks] + list(traces.values()))
     columns = 2 if len(indices) == 4 else min(3, len(indices))
     rows = math.ceil(len(indices) / columns)
     figure = Figure(figsize=_size(box, columns, rows, size), layout="constrained")
@@ -74,6 +75,8 @@ def render(
             now = int(np.searchsorted(all_indices, indices[k]))
             before = int(np.searchsorted(all_indices, indices[k - 1])) if k else now
             _panel(ax, lines, marks, now, range(before, now))
+            for name, path_of_point in traces.items():
+                ax.plot(*path_of_point.T, color="#7a3fb5", linewidth=1.0, zorder=1.5, gid=f"{TRACE} {name}")
             ax.set_title(f"t = {sol.time[indices[k]]:.6g} s", fontsize="small")
         ax.set(xlim=box[0], ylim=box[1], aspect="equal", visible=k < len(indices))
         _label(ax, left=k % columns == 0, below=k + columns >= len(indices))
@@ -98,7 +101,7 @@ def _instants(sol: Solution, times: Sequence[float] | np.ndarray | None) -> np.n
 
 def _with_trace(indices: np.ndarray) -> np.ndarray:
     """The instants to be shown, and some instants between them."""
-    between = [np.linspace(a, b, TRACE + 2).round().astype(int) for a, b in pairwise(indices)]
+    between = [np.linspace(a, b, TRACE_POSES + 2).round().astype(int) for a, b in pairwise(indices)]
     return np.unique(np.concatenate([indices, *between]))
 
 
@@ -158,6 +161,8 @@ def _joint(ax: Axes, mark: Mark, at: np.ndarray) -> None:
     style: dict[str, Any]
     if mark.kind == "clearance":
         style = {"markersize": 9, "markerfacecolor": "white", "markeredgecolor": "#c00000", "markeredgewidth": 1.8}
+    elif mark.kind in (MARKER, TRACE):
+        style = {"markersize": 3.5, "color": "#7a3fb5"}
     else:
         style = {"markersize": 4.5, "color": "black"}
     ax.plot(at[0], at[1], marker=MARKERS.get(mark.kind, "o"), linestyle="", zorder=4, **style)

@@ -60,7 +60,7 @@ def planetary(inner=20, planets=30, ring=None, held="ring"):
         fm.Revolute("R", fm.GROUND, rim, at=O), fm.Revolute("P", arm, planet, at=axis),
         fm.Gear("inner", sun, planet, teeth=(inner, planets), arm=arm, module=module),
         fm.Gear("outer", planet, rim, teeth=(planets, ring), arm=arm, internal=True, module=module),
-        fm.SameRotation("brake", fm.GROUND, {"ring": rim, "sun": sun}[held]),
+        fm.couplings.SameRotation("brake", fm.GROUND, {"ring": rim, "sun": sun}[held]),
     ]  # fmt: skip
     return fm.Mechanism("planetary", [*parts, fm.Drive("motor", "S" if held == "ring" else "R", fm.ConstantSpeed(7.0))])
 
@@ -90,7 +90,7 @@ def test_torques_of_a_planetary_train_balance():
 def test_belts_open_and_crossed():
     pinion, second = (train().find(name) for name in ("pinion", "wheel"))
     for crossed, sign in ((False, 1.0), (True, -1.0)):
-        belt = fm.Belt("belt", pinion, second, radii=(0.02, 0.05), crossed=crossed)
+        belt = fm.couplings.Belt("belt", pinion, second, radii=(0.02, 0.05), crossed=crossed)
         sol = fm.simulate(train(belt), t_end=0.3)
         assert sol["wheel.omega"].values == pytest.approx(sign * 4.0, abs=1e-12)
         assert np.abs(sol["belt.force"].values[1:]) == pytest.approx(3.0 / 0.05, rel=1e-9)
@@ -102,7 +102,7 @@ def test_a_rolling_disc_falls_down_a_slope():
     u = (math.cos(slope), -math.sin(slope))
     centre = (r * math.sin(slope), r * math.cos(slope))
     disc = fm.RigidBody("disc", at=centre, mass=m, inertia=0.5 * m * r * r)
-    track = fm.Rack("track", disc, fm.GROUND, at=O, along=u)
+    track = fm.couplings.Rack("track", disc, fm.GROUND, at=O, along=u)
     carrier = fm.RigidBody("carrier", at=centre, mass=1e-9, inertia=1e-9)
     mech = fm.Mechanism("slope", [
         disc, carrier, track, fm.Prismatic("guide", fm.GROUND, carrier, along=u),
@@ -122,7 +122,8 @@ def test_a_rack_that_is_driven():
     pinion, rack = wheel("pinion", (0.0, r)), fm.RigidBody("rack", at=(0.1, -0.01), mass=3.0, inertia=0.1)
     mech = fm.Mechanism("rack", [
         pinion, rack, fm.Revolute("O", fm.GROUND, pinion, at=(0.0, r)),
-        fm.Prismatic("guide", fm.GROUND, rack, along=(1.0, 0.0)), fm.Rack("teeth", pinion, rack, at=(0.0, 0.0)),
+        fm.Prismatic("guide", fm.GROUND, rack, along=(1.0, 0.0)),
+        fm.couplings.Rack("teeth", pinion, rack, at=(0.0, 0.0)),
         fm.Drive("motor", "O", fm.drives.Polynomial((0.0, 0.0, 5.0))),
     ])  # fmt: skip
     sol = fm.simulate(mech, t_end=0.4)
@@ -135,7 +136,7 @@ def test_a_rack_that_is_driven():
     ("make", "part"),
     [
         (train, "mesh"), (planetary, "inner"), (planetary, "outer"), (planetary, "brake"),
-        (lambda: train(fm.Belt("mesh", wheel("pinion", O), wheel("wheel", Q), radii=(0.02, 0.05))), "mesh"),
+        (lambda: train(fm.couplings.Belt("mesh", wheel("pinion", O), wheel("wheel", Q), radii=(0.02, 0.05))), "mesh"),
     ],
 )  # fmt: skip
 def test_contracts(make, part):
@@ -144,7 +145,7 @@ def test_contracts(make, part):
 
 def test_contracts_of_a_rack_between_moving_bodies():
     one, other = wheel("one", (0.1, 0.3)), fm.RigidBody("other", at=(0.2, 0.1), mass=1.0, inertia=1.0, angle=0.4)
-    mech = fm.Mechanism("pair", [one, other, fm.Rack("teeth", one, other, at=(0.15, 0.12), along=(1.0, 0.5))])
+    mech = fm.Mechanism("pair", [one, other, fm.couplings.Rack("teeth", one, other, at=(0.15, 0.12), along=(1.0, 0.5))])
     fm.testing.check_part(mech, "teeth")
 
 
@@ -161,6 +162,6 @@ def test_wrong_trains_are_refused():
     with pytest.raises(ModelError, match=r"has no centre\. Give distance="):
         fm.simulate(train(fm.Gear("mesh", pinion, fm.GROUND, teeth=(20, 40))), t_end=0.1)
     with pytest.raises(InputError, match=r"radii\[0\] is -1 m"):
-        fm.Belt("belt", pinion, second, radii=(-1.0, 1.0))
+        fm.couplings.Belt("belt", pinion, second, radii=(-1.0, 1.0))
     with pytest.raises(ModelError, match="passes the centre of 'pinion'"):
-        fm.simulate(train(fm.Rack("rack", pinion, second, at=(-0.1, 0.0))), t_end=0.1)
+        fm.simulate(train(fm.couplings.Rack("rack", pinion, second, at=(-0.1, 0.0))), t_end=0.1)

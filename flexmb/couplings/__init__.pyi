@@ -1,0 +1,7 @@
+"""Public names of `flexmb.couplings`: couplings of rotations and travels."""
+
+from flexmb.couplings.belt import Belt as Belt
+from flexmb.couplings.distance import Distance as Distance
+from flexmb.couplings.gear import Gear as Gear
+from flexmb.couplings.rack import Rack as Rack
+from flexmb.couplings.same_rotation import SameRotation as SameRotation

@@ -1,0 +1,1 @@
+"""Sensors: parts that measure and exert no force."""
