@@ -118,7 +118,7 @@ run.run.Run._limits#100.0 | 1 | least clearance | way that the least speed for r
 run.run.Run._limits#1e-09 | 1 | largest step | smallest step
 run.run.Run._limits#1e-12 | 1 | period | smallest step
 run.run.Run.begin#0.001 | 1 | largest step | first step
-run.run.Run._looks_dependent#10.0 | 1 | HOLD | pivot that seems lost at the start
+start.redundant_joints.looks_dependent#10.0 | 1 | HOLD | pivot that seems lost at the start
 step.step_size.IMPACT_STEPS | steps | an impact | steps of an impact with rtol = 1e-4 | 0.125 0.25 4 10
 step.step_size.FEWEST_IMPACT_STEPS | steps | an impact | fewest steps of an impact, for any rtol | 0.125 4 10
 step.step_size.FLIGHT_WEIGHT | 1 | error of positions | how much more it counts in flight
@@ -128,7 +128,7 @@ start.assemble.CLOSED_GAP | 1 | size of the mechanism | gap of a loop that is cl
 start.assemble.DRIVE_STRIDE | rad | nothing | most that the pose is turned at once at the start
 start.assemble.MOST_ITERATIONS | iterations | nothing | most iterations that close the loops | 0.1 10
 start.assemble._newton#1000.0 | 1 | CLOSED | gap of a loop that will do
-start.assemble._newton#0.3 | rad | nothing | longest correction of the start
+start.assemble.LARGEST_MOVE | rad | nothing | longest correction of the start
 linalg.lu.LOST_PIVOT | 1 | largest term of a pivot | pivot that is lost
 linalg.lu.HELD_PIVOT | 1 | largest term of a pivot | pivot of a row that may be held
 linalg.rank.RANK_TOLERANCE | 1 | rows of unit length | rows that repeat others
@@ -406,6 +406,8 @@ def _left_out() -> dict[str, str]:
         run.watch.LARGE_STRAIN run.watch.IMPOSSIBLE_STRAIN run.watch.MOST_NUMBERS run.watch.MOST_BODIES run.vibrations.MODES
         run.vibrations.MOST_UNKNOWNS run.vibrations.LEAST_INSTANTS run.vibrations.ENERGY_SHARE run.vibrations.SMALL run.vibrations.DECAY
         run.vibrations.LOST_PHASE run.vibrations.LOST_AMPLITUDE run.checkpoint.EVERY results.netcdf.LARGEST_GROWTH
+        run.failure.STEP_CODES run.failure.SHOWN_RESIDUALS run.failure.LEAST_RESIDUAL run.failure.LEAST_RTOL run.failure.TRIED_STEPS
+        system.failed_kernels.MOST_CALLS system.failed_kernels.SHOWN_NUMBERS
         linalg.rank.DENSE_ROWS linalg.rank.IN_COMBINATION
     squares of smaller numbers are 0 among floats: run.simulate.SHORTEST_RUN
     stands for infinity: state.options.NEVER
