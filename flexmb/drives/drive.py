@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 class Drive(Part):
     """Prescribed angle of a revolute joint, or travel of a prismatic one, counted from the reference configuration.
 
-    Signals: angle [rad], speed [rad/s], torque (on the second body) [N m], power [W]; for a travel in m, m/s, N, W.
+    Signals: angle [rad], speed [rad/s], torque (on the second body) [N m], power [W]; of a prismatic joint travel [m],
+    speed [m/s], force (on the second body) [N], power [W].
 
     Parameters
     ----------

@@ -48,7 +48,7 @@ def test_travel_driven_between_two_moving_bodies():
     r, w = np.hypot(sol.array("slider.x"), sol.array("slider.y")), sol.array("arm.omega")
     assert r[-1] == pytest.approx(0.5 + 0.3 * (1.0 - 0.25), abs=1e-9)
     np.testing.assert_allclose((1.0 / 3.0 + 0.05 + 2.0 * r**2) * w, (1.0 / 3.0 + 0.05 + 0.5) * 2.0, rtol=1e-5)
-    assert sol.array("push.torque")[-1] == pytest.approx(-2.0 * r[-1] * w[-1] ** 2, rel=1e-5)
+    assert sol.array("push.force")[-1] == pytest.approx(-2.0 * r[-1] * w[-1] ** 2, rel=1e-5)
     work = np.trapezoid(sol.array("push.power"), sol.time)
     assert sol.array("energy.kinetic")[-1] - sol.array("energy.kinetic")[0] == pytest.approx(work, rel=1e-4)
 

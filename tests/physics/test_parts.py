@@ -269,6 +269,6 @@ def test_a_driven_travel(method):
     s = 0.3 * sol.time + 0.8 * sol.time**2
     np.testing.assert_allclose(sol.array("slider.x"), 0.2 + s * math.cos(angle), atol=1e-10)
     np.testing.assert_allclose(sol.array("slider.y"), 0.1 + s * math.sin(angle), atol=1e-10)
-    np.testing.assert_allclose(sol.array("push.torque"), mass * (1.6 + G * math.sin(angle)), rtol=1e-8)
+    np.testing.assert_allclose(sol.array("push.force"), mass * (1.6 + G * math.sin(angle)), rtol=1e-8)
     np.testing.assert_allclose(sol.array("guide.force"), mass * G * math.cos(angle), rtol=1e-8)
-    assert sol.units("push.torque") == "N"
+    assert sol.units("push.force") == "N"
