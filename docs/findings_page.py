@@ -28,6 +28,11 @@ for programs.
 what cannot be right ends with `sol.ok` False and a status that says when, where and what to do; what deserves attention
 stands in `sol.notes`.
 
+A run whose step fails says why: the kernel that raised or gave numbers that are not finite, with its part, the time and
+its arguments; or a known cause of this list; or else a step that was tried from the last good state and gets past the
+instant. `sol.notes` then names the largest residuals and the contacts that change in the refused step; results so far
+are kept, and `sol.restart` is the last good state.
+
 This page is written by `python docs/findings_page.py`. The examples are of `tests/broken_models/broken.py`.
 
 | code | severity | meaning | example |
