@@ -140,6 +140,28 @@ def test_killed_and_gone_on_with(kind, workers, tmp_path):
     assert content(store) == content(whole)
 
 
+@pytest.mark.slow
+def test_fifty_kills_of_a_sweep(tmp_path):
+    """SIGKILL at 50 random moments of one sweep, workers included: the store ends with the bytes of an unbroken one."""
+    script, store, whole = tmp_path / "run.py", tmp_path / "s.zarr", tmp_path / "whole.zarr"
+    script.write_text(SCRIPT.replace("np.linspace(5.0, 6.0, 9)", "np.linspace(5.0, 6.0, 700)"))
+    command, rng = [sys.executable, str(script), "sweep", str(store), "2"], np.random.default_rng(3)
+    kills, seen = 0, [0]
+    while kills < 50 and seen[-1] < 2100:
+        process = subprocess.Popen(command, start_new_session=True)
+        time.sleep(rng.uniform(0.3, 3.0))
+        kills += process.poll() is None
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+        seen.append(finished(store))
+    assert kills == 50
+    assert seen == sorted(seen)  # no finished point is ever lost
+    assert len(set(seen)) > 5
+    subprocess.run(command, check=True)
+    fm.sweep(slow_results, {"a": [2, 1, 3], "b": np.linspace(5.0, 6.0, 700)}, store=whole)
+    assert content(store) == content(whole)
+
+
 def test_every_state_of_a_killed_write_is_gone_on_with(reference, tmp_path):
     """Any file may be missing, and a temporary one may be left: the store ends with the same bytes."""
     path, dataset = reference
