@@ -35,6 +35,8 @@ class Interruption:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         for number, handler in self.before.items():
             signal.signal(number, handler)
+        if kind is None:
+            self.act()  # a signal that came after the last block
 
     def _note(self, number: int, frame: FrameType | None) -> None:  # noqa: ARG002 - given by the system
         if self.asked == number:
@@ -43,5 +45,6 @@ class Interruption:
 
     def act(self) -> None:
         """Raise `KeyboardInterrupt` if a signal came, with a text on a signal that is not of the keyboard."""
-        if self.asked is not None:
-            raise KeyboardInterrupt("" if self.asked == KEYBOARD else f"Ended by {signal.Signals(self.asked).name}")
+        number, self.asked = self.asked, None
+        if number is not None:
+            raise KeyboardInterrupt("" if number == KEYBOARD else f"Ended by {signal.Signals(number).name}")

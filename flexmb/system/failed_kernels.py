@@ -154,7 +154,7 @@ def _calls(program: Program, s: Instant) -> Iterator[_Call]:
     for k, number in enumerate(M.kernel):
         dofs = M.dofs[M.dof[k] : M.dof[k + 1]]
         state = s.q[dofs], s.v[dofs], s.a[dofs]
-        name = program.names.signals[int(M.out[k])].rpartition(".")[0]
+        name = program.names.signals.names[int(M.out[k])].rpartition(".")[0]
         yield _Call(name, _kernel(program, "signal", number), (_numbers(program, M.p[k]), s.t, *state))
 
 

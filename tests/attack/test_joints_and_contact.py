@@ -118,6 +118,6 @@ def test_a_drive_works_against_the_friction_of_its_own_joint():
         mech = fm.Mechanism("pushed", [block, guide, drive], gravity=(0.0, -9.81))
         sol = fm.simulate(mech, t_end=0.2, step=1e-4)
         force = 3.0 * mass + mu * (load + preload)
-        np.testing.assert_allclose(sol.array("motor.torque")[5:], force, rtol=1e-9)
+        np.testing.assert_allclose(sol.array("motor.force")[5:], force, rtol=1e-9)
         way = 0.5 * 0.2 + 1.5 * 0.2**2
         assert sol.array("energy.dissipated_friction")[-1] == pytest.approx(mu * (load + preload) * way, rel=1e-6)

@@ -175,6 +175,13 @@ BUILT_IN = {
     "Torque, Harmonic": (
         two_links(fm.Torque("load", arm(), 12.0, history=fm.drives.Harmonic(0.7, 3.0, 0.4, 0.1))), "load",
     ),
+    "Gear": (two_links(fm.Gear("mesh", crank(), arm(), teeth=(20, 35))), "mesh"),
+    "Gear, internal": (two_links(fm.Gear("mesh", crank(), arm(), teeth=(20, 35), internal=True)), "mesh"),
+    "Belt": (two_links(fm.couplings.Belt("belt", crank(), arm(), radii=(0.04, 0.03), crossed=True)), "belt"),
+    "Rack": (two_links(fm.couplings.Rack("rack", crank(), arm(), at=B, along=(0.2, 1.0))), "rack"),
+    "SameRotation": (two_links(fm.couplings.SameRotation("same", crank(), arm())), "same"),
+    "Distance": (two_links(fm.couplings.Distance("rod", fm.GROUND, arm(), at=(0.1, 0.5), to=B)), "rod"),
+    "Marker": (two_links(fm.Marker("P", arm(), at=B)), "P"),
     "ConstantSpeed": (driven(MOTION), "motor"),
     "CycloidalRamp": (driven(fm.drives.CycloidalRamp(6.0, 0.8)), "motor"),
     "Ramp": (driven(fm.drives.Ramp(6.0, 0.8)), "motor"),

@@ -17,6 +17,7 @@ from flexmb.errors import FileFormatError, InputError
 from flexmb.jobs import files
 from flexmb.run import run as run_module
 from flexmb.run.checkpoint import Checkpoints
+from flexmb.run.interruption import Interruption
 
 WORN = {"clearance": 5e-4}
 LONG = {"periods": 1, "save": 200}
@@ -269,3 +270,11 @@ def test_ctrl_c_in_the_last_block_is_not_lost():
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
+
+
+def test_a_signal_after_the_last_block_is_not_lost():
+    with pytest.raises(KeyboardInterrupt), Interruption([signal.SIGINT]):
+        signal.raise_signal(signal.SIGINT)
+    with Interruption([signal.SIGINT]) as nothing:
+        pass
+    assert nothing.asked is None
