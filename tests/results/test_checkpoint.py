@@ -261,6 +261,7 @@ def runs_until_one_is_interrupted():
 def test_ctrl_c_in_the_last_block_is_not_lost():
     """A loop of runs of one block each notices Ctrl-C at once, wherever it comes."""
     fm.simulate(worn(), t_end=1e-3)
+    ours = signal.signal(signal.SIGINT, signal.default_int_handler)  # a worker of pytest may ignore SIGINT
     before = signal.signal(signal.SIGALRM, lambda *_: signal.raise_signal(signal.SIGINT))
     signal.setitimer(signal.ITIMER_REAL, 0.05)
     try:
@@ -270,6 +271,7 @@ def test_ctrl_c_in_the_last_block_is_not_lost():
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
+        signal.signal(signal.SIGINT, ours)
 
 
 def test_a_signal_after_the_last_block_is_not_lost():
