@@ -37,7 +37,7 @@ def main() -> int:
         compile_all()
         return 0
     processors = runpy.run_path(str(ROOT / "flexmb" / "compiled" / "processors.py"))
-    cpu = processors["PORTABLE"].get(platform.machine())
+    cpu = processors["PORTABLE_PROCESSORS"].get(platform.machine())
     if cpu is None:
         print(f"No code is shipped for {platform.machine()}: it is compiled where it runs.", file=sys.stderr)
         return 0
