@@ -108,7 +108,7 @@ def explanation(
     causes = tuple(f"{cause.text} {cause.remedy}" for cause in causes_of_failure(mechanism, closed))
     if causes or run.code not in STEP_CODES:
         return causes, notes
-    return (*_below_round_off(run), *_tried(run)), notes
+    return (*_below_round_off(run), *_tried(run, mechanism)), notes
 
 
 def _residuals(run: Run) -> tuple[str, ...]:
@@ -144,12 +144,12 @@ def _below_round_off(run: Run) -> tuple[str, ...]:
     return (f"{text} of the coordinates, {least:.3g} m. Give a larger rtol or atol.",)
 
 
-def _tried(run: Run) -> tuple[str, ...]:
+def _tried(run: Run, mechanism: Mechanism) -> tuple[str, ...]:
     """Sentence on the first of some steps with which the run gets past the failed instant; none if no one does."""
     now = float(run.flow.clock.t)
     target = min(now + run.h_max, run.t_end)
     for step in _other_steps(run):
-        if target > now and _passes(run, step, target):
+        if target > now and _passes(run, mechanism, step, target):
             return (f"Tried: with step={_in_words(step)} the run gets past this instant.",)
     return ()
 
@@ -170,10 +170,11 @@ def _other_steps(run: Run) -> list[FixedStep | Adaptive]:
     return [finer, smaller, coarser, dataclasses.replace(finer.finer(), min=1e-3 * run.h_min)]
 
 
-def _passes(run: Run, step: FixedStep | Adaptive, target: float) -> bool:
+def _passes(run: Run, mechanism: Mechanism, step: FixedStep | Adaptive, target: float) -> bool:
     """Whether a run with another step goes from the last good state to a later instant [s]."""
     try:
-        other = type(run)(run.stepper.reported, run.method, step, run.t_end, run.period, max_steps=None)
+        run.method.check("simulate", step, "refuse")
+        other = type(run)(run.stepper.reported, run.method, step, run.t_end, run.period, mechanism=mechanism)
         other.resume(run.restart(), "simulate", redundant=run.redundant > 0)
         other.max_steps = int(other.record.count.steps) + TRIED_STEPS
         other.flow.clock.step_size = other.h_max if isinstance(step, FixedStep) else 1e-3 * other.h_max

@@ -126,7 +126,7 @@ def simulate(
     more: dict[str, Any] = {"max_steps": max_steps, "progress": progress}
     run = Run(program, method, chosen, end, period, mechanism=mechanism, kept=kept, **more)
     model = {"name": mechanism.name} if signals is None else {"name": mechanism.name, SAVED_KEY: list(signals)}
-    command = plain_values(begin=begin, end=end, save=save, step=step, method=method, redundant=redundant)
+    command = plain_values(begin=begin, end=end, save=save, step=chosen, method=method, redundant=redundant)
     command |= {"signals": repr(model.get(SAVED_KEY)), "restart": digest(restart)}
     kept_file = None if checkpoint is None else Checkpoints(Path(checkpoint), checkpoint_every, command, model)
     if kept_file is not None and resume and kept_file.path.is_file():

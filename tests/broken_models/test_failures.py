@@ -176,6 +176,18 @@ def test_a_step_that_helps_was_tried():
     assert fm.simulate(worn(), t_end=0.02, step=fm.Adaptive(min=1e-7)).ok
 
 
+def test_steps_that_a_method_does_not_take_are_not_tried():
+    """Runge-Kutta's method takes fixed steps alone: no other kind is named where coarse ones blow up."""
+    crank = link("crank", O, A)
+    spring = Limited("spring", crank, 1e9)
+    mech = fm.Mechanism(
+        "stiff", [crank, fm.Revolute("O", fm.GROUND, crank, at=O), spring, fm.Torque("push", crank, 1.0)]
+    )
+    sol = fm.simulate(mech, t_end=1.0, method=fm.RungeKutta4(), step=1e-2)
+    assert not sol.ok
+    assert "Adaptive(" not in sol.status.partition("Tried")[2]
+
+
 def test_a_tolerance_below_round_off_is_told():
     sol = fm.simulate(worn(), t_end=0.02, step=fm.Adaptive(rtol=1e-15, atol=1e-19, min=1e-9))
     assert not sol.ok

@@ -83,6 +83,15 @@ def test_a_run_from_a_restart_goes_on_from_its_own_restart_alone(tmp_path, monke
     same(fm.simulate(worn(), **end, restart=half.restart, checkpoint=path, resume=True), whole)
 
 
+def test_default_steps_are_the_same_steps_when_they_are_written_out(tmp_path, monkeypatch, small_blocks):
+    path = tmp_path / "run.nc"
+    after_blocks(monkeypatch, 5, Killed)
+    with pytest.raises(Killed):
+        fm.simulate(worn(), **LONG, checkpoint=path)
+    monkeypatch.undo()
+    same(fm.simulate(worn(), **LONG, step=fm.Adaptive(), checkpoint=path, resume=True), fm.simulate(worn(), **LONG))
+
+
 def test_a_damaged_checkpoint_says_what_to_do(tmp_path):
     path = tmp_path / "run.nc"
     path.write_bytes(b"no checkpoint")
