@@ -71,7 +71,7 @@ def test_a_step_allocates_nothing(flexible):
     program = fm.compile(mechanism)
     run = Run(program, fm.Newmark.generalised_alpha(0.8), fm.FixedStep(1e-5), 1e3, None)
     run.begin(consistent_start(mechanism, program))
-    options = run._options(1e3, 1e300)
+    options = run.options(1e3, 1e300)
     arguments = (program.tables, program.addresses, run.lu, options, run.flow, run.trial, run.work, run.record)
     assert grows(lambda steps: advance(*arguments, steps)) == (False, False)
     assert run.record.count.steps == 10 + REPEATS * 1010, run.status()  # it did step
