@@ -71,6 +71,7 @@ def test_a_step_allocates_nothing(flexible):
     program = fm.compile(mechanism)
     run = Run(program, fm.Newmark.generalised_alpha(0.8), fm.FixedStep(1e-5), 1e3, None)
     run.begin(consistent_start(mechanism, program))
+    run.flow.balance.residual_limit = run.stepper.residual_limit
     options = run.options(1e3, 1e300)
     arguments = (program.tables, program.addresses, run.lu, options, run.flow, run.trial, run.work, run.record)
     assert grows(lambda steps: advance(*arguments, steps)) == (False, False)
