@@ -83,6 +83,9 @@ def command(names: list[str]) -> list[str]:
 running: list[SecondProcess] = []
 """The second process, if one was started."""
 
+asked: set[str] = set()
+"""Names of the functions that `start` was asked for; their caches are read once in a process."""
+
 
 def start(*functions: Any) -> None:
     """Compile functions in a second process, if that saves time.
@@ -92,7 +95,9 @@ def start(*functions: Any) -> None:
     functions : compiled functions of the package whose arguments are annotated.
     """
     names = [f"{one.__module__}.{one.__qualname__}" for one in functions]
-    names = [name for name in names if name in caches and not caches[name].there()]
+    new = [name for name in names if name not in asked]
+    asked.update(new)
+    names = [name for name in new if name in caches and not caches[name].there()]
     if names and not running and _saves_time(names[0]):
         running.append(SecondProcess(names))
 

@@ -12,7 +12,7 @@ from flexmb.errors import InputError
 from flexmb.joints.direction import add_curvature, curvature_times, direction, dot
 from flexmb.joints.revolute import coincidence_piece, drawn_angle
 from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel, signal_kernel
-from flexmb.model.contributions import Contribution, ElementContribution, SignalContribution
+from flexmb.model.contributions import Contribution, ElementContribution, signal_contributions
 from flexmb.model.part import Joint
 from flexmb.places import packed
 
@@ -99,7 +99,7 @@ def bushing_energy(p, t, q, v):
 
 @signal_kernel
 def bushing_signal(p, t, q, v, a):
-    """`CHOSEN`: 0 dx, 1 dy, 2 rotation, 3 fx, 4 fy, 5 force, 6 moment; forces act on the second body."""
+    """`CHOSEN`: place in `SIGNALS`; forces act on the second body."""
     which = int(p[CHOSEN])
     x, Jx, _, _, _, _ = along_axis(p, q, True)
     y, Jy, _, _, _, _ = along_axis(p, q, False)
@@ -108,12 +108,21 @@ def bushing_signal(p, t, q, v, a):
         return x if which == 0 else (y if which == 1 else turn)
     if which == 6:
         return -p[TORSION] * turn - p[TORSION_DAMPING] * (v[5] - v[2])
+    if which > 9:
+        strain, _, _ = energies(p, q, v)
+        return strain
+    if which > 6:
+        return dot(Jx, v) if which == 7 else (dot(Jy, v) if which == 8 else v[5] - v[2])
     f, g = p[STIFFNESS_X] * x + p[DAMPING_X] * dot(Jx, v), p[STIFFNESS_Y] * y + p[DAMPING_Y] * dot(Jy, v)
     fx, fy = -f * Jx[3] - g * Jy[3], -f * Jx[4] - g * Jy[4]
     return fx if which == 3 else (fy if which == 4 else math.sqrt(fx * fx + fy * fy))
 
 
-SIGNALS = (("dx", "m"), ("dy", "m"), ("rotation", "rad"), ("fx", "N"), ("fy", "N"), ("force", "N"), ("moment", "N m"))
+SIGNALS = (
+    ("dx", "m"), ("dy", "m"), ("rotation", "rad"), ("fx", "N"), ("fy", "N"), ("force", "N"), ("moment", "N m"),
+    ("dx_rate", "m/s"), ("dy_rate", "m/s"), ("rotation_rate", "rad/s"), ("energy", "J"),
+)  # fmt: skip
+"""Signals with their units, in the order of `bushing_signal`."""
 
 
 @dataclass(frozen=True)
@@ -121,7 +130,8 @@ class Bushing(Joint):
     """Elastic joint: linear springs and dampers along two axes of the first body and in rotation.
 
     Signals: dx, dy (deflection of the second body's point along the axes) [m], rotation [rad], fx, fy, force (on the
-    second body) [N], moment (on the second body, about its point) [N m].
+    second body) [N], moment (on the second body, about its point) [N m], dx_rate, dy_rate [m/s], rotation_rate [rad/s],
+    energy (of the springs) [J].
 
     Parameters
     ----------
@@ -181,12 +191,7 @@ class Bushing(Joint):
         numbers |= {AXIS_X: math.cos(angle), AXIS_Y: math.sin(angle), ANGLE: drawn_angle(mechanism, ends)}
         numbers |= {OFFSET1_X: x1, OFFSET1_Y: y1, OFFSET2_X: x2, OFFSET2_Y: y2}
         p = packed(numbers)
-        signals = [
-            SignalContribution(
-                self.name, name, unit, bushing_signal, coordinates, packed({**numbers, CHOSEN: float(k)})
-            )
-            for k, (name, unit) in enumerate(SIGNALS)
-        ]
+        signals = signal_contributions(self.name, bushing_signal, SIGNALS, coordinates, p)
         short = {"force": bushing_force, "account": bushing_account}
         element = ElementContribution(self.name, bushing_kernel, coordinates, p, energy=bushing_energy, **short)
         return [element, *signals, coincidence_piece(self.name, ends, holds="start")]

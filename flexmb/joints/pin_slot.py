@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING
 from flexmb import checks
 from flexmb.contact.friction.frictionless import Frictionless
 from flexmb.joints.contact_point import put_column, put_eccentricity, put_point
-from flexmb.joints.direction import direction
-from flexmb.joints.prismatic import direction_row
+from flexmb.joints.prismatic import direction_row, travel_contributions
 from flexmb.joints.revolute_clearance import check_laws
-from flexmb.kernels import constraint_kernel, gap_kernel, signal_kernel
-from flexmb.model.contributions import ConstraintContribution, ContactContribution, Contribution, SignalContribution
+from flexmb.kernels import constraint_kernel, gap_kernel
+from flexmb.model.contributions import ConstraintContribution, ContactContribution, Contribution
 from flexmb.model.law import FrictionLaw, NormalLaw
 from flexmb.model.part import Joint
 
@@ -27,14 +26,6 @@ def slot_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     """A point of the second body stays on a straight line of the first."""
     ux, uy, s1x, s1y, s2x, s2y = p
     direction_row(-uy, ux, s1x, s1y, s2x, s2y, q, v, lam, 0, g, G, gamma, H)
-
-
-@signal_kernel
-def slot_travel(p, t, q, v, a):
-    """Travel of the pin along the slot."""
-    ux, uy, s1x, s1y, s2x, s2y = p
-    travel, _, _, _, _, _ = direction(ux, uy, s1x, s1y, s2x, s2y, q)
-    return travel
 
 
 @gap_kernel
@@ -98,7 +89,7 @@ def slot_gap_kernel(p, q, v, out):
 class PinSlot(Joint):
     """Ideal pin in a straight slot: a point of the second body stays on a line of the first, and turns freely.
 
-    Signals: fx, fy, force (on the second body) [N], travel of the pin along the slot [m].
+    Signals: fx, fy, force (on the second body) [N], travel of the pin along the slot [m], speed [m/s].
 
     Parameters
     ----------
@@ -121,10 +112,10 @@ class PinSlot(Joint):
         object.__setattr__(self, "along", checks.direction(self.label, "along", self.along))
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One constraint equation and the signal `travel`."""
+        """One constraint equation, travel and speed."""
         coordinates, p = self._geometry(mechanism)
         row = ConstraintContribution(self.name, slot_kernel, coordinates, p, 1, second=coordinates[3:])
-        return [row, SignalContribution(self.name, "travel", "m", slot_travel, coordinates, p)]
+        return [row, *travel_contributions(self.name, coordinates, p)]
 
     def _geometry(self, mechanism: Mechanism):
         """The six coordinates; direction of the slot, its middle and the pin in the frames of their nodes."""
@@ -138,7 +129,7 @@ class PinSlot(Joint):
 class PinSlotClearance(PinSlot):
     """Round pin of the second body with clearance in a slot of the first; the slot has round ends.
 
-    Signals: as of a contact (see `RevoluteClearance`; ex, ey from the middle line of the slot), and travel [m].
+    Signals: as of a contact (see `RevoluteClearance`; ex, ey from the middle line of the slot), travel [m], speed [m/s].
 
     Parameters
     ----------
@@ -179,12 +170,12 @@ class PinSlotClearance(PinSlot):
         check_laws(self)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One contact, the signal `travel`, and the ideal slot at the start."""
+        """One contact, travel and speed, and the ideal slot at the start."""
         coordinates, p = self._geometry(mechanism)
         reach = 1e300 if self.length is None else 0.5 * self.length
         normal = self.normal.for_radii(math.inf, self.pin_radius)
         contact = ContactContribution(
             self.name, slot_gap_kernel, coordinates, (self.clearance, reach, self.pin_radius, *p), normal, self.friction
         )
-        row, travel = super().contributions(mechanism)
-        return [contact, travel, replace(row, holds="closed")]  # type: ignore[type-var]
+        row, *signals = super().contributions(mechanism)
+        return [contact, *signals, replace(row, holds="closed")]  # type: ignore[type-var]

@@ -11,8 +11,14 @@ from flexmb import checks
 from flexmb.joints.direction import add_curvature, curvature_times, direction, dot
 from flexmb.joints.friction import check_friction, guide_friction
 from flexmb.joints.revolute import drawn_angle
-from flexmb.kernels import compiled, constraint_kernel
-from flexmb.model.contributions import ConstraintContribution, Contribution, JointFriction
+from flexmb.kernels import compiled, constraint_kernel, signal_kernel
+from flexmb.model.contributions import (
+    ConstraintContribution,
+    Contribution,
+    Coordinate,
+    JointFriction,
+    SignalContribution,
+)
 from flexmb.model.law import FrictionLaw
 from flexmb.model.part import Joint
 
@@ -45,6 +51,39 @@ def travel_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     """Travel of the second body along the guide, 0 in the reference configuration."""
     ux, uy, s1x, s1y, s2x, s2y = p
     direction_row(ux, uy, s1x, s1y, s2x, s2y, q, v, lam, 0, g, G, gamma, H)
+
+
+@signal_kernel
+def travel_signal(p, t, q, v, a):
+    """Travel of the second body's point along a direction of the first body."""
+    ux, uy, s1x, s1y, s2x, s2y = p
+    travel, _, _, _, _, _ = direction(ux, uy, s1x, s1y, s2x, s2y, q)
+    return travel
+
+
+@signal_kernel
+def speed_signal(p, t, q, v, a):
+    """Rate of `travel_signal`."""
+    ux, uy, s1x, s1y, s2x, s2y = p
+    _, J, _, _, _, _ = direction(ux, uy, s1x, s1y, s2x, s2y, q)
+    return dot(J, v)
+
+
+def travel_contributions(
+    part: str, coordinates: tuple[Coordinate, ...], p: tuple[float, ...]
+) -> tuple[SignalContribution, SignalContribution]:
+    """Signals travel [m] and speed [m/s] of a point of the second body along a line of the first.
+
+    Parameters
+    ----------
+    part : name of the joint.
+    coordinates : the six coordinates of both nodes.
+    p : direction of the line and both points in the frames of their nodes.
+    """
+    return (
+        SignalContribution(part, "travel", "m", travel_signal, coordinates, p),
+        SignalContribution(part, "speed", "m/s", speed_signal, coordinates, p),
+    )
 
 
 @dataclass(frozen=True)
@@ -87,8 +126,9 @@ class Guide(Joint):
 class Prismatic(Guide):
     """Ideal prismatic joint (slider) between any two bodies; the guide belongs to the first one.
 
-    Signals: fx, fy, force (on the second body) [N], moment (on the second body, about its joint point) [N m]; with
-    friction also friction_force (on the second body, along the guide) [N], which fx and fy do not contain.
+    Signals: fx, fy, force (on the second body) [N], moment (on the second body, about its joint point) [N m]; travel
+    along the guide (0 in the reference configuration) [m], speed [m/s]; with friction also friction_force (on the
+    second body, along the guide) [N], which fx and fy do not contain.
 
     Parameters
     ----------
@@ -118,12 +158,13 @@ class Prismatic(Guide):
         check_friction(self, "length")
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """Two constraint equations."""
-        ideal = self.ideal(mechanism)
+        """Two constraint equations, travel and speed."""
+        ideal, (coordinates, line, _) = self.ideal(mechanism), self.geometry(mechanism)
+        signals = travel_contributions(self.name, coordinates, line)
         if self.friction is None or self.length is None:
-            return [ideal]
-        p = (*self.geometry(mechanism)[1], self.length, self.preload)
-        return [replace(ideal, joint_friction=JointFriction(guide_friction, p, self.friction))]
+            return [ideal, *signals]
+        p = (*line, self.length, self.preload)
+        return [replace(ideal, joint_friction=JointFriction(guide_friction, p, self.friction)), *signals]
 
     def drive_contribution(self, mechanism: Mechanism) -> ConstraintContribution | None:
         """The travel of the second body along the guide, 0 in the reference configuration."""

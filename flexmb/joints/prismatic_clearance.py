@@ -11,7 +11,7 @@ from flexmb import checks
 from flexmb.contact.friction.frictionless import Frictionless
 from flexmb.errors import InputError
 from flexmb.joints.contact_point import put_column, put_eccentricity, put_point
-from flexmb.joints.prismatic import Guide
+from flexmb.joints.prismatic import Guide, travel_contributions
 from flexmb.joints.revolute_clearance import check_laws
 from flexmb.kernels import compiled, gap_kernel, signal_kernel
 from flexmb.model.contributions import ContactContribution, Contribution, SignalContribution
@@ -90,7 +90,7 @@ class PrismaticClearance(Guide):
 
     The first body carries the guide, the second one the slider, a rectangle whose centre is `at`. The signals of a
     corner are the signals of any contact: "P.upper_front.normal_force", ...; upper is the left side of `along`, front
-    its end. Signals of the slider: travel, offset [m], tilt [rad], and mode: 0 free, 1 one corner, 2 two corners across
+    its end. Signals of the slider: travel, offset [m], speed [m/s], tilt [rad], and mode: 0 free, 1 one corner, 2 two corners across
     (tilted), 3 two corners on one side (its face), 4 more.
 
     Parameters
@@ -167,7 +167,8 @@ class PrismaticClearance(Guide):
             found.append(
                 SignalContribution(self.name, name, unit, slider_signal, coordinates, numbers, is_mode=name == "mode")
             )
-        return [*found, replace(self.ideal(mechanism), holds="closed")]
+        _, speed = travel_contributions(self.name, coordinates, p)
+        return [*found, speed, replace(self.ideal(mechanism), holds="closed")]
 
     def _normal(self) -> NormalLaw:
         """The normal law of a corner on a flat side."""

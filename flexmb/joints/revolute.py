@@ -9,7 +9,13 @@ from typing import TYPE_CHECKING
 
 from flexmb.joints.friction import check_friction, journal_friction
 from flexmb.kernels import compiled, constraint_kernel
-from flexmb.model.contributions import Attachment, ConstraintContribution, Contribution, JointFriction
+from flexmb.model.contributions import (
+    AngleContribution,
+    Attachment,
+    ConstraintContribution,
+    Contribution,
+    JointFriction,
+)
 from flexmb.model.law import FrictionLaw
 from flexmb.model.part import Joint
 
@@ -73,6 +79,12 @@ def drawn_angle(mechanism: Mechanism, ends: tuple[Attachment, Attachment]) -> fl
     return second - first
 
 
+def angle_contribution(part: str, mechanism: Mechanism, ends: tuple[Attachment, Attachment]) -> AngleContribution:
+    """Relative rotation of the second body against the first, 0 in the reference configuration, and its rate."""
+    first, second = (end.coordinates[2] for end in ends)
+    return AngleContribution(part, (first, second), (drawn_angle(mechanism, ends),))
+
+
 def coincidence_piece(
     part: str, ends: tuple[Attachment, Attachment], *, holds: str = "always"
 ) -> ConstraintContribution:
@@ -87,7 +99,8 @@ def coincidence_piece(
 class Revolute(Joint):
     """Ideal revolute joint (pin) between two bodies.
 
-    Signals: fx, fy, force (on the second body) [N]; with friction also friction_torque (on the second body) [N m].
+    Signals: fx, fy, force (on the second body) [N]; angle (of the second body against the first, 0 in the reference
+    configuration) [rad], omega [rad/s]; with friction also friction_torque (on the second body) [N m].
 
     Parameters
     ----------
@@ -120,14 +133,14 @@ class Revolute(Joint):
         check_friction(self, "radius")
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """Two constraint equations."""
-        contribution = coincidence_piece(self.name, self.ends(mechanism))
+        """Two constraint equations, and the angle."""
+        ends = self.ends(mechanism)
+        contribution, angle = coincidence_piece(self.name, ends), angle_contribution(self.name, mechanism, ends)
         if self.friction is None or self.radius is None:
-            return [contribution]
+            return [contribution, angle]
         p, signal = (self.radius, self.preload), ("friction_torque", "N m")
-        return [
-            replace(contribution, joint_friction=JointFriction(journal_friction, p, self.friction, signal, self.radius))
-        ]
+        friction = JointFriction(journal_friction, p, self.friction, signal, self.radius)
+        return [replace(contribution, joint_friction=friction), angle]
 
     def drive_contribution(self, mechanism: Mechanism) -> ConstraintContribution | None:
         """The rotation of the second body against the first, 0 in the reference configuration."""

@@ -11,7 +11,7 @@ from flexmb import checks
 from flexmb.contact.friction.frictionless import Frictionless
 from flexmb.errors import InputError
 from flexmb.joints.contact_point import put_arms, put_column, put_eccentricity
-from flexmb.joints.revolute import coincide
+from flexmb.joints.revolute import angle_contribution, coincide
 from flexmb.kernels import constraint_kernel, gap_kernel
 from flexmb.model.contributions import ConstraintContribution, ContactContribution, Contribution
 from flexmb.model.law import FrictionLaw, NormalLaw
@@ -96,7 +96,8 @@ class RevoluteClearance(Joint):
 
     Signals: ex, ey (journal centre in the bearing) [m], vex, vey [m/s], penetration [m], penetration_rate [m/s],
     normal_force, friction_force, fx, fy, force (on the second body) [N], mode (0 free flight, 1 impact: from the
-    closing of the gap to the end of the first rebound, 2 continuous contact).
+    closing of the gap to the end of the first rebound, 2 continuous contact); angle (of the second body against the
+    first, 0 in the reference configuration) [rad], omega [rad/s].
 
     Parameters
     ----------
@@ -190,13 +191,14 @@ class RevoluteClearance(Joint):
         return self.bearing_radius - self.clearance
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One contact, and the constraint equations of the journal's place at the start."""
-        first, second = self.ends(mechanism)
+        """One contact, the angle, and the constraint equations of the journal's place at the start."""
+        first, second = ends = self.ends(mechanism)
         coordinates = (*first.coordinates, *second.coordinates)
         p = (self.clearance, self.bearing_radius, *first.offset, *second.offset)
         normal = self.normal.for_radii(self.bearing_radius, self.journal_radius)
         return [
             ContactContribution(self.name, journal_gap_kernel, coordinates, p, normal, self.friction),
+            angle_contribution(self.name, mechanism, ends),
             self._held(mechanism, coordinates, p[2:]),
         ]
 

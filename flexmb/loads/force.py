@@ -9,13 +9,17 @@ from typing import TYPE_CHECKING
 
 from flexmb import checks, planar
 from flexmb.errors import InputError, ModelError
-from flexmb.kernels import element_kernel
-from flexmb.model.contributions import Contribution, ElementContribution
+from flexmb.kernels import element_kernel, signal_kernel
+from flexmb.model.contributions import Contribution, ElementContribution, signal_contributions
 from flexmb.model.law import Motion
 from flexmb.model.part import GROUND, Part
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
+
+
+SIGNALS = (("fx", "N"), ("fy", "N"), ("force", "N"), ("power", "W"))
+"""Signals with their units, in the order of `force_signal`."""
 
 
 @element_kernel
@@ -43,9 +47,25 @@ def follower_force_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     K[1, 2] = -fx
 
 
+@signal_kernel
+def force_signal(p, t, q, v, a):
+    """By its number: 0 fx, 1 fy, 2 size, 3 power; p: force, point, whether it follows the node, number."""
+    f1, f2, sx, sy, follows, number = p
+    which, c, s = int(number), math.cos(q[2]), math.sin(q[2])
+    fx, fy = (c * f1 - s * f2, s * f1 + c * f2) if follows > 0.0 else (f1, f2)
+    if which < 2:
+        return fx if which == 0 else fy
+    if which == 2:
+        return math.sqrt(fx * fx + fy * fy)
+    bx, by = c * sx - s * sy, s * sx + c * sy
+    return fx * (v[0] - v[2] * by) + fy * (v[1] + v[2] * bx)
+
+
 @dataclass(frozen=True)
 class Force(Part):
     """A force on a point that moves with a body: dead (of constant direction in the plane), or a follower.
+
+    Signals: fx, fy [N], force (its size times the value of `history`) [N], power [W].
 
     Parameters
     ----------
@@ -91,13 +111,18 @@ class Force(Part):
         return replace(self, force=(part * self.force[0], part * self.force[1])) if self.follower else self
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One element on the node that carries the point."""
+        """One element on the node that carries the point, and four signals."""
         body = mechanism.body(self.body.name, self.label)
         end = body.attach(self.label, self.at)
         kernel, force = dead_force_kernel, self.force
         if self.follower:
             kernel, force = follower_force_kernel, planar.to_frame((0.0, 0.0), body.node(end.node).theta, self.force)
-        return [ElementContribution(self.name, kernel, end.coordinates, (*force, *end.offset), factor=self.history)]
+        place, p = end.coordinates, (*force, *end.offset)
+        own = (*p, float(self.follower))
+        return [
+            ElementContribution(self.name, kernel, place, p, factor=self.history),
+            *signal_contributions(self.name, force_signal, SIGNALS, place, own, is_scaled=True),
+        ]
 
 
 def check_loaded(load: Part, body: Part) -> None:

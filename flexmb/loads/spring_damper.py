@@ -9,16 +9,19 @@ from typing import TYPE_CHECKING
 
 from flexmb import checks, planar
 from flexmb.errors import InputError
-from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel
-from flexmb.model.contributions import Contribution, ElementContribution
+from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel, signal_kernel
+from flexmb.model.contributions import Contribution, ElementContribution, signal_contributions
 from flexmb.model.part import Part
 from flexmb.places import packed
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
 
-STIFFNESS, DAMPING, FREE_LENGTH, OFFSET1_X, OFFSET1_Y, OFFSET2_X, OFFSET2_Y = range(7)
-"""Parameters p: k, d, l0, and the points in the frames of their nodes."""
+STIFFNESS, DAMPING, FREE_LENGTH, OFFSET1_X, OFFSET1_Y, OFFSET2_X, OFFSET2_Y, CHOSEN = range(8)
+"""Parameters p: k, d, l0, and the points in the frames of their nodes; number of the signal."""
+
+SIGNALS = (("length", "m"), ("rate", "m/s"), ("force", "N"), ("energy", "J"))
+"""Signals with their units, in the order of `spring_damper_signal`."""
 
 
 @compiled
@@ -114,9 +117,25 @@ def spring_damper_energy(p, t, q, v):
     return energies(p, l, rate)
 
 
+@signal_kernel
+def spring_damper_signal(p, t, q, v, a):
+    """`CHOSEN`: 0 length, 1 its rate, 2 tension of spring and damper, 3 energy of the spring."""
+    l, rate, _, _, _, _, _, _ = stretched(p, q, v)
+    which = int(p[CHOSEN])
+    if which < 2:
+        return l if which == 0 else rate
+    if which == 2:
+        return p[STIFFNESS] * (l - p[FREE_LENGTH]) + p[DAMPING] * rate
+    strain, _, _ = energies(p, l, rate)
+    return strain
+
+
 @dataclass(frozen=True)
 class SpringDamper(Part):
     """Linear spring and damper between a point of one body and a point of another.
+
+    Signals: length [m], rate (of the length) [m/s], force (tension of spring and damper; negative: pressure) [N],
+    energy (of the spring) [J].
 
     Parameters
     ----------
@@ -154,7 +173,7 @@ class SpringDamper(Part):
             raise InputError(f"{self.label}: both points are {self.at}; a spring without length has no direction.")
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One element."""
+        """One element and four signals."""
         first = mechanism.body(self.first.name, self.label).attach(self.label, self.at)
         second = mechanism.body(self.second.name, self.label).attach(self.label, self.to)
         length = planar.distance(self.at, self.to) if self.free_length is None else self.free_length
@@ -163,6 +182,7 @@ class SpringDamper(Part):
         p = packed({**laws, OFFSET1_X: x1, OFFSET1_Y: y1, OFFSET2_X: x2, OFFSET2_Y: y2})
         coordinates = (*first.coordinates, *second.coordinates)
         short = {"force": spring_damper_force, "account": spring_damper_account}
-        return [
-            ElementContribution(self.name, spring_damper_kernel, coordinates, p, energy=spring_damper_energy, **short)
-        ]
+        element = ElementContribution(
+            self.name, spring_damper_kernel, coordinates, p, energy=spring_damper_energy, **short
+        )
+        return [element, *signal_contributions(self.name, spring_damper_signal, SIGNALS, coordinates, p)]

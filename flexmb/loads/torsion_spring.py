@@ -7,12 +7,16 @@ from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING
 
 from flexmb import checks
-from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel
-from flexmb.model.contributions import Contribution, ElementContribution
+from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel, signal_kernel
+from flexmb.model.contributions import Contribution, ElementContribution, signal_contributions
 from flexmb.model.part import Part
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
+
+
+SIGNALS = (("angle", "rad"), ("rate", "rad/s"), ("torque", "N m"), ("energy", "J"))
+"""Signals with their units, in the order of `torsion_spring_signal`."""
 
 
 @compiled
@@ -57,9 +61,22 @@ def torsion_spring_energy(p, t, q, v):
     return 0.5 * k * (q[1] - q[0] - angle) ** 2, 0.0, d * (v[1] - v[0]) ** 2
 
 
+@signal_kernel
+def torsion_spring_signal(p, t, q, v, a):
+    """By its number: 0 relative rotation, 1 its rate, 2 torque on the second body, 3 energy of the spring."""
+    k, d, angle, drawn, number = p
+    which, turn, rate = int(number), q[1] - q[0] - angle, v[1] - v[0]
+    if which < 2:
+        return q[1] - q[0] - drawn if which == 0 else rate
+    return -k * turn - d * rate if which == 2 else 0.5 * k * turn * turn
+
+
 @dataclass(frozen=True)
 class TorsionSpring(Part):
     """Linear torsion spring and damper between two bodies.
+
+    Signals: angle (of the second body against the first, 0 in the reference configuration) [rad], rate [rad/s], torque
+    (of spring and damper, on the second body) [N m], energy (of the spring) [J].
 
     Parameters
     ----------
@@ -91,14 +108,15 @@ class TorsionSpring(Part):
             object.__setattr__(self, "at", checks.point(self.label, "at", self.at))
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One element on two angles."""
-        coordinates, angle = [], self.rest_angle
+        """One element on two angles, and four signals."""
+        coordinates, drawn = [], 0.0
         for part, sign in ((self.first, -1.0), (self.second, 1.0)):
             body = mechanism.body(part.name, self.label)
             node = body.main if self.at is None else body.attach(self.label, self.at).node
             coordinates.append((body.name, node, 2))
-            angle += sign * body.node(node).theta
-        p = (self.stiffness, self.damping, angle)
+            drawn += sign * body.node(node).theta
+        p = (self.stiffness, self.damping, self.rest_angle + drawn)
         short = {"force": torsion_spring_force, "account": torsion_spring_account}
-        contribution = (self.name, torsion_spring_kernel, tuple(coordinates), p)
-        return [ElementContribution(*contribution, energy=torsion_spring_energy, **short)]
+        pair = tuple(coordinates)
+        element = ElementContribution(self.name, torsion_spring_kernel, pair, p, energy=torsion_spring_energy, **short)
+        return [element, *signal_contributions(self.name, torsion_spring_signal, SIGNALS, pair, (*p, drawn))]

@@ -6,7 +6,8 @@ Coordinates are named (part, node, axis) with axis 0, 1, 2 for x, y, theta.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from flexmb.errors import KernelError
@@ -189,6 +190,7 @@ class SignalContribution:
     """Signal computed from coordinates at every step, reported as `part.name`.
 
     is_mode : whether the values number states, so that an instant within a step takes the value of the nearer end
+    is_scaled : whether the factor of the part's element multiplies the value
     """
 
     part: str
@@ -198,9 +200,52 @@ class SignalContribution:
     coordinates: tuple[Coordinate, ...]
     p: tuple[float, ...] = ()
     is_mode: bool = False
+    is_scaled: bool = False
 
 
-Contribution = ElementContribution | ConstraintContribution | ContactContribution | SignalContribution
+def signal_contributions(
+    part: str,
+    kernel: Kernel,
+    signals: Sequence[tuple[str, str]],
+    coordinates: tuple[Coordinate, ...],
+    p: tuple[float, ...],
+    *,
+    is_scaled: bool = False,
+) -> list[SignalContribution]:
+    """Signals of one kernel, whose last parameter is the number of the signal.
+
+    Parameters
+    ----------
+    part : name of the part.
+    kernel : the kernel.
+    signals : names and units.
+    coordinates, p : coordinates, and the parameters before the number.
+    is_scaled : whether the factor of the part's element multiplies the values.
+    """
+    return [
+        SignalContribution(part, name, unit, kernel, coordinates, (*p, float(k)), is_scaled=is_scaled)
+        for k, (name, unit) in enumerate(signals)
+    ]
+
+
+@dataclass(frozen=True)
+class AngleContribution:
+    """Relative rotation of two nodes and its rate, reported as `part.angle` and `part.omega`.
+
+    Every revolute joint has one, so it is evaluated without a kernel.
+
+    coordinates : rotations of the first and of the second node
+    p : relative rotation in the reference configuration [rad]
+    """
+
+    part: str
+    coordinates: tuple[Coordinate, Coordinate]
+    p: tuple[float]
+
+
+Contribution = (
+    ElementContribution | ConstraintContribution | ContactContribution | SignalContribution | AngleContribution
+)
 
 
 @dataclass(frozen=True)
@@ -210,7 +255,8 @@ class Contributions:
     elements: tuple[ElementContribution, ...] = ()
     constraints: tuple[ConstraintContribution, ...] = ()
     contacts: tuple[ContactContribution, ...] = ()
-    signals: tuple[SignalContribution, ...] = field(default=())
+    signals: tuple[SignalContribution, ...] = ()
+    angles: tuple[AngleContribution, ...] = ()
 
     @staticmethod
     def sort(contributions: list[Contribution]) -> Contributions:
@@ -220,4 +266,5 @@ class Contributions:
             tuple(p for p in contributions if isinstance(p, ConstraintContribution)),
             tuple(p for p in contributions if isinstance(p, ContactContribution)),
             tuple(p for p in contributions if isinstance(p, SignalContribution)),
+            tuple(p for p in contributions if isinstance(p, AngleContribution)),
         )

@@ -18,6 +18,7 @@ from flexmb.model.contributions import (
     Coordinate,
     ElementContribution,
     Node,
+    SignalContribution,
 )
 from flexmb.model.law import number_fields, require_kernel
 from flexmb.model.shape import PointShape, Shapes
@@ -162,6 +163,17 @@ class Ground(Body):
 GROUND = Ground()
 
 
+def require_signals(kind: type[Element]) -> None:
+    """Refuse signals of a class of elements that are not (name, unit, signal kernel)."""
+    for signal in kind.signals:
+        fits = isinstance(signal, tuple) and len(signal) == 3 and isinstance(signal[2], kernels.Kernel)
+        if not fits or signal[2].contract is not kernels.SIGNAL or not all(isinstance(x, str) for x in signal[:2]):
+            raise InputError(
+                f"{kind.__name__}: signals has {signal!r}; each must be (name, unit, kernel) with a kernel made by "
+                "@fm.kernels.signal_kernel, e.g. ('moment', 'N m', moment_kernel)."
+            )
+
+
 @dataclass(frozen=True)
 class Element(Part):
     """Base of elements written by users: one kernel on named coordinates.
@@ -169,7 +181,8 @@ class Element(Part):
     A subclass has the class attributes `kernel` (an element kernel) and `coords`, a tuple of "FIELD.AXIS" or
     "FIELD.NODE.AXIS" where FIELD names a field that holds a body and AXIS is x, y or theta.  The kernel's p holds
     the numeric fields in the order of declaration; `history` gives the start values of z.  An element that stores or
-    damps energy may have an energy kernel, `energy`; without one its work is counted as that of a load.
+    damps energy may have an energy kernel, `energy`; without one its work is counted as that of a load.  `signals` lists
+    what is reported: (name, unit, signal kernel) each, with the p and the coordinates of the element.
     `force_kernel` and `tangent_kernel` may give the same forces and tangents at less cost.
 
     Parameters
@@ -182,6 +195,7 @@ class Element(Part):
     coords: ClassVar[tuple[str, ...]]
     force_kernel: ClassVar[kernels.Kernel | None] = None
     tangent_kernel: ClassVar[kernels.Kernel | None] = None
+    signals: ClassVar[tuple[tuple[str, str, kernels.Kernel], ...]] = ()
 
     def __init_subclass__(cls, **keywords: Any) -> None:
         super().__init_subclass__(**keywords)
@@ -189,6 +203,7 @@ class Element(Part):
         require_kernel(cls, kernels.ENERGY, "energy")
         require_kernel(cls, kernels.FORCE, "force_kernel")
         require_kernel(cls, kernels.TANGENT, "tangent_kernel")
+        require_signals(cls)
 
     def parameters(self) -> tuple[float, ...]:
         """Parameters p of the kernel."""
@@ -199,19 +214,21 @@ class Element(Part):
         return ()
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One element on the named coordinates."""
+        """One element on the named coordinates, and its signals."""
         coordinates = tuple(self._coordinate(mechanism, c) for c in self.coords)
-        found = self.parameters(), self.history()
-        contribution = ElementContribution(
+        p = self.parameters()
+        element = ElementContribution(
             self.name,
             self.kernel,
             coordinates,
-            *found,
+            p,
+            self.history(),
             energy=self.energy,
             force=self.force_kernel,
             tangent=self.tangent_kernel,
         )
-        return [contribution]
+        own = [SignalContribution(self.name, name, unit, kernel, coordinates, p) for name, unit, kernel in self.signals]
+        return [element, *own]
 
     def _coordinate(self, mechanism: Mechanism, text: str) -> Coordinate:
         words = text.split(".")

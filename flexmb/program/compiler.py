@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
 
@@ -135,9 +136,7 @@ def chosen_contributions(contributions: Contributions, *, closed: bool, start: b
     """The contributions in motion, with ideal joints for contacts (`closed`), or for start values (`start`)."""
     holding = {"always", *(["closed"] if closed else []), *(["start"] if start else [])}
     constraints = tuple(c for c in contributions.constraints if c.holds in holding)
-    return Contributions(
-        contributions.elements, constraints, () if closed else contributions.contacts, contributions.signals
-    )
+    return replace(contributions, constraints=constraints, contacts=() if closed else contributions.contacts)
 
 
 def reference_configuration(mechanism: Mechanism, number: Numbering, z: np.ndarray) -> ReferenceConfiguration:

@@ -236,17 +236,22 @@ class Packer:
             table(kernel, 3), table(p, 6), table(z, 4), places(self.contact_dofs.values), positions, ints(out)
         )
 
-    def measured(self, out: Sequence[int]) -> Measured:
-        """Arrays of the signals computed by kernels."""
-        contributions = self.contributions.signals
+    def measured(self, out: Sequence[int], angle_out: Sequence[int]) -> Measured:
+        """Arrays of the signals computed by kernels, and of relative rotations."""
+        contributions, angles = self.contributions.signals, self.contributions.angles
         dofs = self.number.lists(contributions)
+        element = {contribution.part: e for e, contribution in reversed([*enumerate(self.contributions.elements)])}
         return Measured(
             self.numbers("signal", [contribution.kernel for contribution in contributions]),
             self.add_each([contribution.p for contribution in contributions]),
             dofs.ptr,
             dofs.values,
+            ints([element[one.part] if one.is_scaled else -1 for one in contributions]),
             ints(out),
             ints([place for contribution, place in zip(contributions, out, strict=True) if contribution.is_mode]),
+            table(self.number.lists(angles).values.reshape(-1, 2), 2),
+            self.add_each([contribution.p for contribution in angles]),
+            ints(angle_out),
         )
 
 

@@ -1,6 +1,7 @@
 """Names, units and places of the signals that a run reports.
 
-The vector of signals holds q, v, a of all coordinates, then constraints, contacts, measured signals, energies.
+The vector of signals holds q, v, a of all coordinates, then constraints, contacts, relative rotations, measured
+signals, energies.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ COORDINATE_SIGNALS = (
     (("vx", "m/s"), ("vy", "m/s"), ("omega", "rad/s")),
     (("ax", "m/s2"), ("ay", "m/s2"), ("alpha", "rad/s2")),
 )
+ANGLE_SIGNALS = (("angle", "rad"), ("omega", "rad/s"))
 FORCE_SIGNALS = (("fx", "N"), ("fy", "N"), ("force", "N"))
 CONTACT_SIGNALS = (
     ("ex", "m"),
@@ -50,11 +52,12 @@ ENERGY_SIGNALS = (
 
 @dataclass(frozen=True)
 class Layout:
-    """All signals in order, first signals of constraints, contacts and measured ones, of the energies."""
+    """All signals in order, first signals of constraints, contacts, relative rotations, measured ones, energies."""
 
     signals: Signals
     constraints: tuple[int, ...]
     contacts: tuple[int, ...]
+    angles: tuple[int, ...]
     measured: tuple[int, ...]
     energy: int
 
@@ -105,11 +108,12 @@ def layout(contributions: Contributions, coordinate_names: tuple[str, ...]) -> L
         [more(contribution.part, constraint_signals(contribution)) for contribution in contributions.constraints]
     )
     contacts = tuple([more(contribution.label, CONTACT_SIGNALS) for contribution in contributions.contacts])
+    angles = tuple([more(contribution.part, ANGLE_SIGNALS) for contribution in contributions.angles])
     measured = tuple(
         [more(contribution.part, ((contribution.name, contribution.units),)) for contribution in contributions.signals]
     )
     energy = more("energy", [(name, "J") for name in ENERGY_SIGNALS])
-    return Layout(Signals(names, units), constraints, contacts, measured, energy)
+    return Layout(Signals(names, units), constraints, contacts, angles, measured, energy)
 
 
 def aliases(mechanism: Mechanism) -> dict[str, str]:

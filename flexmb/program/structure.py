@@ -68,7 +68,7 @@ class Structure:
 def structure_of(contributions: Contributions, number: Numbering) -> Structure:
     """Structure of contributions, remembered or new."""
     kernels: list[Kernel] = []
-    groups = (contributions.elements, contributions.constraints, contributions.contacts, contributions.signals)
+    groups = tuple(getattr(contributions, group.name) for group in fields(contributions))
     key = (
         tuple([(part, node.name) for part, node in number.nodes]),
         *(_read_all(group, number, kernels) for group in groups),
@@ -157,7 +157,7 @@ def new_structure(contributions: Contributions, number: Numbering) -> Structure:
     elements = packer.elements(pattern.positions)
     constraints = packer.constraints(pattern.positions, places.constraints)
     contacts = packer.contacts(pattern.positions, places.contacts)
-    measured = packer.measured(places.measured)
+    measured = packer.measured(places.measured, places.angles)
     sizes = Sizes(
         number.n_q,
         packer.n_c,
@@ -209,6 +209,6 @@ def numbers_of(contributions: Contributions) -> tuple[np.ndarray, np.ndarray]:
     for contact in contributions.contacts:
         p.extend((*contact.p, *contact.normal.parameters(), *contact.friction.parameters()))
         z.extend((0.0,) * CONTACT_COMMON + (*contact.normal.history(), *contact.friction.history()))
-    for signal in contributions.signals:
+    for signal in (*contributions.signals, *contributions.angles):
         p.extend(signal.p)
     return np.array(p, dtype=float), np.array(z, dtype=float)

@@ -13,6 +13,9 @@ from flexmb.compiled.records import Integers, IntegerTable, Places, Record, Vect
 BEGIN, END = range(2)
 """Columns of pairs."""
 
+FIRST, SECOND = range(2)
+"""Columns of `Measured.angle`."""
+
 LOAD_KERNEL, SLIDING_LAW = range(2)
 """Columns of `Constraints.joint_friction`: kernel of the normal load, and friction law."""
 
@@ -96,14 +99,18 @@ class Contacts(Record):
 
 
 class Measured(Record):
-    """Signals computed by kernels."""
+    """Signals computed by kernels, and relative rotations of joints with their rates."""
 
     kernel: Integers  # (n,)
     p: IntegerTable  # (n, 2)
     dof: Integers  # (n + 1,)
     dofs: Integers
+    element: Integers  # (n,) whose factor multiplies the value, -1: none
     out: Integers  # (n,)
     modes: Integers  # those of `out` that number states
+    angle: IntegerTable  # (m, 2) rotations FIRST and SECOND
+    angle_p: IntegerTable  # (m, 2)
+    angle_out: Integers  # (m,) signal of the rotation, before that of its rate
 
 
 class Sizes(Record, frozen=True):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from flexmb import checks
 from flexmb.kernels import signal_kernel
-from flexmb.model.contributions import Contribution, SignalContribution
+from flexmb.model.contributions import Contribution, signal_contributions
 from flexmb.model.part import GROUND, Part
 from flexmb.model.shape import MARKER, TRACE, PointShape, Shapes
 
@@ -74,10 +74,7 @@ class Marker(Part):
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """Eight signals."""
         end = mechanism.body(self.body.name, self.label).attach(self.label, self.at)
-        return [
-            SignalContribution(self.name, name, unit, marker_kernel, end.coordinates, (*end.offset, float(number)))
-            for number, (name, unit) in enumerate(SIGNALS)
-        ]
+        return signal_contributions(self.name, marker_kernel, SIGNALS, end.coordinates, end.offset)
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
         """The point."""

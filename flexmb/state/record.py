@@ -75,8 +75,9 @@ class RunRecord(Record):
 
     times : (rows,) saved instants [s];  values : (rows, n_s) their saved signals
     saved_places : (n_s,) places of the saved signals among all signals; empty: all signals are saved
-    interpolated : all signals at an instant inside a step; empty where all signals are saved
+    within : (n_y,) all signals at an instant within a step
     last_signals, signals : (n_y,) all signals at the ends of the last accepted step
+    last_lam, last_z : (n_c,) multipliers and (n_z,) histories at its start
     peak, peak_time : (n_y,) largest absolute values so far and their times [s]
     one_sided : (n_y,) signals whose peak is the largest positive value (a penetration is negative in free flight)
     held_rows : (n_c,) constraint equations whose multipliers were not unique
@@ -88,9 +89,11 @@ class RunRecord(Record):
     times: Vector
     values: Matrix
     saved_places: Integers
-    interpolated: Vector
+    within: Vector
     last_signals: Vector
     signals: Vector
+    last_lam: Vector
+    last_z: Vector
     peak: Vector
     peak_time: Vector
     one_sided: Flags
@@ -113,8 +116,9 @@ def _empty_record(program: Program, rows: int, saved_places: np.ndarray | None) 
         times=rows,
         values=(rows, n_y if saved_places is None else len(saved_places)),
         saved_places=np.zeros(0, dtype=np.int64) if saved_places is None else saved_places,
-        interpolated=0 if saved_places is None else n_y,
-        **dict.fromkeys(("last_signals", "signals", "peak", "peak_time"), n_y),
+        **dict.fromkeys(("within", "last_signals", "signals", "peak", "peak_time"), n_y),
+        last_lam=program.n_c,
+        last_z=program.tables.sizes.n_z,
         one_sided=one_sided,
         count=Counters.zeros(),
         report=StepReport(np.inf, *(0.0,) * 10),

@@ -25,7 +25,8 @@ A step of the Newmark family (`newmark/loop.py`), with the function and the file
          complete_evaluation acceptance.py                  forces and energies that the last iteration left out
          update_energies     acceptance.py                  joint forces, contact_log.py, energy/balance.py
          adopt_trial         acceptance.py                  the trial state becomes the accepted state
-         report_signals      acceptance.py                  peaks, saved instants
+         update_peaks        acceptance.py                  largest values of all signals
+         save_instants       saved_instants.py              rows of the save grid
 
 The parts communicate by the fields of `Clock`, `Counters`, `StepReport` and `NewtonIteration` in the room `state`.
 

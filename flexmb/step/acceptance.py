@@ -1,4 +1,4 @@
-"""Acceptance of a step: forces, energies, signals, peaks and saved instants of the trial state."""
+"""Acceptance of a step: forces, energies, signals and peaks of the trial state."""
 
 from flexmb.energy.balance import STEPS_BEFORE_CHECK, check_balance, complete_algorithm_work, update_balance
 from flexmb.energy.contact_work import contact_losses
@@ -6,6 +6,7 @@ from flexmb.kernels import compiled, copy
 from flexmb.state.record import BUFFER_FULL, JOINTS_EVALUATED, NOT_EVALUATED, RUNNING
 from flexmb.step.contact_log import buffer_may_overflow, update_episodes
 from flexmb.step.newmark.predictor import find_newmark_residual
+from flexmb.step.saved_instants import save_instants
 from flexmb.system.constraints import report_forces
 from flexmb.system.contacts import add_contacts
 from flexmb.system.elements import evaluate_energies
@@ -23,7 +24,9 @@ def accept(tables, address, h, options, flow, trial, work, record):
     update_energies(tables, address, h, options, flow, trial, work, record)
     adopt_trial(h, flow, trial, work, record)
     write_outputs(tables, address, flow.clock.t, flow.q, flow.v, flow.a, work, flow.ledger, record.signals)
-    if report_signals(tables, options, flow, record) != RUNNING:
+    update_peaks(flow.clock.t, record.signals, record)
+    full = save_instants(tables, address, options, flow, trial, work, record) != RUNNING
+    if full or buffer_may_overflow(flow, record):
         return BUFFER_FULL
     return check_balance(flow.ledger, flow.balance) if flow.balance.steps >= STEPS_BEFORE_CHECK else RUNNING
 
@@ -80,20 +83,14 @@ def adopt_trial(h, flow, trial, work, record):
     copy(trial.v, flow.v)
     copy(trial.a, flow.a)
     copy(trial.x, flow.x)
+    copy(flow.lam, record.last_lam)
     copy(trial.lam, flow.lam)
+    copy(flow.z, record.last_z)
     copy(work.z_new, flow.z)
     copy(record.signals, record.last_signals)
     record.count.steps += 1
     record.report.smallest, record.report.largest = min(record.report.smallest, h), max(record.report.largest, h)
     record.report.start, record.report.size = t0, h
-
-
-@compiled
-def report_signals(tables, options, flow, record):
-    """Update the peaks, and save the instants within the step; BUFFER_FULL when the buffers must be emptied."""
-    update_peaks(flow.clock.t, record.signals, record)
-    code = save(tables, record.report.start, record.report.size, options, flow, record)
-    return BUFFER_FULL if code != RUNNING or buffer_may_overflow(flow, record) else RUNNING
 
 
 @compiled
@@ -104,82 +101,6 @@ def update_peaks(t, signals, record):
         larger = size > record.peak[i]
         record.peak[i] = size if larger else record.peak[i]
         record.peak_time[i] = t if larger else record.peak_time[i]
-
-
-@compiled
-def save(tables, t0, h, options, flow, record):
-    """Save the instants of the save grid within the step from t0; BUFFER_FULL when the buffer is full.
-
-    The buffer must then be emptied, and `save` called again before the next step.
-    """
-    if options.save_interval == 0.0:
-        row = record.count.rows
-        record.times[row] = flow.clock.t
-        store_signals(record.signals, record, row)
-        record.count.rows += 1
-    else:
-        while is_due(options, flow, record):
-            due, row = next_due(options, flow), record.count.rows
-            if record.interpolated.shape[0] == 0:
-                interpolate(
-                    tables, min((due - t0) / h, 1.0), h, record.last_signals, record.signals, record.values[row]
-                )
-            else:
-                interpolate(
-                    tables, min((due - t0) / h, 1.0), h, record.last_signals, record.signals, record.interpolated
-                )
-                store_signals(record.interpolated, record, row)
-            count_row(due, flow, record)
-    return BUFFER_FULL if record.count.rows >= record.times.shape[0] else RUNNING
-
-
-@compiled
-def next_due(options, flow):
-    """The first instant [s] of the save grid that is not saved yet."""
-    return flow.clock.save_start + (flow.clock.saved_instants + 1.0) * options.save_interval
-
-
-@compiled
-def is_due(options, flow, record):
-    """Whether the step has passed an instant of the save grid, and the buffer has room for it."""
-    passed = next_due(options, flow) <= flow.clock.t + 1e-9 * options.save_interval
-    return passed and record.count.rows < record.times.shape[0]
-
-
-@compiled
-def count_row(due, flow, record):
-    """Count the row of an instant `due` [s] of the save grid, which has been written."""
-    record.times[record.count.rows] = due
-    record.count.rows += 1
-    flow.clock.saved_instants += 1.0
-
-
-@compiled
-def store_signals(signals, record, row):
-    """Copy the saved signals into a row of the buffer."""
-    if record.interpolated.shape[0] == 0:
-        copy(signals, record.values[row])
-        return
-    for k in range(record.saved_places.shape[0]):
-        record.values[row, k] = signals[record.saved_places[k]]
-
-
-@compiled
-def interpolate(tables, s, h, old, new, target):
-    """Signals at fraction s of the step: cubic for q and v, linear for the rest, the nearer one for modes."""
-    n = tables.sizes.n_q
-    f0, f1 = (1.0 + 2.0 * s) * (1.0 - s) ** 2, s * s * (3.0 - 2.0 * s)
-    d0, d1 = h * s * (1.0 - s) ** 2, h * s * s * (s - 1.0)
-    for i in range(2 * n):
-        target[i] = f0 * old[i] + f1 * new[i] + d0 * old[n + i] + d1 * new[n + i]
-    for i in range(2 * n, target.shape[0]):
-        target[i] = (1.0 - s) * old[i] + s * new[i]
-    for c in range(tables.contacts.out.shape[0]):
-        k = tables.contacts.out[c] + 11
-        target[k] = new[k] if s >= 0.5 else old[k]
-    for i in range(tables.measured.modes.shape[0]):
-        k = tables.measured.modes[i]
-        target[k] = new[k] if s >= 0.5 else old[k]
 
 
 @compiled

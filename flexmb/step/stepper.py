@@ -14,7 +14,7 @@ from flexmb.start.consistent import Start, consistent_start
 from flexmb.state.flow import Flow
 from flexmb.state.options import GEAR_GUPTA_LEIMKUHLER, Coefficients, Options
 from flexmb.state.record import RUNNING, RunRecord, new_record
-from flexmb.step.acceptance import save
+from flexmb.step.saved_instants import save_instants
 from flexmb.system.constraints import report_forces
 from flexmb.system.evaluate import evaluate_accepted
 from flexmb.system.outputs import write_outputs
@@ -59,7 +59,8 @@ class Stepper:
         record = new_record(self.reported, rows, kept)
         if self.reported is self.program:
             return record
-        return record.replaced(held_rows=new_record(self.program, 1).held_rows)
+        own = new_record(self.program, 1)
+        return record.replaced(held_rows=own.held_rows, last_lam=own.last_lam, last_z=own.last_z)
 
     def start(self, mechanism: Mechanism, closed: Program, *, redundant: bool) -> Start:
         """Start values of the mechanism; `closed`: its program with ideal joints for contacts."""
@@ -75,8 +76,8 @@ class Stepper:
 
     def save(self, run: Run, options: Options) -> None:
         """Save the remaining instants within the last step, after the buffer was full."""
-        step = run.record.report
-        save(self.reported.tables, step.start, step.size, options, run.flow, run.record)
+        common = (self.program.tables, self.program.addresses, options)
+        save_instants(*common, run.flow, run.trial, run.work, run.record)
 
     def evaluate(self, run: Run) -> None:
         """Evaluate the present state of `run.flow`; store its powers and forces for the balance of energies."""

@@ -2,7 +2,7 @@
 
 import math
 
-from flexmb.kernels import compiled, signal_at
+from flexmb.kernels import compiled, part_of, signal_at
 from flexmb.places import (
     ECCENTRICITY_RATE_X,
     ECCENTRICITY_RATE_Y,
@@ -15,8 +15,8 @@ from flexmb.places import (
     NORMAL_X,
     NORMAL_Y,
 )
-from flexmb.program.tables import BEGIN, COMMON_Z, END, LOAD_KERNEL
-from flexmb.system.elements import gather
+from flexmb.program.tables import BEGIN, COMMON_Z, END, FIRST, LOAD_KERNEL, SECOND
+from flexmb.system.elements import gather, load_factor
 from flexmb.system.work import DRIVE_FORCE, FORCE_X, FORCE_Y, JOINT_FRICTION_FORCE, MOMENT, MOTION, MOTION_RATE
 
 FX, FY, FORCE, JOINT_MOMENT = range(4)
@@ -38,17 +38,31 @@ def write_outputs(tables, address, t, q, v, a, work, ledger, y):
         y[i], y[n + i], y[2 * n + i] = q[i], v[i], a[i]
     _constraints(tables, v, work, y)
     _contacts(tables, work, y)
+    _measured(tables, address, t, q, v, a, work, y)
+    for i in range(ledger.shape[0]):
+        y[tables.sizes.energy + i] = ledger[i]
+
+
+@compiled
+def _measured(tables, address, t, q, v, a, work, y):
     S = tables.measured
+    for k in range(S.angle.shape[0]):
+        first, second, out = S.angle[k, FIRST], S.angle[k, SECOND], S.angle_out[k]
+        y[out] = q[second] - q[first] - tables.p[S.angle_p[k, BEGIN]]
+        y[out + 1] = v[second] - v[first]
     for k in range(S.kernel.shape[0]):
         m = S.dof[k + 1] - S.dof[k]
         gather(q, S.dofs, S.dof[k], m, work.ql)
         gather(v, S.dofs, S.dof[k], m, work.vl)
         gather(a, S.dofs, S.dof[k], m, work.al)
-        y[S.out[k]] = signal_at(address.signal, S.kernel[k])(
-            tables.p[S.p[k, BEGIN] : S.p[k, END]], t, work.ql[:m], work.vl[:m], work.al[:m]
+        value = signal_at(address.signal, S.kernel[k])(
+            part_of(tables.p, S.p[k, BEGIN], S.p[k, END]),
+            t,
+            part_of(work.ql, 0, m),
+            part_of(work.vl, 0, m),
+            part_of(work.al, 0, m),
         )
-    for i in range(ledger.shape[0]):
-        y[tables.sizes.energy + i] = ledger[i]
+        y[S.out[k]] = value if S.element[k] < 0 else value * load_factor(tables, address, S.element[k], t)
 
 
 @compiled

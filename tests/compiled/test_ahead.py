@@ -61,6 +61,7 @@ def empty(monkeypatch):
     """Nothing is compiled, and two cores are there."""
     started = []
     monkeypatch.setattr(ahead, "running", [])
+    monkeypatch.setattr(ahead, "asked", set())
     monkeypatch.setattr(ahead, "cores", lambda: 2)
     monkeypatch.setattr(ahead, "SecondProcess", lambda names: started.append(names) or names)
     for name in (ahead.FIRST, "flexmb.step.newmark.loop.advance"):

@@ -7,7 +7,7 @@ import pytest
 
 import flexmb as fm
 from flexmb.errors import KernelError
-from flexmb.model.contributions import Contributions, ElementContribution
+from flexmb.model.contributions import ElementContribution
 from flexmb.system.evaluate import evaluate, evaluate_accepted
 from flexmb.system.work import workspace
 from flexmb.testing import check_part
@@ -205,7 +205,7 @@ def test_the_loop_finds_the_same_by_short_and_by_long_ways(monkeypatch):
     def long_ways(mechanism):
         contributions = own(mechanism)
         slow = tuple(replace(e, force=None, tangent=None, account=None) for e in contributions.elements)
-        return Contributions(slow, contributions.constraints, contributions.contacts, contributions.signals)
+        return replace(contributions, elements=slow)
 
     monkeypatch.setattr(fm.Mechanism, "contributions", long_ways)
     slow = fm.compile(zoo())

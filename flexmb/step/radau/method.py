@@ -18,17 +18,7 @@ from flexmb.state.flow import Flow
 from flexmb.state.options import Options
 from flexmb.state.record import BUFFER_FULL, DONE, NOT_EVALUATED, RUNNING, STEP_TOO_SMALL, RunRecord
 from flexmb.state.trial import Trial
-from flexmb.step.acceptance import (
-    adopt_trial,
-    count_row,
-    finished,
-    is_due,
-    next_due,
-    next_step_size,
-    report_signals,
-    store_signals,
-    update_peaks,
-)
+from flexmb.step.acceptance import adopt_trial, finished, next_step_size, update_peaks
 from flexmb.step.contact_events import planned_step, update_impacts
 from flexmb.step.contact_log import buffer_may_overflow, update_episodes
 from flexmb.step.method import Method
@@ -39,6 +29,7 @@ from flexmb.step.newmark.redundant_constraints import update_held_multipliers
 from flexmb.step.radau.collocation import AT_START, LAST, STAGES, C, Collocation, collocation
 from flexmb.step.radau.step import radau_error, radau_step
 from flexmb.step.radau.works import add_works, find_between, ledger_at, update_ledger
+from flexmb.step.saved_instants import END_OF_STEP, count_row, is_due, next_due, save_step, store_signals
 from flexmb.step.stepper import Stepper
 from flexmb.system.constraints import report_forces
 from flexmb.system.contacts import find_gap
@@ -237,14 +228,10 @@ def accept_stages(tables, address, lu, h, options, flow, trial, work, record, R)
     update_ledger(tables, address, t0 + h, turned, flow, trial, work, R)
     adopt_trial(h, flow, trial, work, record)
     write_outputs(tables, address, flow.clock.t, flow.q, flow.v, flow.a, work, flow.ledger, record.signals)
-    if options.save_interval == 0.0:
-        if report_signals(tables, options, flow, record) != RUNNING:
-            return BUFFER_FULL
-    else:
-        update_peaks(flow.clock.t, record.signals, record)
-        full = save_between(tables, address, lu, options, flow, trial, work, record, R) != RUNNING
-        if full or buffer_may_overflow(flow, record):
-            return BUFFER_FULL
+    update_peaks(flow.clock.t, record.signals, record)
+    full = save_between(tables, address, lu, options, flow, trial, work, record, R) != RUNNING
+    if full or buffer_may_overflow(flow, record):
+        return BUFFER_FULL
     return check_balance(flow.ledger, flow.balance) if flow.balance.steps >= STEPS_BEFORE_CHECK else RUNNING
 
 
@@ -268,14 +255,17 @@ def keep_start(h, flow, R):
 
 @compiled
 def save_between(tables, address, lu, options, flow, trial, work, record, R):
-    """Save the instants of the save grid within the last step; BUFFER_FULL when the buffer is full.
+    """Save the end of the last step, or the instants of the save grid within it; BUFFER_FULL when the buffer is full.
 
     The buffer must then be emptied, and `save_between` called again before the next step.
     """
+    if options.save_interval == 0.0:
+        save_step(flow, record)
+        return BUFFER_FULL if record.count.rows >= record.times.shape[0] else RUNNING
     while is_due(options, flow, record):
         due, row = next_due(options, flow), record.count.rows
         s = (due - R.step.start) / R.step.size
-        if s < 1.0 - 1e-9:
+        if s < END_OF_STEP:
             signals_at(tables, address, lu, s, options, flow, trial, work, record, R, R.signals)
             update_peaks(due, R.signals, record)
             store_signals(R.signals, record, row)

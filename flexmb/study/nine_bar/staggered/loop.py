@@ -7,17 +7,19 @@ import math
 
 from flexmb.energy.balance import DAMPING, LOAD, RESIDUAL
 from flexmb.kernels import compiled, copy
-from flexmb.state.record import DONE, NOT_EVALUATED, NOT_FINITE, RUNNING
+from flexmb.state.record import BUFFER_FULL, DONE, NOT_EVALUATED, NOT_FINITE, RUNNING
 from flexmb.step.acceptance import (
     adopt_trial,
     complete_evaluation,
     finished,
     next_step_size,
-    report_signals,
     update_energies,
+    update_peaks,
 )
+from flexmb.step.contact_log import buffer_may_overflow
 from flexmb.step.runge_kutta import runge_kutta_step
 from flexmb.study.nine_bar.staggered.elastic_step import carry, elastic_step, hand_back
+from flexmb.study.nine_bar.staggered.saved_instants import save_interpolated
 from flexmb.system.elements import evaluate_energies
 from flexmb.system.outputs import write_outputs
 
@@ -97,8 +99,11 @@ def accept_both(tables, address, h, options, flow, trial, work, record, el):
     adopt(el)
     adopt_trial(h, flow, trial, work, record)
     write_whole(tables, address, flow.clock.t, flow, work, record, el)
-    code = report_signals(el.whole, options, flow, record)
-    return code if math.isfinite(flow.ledger[RESIDUAL]) else NOT_FINITE
+    update_peaks(flow.clock.t, record.signals, record)
+    full = save_interpolated(el.whole, options, flow, record) != RUNNING or buffer_may_overflow(flow, record)
+    if not math.isfinite(flow.ledger[RESIDUAL]):
+        return NOT_FINITE
+    return BUFFER_FULL if full else RUNNING
 
 
 @compiled

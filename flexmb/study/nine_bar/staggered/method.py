@@ -24,6 +24,7 @@ from flexmb.study.nine_bar.staggered.elastic import elastic_model
 from flexmb.study.nine_bar.staggered.elastic_step import ELASTIC_SINGULAR, TOO_FAR
 from flexmb.study.nine_bar.staggered.loop import advance_staggered, begin_elastic, whole_motion, write_whole
 from flexmb.study.nine_bar.staggered.rigid_counterpart import rigid_twin
+from flexmb.study.nine_bar.staggered.saved_instants import save_interpolated
 from flexmb.system.evaluate import evaluate_accepted
 
 if TYPE_CHECKING:
@@ -163,6 +164,10 @@ class StaggeredStepper(Stepper):
         """Take at most `steps` steps of both models; returns the code of the ending."""
         code: int = advance_staggered(*run.arguments(options), self.stages, self.elastic, steps)
         return code
+
+    def save(self, run: Run, options: Options) -> None:
+        """Save the remaining instants within the last step."""
+        save_interpolated(self.reported.tables, options, run.flow, run.record)
 
     def evaluate(self, run: Run) -> None:
         """Evaluate the accepted state with its displacements, and store its powers for the ledger."""

@@ -1,0 +1,120 @@
+"""Saved instants: rows of signals at the instants of the save grid, which need not be ends of steps.
+
+Within a step, positions and velocities are cubic in time, accelerations and multipliers linear.  All signals are those
+of this state: the forces, contacts, joints, energies stored and measured signals are evaluated there.  Works and losses
+since the start are linear in time within a step.
+"""
+
+from flexmb.energy.balance import DRIVE, GRAVITY, KINETIC, STRAIN, TURNED_OVER
+from flexmb.kernels import compiled, copy
+from flexmb.state.record import BUFFER_FULL, RUNNING
+from flexmb.system.constraints import report_forces
+from flexmb.system.evaluate import evaluate_accepted
+from flexmb.system.outputs import write_outputs
+
+END_OF_STEP = 1.0 - 1e-9
+"""Fraction of a step from which an instant is its end."""
+
+
+@compiled
+def save_instants(tables, address, options, flow, trial, work, record):
+    """Save the end of the last step, or the instants of the save grid within it; BUFFER_FULL when the buffer is full.
+
+    The buffer must then be emptied, and `save_instants` called again before the next step.  `trial` and `work` are
+    overwritten.
+    """
+    if options.save_interval == 0.0:
+        save_step(flow, record)
+    else:
+        step = record.report
+        while is_due(options, flow, record):
+            due, row = next_due(options, flow), record.count.rows
+            s = (due - step.start) / step.size
+            if s >= END_OF_STEP:
+                store_signals(record.signals, record, row)
+            else:
+                signals_within(tables, address, s, flow, trial, work, record)
+                store_signals(record.within, record, row)
+            count_row(due, flow, record)
+    return BUFFER_FULL if record.count.rows >= record.times.shape[0] else RUNNING
+
+
+@compiled
+def save_step(flow, record):
+    """Save the end of the last step."""
+    row = record.count.rows
+    record.times[row] = flow.clock.t
+    store_signals(record.signals, record, row)
+    record.count.rows += 1
+
+
+@compiled
+def signals_within(tables, address, s, flow, trial, work, record):
+    """All signals at fraction s of the last step, in `record.within`."""
+    n, h, old, new = tables.sizes.n_q, record.report.size, record.last_signals, record.signals
+    interpolate_state(n, s, h, old, new, trial)
+    for i in range(trial.lam.shape[0]):
+        trial.lam[i] = (1.0 - s) * record.last_lam[i] + s * flow.lam[i]
+    t = record.report.start + s * h
+    evaluate_accepted(
+        tables,
+        address,
+        t,
+        s * h,
+        trial.q,
+        trial.v,
+        trial.a,
+        trial.lam,
+        record.last_z,
+        trial.mean_v,
+        trial.newmark_residual,
+        work,
+    )
+    report_forces(tables, trial.lam, work)
+    write_outputs(tables, address, t, trial.q, trial.v, trial.a, work, flow.ledger, record.within)
+    y, energy, power = record.within, tables.sizes.energy, work.power
+    y[energy + KINETIC], y[energy + STRAIN], y[energy + GRAVITY] = power.kinetic, power.strain, power.gravity
+    for k in range(energy + DRIVE, energy + TURNED_OVER + 1):
+        y[k] = (1.0 - s) * old[k] + s * new[k]
+
+
+@compiled
+def interpolate_state(n, s, h, old, new, trial):
+    """Positions and velocities (cubic) and accelerations (linear) at fraction s of a step, from signals at its ends."""
+    f0, f1 = (1.0 + 2.0 * s) * (1.0 - s) ** 2, s * s * (3.0 - 2.0 * s)
+    d0, d1 = h * s * (1.0 - s) ** 2, h * s * s * (s - 1.0)
+    for i in range(n):
+        trial.q[i] = f0 * old[i] + f1 * new[i] + d0 * old[n + i] + d1 * new[n + i]
+        trial.v[i] = f0 * old[n + i] + f1 * new[n + i] + d0 * old[2 * n + i] + d1 * new[2 * n + i]
+        trial.a[i] = (1.0 - s) * old[2 * n + i] + s * new[2 * n + i]
+
+
+@compiled
+def next_due(options, flow):
+    """The first instant [s] of the save grid that is not saved yet."""
+    return flow.clock.save_start + (flow.clock.saved_instants + 1.0) * options.save_interval
+
+
+@compiled
+def is_due(options, flow, record):
+    """Whether the step has passed an instant of the save grid, and the buffer has room for it."""
+    passed = next_due(options, flow) <= flow.clock.t + 1e-9 * options.save_interval
+    return passed and record.count.rows < record.times.shape[0]
+
+
+@compiled
+def count_row(due, flow, record):
+    """Count the row of an instant `due` [s] of the save grid, which has been written."""
+    record.times[record.count.rows] = due
+    record.count.rows += 1
+    flow.clock.saved_instants += 1.0
+
+
+@compiled
+def store_signals(signals, record, row):
+    """Copy the saved signals into a row of the buffer."""
+    if record.saved_places.shape[0] == 0:
+        copy(signals, record.values[row])
+        return
+    for k in range(record.saved_places.shape[0]):
+        record.values[row, k] = signals[record.saved_places[k]]
