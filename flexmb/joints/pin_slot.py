@@ -129,7 +129,8 @@ class PinSlot(Joint):
 class PinSlotClearance(PinSlot):
     """Round pin of the second body with clearance in a slot of the first; the slot has round ends.
 
-    Signals: as of a contact (see `RevoluteClearance`; ex, ey from the middle line of the slot), travel [m], speed [m/s].
+    Signals: as of a contact (see `RevoluteClearance`; ex, ey from the middle line of the slot), travel [m] and
+    speed [m/s].
 
     Parameters
     ----------

@@ -90,8 +90,8 @@ class PrismaticClearance(Guide):
 
     The first body carries the guide, the second one the slider, a rectangle whose centre is `at`. The signals of a
     corner are the signals of any contact: "P.upper_front.normal_force", ...; upper is the left side of `along`, front
-    its end. Signals of the slider: travel, offset [m], speed [m/s], tilt [rad], and mode: 0 free, 1 one corner, 2 two corners across
-    (tilted), 3 two corners on one side (its face), 4 more.
+    its end. Signals of the slider: travel, offset [m], speed [m/s], tilt [rad], and mode: 0 free, 1 one corner, 2 two
+    corners across (tilted), 3 two corners on one side (its face), 4 more.
 
     Parameters
     ----------

@@ -181,8 +181,8 @@ class Element(Part):
     A subclass has the class attributes `kernel` (an element kernel) and `coords`, a tuple of "FIELD.AXIS" or
     "FIELD.NODE.AXIS" where FIELD names a field that holds a body and AXIS is x, y or theta.  The kernel's p holds
     the numeric fields in the order of declaration; `history` gives the start values of z.  An element that stores or
-    damps energy may have an energy kernel, `energy`; without one its work is counted as that of a load.  `signals` lists
-    what is reported: (name, unit, signal kernel) each, with the p and the coordinates of the element.
+    damps energy may have an energy kernel, `energy`; without one its work is counted as that of a load.  The signals of
+    an element stand in `signals`: (name, unit, signal kernel) each, with its p and its coordinates.
     `force_kernel` and `tangent_kernel` may give the same forces and tangents at less cost.
 
     Parameters

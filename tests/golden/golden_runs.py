@@ -14,7 +14,7 @@ import platform
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import llvmlite.binding
@@ -29,6 +29,7 @@ import models  # noqa: E402 - found beside this folder
 import flexmb as fm  # noqa: E402
 from flexmb.mechanisms import four_bar, nine_bar, slider_crank  # noqa: E402
 
+BY_SIGNAL, SIGNALS = ("last", "peaks"), "signals"
 ARRAYS, TEXTS = HERE / "golden.npz", HERE / "golden.json"
 
 
@@ -41,11 +42,19 @@ class Found:
     arrays : final state by name.
     counters : steps, rejected steps, Newton iterations, evaluations, factorisations.
     seconds : processor time of the run.
+    signals : names of the entries of the arrays `BY_SIGNAL`.
     """
 
     arrays: dict[str, np.ndarray]
     counters: dict[str, int]
     seconds: float
+    signals: tuple[str, ...] = ()
+
+    def of(self, signals: np.ndarray) -> "Found":
+        """The same with these signals alone, in their order: a new signal moves no bit of the others."""
+        places = [self.signals.index(name) for name in signals.tolist()]
+        arrays = {key: array[places] if key in BY_SIGNAL else array for key, array in self.arrays.items()}
+        return replace(self, arrays=arrays, signals=tuple(signals.tolist()))
 
     @property
     def digest(self) -> str:
@@ -64,7 +73,7 @@ def simulated(mechanism: fm.Mechanism, **options) -> Found:
     arrays = {"t": sol.time, "last": sol.values[-1], "peaks": sol.peaks.values}
     stats = sol.stats
     names = ("steps", "rejected", "newton_iterations", "evaluations", "factorisations")
-    return Found(arrays, {name: int(getattr(stats, name)) for name in names}, seconds)
+    return Found(arrays, {name: int(getattr(stats, name)) for name in names}, seconds, tuple(sol.names))
 
 
 def n_four_bar(bays: int = 8) -> fm.Mechanism:
@@ -157,9 +166,16 @@ def machine() -> dict[str, str]:
 
 
 def kept(name: str) -> dict[str, np.ndarray]:
-    """The arrays that were kept of a run."""
+    """The arrays that were kept of a run, and the names of its signals."""
     with np.load(ARRAYS) as file:
         return {key.split("|")[1]: file[key] for key in file.files if key.split("|")[0] == name}
+
+
+def compared(found: Found, wanted: dict[str, np.ndarray]) -> tuple[Found, float]:
+    """What was found, with the signals that were kept, and `difference`."""
+    names = wanted.pop(SIGNALS, None)
+    found = found if names is None else found.of(names)
+    return found, difference(found.arrays, wanted)
 
 
 def difference(found: dict[str, np.ndarray], wanted: dict[str, np.ndarray]) -> float:
@@ -186,8 +202,8 @@ def main() -> None:
             continue
         run()
         found = run()
-        before = texts["runs"].get(name)
-        apart = difference(found.arrays, kept(name)) if before else math.nan
+        before, all_signals = texts["runs"].get(name), found
+        found, apart = compared(found, kept(name)) if before else (found, math.nan)
         same = "same bits" if before and before["digest"] == found.digest else f"differ by {apart:.1e}"
         steps = found.counters.get("steps", 0)
         pace = f"{1e6 * found.seconds / steps:8.2f} us a step" if steps else f"{1e3 * found.seconds:8.1f} ms      "
@@ -197,7 +213,10 @@ def main() -> None:
         print(f"{name:32s} {pace}  {same}{moved}", flush=True)
         if chosen.keep:
             arrays = {key: value for key, value in arrays.items() if key.split("|")[0] != name}
+            found = all_signals
             arrays |= {f"{name}|{key}": value for key, value in found.arrays.items()}
+            if found.signals:
+                arrays[f"{name}|{SIGNALS}"] = np.array(found.signals)
             texts["runs"][name] = {"digest": found.digest, "counters": found.counters}
     if chosen.keep:
         texts["machine"] = machine()
