@@ -72,6 +72,7 @@ from flexmb.results.vtk import write_vtk as write_vtk
 from flexmb.run.simulate import simulate as simulate
 from flexmb.run.steps import StepState as StepState
 from flexmb.run.steps import steps as steps
+from flexmb.run.stopping import when as when
 from flexmb.sensors.marker import Marker as Marker
 from flexmb.start.assemble import assemble as assemble
 from flexmb.step.method import Method as Method

@@ -10,7 +10,12 @@ from flexmb.doctor.finding import Finding, found
 from flexmb.doctor.motions import values_of
 from flexmb.errors import KernelError
 from flexmb.kernels import Kernel
-from flexmb.model.contributions import ContactContribution, Contribution, ElementContribution
+from flexmb.model.contributions import (
+    AngleContribution,
+    ContactContribution,
+    Contribution,
+    ElementContribution,
+)
 from flexmb.model.law import FrictionLaw, NormalLaw
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body, Part
@@ -152,6 +157,8 @@ def kernels_of(contribution: Contribution) -> list[Kernel]:
     """All kernels that a contribution calls."""
     if isinstance(contribution, ContactContribution):
         return [contribution.gap, contribution.normal.kernel, contribution.friction.kernel]
+    if isinstance(contribution, AngleContribution):
+        return []
     kernels = [contribution.kernel]
     if isinstance(contribution, ElementContribution):
         more = (contribution.energy, contribution.force, contribution.tangent, contribution.account)

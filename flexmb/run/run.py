@@ -24,15 +24,17 @@ from flexmb.run.failure import naming_kernels
 from flexmb.run.interruption import KEYBOARD, Interruption
 from flexmb.run.restart import MODEL, refuse_broken_clock, refuse_other_model
 from flexmb.run.saved_rows import SavedRows
+from flexmb.run.step_limits import step_limits
+from flexmb.run.stopping import Snapshot, StopConditions, end_at_crossing
 from flexmb.start.consistent import Start, accelerations
 from flexmb.start.redundant_joints import least_norm, looks_dependent
 from flexmb.state.flow import new_flow
 from flexmb.state.options import NEVER, Options
-from flexmb.state.record import BUFFER_FULL, DONE, RUNNING
-from flexmb.state.trial import new_trial, rigid_coordinates
+from flexmb.state.record import BUFFER_FULL, CONDITION_MET, DONE, RUNNING
+from flexmb.state.trial import new_trial
 from flexmb.step.contact_log import close_round_off_gaps, running_episodes, start_episodes, take_episodes
 from flexmb.step.method import Method
-from flexmb.step.step_size import FLIGHT_WEIGHT, Adaptive, FixedStep
+from flexmb.step.step_size import Adaptive, FixedStep
 from flexmb.system.state_evaluation import StateEvaluation
 from flexmb.system.work import workspace
 from flexmb.version import installed_version
@@ -87,26 +89,10 @@ class Run:
         self.after_block: Callable[[Run], None] = lambda _: None
         self.interruption = Interruption([KEYBOARD])
         self.code, self.note, self.redundant = RUNNING, "", 0
-        self.h_max, self.h_min, self.error, self.bounds = self._limits()
+        self.stopping: StopConditions | None = None
+        self.met = ""
+        self.h_max, self.h_min, self.error, self.bounds = step_limits(self)
         self.trial = new_trial(program, 0, self.bounds)
-
-    def _limits(self) -> tuple[float, float, float, tuple[float, ...]]:
-        """Largest and smallest step [s], accepted error of a step [m], and the numbers of `StepControl`.
-
-        The least speed crosses the mechanism in 100 runs or periods; with clearance, 100 clearances if these are less,
-        so that the steps resolve a contact that comes to rest.
-        """
-        if isinstance(self.step, FixedStep):
-            return self.step.size, self.step.size, NEVER, (1.0, 1.0, 1.0, 1.0)
-        span = self.t_end if self.period is None else min(self.period, self.t_end)
-        clearance, length, rtol = self.program.least_clearance, self.program.length, self.step.rtol
-        steps = self.method.fewest_steps(contacts=clearance is not None)
-        largest = self.step.max or span / steps
-        flight, loose = (FLIGHT_WEIGHT, 2.0) if rigid_coordinates(self.program).all() else (1.0, 4.0)
-        part = 1e-3 * length if clearance is None else loose * min(clearance, 1e-2 * length)
-        way = length if clearance is None else min(length, 1e2 * clearance)
-        bounds = (rtol, 1e-2 / steps * way / largest, self.step.steps_of_an_impact, flight)
-        return largest, self.step.min or min(1e-9 * largest, 1e-12 * span), self.step.atol or rtol * part, bounds
 
     def begin(self, start: Start, *, z: np.ndarray | None = None, time: float = 0.0) -> None:
         """Take start values at a time [s], with histories z (n_z,); None: histories at the start."""
@@ -216,9 +202,11 @@ class Run:
         for instant in self.program.breaks(end):
             if instant > self.flow.clock.t and self._advance_to(just_before(instant), interval, bar, ahead=True):
                 self._cross_jump(instant, interval)
-            if self.note or self.code not in (RUNNING, DONE):
-                return
-        if self._advance_to(end, interval, bar) and ends:
+            if self.met or self.note or self.code not in (RUNNING, DONE):
+                break
+        else:
+            self._advance_to(end, interval, bar)
+        if self.code == DONE and not self.note and ends:
             self.code = check_balance_at_end(self.flow.ledger, self.flow.balance) or DONE
 
     def _advance_to(self, target: float, interval: float, bar: ProgressBar, *, ahead: bool = False) -> bool:
@@ -228,6 +216,7 @@ class Run:
         while self.code == RUNNING and not self.note:
             began = time.perf_counter()
             steps = self._steps_left(steps)
+            begun = None if self.stopping is None else Snapshot(self)
             if steps == 0 and ahead and self.flow.clock.t >= (1.0 - 1e-12) * target:
                 self.code = DONE
             elif steps == 0:
@@ -235,6 +224,8 @@ class Run:
                 return False
             else:
                 self._advance(options, steps)
+            if self.code == CONDITION_MET and begun is not None and self.stopping is not None:
+                self.code = end_at_crossing(self, self.stopping, begun, target, interval)
             self._empty_buffer(options)
             bar.update(min(self.flow.clock.t, bar.total) - bar.n)
             took = time.perf_counter() - began
@@ -244,7 +235,7 @@ class Run:
             self.interruption.act()  # in the last block, too, or a loop of short runs could not be ended
             if self.code == RUNNING:
                 self.after_block(self)
-        return self.code == DONE
+        return self.code == DONE and not self.met
 
     def _advance(self, options: Options, steps: int) -> None:
         """Take at most `steps` steps; an exception of a user's kernel ends the run with a note."""
@@ -271,8 +262,8 @@ class Run:
         kept = flow.ledger.copy()
         self.stepper.evaluate(self)
         flow.ledger[:] = kept
+        record, before = self.record, self.record.signals.copy()
         self.stepper.write(self)
-        record = self.record
         size = np.where(record.one_sided, record.signals, np.abs(record.signals))
         record.peak_time[size > record.peak] = instant
         record.peak[:] = np.maximum(record.peak, size)
@@ -280,6 +271,8 @@ class Run:
             self.saved.add_one(flow.clock.t, record.signals)
         elif interval < NEVER and self.saved.is_at(instant, 1e-9 * interval):
             self.saved.replace_last(record.signals)  # an instant of the grid at the jump shows the state just after
+        if self.stopping is not None:
+            self.met = self.stopping.met(before, record.signals)
 
     def _start_saving(self, saving: float, end: float) -> None:
         """Save the present instant, or continue the save grid of a resumed run."""
@@ -318,6 +311,13 @@ class Run:
             float(end),
             float(saving),
         )
+
+    def take(self, end: float, saving: float, steps: int) -> int:
+        """Take at most `steps` steps until `end` [s], saving every `saving` [s]; RUNNING, or the code of the ending."""
+        options = self.options(end, saving)
+        self._advance(options, steps)
+        self._empty_buffer(options)
+        return self.code
 
     def _fetch_buffer(self) -> None:
         if self.record.count.episodes:
@@ -383,6 +383,8 @@ class Run:
 
     def status(self) -> str:
         """Status of the run: a sentence on its end."""
+        if self.met and self.code == DONE:
+            return f"Stopped at t = {self.flow.clock.t:.9g} s as asked for: {self.met}."
         if self.note:
             return f"{self.note}, at t = {self.flow.clock.t:.6g} s."
         own = self.stepper.explain(self.code)

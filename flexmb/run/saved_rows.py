@@ -49,6 +49,10 @@ class SavedRows:
         """Replace the last row by other signals (n_y,)."""
         self._values[self.count - 1] = self._chosen(signals)
 
+    def shorten(self, rows: int) -> None:
+        """Keep the first `rows` rows alone."""
+        self.count = min(self.count, rows)
+
     def finished(self) -> tuple[np.ndarray, np.ndarray]:
         """Times (n,) and values (n, columns), read-only."""
         self._resize(self.count)

@@ -24,6 +24,7 @@ from flexmb.run.checkpoint import EVERY, Checkpoints, digest, plain_values
 from flexmb.run.failure import explanation
 from flexmb.run.interruption import KEYBOARD, TERMINATION, Interruption
 from flexmb.run.run import Run
+from flexmb.run.stopping import Condition, StopConditions
 from flexmb.run.vibrations import vibration_remarks
 from flexmb.run.watch import Saved, watched
 from flexmb.step.method import Method
@@ -55,6 +56,7 @@ def simulate(
     redundant: str = "refuse",
     signals: Sequence[str] | None = None,
     progress: bool = False,
+    stop: Condition | Sequence[Condition] | None = None,
     checkpoint: str | Path | None = None,
     checkpoint_every: float = EVERY,
     resume: bool = False,
@@ -86,6 +88,7 @@ def simulate(
         the solution holds these and their peaks alone, in its usual order.  None: all; []: none.  Final state,
         contacts, statistics and status are whole in any case.  Drawing and VTK files need x, y, theta of all nodes.
     progress : show a progress bar with an estimate of the time left.
+    stop : condition that ends the run, or several, see `when`; watched from `save_from` on.
     checkpoint : file from which a run that was ended from outside can go on, bit for bit; it is removed when the run
         reaches its end.  SIGTERM then ends a run as Ctrl-C does, with its results.  None: no such file.
     checkpoint_every : time between two checkpoints [s on the clock].
@@ -123,11 +126,12 @@ def simulate(
     checks.one_of(label, "redundant", redundant, REDUNDANT)
     check_kinds(label, method, chosen, redundant)
     kept = chosen_places(label, program.names, signals)
+    stopping = StopConditions(label, program.names, stop)
     more: dict[str, Any] = {"max_steps": max_steps, "progress": progress}
     run = Run(program, method, chosen, end, period, mechanism=mechanism, kept=kept, **more)
     model = {"name": mechanism.name} if signals is None else {"name": mechanism.name, SAVED_KEY: list(signals)}
     command = plain_values(begin=begin, end=end, save=save, step=chosen, method=method, redundant=redundant)
-    command |= {"signals": repr(model.get(SAVED_KEY)), "restart": digest(restart)}
+    command |= {"signals": repr(model.get(SAVED_KEY)), "restart": digest(restart), "stop": repr(stop)}
     kept_file = None if checkpoint is None else Checkpoints(Path(checkpoint), checkpoint_every, command, model)
     if kept_file is not None and resume and kept_file.path.is_file():
         kept_file.resume(run, label, redundant=least)
@@ -142,16 +146,16 @@ def simulate(
     if run.flow.clock.t < begin:
         run.run_to(begin, saving=None)
         run.reset_peaks()
+    stopping.watch(run)
     run.run_to(end, saving=save_interval(mechanism, save, period, begin, end))
     now = float(run.flow.clock.t)
     span = period if period is not None else 0.5 * (now - begin)
-    notes = contact_remarks(run.program, run.flow.z, run.contact_log(), now, span)
     results = Saved.of(run)
     watch = watched(mechanism, results)
+    contact_notes = contact_remarks(run.program, run.flow.z, run.contact_log(), now, span)
     lost = vibration_remarks(mechanism, run.program, results, method, int(run.record.count.steps))
-    notes = (*notes, *watch.notes, *lost)
     faults, details = explanation(run, mechanism, closed, watch.faults)
-    notes = (*notes, *details)
+    notes = (*contact_notes, *watch.notes, *lost, *details)
     if kept_file is not None:
         notes = (*notes, *([kept_file.failure] if kept_file.failure else []))
         kept_file.write(run) if run.interrupted else kept_file.remove()

@@ -12,10 +12,14 @@ from flexmb.system.templates import new_from_template
 
 RUNNING, DONE, BUFFER_FULL, NEWTON_FAILED, SINGULAR, NOT_FINITE, STEP_TOO_SMALL = range(7)
 ENERGY_MISSING, ENERGY_MADE, ENERGY_LOST = 20, 21, 22
+(CONDITION_MET,) = range(30, 31)
 """Codes with which a compiled loop returns (`results/status.py` has a sentence for each)."""
 
 NOT_EVALUATED, EVALUATED, JOINTS_EVALUATED = range(3)
 """Codes of `Counters.evaluated`: nothing of the trial state is evaluated, all of it, or its constraints alone."""
+
+LEVEL, DIRECTION = range(2)
+"""Columns of `RunRecord.levels`: level of a stop condition; 1 for rising through it, -1 for falling, 0 for neither."""
 
 
 class Counters(Record):
@@ -28,6 +32,7 @@ class Counters(Record):
     held_code : code of the last step, see `held_code` of `step/newmark/redundant_constraints.py`
     evaluated : evaluation of the trial state (`NOT_EVALUATED`, ...)
     rejecting_contact : 1 + number of the contact that had the last trial rejected; 0: no contact
+    condition : 1 + number of the stop condition that was met in the last step; 0: none
     """
 
     steps: int
@@ -43,6 +48,7 @@ class Counters(Record):
     solves: int
     rejecting_contact: int
     episodes: int
+    condition: int
 
 
 class StepReport(Record):
@@ -78,6 +84,7 @@ class RunRecord(Record):
     within : (n_y,) all signals at an instant within a step
     last_signals, signals : (n_y,) all signals at the ends of the last accepted step
     last_lam, last_z : (n_c,) multipliers and (n_z,) histories at its start
+    watched : (w,) places of the signals of stop conditions;  levels : (w, 2) LEVEL and DIRECTION of each
     peak, peak_time : (n_y,) largest absolute values so far and their times [s]
     one_sided : (n_y,) signals whose peak is the largest positive value (a penetration is negative in free flight)
     held_rows : (n_c,) constraint equations whose multipliers were not unique
@@ -94,6 +101,8 @@ class RunRecord(Record):
     signals: Vector
     last_lam: Vector
     last_z: Vector
+    watched: Integers
+    levels: Matrix
     peak: Vector
     peak_time: Vector
     one_sided: Flags
@@ -117,6 +126,8 @@ def _empty_record(program: Program, rows: int, saved_places: np.ndarray | None) 
         values=(rows, n_y if saved_places is None else len(saved_places)),
         saved_places=np.zeros(0, dtype=np.int64) if saved_places is None else saved_places,
         **dict.fromkeys(("within", "last_signals", "signals", "peak", "peak_time"), n_y),
+        watched=0,
+        levels=(0, 2),
         last_lam=program.n_c,
         last_z=program.tables.sizes.n_z,
         one_sided=one_sided,

@@ -3,7 +3,15 @@
 from flexmb.energy.balance import STEPS_BEFORE_CHECK, check_balance, complete_algorithm_work, update_balance
 from flexmb.energy.contact_work import contact_losses
 from flexmb.kernels import compiled, copy
-from flexmb.state.record import BUFFER_FULL, JOINTS_EVALUATED, NOT_EVALUATED, RUNNING
+from flexmb.state.record import (
+    BUFFER_FULL,
+    CONDITION_MET,
+    DIRECTION,
+    JOINTS_EVALUATED,
+    LEVEL,
+    NOT_EVALUATED,
+    RUNNING,
+)
 from flexmb.step.contact_log import buffer_may_overflow, update_episodes
 from flexmb.step.newmark.predictor import find_newmark_residual
 from flexmb.step.saved_instants import save_instants
@@ -26,6 +34,8 @@ def accept(tables, address, h, options, flow, trial, work, record):
     write_outputs(tables, address, flow.clock.t, flow.q, flow.v, flow.a, work, flow.ledger, record.signals)
     update_peaks(flow.clock.t, record.signals, record)
     full = save_instants(tables, address, options, flow, trial, work, record) != RUNNING
+    if condition_met(record):
+        return CONDITION_MET
     if full or buffer_may_overflow(flow, record):
         return BUFFER_FULL
     return check_balance(flow.ledger, flow.balance) if flow.balance.steps >= STEPS_BEFORE_CHECK else RUNNING
@@ -91,6 +101,17 @@ def adopt_trial(h, flow, trial, work, record):
     record.count.steps += 1
     record.report.smallest, record.report.largest = min(record.report.smallest, h), max(record.report.largest, h)
     record.report.start, record.report.size = t0, h
+
+
+@compiled
+def condition_met(record):
+    """Whether a watched signal has crossed its level in the last step; its number goes to `Counters.condition`."""
+    for k in range(record.watched.shape[0]):
+        place, level, sign = record.watched[k], record.levels[k, LEVEL], record.levels[k, DIRECTION]
+        if sign * (record.last_signals[place] - level) <= 0.0 and sign * (record.signals[place] - level) > 0.0:
+            record.count.condition = k + 1
+            return True
+    return False
 
 
 @compiled

@@ -9,7 +9,14 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import KernelError
-from flexmb.model.contributions import ConstraintContribution, ContactContribution, Contribution, ElementContribution
+from flexmb.model.contributions import (
+    AngleContribution,
+    ConstraintContribution,
+    ContactContribution,
+    Contribution,
+    ElementContribution,
+    SignalContribution,
+)
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
@@ -57,6 +64,8 @@ def check_part(mechanism: Mechanism, part_name: str, *, seed: int = 0) -> Report
     weightless = part.contributions(replace(mechanism, gravity=(0.0, 0.0)))
     checked: dict[str, set[Any]] = {}
     for contribution, bare in zip(part.contributions(mechanism), weightless, strict=True):
+        if isinstance(contribution, AngleContribution):  # differences of coordinates, without a kernel
+            continue
         kernel = contribution.gap if isinstance(contribution, ContactContribution) else contribution.kernel
         checked_p = checked.setdefault(kernel.name, set())
         if contribution.p not in checked_p and len(checked_p) < MOST_PIECES:
@@ -87,7 +96,7 @@ def check_piece(bench: Bench, contribution: Contribution, weightless: Any) -> No
             check_joint_friction(bench, contribution, contribution.joint_friction)
     elif isinstance(contribution, ContactContribution):
         check_contact(bench, contribution)
-    else:
+    elif isinstance(contribution, SignalContribution):
         tested = TestedKernel(bench.owner, contribution.kernel, contribution.p)
         for state in bench.states(contribution.coordinates, "t q v a"):
             tested.checked_call(state)

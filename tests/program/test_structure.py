@@ -95,7 +95,7 @@ def test_numbers_stand_where_the_tables_look_for_them(name):
         if pack == packer.constraints:
             packer.elements(lambda rows, columns: rows)
         pack(lambda rows, columns: rows, out)
-    packer.measured(places.measured)
+    packer.measured(places.measured, places.angles)
     p, z = structure.numbers_of(contributions)
     assert p.tolist() == packer.p
     assert z.tolist() == packer.z

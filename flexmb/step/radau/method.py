@@ -16,9 +16,17 @@ from flexmb.program.program import Program
 from flexmb.program.tables import COMMON_Z, Addresses, Tables
 from flexmb.state.flow import Flow
 from flexmb.state.options import Options
-from flexmb.state.record import BUFFER_FULL, DONE, NOT_EVALUATED, RUNNING, STEP_TOO_SMALL, RunRecord
+from flexmb.state.record import (
+    BUFFER_FULL,
+    CONDITION_MET,
+    DONE,
+    NOT_EVALUATED,
+    RUNNING,
+    STEP_TOO_SMALL,
+    RunRecord,
+)
 from flexmb.state.trial import Trial
-from flexmb.step.acceptance import adopt_trial, finished, next_step_size, update_peaks
+from flexmb.step.acceptance import adopt_trial, condition_met, finished, next_step_size, update_peaks
 from flexmb.step.contact_events import planned_step, update_impacts
 from flexmb.step.contact_log import buffer_may_overflow, update_episodes
 from flexmb.step.method import Method
@@ -230,6 +238,8 @@ def accept_stages(tables, address, lu, h, options, flow, trial, work, record, R)
     write_outputs(tables, address, flow.clock.t, flow.q, flow.v, flow.a, work, flow.ledger, record.signals)
     update_peaks(flow.clock.t, record.signals, record)
     full = save_between(tables, address, lu, options, flow, trial, work, record, R) != RUNNING
+    if condition_met(record):
+        return CONDITION_MET
     if full or buffer_may_overflow(flow, record):
         return BUFFER_FULL
     return check_balance(flow.ledger, flow.balance) if flow.balance.steps >= STEPS_BEFORE_CHECK else RUNNING

@@ -7,10 +7,11 @@ import math
 
 from flexmb.energy.balance import DAMPING, LOAD, RESIDUAL
 from flexmb.kernels import compiled, copy
-from flexmb.state.record import BUFFER_FULL, DONE, NOT_EVALUATED, NOT_FINITE, RUNNING
+from flexmb.state.record import BUFFER_FULL, CONDITION_MET, DONE, NOT_EVALUATED, NOT_FINITE, RUNNING
 from flexmb.step.acceptance import (
     adopt_trial,
     complete_evaluation,
+    condition_met,
     finished,
     next_step_size,
     update_energies,
@@ -103,6 +104,8 @@ def accept_both(tables, address, h, options, flow, trial, work, record, el):
     full = save_interpolated(el.whole, options, flow, record) != RUNNING or buffer_may_overflow(flow, record)
     if not math.isfinite(flow.ledger[RESIDUAL]):
         return NOT_FINITE
+    if condition_met(record):
+        return CONDITION_MET
     return BUFFER_FULL if full else RUNNING
 
 

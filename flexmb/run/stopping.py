@@ -1,0 +1,251 @@
+"""Stop conditions: a run ends when a signal crosses a level, at the instant of the crossing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.errors import InputError
+from flexmb.program.program import Names
+from flexmb.results.signal_names import hint, resolved
+from flexmb.state.options import NEVER
+from flexmb.state.record import BUFFER_FULL, DIRECTION, DONE, RUNNING
+
+if TYPE_CHECKING:
+    from flexmb.run.run import Run
+
+BEGINS, ENDS = "begins", "ends"
+PENETRATION = "penetration"
+"""Signal of a contact that is positive while the contact lasts."""
+
+MOST_TRIALS = 100
+"""Number of trials of a search for the instant at most; bisection alone needs 53."""
+
+SAME = 1e-9
+"""Distance beyond its level, relative to it, at which a signal may begin: a run goes on from its stop."""
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A signal that crosses a level; made by `when`.
+
+    Parameters
+    ----------
+    signal : name of the signal.
+    level : level, in the unit of the signal.
+    direction : 1 rising through the level, -1 falling, 0 both.
+    text : the condition in words.
+    is_event : whether only a crossing counts; else a run must not begin beyond the level.
+    """
+
+    signal: str
+    level: float
+    direction: int
+    text: str
+    is_event: bool = True
+
+
+def when(
+    signal: str,
+    *,
+    above: float | None = None,
+    below: float | None = None,
+    crosses: float | None = None,
+    contact: str | None = None,
+) -> Condition:
+    """Condition that ends a run: `simulate(..., stop=when("slider.x", above=0.1))`.
+
+    Parameters
+    ----------
+    signal : name of a signal; for `contact` the name of a joint with clearance or of another contact.
+    above, below, crosses : level that the signal rises through, falls through, or crosses in any direction.
+    contact : "begins" or "ends".
+
+    Returns
+    -------
+    Condition : for the argument `stop` of `simulate`, also in a list: the first that is met ends the run.
+
+    Raises
+    ------
+    InputError : none or several of the four, a level that is no finite number.
+
+    Notes
+    -----
+    Signals are compared at the ends of steps. A signal that crosses its level twice within one step is not seen; give
+    smaller steps. The instant is found by shorter and shorter last steps, to round-off of the time.
+    """
+    given = {"above": above, "below": below, "crosses": crosses, "contact": contact}
+    named = [name for name, value in given.items() if value is not None]
+    if not isinstance(signal, str):
+        raise InputError(f"when: the signal is {signal!r}; it must be a name such as 'slider.x'.")
+    if len(named) != 1:
+        said = " and ".join(named) or "no level"
+        raise InputError(f"when({signal!r}): {said} given; give one of above, below, crosses or contact.")
+    if contact is not None:
+        checks.one_of(f"when({signal!r})", "contact", contact, (BEGINS, ENDS))
+        words = f"contact of {signal} {contact}"
+        return Condition(f"{signal}.{PENETRATION}", 0.0, 1 if contact == BEGINS else -1, words)
+    level = checks.number(f"when({signal!r})", named[0], given[named[0]])
+    words = f"{signal} {named[0]} {level:g}"
+    return Condition(signal, level, {"above": 1, "below": -1, "crosses": 0}[named[0]], words, crosses is not None)
+
+
+class StopConditions:
+    """Stop conditions of a run.
+
+    Parameters
+    ----------
+    label : first words of errors.
+    names : names of the program whose signals are watched.
+    stop : a condition, or several; None for none.
+
+    Raises
+    ------
+    InputError : objects that are no conditions; signals that the mechanism has not.
+    """
+
+    def __init__(self, label: str, names: Names, stop: Any) -> None:
+        several = () if stop is None else stop
+        conditions = [stop] if isinstance(stop, Condition) else checks.sequence(label, "stop", several, "conditions")
+        rows: list[tuple[int, Condition, int]] = []
+        for one in conditions:
+            if not isinstance(one, Condition):
+                text = f"{label}: stop holds {one!r}; it must be a condition"
+                raise InputError(f"{text}, e.g. fm.when('slider.x', above=0.1), or a list of conditions.")
+            place = names.signals.places.get(resolved(one.signal, names.signals, names.aliases))
+            if place is None:
+                text = f"{label}: stop asks for {one.text!r}, but there is no signal {one.signal!r}"
+                raise InputError(f"{text}. {hint(one.signal, names.signals, names.aliases)}")
+            rows += [(place, one, sign) for sign in ((1, -1) if one.direction == 0 else (one.direction,))]
+        self.label = label
+        self.conditions = [condition for _, condition, _ in rows]
+        self.places = np.array([place for place, _, _ in rows], dtype=np.int64)
+        self.levels = np.array([[one.level, float(sign)] for _, one, sign in rows]).reshape(-1, 2)
+
+    def watch(self, run: Run) -> None:
+        """Let the compiled loop of a run watch the conditions from its present state on.
+
+        Raises
+        ------
+        InputError : a condition that is met already.
+        """
+        for place, one, (level, sign) in zip(self.places, self.conditions, self.levels, strict=True):
+            value = float(run.record.signals[place])
+            if not one.is_event and sign * (value - level) > SAME * max(abs(level), abs(value)):
+                text = f"{self.label}: stop: {one.text!r} is met at the start, where {one.signal} is {value:g}"
+                raise InputError(f"{text}. Give another level, or crosses= for the next crossing.")
+        if self.conditions:
+            run.record, run.stopping = run.record.replaced(watched=self.places, levels=self.levels), self
+
+    def met(self, before: np.ndarray, after: np.ndarray) -> str:
+        """The first condition that is met between two rows of all signals, in words; "" for none."""
+        for place, one, (level, sign) in zip(self.places, self.conditions, self.levels, strict=True):
+            if sign * (before[place] - level) <= 0.0 < sign * (after[place] - level):
+                return one.text
+        return ""
+
+    def excess(self, number: int, signals: np.ndarray) -> float:
+        """Excess of a watched signal over its level, positive beyond it."""
+        level, sign = self.levels[number]
+        return float(sign * (signals[self.places[number]] - level))
+
+
+class Snapshot:
+    """State of a run between two blocks of steps, to which the run can return.
+
+    Parameters
+    ----------
+    run : the run, whose buffers are empty.
+    """
+
+    FIELDS = ("peak", "peak_time", "signals", "last_signals", "last_lam", "last_z", "held_rows")
+
+    def __init__(self, run: Run) -> None:
+        record = run.record
+        self.flow, self.own = run.flow.saved(), run.stepper.saved()
+        self.count, self.report = record.count.numbers(), record.report.numbers()
+        self.arrays = {name: getattr(record, name).copy() for name in self.FIELDS}
+        self.rows, self.episodes = run.saved.count, len(run.episodes)
+
+    def restore(self, run: Run) -> None:
+        """Take a run back to this state."""
+        record = run.record
+        run.flow.restore(self.flow)
+        run.stepper.restore(self.own)
+        record.count.set_numbers(self.count)
+        record.report.set_numbers(self.report)
+        for name, array in self.arrays.items():
+            getattr(record, name)[:] = array
+        run.saved.shorten(self.rows)
+        del run.episodes[self.episodes :]
+
+
+def end_at_crossing(run: Run, watch: StopConditions, begun: Snapshot, end: float, interval: float) -> int:
+    """End a run at the instant at which a condition was met in its last step; DONE, or the code of another ending.
+
+    The last block is run again up to the step before, then steps of other sizes are tried from there.
+
+    Parameters
+    ----------
+    run : the run, one step beyond the crossing.
+    watch : its stop conditions.
+    begun : its state at the start of the last block.
+    end : end of the steps of this block [s].
+    interval : time between saved instants [s].
+    """
+    number = int(run.record.count.condition) - 1
+    steps, beyond = int(run.record.count.steps) - 1, float(run.flow.clock.t)
+    begun.restore(run)
+    while int(run.record.count.steps) < steps:
+        code = run.take(end, interval, steps - int(run.record.count.steps))
+        if code not in (RUNNING, BUFFER_FULL):
+            return code
+    before = Snapshot(run)
+
+    def excess(t: float) -> float:
+        """Excess at the end of steps from the state before to the time t."""
+        before.restore(run)
+        run.take(t, NEVER, MOST_TRIALS)
+        return watch.excess(number, run.record.signals) if run.flow.clock.t >= t else np.nan
+
+    last = crossing_time(excess, float(run.flow.clock.t), beyond, watch.excess(number, run.record.signals))
+    before.restore(run)
+    run.record.levels[:, DIRECTION] = 0.0  # nothing is watched any more
+    code = run.take(last, interval, MOST_TRIALS)
+    if code == DONE:
+        run.met = watch.conditions[number].text
+        if 0.0 < interval < NEVER and not run.saved.is_at(last, 1e-9 * interval):
+            run.saved.add_one(last, run.record.signals)
+    return code
+
+
+def crossing_time(excess: Callable[[float], float], low: float, high: float, below: float) -> float:
+    """Time at which a function turns positive, by regula falsi (Illinois) within bisection, to round-off.
+
+    Parameters
+    ----------
+    excess : the function; nan is taken as positive.
+    low, high : times where it is not positive, and where it is [s].
+    below : its value at `low`.
+    """
+    above, side = excess(high), 0
+    for _ in range(MOST_TRIALS):
+        if high - low <= 4.0 * np.spacing(high):
+            break
+        t = low + (high - low) * (below / (below - above) if np.isfinite(above) and below < 0.0 else 0.5)
+        margin = 2.0 * np.spacing(high)
+        t = min(max(t, low + margin), high - margin)
+        value = excess(t)
+        if value <= 0.0:
+            low, below = t, value
+            above *= 0.5 if side < 0 else 1.0
+            side = -1
+        else:
+            high, above = t, value
+            below *= 0.5 if side > 0 else 1.0
+            side = 1
+    return high
