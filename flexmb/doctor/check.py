@@ -163,6 +163,7 @@ def _numbers(moving: Program, ideal: Program, q: np.ndarray, frequencies: tuple[
         "redundant": tuple(sorted(dependent_parts(moving, G))) if row_rank(G).redundant else (),
         "mass": total_mass(ideal.n_q, StateEvaluation(ideal).mass(q)),
         "frequencies": frequencies,
+        "signals": moving.names.signals.names,
     }
 
 

@@ -9,6 +9,10 @@ from typing import Any
 from flexmb.doctor.finding import ERROR, SEVERITIES, Finding
 
 
+LISTED_PARTS = 30
+"""Number of parts at most whose signals are printed."""
+
+
 @dataclass(frozen=True)
 class Report:
     """Result of `check`; `print(report)` shows a small table.
@@ -29,6 +33,7 @@ class Report:
     redundant : joints that repeat what others say.
     mass : total mass [kg].
     frequencies : lowest natural frequencies [Hz] in the reference configuration, drives held fast.
+    signals : full names of all signals that a run reports.
     """
 
     name: str
@@ -45,6 +50,7 @@ class Report:
     redundant: tuple[str, ...] = ()
     mass: float = 0.0
     frequencies: tuple[float, ...] = ()
+    signals: tuple[str, ...] = ()
 
     @property
     def ok(self) -> bool:
@@ -63,6 +69,15 @@ class Report:
         """The report as JSON text; keys are the names of the fields, and "ok"."""
         return json.dumps(self.as_dict(), indent=2)
 
+    def _measured(self) -> list[tuple[str, list[str]]]:
+        """Signals of joints, loads and other parts by name of the part, LISTED_PARTS at most; those of bodies left out."""
+        found: dict[str, list[str]] = {}
+        for part, _, signal in (name.rpartition(".") for name in self.signals):
+            if part.partition(".")[0] not in self.bodies:
+                found.setdefault(part, []).append(signal)
+        shown = list(found.items())[:LISTED_PARTS]
+        return [*shown, *([("...", [f"{len(found) - LISTED_PARTS} more parts"])] if len(found) > LISTED_PARTS else [])]
+
     def __str__(self) -> str:
         """A small table, and the findings."""
         lines = [
@@ -77,8 +92,14 @@ class Report:
             f" {self.free} free",
             f"  redundant joints    {_list(self.redundant) if self.redundant else 'none'}",
             f"  frequencies [Hz]    {', '.join(f'{f:.4g}' for f in self.frequencies) or 'none (nothing can vibrate)'}",
+            f"  signals             {len(self.signals)}: {MOTION} of bodies and nodes;",
+            *(f"    {part}: {', '.join(names)}" for part, names in self._measured()),
         ]
         return "\n".join([*(lines if self.bodies else lines[:1]), *(f"  {finding}" for finding in self.findings)])
+
+
+MOTION = "x, y, theta, vx, vy, omega, ax, ay, alpha"
+"""Signals of every body, and of every node of a flexible body."""
 
 
 def _counted(findings: tuple[Finding, ...]) -> str:

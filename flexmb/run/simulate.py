@@ -152,10 +152,9 @@ def simulate(
     span = period if period is not None else 0.5 * (now - begin)
     results = Saved.of(run)
     watch = watched(mechanism, results)
-    contact_notes = contact_remarks(run.program, run.flow.z, run.contact_log(), now, span)
-    lost = vibration_remarks(mechanism, run.program, results, method, int(run.record.count.steps))
     faults, details = explanation(run, mechanism, closed, watch.faults)
-    notes = (*contact_notes, *watch.notes, *lost, *details)
+    lost = vibration_remarks(mechanism, run.program, results, method, int(run.record.count.steps))
+    notes = (*contact_remarks(run.program, run.flow.z, run.contact_log(), now, span), *watch.notes, *lost, *details)
     if kept_file is not None:
         notes = (*notes, *([kept_file.failure] if kept_file.failure else []))
         kept_file.write(run) if run.interrupted else kept_file.remove()

@@ -1,8 +1,8 @@
 """Saved instants: rows of signals at the instants of the save grid, which need not be ends of steps.
 
-Within a step, positions and velocities are cubic in time, accelerations and multipliers linear.  All signals are those
-of this state: the forces, contacts, joints, energies stored and measured signals are evaluated there.  Works and losses
-since the start are linear in time within a step.
+Within a step, positions and velocities are cubic in time, accelerations and multipliers quadratic, or linear after a
+first step.  All signals are those of this state: forces, contacts, joints, stored energies and measured signals are
+evaluated there.  Works and losses since the start are linear in time within a step.
 """
 
 from flexmb.energy.balance import DRIVE, GRAVITY, KINETIC, STRAIN, TURNED_OVER
@@ -14,6 +14,9 @@ from flexmb.system.outputs import write_outputs
 
 END_OF_STEP = 1.0 - 1e-9
 """Fraction of a step from which an instant is its end."""
+
+PAST_OF_QUADRATIC = 2
+"""Number of states before the accepted one that a quadratic takes."""
 
 
 @compiled
@@ -51,10 +54,8 @@ def save_step(flow, record):
 @compiled
 def signals_within(tables, address, s, flow, trial, work, record):
     """All signals at fraction s of the last step, in `record.within`."""
-    n, h, old, new = tables.sizes.n_q, record.report.size, record.last_signals, record.signals
-    interpolate_state(n, s, h, old, new, trial)
-    for i in range(trial.lam.shape[0]):
-        trial.lam[i] = (1.0 - s) * record.last_lam[i] + s * flow.lam[i]
+    h, old, new = record.report.size, record.last_signals, record.signals
+    interpolate_state(tables.sizes.n_q, s, h, flow, trial, record)
     t = record.report.start + s * h
     evaluate_accepted(
         tables,
@@ -79,14 +80,26 @@ def signals_within(tables, address, s, flow, trial, work, record):
 
 
 @compiled
-def interpolate_state(n, s, h, old, new, trial):
-    """Positions and velocities (cubic) and accelerations (linear) at fraction s of a step, from signals at its ends."""
+def interpolate_state(n, s, h, flow, trial, record):
+    """State at fraction s of the last step, in `trial`.
+
+    Accelerations and multipliers are quadratic through the state before the step, where the predictor knows it.
+    """
+    old, new, past, predictor = record.last_signals, record.signals, flow.past, flow.predictor
     f0, f1 = (1.0 + 2.0 * s) * (1.0 - s) ** 2, s * s * (3.0 - 2.0 * s)
     d0, d1 = h * s * (1.0 - s) ** 2, h * s * s * (s - 1.0)
+    before, bow = 1.0, 0.0
+    if predictor.past_states >= PAST_OF_QUADRATIC:
+        before = predictor.second_last_step
+        bow = s * (s - 1.0) * h * h / (h + before)
     for i in range(n):
+        a0, a1 = old[2 * n + i], new[2 * n + i]
         trial.q[i] = f0 * old[i] + f1 * new[i] + d0 * old[n + i] + d1 * new[n + i]
-        trial.v[i] = f0 * old[n + i] + f1 * new[n + i] + d0 * old[2 * n + i] + d1 * new[2 * n + i]
-        trial.a[i] = (1.0 - s) * old[2 * n + i] + s * new[2 * n + i]
+        trial.v[i] = f0 * old[n + i] + f1 * new[n + i] + d0 * a0 + d1 * a1
+        trial.a[i] = (1.0 - s) * a0 + s * a1 + bow * ((a1 - a0) / h - (a0 - past[1, i]) / before)
+    for i in range(trial.lam.shape[0]):
+        l0, l1 = record.last_lam[i], flow.lam[i]
+        trial.lam[i] = (1.0 - s) * l0 + s * l1 + bow * ((l1 - l0) / h - (l0 - past[1, n + i]) / before)
 
 
 @compiled
