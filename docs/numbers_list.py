@@ -42,8 +42,8 @@ def _numbers(text: str) -> tuple[Number, ...]:
 
 
 READ = _numbers("""
-contact.onset.crossing#40 | iterations | nothing | most iterations for the instant of an onset | 0.05 0.1 10
-contact.onset.crossing#1e-15 | 1 | a step | accuracy of the instant of an onset | 0.01 0.1 10 100 1e6
+contact.gap_crossing.crossing#40 | iterations | nothing | most iterations for the instant of an onset | 0.05 0.1 10
+contact.gap_crossing.crossing#1e-15 | 1 | a step | accuracy of the instant of an onset | 0.01 0.1 10 100 1e6
 step.newmark.error_control.CONTACT_TRIALS | trials | nothing | most trials of one step that look for a contact | 0.125 0.5 10
 step.newmark.error_control.UNCHANGED_FROM | 1 | a step | a step is not shortened for less | 0.1 0.5 1.05
 step.newmark.error_control.UNCHANGED_TO | 1 | a step | a step is not lengthened for less | 0.84 1.25 1.6

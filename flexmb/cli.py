@@ -16,7 +16,7 @@ from flexmb.errors import FlexmbError
 from flexmb.version import installed_version
 
 if TYPE_CHECKING:
-    from flexmb.commands.options import Option
+    from flexmb.commands.mechanism_options import Option
     from flexmb.commands.source import Source
 
 OK, NOT_FINISHED, REFUSED, INTERRUPTED = 0, 1, 2, 130
@@ -104,7 +104,7 @@ def _dispatch(given: list[str]) -> int:
 
 def _rerun(path: Path, name: str | None) -> int:
     """Repeat the run of a file with its own arguments, and compare."""
-    from flexmb.commands.options import keywords_of
+    from flexmb.commands.mechanism_options import keywords_of
     from flexmb.commands.rerun import source_of, tell
     from flexmb.commands.run import keywords_of_run
     from flexmb.run.simulate import simulate
@@ -120,7 +120,7 @@ def _rerun(path: Path, name: str | None) -> int:
 
 
 def _with_mechanism(source: Source, maker_options: list[Option], options: argparse.Namespace) -> int:
-    from flexmb.commands.options import keywords_of
+    from flexmb.commands.mechanism_options import keywords_of
 
     if options.command == "sweep":
         from flexmb.commands.sweep import sweep
@@ -188,7 +188,7 @@ def _parser(source: Source | None, wanted: str) -> tuple[argparse.ArgumentParser
 
 
 def _add_maker(command: argparse.ArgumentParser, source: Source) -> list[Option]:
-    from flexmb.commands.options import add_options
+    from flexmb.commands.mechanism_options import add_options
 
     try:
         return add_options(command, source.make, f"options of {source.name}")
@@ -304,9 +304,11 @@ def _add_paper_options(paper: argparse.ArgumentParser) -> None:
 
 def _add_method(command: argparse.ArgumentParser, names: str) -> argparse._ArgumentGroup:
     """Add the options for step and method, which all commands with a motion have."""
+    from flexmb.step.step_size import RTOL
+
     solver = command.add_argument_group("method")
     step = solver.add_mutually_exclusive_group()
     step.add_argument("--step", metavar="TIME", help="fixed step, e.g. 10us (default: error-controlled steps)")
-    step.add_argument("--rtol", metavar="X", help="relative tolerance of the velocities in a step (default 1e-4)")
+    step.add_argument("--rtol", metavar="X", help=f"relative tolerance of the velocities in a step (default {RTOL:g})")
     solver.add_argument("--method", metavar="NAME", help=names)
     return solver

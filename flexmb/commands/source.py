@@ -13,7 +13,7 @@ from types import ModuleType
 from typing import Any
 
 from flexmb import checks, mechanisms
-from flexmb.commands.options import options_of, shown_default
+from flexmb.commands.mechanism_options import options_of, shown_default
 from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.commands.files import require_folder, require_packages
-from flexmb.commands.options import Option, keywords_of, options_of
+from flexmb.commands.mechanism_options import Option, keywords_of, options_of
 from flexmb.commands.run import flow_options
 from flexmb.commands.source import Source, find
 from flexmb.commands.units import quantity

@@ -1,5 +1,6 @@
 """Reference speed of contact laws: the approach speed at the onset, which is located inside a step."""
 
+from flexmb.contact.gap_crossing import crossing, cubic
 from flexmb.kernels import compiled
 
 SPEED, LAST_GAP, LAST_RATE, APPROACH = range(4)
@@ -18,38 +19,6 @@ Contacts of machines begin with some 1e-3 m/s; with 1e-4 to 1e-6 m/s the means o
 
 ONSET, LARGEST = "onset", "largest"
 """Reference speeds: the closing speed at the onset, as the laws are published; the largest speed since the onset."""
-
-
-@compiled
-def crossing(h, gap0, rate0, gap1, rate1):
-    """Fraction s of the step at which the cubic through (gap0, rate0) and (gap1, rate1) falls through zero.
-
-    gap0 > 0 >= gap1.  Bisection guards Newton, so the root is found to round-off.
-    """
-    low, high = 0.0, 1.0
-    s = gap0 / (gap0 - gap1)
-    for _ in range(40):
-        value, slope = cubic(s, h, gap0, rate0, gap1, rate1)
-        if value > 0.0:
-            low = s
-        else:
-            high = s
-        new = s - value / slope if slope < 0.0 else 0.5 * (low + high)
-        if not low < new < high:
-            new = 0.5 * (low + high)
-        if abs(new - s) <= 1e-15:
-            break
-        s = new
-    return s
-
-
-@compiled
-def cubic(s, h, gap0, rate0, gap1, rate1):
-    """Value of the cubic Hermite interpolant at fraction s, and its derivative by s."""
-    d0, d1 = h * rate0, h * rate1
-    rise = gap1 - gap0
-    c2, c3 = 3.0 * rise - 2.0 * d0 - d1, d0 + d1 - 2.0 * rise
-    return gap0 + s * (d0 + s * (c2 + s * c3)), d0 + s * (2.0 * c2 + 3.0 * s * c3)
 
 
 @compiled

@@ -8,7 +8,6 @@ from typing import Any
 
 from flexmb.doctor.finding import ERROR, SEVERITIES, Finding
 
-
 LISTED_PARTS = 30
 """Number of parts at most whose signals are printed."""
 
@@ -70,7 +69,7 @@ class Report:
         return json.dumps(self.as_dict(), indent=2)
 
     def _measured(self) -> list[tuple[str, list[str]]]:
-        """Signals of joints, loads and other parts by name of the part, LISTED_PARTS at most; those of bodies left out."""
+        """Signals of joints, loads and other parts by name of the part, LISTED_PARTS at most."""
         found: dict[str, list[str]] = {}
         for part, _, signal in (name.rpartition(".") for name in self.signals):
             if part.partition(".")[0] not in self.bodies:

@@ -1,6 +1,6 @@
 """Work of contact forces in a step: by the contact laws along the path, and by the mean forces of the step."""
 
-from flexmb.contact.onset import crossing
+from flexmb.contact.gap_crossing import crossing
 from flexmb.kernels import GAP_SIZE, compiled, part_of
 from flexmb.places import FRICTION_FORCE, GAP, GAP_RATE, NORMAL, NORMAL_FORCE, TANGENTIAL
 from flexmb.program.tables import COMMON_Z, LAST_GAP, LAST_GAP_RATE

@@ -8,7 +8,7 @@ resolved.
 
 import math
 
-from flexmb.contact.onset import crossing, cubic
+from flexmb.contact.gap_crossing import crossing, cubic
 from flexmb.kernels import compiled
 from flexmb.places import GAP, GAP_RATE
 from flexmb.program.tables import COMMON_Z, LAST_GAP, LAST_GAP_RATE

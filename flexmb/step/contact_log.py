@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.contact.onset import crossing, cubic
+from flexmb.contact.gap_crossing import crossing, cubic
 from flexmb.kernels import compiled
 from flexmb.places import GAP, GAP_RATE, NORMAL_FORCE
 from flexmb.program.program import Program

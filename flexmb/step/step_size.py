@@ -9,8 +9,11 @@ from typing import Self
 from flexmb import checks
 from flexmb.errors import InputError
 
+RTOL = 1e-4
+"""Accepted error of velocities in a step relative to the largest speed, by default."""
+
 IMPACT_STEPS = 32
-"""Number of steps of an impact at rtol = 1e-4; the error of the peak of a half sine is then 0.12 % at most."""
+"""Number of steps of an impact at the default rtol; the error of the peak of a half sine is then 0.12 % at most."""
 FEWEST_IMPACT_STEPS = 8
 """Number of steps of an impact at least, for any rtol."""
 
@@ -72,7 +75,7 @@ class Adaptive(checks.Checked):
     unresolved.
     """
 
-    rtol: float = 1e-4
+    rtol: float = RTOL
     atol: float | None = None
     max: float | None = None
     min: float | None = None
@@ -84,7 +87,7 @@ class Adaptive(checks.Checked):
             if getattr(self, name) is not None:
                 checks.positive("Adaptive", name, getattr(self, name), unit)
         if self.rtol >= 1.0:
-            raise InputError(f"Adaptive: rtol is {self.rtol:g}; it must be < 1, e.g. 1e-4.")
+            raise InputError(f"Adaptive: rtol is {self.rtol:g}; it must be < 1, e.g. {RTOL:g}.")
         if self.impact_steps is not None:
             checks.count("Adaptive", "impact_steps", self.impact_steps)
         if self.max is not None and self.min is not None and self.min > self.max:
@@ -95,7 +98,7 @@ class Adaptive(checks.Checked):
         """Least number of steps of an impact."""
         if self.impact_steps is not None:
             return float(self.impact_steps)
-        return max(IMPACT_STEPS * (1e-4 / self.rtol) ** (1.0 / 3.0), FEWEST_IMPACT_STEPS)
+        return max(IMPACT_STEPS * (RTOL / self.rtol) ** (1.0 / 3.0), FEWEST_IMPACT_STEPS)
 
     def finer(self) -> Self:
         """A copy with a tenth of the tolerances."""

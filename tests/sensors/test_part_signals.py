@@ -110,7 +110,7 @@ def drag_signal(p, t, q, v, a):
 
 
 def test_an_element_of_ones_own_reports_what_it_declares():
-    from dataclasses import dataclass  # noqa: PLC0415
+    from dataclasses import dataclass
 
     @dataclass(frozen=True)
     class Drag(fm.Element):

@@ -5,7 +5,7 @@ import inspect
 
 import pytest
 
-from flexmb.commands.options import add_options, keywords_of, options_of
+from flexmb.commands.mechanism_options import add_options, keywords_of, options_of
 from flexmb.commands.source import find, ready
 from flexmb.errors import InputError
 
