@@ -34,12 +34,15 @@ any y.  An element without them is called through its element and energy kernels
 
 from __future__ import annotations
 
+import ast
 import inspect
 import pickle
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cached_property
 from importlib import import_module
+from textwrap import dedent
 from types import FunctionType
 from typing import Any
 
@@ -172,7 +175,6 @@ class Kernel:
         self.function = function
         self.contract = contract
         self.text = text or (text_of(function) if contract.active else None)
-        self._python: Any = None
         self._cacheable = True
         self._dispatcher: Any = None
         self._address = 0
@@ -183,12 +185,16 @@ class Kernel:
         """Qualified name of the function."""
         return self.function.__qualname__
 
-    @property
+    @cached_property
+    def identity(self) -> str:
+        """Full name, of a user's kernel with its source, where there is one."""
+        text = None if ours(self.function) else self.text or text_of(self.function)
+        return f"{self.function.__module__}.{self.name} {text and ast.dump(ast.parse(dedent(text)))}"
+
+    @cached_property
     def python(self) -> Any:
         """Python function of the contract: the user's function, or its version with derivatives."""
-        if self._python is None:
-            self._python = self._complete()
-        return self._python
+        return self._complete()
 
     @property
     def dispatcher(self) -> Any:

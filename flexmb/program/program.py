@@ -78,8 +78,11 @@ class Program:
 
     @cached_property
     def fingerprint(self) -> np.ndarray:
-        """Digests (2, 8) of names and kernels, and of all numbers: restarts fit programs of equal fingerprints."""
-        kernels = [f"{k.function.__module__}.{k.name}" for group in self.kernels for k in group]
+        """Digests (2, 8) of names and kernels, and of all numbers: restarts fit programs of equal fingerprints.
+
+        Kernels of users count by their source, too.
+        """
+        kernels = [k.identity for group in self.kernels for k in group]
         words = "\n".join((*self.names.coordinates, *self.names.rows, *self.names.contacts, *kernels))
         numbers = b"".join(
             np.ascontiguousarray(a).tobytes() for a in (self.tables.p, self.reference.q, self.reference.z)

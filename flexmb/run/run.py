@@ -216,7 +216,7 @@ class Run:
         while self.code == RUNNING and not self.note:
             began = time.perf_counter()
             steps = self._steps_left(steps)
-            begun = None if self.stopping is None else Snapshot(self)
+            begun = Snapshot(self) if self.stopping is not None and self.stopping.are_located else None
             if steps == 0 and ahead and self.flow.clock.t >= (1.0 - 1e-12) * target:
                 self.code = DONE
             elif steps == 0:
@@ -224,7 +224,7 @@ class Run:
                 return False
             else:
                 self._advance(options, steps)
-            if self.code == CONDITION_MET and begun is not None and self.stopping is not None:
+            if self.code == CONDITION_MET and self.stopping is not None:
                 self.code = end_at_crossing(self, self.stopping, begun, target, interval)
             self._empty_buffer(options)
             bar.update(min(self.flow.clock.t, bar.total) - bar.n)

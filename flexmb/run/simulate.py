@@ -26,7 +26,7 @@ from flexmb.run.interruption import KEYBOARD, TERMINATION, Interruption
 from flexmb.run.run import Run
 from flexmb.run.stopping import Condition, StopConditions
 from flexmb.run.vibrations import vibration_remarks
-from flexmb.run.watch import Saved, watched
+from flexmb.run.watch import Saved, impossible_penetrations, watched
 from flexmb.step.method import Method
 from flexmb.step.newmark.method import Newmark
 from flexmb.step.step_size import Adaptive, FixedStep
@@ -126,7 +126,8 @@ def simulate(
     checks.one_of(label, "redundant", redundant, REDUNDANT)
     check_kinds(label, method, chosen, redundant)
     kept = chosen_places(label, program.names, signals)
-    stopping = StopConditions(label, program.names, stop)
+    through = impossible_penetrations(mechanism, program.names.contacts)
+    stopping = StopConditions(label, program.names, stop, through)
     more: dict[str, Any] = {"max_steps": max_steps, "progress": progress}
     run = Run(program, method, chosen, end, period, mechanism=mechanism, kept=kept, **more)
     model = {"name": mechanism.name} if signals is None else {"name": mechanism.name, SAVED_KEY: list(signals)}
@@ -143,17 +144,31 @@ def simulate(
     if kept_file is not None:
         run.after_block, run.interruption = kept_file.after_block, Interruption([KEYBOARD, TERMINATION])
     started = time.perf_counter()
+    stopping.watch(run, faults_alone=True)
     if run.flow.clock.t < begin:
         run.run_to(begin, saving=None)
         run.reset_peaks()
     stopping.watch(run)
     run.run_to(end, saving=save_interval(mechanism, save, period, begin, end))
+    return _solution(run, mechanism, closed, begin, model, kept_file, started)
+
+
+def _solution(
+    run: Run,
+    mechanism: Mechanism,
+    closed: Program,
+    begin: float,
+    model: dict[str, Any],
+    kept_file: Checkpoints | None,
+    started: float,
+) -> Solution:
+    """Solution of a run that has ended, with remarks and faults; its checkpoint is written or removed."""
     now = float(run.flow.clock.t)
-    span = period if period is not None else 0.5 * (now - begin)
+    span = run.period if run.period is not None else 0.5 * (now - begin)
     results = Saved.of(run)
     watch = watched(mechanism, results)
     faults, details = explanation(run, mechanism, closed, watch.faults)
-    lost = vibration_remarks(mechanism, run.program, results, method, int(run.record.count.steps))
+    lost = vibration_remarks(mechanism, run.program, results, run.method, int(run.record.count.steps))
     notes = (*contact_remarks(run.program, run.flow.z, run.contact_log(), now, span), *watch.notes, *lost, *details)
     if kept_file is not None:
         notes = (*notes, *([kept_file.failure] if kept_file.failure else []))

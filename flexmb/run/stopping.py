@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -40,6 +40,7 @@ class Condition:
     direction : 1 rising through the level, -1 falling, 0 both.
     text : the condition in words.
     is_event : whether only a crossing counts; else a run must not begin beyond the level.
+    is_fault : whether a run that meets it is not ok; its instant is not located.
     """
 
     signal: str
@@ -47,6 +48,7 @@ class Condition:
     direction: int
     text: str
     is_event: bool = True
+    is_fault: bool = False
 
 
 def when(
@@ -102,17 +104,18 @@ class StopConditions:
     label : first words of errors.
     names : names of the program whose signals are watched.
     stop : a condition, or several; None for none.
+    faults : conditions of runs that are not ok.
 
     Raises
     ------
     InputError : objects that are no conditions; signals that the mechanism has not.
     """
 
-    def __init__(self, label: str, names: Names, stop: Any) -> None:
+    def __init__(self, label: str, names: Names, stop: Any, faults: Sequence[Condition] = ()) -> None:
         several = () if stop is None else stop
         conditions = [stop] if isinstance(stop, Condition) else checks.sequence(label, "stop", several, "conditions")
         rows: list[tuple[int, Condition, int]] = []
-        for one in conditions:
+        for one in (*faults, *conditions):
             if not isinstance(one, Condition):
                 text = f"{label}: stop holds {one!r}; it must be a condition"
                 raise InputError(f"{text}, e.g. fm.when('slider.x', above=0.1), or a list of conditions.")
@@ -126,20 +129,37 @@ class StopConditions:
         self.places = np.array([place for place, _, _ in rows], dtype=np.int64)
         self.levels = np.array([[one.level, float(sign)] for _, one, sign in rows]).reshape(-1, 2)
 
-    def watch(self, run: Run) -> None:
+    def watch(self, run: Run, *, faults_alone: bool = False) -> None:
         """Let the compiled loop of a run watch the conditions from its present state on.
+
+        Parameters
+        ----------
+        run : the run.
+        faults_alone : whether only faults are watched.
 
         Raises
         ------
         InputError : a condition that is met already.
         """
-        for place, one, (level, sign) in zip(self.places, self.conditions, self.levels, strict=True):
+        count = sum(one.is_fault for one in self.conditions) if faults_alone else len(self.conditions)
+        for place, one, (level, sign) in zip(self.places[:count], self.conditions, self.levels, strict=False):
             value = float(run.record.signals[place])
             if not one.is_event and sign * (value - level) > SAME * max(abs(level), abs(value)):
                 text = f"{self.label}: stop: {one.text!r} is met at the start, where {one.signal} is {value:g}"
                 raise InputError(f"{text}. Give another level, or crosses= for the next crossing.")
-        if self.conditions:
-            run.record, run.stopping = run.record.replaced(watched=self.places, levels=self.levels), self
+        if count != len(run.record.watched):
+            run.record = run.record.replaced(watched=self.places[:count], levels=self.levels[:count])
+            run.stopping = self
+
+    @property
+    def are_located(self) -> bool:
+        """Whether there are conditions whose instant is located, so that snapshots are needed."""
+        return not all(one.is_fault for one in self.conditions)
+
+    def fault(self, number: int) -> str:
+        """What is wrong when a condition is met, in words; "" for a condition of the user."""
+        one = self.conditions[number]
+        return one.text if one.is_fault else ""
 
     def met(self, before: np.ndarray, after: np.ndarray) -> str:
         """The first condition that is met between two rows of all signals, in words; "" for none."""
@@ -184,7 +204,7 @@ class Snapshot:
         del run.episodes[self.episodes :]
 
 
-def end_at_crossing(run: Run, watch: StopConditions, begun: Snapshot, end: float, interval: float) -> int:
+def end_at_crossing(run: Run, watch: StopConditions, begun: Snapshot | None, end: float, interval: float) -> int:
     """End a run at the instant at which a condition was met in its last step; DONE, or the code of another ending.
 
     The last block is run again up to the step before, then steps of other sizes are tried from there.
@@ -193,11 +213,14 @@ def end_at_crossing(run: Run, watch: StopConditions, begun: Snapshot, end: float
     ----------
     run : the run, one step beyond the crossing.
     watch : its stop conditions.
-    begun : its state at the start of the last block.
+    begun : its state at the start of the last block; None where only faults are watched.
     end : end of the steps of this block [s].
     interval : time between saved instants [s].
     """
     number = int(run.record.count.condition) - 1
+    if begun is None or watch.fault(number):
+        run.note = f"Stopped: {watch.fault(number)}"
+        return RUNNING
     steps, beyond = int(run.record.count.steps) - 1, float(run.flow.clock.t)
     begun.restore(run)
     while int(run.record.count.steps) < steps:

@@ -15,6 +15,7 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.signal import Signals
 from flexmb.results.contact_intervals import COLUMNS, ContactLog
 from flexmb.results.solution import Peaks
+from flexmb.run.stopping import Condition
 from flexmb.step.step_size import FixedStep
 
 if TYPE_CHECKING:
@@ -36,8 +37,10 @@ LARGE_STRAIN, IMPOSSIBLE_STRAIN = 0.05, 0.2
 MOST_NUMBERS = 20_000
 """Number of poses of the nodes of a beam that are looked at; of longer results every second, third, ... instant."""
 
-MOST_BODIES = 64
-"""Number of bodies above which strains are not computed, since that would take as long as a short run."""
+PASSES_THROUGH = "the journal passes through its bearing"
+
+MANY_BODIES = 64
+"""Number of bodies above which fewer instants are looked at, or strains would take as long as a short run."""
 
 ONE_INSTANT = ("broken-kernel", "jumping-drive")
 """Codes of findings on one instant of a motion, which a run that ends before does not meet."""
@@ -122,19 +125,39 @@ def watched(mechanism: Mechanism, saved: Saved) -> Watched:
 
 
 def _penetrations(mechanism: Mechanism, saved: Saved) -> Iterator[tuple[bool, str]]:
-    """Journals and pins that are pressed deep into their bearings."""
-    for part in mechanism.parts if saved.contacts.names else ():
-        radius = getattr(part, "bearing_radius", None) or getattr(part, "pin_radius", None)
-        name = f"{part.name}.penetration"
-        if not isinstance(radius, float) or name not in saved.signals.places:
-            continue
-        place = saved.signals.places[name]
+    """Journals, pins and sliders that are pressed deep into their bearings and guides."""
+    for name, size, label in _contact_sizes(mechanism, saved.contacts.names):
+        place = saved.signals.places[f"{name}.penetration"]
         depth, when = float(saved.peaks.values[place]), float(saved.peaks.times[place])
-        if depth > DEEP * radius:
-            through = depth > THROUGH * radius
-            text = f"At t = {when:.6g} s {part.label} is penetrated by {depth:.4g} m, its radius is {radius:.4g} m"
-            text += ": the journal passes through its bearing" if through else ": far beyond the validity of any law"
+        if depth > DEEP * size:
+            through = depth > THROUGH * size
+            text = f"At t = {when:.6g} s {label} is penetrated by {depth:.4g} m, its size is {size:.4g} m"
+            text += f": {PASSES_THROUGH}" if through else ": far beyond the validity of any law"
             yield through, f"{text}. A stiffness in N/mm^1.5 is to be multiplied by 3.16e4; else take smaller steps."
+
+
+def _contact_sizes(mechanism: Mechanism, contacts: Sequence[str]) -> Iterator[tuple[str, float, str]]:
+    """Contacts of joints with clearance: name, radius of the journal or half height of the slider [m], label."""
+    for part in mechanism.parts if contacts else ():
+        sizes = (getattr(part, name, None) for name in ("bearing_radius", "pin_radius", "half_height"))
+        size = next((size for size in sizes if isinstance(size, float)), None)
+        if size is not None:
+            own = [name for name in contacts if name.partition(".")[0] == part.name]
+            yield from ((name, size, part.label) for name in own)
+
+
+def impossible_penetrations(mechanism: Mechanism, contacts: Sequence[str]) -> list[Condition]:
+    """Conditions that end a run at once: a journal that passes through its bearing.
+
+    Parameters
+    ----------
+    mechanism : the mechanism.
+    contacts : names of its contacts.
+    """
+    return [
+        Condition(f"{name}.penetration", THROUGH * size, 1, f"{label}: {PASSES_THROUGH}", is_fault=True)
+        for name, size, label in _contact_sizes(mechanism, contacts)
+    ]
 
 
 def _coarse_contacts(saved: Saved) -> Iterator[tuple[bool, str]]:
@@ -158,13 +181,10 @@ def _coarse_contacts(saved: Saved) -> Iterator[tuple[bool, str]]:
 
 def _strains(mechanism: Mechanism, saved: Saved) -> Iterator[tuple[bool, str]]:
     """Beams that strain beyond their yield stress, or by more than linear elasticity allows."""
-    bodies = mechanism.bodies
-    if len(bodies) > MOST_BODIES:
-        return
+    bodies = [body for body in mechanism.bodies if isinstance(body, FlexibleBody)]
+    poses = max(MOST_NUMBERS * MANY_BODIES // max(len(bodies), MANY_BODIES), 1)
     for body in bodies:
-        if not isinstance(body, FlexibleBody):
-            continue
-        found = strain_of(body, saved)
+        found = strain_of(body, saved, poses)
         if found is None:
             continue
         strain, when = found
@@ -178,18 +198,19 @@ def _strains(mechanism: Mechanism, saved: Saved) -> Iterator[tuple[bool, str]]:
             yield wrong, f"{text}; beams are linear elastic, for small strains."
 
 
-def strain_of(body: FlexibleBody, saved: Saved) -> tuple[float, float] | None:
+def strain_of(body: FlexibleBody, saved: Saved, poses: int = MOST_NUMBERS) -> tuple[float, float] | None:
     """Largest strain of a body at the saved instants, and when [s]; None where its nodes were not saved.
 
     Parameters
     ----------
     body : the body.
     saved : results of the run.
+    poses : number of poses of nodes at most.
     """
     nodes = {node.name: node for node in body.nodes()}
     largest, when = 0.0, 0.0
     for beam in body.beams:
-        every = 1 + len(saved.time) * len(beam.nodes) // MOST_NUMBERS
+        every = 1 + len(saved.time) * len(beam.nodes) // poses
         columns = _columns(saved, [f"{body.name}.{n}.{axis}" for axis in ("x", "y", "theta") for n in beam.nodes])
         if columns is None or not len(saved.time):
             return None

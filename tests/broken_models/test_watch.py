@@ -1,6 +1,7 @@
 """Runs that cannot be right are not ok, and say when, where and what to do; sound runs stay untouched."""
 
 import math
+from dataclasses import dataclass
 
 import pytest
 from broken import (
@@ -166,3 +167,47 @@ def test_a_restart_with_a_broken_clock_is_refused():
     clock[0] = math.nan
     with pytest.raises(InputError, match="restart is damaged: its clock holds"):
         fm.simulate(pendulum(), t_end=0.02, restart={**first, "clock": clock})
+
+
+def test_run_ends_when_a_journal_has_passed_through_its_bearing():
+    mech = worn("A", normal=SOFT)
+    whole = 20.0
+    sol = fm.simulate(mech, t_end=whole, save=50)
+    assert not sol.ok
+    assert "Stopped: RevoluteClearance 'A': the journal passes through its bearing" in sol.status
+    radius = mech.find("A").bearing_radius
+    assert radius < sol.peak("A.penetration").value < 1.5 * radius
+    assert sol.time[-1] < 0.5 * whole
+
+
+def twice(factor):
+    """The same name, file and parameters; another formula."""
+    if factor == 2.0:
+
+        @fm.element_kernel
+        def pull(p, t, h, q, v, a, z, r, K, C, M, z_new):
+            r[0] = 2.0 * p[0]
+    else:
+
+        @fm.element_kernel
+        def pull(p, t, h, q, v, a, z, r, K, C, M, z_new):
+            r[0] = 3.0 * p[0]
+
+    return type("Pull", (fm.Element,), {"kernel": pull, "coords": ("body.x",), "__annotations__": {"body": fm.Part}})
+
+
+def test_a_restart_of_another_formula_is_refused():
+    @dataclass(frozen=True)
+    class Two(twice(2.0)):
+        body: fm.Part
+        force: float
+
+    @dataclass(frozen=True)
+    class Three(twice(3.0)):
+        body: fm.Part
+        force: float
+
+    ball = fm.RigidBody("ball", O, 1.0, 1.0)
+    first = fm.simulate(fm.Mechanism("pulled", [ball, Two("pull", ball, 0.1)]), t_end=0.1)
+    with pytest.raises(InputError, match="names or kernels of its parts differ"):
+        fm.simulate(fm.Mechanism("pulled", [ball, Three("pull", ball, 0.1)]), t_end=0.2, restart=first.restart)

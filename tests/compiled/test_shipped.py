@@ -61,7 +61,7 @@ def forget():
 def fresh_kernel():
     """The kernel as a process has it that has not called it yet; numba's cache is left out."""
     kernel = Kernel(SPEED, constant_speed_kernel.contract)
-    kernel._python = SPEED
+    kernel.python = SPEED
     return kernel
 
 
