@@ -3,6 +3,7 @@
 import math
 import os
 import re
+import runpy
 import subprocess
 import sys
 from pathlib import Path
@@ -13,6 +14,21 @@ from flexmb.cli import main
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 NUMBER = r"([-+]?\d+\.?\d*(?:e[-+]?\d+)?)"
+
+
+KNOWN = {
+    "peaucellier": 1e-12,
+    "chebyshev": 1e-7,
+    "watt": 1e-10,
+    "stephenson": 1e-10,
+    "quick_return": 1e-8,
+    "scotch_yoke": 1e-5,
+    "toggle_press": 1e-6,
+    "scissor_lift": 5e-6,
+    "planetary_gear": 1e-10,
+    "pantograph": 1e-10,
+}
+"""Examples of known mechanisms, each with the largest relative error of the numbers beside their exact values."""
 
 
 def output(name, folder):
@@ -34,7 +50,19 @@ def numbers(pattern, text):
 
 def test_no_example_is_forgotten():
     tested = {"pendulum", "cantilever", "flexible_four_bar", "own_law", "frame_from_mesh", "restart", "chaos"}
-    assert {path.stem for path in EXAMPLES.glob("*.py")} == tested
+    assert {path.stem for path in EXAMPLES.glob("*.py")} == tested | set(KNOWN)
+
+
+@pytest.mark.parametrize("name", KNOWN)
+def test_known_mechanism(name, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    runpy.run_path(str(EXAMPLES / f"{name}.py"), run_name="__main__")
+    text = capsys.readouterr().out
+    pairs = numbers(r"# ?(?:rad/s|N m|m\^2|rad|N|m)? ?\(exact #\)", text)
+    assert len(pairs) == text.count("(exact ")
+    for found, exact in pairs:
+        assert found == pytest.approx(exact, rel=KNOWN[name], abs=1e-10 if name != "chebyshev" else 1e-6)
+    assert (tmp_path / "out" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_pendulum(tmp_path):
