@@ -112,11 +112,11 @@ step.newmark.jacobian_reuse.first_correction_suffices#0.001 | 1 | what is wanted
 step.newmark.jacobian_reuse.measure_contraction#0.05 | 1 | what is wanted | below it, theta cannot be told from round-off
 run.run.NEWTON_TOLERANCE | 1 | way h^2 a | what is wanted of corrections
 run.run.NEWTON_ITERATIONS | iterations | nothing | most iterations of Newton's method | 0.1 0.5 10
-run.run.Run._limits#0.001 | 1 | size of the mechanism | error of positions over rtol, without clearance
-run.run.Run._limits#0.01 | 1 | size / largest step | least speed for rtol; cap of the clearance for atol
-run.run.Run._limits#100.0 | 1 | least clearance | way that the least speed for rtol crosses
-run.run.Run._limits#1e-09 | 1 | largest step | smallest step
-run.run.Run._limits#1e-12 | 1 | period | smallest step
+run.step_limits.step_limits#0.001 | 1 | size of the mechanism | error of positions over rtol, without clearance
+run.step_limits.step_limits#0.01 | 1 | size / largest step | least speed for rtol; cap of the clearance for atol
+run.step_limits.step_limits#100.0 | 1 | least clearance | way that the least speed for rtol crosses
+run.step_limits.step_limits#1e-09 | 1 | largest step | smallest step
+run.step_limits.step_limits#1e-12 | 1 | period | smallest step
 run.run.Run.begin#0.001 | 1 | largest step | first step
 start.redundant_joints.looks_dependent#10.0 | 1 | HOLD | pivot that seems lost at the start
 step.step_size.IMPACT_STEPS | steps | an impact | steps of an impact with rtol = 1e-4 | 0.125 0.25 4 10
@@ -157,7 +157,7 @@ step.newmark.error_control.error_ratio#0.05 step.newmark.error_control.node_erro
 step.contact_events.PROBE_FRACTION step.contact_events.LONGEST_IMPACT step.contact_events.LEAST_DEPTH step.contact_events.PEAK_ACCELERATION_FACTOR
 step.newmark.implicit_step.SMALL_SYSTEM step.newmark.implicit_step.NONLINEAR_CORRECTION step.newmark.newton_correction.ROUND_OFF step.newmark.jacobian_reuse.SLOPE_CHANGE step.newmark.jacobian_reuse.REMAINING_ERROR
 step.newmark.jacobian_reuse.NEGLIGIBLE_CORRECTION step.newmark.jacobian_reuse.NEGLIGIBLE_WITH_FRICTION run.run.NEWTON_TOLERANCE
-run.run.Run._limits#0.01 run.run.Run._limits#100.0
+run.step_limits.step_limits#0.01 run.step_limits.step_limits#100.0
 linalg.lu.HELD_PIVOT
 """.split()
 )
@@ -377,18 +377,18 @@ beams.mesh.STRAIGHT | rad | nothing | bend of a link that is straight
 def _left_out() -> dict[str, str]:
     """Why, by place."""
     reasons = """
-    the default of an argument that is varied: contact.onset.LEAST_APPROACH
+    the default of an argument that is varied: contact.onset.LEAST_APPROACH step.step_size.RTOL
     a factor of a formula: dynamics.exponents.exponent_error.LATE contact.friction.lugre.PASSIVE
         energy.contact_work.GAUSS_POINT
         start.projection.WHOLE_TURN
         dynamics.verdict.columns.TURN dynamics.orbits.state_space.TURN beams.corotational.TURN
-        beams.corotational.REST
+        beams.corotational.REST step.saved_instants.PAST_OF_QUADRATIC
     printed with the theory, and only a remark: contact.validity.LOVE contact.validity.YIELD_OF_POINT
         contact.validity.YIELD_OF_LINE
     start values of histories: contact.onset.HISTORY contact.validity.HISTORY_WITH_EXTREMES
     a name of a code, a mode or a place in an array: run.interruption.KEYBOARD run.interruption.TERMINATION run.checkpoint.END_COLUMN
         state.record.ENERGY_MISSING state.record.ENERGY_MADE
-        state.record.ENERGY_LOST state.flow.EPISODE_SIZE state.flow.EPISODE_ROW_SIZE
+        state.record.ENERGY_LOST state.record.CONDITION_MET state.flow.EPISODE_SIZE state.flow.EPISODE_ROW_SIZE
         state.flow.IMPACT_SIZE state.flow.CONTACT_MEMORY_SIZE
         study.nine_bar.staggered.elastic_step.ELASTIC_SINGULAR study.nine_bar.staggered.elastic_step.TOO_FAR
         results.contact_intervals.IMPACT
@@ -403,12 +403,13 @@ def _left_out() -> dict[str, str]:
         dynamics.basins.attractors.UNDECIDED
         program.signals.CONTACT_PENETRATION program.tables.CONTACT_COMMON
     decides a remark or a refusal, and no number of a run: run.watch.DEEP run.watch.THROUGH run.watch.LEAST_STEPS run.watch.SHARE
-        run.watch.LARGE_STRAIN run.watch.IMPOSSIBLE_STRAIN run.watch.MOST_NUMBERS run.watch.MOST_BODIES run.vibrations.MODES
+        run.watch.LARGE_STRAIN run.watch.IMPOSSIBLE_STRAIN run.watch.MOST_NUMBERS run.watch.MANY_BODIES run.vibrations.MODES
         run.vibrations.MOST_UNKNOWNS run.vibrations.LEAST_INSTANTS run.vibrations.ENERGY_SHARE run.vibrations.SMALL run.vibrations.DECAY
         run.vibrations.LOST_PHASE run.vibrations.LOST_AMPLITUDE run.checkpoint.EVERY results.netcdf.LARGEST_GROWTH
         run.failure.STEP_CODES run.failure.SHOWN_RESIDUALS run.failure.LEAST_RESIDUAL run.failure.LEAST_RTOL run.failure.TRIED_STEPS
         system.failed_kernels.MOST_CALLS system.failed_kernels.SHOWN_NUMBERS
-        linalg.rank.DENSE_ROWS linalg.rank.IN_COMBINATION
+        linalg.rank.DENSE_ROWS linalg.rank.IN_COMBINATION run.stopping.SAME run.stopping.MOST_TRIALS
+    round-off of a time, from which a saved instant is the end of its step: step.saved_instants.END_OF_STEP
     squares of smaller numbers are 0 among floats: run.simulate.SHORTEST_RUN
     stands for infinity: state.options.NEVER
     a size of a buffer, a block or a store: state.flow.PAST_STATES run.run.BUFFER_ROWS

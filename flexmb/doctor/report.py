@@ -69,7 +69,7 @@ class Report:
         return json.dumps(self.as_dict(), indent=2)
 
     def _measured(self) -> list[tuple[str, list[str]]]:
-        """Signals of joints, loads and other parts by name of the part, LISTED_PARTS at most."""
+        """Signals of joints, loads and other parts by name of the part."""
         found: dict[str, list[str]] = {}
         for part, _, signal in (name.rpartition(".") for name in self.signals):
             if part.partition(".")[0] not in self.bodies:

@@ -15,7 +15,7 @@ from flexmb.equilibrium.eigen import DENSE_COORDINATES, largest_of
 from flexmb.equilibrium.free_motions import moves_most, null_space
 from flexmb.equilibrium.statics import refuse_free_motion
 from flexmb.errors import InputError, SolveError
-from flexmb.model.contributions import ElementContribution
+from flexmb.model.contributions import ElementContribution, SignalContribution
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body, Part
 from flexmb.program.compiler import compile as compile_mechanism
@@ -131,9 +131,10 @@ def unloaded(mechanism: Mechanism) -> Mechanism:
 
 
 def is_load(part: Part, mechanism: Mechanism) -> bool:
-    """Whether a part is no body and has elements, none of which keeps energy."""
-    contributions = [] if isinstance(part, Body) else list(part.contributions(mechanism))
-    return bool(contributions) and all(isinstance(p, ElementContribution) and p.energy is None for p in contributions)
+    """Whether a part is no body and has elements, none of which keeps energy, beside signals alone."""
+    found = [] if isinstance(part, Body) else list(part.contributions(mechanism))
+    forces = [one for one in found if not isinstance(one, SignalContribution)]
+    return bool(forces) and all(isinstance(one, ElementContribution) and one.energy is None for one in forces)
 
 
 def _refuse_stress(program: Program, system: StateEvaluation, q: np.ndarray) -> None:

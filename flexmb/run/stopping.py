@@ -157,7 +157,7 @@ class StopConditions:
         return not all(one.is_fault for one in self.conditions)
 
     def fault(self, number: int) -> str:
-        """What is wrong when a condition is met, in words; "" for a condition of the user."""
+        """Text of a fault; "" for a condition of the user."""
         one = self.conditions[number]
         return one.text if one.is_fault else ""
 

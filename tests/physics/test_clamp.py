@@ -130,7 +130,7 @@ def test_a_clamp_without_speed_is_a_weld():
     welded = welded.with_part(
         fm.Fixed("clamp", welded.find("wheel"), welded.find("load"), at=(0.3 * math.cos(0.5), 0.3 * math.sin(0.5)))
     )
-    one, two = (fm.simulate(m, t_end=0.2, step=1e-3) for m in (carried(x=still), welded))
+    one, two = (fm.simulate(m, t_end=0.2, step=1e-3, save="steps") for m in (carried(x=still), welded))
     for name in ("clamp.fx", "clamp.fy", "clamp.moment", "load.x", "load.theta"):
         np.testing.assert_allclose(one.array(name), two.array(name), atol=1e-9, err_msg=name)
     assert one.array("clamp.force").max() > 5.0  # m w^2 d = 5.4 N
