@@ -32,6 +32,9 @@ UNITS = {
     "bending_stiffness": "N m2",
     "normal_force": "N",
 }
+TRACES = "traces.vtu"
+"""File of the paths of markers, beside the frames."""
+
 KINDS = ("rigid", "beam", "joint", "revolute", "prismatic", "fixed", "clearance", "journal")
 """Kinds of cells by number; kinds that a user's own parts bring follow after these."""
 
@@ -55,7 +58,8 @@ def write_vtk(sol: Solution, path: str | Path, frames: int | None = None, *, poi
     Beams are drawn with their deformed shape; joints are vertices.  Point data: displacement (since the first frame),
     axial_force, bending_moment, shear_force, curvature and bending_stiffness of beams (see `flexmb.beams.hermite` for
     the signs), normal_force of contacts; 0 where it does not apply.  Cell data: part and kind, numbers whose names
-    stand in names.json in the folder of the frames.  Older frames of the same name are replaced.
+    stand in names.json in the folder of the frames.  Paths of markers with `trace` are part 1 of every frame, in one
+    file with the time as point data.  Older frames of the same name are replaced.
 
     Parameters
     ----------
@@ -169,12 +173,15 @@ def _write(sol: Solution, content: Frames, instants: np.ndarray, target: Path) -
             meshio.write(Path(scratch) / name, _mesh(content, k))
         legend = {"parts": _numbered(_part_names(sol)), "kinds": _numbered(content.kinds), "units": UNITS}
         (Path(scratch) / "names.json").write_text(json.dumps(legend, indent=2), encoding="utf-8")
+        traced = _trace_mesh(sol)
+        if traced is not None:
+            meshio.write(Path(scratch) / TRACES, traced)
         collection = Path(scratch) / target.name
-        text = _collection(folder.name, names, sol.time[instants])
+        text = _collection(folder.name, names, sol.time[instants], TRACES if traced is not None else None)
         collection.write_text(text, encoding="utf-8", errors="surrogateescape")  # names of files as the system has them
         for stale in _frames_in(folder, target.stem):
             stale.unlink()
-        for name in [*names, "names.json"]:
+        for name in [*names, "names.json", *([TRACES] if traced is not None else [])]:
             (Path(scratch) / name).replace(folder / name)
         collection.replace(target)
     return target
@@ -195,10 +202,26 @@ def _mesh(content: Frames, k: int) -> meshio.Mesh:
     )
 
 
+def _trace_mesh(sol: Solution) -> meshio.Mesh | None:
+    """Paths of all markers with a trace over the saved instants; None without such markers."""
+    import meshio
+
+    from flexmb.results.drawing import traces
+
+    paths = list(traces(sol).values())
+    if not paths:
+        return None
+    n = len(sol.time)
+    points = np.concatenate([np.column_stack([path, np.zeros(n)]) for path in paths])
+    steps = np.concatenate([k * n + np.arange(n - 1) for k in range(len(paths))])
+    data = {"time": np.tile(sol.time, len(paths))}
+    return meshio.Mesh(points, [("line", np.column_stack([steps, steps + 1]))], point_data=data)
+
+
 def _frames_in(folder: Path, stem: str) -> list[Path]:
     """Frames that an earlier call left in the folder."""
     pattern = re.compile(re.escape(stem) + r"_\d{4,}\.vtu")
-    return [file for file in folder.iterdir() if pattern.fullmatch(file.name)]
+    return [file for file in folder.iterdir() if pattern.fullmatch(file.name) or file.name == TRACES]
 
 
 def _part_names(sol: Solution) -> tuple[str, ...]:
@@ -211,10 +234,12 @@ def _numbered(names: tuple[str, ...]) -> dict[str, str]:
     return {str(k): name for k, name in enumerate(names)}
 
 
-def _collection(folder: str, names: list[str], times: np.ndarray) -> str:
+def _collection(folder: str, names: list[str], times: np.ndarray, traced: str | None) -> str:
+    """Text of the collection: the frame of each time, and the file of the paths (None: no paths)."""
     rows = [
-        f'    <DataSet timestep="{float(t)!r}" group="" part="0" file={quoteattr(f"{folder}/{name}")}/>'
-        for t, name in zip(times, names, strict=True)
+        f'    <DataSet timestep="{float(t)!r}" group="" part="{part}" file={quoteattr(f"{folder}/{name}")}/>'
+        for t, frame in zip(times, names, strict=True)
+        for part, name in enumerate([frame, *([traced] if traced else [])])
     ]
     head = ['<?xml version="1.0"?>', '<VTKFile type="Collection" version="0.1">', "  <Collection>"]
     return "\n".join([*head, *rows, "  </Collection>", "</VTKFile>", ""])

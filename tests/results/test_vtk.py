@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import pyvista
 
+import flexmb as fm
 from flexmb.errors import InputError
 from flexmb.model.shape import PointShape
 from flexmb.results.vtk import write_vtk
@@ -203,3 +204,18 @@ def test_a_place_that_cannot_be_written(tmp_path, where):
 def test_another_ending(tmp_path):
     with pytest.raises(InputError, match=r"a\.vtk.*must end in \.pvd"):
         write_vtk(solution(), tmp_path / "a.vtk")
+
+
+def test_paths_of_markers_belong_to_every_frame(tmp_path):
+    crank = fm.RigidLink("crank", (0.0, 0.0), (0.3, 0.0), mass=1.0, inertia=1e-2)
+    parts = [crank, fm.Revolute("O", fm.GROUND, crank, at=(0.0, 0.0)), fm.Drive("motor", "O", fm.ConstantSpeed(5.0))]
+    mech = fm.Mechanism("crank", [*parts, fm.Marker("tip", crank, at=(0.3, 0.0), trace=True)])
+    sol = fm.simulate(mech, periods=1, save=100)
+    path = fm.write_vtk(sol, tmp_path / "crank.pvd", frames=5)
+    traced = meshio.read(tmp_path / "crank" / "traces.vtu")
+    assert len(traced.points) == len(sol.time)
+    np.testing.assert_allclose(np.hypot(*traced.points[:, :2].T), 0.3, rtol=1e-7)
+    np.testing.assert_array_equal(traced.point_data["time"], sol.time)
+    assert path.read_text().count('part="1" file="crank/traces.vtu"') == 5
+    fm.write_vtk(fm.simulate(mech.without_part("tip"), periods=1, save=100), path, frames=5)
+    assert not (tmp_path / "crank" / "traces.vtu").exists()
