@@ -1,5 +1,6 @@
 """Public names of flexmb: those that most scripts need, and namespaces for the rest."""
 
+from flexmb import cams as cams
 from flexmb import chaos as chaos
 from flexmb import contact as contact
 from flexmb import couplings as couplings
@@ -23,12 +24,15 @@ from flexmb.bodies.flexible_frame import FlexibleFrame as FlexibleFrame
 from flexmb.bodies.flexible_link import FlexibleLink as FlexibleLink
 from flexmb.bodies.rigid_body import RigidBody as RigidBody
 from flexmb.bodies.rigid_link import RigidLink as RigidLink
+from flexmb.cams.curve_on_curve import CurveOnCurve as CurveOnCurve
 from flexmb.contact import friction as friction
 from flexmb.contact.friction.modified_coulomb import ModifiedCoulomb as ModifiedCoulomb
 from flexmb.contact.normal.hysteresis_laws import HuntCrossley as HuntCrossley
 from flexmb.contact.normal.hysteresis_laws import LankaraniNikravesh as LankaraniNikravesh
 from flexmb.contact.normal.kelvin_voigt import KelvinVoigt as KelvinVoigt
 from flexmb.couplings.gear import Gear as Gear
+from flexmb.cams.curves.closed_curve import ClosedCurve as ClosedCurve
+from flexmb.cams.curves.line import Line as Line
 from flexmb.doctor.check import check as check
 from flexmb.drives.constant_speed import ConstantSpeed as ConstantSpeed
 from flexmb.drives.drive import Drive as Drive
