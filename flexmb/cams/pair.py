@@ -46,15 +46,8 @@ def row(x, y, r1x, r1y, r2x, r2y):
 
 
 @compiled
-def row_change(x, y, j, pair, dx, dy):
-    """Derivative of `row` by coordinate j, for a direction whose derivative is (dx, dy) a unit of turn of n."""
-    X, Y, nx, ny, distance, a1, b1, a2, b2, r1x, r1y, r2x, r2y = pair
-    tx, ty = -ny, nx
-    u1x, u1y, u2x, u2y, w1, w2 = unit_motion(j, r1x, r1y, r2x, r2y)
-    turn, first, second = travel(tx * (u2x - u1x) + ty * (u2y - u1y), w1, w2, distance, a1, b1, a2, b2)
-    x1, y1 = first * tx - w1 * r1y, first * ty + w1 * r1x
-    x2, y2 = -second * tx - w2 * r2y, -second * ty + w2 * r2x
-    px, py = turn * dx, turn * dy
+def row_change(x, y, px, py, r1x, r1y, r2x, r2y, x1, y1, x2, y2):
+    """Derivative of `row`, for derivatives (px, py) of the direction, (x1, y1) and (x2, y2) of the arms."""
     return (
         -px,
         -py,
@@ -75,13 +68,18 @@ def with_arms(q, X, Y, nx, ny, distance, a1, b1, a2, b2):
 @compiled
 def put_equation(pair, v, lam, g, G, gamma, H):
     """Equation distance = 0 of a constraint kernel."""
-    X, Y, nx, ny, distance, a1, b1, a2, b2, r1x, r1y, r2x, r2y = pair
+    _, _, nx, ny, distance, a1, b1, a2, b2, r1x, r1y, r2x, r2y = pair
     g[0] = distance
     J = row(nx, ny, r1x, r1y, r2x, r2y)
     total = 0.0
     for j in range(6):
         G[0, j] = J[j]
-        change = row_change(nx, ny, j, pair, -ny, nx)
+        u1x, u1y, u2x, u2y, w1, w2 = unit_motion(j, r1x, r1y, r2x, r2y)
+        tau = -ny * (u2x - u1x) + nx * (u2y - u1y)
+        turn, first, second = travel(tau, w1, w2, distance, a1, b1, a2, b2)
+        x1, y1 = -first * ny - w1 * r1y, first * nx + w1 * r1x
+        x2, y2 = second * ny - w2 * r2y, -second * nx + w2 * r2x
+        change = row_change(nx, ny, -turn * ny, turn * nx, r1x, r1y, r2x, r2y, x1, y1, x2, y2)
         for i in range(6):
             H[i, j] = lam[0] * change[i]
             total += v[i] * change[i] * v[j]
@@ -89,15 +87,31 @@ def put_equation(pair, v, lam, g, G, gamma, H):
 
 
 @compiled
+def middle_change(j, pair):
+    """Derivatives of the middle between c1 and c2 by coordinate j, and turn of the normal."""
+    _, _, nx, ny, distance, a1, b1, a2, b2, r1x, r1y, r2x, r2y = pair
+    u1x, u1y, u2x, u2y, w1, w2 = unit_motion(j, r1x, r1y, r2x, r2y)
+    tau = -ny * (u2x - u1x) + nx * (u2y - u1y)
+    turn, first, _ = travel(tau, w1, w2, distance, a1, b1, a2, b2)
+    along, across = 0.5 * (nx * (u2x - u1x) + ny * (u2y - u1y)), first + 0.5 * distance * turn
+    return u1x + along * nx - across * ny, u1y + along * ny + across * nx, turn
+
+
+@compiled
 def put_sliding(pair, lam, out, H):
-    """Output of a joint-friction kernel: load |lam|, and sliding of the second body along the first."""
-    X, Y, nx, ny, distance, a1, b1, a2, b2, r1x, r1y, r2x, r2y = pair
+    """Output of a joint-friction kernel: load |lam|, and sliding at the middle between c1 and c2."""
+    _, _, nx, ny, distance, _, _, _, _, r1x, r1y, r2x, r2y = pair
+    half = 0.5 * distance
+    r1x, r1y, r2x, r2y = r1x + half * nx, r1y + half * ny, r2x - half * nx, r2y - half * ny
     out[LOAD] = abs(lam[0])
     out[LOAD_BY_LAM] = 1.0 if lam[0] > 0.0 else (-1.0 if lam[0] < 0.0 else 0.0)
     J = row(-ny, nx, r1x, r1y, r2x, r2y)
     for j in range(6):
         out[SLIDING + j] = J[j]
-        change = row_change(-ny, nx, j, pair, -nx, -ny)
+        X, Y, turn = middle_change(j, pair)
+        x1, y1 = X - (1.0 if j == 0 else 0.0), Y - (1.0 if j == 1 else 0.0)
+        x2, y2 = X - (1.0 if j == 3 else 0.0), Y - (1.0 if j == 4 else 0.0)
+        change = row_change(-ny, nx, -turn * nx, -turn * ny, r1x, r1y, r2x, r2y, x1, y1, x2, y2)
         for i in range(6):
             H[i, j] = change[i]
 
@@ -105,17 +119,14 @@ def put_sliding(pair, lam, out, H):
 @compiled
 def put_gap(pair, q, v, out):
     """Output of a gap kernel; the contact point lies in the middle between c1 and c2."""
-    X, Y, nx, ny, distance, a1, b1, a2, b2, r1x, r1y, r2x, r2y = pair
+    X, Y, nx, ny, distance, _, _, _, _, r1x, r1y, r2x, r2y = pair
     half = 0.5 * distance
     put_point(out, q, v, distance, -nx, -ny, X + half * nx, Y + half * ny)
     J = row(nx, ny, r1x, r1y, r2x, r2y)
     rate, spin = 0.0, 0.0
     for j in range(6):
-        u1x, u1y, u2x, u2y, w1, w2 = unit_motion(j, r1x, r1y, r2x, r2y)
-        tau = -ny * (u2x - u1x) + nx * (u2y - u1y)
-        turn, first, _ = travel(tau, w1, w2, distance, a1, b1, a2, b2)
-        along, across = 0.5 * J[j], first + half * turn
-        put_column(out, j, turn * ny, -turn * nx, u1x + along * nx - across * ny, u1y + along * ny + across * nx)
+        Xq, Yq, turn = middle_change(j, pair)
+        put_column(out, j, turn * ny, -turn * nx, Xq, Yq)
         rate += J[j] * v[j]
         spin += turn * v[j]
     put_eccentricity(

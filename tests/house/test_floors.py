@@ -33,6 +33,7 @@ SIDEWAYS = {
     ("bodies", "beams"): "a flexible link is made of beam elements",
     ("cams", "contact"): "a pair of curves holds a friction law",
     ("cams", "joints"): "a pair of curves writes the output of gap kernels as joints with clearance do",
+    ("couplings", "contact"): "a gear pair with backlash is a contact without friction",
     ("couplings", "joints"): "a rack is a guide whose travel is coupled with an angle",
     ("joints", "contact"): "a joint with clearance holds a normal and a friction law",
     ("cli", "commands"): "the command line reads the arguments of the commands",
