@@ -56,7 +56,7 @@ def curve_numbers(curve: ClosedCurve, node: Node) -> tuple[float, ...]:
     for first in range(0, n, each):
         end = min(n, first + each)
         starts = spans[first:end, :, 0]
-        centre = 0.5 * (starts.min(axis=0) + starts.max(axis=0))
+        centre = starts[len(starts) // 2]
         radius = float(np.hypot(*(starts - centre).T).max())
         boxes += [*map(float, centre), radius, float(first), float(end)]
     return (float(n), float(-(-n // each)), *boxes, *spans.ravel().tolist())

@@ -1,7 +1,7 @@
 """Closed curves as numbers of kernels: spans of polynomials, boxes around them, closest points.
 
 A curve of n spans is a polynomial of degree 7 a span, x(u) and y(u) with u from 0 to 1, traversed counter-clockwise.
-Behind SPANS and BOXES stand the boxes, circles around groups of spans (centre, radius, first span, end), and behind
+Behind SPANS and BOXES stand the boxes, circles around groups of spans (centre on the curve, radius, first span, end), and behind
 these the coefficients: eight of x and eight of y, from the constant on.  A search passes the boxes, then the starts of
 the spans in the boxes that may hold the point, and ends with Newton's method to round-off.
 """
@@ -77,7 +77,7 @@ def nearest_start(p, base, X, Y):
     for b in range(boxes):
         k = base + FIRST_BOX + BOX_SIZE * b
         away = math.sqrt((X - p[k + BOX_X]) ** 2 + (Y - p[k + BOX_Y]) ** 2)
-        bound = min(bound, away + p[k + BOX_RADIUS])
+        bound = min(bound, away)
     best, found = math.inf, 0
     for b in range(boxes):
         k = base + FIRST_BOX + BOX_SIZE * b
@@ -123,7 +123,7 @@ def farthest_start(p, base, mx, my):
     bound = -math.inf
     for b in range(boxes):
         k = base + FIRST_BOX + BOX_SIZE * b
-        bound = max(bound, mx * p[k + BOX_X] + my * p[k + BOX_Y] - p[k + BOX_RADIUS])
+        bound = max(bound, mx * p[k + BOX_X] + my * p[k + BOX_Y])
     best, found = -math.inf, 0
     for b in range(boxes):
         k = base + FIRST_BOX + BOX_SIZE * b
@@ -162,34 +162,33 @@ def support(p, base, mx, my):
 @compiled
 def nearest_starts(p, one, other, c, s, X, Y):
     """Spans of two curves whose starts are nearest to each other; the frame of `other` at (X, Y), turned by (c, s)."""
-    bound = math.inf
+    best = math.inf  # square of the least distance of the middles of boxes, which are points of the curves
     for b in range(int(p[other + BOXES])):
         k = other + FIRST_BOX + BOX_SIZE * b
         x, y = X + c * p[k + BOX_X] - s * p[k + BOX_Y], Y + s * p[k + BOX_X] + c * p[k + BOX_Y]
         for a in range(int(p[one + BOXES])):
             j = one + FIRST_BOX + BOX_SIZE * a
-            away = math.sqrt((x - p[j + BOX_X]) ** 2 + (y - p[j + BOX_Y]) ** 2)
-            bound = min(bound, away + p[j + BOX_RADIUS] + p[k + BOX_RADIUS])
-    best, first, second = bound * bound, 0, 0
+            best = min(best, (x - p[j + BOX_X]) ** 2 + (y - p[j + BOX_Y]) ** 2)
+    first, second, near = 0, 0, math.sqrt(best)
     for b in range(int(p[other + BOXES])):
         k = other + FIRST_BOX + BOX_SIZE * b
         x, y = X + c * p[k + BOX_X] - s * p[k + BOX_Y], Y + s * p[k + BOX_X] + c * p[k + BOX_Y]
         for a in range(int(p[one + BOXES])):
             j = one + FIRST_BOX + BOX_SIZE * a
-            reach = p[j + BOX_RADIUS] + p[k + BOX_RADIUS] + math.sqrt(best)
+            reach = p[j + BOX_RADIUS] + p[k + BOX_RADIUS] + near
             if (x - p[j + BOX_X]) ** 2 + (y - p[j + BOX_Y]) ** 2 > reach * reach:
                 continue
             for span in range(int(p[k + BOX_FIRST]), int(p[k + BOX_END])):
                 d = span_place(p, other, span)
                 px, py = X + c * p[d] - s * p[d + SPAN_Y], Y + s * p[d] + c * p[d + SPAN_Y]
-                away = p[j + BOX_RADIUS] + math.sqrt(best)
+                away = p[j + BOX_RADIUS] + near
                 if (px - p[j + BOX_X]) ** 2 + (py - p[j + BOX_Y]) ** 2 > away * away:
                     continue
                 for mine in range(int(p[j + BOX_FIRST]), int(p[j + BOX_END])):
                     e = span_place(p, one, mine)
                     square = (px - p[e]) ** 2 + (py - p[e + SPAN_Y]) ** 2
                     if square <= best:
-                        best, first, second = square, mine, span
+                        best, first, second, near = square, mine, span, math.sqrt(square)
     return first, second
 
 
