@@ -4,7 +4,8 @@ With lambda = sin(pi/4), the crank angle a from the line of centres and a crank 
 
     wheel speed / w = lambda (cos a - lambda) / (1 - 2 lambda cos a + lambda^2),
 
-whose maximum is 1 + sqrt 2 at a = 0; the largest angular acceleration, 5.4069810346 w^2, is reached at 11.463746 degrees.
+whose maximum is 1 + sqrt 2 at a = 0.  The largest angular acceleration, 5.4069810346 w^2, is reached at 11.463746
+degrees.
 """
 
 import math
@@ -82,4 +83,4 @@ error = np.abs(-contact["wheel.omega"].values[inside] / w - exact(angle[inside])
 turned = math.degrees(contact["wheel.theta"].values[-1])
 print(f"contact: {contact.status}")
 print(f"         largest difference of the speed ratio {error:.4f} of {1 + math.sqrt(2):.4f}")
-print(f"         the wheel has turned by {turned:.3f} degrees (-90 within the play of {math.degrees(2e-5/0.03):.3f})")
+print(f"         the wheel has turned by {turned:.3f} degrees (-90, and what play and friction leave)")

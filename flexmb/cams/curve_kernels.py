@@ -2,8 +2,8 @@
 
 import math
 
-from flexmb.cams.pair import put_equation, put_gap, put_sliding, with_arms
 from flexmb.cams.curves.spans import common_normal
+from flexmb.cams.pair import put_equation, put_gap, put_sliding, with_arms
 from flexmb.kernels import compiled, constraint_kernel, gap_kernel, joint_friction_kernel
 
 SCALE, SECOND, CURVE = range(3)

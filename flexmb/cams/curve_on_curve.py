@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from flexmb import checks
 from flexmb.cams import curve_kernels, line_kernels, point_kernels
-from flexmb.cams.packing import TOLERANCE_LENGTH, along, carrier, curve_numbers, distance, in_frame, shape, side_of
-from flexmb.contact.friction.frictionless import Frictionless
 from flexmb.cams.curves.closed_curve import ClosedCurve
 from flexmb.cams.curves.line import Circle, Line
+from flexmb.cams.packing import TOLERANCE_LENGTH, along, carrier, curve_numbers, distance, in_frame, shape, side_of
+from flexmb.contact.friction.frictionless import Frictionless
 from flexmb.errors import InputError, ModelError
 from flexmb.model.contributions import (
     ConstraintContribution,
@@ -204,9 +204,7 @@ def pair_contributions(
     if part.normal is None:
         friction = None if part.friction is None else JointFriction(sliding, p, part.friction)
         return [
-            ConstraintContribution(
-                part.name, equation, coordinates, p, 1, joint_friction=friction, reactions=(force,)
-            )
+            ConstraintContribution(part.name, equation, coordinates, p, 1, joint_friction=friction, reactions=(force,))
         ]
     contact = ContactContribution(part.name, gap, coordinates, p, part.normal, part.friction or Frictionless())
     if part.start == OPEN:

@@ -2,9 +2,9 @@
 
 import math
 
+from flexmb.cams.curves.spans import support
 from flexmb.cams.pair import put_equation, put_gap, put_sliding, with_arms
 from flexmb.cams.point_kernels import point_pair
-from flexmb.cams.curves.spans import support
 from flexmb.kernels import compiled, constraint_kernel, gap_kernel, joint_friction_kernel, signal_kernel
 
 SCALE, START_X, START_Y, ALONG_X, ALONG_Y, SIDE, LENGTH, CURVE = range(8)

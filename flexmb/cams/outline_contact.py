@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from flexmb.cams.curves.line import Circle
 from flexmb.cams.curves.outline import Outline
-from flexmb.cams.outline_kernels import outline_gap_kernel
+from flexmb.cams.outline_kernels import PART, PART_WITHOUT_START, WHOLE, outline_gap_kernel
 from flexmb.cams.packing import TOLERANCE_LENGTH, carrier, in_frame, shape, signed_distance
 from flexmb.contact.friction.frictionless import Frictionless
 from flexmb.errors import InputError, ModelError
@@ -49,7 +49,8 @@ class OutlineContact(Part):
     -----
     The distance is exact for lines, arcs and corners.  Each contact has its own history and touches at its nearest
     point, so a circle in a hollow corner has two.  A pin in a slot touches one side at a time, which needs a slot wider
-    than the pin.  Bodies start and move as declared.
+    than the pin.  With hollow corners the centre of the circle must stay outside: an overlap is less than its radius.
+    Bodies start and move as declared.
     """
 
     first: Part
@@ -67,13 +68,15 @@ class OutlineContact(Part):
         check_laws(self)
         for name, kind in (("outline", Outline), ("circle", Circle)):
             if not isinstance(getattr(self, name), kind):
-                raise InputError(f"{self.label}: {name} is {getattr(self, name)!r}; it must be a {kind.__name__}.")
+                raise InputError(
+                    f"{self.label}: {name} is {getattr(self, name)!r}; it must be of the kind {kind.__name__}."
+                )
         for k, (x, y) in enumerate(self.outline.points):
             radius = self.outline.radius(k)
             if -self.circle.radius <= radius < 0.0:
                 raise InputError(
-                    f"{self.label}: the circle of radius {self.circle.radius:g} m does not fit into the hollow arc from "
-                    f"({x:.6g}, {y:.6g}) m, whose radius is {-radius:g} m. Use a smaller circle, or a wider arc."
+                    f"{self.label}: the circle of radius {self.circle.radius:g} m does not fit into the hollow arc "
+                    f"from ({x:.6g}, {y:.6g}) m, whose radius is {-radius:g} m. Use a smaller circle, or a wider arc."
                 )
 
     def validate(self, mechanism: Mechanism) -> None:
@@ -89,22 +92,27 @@ class OutlineContact(Part):
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One contact for each chain of pieces between hollow corners."""
         nodes = [carrier(mechanism, part.name, self.label) for part in (self.first, self.second)]
-        coordinates = (*node_coordinates(self.first.name, nodes[0].name), *node_coordinates(self.second.name, nodes[1].name))
-        head = TOLERANCE_LENGTH * self.outline.size, *in_frame(nodes[1], self.circle.centre), self.circle.radius
-        chains = self.outline.chains()
-        names = [f"side{k + 1}" for k in range(len(chains))] if len(chains) > 1 else [""]
-        return [
-            ContactContribution(
-                self.name,
-                outline_gap_kernel,
-                coordinates,
-                (*head, float(len(chain)), *(x for k in chain for x in piece_numbers(self.outline, k, nodes[0]))),
-                self.normal,
-                self.friction,
-                name,
+        coordinates = (
+            *node_coordinates(self.first.name, nodes[0].name),
+            *node_coordinates(self.second.name, nodes[1].name),
+        )
+        centre, chains = in_frame(nodes[1], self.circle.centre), self.outline.chains()
+        head = TOLERANCE_LENGTH * self.outline.size, *centre, self.circle.radius
+        hollow = self.outline.hollow_corners()
+        found = []
+        for number, chain in enumerate(chains, 1):
+            extent = PART if chain[0] in hollow else (PART_WITHOUT_START if hollow else WHOLE)
+            p = (
+                *head,
+                extent,
+                float(len(chain)),
+                *(x for k in chain for x in piece_numbers(self.outline, k, nodes[0])),
             )
-            for name, chain in zip(names, chains, strict=True)
-        ]
+            name = f"side{number}" if hollow else ""
+            found.append(
+                ContactContribution(self.name, outline_gap_kernel, coordinates, p, self.normal, self.friction, name)
+            )
+        return found
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
         """Outline and circle."""

@@ -5,9 +5,12 @@ import math
 from flexmb.cams.pair import put_gap, with_arms
 from flexmb.kernels import compiled, gap_kernel
 
-SCALE, CENTRE_X, CENTRE_Y, RADIUS, COUNT, FIRST_PIECE = range(6)
+SCALE, CENTRE_X, CENTRE_Y, RADIUS, EXTENT, COUNT, FIRST_PIECE = range(7)
 """Places in p: length for tolerances [m], centre of the circle in the frame of the second node [m], its radius [m],
-number of pieces, first piece."""
+extent of the chain, number of pieces, first piece."""
+
+WHOLE, PART, PART_WITHOUT_START = 0.0, 1.0, 2.0
+"""Extents: the whole outline; a part of the outline; a part whose first point belongs to the part before."""
 
 X0, Y0, X1, Y1, ORIGIN_X, ORIGIN_Y, BEND, START_NX, START_NY, END_NX, END_NY, PIECE_SIZE = range(12)
 """Places in a piece: ends [m], centre [m], radius [m] (0: straight, < 0: hollow), mean outward normals at both ends."""
@@ -90,6 +93,11 @@ def outline_gap_kernel(p, q, v, out):
     c, s = math.cos(q[2]), math.sin(q[2])
     ex, ey = X - q[0], Y - q[1]
     x, y, mx, my, away, a, b = outline_place(p, c * ex + s * ey, -s * ex + c * ey)
+    radius = p[RADIUS]
+    if p[EXTENT] > WHOLE and away < 0.0:  # the chain is seen from behind, through the body
+        mx, my, away, b, radius = -mx, -my, -away, -b, 0.0
+    elif p[EXTENT] == PART_WITHOUT_START and a == 0.0 and x == p[FIRST_PIECE + X0] and y == p[FIRST_PIECE + Y0]:
+        radius = 0.0
     nx, ny = c * mx - s * my, s * mx + c * my
     X, Y = q[0] + c * x - s * y, q[1] + s * x + c * y
-    put_gap(with_arms(q, X, Y, nx, ny, away - p[RADIUS], a, b, p[RADIUS], 1.0), q, v, out)
+    put_gap(with_arms(q, X, Y, nx, ny, away - radius, a, b, radius, 1.0), q, v, out)

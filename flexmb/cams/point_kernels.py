@@ -2,8 +2,8 @@
 
 import math
 
-from flexmb.cams.pair import put_equation, put_gap, put_sliding, with_arms
 from flexmb.cams.curves.spans import foot
+from flexmb.cams.pair import put_equation, put_gap, put_sliding, with_arms
 from flexmb.kernels import compiled, constraint_kernel, gap_kernel, joint_friction_kernel
 
 SCALE, CENTRE_X, CENTRE_Y, RADIUS, CURVE = range(5)

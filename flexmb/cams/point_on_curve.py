@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 from flexmb import checks
 from flexmb.cams.curve_on_curve import TOUCHING, check_distance, check_pair, roller_contributions
-from flexmb.cams.packing import TOLERANCE_LENGTH, carrier, curve_numbers, in_frame, shape
 from flexmb.cams.curves.closed_curve import ClosedCurve
 from flexmb.cams.curves.line import Circle
+from flexmb.cams.packing import TOLERANCE_LENGTH, carrier, curve_numbers, in_frame, shape
 from flexmb.errors import InputError
 from flexmb.model.contributions import Contribution, node_coordinates
 from flexmb.model.law import FrictionLaw, NormalLaw
@@ -73,8 +73,16 @@ class PointOnCurve(Part):
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One constraint equation or one contact."""
         nodes = [carrier(mechanism, part.name, self.label) for part in (self.first, self.second)]
-        coordinates = (*node_coordinates(self.first.name, nodes[0].name), *node_coordinates(self.second.name, nodes[1].name))
-        p = (TOLERANCE_LENGTH * self.curve.size, *in_frame(nodes[1], self.at), 0.0, *curve_numbers(self.curve, nodes[0]))
+        coordinates = (
+            *node_coordinates(self.first.name, nodes[0].name),
+            *node_coordinates(self.second.name, nodes[1].name),
+        )
+        p = (
+            TOLERANCE_LENGTH * self.curve.size,
+            *in_frame(nodes[1], self.at),
+            0.0,
+            *curve_numbers(self.curve, nodes[0]),
+        )
         return roller_contributions(self, coordinates, p)
 
     def shapes(self, mechanism: Mechanism) -> Shapes:

@@ -101,7 +101,9 @@ class Gear(Wheels):
         """Check that backlash and normal law are given together."""
         if self.backlash is None:
             if self.normal is not None:
-                raise InputError(f"{self.label}: normal is given without backlash; give backlash=... in m, or leave it.")
+                raise InputError(
+                    f"{self.label}: normal is given without backlash; give backlash=... in m, or leave it."
+                )
             return
         checks.positive(self.label, "backlash", self.backlash, "m", "For an ideal pair leave backlash out.")
         if not isinstance(self.normal, NormalLaw):

@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy.interpolate import make_interp_spline
 
 from flexmb import checks
 from flexmb.cams.curves.geometry import area, crossing, curvatures, reversed_spans, sampled
@@ -70,7 +71,9 @@ class ClosedCurve(checks.Checked):
         points = checked_points("ClosedCurve", self.points)
         spans = spline(points) if self.spans is None else np.array(self.spans, dtype=float)
         if spans.shape != (len(points), 2, 8) or not np.all(np.isfinite(spans)):
-            text = f"ClosedCurve: spans has the shape {spans.shape}; it must be ({len(points)}, 2, 8), of finite numbers"
+            text = (
+                f"ClosedCurve: spans has the shape {spans.shape}; it must be ({len(points)}, 2, 8), of finite numbers"
+            )
             raise InputError(f"{text}, one span for each point. Leave spans out for a spline.")
         polygon = sampled(spans, SAMPLES)
         if area(polygon) < 0.0:
@@ -174,8 +177,6 @@ def checked_points(owner: str, given: Any) -> np.ndarray:
 
 def spline(points: np.ndarray) -> np.ndarray:
     """Spans (n, 2, 8) of the periodic quintic spline through points (n, 2), over the length of the chords."""
-    from scipy.interpolate import make_interp_spline
-
     closed = np.vstack([points, points[:1]])
     steps = np.hypot(*np.diff(closed, axis=0).T)
     at = np.concatenate([[0.0], np.cumsum(steps)])

@@ -46,7 +46,7 @@ def sampled(spans: np.ndarray, samples: int, order: int = 0) -> np.ndarray:
 
 
 def reversed_spans(spans: np.ndarray) -> np.ndarray:
-    """The same curve traversed the other way."""
+    """Spans (n, 2, 8) of a curve traversed the other way."""
     flip = np.array([[math.comb(j, i) * (-1.0) ** i for j in range(8)] for i in range(8)])
     found: np.ndarray = np.einsum("ij,naj->nai", flip, spans)[::-1]
     return found

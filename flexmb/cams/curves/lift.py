@@ -80,7 +80,13 @@ class Lift(checks.Checked):
         return float(values[0, 0]), float(values[1, 0]), float(values[2, 0])
 
     def derivatives(self, piece: Any, angles: np.ndarray) -> np.ndarray:
-        """Lift and its derivatives (ORDERS, n) at angles within an interval."""
+        """Lift and its derivatives (ORDERS, n) at `angles` [rad] within an interval.
+
+        Parameters
+        ----------
+        piece : angles and lifts at both ends of the interval.
+        angles : (n,) cam angles [rad].
+        """
         begin, end, low, high = piece
         span = end - begin
         found = (high - low) * normalised(self.law, (angles - begin) / span)

@@ -32,7 +32,9 @@ class Line(checks.Checked):
         for name in ("start", "end"):
             object.__setattr__(self, name, checks.point("Line", name, getattr(self, name)))
         if math.dist(self.start, self.end) == 0.0:
-            raise InputError(f"Line: both ends are {self.start}; a segment needs a length. Use PointOnCurve for an edge.")
+            raise InputError(
+                f"Line: both ends are {self.start}; a segment needs a length. Use PointOnCurve for an edge."
+            )
 
     @property
     def length(self) -> float:

@@ -34,8 +34,8 @@ class Outline(checks.Checked):
     ----------
     points : (n, 2) points in the reference configuration of the mechanism [m], in order, at least 2; either direction,
         stored counter-clockwise.
-    bulges : (n,) tan(angle/4) of the arc from each point to the next one, > 0 for an arc that turns counter-clockwise,
-        0 for a straight line; left out: all straight.  Less than 1, a semicircle, or equal to it.
+    bulges : (n,) tan(angle/4) of the arc from each point to the next one, > 0 for an arc that turns
+        counter-clockwise, 0 for a straight line, at most 1, a semicircle; left out: all straight.
 
     Raises
     ------
@@ -78,7 +78,7 @@ class Outline(checks.Checked):
         place = crossing(polygon)
         if place is not None:
             raise InputError(
-                f"Outline: it crosses itself near ({place[0]:.6g}, {place[1]:.6g}) m. Sort the points along the outline."
+                f"Outline: it crosses itself near ({place[0]:.6g}, {place[1]:.6g}) m. Sort its points along the way."
             )
         object.__setattr__(self, "points", tuples(points))
         object.__setattr__(self, "bulges", tuples(bulges))
@@ -107,14 +107,14 @@ class Outline(checks.Checked):
         return _polygon(np.array(self.points), np.array(self.bulges))
 
     def radius(self, k: int) -> float:
-        """Radius of a piece [m], < 0 for a hollow arc, 0 for a straight line."""
+        """Radius of piece `k` [m], < 0 for a hollow arc, 0 for a straight line."""
         if self.bulges[k] == 0.0:
             return 0.0
         chord, b = math.dist(self.points[k], self.points[(k + 1) % len(self.points)]), self.bulges[k]
         return float(chord * (1.0 + b * b) / (4.0 * b))
 
     def centre(self, k: int) -> tuple[float, float]:
-        """Centre of an arc [m]; of a straight line its middle."""
+        """Centre of piece `k` [m], for a straight line its middle."""
         (x, y), (a, b) = self.points[k], self.points[(k + 1) % len(self.points)]
         bulge = self.bulges[k]
         if bulge == 0.0:
@@ -123,23 +123,34 @@ class Outline(checks.Checked):
         return 0.5 * (x + a) - lever * (b - y), 0.5 * (y + b) + lever * (a - x)
 
     def directions(self, k: int) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Unit tangents at both ends of a piece."""
+        """Unit tangents at both ends of piece `k`."""
         (x, y), (a, b) = self.points[k], self.points[(k + 1) % len(self.points)]
         chord, half = math.atan2(b - y, a - x), 2.0 * math.atan(self.bulges[k])
         return (math.cos(chord - half), math.sin(chord - half)), (math.cos(chord + half), math.sin(chord + half))
 
-    def chains(self) -> list[list[int]]:
-        """Numbers of the pieces between hollow corners, at which a second contact begins."""
-        n = len(self.points)
-        hollow = []
+    def hollow_corners(self) -> list[int]:
+        """Numbers of the points at which the outline bends inwards."""
+        n, found = len(self.points), []
         for k in range(n):
             before, after = self.directions(k - 1 if k else n - 1)[1], self.directions(k)[0]
             if before[0] * after[1] - before[1] * after[0] < -SMOOTH:
-                hollow.append(k)
-        if not hollow:
+                found.append(k)
+        return found
+
+    def chains(self) -> list[list[int]]:
+        """Numbers of the pieces between hollow corners, at which a second contact begins.
+
+        An outline with one hollow corner has two chains; the second one begins at the point farthest from that corner.
+        """
+        n, corners = len(self.points), self.hollow_corners()
+        if not corners:
             return [list(range(n))]
-        ends = [*hollow[1:], hollow[0] + n]
-        return [[k % n for k in range(first, end)] for first, end in zip(hollow, ends, strict=True)]
+        if len(corners) == 1:
+            hollow = self.points[corners[0]]
+            far = max(range(n), key=lambda k: math.dist(self.points[k], hollow))
+            corners.append(far if far > corners[0] else far + n)
+        ends = [*corners[1:], corners[0] + n]
+        return [[k % n for k in range(first, end)] for first, end in zip(corners, ends, strict=True)]
 
     def drawing(self) -> tuple[tuple[float, float], ...]:
         """Points of a closed polyline in the reference configuration [m], for pictures."""
@@ -148,7 +159,7 @@ class Outline(checks.Checked):
 
 
 def _halved(points: np.ndarray, bulges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The same outline with arcs of at most a quarter of a turn."""
+    """Points and bulges of the outline with arcs of at most a quarter of a turn."""
     while np.any(np.abs(bulges) > LARGEST_BULGE * (1.0 + SMOOTH)):
         corners, found = [], []
         for k, b in enumerate(bulges):
@@ -178,9 +189,5 @@ def _polygon(points: np.ndarray, bulges: np.ndarray) -> np.ndarray:
         far = np.sin(half * u) / math.sin(half)
         turn = -half * (1.0 - u)
         along, across = far * np.cos(turn), far * np.sin(turn)
-        found.append(
-            start
-            + np.outer(along, chord)
-            + np.outer(across, np.array([-chord[1], chord[0]]))
-        )
+        found.append(start + np.outer(along, chord) + np.outer(across, np.array([-chord[1], chord[0]])))
     return np.concatenate(found)

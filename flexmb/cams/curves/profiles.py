@@ -141,7 +141,7 @@ def roller_profile(
     ux, uy = dx / math.hypot(dx, dy), dy / math.hypot(dx, dy)
     low = math.sqrt((base + radius) ** 2 - side**2)
 
-    def centre(angle: Jet, s: Jet) -> Pair:  # noqa: ARG001 - the path is straight
+    def centre(angle: Jet, s: Jet) -> Pair:
         far = s + constant(low, s)
         return ux * far + constant(side * uy, s), uy * far - constant(side * ux, s)
 
@@ -181,7 +181,7 @@ def oscillating_roller_profile(
     length, first = checks.positive(name, "arm", arm, "m"), checks.number(name, "angle", angle, "rad")
     radius = checks.not_negative(name, "roller", roller, "m")
 
-    def centre(turn: Jet, s: Jet) -> Pair:  # noqa: ARG001 - the pivot stands still
+    def centre(turn: Jet, s: Jet) -> Pair:
         c, d = cos_sin(s + constant(first, s))
         return length * c + constant(axis[0] - origin[0], s), length * d + constant(axis[1] - origin[1], s)
 
@@ -189,7 +189,7 @@ def oscillating_roller_profile(
 
 
 def _envelope(face: Callable[[Jet, Jet], Pair]) -> Callable[[Jet, Jet], tuple[Jet, Jet, np.ndarray]]:
-    """Envelope of the faces at distance h and direction phi in the cam: h n + (dh/dphi) t, and its radius of curvature."""
+    """Envelope h n + (dh/dphi) t of faces at distance h and direction phi in the cam, and its radius of curvature."""
 
     def curve(angle: Jet, s: Jet) -> tuple[Jet, Jet, np.ndarray]:
         h, phi = face(angle, s)

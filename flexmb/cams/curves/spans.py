@@ -1,9 +1,9 @@
 """Closed curves as numbers of kernels: spans of polynomials, boxes around them, closest points.
 
 A curve of n spans is a polynomial of degree 7 a span, x(u) and y(u) with u from 0 to 1, traversed counter-clockwise.
-Behind SPANS and BOXES stand the boxes, circles around groups of spans (centre on the curve, radius, first span, end), and behind
-these the coefficients: eight of x and eight of y, from the constant on.  A search passes the boxes, then the starts of
-the spans in the boxes that may hold the point, and ends with Newton's method to round-off.
+Behind SPANS and BOXES stand the boxes, circles around groups of spans (centre on the curve, radius, first span, end),
+and behind these the coefficients: eight of x and eight of y, from the constant on.  A search passes the boxes, then the
+starts of the spans in the boxes that may hold the point, and ends with Newton's method to round-off.
 """
 
 import math
@@ -61,6 +61,22 @@ def turned_on(p, base, span, u):
 
 
 @compiled
+def newton_step(slope, bend):
+    """Step of u towards a minimum, by slope and second derivative of the function; half a span where it is concave."""
+    if bend > 0.0:
+        return max(-1.0, min(1.0, -slope / bend))
+    return -HALF_SPAN if slope > 0.0 else HALF_SPAN
+
+
+@compiled
+def moved(p, base, span, u, step):
+    """Span and u after a step; a step out of a span ends there first, since the next span goes on differently."""
+    if (u == 0.0 and step < 0.0) or (u == 1.0 and step > 0.0):
+        return turned_on(p, base, span, u + step)
+    return span, max(0.0, min(1.0, u + step))
+
+
+@compiled
 def frame_at(p, k, u):
     """Point, unit tangent, curvature (> 0: convex) at u of the span with its coefficients at k."""
     x, dx, ddx = horner(p, k, u)
@@ -103,14 +119,8 @@ def foot(p, base, X, Y):
         y, dy, ddy = horner(p, k + SPAN_Y, u)
         slope = (x - X) * dx + (y - Y) * dy
         bend = dx * dx + dy * dy + (x - X) * ddx + (y - Y) * ddy
-        if bend > 0.0:
-            step = max(-1.0, min(1.0, -slope / bend))
-        else:
-            step = -HALF_SPAN if slope > 0.0 else HALF_SPAN
-        if (u == 0.0 and step < 0.0) or (u == 1.0 and step > 0.0) or 0.0 <= u + step <= 1.0:
-            span, u = turned_on(p, base, span, u + step)
-        else:
-            u = 0.0 if u + step < 0.0 else 1.0  # the end of a span first: the next one goes on differently
+        step = newton_step(slope, bend)
+        span, u = moved(p, base, span, u, step)
         if abs(step) <= LEAST_STEP:
             break
     return frame_at(p, span_place(p, base, span), u)
@@ -145,15 +155,8 @@ def support(p, base, mx, my):
         k = span_place(p, base, span)
         _, dx, ddx = horner(p, k, u)
         _, dy, ddy = horner(p, k + SPAN_Y, u)
-        slope, bend = mx * dx + my * dy, mx * ddx + my * ddy
-        if bend < 0.0:
-            step = max(-1.0, min(1.0, -slope / bend))
-        else:
-            step = HALF_SPAN if slope > 0.0 else -HALF_SPAN
-        if (u == 0.0 and step < 0.0) or (u == 1.0 and step > 0.0) or 0.0 <= u + step <= 1.0:
-            span, u = turned_on(p, base, span, u + step)
-        else:
-            u = 0.0 if u + step < 0.0 else 1.0
+        step = newton_step(-mx * dx - my * dy, -mx * ddx - my * ddy)
+        span, u = moved(p, base, span, u, step)
         if abs(step) <= LEAST_STEP:
             break
     return frame_at(p, span_place(p, base, span), u)
