@@ -3,8 +3,8 @@
 import math
 
 from flexmb.cams.curves.spans import common_normal
-from flexmb.cams.pair import put_equation, put_gap, put_sliding, with_arms
-from flexmb.kernels import compiled, constraint_kernel, gap_kernel, joint_friction_kernel
+from flexmb.cams.pair import put_equation, put_gap, put_sliding, second_speed, with_arms
+from flexmb.kernels import compiled, constraint_kernel, gap_kernel, joint_friction_kernel, signal_kernel
 
 SCALE, SECOND, CURVE = range(3)
 """Places in p: length for tolerances [m], place of the second curve, the first curve."""
@@ -50,3 +50,9 @@ def curves_friction(p, q, lam, out, H):
 def curves_gap_kernel(p, q, v, out):
     """Distance of two closed curves."""
     put_gap(curves_pair(p, q), q, v, out)
+
+
+@signal_kernel
+def curves_speed(p, t, q, v, a):
+    """Velocity of the second curve along the normal at the contact."""
+    return second_speed(curves_pair(p, q), v)

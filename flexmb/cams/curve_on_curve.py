@@ -7,30 +7,20 @@ from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING, Any
 
 from flexmb import checks
-from flexmb.cams import curve_kernels, line_kernels, point_kernels
+from flexmb.cams.curve_kernels import CURVE
 from flexmb.cams.curves.closed_curve import ClosedCurve
 from flexmb.cams.curves.line import Circle, Line
+from flexmb.cams.line_kernels import face_place
 from flexmb.cams.packing import TOLERANCE_LENGTH, along, carrier, curve_numbers, distance, in_frame, shape, side_of
-from flexmb.contact.friction.frictionless import Frictionless
+from flexmb.cams.pair_kernels import CURVES, FACE, OPEN, ROLLER, TOUCHING
 from flexmb.errors import InputError, ModelError
-from flexmb.model.contributions import (
-    ConstraintContribution,
-    ContactContribution,
-    Contribution,
-    JointFriction,
-    Reaction,
-    SignalContribution,
-    node_coordinates,
-)
+from flexmb.model.contributions import Contribution, SignalContribution, node_coordinates
 from flexmb.model.law import FrictionLaw, NormalLaw
 from flexmb.model.part import Part
 from flexmb.model.shape import Shapes
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
-
-TOUCHING, OPEN = "touching", "open"
-"""Starts of a contact: the follower is put onto the curve, or stands where it is drawn."""
 
 FAR = 0.25
 """Largest gap in the reference configuration that is closed at the start, over the size of the first curve."""
@@ -43,9 +33,10 @@ OVERLAP = 1e-3
 class CurveOnCurve(Part):
     """Two curves of two bodies that touch: cam with flat, roller or curved follower, two cams.
 
-    Signals, ideal: force (contact force, > 0: the bodies press on each other) [N].  With `normal`: as of a contact (see
-    `RevoluteClearance`; ex, ey from the surface of the first curve to that of the second).  With a `Line` also place of
-    the contact along it from its start [m].
+    Signals, ideal: force (contact force, > 0: the bodies press on each other) [N]; normal_speed (velocity along the
+    normal there, of the body with the `Line` or `Circle`, else of the second one) [m/s]; force times normal_speed is
+    the power given to this body.  With `normal`: as of a contact (see `RevoluteClearance`; ex, ey from the surface of the first curve to
+    that of the second).  With a `Line` also place (of the contact along it from its start) [m].
 
     Parameters
     ----------
@@ -126,24 +117,17 @@ class CurveOnCurve(Part):
         body, curve, second, other = self._ordered()
         nodes = carrier(mechanism, body.name, self.label), carrier(mechanism, second.name, self.label)
         coordinates = (*node_coordinates(body.name, nodes[0].name), *node_coordinates(second.name, nodes[1].name))
-        numbers, kernels = (TOLERANCE_LENGTH * curve.size,), curve_kernels
-        closed = curve_numbers(curve, nodes[0])
+        head, closed = (TOLERANCE_LENGTH * curve.size,), curve_numbers(curve, nodes[0])
         if isinstance(other, Line):
             start, end = in_frame(nodes[1], other.start), in_frame(nodes[1], other.end)
-            face = (*start, *along(Line(start, end)), side_of(curve, other), other.length)
-            p = (*numbers, *face, *closed)
-            found = pair_contributions(
-                self, coordinates, p, line_kernels.face_kernel, line_kernels.face_gap_kernel, line_kernels.face_friction
-            )
-            return [*found, SignalContribution(self.name, "place", "m", line_kernels.face_place, coordinates, p)]
+            p = (*head, *start, *along(Line(start, end)), side_of(curve, other), other.length, *closed)
+            place = SignalContribution(self.name, "place", "m", face_place, coordinates, p)
+            return [*FACE.contributions(self, coordinates, p), place]
         if isinstance(other, Circle):
-            p = (*numbers, *in_frame(nodes[1], other.centre), other.radius, *closed)
-            return roller_contributions(self, coordinates, p)
-        place = float(curve_kernels.CURVE + len(closed))
-        p = (*numbers, place, *closed, *curve_numbers(other, nodes[1]))
-        return pair_contributions(
-            self, coordinates, p, kernels.curves_kernel, kernels.curves_gap_kernel, kernels.curves_friction
-        )
+            p = (*head, *in_frame(nodes[1], other.centre), other.radius, *closed)
+            return ROLLER.contributions(self, coordinates, p)
+        p = (*head, float(CURVE + len(closed)), *closed, *curve_numbers(other, nodes[1]))
+        return CURVES.contributions(self, coordinates, p)
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
         """Both curves."""
@@ -187,38 +171,3 @@ def check_distance(part: Any, curve: ClosedCurve, other: Any) -> None:
             f"{part.label}: in the reference configuration the curve touches the line {place:.4g} m from its start, "
             f"beyond its ends at 0 and {other.length:.4g} m. Make the line longer."
         )
-
-
-def pair_contributions(
-    part: Any, coordinates: Any, p: tuple[float, ...], equation: Any, gap: Any, sliding: Any
-) -> list[Contribution]:
-    """The constraint equation of an ideal pair; the contact and its ideal form at the start.
-
-    Parameters
-    ----------
-    part : the pair.
-    coordinates, p : coordinates and numbers of the kernels.
-    equation, gap, sliding : constraint, gap and friction kernel.
-    """
-    force = Reaction("force", "N", 0)
-    if part.normal is None:
-        friction = None if part.friction is None else JointFriction(sliding, p, part.friction)
-        return [
-            ConstraintContribution(part.name, equation, coordinates, p, 1, joint_friction=friction, reactions=(force,))
-        ]
-    contact = ContactContribution(part.name, gap, coordinates, p, part.normal, part.friction or Frictionless())
-    if part.start == OPEN:
-        return [contact]
-    return [contact, ConstraintContribution(part.name, equation, coordinates, p, 1, holds="closed", reactions=(force,))]
-
-
-def roller_contributions(part: Any, coordinates: Any, p: tuple[float, ...]) -> list[Contribution]:
-    """Contributions of a circle or point on a closed curve."""
-    return pair_contributions(
-        part,
-        coordinates,
-        p,
-        point_kernels.roller_kernel,
-        point_kernels.roller_gap_kernel,
-        point_kernels.roller_friction,
-    )

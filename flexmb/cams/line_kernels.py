@@ -3,7 +3,7 @@
 import math
 
 from flexmb.cams.curves.spans import support
-from flexmb.cams.pair import put_equation, put_gap, put_sliding, with_arms
+from flexmb.cams.pair import put_equation, put_gap, put_sliding, second_speed, with_arms
 from flexmb.cams.point_kernels import point_pair
 from flexmb.kernels import compiled, constraint_kernel, gap_kernel, joint_friction_kernel, signal_kernel
 
@@ -59,3 +59,10 @@ def face_place(p, t, q, v, a):
     """Place of the contact along the line from its first end."""
     _, place, _, _ = face_pair(p, q)
     return place
+
+
+@signal_kernel
+def face_speed(p, t, q, v, a):
+    """Velocity of the line along the normal at the contact."""
+    pair, _, _, _ = face_pair(p, q)
+    return second_speed(pair, v)

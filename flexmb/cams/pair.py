@@ -66,6 +66,13 @@ def with_arms(q, X, Y, nx, ny, distance, a1, b1, a2, b2):
 
 
 @compiled
+def second_speed(pair, v):
+    """Velocity of the second body along the normal at c2."""
+    _, _, nx, ny, _, _, _, _, _, _, _, r2x, r2y = pair
+    return nx * (v[3] - v[5] * r2y) + ny * (v[4] + v[5] * r2x)
+
+
+@compiled
 def put_equation(pair, v, lam, g, G, gamma, H):
     """Equation distance = 0 of a constraint kernel."""
     _, _, nx, ny, distance, a1, b1, a2, b2, r1x, r1y, r2x, r2y = pair

@@ -3,8 +3,8 @@
 import math
 
 from flexmb.cams.curves.spans import foot
-from flexmb.cams.pair import put_equation, put_gap, put_sliding, with_arms
-from flexmb.kernels import compiled, constraint_kernel, gap_kernel, joint_friction_kernel
+from flexmb.cams.pair import put_equation, put_gap, put_sliding, second_speed, with_arms
+from flexmb.kernels import compiled, constraint_kernel, gap_kernel, joint_friction_kernel, signal_kernel
 
 SCALE, CENTRE_X, CENTRE_Y, RADIUS, CURVE = range(5)
 """Places in p: length for tolerances [m], centre in the frame of the second node [m], radius [m], the curve."""
@@ -47,3 +47,9 @@ def roller_friction(p, q, lam, out, H):
 def roller_gap_kernel(p, q, v, out):
     """Distance of a circle from a closed curve."""
     put_gap(roller_pair(p, q), q, v, out)
+
+
+@signal_kernel
+def roller_speed(p, t, q, v, a):
+    """Velocity of the circle along the normal at the contact."""
+    return second_speed(roller_pair(p, q), v)

@@ -7,10 +7,11 @@ from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING
 
 from flexmb import checks
-from flexmb.cams.curve_on_curve import TOUCHING, check_distance, check_pair, roller_contributions
+from flexmb.cams.curve_on_curve import check_distance, check_pair
 from flexmb.cams.curves.closed_curve import ClosedCurve
 from flexmb.cams.curves.line import Circle
 from flexmb.cams.packing import TOLERANCE_LENGTH, carrier, curve_numbers, in_frame, shape
+from flexmb.cams.pair_kernels import ROLLER, TOUCHING
 from flexmb.errors import InputError
 from flexmb.model.contributions import Contribution, node_coordinates
 from flexmb.model.law import FrictionLaw, NormalLaw
@@ -21,12 +22,16 @@ if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
 
 
+POINT = 1e-9
+"""Radius that stands for a point in checks of distances, over the size of the curve."""
+
+
 @dataclass(frozen=True)
 class PointOnCurve(Part):
     """A point of the second body that stays on a closed curve of the first: knife edge, pin in a groove.
 
-    Signals, ideal: force (along the outward normal of the curve on the second body) [N].  With `normal`: as of a
-    contact (see `RevoluteClearance`).
+    Signals, ideal: force (along the outward normal of the curve on the second body) [N], normal_speed (velocity
+    of the point along it) [m/s].  With `normal`: as of a contact (see `RevoluteClearance`).
 
     Parameters
     ----------
@@ -83,12 +88,8 @@ class PointOnCurve(Part):
             0.0,
             *curve_numbers(self.curve, nodes[0]),
         )
-        return roller_contributions(self, coordinates, p)
+        return ROLLER.contributions(self, coordinates, p)
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
         """The curve."""
         return [shape(self.first.name, carrier(mechanism, self.first.name, self.label), self.curve.drawing())]
-
-
-POINT = 1e-9
-"""Radius that stands for a point in checks of distances, over the size of the curve."""

@@ -59,7 +59,10 @@ def test_flat_follower_of_an_eccentric_disc():
     assert force == pytest.approx(exact, abs=1e-4)
     assert force.min() == pytest.approx(44.8, abs=1e-4)
     assert sol["tappet.place"].values == pytest.approx(0.05 + E * np.cos(wt), abs=1e-8)  # between steps
-    # the driving torque lifts follower and spring
+    # the driving torque lifts follower and spring, and all of its power goes through the pair
+    assert sol["tappet.normal_speed"].values == pytest.approx(E * 40.0 * np.cos(wt), abs=1e-6)
+    power = sol["tappet.force"].values * sol["tappet.normal_speed"].values
+    assert sol["motor.power"].values[1:] == pytest.approx(power[1:], abs=1e-4)
     assert sol["motor.torque"].values[1:] == pytest.approx((exact * E * np.cos(wt))[1:], abs=2e-6)
     assert np.abs(sol["energy.residual"].values).max() < 1e-5 * sol["energy.turned_over"].values[-1]
 

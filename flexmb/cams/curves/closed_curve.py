@@ -153,10 +153,7 @@ def tuples(values: Any) -> Any:
 
 def checked_points(owner: str, given: Any) -> np.ndarray:
     """Points (n, 2) of a closed curve, distinct, the closing one left out; or `InputError`."""
-    listed = checks.sequence(owner, "points", given, "points (x, y)")
-    points = np.array([checks.point(owner, f"points[{k}]", p) for k, p in enumerate(listed)]).reshape(-1, 2)
-    if not np.all(np.isfinite(points)):
-        raise InputError(f"{owner}: points must be finite numbers in m.")
+    points = point_array(owner, given)
     size = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
     if len(points) > 1 and math.dist(points[0], points[-1]) <= DOUBLED * size:
         points = points[:-1]
@@ -173,6 +170,16 @@ def checked_points(owner: str, given: Any) -> np.ndarray:
             "times as far as neighbours lie apart, so the curve is not closed. Give points all the way round."
         )
     return points
+
+
+def point_array(owner: str, given: Any) -> np.ndarray:
+    """Array (n, 2) of finite points, or `InputError` that names the first wrong one."""
+    found = []
+    for k, p in enumerate(checks.sequence(owner, "points", given, "points (x, y)")):
+        found.append(checks.point(owner, f"points[{k}]", p))
+        if not all(map(math.isfinite, found[-1])):
+            raise InputError(f"{owner}: points[{k}] is {p!r}; it must be a pair (x, y) of finite numbers in m.")
+    return np.array(found).reshape(-1, 2)
 
 
 def spline(points: np.ndarray) -> np.ndarray:

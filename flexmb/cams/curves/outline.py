@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from flexmb import checks
-from flexmb.cams.curves.closed_curve import tuples
+from flexmb.cams.curves.closed_curve import point_array, tuples
 from flexmb.cams.curves.geometry import area, crossing
 from flexmb.errors import InputError
 
@@ -58,8 +58,7 @@ class Outline(checks.Checked):
     bulges: Any = ()
 
     def __post_init__(self) -> None:
-        listed = checks.sequence("Outline", "points", self.points, "points (x, y)")
-        points = np.array([checks.point("Outline", f"points[{k}]", p) for k, p in enumerate(listed)]).reshape(-1, 2)
+        points = point_array("Outline", self.points)
         given = checks.sequence("Outline", "bulges", self.bulges, "numbers") or (0.0,) * len(points)
         bulges = np.array([checks.between("Outline", f"bulges[{k}]", b, -1.0, 1.0) for k, b in enumerate(given)])
         if len(bulges) != len(points):
