@@ -35,8 +35,8 @@ class CurveOnCurve(Part):
 
     Signals, ideal: force (contact force, > 0: the bodies press on each other) [N]; normal_speed (velocity along the
     normal there, of the body with the `Line` or `Circle`, else of the second one) [m/s]; force times normal_speed is
-    the power given to this body.  With `normal`: as of a contact (see `RevoluteClearance`; ex, ey from the surface of the first curve to
-    that of the second).  With a `Line` also place (of the contact along it from its start) [m].
+    the power given to this body.  With `normal`: as of a contact (see `RevoluteClearance`; ex, ey from the surface of
+    the first curve to that of the second).  With a `Line` also place (of the contact along it from its start) [m].
 
     Parameters
     ----------

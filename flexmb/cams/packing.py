@@ -77,13 +77,13 @@ def distance(curve: ClosedCurve, other: ClosedCurve | Circle | Line) -> tuple[fl
 
 
 def signed_distance(polygon: np.ndarray, point: Any) -> float:
-    """Distance of a point from the corners of a counter-clockwise polygon, < 0 inside."""
-    to = polygon - np.asarray(point)
-    away = np.hypot(*to.T)
-    angles = np.arctan2(to[:, 1], to[:, 0])
-    turns = np.diff(np.append(angles, angles[0]))
-    inside = abs(float(np.sum((turns + math.pi) % (2.0 * math.pi) - math.pi))) > math.pi
-    return -float(away.min()) if inside else float(away.min())
+    """Distance of a point from a closed polygon, < 0 inside."""
+    to, chord = polygon - np.asarray(point), np.roll(polygon, -1, axis=0) - polygon
+    share = np.clip(-np.sum(to * chord, axis=1) / np.sum(chord * chord, axis=1), 0.0, 1.0)
+    away = float(np.hypot(*(to + share[:, None] * chord).T).min())
+    ahead = np.roll(to, -1, axis=0)
+    turn = np.arctan2(to[:, 0] * ahead[:, 1] - to[:, 1] * ahead[:, 0], np.sum(to * ahead, axis=1))
+    return -away if abs(float(turn.sum())) > math.pi else away
 
 
 def along(line: Line) -> tuple[float, float]:

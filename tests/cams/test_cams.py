@@ -302,6 +302,30 @@ def test_the_nearest_points_are_found(shape):
     assert worst < 2e-6  # of the spacing of the points, squared
 
 
+@pytest.mark.parametrize("kind", ["cam", "roller", "line"])
+@pytest.mark.parametrize("depth", [1e-3, -1e-6, -1e-3])
+def test_gaps_of_discs(kind, depth):
+    """Distance of the centres less both radii, open and deep in contact, in any pose."""
+    r1, r2 = 0.03, 0.05
+
+    def disc(x, r):
+        return fm.ClosedCurve.from_function(lambda u: (x + r * math.cos(u), r * math.sin(u)), 120)
+
+    other = {
+        "cam": disc(r1 + r2, r2), "roller": fm.cams.Circle((r1 + r2, 0.0), r2), "line": fm.Line((r1, -1.0), (r1, 1.0)),
+    }[kind]  # fmt: skip
+    bodies = [fm.RigidBody(n, at=(x, 0.0), mass=1.0, inertia=1.0) for n, x in (("one", 0.0), ("two", r1 + r2))]
+    part = fm.CurveOnCurve("pair", bodies[0], disc(0.0, r1), bodies[1], other, normal=NORMAL, start="open")
+    contact = part.contributions(fm.Mechanism("pair", [*bodies, part]))[0]
+    random, out = np.random.default_rng(3), np.zeros(49)
+    for _ in range(100):
+        a, turn, gap = random.uniform(-3.0, 3.0), random.uniform(-9.0, 9.0, 2), depth * random.uniform(0.1, 1.0)
+        x, y = (r1 + r2 + gap) * math.cos(a), (r1 + r2 + gap) * math.sin(a)
+        q = np.array([0.0, 0.0, turn[0], x, y, a if kind == "line" else turn[1]])
+        contact.gap.dispatcher(np.array(contact.p), q, np.zeros(6), out)
+        assert out[0] == pytest.approx(gap, abs=1e-11)
+
+
 def test_pictures_show_both_curves():
     sol = fm.simulate(valve(), periods=0.1)
     lines = {(s.part, len(line)) for s in sol.shapes if hasattr(s, "lines") for line in s.lines}

@@ -1,11 +1,13 @@
 """Curves of bodies: splines, lift laws, profiles, outlines; and what they refuse."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import flexmb as fm
+from flexmb.cams.curves.geometry import sampled
 from flexmb.errors import InputError
 
 TURN = np.linspace(0.0, 2.0 * math.pi, 181)[:-1]
@@ -64,6 +66,14 @@ def test_wrong_curves_are_refused():
         fm.ClosedCurve([*points[:3], (0.0, math.nan), *points[4:]])
     with pytest.raises(InputError, match=r"function\(0\) and function\(2 pi\) are 0.1 m apart"):
         fm.ClosedCurve.from_function(lambda u: (0.1 * math.cos(0.5 * u) / 2, math.sin(u)))
+    curve = fm.ClosedCurve(points)
+    with pytest.raises(InputError, match=r"span 0 from .* begins elsewhere or has a corner"):
+        replace(curve, points=1.1 * points)
+    assert replace(curve, points=1.1 * points, spans=None).length == pytest.approx(1.1 * curve.length)
+    corner = np.array(curve.spans)
+    corner[5, 0, 1:3] += (1e-4, -1e-4)
+    with pytest.raises(InputError, match=r"span 4 from .* begins elsewhere or has a corner"):
+        fm.ClosedCurve(points, corner)
     with pytest.raises(InputError, match="it must be a list of points"):
         fm.ClosedCurve(3.0)
     with pytest.raises(InputError, match="a segment needs a length"):
@@ -125,6 +135,25 @@ def test_area_and_pieces_of_outlines():
     assert 0.5 * np.sum(y[0] * x[1] - x[0] * y[1]) == pytest.approx(outline.area, rel=2e-4)
     other = fm.cams.Outline(square[::-1], (0.0, 1.0, 0.0, 0.0)[::-1])
     assert other.area == pytest.approx(fm.cams.Outline(square, (0.0, 0.0, 0.0, 0.0)).area + math.pi / 8.0 * -1.0)
+
+
+def test_arcs_stay_within_the_tolerance_of_their_curve():
+    """Area within tolerance times length; no corners; pieces grow with the cube root of 1/tolerance."""
+    curve, pieces = fm.ClosedCurve(ellipse(0.05, 0.03, TURN[::20])), []
+    for tolerance in (1e-5, 1e-7, 1e-9):
+        outline = fm.cams.Outline.from_curve(curve, tolerance)
+        x, y = sampled(curve.array, 3000).T
+        assert outline.hollow_corners() == []
+        for k in range(len(outline.points)):
+            before, after = outline.directions(k - 1)[1], outline.directions(k)[0]
+            assert abs(before[0] * after[1] - before[1] * after[0]) < 1e-9
+        fine = 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+        assert abs(outline.area - fine) < tolerance * curve.length + 1e-9  # of the polygon
+        pieces.append(len(outline.points))
+    assert 2.0 < pieces[1] / pieces[0] <= 8.0
+    assert 2.0 < pieces[2] / pieces[1] <= 8.0
+    with pytest.raises(InputError, match="needs more than 128 arcs between two points"):
+        fm.cams.Outline.from_curve(curve, 1e-16)
 
 
 def test_wrong_outlines_are_refused():

@@ -58,6 +58,29 @@ def test_distances_are_those_of_the_drawn_outline():
     assert worst < 5e-5  # of the polygon: R (1 - cos of half an angle)
 
 
+def test_arcs_and_spline_of_a_curve_have_one_distance():
+    """Gaps of a roller from a hollow curve and from its arcs, in many places."""
+    curve = fm.ClosedCurve.from_function(
+        lambda u: ((0.1 + 0.02 * math.cos(3.0 * u)) * math.cos(u), (0.1 + 0.02 * math.cos(3.0 * u)) * math.sin(u)), 120
+    )
+    outline, out = fm.cams.Outline.from_curve(curve, 1e-8), np.zeros(GAP_SIZE)
+    one = fm.RigidBody("one", at=(0.0, 0.0), mass=1.0, inertia=1.0)
+    other = fm.RigidBody("other", at=(0.2, 0.0), mass=1.0, inertia=1.0)
+    roller = fm.cams.Circle((0.2, 0.0), 0.01)
+    contact = fm.cams.OutlineContact("arcs", one, outline, other, roller, normal=NORMAL)
+    pair = fm.CurveOnCurve("spline", one, curve, other, roller, normal=NORMAL, start="open")
+    mech = fm.Mechanism("both", [one, other, contact, pair])
+    (arcs,), (spline,) = contact.contributions(mech), pair.contributions(mech)
+    for u in np.linspace(0.0, 2.0 * math.pi, 400):
+        size = 0.11 + 0.02 * math.cos(3.0 * u) + 2e-3 * math.sin(40.0 * u)
+        q = np.array([0.0, 0.0, 0.0, size * math.cos(u), size * math.sin(u), 0.0])
+        gaps = []
+        for piece in (arcs, spline):
+            piece.gap.dispatcher(np.array(piece.p), q, np.zeros(6), out)
+            gaps.append(float(out[0]))
+        assert gaps[0] == pytest.approx(gaps[1], abs=1.01e-8)
+
+
 def test_a_disc_in_a_v_rests_on_both_sides():
     """Two contacts, each with the force m g/(2 sin 45 deg)."""
     vee = fm.cams.Outline(((-0.2, -0.1), (0.2, -0.1), (0.2, 0.2), (0.0, 0.0), (-0.2, 0.2)))
@@ -185,7 +208,9 @@ def test_a_ratchet_turns_one_way(torque, runs):
 def test_wrong_contacts_are_refused():
     with pytest.raises(InputError, match=r"circle of radius 1 m does not fit into the hollow arc"):
         pair((2.0, 2.0), radius=1.0)
-    with pytest.raises(ModelError, match=r"circle and outline overlap by 0.06334 m"):
-        fm.compile(pair((0.0, 0.15)))
+    with pytest.raises(ModelError, match=r"circle and outline overlap by 0.005 m"):
+        pair((0.09, 0.065))  # over the middle of a straight side, whose hollow corner is far
+    with pytest.raises(ModelError, match=r"circle and outline overlap by 0.07 m"):
+        pair((0.0, 0.05), outline=fm.cams.Outline(((-0.1, 0.0), (0.1, 0.0), (0.1, 0.4), (-0.1, 0.4))))
     with pytest.raises(InputError, match=r"outline is .*; it must be of the kind Outline"):
         pair((0.2, 0.2), outline=3.0)

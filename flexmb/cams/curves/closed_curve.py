@@ -24,6 +24,9 @@ LARGEST_CHORD = 10.0
 DOUBLED = 1e-9
 """Distance of neighbouring points over the size of the curve below which they count as one."""
 
+LARGEST_TURN = 1e-6
+"""Tangent of the angle of two spans [1] up to which a curve has no corner."""
+
 SAMPLES = 8
 """Points of a span at which curvature and crossings are examined."""
 
@@ -75,6 +78,7 @@ class ClosedCurve(checks.Checked):
                 f"ClosedCurve: spans has the shape {spans.shape}; it must be ({len(points)}, 2, 8), of finite numbers"
             )
             raise InputError(f"{text}, one span for each point. Leave spans out for a spline.")
+        check_joined(points, spans)
         polygon = sampled(spans, SAMPLES)
         if area(polygon) < 0.0:
             spans = reversed_spans(spans)
@@ -170,6 +174,24 @@ def checked_points(owner: str, given: Any) -> np.ndarray:
             "times as far as neighbours lie apart, so the curve is not closed. Give points all the way round."
         )
     return points
+
+
+def check_joined(points: np.ndarray, spans: np.ndarray) -> None:
+    """Refuse spans that do not begin at the points, or do not go on smoothly at the next point."""
+    size = float(np.ptp(points, axis=0).max())
+    ends, next_starts = spans.sum(axis=2), np.roll(spans[:, :, 0], -1, axis=0)
+    arriving, leaving = spans @ np.arange(8.0), np.roll(spans[:, :, 1], -1, axis=0)
+    turn = arriving[:, 0] * leaving[:, 1] - arriving[:, 1] * leaving[:, 0]
+    along = np.sum(arriving * leaving, axis=1)
+    apart = np.hypot(*(spans[:, :, 0] - points).T) + np.hypot(*(ends - next_starts).T)
+    wrong = (apart > DOUBLED * size) | ~(np.abs(turn) <= LARGEST_TURN * along)
+    if np.any(wrong):
+        k = int(np.argmax(wrong))
+        x, y = points[k]
+        raise InputError(
+            f"ClosedCurve: span {k} from ({x:.6g}, {y:.6g}) m begins elsewhere or has a corner at its end. Leave spans "
+            "out (None) where the points are others; a curve with corners is an Outline."
+        )
 
 
 def point_array(owner: str, given: Any) -> np.ndarray:

@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 
 from flexmb import checks
-from flexmb.cams.curves.closed_curve import point_array, tuples
+from flexmb.cams.curves.biarcs import biarcs
+from flexmb.cams.curves.closed_curve import ClosedCurve, point_array, tuples
 from flexmb.cams.curves.geometry import area, crossing
 from flexmb.errors import InputError
 
-ARC_POINTS = 24
-"""Points of a drawn or examined arc."""
+ARC_POINTS = 48
+"""Points of a drawn or examined quarter of a circle; shorter arcs have fewer."""
 
 LARGEST_BULGE = math.tan(math.pi / 8.0)
 """Bulge of a quarter of a circle; longer arcs are halved."""
@@ -81,6 +82,30 @@ class Outline(checks.Checked):
             )
         object.__setattr__(self, "points", tuples(points))
         object.__setattr__(self, "bulges", tuples(bulges))
+
+    @classmethod
+    def from_curve(cls, curve: ClosedCurve, tolerance: float) -> Outline:
+        """Outline of arcs with common tangents (biarcs) near a closed curve.
+
+        Parameters
+        ----------
+        curve : the curve.
+        tolerance : largest distance from it [m], > 0.
+
+        Raises
+        ------
+        InputError : a tolerance that needs more than 128 arcs between two points of the curve.
+        """
+        name = "Outline.from_curve"
+        if not isinstance(curve, ClosedCurve):
+            raise InputError(f"{name}: curve is {curve!r}; it must be a ClosedCurve.")
+        found = biarcs(curve.array, checks.positive(name, "tolerance", tolerance, "m"))
+        if found is None:
+            raise InputError(
+                f"{name}: tolerance is {tolerance:g} m, beside a curve of {curve.size:.4g} m; it needs more than 128 "
+                "arcs between two points. Use CurveOnCurve, which takes the curve itself, or a larger tolerance."
+            )
+        return cls(*found)
 
     def __repr__(self) -> str:
         return f"Outline({len(self.points)} pieces)"
@@ -183,7 +208,9 @@ def _polygon(points: np.ndarray, bulges: np.ndarray) -> np.ndarray:
             found.append(start[None])
             continue
         # a point at the fraction u of the angle, by the sines of both parts
-        half, u = 2.0 * math.atan(b), np.arange(ARC_POINTS) / ARC_POINTS
+        half = 2.0 * math.atan(b)
+        count = math.ceil(ARC_POINTS * abs(half) / (0.25 * math.pi) - SMOOTH)
+        u = np.arange(count) / count
         chord = end - start
         far = np.sin(half * u) / math.sin(half)
         turn = -half * (1.0 - u)
