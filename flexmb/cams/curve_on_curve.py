@@ -106,6 +106,13 @@ class CurveOnCurve(Part):
             return self.first, self.first_curve, self.second, self.second_curve
         return self.second, self.second_curve, self.first, self.first_curve
 
+    @property
+    def pin_radius(self) -> float:
+        """Least radius of curvature of both curves [m], beside which penetrations are judged."""
+        curves = self.first_curve, self.second_curve
+        radii = [c.radius for c in curves if isinstance(c, Circle)]
+        return min([*radii, *(1.0 / c.extreme_curvature()[1] for c in curves if isinstance(c, ClosedCurve))])
+
     def validate(self, mechanism: Mechanism) -> None:
         """Refuse curves that are far apart, overlap, or touch beyond the end of a line."""
         super().validate(mechanism)

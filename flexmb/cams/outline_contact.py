@@ -79,6 +79,11 @@ class OutlineContact(Part):
                     f"from ({x:.6g}, {y:.6g}) m, whose radius is {-radius:g} m. Use a smaller circle, or a wider arc."
                 )
 
+    @property
+    def pin_radius(self) -> float:
+        """Radius of the circle [m], beside which penetrations are judged."""
+        return self.circle.radius
+
     def validate(self, mechanism: Mechanism) -> None:
         """Refuse a circle inside the outline."""
         super().validate(mechanism)

@@ -70,6 +70,11 @@ class PointOnCurve(Part):
         if not isinstance(self.curve, ClosedCurve):
             raise InputError(f"{self.label}: curve is {self.curve!r}; it must be a ClosedCurve.")
 
+    @property
+    def pin_radius(self) -> float:
+        """Least radius of curvature of the curve [m], beside which penetrations are judged."""
+        return 1.0 / self.curve.extreme_curvature()[1]
+
     def validate(self, mechanism: Mechanism) -> None:
         """Refuse a point far from the curve."""
         super().validate(mechanism)

@@ -1,6 +1,7 @@
 """Cams and followers against closed forms: lifts, forces, accelerations, lift-off; contracts; messages."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -206,6 +207,12 @@ def test_a_flight_of_the_follower_is_a_free_vibration():
     free = y[0] * np.cos(w * (t - t[0])) + v[0] / w * np.sin(w * (t - t[0]))  # the spring is unstressed at y = 0
     assert y == pytest.approx(free, abs=2e-7)
     assert np.abs(sol["energy.residual"].values).max() < 1e-3 * sol["energy.turned_over"].values[-1]
+
+
+def test_a_law_that_lets_the_cam_through_is_not_ok():
+    sol = fm.simulate(valve(normal=fm.KelvinVoigt(stiffness=1e3, damping=1.0)), periods=2)
+    assert not sol.ok
+    assert re.search(r"'tappet' is penetrated by 0.0\d+ m", sol.status)
 
 
 def test_friction_on_a_face_turns_the_cam_back():
