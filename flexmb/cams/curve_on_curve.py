@@ -54,7 +54,7 @@ class CurveOnCurve(Part):
     Raises
     ------
     InputError : curves of other kinds, a law of the wrong kind, a concave curve under a `Line`, a roller that is larger
-        than a hollow of the curve (undercut).
+        than a hollow of the curve, or another curve that is (undercut).
     ModelError : a body with itself, a flexible body, curves that are far apart or overlap in the reference
         configuration.
 
@@ -98,6 +98,19 @@ class CurveOnCurve(Part):
             raise InputError(
                 f"{self.label}: the roller of radius {other.radius:g} m does not fit into the hollow near "
                 f"({x:.6g}, {y:.6g}) m, whose radius is {-1.0 / least:.4g} m (undercut). Use a smaller roller."
+            )
+
+        if isinstance(other, ClosedCurve):
+            self._check_fit(curve, other)
+            self._check_fit(other, curve)
+
+    def _check_fit(self, curve: ClosedCurve, other: ClosedCurve) -> None:
+        """Refuse a hollow of `curve` that no place of `other` fits into."""
+        (least, _, (x, y)), largest = curve.extreme_curvature(), other.extreme_curvature()[1]
+        if least <= -largest:
+            raise InputError(
+                f"{self.label}: the other curve, of radius {1.0 / largest:.4g} m at least, does not fit into the "
+                f"hollow near ({x:.6g}, {y:.6g}) m, whose radius is {-1.0 / least:.4g} m (undercut). Change one of them."
             )
 
     def _ordered(self) -> tuple[Part, Any, Part, Any]:

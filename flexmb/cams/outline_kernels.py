@@ -71,8 +71,10 @@ def outline_place(p, X, Y):
     if kind == ARC:
         wx, wy, R = X - p[k + ORIGIN_X], Y - p[k + ORIGIN_Y], p[k + BEND]
         size, turn = math.sqrt(wx * wx + wy * wy), (1.0 if R > 0.0 else -1.0)
-        nx, ny = turn * wx / size, turn * wy / size
         away = turn * size - R
+        if size == 0.0:  # in the centre of the arc any of its points is nearest
+            return p[k + X0], p[k + Y0], p[k + START_NX], p[k + START_NY], away, abs(R), turn
+        nx, ny = turn * wx / size, turn * wy / size
         return X - away * nx, Y - away * ny, nx, ny, away, abs(R), turn
     x, y, mx, my = p[k + X0], p[k + Y0], p[k + START_NX], p[k + START_NY]
     if at_end:

@@ -32,8 +32,9 @@ def unit_motion(j, r1x, r1y, r2x, r2y):
 
 @compiled
 def travel(tau, w1, w2, distance, a1, b1, a2, b2):
-    """Turn of the normal, and travel of both points along their curves."""
-    over = 1.0 / (a1 * b2 + a2 * b1 + b1 * b2 * distance)
+    """Turn of the normal, and travel of both points along their curves; no turn where any normal would do."""
+    scale = a1 * b2 + a2 * b1 + b1 * b2 * distance
+    over = 1.0 / scale if scale != 0.0 else 0.0
     turn = over * (b1 * b2 * tau + a1 * b2 * w1 + a2 * b1 * w2)
     first = over * a1 * (b2 * tau + a2 * (w2 - w1) - b2 * distance * w1)
     return turn, first, tau - first - distance * turn

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from flexmb.cams import curve_kernels, line_kernels, point_kernels
@@ -47,7 +47,10 @@ class PairKernels:
         part : the pair.
         coordinates, p : coordinates and numbers of the kernels.
         """
-        ideal = ConstraintContribution(part.name, self.equation, coordinates, p, 1, holds="closed")
+        x, y, theta = coordinates[3:]
+        ideal = ConstraintContribution(
+            part.name, self.equation, coordinates, p, 1, second=(x, y, theta), holds="closed"
+        )
         if part.normal is not None:
             friction = part.friction or Frictionless()
             contact = ContactContribution(part.name, self.gap, coordinates, p, part.normal, friction)
@@ -55,9 +58,7 @@ class PairKernels:
         rubbing = None if part.friction is None else JointFriction(self.sliding, p, part.friction)
         force = Reaction("force", "N", 0)
         return [
-            ConstraintContribution(
-                part.name, self.equation, coordinates, p, 1, joint_friction=rubbing, reactions=(force,)
-            ),
+            replace(ideal, holds="always", joint_friction=rubbing, reactions=(force,)),
             SignalContribution(part.name, "normal_speed", "m/s", self.speed, coordinates, p),
         ]
 

@@ -55,8 +55,8 @@ class Gear(Wheels):
 
     Raises
     ------
-    InputError : numbers of teeth that are not whole or not > 0; an internal pair of equal wheels.
-    InputError : backlash without normal law or beyond half a tooth.
+    InputError : numbers of teeth that are not whole or not > 0; an internal pair of equal wheels; backlash without a
+        normal law, or more than half a tooth.
     ModelError : a wheel that meshes with itself; a distance of the axes that is 0, or does not fit the module; backlash
         of a wheel whose centre of mass is not on its axis.
 

@@ -81,6 +81,22 @@ def test_arcs_and_spline_of_a_curve_have_one_distance():
         assert gaps[0] == pytest.approx(gaps[1], abs=1.01e-8)
 
 
+def test_a_pin_in_the_centre_of_a_hollow_arc_has_finite_forces():
+    """The gap is the difference of the radii, whatever the normal."""
+    points = ((-0.2, 0.0), (-0.1, 0.0), (0.1, 0.0), (0.2, 0.0), (0.2, -0.3), (-0.2, -0.3))
+    outline = fm.cams.Outline(points, (0.0, 1.0, 0.0, 0.0, 0.0, 0.0))
+    one = fm.RigidBody("one", at=(0.0, 0.0), mass=1.0, inertia=1.0)
+    other = fm.RigidBody("other", at=(0.0, 0.0), mass=1.0, inertia=1.0)
+    contact = fm.cams.OutlineContact("pin", one, outline, other, fm.cams.Circle((0.0, 0.0), 0.09), normal=NORMAL)
+    (piece,) = contact.contributions(fm.Mechanism("pair", [one, other, contact]))
+    out = np.zeros(GAP_SIZE)
+    piece.gap.dispatcher(np.array(piece.p), np.zeros(6), np.ones(6), out)
+    assert np.all(np.isfinite(out))
+    assert out[0] == pytest.approx(0.01, abs=1e-12)
+    piece.gap.dispatcher(np.array(piece.p), np.array([0.0, 0.0, 0.0, 0.003, -0.004, 0.0]), np.ones(6), out)
+    assert out[0] == pytest.approx(0.005, abs=1e-12)
+
+
 def test_a_disc_in_a_v_rests_on_both_sides():
     """Two contacts, each with the force m g/(2 sin 45 deg)."""
     vee = fm.cams.Outline(((-0.2, -0.1), (0.2, -0.1), (0.2, 0.2), (0.0, 0.0), (-0.2, 0.2)))

@@ -16,8 +16,8 @@ SPANS, BOXES, FIRST_BOX = range(3)
 BOX_X, BOX_Y, BOX_RADIUS, BOX_FIRST, BOX_END, BOX_SIZE = range(6)
 """Places in a box, and its length."""
 
-C0, C1, C2, C3, C4, C5, C6, C7, SPAN_Y = range(9)
-"""Coefficients of x in a span; from the last place on those of y."""
+C6, C7, SPAN_Y = range(6, 9)
+"""Places of the last two coefficients of x in a span, and of the first one of y."""
 
 SPAN_SIZE = 16
 """Numbers of a span."""
@@ -105,14 +105,13 @@ def nearest_start(p, base, X, Y):
             square = (X - p[c]) ** 2 + (Y - p[c + SPAN_Y]) ** 2
             if square < best:
                 best, found = square, span
-    return found, best
+    return found
 
 
 @compiled
 def foot(p, base, X, Y):
     """Point of the curve nearest to (X, Y), unit tangent and curvature there."""
-    span, _ = nearest_start(p, base, X, Y)
-    u = 0.0
+    span, u = nearest_start(p, base, X, Y), 0.0
     for _ in range(MOST_ITERATIONS):
         k = span_place(p, base, span)
         x, dx, ddx = horner(p, k, u)
