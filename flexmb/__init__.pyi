@@ -1,5 +1,6 @@
 """Public names of flexmb: those that most scripts need, and namespaces for the rest."""
 
+from flexmb import cams as cams
 from flexmb import chaos as chaos
 from flexmb import contact as contact
 from flexmb import couplings as couplings
@@ -23,6 +24,9 @@ from flexmb.bodies.flexible_frame import FlexibleFrame as FlexibleFrame
 from flexmb.bodies.flexible_link import FlexibleLink as FlexibleLink
 from flexmb.bodies.rigid_body import RigidBody as RigidBody
 from flexmb.bodies.rigid_link import RigidLink as RigidLink
+from flexmb.cams.curve_on_curve import CurveOnCurve as CurveOnCurve
+from flexmb.cams.curves.closed_curve import ClosedCurve as ClosedCurve
+from flexmb.cams.curves.line import Line as Line
 from flexmb.contact import friction as friction
 from flexmb.contact.friction.modified_coulomb import ModifiedCoulomb as ModifiedCoulomb
 from flexmb.contact.normal.hysteresis_laws import HuntCrossley as HuntCrossley
@@ -83,7 +87,6 @@ from flexmb.step.step_size import Adaptive as Adaptive
 from flexmb.step.step_size import FixedStep as FixedStep
 from flexmb.study.nine_bar.staggered.method import Staggered as Staggered
 from flexmb.sweeps.bifurcation_diagram import bifurcation as bifurcation
-from flexmb.sweeps.datasets import load_sweep as load_sweep
 from flexmb.sweeps.parameter_sweep import sweep as sweep
 from flexmb.view.bifurcation import plot_bifurcation as plot_bifurcation
 from flexmb.view.plot import plot as plot

@@ -1,15 +1,19 @@
-"""Gear pair: two toothed wheels, external or internal, on fixed axes or on an arm."""
+"""Gear pair: two toothed wheels, external or internal, on fixed axes or on an arm, with or without backlash."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, replace
 from typing import TYPE_CHECKING
 
 from flexmb import checks, planar
+from flexmb.contact.friction.frictionless import Frictionless
+from flexmb.couplings.tooth_contact import involute, tooth_gap_kernel
 from flexmb.couplings.wheels import Wheels
 from flexmb.errors import InputError, ModelError
-from flexmb.model.contributions import Contribution
+from flexmb.model.contributions import ContactContribution, Contribution, node_coordinates
+from flexmb.model.law import NormalLaw
 from flexmb.model.part import GROUND
 
 if TYPE_CHECKING:
@@ -18,16 +22,23 @@ if TYPE_CHECKING:
 FITS = 1e-3
 """Difference of the distance of the axes from the sum of the pitch radii, relative to it, that still fits."""
 
+STANDARD_PRESSURE_ANGLE = math.radians(20.0)
+"""Pressure angle of standard gears [rad] (ISO 53)."""
+
+FLANKS = {"forward": 1.0, "backward": -1.0}
+"""Names of the contacts of a pair with backlash; 1 where the first wheel pushes while it turns counter-clockwise."""
+
 
 @dataclass(frozen=True)
 class Gear(Wheels):
-    """Ideal gear pair of two wheels, without backlash; the wheels need joints of their own.
+    """Gear pair of two wheels, ideal or with backlash; the wheels need joints of their own.
 
     The pitch circles roll on one another: r1 (theta1 - theta_arm) + r2 (theta2 - theta_arm) is constant, with - r2 for
     an internal pair.
 
     Signals: force (tangential, at the pitch point) [N]; first_torque, second_torque (on the wheels) [N m]; power (of
-    second_torque) [W].
+    second_torque) [W].  With backlash: of both contacts, forward and backward (`mesh.forward.normal_force`, ...), as of
+    `RevoluteClearance`; the forward one carries where the first wheel drives counter-clockwise.
 
     Parameters
     ----------
@@ -38,16 +49,27 @@ class Gear(Wheels):
     arm : body that carries the axes; `GROUND` for fixed axes.
     distance : distance of the axes [m], > 0; None: of the centres of mass in the reference configuration.
     module : module of the teeth, pitch diameter over number of teeth [m]; None: as the distance has it.
+    backlash : play of the teeth along the pitch circles [m], > 0, with `normal`; None: an ideal pair.
+    normal : law of the normal force of the flanks along the line of action, of a pair with backlash.
+    pressure_angle : pressure angle alpha in the reference configuration [rad], between 0 and pi/4.
 
     Raises
     ------
-    InputError : numbers of teeth that are not whole or not > 0; an internal pair of equal wheels.
-    ModelError : a wheel that meshes with itself; a distance of the axes that is 0, or does not fit the module.
+    InputError : numbers of teeth that are not whole or not > 0; an internal pair of equal wheels; backlash without a
+        normal law, or more than half a tooth.
+    ModelError : a wheel that meshes with itself; a distance of the axes that is 0, or does not fit the module; backlash
+        of a wheel whose centre of mass is not on its axis.
 
     Notes
     -----
     The ratio depends on the teeth alone; the distance sets the force at the pitch point, which is the multiplier.
-    Radial forces of the pressure angle are not counted: they load the bearings and do no work.
+    An ideal pair does not count the radial forces of the pressure angle: they load the bearings and do no work.
+
+    With backlash the teeth are rigid involutes with an elastic normal law, which stands for the stiffness of the mesh.
+    The force has the direction of the line of action.  Play and pressure angle follow the distance of the axes exactly,
+    so bearings may have clearance.  At the start the teeth stand in the middle of their play and move as an ideal pair.
+    Sliding along the flanks and a varying number of teeth in mesh are left out.
+    Source: J. J. Uicker, G. R. Pennock, J. E. Shigley, Theory of Machines and Mechanisms, 4th ed., Oxford 2011, ch. 7.
     """
 
     _: KW_ONLY
@@ -55,6 +77,9 @@ class Gear(Wheels):
     internal: bool = False
     distance: float | None = None
     module: float | None = None
+    backlash: float | None = None
+    normal: NormalLaw | None = None
+    pressure_angle: float = STANDARD_PRESSURE_ANGLE
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -69,6 +94,22 @@ class Gear(Wheels):
                 checks.positive(self.label, name, getattr(self, name), "m")
         if self.internal and self.teeth[0] == self.teeth[1]:
             raise InputError(f"{self.label}: both wheels have {self.teeth[0]} teeth; a ring needs more than its wheel.")
+        checks.between(self.label, "pressure_angle", self.pressure_angle, 1e-3, 0.25 * math.pi, "rad")
+        self._check_backlash()
+
+    def _check_backlash(self) -> None:
+        """Check that backlash and normal law are given together."""
+        if self.backlash is None:
+            if self.normal is not None:
+                raise InputError(
+                    f"{self.label}: normal is given without backlash; give backlash=... in m, or leave it."
+                )
+            return
+        checks.positive(self.label, "backlash", self.backlash, "m", "For an ideal pair leave backlash out.")
+        if not isinstance(self.normal, NormalLaw):
+            raise InputError(
+                f"{self.label}: normal is {self.normal!r}; a pair with backlash needs a normal law, e.g. KelvinVoigt."
+            )
 
     def radii(self, mechanism: Mechanism) -> tuple[float, float]:
         """Pitch radii of both wheels [m].
@@ -103,6 +144,41 @@ class Gear(Wheels):
         return apart
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One constraint equation between two or three angles."""
+        """One constraint equation between two or three angles, or two contacts."""
         r1, r2 = self.radii(mechanism)
-        return [self.rolling(mechanism, r1, -r2 if self.internal else r2)]
+        ideal = self.rolling(mechanism, r1, -r2 if self.internal else r2)
+        if self.backlash is None or self.normal is None:
+            return [ideal]
+        contacts = self._contacts(mechanism, r1, -r2 if self.internal else r2, self.backlash, self.normal)
+        return [*contacts, replace(ideal, holds="closed")]
+
+    def _contacts(
+        self, mechanism: Mechanism, r1: float, r2: float, backlash: float, normal: NormalLaw
+    ) -> Sequence[Contribution]:
+        """Contacts of both flanks."""
+        one, two = (mechanism.body(part.name, self.label) for part in (self.first, self.second))
+        first, second = one.node(one.main), two.node(two.main)
+        apart, wanted = planar.distance((first.x, first.y), (second.x, second.y)), abs(r1 + r2)
+        if GROUND.name in (self.first.name, self.second.name) or abs(apart - wanted) > FITS * wanted:
+            raise ModelError(
+                f"{self.label}: with backlash both wheels must be bodies whose centres of mass lie on their axes, "
+                f"{wanted:g} m apart; they are {apart:g} m apart. Use a heavy body on a Fixed joint for a ring at rest."
+            )
+        pitch = 2.0 * math.pi * abs(r1) / self.teeth[0]
+        if backlash >= 0.5 * pitch:
+            raise InputError(
+                f"{self.label}: backlash is {backlash:g} m, but a tooth and its gap are {pitch:.4g} m long together; "
+                "it must be less than half of that."
+            )
+        c = math.cos(self.pressure_angle)
+        direction = math.atan2(second.y - first.y, second.x - first.x)
+        offset = c * (r1 * (first.theta - direction) + r2 * (second.theta - direction))
+        coordinates = (*node_coordinates(one.name, first.name), *node_coordinates(two.name, second.name))
+        play = backlash, 0.5 * backlash * c, r1 * c, r2 * c
+        rest = involute(self.pressure_angle), offset, pitch * c
+        return [
+            ContactContribution(
+                self.name, tooth_gap_kernel, coordinates, (*play, side, *rest), normal, Frictionless(), name
+            )
+            for name, side in FLANKS.items()
+        ]

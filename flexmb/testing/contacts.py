@@ -29,6 +29,8 @@ STEPS = (0.0, 1e-5, 1e-3)
 """Time steps h [s] of the states."""
 ROUNDS = 12
 """Number of states for each time step."""
+ROUND_OFF = 1e-12
+"""Gap of the reference configuration over the size of the pair below which the surfaces touch."""
 
 
 def check_contact(bench: Bench, contribution: ContactContribution) -> None:
@@ -60,7 +62,9 @@ def check_gap(bench: Bench, contribution: ContactContribution) -> float:
     q = bench.pose[bench.number.dofs(contribution.coordinates)]
     scale = bench.scales(contribution.coordinates)
     reference = tested.checked_call({"q": q, "v": np.zeros(6)})["out"]
-    size = abs(float(reference[GAP])) or 1e-3 * float(scale.max())
+    size = abs(float(reference[GAP]))
+    if size <= ROUND_OFF * float(scale.max()):  # surfaces that touch
+        size = 1e-3 * float(scale.max())
     # gaps near the reference configuration, then larger motions as for other pieces
     distances = np.array([*(size * f for f in (0.1, 0.5, 0.9, 1.1, 1.5, 3.0)), 1e-3 * scale[0], 0.1 * scale[0]])
     for distance in bench.some(np.repeat(distances, 3).tolist()):

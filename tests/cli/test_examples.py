@@ -50,6 +50,7 @@ def numbers(pattern, text):
 
 def test_no_example_is_forgotten():
     tested = {"pendulum", "cantilever", "flexible_four_bar", "own_law", "frame_from_mesh", "restart", "chaos"}
+    tested |= {"cam_lift_off", "geneva"}
     assert {path.stem for path in EXAMPLES.glob("*.py")} == tested | set(KNOWN)
 
 
@@ -81,6 +82,29 @@ def test_cantilever(tmp_path):
     assert errors[4] < 5e-4
     assert errors[8] < errors[4] / 10  # fourth order, up to the stretching that the exact value leaves out
     assert errors[32] < 5e-6
+
+
+def test_cam_lift_off(tmp_path):
+    text = output("cam_lift_off", tmp_path)
+    for measured, exact in (*numbers(r"lift # m \(exact #\)", text), *numbers(r"force # N \(exact #\)", text)):
+        assert measured == pytest.approx(exact, rel=1e-5)
+    ((found, exact),) = numbers(r"zero at # rad/s \(exact #\)", text)
+    assert exact == pytest.approx(math.sqrt(80.0 / 0.003), abs=1e-3)  # (F0 + 2 k e)/(m e)
+    assert found == pytest.approx(exact, rel=1e-5)
+    episodes = dict(numbers(r"contact at +# rad/s: # episodes", text))
+    assert [count > 1 for speed, count in sorted(episodes.items())] == [False, True, True]
+
+
+def test_geneva(tmp_path):
+    text = output("geneva", tmp_path)
+    ((speed, exact),) = numbers(r"speed ratio # \(1 \+ sqrt 2 = #\)", text)
+    assert speed == pytest.approx(exact, abs=1e-9)
+    ((found, peak),) = numbers(r"acceleration # w\^2 \(#\)", text)
+    assert found == pytest.approx(peak, rel=1e-5)
+    error = float(re.findall(r"largest error (\S+)", text)[0])
+    assert error < 1e-9
+    turned = float(re.findall(r"turned by (\S+) degrees", text)[0])
+    assert turned == pytest.approx(-90.0, abs=0.2)
 
 
 def test_flexible_four_bar(tmp_path):

@@ -93,7 +93,7 @@ def test_workers_write_the_same_store_and_it_is_gone_on_with(model, capsys):
     common = ["sweep", model, "--speed", "10:14:5", "--direction", "both", "--chunks", "2", "--no-plots", *SHORT]
     assert main([*common, "--store", "one.zarr"]) == 0
     assert main([*common, "--store", "two.zarr", "--workers", "2"]) == 0
-    assert fm.load_sweep("one.zarr").identical(fm.load_sweep("two.zarr"))
+    assert fm.sweeps.load_sweep("one.zarr").identical(fm.sweeps.load_sweep("two.zarr"))
     assert "--resume" in refused([*common, "--store", "one.zarr"], capsys)
     assert main([*common, "--store", "one.zarr", "--resume"]) == 0
     assert "written by another sweep" in refused([*common, "--store", "one.zarr", "--resume", "--length", "2m"], capsys)

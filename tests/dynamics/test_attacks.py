@@ -145,7 +145,7 @@ def test_arguments_without_influence_are_refused(tool, make, given, words):
         (lambda: fm.chaos.rosenstein(1j * np.ones(500)), "no list of numbers"),
         (lambda: fm.chaos.zero_one_test(1e300 * np.sin(np.arange(500.0))), "Give another unit"),
         (lambda: fm.chaos.embedding(1e-310 * np.sin(np.arange(500.0))), "Give another unit"),
-        (lambda: fm.load_sweep(3), "the path is 3"),
+        (lambda: fm.sweeps.load_sweep(3), "the path is 3"),
     ],
 )
 def test_wrong_arguments_are_named(make, words):

@@ -74,6 +74,9 @@ JOINT, SLIDER = sliding()
 RUBBER = {"stiffness": (1e4, 3e4), "damping": (3.0, 1.0), "torsion": 5.0, "torsion_damping": 0.1, "along": (1.0, 0.3)}
 SLOT = {"clearance": 2e-4, "pin_radius": 8e-3, "normal": LN, "friction": COULOMB}
 GUIDE = {"clearance": 2e-4, "half_length": 0.03, "half_height": 0.01, "normal": LN, "friction": COULOMB}
+DISC = fm.ClosedCurve.from_function(lambda u: (0.05 + 0.07 * math.cos(u), 0.1 + 0.05 * math.sin(u)), 60)
+FACE = fm.Line((0.12, 0.0), (0.125, 0.2))
+HOOK = fm.cams.Outline((O, (0.1, 0.0), (0.05, 0.03), (0.0, 0.1)), (0.0, 0.0, -0.1, 0.2))
 TIMES = tuple(np.linspace(0.0, 1.0, 9))
 WAVE = tuple(0.2 * math.sin(2.0 * math.pi * t) for t in TIMES)
 
@@ -177,6 +180,26 @@ BUILT_IN = {
     ),
     "Gear": (two_links(fm.Gear("mesh", crank(), arm(), teeth=(20, 35))), "mesh"),
     "Gear, internal": (two_links(fm.Gear("mesh", crank(), arm(), teeth=(20, 35), internal=True)), "mesh"),
+    "Gear, backlash": (
+        two_links(
+            fm.Gear("mesh", crank(), arm(), teeth=(20, 35), backlash=1e-4, normal=LN, pressure_angle=math.radians(30.0))
+        ),
+        "mesh",
+    ),
+    "CurveOnCurve": (two_links(fm.CurveOnCurve("cam", crank(), DISC, arm(), FACE, friction=COULOMB)), "cam"),
+    "CurveOnCurve, contact": (
+        two_links(fm.CurveOnCurve("cam", crank(), DISC, arm(), FACE, normal=LN, start="open")), "cam",
+    ),
+    "PointOnCurve": (two_links(fm.cams.PointOnCurve("pin", crank(), DISC, arm(), (0.12, 0.1))), "pin"),
+    "OutlineContact": (
+        two_links(
+            fm.cams.OutlineContact(
+                "pin", crank(), HOOK, arm(),
+                fm.cams.Circle((0.08, 0.06), 0.01), normal=LN, friction=COULOMB,
+            )
+        ),
+        "pin",
+    ),
     "Belt": (two_links(fm.couplings.Belt("belt", crank(), arm(), radii=(0.04, 0.03), crossed=True)), "belt"),
     "Rack": (two_links(fm.couplings.Rack("rack", crank(), arm(), at=B, along=(0.2, 1.0))), "rack"),
     "SameRotation": (two_links(fm.couplings.SameRotation("same", crank(), arm())), "same"),

@@ -210,7 +210,7 @@ def test_a_store_can_be_read_by_others(reference):
     np.testing.assert_array_equal(raw["points"].isel(signal=0).values, dataset["x0"].values)
     assert raw["status"].values.tolist() == dataset["status"].values.tolist()
     assert raw["seam"].values.tolist() == dataset["seam"].values.tolist()
-    assert fm.load_sweep(path).identical(dataset)
+    assert fm.sweeps.load_sweep(path).identical(dataset)
 
 
 def test_nothing_in_a_store_says_when_and_where(reference):
@@ -290,7 +290,7 @@ def test_other_folders_are_refused(tmp_path):
     with pytest.raises(fm.errors.FileFormatError, match="not one of flexmb"):
         diagram(tmp_path / "x.zarr", resume=True)
     with pytest.raises(fm.errors.FileFormatError, match="there is none"):
-        fm.load_sweep(tmp_path / "nothing")
+        fm.sweeps.load_sweep(tmp_path / "nothing")
     (tmp_path / "y.zarr").mkdir()
     (tmp_path / "y.zarr" / "zarr.json").write_text("{")
     with pytest.raises(fm.errors.FileFormatError, match="cannot be read"):
@@ -306,7 +306,7 @@ def test_a_damaged_store_is_refused_by_name(reference, tmp_path, file):
     with pytest.raises(fm.errors.FileFormatError, match=r"r.zarr': cannot be read .* Delete it"):
         diagram(path, resume=True)
     with pytest.raises(fm.errors.FileFormatError, match="cannot be read"):
-        fm.load_sweep(path)
+        fm.sweeps.load_sweep(path)
 
 
 def test_workers_that_die_leave_a_store_to_go_on_with(tmp_path):
@@ -315,7 +315,7 @@ def test_workers_that_die_leave_a_store_to_go_on_with(tmp_path):
     values = [2.5, 2.6, 3.0, 3.1, 3.2]  # computed from both ends inwards
     with ProcessPoolExecutor(1) as pool, pytest.raises(fm.errors.WorkerError, match="resume=True"):
         fm.bifurcation(mortal_map, "r", values, fixed={"flag": str(flag)}, executor=pool, **settings)
-    part = fm.load_sweep(tmp_path / "s")
+    part = fm.sweeps.load_sweep(tmp_path / "s")
     assert part["ok"].values.tolist() == [True, False, False, False, True]
     assert part["status"].values[2] == ""
     flag.unlink()

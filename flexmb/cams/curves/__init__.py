@@ -1,0 +1,1 @@
+"""Plane curves: geometry of cams, flats, rollers and outlines, packed as the numbers of kernels."""

@@ -1,0 +1,219 @@
+"""Outline of a body with corners: a closed chain of straight lines and circular arcs."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.cams.curves.biarcs import biarcs
+from flexmb.cams.curves.closed_curve import ClosedCurve, point_array, tuples
+from flexmb.cams.curves.geometry import area, crossing
+from flexmb.errors import InputError
+
+ARC_POINTS = 48
+"""Points of a drawn or examined quarter of a circle; shorter arcs have fewer."""
+
+LARGEST_BULGE = math.tan(math.pi / 8.0)
+"""Bulge of a quarter of a circle; longer arcs are halved."""
+
+SMOOTH = 1e-9
+"""Sine of the angle of two pieces [1] up to which they join without a corner."""
+
+DOUBLED = 1e-12
+"""Length of a piece over the size of the outline below which its ends count as one point."""
+
+
+@dataclass(frozen=True, repr=False)
+class Outline(checks.Checked):
+    """Closed chain of straight lines and circular arcs, with corners: wheels with slots, ratchets, pawls.
+
+    Parameters
+    ----------
+    points : (n, 2) points in the reference configuration of the mechanism [m], in order, at least 2; either direction,
+        stored counter-clockwise.
+    bulges : (n,) tan(angle/4) of the arc from each point to the next one, > 0 for an arc that turns
+        counter-clockwise, 0 for a straight line, at most 1, a semicircle; left out: all straight.
+
+    Raises
+    ------
+    InputError : too few points, points that coincide, bulges out of range, an outline that crosses itself.
+
+    Notes
+    -----
+    The bulge is that of polylines of drawings (DXF).  Arcs of more than a quarter of a turn are stored as two.
+
+    Examples
+    --------
+    A square with a round side:
+
+    >>> body = Outline(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)), bulges=(0.0, 1.0, 0.0, 0.0))
+    >>> f"{body.area:.9f}"
+    '1.392699082'
+    """
+
+    points: Any
+    bulges: Any = ()
+
+    def __post_init__(self) -> None:
+        points = point_array("Outline", self.points)
+        given = checks.sequence("Outline", "bulges", self.bulges, "numbers") or (0.0,) * len(points)
+        bulges = np.array([checks.between("Outline", f"bulges[{k}]", b, -1.0, 1.0) for k, b in enumerate(given)])
+        if len(bulges) != len(points):
+            raise InputError(f"Outline: {len(points)} points and {len(bulges)} bulges; give one bulge for each point.")
+        if len(points) < 2 or (len(points) == 2 and not np.any(bulges)):
+            raise InputError(f"Outline: {len(points)} points enclose nothing; give at least 3, or 2 and an arc.")
+        chords, size = np.hypot(*(np.roll(points, -1, axis=0) - points).T), float(np.ptp(points, axis=0).max())
+        if chords.min() <= DOUBLED * size:
+            k = int(np.argmin(chords))
+            x, y = points[k]
+            raise InputError(f"Outline: points {k} and {k + 1} are both ({x:.6g}, {y:.6g}) m; leave one of them out.")
+        points, bulges = _halved(points, bulges)
+        polygon = _polygon(points, bulges)
+        if area(polygon) < 0.0:
+            points, bulges = points[::-1], -np.roll(bulges[::-1], -1)
+        place = crossing(polygon)
+        if place is not None:
+            raise InputError(
+                f"Outline: it crosses itself near ({place[0]:.6g}, {place[1]:.6g}) m. Sort its points along the way."
+            )
+        object.__setattr__(self, "points", tuples(points))
+        object.__setattr__(self, "bulges", tuples(bulges))
+
+    @classmethod
+    def from_curve(cls, curve: ClosedCurve, tolerance: float) -> Outline:
+        """Outline of arcs with common tangents (biarcs) near a closed curve.
+
+        Parameters
+        ----------
+        curve : the curve.
+        tolerance : largest distance from it [m], > 0.
+
+        Raises
+        ------
+        InputError : a tolerance that needs more than 128 arcs between two points of the curve.
+        """
+        name = "Outline.from_curve"
+        if not isinstance(curve, ClosedCurve):
+            raise InputError(f"{name}: curve is {curve!r}; it must be a ClosedCurve.")
+        found = biarcs(curve.array, checks.positive(name, "tolerance", tolerance, "m"))
+        if found is None:
+            raise InputError(
+                f"{name}: tolerance is {tolerance:g} m, beside a curve of {curve.size:.4g} m; it needs more than 128 "
+                "arcs between two points. Use CurveOnCurve, which takes the curve itself, or a larger tolerance."
+            )
+        return cls(*found)
+
+    def __repr__(self) -> str:
+        return f"Outline({len(self.points)} pieces)"
+
+    @property
+    def size(self) -> float:
+        """Largest extent along X or Y [m]."""
+        return float(np.ptp(self.polygon, axis=0).max())
+
+    @property
+    def area(self) -> float:
+        """Area [m^2]."""
+        points, bulges = np.array(self.points), np.array(self.bulges)
+        chords = np.hypot(*(np.roll(points, -1, axis=0) - points).T)
+        angles = 4.0 * np.arctan(bulges)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            radii = np.where(bulges == 0.0, 0.0, chords * (1.0 + bulges**2) / (4.0 * bulges))
+        return area(points) + float(np.sum(0.5 * radii**2 * (angles - np.sin(angles))))
+
+    @property
+    def polygon(self) -> np.ndarray:
+        """Points (n, 2) of the outline, arcs resolved [m]."""
+        return _polygon(np.array(self.points), np.array(self.bulges))
+
+    def radius(self, k: int) -> float:
+        """Radius of piece `k` [m], < 0 for a hollow arc, 0 for a straight line."""
+        if self.bulges[k] == 0.0:
+            return 0.0
+        chord, b = math.dist(self.points[k], self.points[(k + 1) % len(self.points)]), self.bulges[k]
+        return float(chord * (1.0 + b * b) / (4.0 * b))
+
+    def centre(self, k: int) -> tuple[float, float]:
+        """Centre of piece `k` [m], for a straight line its middle."""
+        (x, y), (a, b) = self.points[k], self.points[(k + 1) % len(self.points)]
+        bulge = self.bulges[k]
+        if bulge == 0.0:
+            return 0.5 * (x + a), 0.5 * (y + b)
+        lever = (1.0 - bulge * bulge) / (4.0 * bulge)  # of the centre, to the left of the chord, over its length
+        return 0.5 * (x + a) - lever * (b - y), 0.5 * (y + b) + lever * (a - x)
+
+    def directions(self, k: int) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Unit tangents at both ends of piece `k`."""
+        (x, y), (a, b) = self.points[k], self.points[(k + 1) % len(self.points)]
+        chord, half = math.atan2(b - y, a - x), 2.0 * math.atan(self.bulges[k])
+        return (math.cos(chord - half), math.sin(chord - half)), (math.cos(chord + half), math.sin(chord + half))
+
+    def hollow_corners(self) -> list[int]:
+        """Numbers of the points at which the outline bends inwards."""
+        n, found = len(self.points), []
+        for k in range(n):
+            before, after = self.directions(k - 1 if k else n - 1)[1], self.directions(k)[0]
+            if before[0] * after[1] - before[1] * after[0] < -SMOOTH:
+                found.append(k)
+        return found
+
+    def chains(self) -> list[list[int]]:
+        """Numbers of the pieces between hollow corners, at which a second contact begins.
+
+        An outline with one hollow corner has two chains; the second one begins at the point farthest from that corner.
+        """
+        n, corners = len(self.points), self.hollow_corners()
+        if not corners:
+            return [list(range(n))]
+        if len(corners) == 1:
+            hollow = self.points[corners[0]]
+            far = max(range(n), key=lambda k: math.dist(self.points[k], hollow))
+            corners.append(far if far > corners[0] else far + n)
+        ends = [*corners[1:], corners[0] + n]
+        return [[k % n for k in range(first, end)] for first, end in zip(corners, ends, strict=True)]
+
+    def drawing(self) -> tuple[tuple[float, float], ...]:
+        """Points of a closed polyline in the reference configuration [m], for pictures."""
+        points = self.polygon
+        return tuples(np.vstack([points, points[:1]]))  # type: ignore[no-any-return]
+
+
+def _halved(points: np.ndarray, bulges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Points and bulges of the outline with arcs of at most a quarter of a turn."""
+    while np.any(np.abs(bulges) > LARGEST_BULGE * (1.0 + SMOOTH)):
+        corners, found = [], []
+        for k, b in enumerate(bulges):
+            start, end = points[k], points[(k + 1) % len(points)]
+            corners.append(start)
+            if abs(b) <= LARGEST_BULGE * (1.0 + SMOOTH):
+                found.append(b)
+                continue
+            chord = end - start
+            corners.append(0.5 * (start + end) + 0.5 * b * np.array([chord[1], -chord[0]]))
+            found += [math.tan(0.5 * math.atan(b))] * 2
+        points, bulges = np.array(corners), np.array(found)
+    return points, bulges
+
+
+def _polygon(points: np.ndarray, bulges: np.ndarray) -> np.ndarray:
+    """Points of the outline, arcs resolved."""
+    found = []
+    for k, b in enumerate(bulges):
+        start, end = points[k], points[(k + 1) % len(points)]
+        if b == 0.0:
+            found.append(start[None])
+            continue
+        # a point at the fraction u of the angle, by the sines of both parts
+        half = 2.0 * math.atan(b)
+        count = math.ceil(ARC_POINTS * abs(half) / (0.25 * math.pi) - SMOOTH)
+        u = np.arange(count) / count
+        chord = end - start
+        far = np.sin(half * u) / math.sin(half)
+        turn = -half * (1.0 - u)
+        along, across = far * np.cos(turn), far * np.sin(turn)
+        found.append(start + np.outer(along, chord) + np.outer(across, np.array([-chord[1], chord[0]])))
+    return np.concatenate(found)
