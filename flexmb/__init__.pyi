@@ -47,6 +47,7 @@ from flexmb.joints.prismatic_clearance import PrismaticClearance as PrismaticCle
 from flexmb.joints.revolute import Fixed as Fixed
 from flexmb.joints.revolute import Revolute as Revolute
 from flexmb.joints.revolute_clearance import RevoluteClearance as RevoluteClearance
+from flexmb.joints.stop import Stop as Stop
 from flexmb.kernels import drive_kernel as drive_kernel
 from flexmb.kernels import element_kernel as element_kernel
 from flexmb.kernels import friction_law as friction_law

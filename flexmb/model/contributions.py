@@ -119,12 +119,15 @@ class JointFriction:
 class Reaction:
     """Reported force or moment of one constraint equation: minus factor times multiplier, or its power.
 
+    A power is the force times the velocity of one coordinate (`place`), or times a signal of the same part (`rate`).
+
     Parameters
     ----------
     name, units : of the signal.
     row : number of the equation.
     factor : derivative of the equation with respect to the coordinate on which the force acts.
     place : place among the coordinates of the velocity that multiplies the force, for a power; -1: none.
+    rate : name of a signal of the part, made by a signal kernel, that multiplies the force; "": none.
     """
 
     name: str
@@ -132,6 +135,7 @@ class Reaction:
     row: int
     factor: float = 1.0
     place: int = -1
+    rate: str = ""
 
 
 @dataclass(frozen=True)
@@ -165,7 +169,9 @@ class ConstraintContribution:
 
 @dataclass(frozen=True)
 class ContactContribution:
-    """Unilateral contact of two nodes: gap kernel, normal law, friction law; p begins with the clearance [m].
+    """Unilateral contact of two nodes: gap kernel, normal law, friction law.
+
+    p begins with the clearance [m], a length that errors of steps are held against; 0 where a contact has none.
 
     `name` distinguishes the contacts of a part; the only contact of a part has the name "".
     """

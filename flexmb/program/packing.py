@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 
 import numpy as np
 
+from flexmb import checks
+from flexmb.errors import KernelError
 from flexmb.kernels import Kernel
-from flexmb.model.contributions import ConstraintContribution, Contributions, Coordinate
+from flexmb.model.contributions import ConstraintContribution, Contributions, Coordinate, Reaction
 from flexmb.model.law import Motion
 from flexmb.program.numbering import Lists, Numbering
 from flexmb.program.signals import force_signals
@@ -157,8 +159,8 @@ class Packer:
             places(positions(self.element_blocks.rows, self.element_blocks.columns)),
         )
 
-    def constraints(self, positions, out: Sequence[int]) -> Constraints:
-        """Arrays of the constraints; `out` numbers the first signal of each."""
+    def constraints(self, positions, out: Sequence[int], measured: Sequence[int]) -> Constraints:
+        """Arrays of the constraints; `out` numbers the first signal of each, `measured` the signals of kernels."""
         contributions = self.contributions.constraints
         laws = [law for contribution in contributions for law in motion_of_each_row(contribution)]
         rows, columns = self.g_blocks.rows, self.g_blocks.columns
@@ -180,20 +182,29 @@ class Packer:
             ints(out),
             ints([len(force_signals(contribution)) for contribution in contributions]),
             *self.joint_frictions(contributions),
-            *self.reactions(contributions),
+            *self.reactions(contributions, measured),
         )
 
-    def reactions(self, contributions: Sequence[ConstraintContribution]) -> tuple[np.ndarray, ...]:
-        """Bounds, rows, coordinates and factors of reported reactions."""
+    def reactions(
+        self, contributions: Sequence[ConstraintContribution], measured: Sequence[int]
+    ) -> tuple[np.ndarray, ...]:
+        """Bounds, rows, coordinates, factors and rates of reported reactions."""
         first = np.cumsum([0, *(contribution.rows for contribution in contributions)])
+        signals = zip(self.contributions.signals, measured, strict=True)
+        rates = {(signal.part, signal.name): place for signal, place in signals}
         found = [
-            (first[c] + r.row, self.number.dofs([piece.coordinates[r.place]])[0] if r.place >= 0 else -1, r.factor)
+            (
+                first[c] + r.row,
+                self.number.dofs([piece.coordinates[r.place]])[0] if r.place >= 0 else -1,
+                r.factor,
+                rate_of(piece, r, rates),
+            )
             for c, piece in enumerate(contributions)
             for r in piece.reactions
         ]
-        rows, dofs, factors = zip(*found, strict=True) if found else ((), (), ())
+        rows, dofs, factors, own_rates = zip(*found, strict=True) if found else ((), (), (), ())
         bounds = np.cumsum([0, *(len(contribution.reactions) for contribution in contributions)])
-        return ints(bounds), ints(rows), ints(dofs), np.array(factors, dtype=float)
+        return ints(bounds), ints(rows), ints(dofs), np.array(factors, dtype=float), ints(own_rates)
 
     def joint_frictions(self, contributions: Sequence[ConstraintContribution]) -> tuple[np.ndarray, ...]:
         """Kernels, numbers, histories and arms of friction in ideal joints."""
@@ -255,6 +266,19 @@ KINDS = (
     *("force", "tangent", "account"),
 )
 """Kinds of kernels, in the order of `Addresses`."""
+
+
+def rate_of(contribution: ConstraintContribution, reaction: Reaction, rates: Mapping[tuple[str, str], int]) -> int:
+    """Number of the signal that multiplies a reaction, -1 for none; `rates` numbers the signals of kernels."""
+    if not reaction.rate:
+        return -1
+    own = [name for part, name in rates if part == contribution.part]
+    if reaction.rate not in own:
+        text = (
+            f"Part {contribution.part!r}: reaction {reaction.name!r} has the rate {reaction.rate!r}, which is no signal"
+        )
+        raise KernelError(f"{text} of a kernel of this part. {checks.did_you_mean(reaction.rate, own)}")
+    return rates[contribution.part, reaction.rate]
 
 
 def motion_of_each_row(contribution: ConstraintContribution) -> list[Motion | None]:

@@ -82,6 +82,7 @@ class Constraints(Record):
     reaction_row: Integers  # row of each reaction
     reaction_dof: Integers  # coordinate whose velocity multiplies it, -1: none
     reaction_factor: Vector
+    reaction_rate: Integers  # signal that multiplies it, -1: none
 
 
 class Contacts(Record):

@@ -36,8 +36,6 @@ def write_outputs(tables, address, t, q, v, a, work, ledger, y):
     n = tables.sizes.n_q
     for i in range(n):
         y[i], y[n + i], y[2 * n + i] = q[i], v[i], a[i]
-    _constraints(tables, v, work, y)
-    _contacts(tables, work, y)
     S = tables.measured
     for k in range(S.kernel.shape[0]):
         m = S.dof[k + 1] - S.dof[k]
@@ -47,6 +45,8 @@ def write_outputs(tables, address, t, q, v, a, work, ledger, y):
         y[S.out[k]] = signal_at(address.signal, S.kernel[k])(
             tables.p[S.p[k, BEGIN] : S.p[k, END]], t, work.ql[:m], work.vl[:m], work.al[:m]
         )
+    _constraints(tables, v, work, y)
+    _contacts(tables, work, y)
     for i in range(ledger.shape[0]):
         y[tables.sizes.energy + i] = ledger[i]
 
@@ -73,7 +73,11 @@ def _constraints(tables, v, work, y):
                 k += DRIVE_SIGNALS
         for i in range(C.reaction[c], C.reaction[c + 1]):
             force = C.reaction_factor[i] * work.drive[C.reaction_row[i], DRIVE_FORCE]
-            y[k] = force if C.reaction_dof[i] < 0 else force * v[C.reaction_dof[i]]
+            if C.reaction_dof[i] >= 0:
+                force *= v[C.reaction_dof[i]]
+            if C.reaction_rate[i] >= 0:  # a signal of a kernel, written before
+                force *= y[C.reaction_rate[i]]
+            y[k] = force
             k += 1
 
 

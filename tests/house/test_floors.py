@@ -31,6 +31,7 @@ FLOORS = {
 SIDEWAYS = {
     ("bodies", "beams"): "a flexible link is made of beam elements",
     ("couplings", "joints"): "a rack is a guide whose travel is coupled with an angle",
+    ("couplings", "contact"): "a cable is a contact without friction",
     ("joints", "contact"): "a joint with clearance holds a normal and a friction law",
     ("cli", "commands"): "the command line reads the arguments of the commands",
 }

@@ -70,6 +70,7 @@ NORMAL_LAWS = (
     ),
 )  # fmt: skip
 COULOMB = fm.ModifiedCoulomb(0.2, v0=1e-4, v1=1e-2)
+SOFT = fm.KelvinVoigt(2e7, 3e3, ramp=5e-5)
 JOINT, SLIDER = sliding()
 RUBBER = {"stiffness": (1e4, 3e4), "damping": (3.0, 1.0), "torsion": 5.0, "torsion_damping": 0.1, "along": (1.0, 0.3)}
 SLOT = {"clearance": 2e-4, "pin_radius": 8e-3, "normal": LN, "friction": COULOMB}
@@ -181,6 +182,29 @@ BUILT_IN = {
     "Rack": (two_links(fm.couplings.Rack("rack", crank(), arm(), at=B, along=(0.2, 1.0))), "rack"),
     "SameRotation": (two_links(fm.couplings.SameRotation("same", crank(), arm())), "same"),
     "Distance": (two_links(fm.couplings.Distance("rod", fm.GROUND, arm(), at=(0.1, 0.5), to=B)), "rod"),
+    "Coupling": (
+        two_links(
+            JOINT, fm.couplings.Coupling("mesh", {"O": 0.3, "slide": 2.0}), second=SLIDER
+        ),
+        "mesh",
+    ),
+    "Cable": (
+        two_links(fm.couplings.Cable("rope", crank(), arm(), at=(0.05, 0.085), to=B, length=0.455, normal=SOFT)),
+        "rope",
+    ),
+    "OneWayClutch": (
+        two_links(fm.couplings.OneWayClutch("A", crank(), arm(), at=A, stiffness=80.0, damping=0.3)), "A",
+    ),
+    "Stop": (
+        two_links(
+            fm.Revolute("A", crank(), arm(), at=A),
+            fm.Stop("end", "A", above=1e-3, below=-1e-3, normal=SOFT, radius=0.1, along=(1.0, 0.3)),
+        ),
+        "end",
+    ),
+    "Stop of a Prismatic": (
+        two_links(JOINT, fm.Stop("end", "slide", above=1e-3, below=-1e-3, normal=SOFT), second=SLIDER), "end",
+    ),
     "Marker": (two_links(fm.Marker("P", arm(), at=B)), "P"),
     "ConstantSpeed": (driven(MOTION), "motor"),
     "CycloidalRamp": (driven(fm.drives.CycloidalRamp(6.0, 0.8)), "motor"),
