@@ -10,7 +10,10 @@ from typing import TYPE_CHECKING
 from flexmb import checks, planar
 from flexmb.errors import InputError
 from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel
+from flexmb.loads.line import arms_of, put_line_force
+from flexmb.loads.moving_rest import check_rest, line_pull_kernel, moving_end, rest_at_start
 from flexmb.model.contributions import Contribution, ElementContribution
+from flexmb.model.law import Motion
 from flexmb.model.part import Part
 from flexmb.places import packed
 
@@ -22,19 +25,9 @@ STIFFNESS, DAMPING, FREE_LENGTH, OFFSET1_X, OFFSET1_Y, OFFSET2_X, OFFSET2_Y = ra
 
 
 @compiled
-def arms(p, q):
-    """Vectors from the nodes to the points, and from the first point to the second."""
-    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
-    s1x, s1y, s2x, s2y = p[OFFSET1_X], p[OFFSET1_Y], p[OFFSET2_X], p[OFFSET2_Y]
-    ax, ay = c1 * s1x - d1 * s1y, d1 * s1x + c1 * s1y
-    bx, by = c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y
-    return ax, ay, bx, by, q[3] + bx - q[0] - ax, q[4] + by - q[1] - ay
-
-
-@compiled
 def stretched(p, q, v):
     """Length, its rate, direction and arms; without a length there is no direction and no rate."""
-    ax, ay, bx, by, dx, dy = arms(p, q)
+    ax, ay, bx, by, dx, dy = arms_of(p[OFFSET1_X], p[OFFSET1_Y], p[OFFSET2_X], p[OFFSET2_Y], q)
     l = math.sqrt(dx * dx + dy * dy)
     if l == 0.0:
         return l, 0.0, 0.0, 0.0, ax, ay, bx, by
@@ -54,8 +47,7 @@ def put_force(p, q, v, r):
     """r (6,); length and its rate."""
     l, rate, nx, ny, ax, ay, bx, by = stretched(p, q, v)
     F = p[STIFFNESS] * (l - p[FREE_LENGTH]) + p[DAMPING] * rate
-    r[0], r[1], r[2] = -F * nx, -F * ny, F * (nx * ay - ny * ax)
-    r[3], r[4], r[5] = F * nx, F * ny, F * (ny * bx - nx * by)
+    put_line_force(F, nx, ny, ax, ay, bx, by, r)
     return l, rate
 
 
@@ -126,11 +118,17 @@ class SpringDamper(Part):
     to : point of the second body in the reference configuration [m].
     stiffness : k [N/m], >= 0.
     damping : d [N s/m], >= 0.
-    free_length : length without force [m], >= 0; None: the distance of the points.
+    free_length : length without force [m], >= 0; None: the distance of the points; a motion: its value at each time, as
+        of a spring whose far end an actuator moves.
 
     Raises
     ------
-    InputError : negative values; points that coincide without a free length.
+    InputError : negative values; points that coincide without a free length; a free length of another kind.
+
+    Notes
+    -----
+    With a free length that moves, the energy of the spring is counted with the free length at t = 0, and the rest of
+    its force as a load: the work of the load is the actuator's, less what the spring holds more than is counted.
     """
 
     first: Part
@@ -140,7 +138,7 @@ class SpringDamper(Part):
     _: KW_ONLY
     stiffness: float
     damping: float = 0.0
-    free_length: float | None = None
+    free_length: float | Motion | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -149,20 +147,26 @@ class SpringDamper(Part):
         checks.not_negative(self.label, "stiffness", self.stiffness, "N/m")
         checks.not_negative(self.label, "damping", self.damping, "N s/m")
         if self.free_length is not None:
-            checks.not_negative(self.label, "free_length", self.free_length, "m")
+            check_rest(self.label, "free_length", self.free_length, "m")
+            checks.not_negative(
+                self.label, "free_length", rest_at_start(self.label, "free_length", self.free_length), "m"
+            )
         if planar.distance(self.at, self.to) == 0.0:
             raise InputError(f"{self.label}: both points are {self.at}; a spring without length has no direction.")
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One element."""
+        """One element; with a free length that moves two loads more."""
         first = mechanism.body(self.first.name, self.label).attach(self.label, self.at)
         second = mechanism.body(self.second.name, self.label).attach(self.label, self.to)
-        length = planar.distance(self.at, self.to) if self.free_length is None else self.free_length
+        rest = planar.distance(self.at, self.to) if self.free_length is None else self.free_length
+        length = rest_at_start(self.label, "free_length", rest)
         (x1, y1), (x2, y2) = first.offset, second.offset
         laws = {STIFFNESS: self.stiffness, DAMPING: self.damping, FREE_LENGTH: length}
         p = packed({**laws, OFFSET1_X: x1, OFFSET1_Y: y1, OFFSET2_X: x2, OFFSET2_Y: y2})
         coordinates = (*first.coordinates, *second.coordinates)
         short = {"force": spring_damper_force, "account": spring_damper_account}
+        offsets = (*first.offset, *second.offset)
         return [
-            ElementContribution(self.name, spring_damper_kernel, coordinates, p, energy=spring_damper_energy, **short)
+            ElementContribution(self.name, spring_damper_kernel, coordinates, p, energy=spring_damper_energy, **short),
+            *moving_end(self.name, line_pull_kernel, coordinates, self.stiffness, rest, length, offsets),
         ]

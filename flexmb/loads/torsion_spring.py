@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING
 
 from flexmb import checks
 from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel
+from flexmb.loads.moving_rest import check_rest, couple_kernel, moving_end, rest_at_start
 from flexmb.model.contributions import Contribution, ElementContribution
+from flexmb.model.law import Motion
 from flexmb.model.part import Part
 
 if TYPE_CHECKING:
@@ -67,12 +69,18 @@ class TorsionSpring(Part):
     first, second : the bodies; `GROUND` is the frame.
     stiffness : k [N m/rad], >= 0.
     damping : d [N m s/rad], >= 0.
-    rest_angle : relative rotation without moment [rad], counted from the reference configuration.
+    rest_angle : relative rotation without moment [rad], counted from the reference configuration; a motion: its value
+        at each time, as of a spring whose far end an actuator turns.
     at : point of the reference configuration [m] whose nodes are connected; None: the main nodes.
 
     Raises
     ------
-    InputError : negative stiffness or damping.
+    InputError : negative stiffness or damping, a rest angle that is neither a number nor a motion.
+
+    Notes
+    -----
+    With a rest angle that moves, the energy of the spring is counted with the rest angle at t = 0, and the rest of its
+    moment as a load: the work of the load is the actuator's, less what the spring holds more than is counted.
     """
 
     first: Part
@@ -80,19 +88,22 @@ class TorsionSpring(Part):
     _: KW_ONLY
     stiffness: float
     damping: float = 0.0
-    rest_angle: float = 0.0
+    rest_angle: float | Motion = 0.0
     at: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
         checks.not_negative(self.label, "stiffness", self.stiffness, "N m/rad")
         checks.not_negative(self.label, "damping", self.damping, "N m s/rad")
+        check_rest(self.label, "rest_angle", self.rest_angle, "rad")
+        rest_at_start(self.label, "rest_angle", self.rest_angle)
         if self.at is not None:
             object.__setattr__(self, "at", checks.point(self.label, "at", self.at))
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One element on two angles."""
-        coordinates, angle = [], self.rest_angle
+        """One element on two angles; with a rest angle that moves two loads more."""
+        rest = rest_at_start(self.label, "rest_angle", self.rest_angle)
+        coordinates, angle = [], rest
         for part, sign in ((self.first, -1.0), (self.second, 1.0)):
             body = mechanism.body(part.name, self.label)
             node = body.main if self.at is None else body.attach(self.label, self.at).node
@@ -101,4 +112,7 @@ class TorsionSpring(Part):
         p = (self.stiffness, self.damping, angle)
         short = {"force": torsion_spring_force, "account": torsion_spring_account}
         contribution = (self.name, torsion_spring_kernel, tuple(coordinates), p)
-        return [ElementContribution(*contribution, energy=torsion_spring_energy, **short)]
+        return [
+            ElementContribution(*contribution, energy=torsion_spring_energy, **short),
+            *moving_end(self.name, couple_kernel, tuple(coordinates), self.stiffness, self.rest_angle, rest, ()),
+        ]

@@ -160,6 +160,19 @@ BUILT_IN = {
     "TorsionSpring": (
         two_links(fm.TorsionSpring("spring", crank(), arm(), stiffness=20.0, damping=0.3, rest_angle=0.2)), "spring",
     ),
+    "SpringDamper, moving end": (
+        two_links(
+            fm.SpringDamper(
+                "spring", crank(), arm(), at=(0.05, 0.085), to=B, stiffness=300.0, damping=4.0,
+                free_length=fm.drives.Harmonic(0.05, 1.3, 0.4, 0.4),
+            )
+        ),
+        "spring",
+    ),
+    "TorsionSpring, moving end": (
+        two_links(fm.TorsionSpring("spring", crank(), arm(), stiffness=20.0, rest_angle=fm.drives.Ramp(2.0, 0.3))),
+        "spring",
+    ),
     "Force": (two_links(fm.Force("load", arm(), at=B, force=(30.0, -70.0))), "load"),
     "Force, follower": (two_links(fm.Force("load", arm(), at=B, force=(30.0, -70.0), follower=True)), "load"),
     "Force, follower on a beam": (
