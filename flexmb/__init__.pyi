@@ -1,5 +1,6 @@
 """Public names of flexmb: those that most scripts need, and namespaces for the rest."""
 
+from flexmb import bodies as bodies
 from flexmb import chaos as chaos
 from flexmb import contact as contact
 from flexmb import couplings as couplings

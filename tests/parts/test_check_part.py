@@ -98,6 +98,7 @@ def driven(motion):
 BUILT_IN = {
     "RigidLink": (two_links(), "crank"),
     "RigidBody": (alone(fm.RigidBody("body", A, mass=2.0, inertia=0.1, angle=0.3)), "body"),
+    "PointMass": (alone(fm.bodies.PointMass("bob", A, mass=2.0)), "bob"),
     "FlexibleLink": (alone(flexible()), "arm"),
     # so soft that gravity bends it as much as its stiffness resists: the tangent of gravity shows
     "FlexibleLink, soft": (alone(flexible(material=fm.Material(1e3, 2000.0))), "arm"),
