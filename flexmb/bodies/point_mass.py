@@ -49,8 +49,8 @@ def held_rotation_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
 class PointMass(Body):
     """A particle: a mass at a point, with x and y and without rotation.
 
-    A constraint equation of its own holds its theta at 0, so equations of motion stay regular and a particle has
-    two degrees of freedom.  Parts may hold, push or tie the point; a part that turns it, or is turned by it, is refused.
+    A constraint equation of its own holds its theta at 0, so the equations of motion stay regular, and a particle has
+    two degrees of freedom.  Parts may hold, push or tie the point; a part that turns it is refused.
 
     Parameters
     ----------
@@ -108,6 +108,10 @@ class PointMass(Body):
             node_mass(self.name, "", self.mass, self.mass, mechanism.gravity),
             held,
         ]  # any moment of inertia will do
+
+    def total_mass(self) -> float:
+        """The mass [kg]."""
+        return self.mass
 
     def validate(self, mechanism: Mechanism) -> None:
         """Refuse parts that need the rotation of the particle."""

@@ -16,7 +16,7 @@ from flexmb.doctor.laws import kernel_findings, law_findings
 from flexmb.doctor.loads import load_findings
 from flexmb.doctor.loops import locking_drives, open_loops, other_branch
 from flexmb.doctor.motions import motion_findings
-from flexmb.doctor.rank import dependent_parts, free_motions, redundancies
+from flexmb.doctor.rank import free_motions, redundancies
 from flexmb.doctor.report import Report
 from flexmb.equilibrium.modes import modes
 from flexmb.errors import AssemblyError, FlexmbError, InputError, KernelError
@@ -25,7 +25,9 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
 from flexmb.start.assemble import close_loops
-from flexmb.start.consistent import accelerations, degrees_of_freedom, rigid_velocities
+from flexmb.start.consistent import accelerations, degrees_of_freedom, rigid_velocities, yielding_joints
+from flexmb.start.massless import check_massless
+from flexmb.start.redundant_joints import dependent_parts
 from flexmb.system.state_evaluation import StateEvaluation
 
 LISTED_FREQUENCIES = 10
@@ -118,12 +120,12 @@ def sorted_findings(findings: list[Finding]) -> tuple[Finding, ...]:
 
 def start_findings(mechanism: Mechanism, moving: Program, closed: Program, q: np.ndarray) -> list[Finding]:
     """Findings on start velocities and accelerations at a closed pose."""
-    soft = {name.partition(".")[0] for name in moving.names.contacts}
     try:
-        v = rigid_velocities(closed, q, 0.0, soft)
+        v = rigid_velocities(closed, q, 0.0, yielding_joints(moving, closed))
     except AssemblyError as error:
         return [of_error("forbidden-velocity", error, mechanism)]
     try:
+        check_massless(mechanism, moving, q)
         a, _ = accelerations(moving, q, v, 0.0)
     except FlexmbError as error:
         return [of_error("no-inertia", error, mechanism, "Give every body some mass and inertia.")]
@@ -152,7 +154,7 @@ def _numbers(moving: Program, ideal: Program, q: np.ndarray, frequencies: tuple[
     drives = {name.partition(".")[0] for name in moving.drives}
     return {
         "bodies": ideal.names.bodies,
-        "joints": tuple(name for name in joints if name not in drives),
+        "joints": tuple(name for name in joints if name not in drives and name not in ideal.names.bodies),
         "contacts": moving.names.contacts,
         "coordinates": moving.n_q,
         "rows": moving.n_c,
