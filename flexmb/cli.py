@@ -69,7 +69,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def reader_is_gone() -> bool:
     """Whether the reader of the output has closed the pipe, as `head` does; further output goes nowhere then."""
     try:
-        sys.stdout.flush()
+        print(flush=True)  # what failed is no longer in the buffer
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return True

@@ -19,7 +19,7 @@ from flexmb.program.program import Program
 from flexmb.results.contact_intervals import ContactLog
 from flexmb.results.solution import Peaks, Solution
 from flexmb.results.stats import Stats
-from flexmb.results.status import sentence
+from flexmb.results.status import sentence, without_advice
 from flexmb.run.failure import naming_kernels
 from flexmb.run.interruption import KEYBOARD, Interruption
 from flexmb.run.restart import MODEL, refuse_broken_clock, refuse_other_model
@@ -353,7 +353,9 @@ class Run:
             values=values,
             signals=names if self.kept is None else names.chosen(self.kept),
             peaks=Peaks(self.record.peak[kept].copy(), self.record.peak_time[kept].copy()),
-            status=" ".join([self.status(), *(f"Not ok: {fault}" for fault in faults)]),
+            status=" ".join(
+                [without_advice(self.status()) if faults else self.status(), *(f"Not ok: {fault}" for fault in faults)]
+            ),
             ok=self.code == DONE and not self.note and not faults,
             stats=self.stats(wall_time),
             aliases=program.names.aliases,
