@@ -20,14 +20,13 @@ from flexmb.doctor.rank import free_motions, redundancies
 from flexmb.doctor.report import Report
 from flexmb.equilibrium.modes import modes
 from flexmb.errors import AssemblyError, FlexmbError, InputError, KernelError
-from flexmb.linalg.rank import row_rank
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
 from flexmb.start.assemble import close_loops
 from flexmb.start.consistent import accelerations, degrees_of_freedom, rigid_velocities, yielding_joints
 from flexmb.start.massless import check_massless
-from flexmb.start.redundant_joints import dependent_parts
+from flexmb.start.redundant_joints import redundancy
 from flexmb.system.state_evaluation import StateEvaluation
 
 LISTED_FREQUENCIES = 10
@@ -148,7 +147,7 @@ def _frequencies(mechanism: Mechanism) -> tuple[tuple[float, ...], list[Finding]
 def _numbers(moving: Program, ideal: Program, q: np.ndarray, frequencies: tuple[float, ...]) -> dict[str, Any]:
     """Fields of the report that are computed from programs."""
     free, freedom = degrees_of_freedom(ideal, q)
-    G = StateEvaluation(moving).at(q).jacobian
+    repeated = redundancy(moving, q)
     driven = int((np.asarray(ideal.tables.constraints.motion) >= 0).sum())
     joints = dict.fromkeys(row.partition("[")[0] for row in moving.names.rows)
     drives = {name.partition(".")[0] for name in moving.drives}
@@ -162,7 +161,7 @@ def _numbers(moving: Program, ideal: Program, q: np.ndarray, frequencies: tuple[
         "gruebler": 3 * len(ideal.names.bodies) - (ideal.n_c - driven),
         "drives": moving.drives,
         "free": free,
-        "redundant": tuple(sorted(dependent_parts(moving, G))) if row_rank(G).redundant else (),
+        "redundant": tuple(sorted(repeated.parts)) if repeated else (),
         "mass": total_mass(ideal.n_q, StateEvaluation(ideal).mass(q)),
         "frequencies": frequencies,
     }

@@ -207,6 +207,7 @@ class Run:
         try:
             with self.interruption:
                 self._run_over_jumps(end, interval, bar, ends=saving is not None)
+                self._save_end(interval)
         except KeyboardInterrupt as stop:
             self.note, self.interrupted = str(stop) or "Interrupted from the keyboard", True
         bar.close()
@@ -291,6 +292,17 @@ class Run:
             self.saved.add_one(clock.t, self.record.signals)
         elif saving > 0.0:  # counted anew, since the interval may be another one
             clock.saved_instants = np.floor((clock.t - clock.save_start) / saving + 1e-9)
+
+    def _save_end(self, interval: float) -> None:
+        """Save the end of a run that reached it, where it is no instant of the save grid."""
+        now = float(self.flow.clock.t)
+        if (
+            self.code == DONE
+            and not self.note
+            and 0.0 < interval < NEVER
+            and not self.saved.is_at(now, 1e-9 * interval)
+        ):
+            self.saved.add_one(now, self.record.signals)
 
     def _steps_left(self, steps: int) -> int:
         if self.max_steps is None:

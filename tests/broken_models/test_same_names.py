@@ -38,8 +38,22 @@ def two_motors():
     return [*parallelogram(), fm.Drive("second", "D", fm.ConstantSpeed(1.0))]
 
 
+def dead_centre():
+    """A slider-crank whose crank and slider are driven, in line."""
+    crank = fm.RigidLink("crank", O, (0.1, 0.0), mass=1.0, inertia=1e-3)
+    rod = fm.RigidLink("rod", (0.1, 0.0), (0.4, 0.0), mass=1.0, inertia=1e-3)
+    slider = fm.RigidBody("slider", (0.4, 0.0), mass=1.0, inertia=1e-3)
+    return [
+        crank, rod, slider, fm.Revolute("O", fm.GROUND, crank, at=O), fm.Revolute("A", crank, rod, at=rod.start),
+        fm.Revolute("B", rod, slider, at=rod.end), fm.Prismatic("guide", fm.GROUND, slider),
+        fm.Drive("motor", "O", fm.ConstantSpeed(1.0)), fm.Drive("push", "guide", fm.ConstantSpeed(0.0)),
+    ]  # fmt: skip
+
+
 @pytest.mark.parametrize(
-    "parts", [parallelogram(third=True), slides(), two_motors()], ids=["third", "slides", "motors"]
+    "parts",
+    [parallelogram(third=True), slides(), two_motors(), dead_centre()],
+    ids=["third", "slides", "motors", "dead centre"],
 )
 def test_the_same_joints_are_named(parts):
     mech = fm.Mechanism("repeated", parts)
@@ -52,3 +66,4 @@ def test_the_same_joints_are_named(parts):
     named = {name for finding in found for name in re.findall(r"'(\w+)'", finding.text)}
     assert found
     assert told == named
+    assert set(fm.check(mech).redundant) <= named
