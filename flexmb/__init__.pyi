@@ -10,6 +10,7 @@ from flexmb import equilibrium as equilibrium
 from flexmb import errors as errors
 from flexmb import kernels as kernels
 from flexmb import mechanisms as mechanisms
+from flexmb import model as model
 from flexmb import plots as plots
 from flexmb import results as results
 from flexmb import sweeps as sweeps

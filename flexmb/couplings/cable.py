@@ -16,6 +16,7 @@ from flexmb.kernels import gap_kernel, signal_kernel
 from flexmb.model.contributions import Attachment, ContactContribution, Contribution, SignalContribution
 from flexmb.model.law import NormalLaw
 from flexmb.model.part import Part
+from flexmb.model.shape import CABLE, LineShape, Shapes
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -120,6 +121,11 @@ class Cable(Part):
         """Both points of the cable on the bodies of `mechanism`."""
         first = mechanism.body(self.first.name, self.label).attach(self.label, self.at)
         return first, mechanism.body(self.second.name, self.label).attach(self.label, self.to)
+
+    def shapes(self, mechanism: Mechanism) -> Shapes:
+        """A thin line between the points."""
+        first, second = self.ends(mechanism)
+        return (LineShape(self.name, CABLE, first.place, second.place),)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One contact and the distance of the points."""

@@ -13,6 +13,7 @@ from flexmb.kernels import element_kernel
 from flexmb.model.contributions import Contribution, ElementContribution
 from flexmb.model.law import Motion
 from flexmb.model.part import GROUND, Part
+from flexmb.model.shape import ArrowShape, Shapes
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -89,6 +90,16 @@ class Force(Part):
     def share(self, part: float) -> Force:
         """The load with the fraction `part` of its force, if the force is a follower."""
         return replace(self, force=(part * self.force[0], part * self.force[1])) if self.follower else self
+
+    def shapes(self, mechanism: Mechanism) -> Shapes:
+        """An arrow that ends in the point of application; none for a force of 0."""
+        body = mechanism.body(self.body.name, self.label)
+        end, direction = body.attach(self.label, self.at), self.force
+        if direction == (0.0, 0.0):
+            return ()
+        if self.follower:
+            direction = planar.to_frame((0.0, 0.0), body.node(end.node).theta, direction)
+        return (ArrowShape(self.name, end.place, direction, self.follower),)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One element on the node that carries the point."""

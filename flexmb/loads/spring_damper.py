@@ -12,9 +12,10 @@ from flexmb.errors import InputError
 from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel
 from flexmb.loads.line import arms_of, put_line_force
 from flexmb.loads.moving_rest import check_rest, line_pull_kernel, moving_end, rest_at_start
-from flexmb.model.contributions import Contribution, ElementContribution
+from flexmb.model.contributions import Attachment, Contribution, ElementContribution
 from flexmb.model.law import Motion
 from flexmb.model.part import Part
+from flexmb.model.shape import DAMPER, SPRING, LineShape, Shapes
 from flexmb.places import packed
 
 if TYPE_CHECKING:
@@ -154,10 +155,19 @@ class SpringDamper(Part):
         if planar.distance(self.at, self.to) == 0.0:
             raise InputError(f"{self.label}: both points are {self.at}; a spring without length has no direction.")
 
+    def ends(self, mechanism: Mechanism) -> tuple[Attachment, Attachment]:
+        """Both points on the bodies of `mechanism`."""
+        first = mechanism.body(self.first.name, self.label).attach(self.label, self.at)
+        return first, mechanism.body(self.second.name, self.label).attach(self.label, self.to)
+
+    def shapes(self, mechanism: Mechanism) -> Shapes:
+        """A spring, or a damper where there is no stiffness."""
+        first, second = self.ends(mechanism)
+        return (LineShape(self.name, SPRING if self.stiffness > 0.0 else DAMPER, first.place, second.place),)
+
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One element; with a free length that moves two loads more."""
-        first = mechanism.body(self.first.name, self.label).attach(self.label, self.at)
-        second = mechanism.body(self.second.name, self.label).attach(self.label, self.to)
+        first, second = self.ends(mechanism)
         rest = planar.distance(self.at, self.to) if self.free_length is None else self.free_length
         length = rest_at_start(self.label, "free_length", rest)
         (x1, y1), (x2, y2) = first.offset, second.offset

@@ -204,7 +204,11 @@ class Packer:
         ]
         rows, dofs, factors, own_rates = zip(*found, strict=True) if found else ((), (), (), ())
         bounds = np.cumsum([0, *(len(contribution.reactions) for contribution in contributions)])
-        return ints(bounds), ints(rows), ints(dofs), np.array(factors, dtype=float), ints(own_rates)
+        listed = [reaction for contribution in contributions for reaction in contribution.reactions]
+        on = np.cumsum([0, *(len(reaction.on) for reaction in listed)])
+        places, powers = [k for reaction in listed for k in reaction.on], [int(r.power) for r in listed]
+        factor = np.array(factors, dtype=float)
+        return ints(bounds), ints(rows), ints(dofs), factor, ints(own_rates), ints(on), ints(places), ints(powers)
 
     def joint_frictions(self, contributions: Sequence[ConstraintContribution]) -> tuple[np.ndarray, ...]:
         """Kernels, numbers, histories and arms of friction in ideal joints."""

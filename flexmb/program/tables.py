@@ -83,6 +83,9 @@ class Constraints(Record):
     reaction_dof: Integers  # coordinate whose velocity multiplies it, -1: none
     reaction_factor: Vector
     reaction_rate: Integers  # signal that multiplies it, -1: none
+    reaction_on: Integers  # (reactions + 1,) where its places are; without places it is that of a row
+    reaction_places: Integers  # places among the coordinates of its constraint
+    reaction_power: Integers  # whether forces on places are multiplied by velocities
 
 
 class Contacts(Record):

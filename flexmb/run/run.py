@@ -15,6 +15,7 @@ from flexmb.jobs.progress import ProgressBar
 from flexmb.linalg import lu
 from flexmb.linalg.rank import row_rank
 from flexmb.model.mechanism import Mechanism
+from flexmb.program.period import just_before
 from flexmb.program.program import Program
 from flexmb.results.contact_intervals import ContactLog
 from flexmb.results.solution import Peaks, Solution
@@ -207,7 +208,8 @@ class Run:
         try:
             with self.interruption:
                 self._run_over_jumps(end, interval, bar, ends=saving is not None)
-                self._save_end(interval)
+            if self.code == DONE and not self.note and 0.0 < interval < NEVER:
+                self.saved.add_end(float(self.flow.clock.t), self.record.signals, 1e-9 * interval)
         except KeyboardInterrupt as stop:
             self.note, self.interrupted = str(stop) or "Interrupted from the keyboard", True
         bar.close()
@@ -292,17 +294,6 @@ class Run:
             self.saved.add_one(clock.t, self.record.signals)
         elif saving > 0.0:  # counted anew, since the interval may be another one
             clock.saved_instants = np.floor((clock.t - clock.save_start) / saving + 1e-9)
-
-    def _save_end(self, interval: float) -> None:
-        """Save the end of a run that reached it, where it is no instant of the save grid."""
-        now = float(self.flow.clock.t)
-        if (
-            self.code == DONE
-            and not self.note
-            and 0.0 < interval < NEVER
-            and not self.saved.is_at(now, 1e-9 * interval)
-        ):
-            self.saved.add_one(now, self.record.signals)
 
     def _steps_left(self, steps: int) -> int:
         if self.max_steps is None:
@@ -403,8 +394,3 @@ class Run:
         if own is not None:
             return f"Stopped at t = {self.flow.clock.t:.6g} s: {own}"
         return sentence(self.program, self.code, self.flow, self.trial, self.record)
-
-
-def just_before(instant: float) -> float:
-    """Instant before `instant` by a few units of round-off; `t + h` cannot round beyond it."""
-    return float(instant - 4.0 * np.spacing(instant))

@@ -72,13 +72,28 @@ def _constraints(tables, v, work, y):
                 y[k + DRIVING], y[k + POWER] = force, force * speed
                 k += DRIVE_SIGNALS
         for i in range(C.reaction[c], C.reaction[c + 1]):
-            force = C.reaction_factor[i] * work.drive[C.reaction_row[i], DRIVE_FORCE]
-            if C.reaction_dof[i] >= 0:
-                force *= v[C.reaction_dof[i]]
-            if C.reaction_rate[i] >= 0:  # a signal of a kernel, written before
-                force *= y[C.reaction_rate[i]]
-            y[k] = force
+            y[k] = _reaction(C, c, i, v, work, y)
             k += 1
+
+
+@compiled
+def _reaction(C, c, i, v, work, y):
+    """Reaction i of constraint c: of a row, or on coordinates; or its power."""
+    if C.reaction_on[i] == C.reaction_on[i + 1]:
+        force = C.reaction_factor[i] * work.drive[C.reaction_row[i], DRIVE_FORCE]
+        if C.reaction_dof[i] >= 0:
+            force *= v[C.reaction_dof[i]]
+        if C.reaction_rate[i] >= 0:  # a signal of a kernel, written before
+            force *= y[C.reaction_rate[i]]
+        return force
+    total, n = 0.0, C.dof[c + 1] - C.dof[c]
+    for k in range(C.reaction_on[i], C.reaction_on[i + 1]):
+        place, force = C.reaction_places[k], 0.0
+        for row in range(C.row[c], C.row[c + 1]):
+            force += work.G[C.pos_g[c] + (row - C.row[c]) * n + place] * work.drive[row, DRIVE_FORCE]
+        dof = C.dofs[C.dof[c] + place]
+        total += force * v[dof] if C.reaction_power[i] > 0 else force
+    return total
 
 
 @compiled

@@ -55,6 +55,6 @@ def test_a_run_that_ends_before_has_no_row_of_an_end():
 
 
 def test_a_spectrum_says_to_leave_the_end_out():
-    sol = fm.simulate(swing(), t_end=0.62, save=10)
+    sol = fm.simulate(swing(), t_end=0.6222, save=100)
     with pytest.raises(InputError, match="the end of the run beyond its save grid: leave the last sample out"):
         fm.chaos.power_spectrum(sol["arm.y"].values, sol.time)
