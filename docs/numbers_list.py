@@ -133,7 +133,6 @@ linalg.lu.LOST_PIVOT | 1 | largest term of a pivot | pivot that is lost
 linalg.lu.HELD_PIVOT | 1 | largest term of a pivot | pivot of a row that may be held
 linalg.rank.RANK_TOLERANCE | 1 | rows of unit length | rows that repeat others
 start.consistent.MOST_ITERATIONS | iterations | nothing | rounds that friction in joints takes at the start | 0.1 10
-start.consistent.check_independent#0.05 | rad | nothing | how far a pose is shaken to see dependent rows | 0.01 0.1 10
 start.consistent.rigid_velocities#1e-07 | 1 | largest rate | velocities at the start that contradict one another
 """)
 
@@ -187,6 +186,8 @@ contact.validity.WIDE | 1 | radius of the journal | half-width of a contact that
 contact.validity.SMALL_EXCESS | 1 | largest force | force above a free impact's that goes without a remark
 results.remarks.SMALL_SHARE | 1 | impulse, loss | slow contacts that go without a remark
 contact.validity.SMALL_TENSION | 1 | largest force | cut tension that goes without a remark
+bodies.point_mass.SAME_POINT | 1 | distance from the origin | distance from a particle that is none
+bodies.point_mass.NO_MOMENT | 1 | forces of a part | moment on a particle that is round-off
 joints.revolute_clearance.TOUCHING | 1 | clearance | round-off of a start that touches
 sensitivity.run.LEAST_FADING_GAMMA | 1 | method | gamma below which errors of accelerations stay
 sensitivity.run.STATE_DIFFERENCE | 1 | size of the mechanism | differences of states for a derivative
@@ -245,6 +246,11 @@ system.state_evaluation.MOST_REFINEMENTS | rounds | nothing | refinements withou
 system.state_evaluation.REFINED_RESIDUAL | 1 | right-hand side | residual of a system solved without pivoting
 start.projection.CLOSED_GAP | 1 | size of the mechanism | gap of a projected pose
 start.projection.MOST_ITERATIONS | iterations | nothing | most rounds of a projection
+bodies.rigid_link.MASSLESS | 1 | smallest mass of other bodies | mass of a massless link
+start.consistent.ROUND_OFF_OF_RATES | 1 | largest rate of the drives | start velocity that is round-off
+start.consistent.RATES | intervals | period of a drive | instants at which its rate is looked at
+start.massless.NO_INERTIA | 1 | largest inertia | motion of massless links alone
+start.massless.SHARE | 1 | a motion | part of it of a link that is named
 start.redundant_joints.POSE_SHIFT | rad | nothing | how far a pose is moved to see which rows repeat others
 equilibrium.dynamic_relaxation.MOST_STRIDES | strides | nothing | most strides to a pose at rest
 equilibrium.dynamic_relaxation.STRIDE_ITERATIONS | iterations | nothing | most iterations of a stride
@@ -412,11 +418,14 @@ def _left_out() -> dict[str, str]:
     round-off of a time, from which a saved instant is the end of its step: step.saved_instants.END_OF_STEP
     squares of smaller numbers are 0 among floats: run.simulate.SHORTEST_RUN
     stands for infinity: state.options.NEVER
+    stands for a clearance that does not exist: joints.stop.NO_CLEARANCE
     a size of a buffer, a block or a store: state.flow.PAST_STATES run.run.BUFFER_ROWS
         run.run.BLOCK_SECONDS run.run.FIRST_BLOCK_UPDATES dynamics.basins.basin.CHUNKS series.neighbours.BLOCK
         series.recurrence.BLOCK program.check_kernels.REMEMBERED_CALLS program.structure.REMEMBERED_STRUCTURES
         program.structure.REMEMBERED_UNKNOWNS program.structure.FIELDWISE_FROM run.run.BUFFER_NUMBERS run.run.LEAST_BUFFER_ROWS
         run.saved_rows.MOST_RESERVED_BYTES
+    size of a symbol in a picture: results.symbols.COILS results.symbols.WIDTH results.symbols.ARROW results.symbols.HEAD
+        results.symbols.CIRCLE_POINTS
     how many are printed or written: start.consistent.LISTED_PARTS results.vtk.MOST_FRAMES results.contact_intervals.SHOWN_ROWS results.status.LISTED_JOINTS
         results.signal_names.MOST_COMPARED_NAMES
     shortens what another number decides: linalg.rank.CERTAIN_EIGENVALUE

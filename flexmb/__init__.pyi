@@ -1,5 +1,6 @@
 """Public names of flexmb: those that most scripts need, and namespaces for the rest."""
 
+from flexmb import bodies as bodies
 from flexmb import cams as cams
 from flexmb import chaos as chaos
 from flexmb import contact as contact
@@ -10,6 +11,7 @@ from flexmb import equilibrium as equilibrium
 from flexmb import errors as errors
 from flexmb import kernels as kernels
 from flexmb import mechanisms as mechanisms
+from flexmb import model as model
 from flexmb import plots as plots
 from flexmb import results as results
 from flexmb import sweeps as sweeps
@@ -51,6 +53,7 @@ from flexmb.joints.prismatic_clearance import PrismaticClearance as PrismaticCle
 from flexmb.joints.revolute import Fixed as Fixed
 from flexmb.joints.revolute import Revolute as Revolute
 from flexmb.joints.revolute_clearance import RevoluteClearance as RevoluteClearance
+from flexmb.joints.stop import Stop as Stop
 from flexmb.kernels import drive_kernel as drive_kernel
 from flexmb.kernels import element_kernel as element_kernel
 from flexmb.kernels import friction_law as friction_law

@@ -43,7 +43,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # names of parts that the terminal cannot show
     try:
-        return _dispatch(given)
+        code = _dispatch(given)
+        sys.stdout.flush()
+        return code
+    except BrokenPipeError:
+        if not reader_is_gone():
+            raise
+        return OK
     except FlexmbError as error:
         if "--debug" in given:
             raise
@@ -58,6 +64,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("flexmb: interrupted from the keyboard.", file=sys.stderr)
         return INTERRUPTED
+
+
+def reader_is_gone() -> bool:
+    """Whether the reader of the output has closed the pipe, as `head` does; further output goes nowhere then."""
+    try:
+        print(flush=True)  # what failed is no longer in the buffer
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return True
+    return False
 
 
 def with_negative_numbers(arguments: Sequence[str]) -> list[str]:
@@ -79,7 +95,9 @@ def with_negative_numbers(arguments: Sequence[str]) -> list[str]:
 def _dispatch(given: list[str]) -> int:
     source = _source(given)
     parser, maker_options = _parser(source, given[0] if given else "")
-    options = parser.parse_args(given)
+    options, unknown = parser.parse_known_args(given)
+    if unknown:
+        options.own_parser.error(f"unrecognized arguments: {' '.join(unknown)}")
     options.arguments = given
     if getattr(options, "quiet", False):
         os.environ["FLEXMB_MESSAGES"] = "0"  # no messages on compilation, also in worker processes
@@ -179,6 +197,7 @@ def _parser(source: Source | None, wanted: str) -> tuple[argparse.ArgumentParser
     _add_paper_options(paper)
     for command in (run, sweep, chaos, check, listing, vtk, rerun, paper):
         command.add_argument("--debug", action="store_true", help="show the traceback of an error")
+        command.set_defaults(own_parser=command)
     options: list[Option] = []
     for name, command in {"run": run, "sweep": sweep, "chaos": chaos, "check": check}.items():
         command.add_argument("source", metavar="NAME", help=SOURCE_HELP)

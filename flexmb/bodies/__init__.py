@@ -1,1 +1,5 @@
-"""Bodies: rigid ones are one node at the centre of mass, flexible ones chains of nodes with beam elements."""
+"""Bodies: rigid bodies and links, particles, flexible links and frames."""
+
+from flexmb.namespace import lazy_names
+
+__getattr__, __dir__, __all__ = lazy_names(__name__, __file__)

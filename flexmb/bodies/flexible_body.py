@@ -120,6 +120,10 @@ class FlexibleBody(Body):
         corners = [(mass, point, bosses.inertia) for mass, point in ends]
         return RigidProperties.of([*self._mass_parts(), *corners, self._further_mass()])
 
+    def total_mass(self) -> float:
+        """Mass of beams and bosses [kg]."""
+        return self.properties().mass
+
     def attach(self, owner: str, point: Point) -> Attachment:
         """The node at `point`; `owner` names who asks, for messages."""
         size = max(planar.distance(self.corner_points[0], corner) for corner in self.corner_points)

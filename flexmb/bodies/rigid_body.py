@@ -71,6 +71,10 @@ class RigidBody(Body):
         """One element: mass and moment of inertia of the body."""
         return [node_mass(self.name, "", self.mass, self.inertia, mechanism.gravity)]
 
+    def total_mass(self) -> float:
+        """The mass [kg]."""
+        return self.mass
+
     def shapes(self, mechanism: Mechanism) -> Shapes:
         """The outline, or a star from the centre of mass to the joints."""
         if self.outline:

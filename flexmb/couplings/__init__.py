@@ -1,4 +1,4 @@
-"""Couplings of rotations and travels: gears, racks, belts, equal rotation, rods."""
+"""Couplings of rotations and travels: gears, racks, belts, any linear relation, rods, cables, clutches."""
 
 from flexmb.namespace import lazy_names
 

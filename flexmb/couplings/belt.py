@@ -10,6 +10,7 @@ from flexmb import checks
 from flexmb.couplings.wheels import Wheels
 from flexmb.errors import InputError
 from flexmb.model.contributions import Contribution
+from flexmb.model.shape import Shapes
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -56,6 +57,10 @@ class Belt(Wheels):
             raise InputError(f"{self.label}: radii is {self.radii!r}; give two numbers, e.g. (0.05, 0.1).")
         radii = tuple(checks.positive(self.label, f"radii[{k}]", r, "m") for k, r in enumerate(given))
         object.__setattr__(self, "radii", radii)
+
+    def shapes(self, mechanism: Mechanism) -> Shapes:
+        """Circles of the belt's middle line on both wheels."""
+        return self.circles(mechanism, self.radii)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One constraint equation between two or three angles."""

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 from flexmb import checks, planar
 from flexmb.errors import InputError, ModelError
 from flexmb.kernels import constraint_kernel
-from flexmb.model.contributions import ConstraintContribution, Contribution, Reaction
+from flexmb.model.contributions import Attachment, ConstraintContribution, Contribution, Reaction
 from flexmb.model.part import Part
+from flexmb.model.shape import ROD, LineShape, Shapes
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -76,10 +77,19 @@ class Distance(Part):
         if self.first.name == self.second.name:
             raise ModelError(f"{self.label} joins {self.first.name!r} to itself; give two different bodies.")
 
+    def ends(self, mechanism: Mechanism) -> tuple[Attachment, Attachment]:
+        """Both points on the bodies of `mechanism`."""
+        first = mechanism.body(self.first.name, self.label).attach(self.label, self.at)
+        return first, mechanism.body(self.second.name, self.label).attach(self.label, self.to)
+
+    def shapes(self, mechanism: Mechanism) -> Shapes:
+        """The rod."""
+        first, second = self.ends(mechanism)
+        return (LineShape(self.name, ROD, first.place, second.place),)
+
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One constraint equation."""
-        first = mechanism.body(self.first.name, self.label).attach(self.label, self.at)
-        second = mechanism.body(self.second.name, self.label).attach(self.label, self.to)
+        first, second = self.ends(mechanism)
         p = (*first.offset, *second.offset, planar.distance(self.at, self.to))
         coordinates, tension = (*first.coordinates, *second.coordinates), Reaction("force", "N", 0, -1.0)
         return [ConstraintContribution(self.name, distance_kernel, coordinates, p, 1, reactions=(tension,))]

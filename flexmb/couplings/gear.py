@@ -15,6 +15,7 @@ from flexmb.errors import InputError, ModelError
 from flexmb.model.contributions import ContactContribution, Contribution, node_coordinates
 from flexmb.model.law import NormalLaw
 from flexmb.model.part import GROUND
+from flexmb.model.shape import Shapes
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -142,6 +143,10 @@ class Gear(Wheels):
         if apart == 0.0:
             raise ModelError(f"{self.label}: the centres of both wheels coincide. Give distance= of the axes.")
         return apart
+
+    def shapes(self, mechanism: Mechanism) -> Shapes:
+        """The pitch circles."""
+        return self.circles(mechanism, self.radii(mechanism))
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One constraint equation between two or three angles, or two contacts."""

@@ -9,6 +9,7 @@ from flexmb.couplings.linear import angle_of, angles_contribution
 from flexmb.errors import ModelError
 from flexmb.model.contributions import ConstraintContribution, Coordinate, Reaction
 from flexmb.model.part import GROUND, Part
+from flexmb.model.shape import CircleShape, Shapes
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -39,6 +40,21 @@ class Wheels(Part):
         names = (self.first.name, self.second.name)
         if names[0] == names[1] or (self.arm.name != GROUND.name and self.arm.name in names):
             raise ModelError(f"{self.label} couples a body with itself; give different bodies as wheels and arm.")
+
+    def circles(self, mechanism: Mechanism, radii: tuple[float, float]) -> Shapes:
+        """Pitch circles about the main nodes of the wheels that move.
+
+        Parameters
+        ----------
+        mechanism : the mechanism.
+        radii : pitch radii of both wheels [m].
+        """
+        found = []
+        for wheel, radius in zip((self.first, self.second), radii, strict=True):
+            body = mechanism.body(wheel.name, self.label)
+            if body.name != GROUND.name:
+                found.append(CircleShape(self.name, (body.name, body.main, (0.0, 0.0)), radius))
+        return tuple(found)
 
     def rolling(self, mechanism: Mechanism, first_radius: float, second_radius: float) -> ConstraintContribution:
         """Equation r1 (theta1 - theta_arm) + r2 (theta2 - theta_arm) = constant.

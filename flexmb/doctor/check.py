@@ -16,16 +16,17 @@ from flexmb.doctor.laws import kernel_findings, law_findings
 from flexmb.doctor.loads import load_findings
 from flexmb.doctor.loops import locking_drives, open_loops, other_branch
 from flexmb.doctor.motions import motion_findings
-from flexmb.doctor.rank import dependent_parts, free_motions, redundancies
+from flexmb.doctor.rank import free_motions, redundancies
 from flexmb.doctor.report import Report
 from flexmb.equilibrium.modes import modes
 from flexmb.errors import AssemblyError, FlexmbError, InputError, KernelError
-from flexmb.linalg.rank import row_rank
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
 from flexmb.start.assemble import close_loops
-from flexmb.start.consistent import accelerations, degrees_of_freedom, rigid_velocities
+from flexmb.start.consistent import accelerations, degrees_of_freedom, rigid_velocities, yielding_joints
+from flexmb.start.massless import check_massless
+from flexmb.start.redundant_joints import redundancy
 from flexmb.system.state_evaluation import StateEvaluation
 
 LISTED_FREQUENCIES = 10
@@ -118,12 +119,12 @@ def sorted_findings(findings: list[Finding]) -> tuple[Finding, ...]:
 
 def start_findings(mechanism: Mechanism, moving: Program, closed: Program, q: np.ndarray) -> list[Finding]:
     """Findings on start velocities and accelerations at a closed pose."""
-    soft = {name.partition(".")[0] for name in moving.names.contacts}
     try:
-        v = rigid_velocities(closed, q, 0.0, soft)
+        v = rigid_velocities(closed, q, 0.0, yielding_joints(moving, closed))
     except AssemblyError as error:
         return [of_error("forbidden-velocity", error, mechanism)]
     try:
+        check_massless(mechanism, moving, q)
         a, _ = accelerations(moving, q, v, 0.0)
     except FlexmbError as error:
         return [of_error("no-inertia", error, mechanism, "Give every body some mass and inertia.")]
@@ -146,13 +147,13 @@ def _frequencies(mechanism: Mechanism) -> tuple[tuple[float, ...], list[Finding]
 def _numbers(moving: Program, ideal: Program, q: np.ndarray, frequencies: tuple[float, ...]) -> dict[str, Any]:
     """Fields of the report that are computed from programs."""
     free, freedom = degrees_of_freedom(ideal, q)
-    G = StateEvaluation(moving).at(q).jacobian
+    repeated = redundancy(moving, q)
     driven = int((np.asarray(ideal.tables.constraints.motion) >= 0).sum())
     joints = dict.fromkeys(row.partition("[")[0] for row in moving.names.rows)
     drives = {name.partition(".")[0] for name in moving.drives}
     return {
         "bodies": ideal.names.bodies,
-        "joints": tuple(name for name in joints if name not in drives),
+        "joints": tuple(name for name in joints if name not in drives and name not in ideal.names.bodies),
         "contacts": moving.names.contacts,
         "coordinates": moving.n_q,
         "rows": moving.n_c,
@@ -160,7 +161,7 @@ def _numbers(moving: Program, ideal: Program, q: np.ndarray, frequencies: tuple[
         "gruebler": 3 * len(ideal.names.bodies) - (ideal.n_c - driven),
         "drives": moving.drives,
         "free": free,
-        "redundant": tuple(sorted(dependent_parts(moving, G))) if row_rank(G).redundant else (),
+        "redundant": tuple(sorted(repeated.parts)) if repeated else (),
         "mass": total_mass(ideal.n_q, StateEvaluation(ideal).mass(q)),
         "frequencies": frequencies,
         "signals": moving.names.signals.names,

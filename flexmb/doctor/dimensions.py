@@ -111,8 +111,8 @@ def _links(mechanism: Mechanism) -> Iterator[Finding]:
     for body in mechanism.bodies:
         if not isinstance(body, RigidLink):
             continue
-        radius = math.sqrt(body.inertia / body.mass)
-        if not GYRATIONS[0] <= radius / body.length <= GYRATIONS[1]:
+        radius = 0.0 if body.is_massless else math.sqrt(body.inertia / body.mass)
+        if not body.is_massless and not GYRATIONS[0] <= radius / body.length <= GYRATIONS[1]:
             text = (
                 f"{body.label} has a radius of gyration of {radius:.4g} m and a length of {body.length:.4g} m "
                 f"(mass {body.mass:.4g} kg, inertia {body.inertia:.4g} kg m^2)"

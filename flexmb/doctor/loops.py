@@ -12,7 +12,6 @@ import numpy as np
 from flexmb.bodies.flexible_body import FlexibleBody
 from flexmb.doctor.finding import WARNING, Finding, found, listed
 from flexmb.doctor.motions import values_of
-from flexmb.doctor.rank import dependent_parts, shaken_pose
 from flexmb.errors import AssemblyError
 from flexmb.linalg.dense_or_sparse import plain
 from flexmb.linalg.rank import row_rank
@@ -20,6 +19,7 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Joint
 from flexmb.program.program import Program
 from flexmb.start.assemble import close_loops, drive_rows, least_shift
+from flexmb.start.redundant_joints import dependent_parts, shaken_pose
 from flexmb.start.rigid_motion import RigidMotion
 from flexmb.system.state_evaluation import StateEvaluation
 

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from flexmb.doctor.finding import Finding, counted, found, listed
 from flexmb.linalg.dense_or_sparse import plain
-from flexmb.linalg.rank import RANK_TOLERANCE, dependent_rows, row_rank
+from flexmb.linalg.rank import RANK_TOLERANCE, row_rank
 from flexmb.program.program import Program
-from flexmb.start.redundant_joints import redundant_rows
+from flexmb.start.redundant_joints import dependent_parts, redundancy, redundant_rows, shaken_pose
 from flexmb.start.rigid_motion import RigidMotion
 from flexmb.system.state_evaluation import StateEvaluation
 
@@ -20,12 +19,6 @@ PREFERENCE = 0.1
 
 LISTED_MOTIONS = 6
 """Number of free motions that are named at most."""
-
-
-def dependent_parts(program: Program, G: Any) -> tuple[str, ...]:
-    """Names of the parts whose rows of G (rows, coordinates) depend on one another, in the order of the rows."""
-    rows = dependent_rows(G)
-    return tuple(dict.fromkeys(program.names.rows[k].partition("[")[0] for k in rows))
 
 
 def redundancies(program: Program, closed: Program, q: np.ndarray) -> list[Finding]:
@@ -37,37 +30,16 @@ def redundancies(program: Program, closed: Program, q: np.ndarray) -> list[Findi
     closed : the same with clearance joints as ideal ones.
     q : (n_q,) the pose.
     """
-    driven = np.asarray(program.tables.constraints.motion) >= 0
-    G = StateEvaluation(program).at(q).blocks[1]
-    findings: list[Finding] = []
-    if not row_rank(G).redundant:
-        return [*findings, *_hidden(program, closed, q)]
-    joints = np.flatnonzero(~driven)
-    own = row_rank(G[joints])
-    always = redundant_rows(program, closed, q, 0.0)
-    if own.redundant:
-        names = [program.names.rows[joints[k]].partition("[")[0] for k in dependent_rows(G[joints])]
-        findings.append(_of_joints(tuple(dict.fromkeys(names)), len(own.redundant), singular=always == 0))
-    extra = len(row_rank(G).redundant) - len(own.redundant)
-    if extra > 0:
-        shaken = StateEvaluation(program).at(shaken_pose(program, q)).blocks[1]
-        structural = len(row_rank(shaken).redundant) - len(row_rank(shaken[joints]).redundant)
-        names_of_all = dependent_parts(program, shaken if structural > 0 else G)
-        singular = always == 0 and structural <= 0
-        findings.append(_of_drives(program, names_of_all, max(extra, structural), singular=singular))
+    found = redundancy(program, q)
+    if found is None:
+        return _hidden(program, closed, q)
+    always, findings = redundant_rows(program, closed, q, 0.0), []
+    if found.rows > 0:
+        findings.append(_of_joints(found.joints, found.rows, singular=always == 0))
+    if found.excess > 0:
+        singular = always == 0 and not found.structural
+        findings.append(_of_drives(program, found.driven, found.excess, singular=singular))
     return findings
-
-
-def shaken_pose(program: Program, q: np.ndarray) -> np.ndarray:
-    """A pose without any symmetry near q, in which joints are open: rows that depend there always do.
-
-    Parameters
-    ----------
-    program : the mechanism.
-    q : (n_q,) a pose.
-    """
-    sizes = np.where(np.asarray(program.tables.kind) == 1, 1.0, program.length)
-    return np.asarray(q + 0.05 * np.sin(1.0 + 7.3 * np.arange(len(q))) * sizes)
 
 
 def _of_joints(names: tuple[str, ...], count: int, *, singular: bool) -> Finding:

@@ -5,7 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from flexmb import checks
 from flexmb.drives.points import checked_points
+from flexmb.errors import InputError
 from flexmb.kernels import drive_kernel
 from flexmb.model.law import Motion
 
@@ -51,10 +53,13 @@ class Table(Motion):
     times : increasing instants [s], at least 4.
     values : the motion at these instants [rad or m].
     periodic : whether the table is repeated; the motion may grow by values[-1] - values[0] a period.
+    slopes : speeds at the first and the last instant [rad/s or m/s] (clamped spline); (0, 0) begins and ends at rest.
+        None: the third derivative does not jump at the second point and the last but one (not-a-knot spline).
 
     Raises
     ------
-    InputError : too few points, times that do not increase, values that are not finite.
+    InputError : too few points, times that do not increase, values or slopes that are not finite, slopes of a
+        repeated table.
 
     Notes
     -----
@@ -66,6 +71,7 @@ class Table(Motion):
     times: tuple[float, ...]
     values: tuple[float, ...]
     periodic: bool = False
+    slopes: tuple[float, float] | None = None
 
     kernel = table_kernel
 
@@ -74,6 +80,15 @@ class Table(Motion):
         times, values = checked_points("Table", self.times, self.values, 4)
         object.__setattr__(self, "times", times)
         object.__setattr__(self, "values", values)
+        if self.slopes is None:
+            return
+        given = checks.sequence("Table", "slopes", self.slopes, "two numbers")
+        if len(given) != 2:
+            raise InputError(f"Table: slopes is {self.slopes!r}; give two speeds, e.g. (0.0, 0.0).")
+        slopes = tuple(checks.number("Table", f"slopes[{k}]", slope, "rad/s or m/s") for k, slope in enumerate(given))
+        object.__setattr__(self, "slopes", slopes)
+        if self.periodic:
+            raise InputError("Table: slopes are given, but a table that is repeated has no ends. Leave slopes out.")
 
     def parameters(self) -> tuple[float, ...]:
         """Number of points, periodicity, times, coefficients, growth over the table."""
@@ -88,7 +103,8 @@ class Table(Motion):
             c[2] += slope
             c[3] += straight[:-1]
         else:
-            c = CubicSpline(t, s).c
+            ends = "not-a-knot" if self.slopes is None else tuple((1, slope) for slope in self.slopes)
+            c = CubicSpline(t, s, bc_type=ends).c
         return (float(len(t)), float(self.periodic), *t.tolist(), *c.T.ravel().tolist(), growth)
 
     def breaks(self, t_end: float) -> tuple[float, ...]:

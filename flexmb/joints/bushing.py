@@ -10,9 +10,16 @@ from typing import TYPE_CHECKING
 from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.joints.direction import add_curvature, curvature_times, direction, dot
+from flexmb.joints.pin_slot import slot_kernel
 from flexmb.joints.revolute import coincidence_piece, drawn_angle
 from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel, signal_kernel
-from flexmb.model.contributions import Contribution, ElementContribution, signal_contributions
+from flexmb.model.contributions import (
+    Attachment,
+    ConstraintContribution,
+    Contribution,
+    ElementContribution,
+    signal_contributions,
+)
 from flexmb.model.part import Joint
 from flexmb.places import packed
 
@@ -150,8 +157,10 @@ class Bushing(Joint):
 
     Notes
     -----
-    Start values are the values of an ideal `Revolute`.  Forces follow from a potential and from a power of
-    dissipation in the deflections, so action and reaction are in balance, moments included, at any deflection.
+    Start values are the values of an ideal `Revolute`, of a pin in a slot where one axis has no stiffness; declared
+    velocities take precedence, so the deflection may begin with any rate.
+    Forces follow from a potential and from a power of dissipation in the deflections, so action and reaction are in
+    balance, moments included, at any deflection.
     Linear in the deflection: not for stops and not for rubber beyond a few tenths of its thickness.
     """
 
@@ -194,4 +203,15 @@ class Bushing(Joint):
         signals = signal_contributions(self.name, bushing_signal, SIGNALS, coordinates, p)
         short = {"force": bushing_force, "account": bushing_account}
         element = ElementContribution(self.name, bushing_kernel, coordinates, p, energy=bushing_energy, **short)
-        return [element, *signals, coincidence_piece(self.name, ends, holds="start")]
+        return [element, *signals, self._held(ends, p)]
+
+    def _held(self, ends: tuple[Attachment, Attachment], p: tuple[float, ...]) -> ConstraintContribution:
+        """Coincidence of the points while start values are computed, along the axes that have stiffness."""
+        if min(self.stiffness) > 0.0:  # type: ignore[arg-type]
+            return coincidence_piece(self.name, ends, holds="start")
+        ux, uy = p[AXIS_X], p[AXIS_Y]
+        free = (ux, uy) if self.stiffness[0] == 0.0 else (-uy, ux)  # type: ignore[index]
+        coordinates, offsets = (*ends[0].coordinates, *ends[1].coordinates), p[OFFSET1_X:ANGLE]
+        return ConstraintContribution(
+            self.name, slot_kernel, coordinates, (*free, *offsets), 1, second=coordinates[3:], holds="start"
+        )

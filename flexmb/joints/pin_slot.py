@@ -16,6 +16,7 @@ from flexmb.kernels import constraint_kernel, gap_kernel
 from flexmb.model.contributions import ConstraintContribution, ContactContribution, Contribution
 from flexmb.model.law import FrictionLaw, NormalLaw
 from flexmb.model.part import Joint
+from flexmb.model.shape import PointShape, Shapes
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -116,6 +117,11 @@ class PinSlot(Joint):
         coordinates, p = self._geometry(mechanism)
         row = ConstraintContribution(self.name, slot_kernel, coordinates, p, 1, second=coordinates[3:])
         return [row, *travel_contributions(self.name, coordinates, p)]
+
+    def shapes(self, mechanism: Mechanism) -> Shapes:
+        """The pin, as a point of the second body."""
+        end = self.ends(mechanism)[1]
+        return (PointShape(self.name, self.kind, end.part, end.node, end.offset),)
 
     def _geometry(self, mechanism: Mechanism):
         """The six coordinates; direction of the slot, its middle and the pin in the frames of their nodes."""

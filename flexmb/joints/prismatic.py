@@ -8,9 +8,10 @@ from dataclasses import KW_ONLY, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from flexmb import checks
+from flexmb.errors import ModelError
 from flexmb.joints.direction import add_curvature, curvature_times, direction, dot
 from flexmb.joints.friction import check_friction, guide_friction
-from flexmb.joints.revolute import drawn_angle
+from flexmb.joints.revolute import Revolute, drawn_angle
 from flexmb.kernels import compiled, constraint_kernel, signal_kernel
 from flexmb.model.contributions import (
     ConstraintContribution,
@@ -172,3 +173,26 @@ class Prismatic(Guide):
         return ConstraintContribution(
             self.name, travel_kernel, coordinates, p, 1, is_drive=True, drive_units=("m", "N")
         )
+
+
+def joint_with_coordinate(mechanism: Mechanism, label: str, name: str) -> Revolute | Prismatic:
+    """The joint of that name, which has an angle or a travel.
+
+    Parameters
+    ----------
+    mechanism : the mechanism.
+    label : class and name of the part that asks, for messages.
+    name : name of the joint.
+
+    Raises
+    ------
+    ModelError : no such joint, or one without angle and travel.
+    """
+    if name not in mechanism.names:
+        joints = [part.name for part in mechanism.parts if isinstance(part, Joint)]
+        text = f"{label} refers to joint {name!r}, but mechanism {mechanism.name!r} has no such part"
+        raise ModelError(f"{text}. {checks.did_you_mean(name, joints)}")
+    part = mechanism.find(name)
+    if not isinstance(part, Revolute | Prismatic):
+        raise ModelError(f"{label}: {part.label} has no angle or travel. Give a Revolute or a Prismatic joint.")
+    return part

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 from flexmb import checks, planar
 from flexmb.errors import InputError, ModelError
 from flexmb.kernels import element_kernel, signal_kernel
-from flexmb.model.contributions import Contribution, ElementContribution, signal_contributions
+from flexmb.model.contributions import MULTIPLIES, Contribution, ElementContribution, signal_contributions
 from flexmb.model.law import Motion
 from flexmb.model.part import GROUND, Part
+from flexmb.model.shape import ArrowShape, Shapes
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -110,6 +111,16 @@ class Force(Part):
         """The load with the fraction `part` of its force, if the force is a follower."""
         return replace(self, force=(part * self.force[0], part * self.force[1])) if self.follower else self
 
+    def shapes(self, mechanism: Mechanism) -> Shapes:
+        """An arrow that ends in the point of application; none for a force of 0."""
+        body = mechanism.body(self.body.name, self.label)
+        end, direction = body.attach(self.label, self.at), self.force
+        if direction == (0.0, 0.0):
+            return ()
+        if self.follower:
+            direction = planar.to_frame((0.0, 0.0), body.node(end.node).theta, direction)
+        return (ArrowShape(self.name, end.place, direction, self.follower),)
+
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One element on the node that carries the point, and four signals."""
         body = mechanism.body(self.body.name, self.label)
@@ -121,7 +132,7 @@ class Force(Part):
         own = (*p, float(self.follower))
         return [
             ElementContribution(self.name, kernel, place, p, factor=self.history),
-            *signal_contributions(self.name, force_signal, SIGNALS, place, own, is_scaled=True),
+            *signal_contributions(self.name, force_signal, SIGNALS, place, own, use_of_factor=MULTIPLIES),
         ]
 
 

@@ -4,14 +4,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, replace
 from typing import TYPE_CHECKING
 
 from flexmb import checks, planar
 from flexmb.errors import InputError
 from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel, signal_kernel
-from flexmb.model.contributions import Contribution, ElementContribution, signal_contributions
+from flexmb.loads.line import arms_of, put_line_force
+from flexmb.loads.moving_rest import check_rest, line_pull_kernel, moving_end, rest_at_start
+from flexmb.model.contributions import (
+    ADDS,
+    Attachment,
+    Contribution,
+    Coordinate,
+    ElementContribution,
+    SignalContribution,
+    signal_contributions,
+)
+from flexmb.model.law import Motion
 from flexmb.model.part import Part
+from flexmb.model.shape import DAMPER, SPRING, LineShape, Shapes
 from flexmb.places import packed
 
 if TYPE_CHECKING:
@@ -25,19 +37,9 @@ SIGNALS = (("length", "m"), ("rate", "m/s"), ("force", "N"), ("energy", "J"))
 
 
 @compiled
-def arms(p, q):
-    """Vectors from the nodes to the points, and from the first point to the second."""
-    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
-    s1x, s1y, s2x, s2y = p[OFFSET1_X], p[OFFSET1_Y], p[OFFSET2_X], p[OFFSET2_Y]
-    ax, ay = c1 * s1x - d1 * s1y, d1 * s1x + c1 * s1y
-    bx, by = c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y
-    return ax, ay, bx, by, q[3] + bx - q[0] - ax, q[4] + by - q[1] - ay
-
-
-@compiled
 def stretched(p, q, v):
     """Length, its rate, direction and arms; without a length there is no direction and no rate."""
-    ax, ay, bx, by, dx, dy = arms(p, q)
+    ax, ay, bx, by, dx, dy = arms_of(p[OFFSET1_X], p[OFFSET1_Y], p[OFFSET2_X], p[OFFSET2_Y], q)
     l = math.sqrt(dx * dx + dy * dy)
     if l == 0.0:
         return l, 0.0, 0.0, 0.0, ax, ay, bx, by
@@ -57,8 +59,7 @@ def put_force(p, q, v, r):
     """r (6,); length and its rate."""
     l, rate, nx, ny, ax, ay, bx, by = stretched(p, q, v)
     F = p[STIFFNESS] * (l - p[FREE_LENGTH]) + p[DAMPING] * rate
-    r[0], r[1], r[2] = -F * nx, -F * ny, F * (nx * ay - ny * ax)
-    r[3], r[4], r[5] = F * nx, F * ny, F * (ny * bx - nx * by)
+    put_line_force(F, nx, ny, ax, ay, bx, by, r)
     return l, rate
 
 
@@ -145,11 +146,17 @@ class SpringDamper(Part):
     to : point of the second body in the reference configuration [m].
     stiffness : k [N/m], >= 0.
     damping : d [N s/m], >= 0.
-    free_length : length without force [m], >= 0; None: the distance of the points.
+    free_length : length without force [m], >= 0; None: the distance of the points; a motion: its value at each time, as
+        of a spring whose far end an actuator moves.
 
     Raises
     ------
-    InputError : negative values; points that coincide without a free length.
+    InputError : negative values; points that coincide without a free length; a free length of another kind.
+
+    Notes
+    -----
+    With a free length that moves, the energy of the spring is counted with the free length at t = 0, and the rest of
+    its force as a load: the work of the load is the actuator's, less what the spring holds more than is counted.
     """
 
     first: Part
@@ -159,7 +166,7 @@ class SpringDamper(Part):
     _: KW_ONLY
     stiffness: float
     damping: float = 0.0
-    free_length: float | None = None
+    free_length: float | Motion | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -168,15 +175,28 @@ class SpringDamper(Part):
         checks.not_negative(self.label, "stiffness", self.stiffness, "N/m")
         checks.not_negative(self.label, "damping", self.damping, "N s/m")
         if self.free_length is not None:
-            checks.not_negative(self.label, "free_length", self.free_length, "m")
+            check_rest(self.label, "free_length", self.free_length, "m")
+            checks.not_negative(
+                self.label, "free_length", rest_at_start(self.label, "free_length", self.free_length), "m"
+            )
         if planar.distance(self.at, self.to) == 0.0:
             raise InputError(f"{self.label}: both points are {self.at}; a spring without length has no direction.")
 
-    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One element and four signals."""
+    def ends(self, mechanism: Mechanism) -> tuple[Attachment, Attachment]:
+        """Both points on the bodies of `mechanism`."""
         first = mechanism.body(self.first.name, self.label).attach(self.label, self.at)
-        second = mechanism.body(self.second.name, self.label).attach(self.label, self.to)
-        length = planar.distance(self.at, self.to) if self.free_length is None else self.free_length
+        return first, mechanism.body(self.second.name, self.label).attach(self.label, self.to)
+
+    def shapes(self, mechanism: Mechanism) -> Shapes:
+        """A spring, or a damper where there is no stiffness."""
+        first, second = self.ends(mechanism)
+        return (LineShape(self.name, SPRING if self.stiffness > 0.0 else DAMPER, first.place, second.place),)
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        """One element; with a free length that moves two loads more."""
+        first, second = self.ends(mechanism)
+        rest = planar.distance(self.at, self.to) if self.free_length is None else self.free_length
+        length = rest_at_start(self.label, "free_length", rest)
         (x1, y1), (x2, y2) = first.offset, second.offset
         laws = {STIFFNESS: self.stiffness, DAMPING: self.damping, FREE_LENGTH: length}
         p = packed({**laws, OFFSET1_X: x1, OFFSET1_Y: y1, OFFSET2_X: x2, OFFSET2_Y: y2})
@@ -185,4 +205,17 @@ class SpringDamper(Part):
         element = ElementContribution(
             self.name, spring_damper_kernel, coordinates, p, energy=spring_damper_energy, **short
         )
-        return [element, *signal_contributions(self.name, spring_damper_signal, SIGNALS, coordinates, p)]
+        offsets = (*first.offset, *second.offset)
+        moving = moving_end(self.name, line_pull_kernel, coordinates, self.stiffness, rest, length, offsets)
+        return [element, *moving, *self._signals(coordinates, p, moves=bool(moving))]
+
+    def _signals(
+        self, coordinates: tuple[Coordinate, ...], p: tuple[float, ...], *, moves: bool
+    ) -> Sequence[SignalContribution]:
+        """Four signals; with a free length that moves three, of which the force counts from the length 0."""
+        found = signal_contributions(self.name, spring_damper_signal, SIGNALS, coordinates, p)
+        if not moves:
+            return found
+        length, rate, force, _ = found
+        whole = (*force.p[:FREE_LENGTH], 0.0, *force.p[FREE_LENGTH + 1 :])
+        return [length, rate, replace(force, p=whole, use_of_factor=ADDS)]

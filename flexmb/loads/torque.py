@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from flexmb import checks
 from flexmb.kernels import element_kernel, signal_kernel
 from flexmb.loads.force import check_history, check_loaded
-from flexmb.model.contributions import Contribution, ElementContribution, signal_contributions
+from flexmb.model.contributions import MULTIPLIES, Contribution, ElementContribution, signal_contributions
 from flexmb.model.law import Motion
 from flexmb.model.part import Part
 
@@ -80,5 +80,5 @@ class Torque(Part):
         theta = ((body.name, node, 2),)
         return [
             ElementContribution(self.name, torque_kernel, theta, (self.torque,), factor=self.history),
-            *signal_contributions(self.name, torque_signal, SIGNALS, theta, (self.torque,), is_scaled=True),
+            *signal_contributions(self.name, torque_signal, SIGNALS, theta, (self.torque,), use_of_factor=MULTIPLIES),
         ]

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, replace
 from typing import TYPE_CHECKING
 
 from flexmb import checks
 from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel, signal_kernel
-from flexmb.model.contributions import Contribution, ElementContribution, signal_contributions
+from flexmb.loads.moving_rest import check_rest, couple_kernel, moving_end, rest_at_start
+from flexmb.model.contributions import SUBTRACTS, Contribution, ElementContribution, signal_contributions
+from flexmb.model.law import Motion
 from flexmb.model.part import Part
 
 if TYPE_CHECKING:
@@ -84,12 +86,18 @@ class TorsionSpring(Part):
     first, second : the bodies; `GROUND` is the frame.
     stiffness : k [N m/rad], >= 0.
     damping : d [N m s/rad], >= 0.
-    rest_angle : relative rotation without moment [rad], counted from the reference configuration.
+    rest_angle : relative rotation without moment [rad], counted from the reference configuration; a motion: its value
+        at each time, as of a spring whose far end an actuator turns.
     at : point of the reference configuration [m] whose nodes are connected; None: the main nodes.
 
     Raises
     ------
-    InputError : negative stiffness or damping.
+    InputError : negative stiffness or damping, a rest angle that is neither a number nor a motion.
+
+    Notes
+    -----
+    With a rest angle that moves, the energy of the spring is counted with the rest angle at t = 0, and the rest of its
+    moment as a load: the work of the load is the actuator's, less what the spring holds more than is counted.
     """
 
     first: Part
@@ -97,26 +105,35 @@ class TorsionSpring(Part):
     _: KW_ONLY
     stiffness: float
     damping: float = 0.0
-    rest_angle: float = 0.0
+    rest_angle: float | Motion = 0.0
     at: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
         checks.not_negative(self.label, "stiffness", self.stiffness, "N m/rad")
         checks.not_negative(self.label, "damping", self.damping, "N m s/rad")
+        check_rest(self.label, "rest_angle", self.rest_angle, "rad")
+        rest_at_start(self.label, "rest_angle", self.rest_angle)
         if self.at is not None:
             object.__setattr__(self, "at", checks.point(self.label, "at", self.at))
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One element on two angles, and four signals."""
+        """One element on two angles and four signals; with a rest angle that moves two loads more, and no energy."""
+        rest = rest_at_start(self.label, "rest_angle", self.rest_angle)
         coordinates, drawn = [], 0.0
         for part, sign in ((self.first, -1.0), (self.second, 1.0)):
             body = mechanism.body(part.name, self.label)
             node = body.main if self.at is None else body.attach(self.label, self.at).node
             coordinates.append((body.name, node, 2))
             drawn += sign * body.node(node).theta
-        p = (self.stiffness, self.damping, self.rest_angle + drawn)
+        p = (self.stiffness, self.damping, rest + drawn)
         short = {"force": torsion_spring_force, "account": torsion_spring_account}
         pair = tuple(coordinates)
         element = ElementContribution(self.name, torsion_spring_kernel, pair, p, energy=torsion_spring_energy, **short)
-        return [element, *signal_contributions(self.name, torsion_spring_signal, SIGNALS, pair, (*p, drawn))]
+        moving = moving_end(self.name, couple_kernel, pair, self.stiffness, self.rest_angle, rest, ())
+        signals = signal_contributions(self.name, torsion_spring_signal, SIGNALS, pair, (*p, drawn))
+        if moving:
+            angle, rate, torque, _ = signals
+            counted = (self.stiffness, self.damping, drawn, *torque.p[3:])
+            signals = [angle, rate, replace(torque, p=counted, use_of_factor=SUBTRACTS)]
+        return [element, *moving, *signals]

@@ -6,7 +6,7 @@ Coordinates are named (part, node, axis) with axis 0, 1, 2 for x, y, theta.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -18,6 +18,10 @@ if TYPE_CHECKING:
 
 Coordinate = tuple[str, str, int]
 AXES = ("x", "y", "theta")
+
+MULTIPLIES, ADDS, SUBTRACTS = "multiplies", "adds", "subtracts"
+USES_OF_FACTOR = (MULTIPLIES, ADDS, SUBTRACTS)
+"""Uses of the factor of a part's element in a signal of the part."""
 
 
 @dataclass(frozen=True)
@@ -32,11 +36,22 @@ class Node:
 
 @dataclass(frozen=True)
 class Attachment:
-    """Point of attachment on a body: node, and offset in the frame of the node [m]."""
+    """Point of attachment on a body.
+
+    Parameters
+    ----------
+    part, node : body and its node.
+    offset : the point in the frame of the node [m].
+    """
 
     part: str
     node: str
     offset: tuple[float, float]
+
+    @property
+    def place(self) -> tuple[str, str, tuple[float, float]]:
+        """Body, node and offset, as shapes hold them."""
+        return self.part, self.node, self.offset
 
     @property
     def coordinates(self) -> tuple[Coordinate, Coordinate, Coordinate]:
@@ -118,35 +133,55 @@ class JointFriction:
 
 @dataclass(frozen=True)
 class Reaction:
-    """Reported force or moment of one constraint equation: minus factor times multiplier, or its power.
+    """Reported force, moment or power of a constraint.
+
+    The force of one equation is minus factor times its multiplier.  The force on coordinates, given by `on`, is minus
+    the sum of G^T lam over these, with G at the state; so it needs no factor and holds for any equations.
 
     Parameters
     ----------
     name, units : of the signal.
     row : number of the equation.
     factor : derivative of the equation with respect to the coordinate on which the force acts.
-    place : place among the coordinates of the velocity that multiplies the force, for a power; -1: none.
+    place : place among the coordinates of the velocity that multiplies the force of an equation, for a power; -1: none.
+    rate : name of a signal of the part, made by a signal kernel, that multiplies the force of an equation; "": none.
+    on : places among the coordinates whose forces are added up; empty: the force of the equation.
+    power : whether each of these forces is multiplied by the velocity of its coordinate [W].
     """
 
     name: str
     units: str
-    row: int
+    row: int = 0
     factor: float = 1.0
     place: int = -1
+    rate: str = ""
+    on: tuple[int, ...] = ()
+    power: bool = False
 
 
 @dataclass(frozen=True)
 class ConstraintContribution:
     """Constraint equations g(q, t) = 0 between some coordinates.
 
-    second : coordinates of the body on which the reported force acts
-    moment_row : row whose multiplier is a moment or a drive force; -1: no such row
-    motions : prescribed motions, in the order of their rows, from which they are subtracted
-    is_drive : whether the constraint reports motions and no force
-    joint_friction : friction that depends on the multipliers
-    reactions : reported forces in place of those on a second body
+    A constraint without `second`, `reactions` and `is_drive` reports its forces on each body: BODY_fx, BODY_fy [N],
+    BODY_moment (about the node) [N m] and BODY_power [W], as far as it has the coordinates.
+
+    Parameters
+    ----------
+    part : name of the part.
+    kernel : constraint kernel.
+    coordinates : coordinates (part, node, axis) of the kernel, each once; axis 0, 1, 2 for x, y, theta.
+    p : parameters of the kernel.
+    rows : number of equations.
+    second : coordinates of the body on which the reported force acts.
+    moment_row : row whose multiplier is a moment or a drive force; -1: no such row.
+    motions : prescribed motions, in the order of their rows, from which they are subtracted.
+    is_drive : whether the constraint reports motions and no force.
+    drive_units : units of the coordinate and of the force of a joint that a drive can move.
+    joint_friction : friction that depends on the multipliers.
     holds : "always"; "closed" in place of a contact (at the start, for modes, for inverse dynamics); "start" in place
-        of an elastic joint, while start values are computed
+        of an elastic joint, while start values are computed.
+    reactions : reported forces in place of those on a second body.
     """
 
     part: str
@@ -163,12 +198,40 @@ class ConstraintContribution:
     holds: str = "always"
     reactions: tuple[Reaction, ...] = ()
 
+    def __post_init__(self) -> None:
+        if self.second is None and not (self.reactions or self.is_drive or self.joint_friction):
+            object.__setattr__(self, "reactions", tuple(reactions_of_bodies(self.coordinates)))
+
+
+def reactions_of_bodies(coordinates: tuple[Coordinate, ...]) -> Iterator[Reaction]:
+    """Force, moment and power of a constraint on each body.
+
+    Parameters
+    ----------
+    coordinates : coordinates of the constraint.
+    """
+    for body in dict.fromkeys(part for part, _, _ in coordinates):
+        own = [place for place, (part, _, _) in enumerate(coordinates) if part == body]
+        for axis, (name, units) in enumerate((("fx", "N"), ("fy", "N"), ("moment", "N m"))):
+            on = tuple(place for place in own if coordinates[place][2] == axis)
+            if on:
+                yield Reaction(f"{body}_{name}", units, on=on)
+        yield Reaction(f"{body}_power", "W", on=tuple(own), power=True)
+
 
 @dataclass(frozen=True)
 class ContactContribution:
-    """Unilateral contact of two nodes: gap kernel, normal law, friction law; p begins with the clearance [m].
+    """Unilateral contact of two nodes: gap kernel, normal law, friction law.
 
-    `name` distinguishes the contacts of a part; the only contact of a part has the name "".
+    Parameters
+    ----------
+    part : name of the part.
+    gap : gap kernel.
+    coordinates : x, y, theta of both nodes.
+    p : parameters of the gap kernel; the first one is the clearance [m], a length that errors of steps are held
+        against, and 0 where a contact has none.
+    normal, friction : laws.
+    name : name among the contacts of a part; "" for the only one.
     """
 
     part: str
@@ -189,8 +252,16 @@ class ContactContribution:
 class SignalContribution:
     """Signal computed from coordinates at every step, reported as `part.name`.
 
-    is_mode : whether the values number states, so that an instant within a step takes the value of the nearer end
-    is_scaled : whether the factor of the part's element multiplies the value
+    Parameters
+    ----------
+    part : name of the part.
+    name, units : of the signal.
+    kernel : signal kernel.
+    coordinates : coordinates of the kernel.
+    p : parameters of the kernel.
+    is_mode : whether the values number states, so that an instant within a step takes the value of the nearer end.
+    use_of_factor : `MULTIPLIES`: the factor of the part's element multiplies the value; `ADDS`, `SUBTRACTS`: its first
+        parameter times its factor is added or subtracted; "": nothing.
     """
 
     part: str
@@ -200,7 +271,7 @@ class SignalContribution:
     coordinates: tuple[Coordinate, ...]
     p: tuple[float, ...] = ()
     is_mode: bool = False
-    is_scaled: bool = False
+    use_of_factor: str = ""
 
 
 def signal_contributions(
@@ -210,7 +281,7 @@ def signal_contributions(
     coordinates: tuple[Coordinate, ...],
     p: tuple[float, ...],
     *,
-    is_scaled: bool = False,
+    use_of_factor: str = "",
 ) -> list[SignalContribution]:
     """Signals of one kernel, whose last parameter is the number of the signal.
 
@@ -220,10 +291,10 @@ def signal_contributions(
     kernel : the kernel.
     signals : names and units.
     coordinates, p : coordinates, and the parameters before the number.
-    is_scaled : whether the factor of the part's element multiplies the values.
+    use_of_factor : see `SignalContribution`.
     """
     return [
-        SignalContribution(part, name, unit, kernel, coordinates, (*p, float(k)), is_scaled=is_scaled)
+        SignalContribution(part, name, unit, kernel, coordinates, (*p, float(k)), use_of_factor=use_of_factor)
         for k, (name, unit) in enumerate(signals)
     ]
 

@@ -149,8 +149,9 @@ class Mechanism:
         if not isinstance(changes, Mapping):
             text = f"{self.label}: changes are {changes!r}; they must be a dictionary such as"
             raise InputError(f"{text} {{'crank.mass': 0.5}}.")
-        parts = dict(self._by_name)
+        parts, nested = dict(self._by_name), []
         top: dict[str, Any] = {}
+        own: dict[str, dict[str, Any]] = {}  # fields of one part are changed together
         for key, value in changes.items():
             if not isinstance(key, str):
                 raise InputError(f"{self.label}: changes hold the key {key!r}; it must be a name such as 'crank.mass'.")
@@ -160,7 +161,14 @@ class Mechanism:
                 continue
             if self.find(name) is GROUND:
                 raise ModelError(f"{self.label}: {key!r} cannot be changed; the ground has no values of its own.")
-            parts[name] = _with_field(parts[name], path, value, f"{self.label}: {key!r}")
+            if "." in path:
+                nested.append((name, path, value, f"{self.label}: {key!r}"))
+            else:
+                checks.one_of(f"{self.label}: {key!r}", "field", path, changeable(parts[name]))
+                own.setdefault(name, {})[path] = value
+        parts |= {name: replace(parts[name], **values) for name, values in own.items()}
+        for name, path, value, label in nested:
+            parts[name] = _with_field(parts[name], path, value, label)
         self._refuse_points_left_behind(parts)
         return replace(self, parts=tuple(parts.values()), **top)
 
@@ -217,11 +225,15 @@ def _is_point(value: Any) -> bool:
     return isinstance(value, tuple) and len(value) == 2 and all(isinstance(x, float) for x in value)
 
 
+def changeable(owner: Any) -> list[str]:
+    """Names of the fields of a part, or of a record in it, that `with_` may change."""
+    return [f.name for f in fields(owner) if f.init and f.name != "name"]
+
+
 def _with_field(owner: Any, path: str, value: Any, label: str) -> Any:
     """`owner` with the field at a dotted path replaced."""
     name, _, rest = path.partition(".")
-    known = [f.name for f in fields(owner) if f.init and f.name != "name"]
-    checks.one_of(label, "field", name, known)
+    checks.one_of(label, "field", name, changeable(owner))
     if not rest:
         return replace(owner, **{name: value})
     inner = getattr(owner, name)

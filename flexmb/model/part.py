@@ -120,6 +120,15 @@ class Body(Part):
     def attach(self, owner: str, point: tuple[float, float]) -> Attachment:
         """Node and offset of a `point` of the reference configuration; `owner`: caller, for messages."""
 
+    @property
+    def is_massless(self) -> bool:
+        """Whether the body has neither mass nor moment of inertia."""
+        return False
+
+    def total_mass(self) -> float:
+        """Mass of the body [kg]; 1 kg for a body without an own answer."""
+        return 1.0
+
     def start_velocity(self) -> Triple | tuple[Triple, ...] | None:
         """Velocity (vx, vy, omega) at the start: of the main node of a rigid motion, of every node, or None: as driven.
 

@@ -75,7 +75,63 @@ class PointShape:
     offset: Point
 
 
-Shape = RigidShape | BeamShape | PointShape
+Place = tuple[str, str, Point]
+"""Body, its node, and a point in the frame of the node [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class LineShape:
+    """A thing between two points: spring, damper, rod or cable.
+
+    Parameters
+    ----------
+    part : name of the part.
+    kind : "spring", "damper", "rod" or "cable".
+    first, second : both points.
+    """
+
+    part: str
+    kind: str
+    first: Place
+    second: Place
+
+
+@dataclass(frozen=True, slots=True)
+class ArrowShape:
+    """An arrow that ends in a point: a force.
+
+    Parameters
+    ----------
+    part : name of the part.
+    at : the point.
+    direction : direction of the arrow, in the frame of the node or in world axes.
+    turns : whether the direction turns with the node.
+    """
+
+    part: str
+    at: Place
+    direction: Point
+    turns: bool
+
+
+@dataclass(frozen=True, slots=True)
+class CircleShape:
+    """A circle about a point, with a spoke that shows its rotation: a pitch circle.
+
+    Parameters
+    ----------
+    part : name of the part.
+    at : the centre.
+    radius : radius [m].
+    """
+
+    part: str
+    at: Place
+    radius: float
+
+
+Symbol = LineShape | ArrowShape | CircleShape
+Shape = RigidShape | BeamShape | PointShape | Symbol
 Shapes = Sequence[Shape]
 
 
@@ -119,10 +175,37 @@ class LateShapes(Sequence[Shape]):
         return tuple, (self.all(),)
 
 
+SPRING, DAMPER, ROD, CABLE = "spring", "damper", "rod", "cable"
+"""Kinds of lines between two points."""
+
 MARKER, TRACE = "marker", "trace"
 """Kinds of points that are no joints: a marker, and a marker whose path is drawn."""
 
-KINDS: dict[str, type[Shape]] = {"rigid": RigidShape, "beam": BeamShape, "point": PointShape}
+KINDS: dict[str, type[Shape]] = {
+    "rigid": RigidShape,
+    "beam": BeamShape,
+    "point": PointShape,
+    "line": LineShape,
+    "arrow": ArrowShape,
+    "circle": CircleShape,
+}
+
+
+def nodes_of(shape: Shape) -> list[tuple[str, str]]:
+    """Bodies and nodes with which a shape moves.
+
+    Parameters
+    ----------
+    shape : the shape.
+    """
+    if isinstance(shape, BeamShape):
+        return [(shape.part, shape.start), (shape.part, shape.end)]
+    if isinstance(shape, PointShape):
+        return [(shape.body, shape.node)]
+    if isinstance(shape, RigidShape):
+        return [(shape.part, shape.node)]
+    places = [shape.first, shape.second] if isinstance(shape, LineShape) else [shape.at]
+    return [(body, node) for body, node, _ in places]
 
 
 def to_json(shapes: Shapes) -> str:

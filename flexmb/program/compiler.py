@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -108,10 +109,15 @@ def _compiled(mechanism: Mechanism, contributions: Contributions, number: Number
         tuple(period_of(row) for row in driven),
         structure.drives,
         number.extent,
-        min((c.p[0] for c in contributions.contacts), default=None),
+        least_clearance(contributions),
         motions_of(contributions),
         tuple(c.normal for c in contributions.contacts),
     )
+
+
+def least_clearance(contributions: Contributions) -> float | None:
+    """The smallest clearance of all contacts [m]; infinite where none has one, None without contacts."""
+    return min((c.p[0] or math.inf for c in contributions.contacts), default=None)
 
 
 def period_of(row: RowMotion) -> float | None:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 
 import numpy as np
 
+from flexmb import checks
+from flexmb.errors import KernelError
 from flexmb.kernels import Kernel
-from flexmb.model.contributions import ConstraintContribution, Contributions, Coordinate
+from flexmb.model.contributions import USES_OF_FACTOR, ConstraintContribution, Contributions, Coordinate, Reaction
 from flexmb.model.law import Motion
 from flexmb.program.numbering import Lists, Numbering
 from flexmb.program.signals import force_signals
@@ -157,8 +159,8 @@ class Packer:
             places(positions(self.element_blocks.rows, self.element_blocks.columns)),
         )
 
-    def constraints(self, positions, out: Sequence[int]) -> Constraints:
-        """Arrays of the constraints; `out` numbers the first signal of each."""
+    def constraints(self, positions, out: Sequence[int], measured: Sequence[int]) -> Constraints:
+        """Arrays of the constraints; `out` numbers the first signal of each, `measured` the signals of kernels."""
         contributions = self.contributions.constraints
         laws = [law for contribution in contributions for law in motion_of_each_row(contribution)]
         rows, columns = self.g_blocks.rows, self.g_blocks.columns
@@ -180,20 +182,33 @@ class Packer:
             ints(out),
             ints([len(force_signals(contribution)) for contribution in contributions]),
             *self.joint_frictions(contributions),
-            *self.reactions(contributions),
+            *self.reactions(contributions, measured),
         )
 
-    def reactions(self, contributions: Sequence[ConstraintContribution]) -> tuple[np.ndarray, ...]:
-        """Bounds, rows, coordinates and factors of reported reactions."""
+    def reactions(
+        self, contributions: Sequence[ConstraintContribution], measured: Sequence[int]
+    ) -> tuple[np.ndarray, ...]:
+        """Bounds, rows, coordinates, factors and rates of reported reactions."""
         first = np.cumsum([0, *(contribution.rows for contribution in contributions)])
+        signals = zip(self.contributions.signals, measured, strict=True)
+        rates = {(signal.part, signal.name): place for signal, place in signals}
         found = [
-            (first[c] + r.row, self.number.dofs([piece.coordinates[r.place]])[0] if r.place >= 0 else -1, r.factor)
+            (
+                first[c] + r.row,
+                self.number.dofs([piece.coordinates[r.place]])[0] if r.place >= 0 else -1,
+                r.factor,
+                rate_of(piece, r, rates),
+            )
             for c, piece in enumerate(contributions)
             for r in piece.reactions
         ]
-        rows, dofs, factors = zip(*found, strict=True) if found else ((), (), ())
+        rows, dofs, factors, own_rates = zip(*found, strict=True) if found else ((), (), (), ())
         bounds = np.cumsum([0, *(len(contribution.reactions) for contribution in contributions)])
-        return ints(bounds), ints(rows), ints(dofs), np.array(factors, dtype=float)
+        listed = [reaction for contribution in contributions for reaction in contribution.reactions]
+        on = np.cumsum([0, *(len(reaction.on) for reaction in listed)])
+        places, powers = [k for reaction in listed for k in reaction.on], [int(r.power) for r in listed]
+        factor = np.array(factors, dtype=float)
+        return ints(bounds), ints(rows), ints(dofs), factor, ints(own_rates), ints(on), ints(places), ints(powers)
 
     def joint_frictions(self, contributions: Sequence[ConstraintContribution]) -> tuple[np.ndarray, ...]:
         """Kernels, numbers, histories and arms of friction in ideal joints."""
@@ -240,13 +255,16 @@ class Packer:
         """Arrays of the signals computed by kernels, and of relative rotations."""
         contributions, angles = self.contributions.signals, self.contributions.angles
         dofs = self.number.lists(contributions)
-        element = {contribution.part: e for e, contribution in reversed([*enumerate(self.contributions.elements)])}
+        elements = [*enumerate(self.contributions.elements)]
+        element = {contribution.part: e for e, contribution in reversed(elements)}
+        element |= {contribution.part: e for e, contribution in reversed(elements) if contribution.factor is not None}
         return Measured(
             self.numbers("signal", [contribution.kernel for contribution in contributions]),
             self.add_each([contribution.p for contribution in contributions]),
             dofs.ptr,
             dofs.values,
-            ints([element[one.part] if one.is_scaled else -1 for one in contributions]),
+            ints([element[one.part] if one.use_of_factor else -1 for one in contributions]),
+            ints([USES_OF_FACTOR.index(one.use_of_factor) if one.use_of_factor else -1 for one in contributions]),
             ints(out),
             ints([place for contribution, place in zip(contributions, out, strict=True) if contribution.is_mode]),
             table(self.number.lists(angles).values.reshape(-1, 2), 2),
@@ -260,6 +278,19 @@ KINDS = (
     *("force", "tangent", "account"),
 )
 """Kinds of kernels, in the order of `Addresses`."""
+
+
+def rate_of(contribution: ConstraintContribution, reaction: Reaction, rates: Mapping[tuple[str, str], int]) -> int:
+    """Number of the signal that multiplies a reaction, -1 for none; `rates` numbers the signals of kernels."""
+    if not reaction.rate:
+        return -1
+    own = [name for part, name in rates if part == contribution.part]
+    if reaction.rate not in own:
+        text = (
+            f"Part {contribution.part!r}: reaction {reaction.name!r} has the rate {reaction.rate!r}, which is no signal"
+        )
+        raise KernelError(f"{text} of a kernel of this part. {checks.did_you_mean(reaction.rate, own)}")
+    return rates[contribution.part, reaction.rate]
 
 
 def motion_of_each_row(contribution: ConstraintContribution) -> list[Motion | None]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 
+import numpy as np
+
 from flexmb.errors import InputError
 from flexmb.program.program import Program
 
@@ -42,3 +44,8 @@ def clash(program: Program) -> tuple[float, float] | None:
 def _ratio(first: float, second: float) -> Fraction:
     """The fraction of small numbers nearest to the ratio of two periods."""
     return Fraction(first / second).limit_denominator(64)
+
+
+def just_before(instant: float) -> float:
+    """Instant before `instant` by a few units of round-off; `t + h` cannot round beyond it."""
+    return float(instant - 4.0 * np.spacing(instant))

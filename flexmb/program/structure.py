@@ -155,7 +155,7 @@ def new_structure(contributions: Contributions, number: Numbering) -> Structure:
     names = number.names()
     places = layout(contributions, names)
     elements = packer.elements(pattern.positions)
-    constraints = packer.constraints(pattern.positions, places.constraints)
+    constraints = packer.constraints(pattern.positions, places.constraints, places.measured)
     contacts = packer.contacts(pattern.positions, places.contacts)
     measured = packer.measured(places.measured, places.angles)
     sizes = Sizes(

@@ -16,6 +16,9 @@ BEGIN, END = range(2)
 FIRST, SECOND = range(2)
 """Columns of `Measured.angle`."""
 
+MULTIPLIED, ADDED, SUBTRACTED = range(3)
+"""Uses of a factor in a signal, in the order of `flexmb.model.contributions.USES_OF_FACTOR`."""
+
 LOAD_KERNEL, SLIDING_LAW = range(2)
 """Columns of `Constraints.joint_friction`: kernel of the normal load, and friction law."""
 
@@ -85,6 +88,10 @@ class Constraints(Record):
     reaction_row: Integers  # row of each reaction
     reaction_dof: Integers  # coordinate whose velocity multiplies it, -1: none
     reaction_factor: Vector
+    reaction_rate: Integers  # signal that multiplies it, -1: none
+    reaction_on: Integers  # (reactions + 1,) where its places are; without places it is that of a row
+    reaction_places: Integers  # places among the coordinates of its constraint
+    reaction_power: Integers  # whether forces on places are multiplied by velocities
 
 
 class Contacts(Record):
@@ -105,7 +112,8 @@ class Measured(Record):
     p: IntegerTable  # (n, 2)
     dof: Integers  # (n + 1,)
     dofs: Integers
-    element: Integers  # (n,) whose factor multiplies the value, -1: none
+    element: Integers  # (n,) whose factor the value takes, -1: none
+    use: Integers  # (n,) MULTIPLIED, ADDED or SUBTRACTED
     out: Integers  # (n,)
     modes: Integers  # those of `out` that number states
     angle: IntegerTable  # (m, 2) rotations FIRST and SECOND

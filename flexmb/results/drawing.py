@@ -8,7 +8,7 @@ import numpy as np
 
 from flexmb.beams import hermite
 from flexmb.errors import InputError
-from flexmb.model.shape import TRACE, BeamShape, PointShape, RigidShape
+from flexmb.model.shape import TRACE, BeamShape, PointShape, RigidShape, nodes_of
 from flexmb.results.solution import Solution
 
 GROUND = "ground"
@@ -44,11 +44,16 @@ class Mark:
 
 def nearest_instants(sol: Solution, times: np.ndarray) -> np.ndarray:
     """Numbers of the saved instants nearest to `times` [s], increasing and each only once."""
+    return np.unique(nearest_to_each(sol, times))
+
+
+def nearest_to_each(sol: Solution, times: np.ndarray) -> np.ndarray:
+    """Number of the saved instant nearest to each of `times` [s]."""
     right = np.clip(np.searchsorted(sol.time, times), 1, max(len(sol.time) - 1, 1))
     right = np.minimum(right, len(sol.time) - 1)
     left = np.maximum(right - 1, 0)
     nearer_left = np.abs(times - sol.time[left]) <= np.abs(sol.time[right] - times)
-    return np.unique(np.where(nearer_left, left, right))
+    return np.where(nearer_left, left, right)
 
 
 def pose(sol: Solution, part: str, node: str, instants: np.ndarray) -> np.ndarray:
@@ -63,9 +68,7 @@ def require_nodes(sol: Solution) -> None:
     """Refuse a solution whose run did not save where the nodes of its shapes are."""
     nodes: dict[str, None] = {}
     for shape in sol.shapes:
-        ends = (shape.start, shape.end) if isinstance(shape, BeamShape) else (shape.node,)
-        part = shape.body if isinstance(shape, PointShape) else shape.part
-        nodes |= {f"{part}.{node}" if node else part: None for node in ends if part != GROUND}
+        nodes |= {f"{part}.{node}" if node else part: None for part, node in nodes_of(shape) if part != GROUND}
     missing = [f"{node}.{axis}" for node in nodes for axis in ("x", "y", "theta") if f"{node}.{axis}" not in sol]
     if missing:
         parts = list(dict.fromkeys(name.partition(".")[0] for name in missing))

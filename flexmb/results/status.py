@@ -93,6 +93,11 @@ def sentence(program: Program, code: int, flow: Flow, trial: Trial, record: RunR
     )
 
 
+def without_advice(status: str) -> str:
+    """The status without the remedies that fit any failure, where its cause is known."""
+    return status.partition(" Try ")[0]
+
+
 def rejected_sentence(program: Program, flow: Flow, trial: Trial, record: RunRecord) -> tuple[str, str]:
     """Reason for a step below the smallest one, and remedies beside a smaller one."""
     met = int(record.count.rejecting_contact) - 1

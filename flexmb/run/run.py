@@ -15,11 +15,12 @@ from flexmb.jobs.progress import ProgressBar
 from flexmb.linalg import lu
 from flexmb.linalg.rank import row_rank
 from flexmb.model.mechanism import Mechanism
+from flexmb.program.period import just_before
 from flexmb.program.program import Program
 from flexmb.results.contact_intervals import ContactLog
 from flexmb.results.solution import Peaks, Solution
 from flexmb.results.stats import Stats
-from flexmb.results.status import sentence
+from flexmb.results.status import sentence, without_advice
 from flexmb.run.failure import naming_kernels
 from flexmb.run.interruption import KEYBOARD, Interruption
 from flexmb.run.restart import MODEL, refuse_broken_clock, refuse_other_model
@@ -193,6 +194,8 @@ class Run:
         try:
             with self.interruption:
                 self._run_over_jumps(end, interval, bar, ends=saving is not None)
+            if self.code == DONE and not self.note and 0.0 < interval < NEVER:
+                self.saved.add_end(float(self.flow.clock.t), self.record.signals, 1e-9 * interval)
         except KeyboardInterrupt as stop:
             self.note, self.interrupted = str(stop) or "Interrupted from the keyboard", True
         bar.close()
@@ -353,7 +356,9 @@ class Run:
             values=values,
             signals=names if self.kept is None else names.chosen(self.kept),
             peaks=Peaks(self.record.peak[kept].copy(), self.record.peak_time[kept].copy()),
-            status=" ".join([self.status(), *(f"Not ok: {fault}" for fault in faults)]),
+            status=" ".join(
+                [without_advice(self.status()) if faults else self.status(), *(f"Not ok: {fault}" for fault in faults)]
+            ),
             ok=self.code == DONE and not self.note and not faults,
             stats=self.stats(wall_time),
             aliases=program.names.aliases,
@@ -391,8 +396,3 @@ class Run:
         if own is not None:
             return f"Stopped at t = {self.flow.clock.t:.6g} s: {own}"
         return sentence(self.program, self.code, self.flow, self.trial, self.record)
-
-
-def just_before(instant: float) -> float:
-    """Instant before `instant` by a few units of round-off; `t + h` cannot round beyond it."""
-    return float(instant - 4.0 * np.spacing(instant))

@@ -99,7 +99,10 @@ def spacing(owner: str, interval: Any, count: int) -> tuple[float, str]:
     step = float((times[-1] - times[0]) / (count - 1))
     if step <= 0.0 or np.abs(steps - step).max() > 1e-3 * step:
         text = f"the times are not evenly spaced: steps of {steps.min():g} s to {steps.max():g} s"
-        raise InputError(f"{owner}: {text}. Interpolate the signal on even times before.")
+        remedy = "Interpolate the signal on even times before."
+        if count > 2 and np.abs(steps[:-1] - steps[:-1].mean()).max() <= 1e-3 * steps[:-1].mean():
+            remedy = "The last one alone is odd, the end of the run beyond its save grid: leave the last sample out."
+        raise InputError(f"{owner}: {text}. {remedy}")
     return step, "1/s"
 
 

@@ -11,17 +11,24 @@ import numpy as np
 
 from flexmb.errors import AssemblyError, ModelError, SolveError
 from flexmb.linalg.dense_or_sparse import bordered_solution, plain, scaled_rows, stacked
-from flexmb.linalg.rank import dependent_rows, row_rank
+from flexmb.linalg.rank import row_rank
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
 from flexmb.start.assemble import close_loops
-from flexmb.start.redundant_joints import least_norm, redundant_rows
+from flexmb.start.massless import check_massless
+from flexmb.start.redundant_joints import least_norm, redundancy, redundant_rows, shaken_pose
 from flexmb.start.rigid_motion import RigidMotion
 from flexmb.system.state_evaluation import StateEvaluation
 
 LISTED_PARTS = 12
 """Number of parts in a list at most."""
+
+ROUND_OFF_OF_RATES = 1e-12
+"""Start velocity relative to the largest rate of the drives that is round-off of a motion which begins at rest."""
+
+RATES = 32
+"""Number of intervals of a motion at whose ends its rate is looked at."""
 
 MOST_ITERATIONS = 30
 """Number of Newton iterations at most on multipliers that friction depends on."""
@@ -70,26 +77,23 @@ def consistent_start(
     system = StateEvaluation(program)
     if extra == 0:
         check_independent(program, q, system)
-    soft = {name.partition(".")[0] for name in program.names.contacts}
-    v = rigid_velocities(closed, q, t, soft, system if closed is program else None)
+    check_massless(mechanism, program, q)
+    v = rigid_velocities(closed, q, t, yielding_joints(program, closed), system if closed is program else None)
     a, lam = least_norm(program, q, v, t) if extra else accelerations(program, q, v, t, system=system)
     return Start(q, v, a, lam, extra)
 
 
 def check_independent(program: Program, q: np.ndarray, system: StateEvaluation | None = None) -> None:
     """Refuse redundant joints at q, with their names and whether the pose or the mechanism is the reason."""
-    G = (system or StateEvaluation(program)).at(q).blocks[1]
-    found = row_rank(G)
-    if not found.redundant:
+    system = system or StateEvaluation(program)
+    found = redundancy(program, q, system)
+    if found is None:
         return
-    parts = list(dict.fromkeys(program.names.rows[k].partition("[")[0] for k in dependent_rows(G)))
-    shaken = np.array(q) + 0.05 * np.sin(1.0 + 7.3 * np.arange(len(q))) * np.where(
-        program.tables.kind == 1, 1.0, program.length
-    )
-    elsewhere = row_rank(StateEvaluation(program).at(shaken).blocks[1])
+    parts, count = found.parts, found.rows + found.excess
+    elsewhere = row_rank(system.at(shaken_pose(program, q)).blocks[1])
     listed = ", ".join(repr(p) for p in parts[:LISTED_PARTS]) + (", ..." if len(parts) > LISTED_PARTS else "")
     drives = [repr(p) for p in parts if p in {drive.partition(".")[0] for drive in program.drives}]
-    if len(elsewhere.redundant) < len(found.redundant):
+    if len(elsewhere.redundant) < count:
         raise AssemblyError(
             f"Mechanism {program.name!r} starts in a singular pose: there, {listed} repeat one another, "
             "and the motion can branch. Start a little beside it "
@@ -98,10 +102,23 @@ def check_independent(program: Program, q: np.ndarray, system: StateEvaluation |
         )
     fewer = f"a drive ({', '.join(drives)})" if drives else "one"
     raise ModelError(
-        f"Mechanism {program.name!r} is over-constrained by {len(found.redundant)} row(s): {listed} "
+        f"Mechanism {program.name!r} is over-constrained by {count} row(s): {listed} "
         f"repeat one another. Remove {fewer}, replace a Prismatic or "
         "Fixed by a Revolute, make a link flexible, or simulate(..., redundant='least-norm')."
     )
+
+
+def yielding_joints(program: Program, closed: Program) -> frozenset[str]:
+    """Names of the joints that yield to declared velocities: with clearance, or elastic.
+
+    Parameters
+    ----------
+    program : the mechanism.
+    closed : the same with ideal joints in their place.
+    """
+    always = {row.partition("[")[0] for row in program.names.rows}
+    own = {name.partition(".")[0] for name in program.names.contacts}
+    return frozenset(own | ({row.partition("[")[0] for row in closed.names.rows} - always))
 
 
 def rigid_velocities(
@@ -109,9 +126,9 @@ def rigid_velocities(
 ) -> np.ndarray:
     """Velocities (n_q,) of rigid bodies by the drives, with least kinetic energy in all free motions.
 
-    Declared velocities hold exactly; `AssemblyError` if joints forbid them.  Joints named in `soft` (with clearance)
-    yield to declared velocities, so that a journal can be thrown into its bearing.  v = B w + d, with rigid motions B w
-    and the remainder d of declared fields.
+    Declared velocities hold exactly; `AssemblyError` if joints forbid them.  Joints named in `soft` (with clearance, or
+    elastic) yield to declared velocities, so that a journal can be thrown into its bearing.  v = B w + d, with rigid
+    motions B w and the remainder d of declared fields.
     """
     system, rigid = system or StateEvaluation(closed), RigidMotion(closed)
     B = rigid.plain_basis(q)
@@ -129,7 +146,7 @@ def rigid_velocities(
         weight = np.where(hard, 1e7, 1.0)
         w = least_energy(inertia, scaled_rows(weight, A), weight * b)
     missed = np.where(hard, np.abs(A @ w - b), 0.0)
-    if missed.max(initial=0.0) > wanted:
+    if missed.max(initial=0.0) > wanted and missed.max() > ROUND_OFF_OF_RATES * largest_rate(closed):
         # with declared velocities held, what stays open is the joint's: it shall be named, and by its own size
         weight = np.where(np.arange(len(b)) >= len(b) - len(declared), 1e7, 1.0)
         w = least_energy(inertia, scaled_rows(weight, A), weight * b)
@@ -137,10 +154,31 @@ def rigid_velocities(
         raise AssemblyError(
             f"Mechanism {closed.name!r}: no start velocities satisfy all joints, drives and declared velocities; "
             f"largest violation {missed.max():.3g} m/s or rad/s at {owners[int(missed.argmax())]!r}. "
-            "In a dead centre start elsewhere; otherwise correct the declared velocities."
+            f"{_remedy_of_velocities(closed, len(declared) > 0)}"
         )
     velocities: np.ndarray = B @ w + d
     return velocities
+
+
+def _remedy_of_velocities(closed: Program, declared: bool) -> str:
+    """Remedies for velocities that contradict one another: of drives, of declared velocities, of flexible bodies."""
+    remedies = ["Correct the declared velocities, or leave out one that joints and drives impose."] if declared else []
+    if closed.drives:
+        remedies.append("A drive cannot move a dead centre: start elsewhere.")
+        if len(closed.reference.q) > 3 * len(closed.names.bodies):
+            rest = "begin its motion at rest, e.g. CycloidalRamp, or Table(..., slopes=(0.0, 0.0))"
+            remedies.append(f"A flexible body begins as a rigid one: where a drive bends it, {rest}.")
+    return " ".join(remedies) or "Begin in another pose."
+
+
+def largest_rate(program: Program) -> float:
+    """Largest rate of all drives over their periods, or over their breaks or 1 s without a period [m/s, rad/s]."""
+    largest = 0.0
+    for motion in program.motions[: len(program.drives)]:
+        p, span = np.array(motion.parameters(), dtype=float), motion.period or max(1.0, *motion.breaks(1e3), 0.0)
+        rates = np.abs([motion.kernel(p, float(t))[1] for t in np.linspace(0.0, span, RATES + 1)])
+        largest = max(largest, float(rates[np.isfinite(rates)].max(initial=0.0)))
+    return largest
 
 
 def declared_rows(closed: Program, rigid: RigidMotion, B: Any) -> tuple[np.ndarray, np.ndarray]:

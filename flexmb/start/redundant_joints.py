@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 import numpy as np
 
 from flexmb.errors import AssemblyError, KernelError, SolveError
 from flexmb.linalg import lu
 from flexmb.linalg.dense_or_sparse import bordered_solution, plain
-from flexmb.linalg.rank import RANK_TOLERANCE, row_rank
+from flexmb.linalg.rank import RANK_TOLERANCE, dependent_rows, row_rank
 from flexmb.program.program import Program
 from flexmb.start.assemble import close_loops, drive_rows
 from flexmb.start.rigid_motion import RigidMotion
@@ -16,6 +18,80 @@ from flexmb.system.work import MOTION, Work
 
 POSE_SHIFT = 0.05
 """Shift to a second pose that distinguishes redundant joints from a singular pose [rad, or relative to the size]."""
+
+
+class Redundancy(NamedTuple):
+    """Constraint equations that depend on others at a pose.
+
+    Parameters
+    ----------
+    joints : parts whose equations repeat one another without the drives.
+    rows : number of redundant equations among these.
+    driven : parts whose equations repeat one another with the drives, beyond those.
+    excess : number of further redundant equations.
+    structural : whether the excess does not depend on the pose.
+    """
+
+    joints: tuple[str, ...]
+    rows: int
+    driven: tuple[str, ...]
+    excess: int
+    structural: bool
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """All these parts."""
+        return tuple(dict.fromkeys((*self.joints, *self.driven)))
+
+
+def redundancy(program: Program, q: np.ndarray, system: StateEvaluation | None = None) -> Redundancy | None:
+    """Redundant equations at a pose; None where all are independent.
+
+    Parameters
+    ----------
+    program : the mechanism.
+    q : (n_q,) the pose.
+    system : evaluation of the program; None: a new one.
+    """
+    system = system or StateEvaluation(program)
+    G = system.at(q).blocks[1]
+    every = len(row_rank(G).redundant)
+    if every == 0:
+        return None
+    joints = np.flatnonzero(np.asarray(program.tables.constraints.motion) < 0)
+    own = len(row_rank(G[joints]).redundant)
+    names = dependent_parts(program, G[joints], joints) if own else ()
+    if every == own:
+        return Redundancy(names, own, (), 0, False)
+    shaken = system.at(shaken_pose(program, q)).blocks[1]
+    structural = len(row_rank(shaken).redundant) - len(row_rank(shaken[joints]).redundant)
+    driven = dependent_parts(program, shaken if structural > 0 else G)
+    return Redundancy(names, own, driven, max(every - own, structural), structural > 0)
+
+
+def dependent_parts(program: Program, G: Any, rows: np.ndarray | None = None) -> tuple[str, ...]:
+    """Names of the parts whose equations depend on one another, in the order of the rows.
+
+    Parameters
+    ----------
+    program : the mechanism.
+    G : (rows, coordinates) constraint Jacobian, or some of its rows.
+    rows : numbers of these rows; None: all.
+    """
+    numbers = dependent_rows(G) if rows is None else rows[list(dependent_rows(G))]
+    return tuple(dict.fromkeys(program.names.rows[k].partition("[")[0] for k in numbers))
+
+
+def shaken_pose(program: Program, q: np.ndarray) -> np.ndarray:
+    """A pose without any symmetry near q, in which joints are open: rows that depend there always do.
+
+    Parameters
+    ----------
+    program : the mechanism.
+    q : (n_q,) a pose.
+    """
+    sizes = np.where(np.asarray(program.tables.kind) == 1, 1.0, program.length)
+    return np.asarray(q + POSE_SHIFT * np.sin(1.0 + 7.3 * np.arange(len(q))) * sizes)
 
 
 def redundant_rows(program: Program, closed: Program, q: np.ndarray, t: float) -> int:

@@ -15,7 +15,7 @@ from flexmb.places import (
     NORMAL_X,
     NORMAL_Y,
 )
-from flexmb.program.tables import BEGIN, COMMON_Z, END, FIRST, LOAD_KERNEL, SECOND
+from flexmb.program.tables import ADDED, BEGIN, COMMON_Z, END, FIRST, LOAD_KERNEL, MULTIPLIED, SECOND
 from flexmb.system.elements import gather, load_factor
 from flexmb.system.work import DRIVE_FORCE, FORCE_X, FORCE_Y, JOINT_FRICTION_FORCE, MOMENT, MOTION, MOTION_RATE
 
@@ -36,9 +36,9 @@ def write_outputs(tables, address, t, q, v, a, work, ledger, y):
     n = tables.sizes.n_q
     for i in range(n):
         y[i], y[n + i], y[2 * n + i] = q[i], v[i], a[i]
+    _measured(tables, address, t, q, v, a, work, y)
     _constraints(tables, v, work, y)
     _contacts(tables, work, y)
-    _measured(tables, address, t, q, v, a, work, y)
     for i in range(ledger.shape[0]):
         y[tables.sizes.energy + i] = ledger[i]
 
@@ -62,7 +62,18 @@ def _measured(tables, address, t, q, v, a, work, y):
             part_of(work.vl, 0, m),
             part_of(work.al, 0, m),
         )
-        y[S.out[k]] = value if S.element[k] < 0 else value * load_factor(tables, address, S.element[k], t)
+        y[S.out[k]] = value if S.element[k] < 0 else _with_factor(tables, address, t, k, value)
+
+
+@compiled
+def _with_factor(tables, address, t, k, value):
+    """Value of measured signal k with the factor of its element."""
+    e, use = tables.measured.element[k], tables.measured.use[k]
+    s = load_factor(tables, address, e, t)
+    if use == MULTIPLIED:
+        return value * s
+    own = tables.p[tables.elements.p[e, BEGIN]] * s
+    return value + own if use == ADDED else value - own
 
 
 @compiled
@@ -86,9 +97,28 @@ def _constraints(tables, v, work, y):
                 y[k + DRIVING], y[k + POWER] = force, force * speed
                 k += DRIVE_SIGNALS
         for i in range(C.reaction[c], C.reaction[c + 1]):
-            force = C.reaction_factor[i] * work.drive[C.reaction_row[i], DRIVE_FORCE]
-            y[k] = force if C.reaction_dof[i] < 0 else force * v[C.reaction_dof[i]]
+            y[k] = _reaction(C, c, i, v, work, y)
             k += 1
+
+
+@compiled
+def _reaction(C, c, i, v, work, y):
+    """Reaction i of constraint c: of a row, or on coordinates; or its power."""
+    if C.reaction_on[i] == C.reaction_on[i + 1]:
+        force = C.reaction_factor[i] * work.drive[C.reaction_row[i], DRIVE_FORCE]
+        if C.reaction_dof[i] >= 0:
+            force *= v[C.reaction_dof[i]]
+        if C.reaction_rate[i] >= 0:  # a signal of a kernel, written before
+            force *= y[C.reaction_rate[i]]
+        return force
+    total, n = 0.0, C.dof[c + 1] - C.dof[c]
+    for k in range(C.reaction_on[i], C.reaction_on[i + 1]):
+        place, force = C.reaction_places[k], 0.0
+        for row in range(C.row[c], C.row[c + 1]):
+            force += work.G[C.pos_g[c] + (row - C.row[c]) * n + place] * work.drive[row, DRIVE_FORCE]
+        dof = C.dofs[C.dof[c] + place]
+        total += force * v[dof] if C.reaction_power[i] > 0 else force
+    return total
 
 
 @compiled

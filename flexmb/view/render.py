@@ -31,6 +31,16 @@ TRACE_POSES = 6
 PER_ELEMENT = 9
 """Number of points on a beam element."""
 COLOURS = ("#1b6ca8", "#d1495b", "#2e8b57", "#e08e0b", "#6a4c93", "#00838f", "#8d5524", "#c2185b", "#607d8b", "#556b2f")
+BOX_POSES = 400
+"""Number of poses of a run, at most, that the limits of the axes are taken from."""
+SYMBOLS: dict[str, dict[str, Any]] = {
+    "spring": {"color": "0.25", "linewidth": 1.1, "zorder": 2.5},
+    "damper": {"color": "0.25", "linewidth": 1.1, "zorder": 2.5},
+    "rod": {"color": "0.35", "linewidth": 1.6, "zorder": 1.8},
+    "cable": {"color": "0.35", "linewidth": 0.9, "linestyle": "--", "zorder": 1.8},
+    "force": {"color": "#b00020", "linewidth": 1.4, "zorder": 3.5},
+    "pitch circle": {"color": "0.45", "linewidth": 1.0, "zorder": 1.7},
+}
 MARKERS = {"prismatic": "s", "fixed": "D", "clearance": "o"}
 
 
@@ -44,7 +54,8 @@ def render(
     """Poses of a mechanism at several instants, side by side, with earlier poses in light grey.
 
     Each body has a colour.  Beams are drawn deformed in true scale.  Joints are dots, joints with clearance red rings;
-    joints on the ground stand on a triangle.
+    joints on the ground stand on a triangle.  Springs are zig-zags, dampers dashpots, forces arrows of one length,
+    gears and belts circles with a spoke.  The axes show the room of the whole run, so its pictures have one size.
 
     Parameters
     ----------
@@ -60,12 +71,14 @@ def render(
     from matplotlib.figure import Figure
 
     from flexmb.results import drawing
+    from flexmb.results.symbols import symbols
 
-    indices = drawing.nearest_instants(sol, _instants(sol, times))
-    all_indices = _with_trace(indices)
+    nearest = drawing.nearest_instants if times is None else drawing.nearest_to_each
+    indices = nearest(sol, _instants(sol, times))
+    all_indices, box = _with_trace(indices), _box_of_run(sol)
     lines = drawing.lines(sol, all_indices, PER_ELEMENT)
     marks, traces = drawing.marks(sol, all_indices), drawing.traces(sol)
-    box = _box([line.points for line in lines] + [m.points for m in marks] + list(traces.values()))
+    signs = symbols(sol, all_indices, box[0][1] - box[0][0])
     columns = 2 if len(indices) == 4 else min(3, len(indices))
     rows = math.ceil(len(indices) / columns)
     figure = Figure(figsize=_size(box, columns, rows, size), layout="constrained")
@@ -75,6 +88,8 @@ def render(
             now = int(np.searchsorted(all_indices, indices[k]))
             before = int(np.searchsorted(all_indices, indices[k - 1])) if k else now
             _panel(ax, lines, marks, now, range(before, now))
+            for sign in signs:
+                ax.plot(*sign.points[now].T, gid=f"{sign.kind} {sign.part}", **SYMBOLS[sign.kind])
             for name, path_of_point in traces.items():
                 ax.plot(*path_of_point.T, color="#7a3fb5", linewidth=1.0, zorder=1.5, gid=f"{TRACE} {name}")
             ax.set_title(f"t = {sol.time[indices[k]]:.6g} s", fontsize="small")
@@ -103,6 +118,19 @@ def _with_trace(indices: np.ndarray) -> np.ndarray:
     """The instants to be shown, and some instants between them."""
     between = [np.linspace(a, b, TRACE_POSES + 2).round().astype(int) for a, b in pairwise(indices)]
     return np.unique(np.concatenate([indices, *between]))
+
+
+def _box_of_run(sol: Solution) -> Box:
+    """Limits of x and y that hold all poses of a run, some hundred of them in long runs."""
+    from flexmb.results import drawing
+    from flexmb.results.symbols import symbols
+
+    every = np.unique(np.linspace(0, len(sol.time) - 1, min(len(sol.time), BOX_POSES)).round().astype(int))
+    lines, marks = drawing.lines(sol, every, PER_ELEMENT), drawing.marks(sol, every)
+    points = [line.points for line in lines] + [m.points for m in marks] + list(drawing.traces(sol).values())
+    whole = np.concatenate([p.reshape(-1, 2) for p in points])
+    size = float(max(*np.ptp(whole, axis=0), 1e-9))
+    return _box([whole, *(sign.points for sign in symbols(sol, every, size))])
 
 
 def _box(points: list[np.ndarray]) -> Box:

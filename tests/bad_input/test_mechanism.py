@@ -180,7 +180,7 @@ def test_parallelogram_drawn_flat():
 
 def test_declared_velocity_that_a_joint_forbids():
     crank = fm.RigidLink("crank", O, A, mass=0.5, inertia=2e-3, velocity=(1.0, 0.0, 0.0))
-    with pytest.raises(AssemblyError, match=r"no start velocities satisfy.*'O'.*correct the declared velocities"):
+    with pytest.raises(AssemblyError, match=r"no start velocities satisfy.*'O'.*Correct the declared velocities"):
         run(of(crank, fm.Revolute("O", fm.GROUND, crank, at=O)))
 
 

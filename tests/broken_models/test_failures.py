@@ -204,3 +204,25 @@ def test_the_last_good_state_goes_on_without_the_fault():
     rest = fm.simulate(whole, t_end=1.0, restart=plain)
     assert rest.ok, rest.status
     assert rest["crank.theta"].values[-1] == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize("how", [{}, {"step": 1e-3}], ids=["adaptive", "fixed"])
+def test_a_linkage_that_locks_names_its_joints_and_no_smaller_step(how):
+    """A driven crank that is no Grashof crank: coupler and rocker in line."""
+    A, B, D = (0.3, 0.0), (0.45, 0.25), (0.5, 0.0)
+    ends = {"crank": ((0.0, 0.0), A), "coupler": (A, B), "rocker": (D, B)}
+    links = {name: fm.RigidLink(name, *points, mass=0.5, inertia=2e-3) for name, points in ends.items()}
+    crank, coupler, rocker = links.values()
+    pins = [
+        fm.Revolute("O", fm.GROUND, crank, at=(0.0, 0.0)), fm.Revolute("A", crank, coupler, at=A),
+        fm.Revolute("B", coupler, rocker, at=B), fm.Revolute("D", fm.GROUND, rocker, at=D),
+    ]  # fmt: skip
+    motor = fm.Drive("motor", "O", fm.ConstantSpeed(6.0))
+    sol = fm.simulate(fm.Mechanism("triple rocker", [*links.values(), *pins, motor]), t_end=1.0, **how)
+    assert not sol.ok
+    assert "the joints 'A', 'B', 'D' lie on one line" in sol.status
+    assert "Try" not in sol.status
+    assert "smaller" not in sol.status
+    reach = math.hypot(0.15, 0.25) + math.hypot(0.05, 0.25)
+    locked = math.acos((0.3**2 + 0.5**2 - reach**2) / (2.0 * 0.3 * 0.5))
+    assert f"'motor' at {locked:.6g}" in sol.status

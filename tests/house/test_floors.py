@@ -35,6 +35,7 @@ SIDEWAYS = {
     ("cams", "joints"): "a pair of curves writes the output of gap kernels as joints with clearance do",
     ("couplings", "contact"): "a gear pair with backlash is a contact without friction",
     ("couplings", "joints"): "a rack is a guide whose travel is coupled with an angle",
+    ("couplings", "contact"): "a cable is a contact without friction",
     ("joints", "contact"): "a joint with clearance holds a normal and a friction law",
     ("cli", "commands"): "the command line reads the arguments of the commands",
 }

@@ -70,6 +70,7 @@ NORMAL_LAWS = (
     ),
 )  # fmt: skip
 COULOMB = fm.ModifiedCoulomb(0.2, v0=1e-4, v1=1e-2)
+SOFT = fm.KelvinVoigt(2e7, 3e3, ramp=5e-5)
 JOINT, SLIDER = sliding()
 RUBBER = {"stiffness": (1e4, 3e4), "damping": (3.0, 1.0), "torsion": 5.0, "torsion_damping": 0.1, "along": (1.0, 0.3)}
 SLOT = {"clearance": 2e-4, "pin_radius": 8e-3, "normal": LN, "friction": COULOMB}
@@ -100,6 +101,7 @@ def driven(motion):
 BUILT_IN = {
     "RigidLink": (two_links(), "crank"),
     "RigidBody": (alone(fm.RigidBody("body", A, mass=2.0, inertia=0.1, angle=0.3)), "body"),
+    "PointMass": (alone(fm.bodies.PointMass("bob", A, mass=2.0)), "bob"),
     "FlexibleLink": (alone(flexible()), "arm"),
     # so soft that gravity bends it as much as its stiffness resists: the tangent of gravity shows
     "FlexibleLink, soft": (alone(flexible(material=fm.Material(1e3, 2000.0))), "arm"),
@@ -162,6 +164,19 @@ BUILT_IN = {
     "TorsionSpring": (
         two_links(fm.TorsionSpring("spring", crank(), arm(), stiffness=20.0, damping=0.3, rest_angle=0.2)), "spring",
     ),
+    "SpringDamper, moving end": (
+        two_links(
+            fm.SpringDamper(
+                "spring", crank(), arm(), at=(0.05, 0.085), to=B, stiffness=300.0, damping=4.0,
+                free_length=fm.drives.Harmonic(0.05, 1.3, 0.4, 0.4),
+            )
+        ),
+        "spring",
+    ),
+    "TorsionSpring, moving end": (
+        two_links(fm.TorsionSpring("spring", crank(), arm(), stiffness=20.0, rest_angle=fm.drives.Ramp(2.0, 0.3))),
+        "spring",
+    ),
     "Force": (two_links(fm.Force("load", arm(), at=B, force=(30.0, -70.0))), "load"),
     "Force, follower": (two_links(fm.Force("load", arm(), at=B, force=(30.0, -70.0), follower=True)), "load"),
     "Force, follower on a beam": (
@@ -204,6 +219,29 @@ BUILT_IN = {
     "Rack": (two_links(fm.couplings.Rack("rack", crank(), arm(), at=B, along=(0.2, 1.0))), "rack"),
     "SameRotation": (two_links(fm.couplings.SameRotation("same", crank(), arm())), "same"),
     "Distance": (two_links(fm.couplings.Distance("rod", fm.GROUND, arm(), at=(0.1, 0.5), to=B)), "rod"),
+    "Coupling": (
+        two_links(
+            JOINT, fm.couplings.Coupling("mesh", {"O": 0.3, "slide": 2.0}), second=SLIDER
+        ),
+        "mesh",
+    ),
+    "Cable": (
+        two_links(fm.couplings.Cable("rope", crank(), arm(), at=(0.05, 0.085), to=B, length=0.455, normal=SOFT)),
+        "rope",
+    ),
+    "OneWayClutch": (
+        two_links(fm.couplings.OneWayClutch("A", crank(), arm(), at=A, stiffness=80.0, damping=0.3)), "A",
+    ),
+    "Stop": (
+        two_links(
+            fm.Revolute("A", crank(), arm(), at=A),
+            fm.Stop("end", "A", above=1e-3, below=-1e-3, normal=SOFT, radius=0.1, along=(1.0, 0.3)),
+        ),
+        "end",
+    ),
+    "Stop of a Prismatic": (
+        two_links(JOINT, fm.Stop("end", "slide", above=1e-3, below=-1e-3, normal=SOFT), second=SLIDER), "end",
+    ),
     "Marker": (two_links(fm.Marker("P", arm(), at=B)), "P"),
     "ConstantSpeed": (driven(MOTION), "motor"),
     "CycloidalRamp": (driven(fm.drives.CycloidalRamp(6.0, 0.8)), "motor"),

@@ -1,0 +1,7 @@
+"""Public names of `flexmb.bodies`: rigid bodies and links, particles, flexible links and frames."""
+
+from flexmb.bodies.flexible_frame import FlexibleFrame as FlexibleFrame
+from flexmb.bodies.flexible_link import FlexibleLink as FlexibleLink
+from flexmb.bodies.point_mass import PointMass as PointMass
+from flexmb.bodies.rigid_body import RigidBody as RigidBody
+from flexmb.bodies.rigid_link import RigidLink as RigidLink

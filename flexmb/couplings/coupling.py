@@ -1,0 +1,170 @@
+"""Linear relation of the angles and travels of any joints."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from flexmb import checks
+from flexmb.errors import InputError
+from flexmb.joints.direction import curvature_times, direction, dot
+from flexmb.joints.prismatic import Prismatic, joint_with_coordinate
+from flexmb.joints.revolute import Revolute, drawn_angle
+from flexmb.kernels import compiled, constraint_kernel, signal_kernel
+from flexmb.model.contributions import ConstraintContribution, Contribution, Coordinate, Reaction, SignalContribution
+from flexmb.model.part import Part
+
+if TYPE_CHECKING:
+    from flexmb.model.mechanism import Mechanism
+
+COUNT, VALUE, BEGIN = range(3)
+"""Places in p: number of joints, value of the sum; where the joints begin."""
+
+TURNS, FACTOR, X1, Y1, THETA1, X2, Y2, THETA2, DRAWN, AXIS_Y, OFFSET1_X, OFFSET1_Y, OFFSET2_X, OFFSET2_Y, SIZE = range(
+    15
+)
+AXIS_X = DRAWN
+"""Numbers of a joint: whether its angle counts, factor, places of the six coordinates; then the angle as it is drawn,
+or direction of the guide and both points in the frames of their nodes.  SIZE: their number."""
+
+
+@compiled
+def add_travel(p, k, q, v, lam, g, G, gamma, H):
+    """Factor times travel of the joint whose numbers begin at k, added to equation 0 and its derivatives."""
+    x1, y1, theta1 = int(p[k + X1]), int(p[k + Y1]), int(p[k + THETA1])
+    x2, y2, theta2 = int(p[k + X2]), int(p[k + Y2]), int(p[k + THETA2])
+    own_q, own_v = (
+        (q[x1], q[y1], q[theta1], q[x2], q[y2], q[theta2]),
+        (v[x1], v[y1], v[theta1], v[x2], v[y2], v[theta2]),
+    )
+    numbers = (p[k + AXIS_X], p[k + AXIS_Y], p[k + OFFSET1_X], p[k + OFFSET1_Y], p[k + OFFSET2_X], p[k + OFFSET2_Y])
+    travel, J, nx, ny, far, near = direction(*numbers, own_q)
+    factor = p[k + FACTOR]
+    places = (x1, y1, theta1, x2, y2, theta2)
+    g[0] += factor * travel
+    for i in range(6):
+        G[0, places[i]] += factor * J[i]
+    gamma[0] -= factor * dot(curvature_times(nx, ny, far, near, own_v), own_v)
+    force = lam[0] * factor
+    H[theta1, theta1] -= force * far
+    H[theta2, theta2] -= force * near
+    H[theta1, theta2] += force * near
+    H[theta2, theta1] += force * near
+    for place, x in ((x1, force * ny), (y1, -force * nx), (x2, -force * ny), (y2, force * nx)):
+        H[place, theta1] += x
+        H[theta1, place] += x
+
+
+@constraint_kernel
+def coupling_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
+    """g = sum of factor times angle or travel of each joint, less a value."""
+    g[0] = -p[VALUE]
+    for joint in range(int(p[COUNT])):
+        k = BEGIN + SIZE * joint
+        if p[k + TURNS] > 0.0:
+            first, second, factor = int(p[k + THETA1]), int(p[k + THETA2]), p[k + FACTOR]
+            g[0] += factor * (q[second] - q[first] - p[k + DRAWN])
+            G[0, first] -= factor
+            G[0, second] += factor
+        else:
+            add_travel(p, k, q, v, lam, g, G, gamma, H)
+
+
+@signal_kernel
+def angle_rate(p, t, q, v, a):
+    """Angular velocity of the second node against the first."""
+    return v[1] - v[0]
+
+
+@signal_kernel
+def travel_rate(p, t, q, v, a):
+    """Speed of the travel along a guide."""
+    ux, uy, s1x, s1y, s2x, s2y = p
+    _, J, _, _, _, _ = direction(ux, uy, s1x, s1y, s2x, s2y, q)
+    return dot(J, v)
+
+
+@dataclass(frozen=True)
+class Coupling(Part):
+    """Linear relation of joint coordinates: the sum of factor times angle or travel of named joints is constant.
+
+    A screw is {"nut": -pitch / (2 pi), "slide": 1.0}; a differential {"left": 1.0, "right": 1.0, "cage": -2.0}.
+
+    Signals of each joint J: J_torque (on its second body) [N m] or J_force (along its guide) [N], J_speed [rad/s or
+    m/s], J_power [W]; the powers add up to 0.
+
+    Parameters
+    ----------
+    name : name of the coupling.
+    factors : factor of each joint by its name, not 0; the joints are `Revolute` (angle in rad) or `Prismatic` (travel
+        in m), counted from the reference configuration.
+    value : value of the sum; units are those of factor times coordinate.
+
+    Raises
+    ------
+    InputError : no joints, factors that are no numbers or 0.
+    ModelError : no such joint, or a joint without angle or travel.
+
+    Notes
+    -----
+    The force on a joint's coordinate is minus factor times the multiplier, so torques and forces are to one another as
+    the factors.  Ideal: no mass, no backlash, no losses.  Angles count on over whole turns.
+    """
+
+    factors: Any
+    value: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        given = self.factors
+        if not isinstance(given, Mapping) and not isinstance(given, tuple):
+            raise InputError(f"{self.label}: factors is {given!r}; give a dictionary such as {{'O': 2.0, 'Q': -1.0}}.")
+        pairs = tuple(given.items()) if isinstance(given, Mapping) else given
+        if not pairs:
+            raise InputError(f"{self.label}: factors is empty; give the factor of at least one joint.")
+        checked = []
+        for joint, factor in pairs:
+            name = joint.name if isinstance(joint, Part) else joint
+            if not isinstance(name, str):
+                raise InputError(f"{self.label}: factors holds the joint {joint!r}; give joints or their names.")
+            number = checks.number(self.label, f"factors[{name!r}]", factor)
+            if number == 0.0:
+                raise InputError(f"{self.label}: factors[{name!r}] is 0, so the joint does not count; leave it out.")
+            checked.append((name, number))
+        object.__setattr__(self, "factors", tuple(checked))
+
+    def validate(self, mechanism: Mechanism) -> None:
+        """Check that all joints exist and have an angle or a travel."""
+        self._joints(mechanism)
+
+    def _joints(self, mechanism: Mechanism) -> list[tuple[Revolute | Prismatic, float]]:
+        """Joints of the coupling with their factors."""
+        return [(joint_with_coordinate(mechanism, self.label, name), factor) for name, factor in self.factors]
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        """One constraint equation, and the speed of each joint."""
+        joints = self._joints(mechanism)
+        places: dict[Coordinate, int] = {}
+        numbers: list[float] = [float(len(joints)), self.value]
+        reactions: list[Reaction] = []
+        signals: list[Contribution] = []
+        for joint, factor in joints:
+            ends = joint.ends(mechanism)
+            turns = not isinstance(joint, Prismatic)
+            coordinates = (*ends[0].coordinates, *ends[1].coordinates)
+            for coordinate in coordinates[2::3] if turns else coordinates:
+                places.setdefault(coordinate, len(places))
+            own = (drawn_angle(mechanism, ends), *(5 * (0.0,))) if turns else joint.geometry(mechanism)[1]
+            where = [float(places.get(coordinate, -1)) for coordinate in coordinates]
+            numbers += [float(turns), factor, *where, *own]
+            kind, units = ("torque", "N m") if turns else ("force", "N")
+            speed = f"{joint.name}_speed"
+            reactions.append(Reaction(f"{joint.name}_{kind}", units, 0, factor))
+            reactions.append(Reaction(f"{joint.name}_power", "W", 0, factor, rate=speed))
+            rate = (angle_rate, coordinates[2::3], ()) if turns else (travel_rate, coordinates, own)
+            signals.append(SignalContribution(self.name, speed, "rad/s" if turns else "m/s", *rate))
+        row = ConstraintContribution(
+            self.name, coupling_kernel, tuple(places), tuple(numbers), 1, reactions=tuple(reactions)
+        )
+        return [row, *signals]

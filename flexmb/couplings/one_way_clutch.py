@@ -1,0 +1,127 @@
+"""One-way clutch: a pin that turns freely one way, and winds up the other way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import KW_ONLY, dataclass, replace
+from typing import TYPE_CHECKING
+
+from flexmb import checks
+from flexmb.joints.revolute import coincidence_piece
+from flexmb.kernels import friction_law, joint_friction_kernel
+from flexmb.model.contributions import Contribution, JointFriction
+from flexmb.model.law import FrictionLaw
+from flexmb.model.part import Joint
+from flexmb.places import LOAD, SLIDING
+
+if TYPE_CHECKING:
+    from flexmb.model.mechanism import Mechanism
+
+WIND_UP, LAST_RATE = range(2)
+"""Places in the history: wind-up of the clutch [rad], its rate at the last state [rad/s]."""
+
+COUNTER_CLOCKWISE, CLOCKWISE = "counter-clockwise", "clockwise"
+
+
+@joint_friction_kernel
+def clutch_rotation(p, q, lam, out, H):
+    """Sliding is the relative angular velocity; the load does not count."""
+    out[LOAD] = 1.0
+    for theta, arm in ((2, -1.0), (5, 1.0)):
+        out[SLIDING + theta] = arm
+
+
+@friction_law
+def clutch_kernel(p, h, slip, N, z, z_new):
+    """T = side max(0, k w + d w_dot), w_dot = -side slip while w > 0; trapezoidal rule, from the begin of w_dot > 0."""
+    k, d, side = p
+    rate, last, w, w_rate = -side * slip, z[LAST_RATE], z[WIND_UP], 0.0
+    if w > 0.0 or last >= 0.0:
+        w += 0.5 * h * (last + rate)
+        w_rate = 0.5 * h
+    elif rate > 0.0:  # within the step, rate grows from last < 0 to rate > 0
+        span = rate - last
+        w = 0.5 * h * rate * rate / span
+        w_rate = 0.5 * h * rate * (rate - 2.0 * last) / (span * span)
+    z_new[LAST_RATE] = rate
+    if w <= 0.0:
+        z_new[WIND_UP] = 0.0
+        return 0.0, 0.0, 0.0
+    z_new[WIND_UP] = w
+    torque = k * w + d * rate
+    if torque <= 0.0:
+        return 0.0, 0.0, 0.0
+    return side * torque, -(k * w_rate + d), 0.0
+
+
+@dataclass(frozen=True)
+class WindUp(FrictionLaw):
+    """Torque of a one-way clutch: a spring and damper that act against rotation one way.
+
+    Parameters
+    ----------
+    stiffness : k [N m/rad], > 0.
+    damping : d [N m s/rad], >= 0.
+    side : 1.0 if positive rotation is free, -1.0 if negative rotation is free.
+    """
+
+    stiffness: float
+    damping: float
+    side: float
+
+    kernel = clutch_kernel
+
+    def history(self) -> tuple[float, ...]:
+        """Wind-up [rad] and its rate [rad/s]."""
+        return 0.0, 0.0
+
+
+@dataclass(frozen=True)
+class OneWayClutch(Joint):
+    """Pin with a one-way clutch (freewheel, roller or sprag clutch, backstop): its second body turns freely one way.
+
+    Against rotation the other way stands the torque stiffness w + damping dw/dt of its wind-up w >= 0, which begins
+    where the relative rotation turns back and ends where w is 0 again; the torque never changes its sign.
+
+    Signals: fx, fy, force (on the second body) [N], torque (on the second body) [N m].
+
+    Parameters
+    ----------
+    name : the joint's name.
+    first, second : the bodies; `GROUND` is the frame.
+    at : the pin in the reference configuration [m].
+    stiffness : torsional stiffness of the engaged clutch [N m/rad], > 0.
+    damping : damping of the engaged clutch [N m s/rad], >= 0.
+    free : rotation of the second body against the first that is free, "counter-clockwise" or "clockwise".
+
+    Raises
+    ------
+    InputError : stiffness not > 0, negative damping, an unknown direction.
+
+    Notes
+    -----
+    The clutch engages at any angle, without backlash and without drag while it overruns; it does not slip under too
+    large a torque.  It yields torque/stiffness and does not creep.  The ledger counts the energy of the wind-up as
+    dissipated in friction, and gives it back as the clutch unwinds.
+    Source of the model, an engaged clutch as a spring that cannot pull: F. Zhu, R. G. Parker, Non-linear dynamics of a
+    one-way clutch in belt-pulley systems, Journal of Sound and Vibration 279 (2005) 285-308.
+    """
+
+    _: KW_ONLY
+    stiffness: float
+    damping: float = 0.0
+    free: str = COUNTER_CLOCKWISE
+
+    kind = "revolute"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        checks.positive(self.label, "stiffness", self.stiffness, "N m/rad")
+        checks.not_negative(self.label, "damping", self.damping, "N m s/rad")
+        checks.one_of(self.label, "free", self.free, (COUNTER_CLOCKWISE, CLOCKWISE))
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        """The two constraint equations of the pin, with the torque of the clutch."""
+        law = WindUp(self.stiffness, self.damping, 1.0 if self.free == COUNTER_CLOCKWISE else -1.0)
+        clutch = JointFriction(clutch_rotation, (), law, ("torque", "N m"))
+        return [replace(coincidence_piece(self.name, self.ends(mechanism)), joint_friction=clutch)]

@@ -1,0 +1,7 @@
+"""Public names of `flexmb.model`: records by which a part of one's own describes itself."""
+
+from flexmb.model.contributions import Attachment as Attachment
+from flexmb.model.contributions import ConstraintContribution as ConstraintContribution
+from flexmb.model.contributions import ContactContribution as ContactContribution
+from flexmb.model.contributions import Reaction as Reaction
+from flexmb.model.contributions import SignalContribution as SignalContribution
