@@ -21,6 +21,8 @@ def accept(tables, address, h, options, flow, trial, work, record):
     """
     complete_evaluation(tables, address, h, flow, trial, work, record)
     update_energies(tables, address, h, options, flow, trial, work, record)
+    if tables.sizes.n_q > tables.sizes.n_b:
+        update_largest_states(tables, flow, trial)
     adopt_trial(h, flow, trial, work, record)
     write_outputs(tables, address, flow.clock.t, flow.q, flow.v, flow.a, work, flow.ledger, record.signals)
     if report_signals(tables, options, flow, record) != RUNNING:
@@ -69,6 +71,14 @@ def update_energies(tables, address, h, options, flow, trial, work, record):
     update_balance(
         tables, address, t, h, flow.q, flow.v, trial.q, trial.v, flow.ledger, flow.balance, flow.memory, work
     )
+
+
+@compiled
+def update_largest_states(tables, flow, trial):
+    """Update the largest absolute values of the states of controls."""
+    first = tables.sizes.n_b
+    for i in range(first, tables.sizes.n_q):
+        flow.largest_states[i - first] = max(flow.largest_states[i - first], abs(trial.v[i]))
 
 
 @compiled

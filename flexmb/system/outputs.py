@@ -16,7 +16,8 @@ from flexmb.places import (
     NORMAL_Y,
 )
 from flexmb.program.tables import BEGIN, COMMON_Z, END, LOAD_KERNEL
-from flexmb.system.elements import gather
+from flexmb.system.controls import write_control_signals
+from flexmb.system.gather import gather
 from flexmb.system.work import DRIVE_FORCE, FORCE_X, FORCE_Y, JOINT_FRICTION_FORCE, MOMENT, MOTION, MOTION_RATE
 
 FX, FY, FORCE, JOINT_MOMENT = range(4)
@@ -47,6 +48,8 @@ def write_outputs(tables, address, t, q, v, a, work, ledger, y):
         y[S.out[k]] = signal_at(address.signal, S.kernel[k])(
             tables.p[S.p[k, BEGIN] : S.p[k, END]], t, work.ql[:m], work.vl[:m], work.al[:m]
         )
+    if tables.controls.kernel.shape[0] > 0:
+        write_control_signals(tables, work, work.z_new, y)
     for i in range(ledger.shape[0]):
         y[tables.sizes.energy + i] = ledger[i]
 
