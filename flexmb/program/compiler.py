@@ -187,6 +187,6 @@ def reference_configuration(mechanism: Mechanism, number: Numbering, z: np.ndarr
     v[number.n_b :], owner[number.n_b :] = 0.0, len(mechanism.bodies) + np.arange(number.n_q - number.n_b) // 3
     for controller in mechanism.controllers if number.n_q > number.n_b else ():
         control = controller.control()
-        states = number.dofs(state_coordinates(control))
-        v[states[: len(control.start)]] = control.start
+        states = number.dofs(state_coordinates(control))  # none of a sampled control
+        v[states[: len(control.start)]] = control.start[: len(states)]
     return ReferenceConfiguration(q, v, z, owner)

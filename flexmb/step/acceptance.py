@@ -21,8 +21,6 @@ def accept(tables, address, h, options, flow, trial, work, record):
     """
     complete_evaluation(tables, address, h, flow, trial, work, record)
     update_energies(tables, address, h, options, flow, trial, work, record)
-    if tables.sizes.n_q > tables.sizes.n_b:
-        update_largest_states(tables, flow, trial)
     adopt_trial(h, flow, trial, work, record)
     write_outputs(tables, address, flow.clock.t, flow.q, flow.v, flow.a, work, flow.ledger, record.signals)
     if report_signals(tables, options, flow, record) != RUNNING:
@@ -74,11 +72,12 @@ def update_energies(tables, address, h, options, flow, trial, work, record):
 
 
 @compiled
-def update_largest_states(tables, flow, trial):
-    """Update the largest absolute values of the states of controls."""
-    first = tables.sizes.n_b
-    for i in range(first, tables.sizes.n_q):
-        flow.largest_states[i - first] = max(flow.largest_states[i - first], abs(trial.v[i]))
+def update_largest_states(flow, trial):
+    """Update the largest absolute values of the states of controls, which stand before the ground."""
+    n = flow.largest_states.shape[0]
+    first = flow.v.shape[0] - n - 3
+    for i in range(n):
+        flow.largest_states[i] = max(flow.largest_states[i], abs(trial.v[first + i]))
 
 
 @compiled
@@ -92,6 +91,8 @@ def adopt_trial(h, flow, trial, work, record):
     copy(trial.x, flow.x)
     copy(trial.lam, flow.lam)
     copy(work.z_new, flow.z)
+    if flow.largest_states.shape[0] > 0:
+        update_largest_states(flow, trial)
     copy(record.signals, record.last_signals)
     record.count.steps += 1
     record.report.smallest, record.report.largest = min(record.report.smallest, h), max(record.report.largest, h)

@@ -22,10 +22,10 @@ from flexmb.program.tables import (
 )
 from flexmb.system.gather import gather
 
-RELATIVE_DIFFERENCE, LEAST_SIZE = 6e-6, 1e-3
+RELATIVE_DIFFERENCE, LEAST_SIZE = 6e-6, 0.1
 """Difference of an input or a state relative to its size, and least size, in central differences of a control law.
 
-The cube root of round-off; derivatives of linear laws are exact to 1e-8 with any difference.
+The cube root of round-off; derivatives of linear laws are exact to some 1e-8 with any difference.
 """
 
 COORDINATE_DIFFERENCE = 1e-6

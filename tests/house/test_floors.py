@@ -11,6 +11,7 @@ FLOORS = {
     "namespace": 0, "version": 0,
     "model": 1, "linalg": 1, "jobs": 1,
     "beams": 2, "bodies": 2, "joints": 2, "contact": 2, "drives": 2, "loads": 2, "couplings": 2, "sensors": 2,
+    "controllers": 2,
     "program": 3,
     "system": 4,
     "start": 5, "state": 5, "testing": 5,

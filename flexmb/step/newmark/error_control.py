@@ -73,15 +73,15 @@ def state_error(tables, h, of_bend, options, flow, trial):
         rise, before = trial.a[i] - flow.a[i], flow.a[i] - flow.past[0, i]
         if first or rise * before >= 0.0:
             error = h * abs(rise / 12.0 if first else of_bend * (rise / h - before / h0))
-            worst = max(worst, error / (trial.control.rtol * state_scale(tables, i, options, flow, trial)))
+            scale = state_scale(tables, i, trial.v[i], trial.a[i], options, flow)
+            worst = max(worst, error / (trial.control.rtol * scale))
     return worst
 
 
 @compiled
-def state_scale(tables, i, options, flow, trial):
+def state_scale(tables, i, value, rate, options, flow):
     """Scale of a state of a control: its largest value so far, or its change in a largest step; > 0."""
-    largest = max(flow.largest_states[i - tables.sizes.n_b], abs(trial.v[i]), options.h_max * abs(trial.a[i]))
-    return max(largest, LEAST_STATE)
+    return max(flow.largest_states[i - tables.sizes.n_b], abs(value), options.h_max * abs(rate), LEAST_STATE)
 
 
 @compiled

@@ -319,7 +319,7 @@ def state_corrections(tables, h, options, flow, trial, R):
     worst, noise = 0.0, 0.0
     for stage in range(STAGES):
         for i in range(tables.sizes.n_b, tables.sizes.n_q):
-            scale = state_scale(tables, i, options, flow, trial)
+            scale = state_scale(tables, i, R.V[stage, i], R.A[stage, i], options, flow)
             wanted = (FIXED_STEP_TOLERANCE if not options.adaptive else 0.0) * h * h * abs(R.A[stage, i])
             if options.adaptive:
                 wanted = ITERATION_FRACTION * trial.control.rtol**1.5 * h * scale
@@ -364,7 +364,7 @@ def radau_error(tables, address, lu, h, options, flow, trial, work, R):
         if trial.rigid[k]:
             worst = max(worst, of_v * math.sqrt(R.y[k] ** 2 + R.y[k + 1] ** 2), options.length * of_v * abs(R.y[k + 2]))
     for i in range(tables.sizes.n_b, n):
-        scale = state_scale(tables, i, options, flow, trial)
+        scale = state_scale(tables, i, trial.v[i], trial.a[i], options, flow)
         worst = max(worst, abs(R.y[i]) / (loose * trial.control.rtol * scale))
     return worst if math.isfinite(worst) else math.inf
 
