@@ -32,8 +32,7 @@ force, tangent and account kernels give the results of element and energy kernel
 counts: forces alone; forces with A = kq K + kv C + ka M; forces and energies of an accepted state, with M v and M y for
 any y.  An element without them is called through its element and energy kernels.
 
-u : inputs of a controller, x : its own states, dx : their rates, y : its outputs, the factors of loads.  A control kernel
-that writes beyond its arrays ends the run.
+u : inputs of a controller, x : its own states, dx : their rates, y : its outputs, the factors of loads.
 """
 
 from __future__ import annotations
@@ -64,8 +63,8 @@ from flexmb.derivatives.source import Source, returned_numbers, text_of
 from flexmb.errors import KernelError
 
 __all__ = [
-    "account_kernel", "constraint_kernel", "control_kernel", "drive_kernel", "element_kernel", "energy_kernel", "force_kernel",
-    "friction_law", "gap_kernel", "normal_law", "signal_kernel", "tangent_kernel",
+    "account_kernel", "constraint_kernel", "control_kernel", "drive_kernel", "element_kernel", "energy_kernel",
+    "force_kernel", "friction_law", "gap_kernel", "normal_law", "signal_kernel", "tangent_kernel",
 ]  # fmt: skip
 
 
@@ -256,9 +255,8 @@ class Kernel:
 
     def _compiled(self, **options: Any) -> Any:
         """The function compiled to its contract, or loaded from a cache; code typed into a session has no cache."""
-        if self.contract is CONTROL:  # users count its arrays themselves: writing beyond them must be an error
-            options["boundscheck"] = True
-        dispatcher = numba.njit(error_model="numpy", **options)(self.python)
+        checked = self.contract is CONTROL  # users count its arrays themselves
+        dispatcher = numba.njit(error_model="numpy", boundscheck=checked, **options)(self.python)
         if config.DISABLE_JIT:
             return dispatcher
         if self._cacheable and ours(self.python):

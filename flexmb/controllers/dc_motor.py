@@ -12,6 +12,9 @@ from flexmb.model.contributions import ControlContribution, MotionInput
 from flexmb.model.controller import Controller
 from flexmb.model.law import Motion
 
+(CURRENT,) = range(1)
+"""Place of the current among the states."""
+
 
 @control_kernel
 def dc_motor_law(p, t, u, x, dx, y):
@@ -20,9 +23,9 @@ def dc_motor_law(p, t, u, x, dx, y):
     if u.shape[0] > 1:
         V = u[1]
     free = V - k * n * u[0]
-    current = x[0] if L > 0.0 else free / R
+    current = x[CURRENT] if L > 0.0 else free / R
     if L > 0.0:
-        dx[0] = (free - R * current) / L
+        dx[CURRENT] = (free - R * current) / L
     y[0], y[1] = k * n * current, V
     if L == 0.0:
         y[2] = current

@@ -17,18 +17,21 @@ from flexmb.model.law import Motion
 FILTER_RATIO = 10.0
 """Ratio kd / kp of derivative action over the time constant of its filter, where none is given [1]."""
 
+(INTEGRAL,) = range(1)
+"""Place of the integral among the states, before that of the filter."""
+
 MEASUREMENT, ERROR = "measurement", "error"
 
 
 @control_kernel
 def pid_law(p, t, u, x, dx, y):
-    """PID with set-point weight, filtered derivative, saturation and back-calculation; u: m, then r, r', m' if given."""
+    """PID with set-point weight, filter, saturation and back-calculation; u: m, then r, r', m' if given."""
     kp, ki, kd, low, high, reset, cutoff, weight, of_error, r, moving, measured = p
     r_dot, place, derivative, integral = 0.0, 0, 0.0, 0.0
     if moving > 0.0:
         r, r_dot = u[1], u[2]
     if ki != 0.0:
-        integral, place = x[0], 1
+        integral, place = x[INTEGRAL], 1
     if kd != 0.0 and measured > 0.0:
         derivative = of_error * r_dot - u[u.shape[0] - 1]
     elif kd != 0.0:
@@ -37,7 +40,7 @@ def pid_law(p, t, u, x, dx, y):
     wanted = kp * (weight * r - u[0]) + integral + kd * derivative
     y[0] = min(max(wanted, low), high)
     if ki != 0.0:
-        dx[0] = ki * (r - u[0]) + reset * (y[0] - wanted)
+        dx[INTEGRAL] = ki * (r - u[0]) + reset * (y[0] - wanted)
 
 
 @dataclass(frozen=True)
@@ -71,8 +74,8 @@ class PID(Controller):
 
     Notes
     -----
-    The derivative is kd s / (1 + s filter_time) of b' r - m, with b' = 1 for `derivative_of="error"`, else 0; its filter
-    starts settled.  While the output is limited, the integral gives way by back-calculation,
+    The derivative is kd s / (1 + s filter_time) of b' r - m, with b' = 1 for `derivative_of="error"`, else 0; the
+    filter starts settled.  While the output is limited, the integral gives way by back-calculation,
     d(integral)/dt = ki (r - m) + (output - unlimited output) / tracking_time.  A sampled controller steps the integral
     by forward and the derivative by backward differences as filter_time tends to 0; times shorter than `sample` do not
     make it unstable.  Source: K. J. Astrom, T. Hagglund, PID Controllers: Theory, Design, and Tuning (Instrument
@@ -110,7 +113,9 @@ class PID(Controller):
         super().__post_init__()
         for field, value in (("measure", self.measure), *((("rate", self.rate),) if self.rate is not None else ())):
             if not is_signal_name(value):
-                raise InputError(f"{self.label}: {field} is {value!r}; it must be the name of a signal, as 'arm.theta'.")
+                raise InputError(
+                    f"{self.label}: {field} is {value!r}; it must be the name of a signal, as 'arm.theta'."
+                )
         if self.load is not None and (not isinstance(self.load, str) or not self.load):
             raise InputError(f"{self.label}: load is {self.load!r}; it must be the name of a Force or a Torque.")
         if not isinstance(self.target, Motion):

@@ -237,7 +237,7 @@ class ControlContribution:
     @property
     def label(self) -> str:
         """Part, as messages show it."""
-        return f"Control {self.part!r}"
+        return f"Controller {self.part!r}"
 
     @property
     def is_sampled(self) -> bool:

@@ -10,7 +10,7 @@ import numpy as np
 
 from flexmb.errors import ModelError
 from flexmb.kernels import Kernel
-from flexmb.model.contributions import ControlContribution, Contributions, Coordinate, MotionInput
+from flexmb.model.contributions import Contributions, ControlContribution, Coordinate, MotionInput
 from flexmb.model.law import Motion
 from flexmb.model.part import GROUND
 from flexmb.model.signal import Signals
@@ -18,9 +18,6 @@ from flexmb.program.numbering import Numbering, state_coordinates
 from flexmb.program.program import Names, Sampler
 from flexmb.program.signals import COORDINATE_SIGNALS, hint, layout, resolved
 from flexmb.program.tables import BEGIN, COORDINATE, MEASURED, MOTION_SPEED, MOTION_VALUE, OUTPUT, VELOCITY
-
-LEVELS = ((COORDINATE, 0), (VELOCITY, 1))
-"""Kinds of inputs that are coordinates or velocities, with their level in `COORDINATE_SIGNALS`."""
 
 
 @dataclass(frozen=True)
@@ -82,16 +79,15 @@ class WiredControl:
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
-        """Coordinates of the states, then those of the inputs, without the ground."""
+        """Coordinates of the states, then coordinates of the inputs, without the ground."""
         found = dict.fromkeys(self.states)
         for source in self.sources:
             found.update(dict.fromkeys(c for c in source.coordinates if c[0] != GROUND.name))
         return tuple(found)
 
-
     @property
     def touched(self) -> tuple[Coordinate, ...]:
-        """Coordinates that the control couples: its own, and those of its loads."""
+        """Coordinates that the control couples: its own, and the coordinates of its loads."""
         return (*self.coordinates, *(c for load in self.load_coordinates for c in load))
 
 
@@ -165,8 +161,8 @@ class _Finder:
         found = {}
         for part, node in number.nodes[: number.n_b // 3]:
             stem = f"{part}.{node.name}" if node.name else part
-            for kind, level in LEVELS:
-                for axis, (name, _) in enumerate(COORDINATE_SIGNALS[level]):
+            for kind, signals in zip((COORDINATE, VELOCITY), COORDINATE_SIGNALS[:2], strict=True):
+                for axis, (name, _) in enumerate(signals):
                     found[f"{stem}.{name}"] = Source(kind, ((part, node.name, axis),))
         return found
 
@@ -213,7 +209,8 @@ class _Finder:
         place = [self.pose[k] if k < len(self.pose) else 0.0 for k in self.number.dofs(source.coordinates)]
         p, n = np.array(source.p, dtype=float), len(place)
         for _ in range(3):
-            q, v, a = np.array(place) + 0.1 * random.uniform(-1.0, 1.0, n), *random.uniform(-1.0, 1.0, (2, n))
+            q = np.array(place) + 0.1 * random.uniform(-1.0, 1.0, n)
+            v, a = random.uniform(-1.0, 1.0, (2, n))
             with np.errstate(all="ignore"):
                 values: Any = [kernel(p, 0.1, q, v, x) for x in (np.zeros(n), a)]  # type: ignore[misc]
             if values[0] != values[1]:
@@ -222,7 +219,7 @@ class _Finder:
 
 
 def _ordered(controls: tuple[ControlContribution, ...], finder: _Finder) -> list[ControlContribution]:
-    """Controls in the order of evaluation: sampled ones, whose outputs are held, then each after those it reads.
+    """Controls in the order of evaluation: sampled ones first, then each after the controls whose outputs it reads.
 
     Raises
     ------

@@ -10,7 +10,7 @@ from typing import Protocol
 
 import numpy as np
 
-from flexmb.model.contributions import AXES, ControlContribution, Contributions, Coordinate, Node
+from flexmb.model.contributions import AXES, Contributions, ControlContribution, Coordinate, Node
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND
 
@@ -39,7 +39,7 @@ class Lists:
 
 
 class Numbering:
-    """Numbers of the coordinates of a mechanism: three a node, of bodies in the order of declaration, then of controls."""
+    """Numbers of the coordinates of a mechanism: three a node, in the order of declaration, bodies before controls."""
 
     def __init__(self, mechanism: Mechanism, *, controls: bool = True) -> None:
         bodies = mechanism.nodes()
@@ -74,7 +74,7 @@ class Numbering:
         bodies = self.nodes[: self.n_b // 3]
         stems = (f"{part}.{node.name}" if node.name else part for part, node in bodies)
         states = [f"{part}.{name}" for part, _, names in self._states for name in names]
-        return tuple([*(f"{stem}.{axis}" for stem in stems for axis in AXES), *states])
+        return (*[f"{stem}.{axis}" for stem in stems for axis in AXES], *states)
 
     def pose(self) -> np.ndarray:
         """Coordinates of the reference configuration (n_q,) [m, rad]."""

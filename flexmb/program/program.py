@@ -116,7 +116,7 @@ class Program:
         return tuple(sorted(t for t in found if 0.0 < t <= t_end))
 
     def instants(self, t: float, t_end: float) -> Iterator[float]:
-        """Instants in (t, t_end] at which a run starts anew: jumps of drives and loads, and samples, in order [s]."""
+        """Instants in (t, t_end] at which a run restarts: jumps of drives and loads, and samples, in order [s]."""
         last = t
         for instant in merge((b for b in self.breaks(t_end) if b > t), *(s.instants(t, t_end) for s in self.samplers)):
             if instant > last:

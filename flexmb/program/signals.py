@@ -1,6 +1,7 @@
 """Names, units and places of the signals that a run reports.
 
-The vector of signals holds q, v, a of all coordinates, then constraints, contacts, measured signals, controls, energies.
+The vector of signals holds q, v, a of all coordinates, then constraints, contacts, measured signals, controls, and
+energies.
 """
 
 from __future__ import annotations
@@ -105,7 +106,7 @@ def control_signals(control: Any) -> tuple[tuple[str, str], ...]:
 
 
 def layout(contributions: Contributions, coordinate_names: tuple[str, ...], n_b: int) -> Layout:
-    """Signals of a mechanism; n_b: number of coordinates of bodies, before those of the states of controls."""
+    """Signals of a mechanism; n_b: number of coordinates of bodies, before the states of controls."""
     stems = [name.rpartition(".")[0] for name in coordinate_names[:n_b:3]]
     given = {
         f"{control.part}.{state}": unit

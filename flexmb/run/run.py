@@ -114,8 +114,7 @@ class Run:
         n, z = self.program.n_q, self.program.reference.z if z is None else z
         flow, code = self.flow, self.stepper.prepare(self, start, z, time)
         flow.q[:n], flow.v[:n], flow.a[:n], flow.x[:n] = start.q, start.v, start.a, start.a
-        flow.lam[:], flow.z[:] = start.lam, z
-        flow.clock.t = time
+        flow.lam[:], flow.z[:], flow.clock.t = start.lam, z, time
         self._set_redundancy(start.redundant)
         flow.clock.held_steps = -1.0 if looks_dependent(self.program, self.work, start.q, start.redundant) else 0.0
         flow.clock.save_start = NOT_SAVING
@@ -261,8 +260,7 @@ class Run:
     def _cross_jump(self, instant: float, interval: float, *, first: bool = False) -> None:
         """Cross a jump of loads: new accelerations, joint forces and powers; the next step is a first step.
 
-        Positions, velocities and energies do not change, nor do histories but for the outputs of sampled controllers;
-        `first`: at the start all of these act.
+        Positions, velocities and energies stay; histories of sampled controllers change (`first`: of all of them).
         """
         flow, n = self.flow, self.program.n_q
         flow.clock.t, flow.clock.last_step = instant, 0.0

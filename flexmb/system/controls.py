@@ -137,7 +137,7 @@ def call_law(tables, address, c, t, work):
 
 @compiled
 def differentiate_law(tables, address, c, t, q, v, kq, kv, work):
-    """Derivatives kq d/dq + kv d/dv of rates and outputs in work.law_tangent, those of outputs in work.slope, too."""
+    """Derivatives kq d/dq + kv d/dv of rates and outputs in work.law_tangent; of outputs in work.slope, too."""
     C = tables.controls
     n_u, n_x, n_y = C.input[c + 1] - C.input[c], C.states[c], C.output[c + 1] - C.output[c]
     n, rows = C.dof[c + 1] - C.dof[c], n_x + n_y

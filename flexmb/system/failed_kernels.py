@@ -188,8 +188,9 @@ def _control_calls(program: Program, s: Instant) -> Iterator[_Call]:
         x = s.v[C.dofs[C.dof[c] : C.dof[c] + C.states[c]]]
         y = np.zeros(end - begin)
         law = _Call(
-            program.controls[c], _kernel(program, "control", C.kernel[c]), (_numbers(program, C.p[c]), s.t, u, x,
-            np.zeros(len(x)), y),
+            program.controls[c],
+            _kernel(program, "control", C.kernel[c]),
+            (_numbers(program, C.p[c]), s.t, u, x, np.zeros(len(x)), y),
         )
         yield law
         law.run()

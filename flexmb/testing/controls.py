@@ -26,7 +26,11 @@ SETTLING = 5
 """Number of iterations that bring states of a control near rest, where the control is not saturated."""
 
 SMALL = 1e-9
-"""Forces and slopes relative to the largest one, below which they are round-off."""
+"""Slopes relative to the largest one, below which they are round-off."""
+
+LAW_NOISE = 4e-3
+"""Derivative relative to the forces, below which round-off of the differences of a law exceeds the tolerance: the
+program finds tangents of laws by differences of its own, of at least 6e-7."""
 
 
 def check_control(bench: Bench, contribution: ControlContribution) -> None:
@@ -101,9 +105,9 @@ def check_control_tangents(bench: Bench, program: Program, contribution: Control
         acting += 1
         _compare(bench, tested, program, state, rows, columns)
     if not acting:
-        text = "its outputs depend on no input and no state at any state that was tried (a saturated controller, or a law that switches)"
-        text += ", so that its tangents are not tested; check it with wider limits, or give a switching law sample="
-        raise KernelError(f"{tested.label}: {text}.")
+        text = "its outputs depend on no input and no state at any state that was tried (a saturated controller, or a"
+        text += " law that switches), so that its tangents are not tested"
+        raise KernelError(f"{tested.label}: {text}; check it with wider limits, or give a switching law sample=.")
 
 
 def _states(bench: Bench, program: Program, contribution: ControlContribution, columns: np.ndarray) -> Any:
@@ -152,7 +156,8 @@ def _compare(
         def forces(x: np.ndarray, name: str = name) -> np.ndarray:
             moved = {**state, name: state[name].copy()}
             moved[name][columns] = x
-            return system.at(moved["q"], moved["v"], moved["a"], t=state["t"]).force[rows]
+            found: np.ndarray = system.at(moved["q"], moved["v"], moved["a"], t=state["t"]).force[rows]
+            return found
 
-        floor = SMALL * float(force.max(initial=0.0) / scale.min())
+        floor = LAW_NOISE * float(force.max(initial=0.0) / scale.min())
         bench.derivative(tested, formula, state, value, forces, state[name][columns], scale, floor=floor)

@@ -105,10 +105,10 @@ def test_an_input_without_acceleration_reads_every_signal_of_the_state():
         ("tip.x", "tip.vy", "arm.x", "arm.vx", "arm.omega", "servo.integral", "servo.output", "p0.out")
     )]  # fmt: skip
     pid = fm.PID("servo", "tip.angle", "actuator", target=1.0, kp=20.0, ki=3.0, kd=3.0)
-    sol = fm.simulate(arm(*probes, pid), t_end=0.3)
+    sol = fm.simulate(arm(*probes, pid), t_end=0.3, save="steps")
     for probe in probes:
         read = np.asarray(sol[probe.inputs[0]])
-        assert np.asarray(sol[f"{probe.name}.out"]) == pytest.approx(read, abs=1e-9 * np.abs(read).max())
+        assert np.asarray(sol[f"{probe.name}.out"]) == pytest.approx(read, abs=1e-8 * np.abs(read).max())
 
 
 @pytest.mark.parametrize(
@@ -116,7 +116,7 @@ def test_an_input_without_acceleration_reads_every_signal_of_the_state():
     [
         (lambda: servo(inputs=["tip.angel"]), ModelError, "input 'tip.angel' is no signal.*Did you mean 'tip.angle'"),
         (lambda: servo(inputs=["tip.ax"]), ModelError, "input 'tip.ax' depends on accelerations.*Give sample="),
-        (lambda: servo(inputs=["arm.alpha"]), ModelError, "input 'arm.alpha' is no function of positions.*Give sample="),
+        (lambda: servo(inputs=["arm.alpha"]), ModelError, "'arm.alpha' is no function of positions.*Give sample="),
         (lambda: servo(inputs=["hinge.fx"]), ModelError, "input 'hinge.fx' is no function of positions.*Give sample="),
         (lambda: servo(inputs=["energy.kinetic"]), ModelError, "'energy.kinetic' is no function of positions"),
         (lambda: servo(inputs=["servo.output1"]), ModelError, "'servo.output1' depend on one another.*algebraic loop"),
@@ -125,7 +125,7 @@ def test_an_input_without_acceleration_reads_every_signal_of_the_state():
         (lambda: servo(loads=["arm"]), ModelError, "RigidLink 'arm' cannot be controlled; give a Force or a Torque"),
         (lambda: servo(loads=["hinge"]), ModelError, "Revolute 'hinge' cannot be controlled"),
         (lambda: servo(loads=["actuator", "actuator"]), InputError, "loads holds 'actuator' twice"),
-        (lambda: servo(beyond_at_once), KernelError, "'beyond_at_once' failed with.*1 outputs y: index 1 is out of bounds"),
+        (lambda: servo(beyond_at_once), KernelError, "'beyond_at_once' failed.*1 outputs y: index 1 is out of"),
         (lambda: servo(law=math.sin), InputError, "law is .*control_kernel"),
         (lambda: servo(loads=[]), InputError, "has no output; give loads="),
         (lambda: servo(inputs="tip.angle"), InputError, "inputs is 'tip.angle'; it must be a list"),
@@ -143,8 +143,8 @@ def test_an_input_without_acceleration_reads_every_signal_of_the_state():
         (lambda: fm.PID("servo", "tip.angle", "actuator", kp=1.0, limit=0.0), InputError, "limit is 0"),
         (lambda: fm.PID("servo", "angle", "actuator", kp=1.0), InputError, "measure is 'angle'"),
         (lambda: fm.PID("servo", "tip.angle", "actuator", kp=math.nan), InputError, "kp is nan"),
-        (lambda: fm.PID("servo", "tip.angle", "actuator", kp=1.0, kd=1.0, rate="tip.omega", filter_time=1.0), InputError,
-         "rate and filter_time are both given"),
+        (lambda: fm.PID("servo", "tip.angle", "actuator", kp=1.0, kd=1.0, rate="tip.omega", filter_time=1.0),
+         InputError, "rate and filter_time are both given"),
         (lambda: fm.controllers.DCMotor("servo", "tip.omega", "actuator", voltage=1.0, resistance=0.0,
                                         torque_constant=1.0), InputError, "resistance is 0 ohm"),
         (lambda: fm.controllers.DCMotor("servo", "tip.omega", "actuator", voltage="v", resistance=1.0,
@@ -162,17 +162,18 @@ def test_loads_with_a_history_or_two_controllers_are_refused():
     link = arm().find("arm")
     with pytest.raises(ModelError, match="Torque 'b' has a history, and would be multiplied twice"):
         arm(fm.Torque("b", link, 1.0, history=fm.drives.Pulse(1.0)), servo(loads=["b"]))
-    with pytest.raises(ModelError, match="'servo' and Control 'twin' both control 'actuator'|both control 'actuator'"):
+    with pytest.raises(ModelError, match="Control 'twin' and Control 'servo' both control 'actuator'"):
         arm(servo(), fm.Control("twin", ["tip.angle"], ["actuator"], copy))
 
 
 def test_two_laws_in_a_circle_are_refused_unless_one_is_sampled():
     link = arm().find("arm")
+
     def pair(sample):
         other = fm.Control("other", ["servo.output1"], ["b"], copy, sample=sample)
         return arm(fm.Torque("b", link, 1.0), servo(inputs=["other.output1"]), other)
 
-    with pytest.raises(ModelError, match="'other.output1', 'servo.output1' depend on one another"):
+    with pytest.raises(ModelError, match=r"'other\.output1', 'servo\.output1' depend on one another"):
         fm.simulate(pair(None), t_end=0.01)
     assert fm.simulate(pair(0.01), t_end=0.1).ok
 
@@ -193,7 +194,7 @@ def test_a_law_cannot_write_its_inputs():
     def wrong(p, t, u, x, dx, y):
         u[0] = 1.0
 
-    with pytest.raises(KernelError, match="'test_a_law_cannot.*wrong'"):
+    with pytest.raises(KernelError, match=r"'test_a_law_cannot.*wrong'"):
         fm.simulate(arm(servo(wrong)), t_end=0.1)
 
 
@@ -202,7 +203,7 @@ def test_a_law_cannot_write_its_inputs():
     lambda m: fm.simulate(m, t_end=1.0, step=1e-3, method=fm.Staggered()),
 ], ids=["statics", "modes", "buckling", "inverse dynamics", "exponents", "staggered"])  # fmt: skip
 def test_analyses_without_controllers_refuse_by_name(analyse):
-    with pytest.raises(ModelError, match="Mechanism 'robot' has Control 'servo'. Remove it with without_part"):
+    with pytest.raises(ModelError, match=r"Mechanism 'robot' has Control 'servo'\. Remove it with without_part"):
         analyse(arm(servo()))
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from plants import ARM_INERTIA, J, K, L, MOTOR, N, R, arm, different, cut_and_continued, last, linear, motor, rotor
+from plants import ARM_INERTIA, MOTOR, J, K, L, N, R, arm, cut_and_continued, different, last, linear, motor, rotor
 
 import flexmb as fm
 
@@ -59,6 +59,7 @@ def test_a_controller_drives_the_voltage():
 
 def test_a_motor_does_not_depend_on_the_frame():
     """Turned by 1.1 rad and shifted by (3, -2) m, an arm moves as before."""
+
     def speed(angle, origin):
         c, s, (x, y) = np.cos(angle), np.sin(angle), origin
         end = (x + 0.5 * c, y + 0.5 * s)

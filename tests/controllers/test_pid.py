@@ -93,7 +93,9 @@ def test_the_filter_starts_settled():
 def test_a_moving_target_is_followed():
     """With the derivative of the error a moving target is met; each jump of the target is an instant of the run."""
     ramp = fm.drives.Harmonic(0.4, 3.0)
-    servo = fm.PID("servo", "tip.angle", "actuator", target=ramp, kp=40.0, kd=3.0, rate="tip.omega", derivative_of="error")
+    servo = fm.PID(
+        "servo", "tip.angle", "actuator", target=ramp, kp=40.0, kd=3.0, rate="tip.omega", derivative_of="error"
+    )
 
     def rates(t, y):
         s, s_dot, _ = ramp.kernel(np.array(ramp.parameters()), t)
@@ -137,7 +139,11 @@ def test_a_controller_on_a_flexible_link():
     """A PD controller holds a link at its end: at rest the torque is the moment of its weight."""
     section = fm.Rectangle(width=0.02, height=0.01)
     beam = fm.FlexibleLink("arm", (0.0, 0.0), (0.5, 0.0), section=section, material=fm.STEEL, elements=2, damping=1e-3)
-    parts = [beam, fm.Revolute("hinge", fm.GROUND, beam, at=(0.0, 0.0)), fm.Torque("actuator", beam, 1.0, at=(0.0, 0.0))]
+    parts = [
+        beam,
+        fm.Revolute("hinge", fm.GROUND, beam, at=(0.0, 0.0)),
+        fm.Torque("actuator", beam, 1.0, at=(0.0, 0.0)),
+    ]
     servo = fm.PID("servo", "arm.start.theta", "actuator", kp=200.0, kd=8.0, rate="arm.start.omega")
     sol = fm.simulate(fm.Mechanism("robot", [*parts, servo], gravity=(0.0, -9.81)), t_end=3.0)
     mass = fm.STEEL.density * 0.02 * 0.01 * 0.5
