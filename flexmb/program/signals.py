@@ -105,8 +105,9 @@ def control_signals(control: Any) -> tuple[tuple[str, str], ...]:
     return (*states, *zip(control.outputs, control.output_units, strict=True))
 
 
-def layout(contributions: Contributions, coordinate_names: tuple[str, ...], n_b: int) -> Layout:
-    """Signals of a mechanism; n_b: number of coordinates of bodies, before the states of controls."""
+def layout(contributions: Contributions, coordinate_names: tuple[str, ...], n_b: int | None = None) -> Layout:
+    """Signals of a mechanism; n_b: number of coordinates of bodies, before the states of controls; None: all."""
+    n_b = len(coordinate_names) if n_b is None else n_b
     stems = [name.rpartition(".")[0] for name in coordinate_names[:n_b:3]]
     given = {
         f"{control.part}.{state}": unit
