@@ -244,6 +244,17 @@ linalg.rank.CERTAIN_INVERSE | 1 | rows of unit length | inverse of G G^T of rows
 system.state_evaluation.UNPIVOTED_UNKNOWNS | unknowns | nothing | up to it start values are found with pivoting
 system.state_evaluation.MOST_REFINEMENTS | rounds | nothing | refinements without pivoting
 system.state_evaluation.REFINED_RESIDUAL | 1 | right-hand side | residual of a system solved without pivoting
+controllers.pid.FILTER_RATIO | 1 | kd / kp | filter of the derivative, where none is given
+system.controls.RELATIVE_DIFFERENCE | 1 | an input or a state | differences of a control law
+system.controls.LEAST_SIZE | 1 | nothing | inputs and states are differenced as if this large
+system.controls.COORDINATE_DIFFERENCE | m, rad | nothing | differences of signals that controls read
+step.newmark.newton_correction.STATE_ROUND_OFF | 1 | a state of a control | corrections below this part are round-off
+step.newmark.newton_correction.LEAST_CORRECTION | 1 | nothing | least tolerance of a state of a control that stays 0
+step.newmark.error_control.LEAST_STATE | 1 | nothing | least scale of a state of a control that stays 0
+start.consistent.SETTLED | 1 | a state of a control | last correction of states that begin at rest
+run.sampling.SETTLED | 1 | a state of a control | the same of sampled controllers
+run.sampling.DIFFERENCE | 1 | a state of a control | differences of a sampled law
+run.sampling.MOST_ITERATIONS | iterations | nothing | most rounds to states that begin at rest
 start.projection.CLOSED_GAP | 1 | size of the mechanism | gap of a projected pose
 start.projection.MOST_ITERATIONS | iterations | nothing | most rounds of a projection
 bodies.rigid_link.MASSLESS | 1 | smallest mass of other bodies | mass of a massless link
@@ -408,6 +419,7 @@ def _left_out() -> dict[str, str]:
         dynamics.systems.mechanism_scales.ONSET dynamics.basins.attractors.LOST
         dynamics.basins.attractors.UNDECIDED
         program.signals.CONTACT_PENETRATION program.tables.CONTACT_COMMON
+        program.tables.NO_FACTOR program.tables.FIRST_OUTPUT
     decides a remark or a refusal, and no number of a run: run.watch.DEEP run.watch.THROUGH run.watch.LEAST_STEPS run.watch.SHARE
         run.watch.LARGE_STRAIN run.watch.IMPOSSIBLE_STRAIN run.watch.MOST_NUMBERS run.watch.MANY_BODIES run.vibrations.MODES
         run.vibrations.MOST_UNKNOWNS run.vibrations.LEAST_INSTANTS run.vibrations.ENERGY_SHARE run.vibrations.SMALL run.vibrations.DECAY
@@ -427,7 +439,7 @@ def _left_out() -> dict[str, str]:
     size of a symbol in a picture: results.symbols.COILS results.symbols.WIDTH results.symbols.ARROW results.symbols.HEAD
         results.symbols.CIRCLE_POINTS
     how many are printed or written: start.consistent.LISTED_PARTS results.vtk.MOST_FRAMES results.contact_intervals.SHOWN_ROWS results.status.LISTED_JOINTS
-        results.signal_names.MOST_COMPARED_NAMES
+        program.signals.MOST_COMPARED_NAMES
     shortens what another number decides: linalg.rank.CERTAIN_EIGENVALUE
     coefficients and stages of Radau's method, exact: step.radau.collocation.C step.radau.collocation.ESTIMATE
         step.radau.collocation.FROM_IM step.radau.collocation.FROM_RE step.radau.collocation.FROM_REAL

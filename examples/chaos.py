@@ -60,6 +60,6 @@ drives = np.linspace(1.06, 1.087, 19)
 options = {"skip": 100, "keep": 100, "direction": "up", "step": STEP, "period": PERIOD}
 diagram = fm.bifurcation(pendulum, "drive", drives, **options)
 Path("out").mkdir(exist_ok=True)
-fm.plot_bifurcation(diagram, "rod.theta").savefig("out/pendulum.png", dpi=150)
+fm.plots.plot_bifurcation(diagram, "rod.theta").savefig("out/pendulum.png", dpi=150)
 print("verdicts:", ", ".join(dict.fromkeys(str(verdict) for verdict in diagram["verdict"].values.ravel())))
 print("written: out/pendulum.png")

@@ -4,6 +4,7 @@ from flexmb import bodies as bodies
 from flexmb import cams as cams
 from flexmb import chaos as chaos
 from flexmb import contact as contact
+from flexmb import controllers as controllers
 from flexmb import couplings as couplings
 from flexmb import doctor as doctor
 from flexmb import drives as drives
@@ -34,6 +35,8 @@ from flexmb.contact.friction.modified_coulomb import ModifiedCoulomb as Modified
 from flexmb.contact.normal.hysteresis_laws import HuntCrossley as HuntCrossley
 from flexmb.contact.normal.hysteresis_laws import LankaraniNikravesh as LankaraniNikravesh
 from flexmb.contact.normal.kelvin_voigt import KelvinVoigt as KelvinVoigt
+from flexmb.controllers.control import Control as Control
+from flexmb.controllers.pid import PID as PID
 from flexmb.couplings.gear import Gear as Gear
 from flexmb.doctor.check import check as check
 from flexmb.drives.constant_speed import ConstantSpeed as ConstantSpeed
@@ -54,6 +57,7 @@ from flexmb.joints.revolute import Fixed as Fixed
 from flexmb.joints.revolute import Revolute as Revolute
 from flexmb.joints.revolute_clearance import RevoluteClearance as RevoluteClearance
 from flexmb.joints.stop import Stop as Stop
+from flexmb.kernels import control_kernel as control_kernel
 from flexmb.kernels import drive_kernel as drive_kernel
 from flexmb.kernels import element_kernel as element_kernel
 from flexmb.kernels import friction_law as friction_law
@@ -91,6 +95,5 @@ from flexmb.step.step_size import FixedStep as FixedStep
 from flexmb.study.nine_bar.staggered.method import Staggered as Staggered
 from flexmb.sweeps.bifurcation_diagram import bifurcation as bifurcation
 from flexmb.sweeps.parameter_sweep import sweep as sweep
-from flexmb.view.bifurcation import plot_bifurcation as plot_bifurcation
 from flexmb.view.plot import plot as plot
 from flexmb.view.render import render as render

@@ -19,6 +19,7 @@ friction       p, h, slip, N, z, z_new                                     T, dT
 motion         p, t                                                        s, s_dot, s_ddot
 joint_friction p, q, lam, out, H                                           written to out, H
 signal         p, t, q, v, a                                               value
+control        p, t, u, x, dx, y                                           written to dx, y
 =============  ==========================================================  ==========================
 
 p : parameters of the part; z : history at the last accepted state, h : time since then [s], z_new : history if this
@@ -30,6 +31,8 @@ H = d(G^T lam)/dq.
 force, tangent and account kernels give the results of element and energy kernels at less cost, for elements whose speed
 counts: forces alone; forces with A = kq K + kv C + ka M; forces and energies of an accepted state, with M v and M y for
 any y.  An element without them is called through its element and energy kernels.
+
+u : inputs of a controller, x : its own states, dx : their rates, y : its outputs, the factors of loads.
 """
 
 from __future__ import annotations
@@ -63,8 +66,8 @@ from flexmb.derivatives.source import Source, returned_numbers, text_of
 from flexmb.errors import KernelError
 
 __all__ = [
-    "account_kernel", "constraint_kernel", "drive_kernel", "element_kernel", "energy_kernel", "force_kernel",
-    "friction_law", "gap_kernel", "normal_law", "signal_kernel", "tangent_kernel",
+    "account_kernel", "constraint_kernel", "control_kernel", "drive_kernel", "element_kernel", "energy_kernel",
+    "force_kernel", "friction_law", "gap_kernel", "normal_law", "signal_kernel", "tangent_kernel",
 ]  # fmt: skip
 
 
@@ -133,6 +136,7 @@ TANGENT = _contract(
 )
 ACCOUNT = _contract("account", "p t h q v a y z r Mv My z_new", _TRIPLE, _P, _F, _F, _V, _V, _V, _V, _P, _V, _V, _V, _V)
 SIGNAL = _contract("signal", "p t q v a", _F, _P, _F, _V, _V, _V)
+CONTROL = _contract("control", "p t u x dx y", types.void, _P, _F, _P, _P, _V, _V)
 
 GAP_SIZE = 49
 """Length of `out` of a gap kernel: gap, gap rate, slip, normal (2), arms on the first and on the second body (2 each),
@@ -257,7 +261,8 @@ class Kernel:
 
     def _compiled(self, **options: Any) -> Any:
         """The function compiled to its contract, or loaded from a cache; code typed into a session has no cache."""
-        dispatcher = numba.njit(error_model="numpy", **options)(self.python)
+        checked = self.contract is CONTROL  # users count its arrays themselves
+        dispatcher = numba.njit(error_model="numpy", boundscheck=checked, **options)(self.python)
         if config.DISABLE_JIT:
             return dispatcher
         if self._cacheable and ours(self.python):
@@ -301,9 +306,11 @@ signal_kernel = _decorator(SIGNAL)
 force_kernel = _decorator(FORCE)
 tangent_kernel = _decorator(TANGENT)
 account_kernel = _decorator(ACCOUNT)
+control_kernel = _decorator(CONTROL)
 
 _CONTRACTS = (
-    ELEMENT, ENERGY, CONSTRAINT, GAP, NORMAL, FRICTION, MOTION, JOINT_FRICTION, SIGNAL, FORCE, TANGENT, ACCOUNT
+    ELEMENT, ENERGY, CONSTRAINT, GAP, NORMAL, FRICTION, MOTION, JOINT_FRICTION, SIGNAL, FORCE, TANGENT, ACCOUNT,
+    CONTROL,
 )  # fmt: skip
 _BY_NAME = {contract.name: contract for contract in _CONTRACTS}  # for unpickling typed-in kernels
 
@@ -396,3 +403,4 @@ signal_at = _caller(SIGNAL)
 force_at = _caller(FORCE)
 tangent_at = _caller(TANGENT)
 account_at = _caller(ACCOUNT)
+control_at = _caller(CONTROL)

@@ -110,7 +110,7 @@ class CurveOnCurve(Part):
         if least <= -largest:
             raise InputError(
                 f"{self.label}: the other curve, of radius {1.0 / largest:.4g} m at least, does not fit into the "
-                f"hollow near ({x:.6g}, {y:.6g}) m, whose radius is {-1.0 / least:.4g} m (undercut). Change one of them."
+                f"hollow near ({x:.6g}, {y:.6g}) m, whose radius is {-1.0 / least:.4g} m (undercut). Change one."
             )
 
     def _ordered(self) -> tuple[Part, Any, Part, Any]:

@@ -248,7 +248,7 @@ def _damping_power(tables, address, t, e, path_rate, mean_rate, q0, v0, q1, v1, 
 def _round_off_work(tables, q, work):
     """Scale of the round-off of works: forces times the largest coordinate, moments times the largest angle [J]."""
     far_x, far_t, force, moment = 0.0, 1.0, 0.0, 0.0
-    for i in range(0, tables.sizes.n_q, 3):  # x, y, theta of a node
+    for i in range(0, tables.sizes.n_b, 3):  # x, y, theta of a node
         place, Gl = part_of(q, i, i + 3), part_of(work.Gl, i, i + 3)
         far_x, far_t = max(abs(place[0]), abs(place[1]), far_x), max(abs(place[2]), far_t)
         force, moment = force + (abs(Gl[0]) + abs(Gl[1])), moment + abs(Gl[2])

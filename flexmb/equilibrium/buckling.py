@@ -16,6 +16,7 @@ from flexmb.equilibrium.free_motions import moves_most, null_space
 from flexmb.equilibrium.statics import refuse_free_motion
 from flexmb.errors import InputError, SolveError
 from flexmb.model.contributions import ElementContribution, SignalContribution
+from flexmb.model.controller import refuse_controllers
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body, Part
 from flexmb.program.compiler import compile as compile_mechanism
@@ -99,6 +100,7 @@ def buckling(mechanism: Mechanism, count: int = 4) -> Buckling:
     count = checks.count("buckling", "count", count)
     if not isinstance(mechanism, Mechanism):
         raise InputError(f"buckling: {mechanism!r} is not a Mechanism.")
+    refuse_controllers(mechanism, "buckling", "loads that depend on the motion have no factor at which they buckle")
     bare = unloaded(mechanism)
     program, loaded = (compile_mechanism(m, closed=True) for m in (bare, mechanism))
     system, q = StateEvaluation(program), np.array(program.reference.q)

@@ -10,6 +10,7 @@ import numpy as np
 from flexmb import checks
 from flexmb.equilibrium.statics import reactions
 from flexmb.errors import InputError
+from flexmb.model.controller import refuse_controllers
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program, resolve
@@ -80,6 +81,7 @@ def inverse_dynamics(mechanism: Mechanism, times: Sequence[float] | np.ndarray) 
     InputError : flexible bodies, too few drives.
     AssemblyError : a loop that cannot close on the way.
     """
+    refuse_controllers(mechanism, "inverse_dynamics", "the motion is given, and a controller would ask for another")
     program = compile_mechanism(mechanism, start=True)
     label = f"inverse_dynamics {mechanism.name!r}"
     if program.n_q != 3 * len(program.names.bodies):

@@ -16,6 +16,7 @@ from flexmb.equilibrium.statics import Equilibrium, correction
 from flexmb.equilibrium.steady_rotation import Spin, check_spin
 from flexmb.errors import InputError, SolveError
 from flexmb.loads.force import Force
+from flexmb.model.controller import refuse_controllers
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program, resolve
@@ -121,6 +122,7 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
         raise InputError(f"modes: damped is {damped!r}; it must be True or False.")
     if at is not None and not isinstance(at, Equilibrium):
         raise InputError(f"modes: at is {at!r}; it must be what static_equilibrium(...) returns, or None.")
+    refuse_controllers(mechanism, "modes", "controlled motions are no vibrations of a conservative structure")
     program = compile_mechanism(mechanism if at is not None else _without_dead_loads(mechanism), closed=True)
     system = StateEvaluation(program)
     spin = Spin(at.spin, at.about) if at is not None else Spin(0.0, (0.0, 0.0))

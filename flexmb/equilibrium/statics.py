@@ -14,6 +14,7 @@ from flexmb.equilibrium.dynamic_relaxation import relax
 from flexmb.equilibrium.stability import is_stable
 from flexmb.equilibrium.steady_rotation import Spin, check_spin
 from flexmb.errors import SolveError
+from flexmb.model.controller import refuse_controllers
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program, resolve
@@ -101,7 +102,7 @@ def static_equilibrium(
     ------
     InputError : a spin with gravity, or with drives of another speed, which are not steady.
     SolveError : a motion without resistance (named), or no equilibrium found (load and coordinate named).
-    ModelError, AssemblyError : redundant joints (named), always or in the reference configuration.
+    ModelError, AssemblyError : redundant joints (named), always or in the reference configuration; controllers.
 
     Notes
     -----
@@ -118,6 +119,7 @@ def static_equilibrium(
         checks.number("static_equilibrium", "spin", spin, "rad/s"),
         checks.point("static_equilibrium", "about", about),
     )
+    refuse_controllers(mechanism, "static_equilibrium", "a controller moves what it holds until its input fits")
     program = compile_mechanism(mechanism)
     system = StateEvaluation(program)
     q, lam = np.array(program.reference.q), np.zeros(program.n_c)

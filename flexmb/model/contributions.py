@@ -1,4 +1,4 @@
-"""Contributions of parts to a program: nodes, elements, constraints, contacts, signals.
+"""Contributions of parts to a program: nodes, elements, constraints, contacts, signals, controls.
 
 A part describes itself to the compiler (room `program`) by these records alone.
 Coordinates are named (part, node, axis) with axis 0, 1, 2 for x, y, theta.
@@ -314,8 +314,63 @@ class AngleContribution:
     p: tuple[float]
 
 
+@dataclass(frozen=True)
+class MotionInput:
+    """Input of a control: the value of a motion at the present time, or its rate."""
+
+    motion: Motion
+    rate: bool = False
+
+
+@dataclass(frozen=True)
+class ControlContribution:
+    """Control law: inputs, own states, and outputs, of which the first are the factors of loads.
+
+    inputs : names of signals, and motions
+    loads : names of parts with one element each, whose factors are the first outputs
+    states, start : names and start values of the own states
+    outputs : names of all outputs
+    sample : time between two instants at which states and outputs change [s]; None: at all times
+    state_units, output_units : units of both
+    settled : numbers of the states that begin where their rates are 0, and not at `start`
+    """
+
+    part: str
+    kernel: Kernel
+    p: tuple[float, ...]
+    inputs: tuple[str | MotionInput, ...]
+    loads: tuple[str, ...]
+    outputs: tuple[str, ...]
+    states: tuple[str, ...] = ()
+    start: tuple[float, ...] = ()
+    sample: float | None = None
+    state_units: tuple[str, ...] = ()
+    output_units: tuple[str, ...] = ()
+    settled: tuple[int, ...] = ()
+
+    @property
+    def label(self) -> str:
+        """Part, as messages show it."""
+        return f"Controller {self.part!r}"
+
+    @property
+    def is_sampled(self) -> bool:
+        """Whether the outputs change at instants alone."""
+        return self.sample is not None
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the states."""
+        return self.states
+
+
 Contribution = (
-    ElementContribution | ConstraintContribution | ContactContribution | SignalContribution | AngleContribution
+    ElementContribution
+    | ConstraintContribution
+    | ContactContribution
+    | SignalContribution
+    | AngleContribution
+    | ControlContribution
 )
 
 
@@ -328,6 +383,7 @@ class Contributions:
     contacts: tuple[ContactContribution, ...] = ()
     signals: tuple[SignalContribution, ...] = ()
     angles: tuple[AngleContribution, ...] = ()
+    controls: tuple[ControlContribution, ...] = ()
 
     @staticmethod
     def sort(contributions: list[Contribution]) -> Contributions:
@@ -338,4 +394,5 @@ class Contributions:
             tuple(p for p in contributions if isinstance(p, ContactContribution)),
             tuple(p for p in contributions if isinstance(p, SignalContribution)),
             tuple(p for p in contributions if isinstance(p, AngleContribution)),
+            tuple(p for p in contributions if isinstance(p, ControlContribution)),
         )

@@ -10,6 +10,7 @@ from typing import Any
 from flexmb import checks
 from flexmb.errors import FlexmbError, InputError, ModelError
 from flexmb.model.contributions import Contribution, Contributions, Node
+from flexmb.model.controller import Controller
 from flexmb.model.part import GROUND, Body, Part, declared_state
 from flexmb.model.shape import Shapes
 
@@ -98,6 +99,15 @@ class Mechanism:
     @cached_property
     def _bodies(self) -> tuple[Body, ...]:
         return tuple([part for part in self.parts if isinstance(part, Body)])
+
+    @property
+    def controllers(self) -> tuple[Controller, ...]:
+        """The controllers in order of declaration."""
+        return self._controllers
+
+    @cached_property
+    def _controllers(self) -> tuple[Controller, ...]:
+        return tuple([part for part in self.parts if isinstance(part, Controller)])
 
     @cached_property
     def _by_name(self) -> dict[str, Part]:

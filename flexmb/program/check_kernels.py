@@ -9,7 +9,14 @@ import numpy as np
 
 from flexmb.errors import USER_ERRORS, KernelError
 from flexmb.kernels import GAP_SIZE, JOINT_FRICTION_SIZE, Kernel
-from flexmb.model.contributions import ConstraintContribution, ContactContribution, Contributions, ElementContribution
+from flexmb.model.contributions import (
+    ConstraintContribution,
+    ContactContribution,
+    Contributions,
+    ControlContribution,
+    ElementContribution,
+    MotionInput,
+)
 from flexmb.model.law import Law, Motion
 from flexmb.program.numbering import Numbering
 
@@ -24,19 +31,21 @@ def call_each_kernel(contributions: Contributions, number: Numbering) -> None:
     KernelError : wrong unpacking or indexing, or results that are not finite; names part, kernel and remedy.
     """
     pose = [*number.pose().tolist(), 0.0, 0.0, 0.0]
-    seen: set[tuple[int, int]] = set()
+    seen: set[tuple[Any, ...]] = set()
     for contribution in (
         *_distinct_elements(contributions.elements),
         *contributions.constraints,
         *contributions.contacts,
         *contributions.signals,
+        *contributions.controls,
     ):
         for kernel, p, z, what in _kernels_of(contribution):
-            if (id(kernel), len(p)) in seen:
+            sizes = _sizes_of(contribution) if kernel.contract.name == "control" else ()
+            if (id(kernel), len(p), sizes) in seen:
                 continue
-            seen.add((id(kernel), len(p)))
-            law = kernel.contract.name in ("normal", "friction", "motion")
-            q = () if law else tuple([pose[k] for k in number.dofs(contribution.coordinates)])
+            seen.add((id(kernel), len(p), sizes))
+            law = kernel.contract.name in ("normal", "friction", "motion", "control")
+            q = sizes if law else tuple([pose[k] for k in number.dofs(contribution.coordinates)])
             call = (id(kernel), tuple(p), tuple(z), q)
             if call in _GOOD:
                 continue
@@ -85,6 +94,9 @@ def _kernels_of(contribution: Any) -> list[tuple[Kernel, Sequence[float], Sequen
         return found
     if isinstance(contribution, ContactContribution):
         return [(contribution.gap, contribution.p, (), "gap"), _law(contribution.normal), _law(contribution.friction)]
+    if isinstance(contribution, ControlContribution):
+        motions = [_law(wanted.motion) for wanted in contribution.inputs if isinstance(wanted, MotionInput)]
+        return [(contribution.kernel, contribution.p, contribution.start, "control"), *motions]
     return [(contribution.kernel, contribution.p, (), "signal")]
 
 
@@ -113,7 +125,21 @@ def _arguments(kernel: Kernel, contribution: Any, pose: Sequence[float], history
         "motion": [0.0],
         "joint_friction": [q, rows[1], np.zeros(JOINT_FRICTION_SIZE), np.zeros((n, n))],
         "signal": [0.0, q, zero, zero.copy()],
+        "control": _arguments_of_control(contribution) if kernel.contract.name == "control" else [],
     }[kernel.contract.name]
+
+
+def _sizes_of(control: ControlContribution) -> tuple[int, int, int]:
+    """Numbers of inputs, states and outputs."""
+    return len(control.inputs), len(control.states), len(control.outputs)
+
+
+def _arguments_of_control(control: ControlContribution) -> list[Any]:
+    """Arguments of a control law after p: all inputs 0, states as at the start; the law can write to none of these."""
+    given = np.zeros(len(control.inputs)), np.array(control.start, dtype=float)
+    for array in given:
+        array.flags.writeable = False
+    return [0.0, *given, np.zeros(len(control.states)), np.zeros(len(control.outputs))]
 
 
 def _call(part: str, kernel: Kernel, p: np.ndarray, arguments: list[Any], what: str) -> None:
@@ -124,10 +150,19 @@ def _call(part: str, kernel: Kernel, p: np.ndarray, arguments: list[Any], what: 
     except USER_ERRORS as error:
         if isinstance(error, (IndexError, TypeError)) or "unpack" in str(error):
             reason = str(error) or "wrong number of values"
+            if kernel.contract.name == "control":
+                sizes = [a.size for a in arguments[1:]]
+                raise KernelError(
+                    f"{label} failed with {len(p)} numbers p, {sizes[0]} inputs u, {sizes[1]} states x with rates dx "
+                    f"and {sizes[-1]} outputs y: {reason}. The law must fit the numbers, inputs, states and loads of "
+                    "its controller."
+                ) from error
             raise KernelError(
                 f"{label} failed with {len(p)} parameters p = {_short(p)}: {reason}. "
                 "The kernel must unpack as many numbers as its class has numeric fields, in their order."
             ) from error
+        if kernel.contract.name == "control" and isinstance(error, (ArithmeticError, ValueError)):
+            return  # inputs of 0 may be none that the mechanism has
         safe = "It must be safe there, also for t = h = 0." if isinstance(error, ArithmeticError) else "Correct it."
         text = f"{label} failed {_place(kernel)} with p = {_short(p)}: "
         text += f"{type(error).__name__}: {error}."
@@ -142,7 +177,7 @@ def _call(part: str, kernel: Kernel, p: np.ndarray, arguments: list[Any], what: 
     else:
         arrays = [a.ravel() for a in arguments if isinstance(a, np.ndarray)]
         values = np.concatenate(arrays) if arrays else np.empty(0)
-    if not np.all(np.isfinite(values)):
+    if kernel.contract.name != "control" and not np.all(np.isfinite(values)):
         raise KernelError(f"{label} gives values that are not finite for p = {_short(p)}; check its numbers.")
 
 

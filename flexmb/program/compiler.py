@@ -11,12 +11,13 @@ from dataclasses import replace
 import numpy as np
 
 from flexmb.errors import InputError, ModelError
-from flexmb.model.contributions import Contributions, RowMotion, node_coordinates
+from flexmb.model.contributions import Contributions, ControlContribution, RowMotion, node_coordinates
 from flexmb.model.law import Motion
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.shape import LateShapes, Shapes
 from flexmb.program.check_kernels import call_each_kernel
-from flexmb.program.numbering import Numbering
+from flexmb.program.controls import samplers, wired
+from flexmb.program.numbering import Numbering, state_coordinates
 from flexmb.program.program import Names, Program, ReferenceConfiguration
 from flexmb.program.signals import aliases
 from flexmb.program.structure import numbers_of, structure_of
@@ -39,7 +40,8 @@ def compile(mechanism: Mechanism, *, closed: bool = False, start: bool = False) 
     """
     with _without_collector():
         contributions = chosen_contributions(_contributions(mechanism), closed=closed or start, start=start)
-        return _compiled(mechanism, contributions, Numbering(mechanism), LateShapes(mechanism.shapes))
+        number = Numbering(mechanism, controls=not (closed or start))
+        return _compiled(mechanism, contributions, number, LateShapes(mechanism.shapes))
 
 
 def compile_with_start(mechanism: Mechanism) -> tuple[Program, Program]:
@@ -56,8 +58,11 @@ def compile_with_start(mechanism: Mechanism) -> tuple[Program, Program]:
     with _without_collector():
         contributions, number, shapes = _contributions(mechanism), Numbering(mechanism), LateShapes(mechanism.shapes)
         program = _compiled(mechanism, chosen_contributions(contributions, closed=False, start=False), number, shapes)
-        if not contributions.contacts and all(c.holds == "always" for c in contributions.constraints):
+        always = all(c.holds == "always" for c in contributions.constraints)
+        if always and not contributions.contacts and not contributions.controls:
             return program, program
+        if contributions.controls:
+            number = Numbering(mechanism, controls=False)
         return program, _compiled(
             mechanism, chosen_contributions(contributions, closed=True, start=True), number, shapes
         )
@@ -87,24 +92,27 @@ def _contributions(mechanism: Mechanism) -> Contributions:
 def _compiled(mechanism: Mechanism, contributions: Contributions, number: Numbering, shapes: Shapes) -> Program:
     """Program of the contributions of a mechanism."""
     call_each_kernel(contributions, number)
+    declared, others = contributions.controls, aliases(mechanism)
+    contributions = wired(contributions, number, others)
     structure = structure_of(contributions, number)
     p, z = numbers_of(contributions)
     driven = [row for c in contributions.constraints for row in c.motions]
+    names = Names(
+        structure.elements,
+        structure.coordinates,
+        structure.rows,
+        structure.contacts,
+        tuple(body.name for body in mechanism.bodies),
+        structure.signals,
+        others,
+    )
     return Program(
         mechanism.name,
         structure.filled(p),
         structure.kernels,
         structure.symbolic,
         reference_configuration(mechanism, number, z),
-        Names(
-            structure.elements,
-            structure.coordinates,
-            structure.rows,
-            structure.contacts,
-            tuple(body.name for body in mechanism.bodies),
-            structure.signals,
-            aliases(mechanism),
-        ),
+        names,
         shapes,
         tuple(period_of(row) for row in driven),
         structure.drives,
@@ -112,12 +120,21 @@ def _compiled(mechanism: Mechanism, contributions: Contributions, number: Number
         least_clearance(contributions),
         motions_of(contributions),
         tuple(c.normal for c in contributions.contacts),
+        samplers(declared, contributions.controls, structure.tables.controls.z, names),
+        tuple(c.part for c in contributions.controls),
+        tuple(k for c in declared if c.sample is None for k in _settled(c, number)),
     )
 
 
 def least_clearance(contributions: Contributions) -> float | None:
     """The smallest clearance of all contacts [m]; infinite where none has one, None without contacts."""
     return min((c.p[0] or math.inf for c in contributions.contacts), default=None)
+
+
+def _settled(control: ControlContribution, number: Numbering) -> list[int]:
+    """Coordinates of the states of a control that begin where their rates are 0."""
+    dofs = number.dofs(state_coordinates(control))
+    return [dofs[k] for k in control.settled]
 
 
 def period_of(row: RowMotion) -> float | None:
@@ -132,17 +149,26 @@ def period_of(row: RowMotion) -> float | None:
 
 
 def motions_of(contributions: Contributions) -> tuple[Motion, ...]:
-    """Motions of drives and factors of loads."""
+    """Motions of drives, factors of loads, and prescribed inputs of controls that act at all times."""
     driven = (row.motion for c in contributions.constraints for row in c.motions)
-    found = (*driven, *(e.factor for e in contributions.elements))
+    inputs = (source.motion for control in contributions.controls for source in control.sources)
+    found = (*driven, *(e.factor for e in contributions.elements), *inputs)
     return tuple(motion for motion in found if motion is not None)
 
 
 def chosen_contributions(contributions: Contributions, *, closed: bool, start: bool) -> Contributions:
-    """The contributions in motion, with ideal joints for contacts (`closed`), or for start values (`start`)."""
+    """The contributions in motion; with ideal joints for contacts, and without controls (`closed`); for start values.
+
+    Controls and their loads have no part in closed loops and start velocities.
+    """
     holding = {"always", *(["closed"] if closed else []), *(["start"] if start else [])}
     constraints = tuple(c for c in contributions.constraints if c.holds in holding)
-    return replace(contributions, constraints=constraints, contacts=() if closed else contributions.contacts)
+    if not closed:
+        return replace(contributions, constraints=constraints)
+    controlled = {name for control in contributions.controls for name in control.loads}
+    elements = tuple([e for e in contributions.elements if not controlled or e.part not in controlled])
+    signals = tuple([s for s in contributions.signals if not controlled or s.part not in controlled])
+    return replace(contributions, elements=elements, constraints=constraints, contacts=(), signals=signals, controls=())
 
 
 def reference_configuration(mechanism: Mechanism, number: Numbering, z: np.ndarray) -> ReferenceConfiguration:
@@ -163,4 +189,9 @@ def reference_configuration(mechanism: Mechanism, number: Numbering, z: np.ndarr
             v[first:last] = np.array(velocity).ravel()
         elif velocity is not None:
             v[number.dofs(node_coordinates(body.name, body.main))] = velocity
+    v[number.n_b :], owner[number.n_b :] = 0.0, len(mechanism.bodies) + np.arange(number.n_q - number.n_b) // 3
+    for controller in mechanism.controllers if number.n_q > number.n_b else ():
+        control = controller.control()
+        states = number.dofs(state_coordinates(control))  # none of a sampled control
+        v[states[: len(control.start)]] = control.start[: len(states)]
     return ReferenceConfiguration(q, v, z, owner)

@@ -10,7 +10,7 @@ from typing import Protocol
 
 import numpy as np
 
-from flexmb.model.contributions import AXES, Contributions, Coordinate, Node
+from flexmb.model.contributions import AXES, Contributions, ControlContribution, Coordinate, Node
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND
 
@@ -39,10 +39,13 @@ class Lists:
 
 
 class Numbering:
-    """Numbers of the coordinates of a mechanism: three a node, in the order of declaration."""
+    """Numbers of the coordinates of a mechanism: three a node, in the order of declaration, bodies before controls."""
 
-    def __init__(self, mechanism: Mechanism) -> None:
-        self.nodes: tuple[tuple[str, Node], ...] = mechanism.nodes()
+    def __init__(self, mechanism: Mechanism, *, controls: bool = True) -> None:
+        bodies = mechanism.nodes()
+        self.n_b = 3 * len(bodies)
+        self._states = state_nodes(mechanism) if controls else []
+        self.nodes: tuple[tuple[str, Node], ...] = (*bodies, *((part, node) for part, node, _ in self._states))
         self.of_body: dict[str, tuple[int, int]] = {}  # where the coordinates of each body begin and end
         for k, (part, _) in enumerate(self.nodes):
             self.of_body[part] = self.of_body.get(part, (3 * k, 0))[0], 3 * k + 3
@@ -67,9 +70,11 @@ class Numbering:
         return self._lists[id(contributions)][1]
 
     def names(self) -> tuple[str, ...]:
-        """Names of the coordinates."""
-        stems = (f"{part}.{node.name}" if node.name else part for part, node in self.nodes)
-        return tuple([f"{stem}.{axis}" for stem in stems for axis in AXES])
+        """Names of the coordinates: of bodies by node and axis, of controls by state."""
+        bodies = self.nodes[: self.n_b // 3]
+        stems = (f"{part}.{node.name}" if node.name else part for part, node in bodies)
+        states = [f"{part}.{name}" for part, _, names in self._states for name in names]
+        return (*[f"{stem}.{axis}" for stem in stems for axis in AXES], *states)
 
     def pose(self) -> np.ndarray:
         """Coordinates of the reference configuration (n_q,) [m, rad]."""
@@ -78,10 +83,37 @@ class Numbering:
     @cached_property
     def extent(self) -> float:
         """Extent of the nodes in the reference configuration, in any direction [m]; 1 for a node at the origin."""
-        points = self.pose().reshape(-1, 3)[:, :2]
+        points = self.pose()[: self.n_b].reshape(-1, 3)[:, :2]
         end = points[np.argmax(np.hypot(*(points - points.mean(axis=0)).T))]
         extent = float(np.hypot(*(points - end).T).max())
         return extent or float(np.hypot(*points.T).max()) or 1.0
+
+
+def state_nodes(mechanism: Mechanism) -> list[tuple[str, Node, tuple[str, str, str]]]:
+    """Controller, node and names of three states at a time, of all controllers that act at all times.
+
+    Nodes have three coordinates; states that are missing to three stay 0.
+    """
+    found = []
+    for controller in mechanism.controllers:
+        control = controller.control()
+        if control.sample is not None:
+            continue
+        for k in range(0, len(control.states), 3):
+            names = (*control.states[k : k + 3], "unused1", "unused2")[:3]
+            found.append((control.part, Node(state_node(k), 0.0, 0.0, 0.0), names))
+    return found
+
+
+def state_node(state: int) -> str:
+    """Name of the node that holds a state of a control, by the number of the state."""
+    return f"states{state // 3}"
+
+
+def state_coordinates(control: ControlContribution) -> tuple[Coordinate, ...]:
+    """Coordinates of the states of a control, in threes; none of a sampled one."""
+    nodes = range(0, 0 if control.sample is not None else len(control.states), 3)
+    return tuple((control.part, state_node(k), axis) for k in nodes for axis in (0, 1, 2))
 
 
 def blocks_and_edges(
@@ -93,6 +125,7 @@ def blocks_and_edges(
     groups = (contributions.elements, contributions.contacts, contributions.constraints)
     touched = [nodes for group in groups for nodes in _nodes_of(number.lists(group), n_nodes)]
     free, row = len(touched) - len(contributions.constraints), number.n_q
+    touched += _nodes_of(Lists.of([number.dofs(control.touched) for control in contributions.controls]), n_nodes)
     for k, contribution in enumerate(contributions.constraints):
         touched[free + k] = (*touched[free + k], n_nodes + k)
         blocks.append(range(row, row + contribution.rows))

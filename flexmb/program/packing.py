@@ -15,7 +15,19 @@ from flexmb.model.contributions import USES_OF_FACTOR, ConstraintContribution, C
 from flexmb.model.law import Motion
 from flexmb.program.numbering import Lists, Numbering
 from flexmb.program.signals import force_signals
-from flexmb.program.tables import CONTACT_COMMON, Constraints, Contacts, Elements, Measured
+from flexmb.program.tables import (
+    CONTACT_COMMON,
+    FIRST_OUTPUT,
+    MEASURED,
+    MOTION_SPEED,
+    MOTION_VALUE,
+    OUTPUT,
+    Constraints,
+    Contacts,
+    Controls,
+    Elements,
+    Measured,
+)
 
 Bounds = tuple[int, int]
 
@@ -90,6 +102,15 @@ class Packer:
         rows = Lists(row, number.n_q + np.arange(self.n_c))
         self.g_blocks = Blocks.of(rows, self.unknowns(self.constraint_dofs))
         self.h_blocks = self.square(self.constraint_dofs)
+        self.control_dofs = number.lists(contributions.controls)
+        states = Lists.of([number.dofs(control.states) for control in contributions.controls])
+        self.state_blocks = Blocks.of(states, self.control_dofs)
+        outputs = [(k, load) for k, c in enumerate(contributions.controls) for load in c.load_coordinates]
+        self.owner = ints([k for k, _ in outputs])
+        loads = Lists.of([number.dofs(load) for _, load in outputs])
+        lists = [self.control_dofs.values[self.control_dofs.ptr[k] : self.control_dofs.ptr[k + 1]] for k in self.owner]
+        self.load_blocks = Blocks.of(loads, Lists.of([values.tolist() for values in lists]))
+        self.outputs = np.cumsum([0, *(len(control.outputs) for control in contributions.controls)])
 
     def unknowns(self, dofs: Lists) -> Lists:
         """Numbers of coordinates, -1 for the ground."""
@@ -102,7 +123,8 @@ class Packer:
 
     def pattern(self) -> tuple[np.ndarray, np.ndarray]:
         """Rows and columns of all structural nonzeros, the ground excluded."""
-        groups = (self.element_blocks, self.contact_blocks, self.g_blocks, self.h_blocks)
+        groups = [self.element_blocks, self.contact_blocks, self.g_blocks, self.h_blocks]
+        groups += [self.state_blocks, self.load_blocks]
         rows = np.concatenate([g.rows for g in groups])
         columns = np.concatenate([g.columns for g in groups])
         inside = (rows >= 0) & (columns >= 0)
@@ -146,7 +168,7 @@ class Packer:
         return Elements(
             self.numbers("element", [contribution.kernel if contribution else None for contribution in slow]),
             self.numbers("energy", [contribution.energy for contribution in contributions]),
-            self.numbers("motion", [law.kernel if law else None for law in factors]),
+            self.factors(factors),
             self.numbers("force", [contribution.force for contribution in contributions]),
             self.numbers("tangent", [contribution.tangent for contribution in contributions]),
             self.numbers("account", [contribution.account for contribution in contributions]),
@@ -184,6 +206,18 @@ class Packer:
             *self.joint_frictions(contributions),
             *self.reactions(contributions, measured),
         )
+
+    def factors(self, motions: Sequence[Motion | None]) -> np.ndarray:
+        """Factor of each element: number of a motion, NO_FACTOR, or FIRST_OUTPUT less the number of an output."""
+        found = self.numbers("motion", [law.kernel if law else None for law in motions])
+        controlled = {
+            load: FIRST_OUTPUT - int(self.outputs[c]) - k
+            for c, control in enumerate(self.contributions.controls)
+            for k, load in enumerate(control.loads)
+        }
+        for e, element in enumerate(self.contributions.elements if controlled else ()):
+            found[e] = controlled.get(element.part, found[e])
+        return found
 
     def reactions(
         self, contributions: Sequence[ConstraintContribution], measured: Sequence[int]
@@ -251,6 +285,52 @@ class Packer:
             table(kernel, 3), table(p, 6), table(z, 4), places(self.contact_dofs.values), positions, ints(out)
         )
 
+    def controls(self, positions, out: Sequence[int]) -> Controls:
+        """Arrays of the controls; `positions` maps rows and columns to places in the factored matrix."""
+        controls, dofs = self.contributions.controls, self.control_dofs
+        kernel, p, z, source, source_dofs, source_places = [], [], [], [], [], []
+        number = {control.part: int(self.outputs[c]) for c, control in enumerate(controls)}
+        for c, control in enumerate(controls):
+            kernel.append(self.kernels["control"].number(control.kernel))
+            p.append(self.add(control.p))
+            z.append(self.remember(control.history))
+            place = {int(dof): i for i, dof in enumerate(dofs.values[dofs.ptr[c] : dofs.ptr[c + 1]])}
+            for one in control.sources:
+                own = self.number.dofs(one.coordinates)
+                what = own[0] if own else -1
+                if one.kind == MEASURED:
+                    what = self.kernels["signal"].number(one.kernel)
+                elif one.kind in (MOTION_VALUE, MOTION_SPEED) and one.motion:
+                    what = self.kernels["motion"].number(one.motion.kernel)
+                elif one.kind == OUTPUT:
+                    what = number[one.control] + one.output
+                source.append([one.kind, what, *self.add(one.motion.parameters() if one.motion else one.p)])
+                source_dofs.append(own)
+                source_places += [place.get(dof, -1) for dof in own]
+        width = np.diff(dofs.ptr)[self.owner]
+        listed = Lists.of(source_dofs)
+        return Controls(
+            ints(kernel),
+            table(p, 2),
+            table(z, 2),
+            ints(np.cumsum([0, *(len(control.sources) for control in controls)])),
+            table(source, 4),
+            listed.ptr,
+            listed.values,
+            ints(source_places),
+            ints([control.count for control in controls]),
+            ints(self.outputs),
+            self.owner,
+            ints(np.cumsum([0, *width])),
+            dofs.ptr,
+            places(dofs.values),
+            self.state_blocks.ptr,
+            places(positions(self.state_blocks.rows, self.state_blocks.columns)),
+            self.load_blocks.ptr,
+            places(positions(self.load_blocks.rows, self.load_blocks.columns)),
+            ints(out),
+        )
+
     def measured(self, out: Sequence[int], angle_out: Sequence[int]) -> Measured:
         """Arrays of the signals computed by kernels, and of relative rotations."""
         contributions, angles = self.contributions.signals, self.contributions.angles
@@ -275,7 +355,7 @@ class Packer:
 
 KINDS = (
     *("element", "energy", "constraint", "motion", "gap", "normal", "friction", "joint_friction", "signal"),
-    *("force", "tangent", "account"),
+    *("force", "tangent", "account", "control"),
 )
 """Kinds of kernels, in the order of `Addresses`."""
 

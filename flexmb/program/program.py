@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from hashlib import blake2b
+from heapq import merge
 from typing import Any
 
 import numpy as np
@@ -12,11 +15,49 @@ import numpy as np
 from flexmb.compiled.records import Record
 from flexmb.kernels import Kernel, address_table
 from flexmb.linalg.symbolic import Symbolic
-from flexmb.model.contributions import AXES
+from flexmb.model.contributions import AXES, MotionInput
 from flexmb.model.law import Motion, NormalLaw
 from flexmb.model.shape import Shapes
 from flexmb.model.signal import Signals
 from flexmb.program.tables import Addresses, Tables
+
+
+@dataclass(frozen=True)
+class Sampler:
+    """Control that acts at instants k sample, as a run needs it between its steps.
+
+    Parameters
+    ----------
+    name : name of the controller.
+    kernel, p : control law and its numbers.
+    inputs : places of the inputs among the signals, or motions.
+    sample : time between two instants [s].
+    states, outputs : numbers of states and outputs.
+    z : place of its history, states before outputs.
+    settled : numbers of the states that begin where their rates are 0.
+    """
+
+    name: str
+    kernel: Kernel
+    p: tuple[float, ...]
+    inputs: tuple[int | MotionInput, ...]
+    sample: float
+    states: int
+    outputs: int
+    z: int
+    settled: tuple[int, ...] = ()
+
+    def instants(self, t: float, t_end: float) -> Iterator[float]:
+        """Instants in (t, t_end] [s]."""
+        k = max(math.floor(t / self.sample) - 1, 0)
+        while k * self.sample <= t_end:
+            if k * self.sample > t:
+                yield k * self.sample
+            k += 1
+
+    def acts_at(self, t: float) -> bool:
+        """Whether t is one of its instants."""
+        return round(t / self.sample) * self.sample == t
 
 
 @dataclass(frozen=True)
@@ -62,6 +103,9 @@ class Program:
     least_clearance: float | None
     motions: tuple[Motion, ...]  # of drives and loads
     normals: tuple[NormalLaw, ...] = ()  # of the contacts
+    samplers: tuple[Sampler, ...] = ()  # controls that act at instants
+    controls: tuple[str, ...] = ()  # names of the controls, in the order of the tables
+    settled: tuple[int, ...] = ()  # coordinates of the states that begin where their rates are 0
 
     def __post_init__(self) -> None:
         freeze((self.tables.p, self.reference.q, self.reference.v, self.reference.z, self.reference.body))
@@ -70,6 +114,14 @@ class Program:
         """Instants in (0, t_end] where a drive or a load jumps or has a kink, in order [s]."""
         found = {float(t) for motion in self.motions for t in motion.breaks(t_end)}
         return tuple(sorted(t for t in found if 0.0 < t <= t_end))
+
+    def instants(self, t: float, t_end: float) -> Iterator[float]:
+        """Instants in (t, t_end] at which a run restarts: jumps of drives and loads, and samples, in order [s]."""
+        last = t
+        for instant in merge((b for b in self.breaks(t_end) if b > t), *(s.instants(t, t_end) for s in self.samplers)):
+            if instant > last:
+                last = instant
+                yield instant
 
     @cached_property
     def addresses(self) -> Addresses:

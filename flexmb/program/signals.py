@@ -1,14 +1,16 @@
 """Names, units and places of the signals that a run reports.
 
 The vector of signals holds q, v, a of all coordinates, then constraints, contacts, relative rotations, measured
-signals, energies.
+signals, controls, and energies.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
+from flexmb import checks
 from flexmb.model.contributions import ConstraintContribution, Contributions, RowMotion
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.signal import Signals
@@ -34,6 +36,12 @@ CONTACT_SIGNALS = (
     ("force", "N"),
     ("mode", ""),
 )
+STATE_SIGNALS = (("{}_integral", "{} s"), ("{}", "{}"), ("{}_rate", "{}/s"))
+"""Names and units of coordinate, velocity and acceleration of a state of a control, by its name and unit."""
+
+MOST_COMPARED_NAMES = 2000
+"""Number of names at most that are compared with an unknown one."""
+
 CONTACT_PENETRATION = [name for name, _ in CONTACT_SIGNALS].index("penetration")
 ENERGY_SIGNALS = (
     "kinetic",
@@ -52,13 +60,14 @@ ENERGY_SIGNALS = (
 
 @dataclass(frozen=True)
 class Layout:
-    """All signals in order, first signals of constraints, contacts, relative rotations, measured ones, energies."""
+    """All signals; the first of constraints, contacts, relative rotations, measured ones, controls and energies."""
 
     signals: Signals
     constraints: tuple[int, ...]
     contacts: tuple[int, ...]
     angles: tuple[int, ...]
     measured: tuple[int, ...]
+    controls: tuple[int, ...]
     energy: int
 
 
@@ -92,11 +101,26 @@ def constraint_signals(contribution: ConstraintContribution) -> tuple[tuple[str,
     )
 
 
-def layout(contributions: Contributions, coordinate_names: tuple[str, ...]) -> Layout:
-    """Signals of a mechanism."""
-    stems = [name.rpartition(".")[0] for name in coordinate_names[::3]]
-    names = [f"{stem}.{name}" for level in COORDINATE_SIGNALS for stem in stems for name, _ in level]
-    units = [unit for level in COORDINATE_SIGNALS for _ in stems for _, unit in level]
+def control_signals(control: Any) -> tuple[tuple[str, str], ...]:
+    """Signals of a control: its outputs; of a sampled one its states before them."""
+    states = zip(control.state_names, control.state_units, strict=True) if control.is_sampled else ()
+    return (*states, *zip(control.outputs, control.output_units, strict=True))
+
+
+def layout(contributions: Contributions, coordinate_names: tuple[str, ...], n_b: int | None = None) -> Layout:
+    """Signals of a mechanism; n_b: number of coordinates of bodies, before the states of controls; None: all."""
+    n_b = len(coordinate_names) if n_b is None else n_b
+    stems = [name.rpartition(".")[0] for name in coordinate_names[:n_b:3]]
+    given = {
+        f"{control.part}.{state}": unit
+        for control in contributions.controls
+        for state, unit in zip(control.state_names, control.state_units, strict=True)
+    }
+    states = [(name, given.get(name, "")) for name in coordinate_names[n_b:]]
+    names, units = [], []
+    for level, (name_of, unit_of) in zip(COORDINATE_SIGNALS, STATE_SIGNALS, strict=True):
+        names += [*(f"{stem}.{name}" for stem in stems for name, _ in level), *(name_of.format(s) for s, _ in states)]
+        units += [*(unit for _ in stems for _, unit in level), *(unit_of.format(unit).strip() for _, unit in states)]
 
     def more(owner: str, found: Sequence[tuple[str, str]]) -> int:
         first = len(names)
@@ -112,8 +136,9 @@ def layout(contributions: Contributions, coordinate_names: tuple[str, ...]) -> L
     measured = tuple(
         [more(contribution.part, ((contribution.name, contribution.units),)) for contribution in contributions.signals]
     )
+    controls = tuple([more(control.part, control_signals(control)) for control in contributions.controls])
     energy = more("energy", [(name, "J") for name in ENERGY_SIGNALS])
-    return Layout(Signals(names, units), constraints, contacts, angles, measured, energy)
+    return Layout(Signals(names, units), constraints, contacts, angles, measured, controls, energy)
 
 
 def aliases(mechanism: Mechanism) -> dict[str, str]:
@@ -125,3 +150,28 @@ def aliases(mechanism: Mechanism) -> dict[str, str]:
         for alias, node in body.aliases.items():
             found[f"{body.name}.{alias}"] = f"{body.name}.{node}"
     return found
+
+
+def resolved(name: str, signals: Signals, aliases: Mapping[str, str]) -> str:
+    """`name` with its longest prefix that is an alias replaced; a signal's own name comes first."""
+    if name in signals.places:
+        return name
+    prefix = name
+    while "." in prefix:
+        prefix = prefix.rpartition(".")[0]
+        if prefix in aliases and not name.endswith("*"):
+            return aliases[prefix] + name[len(prefix) :]
+        if "." in prefix and prefix in aliases:  # "rod.end.*" is a node, "rod.*" all of the part
+            return aliases[prefix] + name[len(prefix) :]
+    return name
+
+
+def hint(name: str, signals: Signals, aliases: Mapping[str, str]) -> str:
+    """Hint on an unknown name: signals of its part, else similar ones of other parts, else all."""
+    part, _, tail = name.partition(".")
+    ends = {node: alias for alias, node in aliases.items()}
+    stems = ((n, n.rpartition(".")) for n in signals.names)
+    known = [f"{ends[stem]}.{axis}" if stem in ends else n for n, (stem, _, axis) in stems]
+    own = [n for n in known if n.startswith(f"{part}.")]
+    near: Sequence[str] = own or [n for n in known if n.partition(".")[2] == tail] or known
+    return checks.did_you_mean(name, near[:MOST_COMPARED_NAMES])

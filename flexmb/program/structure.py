@@ -153,26 +153,37 @@ def new_structure(contributions: Contributions, number: Numbering) -> Structure:
     order = elimination_order(*blocks_and_edges(contributions, number))
     pattern = symbolic(number.n_q + packer.n_c, *packer.pattern(), order)
     names = number.names()
-    places = layout(contributions, names)
+    places = layout(contributions, names, number.n_b)
     elements = packer.elements(pattern.positions)
     constraints = packer.constraints(pattern.positions, places.constraints, places.measured)
     contacts = packer.contacts(pattern.positions, places.contacts)
     measured = packer.measured(places.measured, places.angles)
+    controls = packer.controls(pattern.positions, places.controls)
     sizes = Sizes(
         number.n_q,
+        number.n_b,
         packer.n_c,
         len(packer.z),
         len(places.signals),
         places.energy,
         max(
-            (len(p.coordinates) for p in (*contributions.elements, *contributions.constraints, *contributions.signals)),
+            (
+                len(p.coordinates)
+                for p in (
+                    *contributions.elements,
+                    *contributions.constraints,
+                    *contributions.signals,
+                    *(source for control in contributions.controls for source in control.sources),
+                )
+            ),
             default=1,
         ),
         max((p.rows for p in contributions.constraints), default=1),
         any(p.joint_friction is not None for p in contributions.constraints),
     )
-    kind = (np.arange(number.n_q) % 3 == 2).astype(np.int64)
-    tables = Tables(sizes, np.array(packer.p, dtype=float), elements, constraints, contacts, measured, kind)
+    places_in_order = np.arange(number.n_q)
+    kind = ((places_in_order % 3 == 2) & (places_in_order < number.n_b)).astype(np.int64)
+    tables = Tables(sizes, np.array(packer.p, dtype=float), elements, constraints, contacts, measured, controls, kind)
     freeze(tables)
     driven = [(c.part, row) for c in contributions.constraints for row in c.motions]
     return Structure(
@@ -211,4 +222,9 @@ def numbers_of(contributions: Contributions) -> tuple[np.ndarray, np.ndarray]:
         z.extend((0.0,) * CONTACT_COMMON + (*contact.normal.history(), *contact.friction.history()))
     for signal in (*contributions.signals, *contributions.angles):
         p.extend(signal.p)
+    for control in contributions.controls:
+        p.extend(control.p)
+        z.extend(control.history)
+        for source in control.sources:
+            p.extend(source.motion.parameters() if source.motion else source.p)
     return np.array(p, dtype=float), np.array(z, dtype=float)

@@ -121,10 +121,54 @@ class Measured(Record):
     angle_out: Integers  # (m,) signal of the rotation, before that of its rate
 
 
+NO_FACTOR, FIRST_OUTPUT = -1, -2
+"""Values of `Elements.factor` of an element without a factor, and of one whose factor is the first output of a control.
+
+Output k is FIRST_OUTPUT - k."""
+
+SOURCE, SOURCE_NUMBER, SOURCE_P, SOURCE_P_END = range(4)
+"""Columns of `Controls.source`: kind of the input; its coordinate, kernel or output; its numbers."""
+
+COORDINATE, VELOCITY, MEASURED, MOTION_VALUE, MOTION_SPEED, OUTPUT = range(6)
+"""Kinds of inputs of a control."""
+
+
+class Controls(Record):
+    """Controls: kernels, inputs, own states, outputs, and the coordinates that these depend on.
+
+    The coordinates of a control are those of its states, in threes, then those of its inputs.  A sampled control has
+    no coordinates; its history holds its states and its outputs.
+    """
+
+    kernel: Integers  # (n,)
+    p: IntegerTable  # (n, 2)
+    z: IntegerTable  # (n, 2) empty for a control that acts at all times
+    input: Integers  # (n + 1,)
+    source: IntegerTable  # (inputs, 4) SOURCE, SOURCE_NUMBER, SOURCE_P, SOURCE_P_END
+    source_dof: Integers  # (inputs + 1,)
+    source_dofs: Integers
+    source_places: Integers  # places of the coordinates of an input among those of its control, -1: fixed
+    states: Integers  # (n,) number of states
+    output: Integers  # (n + 1,)
+    owner: Integers  # (outputs,) control of each output
+    slope: Integers  # (outputs + 1,) where the derivatives of an output by the coordinates of its control are
+    dof: Integers  # (n + 1,)
+    dofs: Places
+    pos_state: Integers  # (n + 1,)
+    positions_state: Places  # rows of the states, columns of all coordinates of the control
+    pos_load: Integers  # (outputs + 1,)
+    positions_load: Places  # rows of the load, columns of all coordinates of the control
+    out: Integers  # (n,) first of its signals
+
+
 class Sizes(Record, frozen=True):
-    """Numbers of coordinates, multipliers, histories, signals; first energy signal; longest lists of a piece."""
+    """Numbers of coordinates, multipliers, histories, signals; first energy signal; longest lists of a piece.
+
+    n_b : number of the coordinates of bodies, before those of the states of controls
+    """
 
     n_q: int
+    n_b: int
     n_c: int
     n_z: int
     n_y: int
@@ -143,6 +187,7 @@ class Tables(Record):
     constraints: Constraints
     contacts: Contacts
     measured: Measured
+    controls: Controls
     kind: Integers  # (n_q,) 0 for a length, 1 for an angle
 
 
@@ -161,3 +206,4 @@ class Addresses(Record):
     force: Integers
     tangent: Integers
     account: Integers
+    control: Integers

@@ -68,7 +68,8 @@ def momentum(mechanism: Mechanism, solution: Solution, bodies: tuple[str, ...] |
         raise InputError(f"{label}: bodies is empty; name at least one, or leave it out for all.")
     n = program.n_q
     places = _places_of_motion(label, solution, program)
-    chosen = np.isin(np.asarray(program.names.bodies)[RigidMotion(program).body], names)
+    owners = np.asarray([*program.names.bodies, *[""] * (program.n_q - program.tables.sizes.n_b)])
+    chosen = np.isin(owners[RigidMotion(program).body], names)
     system, rows = StateEvaluation(program), []
     for values in solution.values:
         q, v = values[places[:n]], values[places[n:]]

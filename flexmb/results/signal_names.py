@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
-from flexmb.model.signal import Signals
 from flexmb.program.program import Names
-
-MOST_COMPARED_NAMES = 2000
-"""Number of names at most that are compared with an unknown one."""
-
+from flexmb.program.signals import hint, resolved
 
 SAVED_KEY = "signals"
 """Key of `Solution.model` for the chosen signals, where not all were saved."""
@@ -56,28 +52,3 @@ def matching(names: Sequence[str], pattern: str) -> list[str]:
     """The names that a pattern fits; its only sign is *, any text."""
     fits = re.compile(".*".join(map(re.escape, pattern.split("*")))).fullmatch
     return [name for name in names if fits(name)]
-
-
-def resolved(name: str, signals: Signals, aliases: Mapping[str, str]) -> str:
-    """`name` with its longest prefix that is an alias replaced; a signal's own name comes first."""
-    if name in signals.places:
-        return name
-    prefix = name
-    while "." in prefix:
-        prefix = prefix.rpartition(".")[0]
-        if prefix in aliases and not name.endswith("*"):
-            return aliases[prefix] + name[len(prefix) :]
-        if "." in prefix and prefix in aliases:  # "rod.end.*" is a node, "rod.*" all of the part
-            return aliases[prefix] + name[len(prefix) :]
-    return name
-
-
-def hint(name: str, signals: Signals, aliases: Mapping[str, str]) -> str:
-    """Hint on an unknown name: signals of its part, else similar ones of other parts, else all."""
-    part, _, tail = name.partition(".")
-    ends = {node: alias for alias, node in aliases.items()}
-    stems = ((n, n.rpartition(".")) for n in signals.names)
-    known = [f"{ends[stem]}.{axis}" if stem in ends else n for n, (stem, _, axis) in stems]
-    own = [n for n in known if n.startswith(f"{part}.")]
-    near: Sequence[str] = own or [n for n in known if n.partition(".")[2] == tail] or known
-    return checks.did_you_mean(name, near[:MOST_COMPARED_NAMES])

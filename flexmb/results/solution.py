@@ -12,8 +12,9 @@ import numpy as np
 from flexmb.errors import InputError
 from flexmb.model.shape import LateShapes, Shapes
 from flexmb.model.signal import Signals
+from flexmb.program.signals import hint, resolved
 from flexmb.results.contact_intervals import ContactLog, Episodes, select
-from flexmb.results.signal_names import SAVED_KEY, hint, resolved
+from flexmb.results.signal_names import SAVED_KEY
 from flexmb.results.stats import Stats
 
 if TYPE_CHECKING:

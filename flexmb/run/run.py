@@ -24,6 +24,7 @@ from flexmb.results.status import sentence, without_advice
 from flexmb.run.failure import naming_kernels
 from flexmb.run.interruption import KEYBOARD, Interruption
 from flexmb.run.restart import MODEL, refuse_broken_clock, refuse_other_model
+from flexmb.run.sampling import act
 from flexmb.run.saved_rows import SavedRows
 from flexmb.run.step_limits import step_limits
 from flexmb.run.stopping import Snapshot, StopConditions, end_at_crossing
@@ -100,8 +101,7 @@ class Run:
         n, z = self.program.n_q, self.program.reference.z if z is None else z
         flow, code = self.flow, self.stepper.prepare(self, start, z, time)
         flow.q[:n], flow.v[:n], flow.a[:n], flow.x[:n] = start.q, start.v, start.a, start.a
-        flow.lam[:], flow.z[:] = start.lam, z
-        flow.clock.t = time
+        flow.lam[:], flow.z[:], flow.clock.t = start.lam, z, time
         self._set_redundancy(start.redundant)
         flow.clock.held_steps = -1.0 if looks_dependent(self.program, self.work, start.q, start.redundant) else 0.0
         flow.clock.save_start = NOT_SAVING
@@ -113,7 +113,10 @@ class Run:
         flow.z[:] = self.work.z_new
         close_round_off_gaps(self.program, begun, flow)
         start_episodes(self.program.tables, flow)
+        flow.largest_states[:] = np.abs(flow.v[self.program.tables.sizes.n_b : n])
         self.stepper.write(self)
+        if self.program.samplers:
+            self._cross_jump(time, NEVER, first=True)
         self.reset_peaks()
         if code != RUNNING:
             self.code, self.note = code, self.stepper.explain(code) or ""
@@ -202,8 +205,8 @@ class Run:
 
     def _run_over_jumps(self, end: float, interval: float, bar: ProgressBar, *, ends: bool) -> None:
         """Run until `end` [s], step by step over the jumps; `ends`: whether the balance of energies is drawn there."""
-        for instant in self.program.breaks(end):
-            if instant > self.flow.clock.t and self._advance_to(just_before(instant), interval, bar, ahead=True):
+        for instant in self.program.instants(float(self.flow.clock.t), end):
+            if self._advance_to(just_before(instant), interval, bar, ahead=True):
                 self._cross_jump(instant, interval)
             if self.met or self.note or self.code not in (RUNNING, DONE):
                 break
@@ -248,14 +251,15 @@ class Run:
         except KernelError as error:
             self.note = f"Stopped: {str(error).rstrip('.')}"
 
-    def _cross_jump(self, instant: float, interval: float) -> None:
+    def _cross_jump(self, instant: float, interval: float, *, first: bool = False) -> None:
         """Cross a jump of loads: new accelerations, joint forces and powers; the next step is a first step.
 
-        Positions, velocities, histories and energies do not change.
+        Positions, velocities and energies stay; histories of sampled controllers change (`first`: of all of them).
         """
         flow, n = self.flow, self.program.n_q
         flow.clock.t, flow.clock.last_step = instant, 0.0
         try:
+            act(self.program, instant, self.record.signals, flow.z, every=first)
             solve = least_norm if self.redundant else accelerations
             a, lam = solve(self.program, flow.q[:n], flow.v[:n], instant, flow.z)
         except (KernelError, SolveError) as error:

@@ -12,7 +12,7 @@ from flexmb.compiled import ahead
 from flexmb.errors import InputError, SolveError
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile_with_start
-from flexmb.results.signal_names import hint, resolved
+from flexmb.program.signals import hint, resolved
 from flexmb.results.solution import UnknownSignalError
 from flexmb.results.stats import Stats
 from flexmb.run.run import Run

@@ -11,7 +11,7 @@ import numpy as np
 from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.program.program import Names
-from flexmb.results.signal_names import hint, resolved
+from flexmb.program.signals import hint, resolved
 from flexmb.state.options import NEVER
 from flexmb.state.record import BUFFER_FULL, DIRECTION, DONE, RUNNING
 

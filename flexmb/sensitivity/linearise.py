@@ -173,7 +173,7 @@ def _add_elements(tables, address, t, h, q, v, a, z, kv, ka, T, work):
     for e in range(E.p.shape[0]):
         n = E.dof[e + 1] - E.dof[e]
         gather_state(E, e, n, q, v, a, work)
-        s = load_factor(tables, address, e, t)
+        s = load_factor(tables, address, e, t, work)
         D, positions = part_of(T.D, E.pos[e], E.pos[e + 1]), part_of(E.positions, E.pos[e], E.pos[e + 1])
         if E.kernel[e] >= 0:
             call_element(tables, address, e, n, t, h, z, work)
@@ -320,7 +320,7 @@ def find_jacobian_rate(tables, address, t, most, length, q, v, lam, T, work):
     W is also d(G v + g_t)/dq, since second derivatives commute.  length : size of the mechanism [m].
     """
     fast = 0.0
-    for i in range(0, tables.sizes.n_q, 3):
+    for i in range(0, tables.sizes.n_b, 3):
         fast = max(fast, max(abs(v[i]), abs(v[i + 1])) / length, abs(v[i + 2]))
     eps = most if fast * most <= POSE_DIFFERENCE else POSE_DIFFERENCE / fast
     T.W[:] = 0.0

@@ -105,11 +105,11 @@ class CarryingRun(Run):
         except SolveError as error:
             self.note = f"Stopped: {str(error).rstrip('.')}"
 
-    def _cross_jump(self, instant: float, interval: float) -> None:
+    def _cross_jump(self, instant: float, interval: float, *, first: bool = False) -> None:
         T = self.stepper.tangents
         if T is not None:
             self._synchronise()
-        super()._cross_jump(instant, interval)
+        super()._cross_jump(instant, interval, first=first)
         if T is not None and not self.note:
             T.step.last = 0.0
             try:

@@ -30,6 +30,9 @@ ROUND_OFF_OF_RATES = 1e-12
 RATES = 32
 """Number of intervals of a motion at whose ends its rate is looked at."""
 
+SETTLED = 1e-12
+"""Last correction of the states of controls that begin at rest, relative to the states."""
+
 MOST_ITERATIONS = 30
 """Number of Newton iterations at most on multipliers that friction depends on."""
 
@@ -76,11 +79,43 @@ def consistent_start(
     extra = redundant_rows(program, closed, q, t) if redundant else 0
     system = StateEvaluation(program)
     if extra == 0:
-        check_independent(program, q, system)
-    check_massless(mechanism, program, q)
+        check_independent(program, with_states(program, q, q)[0], system)
+    check_massless(mechanism, program, with_states(program, q, q)[0])
     v = rigid_velocities(closed, q, t, yielding_joints(program, closed), system if closed is program else None)
+    q, v = with_states(program, q, v)
+    if program.settled:
+        v = settled_states(system, q, v, t)
     a, lam = least_norm(program, q, v, t) if extra else accelerations(program, q, v, t, system=system)
     return Start(q, v, a, lam, extra)
+
+
+def with_states(program: Program, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Positions and velocities of bodies (n_b,), with the start values of the states of controls behind them (n_q,)."""
+    states = np.asarray(program.reference.v)[program.tables.sizes.n_b :]
+    if len(states) == 0 or len(q) == program.n_q:
+        return q, v
+    return np.append(q, np.zeros(len(states))), np.append(v, states)
+
+
+def settled_states(system: StateEvaluation, q: np.ndarray, v: np.ndarray, t: float) -> np.ndarray:
+    """Velocities (n_q,) in which the rates of some states of controls are 0, by Newton's method.
+
+    Raises
+    ------
+    SolveError : states without such values.
+    """
+    v, dofs = v.copy(), np.array(system.program.settled)
+    for _ in range(MOST_ITERATIONS):
+        rate = system.at(q, v, t=t, weights=(0.0, 1.0, 0.0)).force[dofs]
+        slope = plain(system.blocks[0])[np.ix_(dofs, dofs)]
+        shift = np.linalg.lstsq(slope, rate, rcond=None)[0]
+        v[dofs] -= shift
+        if np.abs(shift).max() <= SETTLED * np.abs(v[dofs]).max():
+            return v
+    names = ", ".join(repr(system.program.names.coordinates[k]) for k in dofs)
+    raise SolveError(
+        f"Mechanism {system.program.name!r}: no start values of {names} make their rates 0. Give start values."
+    )
 
 
 def check_independent(program: Program, q: np.ndarray, system: StateEvaluation | None = None) -> None:

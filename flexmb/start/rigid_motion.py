@@ -23,8 +23,8 @@ class RigidMotion:
 
     def __init__(self, program: Program) -> None:
         self.program = program
-        self.count = len(program.names.bodies)
-        self.body = np.asarray(program.reference.body[::3])  # of each node
+        self.body = np.asarray(program.reference.body[::3])  # of each node; those of controls move by themselves
+        self.count = max(len(program.names.bodies), int(self.body.max(initial=-1)) + 1)
         self.first = np.full(self.count, -1)
         self.first[self.body[::-1]] = np.arange(len(self.body))[::-1]  # of several the last one stays
 

@@ -145,6 +145,7 @@ class Flow(Record):
     momentum : (n_q + 3,) M v
     past : (PAST_STATES, n_q + n_c) accelerations and multipliers of earlier states, newest first
     prediction_errors : (PAST_STATES + 1,) error of the prediction of each order, with fading memory
+    largest_states : (n_q - n_b,) largest absolute values so far of the states of controls
     projected_gaps : (PAST_STATES + 1, n_c) gaps that the position shifts of the last steps closed, over h^3, newest
         first
     factors : factors L and U of an accepted step
@@ -171,6 +172,7 @@ class Flow(Record):
     impacts: Matrix
     momentum: Vector
     projected_gaps: Matrix
+    largest_states: Vector
 
 
 def new_flow(program: Program) -> Flow:
@@ -202,4 +204,5 @@ def _zero_flow(program: Program) -> Flow:
         impacts=(n_k, IMPACT_SIZE),
         momentum=n,
         projected_gaps=(PAST_STATES + 1, m),
+        largest_states=program.n_q - program.tables.sizes.n_b,
     )

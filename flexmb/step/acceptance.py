@@ -85,6 +85,15 @@ def update_energies(tables, address, h, options, flow, trial, work, record):
 
 
 @compiled
+def update_largest_states(flow, trial):
+    """Update the largest absolute values of the states of controls, which stand before the ground."""
+    n = flow.largest_states.shape[0]
+    first = flow.v.shape[0] - n - 3
+    for i in range(n):
+        flow.largest_states[i] = max(flow.largest_states[i], abs(trial.v[first + i]))
+
+
+@compiled
 def adopt_trial(h, flow, trial, work, record):
     """Copy the trial state into the accepted one, and count the step."""
     t0 = flow.clock.t
@@ -97,6 +106,8 @@ def adopt_trial(h, flow, trial, work, record):
     copy(trial.lam, flow.lam)
     copy(flow.z, record.last_z)
     copy(work.z_new, flow.z)
+    if flow.largest_states.shape[0] > 0:
+        update_largest_states(flow, trial)
     copy(record.signals, record.last_signals)
     record.count.steps += 1
     record.report.smallest, record.report.largest = min(record.report.smallest, h), max(record.report.largest, h)

@@ -11,14 +11,9 @@ from flexmb.kernels import (
     part_of,
     tangent_at,
 )
-from flexmb.program.tables import BEGIN, END
-
-
-@compiled
-def gather(values, dofs, begin, n, target):
-    """target[:n] = values at the dofs begin .. begin + n."""
-    for i in range(n):
-        target[i] = values[dofs[begin + i]]
+from flexmb.program.tables import BEGIN, END, FIRST_OUTPUT, NO_FACTOR
+from flexmb.system.controls import add_load_tangent, evaluate_controls
+from flexmb.system.gather import gather
 
 
 @compiled
@@ -34,6 +29,8 @@ def gather_state(E, e, n, q, v, a, work):
 def add_elements(tables, address, t, h, q, v, a, z, kq, kv, ka, matrix, work):
     """Add forces to work.r and, if `matrix`, kq K + kv C + ka M to work.lu; write histories."""
     E = tables.elements
+    if tables.controls.kernel.shape[0] > 0:
+        evaluate_controls(tables, address, t, q, v, a, z, kq, kv, ka, matrix, work)
     for e in range(E.p.shape[0]):
         n = E.dof[e + 1] - E.dof[e]
         gather_state(E, e, n, q, v, a, work)
@@ -46,11 +43,13 @@ def add_elements(tables, address, t, h, q, v, a, z, kq, kv, ka, matrix, work):
             call_tangent(tables, address, e, n, t, h, z, kq, kv, ka, work)
         else:
             call_force(tables, address, e, n, t, h, z, work)
-        s = load_factor(tables, address, e, t)
+        s = load_factor(tables, address, e, t, work)
         if matrix:
             positions = part_of(E.positions, E.pos[e], E.pos[e + 1])
             for i in range(n * n):
                 work.lu[positions[i]] += s * work.Kl[i]
+            if E.factor[e] < NO_FACTOR:
+                add_load_tangent(tables, e, n, work)
         dofs = part_of(E.dofs, E.dof[e], E.dof[e + 1])
         for i in range(n):
             work.r[dofs[i]] += s * work.rl[i]
@@ -119,11 +118,11 @@ def call_element(tables, address, e, n, t, h, z, work):
 
 
 @compiled
-def load_factor(tables, address, e, t):
+def load_factor(tables, address, e, t, work):
     """Load factor of element e, which multiplies all results of its kernel."""
     E = tables.elements
     if E.factor[e] < 0:
-        return 1.0
+        return 1.0 if E.factor[e] == NO_FACTOR else work.output[FIRST_OUTPUT - E.factor[e]]
     s, _, _ = motion_at(address.motion, E.factor[e])(part_of(tables.p, E.factor_p[e, BEGIN], E.factor_p[e, END]), t)
     return s
 
@@ -140,6 +139,8 @@ def evaluate_energies(tables, address, t, h, q, v, a, x, y, z, work):
     power.kinetic = power.strain = power.gravity = power.damping = power.algorithm = 0.0
     work.momentum[:] = 0.0
     place = 0
+    if tables.controls.kernel.shape[0] > 0:
+        evaluate_controls(tables, address, t, q, v, a, z, 0.0, 0.0, 0.0, False, work)
     for e in range(E.p.shape[0]):
         n = E.dof[e + 1] - E.dof[e]
         dofs = part_of(E.dofs, E.dof[e], E.dof[e + 1])
@@ -192,7 +193,7 @@ def energies_by_matrix(tables, address, e, n, t, h, z, place, work):
     """M v, M y and energies of element e by the mass matrix of its kernel; the force of a load goes to work.load."""
     E = tables.elements
     call_element(tables, address, e, n, t, h, z, work)
-    s = load_factor(tables, address, e, t)
+    s = load_factor(tables, address, e, t, work)
     for i in range(n):
         Mv, My, Ma = 0.0, 0.0, 0.0
         for j in range(n):

@@ -16,6 +16,7 @@ from flexmb.program.program import Program
 from flexmb.program.tables import (
     BEGIN,
     COMMON_Z,
+    COORDINATE,
     END,
     FRICTION_LAW,
     FRICTION_P,
@@ -28,13 +29,18 @@ from flexmb.program.tables import (
     LOAD_KERNEL,
     LOAD_P,
     LOAD_P_END,
+    MEASURED,
+    MOTION_SPEED,
     NORMAL_LAW,
     NORMAL_P,
     NORMAL_P_END,
     NORMAL_Z,
+    OUTPUT,
     SLIDING_LAW,
     SLIDING_P,
     SLIDING_P_END,
+    SOURCE_NUMBER,
+    VELOCITY,
     Z_END,
 )
 
@@ -44,7 +50,7 @@ MOST_CALLS = 20_000
 SHOWN_NUMBERS = 6
 """Number of entries of an array in a message at most."""
 
-OUTPUTS = frozenset("r K C M z_new g G g_t gamma H out A Mv My".split())
+OUTPUTS = frozenset("r K C M z_new g G g_t gamma H out A Mv My dx y".split())
 """Names of the parameters that kernels write."""
 
 
@@ -147,6 +153,7 @@ def failed_kernel(program: Program, instants: Sequence[Instant]) -> FailedKernel
 
 def _calls(program: Program, s: Instant) -> Iterator[_Call]:
     """Calls of all kernels at a state, in the order of evaluation."""
+    yield from _control_calls(program, s)
     yield from _element_calls(program, s)
     yield from _constraint_calls(program, s)
     yield from _contact_calls(program, s)
@@ -156,6 +163,49 @@ def _calls(program: Program, s: Instant) -> Iterator[_Call]:
         state = s.q[dofs], s.v[dofs], s.a[dofs]
         name = program.names.signals.names[int(M.out[k])].rpartition(".")[0]
         yield _Call(name, _kernel(program, "signal", number), (_numbers(program, M.p[k]), s.t, *state))
+
+
+def _control_calls(program: Program, s: Instant) -> Iterator[_Call]:
+    """Laws of the controls that act at all times, and the motions and signals that they read."""
+    C, outputs = program.tables.controls, np.zeros(int(program.tables.controls.output[-1]))
+    for c in range(len(C.kernel)):
+        begin, end = int(C.output[c]), int(C.output[c + 1])
+        if C.z[c, END] > C.z[c, BEGIN]:
+            outputs[begin:end] = s.z[C.z[c, END] - (end - begin) : C.z[c, END]]
+            continue
+        u = np.zeros(int(C.input[c + 1] - C.input[c]))
+        for j in range(len(u)):
+            kind, what, *bounds = (int(k) for k in C.source[C.input[c] + j])
+            if kind in (COORDINATE, VELOCITY):
+                u[j] = (s.q if kind == COORDINATE else s.v)[what]
+            elif kind == OUTPUT:
+                u[j] = outputs[what]
+            else:
+                read = _reading(program, s, c, kind, int(C.input[c]) + j, np.array(bounds))
+                yield read
+                found, raised = read.run()
+                u[j] = np.nan if raised else found[1 if kind == MOTION_SPEED else 0]
+        x = s.v[C.dofs[C.dof[c] : C.dof[c] + C.states[c]]]
+        y = np.zeros(end - begin)
+        law = _Call(
+            program.controls[c],
+            _kernel(program, "control", C.kernel[c]),
+            (_numbers(program, C.p[c]), s.t, u, x, np.zeros(len(x)), y),
+        )
+        yield law
+        law.run()
+        outputs[begin:end] = y
+
+
+def _reading(program: Program, s: Instant, c: int, kind: int, j: int, bounds: np.ndarray) -> _Call:
+    """Call of the motion or the signal that is input j of control c."""
+    C = program.tables.controls
+    what, p = C.source[j, SOURCE_NUMBER], _numbers(program, bounds)
+    if kind != MEASURED:
+        return _Call(program.controls[c], _kernel(program, "motion", what), (p, s.t))
+    dofs = C.source_dofs[C.source_dof[j] : C.source_dof[j + 1]]
+    state = s.q[dofs], s.v[dofs], np.zeros(len(dofs))
+    return _Call(program.controls[c], _kernel(program, "signal", what), (p, s.t, *state))
 
 
 def _element_calls(program: Program, s: Instant) -> Iterator[_Call]:

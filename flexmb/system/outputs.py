@@ -16,7 +16,9 @@ from flexmb.places import (
     NORMAL_Y,
 )
 from flexmb.program.tables import ADDED, BEGIN, COMMON_Z, END, FIRST, LOAD_KERNEL, MULTIPLIED, SECOND
-from flexmb.system.elements import gather, load_factor
+from flexmb.system.controls import write_control_signals
+from flexmb.system.elements import load_factor
+from flexmb.system.gather import gather
 from flexmb.system.work import DRIVE_FORCE, FORCE_X, FORCE_Y, JOINT_FRICTION_FORCE, MOMENT, MOTION, MOTION_RATE
 
 FX, FY, FORCE, JOINT_MOMENT = range(4)
@@ -39,6 +41,8 @@ def write_outputs(tables, address, t, q, v, a, work, ledger, y):
     _measured(tables, address, t, q, v, a, work, y)
     _constraints(tables, v, work, y)
     _contacts(tables, work, y)
+    if tables.controls.kernel.shape[0] > 0:
+        write_control_signals(tables, work, work.z_new, y)
     for i in range(ledger.shape[0]):
         y[tables.sizes.energy + i] = ledger[i]
 
@@ -62,14 +66,14 @@ def _measured(tables, address, t, q, v, a, work, y):
             part_of(work.vl, 0, m),
             part_of(work.al, 0, m),
         )
-        y[S.out[k]] = value if S.element[k] < 0 else _with_factor(tables, address, t, k, value)
+        y[S.out[k]] = value if S.element[k] < 0 else _with_factor(tables, address, t, k, value, work)
 
 
 @compiled
-def _with_factor(tables, address, t, k, value):
+def _with_factor(tables, address, t, k, value, work):
     """Value of measured signal k with the factor of its element."""
     e, use = tables.measured.element[k], tables.measured.use[k]
-    s = load_factor(tables, address, e, t)
+    s = load_factor(tables, address, e, t, work)
     if use == MULTIPLIED:
         return value * s
     own = tables.p[tables.elements.p[e, BEGIN]] * s

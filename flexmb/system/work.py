@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from flexmb.compiled.records import Matrix, Record, Vector
 from flexmb.kernels import GAP_SIZE, JOINT_FRICTION_SIZE
 from flexmb.program.program import Program
+from flexmb.program.tables import Controls
 from flexmb.system.templates import new_from_template
 
 MOTION, MOTION_RATE, MOTION_ACCELERATION, DRIVE_FORCE = range(4)
@@ -52,6 +55,9 @@ class Work(Record):
     momentum : (n_q + 3,) M v
     loss : (n, 16) of every contact: losses normal, tangential, beyond its laws [J]; normal force, generalised forces
     gap, z_between : gap data and histories between two states
+    output : outputs of all controls;  slope : their derivatives by the coordinates of their controls
+    u, x, law : inputs and states of one control, and rates of its states with its outputs
+    law_column, law_tangent : derivatives of `law` by an input or a state, and by all coordinates of the control
     """
 
     r: Vector
@@ -86,6 +92,13 @@ class Work(Record):
     loss: Matrix
     gap: Vector
     z_between: Vector
+    output: Vector
+    slope: Vector
+    u: Vector
+    x: Vector
+    law: Vector
+    law_column: Vector
+    law_tangent: Vector
 
 
 def workspace(program: Program) -> Work:
@@ -130,7 +143,16 @@ def _new_workspace(program: Program) -> Work:
         (n_k, 16),
         GAP_SIZE,
         sizes.n_z,
+        *_sizes_of_controls(program.tables.controls),
     )
+
+
+def _sizes_of_controls(controls: Controls) -> tuple[int, ...]:
+    """Lengths of the arrays of controls: outputs, slopes, inputs, states, rates with outputs (twice), tangents."""
+    inputs, outputs, dofs = (np.diff(x) for x in (controls.input, controls.output, controls.dof))
+    rows = controls.states + outputs
+    most = [int(x.max(initial=0)) for x in (inputs, controls.states, rows, rows, rows * dofs)]
+    return int(controls.output[-1]), int(controls.slope[-1]), *most
 
 
 def load_forces(program: Program) -> int:

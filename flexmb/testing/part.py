@@ -14,6 +14,7 @@ from flexmb.model.contributions import (
     ConstraintContribution,
     ContactContribution,
     Contribution,
+    ControlContribution,
     ElementContribution,
     SignalContribution,
 )
@@ -24,6 +25,7 @@ from flexmb.system.state_evaluation import StateEvaluation
 from flexmb.testing.bench import Bench, Report
 from flexmb.testing.constraints import check_constraint, check_joint_friction, check_motion
 from flexmb.testing.contacts import check_contact
+from flexmb.testing.controls import check_control, check_control_tangents
 from flexmb.testing.elements import check_element
 from flexmb.testing.tested_kernel import TestedKernel
 
@@ -71,6 +73,8 @@ def check_part(mechanism: Mechanism, part_name: str, *, seed: int = 0) -> Report
         if contribution.p not in checked_p and len(checked_p) < MOST_PIECES:
             checked_p.add(contribution.p)
             check_piece(bench, contribution, bare)
+        if isinstance(contribution, ControlContribution):
+            check_control_tangents(bench, program, contribution)
     check_pickles(bench, mechanism, part_name, program)
     return bench.report()
 
@@ -96,6 +100,8 @@ def check_piece(bench: Bench, contribution: Contribution, weightless: Any) -> No
             check_joint_friction(bench, contribution, contribution.joint_friction)
     elif isinstance(contribution, ContactContribution):
         check_contact(bench, contribution)
+    elif isinstance(contribution, ControlContribution):
+        check_control(bench, contribution)
     elif isinstance(contribution, SignalContribution):
         tested = TestedKernel(bench.owner, contribution.kernel, contribution.p)
         for state in bench.states(contribution.coordinates, "t q v a"):

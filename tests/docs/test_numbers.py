@@ -9,7 +9,19 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = (
-    *("beams", "contact", "dynamics", "energy", "equilibrium", "joints", "linalg", "program", "results", "run"),
+    *(
+        "beams",
+        "contact",
+        "controllers",
+        "dynamics",
+        "energy",
+        "equilibrium",
+        "joints",
+        "linalg",
+        "program",
+        "results",
+        "run",
+    ),
     *("sensitivity", "series", "start", "state", "step", "system"),
 )
 

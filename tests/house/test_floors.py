@@ -12,6 +12,7 @@ FLOORS = {
     "model": 1, "linalg": 1, "jobs": 1,
     "beams": 2, "bodies": 2, "joints": 2, "contact": 2, "drives": 2, "loads": 2, "couplings": 2, "sensors": 2,
     "cams": 2,
+    "controllers": 2,
     "program": 3,
     "system": 4,
     "start": 5, "state": 5, "testing": 5,
@@ -33,9 +34,8 @@ SIDEWAYS = {
     ("bodies", "beams"): "a flexible link is made of beam elements",
     ("cams", "contact"): "a pair of curves holds a friction law",
     ("cams", "joints"): "a pair of curves writes the output of gap kernels as joints with clearance do",
-    ("couplings", "contact"): "a gear pair with backlash is a contact without friction",
+    ("couplings", "contact"): "a cable, and a gear pair with backlash, are contacts without friction",
     ("couplings", "joints"): "a rack is a guide whose travel is coupled with an angle",
-    ("couplings", "contact"): "a cable is a contact without friction",
     ("joints", "contact"): "a joint with clearance holds a normal and a friction law",
     ("cli", "commands"): "the command line reads the arguments of the commands",
 }

@@ -42,7 +42,10 @@ IN_FILES = {
 LAST_INDEX = {"contact_scratch", "S"}
 """Jacobians of a contact: rows have names, columns are coordinates."""
 
-BOUNDS = {"dof", "row", "pos", "pos_g", "pos_h", "reaction", "reaction_on", "starts", "row_ptr"}
+BOUNDS = {
+    *("dof", "row", "pos", "pos_g", "pos_h", "reaction", "reaction_on", "starts", "row_ptr"),
+    *("input", "output", "source_dof", "pos_state", "pos_load"),
+}
 """Lists whose entry k + 1 is the end of what begins at entry k."""
 
 TABLES = {

@@ -8,6 +8,7 @@ import pytest
 from public_names import PUBLIC
 
 import flexmb as fm
+from flexmb.controllers import DCMotor
 from flexmb.errors import KernelError, ModelError
 from flexmb.testing import Report, check_part
 
@@ -96,6 +97,24 @@ def frame():
 
 def driven(motion):
     return two_links(fm.Revolute("A", crank(), arm(), at=A), fm.Drive("motor", "A", motion))
+
+
+@fm.control_kernel
+def mixer(p, t, u, x, dx, y):
+    """A law that is not linear."""
+    last = u[u.shape[0] - 1]
+    dx[0] = -p[0] * x[0] + u[0] * last
+    y[0] = p[1] * u[0] ** 3 + x[0] * last + math.sin(t)
+
+
+COIL = {"resistance": 1.0, "torque_constant": 0.1}
+
+
+def controlled(*controllers):
+    """Crank and arm with a marker, a torque and a follower force."""
+    pin, tip = fm.Revolute("pin", crank(), arm(), at=A), fm.Marker("tip", arm(), at=B)
+    thrust = fm.Force("thrust", arm(), at=B, force=(3.0, -7.0), follower=True)
+    return two_links(pin, tip, fm.Torque("torque", arm(), 2.0), thrust, *controllers)
 
 
 BUILT_IN = {
@@ -243,6 +262,33 @@ BUILT_IN = {
         two_links(JOINT, fm.Stop("end", "slide", above=1e-3, below=-1e-3, normal=SOFT), second=SLIDER), "end",
     ),
     "Marker": (two_links(fm.Marker("P", arm(), at=B)), "P"),
+    "Control": (
+        controlled(fm.Control("servo", ["tip.vx", "tip.y"], ["torque"], mixer, numbers=(3.0, 40.0), states=1)), "servo",
+    ),
+    "Control, sampled": (
+        controlled(fm.Control("servo", ["pin.fx"], ["torque"], mixer, numbers=(3.0, 40.0), states=1, sample=0.01)),
+        "servo",
+    ),
+    "Control of a follower force": (
+        controlled(fm.Control("servo", ["arm.theta", "arm.omega"], ["thrust"], mixer, numbers=(3.0, 40.0), states=1)),
+        "servo",
+    ),
+    "PID": (
+        controlled(fm.PID("servo", "tip.angle", "torque", target=0.3, kp=20.0, ki=5.0, kd=3.0, limit=40.0)), "servo",
+    ),
+    "PID, rate": (
+        controlled(
+            fm.PID("servo", "tip.y", "torque", target=fm.drives.Harmonic(0.2, 3.0), kp=20.0, kd=3.0, rate="tip.vy",
+                   derivative_of="error")
+        ),
+        "servo",
+    ),
+    "DCMotor": (controlled(DCMotor("servo", "tip.omega", "torque", voltage=9.0, inductance=1e-3, **COIL)), "servo"),
+    "DCMotor, without inductance": (
+        controlled(DCMotor("servo", "tip.omega", "torque", voltage="pid.output", **COIL),
+                   fm.PID("pid", "tip.angle", kp=3.0, ki=2.0, target=0.1)),
+        "servo",
+    ),
     "ConstantSpeed": (driven(MOTION), "motor"),
     "CycloidalRamp": (driven(fm.drives.CycloidalRamp(6.0, 0.8)), "motor"),
     "Ramp": (driven(fm.drives.Ramp(6.0, 0.8)), "motor"),

@@ -431,7 +431,7 @@ def test_a_dimension_may_be_called_design():
 def test_the_picture(tmp_path):
     found = quiet(logistic_map, "r", np.linspace(2.9, 3.5, 61), direction="both", chunks=2, keep=20)
     assert not found["ok"].values.all()
-    figure = fm.plot_bifurcation(found, "x0")
+    figure = fm.plots.plot_bifurcation(found, "x0")
     (ax,) = figure.axes
     assert ax.get_xlabel() == "r [1/s]"
     assert ax.get_ylabel() == "x0"
@@ -442,9 +442,9 @@ def test_the_picture(tmp_path):
     assert count == 20 * int(found["ok"].sum())
     figure.savefig(tmp_path / "d.png")
     with pytest.raises(fm.errors.InputError, match="'y0'"):
-        fm.plot_bifurcation(found, "y0")
+        fm.plots.plot_bifurcation(found, "y0")
     with pytest.raises(fm.errors.InputError, match="kind"):
-        fm.plot_bifurcation(fm.sweep(total, {"a": [1.0]}, fixed={"b": 1.0, "c": 1.0}), "value")
+        fm.plots.plot_bifurcation(fm.sweep(total, {"a": [1.0]}, fixed={"b": 1.0, "c": 1.0}), "value")
 
 
 def test_an_equation_with_impacts_brings_its_period():

@@ -19,6 +19,7 @@ from flexmb.dynamics.systems.mechanism_scales import (
 )
 from flexmb.errors import InputError
 from flexmb.linalg.rank import row_rank
+from flexmb.model.controller import refuse_controllers
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile_with_start
 from flexmb.program.period import clash
@@ -83,6 +84,7 @@ class MechanismFlow(ContinuousFlow):
     ) -> None:
         self.name = mechanism.name
         label = f"MechanismFlow of {self.name!r}"
+        refuse_controllers(mechanism, label, "the tangents of a motion do not carry controllers along")
         if method is not None and not (isinstance(method, Method) and method.has_tangent):
             raise InputError(f"{label}: method is {method!r}; it must be Newmark(...), whose steps have a tangent.")
         step = Adaptive() if step is None else step

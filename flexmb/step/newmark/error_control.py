@@ -13,6 +13,9 @@ CONTACT_TRIALS = 8
 UNCHANGED_FROM, UNCHANGED_TO = 0.95, 1.2
 """Growth factors of a step between which its size is kept, so that the factors of the matrix can be reused."""
 
+LEAST_STATE = 1e-300
+"""Least scale of a state of a control, so that a state which stays 0 has no error."""
+
 SAFETY = 0.9
 """Safety factor of the next step; also the largest factor of a rejected step."""
 
@@ -46,15 +49,39 @@ def error_ratio(tables, h, ratio, scheme, options, flow, trial):
     of_q = h * h * max(abs(scheme.beta - 1.0 / 6.0), 0.05) / options.error
     if in_free_flight(tables, flow):
         of_q *= trial.control.flight_weight
-    of_v = h / (trial.control.rtol * largest_speed(tables.sizes.n_q, options, flow, trial))
+    of_v = h / (trial.control.rtol * largest_speed(tables.sizes.n_b, options, flow, trial))
     of_bend = 2.0 * velocity_constant(scheme) * h * h / (h + h0)
     worst = 0.0
-    for k in range(0, tables.sizes.n_q, 3):
+    for k in range(0, tables.sizes.n_b, 3):
         worst = max(worst, node_error(k, k + 2, h, ratio, of_q, of_v, of_bend, flow, trial))
         worst = max(worst, options.length * node_error(k + 2, k + 3, h, ratio, of_q, of_v, of_bend, flow, trial))
+    if tables.sizes.n_q > tables.sizes.n_b:
+        worst = max(worst, state_error(tables, h, of_bend, options, flow, trial))
     if not math.isfinite(worst):
         return math.inf
     return worst
+
+
+@compiled
+def state_error(tables, h, of_bend, options, flow, trial):
+    """Error of the states of controls over the accepted error, `rtol` times the largest value of each so far.
+
+    The formulas of velocities hold: the rate of a state is its acceleration.
+    """
+    first, h0, worst = flow.clock.last_step == 0.0, flow.clock.last_step, 0.0
+    for i in range(tables.sizes.n_b, tables.sizes.n_q):
+        rise, before = trial.a[i] - flow.a[i], flow.a[i] - flow.past[0, i]
+        if first or rise * before >= 0.0:
+            error = h * abs(rise / 12.0 if first else of_bend * (rise / h - before / h0))
+            scale = state_scale(tables, i, trial.v[i], trial.a[i], options, flow)
+            worst = max(worst, error / (trial.control.rtol * scale))
+    return worst
+
+
+@compiled
+def state_scale(tables, i, value, rate, options, flow):
+    """Scale of a state of a control: its largest value so far, or its change in a largest step; > 0."""
+    return max(flow.largest_states[i - tables.sizes.n_b], abs(value), options.h_max * abs(rate), LEAST_STATE)
 
 
 @compiled
@@ -106,7 +133,7 @@ def accept_or_reject(tables, h, error, growth, options, flow, trial, record):
     growth : allowed step over h by this error
     """
     if 0.0 <= error <= 1.0:
-        flow.clock.largest_speed = largest_speed(tables.sizes.n_q, options, flow, trial)
+        flow.clock.largest_speed = largest_speed(tables.sizes.n_b, options, flow, trial)
         return growth
     if error > 1.0:
         shorten_step(h, min(growth, SAFETY), flow, record)

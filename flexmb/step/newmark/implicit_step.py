@@ -116,7 +116,7 @@ def implicit_step(tables, address, lu, h, ratio, scheme, options, flow, trial, w
         old_factors = newton.reusing and newton.factorisations == 0
         solve_correction(m, lu, flow.factors if old_factors else work.lu, options, trial)
         if not newton.reusing:
-            damping_factor(n, trial)
+            damping_factor(tables.sizes.n_b, trial)
         length, angle = report.length_tolerance, report.angle_tolerance
         size = apply_correction(tables, h, kv, kx, ka, newton.fraction, options, trial, record) / newton.fraction
         if not (

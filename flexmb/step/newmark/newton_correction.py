@@ -10,6 +10,12 @@ from flexmb.state.options import GEAR_GUPTA_LEIMKUHLER, POSITION
 ROUND_OFF = 1e-14
 """Correction relative to the coordinates, below which it is round-off."""
 
+LEAST_CORRECTION = 1e-300
+"""Least tolerance of a correction of the state of a control, for states that stay 0."""
+
+STATE_ROUND_OFF = 1e-12
+"""Correction of the state of a control relative to its size, below which it is round-off of its law."""
+
 ANGLE_ALLOWANCE = 6.3
 """Angle [rad] up to which round-off is that of 1 rad, so that the pose of a mechanism at the start does not count."""
 
@@ -76,7 +82,7 @@ def apply_correction(tables, h, kv, kx, ka, fraction, options, trial, record):
     way, turn, shift_x, shift_t, fast_x, fast_t, total = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     far_x, far_t = options.length**2, 1.0
     shifted = fraction if m > 0 and options.form == GEAR_GUPTA_LEIMKUHLER else 0.0
-    for i in range(0, n, 3):  # x, y, theta of a node
+    for i in range(0, tables.sizes.n_b, 3):  # x, y, theta of a node
         dx, sx = _correct_coordinate(i, fraction, shifted, kv, kx, ka, trial)
         dy, sy = _correct_coordinate(i + 1, fraction, shifted, kv, kx, ka, trial)
         dt, st = _correct_coordinate(i + 2, fraction, shifted, kv, kx, ka, trial)
@@ -88,7 +94,10 @@ def apply_correction(tables, h, kv, kx, ka, fraction, options, trial, record):
         far_x, far_t = max(q[0] * q[0] + q[1] * q[1], far_x), max(far_t, abs(q[2]) - ANGLE_ALLOWANCE)
     moved_x, moved_t = math.sqrt(way) + math.sqrt(shift_x), turn + shift_t
     fast_x, far_x = math.sqrt(fast_x), math.sqrt(far_x)
-    if not math.isfinite(total):
+    of_states = 0.0
+    if n > tables.sizes.n_b:
+        of_states = correct_states(tables, h, kv, kx, ka, fraction, shifted, options, trial)
+    if not math.isfinite(total + of_states):
         return math.inf
     for i in range(m):
         trial.lam[i] += fraction * trial.solution[n + i]
@@ -100,7 +109,23 @@ def apply_correction(tables, h, kv, kx, ka, fraction, options, trial, record):
         report.correction, report.tolerance, report.round_off = moved_x, wanted_x, ROUND_OFF * far_x / wanted_x
     else:
         report.correction, report.tolerance, report.round_off = moved_t, wanted_t, ROUND_OFF * far_t / wanted_t
-    return max(moved_x / wanted_x, moved_t / wanted_t)
+    return max(moved_x / wanted_x, moved_t / wanted_t, of_states)
+
+
+@compiled
+def correct_states(tables, h, kv, kx, ka, fraction, shifted, options, trial):
+    """Add a fraction of the correction to the states of controls; return its size over the tolerance.
+
+    A correction d changes a state by kv d.  Tolerances are those of coordinates: `options.tolerance` times h^2 times
+    the rate of the state, plus round-off of the state in a step.
+    """
+    worst = 0.0
+    for i in range(tables.sizes.n_b, tables.sizes.n_q):
+        d, _ = _correct_coordinate(i, fraction, shifted, kv, kx, ka, trial)
+        wanted = options.tolerance * h * h * abs(trial.a[i]) + h * STATE_ROUND_OFF * abs(trial.v[i])
+        size = abs(d) / max(wanted, LEAST_CORRECTION)
+        worst = max(worst, size) if math.isfinite(size) else math.inf
+    return worst
 
 
 @compiled

@@ -106,7 +106,7 @@ def update_predictor(tables, h, length, flow, trial, work):
     v0, v1, v2, _ = lagrange_weights(min(2, highest), h, last, predictor)
     w0, w1, w2, w3 = lagrange_weights(highest, h, last, predictor)
     m0 = m1 = m2 = m3 = 0.0
-    for i in range(0, n, 3):  # x, y, theta of a node
+    for i in range(0, tables.sizes.n_b, 3):  # x, y, theta of a node
         n0 = n1 = n2 = n3 = 0.0
         for k in range(i, i + 3):
             square = length * length if k == i + 2 else 1.0
@@ -117,6 +117,8 @@ def update_predictor(tables, h, length, flow, trial, work):
             n3 += square * (a - (w0 * a0 + w1 * a1 + w2 * a2 + w3 * a3)) ** 2
             past[2, k], past[1, k], past[0, k] = a2, a1, a0
         m0, m1, m2, m3 = max(m0, n0), max(m1, n1), max(m2, n2), max(m3, n3)
+    for k in range(tables.sizes.n_b, n):  # states of controls
+        past[2, k], past[1, k], past[0, k] = past[1, k], past[0, k], flow.a[k]
     store_projections(n, m, h, flow, trial)
     errors = (math.sqrt(m0), math.sqrt(m1), math.sqrt(m2), math.sqrt(m3))
     predictor.order = best_order(highest, errors, flow)

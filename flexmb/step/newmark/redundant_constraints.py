@@ -46,7 +46,7 @@ def allowed_gap(tables, h, options, flow, a):
     if flow.clock.held_steps >= PASSING_STEPS or flow.clock.held_steps < 0.0:
         return CLOSED_GAP * options.length
     largest = 0.0
-    for k in range(0, tables.sizes.n_q, 3):
+    for k in range(0, tables.sizes.n_b, 3):
         largest = max(largest, math.sqrt(a[k] ** 2 + a[k + 1] ** 2), options.length * abs(a[k + 2]))
     return CLOSED_GAP * options.length + OPENING_FRACTION * min(h * h * largest, 0.01 * options.length)
 

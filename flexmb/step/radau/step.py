@@ -11,8 +11,8 @@ from flexmb.linalg.complex_lu import factor_complex, solve_complex
 from flexmb.linalg.lu import LOST_PIVOT, factor
 from flexmb.linalg.substitute import solve, solve_two
 from flexmb.state.record import NEWTON_FAILED, NOT_FINITE, RUNNING, SINGULAR
-from flexmb.step.newmark.error_control import in_free_flight, largest_speed
-from flexmb.step.newmark.newton_correction import ANGLE_ALLOWANCE, ROUND_OFF
+from flexmb.step.newmark.error_control import LEAST_STATE, in_free_flight, largest_speed, state_scale
+from flexmb.step.newmark.newton_correction import ANGLE_ALLOWANCE, ROUND_OFF, STATE_ROUND_OFF
 from flexmb.step.newmark.redundant_constraints import initial_hold
 from flexmb.step.radau.collocation import (
     ESTIMATE,
@@ -276,22 +276,27 @@ def apply_correction(tables, lu, h, options, flow, trial, record, R):
             R.b[stage, i] = dq
         for i in range(m):
             L[i] += own * R.d[n + i] + along * R.x[n + i] - across * R.y[n + i]
-    return correction_size(n, h, options, flow, trial, record, R)
+    return correction_size(tables, h, options, flow, trial, record, R)
 
 
 @compiled
-def correction_size(n, h, options, flow, trial, record, R):
+def correction_size(tables, h, options, flow, trial, record, R):
     """Size of the correction, the largest of all nodes, and of its round-off; both over the tolerance."""
     way, iteration, fast, far_x, far_t = 0.0, 0.0, 0.0, options.length**2, 1.0
     total = 0.0
     for stage in range(STAGES):
-        for i in range(0, n, 3):  # x, y, theta of a node
+        for i in range(0, tables.sizes.n_b, 3):  # x, y, theta of a node
             d, q, a = part_of(R.b[stage], i, i + 3), part_of(R.Q[stage], i, i + 3), part_of(R.A[stage], i, i + 3)
             near = d[0] * d[0] + d[1] * d[1]
             total += near + abs(d[2])
             way, iteration = max(way, near), max(iteration, abs(d[2]))
             fast = max(fast, math.sqrt(a[0] * a[0] + a[1] * a[1]), options.length * abs(a[2]))
             far_x, far_t = max(far_x, q[0] * q[0] + q[1] * q[1]), max(far_t, abs(q[2]) - ANGLE_ALLOWANCE)
+    if tables.sizes.n_q > tables.sizes.n_b:
+        of_states, of_round_off = state_corrections(tables, h, options, flow, trial, R)
+        total += of_states
+    else:
+        of_states, of_round_off = 0.0, 0.0
     if not math.isfinite(total):
         return math.inf, 0.0
     wanted = FIXED_STEP_TOLERANCE * h * h * fast
@@ -305,7 +310,23 @@ def correction_size(n, h, options, flow, trial, record, R):
     step = record.report
     step.correction, step.tolerance = (math.sqrt(way), wanted_x) if of_x > of_t else (iteration, wanted_t)
     step.length_tolerance, step.angle_tolerance = wanted_x, wanted_t
-    return max(of_x, of_t), 2.0 * max(round_x / wanted_x, round_t / wanted_t)
+    return max(of_x, of_t, of_states), 2.0 * max(round_x / wanted_x, round_t / wanted_t, of_round_off)
+
+
+@compiled
+def state_corrections(tables, h, options, flow, trial, R):
+    """Size of the correction of the states of controls, and of its round-off; both over the tolerance."""
+    worst, noise = 0.0, 0.0
+    for stage in range(STAGES):
+        for i in range(tables.sizes.n_b, tables.sizes.n_q):
+            scale = state_scale(tables, i, R.V[stage, i], R.A[stage, i], options, flow)
+            wanted = (FIXED_STEP_TOLERANCE if not options.adaptive else 0.0) * h * h * abs(R.A[stage, i])
+            if options.adaptive:
+                wanted = ITERATION_FRACTION * trial.control.rtol**1.5 * h * scale
+            wanted += LEAST_TOLERANCE * h * h * abs(R.A[stage, i]) + LEAST_STATE
+            worst = max(worst, abs(R.b[stage, i]) / wanted)
+            noise = max(noise, STATE_ROUND_OFF * h * scale / wanted)
+    return worst, noise
 
 
 @compiled
@@ -334,14 +355,17 @@ def radau_error(tables, address, lu, h, options, flow, trial, work, R):
     solve_two(lu, R.real, R.x, R.y, R.x, R.y, R.pair)
     loose = 0.1 * trial.control.rtol ** (-1.0 / 3.0)
     of_q = 1.0 / (loose * options.error)
-    of_v = 1.0 / (loose * trial.control.rtol * largest_speed(n, options, flow, trial))
+    of_v = 1.0 / (loose * trial.control.rtol * largest_speed(tables.sizes.n_b, options, flow, trial))
     if in_free_flight(tables, flow):
         of_q *= trial.control.flight_weight
     worst = 0.0
-    for k in range(0, n, 3):
+    for k in range(0, tables.sizes.n_b, 3):
         worst = max(worst, of_q * math.sqrt(R.x[k] ** 2 + R.x[k + 1] ** 2), options.length * of_q * abs(R.x[k + 2]))
         if trial.rigid[k]:
             worst = max(worst, of_v * math.sqrt(R.y[k] ** 2 + R.y[k + 1] ** 2), options.length * of_v * abs(R.y[k + 2]))
+    for i in range(tables.sizes.n_b, n):
+        scale = state_scale(tables, i, trial.v[i], trial.a[i], options, flow)
+        worst = max(worst, abs(R.y[i]) / (loose * trial.control.rtol * scale))
     return worst if math.isfinite(worst) else math.inf
 
 
@@ -349,5 +373,7 @@ def radau_error(tables, address, lu, h, options, flow, trial, work, R):
 def times_mass(tables, address, h, x, flow, work, target, R):
     """Set target[:n_q] = M x, with the masses at the start of the step."""
     evaluate_energies(tables, address, flow.clock.t, h, flow.q, x, flow.a, R.zero, R.zero, flow.z, work)
-    for i in range(tables.sizes.n_q):
+    for i in range(tables.sizes.n_b):
         target[i] = work.momentum[i]
+    for i in range(tables.sizes.n_b, tables.sizes.n_q):  # states of controls
+        target[i] = x[i]

@@ -73,7 +73,7 @@ def find_between(tables, address, lu, t, s, h, q1, v1, a1, lam1, options, flow, 
     Accelerations and multipliers satisfy the equations of motion, unless they differ much from the interpolated ones
     (through both ends and the stages), which are then used.
     """
-    n, m, old = tables.sizes.n_q, tables.sizes.n_c, R.old
+    n, m, n_b, old = tables.sizes.n_q, tables.sizes.n_c, tables.sizes.n_b, R.old
     quintic(n, s, h, old, q1, v1, trial, a1)
     w0, w1, w2, w3 = cubic_weights(s)
     for i in range(m):
@@ -83,7 +83,7 @@ def find_between(tables, address, lu, t, s, h, q1, v1, a1, lam1, options, flow, 
     apart, largest = 0.0, 0.0
     for i in range(n):
         a = w0 * old.a[i] + w1 * R.past[1, i] + w2 * R.past[2, i] + w3 * a1[i]
-        size = options.length if tables.kind[i] == 1 else 1.0
+        size = (options.length if tables.kind[i] == 1 else 1.0) if i < n_b else 0.0
         apart, largest = max(apart, size * abs(trial.a[i] - a)), max(largest, size * max(abs(old.a[i]), abs(a1[i])))
         R.of_q[i] = a
     if code != RUNNING or not apart <= ACCELERATION_MISMATCH * largest:

@@ -158,7 +158,7 @@ def add_loads(el, t, h):
             call_element(el.tables, el.address, e, n, t, h, S.z, work)
         else:
             call_force(el.tables, el.address, e, n, t, h, S.z, work)
-        factor_e = load_factor(el.tables, el.address, e, t)
+        factor_e = load_factor(el.tables, el.address, e, t, work)
         for i in range(n):
             dof = E.dofs[E.dof[e] + i]
             S.f[dof] -= factor_e * work.rl[i]

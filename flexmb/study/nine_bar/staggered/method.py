@@ -11,6 +11,7 @@ import numpy as np
 from flexmb import checks
 from flexmb.energy.balance import RESIDUAL_LIMIT_RUNGE_KUTTA
 from flexmb.errors import AssemblyError, InputError, ModelError
+from flexmb.model.controller import refuse_controllers
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile_with_start
 from flexmb.program.program import Program
@@ -127,6 +128,7 @@ class StaggeredStepper(Stepper):
     residual_limit = RESIDUAL_LIMIT_RUNGE_KUTTA
 
     def __init__(self, whole: Program, mechanism: Mechanism, method: Staggered) -> None:
+        refuse_controllers(mechanism, "Staggered", "the method splits the motion of the bodies alone")
         self.mechanism = rigid_twin(f"simulate {mechanism.name!r} with Staggered", mechanism)
         twin, self.closed = compile_with_start(self.mechanism)
         super().__init__(twin)

@@ -1,0 +1,5 @@
+"""Controllers and motors: laws of one's own, PID, direct-current motor."""
+
+from flexmb.namespace import lazy_names
+
+__getattr__, __dir__, __all__ = lazy_names(__name__, __file__)

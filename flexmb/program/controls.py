@@ -1,0 +1,315 @@
+"""Wiring of controls: inputs by their names, the coordinates they depend on, and the order of evaluation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import ModelError
+from flexmb.kernels import Kernel, signal_kernel
+from flexmb.model.contributions import Contributions, ControlContribution, Coordinate, MotionInput
+from flexmb.model.law import Motion
+from flexmb.model.part import GROUND
+from flexmb.model.signal import Signals
+from flexmb.program.numbering import Numbering, state_coordinates
+from flexmb.program.program import Names, Sampler
+from flexmb.program.signals import COORDINATE_SIGNALS, hint, layout, resolved
+from flexmb.program.tables import BEGIN, COORDINATE, MEASURED, MOTION_SPEED, MOTION_VALUE, OUTPUT, VELOCITY
+
+
+@signal_kernel
+def relative_angle(p, t, q, v, a):  # type: ignore[no-untyped-def]
+    """Relative rotation of two nodes, 0 in the reference configuration."""
+    (drawn,) = p
+    return q[1] - q[0] - drawn
+
+
+@signal_kernel
+def relative_rate(p, t, q, v, a):  # type: ignore[no-untyped-def]
+    """Rate of `relative_angle`."""
+    return v[1] - v[0]
+
+
+@dataclass(frozen=True)
+class Source:
+    """Source of an input of a control.
+
+    Parameters
+    ----------
+    kind : COORDINATE, VELOCITY, MEASURED, MOTION_VALUE, MOTION_SPEED or OUTPUT.
+    coordinates : coordinates that the input depends on.
+    kernel, p : signal kernel of a measured input, and its numbers.
+    motion : motion of a prescribed input.
+    control, output : control and number of an output that is the input of another control.
+    """
+
+    kind: int
+    coordinates: tuple[Coordinate, ...] = ()
+    kernel: Kernel | None = None
+    p: tuple[float, ...] = ()
+    motion: Motion | None = None
+    control: str = ""
+    output: int = 0
+
+
+@dataclass(frozen=True)
+class WiredControl:
+    """Control whose inputs are found.
+
+    Parameters
+    ----------
+    part, kernel, p, loads, outputs, history : see `ControlContribution`; start values of states, of a sampled control
+        with its outputs.
+    sources : sources of the inputs; none of a sampled control, whose inputs are read between steps.
+    states : coordinates of the states, in threes.
+    count : number of states.
+    load_coordinates : coordinates of the load of each output; none of an output without load.
+    state_units, output_units : units of states and outputs.
+    state_names : names of the states.
+    """
+
+    part: str
+    kernel: Kernel
+    p: tuple[float, ...]
+    loads: tuple[str, ...]
+    outputs: tuple[str, ...]
+    history: tuple[float, ...]
+    sources: tuple[Source, ...]
+    states: tuple[Coordinate, ...]
+    count: int
+    load_coordinates: tuple[tuple[Coordinate, ...], ...]
+    state_units: tuple[str, ...]
+    output_units: tuple[str, ...]
+    state_names: tuple[str, ...]
+
+    @property
+    def is_sampled(self) -> bool:
+        """Whether the outputs change at instants alone."""
+        return bool(self.history)
+
+    @property
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """Coordinates of the states, then coordinates of the inputs, without the ground."""
+        found = dict.fromkeys(self.states)
+        for source in self.sources:
+            found.update(dict.fromkeys(c for c in source.coordinates if c[0] != GROUND.name))
+        return tuple(found)
+
+    @property
+    def touched(self) -> tuple[Coordinate, ...]:
+        """Coordinates that the control couples: its own, and the coordinates of its loads."""
+        return (*self.coordinates, *(c for load in self.load_coordinates for c in load))
+
+
+def wired(contributions: Contributions, number: Numbering, aliases: Mapping[str, str]) -> Contributions:
+    """Contributions whose controls are wired, in the order of evaluation.
+
+    Parameters
+    ----------
+    contributions : all contributions of a mechanism.
+    number : numbers of the coordinates.
+    aliases : other names of nodes.
+
+    Raises
+    ------
+    ModelError : an input that does not exist, that is no function of the state, or that closes a loop.
+    """
+    if not contributions.controls:
+        return contributions
+    finder = _Finder(contributions, number, aliases)
+    found: dict[str, WiredControl] = {}
+    for control in _ordered(contributions.controls, finder):
+        sources = () if control.sample is not None else tuple(finder.sources(control, found))
+        held = (*control.start, *(0.0,) * len(control.outputs)) if control.sample is not None else ()
+        loads = tuple(finder.loads[name] for name in control.loads)
+        none: tuple[tuple[Coordinate, ...], ...] = ((),) * (len(control.outputs) - len(loads))
+        found[control.part] = WiredControl(
+            control.part,
+            control.kernel,
+            control.p,
+            control.loads,
+            control.outputs,
+            held,
+            sources,
+            state_coordinates(control),
+            len(control.states),
+            (*loads, *none),
+            control.state_units,
+            control.output_units,
+            control.states,
+        )
+    return replace(contributions, controls=tuple(found.values()))  # type: ignore[arg-type]
+
+
+class _Finder:
+    """Sources of inputs by their names."""
+
+    def __init__(self, contributions: Contributions, number: Numbering, aliases: Mapping[str, str]) -> None:
+        self.signals: Signals = layout(contributions, number.names(), number.n_b).signals
+        self.aliases = aliases
+        self.known = self._coordinates(number)
+        for joint in contributions.angles:
+            self.known[f"{joint.part}.angle"] = Source(MEASURED, joint.coordinates, relative_angle, joint.p)
+            self.known[f"{joint.part}.omega"] = Source(MEASURED, joint.coordinates, relative_rate, joint.p)
+        for signal in contributions.signals:
+            if not signal.is_mode and not signal.use_of_factor:
+                name = f"{signal.part}.{signal.name}"
+                self.known[name] = Source(MEASURED, signal.coordinates, signal.kernel, signal.p)
+        self.outputs = {
+            f"{control.part}.{name}": (control, k)
+            for control in contributions.controls
+            for k, name in enumerate(control.outputs)
+        }
+        self.states = {
+            f"{control.part}.{name}": Source(VELOCITY, (coordinate,))
+            for control in contributions.controls
+            for name, coordinate in zip(control.states, state_coordinates(control), strict=False)
+        }
+        self.loads = {element.part: element.coordinates for element in contributions.elements}
+        self.pose = number.pose()
+        self.number = number
+
+    def _coordinates(self, number: Numbering) -> dict[str, Source]:
+        """Coordinates and velocities of all nodes of bodies."""
+        found = {}
+        for part, node in number.nodes[: number.n_b // 3]:
+            stem = f"{part}.{node.name}" if node.name else part
+            for kind, signals in zip((COORDINATE, VELOCITY), COORDINATE_SIGNALS[:2], strict=True):
+                for axis, (name, _) in enumerate(signals):
+                    found[f"{stem}.{name}"] = Source(kind, ((part, node.name, axis),))
+        return found
+
+    def name(self, wanted: str) -> str:
+        """The name of a signal, by itself or by an alias."""
+        return resolved(wanted, self.signals, self.aliases)
+
+    def sources(self, control: ControlContribution, wired: Mapping[str, WiredControl]) -> Iterator[Source]:
+        """Sources of the inputs of a control; `wired`: controls that are evaluated before it."""
+        for wanted in control.inputs:
+            if isinstance(wanted, MotionInput):
+                yield Source(MOTION_SPEED if wanted.rate else MOTION_VALUE, motion=wanted.motion)
+                continue
+            name = self.name(wanted)
+            if name in self.outputs:
+                other, k = self.outputs[name]
+                yield Source(OUTPUT, wired[other.part].coordinates, control=other.part, output=k)
+                continue
+            source = self.known.get(name) or self.states.get(name)
+            if source is None:
+                raise self.refusal(control, wanted, name)
+            if source.kind == MEASURED and self._needs_acceleration(source):
+                raise ModelError(
+                    f"{control.label}: input {wanted!r} depends on accelerations, which depend on the outputs at the "
+                    "same instant: an algebraic loop. Give sample=, so that the controller reads it at instants, or "
+                    "measure a position or a velocity."
+                )
+            yield source
+
+    def refusal(self, control: ControlContribution, wanted: str, name: str) -> ModelError:
+        """The error of an input that is no signal, or none that a control can read at all times."""
+        if name not in self.signals.places:
+            text = f"{control.label}: input {wanted!r} is no signal of the mechanism"
+            return ModelError(f"{text}. {hint(wanted, self.signals, self.aliases)}")
+        text = f"{control.label}: input {wanted!r} is no function of positions and velocities alone"
+        return ModelError(
+            f"{text} (accelerations, forces and energies depend on the outputs at the same instant). Give sample=, so "
+            "that the controller reads it at instants, or measure a position or a velocity."
+        )
+
+    def _needs_acceleration(self, source: Source) -> bool:
+        """Whether a signal kernel gives other values for other accelerations, at a few states."""
+        random, kernel = np.random.default_rng(0), source.kernel
+        place = [self.pose[k] if k < len(self.pose) else 0.0 for k in self.number.dofs(source.coordinates)]
+        p, n = np.array(source.p, dtype=float), len(place)
+        for _ in range(3):
+            q = np.array(place) + 0.1 * random.uniform(-1.0, 1.0, n)
+            v, a = random.uniform(-1.0, 1.0, (2, n))
+            with np.errstate(all="ignore"):
+                values: Any = [kernel(p, 0.1, q, v, x) for x in (np.zeros(n), a)]  # type: ignore[misc]
+            if values[0] != values[1]:
+                return True
+        return False
+
+
+def _ordered(controls: tuple[ControlContribution, ...], finder: _Finder) -> list[ControlContribution]:
+    """Controls in the order of evaluation: sampled ones first, then each after the controls whose outputs it reads.
+
+    Raises
+    ------
+    ModelError : controls that read one another's outputs in a circle.
+    """
+    found = [control for control in controls if control.sample is not None]
+    left = [control for control in controls if control.sample is None]
+    while left:
+        names = {control.part for control in left}
+        ready = [c for c in left if not names & {other for other, _ in _read_outputs(c, finder)}]
+        if not ready:
+            outputs = ", ".join(sorted({repr(name) for c in left for _, name in _read_outputs(c, finder)}))
+            raise ModelError(
+                f"{', '.join(c.label for c in left)}: the outputs {outputs} depend on one another at the same instant: "
+                "an algebraic loop. Give one of the controllers sample=, or read a state in place of an output."
+            )
+        found += ready
+        left = [control for control in left if control not in ready]
+    return found
+
+
+def _read_outputs(control: ControlContribution, finder: _Finder) -> Iterator[tuple[str, str]]:
+    """Control and name of each output that a control reads."""
+    for wanted in control.inputs:
+        name = finder.name(wanted) if isinstance(wanted, str) else ""
+        if name in finder.outputs:
+            yield finder.outputs[name][0].part, name
+
+
+def samplers(
+    controls: Sequence[ControlContribution], wired_controls: Sequence[Any], z: np.ndarray, names: Names
+) -> tuple[Sampler, ...]:
+    """Controls that act at instants.
+
+    Parameters
+    ----------
+    controls : the controls as declared.
+    wired_controls : the wired controls, in the order of the tables.
+    z : places (n, 2) of their histories.
+    names : names of the signals, with aliases.
+
+    Raises
+    ------
+    ModelError : an input that is no signal.
+    """
+    place = {control.part: int(z[k, BEGIN]) for k, control in enumerate(wired_controls)}
+    found = []
+    for control in controls:
+        if control.sample is None:
+            continue
+        inputs = tuple(
+            wanted if isinstance(wanted, MotionInput) else _place_of(control, wanted, names)
+            for wanted in control.inputs
+        )
+        sizes = len(control.states), len(control.outputs)
+        found.append(
+            Sampler(
+                control.part,
+                control.kernel,
+                control.p,
+                inputs,
+                control.sample,
+                *sizes,
+                place[control.part],
+                control.settled,
+            )
+        )
+    return tuple(found)
+
+
+def _place_of(control: ControlContribution, wanted: str, names: Names) -> int:
+    """Place of an input among the signals."""
+    place = names.signals.places.get(resolved(wanted, names.signals, names.aliases))
+    if place is None:
+        text = f"{control.label}: input {wanted!r} is no signal of the mechanism"
+        raise ModelError(f"{text}. {hint(wanted, names.signals, names.aliases)}")
+    return place

@@ -1,0 +1,94 @@
+"""Sampled controllers: new states and outputs at an instant between two compiled runs."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.errors import USER_ERRORS, KernelError
+from flexmb.model.contributions import MotionInput
+from flexmb.program.program import Program, Sampler
+
+MOST_ITERATIONS, DIFFERENCE, SETTLED = 30, 1e-6, 1e-12
+"""Number of iterations, differences of states, and last correction, for states that begin where their rates are 0."""
+
+
+def act(program: Program, instant: float, signals: np.ndarray, z: np.ndarray, *, every: bool = False) -> None:
+    """Let the sampled controllers of a mechanism act at one of their instants.
+
+    All read the same signals, so that the order of several controllers does not matter.  A state x becomes
+    x + sample dx; outputs are held until the next instant.
+
+    Parameters
+    ----------
+    program : the compiled mechanism.
+    instant : the instant [s].
+    signals : all signals (n_y,) just before it.
+    z : histories (n_z,), which are changed in place.
+    every : whether all controllers act, for the start of a run.
+
+    Raises
+    ------
+    KernelError : a law that raises, or gives numbers that are not finite; the message names controller, time, inputs.
+    """
+    acting = [sampler for sampler in program.samplers if every or sampler.acts_at(instant)]
+    if every:
+        for sampler in acting:
+            _settle(sampler, instant, signals, z)
+    changes = [(sampler, _new_history(sampler, instant, signals, z)) for sampler in acting]
+    for sampler, history in changes:
+        z[sampler.z : sampler.z + len(history)] = history
+
+
+def _new_history(sampler: Sampler, t: float, signals: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """States and outputs of a controller after an instant."""
+    u = np.array([_input(wanted, t, signals) for wanted in sampler.inputs], dtype=float)
+    x = z[sampler.z : sampler.z + sampler.states].copy()
+    dx, y = _law(sampler, t, u, x)
+    return np.concatenate([x + sampler.sample * dx, y])
+
+
+def _law(sampler: Sampler, t: float, u: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rates and outputs of a law."""
+    dx, y = np.zeros(sampler.states), np.zeros(sampler.outputs)
+    reason = "gave numbers that are not finite"
+    try:
+        sampler.kernel.dispatcher(np.array(sampler.p, dtype=float), t, u, x, dx, y)
+    except USER_ERRORS as error:
+        y[:], reason = np.nan, f"raised {type(error).__name__}: {str(error).rstrip('.')}"
+    if np.isfinite(dx).all() and np.isfinite(y).all():
+        return dx, y
+    raise KernelError(
+        f"The law {sampler.kernel.name!r} of controller {sampler.name!r} {reason}, at t = {t:.6g} s with the inputs "
+        f"u = {u.tolist()} and the states x = {x.tolist()}."
+    )
+
+
+def _settle(sampler: Sampler, t: float, signals: np.ndarray, z: np.ndarray) -> None:
+    """Set the states that begin where their rates are 0, by Newton's method with differences."""
+    own = list(sampler.settled)
+    u = np.array([_input(wanted, t, signals) for wanted in sampler.inputs], dtype=float)
+    x = z[sampler.z : sampler.z + sampler.states]  # a view
+    for _ in range(MOST_ITERATIONS if own else 0):
+        rate = _law(sampler, t, u, x)[0][own]
+        slopes = []
+        for k in own:
+            shift = DIFFERENCE * max(abs(x[k]), 1.0)
+            other = x.copy()
+            other[k] += shift
+            slopes.append((_law(sampler, t, u, other)[0][own] - rate) / shift)
+        change = np.linalg.lstsq(np.array(slopes).T, rate, rcond=None)[0]
+        x[own] -= change
+        if np.abs(change).max() <= SETTLED * np.abs(x[own]).max():
+            return
+    if own:
+        text = f"controller {sampler.name!r}: no start values of its states number {own} make their rates 0"
+        raise KernelError(f"The {text}. Give start values.")
+
+
+def _input(wanted: int | MotionInput, t: float, signals: np.ndarray) -> float:
+    """Value of an input at an instant."""
+    if isinstance(wanted, MotionInput):
+        motion = wanted.motion
+        s, speed, _ = motion.kernel(np.array(motion.parameters(), dtype=float), t)
+        return float(speed if wanted.rate else s)
+    return float(signals[wanted])
