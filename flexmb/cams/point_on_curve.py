@@ -76,7 +76,7 @@ class PointOnCurve(Part):
         return 1.0 / self.curve.extreme_curvature()[1]
 
     def contact_law(self) -> NormalLaw | None:
-        """Normal law with a stiffness of its own; an edge has no radius for one made from materials."""
+        """Normal law; it needs a stiffness, since an edge has no radius."""
         return self.normal
 
     def validate(self, mechanism: Mechanism) -> None:
