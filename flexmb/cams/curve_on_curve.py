@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING, Any
@@ -46,7 +47,8 @@ class CurveOnCurve(Part):
     second : the second body.
     second_curve : its curve, in the reference configuration: `Line`, `Circle` or `ClosedCurve`.  One of both curves
         must be a `ClosedCurve`.
-    normal : law of the normal force, for a contact that can open; None: ideal, the curves never part.
+    normal : law of the normal force, for a contact that can open; None: ideal, the curves never part.  A law made from
+        materials has the stiffness of the places of largest curvature of both curves.
     friction : law of friction; None: none.
     start : of a contact: "touching", the loops are closed and the velocities found as for an ideal pair; "open", the
         bodies stand and move as declared.
@@ -110,7 +112,7 @@ class CurveOnCurve(Part):
         if least <= -largest:
             raise InputError(
                 f"{self.label}: the other curve, of radius {1.0 / largest:.4g} m at least, does not fit into the "
-                f"hollow near ({x:.6g}, {y:.6g}) m, whose radius is {-1.0 / least:.4g} m (undercut). Change one."
+                f"hollow near ({x:.6g}, {y:.6g}) m, of radius {-1.0 / least:.4g} m (undercut). Change one of them."
             )
 
     def _ordered(self) -> tuple[Part, Any, Part, Any]:
@@ -125,6 +127,15 @@ class CurveOnCurve(Part):
         curves = self.first_curve, self.second_curve
         radii = [c.radius for c in curves if isinstance(c, Circle)]
         return min([*radii, *(1.0 / c.extreme_curvature()[1] for c in curves if isinstance(c, ClosedCurve))])
+
+    def contact_law(self) -> NormalLaw | None:
+        """Normal law; one made from materials has the stiffness of the places of largest curvature."""
+        if self.normal is None:
+            return None
+        curves = self.first_curve, self.second_curve
+        bends = [1.0 / c.radius for c in curves if isinstance(c, Circle)]
+        bends += [c.extreme_curvature()[1] for c in curves if isinstance(c, ClosedCurve)]
+        return self.normal.for_radii(math.inf, 1.0 / sum(bends))
 
     def validate(self, mechanism: Mechanism) -> None:
         """Refuse curves that are far apart, overlap, or touch beyond the end of a line."""

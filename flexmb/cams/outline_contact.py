@@ -37,7 +37,7 @@ class OutlineContact(Part):
     outline : its outline, in the reference configuration.
     second : the body with the circle.
     circle : its circle, in the reference configuration.
-    normal : law of the normal force.
+    normal : law of the normal force; made from materials, it has the stiffness of the circle against a flat side.
     friction : law of friction; left out: frictionless.
 
     Raises
@@ -103,7 +103,7 @@ class OutlineContact(Part):
         )
         centre, chains = in_frame(nodes[1], self.circle.centre), self.outline.chains()
         head = TOLERANCE_LENGTH * self.outline.size, *centre, self.circle.radius
-        hollow = self.outline.hollow_corners()
+        hollow, normal = self.outline.hollow_corners(), self.normal.for_radii(math.inf, self.circle.radius)
         found = []
         for number, chain in enumerate(chains, 1):
             extent = PART if chain[0] in hollow else (PART_WITHOUT_START if hollow else WHOLE)
@@ -115,7 +115,7 @@ class OutlineContact(Part):
             )
             name = f"side{number}" if hollow else ""
             found.append(
-                ContactContribution(self.name, outline_gap_kernel, coordinates, p, self.normal, self.friction, name)
+                ContactContribution(self.name, outline_gap_kernel, coordinates, p, normal, self.friction, name)
             )
         return found
 

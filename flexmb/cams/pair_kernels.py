@@ -53,7 +53,7 @@ class PairKernels:
         )
         if part.normal is not None:
             friction = part.friction or Frictionless()
-            contact = ContactContribution(part.name, self.gap, coordinates, p, part.normal, friction)
+            contact = ContactContribution(part.name, self.gap, coordinates, p, part.contact_law(), friction)
             return [contact] if part.start == OPEN else [contact, ideal]
         rubbing = None if part.friction is None else JointFriction(self.sliding, p, part.friction)
         force = Reaction("force", "N", 0)

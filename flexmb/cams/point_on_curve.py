@@ -75,6 +75,10 @@ class PointOnCurve(Part):
         """Least radius of curvature of the curve [m], beside which penetrations are judged."""
         return 1.0 / self.curve.extreme_curvature()[1]
 
+    def contact_law(self) -> NormalLaw | None:
+        """Normal law; it needs a stiffness, since an edge has no radius."""
+        return self.normal
+
     def validate(self, mechanism: Mechanism) -> None:
         """Refuse a point far from the curve."""
         super().validate(mechanism)

@@ -227,7 +227,27 @@ def test_friction_on_a_face_turns_the_cam_back():
     lost = np.trapezoid(mu * force * (R + E * np.sin(wt)) * 40.0, sol.time)
     assert sol["energy.dissipated_friction"].values[-1] == pytest.approx(lost, rel=1e-3)
     rubbing = fm.simulate(valve(friction=fm.friction.SmoothCoulomb(mu, v0=1e-4), normal=LAW), periods=1)
+    assert np.abs(rubbing["energy.residual"].values).max() < 1e-3 * rubbing["energy.turned_over"].values[-1]
     assert rubbing["motor.torque"].values[200:] == pytest.approx(sol["motor.torque"].values[200:], abs=0.02)
+
+
+def test_a_law_made_from_materials_has_the_stiffness_of_both_radii():
+    """Disc of 30 mm against a face, and against a roller of 15 mm, 1/R = 1/30 mm + 1/15 mm: stiffness like sqrt(R)."""
+    law, found = fm.HuntCrossley(materials=(fm.STEEL, fm.STEEL), restitution=0.9), []
+    for face in (FACE, fm.cams.Circle((0.0, R + 0.015), 0.015)):
+        mech = valve(face, normal=law)
+        found.append(mech.find("tappet").contributions(mech)[0].normal.parameters()[0])
+    assert found[0] / found[1] == pytest.approx(math.sqrt(3.0), rel=1e-6)
+    modulus = fm.STEEL.young / (2.0 * (1.0 - fm.STEEL.poisson**2))
+    assert found[0] == pytest.approx(4.0 / 3.0 * modulus * math.sqrt(R), rel=1e-6)
+
+
+def test_inverse_dynamics_takes_the_ideal_pair():
+    times = np.linspace(0.0, 0.15, 7)
+    found = fm.inverse_dynamics(valve(normal=LAW), times).forces["tappet"]
+    wt = 40.0 * times
+    assert found[:, 1] == pytest.approx(K * (R + E * np.sin(wt)) - M * E * 1600.0 * np.sin(wt), rel=1e-7)
+    assert np.abs(found[:, 0]).max() < 1e-9
 
 
 def test_forces_do_not_depend_on_the_frame():
