@@ -129,7 +129,9 @@ BUILT_IN = {
     "Prismatic": (two_links(JOINT, second=SLIDER), "slide"),
     "RevoluteClearance": (two_links(clearance(LN, fm.friction.Frictionless())), "pin"),
     "Bushing": (two_links(fm.Bushing("pin", crank(), arm(), at=A, **RUBBER)), "pin"),
-    "Bushing, one stiff axis": (two_links(fm.Bushing("pin", crank(), arm(), at=A, **{**RUBBER, "stiffness": (0.0, 3e4)})), "pin"),
+    "Bushing, one stiff axis": (
+        two_links(fm.Bushing("pin", crank(), arm(), at=A, **{**RUBBER, "stiffness": (0.0, 3e4)})), "pin",
+    ),
     "PinSlot": (two_links(fm.PinSlot("pin", crank(), arm(), at=A, along=(1.0, 0.3))), "pin"),
     "PinSlotClearance": (
         two_links(fm.PinSlotClearance("pin", crank(), arm(), at=A, along=(1.0, 0.3), length=1e-4, **SLOT)),
