@@ -188,6 +188,7 @@ results.remarks.SMALL_SHARE | 1 | impulse, loss | slow contacts that go without 
 contact.validity.SMALL_TENSION | 1 | largest force | cut tension that goes without a remark
 bodies.point_mass.SAME_POINT | 1 | distance from the origin | distance from a particle that is none
 bodies.point_mass.NO_MOMENT | 1 | forces of a part | moment on a particle that is round-off
+couplings.cable.JUST_TAUT | 1 | distance of the points | elongation at the start that is round-off
 joints.revolute_clearance.TOUCHING | 1 | clearance | round-off of a start that touches
 sensitivity.run.LEAST_FADING_GAMMA | 1 | method | gamma below which errors of accelerations stay
 sensitivity.run.STATE_DIFFERENCE | 1 | size of the mechanism | differences of states for a derivative

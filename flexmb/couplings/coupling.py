@@ -123,16 +123,24 @@ class Coupling(Part):
         pairs = tuple(given.items()) if isinstance(given, Mapping) else given
         if not pairs:
             raise InputError(f"{self.label}: factors is empty; give the factor of at least one joint.")
-        checked = []
-        for joint, factor in pairs:
-            name = joint.name if isinstance(joint, Part) else joint
-            if not isinstance(name, str):
-                raise InputError(f"{self.label}: factors holds the joint {joint!r}; give joints or their names.")
-            number = checks.number(self.label, f"factors[{name!r}]", factor)
-            if number == 0.0:
-                raise InputError(f"{self.label}: factors[{name!r}] is 0, so the joint does not count; leave it out.")
-            checked.append((name, number))
+        checked = [self._checked(pair) for pair in pairs]
+        names = [name for name, _ in checked]
+        twice = next((name for name in names if names.count(name) > 1), None)
+        if twice is not None:
+            raise InputError(f"{self.label}: factors holds joint {twice!r} twice; add up its factors.")
         object.__setattr__(self, "factors", tuple(checked))
+
+    def _checked(self, pair: Any) -> tuple[str, float]:
+        """Name and factor of a joint."""
+        if not isinstance(pair, tuple) or len(pair) != 2:
+            raise InputError(f"{self.label}: factors holds {pair!r}; give pairs of a joint and its factor.")
+        name = pair[0].name if isinstance(pair[0], Part) else pair[0]
+        if not isinstance(name, str):
+            raise InputError(f"{self.label}: factors holds the joint {pair[0]!r}; give joints or their names.")
+        factor = checks.number(self.label, f"factors[{name!r}]", pair[1])
+        if factor == 0.0:
+            raise InputError(f"{self.label}: factors[{name!r}] is 0, so the joint does not count; leave it out.")
+        return name, factor
 
     def validate(self, mechanism: Mechanism) -> None:
         """Check that all joints exist and have an angle or a travel."""

@@ -13,8 +13,7 @@ from flexmb import checks, planar
 from flexmb.contact.friction.frictionless import Frictionless
 from flexmb.errors import InputError, ModelError
 from flexmb.joints.contact_point import put_column, put_eccentricity, put_point
-from flexmb.joints.pin_slot import slot_travel
-from flexmb.joints.prismatic import Prismatic, joint_with_coordinate
+from flexmb.joints.prismatic import Prismatic, joint_with_coordinate, travel_signal
 from flexmb.joints.revolute import Revolute, drawn_angle
 from flexmb.kernels import compiled, gap_kernel, signal_kernel
 from flexmb.model.contributions import ContactContribution, Contribution, SignalContribution
@@ -203,7 +202,7 @@ class Stop(Part):
         coordinates = (*first.coordinates, *second.coordinates)
         if isinstance(joint, Prismatic):
             p = joint.geometry(mechanism)[1]
-            signal = SignalContribution(self.name, "travel", "m", slot_travel, coordinates, p)
+            signal = SignalContribution(self.name, "travel", "m", travel_signal, coordinates, p)
             found = [(name, travel_gap_kernel, (side, limit, *p)) for name, side, limit in self._limits()]
         else:
             drawn = drawn_angle(mechanism, ends)

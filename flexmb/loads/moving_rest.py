@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -70,7 +71,7 @@ def check_rest(label: str, name: str, rest: object, unit: str) -> None:
     rest : the argument.
     unit : unit of the argument.
     """
-    if isinstance(rest, Motion) or (isinstance(rest, int | float) and not isinstance(rest, bool)):
+    if isinstance(rest, Motion) or (isinstance(rest, Real) and not isinstance(rest, bool)):
         return
     raise InputError(
         f"{label}: {name} is {rest!r}; it must be a number in {unit}, or a motion whose value it is, e.g. "

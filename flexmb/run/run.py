@@ -198,7 +198,7 @@ class Run:
             with self.interruption:
                 self._run_over_jumps(end, interval, bar, ends=saving is not None)
             if self.code == DONE and not self.note and 0.0 < interval < NEVER:
-                self.saved.add_end(float(self.flow.clock.t), self.record.signals, 1e-9 * interval)
+                self.saved.add_end(float(self.flow.clock.t), self.record.signals, 1e-6 * interval)
         except KeyboardInterrupt as stop:
             self.note, self.interrupted = str(stop) or "Interrupted from the keyboard", True
         bar.close()

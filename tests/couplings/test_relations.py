@@ -169,6 +169,8 @@ def test_wrong_relations_are_refused():
         ({"O": "2"}, r"factors\['O'\] is '2'; it must be a number"),
         (3.0, "give a dictionary"),
         ({2: 1.0}, "holds the joint 2"),
+        ((3.0,), "holds 3.0; give pairs"),
+        ((("O", 1.0), ("O", 2.0)), "holds joint 'O' twice; add up"),
     ):
         with pytest.raises(InputError, match=words):
             COUPLING("mesh", factors)
@@ -179,6 +181,10 @@ def test_wrong_relations_are_refused():
     stone = wheel("stone", at=(1.0, 0.0))
     with pytest.raises(InputError, match="length is -1 m"):
         fm.couplings.Cable("rope", fm.GROUND, stone, at=O, to=(1.0, 0.0), length=-1.0, normal=fm.KelvinVoigt(1.0, 0.0))
+    with pytest.raises(
+        InputError, match=r"length is 0.9 m, but its points are 1 m apart: it would start under tension"
+    ):
+        fm.couplings.Cable("rope", fm.GROUND, stone, at=O, to=(1.0, 0.0), length=0.9, normal=fm.KelvinVoigt(1.0, 0.0))
     with pytest.raises(ModelError, match="ties 'stone' to itself"):
         fm.couplings.Cable("rope", stone, stone, at=O, to=(1.0, 0.0), normal=fm.KelvinVoigt(1.0, 0.0))
     with pytest.raises(InputError, match="so the cable needs a length"):

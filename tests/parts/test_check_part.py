@@ -151,6 +151,9 @@ BUILT_IN = {
     "Prismatic": (two_links(JOINT, second=SLIDER), "slide"),
     "RevoluteClearance": (two_links(clearance(LN, fm.friction.Frictionless())), "pin"),
     "Bushing": (two_links(fm.Bushing("pin", crank(), arm(), at=A, **RUBBER)), "pin"),
+    "Bushing, one stiff axis": (
+        two_links(fm.Bushing("pin", crank(), arm(), at=A, **{**RUBBER, "stiffness": (0.0, 3e4)})), "pin",
+    ),
     "PinSlot": (two_links(fm.PinSlot("pin", crank(), arm(), at=A, along=(1.0, 0.3))), "pin"),
     "PinSlotClearance": (
         two_links(fm.PinSlotClearance("pin", crank(), arm(), at=A, along=(1.0, 0.3), length=1e-4, **SLOT)),
@@ -295,6 +298,7 @@ BUILT_IN = {
     "Harmonic": (driven(fm.drives.Harmonic(0.4, 1.5, 0.3, 0.2)), "motor"),
     "Polynomial": (driven(fm.drives.Polynomial((0.1, 2.0, -0.4, 0.3))), "motor"),
     "Table": (driven(fm.drives.Table(TIMES, WAVE)), "motor"),
+    "Table, end slopes": (driven(fm.drives.Table(TIMES, WAVE, slopes=(0.0, 1.0))), "motor"),
     "Table, periodic": (driven(fm.drives.Table(TIMES, (*WAVE[:-1], WAVE[0] + 0.5), periodic=True)), "motor"),
     "Drive of a Prismatic": (
         two_links(JOINT, fm.Drive("motor", "slide", fm.ConstantSpeed(0.2)), second=SLIDER), "motor",

@@ -91,11 +91,11 @@ def test_numbers_stand_where_the_tables_look_for_them(name):
     contributions = chosen_contributions(mechanism.contributions(), closed=False, start=False)
     packer = Packer(contributions, Numbering(mechanism))
     places = structure.layout(contributions, packer.number.names())
-    for pack, out in ((packer.constraints, places.constraints), (packer.contacts, places.contacts)):
-        if pack == packer.constraints:
-            packer.elements(lambda rows, columns: rows)
-        pack(lambda rows, columns: rows, out)
+    packer.elements(lambda rows, columns: rows)
+    packer.constraints(lambda rows, columns: rows, places.constraints, places.measured)
+    packer.contacts(lambda rows, columns: rows, places.contacts)
     packer.measured(places.measured, places.angles)
+    packer.controls(lambda rows, columns: rows, places.controls)
     p, z = structure.numbers_of(contributions)
     assert p.tolist() == packer.p
     assert z.tolist() == packer.z
