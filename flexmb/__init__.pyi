@@ -81,11 +81,9 @@ from flexmb.results.netcdf import load as load
 from flexmb.results.solution import Solution as Solution
 from flexmb.results.vtk import write_vtk as write_vtk
 from flexmb.run.simulate import simulate as simulate
-from flexmb.run.steps import StepState as StepState
 from flexmb.run.steps import steps as steps
 from flexmb.run.stopping import when as when
 from flexmb.sensors.marker import Marker as Marker
-from flexmb.start.assemble import assemble as assemble
 from flexmb.step.method import Method as Method
 from flexmb.step.newmark.method import Newmark as Newmark
 from flexmb.step.radau.method import RadauIIA as RadauIIA
@@ -95,5 +93,6 @@ from flexmb.step.step_size import FixedStep as FixedStep
 from flexmb.study.nine_bar.staggered.method import Staggered as Staggered
 from flexmb.sweeps.bifurcation_diagram import bifurcation as bifurcation
 from flexmb.sweeps.parameter_sweep import sweep as sweep
+from flexmb.view.bifurcation import plot_bifurcation as plot_bifurcation
 from flexmb.view.plot import plot as plot
 from flexmb.view.render import render as render

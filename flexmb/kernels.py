@@ -61,6 +61,7 @@ from flexmb.compiled.code_cache import CodeCache
 from flexmb.compiled.pieces import whole
 from flexmb.compiled.pointers import KernelPointer
 from flexmb.compiled.shipped import ours
+from flexmb.compiled.views import MATRIX
 from flexmb.derivatives.forward import differentiated
 from flexmb.derivatives.source import Source, returned_numbers, text_of
 from flexmb.errors import KernelError
@@ -74,7 +75,7 @@ __all__ = [
 _F = types.float64
 _V = types.Array(_F, 1, "C")
 _P = types.Array(_F, 1, "C", readonly=True)
-_M = types.Array(_F, 2, "C")
+_M = MATRIX
 _TRIPLE = types.UniTuple(_F, 3)
 
 compiled = whole(error_model="numpy", _nrt=False, forceinline=True)
@@ -343,53 +344,6 @@ def _caller(contract: Contract) -> Any:
 
     return kernel_at
 
-
-def _matrix_view() -> Any:
-    """Make the compiled function (flat, rows, columns) that returns the start of `flat` as a matrix, without a copy."""
-    if config.DISABLE_JIT:
-        return lambda flat, rows, columns: flat[: rows * columns].reshape(rows, columns)
-
-    @intrinsic
-    def matrix_view(typingctx, flat, rows, columns):  # type: ignore[no-untyped-def]
-        def codegen(context, builder, signature, args):  # type: ignore[no-untyped-def]
-            source = arrayobj.make_array(signature.args[0])(context, builder, args[0])
-            view = arrayobj.make_array(_M)(context, builder)
-            size = context.get_constant(types.intp, 8)
-            strides = (builder.mul(args[2], size), size)
-            arrayobj.populate_array(view, source.data, args[1:], strides, size, None)
-            return view._getvalue()
-
-        return _M(flat, types.intp, types.intp), codegen
-
-    return matrix_view
-
-
-matrix_view = _matrix_view()
-
-
-def _part_of() -> Any:
-    """Make the compiled function (flat, begin, end) that returns flat[begin:end] without checks of the bounds.
-
-    A slice tests signs and bounds, and so does every index into it, unless numba knows that indices start at 0.
-    """
-    if config.DISABLE_JIT:
-        return lambda flat, begin, end: flat[begin:end]
-
-    @intrinsic
-    def part_of(typingctx, flat, begin, end):  # type: ignore[no-untyped-def]
-        def codegen(context, builder, signature, args):  # type: ignore[no-untyped-def]
-            source = arrayobj.make_array(signature.args[0])(context, builder, args[0])
-            view = arrayobj.make_array(signature.return_type)(context, builder)
-            size, length = context.get_constant(types.intp, 8), builder.sub(args[2], args[1])
-            arrayobj.populate_array(view, builder.gep(source.data, [args[1]]), [length], [size], size, None)
-            return view._getvalue()
-
-        return flat(flat, types.intp, types.intp), codegen
-
-    return part_of
-
-
-part_of = _part_of()
 
 element_at = _caller(ELEMENT)
 energy_at = _caller(ENERGY)

@@ -1,5 +1,6 @@
-"""Public names of `flexmb.equilibrium`: classes of equilibria and linear analyses."""
+"""Public names of `flexmb.equilibrium`: classes of equilibria and linear analyses, poses."""
 
 from flexmb.equilibrium.buckling import Buckling as Buckling
 from flexmb.equilibrium.modes import Modes as Modes
 from flexmb.equilibrium.statics import Equilibrium as Equilibrium
+from flexmb.start.assemble import assemble as assemble

@@ -119,8 +119,10 @@ def layout(contributions: Contributions, coordinate_names: tuple[str, ...], n_b:
     states = [(name, given.get(name, "")) for name in coordinate_names[n_b:]]
     names, units = [], []
     for level, (name_of, unit_of) in zip(COORDINATE_SIGNALS, STATE_SIGNALS, strict=True):
-        names += [*(f"{stem}.{name}" for stem in stems for name, _ in level), *(name_of.format(s) for s, _ in states)]
-        units += [*(unit for _ in stems for _, unit in level), *(unit_of.format(unit).strip() for _, unit in states)]
+        names += [f"{stem}.{name}" for stem in stems for name, _ in level]
+        names += [name_of.format(name) for name, _ in states]
+        units += [unit for _ in stems for _, unit in level]
+        units += [unit_of.format(unit).strip() for _, unit in states]
 
     def more(owner: str, found: Sequence[tuple[str, str]]) -> int:
         first = len(names)

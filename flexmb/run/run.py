@@ -229,10 +229,10 @@ class Run:
                 self.note = f"{STOPPED_AFTER} {self.max_steps} steps, as asked for"
                 return False
             else:
-                self._advance(options, steps)
+                self.advance(options, steps)
             if self.code == CONDITION_MET and self.stopping is not None:
                 self.code = end_at_crossing(self, self.stopping, begun, target, interval)
-            self._empty_buffer(options)
+            self.empty_buffer(options)
             bar.update(min(self.flow.clock.t, bar.total) - bar.n)
             took = time.perf_counter() - began
             steps = int(min(max(steps * min(BLOCK_SECONDS / max(took, 1e-6), 4.0), 16), 1_000_000))
@@ -243,7 +243,7 @@ class Run:
                 self.after_block(self)
         return self.code == DONE and not self.met
 
-    def _advance(self, options: Options, steps: int) -> None:
+    def advance(self, options: Options, steps: int) -> None:
         """Take at most `steps` steps; an exception of a user's kernel ends the run with a note."""
         try:
             with naming_kernels(self):
@@ -319,13 +319,6 @@ class Run:
             float(saving),
         )
 
-    def take(self, end: float, saving: float, steps: int) -> int:
-        """Take at most `steps` steps until `end` [s], saving every `saving` [s]; RUNNING, or the code of the ending."""
-        options = self.options(end, saving)
-        self._advance(options, steps)
-        self._empty_buffer(options)
-        return self.code
-
     def _fetch_buffer(self) -> None:
         if self.record.count.episodes:
             self.episodes.append(take_episodes(self.record))
@@ -334,7 +327,7 @@ class Run:
             self.saved.add(self.record.times[:rows], self.record.values[:rows])
             self.record.count.rows = 0
 
-    def _empty_buffer(self, options: Options) -> None:
+    def empty_buffer(self, options: Options) -> None:
         """Empty the buffer; repeatedly, if the last step has more instants than the buffer has rows."""
         self._fetch_buffer()
         while self.code == BUFFER_FULL and options.save_interval > 0.0:

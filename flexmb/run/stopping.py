@@ -224,7 +224,7 @@ def end_at_crossing(run: Run, watch: StopConditions, begun: Snapshot | None, end
     steps, beyond = int(run.record.count.steps) - 1, float(run.flow.clock.t)
     begun.restore(run)
     while int(run.record.count.steps) < steps:
-        code = run.take(end, interval, steps - int(run.record.count.steps))
+        code = take(run, end, interval, steps - int(run.record.count.steps))
         if code not in (RUNNING, BUFFER_FULL):
             return code
     before = Snapshot(run)
@@ -232,18 +232,24 @@ def end_at_crossing(run: Run, watch: StopConditions, begun: Snapshot | None, end
     def excess(t: float) -> float:
         """Excess at the end of steps from the state before to the time t."""
         before.restore(run)
-        run.take(t, NEVER, MOST_TRIALS)
+        take(run, t, NEVER, MOST_TRIALS)
         return watch.excess(number, run.record.signals) if run.flow.clock.t >= t else np.nan
 
     last = crossing_time(excess, float(run.flow.clock.t), beyond, watch.excess(number, run.record.signals))
     before.restore(run)
     run.record.levels[:, DIRECTION] = 0.0  # nothing is watched any more
-    code = run.take(last, interval, MOST_TRIALS)
+    code = take(run, last, interval, MOST_TRIALS)
     if code == DONE:
         run.met = watch.conditions[number].text
-        if 0.0 < interval < NEVER and not run.saved.is_at(last, 1e-9 * interval):
-            run.saved.add_one(last, run.record.signals)
     return code
+
+
+def take(run: Run, end: float, saving: float, steps: int) -> int:
+    """Take at most `steps` steps until `end` [s], saving every `saving` [s]; RUNNING, or the code of the ending."""
+    options = run.options(end, saving)
+    run.advance(options, steps)
+    run.empty_buffer(options)
+    return run.code
 
 
 def crossing_time(excess: Callable[[float], float], low: float, high: float, below: float) -> float:

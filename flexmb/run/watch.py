@@ -39,8 +39,8 @@ MOST_NUMBERS = 20_000
 
 PASSES_THROUGH = "the journal passes through its bearing"
 
-MANY_BODIES = 64
-"""Number of bodies above which fewer instants are looked at, or strains would take as long as a short run."""
+MOST_BODIES = 64
+"""Number of bodies above which strains are not computed, since that would take as long as a short run."""
 
 ONE_INSTANT = ("broken-kernel", "jumping-drive")
 """Codes of findings on one instant of a motion, which a run that ends before does not meet."""
@@ -181,10 +181,11 @@ def _coarse_contacts(saved: Saved) -> Iterator[tuple[bool, str]]:
 
 def _strains(mechanism: Mechanism, saved: Saved) -> Iterator[tuple[bool, str]]:
     """Beams that strain beyond their yield stress, or by more than linear elasticity allows."""
-    bodies = [body for body in mechanism.bodies if isinstance(body, FlexibleBody)]
-    poses = max(MOST_NUMBERS * MANY_BODIES // max(len(bodies), MANY_BODIES), 1)
-    for body in bodies:
-        found = strain_of(body, saved, poses)
+    bodies = mechanism.bodies
+    for body in bodies if len(bodies) <= MOST_BODIES else ():
+        if not isinstance(body, FlexibleBody):
+            continue
+        found = strain_of(body, saved)
         if found is None:
             continue
         strain, when = found
@@ -198,19 +199,18 @@ def _strains(mechanism: Mechanism, saved: Saved) -> Iterator[tuple[bool, str]]:
             yield wrong, f"{text}; beams are linear elastic, for small strains."
 
 
-def strain_of(body: FlexibleBody, saved: Saved, poses: int = MOST_NUMBERS) -> tuple[float, float] | None:
+def strain_of(body: FlexibleBody, saved: Saved) -> tuple[float, float] | None:
     """Largest strain of a body at the saved instants, and when [s]; None where its nodes were not saved.
 
     Parameters
     ----------
     body : the body.
     saved : results of the run.
-    poses : number of poses of nodes at most.
     """
     nodes = {node.name: node for node in body.nodes()}
     largest, when = 0.0, 0.0
     for beam in body.beams:
-        every = 1 + len(saved.time) * len(beam.nodes) // poses
+        every = 1 + len(saved.time) * len(beam.nodes) // MOST_NUMBERS
         columns = _columns(saved, [f"{body.name}.{n}.{axis}" for axis in ("x", "y", "theta") for n in beam.nodes])
         if columns is None or not len(saved.time):
             return None

@@ -1,0 +1,61 @@
+"""Views of flat arrays in compiled code: matrices and parts, without copies and checks of bounds."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numba import types
+from numba.core import config
+from numba.extending import intrinsic
+from numba.np import arrayobj
+
+MATRIX = types.Array(types.float64, 2, "C")
+"""Type of a matrix."""
+
+
+def _matrix_view() -> Any:
+    """Make the compiled function (flat, rows, columns) that returns the start of `flat` as a matrix, without a copy."""
+    if config.DISABLE_JIT:
+        return lambda flat, rows, columns: flat[: rows * columns].reshape(rows, columns)
+
+    @intrinsic
+    def matrix_view(typingctx, flat, rows, columns):  # type: ignore[no-untyped-def]
+        def codegen(context, builder, signature, args):  # type: ignore[no-untyped-def]
+            source = arrayobj.make_array(signature.args[0])(context, builder, args[0])
+            view = arrayobj.make_array(MATRIX)(context, builder)
+            size = context.get_constant(types.intp, 8)
+            strides = (builder.mul(args[2], size), size)
+            arrayobj.populate_array(view, source.data, args[1:], strides, size, None)
+            return view._getvalue()
+
+        return MATRIX(flat, types.intp, types.intp), codegen
+
+    return matrix_view
+
+
+matrix_view = _matrix_view()
+
+
+def _part_of() -> Any:
+    """Make the compiled function (flat, begin, end) that returns flat[begin:end] without checks of the bounds.
+
+    A slice tests signs and bounds, and so does every index into it, unless numba knows that indices start at 0.
+    """
+    if config.DISABLE_JIT:
+        return lambda flat, begin, end: flat[begin:end]
+
+    @intrinsic
+    def part_of(typingctx, flat, begin, end):  # type: ignore[no-untyped-def]
+        def codegen(context, builder, signature, args):  # type: ignore[no-untyped-def]
+            source = arrayobj.make_array(signature.args[0])(context, builder, args[0])
+            view = arrayobj.make_array(signature.return_type)(context, builder)
+            size, length = context.get_constant(types.intp, 8), builder.sub(args[2], args[1])
+            arrayobj.populate_array(view, builder.gep(source.data, [args[1]]), [length], [size], size, None)
+            return view._getvalue()
+
+        return flat(flat, types.intp, types.intp), codegen
+
+    return part_of
+
+
+part_of = _part_of()
