@@ -62,6 +62,8 @@ from flexmb.compiled.pieces import whole
 from flexmb.compiled.pointers import KernelPointer
 from flexmb.compiled.shipped import ours
 from flexmb.compiled.views import MATRIX
+from flexmb.compiled.views import matrix_view as matrix_view
+from flexmb.compiled.views import part_of as part_of
 from flexmb.derivatives.forward import differentiated
 from flexmb.derivatives.source import Source, returned_numbers, text_of
 from flexmb.errors import KernelError
