@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from flexmb.errors import ModelError
-from flexmb.model.contributions import ControlContribution, ElementContribution
+from flexmb.model.contributions import ControlContribution, ElementContribution, SignalContribution
 from flexmb.model.part import Part
 
 if TYPE_CHECKING:
@@ -42,7 +42,8 @@ class Controller(Part):
         for name in self.control().loads:
             load = mechanism.find(name)
             found = [] if isinstance(load, Controller) else list(load.contributions(mechanism))
-            element = found[0] if len(found) == 1 and isinstance(found[0], ElementContribution) else None
+            forces = [one for one in found if not isinstance(one, SignalContribution)]
+            element = forces[0] if len(forces) == 1 and isinstance(forces[0], ElementContribution) else None
             if element is None or element.energy is not None:
                 text = f"{self.label}: {load.label} cannot be controlled"
                 raise ModelError(f"{text}; give a Force or a Torque, whose value per unit of the output it holds.")
