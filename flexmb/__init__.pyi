@@ -81,9 +81,11 @@ from flexmb.results.netcdf import load as load
 from flexmb.results.solution import Solution as Solution
 from flexmb.results.vtk import write_vtk as write_vtk
 from flexmb.run.simulate import simulate as simulate
+from flexmb.run.steps import StepState as StepState
 from flexmb.run.steps import steps as steps
 from flexmb.run.stopping import when as when
 from flexmb.sensors.marker import Marker as Marker
+from flexmb.start.assemble import assemble as assemble
 from flexmb.step.method import Method as Method
 from flexmb.step.newmark.method import Newmark as Newmark
 from flexmb.step.radau.method import RadauIIA as RadauIIA

@@ -13,6 +13,7 @@ from flexmb.bodies.inertia import node_mass
 from flexmb.errors import FlexmbError, InputError, ModelError
 from flexmb.kernels import GAP_SIZE, constraint_kernel
 from flexmb.model.contributions import (
+    AngleContribution,
     Attachment,
     ConstraintContribution,
     ContactContribution,
@@ -145,7 +146,7 @@ def needs_rotation(mechanism: Mechanism, part: Part, particle: str) -> bool:
     return any(
         turns(mechanism, contribution, contribution.coordinates.index(theta))
         for contribution in found
-        if theta in contribution.coordinates and not isinstance(contribution, SignalContribution)
+        if theta in contribution.coordinates and not isinstance(contribution, SignalContribution | AngleContribution)
     )
 
 

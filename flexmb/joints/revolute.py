@@ -81,8 +81,9 @@ def drawn_angle(mechanism: Mechanism, ends: tuple[Attachment, Attachment]) -> fl
 
 def angle_contribution(part: str, mechanism: Mechanism, ends: tuple[Attachment, Attachment]) -> AngleContribution:
     """Relative rotation of the second body against the first, 0 in the reference configuration, and its rate."""
-    first, second = (end.coordinates[2] for end in ends)
-    return AngleContribution(part, (first, second), (drawn_angle(mechanism, ends),))
+    first, second = ends
+    pair = (first.part, first.node, 2), (second.part, second.node, 2)
+    return AngleContribution(part, pair, (drawn_angle(mechanism, ends),))
 
 
 def coincidence_piece(

@@ -70,7 +70,7 @@ def refuse_controllers(mechanism: Mechanism, analysis: str, reason: str) -> None
     ------
     ModelError : the mechanism has controllers.
     """
-    controllers = mechanism.controllers
+    controllers = getattr(mechanism, "controllers", ())  # the compiler refuses what is no mechanism
     if controllers:
         listed = ", ".join(part.label for part in controllers)
         loads = ", ".join(repr(name) for part in controllers for name in part.control().loads)

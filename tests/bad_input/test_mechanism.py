@@ -125,9 +125,9 @@ PULLED = fm.Drive("pull", "guide", fm.ConstantSpeed(0.1))
 def test_loop_that_cannot_close_says_which_joint_and_by_how_much():
     """Fully stretched, the slider stands at |crank| + |rod| = 0.1803 + 0.3808 = 0.5611 m, 0.111 m from its place."""
     mechanism = slider_crank(PIN_AT, END, PULLED)
-    assert fm.equilibrium.assemble(mechanism, {"pull": 0.11})["slider.x"] == pytest.approx(0.56, abs=1e-12)
+    assert fm.assemble(mechanism, {"pull": 0.11})["slider.x"] == pytest.approx(0.56, abs=1e-12)
     with pytest.raises(AssemblyError) as caught:
-        fm.equilibrium.assemble(mechanism, {"pull": 0.2})
+        fm.assemble(mechanism, {"pull": 0.2})
     message = str(caught.value)
     assert message.startswith("Mechanism 'slider-crank' cannot be assembled: joints stay open, ")
     opened = [float(x) for x in re.findall(r"'(?:O|A|B|guide|pull)' by ([0-9.e-]+)", message)]
@@ -139,7 +139,7 @@ def test_loop_that_cannot_close_says_which_joint_and_by_how_much():
 
 def test_unknown_drive_of_assemble():
     with pytest.raises(InputError, match=r"drive is 'pul'. Did you mean 'pull'\? Known: pull"):
-        fm.equilibrium.assemble(slider_crank(PIN_AT, END, PULLED), {"pul": 0.1})
+        fm.assemble(slider_crank(PIN_AT, END, PULLED), {"pul": 0.1})
 
 
 def run(mechanism):

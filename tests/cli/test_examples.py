@@ -50,7 +50,7 @@ def numbers(pattern, text):
 
 def test_no_example_is_forgotten():
     tested = {"pendulum", "cantilever", "flexible_four_bar", "own_law", "frame_from_mesh", "restart", "chaos"}
-    tested |= {"cam_lift_off", "geneva"}
+    tested |= {"cam_lift_off", "geneva", "pick_and_place"}
     assert {path.stem for path in EXAMPLES.glob("*.py")} == tested | set(KNOWN)
 
 
@@ -64,6 +64,16 @@ def test_known_mechanism(name, tmp_path, monkeypatch, capsys):
     for found, exact in pairs:
         assert found == pytest.approx(exact, rel=KNOWN[name], abs=1e-10 if name != "chebyshev" else 1e-6)
     assert (tmp_path / "out" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_pick_and_place(tmp_path):
+    text = output("pick_and_place", tmp_path)
+    for line, error in (("carriage at +# m .*target #", 1e-4), (r"turned by +# deg +\(target #", 0.01)):
+        ((found, expected),) = numbers(line, text)
+        assert abs(found - expected) <= error
+    ((current, expected),) = numbers(r"current +# A +\(expected #", text)
+    assert abs(current - expected) <= 1e-3 * expected
+    assert "voltage 24 V" in text
 
 
 def test_pendulum(tmp_path):

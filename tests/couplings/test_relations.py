@@ -65,7 +65,7 @@ def spiral(value=0.0):
 
 def test_a_relation_on_a_turning_guide():
     """In the turning axes the slider stands at (0.3 + 0.04 angle, 0.1): force and torque from its absolute motion."""
-    sol = fm.simulate(spiral(), t_end=2.0)
+    sol = fm.simulate(spiral(), t_end=2.0, save="steps")
     assert sol.ok, sol.status
     w, u, m = 5.0, 0.04 * 5.0, 0.7
     x, y = 0.3 + u * sol.time, 0.1

@@ -137,7 +137,7 @@ def test_a_clamp_without_speed_is_a_weld():
 
 
 def test_assembly_moves_a_driven_coordinate_by_its_name():
-    pose = fm.equilibrium.assemble(
+    pose = fm.assemble(
         carried(x=fm.drives.Polynomial((0.0,)), angle=fm.drives.Polynomial((0.0,))),
         {"clamp.x": 0.2, "clamp.angle": 0.7},
     )

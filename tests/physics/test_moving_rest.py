@@ -80,3 +80,22 @@ def test_a_wrong_rest_angle_is_refused():
     rotor = fm.RigidBody("rotor", at=(0.0, 0.0), mass=1.0, inertia=0.05)
     with pytest.raises(InputError, match="rest_angle is None; it must be a number in rad"):
         fm.TorsionSpring("spring", fm.GROUND, rotor, stiffness=20.0, rest_angle=None)
+
+
+def test_signals_of_springs_whose_rest_moves():
+    """The force of the spring alone moves the mass, and the torque the wheel."""
+    mass = fm.RigidBody("mass", (0.5, 0.0), 2.0, 1e-3)
+    rest = fm.drives.Harmonic(0.05, frequency=2.0, mean=0.4)
+    spring = fm.SpringDamper(
+        "spring", fm.GROUND, mass, (0.0, 0.0), (0.5, 0.0), stiffness=80.0, damping=1.0, free_length=rest
+    )
+    sol = fm.simulate(
+        fm.Mechanism("pulled", [mass, fm.Prismatic("guide", fm.GROUND, mass), spring]), t_end=1.0, step=1e-3
+    )
+    assert np.abs(sol.array("spring.force") + 2.0 * sol.array("mass.ax")).max() < 1e-5
+    assert "spring.energy" not in sol
+    wheel = fm.RigidBody("wheel", (0.0, 0.0), 1.0, 0.02)
+    coil = fm.TorsionSpring("coil", fm.GROUND, wheel, stiffness=0.5, damping=0.01, rest_angle=rest)
+    axle = fm.Revolute("axle", fm.GROUND, wheel, at=(0.0, 0.0))
+    sol = fm.simulate(fm.Mechanism("turned", [wheel, axle, coil]), t_end=1.0, step=1e-3)
+    assert np.abs(sol.array("coil.torque") - 0.02 * sol.array("wheel.alpha")).max() < 1e-6
