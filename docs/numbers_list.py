@@ -421,6 +421,7 @@ def _left_out() -> dict[str, str]:
         run.failure.STEP_CODES run.failure.SHOWN_RESIDUALS run.failure.LEAST_RESIDUAL run.failure.LEAST_RTOL run.failure.TRIED_STEPS
         system.failed_kernels.MOST_CALLS system.failed_kernels.SHOWN_NUMBERS
         linalg.rank.DENSE_ROWS linalg.rank.IN_COMBINATION
+    refuses what would take too long: controllers.control.LEAST_SAMPLE
     squares of smaller numbers are 0 among floats: run.simulate.SHORTEST_RUN
     stands for infinity: state.options.NEVER
     a size of a buffer, a block or a store: state.flow.PAST_STATES run.run.BUFFER_ROWS

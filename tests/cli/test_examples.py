@@ -34,7 +34,18 @@ def numbers(pattern, text):
 
 def test_no_example_is_forgotten():
     tested = {"pendulum", "cantilever", "flexible_four_bar", "own_law", "frame_from_mesh", "restart", "chaos"}
+    tested |= {"pick_and_place"}
     assert {path.stem for path in EXAMPLES.glob("*.py")} == tested
+
+
+def test_pick_and_place(tmp_path):
+    text = output("pick_and_place", tmp_path)
+    for line, error in (("carriage at +# m .*target #", 1e-4), (r"turned by +# deg +\(target #", 0.01)):
+        ((found, expected),) = numbers(line, text)
+        assert abs(found - expected) <= error
+    ((current, expected),) = numbers(r"current +# A +\(expected #", text)
+    assert abs(current - expected) <= 1e-3 * expected
+    assert "voltage 24 V" in text
 
 
 def test_pendulum(tmp_path):
