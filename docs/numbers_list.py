@@ -429,6 +429,7 @@ def _left_out() -> dict[str, str]:
         system.failed_kernels.MOST_CALLS system.failed_kernels.SHOWN_NUMBERS
         linalg.rank.DENSE_ROWS linalg.rank.IN_COMBINATION run.stopping.SAME run.stopping.MOST_TRIALS
     round-off of a time, from which a saved instant is the end of its step: step.saved_instants.END_OF_STEP
+    refuses what would take too long: controllers.control.LEAST_SAMPLE
     squares of smaller numbers are 0 among floats: run.simulate.SHORTEST_RUN
     stands for infinity: state.options.NEVER
     stands for a clearance that does not exist: joints.stop.NO_CLEARANCE

@@ -13,6 +13,9 @@ from flexmb.model.contributions import ControlContribution, MotionInput
 from flexmb.model.controller import Controller
 from flexmb.model.law import Motion
 
+LEAST_SAMPLE = 1e-9
+"""Shortest time between two instants of a sampled controller [s]; each instant costs some 0.3 ms of computing."""
+
 
 @dataclass(frozen=True)
 class Control(Controller):
@@ -85,8 +88,7 @@ class Control(Controller):
             text = f"{self.label}: law is {self.law!r}; it must be a function (p, t, u, x, dx, y)"
             raise InputError(f"{text} with the decorator @flexmb.control_kernel.")
         self._check_outputs()
-        if self.sample is not None:
-            checks.positive(self.label, "sample", self.sample, "s", "For a law that acts at all times leave it out.")
+        check_sample(self.label, self.sample)
 
     def _check_outputs(self) -> None:
         """Check the names of outputs and states."""
@@ -124,6 +126,15 @@ class Control(Controller):
             ("",) * len(self.output_names),
             tuple(k for k, (_, value) in enumerate(self.states) if value is None),
         )
+
+
+def check_sample(label: str, sample: float | None) -> None:
+    """Refuse a time between two instants that is no time, or so short that a run would not get on."""
+    if sample is None:
+        return
+    hint = "For a controller that acts at all times leave it out."
+    if checks.positive(label, "sample", sample, "s", hint) < LEAST_SAMPLE:
+        checks.refuse(f"{label}: sample is {sample:g} s; it must be at least {LEAST_SAMPLE:g} s. {hint}")
 
 
 def checked_inputs(label: str, given: object) -> tuple[str | Motion, ...]:

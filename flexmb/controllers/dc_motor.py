@@ -59,8 +59,8 @@ class DCMotor(Controller):
 
     Notes
     -----
-    The inertia of the rotor counts with the square of gear_ratio; add it to the driven body.  Source: K. J. Astrom,
-    R. M. Murray, Feedback Systems (Princeton University Press, 2008), exercise 2.10 (equations of the motor).
+    The inertia of the rotor counts with the square of gear_ratio; add it to the driven body.  Source: G. F.
+    Franklin, J. D. Powell, A. Emami-Naeini, Feedback Control of Dynamic Systems (Pearson, 6th ed. 2010), section 2.3.
 
     Examples
     --------
@@ -68,7 +68,7 @@ class DCMotor(Controller):
     >>> rotor = fm.RigidBody("rotor", at=(0.0, 0.0), mass=1.0, inertia=2e-3)
     >>> model = fm.Mechanism("fan", [
     ...     rotor, fm.Revolute("axis", fm.GROUND, rotor, at=(0.0, 0.0)), fm.Torque("shaft", rotor, 1.0),
-    ...     fm.DCMotor("motor", "rotor.omega", "shaft", voltage=12.0, resistance=2.0, inductance=1e-3,
+    ...     fm.controllers.DCMotor("motor", "rotor.omega", "shaft", voltage=12.0, resistance=2.0, inductance=1e-3,
     ...                torque_constant=0.05),
     ... ])
     >>> sol = fm.simulate(model, t_end=20.0)

@@ -7,7 +7,7 @@ from dataclasses import KW_ONLY, dataclass
 from typing import Any
 
 from flexmb import checks
-from flexmb.controllers.control import is_signal_name
+from flexmb.controllers.control import check_sample, is_signal_name
 from flexmb.errors import InputError
 from flexmb.kernels import control_kernel
 from flexmb.model.contributions import ControlContribution, MotionInput
@@ -121,9 +121,10 @@ class PID(Controller):
         if not isinstance(self.target, Motion):
             checks.number(self.label, "target", self.target)
         checks.one_of(self.label, "derivative_of", self.derivative_of, [MEASUREMENT, ERROR])
-        for field in ("filter_time", "tracking_time", "sample"):
+        for field in ("filter_time", "tracking_time"):
             if getattr(self, field) is not None:
                 checks.positive(self.label, field, getattr(self, field), "s")
+        check_sample(self.label, self.sample)
         if self.kp == self.ki == self.kd == 0.0:
             raise InputError(f"{self.label} has no gain; give kp=, ki= or kd=.")
         self.limits()

@@ -4,4 +4,3 @@ from flexmb.results.contact_intervals import Episode as Episode
 from flexmb.results.contact_intervals import Episodes as Episodes
 from flexmb.results.momentum import Momentum as Momentum
 from flexmb.results.solution import Solution as Solution
-from flexmb.run.steps import StepState as StepState

@@ -155,7 +155,7 @@ def test_a_failing_law_ends_the_run_with_its_inputs():
 
 
 def test_sampling_times_are_checked():
-    for sample in (0.0, -0.1, float("nan")):
+    for sample in (0.0, -0.1, float("nan"), 1e-18):
         with pytest.raises(InputError, match="Control 'servo': sample is"):
             fm.Control("servo", [], ["shaft"], counting, numbers=[1.0], states=1, sample=sample)
     law = fm.Control("servo", [], ["shaft"], counting, numbers=[9.0], states=1, sample=9.0)  # longer than the run
