@@ -27,7 +27,7 @@ def causes_of_failure(mechanism: Mechanism, closed: Program) -> tuple[Finding, .
     """
     findings = [*motion_findings(mechanism), *law_findings(mechanism)]
     known = {name for finding in findings for name in finding.parts}
-    findings += kernel_findings(mechanism, known, ours=False)
+    findings += kernel_findings(mechanism, known)
     if not findings:
         try:
             findings = locking_drives(mechanism, closed, close_loops(closed, {})[0])

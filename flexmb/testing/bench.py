@@ -86,11 +86,9 @@ class Bench:
     mechanism : the mechanism.
     part : a part of the mechanism.
     seed : seed of the random states.
-    share : part of the usual states that is tried, for a quick look.
     """
 
-    def __init__(self, mechanism: Mechanism, part: Part, seed: int, share: float = 1.0) -> None:
-        self.share = share
+    def __init__(self, mechanism: Mechanism, part: Part, seed: int) -> None:
         self.owner = f"Part {part.name!r} ({type(part).__name__})"
         self.number = Numbering(mechanism)
         self.pose = np.concatenate([self.number.pose(), np.zeros(3)])
@@ -113,16 +111,6 @@ class Bench:
         error : relative error.
         """
         self.errors.setdefault(name, []).append(float(error))
-
-    def some(self, rounds: Sequence[Round]) -> list[Round]:
-        """The rounds of states that are tried: all, or a share of them from begin to end.
-
-        Parameters
-        ----------
-        rounds : all rounds.
-        """
-        count = max(1, round(self.share * len(rounds)))
-        return [rounds[k] for k in np.linspace(0, len(rounds) - 1, count).round().astype(int)]
 
     def scales(self, coordinates: Sequence[Coordinate]) -> np.ndarray:
         """Scales of `coordinates`: the size of the piece for lengths, 1 for angles."""

@@ -179,7 +179,7 @@ def check_normal(bench: Bench, law: NormalLaw, size: float) -> None:
     size : size of the gap [m].
     """
     tested = law_kernel(bench, law)
-    for h in bench.some(STEPS * ROUNDS):
+    for h in STEPS * ROUNDS:
         z = np.array(law.history(), dtype=float)
         open_gap, speed = size * log_uniform(bench, 1e-2, 1.0), -log_uniform(bench, 1e-3, 10.0)
         first = {"h": 1e-4, "gap": open_gap, "gap_rate": speed, "z": z}
@@ -226,7 +226,7 @@ def check_friction(bench: Bench, law: FrictionLaw) -> None:
     law : the law.
     """
     tested = law_kernel(bench, law)
-    for h in bench.some(STEPS * ROUNDS):
+    for h in STEPS * ROUNDS:
         z = np.array(law.history(), dtype=float)
         slip = log_uniform(bench, 1e-6, 1.0) * bench.random.choice([-1.0, 1.0])
         for _ in range(2):

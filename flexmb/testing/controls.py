@@ -49,7 +49,7 @@ def check_control(bench: Bench, contribution: ControlContribution) -> None:
     """
     tested = tested_law(bench, contribution)
     name, finite = f"{contribution.kernel.name}: compiled = Python, repeatable, inputs unchanged", 0
-    for size in bench.some(INPUT_SIZES * ROUNDS):
+    for size in INPUT_SIZES * ROUNDS:
         u = size * bench.random.uniform(-1.0, 1.0, len(contribution.inputs))
         x = np.array(contribution.start) + size * bench.random.uniform(-1.0, 1.0, len(contribution.states))
         state: dict[str, Any] = {"t": float(bench.random.uniform(0.0, 2.0)), "u": u, "x": x}
@@ -115,7 +115,7 @@ def _states(bench: Bench, program: Program, contribution: ControlContribution, c
     n_b, n = program.tables.sizes.n_b, program.n_q
     scale = np.where(np.asarray(program.tables.kind[:n_b]) == 1, 1.0, program.length)
     own = columns[: len(contribution.states)]
-    for pose in bench.some(POSE_SIZES):
+    for pose in POSE_SIZES:
         for speed in SPEED_SIZES:
             for _ in range(ROUNDS):
                 q, v, a = np.array(program.reference.q), np.zeros(n), np.zeros(n)
