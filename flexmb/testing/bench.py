@@ -128,7 +128,7 @@ class Bench:
         wanted : names of the inputs, separated by blanks.
         """
         q, scale = self.pose[self.number.dofs(coordinates)], self.scales(coordinates)
-        for k in self.some(range(3 * len(MAGNITUDES))):
+        for k in range(3 * len(MAGNITUDES)):
             inputs = {
                 "t": float(self.random.uniform(0.0, 2.0)),
                 "h": (0.0, 1e-4, 1e-2)[k % 3],
