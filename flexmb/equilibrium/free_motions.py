@@ -6,6 +6,7 @@ import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
 
+from flexmb.errors import SolveError
 from flexmb.program.program import Program
 from flexmb.start.rigid_motion import RigidMotion
 
@@ -53,6 +54,11 @@ def free_motions(program: Program, q: np.ndarray, K: sp.csc_matrix, G: sp.csr_ma
         ).max()
         rows = terms > 0.0
         force = (K @ moved)[rows] / terms[rows, None]
+        if not np.isfinite(force).all():
+            raise SolveError(
+                f"Mechanism {program.name!r}: its stiffness in this pose is too large for floats. Check the "
+                "numbers of its parts and their units."
+            )
         if len(force):
             values, vectors = la.svd(force, full_matrices=True)[1:]
             values = np.append(values, np.zeros(Z.shape[1] - len(values)))
