@@ -54,20 +54,32 @@ def travel_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     direction_row(ux, uy, s1x, s1y, s2x, s2y, q, v, lam, 0, g, G, gamma, H)
 
 
+@compiled
+def turned(x, y, angle):
+    """Vector turned by an angle; most are zero, or belong to the ground, and need no sine."""
+    if angle == 0.0 or (x == 0.0 and y == 0.0):
+        return x, y
+    c, s = math.cos(angle), math.sin(angle)
+    return c * x - s * y, s * x + c * y
+
+
 @signal_kernel
 def travel_signal(p, t, q, v, a):
     """Travel of the second body's point along a direction of the first body."""
     ux, uy, s1x, s1y, s2x, s2y = p
-    travel, _, _, _, _, _ = direction(ux, uy, s1x, s1y, s2x, s2y, q)
-    return travel
+    nx, ny = turned(ux, uy, q[2])
+    bx, by = turned(s2x, s2y, q[5])
+    return nx * (q[3] + bx - q[0]) + ny * (q[4] + by - q[1]) - ux * s1x - uy * s1y
 
 
 @signal_kernel
 def speed_signal(p, t, q, v, a):
     """Rate of `travel_signal`."""
-    ux, uy, s1x, s1y, s2x, s2y = p
-    _, J, _, _, _, _ = direction(ux, uy, s1x, s1y, s2x, s2y, q)
-    return dot(J, v)
+    ux, uy, _, _, s2x, s2y = p
+    nx, ny = turned(ux, uy, q[2])
+    bx, by = turned(s2x, s2y, q[5])
+    vx, vy = v[3] - v[5] * by - v[0], v[4] + v[5] * bx - v[1]
+    return nx * vx + ny * vy + v[2] * (nx * (q[4] + by - q[1]) - ny * (q[3] + bx - q[0]))
 
 
 def travel_contributions(
