@@ -9,7 +9,7 @@ from typing import Any
 from flexmb import checks
 from flexmb.model.mechanism import Mechanism
 from flexmb.step.newmark.method import Newmark
-from flexmb.step.step_size import Adaptive, FixedStep
+from flexmb.step.step_size import RTOL, Adaptive, FixedStep
 from flexmb.study.drawing import Observable, Quantity
 
 MODELS = ("ideal", "rigid", "flexible")
@@ -19,9 +19,6 @@ PLAY_MODELS = ("rigid", "flexible")
 
 JOINT_CURVES = ("normal_force", "penetration", "ex", "ey", "vex", "vey")
 """Signals of the joint with clearance that are saved at every step."""
-
-USUAL_RTOL = 1e-4
-"""Default of the accepted relative error of a step in velocities."""
 
 USUAL: Any = None
 """Default of a field of `Case` whose value comes from the machine."""
@@ -165,7 +162,7 @@ class Case:
     def cost(self) -> float:
         """Approximate processor time of a turn [s]."""
         mesh: float = (self.elements / self.machine.elements) ** 1.5
-        tolerance: float = ((self.rtol or USUAL_RTOL) / USUAL_RTOL) ** (-1.0 / 3.0)
+        tolerance: float = ((self.rtol or RTOL) / RTOL) ** (-1.0 / 3.0)
         return self.machine.cost[self.model] * mesh * tolerance
 
     @property

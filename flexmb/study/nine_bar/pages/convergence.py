@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from flexmb.study.case import USUAL_RTOL
+from flexmb.step.step_size import RTOL
 from flexmb.study.drawing import named, noted
 from flexmb.study.effort import Effort
 from flexmb.study.item import StudyPage, once
@@ -46,7 +46,7 @@ class Level(NamedTuple):
 
     model: str
     elements: int = USUAL_ELEMENTS
-    rtol: float = USUAL_RTOL
+    rtol: float = RTOL
 
     @property
     def text(self) -> str:
@@ -56,7 +56,7 @@ class Level(NamedTuple):
 
     def run(self, speed: float, clearance: float, effort: Effort) -> StudyRun:
         """Run of settled turns at a speed over pi [rad/s] and a clearance [m]."""
-        rtol = None if self.rtol == USUAL_RTOL else self.rtol
+        rtol = None if self.rtol == RTOL else self.rtol
         return effort.settled(changed(key(self.model, speed, clearance), elements=self.elements, rtol=rtol))
 
 
