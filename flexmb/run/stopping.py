@@ -163,10 +163,13 @@ class StopConditions:
 
     def met(self, before: np.ndarray, after: np.ndarray) -> str:
         """The first condition that is met between two rows of all signals, in words; "" for none."""
-        for place, one, (level, sign) in zip(self.places, self.conditions, self.levels, strict=True):
-            if sign * (before[place] - level) <= 0.0 < sign * (after[place] - level):
-                return one.text
-        return ""
+        numbers = self.all_met(before, after)
+        return self.conditions[numbers[0]].text if numbers else ""
+
+    def all_met(self, before: np.ndarray, after: np.ndarray) -> list[int]:
+        """Numbers of the conditions that are met between two rows of all signals."""
+        pairs = enumerate(zip(self.places, self.levels, strict=True))
+        return [k for k, (p, (level, sign)) in pairs if sign * (before[p] - level) < 0.0 <= sign * (after[p] - level)]
 
     def excess(self, number: int, signals: np.ndarray) -> float:
         """Excess of a watched signal over its level, positive beyond it."""
@@ -229,13 +232,22 @@ def end_at_crossing(run: Run, watch: StopConditions, begun: Snapshot | None, end
             return code
     before = Snapshot(run)
 
+    begun_at, start = float(run.flow.clock.t), run.record.signals.copy()
+
     def excess(t: float) -> float:
-        """Excess at the end of steps from the state before to the time t."""
+        """Excess of condition `number` at the end of steps from the state before to the time t."""
         before.restore(run)
         take(run, t, NEVER, MOST_TRIALS)
         return watch.excess(number, run.record.signals) if run.flow.clock.t >= t else np.nan
 
-    last = crossing_time(excess, float(run.flow.clock.t), beyond, watch.excess(number, run.record.signals))
+    last = beyond
+    for _ in watch.conditions:  # another condition may be met earlier in the same step
+        last = crossing_time(excess, begun_at, last, watch.excess(number, start))
+        excess(last)
+        others = [k for k in watch.all_met(start, run.record.signals) if k != number]
+        if not others:
+            break
+        number = others[0]
     before.restore(run)
     run.record.levels[:, DIRECTION] = 0.0  # nothing is watched any more
     code = take(run, last, interval, MOST_TRIALS)
@@ -269,7 +281,7 @@ def crossing_time(excess: Callable[[float], float], low: float, high: float, bel
         margin = 2.0 * np.spacing(high)
         t = min(max(t, low + margin), high - margin)
         value = excess(t)
-        if value <= 0.0:
+        if value < 0.0:
             low, below = t, value
             above *= 0.5 if side < 0 else 1.0
             side = -1

@@ -119,7 +119,7 @@ def condition_met(record):
     """Whether a watched signal has crossed its level in the last step; its number goes to `Counters.condition`."""
     for k in range(record.watched.shape[0]):
         place, level, sign = record.watched[k], record.levels[k, LEVEL], record.levels[k, DIRECTION]
-        if sign * (record.last_signals[place] - level) <= 0.0 and sign * (record.signals[place] - level) > 0.0:
+        if sign * (record.last_signals[place] - level) < 0.0 and sign * (record.signals[place] - level) >= 0.0:
             record.count.condition = k + 1
             return True
     return False

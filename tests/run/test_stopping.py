@@ -103,3 +103,25 @@ def test_a_jump_of_a_load_can_meet_a_condition():
 def test_wrong_conditions(make, text):
     with pytest.raises(InputError, match=text):
         make()
+
+
+def turning():
+    """A rotor that turns by 2 t."""
+    rotor = fm.RigidBody("rotor", (0.0, 0.0), 1.0, 0.5, velocity=(0.0, 0.0, 2.0))
+    return fm.Mechanism("rotor", [rotor, fm.Revolute("axis", fm.GROUND, rotor, at=(0.0, 0.0))])
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_the_earliest_of_several_in_one_step(order):
+    stop = [fm.when("axis.angle", above=1.01), fm.when("rotor.theta", above=1.005)][::order]
+    sol = fm.simulate(turning(), t_end=1.0, step=0.1, stop=stop)
+    assert sol.time[-1] == pytest.approx(0.5025, rel=1e-12)
+    assert "rotor.theta above 1.005" in sol.status
+
+
+def test_a_start_on_the_level_is_no_crossing():
+    bob = fm.RigidBody("bob", (0.0, -1.0), 1.0, 0.01, velocity=(1.0, 0.0, 1.0))
+    swing = fm.Mechanism("swing", [bob, fm.Revolute("h", fm.GROUND, bob, at=(0.0, 0.0))], gravity=(0.0, -G))
+    back = fm.simulate(swing, t_end=3.0, stop=fm.when("h.angle", crosses=0.0))
+    assert back.time[-1] == pytest.approx(1.01462671, rel=1e-4)
+    assert back.array("h.angle")[-1] == pytest.approx(0.0, abs=1e-14)
