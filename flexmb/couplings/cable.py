@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from flexmb import checks, planar
 from flexmb.contact.friction.frictionless import Frictionless
 from flexmb.errors import InputError, ModelError
-from flexmb.joints.contact_point import put_column, put_eccentricity, put_point
+from flexmb.joints.contact_point import difference_column, put_column, put_eccentricity, put_point
 from flexmb.joints.stop import NO_CLEARANCE, check_own_stiffness
 from flexmb.kernels import gap_kernel, signal_kernel
 from flexmb.model.contributions import Attachment, ContactContribution, Contribution, SignalContribution
@@ -41,19 +41,7 @@ def cable_gap_kernel(p, q, v, out):
     vx, vy = v[3] - v[5] * by - v[0] + v[2] * ay, v[4] + v[5] * bx - v[1] - v[2] * ax
     put_eccentricity(out, dx, dy, vx, vy)
     for j in range(6):
-        gx, gy, Xq, Yq = 0.0, 0.0, 0.0, 0.0  # columns of d and of the first point
-        if j == 0:
-            gx, Xq = -1.0, 1.0
-        elif j == 1:
-            gy, Yq = -1.0, 1.0
-        elif j == 2:
-            gx, gy, Xq, Yq = ay, -ax, -ay, ax
-        elif j == 3:
-            gx = 1.0
-        elif j == 4:
-            gy = 1.0
-        else:
-            gx, gy = -by, bx
+        gx, gy, Xq, Yq = difference_column(j, ax, ay, bx, by)  # of d and of the first point
         turn = (nx * gy - ny * gx) * inverse
         put_column(out, j, -ny * turn, nx * turn, Xq, Yq)
 

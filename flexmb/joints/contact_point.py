@@ -53,3 +53,22 @@ def put_column(out, j, nqx, nqy, Xq, Yq):
     out[NORMAL_X_Q + j], out[NORMAL_Y_Q + j] = nqx, nqy
     out[ARM1_X_Q + j], out[ARM1_Y_Q + j] = Xq - (1.0 if j == 0 else 0.0), Yq - (1.0 if j == 1 else 0.0)
     out[ARM2_X_Q + j], out[ARM2_Y_Q + j] = Xq - (1.0 if j == 3 else 0.0), Yq - (1.0 if j == 4 else 0.0)
+
+
+@compiled
+def difference_column(j, ax, ay, bx, by):
+    """Derivatives by coordinate j of the vector from a point of the first node to one of the second, and of the first.
+
+    (ax, ay), (bx, by) : arms of both points.
+    """
+    if j == 0:
+        return -1.0, 0.0, 1.0, 0.0
+    if j == 1:
+        return 0.0, -1.0, 0.0, 1.0
+    if j == 2:
+        return ay, -ax, -ay, ax
+    if j == 3:
+        return 1.0, 0.0, 0.0, 0.0
+    if j == 4:
+        return 0.0, 1.0, 0.0, 0.0
+    return -by, bx, 0.0, 0.0

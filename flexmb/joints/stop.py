@@ -12,11 +12,11 @@ import numpy as np
 from flexmb import checks, planar
 from flexmb.contact.friction.frictionless import Frictionless
 from flexmb.errors import InputError, ModelError
-from flexmb.joints.contact_point import put_column, put_eccentricity, put_point
-from flexmb.joints.prismatic import Prismatic, joint_with_coordinate, travel_signal
+from flexmb.joints.contact_point import difference_column, put_column, put_eccentricity, put_point
+from flexmb.joints.prismatic import Prismatic, joint_with_coordinate
 from flexmb.joints.revolute import Revolute, drawn_angle
-from flexmb.kernels import compiled, gap_kernel, signal_kernel
-from flexmb.model.contributions import ContactContribution, Contribution, SignalContribution
+from flexmb.kernels import compiled, gap_kernel
+from flexmb.model.contributions import ContactContribution, Contribution
 from flexmb.model.law import Motion, NormalLaw
 from flexmb.model.part import GROUND, Part
 from flexmb.places import GAP, GAP_RATE
@@ -55,19 +55,7 @@ def turn_gap_kernel(p, q, v, out):
     put_point(out, q, v, side * radius * (limit - q[5] + q[2]) - nx * wx - ny * wy, nx, ny, X, Y)
     put_gap_vector(out, nx, ny, v[2])
     for j in range(6):
-        gx, gy, Xq, Yq = 0.0, 0.0, 0.0, 0.0  # columns of the play, and of the pin on the first body
-        if j == 0:
-            gx, Xq = -1.0, 1.0
-        elif j == 1:
-            gy, Yq = -1.0, 1.0
-        elif j == 2:
-            gx, gy, Xq, Yq = ay, -ax, -ay, ax
-        elif j == 3:
-            gx = 1.0
-        elif j == 4:
-            gy = 1.0
-        else:
-            gx, gy = -by, bx
+        gx, gy, Xq, Yq = difference_column(j, ax, ay, bx, by)  # of the play, and of the pin on the first body
         longer = ex * gx + ey * gy
         if j == 2:
             longer += ex * wy - ey * wx
@@ -95,13 +83,6 @@ def travel_gap_kernel(p, q, v, out):
     put_column(out, 5, 0.0, 0.0, -by, bx)
 
 
-@signal_kernel
-def joint_angle(p, t, q, v, a):
-    """Angle of the second node against the first, less its value in the reference configuration."""
-    (drawn,) = p
-    return q[1] - q[0] - drawn
-
-
 @dataclass(frozen=True)
 class Stop(Part):
     """Limits of a joint: a contact that closes where the angle or the travel reaches a limit, and opens again.
@@ -110,7 +91,7 @@ class Stop(Part):
     below); their force is tangential there and acts on both bodies, so the stop loads the pin as well.  Of a prismatic
     joint the force acts along the guide.
 
-    Signals: angle [rad] or travel [m] of the joint; and those of a contact (see `RevoluteClearance`): penetration [m],
+    Signals: those of a contact (see `RevoluteClearance`): penetration [m],
     penetration_rate [m/s], normal_force, fx, fy, force (on the second body) [N], mode (0 open, 1 impact, 2 lasting
     contact); ex, ey: from the face of the first body to that of the second [m].  With both limits they stand under
     "name.above" and "name.below".  The torque of a stop is radius times normal_force.
@@ -196,29 +177,26 @@ class Stop(Part):
         return joint_with_coordinate(mechanism, self.label, self.joint)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One contact for each limit, and the signal of the joint's angle or travel."""
+        """One contact for each limit."""
         joint = self._held(mechanism)
         first, second = ends = joint.ends(mechanism)
         coordinates = (*first.coordinates, *second.coordinates)
         if isinstance(joint, Prismatic):
             p = joint.geometry(mechanism)[1]
-            signal = SignalContribution(self.name, "travel", "m", travel_signal, coordinates, p)
             found = [(name, travel_gap_kernel, (side, limit, *p)) for name, side, limit in self._limits()]
         else:
             drawn = drawn_angle(mechanism, ends)
-            signal = SignalContribution(self.name, "angle", "rad", joint_angle, coordinates[2::3], (drawn,))
             found = [
                 (name, turn_gap_kernel, (side, limit + drawn, *self._faces(mechanism, joint, limit)))
                 for name, side, limit in self._limits()
             ]
         law, several = self.normal, len(found) > 1
-        contacts = [
+        return [
             ContactContribution(
                 self.name, kernel, coordinates, (NO_CLEARANCE, *p), law, Frictionless(), name if several else ""
             )
             for name, kernel, p in found
         ]
-        return [*contacts, signal]
 
     def _limits(self) -> Iterator[tuple[str, float, float]]:
         """Name, side and value of each limit."""

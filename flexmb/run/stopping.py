@@ -119,11 +119,12 @@ class StopConditions:
             if not isinstance(one, Condition):
                 text = f"{label}: stop holds {one!r}; it must be a condition"
                 raise InputError(f"{text}, e.g. fm.when('slider.x', above=0.1), or a list of conditions.")
-            place = names.signals.places.get(resolved(one.signal, names.signals, names.aliases))
-            if place is None:
+            places = watched_places(one, names)
+            if not places:
                 text = f"{label}: stop asks for {one.text!r}, but there is no signal {one.signal!r}"
                 raise InputError(f"{text}. {hint(one.signal, names.signals, names.aliases)}")
-            rows += [(place, one, sign) for sign in ((1, -1) if one.direction == 0 else (one.direction,))]
+            signs = (1, -1) if one.direction == 0 else (one.direction,)
+            rows += [(place, one, sign) for place in places for sign in signs]
         self.label = label
         self.conditions = [condition for _, condition, _ in rows]
         self.places = np.array([place for place, _, _ in rows], dtype=np.int64)
@@ -145,7 +146,9 @@ class StopConditions:
         for place, one, (level, sign) in zip(self.places[:count], self.conditions, self.levels, strict=False):
             value = float(run.record.signals[place])
             if not one.is_event and sign * (value - level) > SAME * max(abs(level), abs(value)):
-                text = f"{self.label}: stop: {one.text!r} is met at the start, where {one.signal} is {value:g}"
+                t = float(run.flow.clock.t)
+                text = f"{self.label}: stop: {one.text!r} is met already at t = {t:g} s, where watching begins and "
+                text += f"{one.signal} is {value:g}"
                 raise InputError(f"{text}. Give another level, or crosses= for the next crossing.")
         if count != len(run.record.watched):
             run.record = run.record.replaced(watched=self.places[:count], levels=self.levels[:count])
@@ -175,6 +178,17 @@ class StopConditions:
         """Excess of a watched signal over its level, positive beyond it."""
         level, sign = self.levels[number]
         return float(sign * (signals[self.places[number]] - level))
+
+
+def watched_places(condition: Condition, names: Names) -> list[int]:
+    """Places of the signals of a condition: one, or the penetrations of all contacts of a part; none if unknown."""
+    signals = names.signals
+    place = signals.places.get(resolved(condition.signal, signals, names.aliases))
+    if place is not None:
+        return [place]
+    part, _, signal = condition.signal.rpartition(".")
+    own = [name for name in signals.names if name.startswith(f"{part}.") and name.rpartition(".")[2] == signal]
+    return [signals.places[name] for name in own] if signal == PENETRATION else []
 
 
 class Snapshot:
@@ -244,7 +258,7 @@ def end_at_crossing(run: Run, watch: StopConditions, begun: Snapshot | None, end
     for _ in watch.conditions:  # another condition may be met earlier in the same step
         last = crossing_time(excess, begun_at, last, watch.excess(number, start))
         excess(last)
-        others = [k for k in watch.all_met(start, run.record.signals) if k != number]
+        others = [k for k in watch.all_met(start, run.record.signals) if k != number and not watch.fault(k)]
         if not others:
             break
         number = others[0]

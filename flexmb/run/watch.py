@@ -126,28 +126,29 @@ def watched(mechanism: Mechanism, saved: Saved) -> Watched:
 
 def _penetrations(mechanism: Mechanism, saved: Saved) -> Iterator[tuple[bool, str]]:
     """Journals, pins and sliders that are pressed deep into their bearings and guides."""
-    for name, size, label in _contact_sizes(mechanism, saved.contacts.names):
+    for name, size, label, through_it in _contact_sizes(mechanism, saved.contacts.names):
         place = saved.signals.places[f"{name}.penetration"]
         depth, when = float(saved.peaks.values[place]), float(saved.peaks.times[place])
         if depth > DEEP * size:
             through = depth > THROUGH * size
             text = f"At t = {when:.6g} s {label} is penetrated by {depth:.4g} m, its size is {size:.4g} m"
-            text += f": {PASSES_THROUGH}" if through else ": far beyond the validity of any law"
+            text += f": {through_it}" if through else ": far beyond the validity of any law"
             yield through, f"{text}. A stiffness in N/mm^1.5 is to be multiplied by 3.16e4; else take smaller steps."
 
 
-def _contact_sizes(mechanism: Mechanism, contacts: Sequence[str]) -> Iterator[tuple[str, float, str]]:
-    """Contacts of joints with clearance: name, radius of the journal or half height of the slider [m], label."""
+def _contact_sizes(mechanism: Mechanism, contacts: Sequence[str]) -> Iterator[tuple[str, float, str, str]]:
+    """Contacts of parts with a size: name, radius or half height [m], label, words for a penetration by the size."""
     for part in mechanism.parts if contacts else ():
         sizes = (getattr(part, name, None) for name in ("bearing_radius", "pin_radius", "half_height"))
         size = next((size for size in sizes if isinstance(size, float)), None)
         if size is not None:
             own = [name for name in contacts if name.partition(".")[0] == part.name]
-            yield from ((name, size, part.label) for name in own)
+            words = PASSES_THROUGH if getattr(part, "bearing_radius", None) else "the parts pass through each other"
+            yield from ((name, size, part.label, words) for name in own)
 
 
 def impossible_penetrations(mechanism: Mechanism, contacts: Sequence[str]) -> list[Condition]:
-    """Conditions that end a run at once: a journal that passes through its bearing.
+    """Conditions that end a run at once: a journal that passes through its bearing, or parts through each other.
 
     Parameters
     ----------
@@ -155,8 +156,8 @@ def impossible_penetrations(mechanism: Mechanism, contacts: Sequence[str]) -> li
     contacts : names of its contacts.
     """
     return [
-        Condition(f"{name}.penetration", THROUGH * size, 1, f"{label}: {PASSES_THROUGH}", is_fault=True)
-        for name, size, label in _contact_sizes(mechanism, contacts)
+        Condition(f"{name}.penetration", THROUGH * size, 1, f"{label}: {words}", is_fault=True)
+        for name, size, label, words in _contact_sizes(mechanism, contacts)
     ]
 
 

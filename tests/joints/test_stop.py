@@ -33,7 +33,7 @@ def test_an_elastic_stop_returns_the_speed():
     assert sol.peak("end.normal_force").value * r == pytest.approx(SPEED * math.sqrt(J * kappa), rel=1e-3)
     assert sol.peak("end.penetration").value / r == pytest.approx(SPEED * math.sqrt(J / kappa), rel=1e-3)
     assert np.abs(sol["energy.residual"].values).max() < 1e-4 * 0.5 * J * SPEED**2
-    assert sol.peak("end.angle").value == sol.peak("rotor.theta").value
+    assert sol.peak("pin.angle").value == sol.peak("rotor.theta").value
 
 
 @pytest.mark.parametrize(("side", "along"), [("above", None), ("below", (0.0, 1.0))])
@@ -73,7 +73,7 @@ def test_a_slider_between_two_ends():
     assert starts[0] == pytest.approx(high / speed, rel=1e-6)
     assert np.diff(starts) == pytest.approx(way + rest, rel=1e-4)
     assert (len(upper), len(lower)) == (3, 2)
-    assert sol["end.travel"].values.max() <= high + speed * math.sqrt(m / 2e4) * 1.001
+    assert sol["guide.travel"].values.max() <= high + speed * math.sqrt(m / 2e4) * 1.001
 
 
 def test_a_stop_between_moving_bodies_keeps_momenta():

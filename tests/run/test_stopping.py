@@ -8,6 +8,8 @@ import pytest
 import flexmb as fm
 from flexmb.errors import InputError
 from flexmb.mechanisms import slider_crank
+from flexmb.run.stopping import StopConditions
+from flexmb.run.watch import impossible_penetrations
 
 G = 9.81
 
@@ -53,7 +55,9 @@ def test_crank_angle_of_a_driven_mechanism_and_going_on_from_there():
     assert sol.peak("O.angle").value == pytest.approx(2.0, rel=1e-14)  # no trial beyond it is left in the peaks
     again = fm.simulate(mech, periods=2, stop=fm.when("O.angle", above=3.0), restart=sol.restart)
     assert again.time[-1] == pytest.approx(3.0 / omega, rel=1e-14)
-    with pytest.raises(InputError, match=r"'O.angle above 1' is met at the start, where O.angle is 2"):
+    with pytest.raises(
+        InputError, match=r"'O.angle above 1' is met already at t = 0.02 s, where watching begins and O.angle is 2"
+    ):
         fm.simulate(mech, periods=2, stop=fm.when("O.angle", above=1.0), restart=sol.restart)
 
 
@@ -125,3 +129,25 @@ def test_a_start_on_the_level_is_no_crossing():
     back = fm.simulate(swing, t_end=3.0, stop=fm.when("h.angle", crosses=0.0))
     assert back.time[-1] == pytest.approx(1.01462671, rel=1e-4)
     assert back.array("h.angle")[-1] == pytest.approx(0.0, abs=1e-14)
+
+
+def test_contacts_of_a_part_with_two_limits_go_by_its_name():
+    slider = fm.RigidBody("slider", (0.0, 0.0), 2.0, 0.5, velocity=(1.0, 0.0, 0.0))
+    law = fm.KelvinVoigt(stiffness=1e5, damping=0.0, ramp=1e-9)
+    guide = fm.Prismatic("guide", fm.GROUND, slider)
+    end = fm.Stop("end", "guide", above=0.1, below=-0.1, normal=law)
+    mech = fm.Mechanism("slider", [slider, guide, end])
+    sol = fm.simulate(mech, t_end=1.0, stop=fm.when("end", contact="begins"))
+    assert sol.time[-1] == pytest.approx(0.1, rel=1e-9)
+    assert "contact of end begins" in sol.status
+
+
+def test_a_fault_in_the_same_step_is_no_wanted_stop():
+    """A soft journal is pushed through its bearing within one coarse step, in which a wanted level is crossed, too."""
+    soft = slider_crank(clearance=5e-4).with_({"B.normal.stiffness": 1e3})
+    names = fm.compile(soft).names
+    found = StopConditions("test", names, fm.when("slider.x", above=0.0), impossible_penetrations(soft, ("B",)))
+    before, after = np.zeros((2, len(names.signals)))
+    before[:], after[:] = -1.0, 1.0
+    assert found.all_met(before, after) == [0, 1]
+    assert [bool(found.fault(k)) for k in (0, 1)] == [True, False]
