@@ -6,7 +6,7 @@ import inspect
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
-from typing import Any, TypeVar, dataclass_transform
+from typing import Any, TypeVar, cast, dataclass_transform
 
 Kind = TypeVar("Kind", bound=type)
 
@@ -28,7 +28,7 @@ def sections(doc: str) -> dict[str, str]:
 
 def parameters(thing: Any) -> dict[str, str]:
     """Entries of the section "Parameters" of a function or class by name, each as text on one line."""
-    found = {}
+    found: dict[str, str] = {}
     for entry in _entries(sections(inspect.getdoc(thing) or "")):
         text = " ".join(entry.partition(":")[2].split())
         found |= dict.fromkeys(_names(entry), text)
@@ -52,7 +52,7 @@ def documented(cls: Kind) -> Kind:
     The base `cls` adds the paragraphs below its first line, the errors, and the entries of the parameters which the
     class does not describe.  Parameters stand in the order in which the class takes them.
     """
-    made = dataclass(frozen=True)(cls)
+    made: Any = dataclass(frozen=True)(cls)
     own, base = sections(inspect.cleandoc(cls.__doc__ or "")), sections(inspect.cleandoc(cls.__base__.__doc__ or ""))
     paragraphs = "\n\n".join([own.pop(""), *base.pop("").split("\n\n")[1:]])
     entries = {name: entry for entry in (*_entries(base), *_entries(own)) for name in _names(entry)}
@@ -61,7 +61,7 @@ def documented(cls: Kind) -> Kind:
     made.__doc__ = "\n\n".join(
         [paragraphs, *(f"{title}\n{'-' * len(title)}\n{texts[title]}" for title in ORDER if texts.get(title))]
     )
-    return made
+    return cast("Kind", made)
 
 
 def _entries(parts: dict[str, str]) -> Iterator[str]:

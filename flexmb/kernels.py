@@ -61,7 +61,7 @@ from flexmb.compiled.code_cache import CodeCache
 from flexmb.compiled.pieces import whole
 from flexmb.compiled.pointers import KernelPointer
 from flexmb.compiled.shipped import ours
-from flexmb.compiled.views import MATRIX, matrix_view, part_of  # noqa: F401 - two are found here by all rooms
+from flexmb.compiled.views import MATRIX
 from flexmb.derivatives.forward import differentiated
 from flexmb.derivatives.source import Source, returned_numbers, text_of
 from flexmb.errors import KernelError

@@ -16,6 +16,7 @@ H = d2(alpha)/dq2, J = S + g t^T.  Both tangents follow by the product rule, wit
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -201,7 +202,9 @@ def mass_damping_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
     return 0.0, 0.0, put_force(p, q, v, r)
 
 
-def damping_parameters(zeta, angle, axial, bending, lumps):
+def damping_parameters(
+    zeta: float, angle: float, axial: np.ndarray, bending: np.ndarray, lumps: Sequence[tuple[float, float]]
+) -> tuple[float, ...]:
     """p of an element.
 
     Parameters

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
@@ -100,7 +100,9 @@ def fractions(elements: Elements) -> tuple[float, ...]:
 REMEMBERED = 4096
 """Number of beams whose matrices are kept besides those of the present call."""
 
-_KNOWN: dict[Hashable, BeamMatrices] = {}
+BeamKey = tuple[tuple[float, ...], Section, Material, bool | float]
+
+_KNOWN: dict[BeamKey, BeamMatrices] = {}
 """Matrices of beams by their data."""
 
 
@@ -123,11 +125,11 @@ def assemble(beams: Iterable[Beam]) -> None:
         _KNOWN.clear()
         _KNOWN.update(kept)
     new = [key for key in keys if key not in _KNOWN]
-    data = [BeamData(np.array(stations), *rest) for stations, *rest in new]
+    data = [BeamData(np.array(stations), section, material, rotary) for stations, section, material, rotary in new]
     _KNOWN.update(zip(new, assembled(data), strict=True))
 
 
-def _data_of(beam: Beam) -> tuple[tuple[float, ...], Section, Material, bool | float]:
+def _data_of(beam: Beam) -> BeamKey:
     """Data of a beam that its matrices depend on."""
     return beam.stations, beam.section, beam.material, True if beam.rotary_inertia is None else beam.rotary_inertia
 
@@ -149,12 +151,20 @@ def beam_pieces(
 ) -> list[Contribution]:
     """Element pieces of all beams of a body."""
     contributions: list[Contribution] = []
-    short = {"force": beam_force, "tangent": beam_tangent, "account": beam_account}
     for beam in beams:
         ends = [node_coordinates(part, node) for node in beam.nodes]
         for p, (first, second) in zip(beam_parameters(beam, nodes, damping, gravity), pairwise(ends), strict=True):
             contributions.append(
-                ElementContribution(part, beam_kernel, (*first, *second), p, energy=beam_energy, **short)
+                ElementContribution(
+                    part,
+                    beam_kernel,
+                    (*first, *second),
+                    p,
+                    energy=beam_energy,
+                    force=beam_force,
+                    tangent=beam_tangent,
+                    account=beam_account,
+                )
             )
     return contributions
 
@@ -179,9 +189,16 @@ def mass_damping_pieces(
             ends = tuple(left.pop(node, (0.0, 0.0)) for node in nodes)
             p = damping_parameters(zeta, angle, data.axial_mass[k], data.bending_mass[k], ends)
             coordinates = (*frame, *(c for node in nodes for c in node_coordinates(part, node)))
-            short = {"force": mass_damping_force, "account": mass_damping_account}
             contributions.append(
-                ElementContribution(part, mass_damping_kernel, coordinates, p, energy=mass_damping_energy, **short)
+                ElementContribution(
+                    part,
+                    mass_damping_kernel,
+                    coordinates,
+                    p,
+                    energy=mass_damping_energy,
+                    force=mass_damping_force,
+                    account=mass_damping_account,
+                )
             )
     return contributions
 

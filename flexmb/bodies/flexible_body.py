@@ -6,7 +6,7 @@ from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, ClassVar, cast
+from typing import TYPE_CHECKING, cast
 
 from flexmb import checks, planar
 from flexmb.beams.section import Section
@@ -31,6 +31,8 @@ from flexmb.model.part import Body
 from flexmb.model.shape import Shapes
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from flexmb.model.mechanism import Mechanism
 
 Point = tuple[float, float]
@@ -62,12 +64,20 @@ class FlexibleBody(Body):
     velocity: Triple | FieldLike | None = None
     displacement: FieldLike | None = None
 
-    corners: ClassVar[property]
-    """Names of the nodes at the corners."""
-    corner_points: ClassVar[property]
-    """Points of the corners in the reference configuration [m]."""
-    beams: ClassVar[cached_property[tuple[Beam, ...]]]
-    """The beams; the frame of mass-proportional damping lies on the first one."""
+    @property
+    @abstractmethod
+    def corners(self) -> tuple[str, ...]:
+        """Names of the nodes at the corners."""
+
+    @property
+    @abstractmethod
+    def corner_points(self) -> tuple[Point, ...]:
+        """Points of the corners in the reference configuration [m]."""
+
+    @property
+    @abstractmethod
+    def beams(self) -> tuple[Beam, ...]:
+        """The beams; the frame of mass-proportional damping lies on the first one."""
 
     @abstractmethod
     def _fit(self, own: RigidProperties, mass: float) -> Bosses:
@@ -176,7 +186,7 @@ class FlexibleBody(Body):
 
 
 def beam_of_mesh(
-    label: str, path: str, tags: set[int], stations: Sequence[float], sections: Mapping[int, Section]
+    label: str, path: str, tags: set[int], stations: np.ndarray, sections: Mapping[int, Section]
 ) -> tuple[Elements, Section]:
     """Inner nodes as fractions of the length, and the section, of a straight beam whose mesh lines have these `tags`.
 

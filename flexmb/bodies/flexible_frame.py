@@ -122,14 +122,18 @@ class FlexibleFrame(FlexibleBody, Edges):
 
         mesh = read_lines(path)
         corners: dict[int, int] = {}
-        edges, elements, chosen = [], [], []
+        edges: list[tuple[int, int]] = []
+        elements, chosen = [], []
         for nodes in members(mesh):
-            edges.append(tuple(corners.setdefault(int(n), len(corners)) for n in (nodes[0], nodes[-1])))
+            first, last = (corners.setdefault(int(n), len(corners)) for n in (nodes[0], nodes[-1]))
+            edges.append((first, last))
             label, tags = f"FlexibleFrame {name!r}", {mesh.tag_of(nodes)}
             beam = beam_of_mesh(label, path, tags, mesh.stations(nodes), sections)
             elements.append(beam[0])
             chosen.append(beam[1])
-        points = tuple(planar.from_frame(at, angle, tuple(map(float, mesh.points[n]))) for n in corners)
+        points = tuple(
+            planar.from_frame(at, angle, (float(mesh.points[n][0]), float(mesh.points[n][1]))) for n in corners
+        )
         return cls(
             name, points, tuple(edges), section=tuple(chosen), material=material, elements=tuple(elements), mass=mass,
             inertia=inertia, centre=centre, damping=damping, mass_damping=mass_damping, rotary_inertia=rotary_inertia,

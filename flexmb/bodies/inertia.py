@@ -1,7 +1,10 @@
 """Mass and moment of inertia of a node, and of a point between nodes: kernels and pieces."""
 
+from collections.abc import Sequence
+
 from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel, tangent_kernel
 from flexmb.model.contributions import ElementContribution, node_coordinates
+from flexmb.model.shape import Point
 from flexmb.places import packed
 
 MASS, INERTIA, GRAVITY_X, GRAVITY_Y = range(4)
@@ -64,13 +67,19 @@ def node_mass_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
     return 0.0, node_weight(p, q), 0.0
 
 
-def node_mass(part, node, mass, inertia, gravity):
+def node_mass(part: str, node: str, mass: float, inertia: float, gravity: Point) -> ElementContribution:
     """Contribution of a rigid mass `mass` [kg] with moment of inertia `inertia` [kg m^2] at a node."""
     gx, gy = gravity
     p = packed({MASS: mass, INERTIA: inertia, GRAVITY_X: gx, GRAVITY_Y: gy})
-    short = {"force": node_mass_force, "tangent": node_mass_tangent, "account": node_mass_account}
     return ElementContribution(
-        part, node_mass_kernel, node_coordinates(part, node), p, energy=node_mass_energy, **short
+        part,
+        node_mass_kernel,
+        node_coordinates(part, node),
+        p,
+        energy=node_mass_energy,
+        force=node_mass_force,
+        tangent=node_mass_tangent,
+        account=node_mass_account,
     )
 
 
@@ -138,8 +147,15 @@ def mean_mass_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
     return 0.0, mean_weight(p, q), 0.0
 
 
-def mean_mass(part, nodes, mass, gravity):
+def mean_mass(part: str, nodes: Sequence[str], mass: float, gravity: Point) -> ElementContribution:
     """Contribution of a point mass [kg] held at the mean position of several nodes."""
     coordinates = tuple(c for node in nodes for c in node_coordinates(part, node)[:2])
-    p, short = (mass, *gravity), {"force": mean_mass_force, "account": mean_mass_account}
-    return ElementContribution(part, mean_mass_kernel, coordinates, p, energy=mean_mass_energy, **short)
+    return ElementContribution(
+        part,
+        mean_mass_kernel,
+        coordinates,
+        (mass, *gravity),
+        energy=mean_mass_energy,
+        force=mean_mass_force,
+        account=mean_mass_account,
+    )

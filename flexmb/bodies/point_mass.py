@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -18,6 +19,7 @@ from flexmb.model.contributions import (
     ConstraintContribution,
     ContactContribution,
     Contribution,
+    ControlContribution,
     ElementContribution,
     Node,
     SignalContribution,
@@ -146,7 +148,8 @@ def needs_rotation(mechanism: Mechanism, part: Part, particle: str) -> bool:
     return any(
         turns(mechanism, contribution, contribution.coordinates.index(theta))
         for contribution in found
-        if theta in contribution.coordinates and not isinstance(contribution, SignalContribution | AngleContribution)
+        if not isinstance(contribution, SignalContribution | AngleContribution | ControlContribution)
+        and theta in contribution.coordinates
     )
 
 
@@ -183,7 +186,7 @@ def _has_moment(contact: ContactContribution, p: np.ndarray, q: np.ndarray, plac
     force = contact.friction.kernel(friction, 1e-3, 1.0, 1.0, z, z.copy())[0]
     ax, ay = (out[ARM1_X], out[ARM1_Y]) if place == 2 else (out[ARM2_X], out[ARM2_Y])
     moment = ax * out[NORMAL_Y] - ay * out[NORMAL_X]
-    return force != 0.0 or abs(moment) > NO_MOMENT * float(np.hypot(ax, ay))
+    return bool(force != 0.0 or abs(moment) > NO_MOMENT * math.hypot(ax, ay))
 
 
 def _any(values: Any, *others: np.ndarray) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from flexmb import checks, planar
 from flexmb.bodies.inertia import node_mass
@@ -98,7 +98,7 @@ def checked_velocity(label: str, velocity: object) -> tuple[float, float, float]
     if velocity is None:
         return None
     try:
-        vx, vy, omega = velocity  # type: ignore[misc]
+        vx, vy, omega = cast("tuple[object, object, object]", velocity)
     except (TypeError, ValueError):
         raise InputError(f"{label}: velocity is {velocity!r}; it must be (vx, vy, omega).") from None
     return (

@@ -21,7 +21,7 @@ from contextlib import contextmanager
 from importlib import import_module
 from inspect import signature
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import IO, Any, cast, get_type_hints
 
 from numba.core import config
 from numba.core.caching import FunctionCache
@@ -50,14 +50,21 @@ class SecondProcess:
         environment = {**os.environ, "FLEXMB_MESSAGES": "0", "PYTHONPATH": os.pathsep.join(paths)}
         if config.CACHE_DIR:
             environment["NUMBA_CACHE_DIR"] = config.CACHE_DIR
-        pipes = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
-        self._process = subprocess.Popen(command(names), env=environment, text=True, **pipes)
+        self._process = subprocess.Popen(
+            command(names),
+            env=environment,
+            text=True,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+        )
+        self._output = cast("IO[str]", self._process.stdout)
         atexit.register(self.stop)
 
     def wait_for(self, name: str) -> None:
         """Return when a function is compiled, or the process has ended."""
         while name in self.left:
-            line = self._process.stdout.readline()
+            line = self._output.readline()
             if not line:
                 self.stop()
             elif line.strip() in self.left:
@@ -72,7 +79,7 @@ class SecondProcess:
         if self._process.poll() is None:
             self._process.terminate()
         self._process.wait()
-        self._process.stdout.close()
+        self._output.close()
 
 
 def command(names: list[str]) -> list[str]:

@@ -17,7 +17,7 @@ ANNOTATION = 6
 """Place of the annotated source among the parts of a compiled signature that numba keeps."""
 
 
-class SlimSignature(CompileResult):  # type: ignore[misc]
+class SlimSignature(CompileResult):
     """A compiled signature of which no more is kept than is used again."""
 
     __slots__ = ()
@@ -37,7 +37,7 @@ class SlimSignature(CompileResult):  # type: ignore[misc]
         return [one for one in super()._find_referenced_environments() if code.count(one.env_name) > 1]
 
 
-class CodeCache(_Cache):  # type: ignore[misc]
+class CodeCache(_Cache):
     """Cache of the compiled signatures of a function of the package, with the interface of numba's caches.
 
     Nothing is looked up before the first call, and numba's tables of types and functions, which take long to fill, are

@@ -86,7 +86,7 @@ def expected(stage: str) -> float:
     return notice.times * sum(left)
 
 
-class Notice(event.Listener):  # type: ignore[misc]
+class Notice(event.Listener):
     """Listener of numba's compilations that prints the notices."""
 
     def __init__(self) -> None:

@@ -64,6 +64,8 @@ DEFAULTS = {name: option.default for name, option in Flags.options.items()}
 class PieceLibrary(JITCodeLibrary):
     """Intermediate code of one function, without that of the functions it calls."""
 
+    _shared_module: Any
+
     def _ensure_finalized(self) -> None:
         self._finalized = True
 

@@ -108,13 +108,13 @@ def _copy_numbers() -> Any:
         return lambda source, target: target.set_numbers(source.numbers())
 
     @intrinsic
-    def copy_numbers(typingctx, source, target):  # type: ignore[no-untyped-def]
+    def copy_numbers(typingctx, source, target):
         if not isinstance(source, RecordType) or source != target:
             return None
         if any(isinstance(field, (types.Array, RecordType)) for field, _ in source.fields.values()):
             raise TypeError(f"{source} holds more than numbers")
 
-        def codegen(context, builder, signature, args):  # type: ignore[no-untyped-def]
+        def codegen(context, builder, signature, args):
             for _, place in source.fields.values():
                 builder.store(_loaded(builder, args[0], place, WORD, False), _pointer(builder, args[1], place, WORD))
             return context.get_dummy_value()

@@ -316,7 +316,8 @@ class _Plan:
 
 def _grouped(kind: type[Record], given: Any) -> tuple[list[tuple[Any, ...]], ...]:
     """The fields as they are filled from values of these types: zeros, arrays, records, floats, whole numbers."""
-    shaped, arrays, records, floats, integers = groups = tuple([] for _ in range(5))
+    groups: tuple[list[tuple[Any, ...]], ...] = tuple([] for _ in range(5))
+    shaped, arrays, records, floats, integers = groups
     for k, ((name, declared, place, dtype, ndim), value) in enumerate(zip(kind._layout, given, strict=True)):
         if ndim and (isinstance(value, (int, np.integer)) or (ndim > 1 and isinstance(value, tuple))):
             shaped.append((k, name))

@@ -19,8 +19,8 @@ def _matrix_view() -> Any:
         return lambda flat, rows, columns: flat[: rows * columns].reshape(rows, columns)
 
     @intrinsic
-    def matrix_view(typingctx, flat, rows, columns):  # type: ignore[no-untyped-def]
-        def codegen(context, builder, signature, args):  # type: ignore[no-untyped-def]
+    def matrix_view(typingctx, flat, rows, columns):
+        def codegen(context, builder, signature, args):
             source = arrayobj.make_array(signature.args[0])(context, builder, args[0])
             view = arrayobj.make_array(MATRIX)(context, builder)
             size = context.get_constant(types.intp, 8)
@@ -45,8 +45,8 @@ def _part_of() -> Any:
         return lambda flat, begin, end: flat[begin:end]
 
     @intrinsic
-    def part_of(typingctx, flat, begin, end):  # type: ignore[no-untyped-def]
-        def codegen(context, builder, signature, args):  # type: ignore[no-untyped-def]
+    def part_of(typingctx, flat, begin, end):
+        def codegen(context, builder, signature, args):
             source = arrayobj.make_array(signature.args[0])(context, builder, args[0])
             view = arrayobj.make_array(signature.return_type)(context, builder)
             size, length = context.get_constant(types.intp, 8), builder.sub(args[2], args[1])

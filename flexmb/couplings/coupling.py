@@ -157,13 +157,17 @@ class Coupling(Part):
         numbers: list[float] = [float(len(joints)), self.value]
         reactions: list[Reaction] = []
         signals: list[Contribution] = []
+        acting: tuple[Coordinate, ...]
         for joint, factor in joints:
             ends = joint.ends(mechanism)
-            turns = not isinstance(joint, Prismatic)
             coordinates = (*ends[0].coordinates, *ends[1].coordinates)
-            for coordinate in coordinates[2::3] if turns else coordinates:
+            if isinstance(joint, Prismatic):
+                turns, acting, own = False, coordinates, joint.geometry(mechanism)[1]
+            else:
+                turns, acting = True, coordinates[2::3]
+                own = (drawn_angle(mechanism, ends), *(5 * (0.0,)))
+            for coordinate in acting:
                 places.setdefault(coordinate, len(places))
-            own = (drawn_angle(mechanism, ends), *(5 * (0.0,))) if turns else joint.geometry(mechanism)[1]
             where = [float(places.get(coordinate, -1)) for coordinate in coordinates]
             numbers += [float(turns), factor, *where, *own]
             kind, units = ("torque", "N m") if turns else ("force", "N")

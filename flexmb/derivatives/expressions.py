@@ -26,7 +26,7 @@ class Helpers(Protocol):
     directions: int
 
     def helper(self, source: Source, seeds: Seeds) -> str:
-        """Name of the version of a function whose parameters are active as `seeds` say."""
+        """Name of the version of a function for the active parameters in `seeds`."""
 
 
 class Expressions:
@@ -119,9 +119,9 @@ class Expressions:
         targets = [f"t__{self.count + k}" for k in range(size * width)]
         self.count += len(targets)
         self.emit(f"{', '.join(targets)} = {name}({', '.join(given)})")
-        found = frozenset().union(*seeds)  # a result depends on nothing else
+        depends = frozenset().union(*seeds)  # a result depends on nothing else
         return [
-            (targets[i], tuple(targets[i + 1 + k] if k in found else None for k in self.range()))
+            (targets[i], tuple(targets[i + 1 + k] if k in depends else None for k in self.range()))
             for i in range(0, len(targets), width)
         ]
 

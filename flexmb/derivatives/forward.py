@@ -37,7 +37,7 @@ class Family:
         self.cacheable = True
 
     def helper(self, source: Source, seeds: Seeds) -> str:
-        """Name of the version of a called function whose parameters are active as `seeds` say."""
+        """Name of the version of a called function for the active parameters in `seeds`."""
         key = (id(source.function), seeds)
         if id(source.function) in self.open:
             raise source.error(source.tree, "it calls itself")

@@ -12,9 +12,12 @@ relation between q, v and a.  The remaining terms are in docs/design.md.
 
 import math
 
-from flexmb.kernels import compiled, energy_at, part_of
+import numpy as np
+
+from flexmb.compiled.views import part_of
+from flexmb.kernels import compiled, energy_at
 from flexmb.program.tables import BEGIN, END, LOAD_KERNEL
-from flexmb.state.flow import CONTACT_MEMORY_SIZE, MEMORY_NORMAL
+from flexmb.state.flow import CONTACT_MEMORY_SIZE, MEMORY_NORMAL, EnergyBalance
 from flexmb.state.record import ENERGY_LOST, ENERGY_MADE, ENERGY_MISSING, NOT_FINITE, RUNNING
 from flexmb.system.work import (
     DRIVE_FORCE,
@@ -85,7 +88,7 @@ def complete_algorithm_work(n, flow, trial, work):
         flow.momentum[i] = work.momentum[i]
 
 
-def start_balance(ledger, balance):
+def start_balance(ledger: np.ndarray, balance: EnergyBalance) -> None:
     """Start the balance with the energies of the present state."""
     balance.stored_at_start, balance.gravity_at_start = ledger[:3].sum(), ledger[GRAVITY]
     balance.supplied, balance.gravity_change, ledger[RESIDUAL] = abs(ledger[KINETIC]) + abs(ledger[STRAIN]), 0.0, 0.0
@@ -291,9 +294,9 @@ def check_balance(ledger, balance):
     return RUNNING
 
 
-def check_balance_at_end(ledger, balance):
+def check_balance_at_end(ledger: np.ndarray, balance: EnergyBalance) -> int:
     """Check of the balance at the end of a run, contacts included; within an impact its first step would dominate."""
-    code = check_balance(ledger, balance)
+    code = int(check_balance(ledger, balance))
     through = balance.through_contacts + LEAST_CONTACT_FRACTION * energy_scale(ledger, balance)
     if code != RUNNING or abs(balance.lost_in_contacts) <= CONTACT_LIMIT * through:
         return code

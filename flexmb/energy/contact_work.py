@@ -1,7 +1,8 @@
 """Work of contact forces in a step: by the contact laws along the path, and by the mean forces of the step."""
 
+from flexmb.compiled.views import part_of
 from flexmb.contact.gap_crossing import crossing
-from flexmb.kernels import GAP_SIZE, compiled, part_of
+from flexmb.kernels import GAP_SIZE, compiled
 from flexmb.places import FRICTION_FORCE, GAP, GAP_RATE, NORMAL, NORMAL_FORCE, TANGENTIAL
 from flexmb.program.tables import COMMON_Z, LAST_GAP, LAST_GAP_RATE
 from flexmb.state.flow import CONTACT_MEMORY_SIZE, MEMORY_BY_FRICTION, MEMORY_BY_NORMAL, MEMORY_NORMAL

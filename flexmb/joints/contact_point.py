@@ -49,7 +49,7 @@ def put_eccentricity(out, ex, ey, vex, vey):
 
 @compiled
 def put_column(out, j, nqx, nqy, Xq, Yq):
-    """Derivatives of normal and arms by coordinate j, from those (Xq, Yq) of the contact point."""
+    """Derivatives of normal and arms by coordinate j; (Xq, Yq): derivatives of the contact point."""
     out[NORMAL_X_Q + j], out[NORMAL_Y_Q + j] = nqx, nqy
     out[ARM1_X_Q + j], out[ARM1_Y_Q + j] = Xq - (1.0 if j == 0 else 0.0), Yq - (1.0 if j == 1 else 0.0)
     out[ARM2_X_Q + j], out[ARM2_Y_Q + j] = Xq - (1.0 if j == 3 else 0.0), Yq - (1.0 if j == 4 else 0.0)

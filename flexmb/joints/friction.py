@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from flexmb import checks
 from flexmb.errors import InputError
@@ -42,7 +43,7 @@ def guide_friction(p, q, lam, out, H):
     add_curvature(1.0, nx, ny, far, near, H)
 
 
-def check_friction(joint, size: str) -> None:
+def check_friction(joint: Any, size: str) -> None:
     """Check friction law, `size` of the surfaces and preload: all given, or none."""
     if joint.friction is not None and not isinstance(joint.friction, FrictionLaw):
         raise InputError(

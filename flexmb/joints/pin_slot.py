@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from flexmb import checks
 from flexmb.contact.friction.frictionless import Frictionless
@@ -13,7 +13,7 @@ from flexmb.joints.contact_point import put_column, put_eccentricity, put_point
 from flexmb.joints.prismatic import direction_row, travel_contributions
 from flexmb.joints.revolute_clearance import check_laws
 from flexmb.kernels import constraint_kernel, gap_kernel
-from flexmb.model.contributions import ConstraintContribution, ContactContribution, Contribution
+from flexmb.model.contributions import ConstraintContribution, ContactContribution, Contribution, Coordinate
 from flexmb.model.law import FrictionLaw, NormalLaw
 from flexmb.model.part import Joint
 from flexmb.model.shape import PointShape, Shapes
@@ -123,7 +123,7 @@ class PinSlot(Joint):
         end = self.ends(mechanism)[1]
         return (PointShape(self.name, self.kind, end.part, end.node, end.offset),)
 
-    def _geometry(self, mechanism: Mechanism):
+    def _geometry(self, mechanism: Mechanism) -> tuple[tuple[Coordinate, ...], tuple[float, ...]]:
         """The six coordinates; direction of the slot, its middle and the pin in the frames of their nodes."""
         first, second = self.ends(mechanism)
         angle = math.atan2(self.along[1], self.along[0]) - mechanism.body(first.part).node(first.node).theta
@@ -185,4 +185,4 @@ class PinSlotClearance(PinSlot):
             self.name, slot_gap_kernel, coordinates, (self.clearance, reach, self.pin_radius, *p), normal, self.friction
         )
         row, *signals = super().contributions(mechanism)
-        return [contact, *signals, replace(row, holds="closed")]  # type: ignore[type-var]
+        return [contact, *signals, replace(cast("ConstraintContribution", row), holds="closed")]

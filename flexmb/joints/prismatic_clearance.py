@@ -163,9 +163,9 @@ class PrismaticClearance(Guide):
             found.append(contribution)
         sizes = (self.clearance, self.half_length, self.half_height)
         for k, (name, unit) in enumerate(SIGNALS):
-            numbers = (*p, angle, *sizes, float(k))
+            values = (*p, angle, *sizes, float(k))
             found.append(
-                SignalContribution(self.name, name, unit, slider_signal, coordinates, numbers, is_mode=name == "mode")
+                SignalContribution(self.name, name, unit, slider_signal, coordinates, values, is_mode=name == "mode")
             )
         _, speed = travel_contributions(self.name, coordinates, p)
         return [*found, speed, replace(self.ideal(mechanism), holds="closed")]

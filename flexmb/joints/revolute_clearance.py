@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from flexmb import checks
 from flexmb.contact.friction.frictionless import Frictionless
@@ -13,7 +13,7 @@ from flexmb.errors import InputError
 from flexmb.joints.contact_point import put_arms, put_column, put_eccentricity
 from flexmb.joints.revolute import angle_contribution, coincide
 from flexmb.kernels import constraint_kernel, gap_kernel
-from flexmb.model.contributions import ConstraintContribution, ContactContribution, Contribution
+from flexmb.model.contributions import ConstraintContribution, ContactContribution, Contribution, Coordinate
 from flexmb.model.law import FrictionLaw, NormalLaw
 from flexmb.model.part import GROUND, Joint
 from flexmb.places import GAP, GAP_RATE, SLIP
@@ -202,7 +202,9 @@ class RevoluteClearance(Joint):
             self._held(mechanism, coordinates, p[2:]),
         ]
 
-    def _held(self, mechanism: Mechanism, coordinates, offsets: tuple[float, ...]) -> ConstraintContribution:
+    def _held(
+        self, mechanism: Mechanism, coordinates: tuple[Coordinate, ...], offsets: tuple[float, ...]
+    ) -> ConstraintContribution:
         """The two constraint equations that hold the journal in its place at the start."""
         p = (*offsets, *self.eccentricity(mechanism))
         return ConstraintContribution(
@@ -210,7 +212,7 @@ class RevoluteClearance(Joint):
         )
 
 
-def check_laws(joint) -> None:
+def check_laws(joint: Any) -> None:
     """Check that a joint has a normal law and a friction law."""
     for name, kind, example in (
         ("normal", NormalLaw, "LankaraniNikravesh"),

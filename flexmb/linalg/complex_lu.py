@@ -5,7 +5,8 @@ Real and imaginary parts lie in two arrays of the layout of `flexmb.linalg.symbo
 
 import math
 
-from flexmb.kernels import compiled, part_of
+from flexmb.compiled.views import part_of
+from flexmb.kernels import compiled
 
 
 @compiled

@@ -53,6 +53,7 @@ def bordered_solution(S: Any, A: Any, b: np.ndarray) -> np.ndarray | None:
     from scipy.sparse.linalg import splu  # noqa: PLC0415
 
     try:
-        return splu(sp.block_array([[S, A.T], [A, None]]).tocsc()).solve(b)
+        solution: np.ndarray = splu(sp.block_array([[S, A.T], [A, None]]).tocsc()).solve(b)
+        return solution
     except RuntimeError:
         return None

@@ -15,7 +15,8 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from flexmb.compiled.records import Integers, Places, Record, SmallPlaces
-from flexmb.kernels import compiled, part_of
+from flexmb.compiled.views import part_of
+from flexmb.kernels import compiled
 from flexmb.linalg.substitute import forward, solve
 from flexmb.linalg.symbolic import Symbolic
 

@@ -86,7 +86,8 @@ class PivotingSolver:
         round_off = ROUND_OFF * far if far / SINGULAR_GROWTH <= size else 0.0
         if not residual <= max(GOOD_RESIDUAL * size, round_off):
             raise SolveError(singular_text(self._n, f"a residual of {residual:.1e} is left"))
-        return self._c * x
+        scaled: np.ndarray = self._c * x
+        return scaled
 
     def _scales(self, size: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Factors of rows and of columns that bring the largest entry of each near 1.  size : absolute values."""

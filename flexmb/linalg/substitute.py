@@ -7,7 +7,8 @@ Parts of arrays are taken by `part_of`: an index that is known to begin at 0 nee
 end, which took a third of the time.
 """
 
-from flexmb.kernels import compiled, matrix_view, part_of
+from flexmb.compiled.views import matrix_view, part_of
+from flexmb.kernels import compiled
 
 
 @compiled

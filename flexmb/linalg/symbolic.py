@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field, fields
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -70,7 +71,7 @@ class Symbolic:
             if isinstance(value, np.ndarray):
                 value.setflags(write=False)
 
-    def __reduce__(self) -> tuple:
+    def __reduce__(self) -> tuple[Any, ...]:
         # Through the constructor, because numpy forgets on the way that an array is read-only.
         return Symbolic, tuple(getattr(self, entry.name) for entry in fields(self) if entry.init)
 

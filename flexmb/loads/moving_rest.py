@@ -80,7 +80,13 @@ def check_rest(label: str, name: str, rest: object, unit: str) -> None:
 
 
 def moving_end(
-    part: str, kernel: Any, coordinates: tuple[Coordinate, ...], stiffness: float, rest: Any, start: float, more: tuple
+    part: str,
+    kernel: Any,
+    coordinates: tuple[Coordinate, ...],
+    stiffness: float,
+    rest: Any,
+    start: float,
+    more: tuple[float, ...],
 ) -> list[ElementContribution]:
     """Loads -k rest(t) and k rest(0), which make a spring with the rest length rest(0) one whose rest length moves.
 

@@ -201,9 +201,14 @@ class SpringDamper(Part):
         laws = {STIFFNESS: self.stiffness, DAMPING: self.damping, FREE_LENGTH: length}
         p = packed({**laws, OFFSET1_X: x1, OFFSET1_Y: y1, OFFSET2_X: x2, OFFSET2_Y: y2})
         coordinates = (*first.coordinates, *second.coordinates)
-        short = {"force": spring_damper_force, "account": spring_damper_account}
         element = ElementContribution(
-            self.name, spring_damper_kernel, coordinates, p, energy=spring_damper_energy, **short
+            self.name,
+            spring_damper_kernel,
+            coordinates,
+            p,
+            energy=spring_damper_energy,
+            force=spring_damper_force,
+            account=spring_damper_account,
         )
         offsets = (*first.offset, *second.offset)
         moving = moving_end(self.name, line_pull_kernel, coordinates, self.stiffness, rest, length, offsets)

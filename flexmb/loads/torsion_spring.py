@@ -127,9 +127,16 @@ class TorsionSpring(Part):
             coordinates.append((body.name, node, 2))
             drawn += sign * body.node(node).theta
         p = (self.stiffness, self.damping, rest + drawn)
-        short = {"force": torsion_spring_force, "account": torsion_spring_account}
         pair = tuple(coordinates)
-        element = ElementContribution(self.name, torsion_spring_kernel, pair, p, energy=torsion_spring_energy, **short)
+        element = ElementContribution(
+            self.name,
+            torsion_spring_kernel,
+            pair,
+            p,
+            energy=torsion_spring_energy,
+            force=torsion_spring_force,
+            account=torsion_spring_account,
+        )
         moving = moving_end(self.name, couple_kernel, pair, self.stiffness, self.rest_angle, rest, ())
         signals = signal_contributions(self.name, torsion_spring_signal, SIGNALS, pair, (*p, drawn))
         if moving:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from flexmb.errors import KernelError
 from flexmb.kernels import Kernel
@@ -189,7 +189,7 @@ class ConstraintContribution:
     coordinates: tuple[Coordinate, ...]
     p: tuple[float, ...]
     rows: int
-    second: tuple[Coordinate, Coordinate, Coordinate] | None = None
+    second: tuple[Coordinate, ...] | None = None
     moment_row: int = -1
     motions: tuple[RowMotion, ...] = ()
     is_drive: bool = False
@@ -376,14 +376,14 @@ Contribution = (
 
 @dataclass(frozen=True)
 class Contributions:
-    """All contributions to a mechanism, by kind and in the order of declaration."""
+    """All contributions by kind and in the order of declaration; `controls` wired (`WiredControl`) in a program."""
 
     elements: tuple[ElementContribution, ...] = ()
     constraints: tuple[ConstraintContribution, ...] = ()
     contacts: tuple[ContactContribution, ...] = ()
     signals: tuple[SignalContribution, ...] = ()
     angles: tuple[AngleContribution, ...] = ()
-    controls: tuple[ControlContribution, ...] = ()
+    controls: tuple[Any, ...] = ()
 
     @staticmethod
     def sort(contributions: list[Contribution]) -> Contributions:

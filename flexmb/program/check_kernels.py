@@ -32,13 +32,14 @@ def call_each_kernel(contributions: Contributions, number: Numbering) -> None:
     """
     pose = [*number.pose().tolist(), 0.0, 0.0, 0.0]
     seen: set[tuple[Any, ...]] = set()
-    for contribution in (
+    pieces: tuple[Any, ...] = (
         *_distinct_elements(contributions.elements),
         *contributions.constraints,
         *contributions.contacts,
         *contributions.signals,
         *contributions.controls,
-    ):
+    )
+    for contribution in pieces:
         for kernel, p, z, what in _kernels_of(contribution):
             sizes = _sizes_of(contribution) if kernel.contract.name == "control" else ()
             if (id(kernel), len(p), sizes) in seen:
@@ -68,12 +69,16 @@ def _distinct_elements(elements: Sequence[ElementContribution]) -> list[ElementC
 REMEMBERED_CALLS = 4096
 """Number of successful calls that are remembered."""
 
+KernelCall = tuple[Kernel, Sequence[float], Sequence[float], str]
+"""A kernel, p, its history, and the name of its class."""
+
 _GOOD: dict[tuple[int, Sequence[float], Sequence[float], Sequence[float]], Kernel] = {}
 """Good calls: id of the kernel, p, history, pose.  The kernel stands beside them, so its id is given to no other."""
 
 
-def _kernels_of(contribution: Any) -> list[tuple[Kernel, Sequence[float], Sequence[float], str]]:
-    """(kernel, p, history, name of the class) of every kernel of a piece."""
+def _kernels_of(contribution: Any) -> list[KernelCall]:
+    """All kernels of a piece with their numbers."""
+    found: list[KernelCall]
     if isinstance(contribution, ElementContribution):
         found = [(contribution.kernel, contribution.p, contribution.history, "element")]
         if contribution.energy is not None:
@@ -100,7 +105,7 @@ def _kernels_of(contribution: Any) -> list[tuple[Kernel, Sequence[float], Sequen
     return [(contribution.kernel, contribution.p, (), "signal")]
 
 
-def _law(law: Law) -> tuple[Kernel, Sequence[float], Sequence[float], str]:
+def _law(law: Law) -> KernelCall:
     return law.kernel, law.parameters(), () if isinstance(law, Motion) else law.history(), type(law).__name__
 
 

@@ -21,14 +21,14 @@ from flexmb.program.tables import BEGIN, COORDINATE, MEASURED, MOTION_SPEED, MOT
 
 
 @signal_kernel
-def relative_angle(p, t, q, v, a):  # type: ignore[no-untyped-def]
+def relative_angle(p, t, q, v, a):
     """Relative rotation of two nodes, 0 in the reference configuration."""
     (drawn,) = p
     return q[1] - q[0] - drawn
 
 
 @signal_kernel
-def relative_rate(p, t, q, v, a):  # type: ignore[no-untyped-def]
+def relative_rate(p, t, q, v, a):
     """Rate of `relative_angle`."""
     return v[1] - v[0]
 
@@ -141,7 +141,7 @@ def wired(contributions: Contributions, number: Numbering, aliases: Mapping[str,
             control.output_units,
             control.states,
         )
-    return replace(contributions, controls=tuple(found.values()))  # type: ignore[arg-type]
+    return replace(contributions, controls=tuple(found.values()))
 
 
 class _Finder:

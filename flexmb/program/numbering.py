@@ -100,8 +100,8 @@ def state_nodes(mechanism: Mechanism) -> list[tuple[str, Node, tuple[str, str, s
         if control.sample is not None:
             continue
         for k in range(0, len(control.states), 3):
-            names = (*control.states[k : k + 3], "unused1", "unused2")[:3]
-            found.append((control.part, Node(state_node(k), 0.0, 0.0, 0.0), names))
+            names = (*control.states[k : k + 3], "unused1", "unused2")
+            found.append((control.part, Node(state_node(k), 0.0, 0.0, 0.0), (names[0], names[1], names[2])))
     return found
 
 

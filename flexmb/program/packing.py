@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 
@@ -70,17 +70,21 @@ class Blocks:
         return Blocks(ptr, rows.values[rows.ptr[block] + row], columns.values[columns.ptr[block] + column])
 
 
-def ints(values: Sequence[int]) -> np.ndarray:
+Positions = Callable[[np.ndarray, np.ndarray], np.ndarray]
+"""Places in the factored matrix of entries with these rows and columns."""
+
+
+def ints(values: Sequence[int] | np.ndarray) -> np.ndarray:
     """A 1-D int64 array."""
     return np.array(values, dtype=np.int64).reshape(-1)
 
 
-def places(values: Sequence[int]) -> np.ndarray:
+def places(values: Sequence[int] | np.ndarray) -> np.ndarray:
     """A 1-D uint64 array of indices: the compiled loop need not ask whether they count from the end."""
     return np.array(values, dtype=np.uint64).reshape(-1)
 
 
-def table(rows: Sequence[Sequence[int]], columns: int) -> np.ndarray:
+def table(rows: Sequence[Sequence[int]] | np.ndarray, columns: int) -> np.ndarray:
     """A 2-D int64 array, also without rows."""
     return np.array(rows, dtype=np.int64).reshape(-1, columns)
 
@@ -159,7 +163,7 @@ class Packer:
         self.z.extend(values)
         return begin, len(self.z)
 
-    def elements(self, positions) -> Elements:
+    def elements(self, positions: Positions) -> Elements:
         """Arrays of the elements; `positions` maps rows and columns to places in the factored matrix."""
         contributions = self.contributions.elements
         factors = [contribution.factor for contribution in contributions]
@@ -181,7 +185,7 @@ class Packer:
             places(positions(self.element_blocks.rows, self.element_blocks.columns)),
         )
 
-    def constraints(self, positions, out: Sequence[int], measured: Sequence[int]) -> Constraints:
+    def constraints(self, positions: Positions, out: Sequence[int], measured: Sequence[int]) -> Constraints:
         """Arrays of the constraints; `out` numbers the first signal of each, `measured` the signals of kernels."""
         contributions = self.contributions.constraints
         laws = [law for contribution in contributions for law in motion_of_each_row(contribution)]
@@ -265,7 +269,7 @@ class Packer:
             arm.append(joint_friction.arm if joint_friction else 1.0)
         return table(kernel, 2), table(p, 4), table(z, 2), np.array(arm, dtype=float).reshape(-1)
 
-    def contacts(self, positions, out: Sequence[int]) -> Contacts:
+    def contacts(self, positions: Positions, out: Sequence[int]) -> Contacts:
         """Arrays of the contacts; `out` numbers the first signal of each."""
         kernel, p, z = [], [], []
         for contribution in self.contributions.contacts:
@@ -280,12 +284,12 @@ class Packer:
             histories = ((0.0,) * CONTACT_COMMON, contribution.normal.history(), contribution.friction.history())
             bounds = [self.remember(h) for h in histories]
             z.append([*(b for b, _ in bounds), bounds[-1][1]])
-        positions = places(positions(self.contact_blocks.rows, self.contact_blocks.columns))
+        entries = places(positions(self.contact_blocks.rows, self.contact_blocks.columns))
         return Contacts(
-            table(kernel, 3), table(p, 6), table(z, 4), places(self.contact_dofs.values), positions, ints(out)
+            table(kernel, 3), table(p, 6), table(z, 4), places(self.contact_dofs.values), entries, ints(out)
         )
 
-    def controls(self, positions, out: Sequence[int]) -> Controls:
+    def controls(self, positions: Positions, out: Sequence[int]) -> Controls:
         """Arrays of the controls; `positions` maps rows and columns to places in the factored matrix."""
         controls, dofs = self.contributions.controls, self.control_dofs
         kernel, p, z, source, source_dofs, source_places = [], [], [], [], [], []

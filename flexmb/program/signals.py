@@ -85,8 +85,8 @@ def motion_signals(driven: RowMotion) -> tuple[tuple[str, str], ...]:
     """Signals of a driven row: coordinate, rate, force, power."""
     unit, force = driven.units
     if not driven.name:
-        names = ("angle", "torque") if unit == "rad" else ("travel", "force")
-        return (names[0], unit), ("speed", f"{unit}/s"), (names[1], force), ("power", "W")
+        value, load = ("angle", "torque") if unit == "rad" else ("travel", "force")
+        return (value, unit), ("speed", f"{unit}/s"), (load, force), ("power", "W")
     kind = "torque" if unit == "rad" else "force"
     names = (driven.name, f"{driven.name}_rate", f"{driven.name}_{kind}", f"{driven.name}_power")
     return tuple(zip(names, (unit, f"{unit}/s", force, "W"), strict=True))

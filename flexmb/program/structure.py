@@ -118,10 +118,10 @@ def _read(value: Any, kernels: list[Kernel]) -> Any:
     if isinstance(value, Kernel):
         kernels.append(value)
         return id(value)
-    if _is_law(type(value)):
+    if _is_law(value.__class__):
         kernels.append(value.kernel)
         return id(value.kernel), len(value.parameters()), len(value.history())
-    kind = type(value)
+    kind = value.__class__
     lengths, names, others = _fields(kind)
     if not lengths and not names and not others:
         return value
@@ -220,8 +220,10 @@ def numbers_of(contributions: Contributions) -> tuple[np.ndarray, np.ndarray]:
     for contact in contributions.contacts:
         p.extend((*contact.p, *contact.normal.parameters(), *contact.friction.parameters()))
         z.extend((0.0,) * CONTACT_COMMON + (*contact.normal.history(), *contact.friction.history()))
-    for signal in (*contributions.signals, *contributions.angles):
+    for signal in contributions.signals:
         p.extend(signal.p)
+    for angle in contributions.angles:
+        p.extend(angle.p)
     for control in contributions.controls:
         p.extend(control.p)
         z.extend(control.history)

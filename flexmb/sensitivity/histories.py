@@ -4,8 +4,9 @@ Kernels give no derivatives by their histories.  These are central differences o
 differences relative to each number: a gap of 1e-6 m is not lost in coordinates of 1 m.
 """
 
+from flexmb.compiled.views import part_of
 from flexmb.contact.gap_crossing import crossing, cubic
-from flexmb.kernels import compiled, copy, friction_at, part_of
+from flexmb.kernels import compiled, copy, friction_at
 from flexmb.places import (
     ARM1_X,
     ARM1_X_Q,

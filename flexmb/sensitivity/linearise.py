@@ -8,7 +8,8 @@ that stiff elements lose no digits; derivatives by histories are central differe
 
 from flexmb.compiled.pieces import whole
 from flexmb.compiled.records import Matrix, Record, Vector
-from flexmb.kernels import compiled, constraint_at, copy, joint_friction_at, matrix_view, part_of
+from flexmb.compiled.views import matrix_view, part_of
+from flexmb.kernels import compiled, constraint_at, copy, joint_friction_at
 from flexmb.places import NORMAL, SLIDING, TANGENTIAL
 from flexmb.program.program import Program
 from flexmb.program.tables import BEGIN, END, LOAD_KERNEL, LOAD_P, LOAD_P_END

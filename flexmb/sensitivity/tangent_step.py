@@ -246,8 +246,8 @@ def _step_at() -> Any:
         return lambda table, *arguments: advance(*arguments)
 
     @intrinsic
-    def step_at(typingctx, table, tables, address, lu, options, flow, trial, work, record, steps):  # type: ignore[no-untyped-def]
-        def codegen(context, builder, signature, args):  # type: ignore[no-untyped-def]
+    def step_at(typingctx, table, tables, address, lu, options, flow, trial, work, record, steps):
+        def codegen(context, builder, signature, args):
             array = arrayobj.make_array(signature.args[0])(context, builder, args[0])
             kinds = signature.args[1:]
             kind = context.call_conv.get_function_type(types.int64, kinds)

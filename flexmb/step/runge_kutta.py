@@ -68,7 +68,7 @@ class RungeKuttaStepper(Stepper):
 
     def advance(self, run: Run, options: Options, steps: int) -> int:
         """Take at most `steps` steps; RUNNING, or the code of the ending."""
-        return advance_explicit(*run.arguments(options), self.stages, steps)
+        return int(advance_explicit(*run.arguments(options), self.stages, steps))
 
 
 class Stages(Record):

@@ -98,7 +98,7 @@ class Adaptive(checks.Checked):
         """Least number of steps of an impact."""
         if self.impact_steps is not None:
             return float(self.impact_steps)
-        return max(IMPACT_STEPS * (RTOL / self.rtol) ** (1.0 / 3.0), FEWEST_IMPACT_STEPS)
+        return float(max(IMPACT_STEPS * (RTOL / self.rtol) ** (1.0 / 3.0), FEWEST_IMPACT_STEPS))
 
     def finer(self) -> Self:
         """A copy with a tenth of the tolerances."""

@@ -3,7 +3,8 @@
 With the direction J of sliding (slip = J v), N(lam) and T of the friction law: r = -T J.
 """
 
-from flexmb.kernels import compiled, constraint_at, friction_at, joint_friction_at, matrix_view, motion_at, part_of
+from flexmb.compiled.views import matrix_view, part_of
+from flexmb.kernels import compiled, constraint_at, friction_at, joint_friction_at, motion_at
 from flexmb.places import LOAD, LOAD_BY_LAM, SLIDING
 from flexmb.program.tables import BEGIN, END, LOAD_KERNEL, LOAD_P, LOAD_P_END, SLIDING_LAW, SLIDING_P, SLIDING_P_END
 from flexmb.system.work import (

@@ -6,8 +6,9 @@ With n from the second surface into the first, t = (-n_y, n_x), arms a1, a2 from
     r = -(N J_n + T J_t)
 """
 
+from flexmb.compiled.views import part_of
 from flexmb.contact.gap_crossing import crossing
-from flexmb.kernels import GAP_SIZE, compiled, friction_at, gap_at, normal_at, part_of
+from flexmb.kernels import GAP_SIZE, compiled, friction_at, gap_at, normal_at
 from flexmb.places import (
     ARM1_X,
     ARM1_X_Q,

@@ -5,7 +5,8 @@ of a state is r = a - f(t, u, x) with the law f.  Outputs and rates are differen
 the derivatives of the inputs by coordinates and velocities are exact, or differences of the signal's kernel.
 """
 
-from flexmb.kernels import compiled, control_at, motion_at, part_of, signal_at
+from flexmb.compiled.views import part_of
+from flexmb.kernels import compiled, control_at, motion_at, signal_at
 from flexmb.program.tables import (
     BEGIN,
     COORDINATE,

@@ -1,16 +1,7 @@
 """Evaluation of elements: forces, matrices, energies."""
 
-from flexmb.kernels import (
-    account_at,
-    compiled,
-    element_at,
-    energy_at,
-    force_at,
-    matrix_view,
-    motion_at,
-    part_of,
-    tangent_at,
-)
+from flexmb.compiled.views import matrix_view, part_of
+from flexmb.kernels import account_at, compiled, element_at, energy_at, force_at, motion_at, tangent_at
 from flexmb.program.tables import BEGIN, END, FIRST_OUTPUT, NO_FACTOR
 from flexmb.system.controls import add_load_tangent, evaluate_controls
 from flexmb.system.gather import gather

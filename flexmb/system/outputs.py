@@ -2,7 +2,8 @@
 
 import math
 
-from flexmb.kernels import compiled, part_of, signal_at
+from flexmb.compiled.views import part_of
+from flexmb.kernels import compiled, signal_at
 from flexmb.places import (
     ECCENTRICITY_RATE_X,
     ECCENTRICITY_RATE_Y,

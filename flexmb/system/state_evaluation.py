@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -20,6 +21,8 @@ from flexmb.system.work import Work, workspace
 if TYPE_CHECKING:
     import scipy.sparse as sp
 
+
+Vector = Sequence[float] | np.ndarray
 
 UNPIVOTED_UNKNOWNS = 10_000
 """Number of unknowns above which a linear system is first solved without pivoting, in a sixth of the time."""
@@ -48,7 +51,17 @@ class StateEvaluation:
     def _solver(self) -> PivotingSolver:
         return PivotingSolver(self._pattern)
 
-    def at(self, q, v=None, a=None, lam=None, *, t=0.0, z=None, weights=(0.0, 0.0, 0.0)) -> StateEvaluation:
+    def at(
+        self,
+        q: Vector,
+        v: Vector | None = None,
+        a: Vector | None = None,
+        lam: Vector | None = None,
+        *,
+        t: float = 0.0,
+        z: Vector | None = None,
+        weights: Sequence[float] = (0.0, 0.0, 0.0),
+    ) -> StateEvaluation:
         """Evaluate at a state (n_q,); `weights`: factors of stiffness, damping and mass in the matrix.
 
         The last three entries of arrays with n_q + 3 entries are the motion of the ground, else at rest.
@@ -58,7 +71,7 @@ class StateEvaluation:
         KernelError : a kernel of a part raises an exception at this state.
         """
         n, m = self.program.n_q, self.program.n_c
-        state = [_padded(x, n) for x in (q, v, a)]
+        state = _padded(q, n), _padded(v, n), _padded(a, n)
         lam = np.zeros(m) if lam is None else np.ascontiguousarray(lam, dtype=float)
         z = self.program.reference.z if z is None else z
         z = np.array(z)
@@ -173,12 +186,12 @@ class StateEvaluation:
             x += shift
         return None
 
-    def mass(self, q) -> sp.csc_matrix:
+    def mass(self, q: np.ndarray) -> sp.csc_matrix:
         """M (n_q, n_q) at positions q."""
         return self.at(q, weights=(0.0, 0.0, 1.0)).block()
 
 
-def _padded(x, n: int) -> np.ndarray:
+def _padded(x: Vector | None, n: int) -> np.ndarray:
     full = np.zeros(n + 3)
     if x is not None:
         full[: len(x)] = x

@@ -34,6 +34,24 @@ def body_length(function: Function) -> int:
     return body[-1].end_lineno - body[0].lineno + 1 if body else 0
 
 
+COMPILED = re.compile(r"kernel|compiled|intrinsic|_law$|^(?:fast|apart)$")
+"""Decorators of functions that numba types."""
+
+
+def is_untyped(function: Function) -> bool:
+    """Whether a parameter or the result has no annotation."""
+    arguments = (*function.args.args, *function.args.kwonlyargs)
+    return function.returns is None or any(a.annotation is None for a in arguments if a.arg not in ("self", "cls"))
+
+
+def untyped_functions(path: str, tree: ast.Module) -> Iterator[str]:
+    """Functions without annotations that are not compiled and do not make code (`codegen` of an intrinsic)."""
+    for function in functions(tree):
+        compiled = any(COMPILED.search(ast.unparse(one).split("(")[0]) for one in function.decorator_list)
+        if not compiled and function.name != "codegen" and is_untyped(function):
+            yield f"{path}:{function.lineno}: {function.name} has parameters or a result without a type."
+
+
 def called_name(node: ast.Call) -> str:
     """The last name of what is called: 'zeros' for np.zeros(3)."""
     return getattr(node.func, "attr", getattr(node.func, "id", ""))
@@ -86,6 +104,16 @@ def test_nine_functions_in_ten_are_short(package_sources):
     assert len(long) <= SHARE_OF_LONG_FUNCTIONS * len(sizes), (
         f"{len(long)} of {len(sizes)} functions have more than {LONG_FUNCTION} lines:\n{listed}"
     )
+
+
+def test_functions_that_are_not_compiled_have_types(package_sources):
+    found = [text for s in package_sources for text in untyped_functions(s.path, s.tree)]
+    assert not found, "\n".join(found)
+
+
+def test_a_function_without_types_is_found():
+    code = "def f(x) -> int: ...\n@compiled\ndef g(x): ...\n@signal_kernel\ndef h(p): ...\ndef k(x: int) -> int: ..."
+    assert [text.split()[1] for text in untyped_functions("a.py", ast.parse(code))] == ["f"]
 
 
 def test_no_leftovers(package_sources):

@@ -34,7 +34,8 @@ def hermite_spans(starts: np.ndarray, ends: np.ndarray, steps: np.ndarray) -> np
     """
     factors = steps[None, :] ** np.arange(4)[:, None]
     data = np.concatenate([starts * factors[:, None, :], ends * factors[:, None, :]])
-    return np.einsum("ij,jan->nai", HERMITE, data)
+    coefficients: np.ndarray = np.einsum("ij,jan->nai", HERMITE, data)
+    return coefficients
 
 
 def sampled(spans: np.ndarray, samples: int, order: int = 0) -> np.ndarray:

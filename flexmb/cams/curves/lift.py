@@ -89,7 +89,7 @@ class Lift(checks.Checked):
         """
         begin, end, low, high = piece
         span = end - begin
-        found = (high - low) * normalised(self.law, (angles - begin) / span)
+        found: np.ndarray = (high - low) * normalised(self.law, (angles - begin) / span)
         found /= span ** np.arange(ORDERS)[:, None]
         found[0] += low
         return found

@@ -1,6 +1,7 @@
 """Slip speed at which a friction law balances a load."""
 
 import math
+from collections.abc import Callable
 
 from flexmb import checks
 from flexmb.errors import InputError
@@ -30,7 +31,7 @@ def first_balance(law: FrictionLaw, wanted: float, fastest: float) -> float:
 
     def balance(speed: float) -> float:
         force, _, _ = law.kernel.python(law.parameters(), 0.0, speed, 1.0, (), ())
-        return -force - wanted
+        return float(-force - wanted)
 
     if wanted <= 0.0:
         return 0.0
@@ -43,7 +44,7 @@ def first_balance(law: FrictionLaw, wanted: float, fastest: float) -> float:
     return math.inf
 
 
-def _halved(balance, low, high):
+def _halved(balance: Callable[[float], float], low: float, high: float) -> float:
     """Slip speed between `low` and `high` at which `balance` changes its sign."""
     for _ in range(200):
         middle = 0.5 * (low + high)

@@ -54,10 +54,10 @@ class DampedElasticLaw(NormalLaw):
     @staticmethod
     @abstractmethod
     def chi(restitution: float) -> float:
-        """Damping factor for the coefficient of restitution e = `restitution` that is asked for."""
+        """Damping factor that gives the coefficient of restitution e = `restitution`."""
 
     def delivered_restitution(self, e: float | None = None) -> float:
-        """Coefficient of restitution of a free impact when `e` is asked for (None: the law's own); exact.
+        """Coefficient of restitution of a free impact with the factor for `e` (None: the law's own); exact.
 
         Contacts that begin slower than `least_approach` return more.
         """
@@ -78,7 +78,7 @@ class DampedElasticLaw(NormalLaw):
         checks.one_of(name, "reference_speed", self.reference_speed, (ONSET, LARGEST))
 
     def _no_radii(self) -> InputError:
-        """Error of a law whose stiffness is asked for before its radii are known."""
+        """Error of a law that has no stiffness yet, since its radii are unknown."""
         return InputError(f"{type(self).__name__}: the stiffness depends on radii; use it in a clearance joint.")
 
 

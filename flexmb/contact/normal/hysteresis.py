@@ -101,8 +101,12 @@ class HysteresisLaw(DampedElasticLaw):
         bearing, journal : materials.
         restitution, least_approach, reference_speed : see the class.
         """
-        given = {"restitution": restitution, "least_approach": least_approach, "reference_speed": reference_speed}
-        return cls(materials=(bearing, journal), **given)
+        return cls(
+            materials=(bearing, journal),
+            restitution=restitution,
+            least_approach=least_approach,
+            reference_speed=reference_speed,
+        )
 
     def for_radii(self, bearing_radius: float, journal_radius: float) -> Self:
         """The law with its stiffness for these radii [m]."""
@@ -134,7 +138,7 @@ class HysteresisLaw(DampedElasticLaw):
         return tuple(found)
 
     def _warn_of_a_miss(self) -> None:
-        """Warn at the line outside flexmb that makes a law whose free impacts miss the coefficient asked for."""
+        """Warn at the line outside flexmb that makes a law whose free impacts miss the given coefficient."""
         asked, found = self.restitution, self.delivered_restitution()
         if abs(found - asked) <= MISS * asked:
             return

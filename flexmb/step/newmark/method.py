@@ -149,4 +149,4 @@ class NewmarkStepper(Stepper):
 
     def advance(self, run: Run, options: Options, steps: int) -> int:
         """Take at most `steps` steps; RUNNING, or the code of the ending."""
-        return advance(*run.arguments(options), steps)
+        return int(advance(*run.arguments(options), steps))

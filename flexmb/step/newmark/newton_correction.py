@@ -2,7 +2,8 @@
 
 import math
 
-from flexmb.kernels import compiled, part_of
+from flexmb.compiled.views import part_of
+from flexmb.kernels import compiled
 from flexmb.linalg.lu import smallest_pivot
 from flexmb.linalg.substitute import solve, solve_two
 from flexmb.state.options import GEAR_GUPTA_LEIMKUHLER, POSITION

@@ -124,7 +124,7 @@ class RadauStepper(Stepper):
 
     def advance(self, run: Run, options: Options, steps: int) -> int:
         """Take at most `steps` steps; RUNNING, or the code of the ending."""
-        return advance_radau(*run.arguments(options), self.stages, steps)
+        return int(advance_radau(*run.arguments(options), self.stages, steps))
 
     def save(self, run: Run, options: Options) -> None:
         """Save the remaining instants within the last step."""
@@ -142,9 +142,10 @@ class RadauStepper(Stepper):
             return
         for name in RESTART_ARRAYS:
             array = getattr(self.stages, name)
-            if np.shape(restart.get(f"radau.{name}")) != array.shape:
+            kept = np.asarray(restart.get(f"radau.{name}", ()))
+            if kept.shape != array.shape:
                 raise ValueError(f"radau.{name}")
-            array[:] = restart[f"radau.{name}"]
+            array[:] = kept
         self.stages.step.set_numbers(np.asarray(restart["radau.step"]))
 
 

@@ -6,7 +6,8 @@ onto the constraints; accelerations and multipliers follow from the equations of
 
 import math
 
-from flexmb.kernels import compiled, copy, part_of
+from flexmb.compiled.views import part_of
+from flexmb.kernels import compiled, copy
 from flexmb.linalg.complex_lu import factor_complex, solve_complex
 from flexmb.linalg.lu import LOST_PIVOT, factor
 from flexmb.linalg.substitute import solve, solve_two

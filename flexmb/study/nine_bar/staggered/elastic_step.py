@@ -13,7 +13,8 @@ Source: X. Chen, S. Jiang, Y. Deng, Q. Wang, Nonlinear Dynamics (2018), eqs (26)
 
 import math
 
-from flexmb.kernels import compiled, part_of
+from flexmb.compiled.views import part_of
+from flexmb.kernels import compiled
 from flexmb.linalg.lu import LOST_PIVOT, factor
 from flexmb.linalg.substitute import solve, solve_two
 from flexmb.places import FRICTION_FORCE, NORMAL, NORMAL_FORCE, TANGENTIAL
