@@ -11,21 +11,18 @@ import numpy as np
 
 from flexmb import checks, planar
 from flexmb.bodies.inertia import node_mass
-from flexmb.errors import FlexmbError, InputError, ModelError
+from flexmb.errors import InputError, ModelError
 from flexmb.kernels import GAP_SIZE, constraint_kernel
 from flexmb.model.contributions import (
-    AngleContribution,
     Attachment,
     ConstraintContribution,
     ContactContribution,
     Contribution,
-    ControlContribution,
     ElementContribution,
     Node,
-    SignalContribution,
     node_coordinates,
 )
-from flexmb.model.part import Body, Part
+from flexmb.model.part import Body
 from flexmb.model.shape import RigidShape, Shapes
 from flexmb.places import ARM1_X, ARM1_Y, ARM2_X, ARM2_Y, NORMAL_X, NORMAL_Y
 
@@ -118,8 +115,8 @@ class PointMass(Body):
 
     def validate(self, mechanism: Mechanism) -> None:
         """Refuse parts that need the rotation of the particle."""
-        for part in mechanism.parts:
-            if not isinstance(part, Body) and needs_rotation(mechanism, part, self.name):
+        for part, contribution, place in mechanism.acting_on((self.name, "", 2)):
+            if turns(mechanism, contribution, place):
                 raise ModelError(
                     f"{part.label} needs the rotation of {self.label}, which has none. Use a RigidBody, or a part that "
                     "holds the point alone: Revolute without drive and friction, PinSlot from another body, "
@@ -129,28 +126,6 @@ class PointMass(Body):
     def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - the point alone
         """The point."""
         return (RigidShape(self.name, "", (((0.0, 0.0), (0.0, 0.0)),)),)
-
-
-def needs_rotation(mechanism: Mechanism, part: Part, particle: str) -> bool:
-    """Whether a part exerts a moment on a particle, or its forces change with the particle's rotation.
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    part : a part that is no body.
-    particle : name of the particle.
-    """
-    theta = (particle, "", 2)
-    try:
-        found = part.contributions(mechanism)
-    except FlexmbError:
-        return False  # an error of its own, which is told by others
-    return any(
-        turns(mechanism, contribution, contribution.coordinates.index(theta))
-        for contribution in found
-        if not isinstance(contribution, SignalContribution | AngleContribution | ControlContribution)
-        and theta in contribution.coordinates
-    )
 
 
 def turns(mechanism: Mechanism, contribution: Any, place: int) -> bool:

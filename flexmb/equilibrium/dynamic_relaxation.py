@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import splu
 
 from flexmb.equilibrium.stability import is_stable
 from flexmb.equilibrium.steady_rotation import Spin
@@ -18,6 +20,9 @@ STRIDE_ITERATIONS = 12
 
 LARGEST_STRIDE = 0.5
 """Largest movement in a stride [rad, or relative to the size of the mechanism]."""
+
+INDEPENDENCE = 1e-14
+"""Number on the diagonal beside rows of constraints of length 1, which keeps them apart where they repeat others."""
 
 REST_STRIDE = 1e-9
 """Movement in a stride with little viscosity at rest [rad, or relative to the size of the mechanism]."""
@@ -42,7 +47,7 @@ def relax(program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin) 
     diagonal = program.symbolic.positions(np.arange(n), np.arange(n))
     spin.at(system, q)
     forces = float(np.abs(system.force * size).max(initial=0.0))
-    lam = np.linalg.lstsq(system.jacobian.toarray().T, -system.force, rcond=1e-10)[0]
+    lam = least_multipliers(system.jacobian, system.force)
     unbalanced = float(np.abs((system.force + system.jacobian.T @ lam) * size).max(initial=0.0))
     if unbalanced <= 1e-12 * forces:
         return q, lam  # an equilibrium already, or no load
@@ -62,6 +67,20 @@ def relax(program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin) 
             return q, lam
         eta = max(eta / 3.0, 1e-14 * unit)
     return None
+
+
+def least_multipliers(G: sp.csr_matrix, force: np.ndarray) -> np.ndarray:
+    """Multipliers (n_c,) that leave the least of G^T lam + force.
+
+    Redundant rows share their force as their round-off has it: `INDEPENDENCE` keeps the bordered matrix regular.
+    """
+    m, n = G.shape
+    lengths = np.sqrt(np.asarray(G.multiply(G).sum(axis=1)).ravel())
+    scale = sp.diags_array(1.0 / np.where(lengths > 0.0, lengths, 1.0))
+    rows = scale @ G
+    bordered = sp.block_array([[sp.eye_array(n), rows.T], [rows, -INDEPENDENCE * sp.eye_array(m)]]).tocsc()
+    found: np.ndarray = scale @ splu(bordered).solve(np.concatenate([-force, np.zeros(m)]))[n:]
+    return found
 
 
 def _stride(

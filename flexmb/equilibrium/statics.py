@@ -14,6 +14,7 @@ from flexmb.equilibrium.dynamic_relaxation import relax
 from flexmb.equilibrium.stability import is_stable
 from flexmb.equilibrium.steady_rotation import Spin, check_spin
 from flexmb.errors import SolveError
+from flexmb.linalg.null_vector import null_vector
 from flexmb.model.controller import refuse_controllers
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
@@ -278,18 +279,12 @@ def refuse_free_motion(program: Program, system: StateEvaluation, q: np.ndarray)
 
 def unresisted(program: Program, system: StateEvaluation, q: np.ndarray, lam: np.ndarray | None = None) -> str:
     """Name of the coordinate that moves most in a free motion; "" without free motions."""
-    if program.n_q > 2000:
-        return ""  # the factorisation will tell
     system.at(q, lam=lam, weights=(1.0, 0.0, 0.0))
-    K, G = system.block().toarray(), system.jacobian.toarray()
-    scale = np.sqrt(np.maximum(np.abs(K).max(axis=1), 1e-300))
-    scale = np.where(np.abs(K).max(axis=1) > 0.0, scale, 1.0)
-    both = np.vstack([K / scale / scale[:, None], G / scale])
-    values = np.linalg.svd(both, compute_uv=False)  # vectors take most of the time, and only a refusal needs them
-    if len(values) < program.n_q or values[-1] < 1e-13 * values[0]:
-        vectors = np.linalg.svd(both)[2]
-        return program.names.coordinates[int(np.abs(vectors[-1]).argmax())]
-    return ""
+    K, G = system.block(), system.jacobian
+    largest = abs(K).max(axis=1).toarray().ravel()
+    scale = sp.diags_array(1.0 / np.sqrt(np.where(largest > 0.0, largest, 1.0)))
+    free = null_vector(sp.vstack([scale @ K @ scale, G @ scale]))
+    return "" if free is None else program.names.coordinates[int(np.abs(free).argmax())]
 
 
 def _free_motion_error(program: Program, free: str) -> str:

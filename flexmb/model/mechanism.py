@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cached_property
 from typing import Any
 
 from flexmb import checks
 from flexmb.errors import FlexmbError, InputError, ModelError
-from flexmb.model.contributions import Contribution, Contributions, Node
+from flexmb.model.contributions import (
+    ConstraintContribution,
+    ContactContribution,
+    Contribution,
+    Contributions,
+    Coordinate,
+    ElementContribution,
+    Node,
+)
 from flexmb.model.controller import Controller
 from flexmb.model.part import GROUND, Body, Part, declared_state
 from flexmb.model.shape import Shapes
@@ -112,6 +121,27 @@ class Mechanism:
     @cached_property
     def _by_name(self) -> dict[str, Part]:
         return {part.name: part for part in self.parts}
+
+    def acting_on(self, coordinate: Coordinate) -> Sequence[tuple[Part, Any, int]]:
+        """Parts that are no bodies, with the element, constraint or contact that acts on a coordinate, and its place.
+
+        A part that cannot say how it acts is left out: its error is found elsewhere.
+        """
+        return self._acting.get(coordinate, ())
+
+    @cached_property
+    def _acting(self) -> dict[Coordinate, list[tuple[Part, Any, int]]]:
+        found: dict[Coordinate, list[tuple[Part, Any, int]]] = {}
+        for part in self.parts:
+            contributions: Sequence[Any] = ()
+            if not isinstance(part, Body):
+                with suppress(FlexmbError):
+                    contributions = part.contributions(self)
+            for one in contributions:
+                if isinstance(one, ElementContribution | ConstraintContribution | ContactContribution):
+                    for place, coordinate in enumerate(one.coordinates):
+                        found.setdefault(coordinate, []).append((part, one, place))
+        return found
 
     def __getstate__(self) -> dict[str, Any]:
         return declared_state(self)
