@@ -24,6 +24,9 @@ LARGEST_STRIDE = 0.5
 INDEPENDENCE = 1e-14
 """Number on the diagonal beside rows of constraints of length 1, which keeps them apart where they repeat others."""
 
+ROUND_OFF = 1e-15
+"""Force of springs without load relative to their stiffness times the size of the mechanism."""
+
 REST_STRIDE = 1e-9
 """Movement in a stride with little viscosity at rest [rad, or relative to the size of the mechanism]."""
 
@@ -49,7 +52,9 @@ def relax(program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin) 
     forces = float(np.abs(system.force * size).max(initial=0.0))
     lam = least_multipliers(system.jacobian, system.force)
     unbalanced = float(np.abs((system.force + system.jacobian.T @ lam) * size).max(initial=0.0))
-    if unbalanced <= 1e-12 * forces:
+    system.at(q, weights=(1.0, 0.0, 0.0))
+    stiffest = float((abs(system.block()) @ size * size).max(initial=0.0))
+    if unbalanced <= max(1e-12 * forces, ROUND_OFF * stiffest):
         return q, lam  # an equilibrium already, or no load
     unit = forces / length**2
     eta = unit
