@@ -61,8 +61,8 @@ class OutlineOnOutline(Part):
     -----
     The gap of a round is the least signed distance of its points from the other outline, exact for lines, arcs and
     corners.  Two rounds that touch are one contact, of the first outline if that is all arcs and of the second one
-    otherwise.  Gap and normal are continuous along pieces that join without a corner; where a contact passes from a
-    straight piece onto an arc, and both bodies touch with rounds, it goes on under another name, with a new history.
+    otherwise.  Gap and normal are continuous along pieces that join without a corner.  Where a round of the other
+    outline leaves a straight piece of this one for an arc, the contact goes on under another name, with a new history.
     Two corners that overlap touch the sides of one another.  A body may overlap by less than half its own thickness.
     Sides of many short lines have a contact at each corner; draw them as arcs (`bulges`, `Outline.from_curve`).
     Bodies start and move as declared.

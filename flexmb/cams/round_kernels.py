@@ -6,6 +6,7 @@ normals.  The gap of a round is the least signed distance of its points from the
 
 import math
 
+from flexmb.cams.curves.rounds import POINTED, ROUNDED
 from flexmb.cams.outline_kernels import (
     BEND,
     ORIGIN_X,
@@ -22,14 +23,13 @@ from flexmb.cams.outline_kernels import (
     outline_place,
     straight_place,
 )
-from flexmb.cams.curves.rounds import POINTED, ROUNDED
 from flexmb.cams.pair import put_gap, with_arms
 from flexmb.kernels import compiled, gap_kernel
 
 SCALE, ROUND_IS_FIRST, MEETS_ROUNDS, ROUNDS, CHAIN, PIECES, FIRST_ROUND = range(7)
 """Places in p: length for tolerances [m]; whether the round belongs to the first body, and whether it counts contacts
-with convex arcs and corners; numbers of arcs of the round, of pieces of the chain, of all pieces, which begin with those
-of the chain (see `outline_kernels`) and follow the round; its first arc."""
+with convex arcs and corners; numbers of arcs of the round, of pieces of the chain, of all pieces; first arc.  Pieces
+follow the arcs, those of the chain first, see `outline_kernels`."""
 
 CENTRE_X, CENTRE_Y, RADIUS, FROM_X, FROM_Y, TO_X, TO_Y, KIND, ARC_SIZE = range(9)
 """Places in an arc of a round: centre and radius [m], outward normals at both ends, kind."""
@@ -52,7 +52,7 @@ def within(nx, ny, ax, ay, bx, by):
 
 @compiled
 def corner_place(p, k, X, Y):
-    """Convex corner at the start of a piece, see `outline_place`; infinite distance outside the sector of its normals."""
+    """Convex corner at the start of a piece, see `outline_place`; infinite distance outside its sector of normals."""
     ex, ey = X - p[k + X0], Y - p[k + Y0]
     size = math.sqrt(ex * ex + ey * ey)
     if p[k + BEND] == 0.0:
@@ -70,7 +70,7 @@ def corner_place(p, k, X, Y):
 
 @compiled
 def side_place(p, k, X, Y, radius):
-    """Inside of a piece, see `outline_place`; infinite distance beyond its ends, or where the radius does not fit in."""
+    """Inside of a piece, see `outline_place`; infinite distance beyond its ends, or where the radius does not fit."""
     if foot_on_piece(p, k, X, Y) == math.inf or -radius <= p[k + BEND] < 0.0:
         return 0.0, 0.0, 0.0, 0.0, math.inf, 0.0, 1.0
     return straight_place(p, k, X, Y) if p[k + BEND] == 0.0 else arc_place(p, k, X, Y)

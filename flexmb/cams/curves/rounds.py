@@ -50,7 +50,7 @@ def rounds(outline: Outline) -> list[list[RoundArc]]:
 
 
 def _pieces(outline: Outline) -> list[RoundArc | bool]:
-    """Corners and pieces along an outline; of those that are not convex whether they are straight."""
+    """Arcs and corners along an outline; True in place of straight pieces, False of hollow arcs and corners."""
     n, hollow, found = len(outline.points), set(outline.hollow_corners()), list[RoundArc | bool]()
     for k in range(n):
         before, (start, end) = outline.directions(k - 1 if k else n - 1)[1], outline.directions(k)
