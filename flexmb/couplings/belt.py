@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING
 
 from flexmb import checks, planar
 from flexmb.couplings.belt_friction import belt_contributions
-from flexmb.couplings.linear import angle_of
 from flexmb.couplings.wheels import Wheels
 from flexmb.errors import InputError, ModelError
-from flexmb.model.contributions import Contribution
+from flexmb.model.contributions import Contribution, node_coordinates
 from flexmb.model.part import GROUND
 from flexmb.model.shape import Shapes
 
@@ -41,23 +40,22 @@ class Belt(Wheels):
     mu : coefficient of friction [1], > 0, with `pretension` and `creep`; None: an ideal belt.
     pretension : tension T0 of both strands while no torque acts [N], > 0.
     creep : slip [m/s], > 0, at which the belt carries tanh(1) = 76 % of its largest force.
-    wrap : least angle that the belt wraps around a wheel [rad], > 0; None: by the radii and the distance of the
-        centres of mass of the wheels in the reference configuration.
 
     Raises
     ------
     InputError : numbers out of range; friction without pretension and creep, or these without friction.
-    ModelError : a belt over one wheel; wheels so near that an angle of wrap is not defined.
+    ModelError : a belt over one wheel; wheels that overlap, or the ground as a wheel, of a belt with friction.
 
     Notes
     -----
     Without slip only the difference of the tensions does work, so an ideal belt needs no pretension.
 
-    With friction the tensions are T0 +- F/2 (Poncelet: the stretched length of the belt stays).  It slips where their
-    ratio reaches exp(mu wrap) (Euler, Eytelwein), at F = 2 T0 tanh(mu wrap/2), on the wheel with the smaller wrap.  The
-    force follows the slip s as F tanh(s/creep), so a loaded belt always creeps a little, as real belts do, also at
-    rest.  Slip turns energy into heat, which counts as that of dampers.  Start and modes are those of the ideal belt.
-    Centrifugal forces are left out: fast belts carry less.
+    With friction both strands pull at both wheels, so they load the bearings; the centres of mass are the centres of
+    the wheels.  The tensions are T0 +- F/2 (Poncelet: the length of the belt stays).  The belt slips where their ratio
+    reaches exp(mu wrap) (Euler, Eytelwein), at F = 2 T0 tanh(mu wrap/2), on the wheel with the smaller wrap.  The force
+    follows the slip s as F tanh(s/creep), so a loaded belt always creeps a little, as real belts do, also at rest.
+    Slip turns energy into heat, which counts as that of dampers; T0 times the length of the belt is its strain energy.
+    Start and modes are those of the ideal belt.  Centrifugal forces are left out: fast belts carry less.
     Source: L. Euler, Remarques sur l'effet du frottement dans l'equilibre, 1762, for the limit; tanh is a smoothing.
     """
 
@@ -67,7 +65,6 @@ class Belt(Wheels):
     mu: float | None = None
     pretension: float | None = None
     creep: float | None = None
-    wrap: float | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -82,19 +79,17 @@ class Belt(Wheels):
         """Check that friction, pretension and creep are given together."""
         given = {"mu": (self.mu, "1"), "pretension": (self.pretension, "N"), "creep": (self.creep, "m/s")}
         missing = [name for name, (value, _) in given.items() if value is None]
-        if missing and (len(missing) < len(given) or self.wrap is not None):
+        if missing and len(missing) < len(given):
             raise InputError(
-                f"{self.label}: {' and '.join(missing)} not given; a belt with friction needs mu, pretension and creep. "
-                "For an ideal belt leave them and wrap out."
+                f"{self.label}: {' and '.join(missing)} not given; a belt with friction needs mu, pretension and "
+                "creep. For an ideal belt leave all of them out."
             )
         for name, (value, unit) in given.items():
             if value is not None:
                 checks.positive(self.label, name, value, unit)
-        if self.wrap is not None:
-            checks.positive(self.label, "wrap", self.wrap, "rad")
 
     def least_wrap(self, mechanism: Mechanism) -> float:
-        """Least angle that the belt wraps around a wheel [rad].
+        """Least angle that the belt wraps around a wheel in the reference configuration [rad].
 
         Parameters
         ----------
@@ -104,10 +99,11 @@ class Belt(Wheels):
         ------
         ModelError : wheels that overlap or lie within one another, or a wheel that is the ground.
         """
-        if self.wrap is not None:
-            return self.wrap
         if GROUND.name in (self.first.name, self.second.name):
-            raise ModelError(f"{self.label}: one wheel is the ground, which has no centre. Give wrap= in rad.")
+            raise ModelError(
+                f"{self.label}: one wheel is the ground, which has no centre; with friction both must be bodies. "
+                "Hold a body by Fixed(...) for a wheel at rest."
+            )
         bodies = [mechanism.body(wheel.name, self.label) for wheel in (self.first, self.second)]
         first, second = (body.node(body.main) for body in bodies)
         apart, (r1, r2) = planar.distance((first.x, first.y), (second.x, second.y)), self.radii
@@ -115,7 +111,7 @@ class Belt(Wheels):
         if apart <= reach:
             raise ModelError(
                 f"{self.label}: the centres of mass of its wheels are {apart:g} m apart, too near for radii of {r1:g} "
-                f"and {r2:g} m. Move a wheel, or give wrap= in rad."
+                f"and {r2:g} m. Move a wheel; with friction the centres of mass are the centres of the wheels."
             )
         return math.pi + 2.0 * math.asin(reach / apart) * (1.0 if self.crossed else -1.0)
 
@@ -124,13 +120,13 @@ class Belt(Wheels):
         return self.circles(mechanism, self.radii)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One constraint equation between two or three angles; with friction an element between these."""
+        """One constraint equation between two or three angles; with friction an element between both wheels."""
         r1, r2 = self.radii[0], self.radii[1] if self.crossed else -self.radii[1]
         ideal = self.rolling(mechanism, r1, r2)
         if self.mu is None or self.pretension is None or self.creep is None:
             return [ideal]
         largest = 2.0 * self.pretension * math.tanh(0.5 * self.mu * self.least_wrap(mechanism))
-        coordinate = angle_of(mechanism, self.second.name, self.label)[0]
-        second = ideal.coordinates.index(coordinate) if coordinate in ideal.coordinates else -1
-        friction = belt_contributions(ideal, (r1, r2), second, largest, self.pretension, self.creep)
+        bodies = [mechanism.body(wheel.name, self.label) for wheel in (self.first, self.second)]
+        coordinates = tuple(c for body in bodies for c in node_coordinates(body.name, body.main))
+        friction = belt_contributions(self.name, coordinates, (r1, r2), (largest, self.creep, self.pretension))
         return [*friction, replace(ideal, holds="closed")]

@@ -243,6 +243,11 @@ BUILT_IN = {
         two_links(fm.cams.OutlineOnOutline("moon", crank(), MOON, arm(), HALF, normal=LN, friction=COULOMB)), "moon",
     ),
     "Belt": (two_links(fm.couplings.Belt("belt", crank(), arm(), radii=(0.04, 0.03), crossed=True)), "belt"),
+    "Belt, friction": (
+        two_links(
+            fm.couplings.Belt("belt", crank(), arm(), radii=(0.04, 0.03), mu=0.3, pretension=50.0, creep=0.1)
+        ), "belt",
+    ),
     "Rack": (two_links(fm.couplings.Rack("rack", crank(), arm(), at=B, along=(0.2, 1.0))), "rack"),
     "SameRotation": (two_links(fm.couplings.SameRotation("same", crank(), arm())), "same"),
     "Distance": (two_links(fm.couplings.Distance("rod", fm.GROUND, arm(), at=(0.1, 0.5), to=B)), "rod"),
