@@ -11,4 +11,5 @@ from flexmb.cams.curves.profiles import oscillating_flat_profile as oscillating_
 from flexmb.cams.curves.profiles import oscillating_roller_profile as oscillating_roller_profile
 from flexmb.cams.curves.profiles import roller_profile as roller_profile
 from flexmb.cams.outline_contact import OutlineContact as OutlineContact
+from flexmb.cams.outline_on_outline import OutlineOnOutline as OutlineOnOutline
 from flexmb.cams.point_on_curve import PointOnCurve as PointOnCurve

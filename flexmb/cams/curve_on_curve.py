@@ -35,9 +35,10 @@ class CurveOnCurve(Part):
     """Two curves of two bodies that touch: cam with flat, roller or curved follower, two cams.
 
     Signals, ideal: force (contact force, > 0: the bodies press on each other) [N]; normal_speed (velocity along the
-    normal there, of the body with the `Line` or `Circle`, else of the second one) [m/s]; force times normal_speed is
-    the power given to this body.  With `normal`: as of a contact (see `RevoluteClearance`; ex, ey from the surface of
-    the first curve to that of the second).  With a `Line` also place (of the contact along it from its start) [m].
+    normal there, of the body with the `Line` or `Circle`, else of the second one) [m/s]; power (force times
+    normal_speed, given to this body) [W]; with `friction` also friction_force [N].  With `normal`: as of a contact (see
+    `RevoluteClearance`; ex, ey from the surface of the first curve to that of the second).  With a `Line` also place
+    (of the contact along it from its start) [m].
 
     Parameters
     ----------

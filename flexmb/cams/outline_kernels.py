@@ -41,16 +41,16 @@ def foot_on_piece(p, k, X, Y):
 
 
 @compiled
-def nearest_place(p, X, Y):
+def nearest_place(p, first, count, X, Y):
     """Nearest piece or end of a piece: its place in p, kind, and whether it is the end (of a corner)."""
-    best, found, kind, at_end = math.inf, FIRST_PIECE, CORNER, False
-    for i in range(int(p[COUNT])):
-        k = FIRST_PIECE + PIECE_SIZE * i
+    best, found, kind, at_end = math.inf, first, CORNER, False
+    for i in range(count):
+        k = first + PIECE_SIZE * i
         square = foot_on_piece(p, k, X, Y)
         if square < best:
             best, found, kind = square, k, STRAIGHT if p[k + BEND] == 0.0 else ARC
-    for i in range(int(p[COUNT])):
-        k = FIRST_PIECE + PIECE_SIZE * i
+    for i in range(count):
+        k = first + PIECE_SIZE * i
         start = (X - p[k + X0]) ** 2 + (Y - p[k + Y0]) ** 2
         end = (X - p[k + X1]) ** 2 + (Y - p[k + Y1]) ** 2
         if min(start, end) < best:
@@ -59,23 +59,35 @@ def nearest_place(p, X, Y):
 
 
 @compiled
-def outline_place(p, X, Y):
-    """Nearest point, outward normal, signed distance and curvature b/a of the chain for a point (X, Y)."""
-    k, kind, at_end = nearest_place(p, X, Y)
+def straight_place(p, k, X, Y):
+    """Nearest point of the line of a straight piece, see `outline_place`."""
+    dx, dy = p[k + X1] - p[k + X0], p[k + Y1] - p[k + Y0]
+    length = math.sqrt(dx * dx + dy * dy)
+    nx, ny = dy / length, -dx / length
+    away = nx * (X - p[k + X0]) + ny * (Y - p[k + Y0])
+    return X - away * nx, Y - away * ny, nx, ny, away, 1.0, 0.0
+
+
+@compiled
+def arc_place(p, k, X, Y):
+    """Nearest point of the circle of an arc, see `outline_place`."""
+    wx, wy, R = X - p[k + ORIGIN_X], Y - p[k + ORIGIN_Y], p[k + BEND]
+    size, turn = math.sqrt(wx * wx + wy * wy), (1.0 if R > 0.0 else -1.0)
+    away = turn * size - R
+    if size == 0.0:  # in the centre of the arc any of its points is nearest
+        return p[k + X0], p[k + Y0], p[k + START_NX], p[k + START_NY], away, abs(R), turn
+    nx, ny = turn * wx / size, turn * wy / size
+    return X - away * nx, Y - away * ny, nx, ny, away, abs(R), turn
+
+
+@compiled
+def outline_place(p, first, count, X, Y):
+    """Nearest point, outward normal, signed distance and curvature b/a of some pieces for a point (X, Y)."""
+    k, kind, at_end = nearest_place(p, first, count, X, Y)
     if kind == STRAIGHT:
-        dx, dy = p[k + X1] - p[k + X0], p[k + Y1] - p[k + Y0]
-        length = math.sqrt(dx * dx + dy * dy)
-        nx, ny = dy / length, -dx / length
-        away = nx * (X - p[k + X0]) + ny * (Y - p[k + Y0])
-        return X - away * nx, Y - away * ny, nx, ny, away, 1.0, 0.0
+        return straight_place(p, k, X, Y)
     if kind == ARC:
-        wx, wy, R = X - p[k + ORIGIN_X], Y - p[k + ORIGIN_Y], p[k + BEND]
-        size, turn = math.sqrt(wx * wx + wy * wy), (1.0 if R > 0.0 else -1.0)
-        away = turn * size - R
-        if size == 0.0:  # in the centre of the arc any of its points is nearest
-            return p[k + X0], p[k + Y0], p[k + START_NX], p[k + START_NY], away, abs(R), turn
-        nx, ny = turn * wx / size, turn * wy / size
-        return X - away * nx, Y - away * ny, nx, ny, away, abs(R), turn
+        return arc_place(p, k, X, Y)
     x, y, mx, my = p[k + X0], p[k + Y0], p[k + START_NX], p[k + START_NY]
     if at_end:
         x, y, mx, my = p[k + X1], p[k + Y1], p[k + END_NX], p[k + END_NY]
@@ -94,7 +106,7 @@ def outline_gap_kernel(p, q, v, out):
     X, Y = q[3] + c * p[CENTRE_X] - s * p[CENTRE_Y], q[4] + s * p[CENTRE_X] + c * p[CENTRE_Y]
     c, s = math.cos(q[2]), math.sin(q[2])
     ex, ey = X - q[0], Y - q[1]
-    x, y, mx, my, away, a, b = outline_place(p, c * ex + s * ey, -s * ex + c * ey)
+    x, y, mx, my, away, a, b = outline_place(p, FIRST_PIECE, int(p[COUNT]), c * ex + s * ey, -s * ex + c * ey)
     radius = p[RADIUS]
     if p[EXTENT] > WHOLE and away < 0.0:  # the chain is seen from behind, through the body
         mx, my, away, b, radius = -mx, -my, -away, -b, 0.0

@@ -56,9 +56,9 @@ class PairKernels:
             contact = ContactContribution(part.name, self.gap, coordinates, p, part.contact_law(), friction)
             return [contact] if part.start == OPEN else [contact, ideal]
         rubbing = None if part.friction is None else JointFriction(self.sliding, p, part.friction)
-        force = Reaction("force", "N", 0)
+        reactions = Reaction("force", "N", 0), Reaction("power", "W", 0, rate="normal_speed")
         return [
-            replace(ideal, holds="always", joint_friction=rubbing, reactions=(force,)),
+            replace(ideal, holds="always", joint_friction=rubbing, reactions=reactions),
             SignalContribution(part.name, "normal_speed", "m/s", self.speed, coordinates, p),
         ]
 

@@ -31,7 +31,8 @@ class PointOnCurve(Part):
     """A point of the second body that stays on a closed curve of the first: knife edge, pin in a groove.
 
     Signals, ideal: force (along the outward normal of the curve on the second body) [N], normal_speed (velocity
-    of the point along it) [m/s].  With `normal`: as of a contact (see `RevoluteClearance`).
+    of the point along it) [m/s], power (of the force, given to the second body) [W]; with `friction` also
+    friction_force [N].  With `normal`: as of a contact (see `RevoluteClearance`).
 
     Parameters
     ----------

@@ -1,15 +1,18 @@
-"""Belt or chain over two wheels, open or crossed."""
+"""Belt or chain over two wheels, open or crossed, ideal or with friction that limits its force."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, replace
 from typing import TYPE_CHECKING
 
-from flexmb import checks
+from flexmb import checks, planar
+from flexmb.couplings.belt_friction import belt_contributions
 from flexmb.couplings.wheels import Wheels
-from flexmb.errors import InputError
-from flexmb.model.contributions import Contribution
+from flexmb.errors import InputError, ModelError
+from flexmb.model.contributions import Contribution, node_coordinates
+from flexmb.model.part import GROUND
 from flexmb.model.shape import Shapes
 
 if TYPE_CHECKING:
@@ -18,13 +21,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Belt(Wheels):
-    """Ideal belt over two wheels: no mass, no stretch, no slip; chains and timing belts are the same.
+    """Belt over two wheels without mass and stretch: ideal, as a chain or timing belt, or with friction that can slip.
 
     An open belt turns both wheels the same way, r1 omega1 = r2 omega2, a crossed one against each other; angles count
     from the arm.
 
     Signals: force (difference of the tensions of both strands) [N]; first_torque, second_torque (on the wheels) [N m];
-    power (of second_torque) [W].
+    power (of second_torque) [W].  With `mu` also slip (speed of the surface of the first wheel over that of the
+    second) [m/s]; tight_tension, slack_tension (of the strands) [N]; tension_ratio [1].
 
     Parameters
     ----------
@@ -33,22 +37,34 @@ class Belt(Wheels):
     radii : radii of the belt's middle line on both wheels [m], > 0.
     crossed : whether the strands cross.
     arm : body that carries the axes; `GROUND` for fixed axes.
+    mu : coefficient of friction [1], > 0, with `pretension` and `creep`; None: an ideal belt.
+    pretension : tension T0 of both strands while no torque acts [N], > 0.
+    creep : slip [m/s], > 0, at which the belt carries tanh(1) = 76 % of its largest force.
 
     Raises
     ------
-    InputError : radii that are not > 0.
-    ModelError : a belt over one wheel.
+    InputError : numbers out of range; friction without pretension and creep, or these without friction.
+    ModelError : a belt over one wheel; wheels that overlap, or the ground as a wheel, of a belt with friction.
 
     Notes
     -----
-    The tension that presses the belt onto its wheels does not enter: without slip only the difference of the strands
-    does work.  A belt does not slip while the ratio of its tensions stays below exp(mu phi) (Euler, Eytelwein), with
-    friction mu and angle of wrap phi.
+    Without slip only the difference of the tensions does work, so an ideal belt needs no pretension.
+
+    With friction both strands pull at both wheels, so they load the bearings; the centres of mass are the centres of
+    the wheels.  The tensions are T0 +- F/2 (Poncelet: the length of the belt stays).  The belt slips where their ratio
+    reaches exp(mu wrap) (Euler, Eytelwein), at F = 2 T0 tanh(mu wrap/2), on the wheel with the smaller wrap.  The force
+    follows the slip s as F tanh(s/creep), so a loaded belt always creeps a little, as real belts do, also at rest.
+    Slip turns energy into heat, which counts as that of dampers; T0 times the length of the belt is its strain energy.
+    Start and modes are those of the ideal belt.  Centrifugal forces are left out: fast belts carry less.
+    Source: L. Euler, Remarques sur l'effet du frottement dans l'equilibre, 1762, for the limit; tanh is a smoothing.
     """
 
     _: KW_ONLY
     radii: tuple[float, float]
     crossed: bool = False
+    mu: float | None = None
+    pretension: float | None = None
+    creep: float | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -57,12 +73,60 @@ class Belt(Wheels):
             raise InputError(f"{self.label}: radii is {self.radii!r}; give two numbers, e.g. (0.05, 0.1).")
         radii = tuple(checks.positive(self.label, f"radii[{k}]", r, "m") for k, r in enumerate(given))
         object.__setattr__(self, "radii", radii)
+        self._check_friction()
+
+    def _check_friction(self) -> None:
+        """Check that friction, pretension and creep are given together."""
+        given = {"mu": (self.mu, "1"), "pretension": (self.pretension, "N"), "creep": (self.creep, "m/s")}
+        missing = [name for name, (value, _) in given.items() if value is None]
+        if missing and len(missing) < len(given):
+            raise InputError(
+                f"{self.label}: {' and '.join(missing)} not given; a belt with friction needs mu, pretension and "
+                "creep. For an ideal belt leave all of them out."
+            )
+        for name, (value, unit) in given.items():
+            if value is not None:
+                checks.positive(self.label, name, value, unit)
+
+    def least_wrap(self, mechanism: Mechanism) -> float:
+        """Least angle that the belt wraps around a wheel in the reference configuration [rad].
+
+        Parameters
+        ----------
+        mechanism : the mechanism.
+
+        Raises
+        ------
+        ModelError : wheels that overlap or lie within one another, or a wheel that is the ground.
+        """
+        if GROUND.name in (self.first.name, self.second.name):
+            raise ModelError(
+                f"{self.label}: one wheel is the ground, which has no centre; with friction both must be bodies. "
+                "Hold a body by Fixed(...) for a wheel at rest."
+            )
+        bodies = [mechanism.body(wheel.name, self.label) for wheel in (self.first, self.second)]
+        first, second = (body.node(body.main) for body in bodies)
+        apart, (r1, r2) = planar.distance((first.x, first.y), (second.x, second.y)), self.radii
+        reach = r1 + r2 if self.crossed else abs(r1 - r2)
+        if apart <= reach:
+            raise ModelError(
+                f"{self.label}: the centres of mass of its wheels are {apart:g} m apart, too near for radii of {r1:g} "
+                f"and {r2:g} m. Move a wheel; with friction the centres of mass are the centres of the wheels."
+            )
+        return math.pi + 2.0 * math.asin(reach / apart) * (1.0 if self.crossed else -1.0)
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
         """Circles of the belt's middle line on both wheels."""
         return self.circles(mechanism, self.radii)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One constraint equation between two or three angles."""
-        r1, r2 = self.radii
-        return [self.rolling(mechanism, r1, r2 if self.crossed else -r2)]
+        """One constraint equation between two or three angles; with friction an element between both wheels."""
+        r1, r2 = self.radii[0], self.radii[1] if self.crossed else -self.radii[1]
+        ideal = self.rolling(mechanism, r1, r2)
+        if self.mu is None or self.pretension is None or self.creep is None:
+            return [ideal]
+        largest = 2.0 * self.pretension * math.tanh(0.5 * self.mu * self.least_wrap(mechanism))
+        bodies = [mechanism.body(wheel.name, self.label) for wheel in (self.first, self.second)]
+        coordinates = tuple(c for body in bodies for c in node_coordinates(body.name, body.main))
+        friction = belt_contributions(self.name, coordinates, (r1, r2), (largest, self.creep, self.pretension))
+        return [*friction, replace(ideal, holds="closed")]

@@ -33,7 +33,7 @@ class Rack(Part):
     """Ideal rack and pinion, or a wheel that rolls on a straight track without slipping; both may move.
 
     Signals: force (on the pinion, along the rack) [N], torque (on the pinion, about its centre, against that of the
-    force) [N m].
+    force) [N m]; power (of both, given to the pinion) [W].
 
     Parameters
     ----------
@@ -98,6 +98,10 @@ class Rack(Part):
         value = travel + radius * (node.theta - turned)
         u = math.cos(direction - turned), math.sin(direction - turned)
         coordinates = (*end.coordinates, *((pinion.name, pinion.main, axis) for axis in (0, 1, 2)))
-        reactions = (Reaction("force", "N", 0, 1.0), Reaction("torque", "N m", 0, radius))
+        reactions = (
+            Reaction("force", "N", 0, 1.0),
+            Reaction("torque", "N m", 0, radius),
+            Reaction("power", "W", on=(3, 4, 5), power=True),
+        )
         p = (*u, *end.offset, 0.0, 0.0, radius, value)
         return [ConstraintContribution(self.name, rack_kernel, coordinates, p, 1, reactions=reactions)]

@@ -21,6 +21,7 @@ from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program, resolve
 from flexmb.start.consistent import check_independent
 from flexmb.system.constraints import report_forces
+from flexmb.system.outputs import FRICTION_ALONE
 from flexmb.system.state_evaluation import StateEvaluation
 from flexmb.system.work import FORCE_X, FORCE_Y, MOMENT
 
@@ -312,6 +313,6 @@ def reactions(program: Program, system: StateEvaluation, lam: np.ndarray) -> dic
     for c in range(len(C.kernel)):
         name = program.names.rows[int(C.row[c])].partition("[")[0]
         fx, fy, moment = system.work.joint[c, [FORCE_X, FORCE_Y, MOMENT]]
-        has_moment = C.moment[c] >= 0 or C.forces[c] == 0
+        has_moment = C.moment[c] >= 0 or C.forces[c] <= FRICTION_ALONE
         found[name] = (float(fx), float(fy), float(moment) if has_moment else 0.0)
     return found

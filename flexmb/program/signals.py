@@ -72,13 +72,14 @@ class Layout:
 
 
 def force_signals(contribution: ConstraintContribution) -> tuple[tuple[str, str], ...]:
-    """Signals of a joint's force on its second body; none for a drive or a coupling."""
-    if contribution.is_drive or contribution.reactions:
+    """Signals of a joint's force on its second body and of its friction; of a coupling its friction alone."""
+    if contribution.is_drive:
         return ()
-    if contribution.moment_row < 0 and contribution.joint_friction is None:
-        return FORCE_SIGNALS
+    friction = (contribution.joint_friction.signal,) if contribution.joint_friction else ()
+    if contribution.reactions:
+        return friction
     moment = (("moment", "N m"),) if contribution.moment_row >= 0 else ()
-    return (*FORCE_SIGNALS, *moment, *((contribution.joint_friction.signal,) if contribution.joint_friction else ()))
+    return (*FORCE_SIGNALS, *moment, *friction)
 
 
 def motion_signals(driven: RowMotion) -> tuple[tuple[str, str], ...]:

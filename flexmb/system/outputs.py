@@ -25,6 +25,9 @@ from flexmb.system.work import DRIVE_FORCE, FORCE_X, FORCE_Y, JOINT_FRICTION_FOR
 FX, FY, FORCE, JOINT_MOMENT = range(4)
 """Signals of a joint: force on its second body along X and Y, its size, the moment if one is reported."""
 
+FRICTION_ALONE = 1
+"""Number of signals of the forces of a coupling with friction, whose other forces are reactions."""
+
 DRIVEN, SPEED, DRIVING, POWER, DRIVE_SIGNALS = range(5)
 """Signals of a driven row: coordinate, rate, force, power; their number."""
 
@@ -86,14 +89,14 @@ def _constraints(tables, v, work, y):
     C = tables.constraints
     for c in range(C.kernel.shape[0]):
         k = C.out[c]
-        if C.forces[c] > 0:
+        if C.forces[c] > FRICTION_ALONE:
             fx, fy = work.joint[c, FORCE_X], work.joint[c, FORCE_Y]
             y[k + FX], y[k + FY], y[k + FORCE] = fx, fy, math.sqrt(fx * fx + fy * fy)
             if C.moment[c] >= 0:
                 y[k + JOINT_MOMENT] = work.joint[c, MOMENT]
-            if C.joint_friction[c, LOAD_KERNEL] >= 0:
-                last = C.forces[c] - 1
-                y[k + last] = C.joint_friction_arm[c] * work.joint_friction[c, JOINT_FRICTION_FORCE]
+        if C.forces[c] > 0 and C.joint_friction[c, LOAD_KERNEL] >= 0:
+            last = C.forces[c] - 1
+            y[k + last] = C.joint_friction_arm[c] * work.joint_friction[c, JOINT_FRICTION_FORCE]
         k += C.forces[c]
         for row in range(C.row[c], C.row[c + 1]):
             if C.motion[row] >= 0:

@@ -192,6 +192,20 @@ def test_a_pin_turns_a_geneva_wheel_by_a_quarter_a_turn():
     assert np.abs(sol["energy.residual"].values).max() < 1e-2 * sol["energy.turned_over"].values[-1]
 
 
+@pytest.mark.parametrize("pin_first", [False, True])
+def test_a_geneva_wheel_of_two_outlines_turns_like_that_of_a_circle(pin_first):
+    mech = geneva()
+    contact = mech.find("pin")
+    (x, y), r = contact.circle.centre, contact.circle.radius
+    pin = fm.cams.Outline(((x - r, y), (x + r, y)), (1.0, 1.0))
+    ends = (contact.first, contact.outline), (contact.second, pin)
+    (one, own), (two, other) = ends[::-1] if pin_first else ends
+    outlines = fm.cams.OutlineOnOutline("pin", one, own, two, other, normal=contact.normal)
+    turned = [fm.simulate(m, t_end=0.5, signals=["wheel.theta"])["wheel.theta"].values
+              for m in (mech, mech.with_part(outlines))]  # fmt: skip
+    assert np.abs(turned[1] - turned[0]).max() < 5e-5
+
+
 @pytest.mark.parametrize(("torque", "runs"), [(-0.2, True), (0.2, False)])
 def test_a_ratchet_turns_one_way(torque, runs):
     """The steep flanks stop the wheel at a pawl that a spring holds down; along the slow flanks the pawl climbs."""

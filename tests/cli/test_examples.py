@@ -50,7 +50,7 @@ def numbers(pattern, text):
 
 def test_no_example_is_forgotten():
     tested = {"pendulum", "cantilever", "flexible_four_bar", "own_law", "frame_from_mesh", "restart", "chaos"}
-    tested |= {"cam_lift_off", "geneva", "pick_and_place"}
+    tested |= {"cam_lift_off", "geneva", "ratchet", "pick_and_place"}
     assert {path.stem for path in EXAMPLES.glob("*.py")} == tested | set(KNOWN)
 
 
@@ -115,6 +115,12 @@ def test_geneva(tmp_path):
     assert error < 1e-9
     turned = float(re.findall(r"turned by (\S+) degrees", text)[0])
     assert turned == pytest.approx(-90.0, abs=0.2)
+
+
+def test_ratchet(tmp_path):
+    rows = numbers(r"degrees, at rest at +# *, +# teeth on", output("ratchet", tmp_path))
+    assert [teeth for _, teeth in rows] == pytest.approx([0.0, 0.0, 2.0, 4.0], abs=1e-8)
+    assert [rest for rest, _ in rows] == pytest.approx([rows[0][0] - 30.0 * n for n in (0, 0, 2, 4)], abs=2e-4)
 
 
 def test_flexible_four_bar(tmp_path):

@@ -78,6 +78,8 @@ SLOT = {"clearance": 2e-4, "pin_radius": 8e-3, "normal": LN, "friction": COULOMB
 GUIDE = {"clearance": 2e-4, "half_length": 0.03, "half_height": 0.01, "normal": LN, "friction": COULOMB}
 DISC = fm.ClosedCurve.from_function(lambda u: (0.05 + 0.07 * math.cos(u), 0.1 + 0.05 * math.sin(u)), 60)
 FACE = fm.Line((0.12, 0.0), (0.125, 0.2))
+MOON = fm.cams.Outline((O, (0.1, 0.0)), (-0.3, 1.0))
+HALF = fm.cams.Outline(((0.03, 0.06), (0.09, 0.06)), (0.0, 1.0))
 HOOK = fm.cams.Outline((O, (0.1, 0.0), (0.05, 0.03), (0.0, 0.1)), (0.0, 0.0, -0.1, 0.2))
 TIMES = tuple(np.linspace(0.0, 1.0, 9))
 WAVE = tuple(0.2 * math.sin(2.0 * math.pi * t) for t in TIMES)
@@ -237,7 +239,15 @@ BUILT_IN = {
         ),
         "pin",
     ),
+    "OutlineOnOutline": (
+        two_links(fm.cams.OutlineOnOutline("moon", crank(), MOON, arm(), HALF, normal=LN, friction=COULOMB)), "moon",
+    ),
     "Belt": (two_links(fm.couplings.Belt("belt", crank(), arm(), radii=(0.04, 0.03), crossed=True)), "belt"),
+    "Belt, friction": (
+        two_links(
+            fm.couplings.Belt("belt", crank(), arm(), radii=(0.04, 0.03), mu=0.3, pretension=50.0, creep=0.1)
+        ), "belt",
+    ),
     "Rack": (two_links(fm.couplings.Rack("rack", crank(), arm(), at=B, along=(0.2, 1.0))), "rack"),
     "SameRotation": (two_links(fm.couplings.SameRotation("same", crank(), arm())), "same"),
     "Distance": (two_links(fm.couplings.Distance("rod", fm.GROUND, arm(), at=(0.1, 0.5), to=B)), "rod"),

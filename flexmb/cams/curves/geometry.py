@@ -79,6 +79,29 @@ def crossing(points: np.ndarray) -> tuple[float, float] | None:
     return None
 
 
+def meeting(one: np.ndarray, two: np.ndarray, tolerance: float) -> tuple[float, float] | None:
+    """A point where two closed polygons (n, 2), (m, 2) cross one another, or None.
+
+    Parameters
+    ----------
+    one, two : the polygons.
+    tolerance : distance from the ends of their sides within which they only touch [m].
+    """
+    d, e = np.roll(one, -1, axis=0) - one, np.roll(two, -1, axis=0) - two
+    between = two[None, :, :] - one[:, None, :]
+    det = d[:, None, 0] * e[None, :, 1] - d[:, None, 1] * e[None, :, 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        s = (between[..., 0] * e[None, :, 1] - between[..., 1] * e[None, :, 0]) / det
+        t = (between[..., 0] * d[:, None, 1] - between[..., 1] * d[:, None, 0]) / det
+    first, second = tolerance / np.hypot(*d.T)[:, None], tolerance / np.hypot(*e.T)[None, :]
+    hit = (s > first) & (s < 1.0 - first) & (t > second) & (t < 1.0 - second)
+    if not np.any(hit):
+        return None
+    row, column = (int(k[0]) for k in np.nonzero(hit))
+    x, y = one[row] + s[row, column] * d[row]
+    return float(x), float(y)
+
+
 def curvatures(spans: np.ndarray, samples: int) -> tuple[np.ndarray, np.ndarray]:
     """Points (n samples, 2) of spans and curvatures there [1/m], > 0 where the curve is convex."""
     (dx, dy), (ddx, ddy) = sampled(spans, samples, 1).T, sampled(spans, samples, 2).T

@@ -161,12 +161,19 @@ class Outline(checks.Checked):
                 found.append(k)
         return found
 
-    def chains(self) -> list[list[int]]:
-        """Numbers of the pieces between hollow corners, at which a second contact begins.
+    def chains(self, radius: float = 0.0) -> list[list[int]]:
+        """Numbers of the pieces between hollow places, at which a second contact begins.
 
-        An outline with one hollow corner has two chains; the second one begins at the point farthest from that corner.
+        Hollow places are hollow corners, and hollow arcs that a circle does not fit into.  An outline with one of them
+        has two chains; the second one begins at the point farthest from it.
+
+        Parameters
+        ----------
+        radius : radius of the circle [m]; 0: corners alone.
         """
-        n, corners = len(self.points), self.hollow_corners()
+        n = len(self.points)
+        narrow = {(k + 1) % n for k in range(n) if -radius <= self.radius(k) < 0.0}
+        corners = sorted(narrow.union(self.hollow_corners()))
         if not corners:
             return [list(range(n))]
         if len(corners) == 1:
