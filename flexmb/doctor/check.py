@@ -18,7 +18,8 @@ from flexmb.doctor.loops import locking_drives, open_loops, other_branch
 from flexmb.doctor.motions import motion_findings
 from flexmb.doctor.rank import free_motions, redundancies
 from flexmb.doctor.report import Report
-from flexmb.equilibrium.modes import modes
+from flexmb.doctor.stability import stability_findings
+from flexmb.equilibrium.modes import Modes, modes
 from flexmb.errors import AssemblyError, FlexmbError, InputError, KernelError
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
@@ -80,15 +81,16 @@ def _examined(mechanism: Mechanism) -> Report:
         return Report(mechanism.name, sorted_findings([*findings, *open_loops(closed, error)]), **numbers)
     structure = redundancies(moving, ideal, q)
     findings += [*structure, *other_branch(closed, q)]
-    frequencies, more = _frequencies(mechanism)
+    found_modes, more = _modes(mechanism)
     findings += more
-    numbers = _numbers(moving, ideal, q, frequencies)
+    numbers = _numbers(moving, ideal, q, tuple(float(f) for f in found_modes.frequencies) if found_modes else ())
     findings += free_motions(ideal, q)
     if not any(finding.severity == ERROR for finding in structure):
         start = start_findings(mechanism, moving, closed, q)
         findings += [f for f in start if f.code == "forbidden-velocity" or not _is_broken(findings)]
         findings += [] if structure else locking_drives(mechanism, closed, q)
         findings += load_findings(mechanism, int(numbers["free"]))
+        findings += stability_findings(mechanism, ideal, q, found_modes)
     return Report(mechanism.name, sorted_findings(findings), **numbers)
 
 
@@ -131,17 +133,13 @@ def start_findings(mechanism: Mechanism, moving: Program, closed: Program, q: np
     return [] if np.isfinite(a).all() else [found("not-solvable", (), "The first accelerations are not finite.")]
 
 
-def _frequencies(mechanism: Mechanism) -> tuple[tuple[float, ...], list[Finding]]:
-    """Natural frequencies in the reference configuration [Hz], and findings on them."""
+def _modes(mechanism: Mechanism) -> tuple[Modes | None, list[Finding]]:
+    """Natural modes in the reference configuration, or a finding on why there are none."""
     try:
-        frequencies = tuple(float(f) for f in modes(mechanism, count=LISTED_FREQUENCIES).frequencies)
+        return modes(mechanism, count=LISTED_FREQUENCIES), []
     except FlexmbError as error:
-        return (), [found("no-frequencies", (), f"No frequencies: {str(error).removesuffix(' Ask for fewer modes.')}")]
-    if any(f < 0.0 for f in frequencies):
-        rate = -min(frequencies) * 2.0 * np.pi
-        text = f"A small motion away from the reference configuration grows by exp({rate:.4g} t), t in s."
-        return frequencies, [found("unstable-reference", (), text, "It stands on its head, or is buckled.")]
-    return frequencies, []
+        text = f"No frequencies: {str(error).removesuffix(' Ask for fewer modes.')}"
+        return None, [found("no-frequencies", (), text)]
 
 
 def _numbers(moving: Program, ideal: Program, q: np.ndarray, frequencies: tuple[float, ...]) -> dict[str, Any]:

@@ -223,6 +223,21 @@ def column(section, force, length=1.0, material=fm.STEEL, direction=(0.0, -1.0),
     return fm.Mechanism("column", [mast, fm.Fixed("base", fm.GROUND, mast, at=O), load])
 
 
+def upright(share):
+    """A link that stands on its pin, held by a share of the spring m g l/2 that it needs."""
+    arm = link("arm", O, (0.0, 0.3))
+    spring = fm.TorsionSpring("spring", fm.GROUND, arm, stiffness=share * 0.4 * 9.81 * 0.15) if share else None
+    return pendulum(*([spring] if spring else []), body=arm)
+
+
+def tall_mast(share):
+    """An upright strip as long as a share of Greenhill's length, (7.837 E I/(rho A g))^(1/3), under its own weight."""
+    strip = fm.Rectangle(width=0.01, height=1e-3)
+    bending = fm.STEEL.young * 1e-3**2 / 12.0
+    length = share * (7.837 * bending / (fm.STEEL.density * 9.81)) ** (1.0 / 3.0)
+    return replace(column(strip, 1.0, length).without_part("load"), gravity=(0.0, -9.81))
+
+
 def truss(*points):
     """Two bars between two fixed points and one joint."""
     one, two = link("one", points[0], points[1]), link("two", points[1], points[2])
@@ -451,7 +466,12 @@ CASES: dict[str, Case] = {
     "strains of a tenth": (lambda: column(STEEL_BAR, 4e3, direction=(1.0, 0.0), elements=8), {"overload": {"mast"}}),
     "a buckled column": (lambda: column(STEEL_BAR, 600.0), {"buckled": set()}),
     "a column near buckling": (lambda: column(STEEL_BAR, 300.0), {"near-buckling": set()}),
-    "an inverted pendulum": (_headstand, {"unstable-reference": set()}),
+    "an inverted pendulum": (_headstand, {"unstable-reference": {"arm"}}),
+    "a pendulum that stands on its head": (lambda: upright(0.0), {"unstable-reference": {"arm"}}),
+    "a pendulum on a spring that is too soft": (lambda: upright(0.95), {"unstable-reference": {"arm"}}),
+    "a mast that buckles under its own weight": (
+        lambda: tall_mast(1.05), {"unstable-reference": {"mast"}, "buckled": set()},
+    ),
     # motions
     "a rate of half the true size": (lambda: slider_crank(motion=WrongRate(10.0)), {"wrong-rate": {"motor"}}),
     "an acceleration of the wrong sign": (

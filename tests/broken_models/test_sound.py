@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from broken import STEEL_BAR, O, beam, column, four_bar, link, pendulum, slider_crank, truss, worn
+from broken import STEEL_BAR, O, beam, column, four_bar, link, pendulum, slider_crank, tall_mast, truss, upright, worn
 
 import flexmb as fm
 
@@ -92,6 +92,8 @@ SOUND = {
     "pendulum": (pendulum, set()),
     "pendulum with a damper": (lambda: pendulum(fm.Torque("moment", link("arm", O, (0.3, -0.2)), 0.1)), set()),
     "flexible pendulum": (lambda: pendulum(body=beam("arm", O, (0.3, -0.2))), set()),
+    "upright pendulum on a spring": (lambda: upright(1.05), set()),
+    "mast under its weight": (lambda: tall_mast(0.75), set()),
     "chain of 3": (lambda: chain(3), set()),
     "chain of 30": (lambda: chain(30), set()),
     "truss": (lambda: truss(O, (0.3, 0.4), (0.6, 0.0)), set()),
