@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from flexmb import checks
 from flexmb.doctor.connections import free_bodies
 from flexmb.doctor.dimensions import dimension_findings
 from flexmb.doctor.finding import ERROR, SEVERITIES, Finding, found
@@ -19,6 +20,8 @@ from flexmb.doctor.motions import motion_findings
 from flexmb.doctor.rank import free_motions, redundancies
 from flexmb.doctor.report import Report
 from flexmb.doctor.stability import stability_findings
+from flexmb.doctor.steps import step_findings
+from flexmb.doctor.stiffness import stiffness_findings
 from flexmb.equilibrium.modes import Modes, modes
 from flexmb.errors import AssemblyError, FlexmbError, InputError, KernelError
 from flexmb.model.mechanism import Mechanism
@@ -34,7 +37,7 @@ LISTED_FREQUENCIES = 10
 """Number of natural frequencies in a report."""
 
 
-def check(mechanism: Mechanism) -> Report:
+def check(mechanism: Mechanism, step: float | None = None) -> Report:
     """Examine a mechanism before it moves.
 
     Structure (bodies that hang on nothing, joints that repeat or contradict one another, drives too many, dead
@@ -43,6 +46,7 @@ def check(mechanism: Mechanism) -> Report:
     Parameters
     ----------
     mechanism : the mechanism.
+    step : fixed step that a run is to take [s]: contacts and vibrations that it would not resolve are told; None: none.
 
     Returns
     -------
@@ -51,16 +55,17 @@ def check(mechanism: Mechanism) -> Report:
 
     Raises
     ------
-    InputError : something that is no mechanism.
+    InputError : something that is no mechanism; a step that is not > 0.
     """
     if not isinstance(mechanism, Mechanism):
         raise InputError(f"check: {mechanism!r} is not a Mechanism.")
+    h = None if step is None else checks.positive("check", "step", step, "s")
     with np.errstate(all="ignore"):  # numbers beyond all bounds become findings
-        return _examined(mechanism)
+        return _examined(mechanism, h)
 
 
-def _examined(mechanism: Mechanism) -> Report:
-    """Report on a mechanism."""
+def _examined(mechanism: Mechanism, step: float | None) -> Report:
+    """Report on a mechanism, and on a fixed step [s]."""
     findings = [*free_bodies(mechanism), *dimension_findings(mechanism), *motion_findings(mechanism)]
     findings += _attempt(mechanism, law_findings)
     try:
@@ -91,6 +96,8 @@ def _examined(mechanism: Mechanism) -> Report:
         findings += [] if structure else locking_drives(mechanism, closed, q)
         findings += load_findings(mechanism, int(numbers["free"]))
         findings += stability_findings(mechanism, ideal, q, found_modes)
+        findings += [] if step is None else step_findings(mechanism, ideal, closed, q, step)
+    findings += stiffness_findings(mechanism, ideal, q, found_modes)
     return Report(mechanism.name, sorted_findings(findings), **numbers)
 
 

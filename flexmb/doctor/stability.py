@@ -58,7 +58,9 @@ def stability_findings(mechanism: Mechanism, ideal: Program, q: np.ndarray, bare
     rate = -float(bare.frequencies[worst]) * 2.0 * np.pi
     body = ideal.names.bodies[int(ideal.reference.body[bare.names.index(bare.moves[worst])])]
     text = f"{loads} a small motion away from the reference configuration, mostly of {bare.moves[worst]!r}, grows by"
-    remedy = "It stands on its head, or is buckled: turn it over, or hold it by a spring, a joint or a stronger section."
+    remedy = (
+        "It stands on its head, or is buckled: turn it over, or hold it by a spring, a joint or a stronger section."
+    )
     return [found("unstable-reference", (body,), f"{text} exp({rate:.4g} t), t in s.", remedy, rate=rate)]
 
 

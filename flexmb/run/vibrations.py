@@ -1,20 +1,16 @@
 """Error that a run accumulates in vibrations: phase and amplitude that the steps lose, also under drives and loads.
 
-At some saved states the mechanism is linearised with its drives held fast.  The elastic forces that its inertia
-balances there, divided by omega^2, are the displacements of the modes from the pose that drives and loads would give at
-rest; their first and second time derivatives are differences along the motion.  In a vibration omega^2 y^2, y'^2 and
-y''^2/omega^2 have one mean.  What follows a slower drive has less of the last, what follows a faster one less of the
-first, so the least of the three bounds the energy of the vibration that the steps shift.
+The modes about some saved states say how much of the elastic energy is that of a vibration
+(`flexmb.equilibrium.vibrations`), and the method's own factor how much of it the steps shift.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from flexmb.bodies.flexible_body import FlexibleBody
-from flexmb.equilibrium.free_motions import moves_most, null_space
 from flexmb.errors import FlexmbError
 from flexmb.joints.bushing import Bushing
 from flexmb.loads.spring_damper import SpringDamper
@@ -25,7 +21,9 @@ from flexmb.program.program import Program
 from flexmb.run.dispersion import Loss, loss_of
 from flexmb.run.watch import Saved
 from flexmb.step.method import Method
-from flexmb.system.state_evaluation import StateEvaluation
+
+if TYPE_CHECKING:
+    from flexmb.equilibrium.vibrations import LinearModes, State
 
 ELASTIC = (FlexibleBody, SpringDamper, TorsionSpring, Bushing, Element)
 """Parts that can hold a vibration."""
@@ -42,12 +40,6 @@ LARGE = 150
 FEWEST_INSTANTS = 12
 """Number of saved instants below which energies are not known."""
 
-NEAR = 0.05
-"""Change of the pose [rad, or relative to the size of the mechanism] up to which modes are not computed anew."""
-
-RIGID = 1e-12
-"""Stiffness over mass relative to the largest, below which a motion is rigid: the rest is round-off."""
-
 ENERGY_SHARE = 0.01
 """Share of the elastic energy of the motion above which a mode matters."""
 
@@ -62,30 +54,6 @@ UNRESOLVED = 1.0
 
 LOST_PHASE, LOST_AMPLITUDE = 0.1, 2e-3
 """Phase [rad] and share of the amplitude that may be lost without a remark."""
-
-
-class LinearModes(NamedTuple):
-    """Elastic modes about a pose, drives held fast.
-
-    Parameters
-    ----------
-    omega : (k,) angular frequencies [rad/s], ascending.
-    decay : (k,) rates at which dampers let them die out [1/s].
-    shapes : (n_q, k) shapes x with x^T M x = 1.
-    """
-
-    omega: np.ndarray
-    decay: np.ndarray
-    shapes: np.ndarray
-
-
-class State(NamedTuple):
-    """Saved state: time [s], coordinates, velocities, accelerations (n_q,) of the bodies."""
-
-    t: float
-    q: np.ndarray
-    v: np.ndarray
-    a: np.ndarray
 
 
 def vibration_remarks(
@@ -106,6 +74,8 @@ def vibration_remarks(
     states, span = _states(mechanism, program, saved), end - begun
     if not states or steps < 1 or loss_of(method, 1.0, 1.0, 1.0) is None:
         return []
+    from flexmb.equilibrium.vibrations import energies_of_modes
+
     try:
         energies, modes = energies_of_modes(program, states, PART_OF_STEP * span / steps)
     except (FlexmbError, np.linalg.LinAlgError):  # no modes: the run has said why
@@ -117,7 +87,7 @@ def vibration_remarks(
             continue
         if abs(found.phase) < LOST_PHASE and abs(found.amplitude) < LOST_AMPLITUDE:
             continue
-        moves = moves_most(program.names.coordinates, program.length, modes.shapes[:, k])
+        moves = _moves(program, modes, k)
         return [_remark(float(modes.omega[k]), moves, share, found, driven=bool(program.drives or program.motions))]
     begins = saved.fixed_step is not None and states[0].t == begun
     return _unresolved_start(program, energies, modes, saved.fixed_step or 0.0) if begins else []
@@ -132,7 +102,7 @@ def _unresolved_start(program: Program, energies: np.ndarray, modes: LinearModes
         return []
     k = int(coarse[np.argmax(begun[coarse])])
     period = 2.0 * np.pi / float(modes.omega[k])
-    moves = moves_most(program.names.coordinates, program.length, modes.shapes[:, k])
+    moves = _moves(program, modes, k)
     return [
         f"The run begins with a vibration of {1.0 / period:.4g} Hz (mostly {moves}), {h / period:.2g} of whose period "
         f"is one step of {h:.3g} s: its peaks are not resolved. Take steps of {period / 20.0:.1g} s, Adaptive(), or a "
@@ -151,6 +121,13 @@ def _remark(omega: float, moves: str, share: float, lost: Loss, *, driven: bool)
     )
 
 
+def _moves(program: Program, modes: LinearModes, k: int) -> str:
+    """Name of the coordinate that mode k moves most."""
+    from flexmb.equilibrium.free_motions import moves_most
+
+    return moves_most(program.names.coordinates, program.length, modes.shapes[:, k])
+
+
 def _loss(method: Method, modes: LinearModes, k: int, span: float, steps: int) -> Loss | None:
     """Loss of mode k in the time that its damping lets it remember."""
     memory = min(1.0, 1.0 / max(float(modes.decay[k]) * span, 1e-300))
@@ -166,6 +143,8 @@ def _states(mechanism: Mechanism, program: Program, saved: Saved) -> list[State]
     poses = np.arange(POSES if program.n_q < LARGE else POSES_OF_LARGE)
     anchors = 2 + (poses + poses * 0.618034 % 1.0) / len(poses) * (count - 4)
     rows = np.unique(anchors.astype(int)[:, None] + np.array(AROUND))
+    from flexmb.equilibrium.vibrations import State
+
     places, n = saved.signals.places, program.tables.sizes.n_b
     names = [name.rpartition(".") for name in program.names.coordinates[:n]]
     columns = [[places[f"{part}.{kind[axis]}"] for part, _, axis in names] for kind in KINDS]
@@ -191,64 +170,3 @@ def share_of(energies: np.ndarray, k: int) -> tuple[float, bool]:
     whole = float(energies[:, 0].sum(axis=1).mean())
     thirds = [float(third[:, :, k].mean(axis=0).min()) for third in np.array_split(energies, 3)]
     return max(thirds) / whole if whole > 0.0 else 0.0, thirds[-1] < DECAY * thirds[0]
-
-
-def energies_of_modes(program: Program, states: list[State], dt: float) -> tuple[np.ndarray, LinearModes]:
-    """Energies (states, 3, modes) of the modes, omega^2 y^2, y'^2 and y''^2/omega^2 [J], and the modes of the last.
-
-    Parameters
-    ----------
-    program : the compiled mechanism.
-    states : states of a run.
-    dt : time of the differences [s].
-
-    Raises
-    ------
-    SolveError, KernelError : modes that cannot be computed.
-    """
-    system = StateEvaluation(program)
-    modes, at, rows = linear_modes(system, states[0]), states[0].q, []
-    sizes = np.where(np.asarray(program.tables.kind)[: len(at)] == 1, 1.0, program.length)
-    for state in states:
-        if np.abs((state.q - at) / sizes).max() > NEAR:
-            modes, at = linear_modes(system, state), state.q
-        before, now, after = (
-            modes.shapes.T @ system.at(_padded(program, q), t=state.t).force[: len(q)]
-            for q in (state.q + dt * (k * state.v + 0.5 * k * k * dt * state.a) for k in (-1, 0, 1))
-        )
-        y = np.array([now, (after - before) / (2.0 * dt), (after - 2.0 * now + before) / dt**2])
-        rows.append((y / modes.omega ** np.array([[1.0], [2.0], [3.0]])) ** 2)
-    least = min(row.shape[1] for row in rows)
-    return np.array([row[:, :least] for row in rows]), modes
-
-
-def linear_modes(system: StateEvaluation, state: State) -> LinearModes:
-    """Elastic modes about a state.
-
-    Parameters
-    ----------
-    system : evaluation of the program.
-    state : the state.
-
-    Raises
-    ------
-    SolveError, KernelError : modes that cannot be computed.
-    """
-    import scipy.linalg as la
-
-    n, n_b = system.program.n_q, len(state.q)
-    q = _padded(system.program, state.q)
-    K, C, M = (system.at(q, t=state.t, weights=w).dense[:n_b, :n_b] for w in np.eye(3))
-    Z = null_space(system.dense[n:, :n_b])
-    if Z.shape[1] == 0:
-        return LinearModes(np.zeros(0), np.zeros(0), np.zeros((n_b, 0)))
-    k, m = (Z.T @ (A + A.T) @ Z / 2.0 for A in (K, M))
-    squares, y = la.eigh(k, m)
-    elastic = squares > RIGID * squares[-1]
-    x = Z @ y[:, elastic]
-    return LinearModes(np.sqrt(squares[elastic]), 0.5 * (x * (C @ x)).sum(axis=0), x)
-
-
-def _padded(program: Program, q: np.ndarray) -> np.ndarray:
-    """Coordinates (n_q,) with the states of controls at 0."""
-    return np.append(q, np.zeros(program.n_q - len(q)))

@@ -238,6 +238,17 @@ def tall_mast(share):
     return replace(column(strip, 1.0, length).without_part("load"), gravity=(0.0, -9.81))
 
 
+def two_masses(low, high):
+    """Two masses of 1 kg above each other, on a spring each."""
+    bodies = [fm.RigidBody(name, (0.0, y), 1.0, 0.1) for name, y in (("low", 1.0), ("high", 2.0))]
+    guides = [fm.Prismatic(f"guide{b.name}", fm.GROUND, b, at=b.at, along=(0, 1)) for b in bodies]
+    springs = [
+        fm.SpringDamper("spring1", fm.GROUND, bodies[0], O, (0.0, 1.0), stiffness=low),
+        fm.SpringDamper("spring2", *bodies, (0.0, 1.0), (0.0, 2.0), stiffness=high),
+    ]
+    return fm.Mechanism("masses", [*bodies, *guides, *springs], gravity=(0.0, -9.81))
+
+
 def truss(*points):
     """Two bars between two fixed points and one joint."""
     one, two = link("one", points[0], points[1]), link("two", points[1], points[2])
@@ -471,6 +482,11 @@ CASES: dict[str, Case] = {
     "a pendulum on a spring that is too soft": (lambda: upright(0.95), {"unstable-reference": {"arm"}}),
     "a mast that buckles under its own weight": (
         lambda: tall_mast(1.05), {"unstable-reference": {"mast"}, "buckled": set()},
+    ),
+    # stiffness
+    "a spring of 1e17 N/m": (lambda: two_masses(1e17, 1e3), {"stiffness-ratio": {"low"}}),
+    "springs of 1e12 and 1e-4 N/m": (
+        lambda: replace(two_masses(1e12, 1e-4), gravity=(0.0, 0.0)), {"stiffness-ratio": {"low"}},
     ),
     # motions
     "a rate of half the true size": (lambda: slider_crank(motion=WrongRate(10.0)), {"wrong-rate": {"motor"}}),
