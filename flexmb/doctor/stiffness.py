@@ -16,8 +16,8 @@ from flexmb.system.state_evaluation import StateEvaluation
 ROUND_OFF_OF_LOADS = 1e-3
 """Round-off of the stiffest part relative to the loads, above which there is a remark."""
 
-ROUND_OFF = 1e-10
-"""Energy of a mode relative to the sum of its absolute terms, below which it may be round-off."""
+ROUND_OFF = 1e-13
+"""Round-off of a mode shape relative to its largest entry: what it strains may have no other reason."""
 
 LARGEST_RATIO = 1e15
 """Ratio of stiffnesses over masses, of the fastest mode to the slowest, that floats can hold."""
@@ -57,7 +57,7 @@ def stiffness_findings(mechanism: Mechanism, program: Program, q: np.ndarray, ba
 
 
 def resolved_modes(program: Program, q: np.ndarray, bare: Modes) -> list[int]:
-    """Numbers of the elastic modes whose energy is more than the round-off of its terms.
+    """Numbers of the elastic modes whose energy is more than that of the round-off of their shapes.
 
     Parameters
     ----------
@@ -65,9 +65,10 @@ def resolved_modes(program: Program, q: np.ndarray, bare: Modes) -> list[int]:
     q : (n_q,) the pose.
     bare : its modes.
     """
-    K, x = StateEvaluation(program).at(q, weights=(1.0, 0.0, 0.0)).block(), np.real(bare.shapes)
-    energy, terms = np.abs(bare.eigenvalues) ** 2, (np.abs(x) * (abs(K) @ np.abs(x))).sum(axis=0)
-    return [k for k, kind in enumerate(bare.kinds) if kind == "elastic" and energy[k] > ROUND_OFF * terms[k]]
+    sizes, stiffest = np.abs(bare.shapes).max(axis=0, initial=0.0), _diagonal(program, q).max()
+    least = stiffest * (ROUND_OFF * sizes) ** 2
+    energy = np.abs(bare.eigenvalues) ** 2
+    return [k for k, kind in enumerate(bare.kinds) if kind == "elastic" and energy[k] > least[k]]
 
 
 def _diagonal(program: Program, q: np.ndarray, *, mass: bool = False) -> np.ndarray:
