@@ -148,7 +148,7 @@ def _with_mechanism(source: Source, maker_options: list[Option], options: argpar
     if options.command == "check":
         from flexmb.commands.check import check_mechanism
 
-        return check_mechanism(mechanism, as_json=options.json)
+        return check_mechanism(mechanism, step=options.step, as_json=options.json)
     if options.command == "chaos":
         from flexmb.commands.chaos import chaos
 
@@ -178,6 +178,7 @@ def _parser(source: Source | None, wanted: str) -> tuple[argparse.ArgumentParser
     run = add("run", help="simulate a mechanism and write its results", epilog=UNITS_HELP)
     examined = "all that is wrong with a mechanism; degrees of freedom, mass, natural frequencies"
     check = add("check", help=examined, epilog=f"{UNITS_HELP} Exit code 1 where a run could not be right.")
+    check.add_argument("--step", metavar="TIME", help="fixed step that a run is to take: is it short enough?")
     check.add_argument("--json", action="store_true", help="print the report as JSON")
     sweep = add("sweep", help="a bifurcation diagram over one parameter", epilog=UNITS_HELP)
     chaos = add("chaos", help="exponents, section and verdict: periodic or chaotic", epilog=UNITS_HELP)

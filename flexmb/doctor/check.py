@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from flexmb import checks
 from flexmb.doctor.connections import free_bodies
 from flexmb.doctor.dimensions import dimension_findings
 from flexmb.doctor.finding import ERROR, SEVERITIES, Finding, found
@@ -18,7 +19,10 @@ from flexmb.doctor.loops import locking_drives, open_loops, other_branch
 from flexmb.doctor.motions import motion_findings
 from flexmb.doctor.rank import free_motions, redundancies
 from flexmb.doctor.report import Report
-from flexmb.equilibrium.modes import modes
+from flexmb.doctor.stability import stability_findings
+from flexmb.doctor.steps import step_findings
+from flexmb.doctor.stiffness import stiffness_findings
+from flexmb.equilibrium.modes import Modes, modes
 from flexmb.errors import AssemblyError, FlexmbError, InputError, KernelError
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
@@ -33,7 +37,7 @@ LISTED_FREQUENCIES = 10
 """Number of natural frequencies in a report."""
 
 
-def check(mechanism: Mechanism) -> Report:
+def check(mechanism: Mechanism, step: float | None = None) -> Report:
     """Examine a mechanism before it moves.
 
     Structure (bodies that hang on nothing, joints that repeat or contradict one another, drives too many, dead
@@ -42,6 +46,7 @@ def check(mechanism: Mechanism) -> Report:
     Parameters
     ----------
     mechanism : the mechanism.
+    step : fixed step that a run is to take [s]: contacts and vibrations that it would not resolve are told; None: none.
 
     Returns
     -------
@@ -50,16 +55,17 @@ def check(mechanism: Mechanism) -> Report:
 
     Raises
     ------
-    InputError : something that is no mechanism.
+    InputError : something that is no mechanism; a step that is not > 0.
     """
     if not isinstance(mechanism, Mechanism):
         raise InputError(f"check: {mechanism!r} is not a Mechanism.")
+    h = None if step is None else checks.positive("check", "step", step, "s")
     with np.errstate(all="ignore"):  # numbers beyond all bounds become findings
-        return _examined(mechanism)
+        return _examined(mechanism, h)
 
 
-def _examined(mechanism: Mechanism) -> Report:
-    """Report on a mechanism."""
+def _examined(mechanism: Mechanism, step: float | None) -> Report:
+    """Report on a mechanism, and on a fixed step [s]."""
     findings = [*free_bodies(mechanism), *dimension_findings(mechanism), *motion_findings(mechanism)]
     findings += _attempt(mechanism, law_findings)
     try:
@@ -80,15 +86,18 @@ def _examined(mechanism: Mechanism) -> Report:
         return Report(mechanism.name, sorted_findings([*findings, *open_loops(closed, error)]), **numbers)
     structure = redundancies(moving, ideal, q)
     findings += [*structure, *other_branch(closed, q)]
-    frequencies, more = _frequencies(mechanism)
+    found_modes, more = _modes(mechanism)
     findings += more
-    numbers = _numbers(moving, ideal, q, frequencies)
+    numbers = _numbers(moving, ideal, q, tuple(float(f) for f in found_modes.frequencies) if found_modes else ())
     findings += free_motions(ideal, q)
     if not any(finding.severity == ERROR for finding in structure):
         start = start_findings(mechanism, moving, closed, q)
         findings += [f for f in start if f.code == "forbidden-velocity" or not _is_broken(findings)]
         findings += [] if structure else locking_drives(mechanism, closed, q)
         findings += load_findings(mechanism, int(numbers["free"]))
+        findings += stability_findings(mechanism, ideal, q, found_modes)
+        findings += [] if step is None else step_findings(mechanism, ideal, closed, q, step)
+    findings += stiffness_findings(mechanism, ideal, q, found_modes)
     return Report(mechanism.name, sorted_findings(findings), **numbers)
 
 
@@ -131,17 +140,13 @@ def start_findings(mechanism: Mechanism, moving: Program, closed: Program, q: np
     return [] if np.isfinite(a).all() else [found("not-solvable", (), "The first accelerations are not finite.")]
 
 
-def _frequencies(mechanism: Mechanism) -> tuple[tuple[float, ...], list[Finding]]:
-    """Natural frequencies in the reference configuration [Hz], and findings on them."""
+def _modes(mechanism: Mechanism) -> tuple[Modes | None, list[Finding]]:
+    """Natural modes in the reference configuration, or a finding on why there are none."""
     try:
-        frequencies = tuple(float(f) for f in modes(mechanism, count=LISTED_FREQUENCIES).frequencies)
+        return modes(mechanism, count=LISTED_FREQUENCIES), []
     except FlexmbError as error:
-        return (), [found("no-frequencies", (), f"No frequencies: {str(error).removesuffix(' Ask for fewer modes.')}")]
-    if any(f < 0.0 for f in frequencies):
-        rate = -min(frequencies) * 2.0 * np.pi
-        text = f"A small motion away from the reference configuration grows by exp({rate:.4g} t), t in s."
-        return frequencies, [found("unstable-reference", (), text, "It stands on its head, or is buckled.")]
-    return frequencies, []
+        text = f"No frequencies: {str(error).removesuffix(' Ask for fewer modes.')}"
+        return None, [found("no-frequencies", (), text)]
 
 
 def _numbers(moving: Program, ideal: Program, q: np.ndarray, frequencies: tuple[float, ...]) -> dict[str, Any]:

@@ -42,7 +42,7 @@ def law_findings(mechanism: Mechanism) -> list[Finding]:
     """Findings on the signs of all contact and friction laws of a mechanism."""
     findings: list[Finding] = []
     for part in mechanism.parts:
-        for contribution in () if isinstance(part, Body) else _contacts(part, mechanism):
+        for contribution in () if isinstance(part, Body) else contacts_of(part, mechanism):
             gap = abs(contribution.p[0]) or SMALL_GAP
             findings += normal_sign(part.name, contribution.normal, gap)
         for law in dict.fromkeys(value for value in vars(part).values() if isinstance(value, FrictionLaw)):
@@ -50,8 +50,14 @@ def law_findings(mechanism: Mechanism) -> list[Finding]:
     return findings
 
 
-def _contacts(part: Part, mechanism: Mechanism) -> list[ContactContribution]:
-    """Contacts of a part; one of each normal law."""
+def contacts_of(part: Part, mechanism: Mechanism) -> list[ContactContribution]:
+    """Contacts of a part; one of each normal law.
+
+    Parameters
+    ----------
+    part : the part.
+    mechanism : the mechanism.
+    """
     if not any(isinstance(value, NormalLaw) for value in vars(part).values()):
         return []
     contacts = [c for c in part.contributions(mechanism) if isinstance(c, ContactContribution)]

@@ -143,6 +143,7 @@ def simulate(
         check_ahead(label, float(run.flow.clock.t), end)
     if kept_file is not None:
         run.after_block, run.interruption = kept_file.after_block, Interruption([KEYBOARD, TERMINATION])
+    begun = 0.0 if restart is None else float(restart["clock"][0])
     started = time.perf_counter()
     stopping.watch(run, faults_alone=True)
     if run.flow.clock.t < begin:
@@ -150,25 +151,29 @@ def simulate(
         run.reset_peaks()
     stopping.watch(run)
     run.run_to(end, saving=save_interval(mechanism, save, period, begin, end))
-    return _solution(run, mechanism, closed, begin, model, kept_file, started)
+    return _solution(run, mechanism, closed, (begun, begin), model, kept_file, started)
 
 
 def _solution(
     run: Run,
     mechanism: Mechanism,
     closed: Program,
-    begin: float,
+    begun_saved: tuple[float, float],
     model: dict[str, Any],
     kept_file: Checkpoints | None,
     started: float,
 ) -> Solution:
-    """Solution of a run that has ended, with remarks and faults; its checkpoint is written or removed."""
-    now = float(run.flow.clock.t)
+    """Solution of a run that has ended, with remarks and faults; its checkpoint is written or removed.
+
+    `begun_saved` holds the instants at which the run and its saving began [s].
+    """
+    now, (begun, begin) = float(run.flow.clock.t), begun_saved
     span = run.period if run.period is not None else 0.5 * (now - begin)
     results = Saved.of(run)
     watch = watched(mechanism, results)
     faults, details = explanation(run, mechanism, closed, watch.faults)
-    lost = vibration_remarks(mechanism, run.program, results, run.method, int(run.record.count.steps))
+    steps = int(run.record.count.steps)
+    lost = vibration_remarks(mechanism, run.program, results, run.method, steps, begun, now)
     notes = (*contact_remarks(run.program, run.flow.z, run.contact_log(), now, span), *watch.notes, *lost, *details)
     if kept_file is not None:
         notes = (*notes, *([kept_file.failure] if kept_file.failure else []))

@@ -34,13 +34,11 @@ SHARE = 0.01
 LARGE_STRAIN, IMPOSSIBLE_STRAIN = 0.05, 0.2
 """Strain of a beam above which there is a remark, and above which the run is not ok."""
 
-MOST_NUMBERS = 20_000
-"""Number of poses of the nodes of a beam that are looked at; of longer results every second, third, ... instant."""
+MOST_NUMBERS, MOST_OF_ALL = 20_000, 1_000_000
+"""Number of poses of nodes that are looked at, of a beam and of all; of longer results every second, third, ...
+instant."""
 
 PASSES_THROUGH = "the journal passes through its bearing"
-
-MOST_BODIES = 64
-"""Number of bodies above which strains are not computed, since that would take as long as a short run."""
 
 ONE_INSTANT = ("broken-kernel", "jumping-drive")
 """Codes of findings on one instant of a motion, which a run that ends before does not meet."""
@@ -182,11 +180,10 @@ def _coarse_contacts(saved: Saved) -> Iterator[tuple[bool, str]]:
 
 def _strains(mechanism: Mechanism, saved: Saved) -> Iterator[tuple[bool, str]]:
     """Beams that strain beyond their yield stress, or by more than linear elasticity allows."""
-    bodies = mechanism.bodies
-    for body in bodies if len(bodies) <= MOST_BODIES else ():
-        if not isinstance(body, FlexibleBody):
-            continue
-        found = strain_of(body, saved)
+    bodies = [body for body in mechanism.bodies if isinstance(body, FlexibleBody)]
+    beams = sum(len(body.beams) for body in bodies)
+    for body in bodies:
+        found = strain_of(body, saved, min(MOST_NUMBERS, MOST_OF_ALL // beams))
         if found is None:
             continue
         strain, when = found
@@ -200,18 +197,19 @@ def _strains(mechanism: Mechanism, saved: Saved) -> Iterator[tuple[bool, str]]:
             yield wrong, f"{text}; beams are linear elastic, for small strains."
 
 
-def strain_of(body: FlexibleBody, saved: Saved) -> tuple[float, float] | None:
+def strain_of(body: FlexibleBody, saved: Saved, most: int = MOST_NUMBERS) -> tuple[float, float] | None:
     """Largest strain of a body at the saved instants, and when [s]; None where its nodes were not saved.
 
     Parameters
     ----------
     body : the body.
     saved : results of the run.
+    most : number of poses of nodes that are looked at for each beam.
     """
     nodes = {node.name: node for node in body.nodes()}
     largest, when = 0.0, 0.0
     for beam in body.beams:
-        every = 1 + len(saved.time) * len(beam.nodes) // MOST_NUMBERS
+        every = 1 + len(saved.time) * len(beam.nodes) // most
         columns = _columns(saved, [f"{body.name}.{n}.{axis}" for axis in ("x", "y", "theta") for n in beam.nodes])
         if columns is None or not len(saved.time):
             return None

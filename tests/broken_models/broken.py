@@ -223,6 +223,32 @@ def column(section, force, length=1.0, material=fm.STEEL, direction=(0.0, -1.0),
     return fm.Mechanism("column", [mast, fm.Fixed("base", fm.GROUND, mast, at=O), load])
 
 
+def upright(share):
+    """A link that stands on its pin, held by a share of the spring m g l/2 that it needs."""
+    arm = link("arm", O, (0.0, 0.3))
+    spring = fm.TorsionSpring("spring", fm.GROUND, arm, stiffness=share * 0.4 * 9.81 * 0.15) if share else None
+    return pendulum(*([spring] if spring else []), body=arm)
+
+
+def tall_mast(share):
+    """An upright strip as long as a share of Greenhill's length, (7.837 E I/(rho A g))^(1/3), under its own weight."""
+    strip = fm.Rectangle(width=0.01, height=1e-3)
+    bending = fm.STEEL.young * 1e-3**2 / 12.0
+    length = share * (7.837 * bending / (fm.STEEL.density * 9.81)) ** (1.0 / 3.0)
+    return replace(column(strip, 1.0, length).without_part("load"), gravity=(0.0, -9.81))
+
+
+def two_masses(low, high):
+    """Two masses of 1 kg above each other, on a spring each."""
+    bodies = [fm.RigidBody(name, (0.0, y), 1.0, 0.1) for name, y in (("low", 1.0), ("high", 2.0))]
+    guides = [fm.Prismatic(f"guide{b.name}", fm.GROUND, b, at=b.at, along=(0, 1)) for b in bodies]
+    springs = [
+        fm.SpringDamper("spring1", fm.GROUND, bodies[0], O, (0.0, 1.0), stiffness=low),
+        fm.SpringDamper("spring2", *bodies, (0.0, 1.0), (0.0, 2.0), stiffness=high),
+    ]
+    return fm.Mechanism("masses", [*bodies, *guides, *springs], gravity=(0.0, -9.81))
+
+
 def truss(*points):
     """Two bars between two fixed points and one joint."""
     one, two = link("one", points[0], points[1]), link("two", points[1], points[2])
@@ -451,7 +477,17 @@ CASES: dict[str, Case] = {
     "strains of a tenth": (lambda: column(STEEL_BAR, 4e3, direction=(1.0, 0.0), elements=8), {"overload": {"mast"}}),
     "a buckled column": (lambda: column(STEEL_BAR, 600.0), {"buckled": set()}),
     "a column near buckling": (lambda: column(STEEL_BAR, 300.0), {"near-buckling": set()}),
-    "an inverted pendulum": (_headstand, {"unstable-reference": set()}),
+    "an inverted pendulum": (_headstand, {"unstable-reference": {"arm"}}),
+    "a pendulum that stands on its head": (lambda: upright(0.0), {"unstable-reference": {"arm"}}),
+    "a pendulum on a spring that is too soft": (lambda: upright(0.95), {"unstable-reference": {"arm"}}),
+    "a mast that buckles under its own weight": (
+        lambda: tall_mast(1.05), {"unstable-reference": {"mast"}, "buckled": set()},
+    ),
+    # stiffness
+    "a spring of 1e17 N/m": (lambda: two_masses(1e17, 1e3), {"stiffness-ratio": {"low"}}),
+    "springs of 1e12 and 1e-4 N/m": (
+        lambda: replace(two_masses(1e12, 1e-4), gravity=(0.0, 0.0)), {"stiffness-ratio": {"low"}},
+    ),
     # motions
     "a rate of half the true size": (lambda: slider_crank(motion=WrongRate(10.0)), {"wrong-rate": {"motor"}}),
     "an acceleration of the wrong sign": (

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from broken import Jumping, beam, four_bar, slider_crank, worn
+from broken import Jumping, beam, four_bar, slider_crank, upright, worn
 
 import flexmb as fm
 
@@ -70,3 +70,10 @@ def test_loads_without_an_equilibrium_are_noted():
     push = fm.Force("push", left, at=(0.5, 0.02), force=(0.0, -1e5))
     report = fm.check(fm.Mechanism("arch", [left, right, *pins, top, push]))
     assert report.of("no-statics", "overload", "buckled")
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 0.95])
+def test_growth_of_a_fall(share):
+    """m g l/2 less the spring, over m l^2/3."""
+    (finding,) = fm.check(upright(share)).of("unstable-reference")
+    assert finding.numbers["rate"] == pytest.approx(math.sqrt((1.0 - share) * 1.5 * 9.81 / 0.3), rel=1e-6)

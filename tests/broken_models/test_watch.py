@@ -102,6 +102,17 @@ def test_strain_beyond_yield_is_noted_and_impossible_strain_is_no_success():
     assert "FlexibleLink 'arm' strains by" in bent.status
 
 
+def test_strain_of_one_body_among_many():
+    """Seventy posts, the last of which bends far."""
+    posts = [beam(f"post{k}", (k, 0.0), (k, 0.5), STEEL_BAR, YIELDING, elements=1) for k in range(70)]
+    feet = [fm.Fixed(f"foot{k}", fm.GROUND, post, at=post.start) for k, post in enumerate(posts)]
+    push = fm.Force("push", posts[-1], at=posts[-1].end, force=(600.0, 0.0))
+    sol = fm.simulate(fm.Mechanism("posts", [*posts, *feet, push]), t_end=0.02, save=50)
+    (note,) = (note for note in sol.notes if "strains by" in note)
+    assert "FlexibleLink 'post69' strains by" in note
+    assert "it yields at 2.5e+08 Pa" in note
+
+
 @pytest.mark.parametrize("change", [{"rod.mass": 0.5}, {"A.clearance": 2e-4}, {"gravity": (0.0, -9.81)}])
 def test_a_restart_of_another_mechanism_is_refused(change):
     first = fm.simulate(worn("A"), t_end=4e-3, max_steps=20)
