@@ -28,7 +28,7 @@ def test_a_signal_is_a_labelled_array(sol):
     x = sol["crank.x"]
     assert isinstance(x, xr.DataArray)
     assert x.dims == ("time",)
-    assert x.attrs == {"units": "m", "name": "crank.x"}
+    assert x.attrs == {"units": "m", "long_name": "coordinate x of crank", "name": "crank.x"}
     assert x.name == "crank.x"
     assert float(x.sel(time=0.5)) == pytest.approx(-0.1, abs=1e-15)
     assert x.time.attrs["units"] == "s"

@@ -11,8 +11,8 @@ from flexmb import checks
 from flexmb.compiled import ahead
 from flexmb.errors import InputError, SolveError
 from flexmb.model.mechanism import Mechanism
+from flexmb.model.signal import hint, resolved
 from flexmb.program.compiler import compile_with_start
-from flexmb.program.signals import hint, resolved
 from flexmb.results.solution import UnknownSignalError
 from flexmb.results.stats import Stats
 from flexmb.run.run import Run
