@@ -441,7 +441,8 @@ def _left_out() -> dict[str, str]:
     size of a symbol in a picture: results.symbols.COILS results.symbols.WIDTH results.symbols.ARROW results.symbols.HEAD
         results.symbols.CIRCLE_POINTS
     how many are printed or written: start.consistent.LISTED_PARTS results.vtk.MOST_FRAMES results.contact_intervals.SHOWN_ROWS results.status.LISTED_JOINTS
-        model.signal.MOST_COMPARED_NAMES
+        model.signal.MOST_COMPARED_NAMES results.solution_text.IN_TEXT results.solution_text.IN_TABLE
+        equilibrium.modes.SHOWN_MODES dynamics.exponents.exponents.SHOWN
     shortens what another number decides: linalg.rank.CERTAIN_EIGENVALUE
     coefficients and stages of Radau's method, exact: step.radau.collocation.C step.radau.collocation.ESTIMATE
         step.radau.collocation.FROM_IM step.radau.collocation.FROM_RE step.radau.collocation.FROM_REAL

@@ -108,7 +108,8 @@ class NetcdfContent:
             return np.frombuffer(self.content, kind, math.prod(shape), place).reshape(shape)
         self.copied += size
         if self.copied > LARGEST_GROWTH * len(self.content):
-            raise ValueError(f"it declares more data than {LARGEST_GROWTH} times its own size")
+            text = f"it declares {self.copied} bytes of data"
+            raise ValueError(f"{text}, more than {LARGEST_GROWTH} times its own size")
         values = np.empty(shape, kind)
         dataset.read(self.hdf.h5s.ALL, self.hdf.h5s.ALL, values)
         return values

@@ -16,6 +16,7 @@ from flexmb.results.contact_intervals import ContactLog, Episodes, select
 from flexmb.results.conventions import long_name
 from flexmb.results.late_values import LateField, LateValues
 from flexmb.results.signal_names import SAVED_KEY
+from flexmb.results.solution_text import solution_html, solution_text
 from flexmb.results.stats import Stats
 
 if TYPE_CHECKING:
@@ -193,14 +194,18 @@ class Solution:
         return save(self, path)
 
     def __repr__(self) -> str:
-        span = f"{len(self.time)} instants"
-        if len(self.time):
-            span += f", {self.time[0]:.6g} to {self.time[-1]:.6g} s"
-        parts = ", ".join(dict.fromkeys(name.split(".")[0] for name in self.names))
-        rows = (("status", self.status), ("ok", self.ok), ("saved", span), ("cost", self.stats))
-        lines = [f"Solution of {self.name!r}", *(f"  {word:8s}{value}" for word, value in rows)]
-        lines += [f"  {'note':8s}{text}" for text in self.notes]
-        return "\n".join([*lines, f"  {'signals':8s}{len(self.signals)} of {parts or 'no part'}"])
+        return solution_text(self)
+
+    def _repr_html_(self) -> str:
+        return solution_html(self)
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return [*self.names, *(self._alias(name) for name in self.names if self._alias(name) != name)]
+
+    def _alias(self, name: str) -> str:
+        """Name of a signal by the alias of its node: "rod.end.x" for "rod.node8.x"; without alias as it is."""
+        node, _, own = name.rpartition(".")
+        return next((f"{alias}.{own}" for alias, target in self.aliases.items() if target == node), name)
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)

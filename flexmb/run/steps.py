@@ -80,6 +80,9 @@ class StepState(Mapping[str, float]):
     def __len__(self) -> int:
         return len(self.values)
 
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self)
+
     def __repr__(self) -> str:
         return f"State of {self._owner!r} at t = {self.t:.6g} s, after a step of {self.h:.3g} s"
 
