@@ -426,7 +426,7 @@ def _left_out() -> dict[str, str]:
         run.vibrations.MOST_UNKNOWNS run.vibrations.POSES run.vibrations.POSES_OF_LARGE run.vibrations.AROUND run.vibrations.LARGE
         run.vibrations.FEWEST_INSTANTS equilibrium.vibrations.NEAR equilibrium.vibrations.RIGID run.vibrations.ENERGY_SHARE run.vibrations.DECAY
         run.vibrations.PART_OF_STEP run.vibrations.UNRESOLVED
-        run.vibrations.LOST_PHASE run.vibrations.LOST_AMPLITUDE run.checkpoint.EVERY results.netcdf.LARGEST_GROWTH
+        run.vibrations.LOST_PHASE run.vibrations.LOST_AMPLITUDE run.checkpoint.EVERY results.netcdf_content.LARGEST_GROWTH
         run.failure.STEP_CODES run.failure.SHOWN_RESIDUALS run.failure.LEAST_RESIDUAL run.failure.LEAST_RTOL run.failure.TRIED_STEPS
         system.failed_kernels.MOST_CALLS system.failed_kernels.SHOWN_NUMBERS
         linalg.rank.DENSE_ROWS linalg.rank.IN_COMBINATION
@@ -442,11 +442,12 @@ def _left_out() -> dict[str, str]:
         run.run.BLOCK_SECONDS run.run.FIRST_BLOCK_UPDATES dynamics.basins.basin.CHUNKS series.neighbours.BLOCK
         series.recurrence.BLOCK program.check_kernels.REMEMBERED_CALLS program.structure.REMEMBERED_STRUCTURES
         program.structure.REMEMBERED_UNKNOWNS program.structure.FIELDWISE_FROM run.run.BUFFER_NUMBERS run.run.LEAST_BUFFER_ROWS
-        run.saved_rows.MOST_RESERVED_BYTES
+        run.saved_rows.MOST_RESERVED_BYTES results.late_values.BLOCK
     size of a symbol in a picture: results.symbols.COILS results.symbols.WIDTH results.symbols.ARROW results.symbols.HEAD
         results.symbols.CIRCLE_POINTS
     how many are printed or written: start.consistent.LISTED_PARTS results.vtk.MOST_FRAMES results.contact_intervals.SHOWN_ROWS results.status.LISTED_JOINTS
-        program.signals.MOST_COMPARED_NAMES
+        model.signal.MOST_COMPARED_NAMES results.solution_text.IN_TEXT results.solution_text.IN_TABLE
+        equilibrium.modes.SHOWN_MODES dynamics.exponents.exponents.SHOWN
     shortens what another number decides: linalg.rank.CERTAIN_EIGENVALUE
     coefficients and stages of Radau's method, exact: step.radau.collocation.C step.radau.collocation.ESTIMATE
         step.radau.collocation.FROM_IM step.radau.collocation.FROM_RE step.radau.collocation.FROM_REAL

@@ -86,7 +86,7 @@ def test_nothing_is_saved_but_the_final_state(full):
     none = fm.simulate(crank(), save=37, signals=[], **RUN)
     assert none.values.shape == (len(full.time), 0)
     assert none.ok
-    assert "0 of no part" in repr(none)
+    assert "0 signals of 0 parts" in repr(none)
 
 
 def test_a_restart_holds_the_whole_state(full, few):

@@ -28,7 +28,7 @@ def test_a_signal_is_a_labelled_array(sol):
     x = sol["crank.x"]
     assert isinstance(x, xr.DataArray)
     assert x.dims == ("time",)
-    assert x.attrs == {"units": "m", "name": "crank.x"}
+    assert x.attrs == {"units": "m", "long_name": "coordinate x of crank", "name": "crank.x"}
     assert x.name == "crank.x"
     assert float(x.sel(time=0.5)) == pytest.approx(-0.1, abs=1e-15)
     assert x.time.attrs["units"] == "s"
@@ -129,8 +129,10 @@ def test_it_can_be_pickled(sol):
 
 def test_repr_says_what_one_wants_to_know(sol):
     text = repr(sol)
-    for word in ("'handmade'", "Reached t = 1 s.", "101 instants, 0 to 1 s", "2000 steps", "crank, arm, P"):
+    for word in ("'handmade'", "Reached t = 1 s.", "101 instants, 0 to 1 s", "17 signals of 3 parts", "2000 steps"):
         assert word in text
+    assert "P.normal_force 100 N" in text
+    assert len(text.splitlines()) == 3
 
 
 def test_repr_of_a_run_without_instants():

@@ -11,9 +11,8 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Body
 from flexmb.results.contact_intervals import IMPACT, Episodes
 from flexmb.results.solution import Solution
+from flexmb.results.solution_text import MAIN_ENDINGS
 
-ENDINGS = ("torque", "normal_force", "deflection")
-"""Endings of the main signals of drives, joints with clearance and flexible links."""
 MOST = 16
 """Largest number of main signals."""
 PANELS = 6
@@ -45,7 +44,7 @@ def main_signals(mechanism: Mechanism, sol: Solution) -> list[str]:
     names = []
     if body is not None:
         names = [name for name in _rates(mechanism, body) if name in sol]
-    names += [name for ending in ENDINGS for name in sol.names if name.endswith(f".{ending}")]
+    names += [name for ending in MAIN_ENDINGS for name in sol.names if name.endswith(f".{ending}")]
     return names[:MOST]
 
 

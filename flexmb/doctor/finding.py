@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from flexmb.display.text import cut
+
 ERROR, WARNING, NOTE = "error", "warning", "note"
 SEVERITIES = (ERROR, WARNING, NOTE)
 """Severities: no right result; a result that is hardly what was meant; worth knowing."""
@@ -73,6 +75,9 @@ class Finding:
     remedy: str
     severity: str
     numbers: dict[str, float] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        return cut(str(self), 3)
 
     def __str__(self) -> str:
         """One line, or two with the remedy."""

@@ -61,7 +61,7 @@ def contacts_of(part: Part, mechanism: Mechanism) -> list[ContactContribution]:
     if not any(isinstance(value, NormalLaw) for value in vars(part).values()):
         return []
     contacts = [c for c in part.contributions(mechanism) if isinstance(c, ContactContribution)]
-    return list({repr(c.normal): c for c in contacts}.values())
+    return list({(type(c.normal), tuple(c.normal.parameters())): c for c in contacts}.values())
 
 
 def normal_sign(name: str, law: NormalLaw, gap: float) -> list[Finding]:

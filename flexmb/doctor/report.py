@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
+from flexmb.display import html
+from flexmb.display.text import cut
 from flexmb.doctor.finding import ERROR, SEVERITIES, Finding
 
 LISTED_PARTS = 30
@@ -76,6 +78,16 @@ class Report:
                 found.setdefault(part, []).append(signal)
         shown = list(found.items())[:LISTED_PARTS]
         return [*shown, *([("...", [f"{len(found) - LISTED_PARTS} more parts"])] if len(found) > LISTED_PARTS else [])]
+
+    def __repr__(self) -> str:
+        sizes = f"{len(self.bodies)} bodies, {self.freedom} degrees of freedom, {self.free} free, {self.mass:.6g} kg"
+        return cut(f"Report on {self.name!r}: {_counted(self.findings)}; {sizes}")
+
+    def _repr_html_(self) -> str:
+        rows = [(f.severity, f.code, f.text, f.remedy) for f in self.findings]
+        head = ("severity", "code", "finding", "remedy")
+        details = html.folded("bodies, joints, signals", html.texts(str(replace(self, findings=())).splitlines()))
+        return html.page(*repr(self).split(": ", 1), html.table(rows, head), details)
 
     def __str__(self) -> str:
         """A small table, and the findings."""

@@ -11,6 +11,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import ArpackNoConvergence, splu
 
 from flexmb import checks
+from flexmb.display import html
 from flexmb.equilibrium.eigen import DENSE_COORDINATES, largest_of
 from flexmb.equilibrium.free_motions import moves_most, null_space
 from flexmb.equilibrium.statics import refuse_free_motion
@@ -62,6 +63,13 @@ class Buckling:
             raise InputError(f"Buckling: mode is {mode}; there are shapes 0 to {len(self.factors) - 1}.")
         place = resolve(name, self.aliases)
         return float(self.shapes[self.names.index(checks.one_of("Buckling", "coordinate", place, self.names)), mode])
+
+    def __repr__(self) -> str:
+        return f"Buckling: load factors {', '.join(f'{factor:.6g}' for factor in self.factors) or 'none'}"
+
+    def _repr_html_(self) -> str:
+        rows = [(k, f"{f:.6g}", moves) for k, (f, moves) in enumerate(zip(self.factors, self.moves, strict=True))]
+        return html.page("Buckling", "", html.table(rows, ("shape", "load factor", "moves most")))
 
     def __str__(self) -> str:
         """A table: number, factor, where it moves most."""

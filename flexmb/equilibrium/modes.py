@@ -9,6 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from flexmb import checks
+from flexmb.display import html
 from flexmb.equilibrium.eigen import damped as damped_modes
 from flexmb.equilibrium.eigen import undamped
 from flexmb.equilibrium.free_motions import free_motions, motion_in_words, moves_most, shapes_of
@@ -31,6 +32,10 @@ OTHER_MODEL_STEP = 1e-6
 
 ASYMMETRY_ROUND_OFF = 1e-11
 """Asymmetry of the stiffness relative to its largest entry, above which it is more than round-off."""
+
+
+SHOWN_MODES = 6
+"""Number of frequencies at most in a text."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +80,18 @@ class Modes:
         place = resolve(name, self.aliases)
         value = self.shapes[self.names.index(checks.one_of("Modes", "coordinate", place, self.names)), mode]
         return complex(value) if np.iscomplexobj(self.shapes) else float(value)
+
+    def __repr__(self) -> str:
+        elastic = [f"{f:.4g}" for f in self.frequencies[self.rigid :][:SHOWN_MODES]]
+        more = ", ..." if len(self.frequencies) - self.rigid > SHOWN_MODES else ""
+        rigid = f", {self.rigid} rigid" if self.rigid else ""
+        shown = f"; {', '.join(elastic)}{more} Hz" if elastic else ""
+        return f"Modes: {len(self.kinds)}{rigid}{shown}"
+
+    def _repr_html_(self) -> str:
+        columns = zip(self.frequencies, self.damping, self.kinds, self.moves, strict=True)
+        rows = [(k, f"{f:.6g}", f"{d:.4g}", kind, moves) for k, (f, d, kind, moves) in enumerate(columns)]
+        return html.page(repr(self), "", html.table(rows, ("mode", "frequency [Hz]", "damping", "kind", "moves most")))
 
     def __str__(self) -> str:
         """A table: number, frequency, damping ratio, kind, where it moves most."""

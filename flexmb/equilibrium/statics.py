@@ -10,6 +10,8 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
 from flexmb import checks
+from flexmb.display import html
+from flexmb.display.text import counted, cut
 from flexmb.equilibrium.dynamic_relaxation import relax
 from flexmb.equilibrium.stability import is_stable
 from flexmb.equilibrium.steady_rotation import Spin, check_spin
@@ -71,6 +73,28 @@ class Equilibrium:
     def __getitem__(self, name: str) -> float:
         place = resolve(name, self.aliases)
         return float(self.q[self.names.index(checks.one_of("Equilibrium", "coordinate", place, self.names))])
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self.names)
+
+    def __repr__(self) -> str:
+        reactions = [cut(f"  reactions: {', '.join(self._reactions())}")] if self.reactions else []
+        return "\n".join([self._title(), *reactions])
+
+    def _title(self) -> str:
+        kind = {True: "stable", False: "unstable", None: "stability unknown"}[self.stable]
+        spin = f", turning at {self.spin:.6g} rad/s" if self.spin else ""
+        text = f"{counted(len(self.q), 'coordinate')}, {counted(self.iterations, 'Newton iteration')}"
+        return f"Equilibrium ({kind}{spin}): {text}"
+
+    def _reactions(self) -> list[str]:
+        return [f"{joint} {float(np.hypot(fx, fy)):.4g} N" for joint, (fx, fy, _) in self.reactions.items()]
+
+    def _repr_html_(self) -> str:
+        rows = [(joint, *(f"{value:.6g}" for value in values)) for joint, values in self.reactions.items()]
+        coordinates = [(name, f"{value:.6g}") for name, value in zip(self.names, self.q, strict=True)]
+        reactions = html.table(rows, ("reaction of", "fx [N]", "fy [N]", "moment [N m]"))
+        return html.page(self._title(), "", reactions, html.folded("coordinates", html.table(coordinates)))
 
     def force(self, joint: str) -> tuple[float, float, float]:
         """(fx, fy, moment) that a joint exerts on its second body [N, N m].

@@ -78,11 +78,14 @@ def write_sealed(path: Path, content: bytes) -> Path:
     return path
 
 
-def is_intact(path: Path) -> bool:
+def is_whole(content: bytes) -> bool:
     """Whether the content of a file agrees with the checksum behind it; True without a checksum."""
-    content = path.read_bytes()
-    head, seal = content[: -DIGEST - len(SEAL)], content[-DIGEST - len(SEAL) :]
-    return not seal.startswith(SEAL) or blake2b(head, digest_size=DIGEST).digest() == seal[len(SEAL) :]
+    end = len(content) - DIGEST - len(SEAL)
+    seal = content[max(end, 0) :]
+    return (
+        not seal.startswith(SEAL)
+        or blake2b(memoryview(content)[:end], digest_size=DIGEST).digest() == seal[len(SEAL) :]
+    )
 
 
 def write_text(path: Path, text: str) -> Path:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from flexmb import checks
+from flexmb.display.shown import Shown
 from flexmb.errors import InputError
 
 
 @dataclass(frozen=True)
-class Material(checks.Checked):
+class Material(checks.Checked, Shown):
     """Linear elastic, isotropic material.
 
     Parameters

@@ -20,13 +20,24 @@ from flexmb.model.contributions import (
     Node,
 )
 from flexmb.model.controller import Controller
+from flexmb.model.mechanism_text import mechanism_html, mechanism_text
 from flexmb.model.part import GROUND, Body, Part, declared_state
 from flexmb.model.shape import Shapes
 
 
-@dataclass(frozen=True)
+class UnknownPartError(ModelError, KeyError):
+    """A name that is no part of a mechanism; also a `KeyError`, as of any mapping."""
+
+    def __str__(self) -> str:
+        """The message as it is; `KeyError` alone would show it in quotes."""
+        return str(self.args[0])
+
+
+@dataclass(frozen=True, repr=False)
 class Mechanism:
     """A planar mechanism: parts with unique names, in a reference configuration.
+
+    `mech["crank"]` is a part, `"crank" in mech` tells whether there is one; names are iterated over.
 
     Parameters
     ----------
@@ -146,6 +157,25 @@ class Mechanism:
     def __getstate__(self) -> dict[str, Any]:
         return declared_state(self)
 
+    def __getitem__(self, name: str) -> Part:
+        """The part of that name, or `UnknownPartError` with the nearest name."""
+        return self.find(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    def __contains__(self, name: object) -> bool:
+        return isinstance(name, str) and name in self._by_name
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self.names)
+
+    def __repr__(self) -> str:
+        return mechanism_text(self)
+
+    def _repr_html_(self) -> str:
+        return mechanism_html(self)
+
     def find(self, name: str) -> Part:
         """The part of that name, or `ModelError` with the nearest name."""
         part = self._by_name.get(name)
@@ -153,7 +183,7 @@ class Mechanism:
             return part
         if name == GROUND.name:
             return GROUND
-        raise ModelError(f"{self.label} has no part {name!r}. {checks.did_you_mean(name, self.names)}")
+        raise UnknownPartError(f"{self.label} has no part {name!r}. {checks.did_you_mean(name, self.names)}")
 
     def body(self, name: str, owner: str = "") -> Body:
         """The body of that name, or `ModelError`; `owner` names who asks, for messages."""

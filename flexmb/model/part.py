@@ -9,6 +9,7 @@ from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from flexmb import checks, kernels
+from flexmb.display.shown import Shown
 from flexmb.errors import InputError, ModelError
 from flexmb.model.contributions import (
     AXES,
@@ -37,7 +38,7 @@ def declared_state(value: Any) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class Part(checks.Checked, ABC):
+class Part(checks.Checked, Shown, ABC):
     """Base of all parts of a mechanism.
 
     Parameters
@@ -61,6 +62,10 @@ class Part(checks.Checked, ABC):
 
     def __getstate__(self) -> dict[str, Any]:
         return declared_state(self)
+
+    def text_inside(self, *, nested: bool) -> str:  # noqa: ARG002 - a name has no fields
+        """Name of the part, by which other parts show it; `nested` has no effect."""
+        return repr(self.name)
 
     @classmethod
     def prepare(cls, parts: Sequence[Any]) -> None:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from flexmb import checks
 from flexmb.errors import InputError
+
+MOST_COMPARED_NAMES = 2000
+"""Number of names at most that are compared with an unknown one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,3 +90,28 @@ class Signals(Sequence[Signal]):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Signals, (self.names, self.units)
+
+
+def resolved(name: str, signals: Signals, aliases: Mapping[str, str]) -> str:
+    """`name` with its longest prefix that is an alias replaced; a signal's own name comes first."""
+    if name in signals.places:
+        return name
+    prefix = name
+    while "." in prefix:
+        prefix = prefix.rpartition(".")[0]
+        if prefix in aliases and not name.endswith("*"):
+            return aliases[prefix] + name[len(prefix) :]
+        if "." in prefix and prefix in aliases:  # "rod.end.*" is a node, "rod.*" all of the part
+            return aliases[prefix] + name[len(prefix) :]
+    return name
+
+
+def hint(name: str, signals: Signals, aliases: Mapping[str, str]) -> str:
+    """Hint on an unknown name: signals of its part, else similar ones of other parts, else all."""
+    part, _, tail = name.partition(".")
+    ends = {node: alias for alias, node in aliases.items()}
+    stems = ((n, n.rpartition(".")) for n in signals.names)
+    known = [f"{ends[stem]}.{axis}" if stem in ends else n for n, (stem, _, axis) in stems]
+    own = [n for n in known if n.startswith(f"{part}.")]
+    near: Sequence[str] = own or [n for n in known if n.partition(".")[2] == tail] or known
+    return checks.did_you_mean(name, near[:MOST_COMPARED_NAMES])

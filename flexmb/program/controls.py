@@ -13,10 +13,10 @@ from flexmb.kernels import Kernel, signal_kernel
 from flexmb.model.contributions import Contributions, ControlContribution, Coordinate, MotionInput
 from flexmb.model.law import Motion
 from flexmb.model.part import GROUND
-from flexmb.model.signal import Signals
+from flexmb.model.signal import Signals, hint, resolved
 from flexmb.program.numbering import Numbering, state_coordinates
 from flexmb.program.program import Names, Sampler
-from flexmb.program.signals import COORDINATE_SIGNALS, hint, layout, resolved
+from flexmb.program.signals import COORDINATE_SIGNALS, layout
 from flexmb.program.tables import BEGIN, COORDINATE, MEASURED, MOTION_SPEED, MOTION_VALUE, OUTPUT, VELOCITY
 
 

@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 
 from flexmb.compiled.records import Record
+from flexmb.display import html
+from flexmb.display.text import counted
 from flexmb.kernels import Kernel, address_table
 from flexmb.linalg.symbolic import Symbolic
 from flexmb.model.contributions import AXES, MotionInput
@@ -109,6 +111,16 @@ class Program:
 
     def __post_init__(self) -> None:
         freeze((self.tables.p, self.reference.q, self.reference.v, self.reference.z, self.reference.body))
+
+    def __repr__(self) -> str:
+        bodies, contacts = counted(len(self.names.bodies), "body"), counted(len(self.names.contacts), "contact")
+        sizes = f"{counted(self.n_q, 'coordinate')}, {counted(self.n_c, 'constraint row')}"
+        signals = counted(len(self.names.signals), "signal")
+        return f"Program of {self.name!r}: {bodies}, {sizes}, {contacts}, {signals}"
+
+    def _repr_html_(self) -> str:
+        head, _, sizes = repr(self).partition(": ")
+        return html.page(head, sizes, html.folded("coordinates", html.texts(self.names.coordinates)))
 
     def breaks(self, t_end: float) -> tuple[float, ...]:
         """Instants in (0, t_end] where a drive or a load jumps or has a kink, in order [s]."""

@@ -6,11 +6,10 @@ signals, controls, and energies.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from flexmb import checks
 from flexmb.model.contributions import ConstraintContribution, Contributions, RowMotion
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.signal import Signals
@@ -38,9 +37,6 @@ CONTACT_SIGNALS = (
 )
 STATE_SIGNALS = (("{}_integral", "{} s"), ("{}", "{}"), ("{}_rate", "{}/s"))
 """Names and units of coordinate, velocity and acceleration of a state of a control, by its name and unit."""
-
-MOST_COMPARED_NAMES = 2000
-"""Number of names at most that are compared with an unknown one."""
 
 CONTACT_PENETRATION = [name for name, _ in CONTACT_SIGNALS].index("penetration")
 ENERGY_SIGNALS = (
@@ -153,28 +149,3 @@ def aliases(mechanism: Mechanism) -> dict[str, str]:
         for alias, node in body.aliases.items():
             found[f"{body.name}.{alias}"] = f"{body.name}.{node}"
     return found
-
-
-def resolved(name: str, signals: Signals, aliases: Mapping[str, str]) -> str:
-    """`name` with its longest prefix that is an alias replaced; a signal's own name comes first."""
-    if name in signals.places:
-        return name
-    prefix = name
-    while "." in prefix:
-        prefix = prefix.rpartition(".")[0]
-        if prefix in aliases and not name.endswith("*"):
-            return aliases[prefix] + name[len(prefix) :]
-        if "." in prefix and prefix in aliases:  # "rod.end.*" is a node, "rod.*" all of the part
-            return aliases[prefix] + name[len(prefix) :]
-    return name
-
-
-def hint(name: str, signals: Signals, aliases: Mapping[str, str]) -> str:
-    """Hint on an unknown name: signals of its part, else similar ones of other parts, else all."""
-    part, _, tail = name.partition(".")
-    ends = {node: alias for alias, node in aliases.items()}
-    stems = ((n, n.rpartition(".")) for n in signals.names)
-    known = [f"{ends[stem]}.{axis}" if stem in ends else n for n, (stem, _, axis) in stems]
-    own = [n for n in known if n.startswith(f"{part}.")]
-    near: Sequence[str] = own or [n for n in known if n.partition(".")[2] == tail] or known
-    return checks.did_you_mean(name, near[:MOST_COMPARED_NAMES])

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from flexmb import checks
+from flexmb.display import html
 from flexmb.errors import InputError
 
 if TYPE_CHECKING:
@@ -240,6 +241,11 @@ class Episodes:
         if keep < len(self):
             lines.insert(2 + keep, f"... {len(self) - 2 * keep} more")
         return "\n".join([head, *lines])
+
+    def _repr_html_(self) -> str:
+        units = (f"{head} [{UNITS[key]}]" for head, key in TABLE_HEADS.items())
+        rows = html.table(map(self._row, range(min(len(self), html.MOST_ROWS + 1))), ("contact", "mode", *units))
+        return html.page(repr(self).partition("\n")[0], "", rows)
 
     def _row(self, k: int) -> tuple[str, ...]:
         numbers = (float(getattr(self, key)[k]) for key in TABLE_HEADS.values())

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flexmb import checks
+from flexmb.display.text import counted
 from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
@@ -35,6 +36,10 @@ class Momentum:
     centre: np.ndarray
     linear: np.ndarray
     angular: np.ndarray
+
+    def __repr__(self) -> str:
+        span = f", {self.time[0]:.6g} to {self.time[-1]:.6g} s" if len(self.time) else ""
+        return f"Momentum of {self.mass:.6g} kg at {counted(len(self.time), 'instant')}{span}"
 
 
 def momentum(mechanism: Mechanism, solution: Solution, bodies: tuple[str, ...] | None = None) -> Momentum:

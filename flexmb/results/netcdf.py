@@ -1,23 +1,26 @@
 """A solution as a netCDF file: one variable a signal, the rest as JSON, groups for the final state and for episodes.
 
-The variables can be read by any netCDF reader.  `load` restores the record bit for bit.
+The variables can be read by any netCDF reader.  `load` restores the record bit for bit.  It reads the file once,
+compares it with its checksum, and keeps its bytes; arrays of signals are made of them at their first use.
 """
 
 from __future__ import annotations
 
 import json
-import warnings
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from flexmb.errors import FileFormatError, InputError
-from flexmb.jobs.files import is_intact, netcdf_image, write_sealed
+from flexmb.jobs.files import is_whole, netcdf_image, write_sealed
 from flexmb.model import shape
 from flexmb.model.signal import Signal, Signals
 from flexmb.results.contact_intervals import COLUMNS, MODES, ContactLog
+from flexmb.results.conventions import flag_meanings, global_attributes, long_name, udunits
+from flexmb.results.late_values import LateValues
+from flexmb.results.netcdf_content import NetcdfContent
 from flexmb.results.solution import Peaks, Solution
 from flexmb.results.stats import Stats
 
@@ -27,14 +30,10 @@ if TYPE_CHECKING:
 FORMAT = 1
 """Version of the layout; one that this file does not know is refused."""
 
-ENGINE = "h5netcdf"
 VERSION = "flexmb_format"
 RECORD = "flexmb_record"  # a variable, since an attribute of HDF5 holds at most 64 KiB
 RESTART = "restart"
 EPISODES = "episodes"
-LARGEST_GROWTH = 50
-"""Size of the data of a file over the size of the file, at most; flexmb does not compress."""
-
 READ_ERRORS = (OSError, ValueError, LookupError, TypeError, AttributeError, RuntimeError)  # all seen on damaged files
 
 
@@ -84,14 +83,14 @@ def load(path: str | Path) -> Solution:
     source = Path(path)
     if not source.is_file():
         raise FileFormatError(f"{str(source)!r}: there is no such file. Check the path; sol.to_netcdf(...) writes one.")
-    if not is_intact(source):
-        raise FileFormatError(f"{str(source)!r}: damaged; its content does not agree with its checksum. Run it again.")
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # on files that are not flexmb's, which are refused below
-            dataset, restart, episodes = _read(source)
-        _check_version(source, dataset)
-        return _solution(dataset, restart, episodes)
+        content = source.read_bytes()
+        if not is_whole(content):
+            text = f"{str(source)!r}: damaged; its content does not agree with its checksum."
+            raise FileFormatError(f"{text} Run it again.")
+        with NetcdfContent(content) as file:
+            _check_version(source, file)
+            return _solution(file)
     except READ_ERRORS as error:
         text = f"{str(source)!r}: cannot be read as a solution; it is damaged, truncated or no netCDF file ({error})."
         raise FileFormatError(f"{text} Write it again with sol.to_netcdf(...).") from error
@@ -118,16 +117,19 @@ def _dataset(sol: Solution) -> xr.Dataset:
         raise InputError(f"{message} Put plain numbers and texts in it.") from error
     dataset = sol.dataset
     for k, s in enumerate(sol.signals):
-        dataset[s.name].attrs.update(peak=sol.peaks.values[k], peak_time=sol.peaks.times[k])
-    dataset[RECORD] = xr.Variable((), text)
-    return dataset.assign_attrs({VERSION: FORMAT, "Conventions": "CF-1.11"})
+        peak = {"peak": sol.peaks.values[k], "peak_time": sol.peaks.times[k]}
+        dataset.variables[s.name].attrs.update(units=udunits(s.units), **peak)
+    dataset[RECORD] = xr.Variable((), text, {"long_name": "record of the run as JSON, which flexmb.load reads"})
+    return dataset.assign_attrs({VERSION: FORMAT, **global_attributes(sol.model)})
 
 
 def _restart(sol: Solution) -> xr.Dataset:
     import xarray as xr
 
     arrays = sol.restart.items()
-    return xr.Dataset({name: ([f"{name}_{i}" for i in range(a.ndim)], a) for name, a in arrays})
+    comment = "state at the end of the run, from which flexmb.simulate(..., restart=...) goes on"
+    variables = {name: ([f"{name}_{i}" for i in range(a.ndim)], a) for name, a in arrays}
+    return xr.Dataset(variables, attrs={"comment": comment})
 
 
 def _episodes(sol: Solution) -> xr.Dataset:
@@ -135,40 +137,17 @@ def _episodes(sol: Solution) -> xr.Dataset:
     import xarray as xr
 
     names, rows = sol.contacts
-    attrs: dict[str, dict[str, Any]] = {name: {"units": units} for name, units in COLUMNS}
-    attrs["contact"] = {"flag_values": np.arange(float(len(names))), "flag_meanings": " ".join(names)}
-    attrs["mode"] = {"flag_values": [float(mode) for mode in MODES], "flag_meanings": " ".join(MODES.values())}
+    attrs: dict[str, dict[str, Any]] = {
+        name: {"units": udunits(units), "long_name": long_name(name)} for name, units in COLUMNS
+    }
+    attrs["contact"] |= {"flag_values": np.arange(float(len(names))), "flag_meanings": flag_meanings(names)}
+    attrs["mode"] |= {"flag_values": [float(mode) for mode in MODES], "flag_meanings": " ".join(MODES.values())}
     return xr.Dataset({name: xr.Variable("episode", rows[:, k], attrs[name]) for k, (name, _) in enumerate(COLUMNS)})
 
 
-def _read(source: Path) -> tuple[xr.Dataset, dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """All variables of the file, of its group of the final state, and of its group of contact intervals."""
-    import h5py
-    import xarray as xr
-
-    most = LARGEST_GROWTH * source.stat().st_size
-    with h5py.File(source, "r") as raw:  # first, since h5netcdf complains on stderr about files that it cannot open
-        present = [name for name in (RESTART, EPISODES) if name in raw]
-    with xr.open_dataset(source, engine=ENGINE, decode_cf=False, cache=False) as file:
-        _refuse_bomb(file, most)
-        dataset = file.load()
-    groups: dict[str, dict[str, np.ndarray]] = {RESTART: {}, EPISODES: {}}
-    for group in present:
-        with xr.open_dataset(source, engine=ENGINE, decode_cf=False, cache=False, group=group) as file:
-            _refuse_bomb(file, most)
-            groups[group] = {str(name): variable.values for name, variable in file.load().data_vars.items()}
-    return dataset, groups[RESTART], groups[EPISODES]
-
-
-def _refuse_bomb(dataset: xr.Dataset, most: int) -> None:
-    """Refuse a dataset that would fill the memory, though its file is small."""
-    if dataset.nbytes > most:
-        raise ValueError(f"it declares {dataset.nbytes} bytes of data, more than {LARGEST_GROWTH} times its own size")
-
-
-def _check_version(source: Path, dataset: xr.Dataset) -> None:
-    version = dataset.attrs.get(VERSION)
-    if version is None or RECORD not in dataset:
+def _check_version(source: Path, file: NetcdfContent) -> None:
+    version = file.number(VERSION)
+    if version is None or RECORD not in file:
         raise FileFormatError(
             f"{str(source)!r}: a netCDF file, but not one of flexmb (no {VERSION!r}, no {RECORD!r}). "
             "Open it with xarray.open_dataset."
@@ -180,29 +159,25 @@ def _check_version(source: Path, dataset: xr.Dataset) -> None:
         )
 
 
-def _solution(dataset: xr.Dataset, restart: dict[str, np.ndarray], episodes: dict[str, np.ndarray]) -> Solution:
-    record: dict[str, Any] = json.loads(str(dataset[RECORD].values[()]))
+def _solution(file: NetcdfContent) -> Solution:
+    record: dict[str, Any] = json.loads(file.text(RECORD))
     signals = Signals.of(Signal(name, units) for name, units in record["signals"])
-    time = dataset["time"].values
-    values = np.empty((len(time), len(signals)))
-    for k, s in enumerate(signals):
-        values[:, k] = dataset.variables[s.name].values
-    attrs = [dataset.variables[s.name].attrs for s in signals]
-    peaks = Peaks(np.array([a["peak"] for a in attrs]), np.array([a["peak_time"] for a in attrs]))
+    time = file.array("time")
+    columns, peaks = file.columns(signals.names, len(time), ("peak", "peak_time"))
     names = tuple(record.get("contacts", ()))  # files of earlier versions have none
-    columns = [episodes[name] for name, _ in COLUMNS] if names else []
+    rows = np.column_stack([file.array(f"{EPISODES}/{name}") for name, _ in COLUMNS]) if names else None
     return Solution(
         time=time,
-        values=values,
+        values=cast(np.ndarray, LateValues(columns, len(time))),
         signals=signals,
-        peaks=peaks,
+        peaks=Peaks(*peaks),
         status=record["status"],
         ok=record["ok"],
         stats=Stats(**record["stats"]),
-        contacts=ContactLog(names, np.column_stack(columns)) if names else ContactLog(),
+        contacts=ContactLog() if rows is None else ContactLog(names, rows),
         aliases=record["aliases"],
         shapes=shape.from_json(record["shapes"]),
-        restart=restart,
+        restart={name: file.array(f"{RESTART}/{name}") for name in file.names(RESTART)},
         notes=tuple(record.get("notes", ())),  # files of before have none
         model=record["model"],
     )

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
-from flexmb.program.program import Names
-from flexmb.program.signals import hint, resolved
+from flexmb.model.signal import hint, resolved
+
+if TYPE_CHECKING:
+    from flexmb.program.program import Names
 
 SAVED_KEY = "signals"
 """Key of `Solution.model` for the chosen signals, where not all were saved."""

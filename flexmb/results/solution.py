@@ -11,10 +11,12 @@ import numpy as np
 
 from flexmb.errors import InputError
 from flexmb.model.shape import LateShapes, Shapes
-from flexmb.model.signal import Signals
-from flexmb.program.signals import hint, resolved
+from flexmb.model.signal import Signals, hint, resolved
 from flexmb.results.contact_intervals import ContactLog, Episodes, select
+from flexmb.results.conventions import long_name
+from flexmb.results.late_values import LateField, LateValues
 from flexmb.results.signal_names import SAVED_KEY
+from flexmb.results.solution_text import solution_html, solution_text
 from flexmb.results.stats import Stats
 
 if TYPE_CHECKING:
@@ -85,7 +87,7 @@ class Solution:
 
     _: KW_ONLY
     time: np.ndarray
-    values: np.ndarray
+    values: np.ndarray = LateField()  # type: ignore[assignment] # noqa: RUF009 - a descriptor is no default
     signals: Signals
     peaks: Peaks
     status: str
@@ -104,7 +106,7 @@ class Solution:
         n_s = len(self.signals)
         time = _frozen("time", self.time, (None,))
         self._set("time", time)
-        self._set("values", _frozen("values", self.values, (len(time), n_s)))
+        self._set("values", _frozen("values", vars(self)["values"], (len(time), n_s)))
         largest, when = self.peaks
         self._set("peaks", Peaks(_frozen("peaks.values", largest, (n_s,)), _frozen("peaks.times", when, (n_s,))))
         self._set("contacts", self.contacts.checked())
@@ -123,9 +125,8 @@ class Solution:
         k = self._place(name)
         units = self.signals.units[k]
         time = xr.Variable("time", self.time, {"units": "s"})
-        return xr.DataArray(
-            self.values[:, k], coords={"time": time}, dims="time", name=name, attrs={"units": units, "name": name}
-        )
+        attrs = {"units": units, "long_name": long_name(name), "name": name}
+        return xr.DataArray(self.array(name), coords={"time": time}, dims="time", name=name, attrs=attrs)
 
     def __contains__(self, name: object) -> bool:
         return isinstance(name, str) and resolved(name, self.signals, self.aliases) in self._places
@@ -143,9 +144,10 @@ class Solution:
         """All signals, with the status as attribute."""
         import xarray as xr
 
-        time = xr.Variable("time", self.time, {"units": "s"})
+        time = xr.Variable("time", self.time, {"units": "s", "long_name": "time"})
         columns = {
-            s.name: xr.Variable("time", self.values[:, k], {"units": s.units}) for k, s in enumerate(self.signals)
+            s.name: xr.Variable("time", self.array(s.name), {"units": s.units, "long_name": long_name(s.name)})
+            for s in self.signals
         }
         attrs = {"mechanism": self.name, "status": self.status, "ok": int(self.ok)}
         return xr.Dataset(columns, coords={"time": time}, attrs=attrs)
@@ -157,7 +159,9 @@ class Solution:
 
     def array(self, name: str) -> np.ndarray:
         """The signal `name` as a read-only array (n,): `sol[name].values` without the cost of labels."""
-        return self.values[:, self._place(name)]
+        place, held = self._place(name), vars(self)["values"]
+        column: np.ndarray = held.column(place) if isinstance(held, LateValues) else held[:, place]
+        return column
 
     def units(self, name: str) -> str:
         """SI unit of the signal `name`."""
@@ -190,14 +194,18 @@ class Solution:
         return save(self, path)
 
     def __repr__(self) -> str:
-        span = f"{len(self.time)} instants"
-        if len(self.time):
-            span += f", {self.time[0]:.6g} to {self.time[-1]:.6g} s"
-        parts = ", ".join(dict.fromkeys(name.split(".")[0] for name in self.names))
-        rows = (("status", self.status), ("ok", self.ok), ("saved", span), ("cost", self.stats))
-        lines = [f"Solution of {self.name!r}", *(f"  {word:8s}{value}" for word, value in rows)]
-        lines += [f"  {'note':8s}{text}" for text in self.notes]
-        return "\n".join([*lines, f"  {'signals':8s}{len(self.signals)} of {parts or 'no part'}"])
+        return solution_text(self)
+
+    def _repr_html_(self) -> str:
+        return solution_html(self)
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return [*self.names, *(self._alias(name) for name in self.names if self._alias(name) != name)]
+
+    def _alias(self, name: str) -> str:
+        """Name of a signal by the alias of its node: "rod.end.x" for "rod.node8.x"; without alias as it is."""
+        node, _, own = name.rpartition(".")
+        return next((f"{alias}.{own}" for alias, target in self.aliases.items() if target == node), name)
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
@@ -220,17 +228,19 @@ class Solution:
         return place
 
 
-def _frozen(name: str, values: Any, shape: tuple[int | None, ...]) -> np.ndarray:
-    """`values` as a read-only float array of that shape (None: any length).
+def _frozen(name: str, values: Any, shape: tuple[int | None, ...]) -> Any:
+    """`values` as a read-only float array of that shape (None: any length), late values as they are.
 
     An array that is read-only already is taken as it is: copying what a run saved would take as long as saving it.
     """
-    array: np.ndarray = values if _is_fixed(values) else np.array(values, dtype=np.float64, order="C")
-    fits = array.ndim == len(shape) and all(want in (None, n) for n, want in zip(array.shape, shape, strict=True))
+    late = isinstance(values, LateValues)
+    array: Any = values if late or _is_fixed(values) else np.array(values, dtype=np.float64, order="C")
+    fits = len(array.shape) == len(shape) and all(want in (None, n) for n, want in zip(array.shape, shape, strict=True))
     if not fits:
         wanted = ", ".join("n" if n is None else str(n) for n in shape)
         raise InputError(f"Solution: {name} has shape {array.shape}; it must have shape ({wanted}).")
-    array.flags.writeable = False
+    if not late:
+        array.flags.writeable = False
     return array
 
 

@@ -11,8 +11,8 @@ from flexmb import checks
 from flexmb.compiled import ahead
 from flexmb.errors import InputError, SolveError
 from flexmb.model.mechanism import Mechanism
+from flexmb.model.signal import hint, resolved
 from flexmb.program.compiler import compile_with_start
-from flexmb.program.signals import hint, resolved
 from flexmb.results.solution import UnknownSignalError
 from flexmb.results.stats import Stats
 from flexmb.run.run import Run
@@ -79,6 +79,9 @@ class StepState(Mapping[str, float]):
 
     def __len__(self) -> int:
         return len(self.values)
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self)
 
     def __repr__(self) -> str:
         return f"State of {self._owner!r} at t = {self.t:.6g} s, after a step of {self.h:.3g} s"

@@ -10,8 +10,8 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
+from flexmb.model.signal import hint, resolved
 from flexmb.program.program import Names
-from flexmb.program.signals import hint, resolved
 from flexmb.state.options import NEVER
 from flexmb.state.record import BUFFER_FULL, DIRECTION, DONE, RUNNING
 

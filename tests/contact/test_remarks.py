@@ -1,5 +1,6 @@
 """Remarks of contact laws at the end of a run, and their way into files and summaries."""
 
+import html
 import math
 import runpy
 from dataclasses import replace
@@ -94,7 +95,8 @@ def test_notes_in_files_and_summaries(tmp_path):
     sol = run(hertz(), speed=2.0 * LOVE, mass=1e-3, t_end=6e-3)
     assert len(sol.notes) == 1
     assert fm.load(sol.to_netcdf(tmp_path / "a.nc")).notes == sol.notes
-    assert sol.notes[0] in repr(sol)
+    assert "1 note in sol.notes" in repr(sol)
+    assert html.escape(sol.notes[0]) in sol._repr_html_()
     ball = fm.RigidBody("ball0", (0.0, 0.0), 1.0, 1.0)
     assert f"note                  {sol.notes[0]}" in summary.table(fm.Mechanism("thrown", [ball]), sol)
 

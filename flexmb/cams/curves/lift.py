@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from flexmb import checks
+from flexmb.display.shown import Shown
 from flexmb.errors import InputError
 
 ORDERS = 5
@@ -23,7 +24,7 @@ LAWS = ("cycloidal", *POLYNOMIALS, "harmonic")
 
 
 @dataclass(frozen=True)
-class Lift(checks.Checked):
+class Lift(checks.Checked, Shown):
     """Lift of a follower over the cam angle: stations, joined by a law of rise and fall.
 
     Parameters

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from flexmb import checks
+from flexmb.display.shown import Shown
 from flexmb.errors import InputError
 
 CIRCLE_POINTS = 72
@@ -13,7 +14,7 @@ CIRCLE_POINTS = 72
 
 
 @dataclass(frozen=True)
-class Line(checks.Checked):
+class Line(checks.Checked, Shown):
     """Straight segment, e.g. the face of a flat follower.
 
     Parameters
@@ -52,7 +53,7 @@ class Line(checks.Checked):
 
 
 @dataclass(frozen=True)
-class Circle(checks.Checked):
+class Circle(checks.Checked, Shown):
     """Circle, e.g. a roller or a pin.
 
     Parameters

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from flexmb.display import html
+from flexmb.display.text import cut
 from flexmb.dynamics.exponents.exponent_error import error_of, outgrown
 from flexmb.dynamics.sections.section_signals import SectionSignals
 from flexmb.dynamics.verdict.verdict import Verdict
@@ -16,6 +18,8 @@ FEWEST = 50
 """Smallest number of periods (iterations, crossings, intervals) for an estimate."""
 SETTLING = 10
 """Points after the skipped ones for each point that is not counted, while tangent vectors turn to their directions."""
+SHOWN = 4
+"""Number of exponents at most in a text."""
 ERRORS = ("errors", "statistical")
 """Names of the fields of `Exponents` that hold errors."""
 
@@ -56,6 +60,9 @@ class Confirmed:
     def error(self) -> float:
         """Error of the largest exponent [unit of the first run]."""
         return float(self.errors[0])
+
+    def __repr__(self) -> str:
+        return str(self)
 
     def __str__(self) -> str:
         listed = ", ".join(f"{v:.4g} +/- {e:.1g}" for v, e in zip(self.spectrum, self.errors, strict=True))
@@ -192,6 +199,22 @@ class Exponents:
             second = replace(second, spectrum=T * second.spectrum, errors=T * second.errors)
         scaled = {name: T * getattr(self, name) for name in names}
         return replace(self, **scaled, confirmed=second, unit="1/period")
+
+    def __repr__(self) -> str:
+        values = zip(self.spectrum[:SHOWN], self.errors, strict=False)
+        more = f", and {len(self.spectrum) - SHOWN} more" if len(self.spectrum) > SHOWN else ""
+        shown = ", ".join(f"{v:.4g} +- {e:.2g}" for v, e in values)
+        verdict = "no verdict" if self.verdict is None else str(self.verdict)
+        return cut(f"Exponents of {self.name!r}: {shown or 'none'}{more} {self.unit}; {verdict}. {self.status}", 3)
+
+    def _repr_html_(self) -> str:
+        second = () if self.confirmed is None else self.confirmed.spectrum
+        again = [f"{value:.4g}" for value in second] + [""] * (len(self.spectrum) - len(second))
+        values = zip(self.spectrum, self.errors, again, strict=True)
+        rows = [(k, f"{v:.4g}", f"{e:.2g}", other) for k, (v, e, other) in enumerate(values, 1)]
+        head = ("exponent", f"value [{self.unit}]", "error", "second run")
+        reason = "" if self.verdict is None else html.texts([f"{self.verdict}: {self.verdict.reason}"])
+        return html.page(f"Exponents of {self.name!r}", self.status, html.table(rows, head), reason)
 
     def __str__(self) -> str:
         listed = ", ".join(f"{v:.4g} +/- {e:.1g}" for v, e in zip(self.spectrum, self.errors, strict=True))

@@ -9,6 +9,7 @@ from typing import Any, Self
 import numpy as np
 
 from flexmb import checks
+from flexmb.display.text import counted
 from flexmb.errors import InputError
 
 
@@ -34,6 +35,11 @@ class Dynamics(ABC):
     units: tuple[str, ...]
     status: str
     ok: bool
+
+    def __repr__(self) -> str:
+        ending = "" if self.ok else f"; {self.status}"
+        signals = counted(len(self.names), "signal")
+        return f"{type(self).__name__} of {self.name!r}: {signals}, at {self.time:.6g} {self.unit}{ending}"
 
     @property
     @abstractmethod

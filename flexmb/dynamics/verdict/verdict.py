@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 
 from flexmb import checks
+from flexmb.display import html
+from flexmb.display.text import cut
 from flexmb.dynamics.verdict.bands import band_count, doublings, separation, without_bands
 from flexmb.dynamics.verdict.columns import SEPARATE, Columns, columns_of, points_of
 from flexmb.dynamics.verdict.cycles import find_approach, find_cycle, longest_cycle
@@ -66,6 +68,13 @@ class Verdict:
 
     def __str__(self) -> str:
         return f"periodic-{self.k}" if self.kind == "periodic" else self.kind
+
+    def __repr__(self) -> str:
+        return cut(f"Verdict: {self}. {self.reason}", 3)
+
+    def _repr_html_(self) -> str:
+        rows = [(name, f"{value:.6g}") for name, value in self.evidence.items()]
+        return html.page(f"Verdict: {self}", self.reason, html.folded("evidence", html.table(rows)))
 
     def __reduce__(self) -> tuple[Any, ...]:  # a mapping proxy cannot be pickled
         return type(self), (self.kind, self.reason, self.k, dict(self.evidence))

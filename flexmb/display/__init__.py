@@ -1,0 +1,1 @@
+"""Display of objects: short texts, and HTML tables for notebooks."""

@@ -1,0 +1,68 @@
+"""HTML of objects for notebooks: small tables, escaped, without colours of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from html import escape
+
+CELL = "text-align: left; padding: 0.1em 0.8em 0.1em 0"
+FAINT = "opacity: 0.7"
+"""Styles; lines and texts have the colour of the page, so they suit light and dark ones."""
+
+MOST_ROWS = 60
+"""Largest number of rows of a table."""
+
+
+def page(title: str, subtitle: str = "", *blocks: str) -> str:
+    """HTML of an object.
+
+    Parameters
+    ----------
+    title, subtitle : plain texts.
+    *blocks : HTML below them, from `table`, `texts` and `folded`.
+    """
+    head = f"<div><b>{escape(title)}</b>"
+    if subtitle:
+        head += f' <span style="{FAINT}">{escape(subtitle)}</span>'
+    return f"{head}</div>{''.join(blocks)}"
+
+
+def table(rows: Iterable[Sequence[object]], head: Sequence[str] = ()) -> str:
+    """HTML of a table; empty without rows.
+
+    Parameters
+    ----------
+    rows : cells, shown as plain texts.
+    head : heads of the columns.
+    """
+    cells = [[escape(str(cell)) for cell in row] for row in rows]
+    if not cells:
+        return ""
+    more = len(cells) - MOST_ROWS
+    lines = [_row("td", row) for row in cells[:MOST_ROWS]]
+    if more > 0:
+        lines.append(_row("td", [f"... {more} more"]))
+    top = f"<thead>{_row('th', [escape(text) for text in head])}</thead>" if head else ""
+    return f'<table style="border-collapse: collapse">{top}<tbody>{"".join(lines)}</tbody></table>'
+
+
+def _row(kind: str, cells: Sequence[str]) -> str:
+    begin, end = f'<{kind} style="{CELL}">', f"</{kind}>"
+    return f"<tr>{''.join(begin + cell + end for cell in cells)}</tr>"
+
+
+def texts(lines: Iterable[str]) -> str:
+    """HTML of plain sentences, each as an entry of a list; empty without any."""
+    entries = "".join(f"<li>{escape(line)}</li>" for line in lines)
+    return f"<ul>{entries}</ul>" if entries else ""
+
+
+def folded(summary: str, content: str) -> str:
+    """HTML of a block that opens on a click; empty without content.
+
+    Parameters
+    ----------
+    summary : plain text that is always visible.
+    content : HTML that is hidden at first.
+    """
+    return f"<details><summary>{escape(summary)}</summary>{content}</details>" if content else ""

@@ -1,0 +1,154 @@
+"""Short texts of values and of records."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import MISSING, Field, fields, is_dataclass
+from typing import Any
+
+import numpy as np
+
+WIDTH = 110
+"""Largest length of a line."""
+
+LINES = 3
+"""Largest number of lines of a record."""
+
+LISTED = 6
+"""Largest number of values of a list that is shown; a longer one is shown by its length."""
+
+LONGEST_LIST = 60
+"""Largest length of a list that is shown."""
+
+
+def number_text(value: float) -> str:
+    """A number with 8 digits at most: "0.3" for 0.30000000000000004, "104.71976" for 1000 revolutions a minute."""
+    return f"{value:.8g}"
+
+
+def value_text(value: Any, *, nested: bool = True) -> str:
+    """Short text of a field of a record.
+
+    Parameters
+    ----------
+    value : the field.
+    nested : whether the fields of records in it are shown; else their classes alone.
+    """
+    if isinstance(value, Inside):
+        return value.text_inside(nested=nested)
+    if isinstance(value, tuple | list):
+        return _list_text([value_text(item, nested=nested) for item in value], "()")
+    if isinstance(value, Mapping):
+        return _list_text([f"{key}: {value_text(item, nested=nested)}" for key, item in value.items()], "{}")
+    if is_dataclass(value) and not isinstance(value, type) and not nested:
+        return f"{type(value).__name__}(...)"
+    return _plain_text(value)
+
+
+def _plain_text(value: Any) -> str:
+    """Short text of a value that holds no other ones."""
+    if isinstance(value, float | np.floating):
+        return number_text(float(value))
+    if isinstance(value, np.ndarray):
+        return f"array of shape {value.shape}"
+    return str(getattr(value, "__name__", None) or repr(value))
+
+
+class Inside:
+    """Base of records whose text inside of another record differs from their own."""
+
+    def text_inside(self, *, nested: bool) -> str:
+        """Text of the record as a field of another one.
+
+        Parameters
+        ----------
+        nested : whether its fields are shown.
+        """
+        return " ".join(repr(self).split()) if nested else f"{type(self).__name__}(...)"
+
+
+def _list_text(texts: Sequence[str], ends: str) -> str:
+    """Texts with commas between brackets; their number where they are too many or too long."""
+    text = f"{ends[0]}{', '.join(texts)}{',' if len(texts) == 1 and ends == '()' else ''}{ends[1]}"
+    return text if len(texts) <= LISTED and len(text) <= LONGEST_LIST else f"({len(texts)} values)"
+
+
+def given_fields(record: Any) -> dict[str, Any]:
+    """Fields of a record that differ from their defaults, by name; without hidden ones.
+
+    Parameters
+    ----------
+    record : a dataclass instance.
+    """
+    shown = (field for field in fields(record) if field.repr and field.init)
+    values = {field.name: (field, getattr(record, field.name)) for field in shown}
+    return {name: value for name, (field, value) in values.items() if not _is_default(field, value)}
+
+
+def _is_default(field: Field[Any], value: Any) -> bool:
+    if field.default_factory is not MISSING:
+        default = field.default_factory()
+    elif field.default is not MISSING:
+        default = field.default
+    else:
+        return False
+    if value is default:
+        return True
+    arrays = isinstance(value, np.ndarray) or isinstance(default, np.ndarray)
+    return bool(np.array_equal(value, default) if arrays else value == default)
+
+
+def record_text(record: Any) -> str:
+    """Class, name and fields that differ from their defaults, in three lines at most.
+
+    Parameters
+    ----------
+    record : a dataclass instance.
+    """
+    given, text = given_fields(record), ""
+    for nested in (True, False):
+        entries = [_entry(name, value, nested=nested) for name, value in given.items()]
+        text = f"{type(record).__name__}({', '.join(entries)})"
+        if len(wrapped := cut(text, 2 * LINES, indent="    ").splitlines()) <= LINES:
+            return "\n".join(wrapped)
+    return cut(text, LINES, indent="    ")
+
+
+def _entry(name: str, value: Any, *, nested: bool) -> str:
+    text = value_text(value, nested=nested)
+    return text if name == "name" else f"{name}={text}"
+
+
+def cut(text: str, lines: int = 1, indent: str = "  ") -> str:
+    """A text wrapped to lines of 110 characters, the last of which ends with "..." where there is more.
+
+    Parameters
+    ----------
+    text : the text.
+    lines : largest number of lines.
+    indent : first characters of all lines but the first one.
+    """
+    whole = textwrap.wrap(
+        text, WIDTH, subsequent_indent=indent, max_lines=lines, placeholder=" ...", break_on_hyphens=False
+    )
+    return "\n".join(whole)
+
+
+def listed(names: Iterable[str], most: int = 10) -> str:
+    """Names with commas; the first ones alone, and the number of the others, where there are more than `most`."""
+    known = list(names)
+    more = f" and {len(known) - most} more" if len(known) > most else ""
+    return ", ".join(known[:most]) + more
+
+
+def counted(number: int, noun: str) -> str:
+    """A number with its noun: "1 joint", "2 joints", "3 bodies".
+
+    Parameters
+    ----------
+    number : the number.
+    noun : the noun in the singular.
+    """
+    plural = f"{noun[:-1]}ies" if noun.endswith("y") else f"{noun}s"
+    return f"{number} {noun if number == 1 else plural}"

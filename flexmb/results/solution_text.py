@@ -1,0 +1,107 @@
+"""Text and HTML of a solution: end of the run, saved instants, main peaks, notes, cost."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from flexmb.display import html
+from flexmb.display.text import counted, cut, listed
+
+if TYPE_CHECKING:
+    from flexmb.results.solution import Solution
+
+MAIN_ENDINGS = ("torque", "normal_force", "deflection")
+"""Endings of the main signals: of drives, of joints with clearance, of flexible links."""
+
+IN_TEXT, IN_TABLE = 3, 16
+"""Number of peaks at most in a text and in a table."""
+
+
+def main_signals(sol: Solution) -> list[str]:
+    """Names of the main signals: torques, contact forces, deflections; else forces and accelerations.
+
+    Parameters
+    ----------
+    sol : the solution.
+    """
+    found = [name for ending in MAIN_ENDINGS for name in sol.names if name.endswith(f".{ending}")]
+    rest = [name for ending in ("force", "ax", "ay", "alpha") for name in sol.names if name.endswith(f".{ending}")]
+    return found or rest
+
+
+def solution_text(sol: Solution) -> str:
+    """Name and status; saved instants, signals, cost; main peaks and number of notes: three lines, five at most.
+
+    Parameters
+    ----------
+    sol : the solution.
+    """
+    parts = f"{counted(len(sol.names), 'signal')} of {counted(len(_by_part(sol)), 'part')}"
+    lines = [cut(f"Solution of {sol.name!r}: {sol.status}", 3), f"  {_saved(sol)}; {parts}; {_cost(sol)}"]
+    peaks = [f"{name} {_peak(sol, name)}" for name in _largest(sol)[:IN_TEXT]]
+    last = ["largest " + ", ".join(peaks)] if peaks else []
+    last += [counted(len(sol.notes), "note") + " in sol.notes"] if sol.notes else []
+    return "\n".join([*lines, *([cut(f"  {'; '.join(last)}")] if last else [])])
+
+
+def solution_html(sol: Solution) -> str:
+    """Table of the end of the run, the main peaks, notes, and the names of all signals on a click.
+
+    Parameters
+    ----------
+    sol : the solution.
+    """
+    rows = [("saved", _saved(sol)), ("cost", str(sol.stats))]
+    rows += [("contacts", listed(sol.contacts.names))] if sol.contacts.names else []
+    peaks = [(name, *_peak_cells(sol, name)) for name in main_signals(sol)[:IN_TABLE]]
+    signals = html.table([(owner, ", ".join(names)) for owner, names in _by_part(sol).items()])
+    return html.page(
+        f"Solution of {sol.name!r}",
+        sol.status,
+        html.table(rows),
+        html.table(peaks, ("signal", "largest absolute value", "unit", "at t [s]")),
+        html.folded(counted(len(sol.notes), "note"), html.texts(sol.notes)) if sol.notes else "",
+        html.folded(_signals(sol), signals),
+    )
+
+
+def _largest(sol: Solution) -> list[str]:
+    """The main signals, one of each kind before others."""
+    kinds: dict[str, int] = {}
+    order = []
+    for name in main_signals(sol):
+        ending = name.rpartition(".")[2]
+        kinds[ending] = kinds.get(ending, 0) + 1
+        order.append((kinds[ending], name))
+    return [name for _, name in sorted(order, key=lambda entry: entry[0])]
+
+
+def _peak(sol: Solution, name: str) -> str:
+    return f"{sol.peak(name).value:.4g} {sol.units(name)}".rstrip()
+
+
+def _peak_cells(sol: Solution, name: str) -> tuple[str, str, str]:
+    value, time = sol.peak(name)
+    return f"{value:.6g}", sol.units(name), f"{time:.6g}"
+
+
+def _saved(sol: Solution) -> str:
+    span = f", {sol.time[0]:.6g} to {sol.time[-1]:.6g} s" if len(sol.time) else ""
+    return f"{counted(len(sol.time), 'instant')}{span}"
+
+
+def _signals(sol: Solution) -> str:
+    return f"{counted(len(sol.names), 'signal')} of {listed(_by_part(sol), 5) or 'no part'}"
+
+
+def _by_part(sol: Solution) -> dict[str, list[str]]:
+    """Names of signals within their part, by the name of the part."""
+    found: dict[str, list[str]] = {}
+    for name in sol.names:
+        part, _, own = name.partition(".")
+        found.setdefault(part, []).append(own)
+    return found
+
+
+def _cost(sol: Solution) -> str:
+    return f"{counted(sol.stats.steps, 'step')} in {sol.stats.wall_time:.3g} s on the clock"
