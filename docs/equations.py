@@ -9,11 +9,14 @@ from pathlib import Path
 
 from api_docstrings import converted
 from docutils import nodes
+from docutils.utils.math import MathError
 from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx.application import Sphinx
 from sphinx.domains.math import MathDomain
 from sphinx.errors import ExtensionError
+from sphinx.util import logging
 
+LOGGER = logging.getLogger(__name__)
 THEORY = Path(__file__).with_name("theory")
 LABEL = re.compile(r"^\$\$ \((\d+\.\d+)\)$", re.MULTILINE)
 """End of an equation in a page, with its number."""
@@ -70,10 +73,19 @@ def process_docstring(app: Sphinx, what: str, name: str, thing: object, options:
         lines[:] = linked(text, labels(), ":eq:`%s`").split("\n")
 
 
+def mathml(node: nodes.Node, text: str, *, as_block: bool = False) -> str:
+    """MathML of a formula; a formula that cannot be translated is a warning with the place of `node`."""
+    try:
+        return tex2mathml(text, as_block=as_block)
+    except MathError as error:
+        LOGGER.warning("formula %r: %s", text, error, location=node)
+        return ""
+
+
 def visit_math(self, node: nodes.math) -> None:
     """Formula within a line; one that begins with an exponent, as in `mm$^2$`, gets an empty base."""
     text = node.astext()
-    self.body.append(tex2mathml("{}" + text if text.startswith(("^", "_")) else text))
+    self.body.append(mathml(node, "{}" + text if text.startswith(("^", "_")) else text))
     raise nodes.SkipNode
 
 
@@ -84,7 +96,7 @@ def visit_displaymath(self, node: nodes.math_block) -> None:
         self.body.append(f'<span class="eqno">({node["label"]})')
         self.add_permalink_ref(node, "Link to this equation")
         self.body.append("</span>")
-    self.body.append(tex2mathml(node.astext(), as_block=True) + "</div>\n")
+    self.body.append(mathml(node, node.astext(), as_block=True) + "</div>\n")
     raise nodes.SkipNode
 
 
