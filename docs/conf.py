@@ -12,15 +12,15 @@ from flexmb.version import installed_version
 project = "flexmb"
 author = "flexmb developers"
 release = installed_version()
-extensions = ["myst_parser", "sphinx.ext.autodoc", "equations"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.mathjax", "equations"]
 exclude_patterns = ["_build"]
 
 html_theme = "furo"
 html_title = f"flexmb {release}"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
-html_math_renderer = "mathml"
 html_copy_source = False
+html_show_copyright = False
 html_theme_options = {"navigation_with_keys": True}
 
 myst_enable_extensions = ["dollarmath"]

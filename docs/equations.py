@@ -1,22 +1,18 @@
-"""Equations of the site: MathML without scripts, numbered by their labels, so that docstrings can cite the numbers.
+"""Equations of the site: numbered by their labels, so that docstrings can cite the numbers; drawn by a local MathJax.
 
 An equation stands in a page as `$$ ... $$ (2.3)`. Its label is its number, on the site and wherever it is cited.
-Browsers draw MathML themselves, so that the site needs neither a network nor scripts for its formulas.
 """
 
+import importlib.util
 import re
 from pathlib import Path
 
 from api_docstrings import converted
-from docutils import nodes
-from docutils.utils.math import MathError
-from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx.application import Sphinx
 from sphinx.domains.math import MathDomain
 from sphinx.errors import ExtensionError
-from sphinx.util import logging
+from sphinx.util.fileutil import copy_asset
 
-LOGGER = logging.getLogger(__name__)
 THEORY = Path(__file__).with_name("theory")
 LABEL = re.compile(r"^\$\$ \((\d+\.\d+)\)$", re.MULTILINE)
 """End of an equation in a page, with its number."""
@@ -27,6 +23,16 @@ MENTION = re.compile(r"(?<![\w`])\((\d+\.\d+)\)")
 ANCHOR = re.compile(r'^<a id="([\w-]+)"></a>$', re.MULTILINE)
 """Target of links in a page that is read without the site, too."""
 
+
+def mathjax() -> Path:
+    """File of MathJax in the package that carries it."""
+    spec = importlib.util.find_spec("sphinx-mathjax-offline")
+    if spec is None or spec.origin is None:
+        raise ExtensionError("MathJax is missing; install the requirements of the site with pip install '.[docs]'.")
+    return Path(spec.origin).parent / "static" / "mathjax" / "tex-svg.js"
+
+
+MATHJAX = mathjax()
 BLOCK = re.compile(r"(\$\$.*?\$\$ \(\d+\.\d+\)|```.*?```|`[^`\n]*`)", re.DOTALL)
 """Text of a page in which nothing is replaced: equations and code."""
 
@@ -73,37 +79,17 @@ def process_docstring(app: Sphinx, what: str, name: str, thing: object, options:
         lines[:] = linked(text, labels(), ":eq:`%s`").split("\n")
 
 
-def mathml(node: nodes.Node, text: str, *, as_block: bool = False) -> str:
-    """MathML of a formula; a formula that cannot be translated is a warning with the place of `node`."""
-    try:
-        return tex2mathml(text, as_block=as_block)
-    except MathError as error:
-        LOGGER.warning("formula %r: %s", text, error, location=node)
-        return ""
-
-
-def visit_math(self, node: nodes.math) -> None:
-    """Formula within a line; one that begins with an exponent, as in `mm$^2$`, gets an empty base."""
-    text = node.astext()
-    self.body.append(mathml(node, "{}" + text if text.startswith(("^", "_")) else text))
-    raise nodes.SkipNode
-
-
-def visit_displaymath(self, node: nodes.math_block) -> None:
-    """Equation of its own line, with its number at the right."""
-    self.body.append(self.starttag(node, "div", CLASS="math"))
-    if node["number"]:
-        self.body.append(f'<span class="eqno">({node["label"]})')
-        self.add_permalink_ref(node, "Link to this equation")
-        self.body.append("</span>")
-    self.body.append(mathml(node, node.astext(), as_block=True) + "</div>\n")
-    raise nodes.SkipNode
+def copy_mathjax(app: Sphinx, failure: Exception | None) -> None:
+    """MathJax in the folder of the site; one file, which needs neither fonts nor a network."""
+    if failure is None and app.builder.format == "html":
+        copy_asset(MATHJAX, Path(app.outdir) / "_static")
 
 
 def setup(app: Sphinx) -> dict[str, object]:
     """Registration with Sphinx."""
     app.add_domain(LabelledEquations, override=True)
-    app.add_html_math_renderer("mathml", (visit_math, None), (visit_displaymath, None))
+    app.config.mathjax_path = MATHJAX.name
+    app.connect("build-finished", copy_mathjax)
     app.connect("source-read", link_page)
     app.connect("autodoc-process-docstring", process_docstring)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
