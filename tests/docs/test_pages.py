@@ -4,6 +4,7 @@ import contextlib
 import io
 import re
 import sys
+import types
 from pathlib import Path
 from typing import NamedTuple
 
@@ -81,8 +82,15 @@ def run_shell(text):
             assert not command or command[:2] == ["pip", "install"], line
 
 
+def module_of(page):
+    """A module for the code of a page, so that its classes can be pickled."""
+    module = types.ModuleType(f"code_of_{page.stem}")
+    sys.modules[module.__name__] = module
+    return vars(module)
+
+
 def run_page(page, folder, *, slow):
-    names = {"__name__": "__main__"}
+    names = module_of(page)
     printed = ""
     for number, block in enumerate(blocks(page)):
         if block.slow and not slow:
