@@ -8,7 +8,7 @@ export NUMBA_CACHE_DIR := $(CURDIR)/.numba_cache
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo lint warm forget test test-all fuzz speed chaos numbers table paper validation meshes wheel clean
+.PHONY: help demo lint warm forget test test-all fuzz speed chaos numbers table paper validation site gallery meshes wheel clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-10s %s\n", $$1, $$2}' Makefile
@@ -61,6 +61,14 @@ paper: $(VENV)/.installed  ## figures and tables of the study of the nine-bar me
 validation: $(VENV)/.installed-dev  ## docs/validation.md: every problem of tests/literature beside its references
 	$(BIN)/python docs/validation.py
 
+# Warnings are errors; nothing in the pages is loaded from a network.
+site: $(VENV)/.installed-docs  ## the documentation as a site, in out/site (a minute)
+	$(BIN)/python -m sphinx -n -W --keep-going -q -b html -d out/site-cache docs out/site
+	@echo "Open out/site/index.html"
+
+gallery: $(VENV)/.installed  ## pictures and numbers of docs/gallery.md: every example runs (two minutes)
+	$(BIN)/python docs/gallery_page.py
+
 meshes: $(VENV)/.installed  ## write the meshes in meshes/ anew
 	$(BIN)/python meshes/make_meshes.py --out meshes
 
@@ -88,6 +96,10 @@ $(VENV)/.installed: pyproject.toml | $(VENV)/.created
 # With [sweep], so that no test of the stores is left out.
 $(VENV)/.installed-dev: pyproject.toml | $(VENV)/.created
 	$(BIN)/python -m pip install --quiet --editable ".[dev,sweep]"
+	touch $@ $(VENV)/.installed
+
+$(VENV)/.installed-docs: pyproject.toml | $(VENV)/.created
+	$(BIN)/python -m pip install --quiet --editable ".[docs]"
 	touch $@ $(VENV)/.installed
 
 $(VENV)/.installed-bench: $(VENV)/.installed-dev

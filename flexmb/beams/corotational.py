@@ -23,6 +23,7 @@ the chord, with U, A nodal velocities and accelerations, rho = d(alpha)/dt, rho'
 so that r holds every rigid motion, and the sums of forces and moments are the rates of the momenta of r.
 Source: M. A. Crisfield, Non-linear Finite Element Analysis of Solids and Structures, vol. 1, Wiley 1991, chapter 7
 (corotational beam with averaged shallow-arch strain); the inertia terms are derived here from T.
+Equations (2.1) to (2.11) of docs/theory/beam.md; inertia: (3.1) to (3.7) of docs/theory/inertia.md.
 """
 
 import math

@@ -10,6 +10,7 @@ stiff.
 w is positive to the left of the direction of the beam, so theta is counter-clockwise.
 The elements of all beams of a model are assembled in one mesh.  This runs when a program is compiled, never inside the
 time loop.
+Equation (2.7) of docs/theory/beam.md.
 """
 
 from __future__ import annotations
@@ -72,6 +73,8 @@ class BeamMatrices:
 
         1 - xi and xi are the cubics (1, -1/L, 0, -1/L) and (0, 1/L, 1, 1/L) of the order w1, theta1, w2, theta2; a turn
         of all sections by 1 is (0, 1, L, 1).
+
+        Equations (3.8) and (3.9) of docs/theory/inertia.md.
         """
         n, L = len(self.lengths), self.lengths
         basis = np.zeros((n, 4, 4))

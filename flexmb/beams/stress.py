@@ -29,6 +29,8 @@ class BeamElements:
     def strains(self, x: np.ndarray, y: np.ndarray, theta: np.ndarray) -> np.ndarray:
         """Largest strain (instants, n) of the outer fibres of each element, axial and bending strain added.
 
+        Equation (2.12) of docs/theory/beam.md.
+
         Parameters
         ----------
         x, y, theta : (instants, n + 1) poses of the nodes [m, rad].

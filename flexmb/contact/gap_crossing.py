@@ -28,7 +28,10 @@ def crossing(h, gap0, rate0, gap1, rate1):
 
 @compiled
 def cubic(s, h, gap0, rate0, gap1, rate1):
-    """Value of the cubic Hermite interpolant at fraction s, and its derivative by s."""
+    """Value of the cubic Hermite interpolant at fraction s, and its derivative by s.
+
+    Equation (6.1) of docs/theory/events.md.
+    """
     d0, d1 = h * rate0, h * rate1
     rise = gap1 - gap0
     c2, c3 = 3.0 * rise - 2.0 * d0 - d1, d0 + d1 - 2.0 * rise

@@ -12,6 +12,8 @@ def hertz_stiffness(first: Material, second: Material, bearing_radius: float, jo
 
     K = 4 / (3 (s1 + s2)) sqrt(R1 R2 / (R1 - R2)),  s = (1 - nu^2) / E
 
+    Equation (5.6) of docs/theory/contact.md.
+
     Parameters
     ----------
     first, second : materials of bearing and journal.

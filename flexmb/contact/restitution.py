@@ -7,6 +7,7 @@ m v dv / (1 + chi v/approach) = -F d(depth).  The right side is the same in comp
 
 for any F, mass and speed.  Source: the integral is that of K. H. Hunt, F. R. E. Crossley, Coefficient of restitution
 interpreted as damping in vibroimpact, Journal of Applied Mechanics 42 (1975) 440-445, who expand it for e near 1.
+Equation (5.8) of docs/theory/contact.md.
 """
 
 import math

@@ -23,6 +23,8 @@ class Drive(Part):
     Signals: angle [rad], speed [rad/s], torque (on the second body) [N m], power [W]; of a prismatic joint travel [m],
     speed [m/s], force (on the second body) [N], power [W].
 
+    Equation (1.6) of docs/theory/equations_of_motion.md.
+
     Parameters
     ----------
     name : the drive's name.

@@ -8,6 +8,7 @@ ends of a step does the work
 which is exact for potentials of second degree.  With this rule for the forces of inertia, loads, drives and contacts
 alike, all works add up to round-off if the equations of motion hold at both ends and the mass is constant, for any
 relation between q, v and a.  The remaining terms are in docs/design.md.
+Equations (7.1), (7.3) and (7.5) of docs/theory/energy.md.
 """
 
 import math
@@ -81,6 +82,8 @@ def complete_algorithm_work(n, flow, trial, work):
 
     with the residual res of the Newmark relation (`find_newmark_residual`).  The evaluation has the first term.  The
     second is small; M (v1 - v0) is taken as the change of M v.
+
+    Equation (7.2) of docs/theory/energy.md.
     """
     for i in range(n):
         bow = trial.mean_v[i] - 0.5 * (flow.v[i] + trial.v[i])
@@ -121,7 +124,10 @@ def update_balance(tables, address, t, h, q0, v0, q1, v1, ledger, balance, memor
 
 @compiled
 def update_residual(ledger, balance):
-    """Residual: change of the stored energy, plus losses, less the works of drives and loads [J]."""
+    """Residual: change of the stored energy, plus losses, less the works of drives and loads [J].
+
+    Equation (7.4) of docs/theory/energy.md.
+    """
     stored = ledger[KINETIC] + ledger[STRAIN] + ledger[GRAVITY]
     lost = ledger[CONTACT] + ledger[FRICTION] + ledger[DAMPING] + ledger[ALGORITHM]
     ledger[RESIDUAL] = stored - balance.stored_at_start + lost - ledger[DRIVE] - ledger[LOAD]

@@ -85,6 +85,8 @@ def buckling(mechanism: Mechanism, count: int = 4) -> Buckling:
     of one's own without an energy kernel.  Springs belong to the structure.  Clearance joints are taken as ideal,
     drives are held.
 
+    Equation (8.3) of docs/theory/equilibrium.md.
+
     Parameters
     ----------
     mechanism : the structure with its loads; closed and free of stress in the reference configuration without them.

@@ -111,6 +111,8 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
     Clearance joints are replaced by ideal ones; drives hold their position.  Stiffness is that of the pose.  Gravity
     and forces count with `at` alone, since the reference configuration need not be an equilibrium.
 
+    Equation (8.2) of docs/theory/equilibrium.md.
+
     Parameters
     ----------
     mechanism : the mechanism.

@@ -117,6 +117,8 @@ def static_equilibrium(
     With `spin` the equilibrium is one in a frame that rotates at that speed, with the ground and the loads: centrifugal
     forces stretch and stiffen the bodies.  The drive of the hub has the same speed or stands still.
 
+    Equation (8.1) of docs/theory/equilibrium.md.
+
     Parameters
     ----------
     mechanism : the mechanism; every motion must be held by joints, drives, stiffness, or the loads themselves.

@@ -15,7 +15,10 @@ from flexmb.places import LOAD, LOAD_BY_LAM, SLIDING
 
 @joint_friction_kernel
 def journal_friction(p, q, lam, out, H):
-    """Pin of radius R: N = |force| + preload, slip = R (omega2 - omega1)."""
+    """Pin of radius R: N = |force| + preload, slip = R (omega2 - omega1).
+
+    Equation (1.8) of docs/theory/equations_of_motion.md.
+    """
     R, preload = p
     F = math.sqrt(lam[0] * lam[0] + lam[1] * lam[1])
     out[LOAD] = F + preload
@@ -28,7 +31,10 @@ def journal_friction(p, q, lam, out, H):
 
 @joint_friction_kernel
 def guide_friction(p, q, lam, out, H):
-    """Slider of length l: N = |F/2 + M/l| + |F/2 - M/l| + preload, slip = rate of its travel."""
+    """Slider of length l: N = |F/2 + M/l| + |F/2 - M/l| + preload, slip = rate of its travel.
+
+    Equation (1.9) of docs/theory/equations_of_motion.md.
+    """
     ux, uy, s1x, s1y, s2x, s2y, length, preload = p
     across, couple = abs(lam[0]), 2.0 * abs(lam[1]) / length
     if across >= couple:

@@ -27,6 +27,8 @@ def journal_gap_kernel(p, q, v, out):
     """Journal in a bearing: e = journal centre - bearing centre, gap = c - |e|, normal n = e/|e|.
 
     The contact point lies at R1 + depth/2 from the bearing's centre, so both bodies are pushed at one point.
+
+    Equations (5.1) and (5.2) of docs/theory/contact.md.
     """
     c, R1, s1x, s1y, s2x, s2y = p
     c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])

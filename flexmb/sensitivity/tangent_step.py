@@ -16,6 +16,7 @@ time have tau times their rates as additional terms.
 
 Sources: C. W. Gear, B. Leimkuhler, G. K. Gupta, J. Comput. Appl. Math. 12-13 (1985) 77-90 (the form of the
 constraints); P. Muller, Chaos, Solitons and Fractals 5 (1995) 1671-1681 (jumps of forces).
+Equations (9.1) to (9.3) of docs/theory/exponents.md.
 """
 
 from typing import Any

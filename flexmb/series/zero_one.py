@@ -55,6 +55,8 @@ def zero_one_test(signal: Any, *, thin: int | None = None, count: int = 100, see
     sample is used, with s a quarter of the mean period (rounded, at least 1).  Intermittent and banded chaos needs
     records much longer than the laminar phases.
 
+    Equations (9.10) and (9.11) of docs/theory/exponents.md.
+
     Parameters
     ----------
     signal : samples (n,), evenly spaced; their interval does not matter.

@@ -164,6 +164,8 @@ def rigid_velocities(
     Declared velocities hold exactly; `AssemblyError` if joints forbid them.  Joints named in `soft` (with clearance, or
     elastic) yield to declared velocities, so that a journal can be thrown into its bearing.  v = B w + d, with rigid
     motions B w and the remainder d of declared fields.
+
+    Equation (1.10) of docs/theory/equations_of_motion.md.
     """
     system, rigid = system or StateEvaluation(closed), RigidMotion(closed)
     B = rigid.plain_basis(q)
@@ -266,6 +268,8 @@ def accelerations(
     """Accelerations (n_q,) and multipliers (n_c,): M a + G^T lam = -r(q, v, 0), G a = gamma.
 
     z : history (n_z,) at this state, None: that at the start;  system : evaluation of the program, None: a new one
+
+    Equation (1.11) of docs/theory/equations_of_motion.md.
     """
     system, lam = system or StateEvaluation(program), np.zeros(program.n_c)
     system.at(q, v, t=t, z=z, weights=(0.0, 0.0, 1.0))

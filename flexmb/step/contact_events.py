@@ -91,7 +91,10 @@ def step_across_jump(arrival, step):
 
 @compiled
 def predicted_onset(tables, c, flow):
-    """Time until the open contact c closes [s], and its approach speed [m/s]; (inf, 0) if it does not close."""
+    """Time until the open contact c closes [s], and its approach speed [m/s]; (inf, 0) if it does not close.
+
+    Equation (6.3) of docs/theory/events.md.
+    """
     k = tables.contacts.z[c, COMMON_Z]
     gap, rate, gap_acceleration = flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE], flow.impacts[c, GAP_ACCELERATION]
     square = rate * rate - 2.0 * gap_acceleration * gap
@@ -239,6 +242,8 @@ def impact_step(tables, address, c, h, speed, gap, rate, options, flow, trial, w
     The force is taken as a power of the depth.  A trial whose gap rate has changed its sign is far too long, and its
     depth says nothing; the effective mass of the contact then follows from force and change of rate.  `rate` is the gap
     rate without the effect of other forces, whose gap acceleration is that of the free flight before.
+
+    Equation (6.5) of docs/theory/events.md.
     """
     depth = -gap
     N = normal_force(tables, address, c, -depth, -speed, flow, work)
@@ -260,6 +265,8 @@ def impact_duration(alone, speed, gap_acceleration):
 
     The limit without contact stiffness is 2 speed / gap_acceleration.  Between both limits, for a linear spring with
     gap_acceleration = omega speed, the exact duration is (pi/2)/omega; this interpolation gives 1.52/omega.
+
+    Equation (6.6) of docs/theory/events.md.
     """
     if gap_acceleration <= 0.0:
         return alone
@@ -268,7 +275,10 @@ def impact_duration(alone, speed, gap_acceleration):
 
 @compiled
 def force_exponent(tables, address, c, depth, speed, N, flow, work):
-    """Exponent of the normal force of contact c near a depth, limited to 1 ... 3."""
+    """Exponent of the normal force of contact c near a depth, limited to 1 ... 3.
+
+    Equation (6.4) of docs/theory/events.md.
+    """
     double = normal_force(tables, address, c, -2.0 * depth, -speed, flow, work)
     return min(max(math.log(max(double / N, 1.0)) / math.log(2.0), 1.0), 3.0)
 

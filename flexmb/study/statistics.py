@@ -25,6 +25,8 @@ ALIKE = 0.05
 class Mean:
     """Mean of a quantity over successive turns.
 
+    Equation (10.2) of docs/theory/statistics.md.
+
     Parameters
     ----------
     value : mean [unit of the quantity].
@@ -70,6 +72,8 @@ def correlation_time(values: np.ndarray) -> float:
     The correlation time is 1 + 2 sum of the autocorrelations.  Autocorrelations of lag k carry the factor n/(n - k).
     The sum ends at the first pair of lags with a negative sum.
     Source: C. J. Geyer, Statistical Science 7 (1992) 473.
+
+    Equation (10.1) of docs/theory/statistics.md.
 
     Parameters
     ----------
@@ -137,6 +141,8 @@ def compare(first: Mean, second: Mean) -> Comparison:
 
     The interval holds the difference with the probability `COVERAGE`: B. L. Welch, Biometrika 34 (1947) 28, with
     effective numbers of turns.  The interval of the ratio is the interval of the difference of the logarithms.
+
+    Equation (10.4) of docs/theory/statistics.md.
 
     Parameters
     ----------

@@ -1,6 +1,7 @@
 """Evaluation of constraints: residuals, Jacobian G, constraint forces, friction in joints.
 
 With the direction J of sliding (slip = J v), N(lam) and T of the friction law: r = -T J.
+Equations (1.1), (1.2) and (1.7) of docs/theory/equations_of_motion.md.
 """
 
 from flexmb.compiled.views import matrix_view, part_of

@@ -4,6 +4,7 @@ With n from the second surface into the first, t = (-n_y, n_x), arms a1, a2 from
     J_n = (n, n.(k x a1), -n, -n.(k x a2)),  gap_rate = J_n v
     J_t = (-t, -t.(k x a1), t, t.(k x a2)),  slip = J_t v
     r = -(N J_n + T J_t)
+Equations (5.3) and (5.4) of docs/theory/contact.md.
 """
 
 from flexmb.compiled.views import part_of

@@ -24,6 +24,8 @@ def lugre_kernel(p, h, slip, N, z, z_new):
 
     From z_new = z + h (slip - sigma0 |slip| z_new/(g N)) follows z_new = (z + h slip) g N/(g N + h sigma0 |slip|).
     Quotients are formed so that each stays finite however small N is.
+
+    Equations (5.15) and (5.16) of docs/theory/contact.md.
     """
     mu_s, mu_k, vs, sigma0, sigma1, sigma2 = p
     if N < 1e-200:
@@ -66,6 +68,8 @@ class LuGre(FrictionLaw):
     z' = slip - sigma_0 |slip| z / (g N),  g = mu_k + (mu_s - mu_k) exp(-(slip/v_s)^2),
     T = -[sigma_0 z + N (sigma_1 exp(-(slip/v_s)^2) z' + sigma_2 slip)],
     z [m] is the deflection of the bristles and the history of the law.
+
+    Equations (5.15) and (5.17) of docs/theory/contact.md.
 
     Parameters
     ----------

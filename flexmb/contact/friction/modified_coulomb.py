@@ -28,6 +28,8 @@ def modified_coulomb_kernel(p, h, slip, N, z, z_new):
 class ModifiedCoulomb(FrictionLaw):
     """Coulomb friction that rises from nothing at the slip speed v0 to mu N at v1.
 
+    Equation (5.13) of docs/theory/contact.md.
+
     Parameters
     ----------
     coefficient : mu >= 0.

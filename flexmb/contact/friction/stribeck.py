@@ -31,6 +31,8 @@ class Stribeck(FrictionLaw):
 
     T = -N {[mu_k + (mu_s - mu_k) exp(-|slip/v_s|^n)] tanh(slip/v0) + c slip}.
 
+    Equation (5.14) of docs/theory/contact.md.
+
     Parameters
     ----------
     static : mu_s >= mu_k.

@@ -1,6 +1,7 @@
 """Base of the normal laws of a cylinder in a cylindrical hollow, depth = sigma f ln(A/f), and their kernel.
 
 f = N/L is the force a length, sigma = (1 - nu1^2)/(pi E1) + (1 - nu2^2)/(pi E2).  The laws differ in A alone.
+Equation (5.12) of docs/theory/contact.md.
 """
 
 from __future__ import annotations

@@ -44,6 +44,8 @@ class HysteresisLaw(DampedElasticLaw):
 
     N = K depth^n (1 + chi depth_rate/w), cut at zero, so the surfaces never pull.
 
+    Equation (5.5) of docs/theory/contact.md.
+
     Parameters
     ----------
     stiffness : K [N/m^n], > 0; None with `materials`: Hertz, from the radii of the joint.

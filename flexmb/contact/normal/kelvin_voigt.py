@@ -39,6 +39,8 @@ def kelvin_voigt_kernel(p, h, gap, gap_rate, z, z_new):
 class KelvinVoigt(NormalLaw):
     """Linear spring beside a linear damper, N = K depth + C depth_rate, cut at zero so that it never pulls.
 
+    Equation (5.10) of docs/theory/contact.md.
+
     Parameters
     ----------
     stiffness : K [N/m], > 0.
@@ -98,6 +100,8 @@ class KelvinVoigt(NormalLaw):
 
         With zeta = C/(2 sqrt(K m)) = cos(theta), the force falls to zero at the angle 2 theta and from there on the
         bodies fly apart: e = exp(-2 theta cot(theta)); for zeta = cosh(theta) > 1, e = exp(-2 theta coth(theta)).
+
+        Equation (5.11) of docs/theory/contact.md.
         """
         m = checks.positive("KelvinVoigt", "mass", mass, "kg")
         if self.ramp > 0.0:

@@ -59,6 +59,8 @@ def block_error(logs: np.ndarray, times: np.ndarray) -> float:
     variance
     by (1 + r) / (1 - r), the factor for correlations that decay as r^k.
 
+    Equation (9.5) of docs/theory/exponents.md.
+
     Parameters
     ----------
     logs, times : see `error_of`.
@@ -82,6 +84,8 @@ def combined(values: np.ndarray, errors: np.ndarray, others: np.ndarray, other_e
     sqrt(s^2 + e^2), with the error s of the record and the difference e = |l - l'| of both runs.  e counts only if it
     exceeds twice the errors of both, sqrt(s^2 + s'^2): fluctuations of the second run are no error of the first one.
 
+    Equation (9.6) of docs/theory/exponents.md.
+
     Parameters
     ----------
     values, errors : exponents l and errors s of the first run.
@@ -99,6 +103,8 @@ def outgrown(value: float, span: float) -> float:
     Every period of the motion adds round-off, which grows to the size of the motion, by a factor 1/eps, within `span`
     at
     the soonest.  An exponent above log(1/eps) / span therefore contradicts the motion.
+
+    Equation (9.7) of docs/theory/exponents.md.
 
     Parameters
     ----------

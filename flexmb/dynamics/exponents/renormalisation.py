@@ -2,6 +2,7 @@
 
 `exponents_of` holds the loop over the points, `growth_to_next_point` the loop between two points.  Both serve tangent
 vectors (`TangentVectors`) and pairs of trajectories (`benettin.TrajectoryPair`).
+Equation (9.4) of docs/theory/exponents.md.
 """
 
 from __future__ import annotations

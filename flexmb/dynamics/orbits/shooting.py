@@ -1,4 +1,7 @@
-"""Multiple shooting: the motion over a period in segments, its gaps, and their derivatives by the start values."""
+"""Multiple shooting: the motion over a period in segments, its gaps, and their derivatives by the start values.
+
+Equation (9.12) of docs/theory/exponents.md.
+"""
 
 from __future__ import annotations
 
@@ -52,7 +55,10 @@ class ShootingRun:
 
     @property
     def monodromy(self) -> np.ndarray:
-        """Derivative (d, d) of the state after the period by the state before."""
+        """Derivative (d, d) of the state after the period by the state before.
+
+        Equation (9.13) of docs/theory/exponents.md.
+        """
         whole = np.eye(self.slopes.shape[1])
         for A in self.slopes:
             whole = A @ whole

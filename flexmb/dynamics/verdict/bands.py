@@ -81,6 +81,8 @@ def separation(z: np.ndarray, bands: int) -> float:
     arbitrary
     points, or part within one step (noise, or too few points for so many dimensions).
 
+    Equation (9.9) of docs/theory/exponents.md.
+
     Parameters
     ----------
     z : points (n, m) of unit spread.

@@ -128,6 +128,8 @@ def judge(
     A signal that is zero at the section up to round-off (a velocity at a dead centre) can be distinguished from a
     small motion only by `units` or `sizes`.
 
+    Equation (9.8) of docs/theory/exponents.md: the tolerance of a cycle.
+
     Parameters
     ----------
     points : successive points (n, m) of a stroboscopic or other section, of all signals, without the known transient;

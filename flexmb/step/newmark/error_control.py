@@ -26,6 +26,8 @@ def velocity_constant(scheme):
 
     By the recurrence of x, x is the acceleration a at a time (alpha_m - alpha_f) h later, up to e h^2 a''.  The error
     is the difference between (1 - gamma) x0 + gamma x1 and the mean of a over the step.
+
+    Equations (4.12) and (4.13) of docs/theory/integrators.md.
     """
     am, af = scheme.alpha_m, scheme.alpha_f
     delta = am - af
@@ -44,6 +46,8 @@ def error_ratio(tables, h, ratio, scheme, options, flow, trial):
 
     In free flight positions count more (`StepControl.flight_weight`): their errors add up, and decide the place of the
     next impact.
+
+    Equations (4.11) and (4.12) of docs/theory/integrators.md.
     """
     h0 = flow.clock.last_step
     of_q = h * h * max(abs(scheme.beta - 1.0 / 6.0), 0.05) / options.error
@@ -121,7 +125,10 @@ def largest_speed(n, options, flow, trial):
 
 @compiled
 def growth_factor(error):
-    """Allowed step over the present one, by the error over the accepted error; of third order."""
+    """Allowed step over the present one, by the error over the accepted error; of third order.
+
+    Equation (4.14) of docs/theory/integrators.md.
+    """
     return min(max(SAFETY * max(error, 1e-12) ** (-1.0 / 3.0), 0.2), 2.0)
 
 

@@ -95,6 +95,8 @@ def implicit_step(tables, address, lu, h, ratio, scheme, options, flow, trial, w
     The iteration is a modified Newton iteration: while factors of an earlier matrix are reused, residuals alone are
     evaluated.  The last expected evaluation includes the energies, so that the accepted state needs no further one.
     record.count.evaluated says how much of the trial state is evaluated at the end.
+
+    Equations (4.1), (4.2), (4.7) and (4.9) of docs/theory/integrators.md.
     """
     n, m = tables.sizes.n_q, tables.sizes.n_c
     t, newton, report = flow.clock.t + h, trial.newton, record.report
@@ -140,6 +142,8 @@ def newmark_coefficients(h, scheme):
     """Derivatives kv, kx, ka of velocities, auxiliary and true accelerations by the coordinates at the end of a step.
 
     kv = gamma/(beta h) [1/s],   kx = 1/(beta h^2) [1/s^2],   ka = (1 - alpha_m)/(1 - alpha_f) kx [1/s^2].
+
+    Equation (4.8) of docs/theory/integrators.md.
     """
     kx = 1.0 / (scheme.beta * h * h)
     return scheme.gamma / (scheme.beta * h), kx, (1.0 - scheme.alpha_m) / (1.0 - scheme.alpha_f) * kx

@@ -28,6 +28,8 @@ class Newmark(Method):
     both are of second order.  When the step changes, x is carried over as a + ratio (x - a), which keeps the order of
     the motion; joint forces fall to first order where the step changes all the time and nothing dissipates (radius 1).
 
+    Equations (4.1), (4.2) and (4.6) of docs/theory/integrators.md.
+
     Parameters
     ----------
     alpha_m, alpha_f : weights of the averages of accelerations.
@@ -67,6 +69,8 @@ class Newmark(Method):
         x stands for the acceleration at a time Delta h later, Delta = alpha_m - alpha_f.  With x0 = a0 the multipliers
         would begin with an error of first order.  x0 = a0 + Delta (a1 - a0) turns the method into a plain Newmark step
         with gamma = 1/2, beta = (1 + Delta^2)/4, whatever its own numbers; after it x = a1 + Delta (a1 - a0).
+
+        Equations (4.4) and (4.5) of docs/theory/integrators.md.
         """
         delta = self.alpha_m - self.alpha_f
         return replace(self, alpha_m=0.0, alpha_f=0.0, beta=0.25 * (1.0 + delta * delta), gamma=0.5)
@@ -108,6 +112,8 @@ class Newmark(Method):
     @classmethod
     def generalised_alpha(cls, radius: float = 0.8, constraints: str = "gear-gupta-leimkuhler") -> Newmark:
         """Chung and Hulbert: least dissipation at low frequencies for a given spectral radius at infinity.
+
+        Equation (4.3) of docs/theory/integrators.md.
 
         Parameters
         ----------

@@ -78,6 +78,8 @@ def apply_correction(tables, h, kv, kx, ka, fraction, options, trial, record):
 
     The size is the largest over all nodes, of displacements [m] and of rotations [rad], shift included.  Tolerances
     are `options.tolerance` times h^2 times the largest acceleration, plus the round-off of the coordinates.
+
+    Equation (4.10) of docs/theory/integrators.md.
     """
     n, m, report = tables.sizes.n_q, tables.sizes.n_c, record.report
     way, turn, shift_x, shift_t, fast_x, fast_t, total = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0

@@ -74,6 +74,8 @@ def radau_step(tables, address, lu, h, options, flow, trial, work, record, R):
 
         r(t_i, Q_i, V_i, A_i) + G^T lam_i = 0,   G V_i + g_t = 0,
         V_i = v0 + h sum_j a_ij A_j,   Q_i = q0 + h sum_j a_ij V_j.
+
+    Equations (4.15) and (4.16) of docs/theory/integrators.md.
     """
     code = NEWTON_FAILED
     for attempt in range(2):
@@ -107,6 +109,8 @@ def factor_matrices(tables, address, lu, h, flow, trial, work, record, R):
     """Factor [[K + s C + s^2 M, G^T], [G, 0]] at the middle stage for both eigenvalues s of D/h.
 
     G and G^T stand in the real and in the imaginary part of the complex matrix: there they are multiplied by 1 + i.
+
+    Equation (4.17) of docs/theory/integrators.md.
     """
     n, past = tables.sizes.n_q, C[MIDDLE] * h
     t, Q, V, A, L = flow.clock.t + past, R.Q[MIDDLE], R.V[MIDDLE], R.A[MIDDLE], R.L[MIDDLE]
@@ -339,6 +343,8 @@ def radau_error(tables, address, lu, h, options, flow, trial, work, R):
     x = (f0 + sum ESTIMATE_i Z_i/h)/s is the difference to a formula of third order.  (K + s C + s^2 M)^-1 s^2 M x keeps
     its components that are not stiff and satisfy the constraints.  Positions and velocities count as in
     `newmark.error_control.error_ratio`.
+
+    Equation (4.18) of docs/theory/integrators.md.
     """
     n, m, s = tables.sizes.n_q, tables.sizes.n_c, REAL / h
     for i in range(n):
