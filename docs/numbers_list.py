@@ -420,7 +420,7 @@ def _left_out() -> dict[str, str]:
         dynamics.systems.mechanism_scales.ONSET dynamics.basins.attractors.LOST
         dynamics.basins.attractors.UNDECIDED
         program.signals.CONTACT_PENETRATION program.tables.CONTACT_COMMON
-        program.tables.NO_FACTOR program.tables.FIRST_OUTPUT
+        program.tables.NO_FACTOR program.tables.FIRST_OUTPUT system.outputs.FRICTION_ALONE
     decides a remark or a refusal, and no number of a run: run.watch.DEEP run.watch.THROUGH run.watch.LEAST_STEPS run.watch.SHARE
         run.watch.LARGE_STRAIN run.watch.IMPOSSIBLE_STRAIN run.watch.MOST_NUMBERS run.watch.MOST_OF_ALL
         run.vibrations.MOST_UNKNOWNS run.vibrations.POSES run.vibrations.POSES_OF_LARGE run.vibrations.AROUND run.vibrations.LARGE

@@ -60,7 +60,7 @@ class StateEvaluation:
         *,
         t: float = 0.0,
         z: Vector | None = None,
-        weights: Sequence[float] = (0.0, 0.0, 0.0),
+        weights: Vector = (0.0, 0.0, 0.0),
     ) -> StateEvaluation:
         """Evaluate at a state (n_q,); `weights`: factors of stiffness, damping and mass in the matrix.
 

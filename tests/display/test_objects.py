@@ -200,7 +200,7 @@ def test_a_compiled_mechanism_and_a_report():
 
 def test_exponents_and_verdicts():
     henon = fm.chaos.Map(
-        lambda x, a, b: [1.0 - a * x[0] ** 2 + x[1], b * x[0]], [0.1, 0.1], parameters=dict(a=1.4, b=0.3)
+        lambda x, a, b: [1.0 - a * x[0] ** 2 + x[1], b * x[0]], [0.1, 0.1], parameters={"a": 1.4, "b": 0.3}
     )
     assert repr(henon).endswith("2 signals, at 0 iterations")
     found = fm.lyapunov(henon, skip=100, periods=500)

@@ -61,7 +61,8 @@ def test_every_constant_is_listed_or_left_out_with_a_reason(modules):
     known = {n.place for n in (*listed.READ, *listed.ELSEWHERE)} | set(listed.LEFT_OUT)
     files = [file for name in PACKAGES for file in sorted((ROOT / "flexmb" / name).rglob("*.py"))]
     found = {place for file in files if file.stem != "__init__" for place in constants_of(live, table, file)}
-    assert not found - known, "neither in docs/numbers_list.py nor left out there with a reason"
+    missing = sorted(found - known)
+    assert not missing, f"neither in docs/numbers_list.py nor left out there with a reason: {missing}"
     assert all(listed.LEFT_OUT.values())
 
 
