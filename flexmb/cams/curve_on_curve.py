@@ -12,7 +12,16 @@ from flexmb.cams.curve_kernels import CURVE
 from flexmb.cams.curves.closed_curve import ClosedCurve
 from flexmb.cams.curves.line import Circle, Line
 from flexmb.cams.line_kernels import face_place
-from flexmb.cams.packing import TOLERANCE_LENGTH, along, carrier, curve_numbers, distance, in_frame, shape, side_of
+from flexmb.cams.packing import (
+    TOLERANCE_LENGTH,
+    along,
+    carrier,
+    curve_numbers,
+    distance,
+    in_frame,
+    pair_shapes,
+    side_of,
+)
 from flexmb.cams.pair_kernels import CURVES, FACE, OPEN, ROLLER, TOUCHING
 from flexmb.errors import InputError, ModelError
 from flexmb.model.contributions import Contribution, SignalContribution, node_coordinates
@@ -163,8 +172,7 @@ class CurveOnCurve(Part):
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
         """Both curves."""
-        pairs = (self.first, self.first_curve), (self.second, self.second_curve)
-        return [shape(b.name, carrier(mechanism, b.name, self.label), c.drawing()) for b, c in pairs]
+        return pair_shapes(mechanism, self, self.first_curve, self.second_curve)
 
 
 def check_pair(part: Any) -> None:

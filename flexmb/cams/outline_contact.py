@@ -5,16 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from flexmb.cams.curves.line import Circle
 from flexmb.cams.curves.outline import Outline
 from flexmb.cams.outline_kernels import PART, PART_WITHOUT_START, WHOLE, outline_gap_kernel
-from flexmb.cams.packing import TOLERANCE_LENGTH, carrier, in_frame, shape, signed_distance
+from flexmb.cams.packing import TOLERANCE_LENGTH, carriers, in_frame, pair_shapes, signed_distance
 from flexmb.contact.friction.frictionless import Frictionless
 from flexmb.errors import InputError, ModelError
 from flexmb.joints.revolute_clearance import check_laws
-from flexmb.model.contributions import ContactContribution, Contribution, Node, node_coordinates
+from flexmb.model.contributions import ContactContribution, Contribution, Node
 from flexmb.model.law import FrictionLaw, NormalLaw
 from flexmb.model.part import Part
 from flexmb.model.shape import Shapes
@@ -63,14 +63,7 @@ class OutlineContact(Part):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.first.name == self.second.name:
-            raise ModelError(f"{self.label} joins {self.first.name!r} to itself; give two different bodies.")
-        check_laws(self)
-        for name, kind in (("outline", Outline), ("circle", Circle)):
-            if not isinstance(getattr(self, name), kind):
-                raise InputError(
-                    f"{self.label}: {name} is {getattr(self, name)!r}; it must be of the kind {kind.__name__}."
-                )
+        check_outlines(self, outline=Outline, circle=Circle)
         for k, (x, y) in enumerate(self.outline.points):
             radius = self.outline.radius(k)
             if -self.circle.radius <= radius < 0.0:
@@ -96,11 +89,7 @@ class OutlineContact(Part):
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One contact for each chain of pieces between hollow corners."""
-        nodes = [carrier(mechanism, part.name, self.label) for part in (self.first, self.second)]
-        coordinates = (
-            *node_coordinates(self.first.name, nodes[0].name),
-            *node_coordinates(self.second.name, nodes[1].name),
-        )
+        nodes, coordinates = carriers(mechanism, self)
         centre, chains = in_frame(nodes[1], self.circle.centre), self.outline.chains()
         head = TOLERANCE_LENGTH * self.outline.size, *centre, self.circle.radius
         hollow, normal = self.outline.hollow_corners(), self.normal.for_radii(math.inf, self.circle.radius)
@@ -121,8 +110,19 @@ class OutlineContact(Part):
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
         """Outline and circle."""
-        pairs = (self.first, self.outline), (self.second, self.circle)
-        return [shape(b.name, carrier(mechanism, b.name, self.label), c.drawing()) for b, c in pairs]
+        return pair_shapes(mechanism, self, self.outline, self.circle)
+
+
+def check_outlines(part: Any, **kinds: type) -> None:
+    """Check bodies and laws of a contact, and the kinds of its outlines by the names of their fields."""
+    if part.first.name == part.second.name:
+        raise ModelError(f"{part.label} joins {part.first.name!r} to itself; give two different bodies.")
+    check_laws(part)
+    for name, kind in kinds.items():
+        if not isinstance(getattr(part, name), kind):
+            raise InputError(
+                f"{part.label}: {name} is {getattr(part, name)!r}; it must be of the kind {kind.__name__}."
+            )
 
 
 def piece_numbers(outline: Outline, k: int, node: Node) -> tuple[float, ...]:

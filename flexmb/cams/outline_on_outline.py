@@ -12,13 +12,12 @@ import numpy as np
 from flexmb.cams.curves.geometry import meeting
 from flexmb.cams.curves.outline import Outline
 from flexmb.cams.curves.rounds import RoundArc, rounds
-from flexmb.cams.outline_contact import piece_numbers
-from flexmb.cams.packing import TOLERANCE_LENGTH, carrier, in_frame, shape, signed_distance
+from flexmb.cams.outline_contact import check_outlines, piece_numbers
+from flexmb.cams.packing import TOLERANCE_LENGTH, carriers, in_frame, pair_shapes, signed_distance
 from flexmb.cams.round_kernels import round_gap_kernel
 from flexmb.contact.friction.frictionless import Frictionless
 from flexmb.errors import InputError, ModelError
-from flexmb.joints.revolute_clearance import check_laws
-from flexmb.model.contributions import ContactContribution, Contribution, Node, node_coordinates
+from flexmb.model.contributions import ContactContribution, Contribution, Node
 from flexmb.model.law import FrictionLaw, NormalLaw
 from flexmb.model.part import Part
 from flexmb.model.shape import Shapes
@@ -78,9 +77,7 @@ class OutlineOnOutline(Part):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.first.name == self.second.name:
-            raise ModelError(f"{self.label} joins {self.first.name!r} to itself; give two different bodies.")
-        check_laws(self)
+        check_outlines(self, first_outline=Outline, second_outline=Outline)
         try:
             self.normal.parameters()
         except InputError as error:
@@ -88,9 +85,6 @@ class OutlineOnOutline(Part):
                 f"{self.label}: the stiffness of {type(self.normal).__name__} depends on radii, which corners have "
                 "not. Give a law with a stiffness of its own, e.g. HuntCrossley or KelvinVoigt."
             ) from error
-        for name in ("first_outline", "second_outline"):
-            if not isinstance(getattr(self, name), Outline):
-                raise InputError(f"{self.label}: {name} is {getattr(self, name)!r}; it must be an Outline.")
         count = sum(len(chains) for _, _, _, chains in self._contacts())
         if count > MOST_CONTACTS:
             raise InputError(
@@ -143,16 +137,12 @@ class OutlineOnOutline(Part):
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One contact of each round with each chain."""
-        nodes = [carrier(mechanism, part.name, self.label) for part in (self.first, self.second)]
-        coordinates = (
-            *node_coordinates(self.first.name, nodes[0].name),
-            *node_coordinates(self.second.name, nodes[1].name),
-        )
+        nodes, coordinates = carriers(mechanism, self)
         owner_is_first = _is_round(self.first_outline) and not _is_round(self.second_outline)
         size = min(self.first_outline.size, self.second_outline.size)
         found = []
         for label, is_first, arcs, chains in self._contacts():
-            own, seen = nodes if is_first else nodes[::-1]
+            own, seen = nodes if is_first else (nodes[1], nodes[0])
             outline = self.second_outline if is_first else self.first_outline
             turning = [number for arc in arcs for number in _arc_numbers(arc, own)]
             pieces = [piece_numbers(outline, k, seen) for k in range(len(outline.points))]
@@ -169,8 +159,7 @@ class OutlineOnOutline(Part):
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
         """Both outlines."""
-        pairs = (self.first, self.first_outline), (self.second, self.second_outline)
-        return [shape(b.name, carrier(mechanism, b.name, self.label), c.drawing()) for b, c in pairs]
+        return pair_shapes(mechanism, self, self.first_outline, self.second_outline)
 
 
 def _is_round(outline: Outline) -> bool:

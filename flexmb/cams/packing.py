@@ -12,8 +12,8 @@ from flexmb.cams.curves.closed_curve import SAMPLES, ClosedCurve
 from flexmb.cams.curves.geometry import sampled
 from flexmb.cams.curves.line import Circle, Line
 from flexmb.errors import ModelError
-from flexmb.model.contributions import Node
-from flexmb.model.shape import RigidShape
+from flexmb.model.contributions import Coordinate, Node, node_coordinates
+from flexmb.model.shape import RigidShape, Shapes
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -37,6 +37,18 @@ def carrier(mechanism: Mechanism, part: str, owner: str) -> Node:
             "nodes by Fixed(...)."
         )
     return nodes[0]
+
+
+def carriers(mechanism: Mechanism, pair: Any) -> tuple[tuple[Node, Node], tuple[Coordinate, ...]]:
+    """Nodes of both bodies of a pair, which carry its curves, and their coordinates x, y, theta.
+
+    Raises
+    ------
+    ModelError : a flexible body.
+    """
+    first, second = (carrier(mechanism, part.name, pair.label) for part in (pair.first, pair.second))
+    own = node_coordinates(pair.first.name, first.name)
+    return (first, second), (*own, *node_coordinates(pair.second.name, second.name))
 
 
 def in_frame(node: Node, point: tuple[float, float]) -> tuple[float, float]:
@@ -96,6 +108,13 @@ def side_of(curve: ClosedCurve, line: Line) -> float:
     x, y = sampled(curve.array, 1).mean(axis=0)
     u = along(line)
     return 1.0 if u[0] * (y - line.start[1]) - u[1] * (x - line.start[0]) >= 0.0 else -1.0
+
+
+def pair_shapes(mechanism: Mechanism, pair: Any, first: Any, second: Any) -> Shapes:
+    """Curves of both bodies of a pair, for pictures."""
+    nodes, _ = carriers(mechanism, pair)
+    drawn = (pair.first, nodes[0], first), (pair.second, nodes[1], second)
+    return [shape(body.name, node, curve.drawing()) for body, node, curve in drawn]
 
 
 def shape(part: str, node: Node, points: tuple[tuple[float, float], ...]) -> RigidShape:

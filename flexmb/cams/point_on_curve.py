@@ -10,10 +10,10 @@ from flexmb import checks
 from flexmb.cams.curve_on_curve import check_distance, check_pair
 from flexmb.cams.curves.closed_curve import ClosedCurve
 from flexmb.cams.curves.line import Circle
-from flexmb.cams.packing import TOLERANCE_LENGTH, carrier, curve_numbers, in_frame, shape
+from flexmb.cams.packing import TOLERANCE_LENGTH, carrier, carriers, curve_numbers, in_frame, shape
 from flexmb.cams.pair_kernels import ROLLER, TOUCHING
 from flexmb.errors import InputError
-from flexmb.model.contributions import Contribution, node_coordinates
+from flexmb.model.contributions import Contribution
 from flexmb.model.law import FrictionLaw, NormalLaw
 from flexmb.model.part import Part
 from flexmb.model.shape import Shapes
@@ -87,11 +87,7 @@ class PointOnCurve(Part):
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One constraint equation or one contact."""
-        nodes = [carrier(mechanism, part.name, self.label) for part in (self.first, self.second)]
-        coordinates = (
-            *node_coordinates(self.first.name, nodes[0].name),
-            *node_coordinates(self.second.name, nodes[1].name),
-        )
+        nodes, coordinates = carriers(mechanism, self)
         p = (
             TOLERANCE_LENGTH * self.curve.size,
             *in_frame(nodes[1], self.at),

@@ -22,10 +22,6 @@ if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
 
 
-JUST_TAUT = 1e-9
-"""Elongation over the distance of the points at the start that is round-off [1]."""
-
-
 @gap_kernel
 def cable_gap_kernel(p, q, v, out):
     """Slack of a cable: gap = length - |d|, n = d/|d| from the first point to the second."""
@@ -72,19 +68,22 @@ class Cable(Part):
     first, second : the bodies; `GROUND` is the frame.
     at : point of the first body in the reference configuration [m].
     to : point of the second body in the reference configuration [m].
-    length : length without tension [m], > 0; None: the distance of the points, so that the cable is just taut.
+    length : length without tension [m], > 0; with less than the distance of the points it starts under tension; None:
+        the distance, so that it is just taut.
     normal : tension over elongation; of a linear cable K = E A / length [N/m], `KelvinVoigt(K, damping)`.
 
     Raises
     ------
-    InputError : a length that is not > 0 or less than the distance of the points, an object that is no normal law, a
-        law whose stiffness depends on the radii of a joint.
+    InputError : a length that is not > 0, an object that is no normal law, a law whose stiffness depends on the radii
+        of a joint.
     ModelError : a cable from a body to itself.
 
     Notes
     -----
-    A contact does not count energy that it holds at the start, so a cable begins slack or just taut.  No mass and no
-    bending stiffness: not for sag and not for waves in long cables.
+    Static equilibrium, modes of prestressed structures and runs take the tension of the start into account.  The ledger
+    counts energy that a contact holds as dissipated until it is given back, so `energy.dissipated_contact` falls below
+    zero where tension of the start is released.  No mass and no bending stiffness: not for sag and not for waves in
+    long cables.
     """
 
     first: Part
@@ -102,22 +101,12 @@ class Cable(Part):
         check_own_stiffness(self.label, self.normal)
         if self.length is not None:
             checks.positive(self.label, "length", self.length, "m")
-            self._check_slack(self.length)
         elif planar.distance(self.at, self.to) == 0.0:
             raise InputError(
                 f"{self.label}: both points are {self.at}, so the cable needs a length. Give length= in m."
             )
         if self.first.name == self.second.name:
             raise ModelError(f"{self.label} ties {self.first.name!r} to itself; give two different bodies.")
-
-    def _check_slack(self, length: float) -> None:
-        """Refuse a cable that would be stretched at the start."""
-        apart = planar.distance(self.at, self.to)
-        if length < apart * (1.0 - JUST_TAUT):
-            raise InputError(
-                f"{self.label}: length is {length:g} m, but its points are {apart:g} m apart: it would start under "
-                "tension. Draw it slack or just taut; a SpringDamper with a free length may start stretched."
-            )
 
     def ends(self, mechanism: Mechanism) -> tuple[Attachment, Attachment]:
         """Both points of the cable on the bodies of `mechanism`."""

@@ -33,6 +33,9 @@ OTHER_MODEL_STEP = 1e-6
 ASYMMETRY_ROUND_OFF = 1e-11
 """Asymmetry of the stiffness relative to its largest entry, above which it is more than round-off."""
 
+ASYMMETRY_OF_DIFFERENCES = 1e-7
+"""The same with controllers, whose laws and measured inputs are differenced."""
+
 
 SHOWN_MODES = 6
 """Number of frequencies at most in a text."""
@@ -109,7 +112,8 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
     """Natural frequencies and modes of small motions about the reference configuration or a static equilibrium.
 
     Clearance joints are replaced by ideal ones; drives hold their position.  Stiffness is that of the pose.  Gravity
-    and forces count with `at` alone, since the reference configuration need not be an equilibrium.
+    and forces count with `at` alone, since the reference configuration need not be an equilibrium.  A controller
+    without states that acts at all times, such as a PD law, has the stiffness of its law and, if `damped`, its damping.
 
     Equation (8.2) of docs/theory/equilibrium.md.
 
@@ -141,10 +145,12 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
         raise InputError(f"modes: damped is {damped!r}; it must be True or False.")
     if at is not None and not isinstance(at, Equilibrium):
         raise InputError(f"modes: at is {at!r}; it must be what static_equilibrium(...) returns, or None.")
-    refuse_controllers(mechanism, "modes", "controlled motions are no vibrations of a conservative structure")
-    program = compile_mechanism(mechanism if at is not None else _without_dead_loads(mechanism), closed=True)
-    system = StateEvaluation(program)
     spin = Spin(at.spin, at.about) if at is not None else Spin(0.0, (0.0, 0.0))
+    reason = "motions under a controller with states of its own, or a sampled one, are no vibrations of the structure"
+    refuse_controllers(mechanism, "modes", reason, with_memory=not spin.speed)
+    resting = mechanism if at is not None else _without_dead_loads(mechanism)
+    program = compile_mechanism(resting, closed=True, controlled=True)
+    system = StateEvaluation(program)
     if at is None:
         q, lam = close_loops(program, {})[0], np.zeros(program.n_c)
     else:
@@ -162,6 +168,7 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
         s, x = np.zeros(0), np.zeros((program.n_q, 0))
     elif real:
         refuse_asymmetry(program, K)
+        K = 0.5 * (K + K.T)
         squares, x = undamped(K, M, G, rigid, left)
         s = np.where(squares < 0.0, np.sqrt(np.abs(squares)) + 0j, 1j * np.sqrt(np.abs(squares)))
     else:
@@ -216,8 +223,10 @@ def _without_dead_loads(mechanism: Mechanism) -> Mechanism:
     if not isinstance(mechanism, Mechanism):
         return mechanism  # compile says what it is
     bare = mechanism.with_({"gravity": (0.0, 0.0)})
+    controlled = {name for controller in mechanism.controllers for name in controller.control().loads}
     for part in mechanism.parts:
-        bare = bare.without_part(part.name) if isinstance(part, Force) else bare
+        dead = isinstance(part, Force) and part.name not in controlled
+        bare = bare.without_part(part.name) if dead else bare
     return bare
 
 
@@ -235,12 +244,14 @@ def refuse_asymmetry(program: Program, K: sp.csc_matrix) -> None:
     """`SolveError` for forces without a potential: their modes are complex, and may grow."""
     difference = sp.coo_array(abs(K - K.T))
     worst = int(difference.data.argmax()) if difference.nnz else -1
-    if worst < 0 or difference.data[worst] <= ASYMMETRY_ROUND_OFF * abs(K).max():
+    allowed = ASYMMETRY_OF_DIFFERENCES if len(program.tables.controls.kernel) else ASYMMETRY_ROUND_OFF
+    if worst < 0 or difference.data[worst] <= allowed * abs(K).max():
         return
     row, column = (program.names.coordinates[int(k[worst])] for k in (difference.row, difference.col))
     raise SolveError(
         f"modes: the stiffness of mechanism {program.name!r} is not symmetric between {row!r} and {column!r}, so it "
-        "has no real modes. A follower force does this: ask for modes(..., damped=True), which shows flutter as growth."
+        "has no real modes. A follower force does this, or a controller that measures elsewhere than it acts: ask for "
+        "modes(..., damped=True), which shows flutter as growth."
     )
 
 

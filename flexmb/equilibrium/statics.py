@@ -111,8 +111,9 @@ def static_equilibrium(
 ) -> Equilibrium:
     """Static equilibrium, reached from the reference configuration while all loads grow from zero.
 
-    Drives hold their position of t = 0.  Clearance joints are open unless the reference configuration presses them
-    together, so replace them by `Revolute` for statics.
+    Drives hold their position of t = 0.  A controller without states that acts at all times, such as a PD law, is a
+    spring with the force of its law at t = 0.  Clearance joints are open unless the reference configuration presses
+    them together, so replace them by `Revolute` for statics.
 
     With `spin` the equilibrium is one in a frame that rotates at that speed, with the ground and the loads: centrifugal
     forces stretch and stiffen the bodies.  The drive of the hub has the same speed or stands still.
@@ -130,7 +131,8 @@ def static_equilibrium(
     ------
     InputError : a spin with gravity, or with drives of another speed, which are not steady.
     SolveError : a motion without resistance (named), or no equilibrium found (load and coordinate named).
-    ModelError, AssemblyError : redundant joints (named), always or in the reference configuration; controllers.
+    ModelError, AssemblyError : redundant joints (named), always or in the reference configuration; controllers with
+        states or samples, or in a turning frame.
 
     Notes
     -----
@@ -147,7 +149,8 @@ def static_equilibrium(
         checks.number("static_equilibrium", "spin", spin, "rad/s"),
         checks.point("static_equilibrium", "about", about),
     )
-    refuse_controllers(mechanism, "static_equilibrium", "a controller moves what it holds until its input fits")
+    reason = "a controller with states of its own, or a sampled one, moves what it holds until its input fits"
+    refuse_controllers(mechanism, "static_equilibrium", reason, with_memory=not full.speed)
     program = compile_mechanism(mechanism)
     system = StateEvaluation(program)
     q, lam = np.array(program.reference.q), np.zeros(program.n_c)

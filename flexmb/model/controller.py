@@ -57,7 +57,7 @@ class Controller(Part):
                 raise ModelError(f"{text}. Give each a load of its own; forces on one body add up.")
 
 
-def refuse_controllers(mechanism: Mechanism, analysis: str, reason: str) -> None:
+def refuse_controllers(mechanism: Mechanism, analysis: str, reason: str, *, with_memory: bool = False) -> None:
     """Refuse an analysis of a mechanism with controllers.
 
     Parameters
@@ -65,12 +65,16 @@ def refuse_controllers(mechanism: Mechanism, analysis: str, reason: str) -> None
     mechanism : the mechanism.
     analysis : first words of the message.
     reason : reason in words.
+    with_memory : refuse controllers with states of their own and sampled ones alone; the outputs of others are
+        functions of the motion.
 
     Raises
     ------
     ModelError : the mechanism has controllers.
     """
     controllers = getattr(mechanism, "controllers", ())  # the compiler refuses what is no mechanism
+    if with_memory:
+        controllers = [part for part in controllers if part.control().states or part.control().is_sampled]
     if controllers:
         listed = ", ".join(part.label for part in controllers)
         loads = ", ".join(repr(name) for part in controllers for name in part.control().loads)

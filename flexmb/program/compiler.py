@@ -23,7 +23,7 @@ from flexmb.program.signals import aliases
 from flexmb.program.structure import numbers_of, structure_of
 
 
-def compile(mechanism: Mechanism, *, closed: bool = False, start: bool = False) -> Program:
+def compile(mechanism: Mechanism, *, closed: bool = False, start: bool = False, controlled: bool = False) -> Program:
     """Flat arrays, kernels and names of a mechanism.
 
     Parameters
@@ -31,6 +31,7 @@ def compile(mechanism: Mechanism, *, closed: bool = False, start: bool = False) 
     mechanism : the mechanism.
     closed : with the clearance joints replaced by ideal ones.
     start : with elastic joints replaced, too, for closed loops and start velocities.
+    controlled : with controls in spite of `closed`; these must have no states.
 
     Raises
     ------
@@ -39,7 +40,9 @@ def compile(mechanism: Mechanism, *, closed: bool = False, start: bool = False) 
     KernelError : a user's kernel that unpacks a wrong number of parameters, cannot be compiled or returns NaN.
     """
     with _without_collector():
-        contributions = chosen_contributions(_contributions(mechanism), closed=closed or start, start=start)
+        contributions = chosen_contributions(
+            _contributions(mechanism), closed=closed or start, start=start, controlled=controlled
+        )
         number = Numbering(mechanism, controls=not (closed or start))
         return _compiled(mechanism, contributions, number, LateShapes(mechanism.shapes))
 
@@ -156,7 +159,9 @@ def motions_of(contributions: Contributions) -> tuple[Motion, ...]:
     return tuple(motion for motion in found if motion is not None)
 
 
-def chosen_contributions(contributions: Contributions, *, closed: bool, start: bool) -> Contributions:
+def chosen_contributions(
+    contributions: Contributions, *, closed: bool, start: bool, controlled: bool = False
+) -> Contributions:
     """The contributions in motion; with ideal joints for contacts, and without controls (`closed`); for start values.
 
     Controls and their loads have no part in closed loops and start velocities.
@@ -165,9 +170,11 @@ def chosen_contributions(contributions: Contributions, *, closed: bool, start: b
     constraints = tuple(c for c in contributions.constraints if c.holds in holding)
     if not closed:
         return replace(contributions, constraints=constraints)
-    controlled = {name for control in contributions.controls for name in control.loads}
-    elements = tuple([e for e in contributions.elements if not controlled or e.part not in controlled])
-    signals = tuple([s for s in contributions.signals if not controlled or s.part not in controlled])
+    if controlled:
+        return replace(contributions, constraints=constraints, contacts=())
+    own = {name for control in contributions.controls for name in control.loads}
+    elements = tuple([e for e in contributions.elements if not own or e.part not in own])
+    signals = tuple([s for s in contributions.signals if not own or s.part not in own])
     return replace(contributions, elements=elements, constraints=constraints, contacts=(), signals=signals, controls=())
 
 

@@ -218,7 +218,7 @@ def test_wrong_pairs_are_refused():
     with pytest.raises(ModelError, match=r"the outlines overlap near"):  # no corner of one in the other
         pair((0.0, 0.0), moved(bars[1], (0.0, 0.0), -0.3), (), fm.cams.Outline(bars[0]))
     one = fm.RigidBody("one", at=(0.0, 0.0), mass=1.0, inertia=1.0)
-    with pytest.raises(InputError, match=r"second_outline is 3\.0; it must be an Outline"):
+    with pytest.raises(InputError, match=r"second_outline is 3\.0; it must be of the kind Outline"):
         fm.cams.OutlineOnOutline("pair", fm.GROUND, SHAPE, one, 3.0, normal=LAW)
     with pytest.raises(InputError, match=r"depends on radii, which corners have not"):
         pair((0.25, 0.1), normal=fm.HuntCrossley.from_materials(fm.STEEL, fm.STEEL))

@@ -5,10 +5,11 @@ import re
 
 import numpy as np
 import pytest
-from plants import arm, different, last, rotor
+from plants import ARM, ARM_INERTIA, WEIGHT, arm, different, last, rotor
+from scipy.optimize import brentq
 
 import flexmb as fm
-from flexmb.errors import InputError, KernelError, ModelError
+from flexmb.errors import InputError, KernelError, ModelError, SolveError
 from flexmb.testing import check_part
 
 TIGHT = {
@@ -198,10 +199,66 @@ def test_a_law_cannot_write_its_inputs():
         fm.simulate(arm(servo(wrong)), t_end=0.1)
 
 
+PD = fm.PID("servo", "tip.angle", "actuator", target=0.3, kp=20.0, kd=0.5, rate="tip.omega")
+
+
+def test_a_law_without_states_is_a_spring_in_statics_and_modes():
+    """kp (target - angle) = m g a cos(angle); frequency and damping of the arm about it, by hand."""
+    mech = arm(PD)
+    angle = brentq(lambda x: 20.0 * (0.3 - x) - WEIGHT * ARM * math.cos(x), -1.0, 1.0, xtol=1e-15)
+    found = fm.static_equilibrium(mech)
+    assert found["arm.theta"] == pytest.approx(angle, abs=1e-10)
+    assert found.stable
+    stiffness = 20.0 - WEIGHT * ARM * math.sin(angle)
+    omega = math.sqrt(stiffness / ARM_INERTIA)
+    assert fm.modes(mech, at=found).frequencies[0] == pytest.approx(omega / (2.0 * math.pi), rel=1e-7)
+    (root,) = fm.modes(mech, count=1, at=found, damped=True).eigenvalues
+    decay = 0.5 / (2.0 * ARM_INERTIA)
+    assert (root.real, abs(root.imag)) == pytest.approx((-decay, math.sqrt(omega**2 - decay**2)), rel=1e-7)
+
+
+@fm.control_kernel
+def pull_back(p, t, u, x, dx, y):
+    """Torques on two bodies by their relative angle."""
+    y[0] = p[0] * u[0]
+    y[1] = -p[0] * u[0]
+
+
+def test_a_law_between_two_bodies_is_a_torsion_spring_in_modes():
+    """Frequencies with the law, which is differenced, and with a spring; a law that measures elsewhere has none."""
+
+    def chain_of(*parts):
+        one, two = arm().find("arm"), fm.RigidLink("two", (0.5, 0.0), (0.9, 0.0), mass=0.6, inertia=0.01)
+        return fm.Mechanism("chain", [
+            one, two, fm.Revolute("hinge", fm.GROUND, one, at=(0.0, 0.0)), fm.Revolute("knee", one, two, at=(0.5, 0.0)),
+            fm.TorsionSpring("hip", fm.GROUND, one, stiffness=30.0), *parts,
+        ])  # fmt: skip
+
+    one, two = chain_of().find("arm"), chain_of().find("two")
+    loads = fm.Torque("a", one, 1.0), fm.Torque("b", two, 1.0)
+    law = fm.Control("knee law", ["knee.angle"], ["a", "b"], pull_back, numbers=[12.0])
+    found = fm.modes(chain_of(*loads, law)).frequencies
+    spring = fm.modes(chain_of(fm.TorsionSpring("knee spring", one, two, stiffness=12.0))).frequencies
+    assert found == pytest.approx(spring, rel=1e-7)
+    elsewhere = fm.Control("elsewhere", ["arm.theta"], ["b"], copy)
+    with pytest.raises(SolveError, match="or a controller that measures elsewhere than it acts"):
+        fm.modes(chain_of(loads[1], elsewhere))
+
+
+@pytest.mark.parametrize("controller", [
+    fm.PID("servo", "tip.angle", "actuator", kp=1.0, ki=1.0),
+    fm.PID("servo", "tip.angle", "actuator", kp=1.0, sample=0.1),
+], ids=["states", "sampled"])  # fmt: skip
+@pytest.mark.parametrize("analyse", [fm.static_equilibrium, fm.modes])
+def test_statics_and_modes_refuse_laws_with_memory(analyse, controller):
+    with pytest.raises(ModelError, match=r"states of its own, or a sampled one.*Remove it with without_part"):
+        analyse(arm(controller))
+
+
 @pytest.mark.parametrize("analyse", [
-    fm.static_equilibrium, fm.modes, fm.buckling, lambda m: fm.inverse_dynamics(m, [0.0, 1.0]), fm.lyapunov,
+    fm.buckling, lambda m: fm.inverse_dynamics(m, [0.0, 1.0]), fm.lyapunov,
     lambda m: fm.simulate(m, t_end=1.0, step=1e-3, method=fm.Staggered()),
-], ids=["statics", "modes", "buckling", "inverse dynamics", "exponents", "staggered"])  # fmt: skip
+], ids=["buckling", "inverse dynamics", "exponents", "staggered"])  # fmt: skip
 def test_analyses_without_controllers_refuse_by_name(analyse):
     with pytest.raises(ModelError, match=r"Mechanism 'robot' has Control 'servo'\. Remove it with without_part"):
         analyse(arm(servo()))

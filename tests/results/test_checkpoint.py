@@ -70,6 +70,67 @@ def test_a_run_that_was_killed_goes_on(tmp_path, monkeypatch, small_blocks, bloc
     assert not path.exists()  # the run has reached its end
 
 
+def servo(sample):
+    """A motor on a rotor under a PID law with integral, filter and limit; the motor's current is a state, too."""
+    body = fm.RigidBody("rotor", at=(0.0, 0.0), mass=1.0, inertia=2e-3)
+    pid = fm.PID("pid", "rotor.omega", target=20.0, kp=0.3, ki=2.0, limit=10.0, sample=sample)
+    given = {"resistance": 2.0, "inductance": 5e-3, "torque_constant": 0.05, "gear_ratio": 3.0}
+    motor = fm.controllers.DCMotor("motor", "rotor.omega", "shaft", voltage="pid.output", **given)
+    axis = fm.Revolute("axis", fm.GROUND, body, at=(0.0, 0.0))
+    return fm.Mechanism("rotor", [body, axis, fm.Torque("shaft", body, 1.0), motor, pid])
+
+
+def valve(**pair):
+    """An eccentric disc and a follower under a spring that is too weak for it."""
+    turn, e, R = np.linspace(0.0, 2.0 * np.pi, 61)[:-1], 0.01, 0.03
+    disc = fm.ClosedCurve(np.column_stack([e + R * np.cos(turn), R * np.sin(turn)]))
+    cam = fm.RigidBody("cam", at=(0.0, 0.0), mass=0.5, inertia=1e-3)
+    follower = fm.RigidBody("follower", at=(0.0, R), mass=0.3, inertia=1e-4)
+    return fm.Mechanism("valve", [
+        cam, follower, fm.Revolute("axis", fm.GROUND, cam, at=(0.0, 0.0)),
+        fm.Prismatic("guide", fm.GROUND, follower, along=(0.0, 1.0)),
+        fm.CurveOnCurve("tappet", cam, disc, follower, fm.Line((-0.05, R), (0.05, R)), **pair),
+        fm.SpringDamper("spring", fm.GROUND, follower, at=(0.0, 0.2), to=(0.0, R), stiffness=2000.0, free_length=0.2),
+        fm.Drive("motor", "axis", fm.ConstantSpeed(200.0)),
+    ])  # fmt: skip
+
+
+def block():
+    """A block of two outlines that falls onto an edge and tumbles on the ground."""
+    ground = fm.cams.Outline(((-1.0, -0.2), (1.0, -0.2), (1.0, 0.0), (-1.0, 0.0)))
+    own = fm.cams.Outline(((-0.05, 0.01), (0.05, 0.02), (0.04, 0.07), (-0.06, 0.06)), (0.0, 0.0, 0.3, 0.0))
+    body = fm.RigidBody("block", at=(0.0, 0.04), mass=2.0, inertia=2e-3, velocity=(0.3, 0.0, 0.0))
+    law, rubbing = fm.HuntCrossley(1e7, restitution=0.8), fm.ModifiedCoulomb(0.3, 1e-4, 1e-3)
+    pair = fm.cams.OutlineOnOutline("floor", fm.GROUND, ground, body, own, normal=law, friction=rubbing)
+    return fm.Mechanism("block", [body, pair], gravity=(0.0, -9.81))
+
+
+PARTS = {
+    "controllers": (lambda: servo(None), 0.2),
+    "sampled controllers": (lambda: servo(0.02), 0.2),
+    "cam that lifts off": (
+        lambda: valve(normal=fm.LankaraniNikravesh(1e8, restitution=0.8), friction=fm.ModifiedCoulomb(0.1, 1e-4, 1e-2)),
+        0.06,
+    ),
+    "ideal cam": (lambda: valve(friction=fm.friction.SmoothCoulomb(0.1, v0=1e-2)), 0.06),
+    "outlines": (block, 0.3),
+}
+
+
+@pytest.mark.filterwarnings("ignore::flexmb.errors.RestitutionWarning")
+@pytest.mark.parametrize("kind", PARTS)
+def test_runs_with_controllers_and_cams_that_were_killed_go_on(tmp_path, monkeypatch, small_blocks, kind):
+    make, t_end = PARTS[kind]
+    whole = fm.simulate(make(), t_end=t_end, save=100)
+    assert whole.ok, whole.status
+    path = tmp_path / "run.nc"
+    after_blocks(monkeypatch, 2, Killed)
+    with pytest.raises(Killed):
+        fm.simulate(make(), t_end=t_end, save=100, checkpoint=path)
+    monkeypatch.undo()
+    same(fm.simulate(make(), t_end=t_end, save=100, checkpoint=path, resume=True), whole)
+
+
 def test_a_run_from_a_restart_goes_on_from_its_own_restart_alone(tmp_path, monkeypatch, small_blocks):
     half, other = (fm.simulate(worn(), periods=part, save=50) for part in (0.5, 0.25))
     path, end = tmp_path / "run.nc", {"periods": 1.5, "save": 200}
