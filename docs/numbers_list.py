@@ -422,7 +422,8 @@ def _left_out() -> dict[str, str]:
         program.signals.CONTACT_PENETRATION program.tables.CONTACT_COMMON
         program.tables.NO_FACTOR program.tables.FIRST_OUTPUT
     decides a remark or a refusal, and no number of a run: run.watch.DEEP run.watch.THROUGH run.watch.LEAST_STEPS run.watch.SHARE
-        run.watch.LARGE_STRAIN run.watch.IMPOSSIBLE_STRAIN run.watch.MOST_NUMBERS run.watch.MOST_OF_ALL
+        run.watch.LARGE_STRAIN run.watch.IMPOSSIBLE_STRAIN run.watch.LARGE_WIND_UP run.watch.PULL
+        run.watch.MOST_NUMBERS run.watch.MOST_OF_ALL
         run.vibrations.MOST_UNKNOWNS run.vibrations.POSES run.vibrations.POSES_OF_LARGE run.vibrations.AROUND run.vibrations.LARGE
         run.vibrations.FEWEST_INSTANTS equilibrium.vibrations.NEAR equilibrium.vibrations.RIGID run.vibrations.ENERGY_SHARE run.vibrations.DECAY
         run.vibrations.PART_OF_STEP run.vibrations.UNRESOLVED

@@ -132,6 +132,15 @@ class Gear(Wheels):
             )
         return distance * z1 / sum_of_teeth, distance * z2 / sum_of_teeth
 
+    def tooth_size(self, mechanism: Mechanism) -> float | None:
+        """Module of the teeth of a pair with backlash [m]; None for an ideal pair.
+
+        Parameters
+        ----------
+        mechanism : the mechanism.
+        """
+        return None if self.backlash is None else 2.0 * self.radii(mechanism)[0] / self.teeth[0]
+
     def _distance(self, mechanism: Mechanism) -> float:
         if self.distance is not None:
             return self.distance
