@@ -132,14 +132,24 @@ class Gear(Wheels):
             )
         return distance * z1 / sum_of_teeth, distance * z2 / sum_of_teeth
 
-    def tooth_size(self, mechanism: Mechanism) -> float | None:
-        """Module of the teeth of a pair with backlash [m]; None for an ideal pair.
+    def module_of(self, mechanism: Mechanism) -> float:
+        """Module of the teeth [m].
 
         Parameters
         ----------
         mechanism : the mechanism.
         """
-        return None if self.backlash is None else 2.0 * self.radii(mechanism)[0] / self.teeth[0]
+        return 2.0 * self.radii(mechanism)[0] / self.teeth[0]
+
+    def signed_radii(self, mechanism: Mechanism) -> tuple[float, float]:
+        """Pitch radii of both wheels [m], that of a ring below 0.
+
+        Parameters
+        ----------
+        mechanism : the mechanism.
+        """
+        r1, r2 = self.radii(mechanism)
+        return r1, -r2 if self.internal else r2
 
     def _distance(self, mechanism: Mechanism) -> float:
         if self.distance is not None:
@@ -159,11 +169,11 @@ class Gear(Wheels):
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One constraint equation between two or three angles, or two contacts."""
-        r1, r2 = self.radii(mechanism)
-        ideal = self.rolling(mechanism, r1, -r2 if self.internal else r2)
+        r1, r2 = self.signed_radii(mechanism)
+        ideal = self.rolling(mechanism, r1, r2)
         if self.backlash is None or self.normal is None:
             return [ideal]
-        contacts = self._contacts(mechanism, r1, -r2 if self.internal else r2, self.backlash, self.normal)
+        contacts = self._contacts(mechanism, r1, r2, self.backlash, self.normal)
         return [*contacts, replace(ideal, holds="closed")]
 
     def _contacts(

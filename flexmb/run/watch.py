@@ -132,6 +132,7 @@ def watched(mechanism: Mechanism, saved: Saved) -> Watched:
         for wrong, text in source:
             (faults if wrong else notes).append(text)
     notes += [*yielding_couplings(mechanism, saved.signals, saved.peaks), *_pulling_curves(mechanism, saved)]
+    notes += _parting_gears(mechanism, saved)
     return Watched(tuple(faults), tuple(notes))
 
 
@@ -171,7 +172,7 @@ def size_of_contact(mechanism: Mechanism, part: Part) -> float | None:
     if isinstance(part, Stop):
         return part.radius if isinstance(mechanism.find(part.joint), Revolute) else None
     if isinstance(part, Gear):
-        return part.tooth_size(mechanism)
+        return None if part.backlash is None else part.module_of(mechanism)
     sizes = (getattr(part, name, None) for name in ("bearing_radius", "pin_radius", "half_height"))
     return next((size for size in sizes if isinstance(size, float)), None)
 
@@ -216,6 +217,25 @@ def yielding_couplings(mechanism: Mechanism, signals: Signals, peaks: Peaks) -> 
                 text = f"At t = {when:.6g} s {part.label} is wound up by some {angle:.4g} rad."
                 found.append(f"{text} Its stiffness is in N m/rad.")
     return found
+
+
+def _parting_gears(mechanism: Mechanism, saved: Saved) -> Iterator[str]:
+    """Remarks on ideal gear pairs whose axes leave the distance that their wheels are made for."""
+    for part in mechanism.parts:
+        if not isinstance(part, Gear) or part.backlash is not None or part.distance is not None:
+            continue
+        columns = _columns(saved, [f"{wheel.name}.{axis}" for wheel in (part.first, part.second) for axis in "xy"])
+        if columns is None or not len(saved.time):
+            continue
+        x1, y1, x2, y2 = saved.values[:, columns].T
+        apart, drawn = np.hypot(x2 - x1, y2 - y1), abs(sum(part.signed_radii(mechanism)))
+        k = int(np.argmax(np.abs(apart - drawn)))
+        if abs(apart[k] - drawn) > DEEP * part.module_of(mechanism):
+            yield (
+                f"At t = {saved.time[k]:.6g} s the centres of the wheels of {part.label} are {apart[k]:.4g} m apart; "
+                f"its teeth mesh at {drawn:.4g} m. An ideal pair holds its ratio at any distance: hold the axes, "
+                "or give backlash= and normal=."
+            )
 
 
 def _pulling_curves(mechanism: Mechanism, saved: Saved) -> Iterator[str]:

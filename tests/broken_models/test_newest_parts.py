@@ -155,7 +155,18 @@ def test_a_run_that_is_not_ok(case):
     assert words in sol.status
 
 
+def parting(speed):
+    """Ideal gears, the second of which is carried away."""
+    one, two, sledge = (fm.RigidBody(n, (x, 0.0), 1.0, 0.1) for n, x in (("one", 0.0), ("two", 0.09), ("sledge", 0.09)))
+    return fm.Mechanism("parting", [
+        one, two, sledge, fm.Revolute("O", fm.GROUND, one, at=O), fm.Revolute("Q", sledge, two, at=two.at),
+        fm.Prismatic("rail", fm.GROUND, sledge, at=two.at, along=(1, 0)), fm.Gear("mesh", one, two, teeth=(20, 40)),
+        fm.Drive("motor", "O", fm.ConstantSpeed(10.0)), fm.Drive("pull", "rail", fm.ConstantSpeed(speed)),
+    ])  # fmt: skip
+
+
 NOTED = {
+    "gears that part": (lambda: parting(0.1), "the centres of the wheels of Gear 'mesh' are 0.19 m apart"),
     "a follower that is pulled": (lambda: eccentric(400.0), "CurveOnCurve 'tappet' pulls with "),
     "a rope of rubber": (hoist, "Cable 'rope' is stretched by "),
     "a clutch that winds up": (lambda: clutch(1e-3), "OneWayClutch 'clutch' is wound up by some "),
@@ -172,7 +183,7 @@ def test_a_run_with_a_remark(case):
 def test_sound_ones_are_left_alone():
     """A follower below its lift-off at 163 rad/s, a stiff rope, clutch and stop, and teeth that carry."""
     sound = [
-        (eccentric(100.0), 0.06), (hoist(normal=fm.KelvinVoigt(1e4, 10.0)), 0.5), (clutch(1e3), 0.5),
+        (parting(1e-6), 0.5), (eccentric(100.0), 0.06), (hoist(normal=fm.KelvinVoigt(1e4, 10.0)), 0.5), (clutch(1e3), 0.5),
         (stop(fm.HuntCrossley(1e8, restitution=0.8), below=-0.1), 0.5),
         (train(gear(backlash=1e-4, normal=LIN), lambda _, two: fm.Torque("load", two, -3.0)), 0.2),
     ]  # fmt: skip
