@@ -241,7 +241,7 @@ def _parting_gears(mechanism: Mechanism, saved: Saved) -> Iterator[str]:
 def _pulling_curves(mechanism: Mechanism, saved: Saved) -> Iterator[str]:
     """Remarks on ideal pairs of curves that pull, where a real follower would lift off."""
     for part in mechanism.parts:
-        if not hasattr(part, "first_curve") or getattr(part, "normal", None) is not None:
+        if getattr(part, "first_curve", None) is None or getattr(part, "normal", None) is not None:
             continue  # told by a field, since importing scipy.spatial with the curves takes long
         columns = _columns(saved, [f"{part.name}.force"])
         force = saved.values[:, columns[0]] if columns and len(saved.time) else np.zeros(1)

@@ -183,8 +183,8 @@ def test_a_run_with_a_remark(case):
 def test_sound_ones_are_left_alone():
     """A follower below its lift-off at 163 rad/s, a stiff rope, clutch and stop, and teeth that carry."""
     sound = [
-        (parting(1e-6), 0.5), (eccentric(100.0), 0.06), (hoist(normal=fm.KelvinVoigt(1e4, 10.0)), 0.5), (clutch(1e3), 0.5),
-        (stop(fm.HuntCrossley(1e8, restitution=0.8), below=-0.1), 0.5),
+        (parting(1e-6), 0.5), (eccentric(100.0), 0.06), (hoist(normal=fm.KelvinVoigt(1e4, 10.0)), 0.5),
+        (clutch(1e3), 0.5), (stop(fm.HuntCrossley(1e8, restitution=0.8), below=-0.1), 0.5),
         (train(gear(backlash=1e-4, normal=LIN), lambda _, two: fm.Torque("load", two, -3.0)), 0.2),
     ]  # fmt: skip
     for mech, span in sound:
