@@ -22,10 +22,11 @@ HEAD = """# Findings
 finding has a stable code, the names of the parts, a sentence with numbers, and a remedy. An *error* means that a run
 would be refused or could not be right; a *warning*, that the result is hardly what was meant; a *note*, something worth
 knowing. With any error `report.ok` is False, and the exit code is 1. `report.to_json()` and `flexmb check --json` are
-for programs.
+for programs. `fm.check(mechanism, step=1e-5)` and `flexmb check NAME --step 10us` also ask whether a fixed step is
+short enough.
 
-`simulate` looks at users' laws and motions and at tables by itself, and watches penetrations, strains and contacts:
-what cannot be right ends with `sol.ok` False and a status that says when, where and what to do; what deserves attention
+`simulate` looks at users' laws and motions and at tables by itself, and watches penetrations, strains, contacts and
+vibrations: what cannot be right ends with `sol.ok` False and a status that says when, where and what to do; what deserves attention
 stands in `sol.notes`.
 
 A run whose step fails says why: the kernel that raised or gave numbers that are not finite, with its part, the time and

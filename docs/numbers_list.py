@@ -188,7 +188,6 @@ results.remarks.SMALL_SHARE | 1 | impulse, loss | slow contacts that go without 
 contact.validity.SMALL_TENSION | 1 | largest force | cut tension that goes without a remark
 bodies.point_mass.SAME_POINT | 1 | distance from the origin | distance from a particle that is none
 bodies.point_mass.NO_MOMENT | 1 | forces of a part | moment on a particle that is round-off
-couplings.cable.JUST_TAUT | 1 | distance of the points | elongation at the start that is round-off
 joints.revolute_clearance.TOUCHING | 1 | clearance | round-off of a start that touches
 sensitivity.run.LEAST_FADING_GAMMA | 1 | method | gamma below which errors of accelerations stay
 sensitivity.run.STATE_DIFFERENCE | 1 | size of the mechanism | differences of states for a derivative
@@ -422,7 +421,8 @@ def _left_out() -> dict[str, str]:
         program.signals.CONTACT_PENETRATION program.tables.CONTACT_COMMON
         program.tables.NO_FACTOR program.tables.FIRST_OUTPUT system.outputs.FRICTION_ALONE
     decides a remark or a refusal, and no number of a run: run.watch.DEEP run.watch.THROUGH run.watch.LEAST_STEPS run.watch.SHARE
-        run.watch.LARGE_STRAIN run.watch.IMPOSSIBLE_STRAIN run.watch.MOST_NUMBERS run.watch.MOST_OF_ALL
+        run.watch.LARGE_STRAIN run.watch.IMPOSSIBLE_STRAIN run.watch.LARGE_WIND_UP run.watch.PULL
+        run.watch.MOST_NUMBERS run.watch.MOST_OF_ALL
         run.vibrations.MOST_UNKNOWNS run.vibrations.POSES run.vibrations.POSES_OF_LARGE run.vibrations.AROUND run.vibrations.LARGE
         run.vibrations.FEWEST_INSTANTS equilibrium.vibrations.NEAR equilibrium.vibrations.RIGID run.vibrations.ENERGY_SHARE run.vibrations.DECAY
         run.vibrations.PART_OF_STEP run.vibrations.UNRESOLVED

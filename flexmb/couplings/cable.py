@@ -108,6 +108,11 @@ class Cable(Part):
         if self.first.name == self.second.name:
             raise ModelError(f"{self.label} ties {self.first.name!r} to itself; give two different bodies.")
 
+    @property
+    def slack_length(self) -> float:
+        """Length without tension [m]."""
+        return planar.distance(self.at, self.to) if self.length is None else self.length
+
     def ends(self, mechanism: Mechanism) -> tuple[Attachment, Attachment]:
         """Both points of the cable on the bodies of `mechanism`."""
         first = mechanism.body(self.first.name, self.label).attach(self.label, self.at)
@@ -122,8 +127,7 @@ class Cable(Part):
         """One contact and the distance of the points."""
         first, second = self.ends(mechanism)
         coordinates, offsets = (*first.coordinates, *second.coordinates), (*first.offset, *second.offset)
-        length = planar.distance(self.at, self.to) if self.length is None else self.length
-        p = (NO_CLEARANCE, length, *offsets)
+        p = (NO_CLEARANCE, self.slack_length, *offsets)
         return [
             ContactContribution(self.name, cable_gap_kernel, coordinates, p, self.normal, Frictionless()),
             SignalContribution(self.name, "distance", "m", cable_distance, coordinates, offsets),

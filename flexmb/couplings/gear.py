@@ -132,6 +132,25 @@ class Gear(Wheels):
             )
         return distance * z1 / sum_of_teeth, distance * z2 / sum_of_teeth
 
+    def module_of(self, mechanism: Mechanism) -> float:
+        """Module of the teeth [m].
+
+        Parameters
+        ----------
+        mechanism : the mechanism.
+        """
+        return 2.0 * self.radii(mechanism)[0] / self.teeth[0]
+
+    def signed_radii(self, mechanism: Mechanism) -> tuple[float, float]:
+        """Pitch radii of both wheels [m], that of a ring below 0.
+
+        Parameters
+        ----------
+        mechanism : the mechanism.
+        """
+        r1, r2 = self.radii(mechanism)
+        return r1, -r2 if self.internal else r2
+
     def _distance(self, mechanism: Mechanism) -> float:
         if self.distance is not None:
             return self.distance
@@ -150,11 +169,11 @@ class Gear(Wheels):
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One constraint equation between two or three angles, or two contacts."""
-        r1, r2 = self.radii(mechanism)
-        ideal = self.rolling(mechanism, r1, -r2 if self.internal else r2)
+        r1, r2 = self.signed_radii(mechanism)
+        ideal = self.rolling(mechanism, r1, r2)
         if self.backlash is None or self.normal is None:
             return [ideal]
-        contacts = self._contacts(mechanism, r1, -r2 if self.internal else r2, self.backlash, self.normal)
+        contacts = self._contacts(mechanism, r1, r2, self.backlash, self.normal)
         return [*contacts, replace(ideal, holds="closed")]
 
     def _contacts(

@@ -19,7 +19,7 @@ from flexmb.doctor.loops import locking_drives, open_loops, other_branch
 from flexmb.doctor.motions import motion_findings
 from flexmb.doctor.rank import free_motions, redundancies
 from flexmb.doctor.report import Report
-from flexmb.doctor.stability import stability_findings
+from flexmb.doctor.stability import loop_findings, stability_findings
 from flexmb.doctor.steps import step_findings
 from flexmb.doctor.stiffness import stiffness_findings
 from flexmb.equilibrium.modes import Modes, modes
@@ -96,6 +96,7 @@ def _examined(mechanism: Mechanism, step: float | None) -> Report:
         findings += [] if structure else locking_drives(mechanism, closed, q)
         findings += load_findings(mechanism, int(numbers["free"]))
         findings += stability_findings(mechanism, ideal, q, found_modes)
+        findings += [] if _is_broken(findings) else loop_findings(mechanism, moving, q)
         findings += [] if step is None else step_findings(mechanism, ideal, closed, q, step)
     findings += stiffness_findings(mechanism, ideal, q, found_modes)
     return Report(mechanism.name, sorted_findings(findings), **numbers)

@@ -46,6 +46,7 @@ CODES: dict[str, tuple[str, str]] = {
     "odd-units": (WARNING, "a number looks as if it were given in another unit"),
     "far-origin": (WARNING, "the mechanism lies far from the origin of the coordinates, which lose digits"),
     "unstable-reference": (WARNING, "a small motion runs away from the reference configuration"),
+    "unstable-loop": (WARNING, "a control loop lets a small motion grow"),
     "stiffness-ratio": (WARNING, "a stiffness is so large that its round-off is felt beside loads or slow vibrations"),
     "coarse-step": (WARNING, "the fixed step that `check` is given is too long for a contact or a vibration"),
     "free-motion": (NOTE, "motions that no drive prescribes"),

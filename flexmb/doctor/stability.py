@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.doctor.finding import Finding, found
+from flexmb.doctor.finding import Finding, found, listed
+from flexmb.equilibrium.eigen import damped
+from flexmb.equilibrium.free_motions import moves_most
 from flexmb.equilibrium.modes import Modes, modes
 from flexmb.equilibrium.statics import Equilibrium, correction
 from flexmb.equilibrium.steady_rotation import Spin
@@ -25,6 +27,12 @@ BALANCED = 1e-7
 
 MOST_COORDINATES = 600
 """Number of coordinates above which loads are left out, since their balance would take long."""
+
+MOST_CONTROLLED = 150
+"""Number of coordinates and states above which eigenvalues of control loops would take long."""
+
+LEAST_GROWTH = 1e-4
+"""Growth relative to the largest eigenvalue, below which it may be round-off of a multiple eigenvalue 0."""
 
 MODES = 10
 """Number of modes that are looked at."""
@@ -62,6 +70,38 @@ def stability_findings(mechanism: Mechanism, ideal: Program, q: np.ndarray, bare
         "It stands on its head, or is buckled: turn it over, or hold it by a spring, a joint or a stronger section."
     )
     return [found("unstable-reference", (body,), f"{text} exp({rate:.4g} t), t in s.", remedy, rate=rate)]
+
+
+def loop_findings(mechanism: Mechanism, program: Program, q: np.ndarray) -> list[Finding]:
+    """Finding on control loops that act at all times and let a small motion grow.
+
+    From the eigenvalues of mechanism and control laws together, at rest in the reference configuration; without the
+    stiffness of gravity in it.  Sampled laws are left out.
+
+    Parameters
+    ----------
+    mechanism : the mechanism.
+    program : its program, with the states of the control laws.
+    q : (n_q,) closed pose of the bodies.
+    """
+    if not program.controls or program.n_q > MOST_CONTROLLED or program.names.contacts:
+        return []
+    system, q = StateEvaluation(program), np.append(q, program.reference.q[len(q) :])
+    K, C, M = (system.at(q, weights=w).block() for w in np.eye(3))
+    try:
+        s, x = damped(K, C, M, system.jacobian, np.zeros((program.n_q, 0)), 2 * program.n_q)
+    except (FlexmbError, np.linalg.LinAlgError, ValueError):  # no finite matrices: told by other findings
+        return []
+    worst = int(np.argmax(s.real)) if len(s) else 0
+    if not len(s) or s[worst].real <= LEAST_GROWTH * np.abs(s).max():
+        return []
+    names = tuple(part.name for part in mechanism.controllers)
+    moved = moves_most(program.names.coordinates, program.length, np.abs(x[:, worst]))
+    text = f"With {listed(names)} a small motion, mostly of {moved!r}, grows by exp({s[worst].real:.4g} t), t in s."
+    remedy = "Check the sign of the feedback, and reduce the gains."
+    return [
+        found("unstable-loop", names, text, remedy, rate=s[worst].real, frequency=abs(s[worst].imag) / (2.0 * np.pi))
+    ]
 
 
 def equilibrium_beside(program: Program, q: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:

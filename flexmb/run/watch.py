@@ -9,9 +9,15 @@ import numpy as np
 
 from flexmb.bodies.flexible import beam_elements
 from flexmb.bodies.flexible_body import FlexibleBody
+from flexmb.couplings.cable import Cable
+from flexmb.couplings.gear import Gear
+from flexmb.couplings.one_way_clutch import OneWayClutch
 from flexmb.doctor.cheap import cheap_findings
 from flexmb.doctor.finding import ERROR
+from flexmb.joints.revolute import Revolute
+from flexmb.joints.stop import Stop
 from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import Part
 from flexmb.model.signal import Signals
 from flexmb.results.contact_intervals import COLUMNS, ContactLog
 from flexmb.results.solution import Peaks
@@ -39,6 +45,12 @@ MOST_NUMBERS, MOST_OF_ALL = 20_000, 1_000_000
 instant."""
 
 PASSES_THROUGH = "the journal passes through its bearing"
+
+LARGE_WIND_UP = 0.5
+"""Wind-up of a clutch above which there is a remark [rad]."""
+
+PULL = 1e-3
+"""Pull of an ideal pair of curves relative to its largest force, above which there is a remark."""
 
 ONE_INSTANT = ("broken-kernel", "jumping-drive")
 """Codes of findings on one instant of a motion, which a run that ends before does not meet."""
@@ -119,6 +131,8 @@ def watched(mechanism: Mechanism, saved: Saved) -> Watched:
     for source in (_penetrations(mechanism, saved), _coarse_contacts(saved), _strains(mechanism, saved)):
         for wrong, text in source:
             (faults if wrong else notes).append(text)
+    notes += [*yielding_couplings(mechanism, saved.signals, saved.peaks), *_pulling_curves(mechanism, saved)]
+    notes += _parting_gears(mechanism, saved)
     return Watched(tuple(faults), tuple(notes))
 
 
@@ -137,12 +151,30 @@ def _penetrations(mechanism: Mechanism, saved: Saved) -> Iterator[tuple[bool, st
 def _contact_sizes(mechanism: Mechanism, contacts: Sequence[str]) -> Iterator[tuple[str, float, str, str]]:
     """Contacts of parts with a size: name, radius or half height [m], label, words for a penetration by the size."""
     for part in mechanism.parts if contacts else ():
-        sizes = (getattr(part, name, None) for name in ("bearing_radius", "pin_radius", "half_height"))
-        size = next((size for size in sizes if isinstance(size, float)), None)
+        size = size_of_contact(mechanism, part)
         if size is not None:
             own = [name for name in contacts if name.partition(".")[0] == part.name]
             words = PASSES_THROUGH if getattr(part, "bearing_radius", None) else "the parts pass through each other"
             yield from ((name, size, part.label, words) for name in own)
+
+
+def size_of_contact(mechanism: Mechanism, part: Part) -> float | None:
+    """Size beside which the penetrations of a part are judged [m]; None where it has none.
+
+    Of a joint with clearance and a pair of curves the radius or half height, of a stop the radius of its faces, so
+    that the angle beyond the limit is judged, of teeth their module.
+
+    Parameters
+    ----------
+    mechanism : the mechanism.
+    part : one of its parts.
+    """
+    if isinstance(part, Stop):
+        return part.radius if isinstance(mechanism.find(part.joint), Revolute) else None
+    if isinstance(part, Gear):
+        return None if part.backlash is None else part.module_of(mechanism)
+    sizes = (getattr(part, name, None) for name in ("bearing_radius", "pin_radius", "half_height"))
+    return next((size for size in sizes if isinstance(size, float)), None)
 
 
 def impossible_penetrations(mechanism: Mechanism, contacts: Sequence[str]) -> list[Condition]:
@@ -157,6 +189,68 @@ def impossible_penetrations(mechanism: Mechanism, contacts: Sequence[str]) -> li
         Condition(f"{name}.penetration", THROUGH * size, 1, f"{label}: {words}", is_fault=True)
         for name, size, label, words in _contact_sizes(mechanism, contacts)
     ]
+
+
+def yielding_couplings(mechanism: Mechanism, signals: Signals, peaks: Peaks) -> list[str]:
+    """Remarks on cables that stretch, and clutches that wind up, by more than such parts do.
+
+    Parameters
+    ----------
+    mechanism : the mechanism.
+    signals : names of all signals.
+    peaks : their peaks.
+    """
+    found = []
+    for part in mechanism.parts:
+        if isinstance(part, Cable):
+            length, place = part.slack_length, signals.places[f"{part.name}.penetration"]
+            stretch, when = float(peaks.values[place]), float(peaks.times[place])
+            if stretch > DEEP * length:
+                found.append(
+                    f"At t = {when:.6g} s {part.label} is stretched by {stretch:.4g} m, its length is {length:.4g} m. "
+                    "The stiffness of a cable is E A/length, in N/m."
+                )
+        if isinstance(part, OneWayClutch):
+            place = signals.places[f"{part.name}.torque"]
+            angle, when = float(peaks.values[place]) / part.stiffness, float(peaks.times[place])
+            if angle > LARGE_WIND_UP:
+                text = f"At t = {when:.6g} s {part.label} is wound up by some {angle:.4g} rad."
+                found.append(f"{text} Its stiffness is in N m/rad.")
+    return found
+
+
+def _parting_gears(mechanism: Mechanism, saved: Saved) -> Iterator[str]:
+    """Remarks on ideal gear pairs whose axes leave the distance that their wheels are made for."""
+    for part in mechanism.parts:
+        if not isinstance(part, Gear) or part.backlash is not None or part.distance is not None:
+            continue
+        columns = _columns(saved, [f"{wheel.name}.{axis}" for wheel in (part.first, part.second) for axis in "xy"])
+        if columns is None or not len(saved.time):
+            continue
+        x1, y1, x2, y2 = saved.values[:, columns].T
+        apart, drawn = np.hypot(x2 - x1, y2 - y1), abs(sum(part.signed_radii(mechanism)))
+        k = int(np.argmax(np.abs(apart - drawn)))
+        if abs(apart[k] - drawn) > DEEP * part.module_of(mechanism):
+            yield (
+                f"At t = {saved.time[k]:.6g} s the centres of the wheels of {part.label} are {apart[k]:.4g} m apart; "
+                f"its teeth mesh at {drawn:.4g} m. An ideal pair holds its ratio at any distance: hold the axes, "
+                "or give backlash= and normal=."
+            )
+
+
+def _pulling_curves(mechanism: Mechanism, saved: Saved) -> Iterator[str]:
+    """Remarks on ideal pairs of curves that pull, where a real follower would lift off."""
+    for part in mechanism.parts:
+        if getattr(part, "first_curve", None) is None or getattr(part, "normal", None) is not None:
+            continue  # told by a field, since importing scipy.spatial with the curves takes long
+        columns = _columns(saved, [f"{part.name}.force"])
+        force = saved.values[:, columns[0]] if columns and len(saved.time) else np.zeros(1)
+        k = int(np.argmin(force))
+        if force[k] < -PULL * float(np.abs(force).max()):
+            yield (
+                f"At t = {saved.time[k]:.6g} s {part.label} pulls with {-force[k]:.4g} N, where a follower would lift "
+                "off. Give normal=... for a contact that opens, or a stronger spring."
+            )
 
 
 def _coarse_contacts(saved: Saved) -> Iterator[tuple[bool, str]]:

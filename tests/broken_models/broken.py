@@ -249,6 +249,13 @@ def two_masses(low, high):
     return fm.Mechanism("masses", [*bodies, *guides, *springs], gravity=(0.0, -9.81))
 
 
+def servo(kp, kd, ki=0.0):
+    """A link on a pin that a controller turns."""
+    arm = link("arm", O, (0.3, -0.2))
+    parts = [fm.Torque("actuator", arm, 1.0), fm.PID("servo", "arm.theta", "actuator", target=0.5, kp=kp, kd=kd, ki=ki)]
+    return pendulum(*parts, body=arm)
+
+
 def truss(*points):
     """Two bars between two fixed points and one joint."""
     one, two = link("one", points[0], points[1]), link("two", points[1], points[2])
@@ -488,6 +495,9 @@ CASES: dict[str, Case] = {
     "springs of 1e12 and 1e-4 N/m": (
         lambda: replace(two_masses(1e12, 1e-4), gravity=(0.0, 0.0)), {"stiffness-ratio": {"low"}},
     ),
+    # control
+    "a servo with the wrong sign": (lambda: servo(-200.0, -20.0), {"unstable-loop": {"servo"}}),
+    "a servo without damping that reads late": (lambda: servo(200.0, 0.0, 500.0), {"unstable-loop": {"servo"}}),
     # motions
     "a rate of half the true size": (lambda: slider_crank(motion=WrongRate(10.0)), {"wrong-rate": {"motor"}}),
     "an acceleration of the wrong sign": (

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from broken import Jumping, beam, four_bar, slider_crank, upright, worn
+from broken import Jumping, beam, four_bar, servo, slider_crank, upright, worn
 
 import flexmb as fm
 
@@ -77,3 +77,11 @@ def test_growth_of_a_fall(share):
     """m g l/2 less the spring, over m l^2/3."""
     (finding,) = fm.check(upright(share)).of("unstable-reference")
     assert finding.numbers["rate"] == pytest.approx(math.sqrt((1.0 - share) * 1.5 * 9.81 / 0.3), rel=1e-6)
+
+
+def test_growth_of_a_loop_with_integral_action_alone():
+    """I s^3 + ki = 0, with I = m l^2/3 about the pin."""
+    (finding,) = fm.check(servo(0.0, 0.0, 5.0)).of("unstable-loop")
+    size = (5.0 / (0.4 * 0.13 / 3.0)) ** (1.0 / 3.0)
+    assert finding.numbers["rate"] == pytest.approx(0.5 * size, rel=1e-6)
+    assert finding.numbers["frequency"] == pytest.approx(0.5 * math.sqrt(3.0) * size / (2.0 * math.pi), rel=1e-6)
