@@ -231,6 +231,7 @@ linalg.dense_or_sparse.DENSE_UNKNOWNS | unknowns | nothing | up to it start valu
 equilibrium.modes.ENERGY_ROUND_OFF | 1 | frequencies | round-off of a frequency
 equilibrium.modes.OTHER_MODEL_STEP | 1 | a mode | part of another
 equilibrium.modes.ASYMMETRY_ROUND_OFF | 1 | entries | round-off of a symmetric matrix
+equilibrium.modes.ASYMMETRY_OF_DIFFERENCES | 1 | entries | the same with controllers, whose inputs are differenced
 equilibrium.free_motions.DEPENDENT_ROW | 1 | rows | motion that rows allow
 equilibrium.free_motions.FREE_FORCE | 1 | stiffness | motion that nothing resists
 equilibrium.free_motions.STIFFNESS_ROUND_OFF | 1 | entries | entry of a motion that is round-off
