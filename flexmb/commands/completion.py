@@ -146,7 +146,8 @@ def _fish(commands: list[Words], mechanisms: dict[str, dict[str, str]]) -> str:
         lines.append(f"complete -c flexmb -f -n __fish_use_subcommand -a {w.command} -d {_quoted(w.help)}")
         lines += [f"complete -c flexmb -n '{seen}' -l {f[2:]} -d {_quoted(text)}" for f, text in w.options.items()]
         third = f"{seen}; and test (count (commandline -opc)) -eq 2"
-        lines += [f"complete -c flexmb -n '{third}' -a '{' '.join(w.values)}'"] if w.values else []
+        files = "" if w.ending else "-f "
+        lines += [f"complete -c flexmb {files}-n '{third}' -a '{' '.join(w.values)}'"] if w.values else []
     takers = " ".join(w.command for w in commands if w.takes_mechanism)
     for name, flags in mechanisms.items():
         seen = f"__fish_seen_subcommand_from {takers}; and __fish_seen_subcommand_from {name}"

@@ -87,15 +87,15 @@ def new(options: argparse.Namespace) -> int:
     path = Path(options.file)
     path = path if path.suffix == ".py" else path.with_name(f"{path.name}.py")
     if not path.stem.isidentifier():
-        text = f"flexmb new: {path.stem!r} is no name of a Python file, such as {_identifier(path.stem)!r}"
+        text = f"{path.stem!r} is no name of a Python file, such as {_identifier(path.stem)!r}"
         raise InputError(f"{text}. Take letters, digits and underscores, with a letter first.")
     if path.exists() and not options.force:
-        raise InputError(f"flexmb new: {str(path)!r} is there already. Take another name, or replace it with --force.")
+        raise InputError(f"{str(path)!r} is there already. Take another name, or replace it with --force.")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_text(path, MODEL.replace("@NAME@", path.stem).replace("@FILE@", path.name))
     except OSError as error:
-        raise InputError(f"flexmb new: {str(path)!r} cannot be written ({error.strerror or error}).") from error
+        raise InputError(f"{str(path)!r} cannot be written ({error.strerror or error}).") from error
     print(f"{path} is a slider-crank with comments on clearances, flexible links, springs and loads. Next:")
     print(f"  flexmb check {path}\n  flexmb run {path} --speed 300rpm")
     return 0
