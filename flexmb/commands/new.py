@@ -43,7 +43,7 @@ def mechanism(speed: float = 10 * math.pi, *, mass: float = 0.5) -> fm.Mechanism
 
     piston_pin = fm.Revolute("B", rod, slider, at=B)
     # A worn pin: take this one instead. The clearance is the difference of the radii [m].
-    # contact = fm.LankaraniNikravesh.from_materials(fm.STEEL, fm.STEEL, restitution=0.8)
+    # contact = fm.LankaraniNikravesh.from_materials(fm.STEEL, fm.STEEL, restitution=0.9)
     # piston_pin = fm.RevoluteClearance("B", rod, slider, at=B, clearance=1e-4, bearing_radius=0.01, normal=contact)
 
     parts = [

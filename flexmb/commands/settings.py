@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import is_dataclass
+from contextlib import suppress
+from dataclasses import is_dataclass, replace
 from typing import Any
 
 from flexmb import checks
 from flexmb.commands.mechanism_options import Option, options_of
+from flexmb.commands.units import UNITS
 from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism, changeable
 from flexmb.model.part import Part
@@ -72,6 +74,18 @@ def field_option(mechanism: Mechanism, path: str, flag: str) -> Option:
 
 
 def _value(option: Option, text: str) -> Any:
+    if option.kind == "number" and not option.unit:
+        return _of_either_unit(option, text)
     if option.kind != "flag":
         return option.value(text.strip("()[]") if option.kind == "numbers" else text)
     return TRUTH[checks.one_of(option.flag, "value", text.lower(), TRUTH)]
+
+
+def _of_either_unit(option: Option, text: str) -> Any:
+    """Number of a field whose unit depends on another one: "rad/s for an angle, m/s for a travel"."""
+    words = f" {option.help.replace(',', ' ')} "
+    units = [unit for unit in UNITS if unit and f" {unit} " in words]
+    for unit in units:
+        with suppress(InputError):
+            return replace(option, unit=unit).value(text)
+    return option.value(text)

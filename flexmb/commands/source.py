@@ -194,7 +194,8 @@ def _load(path: Path) -> ModuleType:
 
 def _told(error: BaseException, path: Path) -> str:
     """Line, class and text of an error in a user's file."""
-    return f"line {_line_in(path, error)}: {type(error).__name__}: {error}. --debug shows the traceback."
+    text = str(error).rstrip(".")
+    return f"line {_line_in(path, error)}: {type(error).__name__}: {text}. --debug shows the traceback."
 
 
 def _line_in(path: Path, error: BaseException) -> int:

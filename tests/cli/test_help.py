@@ -1,12 +1,15 @@
 """Help pages end with examples that can be parsed; completion knows all commands; faults end without traceback."""
 
+import fcntl
 import os
 import pty
 import re
 import shlex
 import shutil
+import struct
 import subprocess
 import sys
+import termios
 
 import pytest
 
@@ -162,6 +165,7 @@ def test_progress_on_a_terminal_is_a_bar():
         "with ProgressBar('run', 2.0, shown=True, of='s of motion') as bar:\n    bar.update(2.0)"
     )
     here, there = pty.openpty()
+    fcntl.ioctl(there, termios.TIOCSWINSZ, struct.pack("HHHH", 25, 100, 0, 0))
     with subprocess.Popen([sys.executable, "-c", code], stderr=there, stdout=subprocess.DEVNULL) as run:
         os.close(there)
         shown = b""
