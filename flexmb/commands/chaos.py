@@ -97,9 +97,8 @@ def chaos(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
     written = [write_netcdf(folder / f"{STEM}.nc", chaos_files.datasets(study))]
     if not options.no_plots:
         written += chaos_files.pictures(study, folder)
-    if not options.quiet:
-        print(table(study))
-        print("\nwritten:", *(f"  {path}" for path in written), sep="\n")
+    print(table(study))
+    print("\nwritten:", *(f"  {path}" for path in written), sep="\n")
     if study.trouble:
         print(f"flexmb: {study.trouble}", file=sys.stderr)
     return 1 if study.trouble else 0

@@ -62,8 +62,7 @@ def paper(options: argparse.Namespace) -> int:
     processor = time.process_time() - busy + (sum(kept.cost(run).cpu for run in computed) if workers > 1 else 0.0)
     note_call(kept.folder, workers, len(computed), processor, time.perf_counter() - began)
     made.written.append(write_text(folder / "times.md", times(items, kept, made.drawn, workers)))
-    if not options.quiet:
-        print(f"{len(computed)} runs computed, {len(runs) - len(missing)} found.\nwritten:", *made.written, sep="\n  ")
+    print(f"{len(computed)} runs computed, {len(runs) - len(missing)} found.\nwritten:", *made.written, sep="\n  ")
     return _told(failures, made.unmade)
 
 

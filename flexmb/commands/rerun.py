@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import argparse
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from flexmb.errors import FileFormatError, InputError
+from flexmb.commands.mechanism_options import keywords_of
+from flexmb.commands.parser import parser_of, source_of
+from flexmb.commands.run import keywords_of_run
+from flexmb.commands.saved_command import arguments_of
+from flexmb.errors import InputError
 from flexmb.results.netcdf import load
 from flexmb.results.solution import Solution
+from flexmb.run.simulate import simulate
 from flexmb.version import installed_version
-
-COMMAND = "command"
-"""Name of the arguments of `flexmb run` in `Solution.model`."""
 
 SAME, AGREES = 0.0, 1e-9
 """Relative differences: of equal runs; largest at the begin of runs that agree up to round-off."""
@@ -65,26 +67,30 @@ class Comparison:
         return f"{text}, as round-off that grows by exp({rate:.3g} t) does: up to there they are one motion."
 
 
-def source_of(path: Path, given: str | None) -> list[str]:
-    """Arguments of `flexmb run` that repeat a saved run.
+def rerun(options: argparse.Namespace) -> int:
+    """`flexmb rerun`: repeat the run of a file with its own arguments, and print the comparison.
 
     Parameters
     ----------
-    path : file of the run.
-    given : name of the mechanism, or FILE.py; None: the ready mechanism named in the file.
+    options : `file`, `name` and `quiet` of the command line.
+
+    Returns
+    -------
+    int : exit status: 0 if the runs agree, else 1.
 
     Raises
     ------
-    FileFormatError : a file without arguments of `flexmb run`.
-    InputError : a run of a user's file without `given`.
+    FlexmbError : a file that says not how it was made; see also `simulate`.
     """
-    command = load(path).model.get(COMMAND)
-    if not isinstance(command, list) or len(command) < 2 or command[0] != "run":
-        raise FileFormatError(f"{str(path)!r}: does not say how it was made; `flexmb run` writes such files.")
-    if given is None and ".py" in command[1]:
-        text = f"{str(path)!r} is a run of {command[1]}, a file that would be executed"
-        raise InputError(f"{text}. Name it if you trust it: flexmb rerun {path} {command[1]}")
-    return ["run", given or command[1], *map(str, command[2:])]
+    given = arguments_of(options.file, options.name)
+    source = source_of(given)
+    parser, maker_options = parser_of(source, "run")
+    again = parser.parse_args(given)
+    if source is None:
+        raise InputError(f"{options.file}: names no mechanism. Name it: flexmb rerun {options.file} NAME")
+    mechanism = source.with_changes(again.set).mechanism(keywords_of(again, maker_options))
+    progress = not options.quiet
+    return tell(options.file, simulate(mechanism, progress=progress, **keywords_of_run(mechanism, again)))
 
 
 def compare(one: Solution, other: Solution) -> Comparison:
@@ -127,22 +133,3 @@ def tell(path: Path, again: Solution) -> int:
     if saved.model.get("flexmb") != installed_version():
         print(f"The file was written by flexmb {saved.model.get('flexmb')}, this is {installed_version()}.")
     return EQUAL if found.good and saved.status == again.status else DIFFERENT
-
-
-def without_output(arguments: Sequence[str]) -> list[str]:
-    """Arguments of `flexmb run` without output options.
-
-    Parameters
-    ----------
-    arguments : the arguments.
-    """
-    kept: list[str] = []
-    skip = False
-    for text in arguments:
-        if skip:
-            skip = False
-        elif text in ("--out", "--frames", "--checkpoint"):
-            skip = True
-        elif not text.startswith(("--out=", "--frames=", "--checkpoint=", "--resume", "--quiet", "--no-", "--debug")):
-            kept.append(text)
-    return kept

@@ -1,4 +1,4 @@
-"""`flexmb run`: simulate a mechanism, write its files, print a summary.  Also `flexmb vtk`."""
+"""`flexmb run`: simulate a mechanism, write its files, print a summary."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import numpy as np
 from flexmb import checks
 from flexmb.commands import summary
 from flexmb.commands.files import require_folder, require_packages
-from flexmb.commands.rerun import COMMAND, without_output
+from flexmb.commands.saved_command import COMMAND, without_output
 from flexmb.commands.units import quantity
 from flexmb.errors import FlexmbError, InputError
 from flexmb.model.mechanism import Mechanism
@@ -67,9 +67,8 @@ def run(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
     sol = replace(sol, model={**sol.model, COMMAND: without_output(options.arguments)})
     written = [sol.to_netcdf(folder / f"{name}.nc")]  # before the pictures, which can be drawn again
     lost = _write_rest(mechanism, sol, folder, name, options, written)
-    if not options.quiet:
-        print(summary.table(mechanism, sol))
-        print("\nwritten:", *(f"  {path}" for path in written), sep="\n")
+    print(summary.table(mechanism, sol))
+    print("\nwritten:", *(f"  {path}" for path in written), sep="\n")
     if lost:
         print(f"flexmb: {lost}", file=sys.stderr)
     if not sol.ok:
@@ -235,16 +234,3 @@ def four_instants(mechanism: Mechanism, sol: Solution) -> np.ndarray:
     first, last = float(sol.time[0]), float(sol.time[-1])
     longest = max(periods_of(mechanism), default=last - first)
     return np.linspace(max(first, last - longest), last, 5)[:4]
-
-
-def write_frames(path: Path, out: Path | None, frames: int | None) -> int:
-    """`flexmb vtk`: write the VTK files of a saved run.
-
-    Parameters
-    ----------
-    path : file of the run.
-    out : .pvd file; None: beside the run.
-    frames : number of frames; None: all instants, at most 200.
-    """
-    print(write_vtk(load(path), out or path.with_suffix(".pvd"), frames=frames))
-    return 0

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import argparse
 import importlib.util
 import inspect
 import sys
 import traceback
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 from flexmb import checks, mechanisms
 from flexmb.commands.mechanism_options import options_of, shown_default
-from flexmb.errors import InputError
+from flexmb.commands.settings import changed
+from flexmb.errors import USER_ERRORS, FlexmbError, InputError
 from flexmb.model.mechanism import Mechanism
 
 NAMES = ("mech", "mechanism")
@@ -36,10 +38,21 @@ class Source:
     ----------
     name : name of the ready mechanism, or of the file without its ending.
     make : the function; its parameters become options.
+    file : file of the mechanism; None for a ready one.
     """
 
     name: str
     make: Callable[..., Any]
+    file: Path | None = None
+
+    def with_changes(self, texts: Sequence[str]) -> Source:
+        """The source with changed fields of parts.
+
+        Parameters
+        ----------
+        texts : changes as they are typed, "PART.FIELD=VALUE".
+        """
+        return replace(self, make=Changed(self.make, tuple(texts))) if texts else self
 
     def mechanism(self, keywords: dict[str, Any]) -> Mechanism:
         """Mechanism of the function with given arguments.
@@ -59,12 +72,41 @@ class Source:
             raise InputError(
                 f"{text} Give its parameters defaults, or annotate them float, int, bool or str."
             ) from error
-        mechanism = self.make(**keywords)
+        try:
+            mechanism = self.make(**keywords)
+        except FlexmbError:
+            raise
+        except USER_ERRORS as error:
+            if self.file is None:
+                raise
+            raise InputError(f"{self.file}, {_told(error, self.file)}") from error
         if not isinstance(mechanism, Mechanism):
             raise InputError(
                 f"{self.name}: the function returned {type(mechanism).__name__}; it must return a Mechanism."
             )
         return mechanism
+
+
+@dataclass(frozen=True)
+class Changed:
+    """Function that returns a mechanism with changed fields; it takes the arguments of another one.
+
+    Parameters
+    ----------
+    make : the other function.
+    texts : changes as they are typed, "PART.FIELD=VALUE".
+    """
+
+    make: Callable[..., Any]
+    texts: tuple[str, ...]
+
+    def __call__(self, **keywords: Any) -> Mechanism:
+        """The changed mechanism of the other function's `keywords`."""
+        return changed(self.make(**keywords), self.texts)
+
+    @property
+    def __signature__(self) -> inspect.Signature:
+        return inspect.signature(self.make)
 
 
 def ready() -> dict[str, Callable[..., Any]]:
@@ -114,7 +156,7 @@ def _from_file(path: Path, name: str | None) -> Source:
         raise InputError(f"{path}: the file has {wanted}. {offer} Choose with {path}:NAME.")
     value = vars(module)[names[0]]
     make = _no_parameters(value) if isinstance(value, Mechanism) else value
-    return Source(path.stem if name is None else f"{path.stem}-{name}", make)
+    return Source(path.stem if name is None else f"{path.stem}-{name}", make, path)
 
 
 def _is_source(value: Any, module: ModuleType) -> bool:
@@ -141,7 +183,19 @@ def _load(path: Path) -> ModuleType:
     except SystemExit as error:
         text = f"{path}, line {_line_in(path, error)}: the file ends Python (sys.exit({error.code!r})) while it is read"
         raise InputError(f'{text}. Put what a script does under `if __name__ == "__main__":`.') from error
+    except ModuleNotFoundError:
+        raise  # told with the command that installs the package
+    except FlexmbError as error:
+        raise InputError(f"{path}, line {_line_in(path, error)}: {error}") from error
+    except USER_ERRORS as error:
+        raise InputError(f"{path}, {_told(error, path)}") from error
     return module
+
+
+def _told(error: BaseException, path: Path) -> str:
+    """Line, class and text of an error in a user's file."""
+    text = str(error).rstrip(".")
+    return f"line {_line_in(path, error)}: {type(error).__name__}: {text}. --debug shows the traceback."
 
 
 def _line_in(path: Path, error: BaseException) -> int:
@@ -150,13 +204,13 @@ def _line_in(path: Path, error: BaseException) -> int:
     return next((frame.lineno or 0 for frame in reversed(frames) if Path(frame.filename) == path.resolve()), 0)
 
 
-def list_mechanisms() -> int:
-    """`flexmb list`: print every ready mechanism with its options."""
+def list_mechanisms(options: argparse.Namespace) -> int:
+    """`flexmb list`: print every ready mechanism with its `options`."""
     for name, make in ready().items():
         print(f"{name}: {(inspect.getdoc(make) or '').splitlines()[0]}")
         for option in options_of(make):
             print(f"    {option.flag:<18s}{option.help}{shown_default(option)}")
         print()
     print("Run one of them:      flexmb run NAME [options]")
-    print("or a mechanism of your own:  flexmb run FILE.py[:NAME]")
+    print("or a mechanism of your own:  flexmb new NAME, flexmb run NAME.py")
     return 0

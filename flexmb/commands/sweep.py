@@ -13,14 +13,14 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.commands.files import require_folder, require_packages
-from flexmb.commands.mechanism_options import Option, keywords_of, options_of
+from flexmb.commands.mechanism_options import Option, keywords_of
 from flexmb.commands.run import flow_options
+from flexmb.commands.settings import field_option
 from flexmb.commands.source import Source, find
 from flexmb.commands.units import quantity
 from flexmb.errors import InputError
 from flexmb.jobs.files import write_netcdf
 from flexmb.jobs.pool import worker_pool
-from flexmb.model.mechanism import Mechanism
 from flexmb.sweeps.bifurcation_diagram import bifurcation, first_of
 from flexmb.sweeps.family import Family
 
@@ -31,13 +31,12 @@ RANGE = "FROM:TO:NUMBER, e.g. 0.5pi:2.5pi:50, or values with commas between them
 STEM = "bifurcation"
 
 
-def sweep(source: Source, text: str, makers: list[Option], options: argparse.Namespace) -> int:
+def sweep(source: Source, makers: list[Option], options: argparse.Namespace) -> int:
     """`flexmb sweep`: compute a diagram, write it and its pictures.
 
     Parameters
     ----------
     source : source of the mechanism.
-    text : typed source, for the workers.
     makers : options of the function of the mechanism.
     options : options of the groups "sweep", "method" and "files" of the command line.
 
@@ -57,7 +56,7 @@ def sweep(source: Source, text: str, makers: list[Option], options: argparse.Nam
     workers, solver = checks.count("flexmb sweep", "--workers", options.workers), flow_options(options)
     if options.plot and not options.no_plots:
         _require_signals(options, Family(make, parameter, fixed, **solver), values)
-    with worker_pool(workers, find, text) if workers > 1 else nullcontext() as pool:
+    with worker_pool(workers, find, options.source) if workers > 1 else nullcontext() as pool:
         diagram = bifurcation(
             make,
             parameter,
@@ -79,9 +78,8 @@ def sweep(source: Source, text: str, makers: list[Option], options: argparse.Nam
     if not options.no_plots:
         written += _pictures(diagram, folder, options.plot)
     failed = _failures(diagram)
-    if not options.quiet:
-        print(_summary(diagram))
-        print("\nwritten:", *(f"  {path}" for path in written), sep="\n")
+    print(_summary(diagram))
+    print("\nwritten:", *(f"  {path}" for path in written), sep="\n")
     if failed:
         print(f"flexmb: {failed}", file=sys.stderr)
     return 1 if failed else 0
@@ -136,18 +134,7 @@ def _varied(
     path, equals, text = options.vary.partition("=")
     if not equals:
         raise InputError(f"--vary: {options.vary!r} names no range; give PART.FIELD={RANGE}.")
-    return mechanism, path, values_of(text, _field(mechanism, path)), {}
-
-
-def _field(mechanism: Mechanism, path: str) -> Option:
-    """The field of a part as an option, with the unit in the docstring of its class."""
-    name, _, rest = path.partition(".")
-    owner: Any = mechanism.find(name)
-    *inner, last = rest.split(".")
-    for field in inner:
-        owner = vars(owner).get(field)
-    known = next((option for option in options_of(type(owner)) if option.name == last), None)
-    return Option(f"vary {path}", "number", None, known.unit if known else "", "")
+    return mechanism, path, values_of(text, field_option(mechanism, path, "vary")), {}
 
 
 def _require_signals(options: argparse.Namespace, family: Family, values: list[float]) -> None:

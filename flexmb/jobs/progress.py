@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import sys
+import time
 from types import TracebackType
 from typing import Any, Self
 
 COUNTED = "{l_bar}{bar}| {n:.5g}/{total:.5g} %s [{elapsed}<{remaining}{postfix}]"
+EVERY = 60.0
+"""Time between two lines of progress in a file [s on the clock]."""
 WEIGHED = "{desc} {percentage:3.0f}%|{bar}| {elapsed}{postfix}"
 
 
@@ -31,7 +35,7 @@ class ProgressBar:
         self, name: str, total: float, *, done: float = 0, shown: bool, of: str = "points", form: str = COUNTED
     ) -> None:
         self.total, self.n, self.failed = total, done, 0
-        self.drawn = _tqdm(total, initial=done, desc=name, bar_format=form.replace("%s", of)) if shown else None
+        self.drawn = _drawn(total, done, name, form, of) if shown else None
 
     def __enter__(self) -> Self:
         return self
@@ -79,7 +83,7 @@ class WorkBar(ProgressBar):
     """
 
     def __init__(self, name: str, works: list[float], workers: int, *, shown: bool) -> None:
-        super().__init__(name, sum(works), shown=shown, form=WEIGHED)
+        super().__init__(name, sum(works), shown=shown, of="s of work", form=WEIGHED)
         self.name, self.jobs, self.finished, self.workers = name, len(works), 0, workers
         self.estimated, self.taken = 0.0, 0.0
         self._tell()
@@ -123,7 +127,50 @@ def clock(seconds: float) -> str:
     return f"{minutes} min" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
 
 
-def _tqdm(total: float, **options: Any) -> Any:
+class Lines:
+    """Progress as whole lines, for a file: one every minute, and one at the end.
+
+    Parameters
+    ----------
+    total : number at the end.
+    initial : number at the begin.
+    desc : first words of a line.
+    of : unit of the numbers.
+    """
+
+    def __init__(self, total: float, initial: float, desc: str, of: str) -> None:
+        self.total, self.n, self.desc, self.of = total, initial, desc, of
+        self.behind, self.began, self.is_open = "", time.monotonic(), True
+        self.told = self.began
+
+    def update(self, more: float) -> None:
+        """Go on by `more`, and write a line if it is time."""
+        self.n += more
+        if time.monotonic() - self.told >= EVERY:
+            self._write()
+
+    def set_postfix_str(self, text: str, refresh: bool = True) -> None:  # noqa: ARG002 - written with the next line
+        """Text behind the numbers of the next line; `refresh` has no effect."""
+        self.behind = text
+
+    def close(self) -> None:
+        """Write the last line."""
+        if self.is_open:
+            self._write()
+        self.is_open = False
+
+    def _write(self) -> None:
+        self.told = time.monotonic()
+        share = 100.0 * self.n / self.total if self.total else 100.0
+        numbers = f"{self.n:.5g} of {self.total:.5g} {self.of}, {clock(self.told - self.began)}"
+        behind = f", {self.behind}" if self.behind else ""
+        print(f"{self.desc}: {share:.0f} %, {numbers}{behind}", file=sys.stderr, flush=True)
+
+
+def _drawn(total: float, done: float, name: str, form: str, of: str) -> Any:
+    """A bar on a terminal, lines elsewhere."""
+    if sys.stderr is None or not sys.stderr.isatty():
+        return Lines(total, done, name, of)
     from tqdm import tqdm
 
-    return tqdm(total=total, mininterval=0.1, **options)
+    return tqdm(total=total, initial=done, desc=name, bar_format=form.replace("%s", of), mininterval=0.1)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import platform
+import shlex
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from importlib.metadata import version
@@ -91,7 +93,8 @@ def global_attributes(model: Mapping[str, Any]) -> dict[str, str]:
     """
     now = datetime.now(UTC).isoformat(timespec="seconds")
     command = model.get("command")
-    made = f"flexmb {' '.join(map(str, command))}" if isinstance(command, list) else "flexmb.Solution.to_netcdf"
+    typed = shlex.join(["flexmb", *map(str, command)]) if isinstance(command, list) else "flexmb.Solution.to_netcdf"
+    made = os.fsencode(typed).decode("utf-8", "replace")  # names of files need not be texts
     versions = [f"flexmb {installed_version()}", f"Python {platform.python_version()}"]
     return {
         "Conventions": CONVENTIONS,

@@ -199,9 +199,8 @@ def test_a_compiled_mechanism_and_a_report():
 
 
 def test_exponents_and_verdicts():
-    henon = fm.chaos.Map(
-        lambda x, a, b: [1.0 - a * x[0] ** 2 + x[1], b * x[0]], [0.1, 0.1], parameters={"a": 1.4, "b": 0.3}
-    )
+    numbers = {"a": 1.4, "b": 0.3}
+    henon = fm.chaos.Map(lambda x, a, b: [1.0 - a * x[0] ** 2 + x[1], b * x[0]], [0.1, 0.1], parameters=numbers)
     assert repr(henon).endswith("2 signals, at 0 iterations")
     found = fm.lyapunov(henon, skip=100, periods=500)
     assert len(repr(found).splitlines()) <= 3

@@ -1,7 +1,10 @@
 """A solution as netCDF: back bit for bit, readable by others, honest about files it cannot read."""
 
 import json
+import pickle
 import runpy
+import subprocess
+import sys
 from contextlib import suppress
 from pathlib import Path
 
@@ -11,6 +14,7 @@ import xarray as xr
 
 from flexmb.errors import FileFormatError, InputError
 from flexmb.model.shape import RigidShape
+from flexmb.model.signal import Signal
 from flexmb.results.contact_intervals import ContactLog
 from flexmb.results.netcdf import load
 from flexmb.results.stats import Stats
@@ -236,3 +240,71 @@ def test_damaged_bytes_of_a_file_without_checksum(tmp_path):
         path.write_bytes(damaged[: random.integers(1, len(content))] if random.random() < 0.2 else damaged)
         with suppress(FileFormatError):
             load(path)
+
+
+def test_signals_stay_in_the_bytes_of_the_file_until_they_are_used(tmp_path, monkeypatch):
+    from flexmb.results.late_values import LateValues
+
+    sol = solution()
+    path = sol.to_netcdf(tmp_path / "a.nc")
+    made = []
+    matrix = LateValues.matrix
+    monkeypatch.setattr(LateValues, "matrix", lambda self: made.append(1) or matrix(self))
+    back = load(path)
+    assert bits(back.array("crank.x")) == bits(sol.array("crank.x"))
+    assert bits(back["crank.x"].values) == bits(sol.array("crank.x"))
+    assert back.dataset.sizes["time"] == len(sol.time)
+    with pytest.raises(ValueError, match="read-only"):
+        back.array("crank.x")[0] = 1.0
+    assert not made
+    assert bits(back.values) == bits(sol.values)
+    assert bits(back.array("crank.x")) == bits(sol.array("crank.x"))
+    assert bits(back.values) == bits(sol.values)
+    assert made == [1]
+    with pytest.raises(ValueError, match="read-only"):
+        back.values[0] = 1.0
+
+
+def test_a_loaded_solution_does_not_need_its_file_any_more(tmp_path):
+    """It may be replaced, damaged or removed, and no handle of it is open."""
+    sol = solution()
+    path = sol.to_netcdf(tmp_path / "a.nc")
+    back = load(path)
+    open_files = [link for link in Path("/proc/self/fd").glob("*") if link.exists() and link.resolve() == path]
+    assert not open_files
+    path.write_bytes(b"other")
+    path.unlink()
+    assert bits(back.values) == bits(sol.values)
+    assert bits(pickle.loads(pickle.dumps(load(sol.to_netcdf(path)))).values) == bits(sol.values)  # noqa: S301 - own
+    assert bits(load(back.to_netcdf(tmp_path / "b.nc")).values) == bits(sol.values)
+
+
+def test_files_of_other_writers_are_read_too(tmp_path):
+    """Compressed, in pieces, or with bytes in another order, as other programs write them."""
+    sol = solution()
+    path = sol.to_netcdf(tmp_path / "a.nc")
+    with xr.open_dataset(path, engine="h5netcdf", decode_cf=False) as file:
+        dataset = file.load()
+    packed = {str(name): {"zlib": True, "chunksizes": (7,)} for name in sol.names}
+    dataset.to_netcdf(path, engine="h5netcdf", encoding=packed)
+    assert bits(load(path).values) == bits(sol.values)
+
+
+def test_loading_takes_less_than_half_a_second_in_a_fresh_process(tmp_path, root):
+    """150 signals; nothing that is slow to import is needed for it."""
+    names = [f"rod.node{k}.x" for k in range(150)]
+    values = np.arange(150.0 * 1000).reshape(1000, 150)
+    peaks = (np.ones(150), np.zeros(150))
+    signals, time = tuple(Signal(name, "m") for name in names), np.arange(1000.0)
+    path = solution(time=time, values=values, signals=signals, peaks=peaks, aliases={}).to_netcdf(tmp_path / "a.nc")
+    code = (
+        "import sys, time, h5py; began = time.process_time(); import flexmb; sol = flexmb.load(sys.argv[1]); "
+        "took = time.process_time() - began; slow = {'numba', 'xarray', 'scipy'} & set(sys.modules); "
+        "print(took, len(sol.names), slow)"
+    )
+    command = [sys.executable, "-c", code, str(path)]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=root, check=True)
+    took, number, slow = done.stdout.split(maxsplit=2)
+    assert number == "150"
+    assert slow.strip() == "set()"
+    assert float(took) < 0.5

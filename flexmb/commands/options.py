@@ -1,0 +1,167 @@
+"""Options of the commands, except those of the mechanism."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from flexmb.step.step_size import RTOL
+
+TANGENT_METHODS = "methods of `flexmb run` except runge-kutta"
+QUIET = "no progress and no messages; the summary is printed"
+SHELLS = ("bash", "zsh", "fish")
+
+
+def add_run(run: argparse.ArgumentParser) -> None:
+    """Options of `flexmb run`."""
+    time = run.add_argument_group("time")
+    end = time.add_mutually_exclusive_group()
+    end.add_argument("--periods", metavar="X", help="length of the run in periods of the drives (default 2)")
+    end.add_argument("--t-end", metavar="TIME", help="length of the run, e.g. 0.5s")
+    time.add_argument("--save-from-period", metavar="X", help="first saved period, also for peaks (default 0)")
+    time.add_argument("--save", metavar="N", help="saved instants a period, or `steps` for every step (default 1000)")
+    time.add_argument("--restart", metavar="RUN.nc", type=Path, help="start from the end of this run of the mechanism")
+    keep = run.add_argument_group("interruptions")
+    every = "time between checkpoints, from which --resume goes on (default 30s)"
+    keep.add_argument("--checkpoint", metavar="TIME", default="30s", help=every)
+    keep.add_argument("--resume", action="store_true", help="go on with a run that was ended from outside, bit for bit")
+    names = "generalised-alpha[:RADIUS] (default), hht[:ALPHA], wbz[:ALPHA], trapezoidal, runge-kutta"
+    _add_method(run, f"{names}; runge-kutta needs --step")
+    files = run.add_argument_group("files")
+    files.add_argument("--out", metavar="DIR", help="folder of the results (default out/NAME)")
+    files.add_argument("--frames", type=int, metavar="N", default=100, help="number of VTK frames (default 100)")
+    files.add_argument("--no-vtk", action="store_true", help="no VTK files")
+    files.add_argument("--no-plots", action="store_true", help="no pictures")
+    files.add_argument("--quiet", action="store_true", help=QUIET)
+
+
+def add_sweep(sweep: argparse.ArgumentParser) -> None:
+    """Options of `flexmb sweep`."""
+    group = sweep.add_argument_group(
+        "sweep", "Give one option of the mechanism a range: --speed 0.5pi:2.5pi:50, or values: 1,2,4."
+    )
+    group.add_argument(
+        "--vary", metavar="PART.FIELD=RANGE", help="range of a field of a part, e.g. P1.clearance=0.1mm:1mm:10"
+    )
+    group.add_argument("--skip", type=int, metavar="N", default=50, help="periods before the first point (default 50)")
+    group.add_argument("--keep", type=int, metavar="N", default=50, help="points at each value (default 50)")
+    group.add_argument(
+        "--direction",
+        metavar="NAME",
+        default="cold",
+        help="start of each value: cold (default), from the value below (up) or above (down), or both",
+    )
+    group.add_argument(
+        "--chunks", type=int, metavar="N", default=1, help="chunks of up and down with a cold start each (default 1)"
+    )
+    group.add_argument("--signals", metavar="A,B", help="signals to keep (default all)")
+    group.add_argument("--period", metavar="TIME", help="time between two points (default the period of the drives)")
+    group.add_argument("--exponent", action="store_true", help="also the largest Lyapunov exponent at each value")
+    solver = _add_method(sweep, TANGENT_METHODS)
+    solver.add_argument("--workers", type=int, metavar="N", default=1, help="number of worker processes (default 1)")
+    files = sweep.add_argument_group("files")
+    files.add_argument("--store", metavar="DIR.zarr", help="store of all finished points (zarr)")
+    files.add_argument("--resume", action="store_true", help="continue an existing store")
+    files.add_argument("--out", metavar="DIR", help="folder of dataset and pictures (default out/NAME)")
+    files.add_argument("--plot", metavar="A,B", help="signals of the pictures (default: one signal)")
+    files.add_argument("--no-plots", action="store_true", help="no pictures")
+    files.add_argument("--quiet", action="store_true", help=QUIET)
+
+
+def add_chaos(chaos: argparse.ArgumentParser) -> None:
+    """Options of `flexmb chaos`."""
+    group = chaos.add_argument_group("chaos")
+    group.add_argument("--skip", type=int, metavar="N", default=20, help="periods before the first point (default 20)")
+    group.add_argument("--keep", type=int, metavar="N", default=200, help="points, one a period (default 200)")
+    group.add_argument("--exponents", type=int, metavar="K", default=1, help="number of exponents (default 1)")
+    group.add_argument("--period", metavar="TIME", help="time between two points (default the period of the drives)")
+    group.add_argument("--signals", metavar="A,B", help="signals to be drawn and analysed (default: one signal)")
+    group.add_argument(
+        "--series", type=int, metavar="N", default=64, help="number of finely sampled periods (default 64; 0: none)"
+    )
+    group.add_argument("--samples", type=int, metavar="N", default=400, help="samples in each of them (default 400)")
+    group.add_argument(
+        "--dimension",
+        action="store_true",
+        help="also the correlation dimension of each signal; it needs some 300 periods",
+    )
+    group.add_argument("--recurrence", action="store_true", help="also the recurrence quantification of each signal")
+    group.add_argument(
+        "--no-confirm",
+        action="store_true",
+        help="no second run with finer steps, a fifth as long, which confirms errors and verdict",
+    )
+    _add_method(chaos, TANGENT_METHODS)
+    files = chaos.add_argument_group("files")
+    files.add_argument("--out", metavar="DIR", help="folder of results and pictures (default out/NAME)")
+    files.add_argument("--no-plots", action="store_true", help="no pictures")
+    files.add_argument("--quiet", action="store_true", help=QUIET)
+
+
+def add_paper(paper: argparse.ArgumentParser) -> None:
+    """Options of `flexmb paper`."""
+    paper.description = (
+        "A published study computed anew: the study of Chen, Jiang, Deng and Wang (Nonlinear Dynamics, 2018) on the "
+        "nine-bar mechanism, or another one. Results of runs are kept in DIR/runs (quick: DIR/runs-quick), so an "
+        "interrupted command continues when it is called again."
+    )
+    paper.add_argument(
+        "what",
+        metavar="WHAT",
+        nargs="*",
+        help="numbers of figures (9), ranges (9-16), names of pages, `figures`, `pages` or `all`; default: all figures "
+        "and pages except the slow pages, which need `all` or their names",
+    )
+    paper.add_argument("--study", metavar="NAME", default="nine-bar", help="nine-bar (default) or slider-crank")
+    paper.add_argument("--out", metavar="DIR", help="folder of all files (default out/paper, quick: out/paper-quick)")
+    paper.add_argument("--quick", action="store_true", help="short runs: all figures and pages within ten minutes")
+    paper.add_argument("--workers", type=int, metavar="N", help="worker processes (default: one for each core)")
+    paper.add_argument("--fresh", action="store_true", help="compute existing results again")
+    paper.add_argument("--list", action="store_true", help="list figures and pages only")
+    paper.add_argument("--quiet", action="store_true", help=QUIET)
+
+
+def add_check(check: argparse.ArgumentParser) -> None:
+    """Options of `flexmb check`."""
+    check.add_argument("--step", metavar="TIME", help="fixed step that a run is to take: is it short enough?")
+    check.add_argument("--json", action="store_true", help="print the report as JSON")
+
+
+def add_vtk(vtk: argparse.ArgumentParser) -> None:
+    """Options of `flexmb vtk`."""
+    vtk.add_argument("file", metavar="RUN.nc", type=Path, help="file of `flexmb run`")
+    vtk.add_argument("--frames", type=int, metavar="N", help="number of frames (default: all instants, at most 200)")
+    vtk.add_argument("--out", type=Path, metavar="PLACE", help="a folder, or FILE.pvd (default: beside RUN.nc)")
+
+
+def add_rerun(rerun: argparse.ArgumentParser) -> None:
+    """Options of `flexmb rerun`."""
+    rerun.add_argument("file", metavar="RUN.nc", type=Path, help="file of `flexmb run`")
+    trusted = "the mechanism; needed where the file is of a run of FILE.py, which is executed"
+    rerun.add_argument("name", metavar="NAME", nargs="?", help=trusted)
+    rerun.add_argument("--quiet", action="store_true", help=QUIET)
+
+
+def add_new(new: argparse.ArgumentParser) -> None:
+    """Options of `flexmb new`."""
+    new.add_argument("file", metavar="NAME", type=Path, help="name of the model; the file is NAME.py")
+    new.add_argument("--force", action="store_true", help="replace an existing file")
+
+
+def add_completion(completion: argparse.ArgumentParser) -> None:
+    """Options of `flexmb completion`."""
+    completion.add_argument("shell", metavar="SHELL", choices=SHELLS, help="bash, zsh or fish")
+
+
+def add_nothing(command: argparse.ArgumentParser) -> None:
+    """No options."""
+
+
+def _add_method(command: argparse.ArgumentParser, names: str) -> argparse._ArgumentGroup:
+    """Add the options for step and method, which all commands with a motion have."""
+    solver = command.add_argument_group("method")
+    step = solver.add_mutually_exclusive_group()
+    step.add_argument("--step", metavar="TIME", help="fixed step, e.g. 10us (default: error-controlled steps)")
+    step.add_argument("--rtol", metavar="X", help=f"relative tolerance of the velocities in a step (default {RTOL:g})")
+    solver.add_argument("--method", metavar="NAME", help=names)
+    return solver
