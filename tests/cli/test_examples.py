@@ -51,6 +51,7 @@ def numbers(pattern, text):
 def test_no_example_is_forgotten():
     tested = {"pendulum", "cantilever", "flexible_four_bar", "own_law", "frame_from_mesh", "restart", "chaos"}
     tested |= {"cam_lift_off", "geneva", "pick_and_place"}
+    tested |= {"andrews", "spin_up", "whip", "worn_slider_crank", "nine_bar", "gripper"}
     assert {path.stem for path in EXAMPLES.glob("*.py")} == tested | set(KNOWN)
 
 
@@ -169,6 +170,72 @@ def test_chaos(tmp_path):
         assert found == pytest.approx(exact, rel=1e-3)
     assert {"periodic-1", "periodic-4", "chaotic"} <= set(re.search("verdicts: (.*)", text).group(1).split(", "))
     assert (tmp_path / "out" / "pendulum.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_andrews(tmp_path):
+    text = output("andrews", tmp_path)
+    pairs = numbers(r"# rad \(published #\)", text)
+    assert len(pairs) == 7
+    assert pairs[0][1] == 15.810771196  # Test Set for Initial Value Problem Solvers, release 2.4
+    for found, published in pairs:
+        assert found == pytest.approx(published, abs=1.1e-8)
+
+
+def test_spin_up(tmp_path):
+    text = output("spin_up", tmp_path)
+    ((back, independent),) = numbers(r"back by # m \(independent #\)", text)
+    assert back == pytest.approx(independent, rel=2e-3)
+    ((stretch, exact),) = numbers(r"stretch # m \(exact #\)", text)
+    assert exact == pytest.approx(1.2 * 36.0 * 1e3 / (3.0 * 2.8e7), rel=1e-4)
+    assert stretch == pytest.approx(exact, rel=1e-3)
+    ((vibration, published),) = numbers(r"afterwards # m \(published #\)", text)
+    assert vibration == pytest.approx(published, abs=1.01e-4)  # two digits
+
+
+def test_whip(tmp_path):
+    text = output("whip", tmp_path)
+    ((time, thin, stone),) = numbers(r"in # s \(thin fold #\), a stone in # s", text)
+    assert stone == pytest.approx(math.sqrt(2.0 * 0.8 / 9.81), abs=1e-4)
+    assert time == pytest.approx(thin, rel=5e-3)  # the fold of links has a width
+    ((speed, thin, stone),) = numbers(r"there # m/s \(thin fold #\), of a stone # m/s", text)
+    assert thin == pytest.approx(math.sqrt(2.0 * 9.81 * 0.8 * 0.6 / 0.2), abs=1e-3)
+    assert speed == pytest.approx(thin, rel=0.04)
+    ((lost,),) = numbers(r"energy lost # of", text)
+    assert lost < 1e-3
+
+
+def test_gripper(tmp_path):
+    text = output("gripper", tmp_path)
+    grips = numbers(r"jaw # N \(leaf springs #\)", text)
+    assert len(grips) == 2
+    for grip, exact in grips:
+        assert exact == pytest.approx(6.0 - 24.0 * 207e9 * 0.01 * 5e-4**3 / 12.0 / 0.06**3 * 5e-4, rel=1e-3)
+        assert grip == pytest.approx(exact, rel=1e-3)
+
+
+def test_worn_slider_crank(tmp_path):
+    text = output("worn_slider_crank", tmp_path)
+    (first,) = numbers(r"exponent # \+- # /s from tangents", text)
+    (second,) = numbers(r"exponent # \+- # /s from two runs", text)
+    assert first[0] > 5.0 * first[1]
+    assert abs(first[0] - second[0]) < 4.0 * math.hypot(first[1], second[1])
+    assert "verdict chaotic" in text
+    ((depth, contacts),) = numbers(r"at most # clearances from its centre, # contacts", text)
+    assert 1.0 < depth < 1.3
+    assert contacts >= 2
+    assert (tmp_path / "out" / "worn_slider_crank.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_nine_bar(tmp_path):
+    text = output("nine_bar", tmp_path)
+    torques = numbers(r"largest torque # N m \(inverse dynamics #\)", text)
+    assert len(torques) == 2
+    for simulated, inverse in torques:
+        assert simulated == pytest.approx(inverse, rel=2e-4)
+    ((moved,),) = numbers(r"slider by # %", text)
+    assert moved < 1.0  # docs/paper/claims.md, claim 1
+    ((peaks,),) = numbers(r"acceleration # times", text)
+    assert peaks > 10.0  # claim 2
 
 
 def test_readme(tmp_path, root):
