@@ -66,7 +66,7 @@ def of_nine_bar(model: str, speed: float, clearance: float, keep: int) -> Row:
 
 
 def of_slider_crank(clearance: float) -> Row:
-    """A row of the slider-crank of the README, 5000 rpm."""
+    """A row of the ready slider-crank, 5000 rpm."""
     omega = 5000.0 * math.pi / 30.0
     name = f"slider-crank, 5000 rpm, {1e3 * clearance:g} mm"
     return Row(

@@ -41,6 +41,19 @@ def output(name, folder):
     return done.stdout
 
 
+@pytest.fixture
+def printed(tmp_path, monkeypatch, capsys):
+    """A function that runs an example in this process, in an empty folder, and returns what it prints."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(name):
+        runpy.run_path(str(EXAMPLES / f"{name}.py"), run_name="__main__")
+        assert (tmp_path / "out" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+        return capsys.readouterr().out
+
+    return run
+
+
 def numbers(pattern, text):
     """The numbers at the places marked # of every line that matches."""
     found = re.findall(pattern.replace("#", NUMBER), text)
@@ -51,6 +64,7 @@ def numbers(pattern, text):
 def test_no_example_is_forgotten():
     tested = {"pendulum", "cantilever", "flexible_four_bar", "own_law", "frame_from_mesh", "restart", "chaos"}
     tested |= {"cam_lift_off", "geneva", "ratchet", "pick_and_place"}
+    tested |= {"andrews", "spin_up", "whip", "worn_slider_crank", "nine_bar", "gripper"}
     assert {path.stem for path in EXAMPLES.glob("*.py")} == tested | set(KNOWN)
 
 
@@ -177,20 +191,73 @@ def test_chaos(tmp_path):
     assert (tmp_path / "out" / "pendulum.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_readme(tmp_path, root):
-    """The examples of README.md, as they stand there, one after the other."""
-    text = (root / "README.md").read_text(encoding="utf-8")
-    code = "\n".join(re.findall(r"```python\n(.*?)```", text, re.DOTALL))
-    (tmp_path / "readme.py").write_text(code, encoding="utf-8")
-    printed = output(tmp_path / "readme", tmp_path)
-    assert "degrees of freedom  1" in printed
-    assert printed.count("Finished at t = 0.06 s") == 3
-    assert (tmp_path / "slider_crank.png").read_bytes().startswith(b"\x89PNG")
+def test_andrews(printed):
+    text = printed("andrews")
+    pairs = numbers(r"# rad \(published #\)", text)
+    assert len(pairs) == 7
+    assert pairs[0][1] == 15.810771196  # Test Set for Initial Value Problem Solvers, release 2.4
+    for found, published in pairs:
+        assert found == pytest.approx(published, abs=1.1e-8)
 
 
-def test_commands_of_the_readme(root, capsys):
-    """None of them names a mechanism or an option that the command line does not know."""
-    text = (root / "README.md").read_text(encoding="utf-8")
+def test_spin_up(printed):
+    text = printed("spin_up")
+    ((back, independent),) = numbers(r"back by # m \(independent #\)", text)
+    assert back == pytest.approx(independent, rel=2e-3)
+    ((stretch, exact),) = numbers(r"stretch # m \(exact #\)", text)
+    assert exact == pytest.approx(1.2 * 36.0 * 1e3 / (3.0 * 2.8e7), rel=1e-4)
+    assert stretch == pytest.approx(exact, rel=1e-3)
+    ((vibration, published),) = numbers(r"afterwards # m \(published #\)", text)
+    assert vibration == pytest.approx(published, abs=1.01e-4)  # two digits
+
+
+def test_whip(printed):
+    text = printed("whip")
+    ((time, thin, stone),) = numbers(r"in # s \(thin fold #\), a stone in # s", text)
+    assert stone == pytest.approx(math.sqrt(2.0 * 0.8 / 9.81), abs=1e-4)
+    assert time == pytest.approx(thin, rel=5e-3)  # the fold of links has a width
+    ((speed, thin, stone),) = numbers(r"there # m/s \(thin fold #\), of a stone # m/s", text)
+    assert thin == pytest.approx(math.sqrt(2.0 * 9.81 * 0.8 * 0.6 / 0.2), abs=1e-3)
+    assert speed == pytest.approx(thin, rel=0.04)
+    assert float(re.findall(r"energy lost (\S+) of", text)[0]) < 1e-3
+
+
+def test_gripper(printed):
+    text = printed("gripper")
+    grips = numbers(r"jaw # N \(leaf springs #\)", text)
+    assert len(grips) == 2
+    for grip, exact in grips:
+        assert exact == pytest.approx(6.0 - 24.0 * 207e9 * 0.01 * 5e-4**3 / 12.0 / 0.06**3 * 5e-4, rel=1e-3)
+        assert grip == pytest.approx(exact, rel=1e-3)
+
+
+@pytest.mark.slow  # two hundred periods with clearance
+def test_worn_slider_crank(printed):
+    text = printed("worn_slider_crank")
+    (first,) = numbers(r"exponent # \+- # /s from tangents", text)
+    (second,) = numbers(r"exponent # \+- # /s from two runs", text)
+    assert first[0] > 5.0 * first[1]
+    assert abs(first[0] - second[0]) < 4.0 * math.hypot(first[1], second[1])
+    assert "verdict chaotic" in text
+    ((depth, contacts),) = numbers(r"at most # clearances from its centre, # contacts", text)
+    assert 1.0 < depth < 1.3
+    assert contacts >= 2
+
+
+def test_nine_bar(printed):
+    text = printed("nine_bar")
+    torques = numbers(r"largest torque # N m \(inverse dynamics #\)", text)
+    assert len(torques) == 2
+    for simulated, inverse in torques:
+        assert simulated == pytest.approx(inverse, rel=2e-4)
+    ((moved, peaks),) = numbers(r"slider by # %.*\n.*acceleration # times", text)
+    assert moved < 1.0  # docs/paper/claims.md, claim 1
+    assert peaks > 10.0  # claim 2
+
+
+def test_commands_of_the_page(root, capsys):
+    """None of docs/howto/command_line.md names a mechanism or an option that the command line does not know."""
+    text = (root / "docs" / "howto" / "command_line.md").read_text(encoding="utf-8")
     commands = [c.split() for c in re.findall(r"^    flexmb (\S.*?)(?: +#.*)?$", text, re.MULTILINE)]
     ready = [c for c in commands if c[0] in {"run", "check", "sweep", "chaos"} and not c[1].endswith(".py")]
     assert len(ready) >= 3

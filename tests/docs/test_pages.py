@@ -73,7 +73,9 @@ def run_shell(text):
     """Run the commands `flexmb ...` of a block; others (installation, make) must at least be known."""
     for line in text.splitlines():
         command = line.partition("#")[0].split()
-        if command[:1] == ["flexmb"]:
+        if command[:1] == ["flexmb"] and "--out" in command and command[-1] == "out/demo":
+            assert f"$(BIN)/{' '.join(command)}" in (ROOT / "Makefile").read_text(encoding="utf-8")  # `make demo`
+        elif command[:1] == ["flexmb"]:
             with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
                 assert main(command[1:]) == 0, line
         elif command[:1] == ["make"]:
