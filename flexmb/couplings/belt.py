@@ -10,7 +10,7 @@ from flexmb import checks
 from flexmb.couplings.wheels import Wheels
 from flexmb.errors import InputError
 from flexmb.model.contributions import Contribution
-from flexmb.model.shape import Shapes
+from flexmb.model.shape import BeltShape, Shapes
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -59,8 +59,10 @@ class Belt(Wheels):
         object.__setattr__(self, "radii", radii)
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
-        """Circles of the belt's middle line on both wheels."""
-        return self.circles(mechanism, self.radii)
+        """The belt, and circles of its middle line on both wheels."""
+        first, second = (mechanism.body(wheel.name, self.label) for wheel in (self.first, self.second))
+        centres = (first.name, first.main, (0.0, 0.0)), (second.name, second.main, (0.0, 0.0))
+        return (*self.circles(mechanism, self.radii), BeltShape(self.name, *centres, self.radii, self.crossed))
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One constraint equation between two or three angles."""
