@@ -41,11 +41,13 @@ class SymbolLine:
     part : name of the part.
     kind : one of `KINDS`.
     points : (n, m, 2) [m].
+    body : the body that a circle turns with; "" for other symbols.
     """
 
     part: str
     kind: str
     points: np.ndarray
+    body: str = ""
 
 
 def symbols(sol: Solution, instants: np.ndarray, size: float) -> list[SymbolLine]:
@@ -65,7 +67,7 @@ def symbols(sol: Solution, instants: np.ndarray, size: float) -> list[SymbolLine
         elif isinstance(shape, ArrowShape):
             found.append(SymbolLine(shape.part, "force", _arrow(sol, shape, instants, size)))
         elif isinstance(shape, CircleShape):
-            found.append(SymbolLine(shape.part, "pitch circle", _circle(sol, shape, instants)))
+            found.append(SymbolLine(shape.part, "pitch circle", _circle(sol, shape, instants), shape.at[0]))
         elif isinstance(shape, BeltShape):
             found.append(SymbolLine(shape.part, "belt", _belt(sol, shape, instants)))
         elif isinstance(shape, PointShape) and shape.along and shape.other and _is_saved(sol, shape.other):

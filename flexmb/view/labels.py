@@ -22,7 +22,7 @@ DIRECTIONS = 16
 LEADER = 15.0
 """Distance from which on a thin line leads from the name to its point [pt]."""
 
-POINT_SIZE = 9.0
+POINT_SIZE = 12.0
 """Side of the square around a point that names keep free [pt]."""
 
 ON_NAME, OUTSIDE, ON_POINT, ON_LINE = 1e4, 2e3, 3e2, 8.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -38,8 +38,8 @@ THINNEST = 0.004
 RING = 0.014
 """Radius of the ring that stands for a joint with clearance, over the width of the picture."""
 
-JOURNAL = 0.55
-"""Radius of the journal over that of its ring; the rest is the clearance, enlarged."""
+JOURNAL, PLAY = 0.5, 0.9
+"""Radius of the journal, and of the room in which it moves, over that of its ring."""
 
 
 @dataclass(frozen=True)
@@ -74,13 +74,18 @@ class Pose:
         self._updates: list[Callable[[int], None]] = []
         self.artists: list[Artist] = []
         own = body_colours(scene)
-        for line in scene.lines:
-            if line.is_beam:
-                self._beam(line, own[line.part], colouring)
-            else:
+        beams = [line for line in scene.lines if line.is_beam]
+        if beams:
+            self._beams(beams, own, colouring)
+        for line in with_arms(scene):
+            if not line.is_beam:
                 self._rigid(line, own[line.part] if colouring is None else "0.45")
         for sign in (*scene.signs, *scene.forces):
-            self._polyline(sign.points, f"{sign.kind} {sign.part}", SYMBOLS[sign.kind])
+            style = SYMBOLS[sign.kind]
+            if sign.body in own and colouring is None:
+                self._area(sign.points[:, 1:], {"facecolor": own[sign.body], "alpha": 0.16, "zorder": 1.55})
+                style = {**style, "color": own[sign.body], "linewidth": 1.6}
+            self._polyline(sign.points, f"{sign.kind} {sign.part}", style)
         for name, (path, time) in scene.paths.items():
             self._path(name, path, time)
         for mark in scene.marks:
@@ -100,7 +105,7 @@ class Pose:
 
     def _rigid(self, line: Line, colour: str) -> None:
         point = bool(np.ptp(line.points[0], axis=0).max() == 0.0)  # a body without joints outside its centre
-        style: dict[str, Any] = {"marker": "s", "markersize": 14} if point else {"solid_capstyle": "round"}
+        style: dict[str, Any] = {"marker": "s", "markersize": 11} if point else {"solid_capstyle": "round"}
         if line.points.shape[1] > 3 and np.allclose(line.points[0, 0], line.points[0, -1]):
             self._area(line.points, {"facecolor": colour, "alpha": 0.16, "edgecolor": "none", "zorder": 1.6})
         self._polyline(line.points, "", {"color": colour, "linewidth": 2.6, "zorder": 2.0, **style})
@@ -112,32 +117,47 @@ class Pose:
         self.artists.append(artist)
         self._updates.append(lambda now: artist.set_xy(points[now]))
 
-    def _beam(self, line: Line, colour: str, colouring: Colouring | None) -> None:
-        left, right = edges(line, THINNEST * self._scene.size)
+    def _beams(self, beams: list[Line], own: dict[str, str], colouring: Colouring | None) -> None:
+        """Beams with their depth: in the colour of the body around the axis, or by a field between thin edges."""
+        sides = [edges(line, THINNEST * self._scene.size) for line in beams]
         if colouring is None:
-            outline = np.concatenate([left, right[:, ::-1]], axis=1)
-            self._area(outline, {"facecolor": colour, "alpha": 0.35, "edgecolor": "none", "zorder": 1.9})
-            self._polyline(line.points, "", {"color": colour, "linewidth": 2.0, "zorder": 2.0})
+            outlines = [np.concatenate([left, right[:, ::-1]], axis=1) for left, right in sides]
+            style: dict[str, Any] = {"facecolors": [own[line.part] for line in beams], "alpha": 0.35, "zorder": 1.9}
+            self._polygons(np.stack(outlines, axis=1), None, {**style, "edgecolors": "none"})
+            for line in beams:
+                self._polyline(line.points, "", {"color": own[line.part], "linewidth": 2.0, "zorder": 2.0})
             return
-        for edge in (left, right):
-            self._polyline(edge, "", {"color": "0.25", "linewidth": 0.7, "zorder": 2.0})
-        self._coloured(line, left, right, colouring)
+        quads = [np.stack([a[:, :-1], a[:, 1:], b[:, 1:], b[:, :-1]], axis=2) for a, b in sides]  # (n, m - 1, 4, 2)
+        fields = [line.fields[colouring.field] for line in beams]
+        values = np.concatenate([0.5 * (f[:, :-1] + f[:, 1:]) for f in fields], axis=1)
+        style = {"cmap": colouring.colours, "norm": colouring.scale, "zorder": 1.95}
+        self._polygons(np.concatenate(quads, axis=1), values, {**style, "edgecolors": "face", "linewidths": 0.4})
+        for points in (np.stack([side[k] for side in sides], axis=1) for k in (0, 1)):
+            self._edges(points)
 
-    def _coloured(self, line: Line, left: np.ndarray, right: np.ndarray, colouring: Colouring) -> None:
+    def _polygons(self, points: np.ndarray, values: np.ndarray | None, style: dict[str, Any]) -> None:
+        """Polygons (n, k, m, 2), coloured by `values` (n, k) or as `style` tells."""
         from matplotlib.collections import PolyCollection
 
-        quads = np.stack([left[:, :-1], left[:, 1:], right[:, 1:], right[:, :-1]], axis=2)  # (n, m - 1, 4, 2)
-        values = 0.5 * (line.fields[colouring.field][:, :-1] + line.fields[colouring.field][:, 1:])
-        style: dict[str, Any] = {"cmap": colouring.colours, "norm": colouring.scale, "zorder": 1.95}
-        artist = PolyCollection(list(quads[0]), edgecolors="face", linewidths=0.4, **style)
+        artist = PolyCollection(list(points[0]), **style)
         self._ax.add_collection(artist, autolim=False)
         self.artists.append(artist)
 
         def update(now: int) -> None:
-            artist.set_verts(quads[now])
-            artist.set_array(values[now])
+            artist.set_verts(points[now])
+            if values is not None:
+                artist.set_array(values[now])
 
         self._updates.append(update)
+
+    def _edges(self, points: np.ndarray) -> None:
+        """Thin lines (n, k, m, 2)."""
+        from matplotlib.collections import LineCollection
+
+        artist = LineCollection(list(points[0]), colors="0.25", linewidths=0.7, zorder=2.0)
+        self._ax.add_collection(artist, autolim=False)
+        self.artists.append(artist)
+        self._updates.append(lambda now: artist.set_segments(list(points[now])))
 
     def _path(self, name: str, path: np.ndarray, time: np.ndarray) -> None:
         style: dict[str, Any] = {"color": TRACED, "linewidth": 1.0, "zorder": 1.5, "gid": f"{TRACE} {name}"}
@@ -176,7 +196,7 @@ class Pose:
         inside = next((m for m in self._scene.marks if m.part == mark.part and m.kind == "journal"), mark)
         away = inside.points - mark.points
         largest = float(np.hypot(*away.T).max()) or 1.0
-        centres = mark.points + (1.0 - JOURNAL) * radius / largest * away
+        centres = mark.points + (PLAY - JOURNAL) * radius / largest * away
         ring = {"facecolor": "white", "edgecolor": CLEARANCE, "linewidth": 1.6, "zorder": 4.0}
         for points, size, style in (
             (mark.points, radius, ring),
@@ -188,6 +208,36 @@ class Pose:
         self._ax.add_patch(artist)
         self.artists.append(artist)
         self._updates.append(lambda now: artist.set_center(tuple(points[now])))
+
+
+def with_arms(scene: Scene) -> list[Line]:
+    """Lines of a scene; a body without extent that carries curves of contacts is no dot.
+
+    Instead, a line joins its centre with each closed curve that lies beside it, such as the pin of a Geneva drive.
+
+    Parameters
+    ----------
+    scene : the drawing.
+    """
+    found = []
+    for line in scene.lines:
+        centre = line.points[0, 0]
+        curves = [c for c in scene.lines if c.part == line.part and np.ptp(c.points[0], axis=0).max() > 0.0]
+        wheels = [s for s in scene.signs if s.body == line.part]
+        if np.ptp(line.points[0], axis=0).max() > 0.0 or not (curves or wheels):
+            found.append(line)
+            continue
+        for curve in curves:
+            if np.allclose(curve.points[0, 0], curve.points[0, -1]) and not _encloses(curve.points[0], centre):
+                middle = curve.points[:, :-1].mean(axis=1)
+                found.append(replace(line, points=np.stack([line.points[:, 0], middle], axis=1)))
+    return found
+
+
+def _encloses(curve: np.ndarray, point: np.ndarray) -> bool:
+    """Whether a closed curve (m, 2) winds around a point."""
+    angles = np.unwrap(np.arctan2(*(curve - point).T[::-1]))
+    return abs(float(angles[-1] - angles[0])) > np.pi
 
 
 def body_colours(scene: Scene) -> dict[str, str]:

@@ -19,6 +19,9 @@ Box = tuple[tuple[float, float], tuple[float, float]]
 PER_ELEMENT = 9
 """Number of points on a beam element."""
 
+SHARE = 98.0
+"""Percentile of absolute values at which colours and lengths of arrows end; impacts would make all else too small."""
+
 BOX_POSES = 400
 """Number of poses of a run, at most, that the limits of the axes are taken from."""
 
@@ -120,7 +123,10 @@ def box_around(points: list[np.ndarray]) -> Box:
 def joint_forces(
     sol: Solution, rows: np.ndarray, marks: Sequence[Mark], joints: Sequence[str], size: float
 ) -> list[SymbolLine]:
-    """Arrows of the forces of joints on their second bodies; the longest of the run has the length of a load's arrow.
+    """Arrows of the forces of joints on their second bodies.
+
+    Their lengths are proportional to the forces up to the 98th percentile of all of them, which has the length of a
+    load's arrow; larger forces, those of impacts, have the same length.
 
     Parameters
     ----------
@@ -132,12 +138,13 @@ def joint_forces(
     """
     places = {mark.part: mark.points for mark in marks if mark.kind != "journal"}
     vectors = {name: np.stack([sol.array(f"{name}.fx"), sol.array(f"{name}.fy")], axis=-1)[rows] for name in joints}
-    largest = max((float(np.hypot(*v.T).max(initial=0.0)) for v in vectors.values()), default=0.0) or 1.0
+    sizes = np.concatenate([np.zeros(1), *(np.hypot(*v.T) for v in vectors.values())])
+    top = float(np.percentile(sizes, SHARE)) or float(sizes.max()) or 1.0
     found = []
     for name, vector in vectors.items():
         if name not in places:
             raise InputError(f"forces: {name!r} is no joint that is drawn. Known: {', '.join(places)}.")
-        arrow = ARROW * size * vector / largest
+        arrow = ARROW * size * vector / np.maximum(np.hypot(*vector.T), top)[:, None]
         length = np.hypot(*arrow.T)[:, None]
         unit = arrow / np.where(length > 0.0, length, 1.0)
         normal = np.stack([-unit[:, 1], unit[:, 0]], axis=-1)
