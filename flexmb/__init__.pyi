@@ -99,3 +99,4 @@ from flexmb.view.bifurcation import plot_bifurcation as plot_bifurcation
 from flexmb.view.film import animate as animate
 from flexmb.view.plot import plot as plot
 from flexmb.view.render import render as render
+from flexmb.view.window import view as view

@@ -183,9 +183,20 @@ def _colouring(scene: Scene, field: str) -> Colouring:
     import matplotlib
     from matplotlib.colors import Normalize
 
-    values = np.concatenate([np.abs(line.fields[field]).ravel() for line in scene.lines if line.is_beam])
-    top = float(np.percentile(values, SHARE)) or float(values.max()) or 1.0
+    top = field_limit(scene, field)
     return Colouring(field, Normalize(-top, top), matplotlib.colormaps[DIVERGING])
+
+
+def field_limit(scene: Scene, field: str) -> float:
+    """Value at the ends of the colours of a field.
+
+    Parameters
+    ----------
+    scene : the drawing.
+    field : name of the field of the beams.
+    """
+    values = np.concatenate([np.abs(line.fields[field]).ravel() for line in scene.lines if line.is_beam])
+    return float(np.percentile(values, SHARE)) or float(values.max()) or 1.0
 
 
 def _digits(time: np.ndarray) -> int:

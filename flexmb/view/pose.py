@@ -74,12 +74,12 @@ class Pose:
         self._updates: list[Callable[[int], None]] = []
         self.artists: list[Artist] = []
         own = body_colours(scene)
-        beams = [line for line in scene.lines if line.is_beam]
-        if beams:
-            self._beams(beams, own, colouring)
         for line in with_arms(scene):
             if not line.is_beam:
                 self._rigid(line, own[line.part] if colouring is None else "0.45")
+        beams = [line for line in scene.lines if line.is_beam]
+        if beams:
+            self._beams(beams, own, colouring)
         for sign in (*scene.signs, *scene.forces):
             style = SYMBOLS[sign.kind]
             if sign.body in own and colouring is None:
