@@ -1,4 +1,4 @@
-"""The command line: flexmb run | sweep | chaos | list | check | vtk | rerun | paper."""
+"""The command line: flexmb run | sweep | chaos | list | check | vtk | animate | plot | rerun | paper."""
 
 from __future__ import annotations
 
@@ -113,6 +113,14 @@ def _dispatch(given: list[str]) -> int:
         from flexmb.commands.paper import paper
 
         return paper(options)
+    if options.command == "animate":
+        from flexmb.commands.animate import animate_run
+
+        return animate_run(options)
+    if options.command == "plot":
+        from flexmb.commands.plot import plot_run
+
+        return plot_run(options)
     if options.command == "rerun":
         return _rerun(options.file, options.name)
     if source is None:
@@ -195,7 +203,11 @@ def _parser(source: Source | None, wanted: str) -> tuple[argparse.ArgumentParser
     rerun.add_argument("name", metavar="NAME", nargs="?", help=trusted)
     paper = add("paper", help="figures and tables of a published study computed anew")
     _add_paper_options(paper)
-    for command in (run, sweep, chaos, check, listing, vtk, rerun, paper):
+    film = add("animate", help="film of a saved run: GIF or MP4", epilog=UNITS_HELP)
+    _add_film_options(film)
+    picture = add("plot", help="signals of a saved run as a picture")
+    _add_plot_options(picture)
+    for command in (run, sweep, chaos, check, listing, vtk, rerun, paper, film, picture):
         command.add_argument("--debug", action="store_true", help="show the traceback of an error")
         command.set_defaults(own_parser=command)
     options: list[Option] = []
@@ -319,6 +331,30 @@ def _add_paper_options(paper: argparse.ArgumentParser) -> None:
     paper.add_argument("--fresh", action="store_true", help="compute existing results again")
     paper.add_argument("--list", action="store_true", help="list figures and pages only")
     paper.add_argument("--quiet", action="store_true", help="no progress and no list of files")
+
+
+def _add_film_options(film: argparse.ArgumentParser) -> None:
+    film.add_argument("file", metavar="RUN.nc", type=Path, help="file of `flexmb run`")
+    film.add_argument("--out", metavar="FILE", required=True, help="the film: .mp4, .gif, or .html (report)")
+    film.add_argument("--seconds", metavar="TIME", default="4s", help="length of the film (default 4s)")
+    film.add_argument("--fps", metavar="N", default="25", help="frames a second (default 25)")
+    film.add_argument("--from", dest="begin", metavar="TIME", help="begin of the motion (default: of the run)")
+    film.add_argument("--to", dest="end", metavar="TIME", help="end of the motion (default: of the run)")
+    film.add_argument("--magnify", metavar="X", default="1", help="factor of the deformation of beams (default 1)")
+    colours = "section force that colours the beams: moment (default), axial, shear, or none"
+    film.add_argument("--colour", metavar="NAME", default="moment", help=colours)
+    film.add_argument("--traces", metavar="A,B", help="points whose paths are drawn, or all (default: some markers)")
+    film.add_argument("--forces", metavar="A,B", help="joints whose forces are drawn, or all (default: none)")
+    film.add_argument("--size", metavar="WxH", help="width and height in pixels, e.g. 600x400")
+
+
+def _add_plot_options(picture: argparse.ArgumentParser) -> None:
+    picture.add_argument("file", metavar="RUN.nc", type=Path, help="file of `flexmb run`")
+    texts = "a signal a panel, e.g. slider.ax; signals joined by commas share a panel"
+    picture.add_argument("signals", metavar="SIGNAL", nargs="+", help=texts)
+    picture.add_argument("--out", metavar="FILE", required=True, help="the picture: .png, .pdf, .svg")
+    picture.add_argument("--x", metavar="SIGNAL", default="time", help="signal of the abscissa (default time)")
+    picture.add_argument("--title", metavar="TEXT", help="title of the picture (default: name of the mechanism)")
 
 
 def _add_method(command: argparse.ArgumentParser, names: str) -> argparse._ArgumentGroup:
