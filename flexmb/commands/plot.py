@@ -9,6 +9,7 @@ from pathlib import Path
 from flexmb.errors import InputError
 from flexmb.results.netcdf import load
 
+
 def plot_run(options: argparse.Namespace) -> int:
     """`flexmb plot`: draw signals of a saved run, and print the path of the picture.
 

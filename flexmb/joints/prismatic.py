@@ -133,9 +133,7 @@ class Guide(Joint):
         second = coordinates[3:]
         return ConstraintContribution(self.name, guide_kernel, coordinates, (*p, angle), 2, second=second, moment_row=1)
 
-    def geometry(
-        self, mechanism: Mechanism
-    ) -> tuple[Any, tuple[float, float, float, float, float, float], float]:
+    def geometry(self, mechanism: Mechanism) -> tuple[Any, tuple[float, float, float, float, float, float], float]:
         """Coordinates in `mechanism`; direction of the guide, both points in the frames of their nodes; angle."""
         first, second = ends = self.ends(mechanism)
         theta = mechanism.body(first.part).node(first.node).theta

@@ -138,17 +138,24 @@ def _joints(sol: Solution, part: str, nodes: list[str]) -> dict[int, bool]:
 
 
 def _rigid_fit(shape: np.ndarray, poses: np.ndarray, joints: dict[int, bool]) -> np.ndarray:
-    """Poses (n, m, 3) of a rigid body with the unstressed `shape` (m, 3), fitted to nodes of `poses`."""
+    """Poses (n, m, 3) of a body with the unstressed `shape` (m, 3), fitted to nodes of `poses`.
+
+    Between two joints the shape is stretched as much as they are apart, so that the fit is exact there.
+    """
     held = list(joints) if joints else list(range(len(shape)))
     middle, centre = shape[held, :2].mean(axis=0), poses[:, held, :2].mean(axis=1)
+    size = np.ones(len(poses))
     if len(held) == 1 and joints.get(held[0]):  # a cantilever
         angle = poses[:, held[0], 2] - shape[held[0], 2]
     else:
         seen = held if len(held) > 1 else list(range(len(shape)))
         a, b = shape[seen, :2] - middle, poses[:, seen, :2] - centre[:, None]
         cross = np.sum(a[:, 0] * b[..., 1] - a[:, 1] * b[..., 0], axis=1)
-        angle = np.arctan2(cross, np.sum(a * b, axis=(1, 2)))
-    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
+        along = np.sum(a * b, axis=(1, 2))
+        angle = np.arctan2(cross, along)
+        if len(held) > 1 and joints:
+            size = np.hypot(cross, along) / float(np.sum(a**2))
+    c, s = (size * np.cos(angle))[:, None], (size * np.sin(angle))[:, None]
     rest = shape[:, :2] - middle
     x = centre[:, None, 0] + c * rest[:, 0] - s * rest[:, 1]
     y = centre[:, None, 1] + s * rest[:, 0] + c * rest[:, 1]

@@ -14,6 +14,9 @@ if TYPE_CHECKING:
 COLUMNS = 400
 """Number of columns of an envelope."""
 
+LEAST_SWING = 0.02
+"""Least swing that counts, over the range of the signal; smaller ones are hidden in the width of a line."""
+
 DENSE = 0.5
 """Reversals of a signal in a column, on average of the busiest fifth, from which on it is drawn as an envelope."""
 
@@ -31,8 +34,9 @@ def is_dense(time: np.ndarray, values: np.ndarray, columns: int = COLUMNS) -> bo
         return False
     change = np.diff(values)
     turns = np.flatnonzero(change[1:] * change[:-1] < 0.0) + 1
-    large = np.abs(values[turns] - values[turns - 1]) > 0.02 * float(np.ptp(values))
-    counts = np.bincount(_column(time, columns)[turns[large]], minlength=columns)
+    swings = np.abs(np.diff(values[turns]))
+    large = turns[1:][swings > LEAST_SWING * float(np.ptp(values))]
+    counts = np.bincount(_column(time, columns)[large], minlength=columns)
     return bool(np.sort(counts)[-columns // 5 :].mean() > DENSE)
 
 

@@ -76,7 +76,9 @@ class Glb:
         self.document["scenes"][0]["nodes"].append(number)
         return number
 
-    def move(self, node: int, time: np.ndarray, places: np.ndarray, angles: np.ndarray, scales: np.ndarray | None) -> None:
+    def move(
+        self, node: int, time: np.ndarray, places: np.ndarray, angles: np.ndarray, scales: np.ndarray | None
+    ) -> None:
         """Move a node in the plane.
 
         Parameters

@@ -157,7 +157,10 @@ class Export:
 
     def _pins(self) -> None:
         """Joints as short cylinders."""
-        dark, red = self._glb.material("joints", _linear("#101010")), self._glb.material("clearance", _linear(CLEARANCE))
+        dark, red = (
+            self._glb.material("joints", _linear("#101010")),
+            self._glb.material("clearance", _linear(CLEARANCE)),
+        )
         names = {shape.part for shape in self._sol.shapes if isinstance(shape, PointShape)}
         meshes = {
             material: self._glb.mesh("pin", *_cylinder(1.6 * self._half, 1.3 * self._half), material)
@@ -212,7 +215,8 @@ def _cylinder(radius: float, half: float) -> Solid:
     wall = np.concatenate([np.stack([k, after, n + after], axis=1), np.stack([k, n + after, n + k], axis=1)])
     fan = np.stack([np.zeros(n - 2, dtype=int), np.arange(1, n - 1), np.arange(2, n)], axis=1)
     caps = [
-        (radius * rim + z * up, np.tile(np.sign(z) * up, (n, 1)), fan if z > 0.0 else fan[:, ::-1]) for z in (half, -half)
+        (radius * rim + z * up, np.tile(np.sign(z) * up, (n, 1)), fan if z > 0.0 else fan[:, ::-1])
+        for z in (half, -half)
     ]
     return _joined([(side, np.concatenate([rim, rim]), wall), *caps])
 

@@ -30,7 +30,10 @@ ON_NAME, OUTSIDE, ON_POINT, ON_LINE = 1e4, 2e3, 3e2, 8.0
 
 
 def place_names(
-    ax: Axes, points: Sequence[tuple[np.ndarray, str]], lines: Sequence[np.ndarray], keep_free: Sequence[np.ndarray] = ()
+    ax: Axes,
+    points: Sequence[tuple[np.ndarray, str]],
+    lines: Sequence[np.ndarray],
+    keep_free: Sequence[np.ndarray] = (),
 ) -> list[Annotation]:
     """Names beside their points; the layout of the figure is settled by this call.
 
@@ -59,7 +62,9 @@ def place_names(
         size = text.get_window_extent()
         best = min(
             _places(size.width, size.height, scale),
-            key=lambda place: place[2] + _cost(pixel, place, (size.width, size.height), room, taken, dots, passed, scale),
+            key=lambda place: (
+                place[2] + _cost(pixel, place, (size.width, size.height), room, taken, dots, passed, scale)
+            ),
         )
         x, y, far = best
         text.set_position((x / scale, y / scale))

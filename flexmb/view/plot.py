@@ -89,4 +89,3 @@ def _draw(ax: Axes, sol: Solution, panel: list[str], x: str) -> None:
             ax.set_xlim(sol.time[0], sol.time[-1])
     elif sol.units(x) == sol.units(panel[0]):
         ax.set_aspect("equal", adjustable="datalim")  # the orbit of a journal in its bearing is a circle
-

@@ -104,9 +104,7 @@ def _with_trace(indices: np.ndarray) -> np.ndarray:
     return np.unique(np.concatenate([indices, *between]))
 
 
-def figure_size(
-    label: str, box: Box, columns: int, rows: int, size: tuple[float, float] | None
-) -> tuple[float, float]:
+def figure_size(label: str, box: Box, columns: int, rows: int, size: tuple[float, float] | None) -> tuple[float, float]:
     """Width and height of a figure of some panels [inch].
 
     Parameters

@@ -22,7 +22,7 @@ STORED = ("energy.kinetic", "energy.strain", "energy.gravity")
 TURNED_OVER = "energy.turned_over"
 """Scale of a balance, which is no part of it."""
 
-RESIDUAL = "energy.residual"
+RESIDUAL, GRAVITY = "energy.residual", "energy.gravity"
 
 
 def plot_runs(runs: Mapping[str, Solution], names: str | Sequence[str], *, title: str | None = None) -> Figure:
@@ -68,6 +68,8 @@ def plot_runs(runs: Mapping[str, Solution], names: str | Sequence[str], *, title
 def plot_energies(sol: Solution, *, title: str | None = None) -> Figure:
     """Balance of energies: the stored energies, the works and losses, and the residual of the balance.
 
+    The energy of gravity is drawn as its change since the first row.
+
     Parameters
     ----------
     sol : the solution.
@@ -89,8 +91,10 @@ def plot_energies(sol: Solution, *, title: str | None = None) -> Figure:
     figure, axes = panels_of_time(len(shown), sol.name if title is None else title)
     for ax, (text, names) in zip(axes, shown, strict=True):
         for k, name in enumerate(names):
-            label = name.removeprefix("energy.").replace("_", " ")
-            draw_signal(ax, sol.time, sol.array(name), k, label)
+            label, values = name.removeprefix("energy.").replace("_", " "), sol.array(name)
+            if name == GRAVITY:  # its zero is at the origin, mostly far below the mechanism
+                label, values = "gravity, from the start", values - values[0]
+            draw_signal(ax, sol.time, values, k, label)
         ax.set_ylabel(label_of(text, "J", between="\n"))
         if len(names) > 1:
             ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize="small")
