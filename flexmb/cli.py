@@ -113,14 +113,11 @@ def _dispatch(given: list[str]) -> int:
         from flexmb.commands.paper import paper
 
         return paper(options)
-    if options.command == "animate":
+    if options.command in ("animate", "plot"):
         from flexmb.commands.animate import animate_run
-
-        return animate_run(options)
-    if options.command == "plot":
         from flexmb.commands.plot import plot_run
 
-        return plot_run(options)
+        return animate_run(options) if options.command == "animate" else plot_run(options)
     if options.command == "rerun":
         return _rerun(options.file, options.name)
     if source is None:

@@ -55,9 +55,9 @@ class Frames:
 def write_vtk(sol: Solution, path: str | Path, frames: int | None = None, *, points_per_element: int = 8) -> Path:
     """Write the motion as a ParaView collection: `path` (.pvd), and beside it a folder with one .vtu file a frame.
 
-    Beams are drawn with their deformed shape; springs, dampers, rods, cables, belts, guides, pitch circles and forces are
-    lines as in pictures; joints are vertices.  Point data: displacement (since the first frame),
-    axial_force, bending_moment, shear_force, curvature and bending_stiffness of beams (see `flexmb.beams.hermite` for
+    Beams are drawn with their deformed shape; springs, dampers, rods, cables, belts, guides, pitch circles and forces
+    are lines as in pictures; joints are vertices.  Point data: displacement (since the first frame), axial_force,
+    bending_moment, shear_force, curvature and bending_stiffness of beams (see `flexmb.beams.hermite` for
     the signs), normal_force of contacts; 0 where it does not apply.  Cell data: part and kind, numbers whose names
     stand in names.json in the folder of the frames.  Paths of markers with `trace` are part 1 of every frame, in one
     file with the time as point data.  Older frames of the same name are replaced.

@@ -64,7 +64,7 @@ def envelope(time: np.ndarray, values: np.ndarray, columns: int = COLUMNS) -> tu
 def _column(time: np.ndarray, columns: int) -> np.ndarray:
     """Number of the column of each instant."""
     place = np.floor((time - time[0]) / (time[-1] - time[0]) * columns).astype(int)
-    return np.minimum(place, columns - 1)
+    return np.asarray(np.minimum(place, columns - 1))
 
 
 def draw_signal(ax: Axes, time: np.ndarray, values: np.ndarray, k: int, label: str, **style: Any) -> None:

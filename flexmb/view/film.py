@@ -31,7 +31,7 @@ def animate(
     forces: bool | Sequence[str] = False,
     size: tuple[int, int] | None = None,
 ) -> Path:
-    """Film of a run, with seconds x fps frames evenly over the time; the first and last frame show the ends of the time.
+    """Film of a run: seconds x fps frames, evenly over the time, whose ends the first and the last frame show.
 
     Between two saved rows positions follow cubic polynomials (`flexmb.results.resampling.at_times`), so a film may have
     more frames than the run has rows.  Beams are drawn with their depth and coloured by a section force, whose colours
@@ -47,7 +47,8 @@ def animate(
     magnify : factor of the deformation of beams.
     colour : "moment", "axial" or "shear", the section force that colours the beams; None: a colour for each body.
     traces : True: paths of all markers; names of markers, bodies or nodes ("coupler.end"); None: those with a trace.
-    forces : True: arrows of the forces of all joints; names of joints. Forces beyond the 98th percentile have arrows of one length.
+    forces : True: arrows of the forces of all joints; names of joints.  Forces beyond the 98th percentile have arrows
+        of one length.
     size : width and height [pixel], made even for .mp4; None: 800 pixels wide, as high as the mechanism needs.
 
     Returns

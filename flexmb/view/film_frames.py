@@ -1,4 +1,4 @@
-"""Frames of a film as images: what stands still is drawn once, what moves for each frame."""
+"""Frames of a film as images; axes and labels are drawn once, moving parts for each frame."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from flexmb.view.scene import PER_ELEMENT, SHARE, Box, Scene, scene_of
 from flexmb.view.style import DIVERGING, grid, label_of
 
 if TYPE_CHECKING:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.text import Text
 
@@ -71,7 +71,8 @@ class Film:
         field = FIELDS[colour] if colour is not None and any(line.is_beam for line in self.scene.lines) else None
         self.size = _pixels(self.scene.box, size)
         self._magnify = magnify
-        self._figure, self._canvas, self._ax = self._make()
+        self._figure, self._ax = self._make()
+        self._canvas: Any = self._figure.canvas  # matplotlib declares no types here
         colouring = None if field is None else _colouring(self.scene, field[0])
         self._pose = Pose(self._ax, self.scene, 0, colouring)
         self._time = self._caption()
@@ -90,30 +91,30 @@ class Film:
             artist.set_animated(True)
         renderer = self._canvas.get_renderer()
         self._canvas.draw()
-        still = self._canvas.copy_from_bbox(self._figure.bbox)  # type: ignore[attr-defined]
+        still = self._canvas.copy_from_bbox(self._figure.bbox)
         digits = _digits(self.scene.time)
         for k in range(len(self)) if numbers is None else numbers:
-            self._canvas.restore_region(still)  # type: ignore[attr-defined]
+            self._canvas.restore_region(still)
             self._pose.show(k)
             self._time.set_text(f"t = {self.scene.time[k]:.{digits}f} s")
             for artist in moving:
                 artist.draw(renderer)
             yield np.asarray(self._canvas.buffer_rgba())[:, :, :3].copy()
 
-    def _make(self) -> tuple[Figure, FigureCanvasAgg, Any]:
+    def _make(self) -> tuple[Figure, Axes]:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
 
         inches = (self.size[0] / DPI, self.size[1] / DPI)
         figure = Figure(figsize=inches, dpi=DPI, layout="constrained")
-        canvas = FigureCanvasAgg(figure)
+        FigureCanvasAgg(figure)
         ax = figure.subplots()
         grid(ax)
         ax.set(xlim=self.scene.box[0], ylim=self.scene.box[1], aspect="equal")
         ax.set_xlabel("x [m]", fontsize="small")
         ax.set_ylabel("y [m]", fontsize="small")
         ax.tick_params(labelsize="x-small")
-        return figure, canvas, ax
+        return figure, ax
 
     def _caption(self) -> Text:
         """Name on the left above the axes, time on the right."""
@@ -150,7 +151,7 @@ def _scene(
     points: dict[str, Place],
     joints: tuple[str, ...],
 ) -> Scene:
-    """Scene of all frames; section forces are those of the true deformation, places those of the magnified one."""
+    """Scene of all frames: section forces of the true deformation at the places of the magnified one."""
     first, last = np.searchsorted(sol.time, true.time[0]), np.searchsorted(sol.time, true.time[-1], side="right")
     shown, rows = magnified(true, magnify), np.arange(len(true.time))
     paths = {}

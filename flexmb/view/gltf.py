@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -179,7 +180,7 @@ Solid = tuple[np.ndarray, np.ndarray, np.ndarray]
 def _bars(line: np.ndarray, half: float) -> Solid:
     """Bars of square section along a polyline (m, 2); a cube for a line without length."""
     pieces = []
-    for a, b in zip(line[:-1], line[1:], strict=True):
+    for a, b in pairwise(line):
         way = b - a
         length = float(np.hypot(*way))
         u = way / length if length > 0.0 else np.array([1.0, 0.0])
@@ -192,7 +193,9 @@ def _bars(line: np.ndarray, half: float) -> Solid:
 def _box(centre: np.ndarray, u: np.ndarray, x: float, y: float, z: float) -> Solid:
     """Box with half sides x along u, y across, z out of the plane."""
     axes = np.array([[u[0], u[1], 0.0], [-u[1], u[0], 0.0], [0.0, 0.0, 1.0]]) * np.array([[x], [y], [z]])
-    points, normals, faces = [], [], []
+    points: list[np.ndarray] = []
+    normals: list[np.ndarray] = []
+    faces: list[np.ndarray] = []
     for k in range(3):
         a, b, c = axes[k], axes[(k + 1) % 3], axes[(k + 2) % 3]
         for side in (1.0, -1.0):

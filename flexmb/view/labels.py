@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -56,7 +57,8 @@ def place_names(
     at = [to_pixels(np.asarray(point, dtype=float)) for point, _ in points]
     dots = np.array([*at, *(to_pixels(np.asarray(p, dtype=float)) for p in keep_free)]).reshape(-1, 2)
     passed = np.concatenate([np.zeros((0, 2)), *(_samples(to_pixels(line), 3.0 * scale) for line in lines)])
-    room, taken, made = ax.get_window_extent(), [], []
+    room, made = ax.get_window_extent(), []
+    taken: list[tuple[float, float, float, float]] = []
     for (point, name), pixel in zip(points, at, strict=True):
         text = _annotation(ax, point, name)
         size = text.get_window_extent()
@@ -137,7 +139,7 @@ def _cost(
         cost += OUTSIDE
     half = 0.5 * POINT_SIZE * scale
     cost += ON_POINT * float(np.sum(_inside(dots, x - half, y - half, right + half, top + half)))
-    return cost + ON_LINE * float(np.sum(_inside(passed, x, y, right, top)))
+    return float(cost) + ON_LINE * float(np.sum(_inside(passed, x, y, right, top)))
 
 
 def _inside(points: np.ndarray, x0: float, y0: float, x1: float, y1: float) -> np.ndarray:
@@ -147,7 +149,7 @@ def _inside(points: np.ndarray, x0: float, y0: float, x1: float, y1: float) -> n
 def _samples(line: np.ndarray, spacing: float) -> np.ndarray:
     """Points along a polyline, at most `spacing` apart."""
     found = [line[:1]]
-    for a, b in zip(line[:-1], line[1:], strict=True):
+    for a, b in pairwise(line):
         n = max(1, math.ceil(math.hypot(*(b - a)) / spacing))
         found.append(a + np.linspace(0.0, 1.0, n + 1)[1:, None] * (b - a))
     return np.concatenate(found)

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from matplotlib.colors import Colormap, Normalize
 
     from flexmb.results.drawing import Line, Mark
-    from flexmb.results.symbols import SymbolLine
     from flexmb.view.scene import Scene
 
 SYMBOLS: dict[str, dict[str, Any]] = {
@@ -113,7 +112,8 @@ class Pose:
     def _area(self, points: np.ndarray, style: dict[str, Any]) -> None:
         from matplotlib.patches import Polygon
 
-        artist = self._ax.add_patch(Polygon(points[0], closed=True, **style))
+        artist = Polygon(points[0], closed=True, **style)
+        self._ax.add_patch(artist)
         self.artists.append(artist)
         self._updates.append(lambda now: artist.set_xy(points[now]))
 

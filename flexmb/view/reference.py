@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flexmb.errors import InputError
-from flexmb.model.signal import Signal
+from flexmb.model.signal import Signal, Signals
 from flexmb.results.solution import Peaks, Solution
 from flexmb.results.stats import Stats
 from flexmb.view.pose import Pose
@@ -74,7 +74,7 @@ def reference_solution(mechanism: Mechanism) -> Solution:
     return Solution(
         time=np.zeros(1),
         values=row,
-        signals=tuple(signals),
+        signals=Signals.of(tuple(signals)),
         peaks=Peaks(np.abs(row[0]), np.zeros(len(values))),
         status="Reference configuration.",
         ok=True,

@@ -14,7 +14,7 @@ from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.view.labels import place_names
 from flexmb.view.pose import Pose, body_colours
-from flexmb.view.scene import Box, Scene, box_of_run, scene_of
+from flexmb.view.scene import Box, Scene, scene_of
 from flexmb.view.style import CLEARANCE
 
 if TYPE_CHECKING:
@@ -160,7 +160,7 @@ def joint_names(ax: Axes, scene: Scene, now: int, others: Sequence[tuple[np.ndar
             groups.append((at, [mark.part]))
         else:
             group.append(mark.part)
-    lines = [item.points[now] for item in (*scene.lines, *scene.signs)]
+    lines = [line.points[now] for line in scene.lines] + [sign.points[now] for sign in scene.signs]
     named = [(at, ", ".join(names)) for at, names in groups]
     return place_names(ax, [*named, *others], lines)
 

@@ -114,7 +114,7 @@ def panels_of_time(count: int, title: str) -> tuple[Figure, Sequence[Axes]]:
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(WIDTH, FRAME + PANEL * max(count, 2)), layout="constrained")
-    axes = figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
+    axes = list(figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0])
     for ax in axes:
         grid(ax)
         powers(ax)

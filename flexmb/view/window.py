@@ -156,7 +156,7 @@ class Window:
             top = field_limit(self._scene, field[0])
             bar = {"title": bar_title(*field), "color": "black", "vertical": True}
             bar |= {"position_x": 0.86, "position_y": 0.25, "title_font_size": 18, "label_font_size": 16}
-            style = {"scalars": field[0], "clim": (-top, top), "cmap": DIVERGING}
+            style: dict[str, Any] = {"scalars": field[0], "clim": (-top, top), "cmap": DIVERGING}
             style["scalar_bar_args"] = {**bar, "height": 0.55, "n_labels": 5}
             self._add(points, {field[0]: values}, style, faces=cells)
 

@@ -12,7 +12,8 @@ from flexmb.results.resampling import at_times, magnified
 solution = runpy.run_path(str(Path(__file__).parents[1] / "handmade.py"))["solution"]
 
 
-def test_saved_rows_are_met(sol=solution(n=21)):
+def test_saved_rows_are_met():
+    sol = solution(n=21)
     again = at_times(sol, sol.time)
     np.testing.assert_allclose(again.values, sol.values, rtol=0.0, atol=1e-15)
 
