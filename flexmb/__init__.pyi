@@ -96,5 +96,7 @@ from flexmb.study.nine_bar.staggered.method import Staggered as Staggered
 from flexmb.sweeps.bifurcation_diagram import bifurcation as bifurcation
 from flexmb.sweeps.parameter_sweep import sweep as sweep
 from flexmb.view.bifurcation import plot_bifurcation as plot_bifurcation
+from flexmb.view.film import animate as animate
 from flexmb.view.plot import plot as plot
 from flexmb.view.render import render as render
+from flexmb.view.window import view as view

@@ -1,4 +1,4 @@
-"""Pictures of runs, diagrams, orbits and spectra."""
+"""Pictures and films of runs, diagrams, orbits and spectra."""
 
 from flexmb.namespace import lazy_names
 

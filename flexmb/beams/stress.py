@@ -57,7 +57,7 @@ def wrapped(angle: np.ndarray) -> np.ndarray:
 
 
 def outer_fibres(section: Section, stations: np.ndarray) -> np.ndarray:
-    """Largest distance of the outer fibre between neighbouring stations [m].
+    """Distance of the outer fibre from the centroid at stations along a beam [m].
 
     0 where a section does not know its outer fibre: strains are then those of the axis.
 
@@ -70,4 +70,4 @@ def outer_fibres(section: Section, stations: np.ndarray) -> np.ndarray:
         fibres = np.asarray(section.outer_fibre_at(stations))
     except InputError:
         fibres = np.zeros_like(stations)
-    return np.maximum(fibres[:-1], fibres[1:])
+    return fibres

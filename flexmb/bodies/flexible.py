@@ -220,6 +220,7 @@ def beam_elements(beam: Beam, nodes: Mapping[str, Node]) -> BeamElements:
     offsets = np.array([angle - nodes[name].theta for name in beam.nodes])
     stations = np.array(beam.stations)
     outer = outer_fibres(beam.section, stations / stations[-1])
+    outer = np.maximum(outer[:-1], outer[1:])
     return BeamElements(np.diff(stations), np.array([offsets[:-1], offsets[1:]]), outer)
 
 
@@ -227,12 +228,13 @@ def beam_shapes(part: str, beams: Sequence[Beam], nodes: dict[str, Node]) -> tup
     """Drawing records of all elements."""
     shapes = []
     for beam in beams:
-        data = matrices(beam)
+        data, depths = matrices(beam), 2.0 * outer_fibres(beam.section, np.array(beam.stations) / beam.stations[-1])
         for k, p in enumerate(beam_parameters(beam, nodes, 0.0, (0.0, 0.0))):
             ei = (float(data.ei[k, 0]), float(data.ei[k, 1]))
+            depth = (float(depths[k]), float(depths[k + 1]))
             ends = (beam.nodes[k], beam.nodes[k + 1])
             bending = p[B11], p[B12], p[B22]
-            shapes.append(BeamShape(part, *ends, p[LENGTH], p[OFFSET1], p[OFFSET2], p[AXIAL], bending, ei))
+            shapes.append(BeamShape(part, *ends, p[LENGTH], p[OFFSET1], p[OFFSET2], p[AXIAL], bending, ei, depth))
     return tuple(shapes)
 
 

@@ -95,6 +95,25 @@ COMMANDS = (
         ),
     ),
     Command(
+        "animate",
+        "film of a saved run: GIF or MP4",
+        options.add_animate,
+        (
+            "flexmb animate out/slider-crank/slider-crank.nc --out slider-crank.gif",
+            "flexmb animate out/slider-crank/slider-crank.nc --out slider-crank.mp4 --seconds 8s --magnify 50 --forces all",
+        ),
+        more=UNITS_HELP,
+    ),
+    Command(
+        "plot",
+        "signals of a saved run as a picture",
+        options.add_plot,
+        (
+            "flexmb plot out/slider-crank/slider-crank.nc slider.ax B.normal_force --out forces.png",
+            "flexmb plot out/slider-crank/slider-crank.nc B.ey --x B.ex --out orbit.png",
+        ),
+    ),
+    Command(
         "rerun",
         "repeat a saved run and compare the results",
         options.add_rerun,

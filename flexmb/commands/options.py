@@ -134,6 +134,32 @@ def add_vtk(vtk: argparse.ArgumentParser) -> None:
     vtk.add_argument("--out", type=Path, metavar="PLACE", help="a folder, or FILE.pvd (default: beside RUN.nc)")
 
 
+def add_animate(film: argparse.ArgumentParser) -> None:
+    """Options of `flexmb animate`."""
+    film.add_argument("file", metavar="RUN.nc", type=Path, help="file of `flexmb run`")
+    film.add_argument("--out", metavar="FILE", required=True, help="the film: .mp4, .gif, or .html (report)")
+    film.add_argument("--seconds", metavar="TIME", default="4s", help="length of the film (default 4s)")
+    film.add_argument("--fps", metavar="N", default="25", help="frames a second (default 25)")
+    film.add_argument("--from", dest="begin", metavar="TIME", help="begin of the motion (default: of the run)")
+    film.add_argument("--to", dest="end", metavar="TIME", help="end of the motion (default: of the run)")
+    film.add_argument("--magnify", metavar="X", default="1", help="factor of the deformation of beams (default 1)")
+    colours = "section force that colours the beams: moment (default), axial, shear, or none"
+    film.add_argument("--colour", metavar="NAME", default="moment", help=colours)
+    film.add_argument("--traces", metavar="A,B", help="points whose paths are drawn, or all (default: some markers)")
+    film.add_argument("--forces", metavar="A,B", help="joints whose forces are drawn, or all (default: none)")
+    film.add_argument("--size", metavar="WxH", help="width and height in pixels, e.g. 600x400")
+
+
+def add_plot(picture: argparse.ArgumentParser) -> None:
+    """Options of `flexmb plot`."""
+    picture.add_argument("file", metavar="RUN.nc", type=Path, help="file of `flexmb run`")
+    texts = "a signal a panel, e.g. slider.ax; signals joined by commas share a panel"
+    picture.add_argument("signals", metavar="SIGNAL", nargs="+", help=texts)
+    picture.add_argument("--out", metavar="FILE", required=True, help="the picture: .png, .pdf, .svg")
+    picture.add_argument("--x", metavar="SIGNAL", default="time", help="signal of the abscissa (default time)")
+    picture.add_argument("--title", metavar="TEXT", help="title of the picture (default: name of the mechanism)")
+
+
 def add_rerun(rerun: argparse.ArgumentParser) -> None:
     """Options of `flexmb rerun`."""
     rerun.add_argument("file", metavar="RUN.nc", type=Path, help="file of `flexmb run`")

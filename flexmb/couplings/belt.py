@@ -13,7 +13,7 @@ from flexmb.couplings.wheels import Wheels
 from flexmb.errors import InputError, ModelError
 from flexmb.model.contributions import Contribution, node_coordinates
 from flexmb.model.part import GROUND
-from flexmb.model.shape import Shapes
+from flexmb.model.shape import BeltShape, Shapes
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -116,8 +116,10 @@ class Belt(Wheels):
         return math.pi + 2.0 * math.asin(reach / apart) * (1.0 if self.crossed else -1.0)
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
-        """Circles of the belt's middle line on both wheels."""
-        return self.circles(mechanism, self.radii)
+        """The belt, and circles of its middle line on both wheels."""
+        first, second = (mechanism.body(wheel.name, self.label) for wheel in (self.first, self.second))
+        centres = (first.name, first.main, (0.0, 0.0)), (second.name, second.main, (0.0, 0.0))
+        return (*self.circles(mechanism, self.radii), BeltShape(self.name, *centres, self.radii, self.crossed))
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One constraint equation between two or three angles; with friction an element between both wheels."""

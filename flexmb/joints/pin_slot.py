@@ -119,9 +119,10 @@ class PinSlot(Joint):
         return [row, *travel_contributions(self.name, coordinates, p)]
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
-        """The pin, as a point of the second body."""
-        end = self.ends(mechanism)[1]
-        return (PointShape(self.name, self.kind, end.part, end.node, end.offset),)
+        """The pin, as a point of the second body, and its slot in the first one."""
+        slot, pin = self.ends(mechanism)
+        along = self._geometry(mechanism)[1][:2]
+        return (PointShape(self.name, self.kind, *pin.place, other=slot.place, along=along),)
 
     def _geometry(self, mechanism: Mechanism) -> tuple[tuple[Coordinate, ...], tuple[float, ...]]:
         """The six coordinates; direction of the slot, its middle and the pin in the frames of their nodes."""

@@ -22,6 +22,7 @@ from flexmb.model.contributions import (
 )
 from flexmb.model.law import FrictionLaw
 from flexmb.model.part import Joint
+from flexmb.model.shape import PointShape, Shapes
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -120,13 +121,19 @@ class Guide(Joint):
         super().__post_init__()
         object.__setattr__(self, "along", checks.direction(self.label, "along", self.along))
 
+    def shapes(self, mechanism: Mechanism) -> Shapes:
+        """The slider's point, and the guide in the first body."""
+        guide, slider = self.ends(mechanism)
+        along = self.geometry(mechanism)[1][:2]
+        return (PointShape(self.name, self.kind, *slider.place, other=guide.place, along=along),)
+
     def ideal(self, mechanism: Mechanism) -> ConstraintContribution:
         """The two constraint equations of a slider without clearance in `mechanism`."""
         coordinates, p, angle = self.geometry(mechanism)
         second = coordinates[3:]
         return ConstraintContribution(self.name, guide_kernel, coordinates, (*p, angle), 2, second=second, moment_row=1)
 
-    def geometry(self, mechanism: Mechanism) -> tuple[Any, tuple[float, ...], float]:
+    def geometry(self, mechanism: Mechanism) -> tuple[Any, tuple[float, float, float, float, float, float], float]:
         """Coordinates in `mechanism`; direction of the guide, both points in the frames of their nodes; angle."""
         first, second = ends = self.ends(mechanism)
         theta = mechanism.body(first.part).node(first.node).theta

@@ -6,7 +6,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cached_property
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from flexmb import checks
 from flexmb.errors import FlexmbError, InputError, ModelError
@@ -23,6 +24,9 @@ from flexmb.model.controller import Controller
 from flexmb.model.mechanism_text import mechanism_html, mechanism_text
 from flexmb.model.part import GROUND, Body, Part, declared_state
 from flexmb.model.shape import Shapes
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 class UnknownPartError(ModelError, KeyError):
@@ -279,6 +283,25 @@ class Mechanism:
     def shapes(self) -> Shapes:
         """Shapes of all parts, for drawings."""
         return tuple(shape for part in self.parts for shape in part.shapes(self))
+
+    def plot(
+        self, path: str | Path | None = None, *, lengths: bool = False, size: tuple[float, float] | None = None
+    ) -> Figure:
+        """Picture of the reference configuration, with the names of the joints.
+
+        Parameters
+        ----------
+        path : file of the picture, whose ending gives the format; None: no file.
+        lengths : whether the length of each straight link is written beside it [m].
+        size : width and height [inch]; None: from the size of the mechanism.
+
+        Raises
+        ------
+        InputError : a mechanism without bodies, a path that cannot be written.
+        """
+        from flexmb.view.reference import plot_mechanism  # noqa: PLC0415 - matplotlib when a picture is asked for
+
+        return plot_mechanism(self, path, lengths=lengths, size=size)
 
 
 BODY_POINTS, OTHER_POINTS = ("at", "start", "end"), ("at", "to")

@@ -298,5 +298,5 @@ class Joint(Part):
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
         """The joint as a point of the first body."""
-        end = self.ends(mechanism)[0]
-        return (PointShape(self.name, self.kind, end.part, end.node, end.offset),)
+        first, second = self.ends(mechanism)
+        return (PointShape(self.name, self.kind, *first.place, other=second.place),)

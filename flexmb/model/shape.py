@@ -10,6 +10,8 @@ from typing import Any
 from flexmb.errors import InputError
 
 Point = tuple[float, float]
+Place = tuple[str, str, Point]
+"""Body, its node, and a point in the frame of the node [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +45,7 @@ class BeamShape:
     axial : axial force per elongation [N/m].
     bending : (b11, b12, b22), end moments per end rotation against the chord [N m/rad].
     ei : bending stiffness of the section at the start and at the end [N m2].
+    depth : depth of the section in the plane at the start and at the end [m]; 0 where it is unknown.
     """
 
     part: str
@@ -54,6 +57,7 @@ class BeamShape:
     axial: float
     bending: tuple[float, float, float]
     ei: tuple[float, float]
+    depth: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +70,8 @@ class PointShape:
     kind : what it is: "revolute", "prismatic", "fixed", "clearance", ...
     body, node : the node that carries the point; the body "ground" stands still at the origin.
     offset : the point in the frame of the node [m].
+    other : point of the other body of a joint; None for a point of one body.
+    along : direction of the guide or slot in which the point slides, in the frame of `other`; None: it does not slide.
     """
 
     part: str
@@ -73,10 +79,8 @@ class PointShape:
     body: str
     node: str
     offset: Point
-
-
-Place = tuple[str, str, Point]
-"""Body, its node, and a point in the frame of the node [m]."""
+    other: Place | None = None
+    along: Point | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,7 +134,26 @@ class CircleShape:
     radius: float
 
 
-Symbol = LineShape | ArrowShape | CircleShape
+@dataclass(frozen=True, slots=True)
+class BeltShape:
+    """A belt around two wheels.
+
+    Parameters
+    ----------
+    part : name of the part.
+    first, second : centres of the wheels.
+    radii : radii of the belt's middle line on both wheels [m].
+    crossed : whether the strands cross.
+    """
+
+    part: str
+    first: Place
+    second: Place
+    radii: tuple[float, float]
+    crossed: bool
+
+
+Symbol = LineShape | ArrowShape | CircleShape | BeltShape
 Shape = RigidShape | BeamShape | PointShape | Symbol
 Shapes = Sequence[Shape]
 
@@ -188,6 +211,7 @@ KINDS: dict[str, type[Shape]] = {
     "line": LineShape,
     "arrow": ArrowShape,
     "circle": CircleShape,
+    "belt": BeltShape,
 }
 
 
@@ -204,7 +228,7 @@ def nodes_of(shape: Shape) -> list[tuple[str, str]]:
         return [(shape.body, shape.node)]
     if isinstance(shape, RigidShape):
         return [(shape.part, shape.node)]
-    places = [shape.first, shape.second] if isinstance(shape, LineShape) else [shape.at]
+    places = [shape.first, shape.second] if isinstance(shape, LineShape | BeltShape) else [shape.at]
     return [(body, node) for body, node, _ in places]
 
 

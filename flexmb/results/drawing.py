@@ -18,12 +18,14 @@ GROUND = "ground"
 class Line:
     """A polyline of a part at n instants, with the section forces of beams.
 
-    `fields` holds arrays (n, m) by name; it is empty for rigid lines.
+    `fields` holds arrays (n, m) by name; it is empty for rigid lines.  `depth` (m,) is the depth of a beam in the plane
+    [m], 0 where it is unknown.
     """
 
     part: str
     points: np.ndarray  # (n, m, 2) [m]
     fields: dict[str, np.ndarray]
+    depth: np.ndarray | None = None
 
     @property
     def is_beam(self) -> bool:
@@ -40,6 +42,7 @@ class Mark:
     points: np.ndarray  # (n, 2) [m]
     force: np.ndarray  # (n,) normal force of a contact [N], else 0
     on_ground: bool
+    slides: bool = False  # along a guide or a slot
 
 
 def nearest_instants(sol: Solution, times: np.ndarray) -> np.ndarray:
@@ -112,9 +115,10 @@ def marks(sol: Solution, instants: np.ndarray) -> list[Mark]:
         points = carried(at, np.array([shape.offset], dtype=float))[:, 0]
         name = f"{shape.part}.normal_force"
         force = sol.array(name)[instants] if name in sol else np.zeros(len(instants))
-        ground = shape.body == GROUND
-        found.append(Mark(shape.part, shape.kind, points, force, ground))
-        if f"{shape.part}.ex" in sol:
+        slides = shape.along is not None
+        ground = not slides and GROUND in (shape.body, shape.other[0] if shape.other is not None else "")
+        found.append(Mark(shape.part, shape.kind, points, force, ground, slides))
+        if f"{shape.part}.ex" in sol and not slides:
             play = np.stack([sol.array(f"{shape.part}.{axis}")[instants] for axis in ("ex", "ey")], axis=-1)
             found.append(Mark(shape.part, "journal", points + play, force, on_ground=False))
     return found
@@ -147,4 +151,5 @@ def _beam(sol: Solution, beam: BeamShape, instants: np.ndarray, xi: np.ndarray) 
         "curvature": hermite.curvature(begin, end, beam, xi),
         "bending_stiffness": np.broadcast_to(hermite.bending_stiffness(beam, xi), shape),
     }
-    return Line(beam.part, hermite.element_shape(begin, end, beam, xi), fields)
+    depth = beam.depth[0] + xi * (beam.depth[1] - beam.depth[0])
+    return Line(beam.part, hermite.element_shape(begin, end, beam, xi), fields, depth)

@@ -1,4 +1,4 @@
-"""Symbols of springs, dampers, rods, cables, forces and pitch circles, as polylines at chosen instants."""
+"""Symbols of springs, dampers, rods, cables, guides, belts, forces and pitch circles, as polylines at instants."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexmb.model.shape import DAMPER, SPRING, ArrowShape, CircleShape, LineShape, Place
-from flexmb.results.drawing import carried, pose
+from flexmb.model.shape import DAMPER, SPRING, ArrowShape, BeltShape, CircleShape, LineShape, Place, Point, PointShape
+from flexmb.results.drawing import GROUND, carried, pose
 from flexmb.results.solution import Solution
 
 COILS = 6
@@ -22,6 +22,15 @@ ARROW, HEAD = 0.14, 0.035
 CIRCLE_POINTS = 73
 """Number of points of a circle."""
 
+ARC_POINTS = 37
+"""Number of points of the arc of a belt on a wheel."""
+
+OVERHANG = 0.06
+"""Length of a guide beyond the travel, over the size of the picture."""
+
+KINDS = ("spring", "damper", "rod", "cable", "force", "pitch circle", "belt", "guide")
+"""Kinds of symbols."""
+
 
 @dataclass(frozen=True)
 class SymbolLine:
@@ -30,13 +39,15 @@ class SymbolLine:
     Parameters
     ----------
     part : name of the part.
-    kind : "spring", "damper", "rod", "cable", "force" or "pitch circle".
+    kind : one of `KINDS`.
     points : (n, m, 2) [m].
+    body : the body that a circle turns with; "" for other symbols.
     """
 
     part: str
     kind: str
     points: np.ndarray
+    body: str = ""
 
 
 def symbols(sol: Solution, instants: np.ndarray, size: float) -> list[SymbolLine]:
@@ -56,7 +67,12 @@ def symbols(sol: Solution, instants: np.ndarray, size: float) -> list[SymbolLine
         elif isinstance(shape, ArrowShape):
             found.append(SymbolLine(shape.part, "force", _arrow(sol, shape, instants, size)))
         elif isinstance(shape, CircleShape):
-            found.append(SymbolLine(shape.part, "pitch circle", _circle(sol, shape, instants)))
+            found.append(SymbolLine(shape.part, "pitch circle", _circle(sol, shape, instants), shape.at[0]))
+        elif isinstance(shape, BeltShape):
+            found.append(SymbolLine(shape.part, "belt", _belt(sol, shape, instants)))
+        elif isinstance(shape, PointShape) and shape.along and shape.other and _is_saved(sol, shape.other):
+            line = _guide(sol, shape, shape.other, shape.along, instants, OVERHANG * size)
+            found.append(SymbolLine(shape.part, "guide", line))
     return found
 
 
@@ -101,3 +117,43 @@ def _circle(sol: Solution, circle: CircleShape, instants: np.ndarray) -> np.ndar
     angles = np.linspace(0.0, 2.0 * np.pi, CIRCLE_POINTS)
     rim = np.stack([x + circle.radius * np.cos(angles), y + circle.radius * np.sin(angles)], axis=-1)
     return carried(pose(sol, body, node, instants), np.vstack([[[x, y]], rim]))
+
+
+def _guide(
+    sol: Solution, shape: PointShape, guide: Place, along: Point, instants: np.ndarray, over: float
+) -> np.ndarray:
+    """Straight line (n, 2, 2) along which a point slides: its travel in the whole run, and more at both ends."""
+    every = np.arange(len(sol.time))
+    begin = _point(sol, guide, every)
+    angle = pose(sol, guide[0], guide[1], every)[:, 2] + np.arctan2(along[1], along[0])
+    unit = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    travel = np.sum((_point(sol, (shape.body, shape.node, shape.offset), every) - begin) * unit, axis=-1)
+    ends = np.array([travel.min() - over, travel.max() + over])
+    return np.asarray(begin[instants, None] + ends[:, None] * unit[instants, None])
+
+
+def _is_saved(sol: Solution, place: Place) -> bool:
+    """Whether the run saved the pose of the body of a point."""
+    body, node, _ = place
+    return body == GROUND or (f"{body}.{node}.theta" if node else f"{body}.theta") in sol
+
+
+def _belt(sol: Solution, belt: BeltShape, instants: np.ndarray) -> np.ndarray:
+    """Closed line (n, m, 2) of a belt: around the first wheel, a strand, around the second wheel, a strand."""
+    first, second = (_point(sol, place, instants) for place in (belt.first, belt.second))
+    way = second - first
+    distance = np.maximum(np.hypot(way[:, 0], way[:, 1]), 1e-300)
+    r1, r2 = belt.radii
+    slope = np.clip((r1 + r2 if belt.crossed else r1 - r2) / distance, -1.0, 1.0)
+    half = np.arccos(slope)  # between the line of centres and the radius to the upper point of contact
+    angle, turn = np.arctan2(way[:, 1], way[:, 0])[:, None], np.linspace(0.0, 1.0, ARC_POINTS)
+    around = angle + half[:, None] + (2.0 * np.pi - 2.0 * half)[:, None] * turn
+    if belt.crossed:  # the second wheel turns against the first one
+        back = angle + np.pi - half[:, None] - (2.0 * np.pi - 2.0 * half)[:, None] * turn
+    else:
+        back = angle - half[:, None] + 2.0 * half[:, None] * turn
+    arcs = [
+        centre[:, None] + radius * np.stack([np.cos(a), np.sin(a)], axis=-1)
+        for centre, radius, a in ((first, r1, around), (second, r2, back))
+    ]
+    return np.concatenate([*arcs, arcs[0][:, :1]], axis=1)

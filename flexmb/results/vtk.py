@@ -55,8 +55,9 @@ class Frames:
 def write_vtk(sol: Solution, path: str | Path, frames: int | None = None, *, points_per_element: int = 8) -> Path:
     """Write the motion as a ParaView collection: `path` (.pvd), and beside it a folder with one .vtu file a frame.
 
-    Beams are drawn with their deformed shape; joints are vertices.  Point data: displacement (since the first frame),
-    axial_force, bending_moment, shear_force, curvature and bending_stiffness of beams (see `flexmb.beams.hermite` for
+    Beams are drawn with their deformed shape; springs, dampers, rods, cables, belts, guides, pitch circles and forces
+    are lines as in pictures; joints are vertices.  Point data: displacement (since the first frame), axial_force,
+    bending_moment, shear_force, curvature and bending_stiffness of beams (see `flexmb.beams.hermite` for
     the signs), normal_force of contacts; 0 where it does not apply.  Cell data: part and kind, numbers whose names
     stand in names.json in the folder of the frames.  Paths of markers with `trace` are part 1 of every frame, in one
     file with the time as point data.  Older frames of the same name are replaced.
@@ -115,16 +116,22 @@ def _chosen(sol: Solution, frames: int | None) -> np.ndarray:
 def _content(sol: Solution, instants: np.ndarray, points_per_element: int) -> Frames:
     """Points, cells and data of all frames."""
     from flexmb.results import drawing
+    from flexmb.results.symbols import symbols
 
-    lines = drawing.lines(sol, instants, points_per_element)
-    marks = drawing.marks(sol, instants)
+    bodies, marks = drawing.lines(sol, instants, points_per_element), drawing.marks(sol, instants)
+    places = [line.points.reshape(-1, 2) for line in bodies] + [mark.points for mark in marks]
+    signs = symbols(sol, instants, float(np.ptp(np.concatenate(places), axis=0).max()) if places else 1.0)
+    lines = [*bodies, *(drawing.Line(sign.part, sign.points, {}) for sign in signs)]
     number = {name: k for k, name in enumerate(drawing.parts(sol))}
-    kinds = tuple(dict.fromkeys([*KINDS, *(m.kind for m in marks)]))
+    kinds = tuple(dict.fromkeys([*KINDS, *(sign.kind for sign in signs), *(m.kind for m in marks)]))
     flat = np.concatenate([*(line.points for line in lines), *(m.points[:, None] for m in marks)], axis=1)
     points = np.concatenate([flat, np.zeros((*flat.shape[:2], 1))], axis=2)
     segments, owner = _segments(lines)
     vertices = np.arange(len(marks))[:, None] + sum(line.points.shape[1] for line in lines)
-    of_lines = np.array([(number[x.part], int(x.is_beam)) for x in lines], dtype=np.int64).reshape(-1, 2)
+    kind_of = [int(line.is_beam) for line in bodies] + [kinds.index(sign.kind) for sign in signs]
+    of_lines = np.array([(number[x.part], k) for x, k in zip(lines, kind_of, strict=True)], dtype=np.int64).reshape(
+        -1, 2
+    )
     of_marks = np.array([(number[m.part], kinds.index(m.kind)) for m in marks], dtype=np.int64).reshape(-1, 2)
     return Frames(
         points=points,

@@ -1,1 +1,1 @@
-"""Pictures of runs, diagrams, orbits and spectra."""
+"""Pictures and films of runs, diagrams, orbits and spectra."""

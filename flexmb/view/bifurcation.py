@@ -8,7 +8,7 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
-from flexmb.view.plot import unit_text
+from flexmb.view.style import grid, label_of, powers
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -69,8 +69,8 @@ def plot_bifurcation(diagram: xr.Dataset, signal: str, *, title: str | None = No
         _gather(pieces, row, parameter, signal, direction)
         _mark(ax, row, parameter)
     _draw(ax, pieces)
-    ax.set_xlabel(_label(parameter, diagram[parameter].attrs.get("units", "")))
-    ax.set_ylabel(_label(signal, diagram[signal].attrs.get("units", "")))
+    ax.set_xlabel(label_of(parameter, diagram[parameter].attrs.get("units", "")))
+    ax.set_ylabel(label_of(signal, diagram[signal].attrs.get("units", "")))
     ax.set_title(diagram.attrs["name"] if title is None else title)
     ax.margins(x=0.02)
     _legend(ax, pieces)
@@ -117,9 +117,8 @@ def _draw(ax: Axes, pieces_of: dict[tuple[str, str], list[Any]]) -> None:
         style: dict[str, Any] = {"color": COLOURS[verdict], "marker": MARKERS[name], "markersize": size}
         style["markeredgewidth"] = 0.0
         ax.plot(across, points, linestyle="none", rasterized=count > MANY, **style)
-    ax.grid(visible=True, color="0.9", linewidth=0.6)
-    ax.set_axisbelow(True)
-    ax.ticklabel_format(axis="both", style="sci", scilimits=(-3, 4), useMathText=True)
+    grid(ax)
+    powers(ax)
 
 
 def _legend(ax: Axes, pieces: dict[tuple[str, str], list[Any]]) -> None:
@@ -138,7 +137,3 @@ def _legend(ax: Axes, pieces: dict[tuple[str, str], list[Any]]) -> None:
         handles.append(Line2D([], [], color="0.75", linestyle=":", label="seam"))
     if handles:
         ax.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize="small")
-
-
-def _label(name: str, units: str) -> str:
-    return f"{name} [{unit_text(units)}]" if units else name

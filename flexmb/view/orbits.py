@@ -11,7 +11,7 @@ from flexmb.dynamics.basins.basin import Basin
 from flexmb.dynamics.orbits.branch import Branch, BranchPoint
 from flexmb.dynamics.orbits.floquet import BRANCH, FLIP, FOLD, GRAZING, NEIMARK_SACKER
 from flexmb.errors import InputError
-from flexmb.view.plot import label_of
+from flexmb.view.style import COLOURS, grid, label_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,19 +21,17 @@ if TYPE_CHECKING:
 
 SIZE = (8.0, 5.0)  # of a figure [inch]
 
-STABLE, UNSTABLE = "tab:blue", "tab:red"
+STABLE, UNSTABLE = COLOURS[0], COLOURS[1]
 
 MARKS = {
-    FOLD: ("o", "tab:orange", "fold"),
-    FLIP: ("s", "tab:purple", "flip (period doubling)"),
-    NEIMARK_SACKER: ("D", "tab:green", "Neimark-Sacker (torus)"),
+    FOLD: ("o", "#e69f00", "fold"),
+    FLIP: ("s", "#cc79a7", "flip (period doubling)"),
+    NEIMARK_SACKER: ("D", "#009e73", "Neimark-Sacker (torus)"),
     GRAZING: ("v", "black", "grazing"),
-    BRANCH: ("*", "tab:brown", "branch point"),
+    BRANCH: ("*", "#882255", "branch point"),
 }
 
 LOST_COLOUR, OPEN_COLOUR = "black", "0.75"
-COLOURS = ("#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377", "#ee8866", "#44bb99", "#ffaabb", "#99ddff")
-"""Colours of attractors; most readers with colour blindness can distinguish them (P. Tol, Colour schemes, 2021)."""
 
 
 def plot_branch(
@@ -72,7 +70,7 @@ def plot_branch(
     ax.set_xlabel(first.parameter)
     ylabel = signal if value == "section" or signal == "period" else f"{value} of {signal}"
     ax.set_ylabel(label_of(ylabel, units))
-    _finish(ax)
+    grid(ax)
     ax.legend(loc="best", fontsize="small", framealpha=0.9)
     figure.suptitle(first.name if title is None else title)
     return figure
@@ -169,8 +167,3 @@ def _edges(values: np.ndarray) -> tuple[float, float]:
 
 def _named(number: int, period: int) -> str:
     return f"{number} (period {period})" if period else f"{number} (not periodic)"
-
-
-def _finish(ax: Axes) -> None:
-    ax.grid(visible=True, color="0.9", linewidth=0.6)
-    ax.set_axisbelow(True)

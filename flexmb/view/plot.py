@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from flexmb.errors import InputError
+from flexmb.view.envelope import draw_signal
+from flexmb.view.style import curve, grid, label_of, powers
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,7 +23,9 @@ def plot(
 ) -> Figure:
     """Signals in panels, one above the other.
 
-    The figure needs no display; `fig.savefig(path)` writes it.
+    A signal that swings too fast for single lines to be seen is drawn as a band between its least and largest values;
+    no peak is lost.  The curves of a panel differ in line style, too.  The figure needs no display;
+    `fig.savefig(path)` writes it.
 
     Parameters
     ----------
@@ -51,11 +54,6 @@ def plot(
     return figure
 
 
-def unit_text(units: str) -> str:
-    """`units` with raised exponents: "m/s2" becomes "m/s$^{2}$"."""
-    return re.sub(r"(?<=[A-Za-z])\^?(-?\d+)", r"$^{\1}$", units)
-
-
 def _panels(sol: Solution, names: str | Sequence[str | Sequence[str]]) -> list[list[str]]:
     """Names of the signals by panel, checked."""
     entries = [names] if isinstance(names, str) else list(names)
@@ -73,14 +71,16 @@ def _panels(sol: Solution, names: str | Sequence[str | Sequence[str]]) -> list[l
 
 def _draw(ax: Axes, sol: Solution, panel: list[str], x: str) -> None:
     across = sol.time if x == "time" else sol.array(x)
-    for name in panel:
-        # a mode jumps: a slanted line would show values that it never has
-        style = "steps-post" if name.endswith(".mode") else "default"
-        ax.plot(across, sol.array(name), linewidth=1.1, label=name, drawstyle=style)
+    for k, name in enumerate(panel):
+        if x != "time":
+            ax.plot(across, sol.array(name), label=name, **curve(k))
+        elif name.endswith(".mode"):  # a mode jumps: a slanted line would show values that it never has
+            ax.plot(across, sol.array(name), label=name, drawstyle="steps-post", **curve(k))
+        else:
+            draw_signal(ax, across, sol.array(name), k, name)
     ax.set_ylabel(label_of(panel[0] if len(panel) == 1 else "", sol.units(panel[0]), between="\n"))
-    ax.grid(visible=True, color="0.9", linewidth=0.6)
-    ax.set_axisbelow(True)
-    ax.ticklabel_format(axis="both", style="sci", scilimits=(-3, 4), useMathText=True)
+    grid(ax)
+    powers(ax)
     if len(panel) > 1:
         # beside the panel: inside it would hide some part of the curves
         ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize="small")
@@ -89,15 +89,3 @@ def _draw(ax: Axes, sol: Solution, panel: list[str], x: str) -> None:
             ax.set_xlim(sol.time[0], sol.time[-1])
     elif sol.units(x) == sol.units(panel[0]):
         ax.set_aspect("equal", adjustable="datalim")  # the orbit of a journal in its bearing is a circle
-
-
-def label_of(name: str, units: str, between: str = " ") -> str:
-    """Label of an axis: name, and unit in brackets.
-
-    Parameters
-    ----------
-    name : name of the signal.
-    units : unit; "" for none.
-    between : text between name and unit.
-    """
-    return between.join(text for text in (name, f"[{unit_text(units)}]" if units else "") if text)

@@ -10,7 +10,7 @@ from flexmb import checks
 from flexmb.dynamics.exponents.exponents import Exponents
 from flexmb.errors import InputError
 from flexmb.results.solution import Solution
-from flexmb.view.plot import label_of
+from flexmb.view.style import COLOURS, grid, label_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,7 +51,7 @@ def plot_phase(
             raise InputError(f"plot_phase: since is {begin:g} s, after the end of the motion. Give an earlier time.")
         values = [v[late] for v in values]
     figure, ax = _figure(data, title)
-    ax.plot(*values, linewidth=0.9, color="tab:blue")
+    ax.plot(*values, linewidth=0.9, color=COLOURS[0])
     _labels(ax, data, x, y)
     return figure
 
@@ -87,12 +87,12 @@ def plot_section(section: xr.Dataset, x: str, y: str | None = None, *, title: st
     size = 1.0 if data.sizes[axis] >= MANY else 9.0
     if y is None:
         numbers = data[axis].values if axis in data.coords else np.arange(data.sizes[axis])
-        ax.scatter(numbers, _signal("plot_section", data, x), s=size, color="tab:blue", linewidths=0)
+        ax.scatter(numbers, _signal("plot_section", data, x), s=size, color=COLOURS[0], linewidths=0)
         ax.set_xlabel(axis)
         ax.set_ylabel(label_of(x, data[x].attrs.get("units", "")))
     else:
         across, up = (_signal("plot_section", data, name) for name in (x, y))
-        ax.scatter(across, up, s=size, color="tab:blue", linewidths=0)
+        ax.scatter(across, up, s=size, color=COLOURS[0], linewidths=0)
         _labels(ax, data, x, y)
     return figure
 
@@ -118,7 +118,7 @@ def plot_exponents(exponents: Exponents, *, title: str | None = None) -> Figure:
         raise InputError(f"{text}; it must hold exponents over time. A run that failed at once has none.")
     figure, ax = _named_figure(exponents.name if title is None else title)
     for k, curve in enumerate(history.T):
-        colour = f"C{k % 10}"
+        colour = COLOURS[k % len(COLOURS)]
         value, error = float(exponents.spectrum[k]), float(exponents.errors[k])
         ax.plot(exponents.time, curve, color=colour, linewidth=1.1, label=f"{value:.4g} ± {error:.2g} {exponents.unit}")
         if np.isfinite(error):
@@ -158,8 +158,7 @@ def _named_figure(title: str) -> tuple[Figure, Axes]:
 
     figure = Figure(figsize=SIZE, layout="constrained")
     ax = figure.subplots()
-    ax.grid(visible=True, color="0.9", linewidth=0.6)
-    ax.set_axisbelow(True)
+    grid(ax)
     if title:
         figure.suptitle(title)
     return figure, ax

@@ -12,36 +12,24 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
-from flexmb.model.shape import MARKER, TRACE
+from flexmb.view.labels import place_names
+from flexmb.view.pose import Pose, body_colours
+from flexmb.view.scene import Box, Scene, scene_of
+from flexmb.view.style import CLEARANCE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.text import Annotation
 
-    from flexmb.results.drawing import Line, Mark
     from flexmb.results.solution import Solution
-
-Box = tuple[tuple[float, float], tuple[float, float]]
-"""Limits of x and of y [m]."""
 
 PANELS = 6
 """Default number of instants."""
 TRACE_POSES = 6
 """Number of earlier poses behind each instant."""
-PER_ELEMENT = 9
-"""Number of points on a beam element."""
-COLOURS = ("#1b6ca8", "#d1495b", "#2e8b57", "#e08e0b", "#6a4c93", "#00838f", "#8d5524", "#c2185b", "#607d8b", "#556b2f")
-BOX_POSES = 400
-"""Number of poses of a run, at most, that the limits of the axes are taken from."""
-SYMBOLS: dict[str, dict[str, Any]] = {
-    "spring": {"color": "0.25", "linewidth": 1.1, "zorder": 2.5},
-    "damper": {"color": "0.25", "linewidth": 1.1, "zorder": 2.5},
-    "rod": {"color": "0.35", "linewidth": 1.6, "zorder": 1.8},
-    "cable": {"color": "0.35", "linewidth": 0.9, "linestyle": "--", "zorder": 1.8},
-    "force": {"color": "#b00020", "linewidth": 1.4, "zorder": 3.5},
-    "pitch circle": {"color": "0.45", "linewidth": 1.0, "zorder": 1.7},
-}
-MARKERS = {"prismatic": "s", "fixed": "D", "clearance": "o"}
+NEAR = 0.012
+"""Distance of joints that share a name, over the width of the picture."""
 
 
 def render(
@@ -53,9 +41,11 @@ def render(
 ) -> Figure:
     """Poses of a mechanism at several instants, side by side, with earlier poses in light grey.
 
-    Each body has a colour.  Beams are drawn deformed in true scale.  Joints are dots, joints with clearance red rings;
-    joints on the ground stand on a triangle.  Springs are zig-zags, dampers dashpots, forces arrows of one length,
-    gears and belts circles with a spoke.  The axes show the room of the whole run, so its pictures have one size.
+    Each body has a colour.  Beams are drawn deformed in true scale and with their depth.  Joints are dots, joints with
+    clearance red rings in which the journal is seen, its eccentricity drawn over the largest one of the picture; joints
+    on the ground stand on a triangle, sliders on the line of their guide.  Springs are zig-zags, dampers dashpots,
+    forces arrows of one length, gears circles with a spoke, belts closed lines.  The axes show the room of the whole
+    run, so its pictures have one size.
 
     Parameters
     ----------
@@ -71,33 +61,27 @@ def render(
     from matplotlib.figure import Figure
 
     from flexmb.results import drawing
-    from flexmb.results.symbols import symbols
 
     nearest = drawing.nearest_instants if times is None else drawing.nearest_to_each
     indices = nearest(sol, _instants(sol, times))
-    all_indices, box = _with_trace(indices), _box_of_run(sol)
-    lines = drawing.lines(sol, all_indices, PER_ELEMENT)
-    marks, traces = drawing.marks(sol, all_indices), drawing.traces(sol)
-    signs = symbols(sol, all_indices, box[0][1] - box[0][0])
+    rows = _with_trace(indices)
+    scene = scene_of(sol, rows)
     columns = 2 if len(indices) == 4 else min(3, len(indices))
-    rows = math.ceil(len(indices) / columns)
-    figure = Figure(figsize=_size(box, columns, rows, size), layout="constrained")
-    grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    lines = math.ceil(len(indices) / columns)
+    figure = Figure(figsize=figure_size("render", scene.box, columns, lines, size), layout="constrained")
+    grid = figure.subplots(lines, columns, sharex=True, sharey=True, squeeze=False)
     for k, ax in enumerate(grid.flat):
         if k < len(indices):
-            now = int(np.searchsorted(all_indices, indices[k]))
-            before = int(np.searchsorted(all_indices, indices[k - 1])) if k else now
-            _panel(ax, lines, marks, now, range(before, now))
-            for sign in signs:
-                ax.plot(*sign.points[now].T, gid=f"{sign.kind} {sign.part}", **SYMBOLS[sign.kind])
-            for name, path_of_point in traces.items():
-                ax.plot(*path_of_point.T, color="#7a3fb5", linewidth=1.0, zorder=1.5, gid=f"{TRACE} {name}")
+            now = int(np.searchsorted(rows, indices[k]))
+            _earlier_poses(ax, scene, range(int(np.searchsorted(rows, indices[k - 1])) if k else now, now))
+            Pose(ax, scene, now)
             ax.set_title(f"t = {sol.time[indices[k]]:.6g} s", fontsize="small")
-        ax.set(xlim=box[0], ylim=box[1], aspect="equal", visible=k < len(indices))
+        ax.set(xlim=scene.box[0], ylim=scene.box[1], aspect="equal", visible=k < len(indices))
         _label(ax, left=k % columns == 0, below=k + columns >= len(indices))
-    _names(grid.flat[0], marks, int(np.searchsorted(all_indices, indices[0])), box)
-    _finish(figure, sol.name, _colours(lines), marks)
-    return figure if path is None else _saved(figure, Path(path))
+    legend(figure, scene)
+    figure.suptitle(sol.name)
+    joint_names(grid.flat[0], scene, int(np.searchsorted(rows, indices[0])))
+    return figure if path is None else saved("render", figure, Path(path))
 
 
 def _instants(sol: Solution, times: Sequence[float] | np.ndarray | None) -> np.ndarray:
@@ -120,58 +104,33 @@ def _with_trace(indices: np.ndarray) -> np.ndarray:
     return np.unique(np.concatenate([indices, *between]))
 
 
-def _box_of_run(sol: Solution) -> Box:
-    """Limits of x and y that hold all poses of a run, some hundred of them in long runs."""
-    from flexmb.results import drawing
-    from flexmb.results.symbols import symbols
+def figure_size(label: str, box: Box, columns: int, rows: int, size: tuple[float, float] | None) -> tuple[float, float]:
+    """Width and height of a figure of some panels [inch].
 
-    every = np.unique(np.linspace(0, len(sol.time) - 1, min(len(sol.time), BOX_POSES)).round().astype(int))
-    lines, marks = drawing.lines(sol, every, PER_ELEMENT), drawing.marks(sol, every)
-    points = [line.points for line in lines] + [m.points for m in marks] + list(drawing.traces(sol).values())
-    whole = np.concatenate([p.reshape(-1, 2) for p in points])
-    size = float(max(*np.ptp(whole, axis=0), 1e-9))
-    return _box([whole, *(sign.points for sign in symbols(sol, every, size))])
+    Parameters
+    ----------
+    label : name of the caller, for messages.
+    box : limits of x and y.
+    columns, rows : numbers of panels.
+    size : width and height; None: from the limits.
 
-
-def _box(points: list[np.ndarray]) -> Box:
-    """Limits of x and y around all points, with a margin."""
-    flat = np.concatenate([p.reshape(-1, 2) for p in points])
-    low, high = flat.min(axis=0), flat.max(axis=0)
-    size = float(max(*(high - low), 1e-9))
-    margin, least = 0.12 * size, 0.35 * size
-    widen = np.maximum(least - (high - low), 0.0) / 2.0 + margin
-    (x0, y0), (x1, y1) = (low - widen).tolist(), (high + widen).tolist()
-    return (x0, x1), (y0, y1)
-
-
-def _size(box: Box, columns: int, rows: int, size: tuple[float, float] | None) -> tuple[float, float]:
-    """Width and height of the figure [inch]."""
+    Raises
+    ------
+    InputError : a size that is not positive.
+    """
     if size is not None:
         width, height = size
-        return checks.positive("render", "size[0]", width, "inch"), checks.positive("render", "size[1]", height, "inch")
+        return checks.positive(label, "size[0]", width, "inch"), checks.positive(label, "size[1]", height, "inch")
     (x0, x1), (y0, y1) = box
     wide = 3.2 if columns > 1 else 6.0
-    return 0.6 + (wide + 0.15) * columns, 1.2 + rows * (0.3 + min(wide * (y1 - y0) / (x1 - x0), 4.5))
+    return 0.6 + (wide + 0.15) * columns, 1.2 + rows * (0.3 + min(wide * (y1 - y0) / (x1 - x0), 1.4 * wide))
 
 
-def _colours(lines: list[Line]) -> dict[str, str]:
-    parts = dict.fromkeys(line.part for line in lines)
-    return {part: COLOURS[k % len(COLOURS)] for k, part in enumerate(parts)}
-
-
-def _panel(ax: Axes, lines: list[Line], marks: list[Mark], now: int, before: range) -> None:
-    """Draw one pose, with the earlier poses behind."""
-    colours = _colours(lines)
-    for line in lines:
+def _earlier_poses(ax: Axes, scene: Scene, before: range) -> None:
+    """Draw the earlier poses in grey, and the grid."""
+    for line in scene.lines:
         for k in before:
             ax.plot(*line.points[k].T, color="0.85", linewidth=0.8, zorder=1)
-        point = np.ptp(line.points[now], axis=0).max() == 0.0  # a body without joints outside its centre
-        style: dict[str, Any] = {"marker": "s", "markersize": 14} if point else {"solid_capstyle": "round"}
-        width = 2.0 if line.is_beam else 2.6
-        ax.plot(*line.points[now].T, color=colours[line.part], linewidth=width, zorder=2, **style)
-    for mark in marks:
-        if mark.kind != "journal":
-            _joint(ax, mark, mark.points[now])
     ax.grid(visible=True, color="0.94", linewidth=0.5)
     ax.set_axisbelow(True)
 
@@ -183,62 +142,76 @@ def _label(ax: Axes, *, left: bool, below: bool) -> None:
     ax.set_ylabel("y [m]" if left else "", fontsize="small")
 
 
-def _joint(ax: Axes, mark: Mark, at: np.ndarray) -> None:
-    if mark.on_ground:
-        ax.plot(at[0], at[1], marker=6, color="0.45", markersize=9, linestyle="", zorder=3)
-    style: dict[str, Any]
-    if mark.kind == "clearance":
-        style = {"markersize": 9, "markerfacecolor": "white", "markeredgecolor": "#c00000", "markeredgewidth": 1.8}
-    elif mark.kind in (MARKER, TRACE):
-        style = {"markersize": 3.5, "color": "#7a3fb5"}
-    else:
-        style = {"markersize": 4.5, "color": "black"}
-    ax.plot(at[0], at[1], marker=MARKERS.get(mark.kind, "o"), linestyle="", zorder=4, **style)
+def joint_names(ax: Axes, scene: Scene, now: int, others: Sequence[tuple[np.ndarray, str]] = ()) -> list[Annotation]:
+    """Names of the joints beside them; coincident joints share a name.
 
-
-def _names(ax: Axes, marks: list[Mark], now: int, box: Box) -> None:
-    """Draw the names of the joints on the side away from the other joints; coincident joints share a label."""
-    from matplotlib.patheffects import withStroke
-
-    near = 0.03 * (box[0][1] - box[0][0])
+    Parameters
+    ----------
+    ax : the axes.
+    scene : the drawing.
+    now : number of the instant.
+    others : further points and texts.
+    """
     groups: list[tuple[np.ndarray, list[str]]] = []
-    for mark in (m for m in marks if m.kind != "journal"):
+    for mark in (m for m in scene.marks if m.kind != "journal"):
         at = mark.points[now]
-        group = next((names for point, names in groups if np.hypot(*(point - at)) < near), None)
+        group = next((names for point, names in groups if np.hypot(*(point - at)) < NEAR * scene.size), None)
         if group is None:
             groups.append((at, [mark.part]))
         else:
             group.append(mark.part)
-    middle = np.mean([at for at, _ in groups], axis=0) if groups else np.zeros(2)
-    rim = 0.2 * box[0][0] + 0.8 * box[0][1]  # further right a name would run over the edge
-    halo = [withStroke(linewidth=2.0, foreground="white")]
-    for at, names in groups:
-        right, up = middle[0] <= at[0] < rim, at[1] >= middle[1]
-        style: dict[str, Any] = {"ha": "left" if right else "right", "va": "bottom" if up else "top"}
-        style |= {"textcoords": "offset points", "fontsize": "x-small", "path_effects": halo, "zorder": 5}
-        shift = (5 if right else -5, 5 if up else -5)
-        ax.annotate(", ".join(names), (float(at[0]), float(at[1])), xytext=shift, **style)
+    lines = [line.points[now] for line in scene.lines] + [sign.points[now] for sign in scene.signs]
+    named = [(at, ", ".join(names)) for at, names in groups]
+    return place_names(ax, [*named, *others], lines)
 
 
-def _finish(figure: Figure, title: str, colours: dict[str, str], marks: list[Mark]) -> None:
+def legend(figure: Figure, scene: Scene) -> None:
+    """Legend of bodies and joints with clearance, below the panels.
+
+    Parameters
+    ----------
+    figure : the figure.
+    scene : the drawing.
+    """
     from matplotlib.lines import Line2D
 
+    colours = body_colours(scene)
     handles = [Line2D([], [], color=colour, linewidth=2.4, label=part) for part, colour in colours.items()]
-    if any(m.kind == "clearance" for m in marks):
+    if any(m.kind == "clearance" for m in scene.marks):
         ring: dict[str, Any] = {"marker": "o", "markersize": 8, "markerfacecolor": "white"}
-        ring |= {"markeredgecolor": "#c00000", "markeredgewidth": 1.8}
+        ring |= {"markeredgecolor": CLEARANCE, "markeredgewidth": 1.8}
         handles.append(Line2D([], [], linestyle="", label="joint with clearance", **ring))
     if handles:
-        columns = min(len(handles), 6)
+        columns = _columns([len(str(handle.get_label())) for handle in handles], figure.get_size_inches()[0])
         figure.legend(handles=handles, loc="outside lower center", ncols=columns, frameon=False, fontsize="small")
-    figure.suptitle(title)
 
 
-def _saved(figure: Figure, path: Path) -> Figure:
+def _columns(lengths: list[int], width: float) -> int:
+    """Largest number of columns of a legend that fit into a width [inch], for the lengths of its texts."""
+    for columns in range(len(lengths), 1, -1):
+        rows = math.ceil(len(lengths) / columns)
+        if sum(0.6 + 0.085 * max(lengths[k : k + rows]) for k in range(0, len(lengths), rows)) <= width:
+            return columns
+    return 1
+
+
+def saved(label: str, figure: Figure, path: Path) -> Figure:
+    """The figure, written to a file.
+
+    Parameters
+    ----------
+    label : name of the caller, for messages.
+    figure : the figure.
+    path : the file, whose ending gives the format; its folder is made.
+
+    Raises
+    ------
+    InputError : a path that cannot be written.
+    """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(path, dpi=150)
     except (OSError, ValueError) as error:  # ValueError: an ending that is no format of matplotlib
-        text = f"render: {str(path)!r} cannot be written ({error}). Give e.g. a .png in a writable folder."
+        text = f"{label}: {str(path)!r} cannot be written ({error}). Give e.g. a .png in a writable folder."
         raise InputError(text) from error
     return figure

@@ -7,6 +7,7 @@ from typing import Any
 
 from flexmb import checks
 from flexmb.errors import FileFormatError, InputError
+from flexmb.results.vtk import UNITS
 
 
 def screenshot_vtk(
@@ -36,8 +37,8 @@ def screenshot_vtk(
     plotter = pyvista.Plotter(off_screen=True, window_size=(1200, 800))
     plotter.set_background("white")
     tube = {"line_width": 5, "point_size": 9, "render_points_as_spheres": True}
-    bar = {"title": f"{field}\n", "color": "black", "vertical": True}
-    bar |= {"position_x": 0.88, "position_y": 0.2, "height": 0.6}
+    bar = {"title": bar_title(field, UNITS.get(field, "")), "color": "black", "vertical": True}
+    bar |= {"position_x": 0.86, "position_y": 0.2, "height": 0.6, "title_font_size": 18, "label_font_size": 16}
     plotter.add_mesh(mesh, scalars=field, scalar_bar_args=bar, **tube)
     plotter.view_xy()
     try:
@@ -49,6 +50,17 @@ def screenshot_vtk(
     finally:
         plotter.close()
     return target
+
+
+def bar_title(field: str, units: str) -> str:
+    """Title of a colour bar: field and unit, in two lines.
+
+    Parameters
+    ----------
+    field : name of the field.
+    units : its unit; "" for none.
+    """
+    return "\n".join([field.replace("_", " "), *([f"[{units}]"] if units else []), ""])
 
 
 def _frame(source: Path, time: float | None) -> Any:

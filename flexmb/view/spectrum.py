@@ -8,7 +8,7 @@ import numpy as np
 
 from flexmb.errors import InputError
 from flexmb.series.spectrum import PowerSpectrum
-from flexmb.view.plot import label_of
+from flexmb.view.style import COLOURS, grid, label_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -53,16 +53,16 @@ def plot_spectrum(
     figure = Figure(figsize=SIZE, layout="constrained")
     ax = figure.subplots()
     highest = float(density.max()) or 1.0
-    ax.semilogy(frequency, np.maximum(density, DEEP * highest), color="tab:blue", linewidth=0.8, label="density")
+    ax.semilogy(frequency, np.maximum(density, DEEP * highest), color=COLOURS[0], linewidth=0.8, label="density")
     ax.semilogy(frequency, np.maximum(floor, DEEP * highest), color="black", linewidth=0.8, label="floor")
     lines = [f for f in spectrum.peaks[:MARKED] if f <= frequency[-1]]
     if lines:
         heights = density[np.searchsorted(frequency, lines)]
-        ax.semilogy(lines, heights, "v", color="tab:red", markersize=5, linestyle="none", label="strongest lines")
+        ax.semilogy(lines, heights, "v", color=COLOURS[1], markersize=5, linestyle="none", label="strongest lines")
     ax.set_xlim(frequency[0], frequency[-1])
     lowest = max(float(density[density > 0.0].min(initial=highest)), DEEP * highest)
     ax.set_ylim(0.3 * lowest, ROOM * highest)
-    ax.grid(visible=True, color="0.9", linewidth=0.6)
+    grid(ax)
     ax.set_xlabel(label_of("frequency", spectrum.unit))
     squared = f"{units}^2" if units.isalpha() else f"({units})$^{{2}}$" if units else "1"
     per = "/Hz" if spectrum.unit == "Hz" else " iteration"

@@ -44,6 +44,9 @@ SIDEWAYS = {
 TYPING_ONLY = {("step", "run"): "a stepper is handed the run that it belongs to"}
 """The only imports that go up, each with its reason; nothing is called through them."""
 
+LATE = {("model", "view"): "Mechanism.plot draws the mechanism"}
+"""The only imports that go up inside functions, each with its reason: methods for convenience."""
+
 TOP = "flexmb/__init__.py"
 """The one file that may import everything: it only lists the public names."""
 
@@ -53,11 +56,13 @@ def unit_of(path: str) -> str:
     return PurePosixPath(path).parts[1].removesuffix(".py")
 
 
-def imported_modules(path: str, tree: ast.Module) -> Iterator[tuple[int, str, bool]]:
-    """(line, full name, for typing only) of each module of flexmb that the file imports, anywhere in it."""
+def imported_modules(path: str, tree: ast.Module) -> Iterator[tuple[int, str, str]]:
+    """(line, full name, "typing", "late" or "") of each module of flexmb that the file imports, anywhere in it."""
     package = PurePosixPath(path).parent.parts
     blocks = [node for node in ast.walk(tree) if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"]
-    typing = {id(node) for block in blocks for line in block.body for node in ast.walk(line)}
+    kinds = {id(node): "typing" for block in blocks for line in block.body for node in ast.walk(line)}
+    functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
+    kinds |= {id(node): "late" for function in functions for node in ast.walk(function)}
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
@@ -68,15 +73,15 @@ def imported_modules(path: str, tree: ast.Module) -> Iterator[tuple[int, str, bo
         else:
             continue
         ours = (name for name in names if name.split(".")[0] == "flexmb")
-        yield from ((node.lineno, name, id(node) in typing) for name in ours)
+        yield from ((node.lineno, name, kinds.get(id(node), "")) for name in ours)
 
 
-def is_allowed(source: str, target: str, typing: bool) -> bool:
-    """Whether a file of unit `source` may import from unit `target`, for `typing` only or at all."""
+def is_allowed(source: str, target: str, kind: str) -> bool:
+    """Whether a file of unit `source` may import from unit `target`; `kind`: "typing", "late" in a function, or ""."""
     lower = FLOORS[target] < FLOORS[source]
     ground_floor = FLOORS[target] == FLOORS[source] == 0
-    for_typing = typing and (source, target) in TYPING_ONLY
-    return lower or ground_floor or source == target or (source, target) in SIDEWAYS or for_typing
+    up = {"typing": TYPING_ONLY, "late": LATE}.get(kind, {})
+    return lower or ground_floor or source == target or (source, target) in SIDEWAYS or (source, target) in up
 
 
 def violations(path: str, tree: ast.Module) -> list[str]:
@@ -87,11 +92,11 @@ def violations(path: str, tree: ast.Module) -> list[str]:
     if source not in FLOORS:
         return [f"{path}:1: {source!r} stands on no floor; add it to FLOORS here and to docs/design.md"]
     found = []
-    for line, module, typing in imported_modules(path, tree):
+    for line, module, kind in imported_modules(path, tree):
         target = module.partition(".")[2].split(".")[0]
         if target not in FLOORS:
             found.append(f"{path}:{line}: floor {FLOORS[source]} ({source}) imports {module}, the top of the package")
-        elif not is_allowed(source, target, typing):
+        elif not is_allowed(source, target, kind):
             here, there = f"floor {FLOORS[source]} ({source})", f"floor {FLOORS[target]} ({target})"
             found.append(f"{path}:{line}: {here} imports {module} from {there}")
     return found
@@ -117,6 +122,7 @@ def test_every_import_goes_down(package_sources):
         ("flexmb/commands/source.py", "from flexmb import mechanisms"),
         ("flexmb/__init__.py", "from flexmb.view.plot import plot"),
         ("flexmb/view/plot.py", "import matplotlib"),
+        ("flexmb/model/mechanism.py", "def plot(self):\n    from flexmb.view.reference import plot_mechanism"),
     ],
 )
 def test_allowed_imports(path, code):
@@ -128,6 +134,7 @@ def test_allowed_imports(path, code):
     [
         ("flexmb/model/node.py", "from flexmb.start.assemble import assemble", ("floor 1", "floor 5")),
         ("flexmb/errors.py", "from flexmb import checks, view", ("floor 0", "floor 12")),
+        ("flexmb/model/mechanism.py", "from flexmb.view.reference import plot_mechanism", ("floor 1", "floor 12")),
         ("flexmb/beams/fem.py", "from flexmb.bodies.link import Link", ("floor 2", "floor 2")),
         ("flexmb/beams/fem.py", "from ..system import forces", ("floor 2", "floor 4")),
         ("flexmb/start/assemble.py", "import flexmb.step.newmark.method", ("floor 5", "floor 7")),

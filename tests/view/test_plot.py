@@ -12,9 +12,10 @@ import pytest
 from flexmb.errors import FileFormatError, InputError
 from flexmb.model.shape import RigidShape
 from flexmb.results.vtk import write_vtk
-from flexmb.view.plot import plot, unit_text
+from flexmb.view.plot import plot
 from flexmb.view.render import render
 from flexmb.view.screenshot import screenshot_vtk
+from flexmb.view.style import unit_text
 
 handmade = runpy.run_path(str(Path(__file__).parents[1] / "handmade.py"))
 solution = handmade["solution"]

@@ -1,0 +1,61 @@
+"""`flexmb plot`: signals of a saved run as a picture."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from pathlib import Path
+
+from flexmb.errors import InputError
+from flexmb.results.netcdf import load
+
+
+def plot(options: argparse.Namespace) -> int:
+    """`flexmb plot`: draw signals of a saved run, and print the path of the picture.
+
+    Parameters
+    ----------
+    options : options of the command line.
+
+    Raises
+    ------
+    FlexmbError : see `flexmb.plot`; a file that is no result; a picture that cannot be written.
+    """
+    from flexmb.view.plot import plot as picture_of  # noqa: PLC0415 - matplotlib when a picture is asked for
+    from flexmb.view.render import saved  # noqa: PLC0415
+
+    panels = [names_of(text) for text in options.signals]
+    figure = picture_of(load(options.file), panels, title=options.title, x=options.x)
+    target = Path(options.out)
+    saved("plot", figure, target)
+    print(target)
+    return 0
+
+
+def names_of(text: str | None) -> list[str]:
+    """Names in a text, separated by commas.
+
+    Parameters
+    ----------
+    text : typed text, or None.
+    """
+    return [name.strip() for name in (text or "").split(",") if name.strip()]
+
+
+def pixels(text: str | None) -> tuple[int, int] | None:
+    """Width and height in a text such as 600x400.
+
+    Parameters
+    ----------
+    text : typed text, or None.
+
+    Raises
+    ------
+    InputError : another text.
+    """
+    if text is None:
+        return None
+    found = re.fullmatch(r"(\d+)x(\d+)", text)
+    if found is None:
+        raise InputError(f"--size: {text!r} is no size; write width and height in pixels, e.g. 600x400.")
+    return int(found[1]), int(found[2])

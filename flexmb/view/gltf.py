@@ -1,0 +1,238 @@
+"""The motion of a run as a glTF file, for viewers of 3-D models and web pages."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.errors import InputError
+from flexmb.model.shape import CircleShape, LineShape, PointShape, RigidShape
+from flexmb.results import drawing
+from flexmb.results.resampling import magnified
+from flexmb.results.symbols import symbols
+from flexmb.version import installed_version
+from flexmb.view.glb import Glb
+from flexmb.view.pose import THINNEST, body_colours
+from flexmb.view.scene import Scene, scene_of
+from flexmb.view.style import CLEARANCE
+
+if TYPE_CHECKING:
+    from flexmb.results.drawing import Line
+    from flexmb.results.solution import Solution
+
+MOST_FRAMES = 200
+"""Default number of instants, at most."""
+
+BAR = 0.006
+"""Half width of the bars of rigid bodies, over the width of the mechanism."""
+
+STRIDE = 2
+"""Points of a drawn beam element for each straight piece: 4 pieces of 9 points."""
+
+PIN_SIDES = 16
+"""Number of sides of a pin."""
+
+
+def export_gltf(sol: Solution, path: str | Path, *, frames: int | None = None, magnify: float = 1.0) -> Path:
+    """Motion of a run as a binary glTF file, one unit a metre, the plane of motion as x and y.
+
+    Rigid bodies, wheels and pins are nodes that move and turn; beams are chains of straight pieces, four an element;
+    springs, dampers, rods and cables are nodes that also change their length.  Forces, belts, guides and paths are left
+    out.  Viewers interpolate linearly between the instants.
+
+    Parameters
+    ----------
+    sol : the solution.
+    path : the .glb file; its folder is made.
+    frames : number of instants, >= 2, evenly over the time, replaced by the nearest rows; None: all, at most 200.
+    magnify : factor of the deformation of beams.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    InputError : another ending, a solution without rows or shapes, a path that cannot be written.
+    """
+    target = checks.path("export_gltf", path)
+    if target.suffix.lower() != ".glb":
+        raise InputError(f"export_gltf: path is {str(path)!r}; it must end in .glb.")
+    if not len(sol.time) or not sol.shapes:
+        raise InputError("export_gltf: the solution has no saved instants or no shapes. Save some, e.g. save=1000.")
+    count = min(len(sol.time), MOST_FRAMES) if frames is None else checks.count("export_gltf", "frames", frames, 2)
+    rows = drawing.nearest_instants(sol, np.linspace(sol.time[0], sol.time[-1], count))
+    shown = magnified(sol, checks.positive("export_gltf", "magnify", magnify))
+    content = Export(shown, rows).bytes()
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_bytes(content)
+    except OSError as error:
+        text = f"export_gltf: {str(target)!r} cannot be written ({error.strerror or error})."
+        raise InputError(f"{text} Give a file in a writable folder.") from error
+    return target
+
+
+class Export:
+    """Content of a glTF file of some rows of a solution.
+
+    Parameters
+    ----------
+    sol : the solution.
+    rows : (n,) numbers of rows, increasing.
+    """
+
+    def __init__(self, sol: Solution, rows: np.ndarray) -> None:
+        self._sol, self._rows, self._time = sol, rows, sol.time[rows] - sol.time[rows[0]]
+        self._scene: Scene = scene_of(sol, rows)
+        self._glb = Glb(f"flexmb {installed_version()}")
+        self._half = BAR * self._scene.size
+        colours = body_colours(self._scene)
+        self._materials = {part: self._glb.material(part, _linear(colour)) for part, colour in colours.items()}
+        self._grey = self._glb.material("couplings", _linear("#606060"))
+        self._rigid()
+        for number, line in enumerate(line for line in self._scene.lines if line.is_beam):
+            self._beam(number, line)
+        self._lines()
+        self._pins()
+
+    def bytes(self) -> bytes:
+        """The file."""
+        return self._glb.bytes()
+
+    def _rigid(self) -> None:
+        """One node for each node of a rigid body, with its outlines and wheels."""
+        lines: dict[tuple[str, str], list[np.ndarray]] = {}
+        for shape in self._sol.shapes:
+            if isinstance(shape, RigidShape):
+                mine = lines.setdefault((shape.part, shape.node), [])
+                mine += [np.array(line, dtype=float) for line in shape.lines]
+            elif isinstance(shape, CircleShape):
+                body, node, (x, y) = shape.at
+                turn = np.linspace(0.0, 2.0 * np.pi, 4 * PIN_SIDES + 1)
+                rim = np.stack([x + shape.radius * np.cos(turn), y + shape.radius * np.sin(turn)], axis=-1)
+                lines.setdefault((body, node), []).append(np.vstack([[[x, y]], rim]))
+        for (part, node), mine in lines.items():
+            name = f"{part}.{node}" if node else part
+            solid = _joined([_bars(line, self._half) for line in mine])
+            mesh = self._glb.mesh(name, *solid, self._materials.get(part, self._grey))
+            pose = drawing.pose(self._sol, part, node, self._rows)
+            self._glb.move(self._glb.node(name, [mesh]), self._time, pose[:, :2], pose[:, 2], None)
+
+    def _beam(self, number: int, line: Line) -> None:
+        """Straight pieces of an element."""
+        depth = np.zeros(line.points.shape[1]) if line.depth is None else line.depth
+        for k in range(0, line.points.shape[1] - 1, STRIDE):
+            half = max(0.25 * float(depth[k] + depth[k + STRIDE]), THINNEST * self._scene.size)
+            solid = _joined([_bars(np.array([[0.0, 0.0], [1.0, 0.0]]), half)])
+            mesh = self._glb.mesh(f"{line.part} {number}.{k}", *solid, self._materials[line.part])
+            node = self._glb.node(f"{line.part} {number}.{k}", [mesh])
+            self._stretch(node, line.points[:, k], line.points[:, k + STRIDE])
+
+    def _stretch(self, node: int, first: np.ndarray, second: np.ndarray) -> None:
+        """Move a node of unit length so that it joins two points (n, 2)."""
+        way = second - first
+        length = np.maximum(np.hypot(*way.T), 1e-9)
+        scales = np.stack([length, np.ones(len(length)), np.ones(len(length))], axis=-1)
+        self._glb.move(node, self._time, first, np.unwrap(np.arctan2(way[:, 1], way[:, 0])), scales)
+
+    def _lines(self) -> None:
+        """Springs, dampers, rods and cables."""
+        kinds = {shape.part: shape.kind for shape in self._sol.shapes if isinstance(shape, LineShape)}
+        for sign in symbols(self._sol, self._rows, self._scene.size):
+            if sign.part not in kinds or sign.kind != kinds[sign.part]:
+                continue
+            first, second = sign.points[:, 0], sign.points[:, -1]
+            way = second[0] - first[0]
+            length = max(float(np.hypot(*way)), 1e-9)
+            u, n = way / length, np.array([-way[1], way[0]]) / length
+            away = sign.points[0] - first[0]
+            solid = _bars(np.stack([away @ u / length, away @ n], axis=-1), 0.3 * self._half)
+            node = self._glb.node(sign.part, [self._glb.mesh(sign.part, *solid, self._grey)])
+            self._stretch(node, first, second)
+
+    def _pins(self) -> None:
+        """Joints as short cylinders."""
+        dark, red = (
+            self._glb.material("joints", _linear("#101010")),
+            self._glb.material("clearance", _linear(CLEARANCE)),
+        )
+        names = {shape.part for shape in self._sol.shapes if isinstance(shape, PointShape)}
+        meshes = {
+            material: self._glb.mesh("pin", *_cylinder(1.6 * self._half, 1.3 * self._half), material)
+            for material in {red if m.kind == "clearance" else dark for m in self._scene.marks if m.kind != "journal"}
+        }
+        for mark in self._scene.marks:
+            if mark.kind != "journal" and mark.part in names:
+                node = self._glb.node(mark.part, [meshes[red if mark.kind == "clearance" else dark]])
+                self._glb.move(node, self._time, mark.points, np.zeros(len(self._time)), None)
+
+
+Solid = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Points, normals and triangles."""
+
+
+def _bars(line: np.ndarray, half: float) -> Solid:
+    """Bars of square section along a polyline (m, 2); a cube for a line without length."""
+    pieces = []
+    for a, b in pairwise(line):
+        way = b - a
+        length = float(np.hypot(*way))
+        u = way / length if length > 0.0 else np.array([1.0, 0.0])
+        reach = 0.5 * length if length > 0.0 else 2.0 * half
+        wide = half if length > 0.0 else 2.0 * half
+        pieces.append(_box(0.5 * (a + b), u, reach, wide, half))
+    return _joined(pieces)
+
+
+def _box(centre: np.ndarray, u: np.ndarray, x: float, y: float, z: float) -> Solid:
+    """Box with half sides x along u, y across, z out of the plane."""
+    axes = np.array([[u[0], u[1], 0.0], [-u[1], u[0], 0.0], [0.0, 0.0, 1.0]]) * np.array([[x], [y], [z]])
+    points: list[np.ndarray] = []
+    normals: list[np.ndarray] = []
+    faces: list[np.ndarray] = []
+    for k in range(3):
+        a, b, c = axes[k], axes[(k + 1) % 3], axes[(k + 2) % 3]
+        for side in (1.0, -1.0):
+            faces.append(len(points) + np.array([[0, 1, 2], [0, 2, 3]]))
+            around = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
+            points += [side * a + side * s * b + t * c for s, t in around]
+            normals += [side * a / np.linalg.norm(a)] * 4
+    moved = np.array(points) + np.array([centre[0], centre[1], 0.0])
+    return moved, np.array(normals), np.concatenate(faces)
+
+
+def _cylinder(radius: float, half: float) -> Solid:
+    """Closed cylinder about z."""
+    turn = 2.0 * np.pi * np.arange(PIN_SIDES) / PIN_SIDES
+    rim = np.stack([np.cos(turn), np.sin(turn), np.zeros(PIN_SIDES)], axis=-1)
+    up = np.array([0.0, 0.0, 1.0])
+    k, n = np.arange(PIN_SIDES), PIN_SIDES
+    after = (k + 1) % n
+    side = np.concatenate([radius * rim - half * up, radius * rim + half * up])
+    wall = np.concatenate([np.stack([k, after, n + after], axis=1), np.stack([k, n + after, n + k], axis=1)])
+    fan = np.stack([np.zeros(n - 2, dtype=int), np.arange(1, n - 1), np.arange(2, n)], axis=1)
+    caps = [
+        (radius * rim + z * up, np.tile(np.sign(z) * up, (n, 1)), fan if z > 0.0 else fan[:, ::-1])
+        for z in (half, -half)
+    ]
+    return _joined([(side, np.concatenate([rim, rim]), wall), *caps])
+
+
+def _joined(solids: list[Solid]) -> Solid:
+    """One solid of several."""
+    starts = np.cumsum([0, *(len(points) for points, _, _ in solids[:-1])])
+    faces = [faces + start for (_, _, faces), start in zip(solids, starts, strict=True)]
+    return np.concatenate([s[0] for s in solids]), np.concatenate([s[1] for s in solids]), np.concatenate(faces)
+
+
+def _linear(colour: str) -> tuple[float, float, float]:
+    """Linear red, green, blue of a colour of the screen (IEC 61966-2-1)."""
+    values = np.array([int(colour[k : k + 2], 16) / 255.0 for k in (1, 3, 5)])
+    r, g, b = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4).tolist()
+    return r, g, b

@@ -1,0 +1,266 @@
+"""Artists of one pose of a mechanism, which move from pose to pose without being made again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flexmb.model.shape import MARKER, TRACE
+from flexmb.view.style import CLEARANCE, COLOURS, TRACED
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.colors import Colormap, Normalize
+
+    from flexmb.results.drawing import Line, Mark
+    from flexmb.view.scene import Scene
+
+SYMBOLS: dict[str, dict[str, Any]] = {
+    "spring": {"color": "0.25", "linewidth": 1.1, "zorder": 2.5},
+    "damper": {"color": "0.25", "linewidth": 1.1, "zorder": 2.5},
+    "rod": {"color": "0.35", "linewidth": 1.6, "zorder": 1.8},
+    "cable": {"color": "0.35", "linewidth": 0.9, "linestyle": "--", "zorder": 1.8},
+    "force": {"color": "#b00020", "linewidth": 1.4, "zorder": 3.5},
+    "pitch circle": {"color": "0.45", "linewidth": 1.0, "zorder": 1.7},
+    "belt": {"color": "0.2", "linewidth": 1.6, "zorder": 1.75},
+    "guide": {"color": "0.55", "linewidth": 1.0, "linestyle": (0, (8, 2, 2, 2)), "zorder": 1.2},
+}
+MARKERS = {"prismatic": "s", "slot": "o", "fixed": "D", "clearance": "o", "bushing": "h"}
+
+THINNEST = 0.004
+"""Half of the least drawn depth of a beam, over the width of the picture."""
+
+RING = 0.014
+"""Radius of the ring that stands for a joint with clearance, over the width of the picture."""
+
+JOURNAL, PLAY = 0.5, 0.9
+"""Radius of the journal, and of the room in which it moves, over that of its ring."""
+
+
+@dataclass(frozen=True)
+class Colouring:
+    """Colours of beams by a field.
+
+    Parameters
+    ----------
+    field : name of the field of the lines.
+    scale : value of the colours' ends.
+    colours : colour map.
+    """
+
+    field: str
+    scale: Normalize
+    colours: Colormap
+
+
+class Pose:
+    """Artists of one pose on an axes.
+
+    Parameters
+    ----------
+    ax : the axes.
+    scene : the drawing.
+    now : number of the instant that is shown first.
+    colouring : colours of beams; None: each body has its own colour.
+    """
+
+    def __init__(self, ax: Axes, scene: Scene, now: int, colouring: Colouring | None = None) -> None:
+        self._ax, self._scene = ax, scene
+        self._updates: list[Callable[[int], None]] = []
+        self.artists: list[Artist] = []
+        own = body_colours(scene)
+        for line in with_arms(scene):
+            if not line.is_beam:
+                self._rigid(line, own[line.part] if colouring is None else "0.45")
+        beams = [line for line in scene.lines if line.is_beam]
+        if beams:
+            self._beams(beams, own, colouring)
+        for sign in (*scene.signs, *scene.forces):
+            style = SYMBOLS[sign.kind]
+            if sign.body in own and colouring is None:
+                self._area(sign.points[:, 1:], {"facecolor": own[sign.body], "alpha": 0.16, "zorder": 1.55})
+                style = {**style, "color": own[sign.body], "linewidth": 1.6}
+            self._polyline(sign.points, f"{sign.kind} {sign.part}", style)
+        for name, (path, time) in scene.paths.items():
+            self._path(name, path, time)
+        for mark in scene.marks:
+            if mark.kind != "journal":
+                self._joint(mark)
+        self.show(now)
+
+    def show(self, now: int) -> None:
+        """Move all artists to the instant number `now`."""
+        for update in self._updates:
+            update(now)
+
+    def _polyline(self, points: np.ndarray, gid: str, style: dict[str, Any]) -> None:
+        (artist,) = self._ax.plot([], [], gid=gid, **style)
+        self.artists.append(artist)
+        self._updates.append(lambda now: artist.set_data(*points[now].T))
+
+    def _rigid(self, line: Line, colour: str) -> None:
+        point = bool(np.ptp(line.points[0], axis=0).max() == 0.0)  # a body without joints outside its centre
+        style: dict[str, Any] = {"marker": "s", "markersize": 11} if point else {"solid_capstyle": "round"}
+        if line.points.shape[1] > 3 and np.allclose(line.points[0, 0], line.points[0, -1]):
+            self._area(line.points, {"facecolor": colour, "alpha": 0.16, "edgecolor": "none", "zorder": 1.6})
+        self._polyline(line.points, "", {"color": colour, "linewidth": 2.6, "zorder": 2.0, **style})
+
+    def _area(self, points: np.ndarray, style: dict[str, Any]) -> None:
+        from matplotlib.patches import Polygon
+
+        artist = Polygon(points[0], closed=True, **style)
+        self._ax.add_patch(artist)
+        self.artists.append(artist)
+        self._updates.append(lambda now: artist.set_xy(points[now]))
+
+    def _beams(self, beams: list[Line], own: dict[str, str], colouring: Colouring | None) -> None:
+        """Beams with their depth: in the colour of the body around the axis, or by a field between thin edges."""
+        sides = [edges(line, THINNEST * self._scene.size) for line in beams]
+        if colouring is None:
+            outlines = [np.concatenate([left, right[:, ::-1]], axis=1) for left, right in sides]
+            style: dict[str, Any] = {"facecolors": [own[line.part] for line in beams], "alpha": 0.35, "zorder": 1.9}
+            self._polygons(np.stack(outlines, axis=1), None, {**style, "edgecolors": "none"})
+            for line in beams:
+                self._polyline(line.points, "", {"color": own[line.part], "linewidth": 2.0, "zorder": 2.0})
+            return
+        quads = [np.stack([a[:, :-1], a[:, 1:], b[:, 1:], b[:, :-1]], axis=2) for a, b in sides]  # (n, m - 1, 4, 2)
+        fields = [line.fields[colouring.field] for line in beams]
+        values = np.concatenate([0.5 * (f[:, :-1] + f[:, 1:]) for f in fields], axis=1)
+        style = {"cmap": colouring.colours, "norm": colouring.scale, "zorder": 1.95}
+        self._polygons(np.concatenate(quads, axis=1), values, {**style, "edgecolors": "face", "linewidths": 0.4})
+        for points in (np.stack([side[k] for side in sides], axis=1) for k in (0, 1)):
+            self._edges(points)
+
+    def _polygons(self, points: np.ndarray, values: np.ndarray | None, style: dict[str, Any]) -> None:
+        """Polygons (n, k, m, 2), coloured by `values` (n, k) or as `style` tells."""
+        from matplotlib.collections import PolyCollection
+
+        artist = PolyCollection(list(points[0]), **style)
+        self._ax.add_collection(artist, autolim=False)
+        self.artists.append(artist)
+
+        def update(now: int) -> None:
+            artist.set_verts(points[now])
+            if values is not None:
+                artist.set_array(values[now])
+
+        self._updates.append(update)
+
+    def _edges(self, points: np.ndarray) -> None:
+        """Thin lines (n, k, m, 2)."""
+        from matplotlib.collections import LineCollection
+
+        artist = LineCollection(list(points[0]), colors="0.25", linewidths=0.7, zorder=2.0)
+        self._ax.add_collection(artist, autolim=False)
+        self.artists.append(artist)
+        self._updates.append(lambda now: artist.set_segments(list(points[now])))
+
+    def _path(self, name: str, path: np.ndarray, time: np.ndarray) -> None:
+        style: dict[str, Any] = {"color": TRACED, "linewidth": 1.0, "zorder": 1.5, "gid": f"{TRACE} {name}"}
+        if len(self._scene.time) == 1:
+            self.artists += self._ax.plot(*path.T, **style)
+            return
+        self._ax.plot(*path.T, **{**style, "alpha": 0.3})
+        (artist,) = self._ax.plot([], [], **{**style, "linewidth": 1.6})
+        self.artists.append(artist)
+        ends = np.searchsorted(time, self._scene.time, side="right")
+        self._updates.append(lambda now: artist.set_data(*path[: ends[now]].T))
+
+    def _joint(self, mark: Mark) -> None:
+        if mark.on_ground:
+            self._dot(mark.points, {"marker": 6, "color": "0.45", "markersize": 9, "zorder": 3})
+        if mark.kind == "clearance" and not mark.slides:
+            self._ring(mark)
+            return
+        style: dict[str, Any] = {"markersize": 4.5, "color": "black", "zorder": 4}
+        if mark.kind == "clearance":
+            style |= {"markersize": 9, "markerfacecolor": "white", "markeredgecolor": CLEARANCE, "markeredgewidth": 1.8}
+        elif mark.kind in (MARKER, TRACE):
+            style |= {"markersize": 3.5, "color": TRACED}
+        self._dot(mark.points, {"marker": MARKERS.get(mark.kind, "o"), **style})
+
+    def _dot(self, points: np.ndarray, style: dict[str, Any]) -> None:
+        (artist,) = self._ax.plot([], [], linestyle="", **style)
+        self.artists.append(artist)
+        self._updates.append(lambda now: artist.set_data(points[now, :1], points[now, 1:]))
+
+    def _ring(self, mark: Mark) -> None:
+        """Ring with the journal inside; its eccentricity is drawn over the largest one of the scene."""
+        from matplotlib.patches import Circle
+
+        radius = RING * self._scene.size
+        inside = next((m for m in self._scene.marks if m.part == mark.part and m.kind == "journal"), mark)
+        away = inside.points - mark.points
+        largest = float(np.hypot(*away.T).max()) or 1.0
+        centres = mark.points + (PLAY - JOURNAL) * radius / largest * away
+        ring = {"facecolor": "white", "edgecolor": CLEARANCE, "linewidth": 1.6, "zorder": 4.0}
+        for points, size, style in (
+            (mark.points, radius, ring),
+            (centres, JOURNAL * radius, {"facecolor": "0.3", "edgecolor": "none", "zorder": 4.1}),
+        ):
+            self._circle(Circle((0.0, 0.0), size, gid=f"clearance {mark.part}", **style), points)
+
+    def _circle(self, artist: Any, points: np.ndarray) -> None:
+        self._ax.add_patch(artist)
+        self.artists.append(artist)
+        self._updates.append(lambda now: artist.set_center(tuple(points[now])))
+
+
+def with_arms(scene: Scene) -> list[Line]:
+    """Lines of a scene; a body without extent that carries curves of contacts is no dot.
+
+    Instead, a line joins its centre with each closed curve that lies beside it, such as the pin of a Geneva drive.
+
+    Parameters
+    ----------
+    scene : the drawing.
+    """
+    found = []
+    for line in scene.lines:
+        centre = line.points[0, 0]
+        curves = [c for c in scene.lines if c.part == line.part and np.ptp(c.points[0], axis=0).max() > 0.0]
+        wheels = [s for s in scene.signs if s.body == line.part]
+        if np.ptp(line.points[0], axis=0).max() > 0.0 or not (curves or wheels):
+            found.append(line)
+            continue
+        for curve in curves:
+            if np.allclose(curve.points[0, 0], curve.points[0, -1]) and not _encloses(curve.points[0], centre):
+                middle = curve.points[:, :-1].mean(axis=1)
+                found.append(replace(line, points=np.stack([line.points[:, 0], middle], axis=1)))
+    return found
+
+
+def _encloses(curve: np.ndarray, point: np.ndarray) -> bool:
+    """Whether a closed curve (m, 2) winds around a point."""
+    angles = np.unwrap(np.arctan2(*(curve - point).T[::-1]))
+    return abs(float(angles[-1] - angles[0])) > np.pi
+
+
+def body_colours(scene: Scene) -> dict[str, str]:
+    """Colours of the bodies by name.
+
+    Parameters
+    ----------
+    scene : the drawing.
+    """
+    return {part: COLOURS[k % len(COLOURS)] for k, part in enumerate(scene.parts)}
+
+
+def edges(line: Line, least: float) -> tuple[np.ndarray, np.ndarray]:
+    """Both edges (n, m, 2) of a beam in its depth.
+
+    Parameters
+    ----------
+    line : axis of the beam.
+    least : least half depth that is drawn [m].
+    """
+    along = np.gradient(line.points, axis=1)
+    along /= np.maximum(np.hypot(along[..., 0], along[..., 1]), 1e-300)[..., None]
+    normal = np.stack([-along[..., 1], along[..., 0]], axis=-1)
+    depth = np.zeros(line.points.shape[1]) if line.depth is None else line.depth
+    half = np.maximum(0.5 * depth, least)[:, None]
+    return line.points + half * normal, line.points - half * normal

@@ -1,0 +1,97 @@
+"""Picture of a mechanism before it moves."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from flexmb.errors import InputError
+from flexmb.model.signal import Signal, Signals
+from flexmb.results.solution import Peaks, Solution
+from flexmb.results.stats import Stats
+from flexmb.view.pose import Pose
+from flexmb.view.render import figure_size, joint_names, legend, saved
+from flexmb.view.scene import Scene, scene_of
+from flexmb.view.style import grid
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from flexmb.model.mechanism import Mechanism
+
+UNITS = {"x": "m", "y": "m", "theta": "rad"}
+
+
+def plot_mechanism(
+    mechanism: Mechanism, path: str | Path | None, *, lengths: bool, size: tuple[float, float] | None
+) -> Figure:
+    """Picture of the reference configuration of a mechanism; see `Mechanism.plot`.
+
+    Parameters
+    ----------
+    mechanism : the mechanism.
+    path : file of the picture; None: no file.
+    lengths : whether lengths of straight links are written beside them.
+    size : width and height [inch]; None: from the size of the mechanism.
+
+    Raises
+    ------
+    InputError : a mechanism without bodies, a path that cannot be written.
+    """
+    from matplotlib.figure import Figure
+
+    if not mechanism.bodies:
+        raise InputError(f"{mechanism.label} has no bodies to draw. Add some, e.g. a RigidLink.")
+    scene = scene_of(reference_solution(mechanism), np.array([0]))
+    figure = Figure(figsize=figure_size("plot", scene.box, 1, 1, size), layout="constrained")
+    ax = figure.subplots()
+    Pose(ax, scene, 0)
+    grid(ax)
+    ax.set(xlim=scene.box[0], ylim=scene.box[1], aspect="equal", xlabel="x [m]", ylabel="y [m]")
+    figure.suptitle(mechanism.name)
+    legend(figure, scene)
+    joint_names(ax, scene, 0, _lengths(scene) if lengths else [])
+    return figure if path is None else saved("plot", figure, Path(path))
+
+
+def reference_solution(mechanism: Mechanism) -> Solution:
+    """Solution with one row, the reference configuration, for drawings.
+
+    Parameters
+    ----------
+    mechanism : the mechanism.
+    """
+    signals, values = [], []
+    for part, node in mechanism.nodes():
+        stem = f"{part}.{node.name}" if node.name else part
+        for axis, value in zip(UNITS, (node.x, node.y, node.theta), strict=True):
+            signals.append(Signal(f"{stem}.{axis}", UNITS[axis]))
+            values.append(value)
+    row = np.array([values])
+    return Solution(
+        time=np.zeros(1),
+        values=row,
+        signals=Signals.of(tuple(signals)),
+        peaks=Peaks(np.abs(row[0]), np.zeros(len(values))),
+        status="Reference configuration.",
+        ok=True,
+        stats=Stats(),
+        shapes=mechanism.shapes(),
+        model={"name": mechanism.name},
+    )
+
+
+def _lengths(scene: Scene) -> list[tuple[np.ndarray, str]]:
+    """Middles of the straight bodies and their lengths as texts [m]."""
+    found = []
+    for part in scene.parts:
+        points = np.concatenate([line.points[0] for line in scene.lines if line.part == part])
+        ends = points[0], points[-1]
+        length = math.dist(*ends)
+        way = np.hypot(*np.diff(points, axis=0).T).sum()
+        if length > 0.0 and way < (1.0 + 1e-6) * length:
+            found.append((0.5 * (ends[0] + ends[1]), f"{length:.4g} m"))
+    return found

@@ -1,0 +1,244 @@
+"""A run in a window of pyvista: slider of the time, play by a key."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.errors import InputError
+from flexmb.results import drawing
+from flexmb.results.resampling import magnified
+from flexmb.results.solution import Solution
+from flexmb.view.film import joints_with_forces
+from flexmb.view.film_frames import FIELDS, field_limit
+from flexmb.view.pose import SYMBOLS, THINNEST, body_colours, edges, with_arms
+from flexmb.view.scene import PER_ELEMENT, Scene, scene_of
+from flexmb.view.screenshot import bar_title
+from flexmb.view.style import CLEARANCE, DIVERGING, TRACED
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import pyvista
+
+MOST_FRAMES = 500
+"""Number of poses that are prepared, at most."""
+
+INTERVAL = 30
+"""Time between two frames while the motion plays [ms]."""
+
+SIZE = (1200, 800)
+"""Size of the window [pixel]."""
+
+KEYS = "space: play and stop    left, right: frame by frame    mouse: move and zoom    r: whole picture    q: close"
+
+
+def view(
+    sol: Solution,
+    *,
+    magnify: float = 1.0,
+    colour: str | None = "moment",
+    forces: bool | Sequence[str] = False,
+    off_screen: bool = False,
+    time: float | None = None,
+) -> pyvista.Plotter:
+    """The run in a window, with a slider of the time; the space bar plays the motion.
+
+    The poses are saved rows, at most 500 of them.  The call returns when the window is closed.
+
+    Parameters
+    ----------
+    sol : the solution.
+    magnify : factor of the deformation of beams.
+    colour : "moment", "axial" or "shear", the section force that colours the beams; None: a colour for each body.
+    forces : True: arrows of the forces of all joints; or names of joints.
+    off_screen : True: no window; the plotter is returned at once, for `plotter.screenshot(path)` and `close()`.
+    time : instant of the first pose [s], replaced by the nearest row; None: the first row.
+
+    Returns
+    -------
+    pyvista.Plotter
+        The plotter.
+
+    Raises
+    ------
+    InputError : no saved rows, no shapes, an unknown colour or joint, a time outside the run.
+    """
+    if not len(sol.time) or not sol.shapes:
+        raise InputError("view: the solution has no saved instants or no shapes. Save some, e.g. save=1000.")
+    if colour is not None:
+        checks.one_of("view", "colour", colour, FIELDS)
+    rows = np.unique(np.linspace(0, len(sol.time) - 1, min(len(sol.time), MOST_FRAMES)).round().astype(int))
+    shown = magnified(sol, checks.positive("view", "magnify", magnify))
+    scene = scene_of(shown, rows, forces=joints_with_forces(sol, forces))
+    if magnify != 1.0:
+        for line, true in zip(scene.lines, drawing.lines(sol, rows, PER_ELEMENT), strict=True):
+            line.fields.update(true.fields)
+    window = Window(scene, colour, off_screen=off_screen)
+    if time is not None:
+        when = checks.between("view", "time", time, float(sol.time[0]), float(sol.time[-1]), "s")
+        window.go_to(int(np.abs(scene.time - when).argmin()))
+    if not off_screen:
+        window.plotter.show(title=sol.name)
+    return window.plotter
+
+
+class Window:
+    """Meshes of a scene in a plotter, and the number of the pose that they show.
+
+    Parameters
+    ----------
+    scene : the drawing.
+    colour : key of `FIELDS`, or None.
+    off_screen : whether there is no window.
+    """
+
+    def __init__(self, scene: Scene, colour: str | None, *, off_screen: bool) -> None:
+        import pyvista
+
+        self.plotter = pyvista.Plotter(off_screen=off_screen, window_size=list(SIZE))
+        self.plotter.set_background("white")
+        self._scene, self._now, self._plays = scene, 0, False
+        self._slider: Any = None
+        self._moving: list[tuple[Any, np.ndarray, dict[str, np.ndarray]]] = []
+        field = FIELDS[colour] if colour is not None and any(line.is_beam for line in scene.lines) else None
+        self._bodies(field)
+        self._signs()
+        self._joints()
+        self.plotter.add_text(scene.name, position="upper_left", font_size=10, color="black")
+        self._camera()
+        self._controls()
+        self.go_to(0)
+
+    def go_to(self, now: int) -> None:
+        """Show the pose number `now`; beyond the last one the motion begins again."""
+        self._now = now % len(self._scene.time)
+        for mesh, points, data in self._moving:
+            mesh.points = points[self._now]
+            for name, values in data.items():
+                mesh.point_data[name] = values[self._now]
+        if self._slider is not None:  # it calls back while it is made
+            self._slider.GetRepresentation().SetValue(float(self._scene.time[self._now]))
+
+    def _add(self, points: np.ndarray, data: dict[str, np.ndarray], style: dict[str, Any], **cells: np.ndarray) -> None:
+        """Add a mesh that moves: points (n, m, 2) and point data (n, m)."""
+        import pyvista
+
+        depth = np.full((*points.shape[:2], 1), style.pop("depth", 0.0) * self._scene.size)
+        flat = np.concatenate([points, depth], axis=2)
+        mesh = pyvista.PolyData(flat[0], **cells)
+        for name, values in data.items():
+            mesh.point_data[name] = values[0]
+        self.plotter.add_mesh(mesh, lighting=False, **style)
+        self._moving.append((mesh, flat, data))
+
+    def _bodies(self, field: tuple[str, str] | None) -> None:
+        own = body_colours(self._scene)
+        for line in with_arms(self._scene):
+            if not line.is_beam:
+                colour = own[line.part] if field is None else "#707070"
+                self._lines([line.points], {"color": colour, "line_width": 5})
+        beams = [line for line in self._scene.lines if line.is_beam]
+        for name in dict.fromkeys(line.part for line in beams):
+            mine = [line for line in beams if line.part == name]
+            sides = [edges(line, THINNEST * self._scene.size) for line in mine]
+            points = np.concatenate([side for pair in sides for side in pair], axis=1)
+            cells = _quads([line.points.shape[1] for line in mine])
+            self._lines(
+                [side for pair in sides for side in pair], {"color": "#404040", "line_width": 1.5, "depth": 1e-3}
+            )
+            if field is None:
+                self._add(points, {}, {"color": own[name]}, faces=cells)
+                continue
+            values = np.concatenate([line.fields[field[0]] for line in mine for _ in (0, 1)], axis=1)
+            top = field_limit(self._scene, field[0])
+            bar = {"title": bar_title(*field), "color": "black", "vertical": True}
+            bar |= {"position_x": 0.86, "position_y": 0.25, "title_font_size": 18, "label_font_size": 16}
+            style: dict[str, Any] = {"scalars": field[0], "clim": (-top, top), "cmap": DIVERGING}
+            style["scalar_bar_args"] = {**bar, "height": 0.55, "n_labels": 5}
+            self._add(points, {field[0]: values}, style, faces=cells)
+
+    def _lines(self, lines: list[np.ndarray], style: dict[str, Any]) -> None:
+        """Add polylines (n, m, 2) of one style."""
+        cells, first = [], 0
+        for points in lines:
+            m = points.shape[1]
+            cells.append(np.array([m, *range(first, first + m)]))
+            first += m
+        self._add(np.concatenate(lines, axis=1), {}, style, lines=np.concatenate(cells))
+
+    def _signs(self) -> None:
+        from matplotlib.colors import to_hex
+
+        for sign in (*self._scene.signs, *self._scene.forces):
+            look = SYMBOLS[sign.kind]
+            style = {"color": to_hex(look["color"]), "line_width": 1.6 * look["linewidth"]}
+            self._lines([sign.points], {**style, "depth": 0.002 if sign.kind == "force" else -0.002})
+        for path, _ in self._scene.paths.values():
+            self._lines([np.repeat(path[None], len(self._scene.time), axis=0)], {"color": TRACED, "line_width": 2})
+
+    def _joints(self) -> None:
+        for mark in self._scene.marks:
+            if mark.kind == "journal":
+                continue
+            clearance = mark.kind == "clearance"
+            style = {"color": CLEARANCE if clearance else "black", "point_size": 14 if clearance else 9, "depth": 0.004}
+            cells = {"verts": np.array([1, 0])}
+            self._add(mark.points[:, None], {}, {**style, "render_points_as_spheres": True}, **cells)
+
+    def _camera(self) -> None:
+        """Parallel view on the plane that holds the whole run."""
+        (x0, x1), (y0, y1) = self._scene.box
+        self.plotter.view_xy()
+        self.plotter.enable_parallel_projection()
+        camera = self.plotter.camera
+        camera.focal_point = (0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.0)
+        camera.position = (0.5 * (x0 + x1), 0.5 * (y0 + y1), 10.0 * self._scene.size)
+        camera.parallel_scale = 0.55 * max(y1 - y0, (x1 - x0) * SIZE[1] / SIZE[0])
+        self.plotter.enable_image_style()
+
+    def _controls(self) -> None:
+        time = self._scene.time
+        end = float(time[-1]) if len(time) > 1 else float(time[0]) + 1.0
+        self._slider = self.plotter.add_slider_widget(
+            lambda value: self.go_to(int(np.abs(time - value).argmin())),
+            (float(time[0]), end),
+            title="t [s]",
+            color="black",
+            pointa=(0.08, 0.12),
+            pointb=(0.82, 0.12),
+            interaction_event="always",
+            style="modern",
+            fmt="%.4g",
+            slider_width=0.02,
+            tube_width=0.004,
+            title_height=0.02,
+        )
+        self.plotter.add_text(KEYS, position=(10, 8), font_size=7, color="gray")
+        self.plotter.add_key_event("space", self._toggle)
+        self.plotter.add_key_event("Right", lambda: self._step(1))
+        self.plotter.add_key_event("Left", lambda: self._step(-1))
+        self.plotter.add_timer_event(max_steps=2**31 - 1, duration=INTERVAL, callback=lambda _: self._tick())
+
+    def _toggle(self) -> None:
+        self._plays = not self._plays
+
+    def _step(self, by: int) -> None:
+        self.go_to(self._now + by)
+        self.plotter.render()
+
+    def _tick(self) -> None:
+        if self._plays:
+            self._step(1)
+
+
+def _quads(lengths: list[int]) -> np.ndarray:
+    """Cells of ribbons whose points are the left and the right edge of one beam after the other."""
+    cells, first = [], 0
+    for m in lengths:
+        k = first + np.arange(m - 1)
+        cells.append(np.stack([np.full(m - 1, 4), k, k + 1, k + m + 1, k + m], axis=1))
+        first += 2 * m
+    return np.concatenate(cells).ravel()
