@@ -1,4 +1,4 @@
-"""The command line: flexmb run | sweep | chaos | list | check | vtk | rerun | paper."""
+"""The command line: flexmb run | sweep | chaos | list | check | vtk | report | rerun | paper."""
 
 from __future__ import annotations
 
@@ -115,9 +115,28 @@ def _dispatch(given: list[str]) -> int:
         return paper(options)
     if options.command == "rerun":
         return _rerun(options.file, options.name)
+    if options.command == "report":
+        return _report(options)
     if source is None:
         parser.error(f"the mechanism comes first: flexmb {options.command} NAME [options]")
     return _with_mechanism(source, maker_options, options)
+
+
+def _report(options: argparse.Namespace) -> int:
+    """Write the page of a saved run, with its mechanism built anew where the file or the user names it."""
+    from flexmb.commands.mechanism_options import keywords_of
+    from flexmb.commands.report import repeated_command
+    from flexmb.report.report import report
+    from flexmb.results.netcdf import load
+
+    sol, mechanism = load(options.file), None
+    given = repeated_command(sol, options.name)
+    source = _source(given)
+    if source is not None:
+        parser, maker_options = _parser(source, "run")
+        mechanism = source.mechanism(keywords_of(parser.parse_args(given), maker_options))
+    print(report(sol, options.out or options.file.with_suffix(".html"), mechanism=mechanism, frames=options.frames))
+    return OK
 
 
 def _rerun(path: Path, name: str | None) -> int:
@@ -193,9 +212,14 @@ def _parser(source: Source | None, wanted: str) -> tuple[argparse.ArgumentParser
     rerun.add_argument("file", metavar="RUN.nc", type=Path, help="file of `flexmb run`")
     trusted = "the mechanism; needed where the file is of a run of FILE.py, which is executed"
     rerun.add_argument("name", metavar="NAME", nargs="?", help=trusted)
+    report = add("report", help="write the HTML page of a saved run")
+    report.add_argument("file", metavar="RUN.nc", type=Path, help="file of `flexmb run`")
+    report.add_argument("name", metavar="NAME", nargs="?", help=trusted)
+    report.add_argument("--out", type=Path, metavar="FILE.html", help="default: beside RUN.nc")
+    report.add_argument("--frames", type=int, metavar="N", default=1000, help="most frames (default 1000)")
     paper = add("paper", help="figures and tables of a published study computed anew")
     _add_paper_options(paper)
-    for command in (run, sweep, chaos, check, listing, vtk, rerun, paper):
+    for command in (run, sweep, chaos, check, listing, vtk, rerun, report, paper):
         command.add_argument("--debug", action="store_true", help="show the traceback of an error")
         command.set_defaults(own_parser=command)
     options: list[Option] = []
@@ -234,6 +258,7 @@ def _add_run_options(run: argparse.ArgumentParser) -> None:
     files.add_argument("--out", metavar="DIR", help="folder of the results (default out/NAME)")
     files.add_argument("--frames", type=int, metavar="N", default=100, help="number of VTK frames (default 100)")
     files.add_argument("--no-vtk", action="store_true", help="no VTK files")
+    files.add_argument("--no-report", action="store_true", help="no report.html")
     files.add_argument("--no-plots", action="store_true", help="no pictures")
     files.add_argument("--quiet", action="store_true", help="no progress bar and no summary")
 

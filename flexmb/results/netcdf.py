@@ -110,6 +110,7 @@ def _dataset(sol: Solution) -> xr.Dataset:
         "notes": sol.notes,
         "contacts": list(sol.contacts.names),
         "model": dict(sol.model),
+        "mechanism": sol.described(),
     }
     try:
         text = json.dumps(record)
@@ -205,4 +206,5 @@ def _solution(dataset: xr.Dataset, restart: dict[str, np.ndarray], episodes: dic
         restart=restart,
         notes=tuple(record.get("notes", ())),  # files of before have none
         model=record["model"],
+        description=record.get("mechanism", {}),
     )

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from flexmb.errors import InputError
+from flexmb.model.description import described
 from flexmb.model.shape import LateShapes, Shapes
 from flexmb.model.signal import Signals
 from flexmb.program.signals import hint, resolved
@@ -19,6 +20,8 @@ from flexmb.results.stats import Stats
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from flexmb.model.mechanism import Mechanism
 
 
 class UnknownSignalError(InputError, KeyError):
@@ -77,6 +80,8 @@ class Solution:
     restart : the final state, by name; what the time loop needs to go on bit for bit.
     notes : remarks on the run, e.g. of contact laws that left their validity, in sentences.
     model : name of the mechanism, version of flexmb, and what else belongs to the record and can be written as JSON.
+    mechanism : the mechanism that moved; None in a solution that was read from a file or came from another process.
+    description : parts of the mechanism in plain values (`flexmb.model.description`), where `mechanism` is None.
 
     Raises
     ------
@@ -97,6 +102,8 @@ class Solution:
     restart: Mapping[str, np.ndarray] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     model: Mapping[str, Any] = field(default_factory=dict)
+    mechanism: Mechanism | None = None
+    description: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self._set("signals", Signals.of(self.signals))
@@ -198,6 +205,14 @@ class Solution:
         lines = [f"Solution of {self.name!r}", *(f"  {word:8s}{value}" for word, value in rows)]
         lines += [f"  {'note':8s}{text}" for text in self.notes]
         return "\n".join([*lines, f"  {'signals':8s}{len(self.signals)} of {parts or 'no part'}"])
+
+    def described(self) -> dict[str, Any]:
+        """Parts of the mechanism in plain values; empty for a solution that knows none."""
+        return dict(self.description) if self.mechanism is None else described(self.mechanism)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """State for pickling: the mechanism as its description, since functions of users cannot all be pickled."""
+        return {**self.__dict__, "mechanism": None, "description": self.described()}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
