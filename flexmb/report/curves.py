@@ -20,6 +20,9 @@ MOST_CURVES = 24
 MOST_CHOSEN = 200
 """Number of chosen signals at most: each takes some 10 kB of a page."""
 
+MOST_IN_PANEL = 6
+"""Number of signals in a panel at most."""
+
 ROWS_PER_FRAME = 2
 """Number of rows of a curve for each frame; longer curves become envelopes."""
 
@@ -91,10 +94,11 @@ def curves(sol: Solution, names: list[str], frames: np.ndarray) -> dict[str, Any
     frames : numbers of the saved instants that are frames.
     """
     values = np.stack([sol.array(name) for name in names], axis=1) if names else np.zeros((len(sol.time), 0))
+    first = panels(sol, None if set(main_signals(sol)) <= set(names) else names) or [names[:1]]
     found: dict[str, Any] = {
         "names": names,
         "units": [sol.units(name) for name in names],
-        "panels": panels(sol, None if set(main_signals(sol)) <= set(names) else names) or [names[:1]],
+        "panels": [panel[:MOST_IN_PANEL] for panel in first],
         "time": instants(sol.time[frames]),
     }
     if len(sol.time) <= ROWS_PER_FRAME * len(frames) + 1:

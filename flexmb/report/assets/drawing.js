@@ -15,6 +15,7 @@ class Picture {
       axial: largeValue(scene.columns.axial, 0.98),
       force: this._referenceForce(),
     };
+    this.small = scene.raw.points.length > 25 ? 0.55 : 1; // size of joints, where they are many
     this.markers = scene.raw.points.filter((p) => p.kind === "trace").map((p) => ({ place: p.at }));
     this.fit();
   }
@@ -254,15 +255,15 @@ class Picture {
     }
     context.fillStyle = colour("panel");
     context.strokeStyle = point.kind === "clearance" ? colour("alert") : colour("text");
-    context.lineWidth = point.kind === "clearance" ? 2.4 : 1.6;
+    context.lineWidth = (point.kind === "clearance" ? 2.4 : 1.6) * this.small;
     context.beginPath();
     if (point.kind === "prismatic") {
-      context.rect(px - 4, py - 4, 8, 8);
+      context.rect(px - 4 * this.small, py - 4 * this.small, 8 * this.small, 8 * this.small);
     } else if (point.kind === "fixed") {
       [[0, -5.5], [5.5, 0], [0, 5.5], [-5.5, 0]].forEach(([dx, dy], k) => (k ? context.lineTo(px + dx, py + dy) : context.moveTo(px + dx, py + dy)));
       context.closePath();
     } else {
-      context.arc(px, py, point.kind === "clearance" ? 6 : 4, 0, 2 * Math.PI);
+      context.arc(px, py, (point.kind === "clearance" ? 6 : 4) * this.small, 0, 2 * Math.PI);
     }
     context.fill();
     context.stroke();
@@ -394,16 +395,17 @@ function binOf(value, limit) {
   return Math.round(middle + middle * Math.max(-1, Math.min(1, value / limit)));
 }
 
-// Colour of a section force: blue below zero, red above, pale about zero.
-const fieldColours = {};
+// Colours of section forces: blue below zero, red above, grey about zero.
+let fieldColours = [];
 function fieldColour(bin) {
-  const dark = isDark();
-  const key = `${bin} ${dark}`;
-  if (!fieldColours[key]) {
-    const share = bin / (BINS - 1);
-    const ends = dark ? [[90, 170, 255], [112, 118, 128], [255, 120, 90]] : [[20, 90, 200], [150, 156, 168], [200, 40, 30]];
-    const [from, to, part] = share < 0.5 ? [ends[0], ends[1], 2 * share] : [ends[1], ends[2], 2 * share - 1];
-    fieldColours[key] = `rgb(${from.map((c, i) => Math.round(c + (to[i] - c) * part)).join(",")})`;
+  if (!fieldColours.length) {
+    const [low, zero, high] = ["low", "zero", "high"].map((name) => colour(name).match(/\w\w/g).map((x) => parseInt(x, 16)));
+    fieldColours = Array.from({ length: BINS }, (_, k) => {
+      const share = k / (BINS - 1);
+      const [from, to, part] = share < 0.5 ? [low, zero, 2 * share] : [zero, high, 2 * share - 1];
+      return `rgb(${from.map((c, i) => Math.round(c + (to[i] - c) * part)).join(",")})`;
+    });
   }
-  return fieldColours[key];
+  return fieldColours[bin];
 }
+onTheme(() => { fieldColours = []; });

@@ -1,4 +1,6 @@
 // Plots of signals over time, linked with the time of the page.
+const READOUT_PAUSE = 120; // between two readouts while the mechanism moves [ms]
+
 class Plots {
   static async of(raw, clock) {
     const [times, curves, frames, own] = await Promise.all([
@@ -147,6 +149,9 @@ class Plots {
     const x = panel.plot.valToPos(this.frames[k], "x");
     const inside = x >= 0 && x <= panel.plot.over.clientWidth;
     panel.line.style.transform = `translateX(${inside ? x : -10}px)`;
-    panel.places.forEach((place, n) => { panel.readouts[n].textContent = shown(this.values[place][k]); });
+    if (!this.clock.playing || performance.now() - (panel.told || 0) > READOUT_PAUSE) {
+      panel.told = performance.now();
+      panel.places.forEach((place, n) => { panel.readouts[n].textContent = shown(this.values[place][k]); });
+    }
   }
 }

@@ -2,8 +2,13 @@
 const themed = [];
 const THEMES = ["system", "light", "dark"];
 
+let colours = new Map(); // asked of the browser once
+
 function colour(name) {
-  return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+  if (!colours.has(name)) {
+    colours.set(name, getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim());
+  }
+  return colours.get(name);
 }
 
 // Colours of curves and bodies, by number.
@@ -11,13 +16,13 @@ function seriesColour(k) {
   return colour(`series-${k % 8}`);
 }
 
-function isDark() {
-  const chosen = document.documentElement.dataset.theme;
-  return chosen === "dark" || (chosen !== "light" && matchMedia("(prefers-color-scheme: dark)").matches);
-}
-
 function onTheme(action) {
   themed.push(action);
+}
+
+function themeChanged() {
+  colours = new Map();
+  themed.forEach((action) => action());
 }
 
 (function () {
@@ -27,9 +32,9 @@ function onTheme(action) {
     chosen = (chosen + 1) % THEMES.length;
     document.documentElement.dataset.theme = THEMES[chosen];
     button.textContent = `Theme: ${THEMES[chosen]}`;
-    themed.forEach((action) => action());
+    themeChanged();
   });
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => themed.forEach((action) => action()));
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", themeChanged);
 })();
 
 // Canvas with sharp lines: sets its pixels to those of the screen and returns its size in CSS pixels.
