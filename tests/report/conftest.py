@@ -28,7 +28,9 @@ def run_page(slider_crank, tmp_path_factory):
 @pytest.fixture(scope="session")
 def browser():
     """A browser without a window; tests that need one are skipped where there is none."""
-    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed: pip install playwright")
+    playwright = pytest.importorskip(
+        "playwright.sync_api", reason="playwright is not installed: pip install playwright"
+    )
     found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
     if found is None:
         pytest.skip(f"none of these browsers is on the PATH: {', '.join(BROWSERS)}")

@@ -48,6 +48,7 @@ class Plots {
       close.addEventListener("click", () => this.remove(panel));
       heading.append(close);
     }
+    panel.plot.root.setAttribute("aria-hidden", "true");
     panel.line = element("div", { class: "now-line" });
     panel.plot.over.append(panel.line);
     this.made.push(panel);
