@@ -123,7 +123,7 @@ def _dispatch(given: list[str]) -> int:
 
 
 def _report(options: argparse.Namespace) -> int:
-    """Write the page of a saved run, with its mechanism built anew where the file or the user names it."""
+    """Write the page of a saved run, with its mechanism if the file or the user names it."""
     from flexmb.commands.mechanism_options import keywords_of
     from flexmb.commands.report import repeated_command
     from flexmb.report.report import report

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.report.markup import Markup, facts, quantity, section, table, tag
-from flexmb.report.packing import FINE, MIDDLE, quantised
+from flexmb.report.packing import MIDDLE, floats, quantised
 from flexmb.results.contact_intervals import MODES, Episodes
 from flexmb.results.solution import Solution
 
@@ -39,7 +39,7 @@ def clearance_of(sol: Solution, joint: str) -> float | None:
 
 
 def joints_with_contacts(sol: Solution) -> list[str]:
-    """Names of all joints with contacts, those with a journal in a bearing first."""
+    """Names of all joints with contacts, journals in bearings first."""
     named = [name.partition(".")[0] for name in sol.contacts.names]
     named += [name.rpartition(".")[0] for name in sol.names if name.endswith(".ex") and name.count(".") == 1]
     joints = list(dict.fromkeys(named))
@@ -65,7 +65,7 @@ def clearance_data(sol: Solution, frames: np.ndarray) -> list[dict[str, Any]]:
         now = np.column_stack([pair[frames], depth[frames], force[frames]])
         touching = "".join("1" if x > 0.0 else "0" for x in depth[every])
         path = {"path": quantised(pair[every], MIDDLE), "touching": touching}
-        found.append({"joint": joint, "clearance": clearance, "now": quantised(now, FINE), **path})
+        found.append({"joint": joint, "clearance": clearance, "now": floats(now), **path})
     return found
 
 

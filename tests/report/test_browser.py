@@ -15,7 +15,8 @@ FRAMES_PER_SECOND = 30.0
 
 OVERLAPS = """() => {
   const chosen = 'h1, h2, h3, button, select, input, output, canvas, p, label, table, dl > div, nav a, .area, .keys';
-  const all = [...document.querySelectorAll(chosen)].filter((e) => e.checkVisibility() && !e.closest('.visually-hidden'));
+  const visible = (e) => e.checkVisibility() && !e.closest('.visually-hidden');
+  const all = [...document.querySelectorAll(chosen)].filter(visible);
   const box = (e) => e.getBoundingClientRect();
   const clipped = (e) => { const s = e.closest('.scroll, .signals'); return s ? box(s) : null; };
   const found = [];
@@ -107,9 +108,8 @@ def test_a_pose_on_the_screen_is_that_of_the_solution(opened, run_page, slider_c
         assert x == pytest.approx(sol.array(f"rod.{node}.x")[321], abs=1e-7)
         assert y == pytest.approx(sol.array(f"rod.{node}.y")[321], abs=1e-7)
     middle = page.evaluate(
-        "(() => { const s = flexmbReport.picture.scene; return alongMiddle(s); function alongMiddle(s) {"
-        " const c = s.beam(0); return [(c[0] + 3 * c[2] + 3 * c[4] + c[6]) / 8, (c[1] + 3 * c[3] + 3 * c[5] + c[7]) / 8];"
-        " } })()"
+        "(() => { const c = flexmbReport.picture.scene.beam(0);"
+        " return [(c[0] + 3 * c[2] + 3 * c[4] + c[6]) / 8, (c[1] + 3 * c[3] + 3 * c[5] + c[7]) / 8]; })()"
     )
     beam = next(line for line in drawing.lines(sol, np.array([321]), 3) if line.is_beam)
     assert middle == pytest.approx(beam.points[0, 1].tolist(), abs=2e-8)
@@ -188,8 +188,9 @@ def test_theme_is_switched(opened, run_page):
 
 def test_screen_readers_and_keyboards_reach_everything(opened, run_page):
     page = opened(run_page.path, reduced_motion="reduce")
-    unnamed = """() => [...document.querySelectorAll('button, select, input, canvas, table, [role=region]')].filter((e) =>
-      !e.getAttribute('aria-label') && !e.textContent.trim() && !e.closest('label, [aria-hidden=true]')).map((e) => e.outerHTML)"""
+    unnamed = """() => [...document.querySelectorAll('button, select, input, canvas, table, [role=region]')]
+      .filter((e) => !e.getAttribute('aria-label') && !e.textContent.trim() && !e.closest('label, [aria-hidden=true]'))
+      .map((e) => e.outerHTML)"""
     assert page.evaluate(unnamed) == []
     assert page.locator("#picture").get_attribute("role") == "img"
     assert "slider-crank" in page.locator("#picture").get_attribute("aria-label")
@@ -238,7 +239,7 @@ def test_a_hand_made_solution_and_a_single_instant(opened, tmp_path):
 
 
 def test_two_hundred_beams_move_smoothly(opened, tmp_path):
-    """Fifty links of four elements, in the colours of their bending moments; not examined, which would take seconds."""
+    """Fifty links of four elements, in the colours of their bending moments; not examined, which takes seconds."""
     sol = fm.simulate(chain(50, 4), t_end=0.3, step=1e-3)
     page = opened(
         fm.report(replace(sol, mechanism=None), tmp_path / "chain.html", signals=["link0.deflection", "link49.x"])
