@@ -125,17 +125,21 @@ def _dispatch(given: list[str]) -> int:
 def _report(options: argparse.Namespace) -> int:
     """Write the page of a saved run, with its mechanism if the file or the user names it."""
     from flexmb.commands.mechanism_options import keywords_of
-    from flexmb.commands.report import repeated_command
+    from flexmb.commands.report import datasets_of, repeated_command, write_diagram
     from flexmb.report.report import report
     from flexmb.results.netcdf import load
 
+    target = options.out or options.file.with_suffix(".html")
+    if groups := datasets_of(options.file):
+        print(write_diagram(groups, target))
+        return OK
     sol, mechanism = load(options.file), None
     given = repeated_command(sol, options.name)
     source = _source(given)
     if source is not None:
         parser, maker_options = _parser(source, "run")
         mechanism = source.mechanism(keywords_of(parser.parse_args(given), maker_options))
-    print(report(sol, options.out or options.file.with_suffix(".html"), mechanism=mechanism, frames=options.frames))
+    print(report(sol, target, mechanism=mechanism, frames=options.frames))
     return OK
 
 
@@ -212,8 +216,8 @@ def _parser(source: Source | None, wanted: str) -> tuple[argparse.ArgumentParser
     rerun.add_argument("file", metavar="RUN.nc", type=Path, help="file of `flexmb run`")
     trusted = "the mechanism; needed where the file is of a run of FILE.py, which is executed"
     rerun.add_argument("name", metavar="NAME", nargs="?", help=trusted)
-    report = add("report", help="write the HTML page of a saved run")
-    report.add_argument("file", metavar="RUN.nc", type=Path, help="file of `flexmb run`")
+    report = add("report", help="write the HTML page of a saved run, diagram or study")
+    report.add_argument("file", metavar="RUN.nc", type=Path, help="file of `flexmb run`, `sweep` or `chaos`")
     report.add_argument("name", metavar="NAME", nargs="?", help=trusted)
     report.add_argument("--out", type=Path, metavar="FILE.html", help="default: beside RUN.nc")
     report.add_argument("--frames", type=int, metavar="N", default=1000, help="most frames (default 1000)")
@@ -292,6 +296,7 @@ def _add_sweep_options(sweep: argparse.ArgumentParser) -> None:
     files.add_argument("--out", metavar="DIR", help="folder of dataset and pictures (default out/NAME)")
     files.add_argument("--plot", metavar="A,B", help="signals of the pictures (default: one signal)")
     files.add_argument("--no-plots", action="store_true", help="no pictures")
+    files.add_argument("--no-report", action="store_true", help="no report.html")
     files.add_argument("--quiet", action="store_true", help="no progress bar and no summary")
 
 
@@ -321,6 +326,7 @@ def _add_chaos_options(chaos: argparse.ArgumentParser) -> None:
     files = chaos.add_argument_group("files")
     files.add_argument("--out", metavar="DIR", help="folder of results and pictures (default out/NAME)")
     files.add_argument("--no-plots", action="store_true", help="no pictures")
+    files.add_argument("--no-report", action="store_true", help="no report.html")
     files.add_argument("--quiet", action="store_true", help="no progress bar and no table")
 
 

@@ -2,8 +2,49 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+import h5py
+import xarray as xr
+
 from flexmb.commands.rerun import COMMAND
+from flexmb.report.chaos_page import write_chaos
+from flexmb.report.report import report
 from flexmb.results.solution import Solution
+
+GROUPS = ("", "motion")
+"""Groups of a file of `flexmb chaos` that are drawn."""
+
+
+def datasets_of(path: Path) -> dict[str, xr.Dataset]:
+    """Datasets of a file of `flexmb sweep` or `flexmb chaos` by group; {} for another file.
+
+    Parameters
+    ----------
+    path : the file.
+    """
+    try:
+        with h5py.File(path, "r") as file:
+            present = [group for group in GROUPS if not group or group in file]
+            kind = file.attrs.get("kind", b"")
+    except OSError:
+        return {}
+    if kind not in ("bifurcation", "chaos", b"bifurcation", b"chaos"):
+        return {}
+    return {group: xr.load_dataset(path, engine="h5netcdf", group=group or None) for group in present}
+
+
+def write_diagram(groups: dict[str, xr.Dataset], path: Path) -> Path:
+    """Page of a diagram or of a study of a motion.
+
+    Parameters
+    ----------
+    groups : its datasets by group.
+    path : the file of the page.
+    """
+    if groups[""].attrs["kind"] == "chaos":
+        return write_chaos(groups, path, None, None)
+    return report(groups[""], path)
 
 
 def repeated_command(sol: Solution, given: str | None) -> list[str]:

@@ -16,7 +16,7 @@ from flexmb.report.markup import Markup, tag
 
 STYLES = ("uPlot.min.css", "page.css", "player.css")
 LIBRARY = "uPlot.iife.min.js"
-COMMON = ("decode.js", "theme.js", "plots.js")
+COMMON = ("decode.js", "theme.js")
 """Scripts of all pages, in their order."""
 
 
@@ -38,7 +38,7 @@ def document(title: str, body: Markup, scripts: tuple[str, ...], data: dict[str,
     """
     style = "\n".join(asset(name) for name in STYLES)
     program = "\n".join(['"use strict";(function () {', *(asset(name) for name in (*COMMON, *scripts)), "})();"])
-    codes = [asset(LIBRARY), program]
+    codes = [asset(LIBRARY), program] if "plots.js" in scripts else [program]
     content = tag(
         "html",
         tag(

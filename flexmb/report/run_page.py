@@ -15,6 +15,7 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.report.clearances import clearance_data, clearance_section
 from flexmb.report.curves import chosen_names, curves, frame_instants
 from flexmb.report.document import document, write_page
+from flexmb.report.head import plain_head
 from flexmb.report.markup import Markup, joined, section, tag
 from flexmb.report.model_tables import check_section, model_section
 from flexmb.report.player import player
@@ -23,8 +24,9 @@ from flexmb.report.scene import scene
 from flexmb.results.main_signals import main_signals
 from flexmb.results.solution import Solution
 
-SCRIPTS = ("scene.js", "drawing.js", "player.js", "journals.js", "run.js")
+SCRIPTS = ("plots.js", "scene.js", "drawing.js", "player.js", "journals.js", "run.js")
 LINKS = {
+    "peaks": "Largest values",
     "clearances": "Clearances",
     "energy": "Energies",
     "statistics": "Statistics",
@@ -32,7 +34,7 @@ LINKS = {
     "check": "Examination",
     "settings": "Settings",
 }
-"""Texts of the links to the sections."""
+"""Texts of the links to the sections, as far as they are there."""
 
 
 def write_run(
@@ -57,7 +59,9 @@ def write_run(
     body = _body(sol, heading, missing, known, described(known) if known is not None else dict(sol.description))
     sections = joined([body, settings_section(sol, len(instants))])
     page = tag("main", sections, id="top")
-    return write_page(path, document(f"{heading} - flexmb", joined([_head(sol, heading), page]), SCRIPTS, data))
+    links = {anchor: text for anchor, text in LINKS.items() if f'id="{anchor}"' in sections}
+    body = joined([plain_head(heading, key_numbers(sol), links), page])
+    return write_page(path, document(f"{heading} - flexmb", body, SCRIPTS, data))
 
 
 def _scene(sol: Solution, instants: np.ndarray) -> tuple[dict[str, Any] | None, str]:
@@ -99,20 +103,6 @@ def _examined(mechanism: Mechanism | None) -> Report | None:
         return check(mechanism)
     except FlexmbError:  # a mechanism beyond examination; its run has told why
         return None
-
-
-def _head(sol: Solution, heading: str) -> Markup:
-    """Head of the page: name, state, links, switch of the theme."""
-    switch = tag("button", "Theme: system", type="button", id="theme", class_="quiet")
-    names = {"peaks": "Largest values", **LINKS}
-    links = [tag("a", text, href=f"#{anchor}") for anchor, text in names.items()]
-    return tag(
-        "header",
-        tag("a", "Skip to the sections", href="#peaks", class_="skip"),
-        tag("div", tag("h1", heading), switch, class_="title"),
-        key_numbers(sol),
-        tag("nav", *links, aria_label="Sections"),
-    )
 
 
 def _more_signals() -> Markup:

@@ -8,9 +8,9 @@ import xarray as xr
 
 import flexmb as fm
 from flexmb.cli import main
-from flexmb.commands.chaos import meaning_of
 from flexmb.commands.chaos_files import _widened
 from flexmb.commands.chaos_study import Motion, goes_round, planes, wrapped
+from flexmb.dynamics.verdict.meaning import meaning_of
 
 MODEL = """
 import math
