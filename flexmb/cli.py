@@ -126,7 +126,7 @@ def _report(options: argparse.Namespace) -> int:
     """Write the page of a saved run, with its mechanism if the file or the user names it."""
     from flexmb.commands.mechanism_options import keywords_of
     from flexmb.commands.report import datasets_of, repeated_command, write_diagram
-    from flexmb.report.report import report
+    from flexmb.reports.report import report
     from flexmb.results.netcdf import load
 
     target = options.out or options.file.with_suffix(".html")

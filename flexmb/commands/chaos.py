@@ -19,7 +19,7 @@ from flexmb.dynamics.verdict.meaning import MEANING, meaning_of
 from flexmb.errors import InputError
 from flexmb.jobs.files import write_netcdf
 from flexmb.model.mechanism import Mechanism
-from flexmb.report.chaos_page import write_chaos
+from flexmb.reports.chaos_page import write_chaos
 
 OWNER = "flexmb chaos"
 STEM = "chaos"

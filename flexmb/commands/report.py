@@ -8,8 +8,8 @@ import h5py
 import xarray as xr
 
 from flexmb.commands.rerun import COMMAND
-from flexmb.report.chaos_page import write_chaos
-from flexmb.report.report import report
+from flexmb.reports.chaos_page import write_chaos
+from flexmb.reports.report import report
 from flexmb.results.solution import Solution
 
 GROUPS = ("", "motion")

@@ -21,7 +21,7 @@ from flexmb.errors import InputError
 from flexmb.jobs.files import write_netcdf
 from flexmb.jobs.pool import worker_pool
 from flexmb.model.mechanism import Mechanism
-from flexmb.report.report import report
+from flexmb.reports.report import report
 from flexmb.sweeps.bifurcation_diagram import bifurcation, first_of
 from flexmb.sweeps.family import Family
 

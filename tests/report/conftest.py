@@ -8,6 +8,36 @@ from pages import Page
 
 import flexmb as fm
 
+OVERLAPS = """() => {
+  const chosen = 'h1, h2, h3, button, select, input, output, canvas, p, label, table, dl > div, nav a, .area, .keys';
+  const visible = (e) => e.checkVisibility() && !e.closest('.visually-hidden');
+  const all = [...document.querySelectorAll(chosen)].filter(visible);
+  const box = (e) => e.getBoundingClientRect();
+  const clipped = (e) => { const s = e.closest('.scroll, .signals'); return s ? box(s) : null; };
+  const found = [];
+  all.forEach((a, i) => all.slice(i + 1).forEach((b) => {
+    if (a.contains(b) || b.contains(a) || a.closest('label') === b || b.closest('label') === a) return;
+    const [p, q] = [box(a), box(b)];
+    const limits = [clipped(a), clipped(b)].filter(Boolean);
+    const left = Math.max(p.left, q.left, ...limits.map((l) => l.left));
+    const right = Math.min(p.right, q.right, ...limits.map((l) => l.right));
+    const top = Math.max(p.top, q.top, ...limits.map((l) => l.top));
+    const bottom = Math.min(p.bottom, q.bottom, ...limits.map((l) => l.bottom));
+    if (right - left > 1.5 && bottom - top > 1.5) {
+      found.push([a, b].map((e) => `${e.tagName}#${e.id}.${e.className} ${e.textContent.slice(0, 30)}`).join(' over '));
+    }
+  }));
+  return found;
+}"""
+"""Pairs of elements with text or controls that cover one another."""
+
+CUT = """() => [...document.querySelectorAll('h1, h2, h3, button, p, label, output, dd, dt, caption, nav a')]
+  .filter((e) => e.checkVisibility() && !e.closest('.visually-hidden, .scroll'))
+  .filter((e) => { const b = e.getBoundingClientRect();
+    return b.left < -1 || b.right > innerWidth + 1 || e.scrollWidth > e.clientWidth + 2 && e.clientWidth > 0; })
+  .map((e) => `${e.tagName}#${e.id} ${e.textContent.slice(0, 40)}`)"""
+"""Elements that leave the page, or whose text leaves them."""
+
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 
 
@@ -43,8 +73,11 @@ def browser():
 
 @pytest.fixture
 def opened(browser):
-    """Function that opens a page and fails on errors of its scripts and on requests other than for the page itself."""
+    """Function that opens a page and fails on errors of its scripts and on requests beyond the folder of the page."""
     pages, faults = [], []
+
+    def beside(path, url):
+        return url.startswith(path.parent.as_uri())
 
     def opening(path, width=1280, height=800, **options):
         context = browser.new_context(viewport={"width": width, "height": height}, **options)
@@ -52,7 +85,7 @@ def opened(browser):
         page = context.new_page()
         page.on("console", lambda said: faults.append(said.text) if said.type in ("error", "warning") else None)
         page.on("pageerror", lambda error: faults.append(str(error)))
-        page.on("request", lambda asked: faults.append(asked.url) if asked.url != path.as_uri() else None)
+        page.on("request", lambda asked: faults.append(asked.url) if not beside(path, asked.url) else None)
         page.goto(path.as_uri())
         page.wait_for_selector("html[data-ready]", state="attached", timeout=60_000)
         return page
@@ -61,3 +94,15 @@ def opened(browser):
     for context in pages:
         context.close()
     assert not faults
+
+
+@pytest.fixture(scope="session")
+def layout_faults():
+    """Function that lists elements of an open page that cover one another, are cut, or make it scroll sideways."""
+
+    def faults(page):
+        wide = page.evaluate("document.documentElement.scrollWidth - innerWidth")
+        sideways = [f"the page scrolls sideways by {wide} px"] if wide else []
+        return [*sideways, *page.evaluate(OVERLAPS), *page.evaluate(CUT)]
+
+    return faults

@@ -12,7 +12,7 @@ from typing import Any
 
 from flexmb.errors import InputError
 from flexmb.jobs.files import write_text
-from flexmb.report.markup import Markup, tag
+from flexmb.reports.markup import Markup, tag
 
 STYLES = ("uPlot.min.css", "page.css", "player.css")
 LIBRARY = "uPlot.iife.min.js"
@@ -23,7 +23,7 @@ COMMON = ("decode.js", "theme.js")
 @cache
 def asset(name: str) -> str:
     """Text of a file beside this module."""
-    return files("flexmb.report").joinpath("assets", name).read_text(encoding="utf-8")
+    return files("flexmb.reports").joinpath("assets", name).read_text(encoding="utf-8")
 
 
 def document(title: str, body: Markup, scripts: tuple[str, ...], data: dict[str, Any]) -> str:

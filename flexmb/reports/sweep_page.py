@@ -11,10 +11,10 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
-from flexmb.report.document import document, write_page
-from flexmb.report.head import plain_head
-from flexmb.report.markup import Content, Markup, facts, joined, number, pretty, quantity, section, table, tag
-from flexmb.report.packing import floats, instants
+from flexmb.reports.document import document, write_page
+from flexmb.reports.head import plain_head
+from flexmb.reports.markup import Content, Markup, facts, joined, number, pretty, quantity, section, table, tag
+from flexmb.reports.packing import floats, instants
 from flexmb.view.bifurcation import COLOURS, default_signal, entry_of
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ def write_sweep(diagram: xr.Dataset, path: Path, signals: Sequence[str] | None, 
     return write_page(path, document(f"{heading} - flexmb", body, SCRIPTS, data))
 
 
-LINKS = {"values": "Values", "settings": "Settings"}
+LINKS = {"section": "Diagram", "values": "Values", "settings": "Settings"}
 
 
 def point_file(parameter: str, value: float) -> str:
@@ -142,7 +142,7 @@ def _main(diagram: xr.Dataset, rows: list[dict[str, Any]]) -> Markup:
     controls = tag("div", choice, tag("button", "Fit", type="button", id="fit"), class_="row")
     chosen = tag("p", "No value is chosen.", id="chosen", aria_live="polite")
     legend, hint = tag("div", id="legend", class_="swatches"), tag("p", f"{KEYS} {ZOOM}", class_="hint")
-    picture = section("Diagram", controls, canvas, legend, chosen, hint, anchor="picture")
+    picture = section("Diagram", controls, canvas, legend, chosen, hint, anchor="section")
     listed = [(str(key), str(value)) for key, value in diagram.attrs.items() if key not in ("name", "kind")]
     settings = section("Settings", facts(listed), anchor="settings")
     return tag("main", picture, _values(diagram, rows), settings, id="top")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from flexmb.report.markup import Markup, tag
+from flexmb.reports.markup import Markup, tag
 
 
 def plain_head(heading: str, key_numbers: Markup, links: Mapping[str, str]) -> Markup:

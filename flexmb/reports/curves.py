@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import InputError
-from flexmb.report.packing import floats, instants
+from flexmb.reports.packing import floats, instants
 from flexmb.results.drawing import nearest_instants
 from flexmb.results.main_signals import main_signals, panels
 from flexmb.results.signal_names import matching

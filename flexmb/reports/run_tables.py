@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.report.markup import Content, Markup, facts, number, pretty, quantity, section, table, tag
+from flexmb.reports.markup import Content, Markup, facts, number, pretty, quantity, section, table, tag
 from flexmb.results.solution import Solution
 from flexmb.version import installed_version
 

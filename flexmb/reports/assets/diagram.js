@@ -1,5 +1,5 @@
 // Points and lines over two axes, on a canvas: drag pans, the wheel zooms once the canvas has the focus.
-const DIAGRAM_MARGIN = { left: 66, right: 14, top: 12, bottom: 40 };
+const DIAGRAM_MARGIN = { left: 66, right: 26, top: 12, bottom: 40 };
 
 class Diagram {
   constructor(canvas, { onPick = null, equal = false } = {}) {

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from flexmb.model.shape import ArrowShape, BeamShape, CircleShape, LineShape, Place, PointShape, RigidShape
-from flexmb.report.flexible_parts import FlexiblePart, flexible_parts
-from flexmb.report.packing import COARSE, FINE, MIDDLE, quantised
+from flexmb.reports.flexible_parts import FlexiblePart, flexible_parts
+from flexmb.reports.packing import COARSE, FINE, MIDDLE, quantised
 from flexmb.results import drawing
 from flexmb.results.drawing import GROUND, pose
 from flexmb.results.solution import Solution

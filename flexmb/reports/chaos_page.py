@@ -11,10 +11,10 @@ import numpy as np
 from flexmb import checks
 from flexmb.dynamics.verdict.meaning import MEANING, meaning_of
 from flexmb.errors import InputError
-from flexmb.report.document import document, write_page
-from flexmb.report.head import plain_head
-from flexmb.report.markup import Content, Markup, facts, joined, number, quantity, section, table, tag
-from flexmb.report.packing import floats
+from flexmb.reports.document import document, write_page
+from flexmb.reports.head import plain_head
+from flexmb.reports.markup import Content, Markup, facts, joined, number, quantity, section, table, tag
+from flexmb.reports.packing import floats
 
 if TYPE_CHECKING:
     import xarray as xr

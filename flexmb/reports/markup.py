@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 from collections.abc import Iterable, Sequence
+from math import isfinite
 
 
 class Markup(str):
@@ -80,8 +81,8 @@ def facts(rows: Iterable[tuple[str, Content]]) -> Markup:
 
 
 def number(value: float, digits: int = 6) -> str:
-    """A number with so many significant digits."""
-    return f"{value:.{digits}g}"
+    """A number with so many significant digits; "-" for one that is not finite."""
+    return f"{value:.{digits}g}" if isfinite(value) else "-"
 
 
 def quantity(value: float, unit: str = "", digits: int = 6) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from flexmb.model.shape import BeamShape
-from flexmb.report.markup import Content, Markup, tag
+from flexmb.reports.markup import Content, Markup, tag
 from flexmb.results.drawing import parts
 from flexmb.results.solution import Solution
 

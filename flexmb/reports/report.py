@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism
-from flexmb.report.chaos_page import write_chaos
-from flexmb.report.run_page import write_run
-from flexmb.report.sweep_page import write_sweep
+from flexmb.reports.chaos_page import write_chaos
+from flexmb.reports.run_page import write_run
+from flexmb.reports.sweep_page import write_sweep
 from flexmb.results.solution import Solution
 
 if TYPE_CHECKING:
@@ -71,7 +71,9 @@ def report(
     most = checks.count("report", "frames", frames, 2)
     if isinstance(result, Solution):
         return write_run(result, target, mechanism, most, signals, title)
-    kind = getattr(result, "attrs", {}).get("kind")
+    import xarray as xr
+
+    kind = result.attrs.get("kind") if isinstance(result, xr.Dataset) else None
     if kind == "bifurcation":
         return write_sweep(result, target, signals, title)
     if kind == "chaos":

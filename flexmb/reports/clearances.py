@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.report.markup import Markup, facts, quantity, section, table, tag
-from flexmb.report.packing import MIDDLE, floats, quantised
+from flexmb.reports.markup import Markup, facts, quantity, section, table, tag
+from flexmb.reports.packing import MIDDLE, floats, quantised
 from flexmb.results.contact_intervals import MODES, Episodes
 from flexmb.results.solution import Solution
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from flexmb.doctor.finding import SEVERITIES
 from flexmb.doctor.report import Report
-from flexmb.report.markup import Content, Markup, facts, number, pretty, quantity, section, table, tag
+from flexmb.reports.markup import Content, Markup, facts, number, pretty, quantity, section, table, tag
 from flexmb.results.solution import Solution
 
 UNKNOWN = (

@@ -12,15 +12,15 @@ from flexmb.doctor.report import Report
 from flexmb.errors import FlexmbError, InputError
 from flexmb.model.description import described
 from flexmb.model.mechanism import Mechanism
-from flexmb.report.clearances import clearance_data, clearance_section
-from flexmb.report.curves import chosen_names, curves, frame_instants
-from flexmb.report.document import document, write_page
-from flexmb.report.head import plain_head
-from flexmb.report.markup import Markup, joined, section, tag
-from flexmb.report.model_tables import check_section, model_section
-from flexmb.report.player import player
-from flexmb.report.run_tables import energy_section, key_numbers, peaks_table, settings_section, statistics_section
-from flexmb.report.scene import scene
+from flexmb.reports.clearances import clearance_data, clearance_section
+from flexmb.reports.curves import chosen_names, curves, frame_instants
+from flexmb.reports.document import document, write_page
+from flexmb.reports.head import plain_head
+from flexmb.reports.markup import Markup, joined, section, tag
+from flexmb.reports.model_tables import check_section, model_section
+from flexmb.reports.player import player
+from flexmb.reports.run_tables import energy_section, key_numbers, peaks_table, settings_section, statistics_section
+from flexmb.reports.scene import scene
 from flexmb.results.main_signals import main_signals
 from flexmb.results.solution import Solution
 
