@@ -114,7 +114,8 @@ def _peak(sol: Solution, name: str) -> str:
 
 def _counts(episodes: Episodes) -> str:
     counts = [(int((episodes.mode == mode).sum()), word) for mode, word in MODES.items()]
-    return ", ".join(f"{count} {word}" for count, word in counts if count) or "none"
+    words = {"impact": "impacts", "continuous": "continuous contacts"}
+    return ", ".join(f"{count} {words[word]}" for count, word in counts if count) or "none"
 
 
 def _intervals(episodes: Episodes, joint: str) -> Markup:
@@ -130,7 +131,8 @@ def _intervals(episodes: Episodes, joint: str) -> Markup:
     for e in episodes:
         when = e.start if np.isfinite(e.start) else e.end
         shown = f"{e.start:.6g}" if np.isfinite(e.start) else "before"
-        go = tag("button", shown, type="button", class_="go", data_time=f"{when:.9g}" if np.isfinite(when) else None)
+        times = {"data_time": f"{when:.9g}", "data_end": f"{e.end:.9g}"} if np.isfinite(when) else {}
+        go = tag("button", shown, type="button", class_="go", **times)
         numbers = (e.duration, e.approach_speed, e.peak_force, e.impulse, e.dissipated_contact)
         cells = ["-" if not np.isfinite(x) else f"{x:.4g}" for x in numbers]
         rows.append([go, *([e.contact] if several else []), MODES.get(e.mode, str(e.mode)), *cells])

@@ -16,13 +16,14 @@ MAGNIFICATIONS = ("1", "3", "10", "30", "100", "300", "1000", "3000", "10000")
 KEYS = "Keys: Space plays, arrows step (Shift: ten frames), Home and End, + and - zoom, 0 fits, drag pans."
 
 
-def player(sol: Solution, heading: str) -> Markup:
+def player(sol: Solution, heading: str, *, stress: bool) -> Markup:
     """Picture, time slider and controls.
 
     Parameters
     ----------
     sol : the solution.
     heading : title of the page.
+    stress : whether the page holds stresses.
     """
     names = parts(sol)
     listed = ", ".join(names[:30]) + (", ..." if len(names) > 30 else "")
@@ -35,7 +36,7 @@ def player(sol: Solution, heading: str) -> Markup:
         tag("h2", "Motion", class_="visually-hidden"),
         tag("div", canvas, legend, class_="picture"),
         _time_row(),
-        _look_row(flexible),
+        _look_row(flexible, stress=stress),
         tag("p", KEYS, id="keys", class_="hint"),
         class_="player",
     )
@@ -55,9 +56,11 @@ def _time_row() -> Markup:
     )
 
 
-def _look_row(flexible: bool) -> Markup:
+def _look_row(flexible: bool, *, stress: bool) -> Markup:
     """Controls of the look."""
     colours = {"part": "parts", "moment": "bending moment", "axial": "axial force"} if flexible else {}
+    if stress:
+        colours["stress"] = "stress"
     return tag(
         "div",
         _choice("duration", "Played in", DURATIONS, "10"),

@@ -52,35 +52,33 @@ def write_run(
     if len(instants) == 0:
         raise InputError("report: no saved instant is finite. Look at sol.status for the end of the run.")
     known = sol.mechanism if mechanism is None else mechanism
-    moving, missing = _scene(sol, instants)
+    moving, missing = _scene(sol, known, instants)
     data: dict[str, Any] = {"kind": "run", "name": sol.name, "signals": curves(sol, names, instants)}
     data |= {"scene": moving, "journals": clearance_data(sol, instants)}
     heading = sol.name if title is None else title
-    body = _body(sol, heading, missing, known, described(known) if known is not None else dict(sol.description))
-    sections = joined([body, settings_section(sol, len(instants))])
+    shown = tag("p", missing, class_="missing") if moving is None else player(sol, heading, stress="stress" in moving)
+    description = described(known) if known is not None else dict(sol.description)
+    sections = joined([_body(sol, shown, known, description), settings_section(sol, len(instants))])
     page = tag("main", sections, id="top")
     links = {anchor: text for anchor, text in LINKS.items() if f'id="{anchor}"' in sections}
     body = joined([plain_head(heading, key_numbers(sol), links), page])
     return write_page(path, document(f"{heading} - flexmb", body, SCRIPTS, data))
 
 
-def _scene(sol: Solution, instants: np.ndarray) -> tuple[dict[str, Any] | None, str]:
+def _scene(sol: Solution, mechanism: Mechanism | None, instants: np.ndarray) -> tuple[dict[str, Any] | None, str]:
     """Moving mechanism, or None with the reason why it cannot be drawn."""
     if not sol.shapes:
         return None, "The solution has no shapes to draw."
     try:
-        return scene(sol, instants), ""
+        return scene(sol, mechanism, instants), ""
     except InputError as error:  # poses that were not saved
         return None, str(error)
 
 
-def _body(
-    sol: Solution, heading: str, missing: str, mechanism: Mechanism | None, description: dict[str, Any]
-) -> Markup:
+def _body(sol: Solution, moving: Markup, mechanism: Mechanism | None, description: dict[str, Any]) -> Markup:
     """All sections but the last one."""
     panels = tag("div", class_="plots", id="plots")
     plots = tag("div", tag("h2", "Signals over the time t [s]"), panels, _more_signals(), class_="signals")
-    moving = tag("p", missing, class_="missing") if missing else player(sol, heading)
     names = [name for name in main_signals(sol) if name in sol]
     return joined(
         [

@@ -6,9 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from flexmb.model.mechanism import Mechanism
 from flexmb.model.shape import ArrowShape, BeamShape, CircleShape, LineShape, Place, PointShape, RigidShape
 from flexmb.reports.flexible_parts import FlexiblePart, flexible_parts
 from flexmb.reports.packing import COARSE, FINE, MIDDLE, quantised
+from flexmb.reports.stresses import stresses
 from flexmb.results import drawing
 from flexmb.results.drawing import GROUND, pose
 from flexmb.results.solution import Solution
@@ -67,12 +69,13 @@ class Nodes:
         }
 
 
-def scene(sol: Solution, instants: np.ndarray) -> dict[str, Any]:
+def scene(sol: Solution, mechanism: Mechanism | None, instants: np.ndarray) -> dict[str, Any]:
     """Mechanism at chosen saved instants, for the page.
 
     Parameters
     ----------
     sol : the solution.
+    mechanism : the mechanism that moved, for stresses; None: unknown.
     instants : (n,) numbers of saved instants.
 
     Raises
@@ -88,7 +91,11 @@ def scene(sol: Solution, instants: np.ndarray) -> dict[str, Any]:
         "points": [_point(nodes, shape) for shape in sol.shapes if isinstance(shape, PointShape)],
         "symbols": [s for s in (_symbol(nodes, shape) for shape in sol.shapes) if s is not None],
     }
-    return {**drawn, **nodes.packed(), **_section_forces(sol, instants), **_joint_forces(sol, instants)}
+    stress = stresses(sol, mechanism, instants)
+    fields = _section_forces(sol, instants)
+    if stress is not None:
+        fields["stress"] = quantised(stress, COARSE, common=True)
+    return {**drawn, **nodes.packed(), **fields, **_joint_forces(sol, instants)}
 
 
 def _rigid(nodes: Nodes, shape: RigidShape) -> dict[str, Any]:

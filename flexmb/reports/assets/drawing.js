@@ -13,6 +13,7 @@ class Picture {
     this.limits = {
       moment: largeValue(scene.columns.moment, 0.98),
       axial: largeValue(scene.columns.axial, 0.98),
+      stress: largeValue(scene.columns.stress, 0.98),
       force: this._referenceForce(),
     };
     this.small = scene.raw.points.length > 25 ? 0.55 : 1; // size of joints, where they are many
@@ -211,7 +212,8 @@ class Picture {
     const pieces = cubics.length > 100 ? PIECES / 2 : PIECES;
     const paths = Array.from({ length: BINS }, () => []);
     cubics.forEach((cubic, b) => {
-      const [first, last] = [field[2 * b][this.frame], field[2 * b + 1][this.frame]];
+      const ends = field.length === cubics.length ? [b, b] : [2 * b, 2 * b + 1]; // one value an element, or two
+      const [first, last] = ends.map((column) => field[column][this.frame]);
       let from = this.screen([cubic[0], cubic[1]]);
       for (let p = 0; p < pieces; p += 1) {
         const to = this.screen(alongCubic(cubic, (p + 1) / pieces));

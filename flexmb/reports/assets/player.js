@@ -266,16 +266,18 @@ class Controls {
   _legend() {
     const { picture } = this;
     const lines = [];
-    const names = { moment: ["bending moment", "N m"], axial: ["axial force", "N"] };
+    const names = { moment: ["bending moment", "N m"], axial: ["axial force", "N"], stress: ["stress", "Pa"] };
     const field = names[picture.look.colour];
     const box = document.getElementById("legend");
+    box.classList.toggle("one-sided", picture.look.colour === "stress");
     box.classList.toggle("field", Boolean(field) && picture.limits[picture.look.colour] > 0);
     if (field) {
       const limit = shown(picture.limits[picture.look.colour], 3);
-      lines.push(`${field[0]}: -${limit} ... +${limit} ${field[1]} and beyond`);
+      const low = picture.look.colour === "stress" ? "0" : `-${limit}`;
+      lines.push(`${field[0]}: ${low} ... ${limit} ${field[1]} and beyond`);
     }
     if (picture.look.forces && picture.limits.force > 0) {
-      lines.push(`arrow of ${ARROW} px: ${shown(picture.limits.force, 3)} N on the second body`);
+      lines.push(`joint forces, on the second bodies: ${ARROW} px are ${shown(picture.limits.force, 3)} N`);
     }
     lines.push(`grid: ${shown(picture.spacing, 3)} m`);
     if (picture.scene.magnification > 1) {

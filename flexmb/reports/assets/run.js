@@ -30,9 +30,30 @@ async function startRun() {
     clock.goTo(Number(button.dataset.time));
     (document.getElementById("picture") || host).scrollIntoView({ block: "nearest" });
   }));
+  const running = markRunning(clock);
+  clock.onChange(running);
+  running();
   drawJournals();
   document.documentElement.dataset.ready = "run";
   window.flexmbReport = { clock, plots, picture, stats };
+}
+
+// Function that marks the contact intervals of the present time in their tables.
+function markRunning(clock) {
+  const rows = [...document.querySelectorAll("button.go[data-end]")].map((button) => {
+    const end = Number(button.dataset.end);
+    return { row: button.closest("tr"), start: Number(button.dataset.time), end: Number.isNaN(end) ? Infinity : end };
+  });
+  return () => {
+    const time = clock.times[clock.frame];
+    rows.forEach((one) => {
+      const now = time >= one.start && time <= one.end;
+      if (now !== one.now) {
+        one.now = now;
+        one.row.classList.toggle("chosen", now);
+      }
+    });
+  };
 }
 
 // Signals that have no plot yet, by part, in the choice of further plots.

@@ -1,7 +1,7 @@
 // Places of the mechanism at a frame: frames carry nodes, nodes carry shapes; displacements can be magnified.
 class Scene {
   static async of(raw) {
-    const names = ["frames", "displacements", "moment", "axial", "forces"];
+    const names = ["frames", "displacements", "moment", "axial", "stress", "forces"];
     const columns = await Promise.all(names.map((name) => (raw[name] ? columnsOf(raw[name]) : [])));
     return new Scene(raw, Object.fromEntries(names.map((name, k) => [name, columns[k]])));
   }
