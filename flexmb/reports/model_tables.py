@@ -100,15 +100,15 @@ def _plain(value: Any) -> str:
     return number(value) if isinstance(value, float) else str(value)
 
 
-def check_section(report: Report | None) -> Markup:
+def check_section(report: Report | str) -> Markup:
     """Section of the examination of the mechanism.
 
     Parameters
     ----------
-    report : result of `check`; None: not examined.
+    report : result of `check`, or the reason why there is none.
     """
-    if report is None:
-        return section("Examination", tag("p", NOT_EXAMINED), anchor="check")
+    if isinstance(report, str):
+        return section("Examination", tag("p", report), anchor="check")
     counts = [(sum(f.severity == severity for f in report.findings), severity) for severity in SEVERITIES]
     words = ", ".join(f"{count} {word}{'' if count == 1 else 's'}" for count, word in counts if count)
     rows: list[tuple[str, Content]] = [

@@ -17,7 +17,7 @@ from flexmb.reports.curves import chosen_names, curves, frame_instants
 from flexmb.reports.document import document, write_page
 from flexmb.reports.head import plain_head
 from flexmb.reports.markup import Markup, joined, section, tag
-from flexmb.reports.model_tables import check_section, model_section
+from flexmb.reports.model_tables import NOT_EXAMINED, check_section, model_section
 from flexmb.reports.player import player
 from flexmb.reports.run_tables import energy_section, key_numbers, peaks_table, settings_section, statistics_section
 from flexmb.reports.scene import scene
@@ -93,14 +93,14 @@ def _body(sol: Solution, moving: Markup, mechanism: Mechanism | None, descriptio
     )
 
 
-def _examined(mechanism: Mechanism | None) -> Report | None:
-    """Examination of a mechanism; None without a mechanism."""
+def _examined(mechanism: Mechanism | None) -> Report | str:
+    """Examination of a mechanism, or the reason why there is none."""
     if mechanism is None:
-        return None
+        return NOT_EXAMINED
     try:
         return check(mechanism)
-    except FlexmbError:  # a mechanism beyond examination; its run has told why
-        return None
+    except FlexmbError as error:
+        return f"The examination failed: {error}"
 
 
 def _more_signals() -> Markup:

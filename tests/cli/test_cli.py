@@ -101,7 +101,8 @@ def test_the_picture_shows_four_poses_of_the_last_period(tmp_path):
 
 
 def test_quiet_prints_nothing(tmp_path, capsys):
-    assert main(["run", "slider-crank", *SHORT, "--no-vtk", "--no-plots", "--out", str(tmp_path)]) == 0
+    without = ["--no-vtk", "--no-plots", "--no-report"]
+    assert main(["run", "slider-crank", *SHORT, *without, "--out", str(tmp_path)]) == 0
     assert capsys.readouterr() == ("", "")
     assert [p.name for p in tmp_path.iterdir()] == ["slider-crank.nc"]
 
@@ -360,7 +361,8 @@ def test_check_of_a_file(model, capsys):
 
 @pytest.fixture
 def record(tmp_path):
-    assert main(["run", "slider-crank", *SHORT, "--no-vtk", "--no-plots", "--out", str(tmp_path)]) == 0
+    without = ["--no-vtk", "--no-plots", "--no-report"]
+    assert main(["run", "slider-crank", *SHORT, *without, "--out", str(tmp_path)]) == 0
     return tmp_path / "slider-crank.nc"
 
 

@@ -87,7 +87,7 @@ class Plots {
         { ...axis, size: 22, gap: 3, values: numbers, space: 70 },
         { ...axis, size: 62, gap: 3, values: numbers, space: 24 },
       ],
-      series: [{}, ...places.map((_, k) => ({ stroke: () => seriesColour(k), width: 1.3, points: { show: false } }))],
+      series: [{}, ...places.map((_, k) => ({ stroke: () => seriesColour(k), width: 1.3, dash: k > 7 ? [6, 3] : undefined, points: { show: false } }))],
     };
     const stepped = places.every((place) => this.raw.names[place].endsWith(".mode"));
     if (stepped) {
