@@ -54,7 +54,7 @@ def pictures(browser, folder: Path) -> None:
     page.evaluate("flexmbReport.clock.goTo(0.741)")
     saved(page, "report_nine_bar.png")
     path = slider_crank(folder)
-    page = opened(browser, path, 1120, 800, "dark")
+    page = opened(browser, path, 1240, 760, "dark")
     page.evaluate("flexmbReport.clock.goTo(0.00284)")
     page.wait_for_timeout(300)
     page.locator("#clearances .joint").screenshot(path=PICTURES / "report_journal.png")
