@@ -76,6 +76,7 @@ from flexmb.model.part import GROUND as GROUND
 from flexmb.model.part import Element as Element
 from flexmb.model.part import Part as Part
 from flexmb.program.compiler import compile as compile
+from flexmb.reports.report import report as report
 from flexmb.results.momentum import momentum as momentum
 from flexmb.results.netcdf import load as load
 from flexmb.results.solution import Solution as Solution

@@ -12,12 +12,14 @@ import numpy as np
 from flexmb import checks
 from flexmb.commands.chaos_study import Findings, Study, selected_signals, study_of
 from flexmb.commands.files import require_folder, require_packages
-from flexmb.commands.run import flow_options, periods_of
+from flexmb.commands.run import REPORT, flow_options, periods_of
 from flexmb.dynamics.exponents.exponents import Exponents
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
+from flexmb.dynamics.verdict.meaning import MEANING, meaning_of
 from flexmb.errors import InputError
 from flexmb.jobs.files import write_netcdf
 from flexmb.model.mechanism import Mechanism
+from flexmb.reports.chaos_page import write_chaos
 
 OWNER = "flexmb chaos"
 STEM = "chaos"
@@ -27,23 +29,6 @@ FEWEST_PERIODS = 20
 
 FEWEST_SAMPLES = 50
 """Smallest number of samples a period; with fewer, 20 periods are too few for a correlation dimension."""
-
-MEANING = {
-    "zero_one": "0-1 test: 0 regular, 1 chaotic",
-    "separation": "separation of neighbours: 0 stay together, 1 part",
-    "k": "points of the cycle",
-    "since": "first point on the cycle",
-    "shrink": "factor by which steps shrink from point to point",
-    "level": "change of the means between the halves, in deviations",
-    "loudness": "change of the deviations between the halves",
-    "swelling": "change of the amplitude, first to last quarter",
-    "drift": "step by which a signal moves on from point to point",
-    "doublings": "doublings of the bands, as far as the points can show",
-    "bands": "parts of the section that are visited in turn",
-    "signals": "signals on which the verdict rests",
-    "points": "points, one a period",
-}
-"""Meaning of the evidence of a verdict, by name."""
 
 SPECTRUM = {
     "lines": "periodic or nearly so",
@@ -94,9 +79,12 @@ def chaos(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
     signals = selected_signals(mechanism, flow, options.signals)
     require_folder(folder)
     study = study_of(flow, signals, options)
-    written = [write_netcdf(folder / f"{STEM}.nc", chaos_files.datasets(study))]
+    groups = chaos_files.datasets(study)
+    written = [write_netcdf(folder / f"{STEM}.nc", groups)]
     if not options.no_plots:
         written += chaos_files.pictures(study, folder)
+    if not options.no_report and len(study.exponents.points):
+        written.append(write_chaos(groups, folder / REPORT, None, None))
     print(table(study))
     print("\nwritten:", *(f"  {path}" for path in written), sep="\n")
     if study.trouble:
@@ -184,26 +172,6 @@ def _exponents(exponents: Exponents, period: float) -> Iterator[str]:
     if len(pairs) > 1:
         text = "rate at which areas grow" if len(pairs) == 2 else "rate at which volumes of the first ones grow"
         yield _line(f"sum of these {len(pairs)}", exponents.sum, None, exponents.unit, text)
-
-
-def meaning_of(value: float, error: float, period: float) -> str:
-    """Meaning of an exponent in words.
-
-    Parameters
-    ----------
-    value : the exponent [1/s].
-    error : error of the exponent [1/s]; NaN: unknown.
-    period : time between two points [s].
-    """
-    if not np.isfinite(value):
-        return "none was found"
-    if not np.isfinite(error):
-        return "without an error: take more periods"
-    if abs(value) <= error:
-        return "zero within its error: neighbours keep their distance"
-    time = 1.0 / abs(value)
-    length = f"a factor e in {time:.3g} s ({time / period:.3g} periods)"
-    return f"neighbours part by {length}" if value > 0.0 else f"neighbours come nearer by {length}"
 
 
 def _evidence(exponents: Exponents) -> Iterator[str]:

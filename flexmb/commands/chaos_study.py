@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexmb.commands.summary import followed, slides
 from flexmb.dynamics.exponents.exponents import Exponents
 from flexmb.dynamics.exponents.lyapunov import lyapunov
 from flexmb.dynamics.sections.stroboscopic import StroboscopicMap
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.jobs.progress import ProgressBar
 from flexmb.model.mechanism import Mechanism
+from flexmb.results.main_signals import followed, slides
 from flexmb.series.correlation import CorrelationDimension, correlation_dimension
 from flexmb.series.exponent import SeriesExponent
 from flexmb.series.recurrence import Recurrence, recurrence

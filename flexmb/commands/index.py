@@ -95,12 +95,21 @@ COMMANDS = (
         ),
     ),
     Command(
+        "report",
+        "write the HTML page of a saved run, diagram or study",
+        options.add_report,
+        (
+            "flexmb report out/slider-crank/slider-crank.nc",
+            "flexmb report out/press/press.nc press.py --out press.html",
+        ),
+    ),
+    Command(
         "animate",
         "film of a saved run: GIF or MP4",
         options.add_animate,
         (
             "flexmb animate out/slider-crank/slider-crank.nc --out slider-crank.gif",
-            "flexmb animate out/slider-crank/slider-crank.nc --out slider-crank.mp4 --seconds 8s --magnify 50 --forces all",
+            "flexmb animate out/slider-crank/slider-crank.nc --out rod.mp4 --seconds 8s --magnify 50 --forces all",
         ),
         more=UNITS_HELP,
     ),

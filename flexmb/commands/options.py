@@ -32,6 +32,7 @@ def add_run(run: argparse.ArgumentParser) -> None:
     files.add_argument("--frames", type=int, metavar="N", default=100, help="number of VTK frames (default 100)")
     files.add_argument("--no-vtk", action="store_true", help="no VTK files")
     files.add_argument("--no-plots", action="store_true", help="no pictures")
+    files.add_argument("--no-report", action="store_true", help="no report.html")
     files.add_argument("--quiet", action="store_true", help=QUIET)
 
 
@@ -65,6 +66,7 @@ def add_sweep(sweep: argparse.ArgumentParser) -> None:
     files.add_argument("--out", metavar="DIR", help="folder of dataset and pictures (default out/NAME)")
     files.add_argument("--plot", metavar="A,B", help="signals of the pictures (default: one signal)")
     files.add_argument("--no-plots", action="store_true", help="no pictures")
+    files.add_argument("--no-report", action="store_true", help="no report.html")
     files.add_argument("--quiet", action="store_true", help=QUIET)
 
 
@@ -95,6 +97,7 @@ def add_chaos(chaos: argparse.ArgumentParser) -> None:
     files = chaos.add_argument_group("files")
     files.add_argument("--out", metavar="DIR", help="folder of results and pictures (default out/NAME)")
     files.add_argument("--no-plots", action="store_true", help="no pictures")
+    files.add_argument("--no-report", action="store_true", help="no report.html")
     files.add_argument("--quiet", action="store_true", help=QUIET)
 
 
@@ -132,6 +135,15 @@ def add_vtk(vtk: argparse.ArgumentParser) -> None:
     vtk.add_argument("file", metavar="RUN.nc", type=Path, help="file of `flexmb run`")
     vtk.add_argument("--frames", type=int, metavar="N", help="number of frames (default: all instants, at most 200)")
     vtk.add_argument("--out", type=Path, metavar="PLACE", help="a folder, or FILE.pvd (default: beside RUN.nc)")
+
+
+def add_report(report: argparse.ArgumentParser) -> None:
+    """Options of `flexmb report`."""
+    report.add_argument("file", metavar="RUN.nc", type=Path, help="file of `flexmb run`, `sweep` or `chaos`")
+    trusted = "the mechanism; needed for its examination where the file is of a run of FILE.py, which is executed"
+    report.add_argument("name", metavar="NAME", nargs="?", help=trusted)
+    report.add_argument("--out", type=Path, metavar="FILE.html", help="default: beside RUN.nc")
+    report.add_argument("--frames", type=int, metavar="N", default=1000, help="most frames (default 1000)")
 
 
 def add_animate(film: argparse.ArgumentParser) -> None:

@@ -19,6 +19,7 @@ from flexmb.commands.units import quantity
 from flexmb.errors import FlexmbError, InputError
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
+from flexmb.results.main_signals import panels
 from flexmb.results.netcdf import load
 from flexmb.results.solution import Solution
 from flexmb.results.vtk import write_vtk
@@ -26,6 +27,9 @@ from flexmb.run.simulate import simulate
 from flexmb.step.newmark.method import Newmark
 from flexmb.step.runge_kutta import RungeKutta4
 from flexmb.step.step_size import Adaptive, FixedStep
+
+REPORT = "report.html"
+"""Name of the page of a run."""
 
 PERIODS = 2.0
 """Default length of a run, in periods."""
@@ -201,7 +205,8 @@ def _write_rest(
     mechanism: Mechanism, sol: Solution, folder: Path, name: str, options: argparse.Namespace, written: list[Path]
 ) -> str:
     """Write VTK files and pictures, and add them to `written`; returns the reason of missing files, or ""."""
-    from flexmb.view.plot import plot  # noqa: PLC0415 - only when asked for
+    from flexmb.reports.report import report  # noqa: PLC0415 - only when asked for
+    from flexmb.view.plot import plot  # noqa: PLC0415
     from flexmb.view.render import render  # noqa: PLC0415
 
     if len(sol.time) < 2:
@@ -209,15 +214,17 @@ def _write_rest(
     try:
         if not options.no_vtk:
             written.append(write_vtk(sol, folder / f"{name}.pvd", frames=options.frames))
-        panels = summary.panels(mechanism, sol)
-        if not options.no_plots and panels:
+        shown = panels(sol)
+        if not options.no_plots and shown:
             path = folder / "signals.png"
-            plot(sol, panels).savefig(path, dpi=150)
+            plot(sol, shown).savefig(path, dpi=150)
             written.append(path)
         if not options.no_plots:
             path = folder / "mechanism.png"
             render(sol, four_instants(mechanism, sol), path=path)
             written.append(path)
+        if not options.no_report:
+            written.append(report(sol, folder / REPORT, mechanism=mechanism))
     except (FlexmbError, OSError) as error:
         return f"some files are missing: {error}"  # the run itself is on disk already
     return ""

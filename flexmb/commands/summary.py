@@ -6,69 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from flexmb.joints.prismatic import Prismatic
 from flexmb.model.mechanism import Mechanism
-from flexmb.model.part import GROUND, Body
+from flexmb.model.part import GROUND
 from flexmb.results.contact_intervals import IMPACT, Episodes
+from flexmb.results.main_signals import followed, main_signals, slides
 from flexmb.results.solution import Solution
-from flexmb.results.solution_text import MAIN_ENDINGS
-
-MOST = 16
-"""Largest number of main signals."""
-PANELS = 6
-"""Largest number of panels of the picture."""
-
-
-def followed(mechanism: Mechanism) -> Body | None:
-    """The output body of a mechanism: the first slider, else the last body.
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    """
-    for part in mechanism.parts:
-        if isinstance(part, Prismatic) and part.second.name != GROUND.name:
-            return mechanism.body(part.second.name)
-    return mechanism.bodies[-1] if mechanism.bodies else None
-
-
-def main_signals(mechanism: Mechanism, sol: Solution) -> list[str]:
-    """Names of the main signals: acceleration of the output body, torques, contacts, deflections.
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    sol : its solution.
-    """
-    body = followed(mechanism)
-    names = []
-    if body is not None:
-        names = [name for name in _rates(mechanism, body) if name in sol]
-    names += [name for ending in MAIN_ENDINGS for name in sol.names if name.endswith(f".{ending}")]
-    return names[:MOST]
-
-
-def _rates(mechanism: Mechanism, body: Body) -> list[str]:
-    """Acceleration signals of the output body: along the guide of a slider, angular for another body."""
-    guide = slides(mechanism, body)
-    if guide is None:
-        return [f"{body.name}.alpha"]
-    share = np.abs(guide.along) / np.hypot(*guide.along)
-    return [f"{body.name}.{axis}" for axis, s in zip(("ax", "ay"), share, strict=True) if s > 1e-6]
-
-
-def panels(mechanism: Mechanism, sol: Solution) -> list[list[str]]:
-    """Main signals by panel, one kind of signal per panel.
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    sol : its solution.
-    """
-    kinds: dict[tuple[str, str], list[str]] = {}
-    for name in main_signals(mechanism, sol):
-        kinds.setdefault((name.rpartition(".")[2], sol.units(name)), []).append(name)
-    return list(kinds.values())[:PANELS]
 
 
 def table(mechanism: Mechanism, sol: Solution) -> str:
@@ -81,7 +23,7 @@ def table(mechanism: Mechanism, sol: Solution) -> str:
     """
     rows = [*_run_rows(sol), *_path_rows(mechanism, sol), *_contact_rows(sol)]
     lines = [f"{name:<22s}{text}" for name, text in rows]
-    peaks = [(name, sol.peak(name)) for name in main_signals(mechanism, sol)]
+    peaks = [(name, sol.peak(name)) for name in main_signals(sol)]
     if peaks:
         lines += ["", f"{'largest absolute value':<34s}{'of all steps':>14s}          at t [s]"]
         lines += [f"  {name:<32s}{p.value:>14.6g} {sol.units(name):<8s}{p.time:>9.6g}" for name, p in peaks]
@@ -152,15 +94,3 @@ def impacts(episodes: Episodes) -> str:
     if len(flights):
         text += f", longest flight {flights.max():.3g} s"
     return text
-
-
-def slides(mechanism: Mechanism, body: Body) -> Prismatic | None:
-    """Prismatic joint of a sliding body; None for another body.
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    body : the body.
-    """
-    guides = (p for p in mechanism.parts if isinstance(p, Prismatic) and p.second.name == body.name)
-    return next(guides, None)

@@ -14,13 +14,14 @@ import numpy as np
 from flexmb import checks
 from flexmb.commands.files import require_folder, require_packages
 from flexmb.commands.mechanism_options import Option, keywords_of
-from flexmb.commands.run import flow_options
+from flexmb.commands.run import REPORT, flow_options
 from flexmb.commands.settings import field_option
 from flexmb.commands.source import Source, find
 from flexmb.commands.units import quantity
 from flexmb.errors import InputError
 from flexmb.jobs.files import write_netcdf
 from flexmb.jobs.pool import worker_pool
+from flexmb.reports.report import report
 from flexmb.sweeps.bifurcation_diagram import bifurcation, first_of
 from flexmb.sweeps.family import Family
 
@@ -77,6 +78,8 @@ def sweep(source: Source, makers: list[Option], options: argparse.Namespace) -> 
     written = [Path(options.store)] if options.store else [write_netcdf(folder / f"{STEM}.nc", {"": diagram})]
     if not options.no_plots:
         written += _pictures(diagram, folder, options.plot)
+    if not options.no_report and (diagram["status"].values != "").any():
+        written.append(report(diagram, folder / REPORT))
     failed = _failures(diagram)
     print(_summary(diagram))
     print("\nwritten:", *(f"  {path}" for path in written), sep="\n")
@@ -146,22 +149,14 @@ def _require_signals(options: argparse.Namespace, family: Family, values: list[f
 
 def _pictures(diagram: xr.Dataset, folder: Path, asked: str | None) -> list[Path]:
     """Pictures of the chosen signals, or of one default signal."""
-    from flexmb.view.bifurcation import plot_bifurcation  # noqa: PLC0415 - only when asked for
+    from flexmb.view.bifurcation import default_signal, plot_bifurcation  # noqa: PLC0415 - only when asked for
 
     written = []
-    for signal in asked.split(",") if asked else [_default_signal(diagram)]:
+    for signal in asked.split(",") if asked else [default_signal(diagram)]:
         path = folder / f"{STEM}-{signal}.png"
         plot_bifurcation(diagram, signal).savefig(path, dpi=150)
         written.append(path)
     return written
-
-
-def _default_signal(diagram: xr.Dataset) -> str:
-    """Default signal of the picture: eccentricity of a joint with clearance, else the first variable signal."""
-    names = [str(name) for name, column in diagram.data_vars.items() if column.dims[-1] == "period"]
-    moving = [name for name in names if not name.endswith(".theta") and np.ptp(diagram[name].fillna(0.0).values) > 0.0]
-    eccentric = [name for name in names if name.endswith(".ex")]
-    return next(iter(eccentric + moving + names))
 
 
 def _failures(diagram: xr.Dataset) -> str:

@@ -121,8 +121,8 @@ class PinSlot(Joint):
     def shapes(self, mechanism: Mechanism) -> Shapes:
         """The pin, as a point of the second body, and its slot in the first one."""
         slot, pin = self.ends(mechanism)
-        along = self._geometry(mechanism)[1][:2]
-        return (PointShape(self.name, self.kind, *pin.place, other=slot.place, along=along),)
+        c, s, *_ = self._geometry(mechanism)[1]
+        return (PointShape(self.name, self.kind, *pin.place, other=slot.place, along=(c, s)),)
 
     def _geometry(self, mechanism: Mechanism) -> tuple[tuple[Coordinate, ...], tuple[float, ...]]:
         """The six coordinates; direction of the slot, its middle and the pin in the frames of their nodes."""

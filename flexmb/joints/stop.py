@@ -15,7 +15,7 @@ from flexmb.errors import InputError, ModelError
 from flexmb.joints.contact_point import difference_column, put_column, put_eccentricity, put_point
 from flexmb.joints.prismatic import Prismatic, joint_with_coordinate
 from flexmb.joints.revolute import Revolute, drawn_angle
-from flexmb.kernels import compiled, gap_kernel
+from flexmb.kernels import Kernel, compiled, gap_kernel
 from flexmb.model.contributions import ContactContribution, Contribution
 from flexmb.model.law import Motion, NormalLaw
 from flexmb.model.part import GROUND, Part
@@ -181,6 +181,7 @@ class Stop(Part):
         joint = self._held(mechanism)
         first, second = ends = joint.ends(mechanism)
         coordinates = (*first.coordinates, *second.coordinates)
+        found: list[tuple[str, Kernel, tuple[float, ...]]]
         if isinstance(joint, Prismatic):
             p = joint.geometry(mechanism)[1]
             found = [(name, travel_gap_kernel, (side, limit, *p)) for name, side, limit in self._limits()]

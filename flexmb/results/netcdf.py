@@ -109,6 +109,7 @@ def _dataset(sol: Solution) -> xr.Dataset:
         "notes": sol.notes,
         "contacts": list(sol.contacts.names),
         "model": dict(sol.model),
+        "mechanism": sol.described(),
     }
     try:
         text = json.dumps(record)
@@ -180,4 +181,5 @@ def _solution(file: NetcdfContent) -> Solution:
         restart={name: file.array(f"{RESTART}/{name}") for name in file.names(RESTART)},
         notes=tuple(record.get("notes", ())),  # files of before have none
         model=record["model"],
+        description=record.get("mechanism", {}),
     )

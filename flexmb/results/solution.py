@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from flexmb.errors import InputError
+from flexmb.model.description import described
 from flexmb.model.shape import LateShapes, Shapes
 from flexmb.model.signal import Signals, hint, resolved
 from flexmb.results.contact_intervals import ContactLog, Episodes, select
@@ -21,6 +22,8 @@ from flexmb.results.stats import Stats
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from flexmb.model.mechanism import Mechanism
 
 
 class UnknownSignalError(InputError, KeyError):
@@ -79,6 +82,8 @@ class Solution:
     restart : the final state, by name; what the time loop needs to go on bit for bit.
     notes : remarks on the run, e.g. of contact laws that left their validity, in sentences.
     model : name of the mechanism, version of flexmb, and what else belongs to the record and can be written as JSON.
+    mechanism : the mechanism that moved; None in a solution that was read from a file or came from another process.
+    description : parts of the mechanism in plain values (`flexmb.model.description`), where `mechanism` is None.
 
     Raises
     ------
@@ -99,6 +104,8 @@ class Solution:
     restart: Mapping[str, np.ndarray] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     model: Mapping[str, Any] = field(default_factory=dict)
+    mechanism: Mechanism | None = None
+    description: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self._set("signals", Signals.of(self.signals))
@@ -206,6 +213,14 @@ class Solution:
         """Name of a signal by the alias of its node: "rod.end.x" for "rod.node8.x"; without alias as it is."""
         node, _, own = name.rpartition(".")
         return next((f"{alias}.{own}" for alias, target in self.aliases.items() if target == node), name)
+
+    def described(self) -> dict[str, Any]:
+        """Parts of the mechanism in plain values; empty for a solution that knows none."""
+        return dict(self.description) if self.mechanism is None else described(self.mechanism)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """State for pickling: the mechanism as its description, since functions of users cannot all be pickled."""
+        return {**self.__dict__, "mechanism": None, "description": self.described()}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)

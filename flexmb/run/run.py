@@ -79,6 +79,7 @@ class Run:
         kept: np.ndarray | None = None,
     ) -> None:
         self.method, self.step, self.stepper = method, step, method.stepper(program, mechanism)
+        self.mechanism = mechanism
         self.program = program = self.stepper.program
         self.period, self.t_end, self.max_steps, self.progress = period, t_end, max_steps, progress
         self.lu = lu.tables(program.symbolic)
@@ -364,6 +365,7 @@ class Run:
             contacts=self.contact_log(),
             notes=(*notes, *self.stepper.remarks()),
             model={**model, "flexmb": installed_version(), "method": repr(self.method), "step": repr(self.step)},
+            mechanism=self.mechanism,
         )
 
     def restart(self) -> dict[str, np.ndarray]:

@@ -91,6 +91,19 @@ def entry_of(verdict: str) -> str:
     return "periodic-5 and more" if verdict.startswith("periodic-") else "inconclusive"
 
 
+def default_signal(diagram: xr.Dataset) -> str:
+    """Default signal of a picture: eccentricity of a joint with clearance, else the first variable signal.
+
+    Parameters
+    ----------
+    diagram : result of `bifurcation`.
+    """
+    names = [str(name) for name, column in diagram.data_vars.items() if column.dims[-1] == "period"]
+    moving = [name for name in names if not name.endswith(".theta") and np.ptp(diagram[name].fillna(0.0).values) > 0.0]
+    eccentric = [name for name in names if name.endswith(".ex")]
+    return next(iter(eccentric + moving + names))
+
+
 def _gather(pieces: dict[tuple[str, str], list[Any]], row: xr.Dataset, parameter: str, signal: str, name: str) -> None:
     """Add the section points of one direction to `pieces`, by verdict and direction."""
     values, points = row[parameter].values, row[signal].values

@@ -8,9 +8,9 @@ import xarray as xr
 
 import flexmb as fm
 from flexmb.cli import main
-from flexmb.commands.chaos import meaning_of
 from flexmb.commands.chaos_files import _widened
 from flexmb.commands.chaos_study import Motion, goes_round, planes, wrapped
+from flexmb.dynamics.verdict.meaning import meaning_of
 
 MODEL = """
 import math
@@ -159,6 +159,7 @@ def test_journal_of_a_joint_with_play(tmp_path, capsys):
     assert {path.name for path in tmp_path.iterdir()} == {
         "chaos.nc",
         "exponents.png",
+        "report.html",
         "section-B.ex-B.ey.png",
         "phase-B.ex-B.ey.png",
         "spectrum-B.ex.png",

@@ -101,7 +101,8 @@ def test_the_picture_shows_four_poses_of_the_last_period(tmp_path):
 
 
 def test_quiet_keeps_the_summary(tmp_path, capsys):
-    assert main(["run", "slider-crank", *SHORT, "--no-vtk", "--no-plots", "--out", str(tmp_path)]) == 0
+    without = ["--no-vtk", "--no-plots", "--no-report"]
+    assert main(["run", "slider-crank", *SHORT, *without, "--out", str(tmp_path)]) == 0
     out, err = capsys.readouterr()
     assert "Finished at t = 0.002 s." in out
     assert "motor.torque" in out
@@ -363,7 +364,8 @@ def test_check_of_a_file(model, capsys):
 
 @pytest.fixture
 def record(tmp_path, capsys):
-    assert main(["run", "slider-crank", *SHORT, "--no-vtk", "--no-plots", "--out", str(tmp_path)]) == 0
+    without = ["--no-vtk", "--no-plots", "--no-report"]
+    assert main(["run", "slider-crank", *SHORT, *without, "--out", str(tmp_path)]) == 0
     capsys.readouterr()
     return tmp_path / "slider-crank.nc"
 

@@ -23,7 +23,7 @@ FLOORS = {
     "sensitivity": 10, "series": 10,
     "dynamics": 11,
     "sweeps": 12, "view": 12,
-    "mechanisms": 13,
+    "mechanisms": 13, "reports": 13,
     "study": 14,
     "commands": 15, "cli": 15,
     "__main__": 16, "chaos": 16, "plots": 16,

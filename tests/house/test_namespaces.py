@@ -3,6 +3,7 @@
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from public_names import NAMESPACES, PUBLIC
@@ -40,6 +41,13 @@ def test_no_two_names_at_the_top_differ_in_case_alone():
     """`section` beside `Section` would be read as the same."""
     lower = [name.lower() for name in fm.__all__]
     assert len(set(lower)) == len(lower)
+
+
+def test_no_function_or_class_has_the_name_of_a_module():
+    """Importing `flexmb.report` would put the module in the place of the function `fm.report`."""
+    folder = Path(fm.__file__).parent
+    modules = {path.stem for path in folder.iterdir() if path.is_dir() or path.suffix == ".py"}
+    assert not modules & {name for name in fm.__all__ if name not in NAMESPACES}
 
 
 def test_unknown_names_are_refused():

@@ -1,0 +1,1 @@
+"""Reports: one HTML page with the moving mechanism, plots, tables and checks of a run."""

@@ -1,0 +1,103 @@
+"""The page: styles, scripts and data in one file that forbids every access to a network."""
+
+from __future__ import annotations
+
+import base64
+import json
+from functools import cache
+from hashlib import sha256
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from flexmb.errors import InputError
+from flexmb.jobs.files import write_text
+from flexmb.reports.markup import Markup, tag
+
+STYLES = ("uPlot.min.css", "page.css", "player.css")
+LIBRARY = "uPlot.iife.min.js"
+COMMON = ("decode.js", "theme.js")
+"""Scripts of all pages, in their order."""
+
+
+@cache
+def asset(name: str) -> str:
+    """Text of a file beside this module."""
+    return files("flexmb.reports").joinpath("assets", name).read_text(encoding="utf-8")
+
+
+def document(title: str, body: Markup, scripts: tuple[str, ...], data: dict[str, Any]) -> str:
+    """Text of a page.
+
+    Parameters
+    ----------
+    title : title of the page.
+    body : content of the page.
+    scripts : files of its scripts, after the common ones.
+    data : plain values for the scripts.
+    """
+    style = "\n".join(asset(name) for name in STYLES)
+    program = "\n".join(['"use strict";(function () {', *(asset(name) for name in (*COMMON, *scripts)), "})();"])
+    codes = [asset(LIBRARY), program] if "plots.js" in scripts else [program]
+    content = tag(
+        "html",
+        tag(
+            "head",
+            tag("meta", charset="utf-8"),
+            tag("meta", http_equiv="Content-Security-Policy", content=policy(style, codes)),
+            tag("meta", name_="viewport", content="width=device-width, initial-scale=1"),
+            tag("meta", name_="color-scheme", content="light dark"),
+            tag("title", title),
+            Markup(f"<style>{style}</style>"),
+        ),
+        tag(
+            "body",
+            body,
+            Markup(f'<script type="application/json" id="data">{embedded(data)}</script>'),
+            *(Markup(f"<script>{code}</script>") for code in codes),
+        ),
+        lang="en",
+    )
+    return f"<!DOCTYPE html>\n{content}\n"
+
+
+def policy(style: str, codes: list[str]) -> str:
+    """Content security policy: the styles and scripts of the page alone, no network, no forms."""
+    scripts = " ".join(map(_hash, codes))
+    rules = ("default-src 'none'", f"style-src {_hash(style)}", f"script-src {scripts}", "img-src data:")
+    return "; ".join((*rules, "base-uri 'none'", "form-action 'none'"))
+
+
+def _hash(text: str) -> str:
+    return f"'sha256-{base64.b64encode(sha256(text.encode()).digest()).decode('ascii')}'"
+
+
+def embedded(data: dict[str, Any]) -> str:
+    """Values as JSON that cannot end its element; numbers that are not finite are null."""
+    text = json.dumps(_finite(data), allow_nan=False, separators=(",", ":"))
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, float):
+        return value if abs(value) < float("inf") else None
+    if isinstance(value, dict):
+        return {str(key): _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    return value
+
+
+def write_page(path: Path, text: str) -> Path:
+    """Write a page, whole or not at all.
+
+    Raises
+    ------
+    InputError : a path that cannot be written.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        return write_text(path, text)
+    except OSError as error:
+        message = f"report: {str(path)!r} cannot be written ({error.strerror or error})."
+        raise InputError(f"{message} Give a file in a writable folder.") from error

@@ -1,0 +1,128 @@
+"""Tables of a run: peaks, balance of energies, statistics, settings and versions."""
+
+from __future__ import annotations
+
+import platform
+import shlex
+from typing import Any
+
+import numpy as np
+
+from flexmb.reports.markup import Content, Markup, facts, number, pretty, quantity, section, table, tag
+from flexmb.results.solution import Solution
+from flexmb.version import installed_version
+
+MEANING = {
+    "kinetic": "kinetic energy",
+    "strain": "strain energy",
+    "gravity": "potential energy of gravity",
+    "drive_work": "work of the drives",
+    "load_work": "work of loads",
+    "dissipated_contact": "loss in normal contact",
+    "dissipated_friction": "loss by friction",
+    "dissipated_damping": "loss by damping",
+    "dissipated_algorithm": "loss by the time integration",
+    "residual": "residual of the balance",
+    "turned_over": "energy turned over",
+}
+"""Meaning of the energies by signal, in the order of the balance."""
+
+
+CAPTION = "Energies [J] at the first and the last saved instant, and their largest absolute values"
+
+
+def peaks_table(sol: Solution, names: list[str]) -> Markup:
+    """Largest absolute values of signals over all accepted steps.
+
+    Parameters
+    ----------
+    sol : the solution.
+    names : names of the signals.
+    """
+    rows: list[list[Content]] = []
+    for name in names:
+        peak = sol.peak(name)
+        go = tag("button", number(peak.time), type="button", class_="go", data_time=repr(peak.time))
+        rows.append([name, number(peak.value), pretty(sol.units(name)), go])
+    heads = ["signal", "largest absolute value", "unit", "at t [s]"]
+    return table("Largest absolute values of all accepted steps", heads, rows, numbers=[1])
+
+
+def energy_section(sol: Solution) -> Markup | None:
+    """Section of the balance of energies; None for a solution without energies."""
+    names = {key: f"energy.{key}" for key in MEANING if f"energy.{key}" in sol}
+    if not names or not len(sol.time):
+        return None
+    rows = []
+    for key, name in names.items():
+        first, last = sol.array(name)[[0, -1]]
+        rows.append([MEANING[key], number(first), number(last), number(sol.peak(name).value)])
+    heads = ["energy", "first", "last", "largest"]
+    made = table(
+        CAPTION,
+        heads,
+        rows,
+        numbers=[1, 2, 3],
+    )
+    share = None
+    if {"residual", "turned_over"} <= names.keys() and sol.peak(names["turned_over"]).value > 0.0:
+        part = sol.peak(names["residual"]).value / sol.peak(names["turned_over"]).value
+        share = tag("p", f"The largest residual is {part:.2g} of the energy turned over.")
+    plot = tag("div", class_="plots", id="energy-plots")
+    return section("Balance of energies", share, tag("div", plot, made, class_="pair"), anchor="energy")
+
+
+def statistics_section(sol: Solution) -> Markup:
+    """Section of status, notes and cost of a run."""
+    stats = sol.stats
+    rows: list[tuple[str, Content]] = [
+        ("status", sol.status),
+        ("accepted steps", f"{stats.steps}"),
+        ("rejected steps", f"{stats.rejected}"),
+        ("step size", f"{stats.smallest_step:.3g} to {stats.largest_step:.3g} s"),
+        ("Newton iterations", f"{stats.newton_iterations}"),
+        ("evaluations", f"{stats.evaluations}"),
+        ("factorisations", f"{stats.factorisations}"),
+        ("wall time", f"{stats.wall_time:.3g} s"),
+    ]
+    notes = tag("ul", *(tag("li", note) for note in sol.notes), class_="notes") if sol.notes else None
+    return section("Statistics", facts(rows), tag("h3", "Notes") if notes else None, notes, anchor="statistics")
+
+
+def settings_section(sol: Solution, frames: int) -> Markup:
+    """Section of settings, versions and the command of a run.
+
+    Parameters
+    ----------
+    sol : the solution.
+    frames : number of frames on the page.
+    """
+    model = dict(sol.model)
+    command = model.pop("command", None)
+    saved = f"{len(sol.time)} instants, {sol.time[0]:.6g} to {sol.time[-1]:.6g} s; {frames} of them are frames here"
+    rows: list[tuple[str, Content]] = [("command", tag("code", command_text(command)))] if command else []
+    rows += [("mechanism", sol.name), ("saved", saved), ("signals", f"{len(sol.names)}")]
+    rows += [(key, _short(value)) for key, value in model.items() if key not in ("name", "flexmb", "version")]
+    written = model.get("flexmb", model.get("version", "unknown"))
+    here = f"flexmb {installed_version()}, Python {platform.python_version()}, numpy {np.__version__}"
+    rows += [("computed by", f"flexmb {written}"), ("page written by", here)]
+    return section("Settings and versions", facts(rows), anchor="settings")
+
+
+def command_text(arguments: Any) -> str:
+    """Command line of a run from its stored arguments."""
+    words = arguments if isinstance(arguments, list) else [arguments]
+    return shlex.join(["flexmb", *map(str, words)])
+
+
+def _short(value: Any) -> str:
+    text = value if isinstance(value, str) else ", ".join(map(str, value)) if isinstance(value, list) else str(value)
+    return text if len(text) <= 400 else f"{text[:400]} ..."
+
+
+def key_numbers(sol: Solution) -> Markup:
+    """Name, state and first numbers of a run, for the head of a page."""
+    badge = tag("span", "finished" if sol.ok else "not finished", class_=f"badge {'good' if sol.ok else 'error'}")
+    span = f"{quantity(sol.time[0], 's')} to {quantity(sol.time[-1], 's')}"
+    text = f"{span}, {len(sol.time)} saved instants, {sol.stats.steps} steps, {sol.stats.wall_time:.3g} s of computing"
+    return tag("p", badge, Markup(" "), tag("span", text), class_="key-numbers")

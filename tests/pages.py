@@ -1,0 +1,71 @@
+"""Pages of reports as a reader sees them, by code that their writer does not share, and a long chain to be shown."""
+
+import base64
+import json
+import re
+import zlib
+from html.parser import HTMLParser
+
+import numpy as np
+
+import flexmb as fm
+
+STEEL = fm.Material(young=2e11, density=7850.0, poisson=0.3)
+
+
+class Page(HTMLParser):
+    """A page as a reader of HTML sees it: elements with their attributes, visible text, data."""
+
+    def __init__(self, path):
+        super().__init__()
+        self.source = path.read_text(encoding="utf-8")
+        self.path, self.elements, self.pieces, self._inside = path, [], [], []
+        self.feed(self.source)
+        (data,) = re.findall(r'<script type="application/json" id="data">(.*?)</script>', self.source, re.DOTALL)
+        self.data = json.loads(data)
+
+    def handle_starttag(self, tag, attrs):
+        self.elements.append((tag, dict(attrs)))
+        if tag in ("script", "style"):
+            self._inside.append(tag)
+
+    def handle_endtag(self, tag):
+        if self._inside and self._inside[-1] == tag:
+            self._inside.pop()
+
+    def handle_data(self, data):
+        if not self._inside:
+            self.pieces.append(data)
+
+    @property
+    def text(self):
+        return "\n".join(self.pieces)
+
+    def all(self, tag):
+        return [attributes for name, attributes in self.elements if name == tag]
+
+
+def unpacked(packed):
+    """Columns (n, m) of packed numbers."""
+    n, size = packed["n"], packed["size"]
+    raw = np.frombuffer(zlib.decompress(base64.b64decode(packed["data"])), dtype=np.uint8)
+    if size == 8:
+        return raw.reshape(8, n).T.copy().view("<f8").reshape(n)
+    planes = raw.reshape(size, packed["m"], n).astype(np.uint64)
+    steps = sum(plane << np.uint64(8 * k) for k, plane in enumerate(planes))
+    whole = np.cumsum(steps, axis=1) % 2 ** (32 if size == 4 else 8 * size)
+    if size == 4:
+        return whole.astype(np.uint32).view(np.float32).T
+    return (np.array(packed["low"])[:, None] + np.array(packed["step"])[:, None] * whole).T
+
+
+def chain(links, elements):
+    """A hanging chain of flexible links, held at its left end."""
+    parts, before = [], fm.GROUND
+    section = fm.Rectangle(width=0.01, height=0.004)
+    for k in range(links):
+        ends = (0.1 * k, 0.0), (0.1 * (k + 1), 0.0)
+        link = fm.FlexibleLink(f"link{k}", *ends, section=section, material=STEEL, elements=elements, damping=1e-4)
+        parts += [link, fm.Revolute(f"J{k}", before, link, at=ends[0])]
+        before = link
+    return fm.Mechanism("chain", parts, gravity=(0.0, -9.81))
