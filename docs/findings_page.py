@@ -26,8 +26,8 @@ for programs. `fm.check(mechanism, step=1e-5)` and `flexmb check NAME --step 10u
 short enough.
 
 `simulate` looks at users' laws and motions and at tables by itself, and watches penetrations, strains, contacts and
-vibrations: what cannot be right ends with `sol.ok` False and a status that says when, where and what to do; what deserves attention
-stands in `sol.notes`.
+vibrations: what cannot be right ends with `sol.ok` False and a status that says when, where and what to do; what
+deserves attention stands in `sol.notes`.
 
 A run whose step fails says why: the kernel that raised or gave numbers that are not finite, with its part, the time and
 its arguments; or a known cause of this list; or else a step that was tried from the last good state and gets past the
