@@ -188,7 +188,6 @@ results.remarks.SMALL_SHARE | 1 | impulse, loss | slow contacts that go without 
 contact.validity.SMALL_TENSION | 1 | largest force | cut tension that goes without a remark
 bodies.point_mass.SAME_POINT | 1 | distance from the origin | distance from a particle that is none
 bodies.point_mass.NO_MOMENT | 1 | forces of a part | moment on a particle that is round-off
-couplings.cable.JUST_TAUT | 1 | distance of the points | elongation at the start that is round-off
 joints.revolute_clearance.TOUCHING | 1 | clearance | round-off of a start that touches
 sensitivity.run.LEAST_FADING_GAMMA | 1 | method | gamma below which errors of accelerations stay
 sensitivity.run.STATE_DIFFERENCE | 1 | size of the mechanism | differences of states for a derivative
@@ -232,6 +231,7 @@ linalg.dense_or_sparse.DENSE_UNKNOWNS | unknowns | nothing | up to it start valu
 equilibrium.modes.ENERGY_ROUND_OFF | 1 | frequencies | round-off of a frequency
 equilibrium.modes.OTHER_MODEL_STEP | 1 | a mode | part of another
 equilibrium.modes.ASYMMETRY_ROUND_OFF | 1 | entries | round-off of a symmetric matrix
+equilibrium.modes.ASYMMETRY_OF_DIFFERENCES | 1 | entries | the same with differenced control laws
 equilibrium.free_motions.DEPENDENT_ROW | 1 | rows | motion that rows allow
 equilibrium.free_motions.FREE_FORCE | 1 | stiffness | motion that nothing resists
 equilibrium.free_motions.STIFFNESS_ROUND_OFF | 1 | entries | entry of a motion that is round-off
@@ -420,7 +420,7 @@ def _left_out() -> dict[str, str]:
         dynamics.systems.mechanism_scales.ONSET dynamics.basins.attractors.LOST
         dynamics.basins.attractors.UNDECIDED
         program.signals.CONTACT_PENETRATION program.tables.CONTACT_COMMON
-        program.tables.NO_FACTOR program.tables.FIRST_OUTPUT
+        program.tables.NO_FACTOR program.tables.FIRST_OUTPUT system.outputs.FRICTION_ALONE
     decides a remark or a refusal, and no number of a run: run.watch.DEEP run.watch.THROUGH run.watch.LEAST_STEPS run.watch.SHARE
         run.watch.LARGE_STRAIN run.watch.IMPOSSIBLE_STRAIN run.watch.MOST_NUMBERS run.watch.MOST_BODIES run.vibrations.MODES
         run.vibrations.MOST_UNKNOWNS run.vibrations.LEAST_INSTANTS run.vibrations.ENERGY_SHARE run.vibrations.SMALL run.vibrations.DECAY
