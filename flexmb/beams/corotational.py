@@ -12,7 +12,6 @@ Gravity          Vg = -g . int rho A r
 
 ka, kb and the integrals of mass come from weak forms (see `fem`).  The term with L/30 is the shortening of the chord by
 bending, averaged over the element; this term removes membrane locking.
-
 Inertia forces are int rho A dr/dq . d2r/dt2 (and so for the rotation of sections) with nothing dropped.  In the axes of
 the chord, with U, A nodal velocities and accelerations, rho = d(alpha)/dt, rho' its rate and dk = d(uk)/dt:
 
