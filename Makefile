@@ -93,9 +93,9 @@ $(VENV)/.installed: pyproject.toml | $(VENV)/.created
 	$(BIN)/python -m pip install --quiet --editable .
 	touch $@
 
-# With [sweep], so that no test of the stores is left out.
+# With [sweep] and [docs], so that no test of the stores and of the site is left out.
 $(VENV)/.installed-dev: pyproject.toml | $(VENV)/.created
-	$(BIN)/python -m pip install --quiet --editable ".[dev,sweep]"
+	$(BIN)/python -m pip install --quiet --editable ".[dev,sweep,docs]"
 	touch $@ $(VENV)/.installed
 
 $(VENV)/.installed-docs: pyproject.toml | $(VENV)/.created
@@ -103,5 +103,5 @@ $(VENV)/.installed-docs: pyproject.toml | $(VENV)/.created
 	touch $@ $(VENV)/.installed
 
 $(VENV)/.installed-bench: $(VENV)/.installed-dev
-	$(BIN)/python -m pip install --quiet --editable ".[dev,sweep,bench]"
+	$(BIN)/python -m pip install --quiet --editable ".[dev,sweep,docs,bench]"
 	touch $@
