@@ -439,7 +439,7 @@ def _left_out() -> dict[str, str]:
         program.structure.REMEMBERED_UNKNOWNS program.structure.FIELDWISE_FROM run.run.BUFFER_NUMBERS run.run.LEAST_BUFFER_ROWS
         run.saved_rows.MOST_RESERVED_BYTES
     size of a symbol in a picture: results.symbols.COILS results.symbols.WIDTH results.symbols.ARROW results.symbols.HEAD
-        results.symbols.CIRCLE_POINTS
+        results.symbols.CIRCLE_POINTS results.symbols.ARC_POINTS results.symbols.OVERHANG
     how many are printed or written: start.consistent.LISTED_PARTS results.vtk.MOST_FRAMES results.contact_intervals.SHOWN_ROWS results.status.LISTED_JOINTS
         program.signals.MOST_COMPARED_NAMES
     shortens what another number decides: linalg.rank.CERTAIN_EIGENVALUE
