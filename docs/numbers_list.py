@@ -445,7 +445,7 @@ def _left_out() -> dict[str, str]:
         program.structure.REMEMBERED_UNKNOWNS program.structure.FIELDWISE_FROM run.run.BUFFER_NUMBERS run.run.LEAST_BUFFER_ROWS
         run.saved_rows.MOST_RESERVED_BYTES results.late_values.BLOCK
     size of a symbol in a picture: results.symbols.COILS results.symbols.WIDTH results.symbols.ARROW results.symbols.HEAD
-        results.symbols.CIRCLE_POINTS
+        results.symbols.CIRCLE_POINTS results.symbols.ARC_POINTS results.symbols.OVERHANG
     how many are printed or written: start.consistent.LISTED_PARTS results.vtk.MOST_FRAMES results.contact_intervals.SHOWN_ROWS results.status.LISTED_JOINTS
         model.signal.MOST_COMPARED_NAMES results.solution_text.IN_TEXT results.solution_text.IN_TABLE
         equilibrium.modes.SHOWN_MODES dynamics.exponents.exponents.SHOWN

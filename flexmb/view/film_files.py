@@ -37,6 +37,10 @@ def write_gif(path: Path, film: Film, fps: float) -> None:
     strip = Image.fromarray(np.concatenate(list(film.frames(chosen.tolist())), axis=0))
     palette = strip.quantize(colors=255, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
     images = [Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.NONE) for frame in film.frames()]
+    colours, paper = images[0].getpalette() or [], int(np.asarray(images[0])[-1, 0])
+    colours[3 * paper : 3 * paper + 3] = [255, 255, 255]  # the paper is white, not nearly so
+    for image in images:
+        image.putpalette(colours)
     ends = np.round(100.0 * np.arange(len(images) + 1) / fps)
     pauses = [10 * max(int(pause), 1) for pause in np.diff(ends)]
     images[0].save(path, "GIF", save_all=True, append_images=images[1:], duration=pauses, loop=0, optimize=False)

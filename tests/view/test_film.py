@@ -45,6 +45,7 @@ def test_a_gif_has_seconds_times_fps_frames_of_one_size(sol, tmp_path, seconds, 
     assert {frame.shape for frame, _ in found} == {(180, 241, 3)}
     if count > 1:
         assert sum(pause for _, pause in found) == pytest.approx(1000.0 * seconds, abs=5.0)
+        assert all(np.all(frame[-1, 0] == 255) for frame, _ in found)  # white paper
         with Image.open(path) as film:
             assert film.info["loop"] == 0
 

@@ -3,6 +3,7 @@
 import runpy
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import matplotlib.image
@@ -11,6 +12,8 @@ import pytest
 
 from flexmb.errors import FileFormatError, InputError
 from flexmb.model.shape import RigidShape
+from flexmb.model.signal import Signal
+from flexmb.results.solution import Peaks
 from flexmb.results.vtk import write_vtk
 from flexmb.view.plot import plot
 from flexmb.view.render import render
@@ -131,9 +134,28 @@ def test_earlier_poses_are_grey_and_behind(sol):
 
 
 def test_a_body_without_extent_is_a_square(sol):
-    shapes = (*sol.shapes, RigidShape("crank", "", (((0.0, 0.0), (0.0, 0.0)),)))
+    shapes = (RigidShape("crank", "", (((0.0, 0.0), (0.0, 0.0)),)), *sol.shapes[1:])
     ax = render(solution(shapes=shapes), [0.0]).axes[0]
     assert "s" in {line.get_marker() for line in ax.lines}
+
+
+@pytest.mark.parametrize("count", [1, 2, 5, 9, 14])
+def test_the_legend_lies_in_the_picture(sol, count):
+    bodies = tuple(RigidShape("crank", "", (((0.0, 0.0), (0.1 * k, 0.0)),)) for k in range(1, 3))
+    names = [f"body{'x' * (k % 7)}{k}" for k in range(count)]
+    shapes = (*bodies, *(replace(bodies[0], part=name) for name in names))
+    values = {f"{name}.{axis}": 0.0 for name in names for axis in ("x", "y", "theta")}
+    more = solution(shapes=shapes)
+    wide = np.column_stack([more.values, np.zeros((len(more.time), len(values)))])
+    peaks = Peaks(np.abs(wide).max(axis=0), np.zeros(wide.shape[1]))
+    signals = (*more.signals, *(Signal(name, "m") for name in values))
+    figure = render(replace(more, values=wide, signals=signals, peaks=peaks), np.linspace(0.0, 1.0, 4))
+    figure.draw_without_rendering()
+    (legend,) = figure.legends
+    box, page = legend.get_window_extent(), figure.bbox
+    assert page.x0 <= box.x0
+    assert box.x1 <= page.x1
+    assert box.y0 >= page.y0
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 7])
