@@ -446,7 +446,7 @@ def _left_out() -> dict[str, str]:
         run.saved_rows.MOST_RESERVED_BYTES results.late_values.BLOCK
     size of a symbol in a picture: results.symbols.COILS results.symbols.WIDTH results.symbols.ARROW results.symbols.HEAD
         results.symbols.CIRCLE_POINTS results.symbols.ARC_POINTS results.symbols.OVERHANG
-    how many are printed or written: start.consistent.LISTED_PARTS results.vtk.MOST_FRAMES results.contact_intervals.SHOWN_ROWS results.status.LISTED_JOINTS
+    how many are printed or written: results.main_signals.MOST results.main_signals.PANELS start.consistent.LISTED_PARTS results.vtk.MOST_FRAMES results.contact_intervals.SHOWN_ROWS results.status.LISTED_JOINTS
         model.signal.MOST_COMPARED_NAMES results.solution_text.IN_TEXT results.solution_text.IN_TABLE
         equilibrium.modes.SHOWN_MODES dynamics.exponents.exponents.SHOWN
     shortens what another number decides: linalg.rank.CERTAIN_EIGENVALUE

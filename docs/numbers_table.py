@@ -26,7 +26,7 @@ PAGE, ROWS = HERE / "numbers.md", HERE / "numbers.json"
 FLEXMB = HERE.parent / "flexmb"
 UNUSED = (
     *("cli.py", "commands/", "compiled/", "dynamics/", "paper/", "results/", "series/", "sweeps/", "testing/"),
-    "view/",
+    "pictures/",
 )
 """Folders and files on which no result of the runs depends."""
 

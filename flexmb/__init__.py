@@ -8,7 +8,6 @@ The names that most scripts need are here. The others lie in namespaces: `contac
 (compiled functions of one's own parts) and `testing` (checks of one's own parts).
 """
 
-from flexmb.namespace import keep_functions, lazy_names
+from flexmb.namespace import lazy_names
 
-keep_functions(__name__, __file__)
 __getattr__, __dir__, __all__ = lazy_names(__name__, __file__)

@@ -75,6 +75,11 @@ from flexmb.model.mechanism import Mechanism as Mechanism
 from flexmb.model.part import GROUND as GROUND
 from flexmb.model.part import Element as Element
 from flexmb.model.part import Part as Part
+from flexmb.pictures.bifurcation import plot_bifurcation as plot_bifurcation
+from flexmb.pictures.film import animate as animate
+from flexmb.pictures.plot import plot as plot
+from flexmb.pictures.render import render as render
+from flexmb.pictures.window import view as view
 from flexmb.program.compiler import compile as compile
 from flexmb.reports.report import report as report
 from flexmb.results.momentum import momentum as momentum
@@ -96,8 +101,3 @@ from flexmb.step.step_size import FixedStep as FixedStep
 from flexmb.study.nine_bar.staggered.method import Staggered as Staggered
 from flexmb.sweeps.bifurcation_diagram import bifurcation as bifurcation
 from flexmb.sweeps.parameter_sweep import sweep as sweep
-from flexmb.view.bifurcation import plot_bifurcation as plot_bifurcation
-from flexmb.view.film import animate as animate
-from flexmb.view.plot import plot as plot
-from flexmb.view.render import render as render
-from flexmb.view.window import view as view

@@ -9,7 +9,6 @@ import sys
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 _IMPORT = re.compile(r"^from (\S+) import (\w+) as \2$", re.MULTILINE)
@@ -44,30 +43,3 @@ def lazy_names(module: str, file: str) -> tuple[Callable[[str], Any], Callable[[
         return value
 
     return get, lambda: list(names), names
-
-
-class Package(ModuleType):
-    """Class of a package some of whose public functions have the names of its rooms, as `flexmb.view`.
-
-    Python binds a room to its name in the package when the room is first imported; here the function keeps the name.
-    """
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        """Set an attribute, unless a room would replace a public function."""
-        if not (isinstance(value, ModuleType) and name in vars(self).get("__functions__", ())):
-            super().__setattr__(name, value)
-
-
-def keep_functions(module: str, file: str) -> None:
-    """Let the public functions of a package keep their names where a room has the same one.
-
-    Parameters
-    ----------
-    module, file
-        `__name__` and `__file__` of the package.
-
-    """
-    package = sys.modules[module]
-    stub = Path(file).with_suffix(".pyi").read_text(encoding="utf-8")
-    package.__dict__["__functions__"] = {name for home, name in _IMPORT.findall(stub) if home != module}
-    package.__class__ = Package

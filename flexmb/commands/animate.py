@@ -23,7 +23,7 @@ def animate(options: argparse.Namespace) -> int:
     ------
     FlexmbError : see `flexmb.animate`; a file that is no result; a text that is no number.
     """
-    from flexmb.view.film import animate as film  # noqa: PLC0415 - matplotlib when a picture is asked for
+    from flexmb.pictures.film import animate as film  # noqa: PLC0415 - matplotlib when a picture is asked for
 
     seconds, fps = quantity(options.seconds, "s", "--seconds"), quantity(options.fps, "", "--fps")
     magnify = quantity(options.magnify, "", "--magnify")

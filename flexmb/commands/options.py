@@ -1,4 +1,4 @@
-"""Options of the commands, except those of the mechanism."""
+"""Options of the commands beside the options of a mechanism."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ def report(options: argparse.Namespace) -> int:
 
 
 def _mechanism(sol: Solution, name: str | None) -> Mechanism | None:
-    """Mechanism of a saved run, built anew; None where it is not known."""
+    """Mechanism of a saved run, declared again; None where it is unknown."""
     given = repeated_command(sol, name)
     source = source_of(given)
     if source is None:

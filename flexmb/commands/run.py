@@ -205,9 +205,9 @@ def _write_rest(
     mechanism: Mechanism, sol: Solution, folder: Path, name: str, options: argparse.Namespace, written: list[Path]
 ) -> str:
     """Write VTK files and pictures, and add them to `written`; returns the reason of missing files, or ""."""
+    from flexmb.pictures.plot import plot  # noqa: PLC0415
+    from flexmb.pictures.render import render  # noqa: PLC0415
     from flexmb.reports.report import report  # noqa: PLC0415 - only when asked for
-    from flexmb.view.plot import plot  # noqa: PLC0415
-    from flexmb.view.render import render  # noqa: PLC0415
 
     if len(sol.time) < 2:
         return "nothing was saved, so there are no pictures and no VTK files. Run longer, or save earlier."

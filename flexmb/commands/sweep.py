@@ -149,7 +149,7 @@ def _require_signals(options: argparse.Namespace, family: Family, values: list[f
 
 def _pictures(diagram: xr.Dataset, folder: Path, asked: str | None) -> list[Path]:
     """Pictures of the chosen signals, or of one default signal."""
-    from flexmb.view.bifurcation import default_signal, plot_bifurcation  # noqa: PLC0415 - only when asked for
+    from flexmb.pictures.bifurcation import default_signal, plot_bifurcation  # noqa: PLC0415 - only when asked for
 
     written = []
     for signal in asked.split(",") if asked else [default_signal(diagram)]:

@@ -22,7 +22,7 @@ FLOORS = {
     "run": 9,
     "sensitivity": 10, "series": 10,
     "dynamics": 11,
-    "sweeps": 12, "view": 12,
+    "sweeps": 12, "pictures": 12,
     "mechanisms": 13, "reports": 13,
     "study": 14,
     "commands": 15, "cli": 15,
@@ -44,7 +44,7 @@ SIDEWAYS = {
 TYPING_ONLY = {("step", "run"): "a stepper is handed the run that it belongs to"}
 """The only imports that go up, each with its reason; nothing is called through them."""
 
-LATE = {("model", "view"): "Mechanism.plot draws the mechanism"}
+LATE = {("model", "pictures"): "Mechanism.plot draws the mechanism"}
 """The only imports that go up inside functions, each with its reason: methods for convenience."""
 
 TOP = "flexmb/__init__.py"
@@ -120,9 +120,9 @@ def test_every_import_goes_down(package_sources):
         ("flexmb/step/stepper.py", "if TYPE_CHECKING:\n    from flexmb.run.run import Run"),
         ("flexmb/cli.py", "from flexmb.commands.run import run"),
         ("flexmb/commands/source.py", "from flexmb import mechanisms"),
-        ("flexmb/__init__.py", "from flexmb.view.plot import plot"),
-        ("flexmb/view/plot.py", "import matplotlib"),
-        ("flexmb/model/mechanism.py", "def plot(self):\n    from flexmb.view.reference import plot_mechanism"),
+        ("flexmb/__init__.py", "from flexmb.pictures.plot import plot"),
+        ("flexmb/pictures/plot.py", "import matplotlib"),
+        ("flexmb/model/mechanism.py", "def plot(self):\n    from flexmb.pictures.reference import plot_mechanism"),
     ],
 )
 def test_allowed_imports(path, code):
@@ -133,13 +133,13 @@ def test_allowed_imports(path, code):
     ("path", "code", "floors"),
     [
         ("flexmb/model/node.py", "from flexmb.start.assemble import assemble", ("floor 1", "floor 5")),
-        ("flexmb/errors.py", "from flexmb import checks, view", ("floor 0", "floor 12")),
-        ("flexmb/model/mechanism.py", "from flexmb.view.reference import plot_mechanism", ("floor 1", "floor 12")),
+        ("flexmb/errors.py", "from flexmb import checks, pictures", ("floor 0", "floor 12")),
+        ("flexmb/model/mechanism.py", "from flexmb.pictures.reference import plot_mechanism", ("floor 1", "floor 12")),
         ("flexmb/beams/fem.py", "from flexmb.bodies.link import Link", ("floor 2", "floor 2")),
         ("flexmb/beams/fem.py", "from ..system import forces", ("floor 2", "floor 4")),
         ("flexmb/start/assemble.py", "import flexmb.step.newmark.method", ("floor 5", "floor 7")),
         ("flexmb/step/stepper.py", "from flexmb.run.run import Run", ("floor 7", "floor 9")),
-        ("flexmb/results/vtk.py", "def f():\n    from flexmb.view import plot", ("floor 8", "floor 12")),
+        ("flexmb/results/vtk.py", "def f():\n    from flexmb.pictures import plot", ("floor 8", "floor 12")),
         ("flexmb/testing.py", "from flexmb.results.vtk import write_vtk", ("floor 5", "floor 8")),
         ("flexmb/system/forces.py", "import flexmb as fm", ("floor 4", "top")),
         ("flexmb/system/forces.py", "from flexmb import Mechanism", ("floor 4", "top")),

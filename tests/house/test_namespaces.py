@@ -12,7 +12,7 @@ import flexmb as fm
 
 MOST_NAMES_AT_THE_TOP = 83
 
-FAR = {"": "flexmb", "chaos": "flexmb", "plots": "flexmb.view", "friction": "flexmb.contact.friction"}
+FAR = {"": "flexmb", "chaos": "flexmb", "plots": "flexmb.pictures", "friction": "flexmb.contact.friction"}
 """Package of which a namespace lists names, where it is not the one of the same name."""
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flexmb.pictures.bifurcation import COLOURS, entry_of
 from flexmb.study.case import PLAY_MODELS, Case
 from flexmb.study.diagram import diagram, part_of
 from flexmb.study.drawing import COLOURS as MODEL_COLOURS
@@ -16,7 +17,6 @@ from flexmb.study.drawing import Quantity, Shown, caption, named, noted, sheet
 from flexmb.study.effort import Effort
 from flexmb.study.item import StudyFigure
 from flexmb.study.run import Results, StudyRun
-from flexmb.view.bifurcation import COLOURS, entry_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,10 +12,10 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
-from flexmb.view.labels import place_names
-from flexmb.view.pose import Pose, body_colours
-from flexmb.view.scene import Box, Scene, scene_of
-from flexmb.view.style import CLEARANCE
+from flexmb.pictures.labels import place_names
+from flexmb.pictures.pose import Pose, body_colours
+from flexmb.pictures.scene import Box, Scene, scene_of
+from flexmb.pictures.style import CLEARANCE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb.model.shape import MARKER, TRACE
-from flexmb.view.style import CLEARANCE, COLOURS, TRACED
+from flexmb.pictures.style import CLEARANCE, COLOURS, TRACED
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.colors import Colormap, Normalize
 
+    from flexmb.pictures.scene import Scene
     from flexmb.results.drawing import Line, Mark
-    from flexmb.view.scene import Scene
 
 SYMBOLS: dict[str, dict[str, Any]] = {
     "spring": {"color": "0.25", "linewidth": 1.1, "zorder": 2.5},

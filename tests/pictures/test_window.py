@@ -9,9 +9,9 @@ import pytest
 
 import flexmb as fm
 from flexmb.errors import InputError
-from flexmb.view.film_frames import field_limit
-from flexmb.view.scene import scene_of
-from flexmb.view.window import Window
+from flexmb.pictures.film_frames import field_limit
+from flexmb.pictures.scene import scene_of
+from flexmb.pictures.window import Window
 
 pyvista = pytest.importorskip("pyvista")
 

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 from flexmb import checks
 from flexmb.errors import InputError
+from flexmb.pictures.envelope import draw_signal
+from flexmb.pictures.plot import FRAME, PANEL, WIDTH
+from flexmb.pictures.style import grid, label_of, powers
 from flexmb.results.solution import Solution
-from flexmb.view.envelope import draw_signal
-from flexmb.view.plot import FRAME, PANEL, WIDTH
-from flexmb.view.style import grid, label_of, powers
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

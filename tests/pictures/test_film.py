@@ -2,7 +2,6 @@
 
 import builtins
 import runpy
-import subprocess
 import sys
 from dataclasses import replace
 from itertools import pairwise
@@ -15,8 +14,8 @@ from PIL import Image
 import flexmb as fm
 from flexmb.errors import InputError, MissingPackageError
 from flexmb.model.shape import PointShape
-from flexmb.view.film import instants, joints_with_forces, traced_points
-from flexmb.view.film_frames import Film
+from flexmb.pictures.film import instants, joints_with_forces, traced_points
+from flexmb.pictures.film_frames import Film
 
 ROOT = Path(__file__).parents[2]
 handmade = runpy.run_path(str(ROOT / "tests" / "handmade.py"))
@@ -161,10 +160,3 @@ def test_a_missing_package_is_named_with_its_command(sol, tmp_path, monkeypatch)
     monkeypatch.setattr(builtins, "__import__", without)
     with pytest.raises(MissingPackageError, match=r"pip install 'flexmb\[film\]'"):
         fm.animate(sol, tmp_path / "x.mp4", seconds=0.1)
-
-
-def test_public_functions_keep_their_names_beside_the_rooms():
-    """`flexmb.view` is a room, too; the function keeps the name in any order of imports."""
-    code = "from flexmb.view.plot import plot; import flexmb as fm; print(fm.view.__name__, fm.view.__module__, plot)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
-    assert done.stdout.startswith("view flexmb.view.window <function plot")

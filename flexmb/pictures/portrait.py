@@ -9,8 +9,8 @@ import numpy as np
 from flexmb import checks
 from flexmb.dynamics.exponents.exponents import Exponents
 from flexmb.errors import InputError
+from flexmb.pictures.style import COLOURS, grid, label_of
 from flexmb.results.solution import Solution
-from flexmb.view.style import COLOURS, grid, label_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,9 +11,9 @@ import numpy as np
 from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.model.shape import MARKER, TRACE, Place, PointShape, nodes_of
+from flexmb.pictures.film_files import write_gif, write_mp4
+from flexmb.pictures.film_frames import Film
 from flexmb.results.solution import Solution
-from flexmb.view.film_files import write_gif, write_mp4
-from flexmb.view.film_frames import Film
 
 ENDINGS = (".mp4", ".gif", ".html")
 

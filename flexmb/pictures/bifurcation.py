@@ -8,7 +8,7 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
-from flexmb.view.style import grid, label_of, powers
+from flexmb.pictures.style import grid, label_of, powers
 
 if TYPE_CHECKING:
     import xarray as xr

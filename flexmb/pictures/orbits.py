@@ -11,7 +11,7 @@ from flexmb.dynamics.basins.basin import Basin
 from flexmb.dynamics.orbits.branch import Branch, BranchPoint
 from flexmb.dynamics.orbits.floquet import BRANCH, FLIP, FOLD, GRAZING, NEIMARK_SACKER
 from flexmb.errors import InputError
-from flexmb.view.style import COLOURS, grid, label_of
+from flexmb.pictures.style import COLOURS, grid, label_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -10,12 +10,12 @@ import numpy as np
 
 from flexmb.errors import InputError
 from flexmb.model.signal import Signal, Signals
+from flexmb.pictures.pose import Pose
+from flexmb.pictures.render import figure_size, joint_names, legend, saved
+from flexmb.pictures.scene import Scene, scene_of
+from flexmb.pictures.style import grid
 from flexmb.results.solution import Peaks, Solution
 from flexmb.results.stats import Stats
-from flexmb.view.pose import Pose
-from flexmb.view.render import figure_size, joint_names, legend, saved
-from flexmb.view.scene import Scene, scene_of
-from flexmb.view.style import grid
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

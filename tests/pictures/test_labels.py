@@ -11,10 +11,10 @@ import pytest
 
 import flexmb as fm
 from flexmb.errors import InputError
-from flexmb.view.labels import boxes, place_names
-from flexmb.view.pose import with_arms
-from flexmb.view.reference import reference_solution
-from flexmb.view.scene import scene_of
+from flexmb.pictures.labels import boxes, place_names
+from flexmb.pictures.pose import with_arms
+from flexmb.pictures.reference import reference_solution
+from flexmb.pictures.scene import scene_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

@@ -9,7 +9,7 @@ import numpy as np
 from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.model.shape import PointShape
-from flexmb.view.style import CLEARANCE, COLOURS, grid, label_of, powers
+from flexmb.pictures.style import CLEARANCE, COLOURS, grid, label_of, powers
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

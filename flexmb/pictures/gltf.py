@@ -11,14 +11,14 @@ import numpy as np
 from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.model.shape import CircleShape, LineShape, PointShape, RigidShape
+from flexmb.pictures.glb import Glb
+from flexmb.pictures.pose import THINNEST, body_colours
+from flexmb.pictures.scene import Scene, scene_of
+from flexmb.pictures.style import CLEARANCE
 from flexmb.results import drawing
 from flexmb.results.resampling import magnified
 from flexmb.results.symbols import symbols
 from flexmb.version import installed_version
-from flexmb.view.glb import Glb
-from flexmb.view.pose import THINNEST, body_colours
-from flexmb.view.scene import Scene, scene_of
-from flexmb.view.style import CLEARANCE
 
 if TYPE_CHECKING:
     from flexmb.results.drawing import Line

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from flexmb.errors import InputError
-from flexmb.view.envelope import draw_signal
-from flexmb.view.style import curve, grid, label_of, powers
+from flexmb.pictures.envelope import draw_signal
+from flexmb.pictures.style import curve, grid, label_of, powers
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

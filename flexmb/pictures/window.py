@@ -8,15 +8,15 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
+from flexmb.pictures.film import joints_with_forces
+from flexmb.pictures.film_frames import FIELDS, field_limit
+from flexmb.pictures.pose import SYMBOLS, THINNEST, body_colours, edges, with_arms
+from flexmb.pictures.scene import PER_ELEMENT, Scene, scene_of
+from flexmb.pictures.screenshot import bar_title
+from flexmb.pictures.style import CLEARANCE, DIVERGING, TRACED
 from flexmb.results import drawing
 from flexmb.results.resampling import magnified
 from flexmb.results.solution import Solution
-from flexmb.view.film import joints_with_forces
-from flexmb.view.film_frames import FIELDS, field_limit
-from flexmb.view.pose import SYMBOLS, THINNEST, body_colours, edges, with_arms
-from flexmb.view.scene import PER_ELEMENT, Scene, scene_of
-from flexmb.view.screenshot import bar_title
-from flexmb.view.style import CLEARANCE, DIVERGING, TRACED
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

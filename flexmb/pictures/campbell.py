@@ -11,7 +11,7 @@ from flexmb import checks
 from flexmb.equilibrium.modes import modes
 from flexmb.equilibrium.statics import static_equilibrium
 from flexmb.errors import InputError
-from flexmb.view.style import curve, grid, label_of
+from flexmb.pictures.style import curve, grid, label_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

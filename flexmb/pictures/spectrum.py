@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flexmb.errors import InputError
+from flexmb.pictures.style import COLOURS, grid, label_of
 from flexmb.series.spectrum import PowerSpectrum
-from flexmb.view.style import COLOURS, grid, label_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

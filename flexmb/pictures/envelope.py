@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexmb.view.style import curve
+from flexmb.pictures.style import curve
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -10,13 +10,13 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.model.shape import Place
+from flexmb.pictures.pose import Colouring, Pose
+from flexmb.pictures.render import legend
+from flexmb.pictures.scene import PER_ELEMENT, SHARE, Box, Scene, scene_of
+from flexmb.pictures.style import DIVERGING, grid, label_of
 from flexmb.results import drawing
 from flexmb.results.resampling import at_times, magnified
 from flexmb.results.solution import Solution
-from flexmb.view.pose import Colouring, Pose
-from flexmb.view.render import legend
-from flexmb.view.scene import PER_ELEMENT, SHARE, Box, Scene, scene_of
-from flexmb.view.style import DIVERGING, grid, label_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
