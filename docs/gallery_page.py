@@ -97,6 +97,16 @@ def ran(name: str) -> str:
     return re.sub(r"^written: .*\n|^frames: .*\n", "", output.getvalue(), flags=re.MULTILINE)
 
 
+def first_picture() -> None:
+    """Picture of docs/first_steps.md, from the first block of its code."""
+    text = (ROOT / "docs" / "first_steps.md").read_text(encoding="utf-8")
+    names: dict[str, Any] = {}
+    exec(text.partition("```python\n")[2].partition("```")[0], names)
+    figure = fm.plot(names["sol"], ["piston.ax", "motor.torque"])
+    figure.set_size_inches(6.4, 4.2)
+    figure.savefig(ROOT / "docs" / "pictures" / "first_steps.png", dpi=80)
+
+
 def sections(name: str, printed: str) -> list[str]:
     """Title, question, picture and output of an example."""
     doc = ast.get_docstring(ast.parse((EXAMPLES / f"{name}.py").read_text(encoding="utf-8"))) or ""
@@ -145,6 +155,7 @@ def main(chosen: list[str]) -> None:
         print(name, flush=True)
         outputs[name] = ran(name)
     PAGE.write_text(page(outputs), encoding="utf-8")
+    first_picture()
 
 
 if __name__ == "__main__":
