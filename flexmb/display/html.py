@@ -6,8 +6,13 @@ from collections.abc import Iterable, Sequence
 from html import escape
 
 CELL = "text-align: left; padding: 0.1em 0.8em 0.1em 0"
+SHORT = f"{CELL}; white-space: nowrap"
+TABLE = "border-collapse: collapse; color: inherit"
 FAINT = "opacity: 0.7"
 """Styles; lines and texts have the colour of the page, so they suit light and dark ones."""
+
+SHORT_TEXT = 24
+"""Length of a text that is not wrapped."""
 
 MOST_ROWS = 60
 """Largest number of rows of a table."""
@@ -43,12 +48,13 @@ def table(rows: Iterable[Sequence[object]], head: Sequence[str] = ()) -> str:
     if more > 0:
         lines.append(_row("td", [f"... {more} more"]))
     top = f"<thead>{_row('th', [escape(text) for text in head])}</thead>" if head else ""
-    return f'<table style="border-collapse: collapse">{top}<tbody>{"".join(lines)}</tbody></table>'
+    return f'<table style="{TABLE}">{top}<tbody>{"".join(lines)}</tbody></table>'
 
 
 def _row(kind: str, cells: Sequence[str]) -> str:
-    begin, end = f'<{kind} style="{CELL}">', f"</{kind}>"
-    return f"<tr>{''.join(begin + cell + end for cell in cells)}</tr>"
+    styles = (SHORT if len(cell) <= SHORT_TEXT else CELL for cell in cells)
+    shown = (f'<{kind} style="{style}">{cell}</{kind}>' for style, cell in zip(styles, cells, strict=True))
+    return f"<tr>{''.join(shown)}</tr>"
 
 
 def texts(lines: Iterable[str]) -> str:

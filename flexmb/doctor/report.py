@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from flexmb.display import html
-from flexmb.display.text import cut
+from flexmb.display.text import counted, cut
 from flexmb.doctor.finding import ERROR, SEVERITIES, Finding
 
 LISTED_PARTS = 30
@@ -80,7 +80,8 @@ class Report:
         return [*shown, *([("...", [f"{len(found) - LISTED_PARTS} more parts"])] if len(found) > LISTED_PARTS else [])]
 
     def __repr__(self) -> str:
-        sizes = f"{len(self.bodies)} bodies, {self.freedom} degrees of freedom, {self.free} free, {self.mass:.6g} kg"
+        sizes = f"{counted(len(self.bodies), 'body')}, {counted(self.freedom, 'degree')} of freedom, {self.free} free, "
+        sizes += f"{self.mass:.6g} kg"
         return cut(f"Report on {self.name!r}: {_counted(self.findings)}; {sizes}")
 
     def _repr_html_(self) -> str:
