@@ -1,4 +1,4 @@
-"""Options of the commands, except those of the mechanism."""
+"""Options of the commands, without the parameters of mechanisms."""
 
 from __future__ import annotations
 
