@@ -53,7 +53,8 @@ def plot_bifurcation(diagram: xr.Dataset, signal: str, *, title: str | None = No
     InputError : a dataset of another kind, an unknown signal.
     """
     import xarray
-    from matplotlib.figure import Figure
+
+    from flexmb.pictures.figure import Picture
 
     attributes = diagram.attrs if isinstance(diagram, xarray.Dataset) else {}
     if attributes.get("kind") != "bifurcation":
@@ -62,7 +63,7 @@ def plot_bifurcation(diagram: xr.Dataset, signal: str, *, title: str | None = No
     parameter = diagram.attrs["parameter"]
     signals = [str(name) for name, pieces in diagram.data_vars.items() if pieces.dims[-2:] == (parameter, "period")]
     checks.one_of("plot_bifurcation", "signal", signal, signals)
-    figure = Figure(figsize=SIZE, layout="constrained")
+    figure = Picture(figsize=SIZE, layout="constrained")
     ax = figure.subplots()
     pieces: dict[tuple[str, str], list[Any]] = {}
     for direction, row in _rows(diagram):

@@ -50,14 +50,14 @@ def plot_campbell(
     InputError : fewer than two speeds, speeds that do not increase; see `static_equilibrium` and `modes`.
     SolveError : see `static_equilibrium` and `modes`.
     """
-    from matplotlib.figure import Figure
+    from flexmb.pictures.figure import Picture
 
     given = [checks.number("plot_campbell", f"speeds[{k}]", float(w), "rad/s") for k, w in enumerate(speeds)]
     if len(given) < 2 or np.any(np.diff(given) <= 0.0):
         raise InputError(f"plot_campbell: speeds are {given}; they must be two or more, increasing.")
     number = checks.count("plot_campbell", "count", count)
     found = np.array([_frequencies(mechanism, w, number, about) for w in given])
-    figure = Figure(figsize=SIZE, layout="constrained")
+    figure = Picture(figsize=SIZE, layout="constrained")
     ax = figure.subplots()
     grid(ax)
     for order in orders:

@@ -103,10 +103,11 @@ class Film:
 
     def _make(self) -> tuple[Figure, Axes]:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
+
+        from flexmb.pictures.figure import Picture
 
         inches = (self.size[0] / DPI, self.size[1] / DPI)
-        figure = Figure(figsize=inches, dpi=DPI, layout="constrained")
+        figure = Picture(figsize=inches, dpi=DPI, layout="constrained")
         FigureCanvasAgg(figure)
         ax = figure.subplots()
         grid(ax)

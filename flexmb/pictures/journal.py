@@ -38,7 +38,7 @@ def plot_journal(
     ------
     InputError : no such joint; no saved row with contact from which the clearance is known; a time after the end.
     """
-    from matplotlib.figure import Figure
+    from flexmb.pictures.figure import Picture
 
     rows = _rows("plot_journal", sol, joint, since)
     ex, ey = (sol.array(f"{joint}.{axis}")[rows] for axis in ("ex", "ey"))
@@ -51,7 +51,7 @@ def plot_journal(
         radius = float(np.median(np.hypot(ex, ey)[touching] - depth[touching]))
     else:
         radius = checks.positive("plot_journal", "clearance", clearance, "m")
-    figure = Figure(figsize=SIZE, layout="constrained")
+    figure = Picture(figsize=SIZE, layout="constrained")
     ax = figure.subplots()
     grid(ax)
     powers(ax)
@@ -85,14 +85,14 @@ def plot_contact_force(sol: Solution, joint: str, *, since: float | None = None,
     ------
     InputError : no such joint, no saved row with contact, a time after the end.
     """
-    from matplotlib.figure import Figure
+    from flexmb.pictures.figure import Picture
 
     rows = _rows("plot_contact_force", sol, joint, since)
     ex, ey, force = (sol.array(f"{joint}.{name}")[rows] for name in ("ex", "ey", "normal_force"))
     touching = force > 0.0
     if not touching.any():
         raise InputError(f"plot_contact_force: no saved row of {joint!r} has contact. Run longer, or save more rows.")
-    figure = Figure(figsize=SIZE, layout="constrained")
+    figure = Picture(figsize=SIZE, layout="constrained")
     ax = figure.add_subplot(projection="polar")
     angle = np.arctan2(ey, ex)[touching]
     ax.vlines(angle, 0.0, force[touching], color=COLOURS[0], linewidth=0.5, alpha=0.35)

@@ -51,7 +51,7 @@ def plot_branch(
     ------
     InputError : no branch, an unknown signal or value, missing extremes, different parameters.
     """
-    from matplotlib.figure import Figure
+    from flexmb.pictures.figure import Picture
 
     drawn = [branches] if isinstance(branches, Branch) else list(branches)
     if not drawn or not all(isinstance(b, Branch) for b in drawn):
@@ -60,7 +60,7 @@ def plot_branch(
         text = ", ".join(dict.fromkeys(b.parameter for b in drawn))
         raise InputError(f"plot_branch: the branches have different parameters: {text}. Plot them one by one.")
     checks.one_of("plot_branch", "value", value, ("section", "max", "min", "amplitude"))
-    figure = Figure(figsize=SIZE, layout="constrained")
+    figure = Picture(figsize=SIZE, layout="constrained")
     ax = figure.subplots()
     labelled: set[str] = set()
     for branch in drawn:
@@ -129,14 +129,15 @@ def plot_basin(basin: Basin, *, title: str | None = None) -> Figure:
     InputError : another kind of object.
     """
     from matplotlib.colors import ListedColormap
-    from matplotlib.figure import Figure
     from matplotlib.patches import Patch
+
+    from flexmb.pictures.figure import Picture
 
     if not isinstance(basin, Basin):
         raise InputError(f"plot_basin: basin is {basin!r}; it must be the result of basin().")
     count = len(basin.attractors)
     colours = [LOST_COLOUR, OPEN_COLOUR, *(COLOURS[k % len(COLOURS)] for k in range(count))]
-    figure = Figure(figsize=SIZE, layout="constrained")
+    figure = Picture(figsize=SIZE, layout="constrained")
     ax = figure.subplots()
     colour_map, top = ListedColormap(colours), count + 0.5
     ax.pcolormesh(basin.x, basin.y, basin.number, cmap=colour_map, vmin=-1.5, vmax=top, shading="nearest")

@@ -39,12 +39,12 @@ def plot(
     ------
     InputError : an unknown name, no name, signals of different units in one panel.
     """
-    from matplotlib.figure import Figure
+    from flexmb.pictures.figure import Picture
 
     panels = _panels(sol, names)
     if x != "time":
         sol.array(x)  # an unknown name is refused before anything is drawn
-    figure = Figure(figsize=(WIDTH, FRAME + PANEL * max(len(panels), 2)), layout="constrained")
+    figure = Picture(figsize=(WIDTH, FRAME + PANEL * max(len(panels), 2)), layout="constrained")
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     for ax, panel in zip(axes, panels, strict=True):
         _draw(ax, sol, panel, x)

@@ -154,9 +154,9 @@ def _figure(data: xr.Dataset, title: str | None) -> tuple[Figure, Axes]:
 
 
 def _named_figure(title: str) -> tuple[Figure, Axes]:
-    from matplotlib.figure import Figure
+    from flexmb.pictures.figure import Picture
 
-    figure = Figure(figsize=SIZE, layout="constrained")
+    figure = Picture(figsize=SIZE, layout="constrained")
     ax = figure.subplots()
     grid(ax)
     if title:

@@ -41,12 +41,12 @@ def plot_mechanism(
     ------
     InputError : a mechanism without bodies, a path that cannot be written.
     """
-    from matplotlib.figure import Figure
+    from flexmb.pictures.figure import Picture
 
     if not mechanism.bodies:
         raise InputError(f"{mechanism.label} has no bodies to draw. Add some, e.g. a RigidLink.")
     scene = scene_of(reference_solution(mechanism), np.array([0]))
-    figure = Figure(figsize=figure_size("plot", scene.box, 1, 1, size), layout="constrained")
+    figure = Picture(figsize=figure_size("plot", scene.box, 1, 1, size), layout="constrained")
     ax = figure.subplots()
     Pose(ax, scene, 0)
     grid(ax)

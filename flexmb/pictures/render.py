@@ -58,8 +58,7 @@ def render(
     ------
     InputError : instants outside the run, a solution without instants or shapes, a path that cannot be written.
     """
-    from matplotlib.figure import Figure
-
+    from flexmb.pictures.figure import Picture
     from flexmb.results import drawing
 
     nearest = drawing.nearest_instants if times is None else drawing.nearest_to_each
@@ -68,7 +67,7 @@ def render(
     scene = scene_of(sol, rows)
     columns = 2 if len(indices) == 4 else min(3, len(indices))
     lines = math.ceil(len(indices) / columns)
-    figure = Figure(figsize=figure_size("render", scene.box, columns, lines, size), layout="constrained")
+    figure = Picture(figsize=figure_size("render", scene.box, columns, lines, size), layout="constrained")
     grid = figure.subplots(lines, columns, sharex=True, sharey=True, squeeze=False)
     for k, ax in enumerate(grid.flat):
         if k < len(indices):

@@ -111,9 +111,9 @@ def panels_of_time(count: int, title: str) -> tuple[Figure, Sequence[Axes]]:
     count : number of panels.
     title : title of the figure.
     """
-    from matplotlib.figure import Figure
+    from flexmb.pictures.figure import Picture
 
-    figure = Figure(figsize=(WIDTH, FRAME + PANEL * max(count, 2)), layout="constrained")
+    figure = Picture(figsize=(WIDTH, FRAME + PANEL * max(count, 2)), layout="constrained")
     axes = list(figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0])
     for ax in axes:
         grid(ax)

@@ -42,7 +42,7 @@ def plot_spectrum(
     ------
     InputError : another kind of object; no frequency up to the largest one.
     """
-    from matplotlib.figure import Figure
+    from flexmb.pictures.figure import Picture
 
     if not isinstance(spectrum, PowerSpectrum):
         raise InputError(f"plot_spectrum: spectrum is {spectrum!r}; it must be the result of power_spectrum().")
@@ -50,7 +50,7 @@ def plot_spectrum(
     if inside.sum() < 2:
         raise InputError(f"plot_spectrum: up_to is {up_to!r}; there are no frequencies below. Give a larger one.")
     frequency, density, floor = (x[inside] for x in (spectrum.frequency, spectrum.density, spectrum.floor))
-    figure = Figure(figsize=SIZE, layout="constrained")
+    figure = Picture(figsize=SIZE, layout="constrained")
     ax = figure.subplots()
     highest = float(density.max()) or 1.0
     ax.semilogy(frequency, np.maximum(density, DEEP * highest), color=COLOURS[0], linewidth=0.8, label="density")

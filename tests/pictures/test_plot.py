@@ -10,6 +10,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 
+import flexmb as fm
 from flexmb.errors import FileFormatError, InputError
 from flexmb.model.shape import RigidShape
 from flexmb.model.signal import Signal
@@ -223,3 +224,9 @@ def test_screenshot(tmp_path):
     picture = matplotlib.image.imread(target)
     assert picture.shape[:2] == (800, 1200)
     assert (picture[..., :3].min(axis=-1) < 0.9).mean() > 0.005
+
+
+def test_a_picture_makes_its_folder(tmp_path):
+    figure = fm.mechanisms.four_bar().plot()
+    figure.savefig(tmp_path / "new" / "folder" / "mechanism.png")
+    assert (tmp_path / "new" / "folder" / "mechanism.png").stat().st_size > 1000
