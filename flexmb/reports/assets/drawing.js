@@ -308,7 +308,7 @@ class Picture {
     this.context.fill();
   }
 
-  // Names of joints away from their middle; joints at one place share a label, labels that would overlap are left out.
+  // Names of joints away from their middle; joints at one place share a label, a label that overlaps others at all four corners is left out.
   _names(width) {
     const groups = [];
     this.scene.raw.points.forEach((point) => {
@@ -328,11 +328,18 @@ class Picture {
       const text = group.names.length > 3 ? `${group.names.slice(0, 3).join(", ")}, ...` : group.names.join(", ");
       const wide = context.measureText(text).width;
       const right = group.px >= middle[0] ? group.px + 10 + wide < width : group.px - 10 - wide < 0;
-      const x = right ? group.px + 10 : group.px - 10 - wide;
-      const y = group.py + (group.py <= middle[1] ? -12 : 12);
-      if (taken.some((box) => x < box[1] && x + wide > box[0] && Math.abs(y - box[2]) < 14)) {
+      const sides = [group.px + 10, group.px - 10 - wide];
+      const heights = [group.py - 12, group.py + 12];
+      const across = right ? sides : sides.reverse();
+      const along = group.py <= middle[1] ? heights : heights.reverse();
+      const places = [[across[0], along[0]], [across[0], along[1]], [across[1], along[0]], [across[1], along[1]]];
+      const free = ([x, y]) => x >= 0 && x + wide <= width
+        && !taken.some((box) => x < box[1] + 8 && x + wide > box[0] - 8 && Math.abs(y - box[2]) < 14);
+      const place = places.find(free);
+      if (!place) {
         return;
       }
+      const [x, y] = place;
       taken.push([x, x + wide, y]);
       this._label(text, x, y);
     });

@@ -81,6 +81,7 @@ class Plots {
       height,
       legend: { show: false },
       padding: [6, 8, 0, 0],
+      hooks: { draw: [(plot) => this.made.filter((one) => one.plot === plot).forEach((one) => this._show(one))] },
       cursor: { drag: { x: false, y: false, setScale: false }, points: { show: false }, y: false },
       scales: { x: { time: false, range: () => this.window || this._span() } },
       axes: [
@@ -148,8 +149,9 @@ class Plots {
   _show(panel) {
     const k = this.clock.frame;
     const x = panel.plot.valToPos(this.frames[k], "x");
-    const inside = x >= 0 && x <= panel.plot.over.clientWidth;
-    panel.line.style.transform = `translateX(${inside ? x : -10}px)`;
+    const inside = x > -0.5 && x < panel.plot.over.clientWidth + 0.5; // round-off at both ends
+    panel.line.style.visibility = inside ? "visible" : "hidden";
+    panel.line.style.transform = `translateX(${x}px)`;
     if (!this.clock.playing || performance.now() - (panel.told || 0) > READOUT_PAUSE) {
       panel.told = performance.now();
       panel.places.forEach((place, n) => { panel.readouts[n].textContent = shown(this.values[place][k]); });
