@@ -417,7 +417,7 @@ def test_points_that_make_no_sense_are_refused(over, words):
 def test_progress_tells_the_time_left_and_failures(capfd):
     fm.sweep(results, {"a": [2, 1], "b": [5.0]}, progress=True)
     shown = capfd.readouterr().err
-    assert "2/2 points" in shown
+    assert "2 of 2 points" in shown
     assert "1 failed" in shown
 
 
