@@ -105,6 +105,18 @@ def test_clicks_set_the_time(opened, run_page, slider_crank):
     assert page.evaluate("flexmbReport.picture.traces.length") == 0
 
 
+def test_the_line_of_the_time_stands_at_both_ends(opened, run_page):
+    page = opened(run_page.path)
+    over = page.locator("#plots .u-over").first.bounding_box()
+    for key, x in (("", over["x"]), ("End", over["x"] + over["width"])):
+        if key:
+            page.keyboard.press(key)
+        line = page.locator("#plots .now-line").first
+        assert line.is_visible()
+        box = line.bounding_box()
+        assert box["x"] + 0.5 * box["width"] == pytest.approx(x, abs=2.5)
+
+
 def test_deformation_is_magnified(opened, run_page, slider_crank):
     _, sol = slider_crank
     page = opened(run_page.path)
