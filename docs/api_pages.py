@@ -26,7 +26,7 @@ ROOMS = {
     "Sensors": ("sensors.",),
     "Statics, modes, inverse dynamics": ("equilibrium.",),
     "Runs and their methods": ("run.", "step.", "study.", "program.", "start.", "doctor."),
-    "Results": ("results.",),
+    "Results": ("results.", "pictures.", "reports."),
 }
 """Sections of the page of `fm`, with the rooms of their names."""
 

@@ -34,7 +34,7 @@ GROUPS = {
         *("chebyshev", "watt", "peaucellier", "stephenson", "pantograph", "quick_return", "scotch_yoke"),
         *("toggle_press", "scissor_lift"),
     ),
-    "Machines": ("planetary_gear", "cam_lift_off", "geneva", "pick_and_place", "andrews"),
+    "Machines": ("planetary_gear", "cam_lift_off", "geneva", "ratchet", "pick_and_place", "andrews"),
     "Beams": ("cantilever", "flexible_four_bar", "gripper", "spin_up", "frame_from_mesh"),
     "Clearance, impacts, chaos": ("nine_bar", "worn_slider_crank", "own_law", "restart", "chaos"),
     "Chains and pendulums": ("pendulum", "whip"),

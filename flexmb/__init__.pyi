@@ -75,11 +75,11 @@ from flexmb.model.mechanism import Mechanism as Mechanism
 from flexmb.model.part import GROUND as GROUND
 from flexmb.model.part import Element as Element
 from flexmb.model.part import Part as Part
-from flexmb.pictures.bifurcation import plot_bifurcation as plot_bifurcation
-from flexmb.pictures.film import animate as animate
-from flexmb.pictures.plot import plot as plot
-from flexmb.pictures.render import render as render
-from flexmb.pictures.window import view as view
+from flexmb.pictures.curves.bifurcation import plot_bifurcation as plot_bifurcation
+from flexmb.pictures.curves.plot import plot as plot
+from flexmb.pictures.films.film import animate as animate
+from flexmb.pictures.films.window import view as view
+from flexmb.pictures.poses.render import render as render
 from flexmb.program.compiler import compile as compile
 from flexmb.reports.report import report as report
 from flexmb.results.momentum import momentum as momentum

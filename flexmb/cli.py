@@ -1,4 +1,4 @@
-"""The command line: `flexmb COMMAND`; flexmb/commands/index.py lists the commands."""
+"""The command line: `flexmb COMMAND`; flexmb/commands/arguments/index.py lists the commands."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from importlib import import_module
 from typing import Any
 
-from flexmb.commands.index import COMMANDS, SOURCE
-from flexmb.commands.parser import parser_of, source_of
+from flexmb.commands.arguments.index import COMMANDS, SOURCE
+from flexmb.commands.arguments.parser import parser_of, source_of
 from flexmb.errors import USER_ERRORS, FlexmbError
 
 OK, NOT_FINISHED, REFUSED, FAULT, INTERRUPTED = 0, 1, 2, 3, 130
@@ -117,5 +117,5 @@ def _dispatch(given: list[str]) -> int:
     source = source.with_changes(options.set)
     if command.takes == SOURCE:
         return int(call(source, maker_options, options))
-    keywords = import_module("flexmb.commands.mechanism_options").keywords_of(options, maker_options)
+    keywords = import_module("flexmb.commands.arguments.mechanism_options").keywords_of(options, maker_options)
     return int(call(source.mechanism(keywords), source.name, options))

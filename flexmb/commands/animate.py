@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 
+from flexmb.commands.arguments.units import quantity
 from flexmb.commands.plot import names_of, pixels
-from flexmb.commands.units import quantity
 from flexmb.results.netcdf import load
 
 ALL = "all"
@@ -23,7 +23,7 @@ def animate(options: argparse.Namespace) -> int:
     ------
     FlexmbError : see `flexmb.animate`; a file that is no result; a text that is no number.
     """
-    from flexmb.pictures.film import animate as film  # noqa: PLC0415 - matplotlib when a picture is asked for
+    from flexmb.pictures.films.film import animate as film  # noqa: PLC0415 - matplotlib when a picture is asked for
 
     seconds, fps = quantity(options.seconds, "s", "--seconds"), quantity(options.fps, "", "--fps")
     magnify = quantity(options.magnify, "", "--magnify")

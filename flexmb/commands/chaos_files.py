@@ -160,8 +160,8 @@ def pictures(study: Study, folder: Path) -> list[Path]:
     -------
     list : paths of the pictures.
     """
-    from flexmb.pictures.portrait import plot_exponents, plot_section  # noqa: PLC0415 - only when asked for
-    from flexmb.pictures.spectrum import plot_spectrum  # noqa: PLC0415
+    from flexmb.pictures.curves.portrait import plot_exponents, plot_section  # noqa: PLC0415 - only when asked for
+    from flexmb.pictures.curves.spectrum import plot_spectrum  # noqa: PLC0415
 
     figures: dict[str, Figure] = {}
     number = study.skip + 1 + np.arange(len(study.motion.points))
@@ -189,7 +189,7 @@ def pictures(study: Study, folder: Path) -> list[Path]:
 
 def _portrait(study: Study, x: str, y: str) -> Figure:
     """Phase portrait of the last periods of the motion."""
-    from flexmb.pictures.portrait import plot_phase  # noqa: PLC0415 - only when asked for
+    from flexmb.pictures.curves.portrait import plot_phase  # noqa: PLC0415 - only when asked for
 
     motion = study.motion
     late = motion.times >= motion.times[-1] - PORTRAIT * study.period

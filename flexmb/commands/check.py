@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from flexmb.commands.units import quantity
+from flexmb.commands.arguments.units import quantity
 from flexmb.doctor.check import check as examined
 from flexmb.model.mechanism import Mechanism
 

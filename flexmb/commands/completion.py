@@ -6,10 +6,10 @@ import argparse
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from flexmb.commands.index import COMMANDS
-from flexmb.commands.mechanism_options import options_of
-from flexmb.commands.parser import parser_of
-from flexmb.commands.source import ready
+from flexmb.commands.arguments.index import COMMANDS
+from flexmb.commands.arguments.mechanism_options import options_of
+from flexmb.commands.arguments.parser import parser_of
+from flexmb.commands.arguments.source import ready
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import shlex
+from keyword import iskeyword
 from pathlib import Path
 
 from flexmb.errors import InputError
@@ -86,7 +88,7 @@ def new(options: argparse.Namespace) -> int:
     """
     path = Path(options.file)
     path = path if path.suffix == ".py" else path.with_name(f"{path.name}.py")
-    if not path.stem.isidentifier():
+    if not path.stem.isidentifier() or iskeyword(path.stem):
         text = f"{path.stem!r} is no name of a Python file, such as {_identifier(path.stem)!r}"
         raise InputError(f"{text}. Take letters, digits and underscores, with a letter first.")
     if path.exists() and not options.force:
@@ -97,11 +99,12 @@ def new(options: argparse.Namespace) -> int:
     except OSError as error:
         raise InputError(f"{str(path)!r} cannot be written ({error.strerror or error}).") from error
     print(f"{path} is a slider-crank with comments on clearances, flexible links, springs and loads. Next:")
-    print(f"  flexmb check {path}\n  flexmb run {path} --speed 300rpm")
+    typed = shlex.quote(str(path))
+    print(f"  flexmb check {typed}\n  flexmb run {typed} --speed 300rpm")
     return 0
 
 
 def _identifier(stem: str) -> str:
     """A name of a Python module that resembles a text."""
     plain = "".join(c if c.isalnum() or c == "_" else "_" for c in stem) or "model"
-    return plain if plain.isidentifier() else f"m{plain}"
+    return plain if plain.isidentifier() and not iskeyword(plain) else f"m{plain}"

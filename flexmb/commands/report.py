@@ -8,9 +8,9 @@ from pathlib import Path
 import h5py
 import xarray as xr
 
-from flexmb.commands.mechanism_options import keywords_of
-from flexmb.commands.parser import parser_of, source_of
-from flexmb.commands.saved_command import COMMAND
+from flexmb.commands.arguments.mechanism_options import keywords_of
+from flexmb.commands.arguments.parser import parser_of, source_of
+from flexmb.commands.arguments.saved_command import COMMAND
 from flexmb.model.mechanism import Mechanism
 from flexmb.reports.chaos_page import write_chaos
 from flexmb.reports.report import report as page_of

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from flexmb.commands.mechanism_options import keywords_of
-from flexmb.commands.parser import parser_of, source_of
+from flexmb.commands.arguments.mechanism_options import keywords_of
+from flexmb.commands.arguments.parser import parser_of, source_of
+from flexmb.commands.arguments.saved_command import arguments_of
 from flexmb.commands.run import keywords_of_run
-from flexmb.commands.saved_command import arguments_of
 from flexmb.errors import InputError
 from flexmb.results.netcdf import load
 from flexmb.results.solution import Solution

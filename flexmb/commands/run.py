@@ -13,9 +13,9 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.commands import summary
+from flexmb.commands.arguments.saved_command import COMMAND, without_output
+from flexmb.commands.arguments.units import quantity
 from flexmb.commands.files import require_folder, require_packages
-from flexmb.commands.saved_command import COMMAND, without_output
-from flexmb.commands.units import quantity
 from flexmb.errors import FlexmbError, InputError
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
@@ -63,6 +63,8 @@ def run(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
     FlexmbError : see `simulate`; a folder that cannot be written; a missing package.
     """
     folder = Path(options.out or Path("out") / name)
+    if not options.no_vtk:
+        checks.count("run", "--frames", options.frames, 2)
     require_packages(_needed(options))
     keywords = keywords_of_run(mechanism, options)
     require_folder(folder)
@@ -205,29 +207,30 @@ def _write_rest(
     mechanism: Mechanism, sol: Solution, folder: Path, name: str, options: argparse.Namespace, written: list[Path]
 ) -> str:
     """Write VTK files and pictures, and add them to `written`; returns the reason of missing files, or ""."""
-    from flexmb.pictures.plot import plot  # noqa: PLC0415
-    from flexmb.pictures.render import render  # noqa: PLC0415
+    from flexmb.pictures.curves.plot import plot  # noqa: PLC0415
+    from flexmb.pictures.poses.render import render  # noqa: PLC0415
     from flexmb.reports.report import report  # noqa: PLC0415 - only when asked for
 
     if len(sol.time) < 2:
         return "nothing was saved, so there are no pictures and no VTK files. Run longer, or save earlier."
-    try:
-        if not options.no_vtk:
-            written.append(write_vtk(sol, folder / f"{name}.pvd", frames=options.frames))
-        shown = panels(sol)
-        if not options.no_plots and shown:
-            path = folder / "signals.png"
-            plot(sol, shown).savefig(path, dpi=150)
-            written.append(path)
-        if not options.no_plots:
-            path = folder / "mechanism.png"
-            render(sol, four_instants(mechanism, sol), path=path)
-            written.append(path)
-        if not options.no_report:
-            written.append(report(sol, folder / REPORT, mechanism=mechanism))
-    except (FlexmbError, OSError) as error:
-        return f"some files are missing: {error}"  # the run itself is on disk already
-    return ""
+    shown = panels(sol)
+    writers: list[tuple[str, Callable[[Path], object]]] = []
+    if not options.no_vtk:
+        writers.append((f"{name}.pvd", lambda path: write_vtk(sol, path, frames=options.frames)))
+    if not options.no_plots and shown:
+        writers.append(("signals.png", lambda path: plot(sol, shown).savefig(path, dpi=150)))
+    if not options.no_plots:
+        writers.append(("mechanism.png", lambda path: render(sol, four_instants(mechanism, sol), path=path)))
+    if not options.no_report:
+        writers.append((REPORT, lambda path: report(sol, path, mechanism=mechanism)))
+    missing = []
+    for file, write in writers:
+        try:
+            write(folder / file)
+            written.append(folder / file)
+        except (FlexmbError, OSError) as error:
+            missing.append(f"{file} ({error})")  # the run itself is on disk already
+    return f"some files are missing: {'; '.join(missing)}" if missing else ""
 
 
 def four_instants(mechanism: Mechanism, sol: Solution) -> np.ndarray:

@@ -70,8 +70,8 @@ def _contact_rows(sol: Solution) -> Iterator[tuple[str, str]]:
     for name in (n.rpartition(".")[0] for n in sol.names if n.endswith(".penetration")):
         depth = sol.array(f"{name}.penetration")
         if len(depth):
-            share, deepest = 100.0 * np.mean(depth > 0.0), max(float(depth.max()), 0.0)
-            yield f"contact in {name}", f"{share:.3g} % of the saved instants, up to {deepest:.3g} m deep"
+            share, deepest = 100.0 * np.mean(depth > 0.0), sol.peak(f"{name}.penetration").value
+            yield f"contact in {name}", f"{share:.3g} % of the saved instants; deepest {max(deepest, 0.0):.3g} m"
     for name in sol.contacts.names:
         yield f"impacts in {name}", impacts(sol.episodes(name))
 

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb import checks
+from flexmb.commands.arguments.mechanism_options import Option, keywords_of
+from flexmb.commands.arguments.settings import field_option
+from flexmb.commands.arguments.source import Source, find
+from flexmb.commands.arguments.units import quantity
 from flexmb.commands.files import require_folder, require_packages
-from flexmb.commands.mechanism_options import Option, keywords_of
 from flexmb.commands.run import REPORT, flow_options
-from flexmb.commands.settings import field_option
-from flexmb.commands.source import Source, find
-from flexmb.commands.units import quantity
 from flexmb.errors import InputError
 from flexmb.jobs.files import write_netcdf
 from flexmb.jobs.pool import worker_pool
@@ -149,7 +149,7 @@ def _require_signals(options: argparse.Namespace, family: Family, values: list[f
 
 def _pictures(diagram: xr.Dataset, folder: Path, asked: str | None) -> list[Path]:
     """Pictures of the chosen signals, or of one default signal."""
-    from flexmb.pictures.bifurcation import default_signal, plot_bifurcation  # noqa: PLC0415 - only when asked for
+    from flexmb.pictures.curves.bifurcation import default_signal, plot_bifurcation  # noqa: PLC0415 - only when asked for
 
     written = []
     for signal in asked.split(",") if asked else [default_signal(diagram)]:

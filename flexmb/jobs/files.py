@@ -91,7 +91,7 @@ def is_whole(content: bytes) -> bool:
 def write_text(path: Path, text: str) -> Path:
     """Write a text file, whole or not at all."""
     with whole_file(path) as part:
-        part.write_text(text, encoding="utf-8")
+        part.write_text(text, encoding="utf-8", errors="backslashreplace")  # bytes of a command line may be no text
     return path
 
 

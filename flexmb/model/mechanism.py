@@ -299,7 +299,7 @@ class Mechanism:
         ------
         InputError : a mechanism without bodies, a path that cannot be written.
         """
-        from flexmb.pictures.reference import plot_mechanism  # noqa: PLC0415 - matplotlib when a picture is asked for
+        from flexmb.pictures.poses.reference import plot_mechanism  # noqa: PLC0415 - matplotlib when a picture is asked for
 
         return plot_mechanism(self, path, lengths=lengths, size=size)
 

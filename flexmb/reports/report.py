@@ -60,8 +60,8 @@ def report(
 
     Raises
     ------
-    InputError : another kind of result, a solution without saved instants, an unknown signal, fewer than 2 frames, a
-        path that does not end in .html or cannot be written.
+    InputError : another kind of result, a mechanism with other parts than the one that moved, a solution without saved
+        instants, an unknown signal, fewer than 2 frames, a path that does not end in .html or cannot be written.
     """
     target = checks.path("report", path)
     if target.suffix.lower() not in ENDINGS:
@@ -70,6 +70,7 @@ def report(
         raise InputError(f"report: mechanism is {mechanism!r}; it must be a Mechanism.")
     most = checks.count("report", "frames", frames, 2)
     if isinstance(result, Solution):
+        _check_mechanism(result, mechanism)
         return write_run(result, target, mechanism, most, signals, title)
     import xarray as xr
 
@@ -80,3 +81,15 @@ def report(
         return write_chaos({"": result}, target, signals, title)
     wanted = "a Solution, or the dataset of a diagram (fm.bifurcation) or of `flexmb chaos`"
     raise InputError(f"report: result is {type(result).__name__}; it must be {wanted}.")
+
+
+def _check_mechanism(sol: Solution, mechanism: Mechanism | None) -> None:
+    """Refuse a mechanism with other parts than the one that moved."""
+    moved = {part["name"] for part in sol.described().get("parts", ())}
+    if mechanism is None or not moved or moved == set(mechanism.names):
+        return
+    others = sorted(moved ^ set(mechanism.names))
+    raise InputError(
+        f"report: {mechanism.label} is not the one that moved in the solution of {sol.name!r}: {', '.join(others[:5])} "
+        "stand in one of them only. Give the mechanism of this run, or none."
+    )

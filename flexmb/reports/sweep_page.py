@@ -11,7 +11,7 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
-from flexmb.pictures.bifurcation import COLOURS, default_signal, entry_of
+from flexmb.pictures.curves.bifurcation import COLOURS, default_signal, entry_of
 from flexmb.reports.document import document, write_page
 from flexmb.reports.head import plain_head
 from flexmb.reports.markup import Content, Markup, facts, joined, number, pretty, quantity, section, table, tag

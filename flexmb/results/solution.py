@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from flexmb.errors import InputError
-from flexmb.model.description import described
 from flexmb.model.shape import LateShapes, Shapes
 from flexmb.model.signal import Signals, hint, resolved
 from flexmb.results.contact_intervals import ContactLog, Episodes, select
@@ -216,7 +215,11 @@ class Solution:
 
     def described(self) -> dict[str, Any]:
         """Parts of the mechanism in plain values; empty for a solution that knows none."""
-        return dict(self.description) if self.mechanism is None else described(self.mechanism)
+        if self.mechanism is None:
+            return dict(self.description)
+        from flexmb.model.description import described
+
+        return described(self.mechanism)
 
     def __getstate__(self) -> dict[str, Any]:
         """State for pickling: the mechanism as its description, since functions of users cannot all be pickled."""

@@ -71,8 +71,10 @@ def vibration_remarks(
     steps : number of steps.
     begun, end : instants at which these steps begin and end [s].
     """
+    if steps < 1 or loss_of(method, 1.0, 1.0, 1.0) is None:
+        return []
     states, span = _states(mechanism, program, saved), end - begun
-    if not states or steps < 1 or loss_of(method, 1.0, 1.0, 1.0) is None:
+    if not states:
         return []
     from flexmb.equilibrium.vibrations import energies_of_modes
 

@@ -114,7 +114,6 @@ REFUSED = {
     ),
     "a relation that holds a drive": (lambda: train(lambda *_: K.Coupling("hold", {"O": 1.0})), "'motor', 'hold'"),
     "a stop behind the start": (lambda: stop(LIN, above=-1.0), "above is -1, but the joint starts at 0"),
-    "a cable that is too short": (lambda: hoist(length=0.5), "it would start under tension"),
     "a particle that is turned": (
         lambda: fm.Mechanism("m", [GRAIN, fm.Torque("t", GRAIN, 1.0)]),
         "'t' needs the rotation of PointMass 'm'",

@@ -14,8 +14,8 @@ import termios
 import pytest
 
 from flexmb.cli import explained, main
-from flexmb.commands.index import COMMANDS
-from flexmb.commands.parser import parser_of, source_of
+from flexmb.commands.arguments.index import COMMANDS
+from flexmb.commands.arguments.parser import parser_of, source_of
 from flexmb.jobs import progress
 
 EXAMPLES = [(command, line) for command in COMMANDS for line in command.examples]
@@ -138,7 +138,7 @@ def test_a_fault_without_traceback_and_with_it(monkeypatch, capsys):
     def fails(options):
         raise RuntimeError("three")
 
-    monkeypatch.setattr("flexmb.commands.source.list_mechanisms", fails)
+    monkeypatch.setattr("flexmb.commands.arguments.source.list_mechanisms", fails)
     assert main(["list"]) == 3
     assert capsys.readouterr().err.startswith("flexmb: RuntimeError: three")
     with pytest.raises(RuntimeError):

@@ -5,8 +5,8 @@ import inspect
 
 import pytest
 
-from flexmb.commands.mechanism_options import add_options, keywords_of, options_of
-from flexmb.commands.source import find, ready
+from flexmb.commands.arguments.mechanism_options import add_options, keywords_of, options_of
+from flexmb.commands.arguments.source import find, ready
 from flexmb.errors import InputError
 
 

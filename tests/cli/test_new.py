@@ -6,7 +6,7 @@ import pytest
 
 import flexmb as fm
 from flexmb.cli import main
-from flexmb.commands.source import find
+from flexmb.commands.arguments.source import find
 
 RUN = ["--periods", "0.02", "--step", "0.1ms", "--save", "50", "--no-vtk", "--no-plots", "--quiet"]
 

@@ -16,6 +16,7 @@ open("executed", "a").close()
 
 def test_the_page_of_a_run_can_be_written_again(tmp_path, capsys):
     assert main([*RUN, str(tmp_path)]) == 0
+    capsys.readouterr()
     assert main(["report", str(tmp_path / "slider-crank.nc")]) == 0
     assert capsys.readouterr().out.strip() == str(tmp_path / "slider-crank.html")
     again = (tmp_path / "slider-crank.html").read_text()

@@ -8,7 +8,7 @@ import xarray as xr
 
 import flexmb as fm
 from flexmb.cli import main
-from flexmb.commands.settings import changed
+from flexmb.commands.arguments.settings import changed
 
 WORN = fm.mechanisms.slider_crank(clearance=1e-4)
 RUN = ["--t-end", "1ms", "--step", "20us", "--save", "20", "--no-vtk", "--no-plots", "--quiet"]

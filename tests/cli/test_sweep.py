@@ -6,7 +6,7 @@ import xarray as xr
 
 import flexmb as fm
 from flexmb.cli import main
-from flexmb.commands.mechanism_options import Option
+from flexmb.commands.arguments.mechanism_options import Option
 from flexmb.commands.sweep import values_of
 
 MODEL = """

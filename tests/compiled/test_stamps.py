@@ -79,7 +79,7 @@ def test_the_loop_depends_on_laws_of_its_arithmetic_not_on_pictures():
             found.add(name)
             todo += stamps._source(name)[1]
     assert {"flexmb.linalg.lu", "flexmb.energy.balance", "flexmb.system.contacts", "flexmb.state.flow"} <= found
-    assert not {"flexmb.pictures.plot", "flexmb.results.netcdf", "flexmb.sweeps.parameter_sweep"} & found
+    assert not {"flexmb.pictures.curves.plot", "flexmb.results.netcdf", "flexmb.sweeps.parameter_sweep"} & found
 
 
 def test_a_callee_in_another_file_is_compiled_anew(tmp_path):

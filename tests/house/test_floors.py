@@ -119,10 +119,13 @@ def test_every_import_goes_down(package_sources):
         ("flexmb/step/newmark/method.py", "from flexmb.start import consistent"),
         ("flexmb/step/stepper.py", "if TYPE_CHECKING:\n    from flexmb.run.run import Run"),
         ("flexmb/cli.py", "from flexmb.commands.run import run"),
-        ("flexmb/commands/source.py", "from flexmb import mechanisms"),
-        ("flexmb/__init__.py", "from flexmb.pictures.plot import plot"),
-        ("flexmb/pictures/plot.py", "import matplotlib"),
-        ("flexmb/model/mechanism.py", "def plot(self):\n    from flexmb.pictures.reference import plot_mechanism"),
+        ("flexmb/commands/arguments/source.py", "from flexmb import mechanisms"),
+        ("flexmb/__init__.py", "from flexmb.pictures.curves.plot import plot"),
+        ("flexmb/pictures/curves/plot.py", "import matplotlib"),
+        (
+            "flexmb/model/mechanism.py",
+            "def plot(self):\n    from flexmb.pictures.poses import reference",
+        ),
     ],
 )
 def test_allowed_imports(path, code):
@@ -134,12 +137,16 @@ def test_allowed_imports(path, code):
     [
         ("flexmb/model/node.py", "from flexmb.start.assemble import assemble", ("floor 1", "floor 5")),
         ("flexmb/errors.py", "from flexmb import checks, pictures", ("floor 0", "floor 12")),
-        ("flexmb/model/mechanism.py", "from flexmb.pictures.reference import plot_mechanism", ("floor 1", "floor 12")),
+        (
+            "flexmb/model/mechanism.py",
+            "from flexmb.pictures.poses.reference import plot_mechanism",
+            ("floor 1", "floor 12"),
+        ),
         ("flexmb/beams/fem.py", "from flexmb.bodies.link import Link", ("floor 2", "floor 2")),
         ("flexmb/beams/fem.py", "from ..system import forces", ("floor 2", "floor 4")),
         ("flexmb/start/assemble.py", "import flexmb.step.newmark.method", ("floor 5", "floor 7")),
         ("flexmb/step/stepper.py", "from flexmb.run.run import Run", ("floor 7", "floor 9")),
-        ("flexmb/results/vtk.py", "def f():\n    from flexmb.pictures import plot", ("floor 8", "floor 12")),
+        ("flexmb/results/vtk.py", "def f():\n    from flexmb.pictures.curves import plot", ("floor 8", "floor 12")),
         ("flexmb/testing.py", "from flexmb.results.vtk import write_vtk", ("floor 5", "floor 8")),
         ("flexmb/system/forces.py", "import flexmb as fm", ("floor 4", "top")),
         ("flexmb/system/forces.py", "from flexmb import Mechanism", ("floor 4", "top")),

@@ -11,10 +11,10 @@ import pytest
 
 import flexmb as fm
 from flexmb.errors import InputError
-from flexmb.pictures.labels import boxes, place_names
-from flexmb.pictures.pose import with_arms
-from flexmb.pictures.reference import reference_solution
-from flexmb.pictures.scene import scene_of
+from flexmb.pictures.poses.labels import boxes, place_names
+from flexmb.pictures.poses.pose import with_arms
+from flexmb.pictures.poses.reference import reference_solution
+from flexmb.pictures.poses.scene import scene_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

@@ -13,9 +13,9 @@ from flexmb.dynamics.orbits.periodic_orbit import periodic_orbit
 from flexmb.dynamics.sections.section_signals import SectionSignals
 from flexmb.dynamics.systems.map import Map
 from flexmb.errors import InputError
-from flexmb.pictures.bifurcation import plot_bifurcation
-from flexmb.pictures.orbits import plot_basin, plot_branch
-from flexmb.pictures.portrait import plot_exponents, plot_phase, plot_section
+from flexmb.pictures.curves.bifurcation import plot_bifurcation
+from flexmb.pictures.curves.orbits import plot_basin, plot_branch
+from flexmb.pictures.curves.portrait import plot_exponents, plot_phase, plot_section
 
 
 @pytest.fixture(scope="module")

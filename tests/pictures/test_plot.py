@@ -14,9 +14,9 @@ import flexmb as fm
 from flexmb.errors import FileFormatError, InputError
 from flexmb.model.shape import RigidShape
 from flexmb.model.signal import Signal
-from flexmb.pictures.plot import plot
-from flexmb.pictures.render import render
-from flexmb.pictures.screenshot import screenshot_vtk
+from flexmb.pictures.curves.plot import plot
+from flexmb.pictures.poses.render import render
+from flexmb.pictures.poses.screenshot import screenshot_vtk
 from flexmb.pictures.style import unit_text
 from flexmb.results.solution import Peaks
 from flexmb.results.vtk import write_vtk
@@ -88,7 +88,7 @@ def test_pictures_leave_pyplot_alone():
     # in a process of its own: other tests may have brought pyplot in
     code = (
         "import runpy, sys; sol = runpy.run_path(sys.argv[1])['solution'](n=5);"
-        "from flexmb.pictures.plot import plot; from flexmb.pictures.render import render;"
+        "from flexmb.pictures.curves.plot import plot; from flexmb.pictures.poses.render import render;"
         "plot(sol, 'crank.x').canvas.draw(); render(sol).canvas.draw();"
         "assert 'matplotlib.pyplot' not in sys.modules"
     )
@@ -212,7 +212,7 @@ def test_screenshot(tmp_path):
     pvd = write_vtk(solution(), tmp_path / "a.pvd", frames=5)
     # VTK ends the whole process where it finds no way to draw, so it is tried in one of its own
     code = (
-        "import sys; from flexmb.pictures.screenshot import screenshot_vtk;"
+        "import sys; from flexmb.pictures.poses.screenshot import screenshot_vtk;"
         "screenshot_vtk(sys.argv[1], sys.argv[2], time=0.25)"
     )
     target = tmp_path / "out" / "a.png"

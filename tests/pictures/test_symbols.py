@@ -5,7 +5,7 @@ import pytest
 
 import flexmb as fm
 from flexmb.model.shape import from_json, to_json
-from flexmb.pictures.render import render
+from flexmb.pictures.poses.render import render
 from flexmb.results.symbols import symbols
 
 O, Q = (0.0, 0.0), (0.09, 0.0)

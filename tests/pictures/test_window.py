@@ -9,9 +9,9 @@ import pytest
 
 import flexmb as fm
 from flexmb.errors import InputError
-from flexmb.pictures.film_frames import field_limit
-from flexmb.pictures.scene import scene_of
-from flexmb.pictures.window import Window
+from flexmb.pictures.films.film_frames import field_limit
+from flexmb.pictures.films.window import Window
+from flexmb.pictures.poses.scene import scene_of
 
 pyvista = pytest.importorskip("pyvista")
 

@@ -119,7 +119,7 @@ def test_work_grows_as_the_chain_does():
     started(60)
     small, large = (calls_of(lambda n=n: started(n)) for n in (100, 400))
     assert large <= 4.2 * small
-    assert large / 1600 < 110.0  # calls an element, everything included
+    assert large / 1600 < 140.0  # calls an element, everything included: the strains of each body are watched
 
 
 @pytest.mark.slow

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexmb.pictures.bifurcation import COLOURS, entry_of
+from flexmb.pictures.curves.bifurcation import COLOURS, entry_of
 from flexmb.study.case import PLAY_MODELS, Case
 from flexmb.study.diagram import diagram, part_of
 from flexmb.study.drawing import COLOURS as MODEL_COLOURS

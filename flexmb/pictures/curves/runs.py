@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from flexmb import checks
 from flexmb.errors import InputError
-from flexmb.pictures.envelope import draw_signal
-from flexmb.pictures.plot import FRAME, PANEL, WIDTH
+from flexmb.pictures.curves.envelope import draw_signal
+from flexmb.pictures.curves.plot import FRAME, PANEL, WIDTH
 from flexmb.pictures.style import grid, label_of, powers
 from flexmb.results.solution import Solution
 

@@ -14,8 +14,8 @@ from types import ModuleType
 from typing import Any
 
 from flexmb import checks, mechanisms
-from flexmb.commands.mechanism_options import options_of, shown_default
-from flexmb.commands.settings import changed
+from flexmb.commands.arguments.mechanism_options import options_of, shown_default
+from flexmb.commands.arguments.settings import changed
 from flexmb.errors import USER_ERRORS, FlexmbError, InputError
 from flexmb.model.mechanism import Mechanism
 

@@ -88,6 +88,10 @@ def scene_of(
     return Scene(sol.name, sol.time[rows], lines, marks, symbols(sol, rows, size), limits, arrows, traced)
 
 
+LEAST_SIZE, LONE_POINT = 1e-9, 0.1
+"""Extent of a mechanism [m] below which it is a point, and the width of a picture of a point [m]."""
+
+
 def box_of_run(sol: Solution, paths: Sequence[tuple[np.ndarray, np.ndarray]] = ()) -> Box:
     """Limits of x and y that hold all poses of a run, some hundred of them in long runs.
 
@@ -113,7 +117,9 @@ def box_around(points: list[np.ndarray]) -> Box:
     """
     flat = np.concatenate([p.reshape(-1, 2) for p in points])
     low, high = flat.min(axis=0), flat.max(axis=0)
-    size = float(max(*(high - low), 1e-9))
+    size = float(max(*(high - low)))
+    if size < LEAST_SIZE:  # a single point
+        size = LONE_POINT
     margin, least = 0.12 * size, 0.35 * size
     widen = np.maximum(least - (high - low), 0.0) / 2.0 + margin
     (x0, y0), (x1, y1) = (low - widen).tolist(), (high + widen).tolist()

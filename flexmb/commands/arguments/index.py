@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from flexmb.commands import options
+from flexmb.commands.arguments import options
 
 UNITS_HELP = "Numbers may carry a unit: 0.5mm, 50um, 2pi, 3000rpm, 30deg, 0.1ms; without one they are SI."
 
@@ -45,7 +45,7 @@ class Command:
     @property
     def place(self) -> tuple[str, str]:
         """Module and name of its function."""
-        module, _, function = (self.call or f"{self.name}.{self.name}").partition(".")
+        module, _, function = (self.call or f"{self.name}.{self.name}").rpartition(".")
         return f"flexmb.commands.{module}", function
 
 
@@ -61,7 +61,7 @@ COMMANDS = (
         "ready mechanisms and their options",
         options.add_nothing,
         ("flexmb list", "flexmb list | head -5"),
-        call="source.list_mechanisms",
+        call="arguments.source.list_mechanisms",
     ),
     Command(
         "check",

@@ -12,9 +12,9 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
-from flexmb.pictures.labels import place_names
-from flexmb.pictures.pose import Pose, body_colours
-from flexmb.pictures.scene import Box, Scene, scene_of
+from flexmb.pictures.poses.labels import place_names
+from flexmb.pictures.poses.pose import Pose, body_colours
+from flexmb.pictures.poses.scene import Box, Scene, scene_of
 from flexmb.pictures.style import CLEARANCE
 
 if TYPE_CHECKING:
@@ -28,6 +28,8 @@ PANELS = 6
 """Default number of instants."""
 TRACE_POSES = 6
 """Number of earlier poses behind each instant."""
+MOST_NAMES = 24
+"""Largest number of names in a legend, and of names of joints in a panel; of more joints none is named."""
 NEAR = 0.012
 """Distance of joints that share a name, over the width of the picture."""
 
@@ -159,6 +161,8 @@ def joint_names(ax: Axes, scene: Scene, now: int, others: Sequence[tuple[np.ndar
             groups.append((at, [mark.part]))
         else:
             group.append(mark.part)
+    if len(groups) > MOST_NAMES:
+        return place_names(ax, others, [])
     lines = [line.points[now] for line in scene.lines] + [sign.points[now] for sign in scene.signs]
     named = [(at, ", ".join(names)) for at, names in groups]
     return place_names(ax, [*named, *others], lines)
@@ -180,6 +184,9 @@ def legend(figure: Figure, scene: Scene) -> None:
         ring: dict[str, Any] = {"marker": "o", "markersize": 8, "markerfacecolor": "white"}
         ring |= {"markeredgecolor": CLEARANCE, "markeredgewidth": 1.8}
         handles.append(Line2D([], [], linestyle="", label="joint with clearance", **ring))
+    if len(handles) > MOST_NAMES:
+        more = len(handles) - MOST_NAMES + 1
+        handles = [*handles[: MOST_NAMES - 1], Line2D([], [], linestyle="", label=f"and {more} more")]
     if handles:
         columns = _columns([len(str(handle.get_label())) for handle in handles], figure.get_size_inches()[0])
         figure.legend(handles=handles, loc="outside lower center", ncols=columns, frameon=False, fontsize="small")

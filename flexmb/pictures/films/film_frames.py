@@ -10,9 +10,9 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.model.shape import Place
-from flexmb.pictures.pose import Colouring, Pose
-from flexmb.pictures.render import legend
-from flexmb.pictures.scene import PER_ELEMENT, SHARE, Box, Scene, scene_of
+from flexmb.pictures.poses.pose import Colouring, Pose
+from flexmb.pictures.poses.render import legend
+from flexmb.pictures.poses.scene import PER_ELEMENT, SHARE, Box, Scene, scene_of
 from flexmb.pictures.style import DIVERGING, grid, label_of
 from flexmb.results import drawing
 from flexmb.results.resampling import at_times, magnified

@@ -11,8 +11,8 @@ import numpy as np
 from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.model.shape import MARKER, TRACE, Place, PointShape, nodes_of
-from flexmb.pictures.film_files import write_gif, write_mp4
-from flexmb.pictures.film_frames import Film
+from flexmb.pictures.films.film_files import write_gif, write_mp4
+from flexmb.pictures.films.film_frames import Film
 from flexmb.results.solution import Solution
 
 ENDINGS = (".mp4", ".gif", ".html")

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from flexmb.commands.units import known_unit, quantity
+from flexmb.commands.arguments.units import known_unit, quantity
 from flexmb.docstrings import parameters, units
 from flexmb.errors import InputError
 

@@ -8,13 +8,13 @@ from collections.abc import Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from flexmb.commands.index import COMMANDS, UNITS_HELP, Command
+from flexmb.commands.arguments.index import COMMANDS, UNITS_HELP, Command
 from flexmb.errors import FlexmbError
 from flexmb.version import installed_version
 
 if TYPE_CHECKING:
-    from flexmb.commands.mechanism_options import Option
-    from flexmb.commands.source import Source
+    from flexmb.commands.arguments.mechanism_options import Option
+    from flexmb.commands.arguments.source import Source
 
 SOURCE_HELP = "a ready mechanism (see `flexmb list`), or FILE.py[:NAME] with a Mechanism or a function that returns one"
 SET_HELP = "a field of a part with another value, e.g. slider.mass=0.2 or B.clearance=50um; may be given several times"
@@ -82,7 +82,7 @@ def source_of(given: Sequence[str]) -> Source | None:
     named = {command.name for command in COMMANDS if command.begins_with_mechanism}
     if len(given) < 2 or given[0] not in named or given[1].startswith("-"):
         return None
-    find: Any = import_module("flexmb.commands.source").find  # which imports numba: not for `flexmb --help`
+    find: Any = import_module("flexmb.commands.arguments.source").find  # which imports numba: not for `flexmb --help`
     found: Source = find(given[1])
     return found
 
@@ -94,7 +94,7 @@ def _epilog(command: Command) -> str:
 
 
 def _add_maker(command: argparse.ArgumentParser, source: Source) -> list[Option]:
-    add: Any = import_module("flexmb.commands.mechanism_options").add_options
+    add: Any = import_module("flexmb.commands.arguments.mechanism_options").add_options
     try:
         found: list[Option] = add(command, source.make, f"options of {source.name}")
     except argparse.ArgumentError as error:

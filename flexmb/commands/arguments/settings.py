@@ -8,8 +8,8 @@ from dataclasses import is_dataclass, replace
 from typing import Any
 
 from flexmb import checks
-from flexmb.commands.mechanism_options import Option, options_of
-from flexmb.commands.units import UNITS
+from flexmb.commands.arguments.mechanism_options import Option, options_of
+from flexmb.commands.arguments.units import UNITS
 from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism, changeable
 from flexmb.model.part import Part

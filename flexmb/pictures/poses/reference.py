@@ -10,9 +10,9 @@ import numpy as np
 
 from flexmb.errors import InputError
 from flexmb.model.signal import Signal, Signals
-from flexmb.pictures.pose import Pose
-from flexmb.pictures.render import figure_size, joint_names, legend, saved
-from flexmb.pictures.scene import Scene, scene_of
+from flexmb.pictures.poses.pose import Pose
+from flexmb.pictures.poses.render import figure_size, joint_names, legend, saved
+from flexmb.pictures.poses.scene import Scene, scene_of
 from flexmb.pictures.style import grid
 from flexmb.results.solution import Peaks, Solution
 from flexmb.results.stats import Stats

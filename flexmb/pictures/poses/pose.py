@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colors import Colormap, Normalize
 
-    from flexmb.pictures.scene import Scene
+    from flexmb.pictures.poses.scene import Scene
     from flexmb.results.drawing import Line, Mark
 
 SYMBOLS: dict[str, dict[str, Any]] = {

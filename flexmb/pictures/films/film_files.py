@@ -10,7 +10,7 @@ import numpy as np
 from flexmb import checks
 
 if TYPE_CHECKING:
-    from flexmb.pictures.film_frames import Film
+    from flexmb.pictures.films.film_frames import Film
 
 PALETTE_FRAMES = 8
 """Number of frames from which the colours of a GIF are chosen."""

@@ -11,9 +11,9 @@ import numpy as np
 from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.model.shape import CircleShape, LineShape, PointShape, RigidShape
-from flexmb.pictures.glb import Glb
-from flexmb.pictures.pose import THINNEST, body_colours
-from flexmb.pictures.scene import Scene, scene_of
+from flexmb.pictures.films.glb import Glb
+from flexmb.pictures.poses.pose import THINNEST, body_colours
+from flexmb.pictures.poses.scene import Scene, scene_of
 from flexmb.pictures.style import CLEARANCE
 from flexmb.results import drawing
 from flexmb.results.resampling import magnified

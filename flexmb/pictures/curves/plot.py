@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from flexmb.errors import InputError
-from flexmb.pictures.envelope import draw_signal
+from flexmb.pictures.curves.envelope import draw_signal
 from flexmb.pictures.style import curve, grid, label_of, powers
 
 if TYPE_CHECKING:

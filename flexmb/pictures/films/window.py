@@ -8,11 +8,11 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
-from flexmb.pictures.film import joints_with_forces
-from flexmb.pictures.film_frames import FIELDS, field_limit
-from flexmb.pictures.pose import SYMBOLS, THINNEST, body_colours, edges, with_arms
-from flexmb.pictures.scene import PER_ELEMENT, Scene, scene_of
-from flexmb.pictures.screenshot import bar_title
+from flexmb.pictures.films.film import joints_with_forces
+from flexmb.pictures.films.film_frames import FIELDS, field_limit
+from flexmb.pictures.poses.pose import SYMBOLS, THINNEST, body_colours, edges, with_arms
+from flexmb.pictures.poses.scene import PER_ELEMENT, Scene, scene_of
+from flexmb.pictures.poses.screenshot import bar_title
 from flexmb.pictures.style import CLEARANCE, DIVERGING, TRACED
 from flexmb.results import drawing
 from flexmb.results.resampling import magnified

@@ -1,0 +1,1 @@
+"""Curves of signals: time histories, portraits, orbits, spectra, diagrams."""

@@ -1,0 +1,1 @@
+"""Moving pictures: films, the window, and glTF files."""

@@ -1,0 +1,1 @@
+"""Poses of a mechanism: its shapes, names and forces as artists of a figure."""
