@@ -59,6 +59,7 @@ DRAWN: dict[str, Callable[[dict[str, Any]], Figure]] = {
     "cantilever": bent,
     "cam_lift_off": lambda names: fm.render(names["slow"]),
     "geneva": lambda names: fm.render(names["contact"]),
+    "ratchet": lambda names: fm.render(names["sol"], times=(0.0, 0.05, 0.1, 0.6)),
     "flexible_four_bar": lambda names: fm.render(names["sol"]),
     "frame_from_mesh": lambda names: fm.render(names["sol"], times=(0.0, 1.5)),
     "own_law": lambda names: fm.plot(names["sol"], ["play.ex", "play.normal_force"]),

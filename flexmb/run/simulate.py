@@ -110,6 +110,8 @@ def simulate(
     ModelError, AssemblyError, KernelError : a mechanism that cannot start; see `compile` and `consistent_start`.
     """
     method = method or Newmark.generalised_alpha()
+    if not isinstance(mechanism, Mechanism):
+        raise InputError(f"simulate: mechanism is {type(mechanism).__name__}; it must be Mechanism(name, parts).")
     label = f"simulate {mechanism.name!r}"
     check_method(label, method)
     ahead.start(*method.loops)

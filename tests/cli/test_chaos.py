@@ -89,6 +89,7 @@ def test_a_periodic_motion(model, capsys):
     assert pictures == {f"out/{name}.png" for name in names}
 
 
+@pytest.mark.slow
 def test_a_chaotic_motion(model, capsys):
     arguments = ["chaos", model, *COMMON, "--push", "1.5", "--keep", "300", "--exponents", "2", "--series", "150"]
     assert main([*arguments, "--samples", "100", "--dimension", "--recurrence", "--no-plots", "--quiet"]) == 0

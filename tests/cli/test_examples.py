@@ -171,6 +171,7 @@ def test_restart(tmp_path):
     assert first + second == whole
 
 
+@pytest.mark.slow
 def test_chaos(tmp_path):
     text = output("chaos", tmp_path)
     doublings = numbers(r"period # doubles at G = #, published #, error #", text)

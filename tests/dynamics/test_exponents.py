@@ -215,6 +215,7 @@ def test_rossler():
     assert agrees(found, -5.3943, last_digit=5e-5, error=0.02, column=2)
 
 
+@pytest.mark.slow
 def test_driven_pendulum():
     """0.160, -0.262 for damping 0.1 and force 2.5 (arXiv physics/0303077); the sum is -0.1, exactly."""
     found = fm.lyapunov(systems.pendulum(rtol=1e-8), skip=50, periods=800, count=2)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.pictures.curves.envelope import draw_signal
 from flexmb.pictures.style import curve, grid, label_of, powers
@@ -56,7 +57,7 @@ def plot(
 
 def _panels(sol: Solution, names: str | Sequence[str | Sequence[str]]) -> list[list[str]]:
     """Names of the signals by panel, checked."""
-    entries = [names] if isinstance(names, str) else list(names)
+    entries = [names] if isinstance(names, str) else list(checks.sequence("plot", "names", names, "names of signals"))
     panels = [[entry] if isinstance(entry, str) else list(entry) for entry in entries]
     if not panels or not all(panels):
         raise InputError("plot: names is empty; give at least one signal, e.g. plot(sol, ['slider.ax']).")
