@@ -22,8 +22,10 @@ lint: $(VENV)/.installed-dev
 	$(BIN)/python -m ruff check .
 	$(BIN)/python -m mypy
 
-test: warm lint  ## checks of the source, and every test that is not slow
-	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not slow and not speed"
+# Compilation uses one core and a half, so the source is checked meanwhile.
+test: $(VENV)/.installed-dev  ## checks of the source, and every test that is not slow
+	$(BIN)/python tests/ship.py & $(MAKE) --no-print-directory lint && wait $$!
+	$(BIN)/python -m pytest -n 2 --dist loadfile --durations=40 -m "not slow and not speed"
 
 test-all: forget warm lint  ## the same with the slow tests, on a fresh compilation cache
 	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not speed"

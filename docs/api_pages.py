@@ -19,7 +19,7 @@ import flexmb
 HERE = Path(__file__).parent / "api"
 
 ROOMS = {
-    "Mechanisms and parts": ("model.",),
+    "Mechanisms and parts": ("model.", "planes.", "reduction."),
     "Sections of beams": ("beams.",),
     "Joints": ("joints.",),
     "Loads and springs": ("loads.",),

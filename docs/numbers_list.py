@@ -259,6 +259,7 @@ run.sampling.MOST_ITERATIONS | iterations | nothing | most rounds to states that
 start.projection.CLOSED_GAP | 1 | size of the mechanism | gap of a projected pose
 start.projection.MOST_ITERATIONS | iterations | nothing | most rounds of a projection
 bodies.rigid_link.MASSLESS | 1 | smallest mass of other bodies | mass of a massless link
+planes.full_body.PIN_SHARE | 1 | mass of the body | mass of an averaged pin, taken from its nodes
 start.consistent.ROUND_OFF_OF_RATES | 1 | largest rate of the drives | start velocity that is round-off
 start.consistent.RATES | intervals | period of a drive | instants at which its rate is looked at
 start.massless.NO_INERTIA | 1 | largest inertia | motion of massless links alone
@@ -389,6 +390,21 @@ linalg.symbolic.WIDEST_PANEL | unknowns | nothing | widest supernode
 linalg.symbolic.PANEL_ZEROS | 1 | entries | zeros that supernodes may hold
 beams.mesh.SAME_PLACE | 1 | size of the mesh | nodes at one place
 beams.mesh.STRAIGHT | rad | nothing | bend of a link that is straight
+planes.mesh.ON_CIRCLE | 1 | radius | nodes on a circle
+planes.mesh.PLACES | digits | size of the mesh | decimal places of the centre of a hole
+planes.mesh_checks.SAME_PLACE | 1 | size of the mesh | nodes at one place
+planes.mesh_checks.FLAT | 1 | longest side squared | Jacobian determinant of a flat cell
+planes.mesh_checks.ON_EDGE | 1 | edge | node on the edge of another cell
+planes.blocks.SAME_PLACE | 1 | size of the mesh | nodes of two blocks at one place
+planes.blocks.MOST_NODES | nodes | nothing | largest block of a mesh
+planes.triangles.CLEAR | 1 | size of the cells | distance of a plate's lattice from the boundary
+planes.triangles.ROUNDS | rounds | nothing | rounds of smoothing
+planes.triangles.FLAT | 1 | median area | triangle that is round-off
+planes.triangles.FEWEST | nodes | nothing | least nodes of a hole
+planes.outlines.NARROW | rad | nothing | widest shank whose eye ends on an arc
+planes.interfaces.NO_ARM | 1 | size of the mesh | nodes at the point of a pin
+planes.plane_body.SAME_LENGTH | 1 | length | distance of pins that fits the mesh, point of a joint that is a pin
+planes.vibrations.SHIFT | 1 | longitudinal wave squared | shift of the eigenvalues
 """)
 
 
@@ -399,8 +415,8 @@ def _left_out() -> dict[str, str]:
     a factor of a formula: dynamics.exponents.exponent_error.LATE contact.friction.lugre.PASSIVE
         energy.contact_work.GAUSS_POINT
         start.projection.WHOLE_TURN
-        dynamics.verdict.columns.TURN dynamics.orbits.state_space.TURN beams.corotational.TURN
-        beams.corotational.REST step.saved_instants.PAST_OF_QUADRATIC
+        dynamics.verdict.columns.TURN dynamics.orbits.state_space.TURN beams.chord.TURN
+        beams.chord.REST beams.shear.BOW step.saved_instants.PAST_OF_QUADRATIC
     printed with the theory, and only a remark: contact.validity.LOVE contact.validity.YIELD_OF_POINT
         contact.validity.YIELD_OF_LINE
     start values of histories: contact.onset.HISTORY contact.validity.HISTORY_WITH_EXTREMES
@@ -419,10 +435,12 @@ def _left_out() -> dict[str, str]:
         linalg.lu.ROWS_HELD linalg.lu.NO_ROW dynamics.sections.crossing.DOWN dynamics.sections.crossing.UP
         dynamics.systems.mechanism_scales.ONSET dynamics.basins.attractors.LOST
         dynamics.basins.attractors.UNDECIDED
-        program.signals.CONTACT_PENETRATION program.tables.CONTACT_COMMON
+        program.signals.CONTACT_PENETRATION program.tables.CONTACT_COMMON beams.peak_stress.SIZE
         program.tables.NO_FACTOR program.tables.FIRST_OUTPUT system.outputs.FRICTION_ALONE
     decides a remark or a refusal, and no number of a run: run.watch.DEEP run.watch.THROUGH run.watch.LEAST_STEPS run.watch.SHARE
-        run.watch.LARGE_STRAIN run.watch.IMPOSSIBLE_STRAIN run.watch.LARGE_WIND_UP run.watch.PULL
+        run.watch.LARGE_STRAIN run.watch.IMPOSSIBLE_STRAIN run.watch.LARGE_WIND_UP run.watch.PULL results.fatigue.CAPTURED
+        run.strength.LEAST
+        run.basis_edge.EDGE_SHARE reduction.craig_bampton.LEAST_PIVOT
         run.watch.MOST_NUMBERS run.watch.MOST_OF_ALL
         run.vibrations.MOST_UNKNOWNS run.vibrations.POSES run.vibrations.POSES_OF_LARGE run.vibrations.AROUND run.vibrations.LARGE
         run.vibrations.FEWEST_INSTANTS equilibrium.vibrations.NEAR equilibrium.vibrations.RIGID run.vibrations.ENERGY_SHARE run.vibrations.DECAY
@@ -446,8 +464,8 @@ def _left_out() -> dict[str, str]:
         run.saved_rows.MOST_RESERVED_BYTES results.late_values.BLOCK
     size of a symbol in a picture: results.symbols.COILS results.symbols.WIDTH results.symbols.ARROW results.symbols.HEAD
         results.symbols.CIRCLE_POINTS results.symbols.ARC_POINTS results.symbols.OVERHANG
-    how many are printed or written: results.main_signals.MOST results.main_signals.PANELS start.consistent.LISTED_PARTS results.vtk.MOST_FRAMES results.contact_intervals.SHOWN_ROWS results.status.LISTED_JOINTS
-        model.signal.MOST_COMPARED_NAMES results.solution_text.IN_TEXT results.solution_text.IN_TABLE
+    how many are printed or written: results.main_signals.MOST results.main_signals.PANELS start.consistent.LISTED_PARTS results.vtk.MOST_FRAMES results.contact_intervals.SHOWN_ROWS
+        model.signal.MOST_COMPARED_NAMES results.solution_text.IN_TEXT results.solution_text.IN_TABLE results.solution_text.ROUND_OFF
         equilibrium.modes.SHOWN_MODES dynamics.exponents.exponents.SHOWN
     shortens what another number decides: linalg.rank.CERTAIN_EIGENVALUE
     coefficients and stages of Radau's method, exact: step.radau.collocation.C step.radau.collocation.ESTIMATE

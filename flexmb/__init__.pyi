@@ -12,6 +12,7 @@ from flexmb import equilibrium as equilibrium
 from flexmb import errors as errors
 from flexmb import kernels as kernels
 from flexmb import mechanisms as mechanisms
+from flexmb import meshes as meshes
 from flexmb import model as model
 from flexmb import plots as plots
 from flexmb import results as results
@@ -80,7 +81,9 @@ from flexmb.pictures.curves.plot import plot as plot
 from flexmb.pictures.films.film import animate as animate
 from flexmb.pictures.films.window import view as view
 from flexmb.pictures.poses.render import render as render
+from flexmb.planes.plane_body import PlaneBody as PlaneBody
 from flexmb.program.compiler import compile as compile
+from flexmb.reduction.reduced import Reduced as Reduced
 from flexmb.reports.report import report as report
 from flexmb.results.momentum import momentum as momentum
 from flexmb.results.netcdf import load as load

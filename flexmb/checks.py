@@ -117,14 +117,14 @@ def between(owner: str, name: str, value: object, low: float, high: float, unit:
     return result
 
 
-def count(owner: str, name: str, value: object, least: int = 1) -> int:
+def count(owner: str, name: str, value: object, least: int = 1, hint: str = "") -> int:
     """`value` as an int >= `least`, or `InputError`."""
     whole = as_float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
     if not whole.is_integer():
         shown = whole if math.isinf(whole) else value  # whose digits may fill pages
-        raise InputError(f"{owner}: {name} is {shown!r}; it must be a whole number.")
+        raise InputError(_sentence(f"{owner}: {name} is {shown!r}; it must be a whole number.", hint))
     if whole < least:
-        raise InputError(f"{owner}: {name} is {value}; it must be at least {least}.")
+        raise InputError(_sentence(f"{owner}: {name} is {whole:g}; it must be at least {least}.", hint))
     return int(whole)
 
 
@@ -205,13 +205,17 @@ def one_of(owner: str, name: str, value: object, allowed: Iterable[str]) -> str:
     raise InputError(f"{owner}: {name} is {value!r}. {did_you_mean(str(value), names)}")
 
 
-def did_you_mean(word: str, names: Iterable[str]) -> str:
-    """Hint on an unknown name: the nearest names, then all names."""
+def did_you_mean(word: str, names: Iterable[str], common: str = "", what: str = "Known") -> str:
+    """Hint on an unknown name: the nearest name, then all names.
+
+    common : beginning of all names, which is not compared; what : noun before the list of them.
+    """
     known = list(names)
-    near = get_close_matches(str(word), known, n=1)
-    guess = f"Did you mean {near[0]!r}? " if near else ""
+    ends, likeness = [name.removeprefix(common) for name in known], 0.5 if common else 0.6
+    near = get_close_matches(str(word).removeprefix(common), ends, n=1, cutoff=likeness)
+    guess = f"Did you mean {common + near[0]!r}? " if near else ""
     listed = ", ".join(known[:40]) + (", ..." if len(known) > 40 else "")
-    return f"{guess}Known: {listed}."
+    return f"{guess}{what}: {listed}."
 
 
 def package(name: str, extra: str, purpose: str) -> ModuleType:

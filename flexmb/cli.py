@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from importlib import import_module
 from typing import Any
 
+from flexmb.checks import did_you_mean
 from flexmb.commands.arguments.index import COMMANDS, SOURCE
 from flexmb.commands.arguments.parser import parser_of, source_of
 from flexmb.errors import USER_ERRORS, FlexmbError
@@ -101,6 +102,9 @@ def with_negative_numbers(arguments: Sequence[str]) -> list[str]:
 def _dispatch(given: list[str]) -> int:
     source = source_of(given)
     parser, maker_options = parser_of(source, given[0] if given else "")
+    names = [command.name for command in COMMANDS]
+    if given and not given[0].startswith("-") and given[0] not in names:
+        parser.error(f"there is no command {given[0]!r}. {did_you_mean(given[0], names)}")
     options, unknown = parser.parse_known_args(given)
     if unknown:
         options.own_parser.error(f"unrecognized arguments: {' '.join(unknown)}")

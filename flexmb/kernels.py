@@ -41,7 +41,7 @@ import ast
 import inspect
 import pickle
 from collections.abc import Callable, Sequence
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import import_module
@@ -58,6 +58,7 @@ from numba.extending import intrinsic
 from numba.np import arrayobj
 
 from flexmb.compiled.code_cache import CodeCache
+from flexmb.compiled.notice import notice
 from flexmb.compiled.pieces import whole
 from flexmb.compiled.pointers import KernelPointer
 from flexmb.compiled.shipped import ours
@@ -251,6 +252,10 @@ class Kernel:
         return function
 
     def _compile(self) -> Any:
+        with nullcontext() if ours(self.function) else notice.compiling(self.name):
+            return self._compiled_or_refused()
+
+    def _compiled_or_refused(self) -> Any:
         try:
             return self._compiled(_nrt=False)
         except NumbaError:  # it may allocate memory, which costs time but is allowed

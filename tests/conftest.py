@@ -1,6 +1,7 @@
 """Settings that must stand before numba and matplotlib are imported, and the source as the house tests see it."""
 
 import ast
+import gc
 import os
 import sys
 from pathlib import Path
@@ -12,6 +13,8 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 
 sys.path.insert(0, str(ROOT / "tests"))  # for public_names
+
+gc.set_threshold(50_000, 20, 100)  # numba's millions of objects stay; to look through them often takes minutes
 
 os.environ.setdefault("NUMBA_CACHE_DIR", str(ROOT / ".numba_cache"))
 os.environ.setdefault("FLEXMB_MESSAGES", "0")

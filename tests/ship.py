@@ -31,10 +31,11 @@ def main() -> int:
     parser.add_argument("folder", type=Path, nargs="?")
     parser.add_argument("--list", action="store_true")
     parser.add_argument("--wheel", type=Path)
+    parser.add_argument("--kernels", action="store_true", help="compile the kernels alone, for this machine")
     options = parser.parse_args()
     sys.path.insert(0, str(ROOT))
     if options.folder is None:
-        compile_all()
+        compile_kernels() if options.kernels else compile_here()
         return 0
     processors = runpy.run_path(str(ROOT / "flexmb" / "compiled" / "processors.py"))
     cpu = processors["PORTABLE_PROCESSORS"].get(platform.machine())
@@ -86,16 +87,29 @@ def ship(cpu: str, folder: Path) -> tuple[list[str], int]:
 
 
 def compile_all() -> None:
-    """Compile all kernels and loops, two of the loops in a second process."""
+    """Compile all kernels and loops."""
+    for run in (compile_kernels, *runs()):
+        run()
+
+
+def compile_here() -> None:
+    """Compile all for this machine: kernels and two of the loops in processes of their own, which share the cache."""
     from flexmb.compiled import ahead
     from flexmb.step.radau.method import advance_radau
     from flexmb.step.runge_kutta import advance_explicit
 
     ahead.start(advance_radau, advance_explicit)
+    with subprocess.Popen([sys.executable, __file__, "--kernels"]) as second:
+        for run in runs():
+            run()
+    if second.returncode:
+        sys.exit("The kernels could not be compiled; see above.")
+
+
+def compile_kernels() -> None:
+    """Compile every kernel of the package."""
     for kernel in kernels():
         _ = kernel.address
-    for run in runs():
-        run()
 
 
 def kernels() -> Iterator[Any]:
@@ -109,7 +123,7 @@ def kernels() -> Iterator[Any]:
 
 
 def runs() -> list[Callable[[], Any]]:
-    """Short runs that call every compiled function that Python calls."""
+    """Short runs that call every compiled function that Python calls; what is slowest to compile comes first."""
     import flexmb as fm
 
     ideal, crank = fm.mechanisms.slider_crank(), fm.mechanisms.slider_crank(clearance=5e-4)
@@ -118,15 +132,15 @@ def runs() -> list[Callable[[], Any]]:
     short = {"t_end": 1e-5, "step": 1e-6}
     parts = runpy.run_path(str(ROOT / "tests" / "parts" / "test_check_part.py"))["BUILT_IN"]
     return [
-        *(lambda mechanism=mechanism: fm.compile(mechanism) for mechanism, _ in parts.values()),
         lambda: fm.simulate(worn, t_end=1e-5),
+        lambda: carry(lugre),
+        lambda: fm.simulate(worn, **short, method=fm.Staggered()),
         lambda: fm.simulate(crank, t_end=1e-4),
         lambda: fm.simulate(ideal, **short, method=fm.RungeKutta4()),
         lambda: fm.simulate(crank, t_end=1e-4, method=fm.RadauIIA()),
-        lambda: fm.simulate(worn, **short, method=fm.Staggered()),
-        lambda: carry(lugre),
         lambda: fm.static_equilibrium(rod),
         lambda: fm.modes(rod),
+        *(lambda mechanism=mechanism: fm.compile(mechanism) for mechanism, _ in parts.values()),
     ]
 
 

@@ -24,6 +24,15 @@ def sol():
     return solution()
 
 
+@pytest.mark.parametrize(("name", "near"), [("crank.zz", None), ("crank.az", "crank.ax"), ("arm.end.xx", "arm.end.x")])
+def test_hints_compare_the_own_names_of_signals(sol, name, near):
+    """All signals of a part begin alike, which makes none of them near."""
+    with pytest.raises(UnknownSignalError) as said:
+        sol[name]
+    assert (f"Did you mean {near!r}?" in str(said.value)) if near else ("Did you mean" not in str(said.value))
+    assert "Known: " in str(said.value)
+
+
 def test_a_signal_is_a_labelled_array(sol):
     x = sol["crank.x"]
     assert isinstance(x, xr.DataArray)

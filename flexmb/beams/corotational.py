@@ -1,17 +1,18 @@
-"""The corotational Euler-Bernoulli element: kernel and energies.
+"""The corotational beam element, straight or an arc, without shear (Euler, Bernoulli) or with it (Timoshenko).
 
 Nodes (x1, y1, theta1, x2, y2, theta2); the chord from node 1 to node 2 has length l and direction alpha, its axes are
-e and n.  With s = xi L along the unstressed element and the Hermite cubics N2, N4:
+e and n.  With s = xi L along the unstressed element and the shape functions N2, N4 (cubics of Hermite without shear):
 
-Deformation      e = l - L + L/30 (2 u1^2 - u1 u2 + 2 u2^2),   uk = thetak + offset_k - alpha
-Position         r = (1 - xi) x1 + xi x2 + w n,   w = N2 u1 + N4 u2;   a section turns by alpha + dw/ds
-Strain energy    V = 1/2 ka e^2 + 1/2 (u1, u2) kb (u1, u2)^T
-Kinetic energy   T = 1/2 int rho A |dr/dt|^2 + 1/2 int rho I (d(alpha + dw/ds)/dt)^2   (the latter on request)
+Deformation      e = l - l0 + L/30 (b11 u1^2 - b12 u1 u2 + b22 u2^2),   uk = thetak + offset_k - alpha
+Position         r = (1 - xi) x1 + xi x2 + w n,   w = N2 u1 + N4 u2;   a section turns by alpha + psi2 u1 + psi4 u2
+Strain energy    V = 1/2 ka e^2 + 1/2 (u - u0) kb (u - u0)^T,   u = (u1, u2), u0 of the unstressed element
+Kinetic energy   T = 1/2 int rho A |dr/dt|^2 + 1/2 int rho I (turning of the section)^2   (the latter on request)
 Damping          zeta ka e_dot, zeta kb (u1_dot, u2_dot): stiffness-proportional, on the deformation only
 Gravity          Vg = -g . int rho A r
 
-ka, kb and the integrals of mass come from weak forms (see `fem`).  The term with L/30 is the shortening of the chord by
-bending, averaged over the element; this term removes membrane locking.
+ka, kb and the integrals of mass come from weak forms (see `fem`, `shear`).  The term with L/30 is the shortening of the
+chord by bending, averaged over the element (2, 1, 2 without shear); this term removes membrane locking.  A straight
+element has l0 = L and u0 = 0; for an arc see `arc`.
 Inertia forces are int rho A dr/dq . d2r/dt2 (and so for the rotation of sections) with nothing dropped.  In the axes of
 the chord, with U, A nodal velocities and accelerations, rho = d(alpha)/dt, rho' its rate and dk = d(uk)/dt:
 
@@ -22,64 +23,46 @@ the chord, with U, A nodal velocities and accelerations, rho = d(alpha)/dt, rho'
 so that r holds every rigid motion, and the sums of forces and moments are the rates of the momenta of r.
 Source: M. A. Crisfield, Non-linear Finite Element Analysis of Solids and Structures, vol. 1, Wiley 1991, chapter 7
 (corotational beam with averaged shallow-arch strain); the inertia terms are derived here from T.
-Equations (2.1) to (2.11) of docs/theory/beam.md; inertia: (3.1) to (3.7) of docs/theory/inertia.md.
+Equations (2.1) to (2.11), (2.16) and (2.18) of docs/theory/beam.md; inertia: (3.1) to (3.7) of docs/theory/inertia.md.
 """
 
-import math
-
+from flexmb.beams.chord import (
+    AXIAL,
+    B11,
+    B12,
+    B22,
+    BOW11,
+    BOW12,
+    BOW22,
+    FREE1,
+    FREE2,
+    G11,
+    G12,
+    G21,
+    G22,
+    GRAVITY_X,
+    GRAVITY_Y,
+    H11,
+    H12,
+    H22,
+    J1,
+    J2,
+    K11,
+    K12,
+    K22,
+    LENGTH,
+    M11,
+    M12,
+    M22,
+    ZETA,
+    J,
+    bowing,
+    deformation,
+    rates,
+    second_rates,
+    to_chord,
+)
 from flexmb.kernels import account_kernel, element_kernel, energy_kernel, fast, force_kernel, tangent_kernel
-
-LENGTH, AXIAL, B11, B12, B22, OFFSET1, OFFSET2, ZETA, GRAVITY_X, GRAVITY_Y = range(10)
-M11, M12, M22, G11, G12, G21, G22, H11, H12, H22, J, J1, J2, K11, K12, K22, PARAMETERS = range(10, 27)
-"""Parameters p: L, ka, kb, offsets, zeta, g, and integrals of mass; PARAMETERS is their number.
-
-int rho A of products: M of (1 - xi, xi) with themselves, G of these with (N2, N4), H of (N2, N4) with themselves;
-int rho I of products: J of 1 with itself, J1 and J2 of 1 with (dN2/ds, dN4/ds), K of the latter with themselves.
-"""
-
-TURN, REST = 6.28125, 0.0019353071795864769
-"""2 pi in two parts: the first times a number of turns below 2^40 is exact."""
-
-
-@fast
-def turned_back(theta, angle):
-    """theta - angle in [-pi, pi]; subtracting whole turns first keeps the digits of a crank that turns often."""
-    u = theta - angle
-    if abs(u) > math.pi:
-        turns = math.floor(u / (TURN + REST) + 0.5)
-        u = (theta - turns * TURN - angle) - turns * REST
-    return u
-
-
-@fast
-def deformation(p, q):
-    """Chord (1/l, cos, sin), elongation e and rotations u1, u2 against the chord."""
-    dx, dy, L = q[3] - q[0], q[4] - q[1], p[LENGTH]
-    l = math.sqrt(dx * dx + dy * dy)
-    i, alpha = 1.0 / l, math.atan2(dy, dx)
-    u1, u2 = turned_back(q[2], alpha - p[OFFSET1]), turned_back(q[5], alpha - p[OFFSET2])
-    e = l - L + L / 30.0 * (2.0 * u1 * u1 - u1 * u2 + 2.0 * u2 * u2)
-    return i, dx * i, dy * i, e, u1, u2
-
-
-@fast
-def to_chord(c, s, x):
-    """The two translations of a nodal vector in the axes of the chord."""
-    return c * x[0] + s * x[1], c * x[1] - s * x[0], c * x[3] + s * x[4], c * x[4] - s * x[3]
-
-
-@fast
-def rates(i, v, chord_v):
-    """rho, the rate of the chord's length, and the rates of u1 and u2."""
-    rho = (chord_v[3] - chord_v[1]) * i
-    return rho, chord_v[2] - chord_v[0], v[2] - rho, v[5] - rho
-
-
-@fast
-def second_rates(i, a, chord_a, rho, longer):
-    """Rates of rho and of the rates of u1 and u2; `longer`: rate of the chord's length."""
-    rho_dot = (chord_a[3] - chord_a[1]) * i - 2.0 * rho * longer * i
-    return rho_dot, a[2] - rho_dot, a[5] - rho_dot
 
 
 @fast
@@ -132,18 +115,12 @@ def by_turning(p, u1, u2, rho, d1, d2):
 
 
 @fast
-def bowing(p, x1, x2):
-    """Gradient (g1, g2) of e by u1 and u2, a linear function of (u1, u2)."""
-    return p[LENGTH] / 30.0 * (4.0 * x1 - x2), p[LENGTH] / 30.0 * (4.0 * x2 - x1)
-
-
-@fast
 def elastic(p, e, u1, u2, longer, d1, d2):
     """Normal force and moments on u1 and u2, of elasticity and damping."""
     zeta = p[ZETA]
     g1, g2 = bowing(p, u1, u2)
     N = p[AXIAL] * (e + zeta * (longer + g1 * d1 + g2 * d2))
-    x1, x2 = u1 + zeta * d1, u2 + zeta * d2
+    x1, x2 = u1 - p[FREE1] + zeta * d1, u2 - p[FREE2] + zeta * d2
     return N, p[B11] * x1 + p[B12] * x2 + N * g1, p[B12] * x1 + p[B22] * x2 + N * g2
 
 
@@ -250,14 +227,16 @@ def by_side(p, u, x, motion, F, N, kq, kv, ka):
     r_dot = (ka - turn * (x3 - x0)) * i - 2.0 * (stretch * r + rho * rho * turn)
     dN = p[AXIAL] * (p[ZETA] * (kq * rho - (g1 + g2) * r - turn * (gd1 + gd2)) - turn * (g1 + g2))
     f = along_turn(p, u, motion, r, r_dot)
+    # a turn of both ends: 1 without shear
     n = N * p[LENGTH] / 10.0
+    n1, n2 = n * ((2.0 * p[BOW11] - p[BOW12]) / 3.0), n * ((2.0 * p[BOW22] - p[BOW12]) / 3.0)
     f = (
         f[0] + turn * (p[M11] * x1 + p[M12] * x4 + rho_dot * s1),
         f[1] - turn * (p[M11] * x0 + p[M12] * x3 - both * s1),
         f[2] + turn * (p[M12] * x1 + p[M22] * x4 + rho_dot * s2),
         f[3] - turn * (p[M12] * x0 + p[M22] * x3 - both * s2),
-        f[4] - turn * (p[G11] * x0 + p[G21] * x3 - both * (p[H11] + p[H12]) + p[B11] + p[B12] + n),
-        f[5] - turn * (p[G12] * x0 + p[G22] * x3 - both * (p[H12] + p[H22]) + p[B12] + p[B22] + n),
+        f[4] - turn * (p[G11] * x0 + p[G21] * x3 - both * (p[H11] + p[H12]) + p[B11] + p[B12] + n1),
+        f[5] - turn * (p[G12] * x0 + p[G22] * x3 - both * (p[H12] + p[H22]) + p[B12] + p[B22] + n2),
         f[6] - turn * (w1 * x1 + w2 * x4 - s1 * x0 - s2 * x3 + rho_dot * (k1 + k2) + rho * (m1 + m2)),
     )
     f = spread(i, with_normal(p, u, f, dN))
@@ -280,8 +259,8 @@ def by_rotation(p, u, x, motion, N, k, kq, kv, ka):
         ga * b,
         gb * a,
         gb * b,
-        ha * b + ra * ka + p[B11 + k] * both + (-n if k else 4.0 * n),
-        hb * b + rb * ka + p[B12 + k] * both + (4.0 * n if k else -n),
+        ha * b + ra * ka + p[B11 + k] * both + (-p[BOW12] * n if k else 2.0 * p[BOW11] * n),
+        hb * b + rb * ka + p[B12 + k] * both + (2.0 * p[BOW22] * n if k else -p[BOW12] * n),
         kq * on_alpha + 2.0 * kv * rho * w + ka * p[J1 + k],
     )
     return spread(i, with_normal(p, u, f, dN))
@@ -362,7 +341,8 @@ def energies(p, q, u, longer, d1, d2):
     g1, g2 = bowing(p, u1, u2)
     e_dot = longer + g1 * d1 + g2 * d2
     ka, kb11, kb12, kb22 = p[AXIAL], p[B11], p[B12], p[B22]
-    strain = 0.5 * (ka * e * e + kb11 * u1 * u1 + 2.0 * kb12 * u1 * u2 + kb22 * u2 * u2)
+    x1, x2 = u1 - p[FREE1], u2 - p[FREE2]
+    strain = 0.5 * (ka * e * e + kb11 * x1 * x1 + 2.0 * kb12 * x1 * x2 + kb22 * x2 * x2)
     power = p[ZETA] * (ka * e_dot * e_dot + kb11 * d1 * d1 + 2.0 * kb12 * d1 * d2 + kb22 * d2 * d2)
     height = (p[M11] + p[M12]) * (gx * q[0] + gy * q[1]) + (p[M12] + p[M22]) * (gx * q[3] + gy * q[4])
     aside = (p[G11] + p[G21]) * u1 + (p[G12] + p[G22]) * u2

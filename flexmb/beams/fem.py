@@ -1,4 +1,4 @@
-"""Element matrices of a straight Euler-Bernoulli beam, from weak forms with scikit-fem.
+"""Element matrices of a beam, from weak forms with scikit-fem.
 
 Axial     stiffness  1 / int dx/(E A)      mass  int rho A u v dx     linear elements, order (u1, u2)
 Bending   stiffness  int E I w'' v'' dx    mass  int rho A w v dx     cubic Hermite elements,
@@ -7,7 +7,7 @@ Bending   stiffness  int E I w'' v'' dx    mass  int rho A w v dx     cubic Herm
 The axial stiffness is that of the weak form of Hellinger and Reissner with a constant force in the element, which is
 exact for tapered bars under end loads.  With the linear displacement alone, int E A u' v' dx, tapered bars would be too
 stiff.
-w is positive to the left of the direction of the beam, so theta is counter-clockwise.
+w is positive to the left of the direction of the beam, so theta is counter-clockwise.  Shear is condensed: see `shear`.
 The elements of all beams of a model are assembled in one mesh.  This runs when a program is compiled, never inside the
 time loop.
 Equation (2.7) of docs/theory/beam.md.
@@ -25,7 +25,8 @@ import numpy as np
 import numpy.typing as npt
 from skfem import Basis, BilinearForm, ElementLineHermite, ElementLineP1, Functional, MeshLine
 
-from flexmb.beams.section import Section
+from flexmb.beams.section import Section, checked_factor, shear_factors
+from flexmb.beams.shear import with_shear, without_shear
 from flexmb.errors import InputError
 from flexmb.model.material import Material
 
@@ -50,6 +51,8 @@ class BeamMatrices:
     bending_stiffness : (n, 4, 4) in the order w1, theta1, w2, theta2 [N/m, N, N m].
     bending_mass : (n, 4, 4), rotary inertia included [kg, kg m, kg m^2].
     rotary_mass : (n, 4, 4) the part of rotary inertia alone; zeros without.
+    shear_shares : (n, 2) shear angle over the end rotations against the chord, sign changed [1]; zeros without shear.
+    bow : (n, 3) shortening of the chord: L/30 (bow1 u1^2 - bow2 u1 u2 + bow3 u2^2).
     ea : (n, 2) axial rigidity E A at both ends of each element [N].
     ei : (n, 2) bending rigidity E I at both ends of each element [N m^2].
     """
@@ -60,6 +63,8 @@ class BeamMatrices:
     bending_stiffness: Array
     bending_mass: Array
     rotary_mass: Array
+    shear_shares: Array
+    bow: Array
     ea: Array
     ei: Array
 
@@ -92,10 +97,16 @@ class BeamMatrices:
 
     @cached_property
     def parameters(self) -> tuple[tuple[tuple[float, ...], tuple[float, ...]], ...]:
-        """Length and stiffnesses ka kb11 kb12 kb22 in the chord frame, and integrals of inertia, of each element."""
+        """L and ka kb11 kb12 kb22 in the chord frame; integrals of inertia and the bow; of each element."""
         ka, kb = self.axial_stiffness[:, 1, 1], self.bending_stiffness
         heads = np.stack([self.lengths, ka, kb[:, 1, 1], kb[:, 1, 3], kb[:, 3, 3]], axis=1).tolist()
-        return tuple(zip(map(tuple, heads), map(tuple, self.inertia_integrals.tolist()), strict=True))
+        tails = np.concatenate([self.inertia_integrals, self.bow], axis=1).tolist()
+        return tuple(zip(map(tuple, heads), map(tuple, tails), strict=True))
+
+    @cached_property
+    def straight(self) -> tuple[tuple[float, float, float], ...]:
+        """l0, u10 and u20 of straight elements; see `flexmb.beams.arc`."""
+        return tuple((length, 0.0, 0.0) for length in self.lengths.tolist())
 
     def mass_moments(self) -> tuple[float, float, float]:
         """Mass [kg], first moment [kg m] and moment of inertia [kg m^2] about the start of the beam.
@@ -112,13 +123,18 @@ class BeamMatrices:
 
 
 def beam_matrices(
-    stations: npt.ArrayLike, section: Section, material: Material, *, rotary_inertia: bool | float = False
+    stations: npt.ArrayLike,
+    section: Section,
+    material: Material,
+    *,
+    rotary_inertia: bool | float = False,
+    shear: bool | float = False,
 ) -> BeamMatrices:
-    """Matrices of every element of one straight beam.
+    """Matrices of every element of one beam.
 
     The section is evaluated at s = (x - x_first) / (x_last - x_first) in every quadrature point, so tapered beams and
     graded meshes need no further code.  Exact for linearly tapered dimensions (see `QUADRATURE_ORDER`).
-    Not for thick beams: there is no shear deformation; length over height should exceed about 10.
+    Without `shear` not for thick beams: length over height should exceed about 10.
 
     Parameters
     ----------
@@ -126,6 +142,7 @@ def beam_matrices(
     section : cross-section along the whole beam.
     material : its material.
     rotary_inertia : add the inertia of the rotation of sections (Rayleigh beam): True for rho I, or a number [kg m].
+    shear : shear deformation (Timoshenko beam): True for the shear factor of the section, or the factor [1].
 
     Returns
     -------
@@ -134,7 +151,8 @@ def beam_matrices(
 
     Raises
     ------
-    InputError : stations that do not increase, no section or material, a section that is not positive.
+    InputError : stations that do not increase, no section or material, a section that is not positive; shear of a
+        section that does not know its shear factor.
 
     Examples
     --------
@@ -151,21 +169,24 @@ def beam_matrices(
     Source of the weak forms: R. D. Cook, D. S. Malkus, M. E. Plesha, R. J. Witt, Concepts and Applications of Finite
     Element Analysis, 4th ed., Wiley 2002, sections 2.3 and 11.3.
     """
-    return assembled([BeamData(_checked_stations(stations), section, material, rotary_inertia)])[0]
+    return assembled([BeamData(_checked_stations(stations), section, material, rotary_inertia, shear)])[0]
 
 
 @dataclass(frozen=True, eq=False)
 class BeamData:
-    """Data of a beam that its matrices depend on: stations (n + 1,) [m], section, material, rotary inertia."""
+    """Data of a beam that its matrices depend on: stations (n + 1,) [m], section, material, rotary inertia, shear."""
 
     stations: Array
     section: Section
     material: Material
     rotary_inertia: bool | float = False
+    shear: bool | float = False
 
     def __post_init__(self) -> None:
         _require(self.section, Section, "section", "Rectangle(width=..., height=...)")
         _require(self.material, Material, "material", "Material(young=..., density=...)")
+        if not isinstance(self.shear, bool) and self.shear != 0.0:
+            checked_factor("Beam", "shear", self.shear)
 
 
 def assembled(beams: Sequence[BeamData]) -> list[BeamMatrices]:
@@ -187,15 +208,23 @@ def assembled(beams: Sequence[BeamData]) -> list[BeamMatrices]:
     given = [math.nan if beam.rotary_inertia is True else float(beam.rotary_inertia) for beam in beams]
     turning = np.repeat(given, counts)[:, None]
     flexibility: Array = _INVERSE.elemental(axial, weight=E * A)
-    mass = _local(_PRODUCT, bending, rho * A)
-    rotary = _local(_SLOPES, bending, np.where(np.isnan(turning), rho * I, turning))
+    bent = without_shear(
+        _local(_CURVATURES, bending, E * I),
+        _local(_PRODUCT, bending, rho * A),
+        _local(_SLOPES, bending, np.where(np.isnan(turning), rho * I, turning)),
+    )
+    if any(beam.shear for beam in beams):
+        sliding = _INVERSE.elemental(axial, weight=_shear_rigidities(beams, counts, inside, A))
+        bent = with_shear(end - begin, 1.0 / flexibility, bent, sliding)
     whole = (
         end - begin,
         np.array([[1.0, -1.0], [-1.0, 1.0]]) / flexibility[:, None, None],
         _local(_PRODUCT, axial, rho * A),
-        _local(_CURVATURES, bending, E * I),
-        mass + rotary,
-        rotary,
+        bent.stiffness,
+        bent.mass + bent.rotary,
+        bent.rotary,
+        bent.shares,
+        bent.bow,
         E * A_ends,
         E * I_ends,
     )
@@ -266,6 +295,17 @@ def _dimensions(
         rows = np.concatenate([np.arange(ends[k] - counts[k], ends[k]) for k in members])
         A[rows], I[rows] = _both(section, s[rows], least)
     return A, I
+
+
+def _shear_rigidities(beams: Sequence[BeamData], counts: Sequence[int], s: Array, A: Array) -> Array:
+    """ks G A at s (elements, places) [N]; infinite for beams without shear."""
+    found, ends = np.full_like(s, np.inf), np.cumsum(counts)
+    for beam, last, count in zip(beams, ends, counts, strict=True):
+        if beam.shear:
+            rows = slice(last - count, last)
+            G = beam.material.shear_modulus
+            found[rows] = shear_factors(beam.section, beam.shear, beam.material.poisson, s[rows]) * G * A[rows]
+    return found
 
 
 def _both(section: Section, s: Array, least: float | None) -> tuple[Array, Array]:

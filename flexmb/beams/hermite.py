@@ -2,10 +2,11 @@
 
 In the axes of the chord (length l; L unstressed), with end rotations u1, u2 against the chord and s = xi L:
 
-    w(s)   = cubic with w(0) = w(L) = 0, w'(0) = u1, w'(L) = u2
-    kappa  = w''
-    N      = axial (l - L + L/30 (2 u1^2 - u1 u2 + 2 u2^2))
-    M(0)   = -(b11 u1 + b12 u2 + N g1),   M(L) = b12 u1 + b22 u2 + N g2,   gk = de/duk, linear between
+    w(s)   = cubic with w(0) = w(L) = 0, w'(0) = u1 - sigma, w'(L) = u2 - sigma,   sigma = c1 u1 + c2 u2 with shear
+    kappa  = w'' less that of the unstressed element
+    e      = l - l0 + L/30 (bow1 u1^2 - bow2 u1 u2 + bow3 u2^2)
+    N      = axial e
+    M(0)   = -(b11 d1 + b12 d2 + N g1),   M(L) = b12 d1 + b22 d2 + N g2,   dk = uk - uk0,   gk = de/duk, linear between
     V      = (M(0) - M(L)) / l
 
 (N, V, M) are the forces of the part beyond a section on the part before it: N along the chord, V to its left, M
@@ -64,7 +65,7 @@ def element_shape(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape,
     """
     start, end = np.atleast_2d(pose_start)[:, None, :2], np.atleast_2d(pose_end)[:, None, :2]
     d = deformation(pose_start, pose_end, beam)
-    w = beam.length * _blend(d, xi, 0)
+    w = beam.length * _blend(d, beam, xi, 0)
     normal = np.stack([-d.s, d.c], axis=-1)[:, None, :]
     along = np.asarray(xi, dtype=float)[None, :, None]
     points: np.ndarray = (1.0 - along) * start + along * end + w[:, :, None] * normal
@@ -72,8 +73,9 @@ def element_shape(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape,
 
 
 def curvature(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape, xi: np.ndarray) -> np.ndarray:
-    """Curvature w'' of the deformed axis, (n, m) [1/m]; arguments as for `element_shape`."""
-    second: np.ndarray = _blend(deformation(pose_start, pose_end, beam), xi, 2) / beam.length
+    """Curvature w'' of the axis, less that of the unstressed one, (n, m) [1/m]; arguments as for `element_shape`."""
+    d, (_, free1, free2) = deformation(pose_start, pose_end, beam), beam.free
+    second: np.ndarray = _blend(d._replace(u1=d.u1 - free1, u2=d.u2 - free2), beam, xi, 2) / beam.length
     return second
 
 
@@ -83,11 +85,11 @@ def section_forces(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape
     The moments at the ends are in balance with the nodes whatever the section does in between, also for tapered beams.
     """
     d = deformation(pose_start, pose_end, beam)
-    L, (b11, b12, b22) = beam.length, beam.bending
-    e = d.l - L + L / 30.0 * (2.0 * d.u1**2 - d.u1 * d.u2 + 2.0 * d.u2**2)
-    N = beam.axial * e
-    first = -(b11 * d.u1 + b12 * d.u2 + N * L / 30.0 * (4.0 * d.u1 - d.u2))
-    last = b12 * d.u1 + b22 * d.u2 + N * L / 30.0 * (4.0 * d.u2 - d.u1)
+    L, (b11, b12, b22), (p, q, r), (free, free1, free2) = beam.length, beam.bending, beam.bow, beam.free
+    e = d.l - free + L / 30.0 * (p * d.u1**2 - q * d.u1 * d.u2 + r * d.u2**2)
+    N, u1, u2 = beam.axial * e, d.u1 - free1, d.u2 - free2
+    first = -(b11 * u1 + b12 * u2 + N * L / 30.0 * (2.0 * p * d.u1 - q * d.u2))
+    last = b12 * u1 + b22 * u2 + N * L / 30.0 * (2.0 * r * d.u2 - q * d.u1)
     along = np.asarray(xi, dtype=float)[None, :]
     M = (1.0 - along) * first[:, None] + along * last[:, None]
     V = (first - last) / d.l
@@ -107,10 +109,11 @@ def _rotation(theta: np.ndarray, c: np.ndarray, s: np.ndarray) -> np.ndarray:
     return angle
 
 
-def _blend(d: Deformation, xi: np.ndarray, derivative: int) -> np.ndarray:
-    """u1 h1 + u2 h2, or its second derivative, on an element of unit length; (n, m)."""
+def _blend(d: Deformation, beam: BeamShape, xi: np.ndarray, derivative: int) -> np.ndarray:
+    """The cubic of the axis, or its second derivative, on an element of unit length; (n, m)."""
     h1, h2 = _cubics(tuple(np.asarray(xi, dtype=float).tolist()))[derivative]
-    blend: np.ndarray = d.u1[:, None] * h1 + d.u2[:, None] * h2
+    sheared = beam.shear[0] * d.u1 + beam.shear[1] * d.u2
+    blend: np.ndarray = (d.u1 - sheared)[:, None] * h1 + (d.u2 - sheared)[:, None] * h2
     return blend
 
 

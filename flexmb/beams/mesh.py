@@ -113,13 +113,13 @@ def read_lines(path: str | PathLike[str], tag: str | None = None) -> LineMesh:
     InputError : loose nodes, lines of zero length, lines given twice, nodes at the same place.
     """
     file = Path(path)
-    mesh = _read(file)
+    mesh = read_file(file)
     edges = np.asarray(mesh.get_cells_type("line"), dtype=np.int64).reshape(-1, 2)
     if not len(edges):
         kinds = ", ".join(sorted({block.type for block in mesh.cells})) or "none"
         text = f"{file}: no two-node line cells; the cells are: {kinds}"
         raise FileFormatError(f"{text}. Mesh the curves with elements of first order and export them.")
-    points, edges = _without_single_points(_plane_points(file, mesh.points), edges, mesh)
+    points, edges = _without_single_points(plane_points(file, mesh.points), edges, mesh)
     return LineMesh(points, edges, _tags(file, mesh, tag, len(edges)), name=str(file))
 
 
@@ -168,7 +168,8 @@ def members(mesh: LineMesh) -> list[Indices]:
     return result
 
 
-def _read(file: Path) -> Any:
+def read_file(file: Path) -> Any:
+    """The mesh of meshio in a file, or `FileFormatError`."""
     import meshio
 
     if not file.is_file():
@@ -184,7 +185,8 @@ def _read(file: Path) -> Any:
         raise FileFormatError(f"{text}. Export it as gmsh 2.2 (.msh) or VTK (.vtu).") from error
 
 
-def _plane_points(file: Path, points: Any) -> Array:
+def plane_points(file: Path, points: Any) -> Array:
+    """Nodes (n, 2) of a file, whose z must be equal [m]."""
     xyz = np.asarray(points, dtype=float)
     if xyz.ndim != 2 or xyz.shape[1] not in (2, 3):
         text = f"{file}: points have shape {xyz.shape}; flexmb needs plane points (n, 2) or (n, 3)"
@@ -192,7 +194,7 @@ def _plane_points(file: Path, points: Any) -> Array:
     if not np.all(np.isfinite(xyz)):
         bad = int(np.argmin(np.all(np.isfinite(xyz), axis=1)))
         text = f"{file}: node {bad} is at {xyz[bad].tolist()}; coordinates must be finite"
-        raise FileFormatError(f"{text}. Mesh the curves again.")
+        raise FileFormatError(f"{text}. Mesh the shape again.")
     if xyz.shape[1] == 3 and np.ptp(xyz[:, 2]) > SAME_PLACE * _size(xyz):
         text = f"{file}: z spreads over {np.ptp(xyz[:, 2]):g} m; flexmb is plane, all z must be equal"
         raise FileFormatError(f"{text}. Turn the mesh into the x-y plane.")

@@ -1,4 +1,4 @@
-"""Cross-sections of straight beams: area, second moment, outer fibre, constant or tapered along the beam."""
+"""Cross-sections of beams: area, second moment, outer fibre, shear factor, constant or tapered along the beam."""
 
 from __future__ import annotations
 
@@ -36,6 +36,14 @@ class Section(checks.Checked, Shown, ABC):
         """Distance c(s) [m] of the outermost fibre from the centroid, in the plane of motion; stress = M c / I."""
         raise InputError(f"{type(self).__name__}: the distance of the outer fibre is unknown; no stress can be given.")
 
+    def shear_factor_at(self, s: Place, poisson: float) -> Array:  # noqa: ARG002, used where a subclass knows it
+        """Shear factor ks(s) [1], shaped like s: shear force = ks G A (shear angle); `poisson` is Poisson's ratio.
+
+        Source of the factors of this module: G. R. Cowper, The shear coefficient in Timoshenko's beam theory, Journal
+        of Applied Mechanics 33 (1966) 335-340.
+        """
+        raise InputError(f"{type(self).__name__}: the shear factor is unknown; give it as a number, shear=5/6.")
+
 
 class Prismatic(Section):
     """Base of sections that are constant along the beam and described by positive dimensions.
@@ -59,6 +67,11 @@ class Prismatic(Section):
     def outer_fibre_of(*dimensions: Array) -> Array:
         """Distance of the outer fibre [m] for these dimensions."""
 
+    @classmethod
+    def shear_factor_of(cls, poisson: float, *dimensions: Array) -> Array:
+        """Shear factor [1] for these dimensions and Poisson's ratio; an error in a class without one."""
+        raise InputError(f"{cls.__name__}: the shear factor is unknown; give it as a number, shear=5/6.")
+
     def dimensions(self) -> tuple[float, ...]:
         """Values of the fields, in order."""
         return tuple(getattr(self, field.name) for field in fields(self))  # type: ignore[arg-type]
@@ -74,6 +87,10 @@ class Prismatic(Section):
     def outer_fibre_at(self, s: Place) -> Array:
         """c [m], the same for every s."""
         return self.outer_fibre_of(*_constant(self.dimensions(), s))
+
+    def shear_factor_at(self, s: Place, poisson: float) -> Array:
+        """Shear factor ks [1], the same for every s."""
+        return self.shear_factor_of(poisson, *_constant(self.dimensions(), s))
 
 
 @dataclass(frozen=True)
@@ -119,6 +136,12 @@ class Rectangle(Prismatic):
         _, h = dimensions
         return 0.5 * h
 
+    @classmethod
+    def shear_factor_of(cls, poisson: float, *dimensions: Array) -> Array:
+        """Shear factor 10 (1 + nu)/(12 + 11 nu) [1] of Cowper, nu = poisson; 5/6 for nu = 0."""
+        b, _ = dimensions
+        return np.full_like(b, 10.0 * (1.0 + poisson) / (12.0 + 11.0 * poisson))
+
 
 @dataclass(frozen=True)
 class Circle(Prismatic):
@@ -155,6 +178,12 @@ class Circle(Prismatic):
         """c = d / 2 [m]."""
         (d,) = dimensions
         return 0.5 * d
+
+    @classmethod
+    def shear_factor_of(cls, poisson: float, *dimensions: Array) -> Array:
+        """Shear factor 6 (1 + nu)/(7 + 6 nu) [1] of Cowper, nu = poisson."""
+        (d,) = dimensions
+        return np.full_like(d, 6.0 * (1.0 + poisson) / (7.0 + 6.0 * poisson))
 
 
 @dataclass(frozen=True)
@@ -199,6 +228,17 @@ class Tube(Prismatic):
         D, _ = dimensions
         return 0.5 * D
 
+    @classmethod
+    def shear_factor_of(cls, poisson: float, *dimensions: Array) -> Array:
+        """Shear factor [1] of Cowper.
+
+        6 (1 + nu)(1 + m^2)^2/((7 + 6 nu)(1 + m^2)^2 + (20 + 12 nu) m^2) with m = d/D and nu = poisson.
+        """
+        D, d = dimensions
+        m2 = (d / D) ** 2
+        both = (1.0 + m2) ** 2
+        return 6.0 * (1.0 + poisson) * both / ((7.0 + 6.0 * poisson) * both + (20.0 + 12.0 * poisson) * m2)
+
 
 @dataclass(frozen=True, kw_only=True)
 class GeneralSection(Prismatic):
@@ -209,45 +249,60 @@ class GeneralSection(Prismatic):
     area : A [m^2], > 0.
     second_moment : I about the axis normal to the plane of motion [m^4], > 0.
     outer_fibre : distance of the outermost fibre from the centroid [m], > 0; None: unknown, then there are no stresses.
+    shear_factor : ks [1], 0 < ks <= 1, for beams with shear; None: unknown.
 
     Raises
     ------
-    InputError : a value that is not a number > 0; when the outer fibre is asked for and unknown.
+    InputError : a value that is not a number > 0; when the outer fibre or the shear factor is asked for and unknown.
     """
 
     area: float
     second_moment: float
     outer_fibre: float | None = None
+    shear_factor: float | None = None
 
     def __post_init__(self) -> None:
         _positive_field(self, "area", "m^2")
         _positive_field(self, "second_moment", "m^4")
         if self.outer_fibre is not None:
             _positive_field(self, "outer_fibre", "m")
+        if self.shear_factor is not None:
+            object.__setattr__(
+                self, "shear_factor", checked_factor("GeneralSection", "shear_factor", self.shear_factor)
+            )
 
     def dimensions(self) -> tuple[float, ...]:
-        """Area, second moment, and the outer fibre or NaN."""
-        return self.area, self.second_moment, math.nan if self.outer_fibre is None else self.outer_fibre
+        """Area, second moment, outer fibre and shear factor; NaN for an unknown one."""
+        unsure = (math.nan if value is None else value for value in (self.outer_fibre, self.shear_factor))
+        return self.area, self.second_moment, *unsure
 
     @staticmethod
     def area_of(*dimensions: Array) -> Array:
         """A as given [m^2]."""
-        area, _, _ = dimensions
+        area, *_ = dimensions
         return area
 
     @staticmethod
     def second_moment_of(*dimensions: Array) -> Array:
         """I as given [m^4]."""
-        _, second_moment, _ = dimensions
+        _, second_moment, *_ = dimensions
         return second_moment
 
     @staticmethod
     def outer_fibre_of(*dimensions: Array) -> Array:
         """c as given [m], or `InputError`."""
-        _, _, c = dimensions
+        _, _, c, _ = dimensions
         if np.any(np.isnan(c)):
             raise InputError("GeneralSection: outer_fibre is None; give its distance in m to get stresses.")
         return c
+
+    @classmethod
+    def shear_factor_of(cls, poisson: float, *dimensions: Array) -> Array:
+        """Shear factor as given [1], whatever poisson, or `InputError`."""
+        *_, factor = dimensions
+        if np.any(np.isnan(factor)):
+            raise InputError("GeneralSection: shear_factor is None; give it to bend by shear, or a number: shear=5/6.")
+        return factor
 
 
 @dataclass(frozen=True)
@@ -299,10 +354,35 @@ class Tapered(Section):
         kind, dimensions = self._mixed(s)
         return kind.outer_fibre_of(*dimensions)
 
+    def shear_factor_at(self, s: Place, poisson: float) -> Array:
+        """ks(s) [1] for the dimensions at s."""
+        kind, dimensions = self._mixed(s)
+        return kind.shear_factor_of(poisson, *dimensions)
+
     def _mixed(self, s: Place) -> tuple[type[Prismatic], list[Array]]:
         x = np.asarray(s, dtype=float)
         pairs = zip(self.start.dimensions(), self.end.dimensions(), strict=True)
         return type(self.start), [(1.0 - x) * a + x * b for a, b in pairs]
+
+
+def checked_factor(owner: str, name: str, value: object) -> float:
+    """A shear factor given as a number: 0 < ks <= 1."""
+    factor = checks.positive(owner, name, value)
+    if factor > 1.0:
+        text = f"{owner}: {name} is {factor:g}; a shear factor is at most 1."
+        checks.refuse(f"{text} Where a book multiplies the shear angle by 6/5, give 5/6.")
+    return factor
+
+
+def shear_factors(section: Section, shear: bool | float, poisson: float, s: Array) -> Array:
+    """Checked shear factors [1] at s: of the section for True, else the number `shear`."""
+    if shear is not True:
+        return np.full_like(s, shear)
+    values = np.asarray(section.shear_factor_at(s, poisson), dtype=float)
+    if values.shape != s.shape or not np.all(np.isfinite(values) & (values > 0.0)):
+        owner = f"{type(section).__name__}.shear_factor_at"
+        raise InputError(f"{owner}: the result is {values!r}; it must be finite, > 0, and shaped like s.")
+    return values
 
 
 def _constant(dimensions: tuple[float, ...], s: Place) -> list[Array]:

@@ -13,18 +13,24 @@ from flexmb.errors import InputError
 
 @dataclass(frozen=True)
 class BeamElements:
-    """The elements of one straight beam, for strains.
+    """The elements of one beam, for strains.
 
     Parameters
     ----------
     lengths : (n,) unstressed lengths [m].
     offsets : (2, n) direction of the unstressed beam less the angle of the nodes at both ends of each element [rad].
     outer : (n,) largest distance of the outer fibre from the centroid along each element [m].
+    shear : (2, n) shares of the end rotations in the shear angle [1].
+    bow : (3, n) shortening of the chords.
+    unstressed : (3, n) l0 [m], u10 and u20 [rad]; see `flexmb.beams.arc`.
     """
 
     lengths: np.ndarray
     offsets: np.ndarray
     outer: np.ndarray
+    shear: np.ndarray
+    bow: np.ndarray
+    unstressed: np.ndarray
 
     def strains(self, x: np.ndarray, y: np.ndarray, theta: np.ndarray) -> np.ndarray:
         """Largest strain (instants, n) of the outer fibres of each element, axial and bending strain added.
@@ -38,14 +44,20 @@ class BeamElements:
         Notes
         -----
         With the chord of an element, the shortening of the chord by bending, and the cubic shape of the corotational
-        element: curvatures at the ends are (4 u1 + 2 u2)/L and (2 u1 + 4 u2)/L.
+        element: curvatures at the ends are (4 u1 + 2 u2)/L and (2 u1 + 4 u2)/L, where u1, u2 are the rotations of the
+        axis less those of the unstressed element.
         Source: as of `flexmb.beams.corotational`.
         """
         dx, dy, L = np.diff(x, axis=1), np.diff(y, axis=1), self.lengths
         chord = np.arctan2(dy, dx)
         u1 = wrapped(theta[:, :-1] + self.offsets[0] - chord)
         u2 = wrapped(theta[:, 1:] + self.offsets[1] - chord)
-        axial = (np.hypot(dx, dy) - L) / L + (2.0 * u1 * u1 - u1 * u2 + 2.0 * u2 * u2) / 30.0
+        b1, b2, b3 = self.bow
+        free, free1, free2 = self.unstressed
+        axial = (np.hypot(dx, dy) - free) / L + (b1 * u1 * u1 - b2 * u1 * u2 + b3 * u2 * u2) / 30.0
+        u1, u2 = u1 - free1, u2 - free2
+        sheared = self.shear[0] * u1 + self.shear[1] * u2
+        u1, u2 = u1 - sheared, u2 - sheared
         bending = np.maximum(np.abs(4.0 * u1 + 2.0 * u2), np.abs(2.0 * u1 + 4.0 * u2)) / L
         strain: np.ndarray = np.abs(axial) + bending * self.outer
         return strain

@@ -1,4 +1,4 @@
-"""Base of bodies whose axis is a set of straight edges between corners."""
+"""Base of bodies whose axis is a set of edges between corners."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Edge = tuple[int, int]
 
 @dataclass(frozen=True)
 class Edges(Body):
-    """Base of bodies of straight edges between corners of the reference configuration.
+    """Base of bodies of edges between corners of the reference configuration.
 
     Parameters
     ----------

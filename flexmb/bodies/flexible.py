@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -12,20 +12,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flexmb import checks, planar
-from flexmb.beams.corotational import (
-    AXIAL,
-    B11,
-    B12,
-    B22,
-    LENGTH,
-    OFFSET1,
-    OFFSET2,
-    beam_account,
-    beam_energy,
-    beam_force,
-    beam_kernel,
-    beam_tangent,
-)
+from flexmb.beams.arc import chord_share, points, tangents, unstressed_elements
+from flexmb.beams.chord import AXIAL, B11, B12, B22, LENGTH, OFFSET1, OFFSET2
+from flexmb.beams.corotational import beam_account, beam_energy, beam_force, beam_kernel, beam_tangent
 from flexmb.beams.mass_damping import (
     damping_parameters,
     mass_damping_account,
@@ -33,7 +22,7 @@ from flexmb.beams.mass_damping import (
     mass_damping_force,
     mass_damping_kernel,
 )
-from flexmb.beams.section import Section
+from flexmb.beams.section import Section, checked_factor
 from flexmb.beams.stress import BeamElements, outer_fibres
 from flexmb.bodies.bosses import Bosses
 from flexmb.bodies.inertia import mean_mass, node_mass
@@ -46,15 +35,18 @@ from flexmb.model.shape import BeamShape
 if TYPE_CHECKING:
     from flexmb.beams.fem import BeamMatrices
 
+Array = np.ndarray
 Point = tuple[float, float]
 Elements = int | tuple[float, ...]
 
 
 @dataclass(frozen=True)
 class Beam:
-    """One straight beam between two corners: names of its nodes, their stations [m], section and material.
+    """One beam between two corners: names of its nodes, their stations along it [m], section and material.
 
     rotary_inertia : of the sections [kg m]; None: rho I.
+    shear : shear factor [1]; None: that of the section; 0: no shear.
+    turn : by which the beam turns from start to end along a circular arc [rad]; 0: straight.
     """
 
     nodes: tuple[str, ...]
@@ -64,11 +56,24 @@ class Beam:
     section: Section
     material: Material
     rotary_inertia: float | None = 0.0
+    shear: float | None = 0.0
+    turn: float = 0.0
 
     @property
     def length(self) -> float:
-        """Length [m]."""
-        return math.dist(self.start, self.end)
+        """Length along the beam [m]."""
+        return math.dist(self.start, self.end) / chord_share(self.turn)
+
+    @property
+    def places(self) -> list[float]:
+        """Fractions of the length at the nodes."""
+        last = self.stations[-1]
+        return [station / last for station in self.stations]
+
+    @property
+    def points(self) -> list[Point]:
+        """Points of the nodes in the reference configuration [m]."""
+        return points(self.start, self.end, self.turn, self.places)
 
 
 def checked_elements(label: str, elements: object) -> Elements:
@@ -82,11 +87,25 @@ def checked_elements(label: str, elements: object) -> Elements:
     return checks.count(label, "elements", elements)
 
 
-def rotary_inertia_of(label: str, value: object) -> float | None:
-    """Rotary inertia of a `Beam`: 0 for False, None (rho I) for True, or a number [kg m] >= 0."""
+def rotary_inertia_of(label: str, value: object, shear: float | None) -> float | None:
+    """Rotary inertia of a `Beam`: 0 for False, None (rho I) for True and for None with shear, or a number [kg m]."""
+    if value is None:
+        value = shear != 0.0
     if isinstance(value, bool):
         return None if value else 0.0
     return checks.not_negative(label, "rotary_inertia", value, "kg m")
+
+
+def shear_of(label: str, value: object, sections: Iterable[Section], poisson: float) -> float | None:
+    """Shear of a `Beam`: 0 for False, None for True where the sections know their shear factors, or a number."""
+    if not isinstance(value, bool):
+        return checked_factor(label, "shear", value)
+    for section in sections if value else ():
+        try:
+            section.shear_factor_at(0.5, poisson)
+        except InputError as error:
+            raise InputError(f"{label}: shear is True, and {error}") from None
+    return None if value else 0.0
 
 
 @lru_cache(maxsize=64)
@@ -100,7 +119,7 @@ def fractions(elements: Elements) -> tuple[float, ...]:
 REMEMBERED = 4096
 """Number of beams whose matrices are kept besides those of the present call."""
 
-BeamKey = tuple[tuple[float, ...], Section, Material, bool | float]
+BeamKey = tuple[tuple[float, ...], Section, Material, float | None, float | None]
 
 _KNOWN: dict[BeamKey, BeamMatrices] = {}
 """Matrices of beams by their data."""
@@ -125,25 +144,40 @@ def assemble(beams: Iterable[Beam]) -> None:
         _KNOWN.clear()
         _KNOWN.update(kept)
     new = [key for key in keys if key not in _KNOWN]
-    data = [BeamData(np.array(stations), section, material, rotary) for stations, section, material, rotary in new]
+    data = [
+        BeamData(np.array(stations), section, material, True if rotary is None else rotary, shear is None or shear)
+        for stations, section, material, rotary, shear in new
+    ]
     _KNOWN.update(zip(new, assembled(data), strict=True))
 
 
 def _data_of(beam: Beam) -> BeamKey:
     """Data of a beam that its matrices depend on."""
-    return beam.stations, beam.section, beam.material, True if beam.rotary_inertia is None else beam.rotary_inertia
+    # None, not True, which equals 1.0
+    return beam.stations, beam.section, beam.material, beam.rotary_inertia, beam.shear
 
 
 def beam_parameters(beam: Beam, nodes: dict[str, Node], damping: float, gravity: Point) -> list[tuple[float, ...]]:
     """p of every element of a beam."""
-    angle = direction(beam)
-    # the offset makes theta + offset the direction of the element's axis in the reference configuration
-    offsets = [angle - nodes[name].theta for name in beam.nodes]
-    load, data = (float(damping), *map(float, gravity)), matrices(beam).parameters
+    load, data = (float(damping), *map(float, gravity)), matrices(beam)
+    free = _unstressed(beam, data).tolist() if beam.turn else data.straight
     return [
-        (*head, first, second, *load, *tail)
-        for (head, tail), (first, second) in zip(data, pairwise(offsets), strict=True)
+        (*head, first, second, *load, *tail, *rest)
+        for (head, tail), (first, second), rest in zip(
+            data.parameters, pairwise(_offsets(beam, nodes)), free, strict=True
+        )
     ]
+
+
+def _unstressed(beam: Beam, data: BeamMatrices) -> Array:
+    """l0, u10, u20 of the elements of a beam (n, 3); see `flexmb.beams.arc`."""
+    return unstressed_elements(data.lengths, data.bow, beam.turn) if beam.turn else np.array(data.straight)
+
+
+def _offsets(beam: Beam, nodes: Mapping[str, Node]) -> list[float]:
+    """Directions of the beam at its nodes less theta of the nodes, in the reference configuration [rad]."""
+    angles = tangents(beam.start, beam.end, beam.turn, beam.places if beam.turn else beam.stations)
+    return [angle - nodes[name].theta for angle, name in zip(angles, beam.nodes, strict=True)]
 
 
 def beam_pieces(
@@ -183,11 +217,12 @@ def mass_damping_pieces(
     frame = tuple(c for k in (0, -1) for c in node_coordinates(part, axis.nodes[k])[:2])
     contributions: list[Contribution] = []
     for beam in beams:
-        data = matrices(beam)
-        angle = direction(beam) - direction(axis)
+        data, directions = matrices(beam), _chords(beam)
         for k, nodes in enumerate(pairwise(beam.nodes)):
             ends = tuple(left.pop(node, (0.0, 0.0)) for node in nodes)
-            p = damping_parameters(zeta, angle, data.axial_mass[k], data.bending_mass[k], ends)
+            p = damping_parameters(
+                zeta, directions[k] - direction(axis), data.axial_mass[k], data.bending_mass[k], ends
+            )
             coordinates = (*frame, *(c for node in nodes for c in node_coordinates(part, node)))
             contributions.append(
                 ElementContribution(
@@ -204,8 +239,14 @@ def mass_damping_pieces(
 
 
 def direction(beam: Beam) -> float:
-    """Direction of a beam in the reference configuration [rad]."""
+    """Direction from start to end of a beam in the reference configuration [rad]."""
     return math.atan2(beam.end[1] - beam.start[1], beam.end[0] - beam.start[0])
+
+
+def _chords(beam: Beam) -> list[float]:
+    """Directions of the chords of the elements in the reference configuration [rad]."""
+    middles = [0.5 * (a + b) for a, b in pairwise(beam.places)]
+    return tangents(beam.start, beam.end, beam.turn, middles)
 
 
 def beam_elements(beam: Beam, nodes: Mapping[str, Node]) -> BeamElements:
@@ -216,31 +257,37 @@ def beam_elements(beam: Beam, nodes: Mapping[str, Node]) -> BeamElements:
     beam : the beam.
     nodes : nodes of its body by name.
     """
-    angle = math.atan2(beam.end[1] - beam.start[1], beam.end[0] - beam.start[0])
-    offsets = np.array([angle - nodes[name].theta for name in beam.nodes])
-    stations = np.array(beam.stations)
+    offsets, stations, data = np.array(_offsets(beam, nodes)), np.array(beam.stations), matrices(beam)
     outer = outer_fibres(beam.section, stations / stations[-1])
     outer = np.maximum(outer[:-1], outer[1:])
-    return BeamElements(np.diff(stations), np.array([offsets[:-1], offsets[1:]]), outer)
+    ends = np.array([offsets[:-1], offsets[1:]])
+    return BeamElements(np.diff(stations), ends, outer, data.shear_shares.T, data.bow.T, _unstressed(beam, data).T)
 
 
 def beam_shapes(part: str, beams: Sequence[Beam], nodes: dict[str, Node]) -> tuple[BeamShape, ...]:
     """Drawing records of all elements."""
     shapes = []
     for beam in beams:
-        data, depths = matrices(beam), 2.0 * outer_fibres(beam.section, np.array(beam.stations) / beam.stations[-1])
+        data = matrices(beam)
+        unstressed = _unstressed(beam, data)
+        depths = 2.0 * outer_fibres(beam.section, np.array(beam.stations) / beam.stations[-1])
         for k, p in enumerate(beam_parameters(beam, nodes, 0.0, (0.0, 0.0))):
             ei = (float(data.ei[k, 0]), float(data.ei[k, 1]))
             depth = (float(depths[k]), float(depths[k + 1]))
             ends = (beam.nodes[k], beam.nodes[k + 1])
             bending = p[B11], p[B12], p[B22]
-            shapes.append(BeamShape(part, *ends, p[LENGTH], p[OFFSET1], p[OFFSET2], p[AXIAL], bending, ei, depth))
+            shape = BeamShape(part, *ends, p[LENGTH], p[OFFSET1], p[OFFSET2], p[AXIAL], bending, ei, depth)
+            shares, bow, free = (tuple(array[k].tolist()) for array in (data.shear_shares, data.bow, unstressed))
+            plain = not any(shares) and not beam.turn
+            shapes.append(shape if plain else replace(shape, shear=shares, bow=bow, unstressed=free))
     return tuple(shapes)
 
 
 def mass_parts(beam: Beam) -> list[tuple[float, Point, float]]:
     """(mass, centre of mass, inertia about it) of every element of a beam, from its consistent mass."""
     data = matrices(beam)
+    if beam.turn:
+        return _masses_of_arc(beam, data)
     angle = direction(beam)
     parts = []
     for k, length in enumerate(data.lengths):
@@ -250,6 +297,21 @@ def mass_parts(beam: Beam) -> list[tuple[float, Point, float]]:
         turn = np.array([0.0, 1.0, length, 1.0])
         inertia = float(turn @ mb @ turn) - mass * arm**2
         parts.append((mass, planar.from_frame(beam.start, angle, (beam.stations[k] + arm, 0.0)), inertia))
+    return parts
+
+
+def _masses_of_arc(beam: Beam, data: BeamMatrices) -> list[tuple[float, Point, float]]:
+    """`mass_parts` of an arc: of r = (1 - xi) x1 + xi x2 + w n at rest."""
+    parts, free = [], _unstressed(beam, data).tolist()
+    for (_, u1, u2), L, integrals, start, angle in zip(
+        free, data.lengths.tolist(), data.inertia_integrals.tolist(), beam.points[:-1], _chords(beam), strict=True
+    ):
+        m11, m12, m22, g11, g12, g21, g22, h11, h12, h22, J, *_ = integrals
+        mass, chord = m11 + 2.0 * m12 + m22, L * chord_share(2.0 * u2)
+        along, aside = chord * (m12 + m22) / mass, ((g11 + g21) * u1 + (g12 + g22) * u2) / mass
+        inertia = chord**2 * m22 + h11 * u1 * u1 + 2.0 * h12 * u1 * u2 + h22 * u2 * u2 + J
+        centre = planar.from_frame(start, angle, (along, aside))
+        parts.append((mass, centre, inertia - mass * (along**2 + aside**2)))
     return parts
 
 

@@ -9,7 +9,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING, cast
 
 from flexmb import checks, planar
+from flexmb.beams.arc import chord_share
 from flexmb.beams.section import Section
+from flexmb.bodies.beam_stress import beam_stress_signals, knows_stress
 from flexmb.bodies.bosses import Bosses, RigidProperties
 from flexmb.bodies.fields import Field, FieldLike, Triple, start_displacement, start_velocity
 from flexmb.bodies.flexible import (
@@ -23,6 +25,7 @@ from flexmb.bodies.flexible import (
     mass_parts,
     nearest_node,
     rotary_inertia_of,
+    shear_of,
 )
 from flexmb.errors import InputError
 from flexmb.model.contributions import Attachment, Contribution
@@ -48,7 +51,12 @@ class FlexibleBody(Body):
     damping : stiffness-proportional damping time zeta2 [s] (Rayleigh), >= 0.
     mass_damping : mass-proportional damping rate zeta1 [1/s] (Rayleigh), >= 0; see the notes.
     rotary_inertia : rotary inertia of the sections (Rayleigh beam): False for none, True for rho I, or a number
-        [kg m] >= 0.
+        [kg m] >= 0.  None: rho I with shear, none without.
+    shear : shear deformation (Timoshenko beam): False for none, True for the shear factor of the section (Cowper's, for
+        Poisson's ratio of the material), or the shear factor [1], such as 5/6.
+    stress : whether every accepted step looks for the largest normal stress in the outer fibres: signals `von_mises`
+        [Pa] and `von_mises_node`, the number of its node.  None: where the material has a yield stress and all sections
+        know their outer fibres.
     """
 
     _: KW_ONLY
@@ -60,7 +68,9 @@ class FlexibleBody(Body):
     centre: float | Point | None = None
     damping: float = 0.0
     mass_damping: float = 0.0
-    rotary_inertia: bool | float = False
+    rotary_inertia: bool | float | None = None
+    shear: bool | float = False
+    stress: bool | None = None
     velocity: Triple | FieldLike | None = None
     displacement: FieldLike | None = None
 
@@ -91,7 +101,7 @@ class FlexibleBody(Body):
         super().__post_init__()
         if isinstance(self.section, list):
             object.__setattr__(self, "section", tuple(self.section))
-        for section in self.section if isinstance(self.section, tuple) else (self.section,):
+        for section in self._sections:
             if not isinstance(section, Section):
                 raise InputError(
                     f"{self.label}: section is {section!r}; it must be a cross section such as Rectangle(...)."
@@ -103,7 +113,12 @@ class FlexibleBody(Body):
                 checks.positive(self.label, name, getattr(self, name), unit)
         checks.not_negative(self.label, "damping", self.damping, "s")
         checks.not_negative(self.label, "mass_damping", self.mass_damping, "1/s")
-        rotary_inertia_of(self.label, self.rotary_inertia)
+        if self.stress is not None and not isinstance(self.stress, bool):
+            raise InputError(f"{self.label}: stress is {self.stress!r}; it must be True, False or None.")
+        if self.stress and not all(map(knows_stress, self._sections)):
+            text = f"{self.label}: stress is True, and a section does not know its outer fibre"
+            raise InputError(f"{text}. Give outer_fibre=... [m] to the section.")
+        _ = self._options
 
     def _check_fields(self, count: int, places: Sequence[float] | None) -> None:
         """Check the start fields of `count` nodes; functions are evaluated at `places`, or refused without them."""
@@ -130,6 +145,13 @@ class FlexibleBody(Body):
         corners = [(mass, point, bosses.inertia) for mass, point in ends]
         return RigidProperties.of([*self._mass_parts(), *corners, self._further_mass()])
 
+    @property
+    def seeks_stress(self) -> bool:
+        """Whether every accepted step looks for the largest stress."""
+        if self.stress is None:
+            return self.material.yield_stress is not None and all(map(knows_stress, self._sections))
+        return self.stress
+
     def total_mass(self) -> float:
         """Mass of beams and bosses [kg]."""
         return self.properties().mass
@@ -148,12 +170,13 @@ class FlexibleBody(Body):
         return cast("Field | None", self.displacement)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """Elements, bosses and damping."""
+        """Elements, bosses, damping and the largest stress."""
         nodes = {n.name: n for n in self.nodes()}
         return [
             *beam_pieces(self.name, self.beams, nodes, self.damping, mechanism.gravity),
             *self._boss_pieces(mechanism.gravity),
             *mass_damping_pieces(self.name, self.beams, self.beams[0], self.mass_damping, self._lumps()),
+            *(beam_stress_signals(self.name, self.beams, nodes) if self.seeks_stress else ()),
         ]
 
     def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - the beams alone
@@ -177,12 +200,24 @@ class FlexibleBody(Body):
         """Mass, centre of mass and moment of inertia of every element."""
         return [part for beam in self.beams for part in mass_parts(beam)]
 
-    def _straight(
-        self, names: Sequence[str], ends: tuple[Point, Point], stations: Sequence[float], section: Section
+    @property
+    def _sections(self) -> tuple[Section, ...]:
+        """The sections, one of all beams or one of each."""
+        return self.section if isinstance(self.section, tuple) else (self.section,)
+
+    @cached_property
+    def _options(self) -> tuple[float | None, float | None]:
+        """Rotary inertia and shear of a `Beam`."""
+        shear = shear_of(self.label, self.shear, self._sections, self.material.poisson)
+        return rotary_inertia_of(self.label, self.rotary_inertia, shear), shear
+
+    def _beam(
+        self, names: Sequence[str], ends: tuple[Point, Point], places: Sequence[float], section: Section, turn: float
     ) -> Beam:
-        """A beam between two points with nodes of these names at `stations` [m]."""
-        rotary = rotary_inertia_of(self.label, self.rotary_inertia)
-        return Beam(tuple(names), *ends, tuple(stations), section, self.material, rotary)
+        """A beam between two points with nodes of these names at fractions of its length."""
+        length = planar.distance(*ends) / chord_share(turn)
+        stations = tuple(s * length for s in places)
+        return Beam(tuple(names), *ends, stations, section, self.material, *self._options, turn)
 
 
 def beam_of_mesh(

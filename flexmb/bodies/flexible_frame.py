@@ -1,14 +1,15 @@
-"""A flexible frame: straight beams welded at corners."""
+"""A flexible frame: beams, straight or arcs, welded at corners."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import KW_ONLY
 from functools import cached_property
 
 import numpy as np
 
 from flexmb import checks, planar
+from flexmb.beams.arc import checked_turn
 from flexmb.beams.section import Section
 from flexmb.bodies.bosses import Bosses, RigidProperties, fit_bosses
 from flexmb.bodies.edges import Edges
@@ -25,7 +26,7 @@ Point = tuple[float, float]
 
 @documented
 class FlexibleFrame(FlexibleBody, Edges):
-    """Straight beams between corners, welded there; theta of every node is 0 in the reference configuration.
+    """Beams between corners, straight or arcs, welded there; theta of every node is 0 in the reference configuration.
 
     Nodes are called node0, node1, ...: first the corners in the order of `points`, then the inner nodes edge by edge.
     The body's own signals are the signals of node0.
@@ -36,6 +37,9 @@ class FlexibleFrame(FlexibleBody, Edges):
     points : corners in the reference configuration [m], unstressed.
     edges : pairs of corner numbers, one a beam.
     section : cross section of all beams, or one a beam.
+    turns : by which an unstressed beam turns from its first corner to its second along a circular arc [rad],
+        counter-clockwise > 0, between -2 pi and 2 pi; one for all edges, or one an edge; 0: straight.  Turns of a
+        smooth curve through the corners: `flexmb.bodies.smooth_turns`.
     elements : elements a beam (number, or fractions of the length where inner nodes stand), or one entry a beam.
     mass : total mass [kg]; bosses at the corners and their mean add the rest.  None: the beams' own.
     inertia : moment of inertia about the centre of mass [kg m^2].  None: the beams' own.
@@ -53,7 +57,8 @@ class FlexibleFrame(FlexibleBody, Edges):
     Notes
     -----
     A mass at the mean of the corners moves with the mean of their velocities, as if held by light spokes.
-    Slender beams with small strains and any rotation.
+    Beams with small strains and any rotation; without `shear` not for deep beams (length over height below 10).
+    Elements of an arc are arcs; they should turn by less than 0.5 rad each.
 
     `mass_damping` acts on the velocity against a frame that has its origin at the first corner of the first edge and
     points to the second one, on the mass of the beams and of the bosses on corners, not on a mass at the mean of the
@@ -66,12 +71,14 @@ class FlexibleFrame(FlexibleBody, Edges):
 
     _: KW_ONLY
     centre: Point | None = None
+    turns: float | tuple[float, ...] = 0.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if isinstance(self.section, tuple) and len(self.section) != len(self.edges):
             raise InputError(f"{self.label}: {len(self.section)} sections for {len(self.edges)} edges; give one each.")
         object.__setattr__(self, "elements", self._checked_elements())
+        object.__setattr__(self, "turns", self._checked_turns())
         if self.centre is not None:
             object.__setattr__(self, "centre", checks.point(self.label, "centre", self.centre))
         self._check_fields(len(self.nodes()), None)
@@ -82,6 +89,15 @@ class FlexibleFrame(FlexibleBody, Edges):
         if isinstance(given, (tuple, list)) and len(given) == len(self.edges):
             return tuple(checked_elements(self.label, e) for e in given)
         return (checked_elements(self.label, given),) * len(self.edges)
+
+    def _checked_turns(self) -> float | tuple[float, ...]:
+        given = self.turns
+        if not isinstance(given, Iterable) or isinstance(given, str):
+            return checked_turn(self.label, "turns", given)
+        turns = checks.sequence(self.label, "turns", given, "angles in rad, one an edge")
+        if len(turns) != len(self.edges):
+            raise InputError(f"{self.label}: {len(turns)} turns for {len(self.edges)} edges; give one each.")
+        return tuple(checked_turn(self.label, f"turns[{i}]", turn) for i, turn in enumerate(turns))
 
     @classmethod
     def from_mesh(
@@ -98,7 +114,9 @@ class FlexibleFrame(FlexibleBody, Edges):
         centre: Point | None = None,
         damping: float = 0.0,
         mass_damping: float = 0.0,
-        rotary_inertia: bool | float = False,
+        rotary_inertia: bool | float | None = None,
+        shear: bool | float = False,
+        stress: bool | None = None,
         velocity: Triple | Field | None = None,
         displacement: Field | None = None,
     ) -> FlexibleFrame:
@@ -111,7 +129,8 @@ class FlexibleFrame(FlexibleBody, Edges):
         at : point of the mesh's origin in the reference configuration [m].
         angle : rotation of the mesh about its origin [rad].
         sections : cross section by cell tag.
-        material, mass, inertia, centre, damping, mass_damping, rotary_inertia, velocity, displacement : see the class.
+        material, mass, inertia, centre, damping, mass_damping, rotary_inertia, shear, stress, velocity, displacement :
+            see the class.
 
         Raises
         ------
@@ -137,7 +156,7 @@ class FlexibleFrame(FlexibleBody, Edges):
         return cls(
             name, points, tuple(edges), section=tuple(chosen), material=material, elements=tuple(elements), mass=mass,
             inertia=inertia, centre=centre, damping=damping, mass_damping=mass_damping, rotary_inertia=rotary_inertia,
-            velocity=velocity, displacement=displacement,
+            shear=shear, stress=stress, velocity=velocity, displacement=displacement,
         )  # fmt: skip
 
     @property
@@ -154,25 +173,22 @@ class FlexibleFrame(FlexibleBody, Edges):
         """Corners, then inner nodes edge by edge."""
         found = {f"node{i}": p for i, p in enumerate(self.points)}
         for beam in self.beams:
-            for name, station in zip(beam.nodes, beam.stations, strict=True):
-                s = station / beam.stations[-1]
-                x = beam.start[0] + s * (beam.end[0] - beam.start[0])
-                y = beam.start[1] + s * (beam.end[1] - beam.start[1])
-                found.setdefault(name, (x, y))
+            for name, point in zip(beam.nodes, beam.points, strict=True):
+                found.setdefault(name, point)
         return tuple(Node(name, *point, 0.0) for name, point in found.items())
 
     @cached_property
     def beams(self) -> tuple[Beam, ...]:
         """One beam an edge."""
         sections = self.section if isinstance(self.section, tuple) else (self.section,) * len(self.edges)
+        turns = self.turns if isinstance(self.turns, tuple) else (self.turns,) * len(self.edges)
         beams, count = [], len(self.points)
-        for (a, b), section, elements in zip(self.edges, sections, self.elements, strict=True):  # type: ignore[arg-type]
+        for (a, b), section, elements, turn in zip(self.edges, sections, self.elements, turns, strict=True):  # type: ignore[arg-type]
             places = fractions(elements)
             inner = [f"node{count + i}" for i in range(len(places) - 2)]
             count += len(inner)
             ends = (self.points[a], self.points[b])
-            length = planar.distance(*ends)
-            beams.append(self._straight((f"node{a}", *inner, f"node{b}"), ends, [s * length for s in places], section))
+            beams.append(self._beam((f"node{a}", *inner, f"node{b}"), ends, places, section, turn))
         return tuple(beams)
 
     def _further_mass(self) -> tuple[float, Point, float]:

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from flexmb import checks, planar
+from flexmb.beams.arc import checked_turn, points, tangents
 from flexmb.beams.section import Section
 from flexmb.bodies.bar import Bar
 from flexmb.bodies.bosses import Bosses, RigidProperties, fit_bosses
@@ -27,7 +28,7 @@ Point = tuple[float, float]
 
 @documented
 class FlexibleLink(FlexibleBody, Bar):
-    """A straight beam between two points; theta of a node is the direction of its axis, counted from +X.
+    """A beam between two points, straight or an arc; theta of a node is the direction of its axis, counted from +X.
 
     Nodes are called node0 .. nodeN from `start` to `end`; "start" and "end" are other names of the outer ones, and the
     body's own signals are the signals of the node in the middle.
@@ -43,6 +44,8 @@ class FlexibleLink(FlexibleBody, Bar):
         bosses.
     centre : place of the centre of mass between start (0) and end (1), when `mass` is given.
     pivot_inertia : further moment of inertia at the start node [kg m^2], not counted in `inertia`.
+    turn : by which the unstressed link turns from start to end along a circular arc [rad], counter-clockwise > 0,
+        between -2 pi and 2 pi; 0: straight.
     velocity : (vx, vy, omega) of the middle node at the start, the link moving as a rigid body; or one (vx, vy, omega)
         per node, or a function of s that returns it, s being 0 at the start and 1 at the end; None: as driven.
     displacement : (dx, dy, dtheta) per node at the start [m, rad], or a function of s that returns it, added to the
@@ -50,12 +53,14 @@ class FlexibleLink(FlexibleBody, Bar):
 
     Raises
     ------
-    InputError : values out of range; a mass or inertia that bosses cannot make; fields with another number of entries
-        than nodes, or of another shape.
+    InputError : values out of range; a mass or inertia that bosses cannot make, or of an arc; fields with another
+        number of entries than nodes, or of another shape; shear of a section that does not know its shear factor.
 
     Notes
     -----
-    Slender beams with small strains and any rotation.  Not for deep beams: there is no shear.
+    Beams with small strains and any rotation; without `shear` not for deep beams (length over height below 10).
+    Elements of an arc are arcs; they should turn by less than 0.5 rad each.  The signal `deflection` of an arc holds
+    its rise.
     Source of the element: see `flexmb.beams.corotational`.
 
     `mass_damping` acts on the velocity against a frame that has its origin at the start and points to the end, on the
@@ -78,9 +83,14 @@ class FlexibleLink(FlexibleBody, Bar):
     elements: Elements = 4
     centre: float = 0.5
     pivot_inertia: float = 0.0
+    turn: float = 0.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        object.__setattr__(self, "turn", checked_turn(self.label, "turn", self.turn))
+        if self.turn and (self.mass is not None or self.inertia is not None):
+            text = f"{self.label}: mass and inertia are for straight links, since they fix a centre on the line between"
+            raise InputError(f"{text} the ends. For an arc use FlexibleFrame with one edge, whose centre is a point.")
         object.__setattr__(self, "elements", checked_elements(self.label, self.elements))
         checks.between(self.label, "centre", self.centre, 0.0, 1.0)
         checks.not_negative(self.label, "pivot_inertia", self.pivot_inertia, "kg m^2")
@@ -104,7 +114,9 @@ class FlexibleLink(FlexibleBody, Bar):
         damping: float = 0.0,
         mass_damping: float = 0.0,
         pivot_inertia: float = 0.0,
-        rotary_inertia: bool | float = False,
+        rotary_inertia: bool | float | None = None,
+        shear: bool | float = False,
+        stress: bool | None = None,
         velocity: Triple | FieldLike | None = None,
         displacement: FieldLike | None = None,
     ) -> FlexibleLink:
@@ -116,8 +128,8 @@ class FlexibleLink(FlexibleBody, Bar):
         path : mesh file with one straight chain of line cells.
         start, end : points of the ends of the mesh [m]; their distance must be the length of the mesh.
         sections : cross section by cell tag.
-        material, mass, inertia, centre, damping, mass_damping, pivot_inertia, rotary_inertia, velocity, displacement :
-            see the class.
+        material, mass, inertia, centre, damping, mass_damping, pivot_inertia, rotary_inertia, shear, stress, velocity,
+            displacement : see the class.
 
         Raises
         ------
@@ -140,7 +152,7 @@ class FlexibleLink(FlexibleBody, Bar):
         return cls(
             name, start, end, section=section, material=material, elements=elements, mass=mass, inertia=inertia,
             centre=centre, damping=damping, mass_damping=mass_damping, pivot_inertia=pivot_inertia,
-            rotary_inertia=rotary_inertia, velocity=velocity, displacement=displacement,
+            rotary_inertia=rotary_inertia, shear=shear, stress=stress, velocity=velocity, displacement=displacement,
         )  # fmt: skip
 
     def nodes(self) -> tuple[Node, ...]:
@@ -149,10 +161,9 @@ class FlexibleLink(FlexibleBody, Bar):
 
     @cached_property
     def _nodes(self) -> tuple[Node, ...]:
-        angle = self.angle
-        (x0, y0), (x1, y1) = self.start, self.end
-        places = enumerate(fractions(self.elements))
-        return tuple([Node(f"node{i}", x0 + s * (x1 - x0), y0 + s * (y1 - y0), angle) for i, s in places])
+        arc = self.start, self.end, self.turn, fractions(self.elements)
+        poses = zip(points(*arc), tangents(*arc), strict=True)
+        return tuple([Node(f"node{i}", *point, angle) for i, (point, angle) in enumerate(poses)])
 
     @property
     def main(self) -> str:
@@ -177,8 +188,8 @@ class FlexibleLink(FlexibleBody, Bar):
     @cached_property
     def beams(self) -> tuple[Beam, ...]:
         """The one beam."""
-        stations = [s * self.length for s in fractions(self.elements)]
-        return (self._straight([n.name for n in self._nodes], (self.start, self.end), stations, self.section),)
+        names, ends = [n.name for n in self._nodes], (self.start, self.end)
+        return (self._beam(names, ends, fractions(self.elements), self.section, self.turn),)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """Elements, bosses, damping and the signal `deflection`."""

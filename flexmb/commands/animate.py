@@ -46,6 +46,7 @@ def animate(options: argparse.Namespace) -> int:
             traces=True if options.traces == ALL else names_of(options.traces) or None,
             forces=True if options.forces == ALL else names_of(options.forces),
             size=size,
+            follow=options.follow,
         )
     )
     return 0

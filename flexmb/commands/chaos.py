@@ -11,8 +11,8 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.commands.chaos_study import Findings, Study, selected_signals, study_of
-from flexmb.commands.files import require_folder, require_packages
-from flexmb.commands.run import REPORT, flow_options, periods_of
+from flexmb.commands.files import REPORT, require_folder, require_packages
+from flexmb.commands.run import flow_options, periods_of
 from flexmb.dynamics.exponents.exponents import Exponents
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.dynamics.verdict.meaning import MEANING, meaning_of

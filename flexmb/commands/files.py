@@ -9,6 +9,9 @@ from pathlib import Path
 
 from flexmb.errors import InputError, MissingPackageError
 
+REPORT = "report.html"
+"""Name of the page that `flexmb run`, `sweep`, `chaos` and `report` write beside the results."""
+
 
 def require_packages(needed: Mapping[str, tuple[str, str]]) -> None:
     """Refuse to start without the packages that the results need.

@@ -11,6 +11,7 @@ import xarray as xr
 from flexmb.commands.arguments.mechanism_options import keywords_of
 from flexmb.commands.arguments.parser import parser_of, source_of
 from flexmb.commands.arguments.saved_command import COMMAND
+from flexmb.commands.files import REPORT
 from flexmb.model.mechanism import Mechanism
 from flexmb.reports.chaos_page import write_chaos
 from flexmb.reports.report import report as page_of
@@ -28,7 +29,7 @@ def report(options: argparse.Namespace) -> int:
     ----------
     options : options of the command line.
     """
-    target = options.out or options.file.with_suffix(".html")
+    target = options.out or options.file.with_name(REPORT)
     if groups := datasets_of(options.file):
         print(write_diagram(groups, target))
         return 0

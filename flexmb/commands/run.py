@@ -15,7 +15,7 @@ from flexmb import checks
 from flexmb.commands import summary
 from flexmb.commands.arguments.saved_command import COMMAND, without_output
 from flexmb.commands.arguments.units import quantity
-from flexmb.commands.files import require_folder, require_packages
+from flexmb.commands.files import REPORT, require_folder, require_packages
 from flexmb.errors import FlexmbError, InputError
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
@@ -27,9 +27,6 @@ from flexmb.run.simulate import simulate
 from flexmb.step.newmark.method import Newmark
 from flexmb.step.runge_kutta import RungeKutta4
 from flexmb.step.step_size import Adaptive, FixedStep
-
-REPORT = "report.html"
-"""Name of the page of a run."""
 
 PERIODS = 2.0
 """Default length of a run, in periods."""

@@ -16,8 +16,8 @@ from flexmb.commands.arguments.mechanism_options import Option, keywords_of
 from flexmb.commands.arguments.settings import field_option
 from flexmb.commands.arguments.source import Source, find
 from flexmb.commands.arguments.units import quantity
-from flexmb.commands.files import require_folder, require_packages
-from flexmb.commands.run import REPORT, flow_options
+from flexmb.commands.files import REPORT, require_folder, require_packages
+from flexmb.commands.run import flow_options
 from flexmb.errors import InputError
 from flexmb.jobs.files import write_netcdf
 from flexmb.jobs.pool import worker_pool

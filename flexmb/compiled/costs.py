@@ -21,6 +21,7 @@ STAGES: dict[str, dict[str, float]] = {
         "flexmb.energy.balance.update_balance": 1.5,
         "flexmb.system.outputs.write_outputs": 0.9,
     },
+    "what saves many instants within a step": {"flexmb.step.saved_instants.save_instants": 5.0},
     "the time loop": {"flexmb.step.newmark.loop.advance": 26.5},
     "the explicit time loop": {"flexmb.step.runge_kutta.advance_explicit": 10.9},
     "the time loop of Radau's method": {"flexmb.step.radau.method.advance_radau": 30.0},

@@ -97,13 +97,15 @@ class Notice(event.Listener):
         self._began = self._ended = self._cost = 0.0
         self._missing = ""
         self._pace: float | None = None
+        self.seconds, self._entered = 0.0, 0.0
+        """Time that compilations of this process have taken, those of users' functions included [s]."""
 
     def on_start(self, found: Any) -> None:
         """A function begins to be compiled."""
         function = found.data["dispatcher"].py_func
         with self._lock:
             if self._depth or function.__module__.startswith("flexmb."):
-                self._depth += 1
+                self._enter()
             if self._depth == 1 and is_told():
                 name = f"{function.__module__}.{function.__qualname__}"
                 self._open(name)
@@ -115,12 +117,37 @@ class Notice(event.Listener):
             if self._depth:
                 self._depth -= 1
                 self._ended = time.perf_counter()
+                self.seconds += 0.0 if self._depth else self._ended - self._entered
+
+    def _enter(self) -> None:
+        """Count a function within others; the time of the outermost one counts."""
+        if self._depth == 0:
+            self._entered = time.perf_counter()
+        self._depth += 1
+
+    @contextmanager
+    def compiling(self, name: str) -> Iterator[None]:
+        """Count the compilation of a user's function, with a line where it lasts longer than LEAST_SECONDS."""
+        with self._lock:
+            self._enter()
+        began, line = time.perf_counter(), f"compiles your function {name!r} for this machine."
+        late = threading.Timer(LEAST_SECONDS, lambda: _line(f"flexmb {line}"))
+        late.daemon = True
+        if is_told():
+            late.start()
+        try:
+            yield
+        finally:
+            late.cancel()
+            self.on_end(None)
+            if is_told() and time.perf_counter() - began > LEAST_SECONDS:
+                _line(f"flexmb: done in {time.perf_counter() - began:.0f} s.")
 
     @contextmanager
     def waiting(self, name: str, since: float) -> Iterator[None]:
         """A function is compiled in another process that began `since` seconds ago."""
         with self._lock:
-            self._depth += 1
+            self._enter()
             if self._depth == 1 and is_told():
                 self._open(name, since)
         yield

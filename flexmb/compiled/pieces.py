@@ -142,6 +142,8 @@ class WholeLibrary(JITCodeLibrary):
         for function in module.functions:
             if not function.is_declaration and function.name not in entries:
                 function.linkage = "internal"
+                # Parameters of internal functions may be optimised away, and the loader finds names of all objects.
+                function.name = f"{function.name}.of.{min(entries)}"
         manager, builder = self._codegen._module_pass_manager()
         manager.run(module, builder)
         module.verify()

@@ -59,3 +59,50 @@ def _part_of() -> Any:
 
 
 part_of = _part_of()
+
+
+def _row_of() -> Any:
+    """Make the compiled function (matrix, row, length) that returns the start of a row, which may go on in the next."""
+    if config.DISABLE_JIT:
+        return lambda matrix, row, length: matrix.ravel()[row * matrix.shape[1] :][:length]
+
+    @intrinsic
+    def row_of(typingctx, matrix, row, length):
+        def codegen(context, builder, signature, args):
+            source = arrayobj.make_array(signature.args[0])(context, builder, args[0])
+            view = arrayobj.make_array(signature.return_type)(context, builder)
+            size = context.get_constant(types.intp, 8)
+            columns = builder.extract_value(source.shape, 1)
+            begin = builder.gep(source.data, [builder.mul(args[1], columns)])
+            arrayobj.populate_array(view, begin, [args[2]], [size], size, None)
+            return view._getvalue()
+
+        return types.Array(types.float64, 1, "C")(matrix, types.intp, types.intp), codegen
+
+    return row_of
+
+
+row_of = _row_of()
+
+
+def _block_of() -> Any:
+    """Make the compiled function (flat, begin, rows, columns) that returns a part of `flat` as a matrix."""
+    if config.DISABLE_JIT:
+        return lambda flat, begin, rows, columns: flat[begin : begin + rows * columns].reshape(rows, columns)
+
+    @intrinsic
+    def block_of(typingctx, flat, begin, rows, columns):
+        def codegen(context, builder, signature, args):
+            source = arrayobj.make_array(signature.args[0])(context, builder, args[0])
+            view = arrayobj.make_array(MATRIX)(context, builder)
+            size = context.get_constant(types.intp, 8)
+            strides = (builder.mul(args[3], size), size)
+            arrayobj.populate_array(view, builder.gep(source.data, [args[1]]), args[2:], strides, size, None)
+            return view._getvalue()
+
+        return MATRIX(flat, types.intp, types.intp, types.intp), codegen
+
+    return block_of
+
+
+block_of = _block_of()

@@ -90,16 +90,19 @@ def relative_radius(bearing_radius: float, journal_radius: float) -> float:
 def pulled(tension: float, force: float) -> Iterator[str]:
     """A remark on the tension [N] that was cut, against the largest force [N]."""
     if tension > SMALL_TENSION * force:
-        yield f"it would have pulled with up to {tension:.3g} N (largest force {force:.3g} N) and was cut at zero"
+        text = f"its damping would have pulled the parting surfaces together with up to {tension:.3g} N"
+        yield f"{text} (largest force {force:.3g} N), which no contact can do, so the force was set to zero there"
 
 
 def pressed(excess: float, force: float) -> Iterator[str]:
     """A remark on surfaces that further forces pressed together or released faster than a free impact does."""
     if excess > SMALL_EXCESS * force:
-        text = "the surfaces were pressed together or released faster than in a free impact with their approach speed"
-        text = f"{text}, which the damping as published is not made for: it was up to {excess:.3g} N more than such an"
-        text = f"{text} impact has (largest force {force:.3g} N)"
-        yield f"{text}. Compare with reference_speed='largest' (docs/contact.md, slow impacts)"
+        text = "the surfaces were pressed together, or let go, faster than they had met, and the law takes its damping"
+        text = (
+            f"{text} from the speed at which they met: up to {excess:.3g} N of damping are beyond what it is made for"
+        )
+        text = f"{text} (largest force {force:.3g} N). See what reference_speed='largest' changes"
+        yield f"{text} (docs/contact.md, slow impacts)"
 
 
 def too_fast(approach: float, materials: Sequence[Material]) -> Iterator[str]:
@@ -107,19 +110,21 @@ def too_fast(approach: float, materials: Sequence[Material]) -> Iterator[str]:
     limit = LOVE * min(math.sqrt(m.young / m.density) for m in materials)
     if approach > limit:
         text = f"the surfaces met with up to {approach:.3g} m/s, above {limit:.3g} m/s = 1e-5 sqrt(E/rho)"
-        yield f"{text} (Love's criterion): such impacts leave marks and waves, which an elastic law does not know"
+        text = f"{text} (Love's criterion): such an impact also dents the surfaces and sends waves through the bodies"
+        yield f"{text}, which this law leaves out; the true impact loses more energy"
 
 
 def too_wide(half_width: float, radius: float) -> Iterator[str]:
     """A remark on the half-width of the contact [m] against the journal's radius [m]."""
     if half_width > WIDE * radius:
-        text = f"the contact grew to a half-width of {half_width / radius:.2g} of the journal's radius"
-        yield f"{text}; half-space theory wants it much smaller than 1 (Johnson 1985, section 4.2)"
+        text = f"the area of contact grew to a half-width of {half_width / radius:.2g} of the journal's radius"
+        yield f"{text}; the stiffness is that of a much smaller area (Johnson 1985, section 4.2)"
 
 
 def yielded(pressure: float, factor: float, materials: Sequence[Material]) -> Iterator[str]:
     """A remark on the peak pressure [Pa]; yielding begins at `factor` times the yield stress."""
     known = [m.yield_stress for m in materials if m.yield_stress is not None]
     if known and pressure > factor * min(known):
-        text = f"the peak pressure reached {pressure:.3g} Pa, above {factor:.2f} Y = {factor * min(known):.3g} Pa"
-        yield f"{text}: the contact yields (Johnson 1985, section 6.1), and the law is elastic"
+        text = f"the pressure between the surfaces reached {pressure:.3g} Pa; from {factor * min(known):.3g} Pa on"
+        text = f"{text} ({factor:.2f} times the yield stress) they yield and keep dents (Johnson 1985, section 6.1)"
+        yield f"{text}, which this elastic law leaves out"

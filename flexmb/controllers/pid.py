@@ -74,8 +74,9 @@ class PID(Controller):
 
     Notes
     -----
-    The derivative is kd s / (1 + s filter_time) of b' r - m, with b' = 1 for `derivative_of="error"`, else 0; the
-    filter starts settled.  While the output is limited, the integral gives way by back-calculation,
+    A positive output has to move the measured signal up: turn a load that moves it down, or give all gains the other
+    sign.  The derivative is kd s / (1 + s filter_time) of b' r - m, with b' = 1 for `derivative_of="error"`, else 0;
+    the filter starts settled.  While the output is limited, the integral gives way by back-calculation,
     d(integral)/dt = ki (r - m) + (output - unlimited output) / tracking_time.  A sampled controller steps the integral
     by forward and the derivative by backward differences as filter_time tends to 0; times shorter than `sample` do not
     make it unstable.  Source: K. J. Astrom, T. Hagglund, PID Controllers: Theory, Design, and Tuning (Instrument

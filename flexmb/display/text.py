@@ -142,6 +142,11 @@ def listed(names: Iterable[str], most: int = 10) -> str:
     return ", ".join(known[:most]) + more
 
 
+def quoted(names: Iterable[str], most: int = 8) -> str:
+    """Names in quotes, with commas; as of `listed` where there are more than `most`."""
+    return listed(map(repr, names), most)
+
+
 def counted(number: int, noun: str) -> str:
     """A number with its noun: "1 joint", "2 joints", "3 bodies".
 

@@ -155,6 +155,7 @@ def _numbers(moving: Program, ideal: Program, q: np.ndarray, frequencies: tuple[
     free, freedom = degrees_of_freedom(ideal, q)
     repeated = redundancy(moving, q)
     driven = int((np.asarray(ideal.tables.constraints.motion) >= 0).sum())
+    held = int((ideal.reference.turns == 0.0).sum())  # rotations that mesh nodes do not have, held by a row each
     joints = dict.fromkeys(row.partition("[")[0] for row in moving.names.rows)
     drives = {name.partition(".")[0] for name in moving.drives}
     return {
@@ -164,13 +165,13 @@ def _numbers(moving: Program, ideal: Program, q: np.ndarray, frequencies: tuple[
         "coordinates": moving.n_q,
         "rows": moving.n_c,
         "freedom": freedom,
-        "gruebler": 3 * len(ideal.names.bodies) - (ideal.n_c - driven),
+        "gruebler": 3 * len(ideal.names.bodies) - (ideal.n_c - driven - held),
         "drives": moving.drives,
         "free": free,
         "redundant": tuple(sorted(repeated.parts)) if repeated else (),
         "mass": total_mass(ideal.n_q, StateEvaluation(ideal).mass(q)),
         "frequencies": frequencies,
-        "signals": moving.names.signals.names,
+        "signals": moving.reported.names,
     }
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from flexmb.doctor.finding import NOTE, Finding, found, listed
+from flexmb.display.text import quoted
+from flexmb.doctor.finding import NOTE, Finding, found
 from flexmb.drives.drive import Drive
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Body
@@ -37,7 +38,7 @@ def free_bodies(mechanism: Mechanism) -> list[Finding]:
     findings = []
     for group in loose:
         several = len(group) > 1
-        text = f"{listed(group)} {'are' if several else 'is'} connected to nothing else: free in x, y and rotation."
+        text = f"{quoted(group)} {'are' if several else 'is'} connected to nothing else: free in x, y and rotation."
         remedy = "Connect it by a joint, a spring or a contact, or leave it out, unless it shall fly."
         item = found("free-body", group, text, remedy)
         if len(loose) == 1 and len(groups) == 2 and not _is_held(mechanism, groups):

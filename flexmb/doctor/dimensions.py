@@ -18,6 +18,8 @@ from flexmb.errors import InputError
 from flexmb.model.material import Material
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body, Joint
+from flexmb.planes.plane_body import PlaneBody
+from flexmb.planes.regions import STRESS, by_region
 
 LARGEST_SIZE, SMALLEST_SIZE = 20.0, 1e-4
 """Largest and smallest size of the largest body that goes without a remark [m]."""
@@ -62,6 +64,7 @@ def dimension_findings(mechanism: Mechanism) -> list[Finding]:
         *_drives(mechanism),
         *_clearances(mechanism),
         *_beams(mechanism),
+        *_plates(mechanism),
     ]
 
 
@@ -154,12 +157,31 @@ def materials_of(owner: object, depth: int = 2) -> list[Material]:
     """Materials among the fields of a part and of its laws."""
     found_here: list[Material] = []
     for value in vars(owner).values():
-        for item in value if isinstance(value, tuple) else (value,):
+        for item in _flat(value):
             if isinstance(item, Material):
                 found_here.append(item)
             elif depth > 1 and type(item).__module__.startswith("flexmb.contact"):
                 found_here += materials_of(item, depth - 1)
     return list(dict.fromkeys(found_here))
+
+
+def _flat(value: object) -> Iterator[object]:
+    """The items of a tuple and of tuples in it, or the value itself."""
+    if isinstance(value, tuple):
+        for item in value:
+            yield from _flat(item)
+    else:
+        yield value
+
+
+def _plates(mechanism: Mechanism) -> Iterator[Finding]:
+    for body in mechanism.bodies:
+        if isinstance(body, PlaneBody) and body.state == STRESS:
+            thickness = max(value for _, value in by_region(body.label, "thickness", body.thickness))
+            if thickness > body.mesh.size:
+                text = f"{body.label} is {thickness:.4g} m thick and {body.mesh.size:.4g} m large."
+                remedy = "Thickness is in m. Bodies thicker than large are closer to plane strain: state='strain'."
+                yield found("odd-units", (body.name,), text, remedy, thickness=thickness)
 
 
 def _drives(mechanism: Mechanism) -> Iterator[Finding]:
@@ -191,14 +213,14 @@ def _clearances(mechanism: Mechanism) -> Iterator[Finding]:
 
 def _beams(mechanism: Mechanism) -> Iterator[Finding]:
     for body in mechanism.bodies:
-        if not isinstance(body, FlexibleBody):
+        if not isinstance(body, FlexibleBody) or body.shear is not False:
             continue
         height = max(2.0 * outer_fibre(beam.section) for beam in body.beams)
-        points = np.array([point for beam in body.beams for point in (beam.start, beam.end)])
+        points = np.array([(node.x, node.y) for node in body.nodes()])
         length = float(np.hypot(*np.ptp(points, axis=0)))
         if length < LEAST_SLENDERNESS * height:
             text = f"{body.label} is {length:.4g} m long and {height:.4g} m high: no slender beam."
-            remedy = "Take a rigid body; the bending of this one would lack its shear."
+            remedy = "Take a rigid body, or shear=True; the bending of this one would lack its shear."
             yield found("stubby-beam", (body.name,), text, remedy, length=length, height=height)
 
 

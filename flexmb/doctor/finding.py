@@ -101,14 +101,3 @@ def found(code: str, parts: Sequence[str], text: str, remedy: str = "", **number
     """
     plain = {name: float(value) for name, value in numbers.items()}
     return Finding(code, tuple(parts), text, remedy, CODES[code][0], plain)
-
-
-def listed(names: Sequence[str], most: int = 8) -> str:
-    """Names in quotes, at most so many of them."""
-    shown = ", ".join(repr(name) for name in names[:most])
-    return f"{shown}, ..." if len(names) > most else shown
-
-
-def counted(number: int, noun: str) -> str:
-    """A number with its noun, plural where it is not 1."""
-    return f"{number} {noun}{'' if number == 1 else 's'}"

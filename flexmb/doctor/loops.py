@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from flexmb.bodies.flexible_body import FlexibleBody
-from flexmb.doctor.finding import WARNING, Finding, found, listed
+from flexmb.display.text import quoted
+from flexmb.doctor.finding import WARNING, Finding, found
 from flexmb.doctor.motions import values_of
 from flexmb.errors import AssemblyError
 from flexmb.linalg.dense_or_sparse import plain
@@ -67,7 +68,7 @@ def open_loops(closed: Program, error: AssemblyError) -> list[Finding]:
     G = StateEvaluation(closed).at(shaken).blocks[1] @ RigidMotion(closed).plain_basis(shaken)
     if row_rank(G).redundant:
         parts = dependent_parts(closed, G)
-        return [found("contradicting-joints", parts, text, f"The joints {listed(parts)} contradict one another.")]
+        return [found("contradicting-joints", parts, text, f"The joints {quoted(parts)} contradict one another.")]
     if not names:
         return [found("open-loop", (), str(error), "")]
     remedy = "Check lengths and points of the links of that loop, or choose positions of the drives that it can reach."
@@ -113,7 +114,7 @@ def other_branch(closed: Program, q: np.ndarray) -> list[Finding]:
     )
     parts = weakest_parts(closed, StateEvaluation(closed).at(q).blocks[1] @ RigidMotion(closed).plain_basis(q))
     text = (
-        f"Between the drawn pose and the start, {begin} (rad or m), the loops pass a singular pose: {listed(parts)} are"
+        f"Between the drawn pose and the start, {begin} (rad or m), the loops pass a singular pose: {quoted(parts)} are"
     )
     text += " assembled on another branch than the one drawn."
     remedy = "Draw the mechanism where its drives begin, on the branch that is meant."
@@ -166,7 +167,7 @@ def _crossed(closed: Program, pose: np.ndarray, before: float, after: float) -> 
     text = (
         f"Between t = {before:.6g} and {after:.6g} s the loops pass a singular pose, where two branches of the motion"
     )
-    text += f" cross, and {listed(parts)} no longer determine which one is followed."
+    text += f" cross, and {quoted(parts)} no longer determine which one is followed."
     remedy = "Change lengths so that the links never lie on one line, or add what guides real links through that pose."
     return found("branch-point", parts, text, remedy, time=after)
 
@@ -214,7 +215,7 @@ def _locked(mechanism: Mechanism, closed: Program, pose: np.ndarray, t: float, s
     joints = aligned or tuple(name for name in weak if isinstance(mechanism.find(name), Joint)) or weak
     where = ", ".join(f"{name!r} at {x:.6g}" for name, x in zip(drives, here, strict=True))
     text = f"The loops close only up to t = {t:.6g} s of {span:.6g} s, with {where} (rad or m)"
-    text += f"; there the joints {listed(joints)} lie on one line." if aligned else f"; {listed(joints)} lock."
+    text += f"; there the joints {quoted(joints)} lie on one line." if aligned else f"; {quoted(joints)} lock."
     remedy = "Move the drives within their range, or change lengths (Grashof: shortest + longest <= the other two)."
     owners = tuple(dict.fromkeys(name.partition(".")[0] for name in drives))
     numbers = {f"{name} from": x for name, x in zip(drives, begin, strict=True)}
@@ -224,7 +225,7 @@ def _locked(mechanism: Mechanism, closed: Program, pose: np.ndarray, t: float, s
 
 def _if_rigid(finding: Finding, bodies: list[str]) -> Finding:
     """The finding as a warning, where flexible bodies may bend as far as the drives demand."""
-    text = f"With rigid bodies in place of {listed(bodies)}: {finding.text}"
+    text = f"With rigid bodies in place of {quoted(bodies)}: {finding.text}"
     return replace(finding, severity=WARNING, text=text, remedy=f"{finding.remedy} A flexible body has to bend.")
 
 

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from flexmb.doctor.finding import Finding, counted, found, listed
+from flexmb.display.text import counted, quoted
+from flexmb.doctor.finding import Finding, found
 from flexmb.linalg.dense_or_sparse import plain
 from flexmb.linalg.rank import RANK_TOLERANCE, row_rank
 from flexmb.program.program import Program
@@ -46,11 +47,11 @@ def _of_joints(names: tuple[str, ...], count: int, *, singular: bool) -> Finding
     rows = f"{count} of their equations {'is' if count == 1 else 'are'} redundant"
     if singular:
         text = (
-            f"in the reference configuration the joints {listed(names)} repeat one another ({rows}): a singular pose."
+            f"in the reference configuration the joints {quoted(names)} repeat one another ({rows}): a singular pose."
         )
         remedy = "Start a little beside it, for example at another crank angle; see also redundant='least-norm'."
         return found("singular-pose", names, text[0].upper() + text[1:], remedy, redundant=count)
-    text = f"The joints {listed(names)} repeat one another in every pose near this one: {rows}."
+    text = f"The joints {quoted(names)} repeat one another in every pose near this one: {rows}."
     remedy = (
         "Remove one of them, replace a Prismatic or Fixed by a Revolute, make a link flexible, "
         "or simulate(..., redundant='least-norm')."
@@ -62,12 +63,12 @@ def _of_drives(program: Program, names: Sequence[str], extra: int, *, singular: 
     owners = [drive.partition(".")[0] for drive in program.drives]
     drives = [name for name in names if name in owners] or owners
     others = [name for name in names if name not in owners]
-    joints = f" (with the joints {listed(others)})" if others else ""
+    joints = f" (with the joints {quoted(others)})" if others else ""
     if singular:
-        text = f"{listed(drives)} cannot move the mechanism from this pose{joints}: a dead centre."
+        text = f"{quoted(drives)} cannot move the mechanism from this pose{joints}: a dead centre."
         return found("singular-pose", drives, text, "Start at another position of the drives.", redundant=extra)
     verb = "prescribes" if len(drives) == 1 else "prescribe"
-    text = f"{listed(drives)} {verb} {counted(extra, 'motion')} more than the joints leave free{joints}."
+    text = f"{quoted(drives)} {verb} {counted(extra, 'motion')} more than the joints leave free{joints}."
     return found("over-driven", drives, text, "Remove drives, or joints.", excess=extra)
 
 
@@ -85,7 +86,7 @@ def _hidden(program: Program, closed: Program, q: np.ndarray) -> list[Finding]:
     A = matrices[0]
     drives = [drive.partition(".")[0] for drive in program.drives]
     names = [name for name in dependent_parts(closed, A) if name in drives] or drives
-    text = f"With ideal joints {listed(names)} prescribe {counted(extra, 'motion')} too many; only clearances yield."
+    text = f"With ideal joints {quoted(names)} prescribe {counted(extra, 'motion')} too many; only clearances yield."
     return [found("hidden-over-drive", names, text, "Remove a drive, unless they shall work against each other.")]
 
 

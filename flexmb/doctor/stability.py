@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.doctor.finding import Finding, found, listed
+from flexmb.display.text import quoted
+from flexmb.doctor.finding import Finding, found
 from flexmb.equilibrium.eigen import damped
 from flexmb.equilibrium.free_motions import moves_most
 from flexmb.equilibrium.modes import Modes, modes
@@ -97,7 +98,7 @@ def loop_findings(mechanism: Mechanism, program: Program, q: np.ndarray) -> list
         return []
     names = tuple(part.name for part in mechanism.controllers)
     moved = moves_most(program.names.coordinates, program.length, np.abs(x[:, worst]))
-    text = f"With {listed(names)} a small motion, mostly of {moved!r}, grows by exp({s[worst].real:.4g} t), t in s."
+    text = f"With {quoted(names)} a small motion, mostly of {moved!r}, grows by exp({s[worst].real:.4g} t), t in s."
     remedy = "Check the sign of the feedback, and reduce the gains."
     return [
         found("unstable-loop", names, text, remedy, rate=s[worst].real, frequency=abs(s[worst].imag) / (2.0 * np.pi))

@@ -74,13 +74,19 @@ class Drive(Part):
         if self.joint not in (*mechanism.names, GROUND.name):
             raise ModelError(
                 f"{self.label} drives joint {self.joint!r}, but mechanism {mechanism.name!r} has no such part. "
-                f"{checks.did_you_mean(self.joint, mechanism.names)}"
+                f"{self._drivable(mechanism)}"
             )
         part = mechanism.find(self.joint)
         contribution = part.drive_contribution(mechanism) if isinstance(part, Joint) else None
         if contribution is None:
             raise ModelError(
                 f"{self.label}: {part.label} cannot be driven. "
-                "Drive the angle of a Revolute or the travel of a Prismatic."
+                f"Drive the angle of a Revolute or the travel of a Prismatic. {self._drivable(mechanism)}"
             )
         return contribution
+
+    def _drivable(self, mechanism: Mechanism) -> str:
+        """Hint with the joints that a drive can prescribe."""
+        joints = [part for part in mechanism.parts if isinstance(part, Joint)]
+        names = [part.name for part in joints if type(part).drive_contribution is not Joint.drive_contribution]
+        return checks.did_you_mean(self.joint, names, what="Joints that can be driven") if names else ""

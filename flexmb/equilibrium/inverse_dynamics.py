@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from flexmb import checks
+from flexmb.display import html
+from flexmb.display.text import counted, cut, listed
 from flexmb.equilibrium.statics import reactions
 from flexmb.errors import InputError
 from flexmb.model.controller import refuse_controllers
@@ -19,7 +21,7 @@ from flexmb.start.consistent import accelerations, degrees_of_freedom, rigid_vel
 from flexmb.system.state_evaluation import StateEvaluation
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class DrivenMotion:
     """Positions, velocities, accelerations, drive and joint forces at given instants.
 
@@ -39,6 +41,17 @@ class DrivenMotion:
     names: tuple[str, ...]
     aliases: dict[str, str]
     forces: dict[str, np.ndarray]
+
+    def __repr__(self) -> str:
+        span = f", {self.time[0]:.6g} to {self.time[-1]:.6g} s" if len(self.time) else ""
+        head = f"Driven motion: {counted(len(self.time), 'instant')}{span}; {counted(len(self.names), 'coordinate')}"
+        return cut(f"{head}; forces of {listed(self.forces) or 'no part'}", 3)
+
+    def _repr_html_(self) -> str:
+        peaks = [(name, *(f"{x:.6g}" for x in np.abs(found).max(axis=0))) for name, found in self.forces.items()]
+        head, _, sizes = repr(self).partition(": ")
+        heads = ("largest of", "fx [N]", "fy [N]", "moment or drive force [N m, N]")
+        return html.page(head, sizes, html.table(peaks, heads), html.folded("coordinates", html.texts(self.names)))
 
     def position(self, name: str) -> np.ndarray:
         """(n,) a coordinate [m, rad].

@@ -11,8 +11,31 @@ from hashlib import blake2b
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from flexmb.errors import InputError
+
 if TYPE_CHECKING:
     import xarray as xr
+
+
+@contextmanager
+def folder_made(label: str, path: Path) -> Iterator[None]:
+    """A block that writes the file `path`, whose folder is made.
+
+    Parameters
+    ----------
+    label : name of the caller, for messages.
+    path : the file.
+
+    Raises
+    ------
+    InputError : a path that cannot be written.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        yield
+    except OSError as error:
+        text = f"{label}: {str(path)!r} cannot be written ({error.strerror or error})."
+        raise InputError(f"{text} Give a file in a writable folder.") from error
 
 
 SEAL, DIGEST = b"flexmb-blake2b:", 16

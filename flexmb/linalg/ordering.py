@@ -99,9 +99,9 @@ def _minimum_degree(neighbours: list[set[int]], sizes: list[int], last: Sequence
 
     Eats `neighbours`.  The heap holds old degrees too; an entry counts only if its degree is the present one.
     """
-    waits = [sum(not last[k] for k in around) if last[b] else 0 for b, around in enumerate(neighbours)]
+    waits = [len(around) - sum(map(last.__getitem__, around)) if last[b] else 0 for b, around in enumerate(neighbours)]
     released_by = [[k for k in around if last[k]] if not last[b] else [] for b, around in enumerate(neighbours)]
-    degrees = [sum(sizes[k] for k in around) for around in neighbours]
+    degrees = [sum(map(sizes.__getitem__, around)) for around in neighbours]
     heap = [(degrees[b], b) for b, wait in enumerate(waits) if not wait]
     heapify(heap)
     alive = [True] * len(sizes)
@@ -119,7 +119,7 @@ def _minimum_degree(neighbours: list[set[int]], sizes: list[int], last: Sequence
             break
         for k in released_by[block]:
             waits[k] -= 1
-        weight = sum(sizes[k] for k in around)
+        weight = sum(map(sizes.__getitem__, around))
         for k in around:
             degrees[k] = _remove_block(block, k, neighbours, weight, sizes)
             if not waits[k]:
@@ -136,7 +136,7 @@ def _remove_block(block: int, k: int, neighbours: list[set[int]], weight: int, s
     mine.discard(block)
     if len(mine) == len(around) - 1:  # nothing beyond the new clique
         return weight - sizes[k]
-    return sum(sizes[other] for other in mine)
+    return sum(map(sizes.__getitem__, mine))
 
 
 def _full_rest(rest: set[int], last: Sequence[bool], structure: dict[int, set[int]]) -> list[int]:

@@ -19,19 +19,19 @@ if TYPE_CHECKING:
 Coordinate = tuple[str, str, int]
 AXES = ("x", "y", "theta")
 
-MULTIPLIES, ADDS, SUBTRACTS = "multiplies", "adds", "subtracts"
-USES_OF_FACTOR = (MULTIPLIES, ADDS, SUBTRACTS)
+USES_OF_FACTOR = MULTIPLIES, ADDS, SUBTRACTS = "multiplies", "adds", "subtracts"
 """Uses of the factor of a part's element in a signal of the part."""
 
 
 @dataclass(frozen=True)
 class Node:
-    """Node of a body in the reference configuration: position [m], angle [rad]; `name` is "" for a single node."""
+    """Node in the reference configuration; a single one has the name "".  `turns`: theta turns with the body."""
 
     name: str
     x: float
     y: float
     theta: float
+    turns: bool = True
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class ElementContribution:
     @property
     def is_complete(self) -> bool:
         """Whether the element has all three kernels at less cost."""
-        return None not in (self.force, self.tangent, self.account)
+        return self.force is not None and self.tangent is not None and self.account is not None
 
     def __post_init__(self) -> None:
         if self.account is not None and self.energy is None:
@@ -262,6 +262,7 @@ class SignalContribution:
     is_mode : whether the values number states, so that an instant within a step takes the value of the nearer end.
     use_of_factor : `MULTIPLIES`: the factor of the part's element multiplies the value; `ADDS`, `SUBTRACTS`: its first
         parameter times its factor is added or subtracted; "": nothing.
+    place_of : signal of the part whose place this one is: its peak is its value at the peak of that one.
     """
 
     part: str
@@ -272,6 +273,7 @@ class SignalContribution:
     p: tuple[float, ...] = ()
     is_mode: bool = False
     use_of_factor: str = ""
+    place_of: str = ""
 
 
 def signal_contributions(
@@ -350,7 +352,7 @@ class ControlContribution:
 
     @property
     def label(self) -> str:
-        """Part, as messages show it."""
+        """Part in messages."""
         return f"Controller {self.part!r}"
 
     @property

@@ -17,7 +17,7 @@ class Material(checks.Checked, Shown):
     ----------
     young : Young's modulus E [Pa], > 0.
     density : rho [kg/m^3], > 0.
-    poisson : Poisson's ratio nu, -1 < nu < 0.5; beams do not use it, contacts do.
+    poisson : Poisson's ratio nu, -1 < nu < 0.5; contacts use it, and beams with shear.
     yield_stress : uniaxial yield stress Y [Pa], > 0, or None when it is not known; a run then does not say where a
         contact yields.
 
@@ -51,6 +51,11 @@ class Material(checks.Checked, Shown):
             raise InputError(f"{text} For rubber take 0.499.")
         for name, value in values.items():
             object.__setattr__(self, name, value)
+
+    @property
+    def shear_modulus(self) -> float:
+        """Shear modulus G = E/(2 (1 + nu)) [Pa]."""
+        return self.young / (2.0 * (1.0 + self.poisson))
 
     @property
     def compliance(self) -> float:

@@ -22,7 +22,7 @@ from flexmb.model.contributions import (
 )
 from flexmb.model.controller import Controller
 from flexmb.model.mechanism_text import mechanism_html, mechanism_text
-from flexmb.model.part import GROUND, Body, Part, declared_state
+from flexmb.model.part import GROUND, Body, Joint, Part, declared_state
 from flexmb.model.shape import Shapes
 
 if TYPE_CHECKING:
@@ -238,7 +238,7 @@ class Mechanism:
             if "." in path:
                 nested.append((name, path, value, f"{self.label}: {key!r}"))
             else:
-                checks.one_of(f"{self.label}: {key!r}", "field", path, changeable(parts[name]))
+                require_field(f"{self.label}: {key!r}", path, parts[name])
                 own.setdefault(name, {})[path] = value
         parts |= {name: replace(parts[name], **values) for name, values in own.items()}
         for name, path, value, label in nested:
@@ -323,10 +323,22 @@ def changeable(owner: Any) -> list[str]:
     return [f.name for f in fields(owner) if f.init and f.name != "name"]
 
 
+def require_field(label: str, name: str, owner: Any) -> str:
+    """`name` if it is a field of a part, or of a record in it, that may be changed, else `InputError` with a hint."""
+    known = changeable(owner)
+    if name == "clearance" and isinstance(owner, Joint) and name not in known:
+        text = f"{label}: {owner.label} has no clearance"
+        raise InputError(
+            f"{text}. Give the mechanism a joint with clearance of the same name, e.g. RevoluteClearance(...); a ready "
+            "mechanism has one where its own clearance is given (clearance=..., on the command line --clearance)."
+        )
+    return checks.one_of(label, "field", name, known)
+
+
 def _with_field(owner: Any, path: str, value: Any, label: str) -> Any:
     """`owner` with the field at a dotted path replaced."""
     name, _, rest = path.partition(".")
-    checks.one_of(label, "field", name, changeable(owner))
+    require_field(label, name, owner)
     if not rest:
         return replace(owner, **{name: value})
     inner = getattr(owner, name)

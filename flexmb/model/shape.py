@@ -46,6 +46,10 @@ class BeamShape:
     bending : (b11, b12, b22), end moments per end rotation against the chord [N m/rad].
     ei : bending stiffness of the section at the start and at the end [N m2].
     depth : depth of the section in the plane at the start and at the end [m]; 0 where it is unknown.
+    shear : (c1, c2), shear angle over the end rotations against the chord, sign changed [1].
+    bow : shortening of the chord over length/30: bow1 u1^2 - bow2 u1 u2 + bow3 u2^2, with the end rotations u1 and u2.
+    unstressed : (l0, u10, u20), end rotations of the unstressed element against its chord [rad], and the sum of its
+        chord and the shortening of its chord [m]; None: straight.
     """
 
     part: str
@@ -58,6 +62,57 @@ class BeamShape:
     bending: tuple[float, float, float]
     ei: tuple[float, float]
     depth: tuple[float, float] = (0.0, 0.0)
+    shear: tuple[float, float] = (0.0, 0.0)
+    bow: tuple[float, float, float] = (2.0, 1.0, 2.0)
+    unstressed: tuple[float, float, float] | None = None
+
+    @property
+    def chord(self) -> float:
+        """Distance of the ends of the unstressed element [m]."""
+        free, u1, u2 = self.free
+        return free - self.length / 30.0 * (self.bow[0] * u1 * u1 - self.bow[1] * u1 * u2 + self.bow[2] * u2 * u2)
+
+    @property
+    def free(self) -> tuple[float, float, float]:
+        """(l0, u10, u20), also of a straight element."""
+        return (self.length, 0.0, 0.0) if self.unstressed is None else self.unstressed
+
+
+@dataclass(frozen=True, slots=True)
+class MeshShape:
+    """The mesh of a plane body.
+
+    Each point is carried by a node, at an offset in the frame of this node.  Of a reduced body, `basis` gives the
+    displacements of all points by the poses of all nodes against the frame of the body, and there are no carriers.
+
+    Parameters
+    ----------
+    part : name of the part.
+    kind : kind of the cells: "tri3", "tri6", "quad4" or "quad9".
+    points : (n) places in the reference configuration [m].
+    cells : (m) numbers of the points of each cell, corners first.
+    loops : numbers of the points along the outline and along each hole, in order, the first one not repeated.
+    nodes : names of the nodes that move the points.
+    carriers : (n) number of a node in `nodes`, and the point in its frame [m].
+    materials : stresses sx = d11 ex + d12 ey, txy = d33 gxy, sz = nu (sx + sy): (d11, d12, d33 [Pa], nu; 0 in a plate).
+    material_of : (m) number of the material of each cell; empty: the only one.
+    poses : (nodes) x, y, theta of the nodes in the reference configuration [m, rad]; of reduced bodies alone.
+    weights : (nodes) x, y by which the nodes turn the frame; empty: it turns with the first node.
+    basis : (2 n) displacements x0, y0, x1, ... by x, y, theta of every node.
+    """
+
+    part: str
+    kind: str
+    points: tuple[Point, ...]
+    cells: tuple[tuple[int, ...], ...]
+    loops: tuple[tuple[int, ...], ...]
+    nodes: tuple[str, ...]
+    carriers: tuple[tuple[int, float, float], ...] = ()
+    materials: tuple[tuple[float, float, float, float], ...] = ()
+    material_of: tuple[int, ...] = ()
+    poses: tuple[tuple[float, float, float], ...] = ()
+    weights: tuple[Point, ...] = ()
+    basis: tuple[tuple[float, ...], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,7 +209,7 @@ class BeltShape:
 
 
 Symbol = LineShape | ArrowShape | CircleShape | BeltShape
-Shape = RigidShape | BeamShape | PointShape | Symbol
+Shape = RigidShape | BeamShape | MeshShape | PointShape | Symbol
 Shapes = Sequence[Shape]
 
 
@@ -207,6 +262,7 @@ MARKER, TRACE = "marker", "trace"
 KINDS: dict[str, type[Shape]] = {
     "rigid": RigidShape,
     "beam": BeamShape,
+    "mesh": MeshShape,
     "point": PointShape,
     "line": LineShape,
     "arrow": ArrowShape,
@@ -224,6 +280,8 @@ def nodes_of(shape: Shape) -> list[tuple[str, str]]:
     """
     if isinstance(shape, BeamShape):
         return [(shape.part, shape.start), (shape.part, shape.end)]
+    if isinstance(shape, MeshShape):
+        return [(shape.part, node) for node in shape.nodes]
     if isinstance(shape, PointShape):
         return [(shape.body, shape.node)]
     if isinstance(shape, RigidShape):

@@ -113,5 +113,7 @@ def hint(name: str, signals: Signals, aliases: Mapping[str, str]) -> str:
     stems = ((n, n.rpartition(".")) for n in signals.names)
     known = [f"{ends[stem]}.{axis}" if stem in ends else n for n, (stem, _, axis) in stems]
     own = [n for n in known if n.startswith(f"{part}.")]
-    near: Sequence[str] = own or [n for n in known if n.partition(".")[2] == tail] or known
+    if own:
+        return checks.did_you_mean(name, own[:MOST_COMPARED_NAMES], f"{part}.")
+    near: Sequence[str] = [n for n in known if n.partition(".")[2] == tail] or known
     return checks.did_you_mean(name, near[:MOST_COMPARED_NAMES])

@@ -201,4 +201,5 @@ def reference_configuration(mechanism: Mechanism, number: Numbering, z: np.ndarr
         control = controller.control()
         states = number.dofs(state_coordinates(control))  # none of a sampled control
         v[states[: len(control.start)]] = control.start[: len(states)]
-    return ReferenceConfiguration(q, v, z, owner)
+    turns = np.array([node.turns for _, node in number.nodes], dtype=float)
+    return ReferenceConfiguration(q, v, z, owner, turns)

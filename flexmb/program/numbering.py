@@ -14,6 +14,9 @@ from flexmb.model.contributions import AXES, Contributions, ControlContribution,
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND
 
+UNUSED = ("unused1", "unused2")
+"""Names of coordinates that fill up the states of a control to threes."""
+
 
 class Placed(Protocol):
     """A piece, as far as it stands on coordinates."""
@@ -100,7 +103,7 @@ def state_nodes(mechanism: Mechanism) -> list[tuple[str, Node, tuple[str, str, s
         if control.sample is not None:
             continue
         for k in range(0, len(control.states), 3):
-            names = (*control.states[k : k + 3], "unused1", "unused2")
+            names = (*control.states[k : k + 3], *UNUSED)
             found.append((control.part, Node(state_node(k), 0.0, 0.0, 0.0), (names[0], names[1], names[2])))
     return found
 

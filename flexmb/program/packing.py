@@ -48,6 +48,12 @@ class KernelList:
             self.kernels.append(kernel)
         return self._number[id(kernel)]
 
+    def numbers(self, kernels: Iterable[Kernel | None]) -> list[int]:
+        """Numbers of several kernels, -1 for None; most of a large model are alike."""
+        listed = list(kernels)
+        of = {id(kernel): self.number(kernel) for kernel in {id(kernel): kernel for kernel in listed}.values()}
+        return [of[id(kernel)] for kernel in listed]
+
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
@@ -154,8 +160,7 @@ class Packer:
 
     def numbers(self, kind: str, kernels: Iterable[Kernel | None]) -> np.ndarray:
         """Numbers of the kernels of a kind, -1 for None."""
-        number = self.kernels[kind].number
-        return ints([number(kernel) for kernel in kernels])
+        return ints(self.kernels[kind].numbers(kernels))
 
     def remember(self, values: Iterable[float]) -> Bounds:
         """Append start values of a history; where they begin and end."""
@@ -342,6 +347,7 @@ class Packer:
         elements = [*enumerate(self.contributions.elements)]
         element = {contribution.part: e for e, contribution in reversed(elements)}
         element |= {contribution.part: e for e, contribution in reversed(elements) if contribution.factor is not None}
+        number = {(signal.part, signal.name): place for signal, place in zip(contributions, out, strict=True)}
         return Measured(
             self.numbers("signal", [contribution.kernel for contribution in contributions]),
             self.add_each([contribution.p for contribution in contributions]),
@@ -351,6 +357,7 @@ class Packer:
             ints([USES_OF_FACTOR.index(one.use_of_factor) if one.use_of_factor else -1 for one in contributions]),
             ints(out),
             ints([place for contribution, place in zip(contributions, out, strict=True) if contribution.is_mode]),
+            table([(number[s.part, s.name], number[s.part, s.place_of]) for s in contributions if s.place_of], 2),
             table(self.number.lists(angles).values.reshape(-1, 2), 2),
             self.add_each([contribution.p for contribution in angles]),
             ints(angle_out),

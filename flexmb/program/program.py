@@ -21,6 +21,7 @@ from flexmb.model.contributions import AXES, MotionInput
 from flexmb.model.law import Motion, NormalLaw
 from flexmb.model.shape import Shapes
 from flexmb.model.signal import Signals
+from flexmb.program.numbering import UNUSED
 from flexmb.program.tables import Addresses, Tables
 
 
@@ -70,6 +71,7 @@ class ReferenceConfiguration:
     v: np.ndarray  # (n_q,) [m/s, rad/s]
     z: np.ndarray  # (n_z,)
     body: np.ndarray  # (n_q,) number of the body of each coordinate
+    turns: np.ndarray  # (n_q / 3,) 1 for nodes whose theta follows a rigid rotation of their body, else 0
 
 
 @dataclass(frozen=True)
@@ -110,7 +112,8 @@ class Program:
     settled: tuple[int, ...] = ()  # coordinates of the states that begin where their rates are 0
 
     def __post_init__(self) -> None:
-        freeze((self.tables.p, self.reference.q, self.reference.v, self.reference.z, self.reference.body))
+        reference = self.reference
+        freeze((self.tables.p, reference.q, reference.v, reference.z, reference.body, reference.turns))
 
     def __repr__(self) -> str:
         bodies, contacts = counted(len(self.names.bodies), "body"), counted(len(self.names.contacts), "contact")
@@ -121,6 +124,21 @@ class Program:
     def _repr_html_(self) -> str:
         head, _, sizes = repr(self).partition(": ")
         return html.page(head, sizes, html.folded("coordinates", html.texts(self.names.coordinates)))
+
+    @cached_property
+    def shown(self) -> np.ndarray | None:
+        """Places of the signals that a run saves by default: not the integrals and rates of states; None: all."""
+        n, n_b = self.n_q, self.tables.sizes.n_b
+        states = self.names.coordinates[n_b:]
+        hidden = {place for k in range(n_b, n) for place in (k, 2 * n + k)}
+        hidden |= {n + n_b + k for k, name in enumerate(states) if name.rpartition(".")[2] in UNUSED}
+        every = range(len(self.names.signals))
+        return np.array([k for k in every if k not in hidden], dtype=np.int64) if hidden else None
+
+    @cached_property
+    def reported(self) -> Signals:
+        """The signals that a run saves by default."""
+        return self.names.signals if self.shown is None else self.names.signals.chosen(self.shown)
 
     def breaks(self, t_end: float) -> tuple[float, ...]:
         """Instants in (0, t_end] where a drive or a load jumps or has a kink, in order [s]."""

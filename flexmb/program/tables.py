@@ -116,6 +116,7 @@ class Measured(Record):
     use: Integers  # (n,) MULTIPLIED, ADDED or SUBTRACTED
     out: Integers  # (n,)
     modes: Integers  # those of `out` that number states
+    places: IntegerTable  # (k, 2) signals of places, and the signals at whose peaks they are wanted
     angle: IntegerTable  # (m, 2) rotations FIRST and SECOND
     angle_p: IntegerTable  # (m, 2)
     angle_out: Integers  # (m,) signal of the rotation, before that of its rate

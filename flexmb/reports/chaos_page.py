@@ -11,9 +11,8 @@ import numpy as np
 from flexmb import checks
 from flexmb.dynamics.verdict.meaning import MEANING, meaning_of
 from flexmb.errors import InputError
-from flexmb.reports.document import document, write_page
-from flexmb.reports.head import plain_head
-from flexmb.reports.markup import Content, Markup, facts, joined, number, quantity, section, table, tag
+from flexmb.reports.document import write_page
+from flexmb.reports.markup import Content, Markup, facts, number, quantity, section, table, tag
 from flexmb.reports.packing import floats
 
 if TYPE_CHECKING:
@@ -64,8 +63,8 @@ def write_chaos(groups: Mapping[str, xr.Dataset], path: Path, signals: Sequence[
         history = np.column_stack([root["history_time"].values, root["exponent_history"].values])
         data["history"] = floats(history)
     heading = str(root.attrs["name"]) if title is None else title
-    body = joined([plain_head(heading, _key_numbers(root), LINKS), _main(root, has_motion=motion is not None)])
-    return write_page(path, document(f"{heading} - flexmb", body, SCRIPTS, data))
+    main = _main(root, has_motion=motion is not None)
+    return write_page(path, heading, _key_numbers(root), LINKS, main, SCRIPTS, data)
 
 
 def _columns(dataset: xr.Dataset, names: Sequence[str]) -> np.ndarray:

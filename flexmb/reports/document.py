@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import base64
 import json
+from collections.abc import Mapping
 from functools import cache
 from hashlib import sha256
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from flexmb.errors import InputError
-from flexmb.jobs.files import write_text
-from flexmb.reports.markup import Markup, tag
+from flexmb.jobs.files import folder_made, write_text
+from flexmb.reports.head import plain_head
+from flexmb.reports.markup import Markup, joined, tag
 
 STYLES = ("uPlot.min.css", "page.css", "player.css")
 LIBRARY = "uPlot.iife.min.js"
@@ -88,16 +89,29 @@ def _finite(value: Any) -> Any:
     return value
 
 
-def write_page(path: Path, text: str) -> Path:
+def write_page(
+    path: Path,
+    heading: str,
+    key_numbers: Markup,
+    links: Mapping[str, str],
+    main: Markup,
+    scripts: tuple[str, ...],
+    data: dict[str, Any],
+) -> Path:
     """Write a page, whole or not at all.
+
+    Parameters
+    ----------
+    path : the file.
+    heading, key_numbers, links : see `plain_head`.
+    main : element with all sections.
+    scripts, data : see `document`.
 
     Raises
     ------
     InputError : a path that cannot be written.
     """
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        return write_text(path, text)
-    except OSError as error:
-        message = f"report: {str(path)!r} cannot be written ({error.strerror or error})."
-        raise InputError(f"{message} Give a file in a writable folder.") from error
+    body = joined([plain_head(heading, key_numbers, links), main])
+    with folder_made("report", path):
+        write_text(path, document(f"{heading} - flexmb", body, scripts, data))
+    return path

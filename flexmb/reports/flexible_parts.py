@@ -9,6 +9,7 @@ import numpy as np
 
 from flexmb.model.shape import MARKER, TRACE, BeamShape, PointShape
 from flexmb.results.drawing import GROUND, carried, pose
+from flexmb.results.resampling import unstressed
 from flexmb.results.solution import Solution
 
 NEAR = 0.02
@@ -81,32 +82,6 @@ def _flexible_part(
     turned -= 2.0 * np.pi * np.round(turned / (2.0 * np.pi))
     local = np.stack([c * dx + s * dy - reference[:, 0], c * dy - s * dx - reference[:, 1], turned], axis=-1)
     return FlexiblePart(part, nodes, reference, motion, local)
-
-
-def unstressed(elements: Sequence[BeamShape]) -> dict[str, tuple[float, float, float]]:
-    """Poses (x, y, theta) of the nodes of an unstressed part, its first node at the origin with theta = 0 [m, rad].
-
-    Parameters
-    ----------
-    elements : beam elements of the part, all of them connected.
-    """
-    found = {elements[0].start: (0.0, 0.0, 0.0)}
-    left = list(elements)
-    while left:
-        beam = next((b for b in left if b.start in found or b.end in found), left[0])
-        left.remove(beam)
-        if beam.start in found:
-            x, y, theta = found[beam.start]
-            angle = theta + beam.start_angle
-            step = beam.length * np.array([np.cos(angle), np.sin(angle)])
-            found.setdefault(beam.end, (x + step[0], y + step[1], angle - beam.end_angle))
-        else:
-            x, y, theta = found.get(beam.end, (0.0, 0.0, 0.0))
-            angle = theta + beam.end_angle
-            step = beam.length * np.array([np.cos(angle), np.sin(angle)])
-            found.setdefault(beam.end, (x, y, theta))
-            found[beam.start] = (x - step[0], y - step[1], angle - beam.start_angle)
-    return found
 
 
 def rigid_motion(reference: np.ndarray, poses: np.ndarray) -> np.ndarray:

@@ -14,8 +14,7 @@ from flexmb.model.description import described
 from flexmb.model.mechanism import Mechanism
 from flexmb.reports.clearances import clearance_data, clearance_section
 from flexmb.reports.curves import chosen_names, curves, frame_instants
-from flexmb.reports.document import document, write_page
-from flexmb.reports.head import plain_head
+from flexmb.reports.document import write_page
 from flexmb.reports.markup import Markup, joined, section, tag
 from flexmb.reports.model_tables import NOT_EXAMINED, check_section, model_section
 from flexmb.reports.player import player
@@ -61,8 +60,7 @@ def write_run(
     sections = joined([_body(sol, shown, known, description), settings_section(sol, len(instants))])
     page = tag("main", sections, id="top")
     links = {anchor: text for anchor, text in LINKS.items() if f'id="{anchor}"' in sections}
-    body = joined([plain_head(heading, key_numbers(sol), links), page])
-    return write_page(path, document(f"{heading} - flexmb", body, SCRIPTS, data))
+    return write_page(path, heading, key_numbers(sol), links, page, SCRIPTS, data)
 
 
 def _scene(sol: Solution, mechanism: Mechanism | None, instants: np.ndarray) -> tuple[dict[str, Any] | None, str]:

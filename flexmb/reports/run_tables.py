@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.reports.markup import Content, Markup, facts, number, pretty, quantity, section, table, tag
+from flexmb.reports.markup import Content, Markup, facts, joined, number, pretty, quantity, section, table, tag
 from flexmb.results.solution import Solution
 from flexmb.version import installed_version
 
@@ -121,8 +121,12 @@ def _short(value: Any) -> str:
 
 
 def key_numbers(sol: Solution) -> Markup:
-    """Name, state and first numbers of a run, for the head of a page."""
+    """State and first numbers of a run, for the head of a page; its status where it tells more than the end."""
     badge = tag("span", "finished" if sol.ok else "not finished", class_=f"badge {'good' if sol.ok else 'error'}")
     span = f"{quantity(sol.time[0], 's')} to {quantity(sol.time[-1], 's')}"
     text = f"{span}, {len(sol.time)} saved instants, {sol.stats.steps} steps, {sol.stats.wall_time:.3g} s of computing"
-    return tag("p", badge, Markup(" "), tag("span", text), class_="key-numbers")
+    numbers = tag("p", badge, Markup(" "), tag("span", text), class_="key-numbers")
+    if sol.ok and ". " not in sol.status:
+        return numbers
+    kind = "warning" if sol.ok else "error"
+    return joined([numbers, tag("p", sol.status, class_=f"told {kind}", role="status")])

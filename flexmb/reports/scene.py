@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from flexmb import planar
 from flexmb.model.mechanism import Mechanism
-from flexmb.model.shape import ArrowShape, BeamShape, CircleShape, LineShape, Place, PointShape, RigidShape
+from flexmb.model.shape import ArrowShape, BeamShape, CircleShape, LineShape, MeshShape, Place, PointShape, RigidShape
 from flexmb.reports.flexible_parts import FlexiblePart, flexible_parts
 from flexmb.reports.packing import COARSE, FINE, MIDDLE, quantised
 from flexmb.reports.stresses import stresses
@@ -86,7 +87,11 @@ def scene(sol: Solution, mechanism: Mechanism | None, instants: np.ndarray) -> d
     nodes = Nodes(sol, instants)
     beams = [shape for shape in sol.shapes if isinstance(shape, BeamShape)]
     drawn = {
-        "rigid": [_rigid(nodes, shape) for shape in sol.shapes if isinstance(shape, RigidShape)],
+        "rigid": [
+            _rigid(nodes, shape) if isinstance(shape, RigidShape) else _outline(nodes, shape)
+            for shape in sol.shapes
+            if isinstance(shape, RigidShape | MeshShape)
+        ],
         "beams": [_beam(nodes, beam) for beam in beams],
         "points": [_point(nodes, shape) for shape in sol.shapes if isinstance(shape, PointShape)],
         "symbols": [s for s in (_symbol(nodes, shape) for shape in sol.shapes) if s is not None],
@@ -102,9 +107,17 @@ def _rigid(nodes: Nodes, shape: RigidShape) -> dict[str, Any]:
     return {"part": shape.part, "node": nodes.of(shape.part, shape.node), "lines": shape.lines}
 
 
+def _outline(nodes: Nodes, mesh: MeshShape) -> dict[str, Any]:
+    """Outline and holes of a plane body at the first instant, carried by its first node as if it were rigid."""
+    loops = [loop[0] for loop in drawing.surface(nodes.sol, mesh, nodes.instants[:1]).outlines()]
+    x, y, theta = pose(nodes.sol, mesh.part, mesh.nodes[0], nodes.instants[:1])[0]
+    lines = [[planar.to_frame((x, y), theta, (a, b)) for a, b in loop.tolist()] for loop in loops]
+    return {"part": mesh.part, "node": nodes.of(mesh.part, mesh.nodes[0]), "lines": lines}
+
+
 def _beam(nodes: Nodes, beam: BeamShape) -> list[Any]:
     a, b = nodes.of(beam.part, beam.start), nodes.of(beam.part, beam.end)
-    return [beam.part, a, b, beam.length, beam.start_angle, beam.end_angle]
+    return [beam.part, a, b, beam.length, beam.start_angle, beam.end_angle, *(beam.shear if any(beam.shear) else ())]
 
 
 def _point(nodes: Nodes, shape: PointShape) -> dict[str, Any]:

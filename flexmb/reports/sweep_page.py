@@ -12,9 +12,8 @@ import numpy as np
 from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.pictures.curves.bifurcation import COLOURS, default_signal, entry_of
-from flexmb.reports.document import document, write_page
-from flexmb.reports.head import plain_head
-from flexmb.reports.markup import Content, Markup, facts, joined, number, pretty, quantity, section, table, tag
+from flexmb.reports.document import write_page
+from flexmb.reports.markup import Content, Markup, facts, number, pretty, quantity, section, table, tag
 from flexmb.reports.packing import floats, instants
 
 if TYPE_CHECKING:
@@ -54,8 +53,7 @@ def write_sweep(diagram: xr.Dataset, path: Path, signals: Sequence[str] | None, 
         "signals": [_points(diagram, name, rows) for name in names],
     }
     heading = str(diagram.attrs["name"]) if title is None else title
-    body = joined([plain_head(heading, _key_numbers(diagram, rows), LINKS), _main(diagram, rows)])
-    return write_page(path, document(f"{heading} - flexmb", body, SCRIPTS, data))
+    return write_page(path, heading, _key_numbers(diagram, rows), LINKS, _main(diagram, rows), SCRIPTS, data)
 
 
 LINKS = {"section": "Diagram", "values": "Values", "settings": "Settings"}

@@ -10,6 +10,7 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.display import html
+from flexmb.display.shown import Shown
 from flexmb.errors import InputError
 
 if TYPE_CHECKING:
@@ -72,7 +73,7 @@ class UnknownContactError(InputError, KeyError):
 
 
 @dataclass(frozen=True)
-class Episode:
+class Episode(Shown):
     """One contact interval; see `Episodes` for the fields.
 
     Parameters

@@ -8,8 +8,9 @@ import numpy as np
 
 from flexmb.beams import hermite
 from flexmb.errors import InputError
-from flexmb.model.shape import TRACE, BeamShape, PointShape, RigidShape, nodes_of
+from flexmb.model.shape import TRACE, BeamShape, MeshShape, Place, PointShape, RigidShape, nodes_of
 from flexmb.results.solution import Solution
+from flexmb.results.surfaces import Surface, moved_points
 
 GROUND = "ground"
 
@@ -19,13 +20,14 @@ class Line:
     """A polyline of a part at n instants, with the section forces of beams.
 
     `fields` holds arrays (n, m) by name; it is empty for rigid lines.  `depth` (m,) is the depth of a beam in the plane
-    [m], 0 where it is unknown.
+    [m], 0 where it is unknown.  `of_mesh`: whether it is the outline or a hole of a mesh.
     """
 
     part: str
     points: np.ndarray  # (n, m, 2) [m]
     fields: dict[str, np.ndarray]
     depth: np.ndarray | None = None
+    of_mesh: bool = False
 
     @property
     def is_beam(self) -> bool:
@@ -90,8 +92,14 @@ def carried(pose: np.ndarray, points: np.ndarray) -> np.ndarray:
     return np.stack([pose[:, 0, None] + c * x - s * y, pose[:, 1, None] + s * x + c * y], axis=-1)
 
 
+def path(sol: Solution, point: Place, instants: np.ndarray) -> np.ndarray:
+    """Positions (n, 2) of a point of a body at saved instants [m]."""
+    body, node, offset = point
+    return carried(pose(sol, body, node, instants), np.array([offset], dtype=float))[:, 0]
+
+
 def lines(sol: Solution, instants: np.ndarray, points_per_element: int) -> list[Line]:
-    """All lines of the solution: outlines of rigid bodies and axes of beams, in the order of the shapes."""
+    """All lines of the solution: outlines of rigid bodies and meshes, axes of beams, in the order of the shapes."""
     require_nodes(sol)
     xi = np.linspace(0.0, 1.0, points_per_element)
     found = []
@@ -101,7 +109,21 @@ def lines(sol: Solution, instants: np.ndarray, points_per_element: int) -> list[
             found += [Line(shape.part, carried(at, np.array(line, dtype=float)), {}) for line in shape.lines]
         elif isinstance(shape, BeamShape):
             found.append(_beam(sol, shape, instants, xi))
+        elif isinstance(shape, MeshShape):
+            rims = surface(sol, shape, instants).outlines()
+            found += [Line(shape.part, rim, {}, of_mesh=True) for rim in rims]
     return found
+
+
+def surfaces(sol: Solution, instants: np.ndarray) -> list[Surface]:
+    """All meshes of the solution, in the order of the shapes."""
+    return [surface(sol, shape, instants) for shape in sol.shapes if isinstance(shape, MeshShape)]
+
+
+def surface(sol: Solution, shape: MeshShape, instants: np.ndarray) -> Surface:
+    """A mesh at the saved `instants`."""
+    poses = np.stack([pose(sol, shape.part, node, instants) for node in shape.nodes], axis=1)
+    return Surface(shape.part, shape, moved_points(shape, poses))
 
 
 def marks(sol: Solution, instants: np.ndarray) -> list[Mark]:
@@ -130,8 +152,7 @@ def traces(sol: Solution) -> dict[str, np.ndarray]:
     found = {}
     for shape in sol.shapes:
         if isinstance(shape, PointShape) and shape.kind == TRACE:
-            at = pose(sol, shape.body, shape.node, whole)
-            found[shape.part] = carried(at, np.array([shape.offset], dtype=float))[:, 0]
+            found[shape.part] = path(sol, (shape.body, shape.node, shape.offset), whole)
     return found
 
 

@@ -71,13 +71,14 @@ def momentum(mechanism: Mechanism, solution: Solution, bodies: tuple[str, ...] |
         checks.one_of(label, "body", name, program.names.bodies)
     if not names:
         raise InputError(f"{label}: bodies is empty; name at least one, or leave it out for all.")
-    n = program.n_q
+    n_b = program.tables.sizes.n_b
     places = _places_of_motion(label, solution, program)
-    owners = np.asarray([*program.names.bodies, *[""] * (program.n_q - program.tables.sizes.n_b)])
+    owners = np.asarray([*program.names.bodies, *[""] * (program.n_q - n_b)])
+    q, v = np.zeros((2, program.n_q))  # states of controls have no momentum
     chosen = np.isin(owners[RigidMotion(program).body], names)
     system, rows = StateEvaluation(program), []
     for values in solution.values:
-        q, v = values[places[:n]], values[places[n:]]
+        q[:n_b], v[:n_b] = values[places[:n_b]], values[places[n_b:]]
         rigid = motions(q, chosen)
         M = system.mass(q)
         rows.append(np.concatenate([rigid.T @ (M @ v), (rigid.T @ (M @ rigid))[:2].ravel()]))
@@ -88,11 +89,14 @@ def momentum(mechanism: Mechanism, solution: Solution, bodies: tuple[str, ...] |
 
 
 def _places_of_motion(label: str, solution: Solution, program: Program) -> np.ndarray:
-    """Places of all positions and velocities (2 n_q,) among the signals of the solution."""
+    """Places of positions and velocities of bodies (2 n_b,) among the signals of the solution."""
     known, places = program.names.signals, solution.signals.places
-    if not set(solution.names) <= known.places.keys() or (SAVED_KEY not in solution.model and len(places) < len(known)):
+    if not set(solution.names) <= known.places.keys() or (
+        SAVED_KEY not in solution.model and len(places) < len(program.reported)
+    ):
         raise InputError(f"{label}: the solution of {solution.name!r} has other signals. Give that of this mechanism.")
-    needed = known.names[: 2 * program.n_q]
+    n, n_b = program.n_q, program.tables.sizes.n_b
+    needed = (*known.names[:n_b], *known.names[n : n + n_b])
     missing = [name for name in needed if name not in places]
     if missing:
         text = f"{label}: {len(missing)} positions and velocities were not saved, the first is {missing[0]!r}"

@@ -6,6 +6,7 @@ compares it with its checksum, and keeps its bytes; arrays of signals are made o
 
 from __future__ import annotations
 
+import io
 import json
 from dataclasses import asdict
 from pathlib import Path
@@ -14,7 +15,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from flexmb.errors import FileFormatError, InputError
-from flexmb.jobs.files import is_whole, netcdf_image, write_sealed
+from flexmb.jobs.files import folder_made, is_whole, netcdf_image, write_sealed
 from flexmb.model import shape
 from flexmb.model.signal import Signal, Signals
 from flexmb.results.contact_intervals import COLUMNS, MODES, ContactLog
@@ -32,6 +33,7 @@ FORMAT = 1
 
 VERSION = "flexmb_format"
 RECORD = "flexmb_record"  # a variable, since an attribute of HDF5 holds at most 64 KiB
+TIME = "time"
 RESTART = "restart"
 EPISODES = "episodes"
 READ_ERRORS = (OSError, ValueError, LookupError, TypeError, AttributeError, RuntimeError)  # all seen on damaged files
@@ -54,18 +56,14 @@ def save(sol: Solution, path: str | Path) -> Path:
     """
     target = Path(path)
     dataset = _dataset(sol)
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
+    with folder_made("Solution", target):
         groups = {"": dataset}
         encodings: dict[str, dict[str, Any]] = {"": {str(name): {"_FillValue": None} for name in dataset.variables}}
         if sol.restart:
             groups[RESTART] = _restart(sol)
         if sol.contacts.names:
             groups[EPISODES], encodings[EPISODES] = _episodes(sol), {name: {"_FillValue": None} for name, _ in COLUMNS}
-        write_sealed(target, netcdf_image(groups, encodings))
-    except OSError as error:
-        text = f"Solution: {str(target)!r} cannot be written ({error.strerror or error})."
-        raise InputError(f"{text} Give a file in a writable folder.") from error
+        write_sealed(target, _with_signals(netcdf_image(groups, encodings), sol))
     return target
 
 
@@ -81,6 +79,9 @@ def load(path: str | Path) -> Solution:
     FileFormatError : a file that is missing, truncated, not written by flexmb, or in a format newer than this version.
     """
     source = Path(path)
+    if source.suffix == ".py":
+        text = f"{str(source)!r}: a file of Python, and no result of a run. Run it first (flexmb run {source.name})"
+        raise FileFormatError(f"{text}, and give the file that this writes: out/{source.stem}/{source.stem}.nc.")
     if not source.is_file():
         raise FileFormatError(f"{str(source)!r}: there is no such file. Check the path; sol.to_netcdf(...) writes one.")
     try:
@@ -97,6 +98,7 @@ def load(path: str | Path) -> Solution:
 
 
 def _dataset(sol: Solution) -> xr.Dataset:
+    """Time, record and global attributes."""
     import xarray as xr
 
     record = {
@@ -116,12 +118,32 @@ def _dataset(sol: Solution) -> xr.Dataset:
     except (TypeError, ValueError) as error:
         message = f"Solution of {sol.name!r}: model cannot be written as JSON ({error})."
         raise InputError(f"{message} Put plain numbers and texts in it.") from error
-    dataset = sol.dataset
-    for k, s in enumerate(sol.signals):
-        peak = {"peak": sol.peaks.values[k], "peak_time": sol.peaks.times[k]}
-        dataset.variables[s.name].attrs.update(units=udunits(s.units), **peak)
-    dataset[RECORD] = xr.Variable((), text, {"long_name": "record of the run as JSON, which flexmb.load reads"})
-    return dataset.assign_attrs({VERSION: FORMAT, **global_attributes(sol.model)})
+    time = xr.Variable(TIME, sol.time, {"units": "s", "long_name": TIME})
+    kept = xr.Variable((), text, {"long_name": "record of the run as JSON, which flexmb.load reads"})
+    attrs = {"mechanism": sol.name, "status": sol.status, "ok": int(sol.ok), VERSION: FORMAT}
+    return xr.Dataset({RECORD: kept}, {TIME: time}, {**attrs, **global_attributes(sol.model)})
+
+
+def _with_signals(image: bytes, sol: Solution) -> bytes:
+    """The bytes of a file with all signals over its time: xarray takes four times as long to write so many variables.
+
+    What a variable of netCDF-4 is in HDF5: https://docs.unidata.ucar.edu/netcdf-c/current/file_format_specifications.html
+    """
+    import h5py
+
+    whole = io.BytesIO(image)
+    with h5py.File(whole, "r+") as file:
+        time = file[TIME]
+        number = time.attrs["_Netcdf4Dimid"]
+        for k, s in enumerate(sol.signals):
+            variable = file.create_dataset(s.name, data=sol.array(s.name), track_order=True)
+            variable.attrs.create("_Netcdf4Dimid", number, dtype=np.int32)
+            variable.attrs.create("_Netcdf4Coordinates", [number], dtype=np.int32)
+            variable.attrs["units"], variable.attrs["long_name"] = udunits(s.units), long_name(s.name)
+            variable.attrs["peak"] = sol.peaks.values[k : k + 1]
+            variable.attrs["peak_time"] = sol.peaks.times[k : k + 1]
+            variable.dims[0].attach_scale(time)
+    return whole.getvalue()
 
 
 def _restart(sol: Solution) -> xr.Dataset:

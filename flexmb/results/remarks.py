@@ -60,11 +60,10 @@ def _slow(law: NormalLaw, rows: np.ndarray) -> Iterator[str]:
         whole = float(column.sum())
         shares.append(float(column[slow].sum()) / whole if whole > 0.0 else 0.0)
     if max(shares) > SMALL_SHARE:
-        text = (
-            f"{int(slow.sum())} of {len(rows)} contacts began at less than least_approach = {law.least_approach:g} m/s"
-        )
-        text = f"{text} and carry {100.0 * shares[0]:.3g} % of the impulse and {100.0 * shares[1]:.3g} % of the loss"
-        yield f"{text}; their largest speed scales their damping. reference_speed='largest' does so in all contacts"
+        text = f"{int(slow.sum())} of {len(rows)} contacts began below least_approach = {law.least_approach:g} m/s"
+        text = f"{text}, and have {100.0 * shares[0]:.3g} % of the impulse and {100.0 * shares[1]:.3g} % of the loss"
+        text = f"{text}; their damping follows the largest speed while they last, that of the others the speed at which"
+        yield f"{text} the surfaces met. reference_speed='largest' treats all alike"
 
 
 def _lasting(law: NormalLaw, history: Sequence[float], rows: np.ndarray, end: float, span: float) -> Iterator[str]:
@@ -73,7 +72,8 @@ def _lasting(law: NormalLaw, history: Sequence[float], rows: np.ndarray, end: fl
         start = row[COLUMN["start"]]
         damped = damped_since_onset(law, history)
         if damped and not start > end - span:
-            yield f"closed without a break since {'the start' if np.isnan(start) else f't = {start:.6g} s'}; {damped}"
+            since = "the start" if np.isnan(start) else f"t = {start:.6g} s"
+            yield f"the surfaces have touched without a break since {since}; {damped}"
 
 
 def damped_since_onset(law: NormalLaw, history: Sequence[float]) -> str:
@@ -88,8 +88,8 @@ def damped_since_onset(law: NormalLaw, history: Sequence[float]) -> str:
         return ""
     approach = history[APPROACH_PLACE]
     if law.reference_speed == LARGEST or approach < law.least_approach or approach <= 0.0:
-        return "the largest speed since then scales its damping"
-    return f"the speed of that onset, {approach:.3g} m/s, still scales its damping (docs/contact.md)"
+        return "its damping follows the largest speed since then"
+    return f"its damping still follows the speed at which its surfaces met, {approach:.3g} m/s (docs/contact.md)"
 
 
 def _damps(law: NormalLaw) -> TypeGuard[HysteresisLaw | CylinderLaw]:

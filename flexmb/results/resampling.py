@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -101,7 +102,7 @@ def _beams(sol: Solution) -> dict[str, list[BeamShape]]:
     return found
 
 
-def unstressed(beams: list[BeamShape]) -> dict[str, tuple[float, float, float]]:
+def unstressed(beams: Sequence[BeamShape]) -> dict[str, tuple[float, float, float]]:
     """Poses x, y, theta of the nodes of an unstressed body by name, in the frame of its first node.
 
     Parameters
@@ -117,9 +118,10 @@ def unstressed(beams: list[BeamShape]) -> dict[str, tuple[float, float, float]]:
         left.remove(near)
         ahead = near.start in found
         x, y, theta = found[near.start if ahead else near.end]
-        direction = theta + (near.start_angle if ahead else near.end_angle)
-        length = near.length if ahead else -near.length
-        other = direction - (near.end_angle if ahead else near.start_angle)
+        _, first, last = near.free  # rotations of the unstressed element against its chord
+        direction = theta + (near.start_angle - first if ahead else near.end_angle - last)
+        length = near.chord if ahead else -near.chord
+        other = direction + (last - near.end_angle if ahead else first - near.start_angle)
         place = (x + length * np.cos(direction), y + length * np.sin(direction), other)
         found.setdefault(near.end if ahead else near.start, place)
     return found

@@ -13,28 +13,31 @@ from flexmb.errors import InputError
 from flexmb.model.signal import hint, resolved
 
 if TYPE_CHECKING:
-    from flexmb.program.program import Names
+    from flexmb.program.program import Program
 
 SAVED_KEY = "signals"
 """Key of `Solution.model` for the chosen signals, where not all were saved."""
 
 
-def chosen_places(owner: str, names: Names, wanted: object) -> np.ndarray | None:
-    """Places (n,) of the chosen signals, ascending, each once; None for all.
+def chosen_places(owner: str, program: Program, wanted: object) -> np.ndarray | None:
+    """Places (n,) of the chosen signals, ascending, each once; None where that is all.
+
+    Integrals and rates of states of controls are chosen by their whole names alone.
 
     Parameters
     ----------
     owner : who asks, for messages.
-    names : those of the program.
-    wanted : None, or names of signals, and patterns in which * stands for any text: "slider.x", "coupler.*", "*.force".
+    program : the compiled mechanism.
+    wanted : None for those of `Program.reported`; names of signals, and patterns in which * stands for any text:
+        "slider.x", "coupler.*", "*.force".
 
     Raises
     ------
     InputError : no list of texts; a name that is no signal; a pattern that fits none.
     """
     if wanted is None:
-        return None
-    signals, aliases = names.signals, names.aliases
+        return program.shown
+    signals, aliases = program.names.signals, program.names.aliases
     found: set[int] = set()
     for name in checks.sequence(owner, "signals", wanted, "names such as 'slider.x' or 'slider.*'"):
         if not isinstance(name, str):
@@ -43,10 +46,10 @@ def chosen_places(owner: str, names: Names, wanted: object) -> np.ndarray | None
         if own in signals.places:
             found.add(signals.places[own])
             continue
-        fitting = matching(signals.names, own) if "*" in own else []
+        fitting = matching(program.reported.names, own) if "*" in own else []
         if not fitting:
             what = "signal fits" if "*" in own else "signal is called"
-            raise InputError(f"{owner}: no {what} {name!r}. {hint(name, signals, aliases)}")
+            raise InputError(f"{owner}: no {what} {name!r}. {hint(name, program.reported, aliases)}")
         found.update(signals.places[one] for one in fitting)
     return np.array(sorted(found), dtype=np.int64)
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from flexmb.display.text import number_text
 from flexmb.errors import InputError
 from flexmb.model.shape import LateShapes, Shapes
 from flexmb.model.signal import Signals, hint, resolved
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from flexmb.model.mechanism import Mechanism
+    from flexmb.results.fatigue import Fatigue, WoehlerLine
 
 
 class UnknownSignalError(InputError, KeyError):
@@ -44,6 +46,47 @@ class Peak(NamedTuple):
 
     value: float
     time: float
+
+    def __repr__(self) -> str:
+        return f"Peak(value={number_text(self.value)}, time={number_text(self.time)})"
+
+    @property
+    def node(self) -> int | None:
+        """Number of the node where a stress was largest, of a mesh that in the mesh; None of other signals."""
+        return None
+
+    @property
+    def place(self) -> tuple[float, float] | None:
+        """Place of this node in the reference configuration [m]; None of other signals."""
+        return None
+
+
+class PeakOfStress(Peak):
+    """The peak of a stress, with its place.
+
+    Parameters
+    ----------
+    peak : value and time.
+    node : number of the node.
+    place : its place in the reference configuration [m]; None of beams and reduced bodies of a file.
+    """
+
+    def __new__(cls, peak: Peak, node: int, place: tuple[float, float] | None) -> PeakOfStress:
+        """The peak with its place."""
+        own = super().__new__(cls, *peak)
+        own.__dict__["at"] = (node, place)
+        return own
+
+    @property
+    def node(self) -> int:
+        """Number of the node where the stress was largest."""
+        return int(self.__dict__["at"][0])
+
+    @property
+    def place(self) -> tuple[float, float] | None:
+        """Place of this node in the reference configuration [m]; None of beams and reduced bodies of a file."""
+        found: tuple[float, float] | None = self.__dict__["at"][1]
+        return found
 
 
 class Peaks(NamedTuple):
@@ -174,9 +217,81 @@ class Solution:
         return self.signals.units[self._place(name)]
 
     def peak(self, name: str) -> Peak:
-        """Largest absolute value of the signal `name` and its time, over all accepted steps and not the saved ones."""
+        """Largest absolute value of the signal `name` and its time, over all accepted steps and not the saved ones.
+
+        That of the largest stress of a flexible body, "rod.von_mises", has its place, too: `peak.node`, `peak.place`.
+        """
         k = self._place(name)
-        return Peak(float(self.peaks.values[k]), float(self.peaks.times[k]))
+        peak = Peak(float(self.peaks.values[k]), float(self.peaks.times[k]))
+        at = self._places.get(f"{self.signals.names[k]}_node")
+        if at is None:
+            return peak
+        part, node = self.signals.names[k].partition(".")[0], round(float(self.peaks.values[at]))
+        from flexmb.results.reference_points import place_of_stress
+
+        return PeakOfStress(peak, node, place_of_stress(self, part, node))
+
+    def stress(
+        self,
+        body: str,
+        points: Sequence[tuple[float, float] | int | str] | None = None,
+        *,
+        times: Sequence[float] | None = None,
+        mechanism: Mechanism | None = None,
+    ) -> xr.Dataset:
+        """Stresses [Pa] of a flexible body at the saved instants, over `time` and `place`.
+
+        Of beams `axial`, `bending` (in the outer fibre on the left), at both ends of all elements, and of meshes `sx`,
+        `sy`, `txy` in the axes of the mesh, which turn with the body, `principal_1`, `principal_2`, at all nodes; of
+        both `signed`, the normal stress that is largest by its absolute value, and `von_mises`.  Coordinates: `node`,
+        `x`, `y` in the reference configuration [m]; of beams `beam`, `element`, and `station` along the beam [m].
+
+        Parameters
+        ----------
+        body : name of the body.
+        points : points (x, y) in the reference configuration [m], whose nearest nodes are taken, or numbers of nodes,
+            or of beams names of nodes such as "end"; None: all nodes.
+        times : instants [s], of which the nearest saved ones are taken; None: all saved ones.
+        mechanism : the mechanism that moved, for a solution that was read from a file.
+
+        Raises
+        ------
+        InputError : a body without stresses, an unknown point, a solution that does not know its mechanism.
+
+        Notes
+        -----
+        Elastic stresses, without damping; `peak` finds the largest one over all accepted steps.  In beams with a force
+        along the element, such as that of inertia, the axial stress is the mean of its element.
+        """
+        from flexmb.results.stress import stress
+
+        return stress(self, body, points, times=times, mechanism=mechanism)
+
+    def fatigue(
+        self,
+        body: str,
+        woehler: WoehlerLine | None = None,
+        *,
+        point: tuple[float, float] | int | str | None = None,
+        mechanism: Mechanism | None = None,
+    ) -> Fatigue:
+        """Rainflow count of the stress at a point, and its damage by Palmgren and Miner; see `results.Fatigue`.
+
+        Parameters
+        ----------
+        body : name of the body.
+        woehler : the Woehler line; None: cycles are counted alone.
+        point : point or node as for `stress`; None: the node of the largest stress over all accepted steps.
+        mechanism : as for `stress`.
+
+        Raises
+        ------
+        InputError : as for `stress`; without a point, a body that does not look for its largest stress.
+        MissingPackageError : the package that counts is missing.
+        """
+        from flexmb.results.fatigue import fatigue
+
+        return fatigue(self, body, woehler, point=point, mechanism=mechanism)
 
     def episodes(self, name: str | None = None) -> Episodes:
         """The episodes of contact of a joint, of one of its contacts, or (None) of all, in the order of their starts.

@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 MAIN_ENDINGS = ("torque", "normal_force", "deflection")
 """Endings of the main signals: of drives, of joints with clearance, of flexible links."""
 
+ROUND_OFF = 1e-10
+"""Peak over the largest one of its unit, up to which it is round-off."""
+
 IN_TEXT, IN_TABLE = 3, 16
 """Number of peaks at most in a text and in a table."""
 
@@ -20,13 +23,31 @@ IN_TEXT, IN_TABLE = 3, 16
 def main_signals(sol: Solution) -> list[str]:
     """Names of the main signals: torques, contact forces, deflections; else forces and accelerations.
 
+    Signals whose peaks are round-off beside those of other signals are left out.
+
     Parameters
     ----------
     sol : the solution.
     """
-    found = [name for ending in MAIN_ENDINGS for name in sol.names if name.endswith(f".{ending}")]
-    rest = [name for ending in ("force", "ax", "ay", "alpha") for name in sol.names if name.endswith(f".{ending}")]
-    return found or rest
+    scales = _scales(sol)
+    for endings in (MAIN_ENDINGS, ("force", "ax", "ay", "alpha")):
+        found = [name for ending in endings for name in sol.names if name.endswith(f".{ending}")]
+        told = [name for name in found if not sol.peak(name).value <= ROUND_OFF * scales[sol.units(name)]]  # NaN is
+        if told:
+            return told
+    return []
+
+
+def _scales(sol: Solution) -> dict[str, float]:
+    """Largest peak by unit; for moments at least the largest energy, for forces this energy over the largest length."""
+    found: dict[str, float] = {}
+    for unit, value in zip(sol.signals.units, sol.peaks.values, strict=True):
+        found[unit] = max(found.get(unit, 0.0), float(value))  # a NaN is passed over
+    energy, length = found.get("J", 0.0), found.get("m", 0.0)
+    return found | {
+        "N m": max(found.get("N m", 0.0), energy),
+        "N": max(found.get("N", 0.0), energy / length if length > 0.0 else 0.0),
+    }
 
 
 def solution_text(sol: Solution) -> str:

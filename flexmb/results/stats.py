@@ -15,7 +15,7 @@ class Stats:
     evaluations : evaluations of the equations of motion.
     factorisations : factorisations of the iteration matrix.
     smallest_step, largest_step : among the accepted steps [s].
-    wall_time : time that passed on the clock [s].
+    wall_time : time that passed on the clock, without that of compilations [s].
     """
 
     steps: int = 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from flexmb.display.text import quoted
 from flexmb.energy.balance import (
     ALGORITHM,
     ALGORITHM_LIMIT,
@@ -63,9 +64,6 @@ SENTENCES = {
     ),
 }
 
-LISTED_JOINTS = 8
-"""Number of joints in a list at most."""
-
 WARNING_FRACTION = 0.2
 """Fraction of the limits of the balance of energies, above which the status of a good run has a warning."""
 
@@ -124,9 +122,7 @@ def held_rows_sentence(program: Program, trial: Trial, record: RunRecord) -> str
         return ""
     rows = np.flatnonzero(record.held_rows)
     joints = list(dict.fromkeys(program.names.rows[k].partition("[")[0] for k in rows))
-    listed = ", ".join(repr(joint) for joint in joints[:LISTED_JOINTS]) + (
-        ", ..." if len(joints) > LISTED_JOINTS else ""
-    )
+    listed = quoted(joints)
     if len(trial.free_multipliers):
         return f" The joints {listed} repeat one another: their forces are those of least norm."
     when = f"t = {record.report.first_held_time:.6g} s"

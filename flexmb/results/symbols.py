@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flexmb.model.shape import DAMPER, SPRING, ArrowShape, BeltShape, CircleShape, LineShape, Place, Point, PointShape
-from flexmb.results.drawing import GROUND, carried, pose
+from flexmb.results.drawing import GROUND, carried, path, pose
 from flexmb.results.solution import Solution
 
 COILS = 6
@@ -78,8 +78,7 @@ def symbols(sol: Solution, instants: np.ndarray, size: float) -> list[SymbolLine
 
 def _point(sol: Solution, place: Place, instants: np.ndarray) -> np.ndarray:
     """A point (n, 2) of a body at the instants."""
-    body, node, offset = place
-    return carried(pose(sol, body, node, instants), np.array([offset], dtype=float))[:, 0]
+    return path(sol, place, instants)
 
 
 def _between(first: np.ndarray, second: np.ndarray, kind: str, width: float) -> np.ndarray:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from flexmb.results.drawing import Line, Mark
     from flexmb.results.solution import Solution
+    from flexmb.results.surfaces import Surface
 
 MOST_FRAMES = 200
 FIELDS = ("axial_force", "bending_moment", "shear_force", "curvature", "bending_stiffness")
@@ -31,11 +32,18 @@ UNITS = {
     "curvature": "1/m",
     "bending_stiffness": "N m2",
     "normal_force": "N",
+    "stress_x": "Pa",
+    "stress_y": "Pa",
+    "stress_xy": "Pa",
+    "von_mises": "Pa",
 }
 TRACES = "traces.vtu"
 """File of the paths of markers, beside the frames."""
 
-KINDS = ("rigid", "beam", "joint", "revolute", "prismatic", "fixed", "clearance", "journal")
+CELLS = {"tri3": "triangle", "tri6": "triangle6", "quad4": "quad", "quad9": "quad9"}
+"""Kinds of cells of meshes as meshio names them."""
+
+KINDS = ("rigid", "beam", "joint", "revolute", "prismatic", "fixed", "clearance", "journal", "mesh")
 """Kinds of cells by number; kinds that a user's own parts bring follow after these."""
 
 
@@ -50,17 +58,19 @@ class Frames:
     part: tuple[np.ndarray, np.ndarray]  # number of the part, of segments and vertices
     kind: tuple[np.ndarray, np.ndarray]  # number of the kind, of segments and vertices
     kinds: tuple[str, ...]  # names of the kinds
+    meshes: tuple[tuple[str, np.ndarray, int], ...]  # of each mesh: kind of meshio, points of cells, number of the part
 
 
 def write_vtk(sol: Solution, path: str | Path, frames: int | None = None, *, points_per_element: int = 8) -> Path:
     """Write the motion as a ParaView collection: `path` (.pvd), and beside it a folder with one .vtu file a frame.
 
     Beams are drawn with their deformed shape; springs, dampers, rods, cables, belts, guides, pitch circles and forces
-    are lines as in pictures; joints are vertices.  Point data: displacement (since the first frame), axial_force,
-    bending_moment, shear_force, curvature and bending_stiffness of beams (see `flexmb.beams.hermite` for
-    the signs), normal_force of contacts; 0 where it does not apply.  Cell data: part and kind, numbers whose names
-    stand in names.json in the folder of the frames.  Paths of markers with `trace` are part 1 of every frame, in one
-    file with the time as point data.  Older frames of the same name are replaced.
+    are lines as in pictures; joints are vertices; plane bodies are their deformed meshes.  Point data: displacement
+    (since the first frame), axial_force, bending_moment, shear_force, curvature and bending_stiffness of beams (see
+    `flexmb.beams.hermite` for the signs), normal_force of contacts, and stress_x, stress_y, stress_xy in world axes and
+    von_mises of plane bodies; 0 where it does not apply.  Cell data: part and kind, numbers whose names stand in
+    names.json in the folder of the frames.  Paths of markers with `trace` are part 1 of every frame, in one file with
+    the time as point data.  Older frames of the same name are replaced.
 
     Parameters
     ----------
@@ -121,10 +131,14 @@ def _content(sol: Solution, instants: np.ndarray, points_per_element: int) -> Fr
     bodies, marks = drawing.lines(sol, instants, points_per_element), drawing.marks(sol, instants)
     places = [line.points.reshape(-1, 2) for line in bodies] + [mark.points for mark in marks]
     signs = symbols(sol, instants, float(np.ptp(np.concatenate(places), axis=0).max()) if places else 1.0)
+    bodies = [line for line in bodies if not line.of_mesh]
+    meshes = drawing.surfaces(sol, instants)
     lines = [*bodies, *(drawing.Line(sign.part, sign.points, {}) for sign in signs)]
     number = {name: k for k, name in enumerate(drawing.parts(sol))}
     kinds = tuple(dict.fromkeys([*KINDS, *(sign.kind for sign in signs), *(m.kind for m in marks)]))
     flat = np.concatenate([*(line.points for line in lines), *(m.points[:, None] for m in marks)], axis=1)
+    first = flat.shape[1] + np.cumsum([0, *(mesh.points.shape[1] for mesh in meshes)])
+    flat = np.concatenate([flat, *(mesh.points for mesh in meshes)], axis=1)
     points = np.concatenate([flat, np.zeros((*flat.shape[:2], 1))], axis=2)
     segments, owner = _segments(lines)
     vertices = np.arange(len(marks))[:, None] + sum(line.points.shape[1] for line in lines)
@@ -135,12 +149,13 @@ def _content(sol: Solution, instants: np.ndarray, points_per_element: int) -> Fr
     of_marks = np.array([(number[m.part], kinds.index(m.kind)) for m in marks], dtype=np.int64).reshape(-1, 2)
     return Frames(
         points=points,
-        data=_point_data(lines, marks, len(instants)),
+        data=_point_data(lines, marks, meshes, len(instants)),
         segments=segments,
         vertices=vertices,
         part=(of_lines[owner, 0], of_marks[:, 0]),
         kind=(of_lines[owner, 1], of_marks[:, 1]),
         kinds=kinds,
+        meshes=tuple((CELLS[m.shape.kind], m.cells + k, number[m.part]) for m, k in zip(meshes, first, strict=False)),
     )
 
 
@@ -156,14 +171,21 @@ def _segments(lines: list[Line]) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate(cells), np.concatenate(owner)
 
 
-def _point_data(lines: list[Line], marks: list[Mark], n: int) -> dict[str, np.ndarray]:
-    zero, on_marks = np.zeros((n, 0)), np.zeros((n, len(marks)))
+def _point_data(lines: list[Line], marks: list[Mark], meshes: list[Surface], n: int) -> dict[str, np.ndarray]:
+    """Fields (n, points) of lines, joints and meshes, in this order."""
+    on_lines = sum(line.points.shape[1] for line in lines)
+    on_meshes = np.zeros((n, sum(mesh.points.shape[1] for mesh in meshes)))
     data = {}
     for field in FIELDS:
         columns = [line.fields.get(field, np.zeros(line.points.shape[:2])) for line in lines]
-        data[field] = np.concatenate([zero, *columns, on_marks], axis=1)
-    on_lines = np.zeros((n, sum(line.points.shape[1] for line in lines)))
-    data["normal_force"] = np.concatenate([on_lines, *(m.force[:, None] for m in marks)], axis=1)
+        data[field] = np.concatenate([np.zeros((n, 0)), *columns, np.zeros((n, len(marks))), on_meshes], axis=1)
+    forces = [m.force[:, None] for m in marks]
+    data["normal_force"] = np.concatenate([np.zeros((n, on_lines)), *forces, on_meshes], axis=1)
+    if meshes:
+        before = np.zeros((n, on_lines + len(marks)))
+        for k, field in enumerate(("stress_x", "stress_y", "stress_xy")):
+            data[field] = np.concatenate([before, *(mesh.stress[..., k] for mesh in meshes)], axis=1)
+        data["von_mises"] = np.concatenate([before, *(mesh.von_mises for mesh in meshes)], axis=1)
     return data
 
 
@@ -198,14 +220,16 @@ def _mesh(content: Frames, k: int) -> meshio.Mesh:
     """Frame k as a mesh of meshio."""
     import meshio
 
-    cells = [("line", content.segments), ("vertex", content.vertices)]
+    cells = [("line", content.segments), ("vertex", content.vertices), *(mesh[:2] for mesh in content.meshes)]
+    part = [*content.part, *(np.full(len(own), number) for _, own, number in content.meshes)]
+    kind = [*content.kind, *(np.full(len(own), content.kinds.index("mesh")) for _, own, _ in content.meshes)]
     used = [i for i, (_, cell) in enumerate(cells) if len(cell)]
     data = {name: values[k] for name, values in content.data.items()}
     return meshio.Mesh(
         content.points[k],
         [cells[i] for i in used],
         point_data={"displacement": content.points[k] - content.points[0], **data},
-        cell_data={"part": [content.part[i] for i in used], "kind": [content.kind[i] for i in used]},
+        cell_data={"part": [part[i] for i in used], "kind": [kind[i] for i in used]},
     )
 
 

@@ -32,7 +32,7 @@ from flexmb.start.consistent import Start, accelerations
 from flexmb.start.redundant_joints import least_norm, looks_dependent
 from flexmb.state.flow import new_flow
 from flexmb.state.options import NEVER, Options
-from flexmb.state.record import BUFFER_FULL, CONDITION_MET, DONE, RUNNING
+from flexmb.state.record import BUFFER_FULL, CONDITION_MET, DONE, OF_PEAK, PLACE, RUNNING
 from flexmb.state.trial import new_trial
 from flexmb.step.contact_log import close_round_off_gaps, running_episodes, start_episodes, take_episodes
 from flexmb.step.method import Method
@@ -273,8 +273,9 @@ class Run:
         record, before = self.record, self.record.signals.copy()
         self.stepper.write(self)
         size = np.where(record.one_sided, record.signals, np.abs(record.signals))
-        record.peak_time[size > record.peak] = instant
-        record.peak[:] = np.maximum(record.peak, size)
+        larger = size > record.peak
+        larger[record.places[:, PLACE]] = larger[record.places[:, OF_PEAK]]
+        record.peak_time[larger], record.peak[larger] = instant, size[larger]
         if interval == 0.0:
             self.saved.add_one(flow.clock.t, record.signals)
         elif interval < NEVER and self.saved.is_at(instant, 1e-9 * interval):

@@ -12,6 +12,7 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.compiled import ahead
+from flexmb.compiled.notice import notice
 from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile_with_start
@@ -127,7 +128,7 @@ def simulate(
         checks.count(label, "max_steps", max_steps)
     checks.one_of(label, "redundant", redundant, REDUNDANT)
     check_kinds(label, method, chosen, redundant)
-    kept = chosen_places(label, program.names, signals)
+    kept = chosen_places(label, program, signals)
     through = impossible_penetrations(mechanism, program.names.contacts)
     stopping = StopConditions(label, program.names, stop, through)
     more: dict[str, Any] = {"max_steps": max_steps, "progress": progress}
@@ -146,7 +147,7 @@ def simulate(
     if kept_file is not None:
         run.after_block, run.interruption = kept_file.after_block, Interruption([KEYBOARD, TERMINATION])
     begun = 0.0 if restart is None else float(restart["clock"][0])
-    started = time.perf_counter()
+    started = clock()
     stopping.watch(run, faults_alone=True)
     if run.flow.clock.t < begin:
         run.run_to(begin, saving=None)
@@ -180,7 +181,12 @@ def _solution(
     if kept_file is not None:
         notes = (*notes, *([kept_file.failure] if kept_file.failure else []))
         kept_file.write(run) if run.interrupted else kept_file.remove()
-    return run.solution(model=model, notes=notes, faults=faults, wall_time=time.perf_counter() - started)
+    return run.solution(model=model, notes=notes, faults=faults, wall_time=clock() - started)
+
+
+def clock() -> float:
+    """Time on the clock without that of compilations, from an arbitrary instant [s]."""
+    return time.perf_counter() - notice.seconds
 
 
 def period_or_none(program: Program) -> float | None:
@@ -197,7 +203,8 @@ def save_interval(mechanism: Mechanism, save: Any, period: float | None, begin: 
         return 0.0
     if isinstance(save, str):
         raise InputError(f"simulate {mechanism.name!r}: save is {save!r}; it must be a number of instants or 'steps'.")
-    number = checks.count(f"simulate {mechanism.name!r}", "save", save)
+    hint = "It is the number of saved instants a period of the drives (without one: of the run), or 'steps' for all."
+    number = checks.count(f"simulate {mechanism.name!r}", "save", save, hint=hint)
     return (end - begin if period is None or period > end - begin else period) / number
 
 

@@ -19,7 +19,7 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Element
 from flexmb.program.program import Program
 from flexmb.run.dispersion import Loss, loss_of
-from flexmb.run.watch import Saved
+from flexmb.run.watch import Saved, saved_columns
 from flexmb.step.method import Method
 
 if TYPE_CHECKING:
@@ -138,18 +138,19 @@ def _loss(method: Method, modes: LinearModes, k: int, span: float, steps: int) -
 
 def _states(mechanism: Mechanism, program: Program, saved: Saved) -> list[State]:
     """Saved states at uneven distances; none where there is nothing elastic, or where not all was saved."""
-    whole = saved.kept is None and program.n_q <= MOST_UNKNOWNS and not program.names.contacts
+    few = program.n_q <= MOST_UNKNOWNS and not program.names.contacts
     count = len(saved.time)
-    if not whole or count < FEWEST_INSTANTS or not any(isinstance(part, ELASTIC) for part in mechanism.parts):
+    if not few or count < FEWEST_INSTANTS or not any(isinstance(part, ELASTIC) for part in mechanism.parts):
+        return []
+    names = [name.rpartition(".") for name in program.names.coordinates[: program.tables.sizes.n_b]]
+    columns = [saved_columns(saved, [f"{part}.{kind[axis]}" for part, _, axis in names]) for kind in KINDS]
+    if None in columns:
         return []
     poses = np.arange(POSES if program.n_q < LARGE else POSES_OF_LARGE)
     anchors = 2 + (poses + poses * 0.618034 % 1.0) / len(poses) * (count - 4)
     rows = np.unique(anchors.astype(int)[:, None] + np.array(AROUND))
     from flexmb.equilibrium.vibrations import State
 
-    places, n = saved.signals.places, program.tables.sizes.n_b
-    names = [name.rpartition(".") for name in program.names.coordinates[:n]]
-    columns = [[places[f"{part}.{kind[axis]}"] for part, _, axis in names] for kind in KINDS]
     return [State(float(saved.time[k]), *(saved.values[k, where] for where in columns)) for k in rows]
 
 

@@ -21,7 +21,9 @@ from flexmb.model.part import Part
 from flexmb.model.signal import Signals
 from flexmb.results.contact_intervals import COLUMNS, ContactLog
 from flexmb.results.solution import Peaks
+from flexmb.run.basis_edge import basis_remarks
 from flexmb.run.stopping import Condition
+from flexmb.run.strength import strength_remarks
 from flexmb.step.step_size import FixedStep
 
 if TYPE_CHECKING:
@@ -132,7 +134,8 @@ def watched(mechanism: Mechanism, saved: Saved) -> Watched:
         for wrong, text in source:
             (faults if wrong else notes).append(text)
     notes += [*yielding_couplings(mechanism, saved.signals, saved.peaks), *_pulling_curves(mechanism, saved)]
-    notes += _parting_gears(mechanism, saved)
+    notes += [*_parting_gears(mechanism, saved), *strength_remarks(mechanism, saved.signals, saved.peaks)]
+    notes += basis_remarks(mechanism, saved)
     return Watched(tuple(faults), tuple(notes))
 
 
@@ -224,7 +227,7 @@ def _parting_gears(mechanism: Mechanism, saved: Saved) -> Iterator[str]:
     for part in mechanism.parts:
         if not isinstance(part, Gear) or part.backlash is not None or part.distance is not None:
             continue
-        columns = _columns(saved, [f"{wheel.name}.{axis}" for wheel in (part.first, part.second) for axis in "xy"])
+        columns = saved_columns(saved, [f"{wheel.name}.{axis}" for wheel in (part.first, part.second) for axis in "xy"])
         if columns is None or not len(saved.time):
             continue
         x1, y1, x2, y2 = saved.values[:, columns].T
@@ -243,7 +246,7 @@ def _pulling_curves(mechanism: Mechanism, saved: Saved) -> Iterator[str]:
     for part in mechanism.parts:
         if getattr(part, "first_curve", None) is None or getattr(part, "normal", None) is not None:
             continue  # told by a field, since importing scipy.spatial with the curves takes long
-        columns = _columns(saved, [f"{part.name}.force"])
+        columns = saved_columns(saved, [f"{part.name}.force"])
         force = saved.values[:, columns[0]] if columns and len(saved.time) else np.zeros(1)
         k = int(np.argmin(force))
         if force[k] < -PULL * float(np.abs(force).max()):
@@ -281,7 +284,7 @@ def _strains(mechanism: Mechanism, saved: Saved) -> Iterator[tuple[bool, str]]:
         if found is None:
             continue
         strain, when = found
-        limit = body.material.yield_stress
+        limit = None if body.seeks_stress else body.material.yield_stress  # told by all steps
         stress = strain * body.material.young
         text = f"At t = {when:.6g} s {body.label} strains by {strain:.3g} ({stress:.3g} Pa)"
         wrong = strain > IMPOSSIBLE_STRAIN
@@ -304,7 +307,7 @@ def strain_of(body: FlexibleBody, saved: Saved, most: int = MOST_NUMBERS) -> tup
     largest, when = 0.0, 0.0
     for beam in body.beams:
         every = 1 + len(saved.time) * len(beam.nodes) // most
-        columns = _columns(saved, [f"{body.name}.{n}.{axis}" for axis in ("x", "y", "theta") for n in beam.nodes])
+        columns = saved_columns(saved, [f"{body.name}.{n}.{axis}" for axis in ("x", "y", "theta") for n in beam.nodes])
         if columns is None or not len(saved.time):
             return None
         x, y, theta = np.split(saved.values[::every, columns], 3, axis=1)
@@ -315,8 +318,8 @@ def strain_of(body: FlexibleBody, saved: Saved, most: int = MOST_NUMBERS) -> tup
     return largest, when
 
 
-def _columns(saved: Saved, names: Sequence[str]) -> list[int] | None:
-    """Columns of saved signals; None where one was not saved."""
+def saved_columns(saved: Saved, names: Sequence[str]) -> list[int] | None:
+    """Columns of the signals of these names among the saved ones; None where one was not saved."""
     places = [saved.signals.places.get(name, -1) for name in names]
     if saved.kept is not None:
         where = {int(place): k for k, place in enumerate(saved.kept)}

@@ -24,6 +24,7 @@ class RigidMotion:
     def __init__(self, program: Program) -> None:
         self.program = program
         self.body = np.asarray(program.reference.body[::3])  # of each node; those of controls move by themselves
+        self.turns = np.asarray(program.reference.turns)
         self.count = max(len(program.names.bodies), int(self.body.max(initial=-1)) + 1)
         self.first = np.full(self.count, -1)
         self.first[self.body[::-1]] = np.arange(len(self.body))[::-1]  # of several the last one stays
@@ -51,7 +52,7 @@ class RigidMotion:
         rows = np.concatenate([3 * nodes, 3 * nodes + 1, 3 * nodes + 2, 3 * nodes, 3 * nodes + 1])
         columns = np.concatenate([column, column + 1, column + 2, column + 2, column + 2])
         ones = np.ones(len(nodes))
-        return np.concatenate([ones, ones, ones, -arms[:, 1], arms[:, 0]]), (rows, columns)
+        return np.concatenate([ones, ones, self.turns, -arms[:, 1], arms[:, 0]]), (rows, columns)
 
     def moved(self, q: np.ndarray, w: np.ndarray) -> np.ndarray:
         """Coordinates after the bodies have moved by w (finite rotations)."""
@@ -61,4 +62,4 @@ class RigidMotion:
         dx, dy = (pose - centre)[:, 0], (pose - centre)[:, 1]
         x = centre[:, 0] + shift[:, 0] + c * dx - s * dy
         y = centre[:, 1] + shift[:, 1] + s * dx + c * dy
-        return np.column_stack([x, y, pose[:, 2] + shift[:, 2]]).ravel()
+        return np.column_stack([x, y, pose[:, 2] + self.turns * shift[:, 2]]).ravel()

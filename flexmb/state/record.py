@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.compiled.records import Flags, Integers, Matrix, Record, Vector
+from flexmb.compiled.records import Flags, Integers, IntegerTable, Matrix, Record, Vector
 from flexmb.program.program import Program
 from flexmb.program.signals import CONTACT_PENETRATION
 from flexmb.state.flow import EPISODE_ROW_SIZE
@@ -76,6 +76,10 @@ class StepReport(Record):
     angle_tolerance: float
 
 
+PLACE, OF_PEAK = range(2)
+"""Columns of `RunRecord.places`: the signal of a place, and the signal at whose peak it is wanted."""
+
+
 class RunRecord(Record):
     """Record of a run: saved instants, peaks, contact intervals, counters.
 
@@ -87,6 +91,7 @@ class RunRecord(Record):
     watched : (w,) places of the signals of stop conditions;  levels : (w, 2) LEVEL and DIRECTION of each
     peak, peak_time : (n_y,) largest absolute values so far and their times [s]
     one_sided : (n_y,) signals whose peak is the largest positive value (a penetration is negative in free flight)
+    places : (k, 2) signals of places, and the signals at whose peaks they are wanted;  place_then : (k,) their values
     held_rows : (n_c,) constraint equations whose multipliers were not unique
     episodes : (rows, EPISODE_ROW_SIZE) contact intervals that ended (`step/contact_log.py`)
     """
@@ -106,6 +111,8 @@ class RunRecord(Record):
     peak: Vector
     peak_time: Vector
     one_sided: Flags
+    places: IntegerTable
+    place_then: Vector
     held_rows: Flags
     episodes: Matrix
 
@@ -131,6 +138,8 @@ def _empty_record(program: Program, rows: int, saved_places: np.ndarray | None) 
         last_lam=program.n_c,
         last_z=program.tables.sizes.n_z,
         one_sided=one_sided,
+        places=program.tables.measured.places,
+        place_then=len(program.tables.measured.places),
         count=Counters.zeros(),
         report=StepReport(np.inf, *(0.0,) * 10),
         held_rows=program.n_c,

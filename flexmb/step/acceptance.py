@@ -10,6 +10,8 @@ from flexmb.state.record import (
     JOINTS_EVALUATED,
     LEVEL,
     NOT_EVALUATED,
+    OF_PEAK,
+    PLACE,
     RUNNING,
 )
 from flexmb.step.contact_log import buffer_may_overflow, update_episodes
@@ -127,12 +129,18 @@ def condition_met(record):
 
 @compiled
 def update_peaks(t, signals, record):
-    """Update the largest values of all signals, and their times."""
+    """Update the largest values of all signals and their times; a place is that of the peak of its signal."""
+    for k in range(record.places.shape[0]):
+        place, of = record.places[k, PLACE], record.places[k, OF_PEAK]
+        record.place_then[k] = signals[place] if abs(signals[of]) > record.peak[of] else record.peak[place]
     for i in range(signals.shape[0]):  # without branches: the compiler makes vectors of it
         size = signals[i] if record.one_sided[i] else abs(signals[i])
         larger = size > record.peak[i]
         record.peak[i] = size if larger else record.peak[i]
         record.peak_time[i] = t if larger else record.peak_time[i]
+    for k in range(record.places.shape[0]):
+        place, of = record.places[k, PLACE], record.places[k, OF_PEAK]
+        record.peak[place], record.peak_time[place] = record.place_then[k], record.peak_time[of]
 
 
 @compiled

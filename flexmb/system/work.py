@@ -109,6 +109,8 @@ def workspace(program: Program) -> Work:
 def _new_workspace(program: Program) -> Work:
     sizes = program.tables.sizes
     n = max(sizes.most_dofs, 6)
+    E, C = program.tables.elements, program.tables.constraints
+    square = max(6, *(int(np.diff(dof).max(initial=0)) for dof in (E.dof, C.dof))) ** 2  # signals have no matrices
     n_k, n_g = len(program.tables.contacts.kernel), len(program.tables.constraints.kernel)
     return Work(
         sizes.n_q + 3,
@@ -126,9 +128,9 @@ def _new_workspace(program: Program) -> Work:
         n,
         n,
         n,
-        n * n,
-        n * n,
-        n * n,
+        square,
+        square,
+        square,
         program.tables.constraints.pos_g[-1],
         (2, 6),
         (n_g, 2),

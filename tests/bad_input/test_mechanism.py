@@ -56,7 +56,7 @@ REFUSED = [
     (
         lambda: of(CRANK, PIN, fm.Drive("motor", "Q", TURN)),
         ModelError,
-        "Drive 'motor' drives joint 'Q', but mechanism 'm' has no such part. Known: crank, O, motor.",
+        "Drive 'motor' drives joint 'Q', but mechanism 'm' has no such part. Joints that can be driven: O.",
     ),
     (lambda: of(CRANK, PIN, fm.Drive("motor", CRANK, TURN)), ModelError, "'motor': RigidLink 'crank' cannot be driven"),
     (lambda: of(CRANK, PIN, fm.Drive("motor", "ground", TURN)), ModelError, "Ground 'ground' cannot be driven."),

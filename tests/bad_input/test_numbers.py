@@ -34,7 +34,7 @@ SPECIMENS = {
     "Rectangle": BAR,
     "Circle": fm.Circle(0.02),
     "Tube": fm.Tube(outer=0.02, inner=0.01),
-    "GeneralSection": fm.GeneralSection(area=1e-4, second_moment=1e-9, outer_fibre=0.01),
+    "GeneralSection": fm.GeneralSection(area=1e-4, second_moment=1e-9, outer_fibre=0.01, shear_factor=0.8),
     "Tapered": fm.Tapered(BAR, fm.Rectangle(width=0.01, height=0.03)),
     "Material": fm.Material(207e9, 7801.0, 0.29, yield_stress=350e6),
     "RigidBody": fm.RigidBody("body", A, 1.0, 0.1, angle=0.2, velocity=(1.0, 2.0, 3.0), outline=(O, A, B)),
@@ -42,10 +42,12 @@ SPECIMENS = {
     "FlexibleLink": fm.FlexibleLink(
         "link", O, B, section=BAR, material=fm.STEEL, elements=(0.3, 0.7), mass=2.0, damping=1e-4, mass_damping=2.0,
         pivot_inertia=1e-3, rotary_inertia=1e-4, velocity=(0.0, 0.0, 1.0), displacement=lambda s: (0.0, 1e-3 * s, 1e-3),
+        shear=0.8,
     ),
     "FlexibleFrame": fm.FlexibleFrame(
         "frame", (O, (0.4, 0.05), (0.1, 0.3)), ((0, 1), (1, 2), (2, 0)), section=BAR, material=fm.STEEL, elements=2,
         mass=4.0, inertia=0.105, damping=1e-4, mass_damping=2.0, rotary_inertia=1e-4, velocity=((0.0, 1.0, 2.0),) * 6,
+        shear=0.8, turns=(0.1, 0.2, 0.3),
     ),
     "Revolute": fm.Revolute("pin", CRANK, ARM, at=A, friction=fm.ModifiedCoulomb(0.1), radius=0.01, preload=2.0),
     "Fixed": fm.Fixed("weld", CRANK, ARM, at=A),

@@ -1,11 +1,29 @@
 """Deformed shape and section forces of one element, against closed forms of beam theory."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from skfem import CellBasis, ElementLineHermite, MeshLine
 
 from flexmb.beams import hermite
-from flexmb.beams.corotational import AXIAL, B11, B12, B22, LENGTH, OFFSET1, OFFSET2, PARAMETERS, beam_kernel
+from flexmb.beams.chord import (
+    AXIAL,
+    B11,
+    B12,
+    B22,
+    BOW11,
+    BOW12,
+    BOW22,
+    FREE1,
+    FREE2,
+    FREE_LENGTH,
+    LENGTH,
+    OFFSET1,
+    OFFSET2,
+    PARAMETERS,
+)
+from flexmb.beams.corotational import beam_kernel
 from flexmb.model.shape import BeamShape
 
 L, EA, EI = 0.8, 3.0e5, 2.5
@@ -67,10 +85,15 @@ def test_the_shape_is_that_of_an_element_of_scikit_fem():
     np.testing.assert_allclose(points, np.stack([XI * L, w], axis=-1), atol=1e-15)
 
 
-def test_end_forces_balance_what_the_kernel_exerts_on_the_nodes():
-    tapered = BeamShape("rod", "a", "b", L, 0.2, -0.1, 4e3, (13.0, 5.0, 9.0), (2.0, 1.0))
+TAPERED = BeamShape("rod", "a", "b", L, 0.2, -0.1, 4e3, (13.0, 5.0, 9.0), (2.0, 1.0))
+SHEARED_ARC = replace(TAPERED, shear=(0.2, 0.15), bow=(1.2, 2.3, 1.5), unstressed=(1.01 * L, -0.1, 0.12))
+
+
+@pytest.mark.parametrize("tapered", [TAPERED, SHEARED_ARC])
+def test_end_forces_balance_what_the_kernel_exerts_on_the_nodes(tapered):
     p = np.zeros(PARAMETERS)
     p[[LENGTH, AXIAL, B11, B12, B22, OFFSET1, OFFSET2]] = L, 4e3, 13.0, 5.0, 9.0, 0.2, -0.1
+    p[[BOW11, BOW12, BOW22, FREE_LENGTH, FREE1, FREE2]] = *tapered.bow, *tapered.free
     q = np.array([0.1, 0.2, 0.9, 0.5, 0.95, 1.35])
     r, zero, none = np.zeros(6), np.zeros(6), np.zeros(0)
     beam_kernel(p, 0.0, 0.0, q, zero, zero, none, r, *np.zeros((3, 6, 6)), none)

@@ -92,7 +92,8 @@ def test_strain_beyond_yield_is_noted_and_impossible_strain_is_no_success():
     arm = beam("arm", O, (0.5, 0.0), strip, YIELDING, elements=6)
     wall = fm.Fixed("wall", fm.GROUND, arm, at=O)
     sol = fm.simulate(fm.Mechanism("strip", [arm, wall], gravity=(0.0, -60.0)), t_end=0.3, save=300)
-    assert any("FlexibleLink 'arm' strains by" in note and "it yields at 2.5e+08 Pa" in note for note in sol.notes)
+    (note,) = (note for note in sol.notes if "FlexibleLink 'arm': largest normal stress" in note)
+    assert "it yields at 2.5e+08 Pa" in note
     assert sol.ok
     block = beam("arm", O, (0.5, 0.0), fm.Rectangle(width=0.01, height=0.05), YIELDING, elements=4)
     load = fm.Torque("load", block, 1e7 * 0.01 * 0.05**2 * 400.0)
@@ -104,7 +105,7 @@ def test_strain_beyond_yield_is_noted_and_impossible_strain_is_no_success():
 
 def test_strain_of_one_body_among_many():
     """Seventy posts, the last of which bends far."""
-    posts = [beam(f"post{k}", (k, 0.0), (k, 0.5), STEEL_BAR, YIELDING, elements=1) for k in range(70)]
+    posts = [beam(f"post{k}", (k, 0.0), (k, 0.5), STEEL_BAR, YIELDING, elements=1, stress=False) for k in range(70)]
     feet = [fm.Fixed(f"foot{k}", fm.GROUND, post, at=post.start) for k, post in enumerate(posts)]
     push = fm.Force("push", posts[-1], at=posts[-1].end, force=(600.0, 0.0))
     sol = fm.simulate(fm.Mechanism("posts", [*posts, *feet, push]), t_end=0.02, save=50)

@@ -156,6 +156,7 @@ def test_a_run_that_fails(model, capsys, burst, points):
         assert 50 * PERIOD <= times[0] < times[-1] < 501.0
 
 
+@pytest.mark.slow
 def test_journal_of_a_joint_with_play(tmp_path, capsys):
     arguments = ["chaos", "slider-crank", "--clearance", "0.1mm", "--skip", "2", "--keep", "50", "--series", "20"]
     assert main([*arguments, "--samples", "100", "--out", str(tmp_path), "--quiet"]) == 0

@@ -202,7 +202,7 @@ def test_sources_that_are_refused(model, tmp_path, capsys, what, message, comman
         ("--method hht:2", "alpha is 2; it must lie between 0 and 0.333333"),
         ("--method runge-kutta", "RungeKutta4 has no error estimate; give step=FixedStep"),
         ("--periods 1 --save-from-period 2", "Run longer or save earlier"),
-        ("--save 0", "save is 0"),
+        ("--save 0", "save is 0; it must be at least 1. It is the number of saved instants a period"),
         ("--restart absent.nc", "'absent.nc': there is no such file"),
     ],
 )
@@ -220,7 +220,8 @@ def test_no_periodic_drive(model, tmp_path, capsys):
     ("arguments", "message"),
     [
         ([], "required: COMMAND"),
-        (["walk"], "invalid choice: 'walk'"),
+        (["walk"], "there is no command 'walk'. Known: new, list"),
+        (["rn", "nine-bar"], "there is no command 'rn'. Did you mean 'run'?"),
         (["run"], "required: NAME"),
         (["run", "--quiet", "slider-crank"], "the mechanism comes first: flexmb run NAME"),
         (["run", "slider-crank", "--sped", "2"], "unrecognized arguments: --sped"),

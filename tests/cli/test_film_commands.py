@@ -20,10 +20,22 @@ def saved(tmp_path_factory):
 def test_a_film(saved, tmp_path, capsys):
     out = tmp_path / "out" / "x.gif"
     options = "--seconds 0.4s --fps 10 --size 240x200 --from 0.25 --to 500ms --magnify 2 --colour none --traces crank"
+    options += " --follow arm.end"
     assert main(["animate", saved, "--out", str(out), *options.split()]) == 0
     assert capsys.readouterr().out.strip() == str(out)
     with Image.open(out) as film:
         assert (film.n_frames, film.size) == (4, (240, 200))
+
+
+@pytest.mark.parametrize("command", ["animate", "plot", "report", "vtk"])
+def test_a_model_is_no_result(tmp_path, monkeypatch, capsys, command):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "press.py").write_text("")
+    more = {"animate": ["--out", "x.gif"], "plot": ["crank.ax", "--out", "x.png"]}.get(command, [])
+    assert main([command, "press.py", *more]) == 2
+    assert "Run it first (flexmb run press.py), and give the file that this writes: out/press/press.nc" in (
+        capsys.readouterr().err
+    )
 
 
 def test_a_plot(saved, tmp_path, capsys):

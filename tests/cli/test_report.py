@@ -17,10 +17,12 @@ open("executed", "a").close()
 def test_the_page_of_a_run_can_be_written_again(tmp_path, capsys):
     assert main([*RUN, str(tmp_path)]) == 0
     capsys.readouterr()
+    first = (tmp_path / "report.html").read_text()
+    (tmp_path / "report.html").unlink()
     assert main(["report", str(tmp_path / "slider-crank.nc")]) == 0
-    assert capsys.readouterr().out.strip() == str(tmp_path / "slider-crank.html")
-    again = (tmp_path / "slider-crank.html").read_text()
-    assert again == (tmp_path / "report.html").read_text()
+    assert capsys.readouterr().out.strip() == str(tmp_path / "report.html")
+    assert (tmp_path / "report.html").read_text() == first
+    assert [path.suffix for path in sorted(tmp_path.iterdir())] == [".html", ".nc"]
     page = Page(tmp_path / "report.html")
     assert "flexmb run slider-crank --speed 2pi --t-end 10ms --save 20" in page.text
     assert "Not examined" not in page.text

@@ -1,6 +1,7 @@
 """What the user is told while functions are compiled."""
 
 import io
+import time
 from types import SimpleNamespace
 
 import pytest
@@ -126,6 +127,32 @@ def test_functions_of_others_are_none_of_ours(screen):
     told = notice.Notice()
     compiled(told, "numpy.linalg.solve", "mine.advance")
     assert screen.getvalue() == ""
+
+
+def test_a_users_function_is_named_where_it_takes_long(screen, monkeypatch):
+    told = notice.Notice()
+    with told.compiling("motor_curve"):
+        compiled(told, "mine.law", "flexmb.kernels.copy")
+    assert "motor_curve" not in screen.getvalue()
+    monkeypatch.setattr(notice, "LEAST_SECONDS", 0.05)
+    with told.compiling("motor_curve"):
+        time.sleep(0.5)
+    *lines, last = screen.getvalue().splitlines()  # those of stages of other tests may stand between them
+    assert [line for line in lines if "compiles" in line] == [
+        "flexmb compiles your function 'motor_curve' for this machine."
+    ]
+    assert last.startswith("flexmb: done in ")
+
+
+def test_the_time_of_the_outermost_function_counts(screen, monkeypatch):
+    clock = iter(range(100))
+    monkeypatch.setattr(notice.time, "perf_counter", lambda: float(next(clock)))
+    monkeypatch.setenv("FLEXMB_MESSAGES", "0")
+    told = notice.Notice()
+    compiled(told, EVALUATE, within=["numpy.a", "numpy.b"])  # enters at 0, inner ones end at 1 and 2, ends at 3
+    assert told.seconds == 3.0
+    compiled(told, "mine.law")
+    assert told.seconds == 3.0
 
 
 @pytest.mark.parametrize("how", ["switch", "worker", "no screen"])

@@ -82,7 +82,8 @@ def test_a_restart_goes_on_bit_for_bit(method):
 
 
 def test_states_and_outputs_stand_among_the_signals():
-    sol = fm.simulate(rotor(motor(12.0)), t_end=0.01, signals=["motor.current*", "motor.torque", "motor.voltage"])
+    own = ["motor.current_integral", "motor.current_rate"]  # by their whole names alone
+    sol = fm.simulate(rotor(motor(12.0)), t_end=0.01, signals=["motor.*", *own])
     assert dict(zip(sol.signals.names, sol.signals.units, strict=True)) == {
         "motor.current_integral": "A s", "motor.current": "A", "motor.current_rate": "A/s",
         "motor.torque": "N m", "motor.voltage": "V",

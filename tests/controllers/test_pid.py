@@ -20,6 +20,24 @@ def exact(rates, start, t_end, longest=np.inf):
     return solve_ivp(rates, (0.0, t_end), start, **tight).y[:, -1]
 
 
+@pytest.mark.parametrize(
+    ("gains", "own"), [({"kd": 1.0}, ["filter"]), ({"ki": 9.0, "kd": 1.0}, ["integral", "filter"])]
+)
+def test_its_signals_are_those_of_its_docstring(gains, own, tmp_path):
+    """No integrals and rates of states, and no states that fill up a node; a file and a restart do without them."""
+    model = arm(fm.PID("servo", "tip.angle", "actuator", target=1.0, kp=40.0, **gains))
+    sol = fm.simulate(model, t_end=0.05)
+    assert [name for name in sol if name.startswith("servo.")] == [f"servo.{name}" for name in (*own, "output")]
+    assert set(fm.check(model).signals) == set(sol.names)
+    assert fm.load(sol.to_netcdf(tmp_path / "a.nc")).names == sol.names
+    asked = fm.simulate(model, t_end=0.05, signals=["servo.filter_rate", "arm.theta"])
+    assert np.array_equal(asked.array("arm.theta"), sol.array("arm.theta"))
+    slope = np.gradient(sol.array("servo.filter"), sol.time)
+    assert asked.array("servo.filter_rate")[5:-5] == pytest.approx(slope[5:-5], abs=0.02 * np.abs(slope).max())
+    with pytest.raises(fm.errors.InputError, match=r"no signal fits 'servo.unused\*'"):
+        fm.simulate(model, t_end=0.05, signals=["servo.unused*"])
+
+
 def gravity_torque(theta):
     return WEIGHT * ARM * np.cos(theta)
 

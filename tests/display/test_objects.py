@@ -11,6 +11,9 @@ import pytest
 import flexmb as fm
 from flexmb import mechanisms
 from flexmb.display import text
+from flexmb.model.signal import Signal
+from flexmb.results.contact_intervals import Episode
+from flexmb.results.solution import Peak, Peaks
 
 handmade = runpy.run_path(str(Path(__file__).parents[1] / "handmade.py"))
 READY = [
@@ -151,6 +154,49 @@ def test_a_solution_tells_status_span_cost_and_main_peaks():
     assert lines[2] == "  largest P.normal_force 100 N; 2 notes in sol.notes"
     shown = Reader(sol._repr_html_()).text
     assert all(word in shown for word in ("P.normal_force", "0.25", "first", "second", "crank", "2000 steps"))
+
+
+def test_peaks_that_are_round_off_are_left_out():
+    """A torque of 1e-17 N m beside energies of joules, a deflection of 1e-16 m beside travels of decimetres."""
+    names = [
+        ("arm.x", "m"),
+        ("rod.deflection", "m"),
+        ("motor.torque", "N m"),
+        ("energy.kinetic", "J"),
+        ("P.force", "N"),
+    ]
+
+    def largest(*values):
+        signals = [Signal(name, unit) for name, unit in names]
+        peaks = Peaks(np.array(values), np.zeros(5))
+        return handmade["solution"](
+            values=np.zeros((101, 5)), signals=tuple(signals), peaks=peaks, shapes=(), aliases={}
+        )
+
+    assert "largest motor.torque 3 N m" in repr(largest(0.3, 1e-16, 3.0, 2.0, 1e-14))
+    assert "deflection" not in repr(largest(0.3, 1e-16, 3.0, 2.0, 1e-14))
+    assert "largest P.force 5 N" in repr(largest(0.3, 1e-16, 1e-17, 2.0, 5.0))
+    assert "largest" not in repr(largest(0.3, 1e-16, 1e-17, 2.0, 1e-15))
+    assert "largest motor.torque nan" in repr(largest(0.3, 1e-16, np.nan, 2.0, 1e-15))
+
+
+def test_peaks_episodes_curves_and_driven_motions():
+    sol = handmade["solution"]()
+    assert repr(sol.peak("P.normal_force")) == "Peak(value=100, time=0.25)"
+    moments = {"value": 1.0 / 3.0, "time": np.float64(0.1) + 0.2}
+    assert repr(Peak(**moments)) == "Peak(value=0.33333333, time=0.3)"
+    numbers = dict.fromkeys([field.name for field in dataclasses.fields(Episode)][3:], 0.1 + 0.2)
+    hit = Episode(contact="P", mode=1, start=0.1, **numbers)
+    turns = np.linspace(0.0, 2.0 * np.pi, 91)[:-1]
+    disc = fm.ClosedCurve(np.column_stack([0.03 * np.cos(turns), 0.03 * np.sin(turns)]))
+    assert repr(disc) == "ClosedCurve(90 points, 0.06 m wide, 0.188496 m long)"
+    driven = fm.inverse_dynamics(mechanisms.slider_crank(speed=10.0), np.linspace(0.0, 0.1, 5))
+    assert repr(driven).startswith("Driven motion: 5 instants, 0 to 0.1 s; 9 coordinates; forces of O, ")
+    for shown, word in ((hit, "approach_speed"), (disc, "curvature"), (driven, "motor")):
+        lines = repr(shown).splitlines()
+        assert len(lines) <= 3
+        assert max(map(len, lines)) <= LONGEST_LINE
+        assert word in Reader(shown._repr_html_()).text
 
 
 def test_names_in_brackets_are_completed():

@@ -81,7 +81,8 @@ def run_shell(text):
         elif command[:1] == ["make"]:
             assert f"\n{command[1]}:" in (ROOT / "Makefile").read_text(encoding="utf-8"), line
         else:
-            assert not command or command[:2] == ["pip", "install"], line
+            known = (["pip", "install"], ["python3", "-m"], [".", ".venv/bin/activate"])
+            assert not command or command[:2] in known, line
 
 
 def module_of(page):

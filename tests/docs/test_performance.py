@@ -9,6 +9,8 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 
+NO_COLLECTION = SimpleNamespace(collect=lambda: 0)  # it takes long where a process has run many tests
+
 
 @pytest.fixture(scope="module")
 def modules():
@@ -44,7 +46,7 @@ def runners(duel):
 def verdicts(duel, tmp_path, monkeypatch, *wishes, **options):
     monkeypatch.setattr(duel, "RECORDS", tmp_path)
     monkeypatch.setattr(duel, "SPENT", 0.0)
-    monkeypatch.setattr(duel, "gc", SimpleNamespace(collect=lambda: 0))  # long where a process has run many tests
+    monkeypatch.setattr(duel, "gc", NO_COLLECTION)
     row = duel.Row(
         "made-up", "a made-up row", "made up", lambda: runners(duel)[:2] + runners(duel)[3:], wishes, **options
     )
@@ -78,8 +80,9 @@ def test_a_fast_run_with_a_large_error_fails(modules, tmp_path, monkeypatch):
     assert "our error of 4 is above 3" in found.complaint
 
 
-def test_false_peaks_fail(modules):
+def test_false_peaks_fail(modules, monkeypatch):
     duel, _ = modules
+    monkeypatch.setattr(duel, "gc", NO_COLLECTION)
     timings, _ = duel.timed(runners(duel), 1)
     row = duel.Row("made-up", "a made-up row", "made up", list, (), spikes=8.0)
     assert "is a false peak" in duel.verdict(row, duel.Wish("rough", 4.0, "spiky"), timings).complaint

@@ -87,6 +87,7 @@ def test_what_contacts_only_note_is_known():
     assert len(here) > 0
 
 
+@pytest.mark.slow
 def test_a_hard_look_is_divided_and_others_are_not():
     plan = RenormalisationSchedule(stiff(), systems.TURN, 0, 50, is_flow=True, is_section=True)
     logs = growth_to_next_point(plan, TangentVectors(plan.system.tangent_basis(2, 0), np.ones(2)), 1)

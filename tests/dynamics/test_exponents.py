@@ -43,6 +43,7 @@ def test_driven_linear_oscillator():
     assert periods.sum == pytest.approx(-0.1 * TURN, abs=1e-8)
 
 
+@pytest.mark.slow
 def test_van_der_pol():
     """0 and the mean divergence over the limit cycle (Liouville), integrated here by itself."""
 
@@ -72,6 +73,7 @@ def test_van_der_pol():
 # Maps.
 
 
+@pytest.mark.slow
 def test_henon():
     """0.41922 (J. C. Sprott, Chaos and Time-Series Analysis, 2003, appendix A); the sum is ln b, exactly."""
     found = fm.lyapunov(systems.henon(), skip=1000, periods=60000, count=2)
@@ -160,6 +162,7 @@ def test_impact_oscillator_against_its_exact_map():
     assert found.sum == pytest.approx(2.0 * np.log(0.8) / T, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_impact_oscillator_doubles_its_period():
     """Where the exact map has the multiplier -1, found here by Brent on its derivative."""
 
@@ -197,6 +200,7 @@ def test_lorenz():
     assert found.sum == pytest.approx(-(10.0 + 1.0 + 8.0 / 3.0), abs=1e-6)
 
 
+@pytest.mark.slow
 def test_lorenz_on_a_section():
     """The exponent 0 belongs to the direction that a section does not have."""
     section = fm.chaos.SectionMap(systems.lorenz(rtol=1e-8), "z", level=27.0)
@@ -280,6 +284,7 @@ def test_a_mechanism_in_chaos():
 # What a record says.
 
 
+@pytest.mark.slow
 def test_the_error_covers_what_runs_differ_by():
     """Ten starts of Henon's map: their spread is what each of them claims, within what ten can tell."""
     values, errors = [], []
@@ -302,6 +307,7 @@ def test_the_history_ends_at_the_value():
     assert "1/iteration" in str(found)
 
 
+@pytest.mark.slow
 def test_looks_are_taken_more_often_where_growth_is_fast():
     """Over one interval of 5 s Lorenz's third vector shrinks by e^73; the exponents are there all the same."""
     found = fm.lyapunov(systems.lorenz(rtol=1e-8), skip=20.0, duration=300.0, interval=5.0, count=3)

@@ -2,15 +2,18 @@
 
 import sys
 import warnings
+from functools import cache
 from pathlib import Path
 
 import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-from fuzz import tried, tried_damaged
+import fuzz
 
 SEEDS = range(0, 40)
+
+tried, tried_damaged = cache(fuzz.tried), cache(fuzz.tried_damaged)
 
 
 @pytest.mark.parametrize("seed", SEEDS)

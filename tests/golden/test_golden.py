@@ -1,7 +1,8 @@
 """Final states of runs are what they were: to the last bit on the machine that they were kept on.
 
-Elsewhere those of rigid bodies to 1e-12.  Beams are stiff: another order of a sum changes their forces within what
-Newton's method is asked for, and sometimes an iteration.
+On another processor sums are rounded otherwise.  Where Newton's method took the same iterations, final states of rigid
+bodies agree to 1e-12.  Where it took an iteration more or less, they agree within its tolerance: 1e-9 to 7e-9 was seen
+between two processors.  Carried differences have no counters, and beams are stiff: both are held to what was seen.
 """
 
 import json
@@ -16,7 +17,8 @@ KEPT = json.loads(runs.TEXTS.read_text(encoding="utf-8"))
 def test_final_state(name):
     found, before = runs.RUNS[name](), KEPT["runs"][name]
     found, apart = runs.compared(found, runs.kept(name))
-    assert apart <= (1e-5 if name in runs.STIFF else 1e-12)
+    same_iterations = found.counters != {} and found.counters == before["counters"]
+    assert apart <= (1e-5 if name in runs.STIFF else 1e-12 if same_iterations else 2e-8)
     if runs.machine() == KEPT["machine"]:
         text = (
             "bits have moved: `python tests/golden/golden_runs.py` shows where; a commit that keeps new ones says why"

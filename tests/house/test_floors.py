@@ -11,7 +11,7 @@ FLOORS = {
     "namespace": 0, "version": 0, "display": 0,
     "model": 1, "linalg": 1, "jobs": 1,
     "beams": 2, "bodies": 2, "joints": 2, "contact": 2, "drives": 2, "loads": 2, "couplings": 2, "sensors": 2,
-    "cams": 2,
+    "cams": 2, "planes": 2, "reduction": 2,
     "controllers": 2,
     "program": 3,
     "system": 4,
@@ -26,7 +26,7 @@ FLOORS = {
     "mechanisms": 13, "reports": 13,
     "study": 14,
     "commands": 15, "cli": 15,
-    "__main__": 16, "chaos": 16, "plots": 16,
+    "__main__": 16, "chaos": 16, "plots": 16, "meshes": 16,
 }  # fmt: skip
 """Floor of each file and room directly under flexmb/."""
 
@@ -36,6 +36,11 @@ SIDEWAYS = {
     ("cams", "joints"): "a pair of curves writes the output of gap kernels as joints with clearance do",
     ("couplings", "contact"): "a cable, and a gear pair with backlash, are contacts without friction",
     ("couplings", "joints"): "a rack is a guide whose travel is coupled with an angle",
+    ("planes", "beams"): "plane meshes are read from files as line meshes are",
+    ("planes", "bodies"): "a plane body is a body with the start fields and the mass properties of the other ones",
+    ("reduction", "beams"): "the matrices of beams are reduced",
+    ("reduction", "bodies"): "a reduced body is one of beams, or a plane one",
+    ("reduction", "planes"): "a reduced body is one of beams, or a plane one",
     ("joints", "contact"): "a joint with clearance holds a normal and a friction law",
     ("cli", "commands"): "the command line reads the arguments of the commands",
 }

@@ -21,8 +21,11 @@ ORDERED = {
 """Vectors whose entries have an order that needs no names, wherever they are, by that order."""
 
 IN_FILES = {
-    "flexmb/beams/corotational.py": {
+    "flexmb/beams/chord.py": {
         "accelerations and velocities of two ends in the axes of the chord": "chord_v chord_a",
+    },
+    "flexmb/beams/corotational.py": {
+        "accelerations of two ends in the axes of the chord": "chord_a",
         "forces on the ends, u1, u2 and alpha": "m n",
     },
     "flexmb/study/nine_bar/staggered/elastic_step.py": {"blocks of 3 x 3, row by row": "places m d k"},
@@ -33,6 +36,17 @@ IN_FILES = {
         "ends and stages of a step, in time": "past_lam b to_d to_x to_y",
         "coordinates": "Q",
     },
+    "flexmb/planes/cell_kernels.py": {"x and y of each node": "change own"},
+    "flexmb/planes/corotated.py": {"x and y of each node, and of a row of its stiffness": "d rate left right k p"},
+    "flexmb/planes/peak_stress.py": {"x and y of each node": "d p"},
+    "flexmb/planes/pinned.py": {"x and y of each node": "arms B"},
+    "flexmb/planes/total_lagrange.py": {"components 11, 22, 12 of stress and strain": "S E D U V"},
+    "flexmb/reduction/kernel.py": {
+        "coordinates of nodes": "target of_x of_y",
+        "poses and weights of nodes, in threes behind HEAD": "p",
+    },
+    "flexmb/reduction/tangent.py": {"coordinates of nodes": "target df bs br gr B G0"},
+    "flexmb/reduction/peak_stress.py": {"what is asked for, last of all": "p"},
     "flexmb/linalg/fill.py": {"columns before": "ptr parent"},
     "flexmb/linalg/lu.py": {"a block of the matrix, row by row": "lu", "rows of a block": "seen order"},
     "flexmb/linalg/substitute.py": {"a block of the matrix, row by row": "lu", "two right sides in turn": "pair"},

@@ -47,6 +47,7 @@ def positions(p, step, count):
     return np.array(x)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("variant", [own.PRINTED, own.LARGEST])
 @pytest.mark.parametrize("mu", [0.0, 0.03])
 def test_error_of_the_integrator_falls_at_least_with_the_square_of_the_step(mu, variant):

@@ -17,6 +17,7 @@ measures = SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name("nine_b
 FACTORS = (1.0, 10.0, 100.0, 1000.0)
 
 
+@pytest.mark.slow
 def test_motion_of_the_slider_tends_to_the_rigid_one_as_1_over_e():
     found = measures.differences(FACTORS, 1e-3, ["slider.x"])[:, 0]
     assert found[0] == pytest.approx(4.1e-5, rel=0.1)  # of the stroke; a measured number, stated in docs/nine_bar.md

@@ -37,6 +37,14 @@ def alone(body):
     return fm.Mechanism("alone", [body], gravity=(1.3, -9.81))
 
 
+def plane_body(**changes):
+    """A soft plate with three kinds of nodes: of a rigid pin, of an averaged pin, free ones."""
+    mesh = fm.meshes.rectangle(0.3, 0.1, 2, 1, "tri6")
+    values = {"at": (0.1, 0.2), "angle": 0.4, "thickness": 0.01, "pins": ("left", "right"), "damping": 2e-4}
+    values |= {"interface": {"right": "averaged"}, "material": fm.Material(1e6, 2000.0)}
+    return fm.PlaneBody("plate", mesh, **{**values, **changes})
+
+
 def sliding():
     """A slider with an offset, guided along a moving link."""
     slider = fm.RigidBody("slider", (0.3, 0.2), mass=0.3, inertia=1e-3, angle=0.4)
@@ -130,9 +138,30 @@ BUILT_IN = {
     "FlexibleLink, bosses": (alone(flexible(mass=2.0, inertia=0.075, pivot_inertia=1e-3)), "arm"),
     "FlexibleLink, damped": (alone(flexible(damping=2e-4)), "arm"),
     "FlexibleLink, mass damping": (alone(flexible(mass=2.0, inertia=0.075, mass_damping=30.0)), "arm"),
+    "FlexibleLink, stress": (alone(flexible(stress=True)), "arm"),
     "FlexibleLink, uneven": (alone(flexible(elements=(0.1, 0.4))), "arm"),
+    "Reduced": (alone(fm.Reduced(flexible(damping=2e-4), modes=3)), "arm"),
+    # so soft and coarse that stiffening, gravity and inertia show beside stiffness
+    "Reduced, soft, by a pin": (
+        alone(
+            fm.Reduced(
+                flexible(material=fm.Material(1e4, 2000.0), elements=4), modes=4, frame="pin", damping_ratios=0.1
+            )
+        ),
+        "arm",
+    ),
+    "Reduced, soft": (alone(fm.Reduced(flexible(material=fm.Material(1e4, 2000.0), elements=4), modes=4)), "arm"),
+    "Reduced, one pin": (alone(fm.Reduced(flexible(), modes=3, pins=("start",))), "arm"),
+    "FlexibleLink, shear": (alone(flexible(section=TAPER, shear=True, damping=2e-4)), "arm"),
+    "FlexibleLink, deep, shear": (alone(flexible(section=fm.Rectangle(0.01, 0.4), shear=5.0 / 6.0)), "arm"),
+    "FlexibleLink, arc": (alone(flexible(turn=0.8, damping=2e-4)), "arm"),
+    "FlexibleLink, arc, soft": (alone(flexible(turn=-0.8, material=fm.Material(1e3, 2000.0), shear=True)), "arm"),
+    "FlexibleLink, arc, mass damping": (alone(flexible(turn=0.8, mass_damping=30.0)), "arm"),
+    "FlexibleFrame, arcs": (alone(replace(frame(), turns=(0.3, 0.0, 1.0), inertia=0.12, shear=True)), "frame"),
     "FlexibleFrame, mean mass": (alone(frame()), "frame"),
     "FlexibleFrame, mass damping": (alone(replace(frame(), mass_damping=30.0)), "frame"),
+    "PlaneBody": (alone(plane_body()), "plate"),
+    "PlaneBody, total Lagrange": (alone(plane_body(formulation="total-lagrange")), "plate"),
     "Revolute": (two_links(fm.Revolute("A", crank(), arm(), at=A)), "A"),
     "Revolute, friction": (
         two_links(fm.Revolute("A", crank(), arm(), at=A, friction=COULOMB, radius=0.01, preload=2.0)),

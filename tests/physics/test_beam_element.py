@@ -15,6 +15,17 @@ TAPERED = fm.Tapered(fm.Rectangle(width=0.02, height=0.05), fm.Rectangle(width=0
 STEEL = fm.Material(young=2.0e11, density=7850.0)
 NO_INERTIA = fm.Material(young=2.0e11, density=1e-12)
 NO_STIFFNESS = fm.Material(young=1e-12, density=7850.0)
+VARIANTS = {
+    "straight": {}, "shear": {"shear": True}, "arc": {"turn": 0.7},
+    "arc with shear": {"turn": -0.7, "shear": 5.0 / 6.0},
+}  # fmt: skip
+DEEP = fm.Tapered(fm.Rectangle(width=0.02, height=0.9), fm.Rectangle(width=0.02, height=0.6))
+"""So deep that shear is most of the bending: 12 EI/(ks G A L^2) = 0.9."""
+
+
+def with_variant(variant, section=TAPERED):
+    """Options of a variant, and the section that shows it."""
+    return VARIANTS[variant], DEEP if "shear" in variant else section
 
 
 def contribution(section=UNIFORM, material=STEEL, gravity=(0.0, 0.0), angle=0.4, **options):
@@ -76,6 +87,17 @@ def test_a_rigid_pose_has_no_internal_force(angle, section):
     assert np.abs(r).max() < 1e-9 * 2.0e11 * float(section.area_at(0.5))
 
 
+@pytest.mark.parametrize("angle", [0.4, -2.9, 3.0, 2 * math.pi * TURNS + 0.4, -2 * math.pi * TURNS + 1.1])
+@pytest.mark.parametrize("section", [UNIFORM, TAPERED])
+@pytest.mark.parametrize("variant", [name for name in VARIANTS if name != "straight"])
+def test_a_rigid_pose_of_an_arc_or_with_shear_has_no_internal_force(variant, section, angle):
+    turn = VARIANTS[variant].get("turn", 0.0)
+    q = pose(angle, 12.0, -7.0) + 0.5 * turn * np.array([0, 0, -1, 0, 0, 1])
+    r, *_ = call(contribution(section, damping=1e-3, **VARIANTS[variant]), q)
+    assert np.abs(r).max() < 1e-9 * 2.0e11 * float(section.area_at(0.5))
+    assert energies(contribution(section, **VARIANTS[variant]), q)[0] < 1e-18 * 2.0e11 * 6e-4
+
+
 def test_a_whole_link_turned_a_thousand_times_has_no_internal_force():
     link = fm.FlexibleLink("link", (1.0, 2.0), (1.0, 3.3), section=UNIFORM, material=STEEL, elements=5, damping=1e-3)
     system = StateEvaluation(fm.compile(fm.Mechanism("free", (link,))))
@@ -130,20 +152,25 @@ AREA = 0.02 * (0.05 - 0.02 * POINTS)  # of TAPERED
 SECOND_MOMENT = 0.02 * (0.05 - 0.02 * POINTS) ** 3 / 12.0
 
 
-def axis(q):
-    """Points and angles (m, 3) of the deformed axis, angles against the drawn pose: cubics on the chord."""
+def axis(q, phi=0.0):
+    """Points of the deformed axis and angles of the sections (m, 3), against the drawn pose: cubics on the chord.
+
+    phi = 12 EI/(ks G A L^2): axis and sections lean against each other by (u1 + u2) phi/(2 (1 + phi)).
+    """
     x, chord = POINTS, q[3:5] - q[:2]
     alpha = math.atan2(chord[1], chord[0])
     u1, u2 = ((theta - alpha + math.pi) % (2.0 * math.pi) - math.pi for theta in (q[2], q[5]))
+    lean = 0.5 * (u1 + u2) * phi / (1.0 + phi)
+    u1, u2, alpha_of_sections = u1 - lean, u2 - lean, alpha + lean
     w = LENGTH * (u1 * (x - 2 * x**2 + x**3) + u2 * (x**3 - x**2))
     turn = u1 * (1 - 4 * x + 3 * x**2) + u2 * (3 * x**2 - 2 * x)
     normal = np.array([-math.sin(alpha), math.cos(alpha)])
-    return np.column_stack([q[:2] + np.outer(x, chord) + np.outer(w, normal), alpha + turn])
+    return np.column_stack([q[:2] + np.outer(x, chord) + np.outer(w, normal), alpha_of_sections + turn])
 
 
-def velocities(q, v):
+def velocities(q, v, phi=0.0):
     """Rates of `axis`, by differences."""
-    return slope(lambda t: axis(q + v * t[0]), np.zeros(1), 0, 1e-5)
+    return slope(lambda t: axis(q + v * t[0], phi), np.zeros(1), 0, 1e-5)
 
 
 @pytest.mark.parametrize("rotary", [False, True, 3.0])
@@ -155,6 +182,19 @@ def test_kinetic_energy_is_that_of_the_moving_axis(rotary):
     if rotary:
         exact += 0.5 * (WEIGHTS * (7850.0 * SECOND_MOMENT if rotary is True else rotary)) @ rates[:, 2] ** 2
     assert kinetic(contribution(TAPERED, rotary_inertia=rotary), q, v) == pytest.approx(exact, rel=1e-9)
+
+
+@pytest.mark.parametrize("rotary", [False, True, 3.0])
+def test_kinetic_energy_with_shear_is_that_of_the_moving_axis_and_sections(rotary):
+    """The same for a uniform deep section, shapes in closed form."""
+    q, v, _ = state(3)
+    section, G = fm.Rectangle(width=0.02, height=0.6), 2.0e11 / 2.6
+    phi = 12.0 * 2.0e11 * 0.02 * 0.6**3 / 12.0 / (0.8 * G * 0.012 * LENGTH**2)
+    rates = velocities(q, v, phi)
+    exact = 0.5 * 7850.0 * 0.012 * WEIGHTS @ (rates[:, :2] ** 2).sum(axis=1)
+    rho_i = 7850.0 * 0.02 * 0.6**3 / 12.0
+    exact += 0.5 * {True: rho_i, False: 0.0}.get(rotary, rotary) * WEIGHTS @ rates[:, 2] ** 2
+    assert kinetic(contribution(section, rotary_inertia=rotary, shear=0.8), q, v) == pytest.approx(exact, rel=1e-9)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -183,11 +223,13 @@ def test_uniform_flight_changes_no_force_and_no_tangent():
         np.testing.assert_allclose(flying, still, atol=1e-10 * np.abs(still).max())
 
 
+@pytest.mark.parametrize("variant", VARIANTS)
 @pytest.mark.parametrize("rotary", [False, 3.0])
 @pytest.mark.parametrize("seed", range(4))
-def test_inertia_force_is_lagranges(seed, rotary):
+def test_inertia_force_is_lagranges(seed, rotary, variant):
     """d/dt (dT/dv) - dT/dq along q + v t + a t^2/2, by differences of T alone."""
-    element = contribution(TAPERED, NO_STIFFNESS, rotary_inertia=rotary)
+    options, section = with_variant(variant)
+    element = contribution(section, NO_STIFFNESS, rotary_inertia=rotary, **options)
     q, v, a = state(seed)
     r, *_ = call(element, q, v, a)
 
@@ -199,9 +241,11 @@ def test_inertia_force_is_lagranges(seed, rotary):
     np.testing.assert_allclose(r, expected, atol=1e-8 * np.abs(expected).max())
 
 
+@pytest.mark.parametrize("variant", VARIANTS)
 @pytest.mark.parametrize("seed", range(4))
-def test_power_of_inertia_is_the_rate_of_kinetic_energy(seed):
-    element = contribution(TAPERED, NO_STIFFNESS)
+def test_power_of_inertia_is_the_rate_of_kinetic_energy(seed, variant):
+    options, section = with_variant(variant)
+    element = contribution(section, NO_STIFFNESS, **options)
     q, v, _ = state(seed)
     rate = slope(lambda t: kinetic(element, q + v * t[0], v), np.zeros(1), 0, 1e-5)
     assert call(element, q, v)[0] @ v == pytest.approx(rate, rel=1e-8)
@@ -210,18 +254,22 @@ def test_power_of_inertia_is_the_rate_of_kinetic_energy(seed):
 # Elasticity and weight
 
 
+@pytest.mark.parametrize("variant", VARIANTS)
 @pytest.mark.parametrize("seed", range(4))
-def test_elastic_force_is_the_slope_of_strain_energy(seed):
-    element = contribution(TAPERED)
+def test_elastic_force_is_the_slope_of_strain_energy(seed, variant):
+    options, section = with_variant(variant)
+    element = contribution(section, **options)
     q, _, _ = state(seed)
     expected = np.array([slope(lambda x: energies(element, x)[0], q, i, 1e-4) for i in range(6)])
     np.testing.assert_allclose(call(element, q)[0], expected, atol=1e-8 * np.abs(expected).max())
 
 
+@pytest.mark.parametrize("variant", VARIANTS)
 @pytest.mark.parametrize("seed", range(4))
-def test_damping_takes_the_power_it_reports(seed):
+def test_damping_takes_the_power_it_reports(seed, variant):
     q, v, _ = state(seed)
-    damped, free = contribution(TAPERED, NO_INERTIA, damping=2e-3), contribution(TAPERED, NO_INERTIA)
+    options, section = with_variant(variant)
+    damped, free = (contribution(section, NO_INERTIA, damping=d, **options) for d in (2e-3, 0.0))
     power = (call(damped, q, v)[0] - call(free, q, v)[0]) @ v
     assert power > 0.0
     assert power == pytest.approx(energies(damped, q, v)[2], rel=1e-10)
@@ -243,9 +291,11 @@ def test_weight_and_its_moment(angle):
     assert moment == pytest.approx(mass * (x * gy - y * gx), rel=1e-12)
 
 
+@pytest.mark.parametrize("variant", VARIANTS)
 @pytest.mark.parametrize("seed", range(4))
-def test_weight_is_the_slope_of_its_potential(seed):
-    element = contribution(TAPERED, NO_STIFFNESS, gravity=(1.7, -9.81))
+def test_weight_is_the_slope_of_its_potential(seed, variant):
+    options, section = with_variant(variant)
+    element = contribution(section, NO_STIFFNESS, gravity=(1.7, -9.81), **options)
     q, _, _ = state(seed)
     expected = np.array([slope(lambda x: energies(element, x)[1], q, i, 1e-3) for i in range(6)])
     np.testing.assert_allclose(call(element, q)[0], expected, atol=1e-9 * np.abs(expected).max())
@@ -263,11 +313,13 @@ PHYSICS = {
 }
 
 
+@pytest.mark.parametrize("variant", VARIANTS)
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("physics", PHYSICS)
-def test_tangents_are_the_slopes_of_the_force(physics, seed):
+def test_tangents_are_the_slopes_of_the_force(physics, seed, variant):
     """Each physics alone, so that the stiff terms do not hide an error in the others."""
-    element = contribution(TAPERED, **PHYSICS[physics])
+    options, section = with_variant(variant)
+    element = contribution(section, **PHYSICS[physics], **options)
     point = state(seed) if physics != "weight" else (state(seed)[0], np.zeros(6), np.zeros(6))
     matrices = call(element, *point)[1:]
     for k, (matrix, name) in enumerate(zip(matrices, "KCM", strict=True)):

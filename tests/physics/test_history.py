@@ -89,6 +89,7 @@ def step_of(run, h):
     )
 
 
+@pytest.mark.slow
 def test_a_step_that_fails_or_is_thrown_away_leaves_no_trace(run_in_impact):
     run = run_in_impact
     before = frozen(run.flow)
@@ -98,6 +99,7 @@ def test_a_step_that_fails_or_is_thrown_away_leaves_no_trace(run_in_impact):
     assert frozen(run.flow) == before
 
 
+@pytest.mark.slow
 def test_a_run_goes_on_after_thrown_away_steps_as_if_they_had_not_been(slider_crank, run_in_impact):
     run = run_in_impact
     for h in (5e-2, 1e-3, 3e-5):

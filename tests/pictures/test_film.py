@@ -49,6 +49,10 @@ def test_a_gif_has_seconds_times_fps_frames_of_one_size(sol, tmp_path, seconds, 
             assert film.info["loop"] == 0
 
 
+def test_an_html_file_is_the_report(sol, tmp_path):
+    assert "handmade" in fm.animate(sol, tmp_path / "x.html").read_text()
+
+
 def test_a_motionless_run_keeps_its_frames(tmp_path):
     still = solution(shapes=(PointShape("O", "revolute", "ground", "", (0.0, 0.0)),))
     assert len(frames_of(fm.animate(still, tmp_path / "x.gif", seconds=1.0, fps=12.0, size=(200, 160)))) == 12
@@ -106,17 +110,49 @@ def test_rods_bend_under_a_magnified_deformation(sol):
     np.testing.assert_allclose(moments[1], moments[0], rtol=1e-12)  # forces are the true ones
 
 
+def test_no_deformation_draws_straight_rods(sol):
+    scene = film(sol, magnify=0.0).scene
+    first, second = (line.points for line in scene.lines if line.is_beam)
+    points = np.concatenate([first, second], axis=1)
+    away = points - points[:, :1]
+    across = away[..., 0] * away[:, -1:, 1] - away[..., 1] * away[:, -1:, 0]
+    assert np.abs(across).max() < 1e-12
+
+
+def travelling():
+    """Two discs that fly side by side, 40 m with 0.6 m between them."""
+    bodies = [fm.RigidBody(f"disc{k}", (0.0, 0.6 * k), 1.0, 0.1, velocity=(40.0, 0.0, 0.0)) for k in (0, 1)]
+    return fm.simulate(fm.Mechanism("flight", bodies), t_end=1.0, step=0.01)
+
+
+def test_axes_follow_a_body_that_travels():
+    sol = travelling()
+    still, moving = film(sol, colour=None), film(sol, colour=None, follow=("disc0", "", (0.0, 0.0)))
+    assert np.ptp(still.scene.box[0]) > 40.0
+    assert np.ptp(moving.scene.box[0]) < 3.0
+    images = []
+    for k in range(5):
+        images += moving.frames([k])
+        (x0, x1), (y0, y1) = moving._ax.get_xlim(), moving._ax.get_ylim()
+        assert 0.5 * (x0 + x1) == pytest.approx(10.0 * k, abs=1e-9)
+        assert y0 < 0.0 < 0.6 < y1
+        assert {(0, 114, 178), (213, 94, 0)} <= {
+            tuple(c) for c in np.unique(images[-1].reshape(-1, 3), axis=0).tolist()
+        }
+    np.testing.assert_array_equal(next(moving.frames([1])), images[1])
+
+
 def test_paths_and_forces_are_those_that_were_asked_for(sol):
     assert list(traced_points(sol, None)) == []
     points = traced_points(sol, ["arm.end", "crank"])
     path, time = film(sol, points=points).scene.paths["arm.end"]
     np.testing.assert_allclose(path, np.stack([sol["arm.end.x"], sol["arm.end.y"]], axis=-1))
     np.testing.assert_array_equal(time, sol.time)
-    assert joints_with_forces(sol, True) == ()  # the record holds no fx
+    assert joints_with_forces("animate", sol, True) == ()  # the record holds no fx
     with pytest.raises(InputError, match=r"traces is 'arm.ende'.*Did you mean 'arm.end'"):
         traced_points(sol, ["arm.ende"])
-    with pytest.raises(InputError, match="forces is 'Q'"):
-        joints_with_forces(sol, ["Q"])
+    with pytest.raises(InputError, match="animate: forces is 'Q'"):
+        joints_with_forces("animate", sol, ["Q"])
 
 
 @pytest.mark.parametrize(
@@ -125,7 +161,12 @@ def test_paths_and_forces_are_those_that_were_asked_for(sol):
         ("x.avi", {}, r"path is .*x.avi'; it must end in one of .mp4, .gif, .html"),
         ("x.gif", {"seconds": 0.0}, "seconds is 0"),
         ("x.gif", {"fps": -1.0}, "fps is -1"),
-        ("x.gif", {"magnify": 0.0}, "magnify is 0"),
+        ("x.gif", {"magnify": -1.0}, "magnify is -1"),
+        ("x.gif", {"fps": 1e9}, r"seconds x fps are 4e\+09 frames; it must be at most 20000.*smaller fps="),
+        ("x.gif", {"size": (10**6, 10**6)}, "size is 1000000 x 1000000 pixels; each must be 8192 at most"),
+        ("x.gif", {"size": (4000, 4000), "fps": 500.0}, "2000 frames of 4000 x 4000 pixels .* Make an .mp4"),
+        ("x.gif", {"size": (300, 300, 3)}, "size is .*; give width and height in pixels"),
+        ("x.gif", {"follow": "crnk"}, "follow is 'crnk'. Did you mean 'crank'"),
         ("x.gif", {"colour": "momet"}, "colour is 'momet'.*Did you mean 'moment'"),
         ("x.gif", {"times": (0.5, 0.2)}, "the end must be later"),
         ("x.gif", {"times": (0.5, 2.0)}, r"times\[1\]"),

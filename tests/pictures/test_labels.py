@@ -102,6 +102,23 @@ def test_the_nine_bar_names_o1_and_p1_apart():
     assert not one.overlaps(two)
 
 
+@pytest.mark.parametrize("name", ["nine_bar", "nine_bar_flexible", "slider_crank"])
+def test_lengths_hide_neither_rings_nor_triangles_nor_links(name):
+    figure = ready()[name].plot(lengths=True)
+    ax = figure.axes[0]
+    figure.draw_without_rendering()
+    found = boxes([text for text in ax.texts if text.get_text().endswith(" m")])
+    ground = [line for line in ax.lines if line.get_marker() == 6]
+    assert len(found) > 1
+    assert ground
+    for line in ground:
+        foot = ax.transData.transform(line.get_xydata()[0]) - (0.0, 4.0 * figure.dpi / 72.0)
+        assert not any(box.contains(*foot) for box in found)
+    rings = [patch.get_window_extent() for patch in ax.patches if hasattr(patch, "radius")]
+    assert rings
+    assert not any(box.overlaps(ring) for box in found for ring in rings)
+
+
 def test_a_crowd_of_points_is_named_without_overlaps():
     from matplotlib.figure import Figure
 
@@ -150,3 +167,9 @@ def test_a_pin_beside_its_centre_hangs_on_an_arm():
     straight = [line for line in with_arms(scene) if line.points.shape[1] == 2]
     assert [line.part for line in straight] == ["crank"]
     np.testing.assert_allclose(straight[0].points[0], [[0.0, 0.0], [0.05, 0.01]], atol=1e-4)
+
+
+@pytest.mark.parametrize("size", ["big", (3.0,), 5.0, (1e9, 4.0), (-1.0, 4.0), ("a", "b")])
+def test_sizes_that_are_none(size):
+    with pytest.raises(InputError, match="plot: size"):
+        fm.mechanisms.four_bar().plot(size=size)

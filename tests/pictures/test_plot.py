@@ -3,6 +3,7 @@
 import runpy
 import subprocess
 import sys
+import warnings
 from dataclasses import replace
 from pathlib import Path
 
@@ -28,6 +29,38 @@ solution = handmade["solution"]
 @pytest.fixture(scope="module")
 def sol():
     return solution()
+
+
+def test_names_in_any_script_are_drawn_or_escaped(sol):
+    """No font has the last private character, and each machine has one with Greek and Cyrillic letters."""
+    title = "\U0010fffd Кривошип ωψ"
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        figure = plot(sol, "crank.ax", title=title)
+        figure.draw_without_rendering()
+        assert figure.get_suptitle() == "\\U0010fffd Кривошип ωψ"
+        figure.draw_without_rendering()
+        assert figure.get_suptitle() == "\\U0010fffd Кривошип ωψ"
+        part = fm.RigidBody("曲柄 🦾", (0.0, 0.0), 1.0, 0.1)
+        fm.Mechanism("机构", [part, fm.Revolute("轴", fm.GROUND, part, at=(0.1, 0.0))]).plot().draw_without_rendering()
+
+
+def test_a_font_of_the_machine_is_found():
+    from matplotlib import font_manager
+
+    from flexmb.pictures import glyphs
+
+    fonts = {font.name: font.fname for font in font_manager.fontManager.ttflist}
+    glyphs._family.cache_clear()
+    assert glyphs._family(fonts["cmr10"], "ω") not in ("", None, "cmr10")
+    assert glyphs._family(fonts["DejaVu Sans"], "ω") == ""
+    glyphs._family.cache_clear()
+
+
+def test_a_solution_without_rows_is_refused(sol):
+    empty = replace(sol, time=np.zeros(0), values=np.zeros((0, len(sol.names))))
+    with pytest.raises(InputError, match="plot: the solution has no saved instants"):
+        plot(empty, "crank.ax")
 
 
 def test_one_panel_a_name(sol):

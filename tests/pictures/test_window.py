@@ -49,6 +49,23 @@ def test_the_slider_moves_the_parts(sol):
     window.plotter.close()
 
 
+def test_the_view_follows_a_node(sol):
+    plotter = fm.view(sol, off_screen=True, follow="arm.end", time=0.5)
+    tip = [float(sol[f"arm.end.{axis}"].sel(time=0.5, method="nearest")) for axis in "xy"]
+    np.testing.assert_allclose(plotter.camera.focal_point[:2], tip, atol=1e-9)
+    plotter.close()
+
+
+def test_a_lone_body_is_seen():
+    ball = fm.RigidBody("ball", (0.3, 0.2), 1.0, 0.1)
+    still = fm.simulate(fm.Mechanism("ball", [ball]), t_end=1e-3, step=1e-3)
+    plotter = fm.view(still, off_screen=True)
+    image = plotter.screenshot(return_img=True)
+    plotter.close()
+    middle = image[350:450, 550:650].reshape(-1, 3)
+    assert (middle < 250).any(axis=1).sum() > 50
+
+
 def test_colours_and_bar_are_those_of_the_field(sol):
     scene = scene_of(sol, np.arange(0, 101, 10))
     window = Window(scene, "moment", off_screen=True)
@@ -64,8 +81,9 @@ def test_colours_and_bar_are_those_of_the_field(sol):
     [
         ({"colour": "stress"}, "colour is 'stress'"),
         ({"time": 3.0}, "time is 3"),
-        ({"magnify": 0.0}, "magnify is 0"),
-        ({"forces": ["Q"]}, "forces is 'Q'"),
+        ({"magnify": -1.0}, "magnify is -1"),
+        ({"follow": "crnk"}, "view: follow is 'crnk'"),
+        ({"forces": ["Q"]}, "view: forces is 'Q'"),
     ],
 )
 def test_what_is_refused(sol, keywords, words):

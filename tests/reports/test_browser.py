@@ -85,6 +85,39 @@ def test_a_pose_on_the_screen_is_that_of_the_solution(opened, run_page, slider_c
     assert middle == pytest.approx(beam.points[0, 1].tolist(), abs=2e-8)
 
 
+@pytest.mark.parametrize("width", [390, 1280])
+def test_names_do_not_lie_on_links(opened, run_page, width):
+    page = opened(run_page.path, width, 844)
+    for k in (0, 137, 321, 600):
+        page.evaluate(f"flexmbReport.clock.goToFrame({k})")
+        lines, labels = (np.array(page.evaluate(f"flexmbReport.picture.{name}")) for name in ("lines", "labels"))
+        assert len(labels) >= 2
+        assert len(lines) > 4
+        share = np.linspace(0.0, 1.0, 400)[:, None, None]
+        x, y = ((1.0 - share) * lines[:, 0] + share * lines[:, 1]).reshape(-1, 2).T
+        for x0, x1, middle in labels:
+            assert not np.any((x > x0) & (x < x1) & (np.abs(y - middle) < 6.0)), (k, x0, middle)
+
+
+def test_an_arc_with_shear_on_the_screen_is_that_of_the_solution(opened, tmp_path):
+    """The axis leans against the sections, so its cubic has other slopes than the nodes."""
+    rubber, deep = fm.Material(young=1e6, density=1000.0), fm.Rectangle(width=0.1, height=0.4)
+    options = {"section": deep, "material": rubber, "elements": 2, "turn": 1.0, "shear": True}
+    arm = fm.FlexibleLink("arm", (0.0, 0.0), (1.0, 0.0), **options)
+    clamp = fm.Fixed("clamp", fm.GROUND, arm, at=(0.0, 0.0))
+    sol = fm.simulate(fm.Mechanism("arc", [arm, clamp], gravity=(0.0, -9.81)), t_end=0.05, save=20)
+    page = opened(fm.report(sol, tmp_path / "arc.html"))
+    page.evaluate("flexmbReport.clock.goToFrame(20)")
+    middle = page.evaluate(
+        "(() => { const c = flexmbReport.picture.scene.beam(0);"
+        " return [(c[0] + 3 * c[2] + 3 * c[4] + c[6]) / 8, (c[1] + 3 * c[3] + 3 * c[5] + c[7]) / 8]; })()"
+    )
+    beam = next(line for line in drawing.lines(sol, np.array([20]), 3) if line.is_beam)
+    assert middle == pytest.approx(beam.points[0, 1].tolist(), abs=1e-7)
+    (shape, _) = [shape for shape in sol.shapes if hasattr(shape, "bending")]
+    assert min(shape.shear) > 0.2
+
+
 def test_clicks_set_the_time(opened, run_page, slider_crank):
     _, sol = slider_crank
     page = opened(run_page.path, reduced_motion="reduce")

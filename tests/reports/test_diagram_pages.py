@@ -89,7 +89,7 @@ def test_names_of_the_reports_of_points():
 
 
 def test_numbers_of_a_study(study, tmp_path):
-    page = Page(write_chaos(study, tmp_path / "chaos.html", None, None))
+    page = Page(write_chaos(study, tmp_path / "report.html", None, None))
     data = page.data
     assert data["section"]["names"] == ["B.ex", "B.ey", "<i>"]
     wanted = np.column_stack([study[""][name].values for name in data["section"]["names"]])
@@ -112,9 +112,9 @@ def test_pages_of_files(study, diagram, tmp_path, capsys):
     write_netcdf(tmp_path / "bifurcation.nc", {"": diagram})
     assert main(["report", str(tmp_path / "chaos.nc")]) == 0
     assert main(["report", str(tmp_path / "bifurcation.nc"), "--out", str(tmp_path / "d.html")]) == 0
-    assert capsys.readouterr().out.split() == [str(tmp_path / "chaos.html"), str(tmp_path / "d.html")]
+    assert capsys.readouterr().out.split() == [str(tmp_path / "report.html"), str(tmp_path / "d.html")]
     whole = write_chaos(study, tmp_path / "whole.html", None, None)
-    assert (tmp_path / "chaos.html").read_text() == whole.read_text()
+    assert (tmp_path / "report.html").read_text() == whole.read_text()
     assert Page(tmp_path / "d.html").data["kind"] == "sweep"
 
 
@@ -163,7 +163,7 @@ def test_a_diagram_in_a_browser(opened, layout_faults, diagram, tmp_path, width)
 
 @pytest.mark.parametrize("width", [1280, 390])
 def test_a_study_in_a_browser(opened, layout_faults, study, tmp_path, width):
-    page = opened(write_chaos(study, tmp_path / "chaos.html", None, None), width, 800, color_scheme="dark")
+    page = opened(write_chaos(study, tmp_path / "report.html", None, None), width, 800, color_scheme="dark")
     assert layout_faults(page) == []
     points = page.evaluate("[...flexmbReport.diagram.groups[0].x]")
     assert points == pytest.approx(study[""]["B.ex"].values, rel=1e-6)

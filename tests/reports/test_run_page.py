@@ -289,6 +289,22 @@ def test_a_path_that_cannot_be_written(tmp_path):
         fm.report(handmade.solution(), tmp_path / "page.html")
 
 
+@pytest.mark.parametrize(
+    ("ok", "status", "kind"),
+    [
+        (False, "Stopped at t = 0.5 s: Newton did not converge.", "error"),
+        (True, "Finished at t = 1 s. But the energies miss 3 J.", "warning"),
+        (True, "Finished at t = 1 s.", None),
+    ],
+)
+def test_the_head_tells_how_a_run_ended(tmp_path, ok, status, kind):
+    page = Page(fm.report(replace(handmade.solution(), ok=ok, status=status), tmp_path / "page.html"))
+    head = page.source[: page.source.index("<main")]
+    assert f'<span class="badge {"good" if ok else "error"}">' in head
+    assert (status in head) == (kind is not None)
+    assert [x["class"] for x in page.all("p") if "told" in x.get("class", "")] == ([f"told {kind}"] if kind else [])
+
+
 def test_one_saved_instant_is_enough(tmp_path):
     page = Page(fm.report(handmade.solution(n=1), tmp_path / "page.html"))
     assert page.data["scene"]["frames"]["n"] == 1

@@ -213,11 +213,11 @@ def test_a_checkpoint_that_cannot_be_written_is_noted(tmp_path, monkeypatch, sma
 
 def command(folder, *more):
     """A run of some seconds on the command line."""
-    words = ["run", "slider-crank", "--clearance", "0.5mm", "--periods", "150", "--save", "20", "--out", str(folder)]
+    words = ["run", "slider-crank", "--clearance", "0.5mm", "--periods", "60", "--save", "20", "--out", str(folder)]
     return [sys.executable, "-m", "flexmb", *words, "--no-plots", "--no-vtk", "--quiet", *more]
 
 
-@pytest.mark.parametrize("kill", [signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize("kill", [pytest.param(signal.SIGTERM, marks=pytest.mark.slow), signal.SIGKILL])
 def test_a_command_that_is_killed_goes_on(tmp_path, kill):
     path = tmp_path / "slider-crank.checkpoint.nc"
     process = subprocess.Popen(command(tmp_path, "--checkpoint", "0.2s"))

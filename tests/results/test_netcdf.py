@@ -8,6 +8,7 @@ import sys
 from contextlib import suppress
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 import xarray as xr
@@ -16,6 +17,7 @@ from flexmb.errors import FileFormatError, InputError
 from flexmb.model.shape import RigidShape
 from flexmb.model.signal import Signal
 from flexmb.results.contact_intervals import ContactLog
+from flexmb.results.conventions import udunits
 from flexmb.results.netcdf import load
 from flexmb.results.stats import Stats
 
@@ -25,6 +27,32 @@ solution = handmade["solution"]
 
 def bits(array):
     return np.asarray(array).tobytes()
+
+
+def test_files_are_what_xarray_would_write(tmp_path):
+    """Each variable, its attributes and its dimensions, in the words of HDF5 and of netCDF."""
+    sol = solution()
+    names = [name for name in sol.names if sol.units(name) == udunits(sol.units(name))]
+    path = sol.to_netcdf(tmp_path / "a.nc")
+    columns = sol.dataset[names]
+    for name in names:
+        value, time = sol.peak(name)
+        columns[name].attrs |= {"peak": value, "peak_time": time}
+    columns.to_netcdf(tmp_path / "b.nc", engine="h5netcdf", encoding={name: {"_FillValue": None} for name in names})
+    assert names
+    with h5py.File(path) as ours, h5py.File(tmp_path / "b.nc") as theirs:
+        for name in names:
+            one, two = ours[name], theirs[name]
+            assert one.attrs.keys() == two.attrs.keys()
+            assert np.array_equal(one[()], two[()])
+            assert one.dims[0][0] == ours["time"]
+            for key in set(one.attrs) - {"DIMENSION_LIST"}:
+                assert one.attrs.get_id(key).dtype == two.attrs.get_id(key).dtype
+                assert np.array_equal(one.attrs[key], two.attrs[key])
+                assert np.shape(one.attrs[key]) == np.shape(two.attrs[key])
+    with xr.open_dataset(path, engine="h5netcdf") as ours, xr.open_dataset(tmp_path / "b.nc") as theirs:
+        for name in names:
+            assert ours[name].identical(theirs[name])
 
 
 def test_back_bit_for_bit(tmp_path):

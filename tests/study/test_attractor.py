@@ -10,6 +10,8 @@ from flexmb.study.motion import motion
 from flexmb.study.nine_bar.cases import MACHINE, PLAYS, SPEEDS, case
 from flexmb.study.samples import by_period, cloud, growth_rates
 
+pytestmark = pytest.mark.slow
+
 OBSERVED = MACHINE.places
 SIGNALS = [name for seen in MACHINE.observables for name in (seen.place, seen.rate)]
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from flexmb import places
-from flexmb.beams import corotational, mass_damping
+from flexmb.beams import chord, mass_damping
 from flexmb.beams.fem import beam_matrices
 from flexmb.beams.section import Rectangle
 from flexmb.kernels import GAP_SIZE, JOINT_FRICTION_SIZE
@@ -64,11 +64,11 @@ def test_integrals_of_mass_are_packed_as_the_beam_reads_them():
     """A straight uniform rod of length L and mass m: int rho A of products of (1 - xi, xi) and of the cubics."""
     L, section = 2.0, Rectangle(0.01, 0.02)
     steel = Material(young=2e11, density=7800.0)
-    p = np.zeros(corotational.PARAMETERS)
-    p[corotational.M11 :] = beam_matrices(np.array([0.0, L]), section, steel).inertia_integrals[0]
+    p = np.zeros(chord.PARAMETERS)
+    p[chord.M11 : chord.BOW11] = beam_matrices(np.array([0.0, L]), section, steel).inertia_integrals[0]
     m = 7800.0 * 0.01 * 0.02 * L
     expected = {"M11": m / 3, "M12": m / 6, "M22": m / 3, "G11": m * L / 20, "G12": -m * L / 30}
     expected |= {"G21": m * L / 30, "G22": -m * L / 20}
     expected |= {"H11": m * L**2 / 105, "H12": -m * L**2 / 140, "H22": m * L**2 / 105}
     for name, value in expected.items():
-        assert p[getattr(corotational, name)] == pytest.approx(value, rel=1e-9), name
+        assert p[getattr(chord, name)] == pytest.approx(value, rel=1e-9), name

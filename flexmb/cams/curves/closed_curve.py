@@ -13,6 +13,7 @@ from scipy.interpolate import make_interp_spline
 
 from flexmb import checks
 from flexmb.cams.curves.geometry import area, crossing, curvatures, reversed_spans, sampled
+from flexmb.display import html
 from flexmb.errors import InputError
 
 FEWEST_POINTS = 8
@@ -119,7 +120,13 @@ class ClosedCurve(checks.Checked):
         return cls(values[:-1])
 
     def __repr__(self) -> str:
-        return f"ClosedCurve({len(self.points)} points)"
+        return f"ClosedCurve({len(self.points)} points, {self.size:.6g} m wide, {self.length:.6g} m long)"
+
+    def _repr_html_(self) -> str:
+        least, most, _ = self.extreme_curvature()
+        rows = [("width", f"{self.size:.6g}", "m"), ("length", f"{self.length:.6g}", "m")]
+        rows += [("least curvature", f"{least:.6g}", "1/m"), ("largest curvature", f"{most:.6g}", "1/m")]
+        return html.page("ClosedCurve", f"{len(self.points)} points", html.table(rows))
 
     @cached_property
     def array(self) -> np.ndarray:

@@ -142,7 +142,7 @@ def add_report(report: argparse.ArgumentParser) -> None:
     report.add_argument("file", metavar="RUN.nc", type=Path, help="file of `flexmb run`, `sweep` or `chaos`")
     trusted = "the mechanism; needed for its examination where the file is of a run of FILE.py, which is executed"
     report.add_argument("name", metavar="NAME", nargs="?", help=trusted)
-    report.add_argument("--out", type=Path, metavar="FILE.html", help="default: beside RUN.nc")
+    report.add_argument("--out", type=Path, metavar="FILE.html", help="default: report.html beside RUN.nc")
     report.add_argument("--frames", type=int, metavar="N", default=1000, help="most frames (default 1000)")
 
 
@@ -159,6 +159,7 @@ def add_animate(film: argparse.ArgumentParser) -> None:
     film.add_argument("--colour", metavar="NAME", default="moment", help=colours)
     film.add_argument("--traces", metavar="A,B", help="points whose paths are drawn, or all (default: some markers)")
     film.add_argument("--forces", metavar="A,B", help="joints whose forces are drawn, or all (default: none)")
+    film.add_argument("--follow", metavar="NAME", help="body, node or marker that stays in the middle (default: none)")
     film.add_argument("--size", metavar="WxH", help="width and height in pixels, e.g. 600x400")
 
 

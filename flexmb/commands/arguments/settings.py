@@ -11,10 +11,20 @@ from flexmb import checks
 from flexmb.commands.arguments.mechanism_options import Option, options_of
 from flexmb.commands.arguments.units import UNITS
 from flexmb.errors import InputError
-from flexmb.model.mechanism import Mechanism, changeable
+from flexmb.model.mechanism import Mechanism, require_field
 from flexmb.model.part import Part
 
-GRAVITY = Option("set gravity", "numbers", None, "m/s^2", "")
+
+class Field(Option):
+    """A field of a part as an option; `name` is that of the option and the path of the field."""
+
+    @property
+    def flag(self) -> str:
+        """The option and the field as they are typed: "--set B.bearing_radius"."""
+        return f"--{self.name}"
+
+
+GRAVITY = Field("set gravity", "numbers", None, "m/s^2", "")
 TRUTH = {"true": True, "yes": True, "on": True, "1": True, "false": False, "no": False, "off": False, "0": False}
 
 
@@ -62,15 +72,15 @@ def field_option(mechanism: Mechanism, path: str, flag: str) -> Option:
     owner: Any = mechanism.find(name)
     *inner, last = rest.split(".")
     for field in inner:
-        owner = getattr(owner, checks.one_of(label, "field", field, changeable(owner)))
+        owner = getattr(owner, require_field(label, field, owner))
         if not is_dataclass(owner):
             raise InputError(f"{label}: {field!r} has no fields of its own.")
-    value = getattr(owner, checks.one_of(label, "field", last, changeable(owner)))
+    value = getattr(owner, require_field(label, last, owner))
     found = next((option for option in options_of(type(owner)) if option.name == last), None)
     if found is None or isinstance(value, Part) or is_dataclass(value):
         text = f"{label}: {last!r} is {type(value).__name__}, which cannot be typed"
         raise InputError(f"{text}. Change it in a file of your own with mech.with_ or mech.with_part.")
-    return Option(f"{flag} {path}", found.kind, found.default, found.unit, found.help)
+    return Field(f"{flag} {path}", found.kind, found.default, found.unit, found.help)
 
 
 def _value(option: Option, text: str) -> Any:

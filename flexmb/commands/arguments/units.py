@@ -105,7 +105,7 @@ def quantity(text: str, unit: str, name: str) -> float:
     """
     match = TEXT.fullmatch(text.strip())
     if match is None or not (match["number"] or match["pi"]) or (match["times"] and not match["pi"]):
-        raise InputError(f"{name}: {text!r} is no number; give {noun(unit)}, e.g. {name} {_example(unit)}.")
+        raise InputError(f"{name}: {text!r} is no number; give {noun(unit)}, e.g. {_typed(name, unit)}.")
     value, rest = _fraction(match["number"] or "1", text, name), match["rest"]
     if match["pi"] and (division := DIVISOR.fullmatch(rest)):
         divisor, rest = _fraction(division[1], text, name), division[2]
@@ -150,4 +150,12 @@ def _bare(unit: str) -> str:
 
 
 def _example(unit: str) -> str:
-    return {"m": "0.5mm", "s": "0.1s", "rad/s": "2pi", "rad": "30deg"}.get(unit, "1.5")
+    return {"m": "0.5mm", "s": "0.1s", "kg": "200g", "rad/s": "2pi", "rad": "30deg"}.get(unit, "1.5")
+
+
+def _typed(name: str, unit: str) -> str:
+    """A good value as it is typed: "--clearance 0.5mm", "--set B.clearance=0.5mm", "--method hht:0.05"."""
+    if ": " in name:  # a part of the value
+        return _example(unit)
+    between = "" if name.endswith(":") else "=" if " " in name else " "
+    return f"{name}{between}{_example(unit)}"

@@ -154,8 +154,8 @@ class CylinderLaw(DampedElasticLaw):
             return tuple(found)
         end = sigma * A * END_DEPTH
         if depth > end:
-            text = f"the depth reached {depth:.3g} m, beyond the end of use of its logarithm at {end:.3g} m"
-            found.append(f"{text}: there the force follows the tangent")
+            text = f"the depth reached {depth:.3g} m; the formula of this law holds up to {end:.3g} m"
+            found.append(f"{text}, and its force was continued as a straight line beyond")
         R, E, f = validity.relative_radius(*self.radii), validity.effective_modulus(self.materials), force / self.length
         found += validity.too_wide(math.sqrt(4.0 * f * R / (math.pi * E)), self.radii[1])  # Johnson 1985, eq. (4.43)
         pressure = math.sqrt(f * E / (math.pi * R))  # eq. (4.45)

@@ -38,11 +38,13 @@ def plot(
 
     Raises
     ------
-    InputError : an unknown name, no name, signals of different units in one panel.
+    InputError : an unknown name, no name, signals of different units in one panel, a solution without saved instants.
     """
     from flexmb.pictures.figure import Picture
 
     panels = _panels(sol, names)
+    if not len(sol.time):
+        raise InputError("plot: the solution has no saved instants. Save some, e.g. by simulate(..., save=...).")
     if x != "time":
         sol.array(x)  # an unknown name is refused before anything is drawn
     figure = Picture(figsize=(WIDTH, FRAME + PANEL * max(len(panels), 2)), layout="constrained")

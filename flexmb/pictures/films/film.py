@@ -10,12 +10,16 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
+from flexmb.jobs.files import folder_made
 from flexmb.model.shape import MARKER, TRACE, Place, PointShape, nodes_of
 from flexmb.pictures.films.film_files import write_gif, write_mp4
 from flexmb.pictures.films.film_frames import Film
 from flexmb.results.solution import Solution
 
 ENDINGS = (".mp4", ".gif", ".html")
+
+MOST_FRAMES, MOST_PIXELS = 20_000, 4e9
+"""Largest number of frames of a film, and of pixels of all frames of a GIF, which is made in memory."""
 
 
 def animate(
@@ -30,6 +34,7 @@ def animate(
     traces: bool | Sequence[str] | None = None,
     forces: bool | Sequence[str] = False,
     size: tuple[int, int] | None = None,
+    follow: str | None = None,
 ) -> Path:
     """Film of a run: seconds x fps frames, evenly over the time, whose ends the first and the last frame show.
 
@@ -44,12 +49,15 @@ def animate(
     seconds : length of the film [s].
     fps : frames a second.
     times : begin and end of the motion that is shown [s]; None: all of it.
-    magnify : factor of the deformation of beams.
-    colour : "moment", "axial" or "shear", the section force that colours the beams; None: a colour for each body.
+    magnify : factor of the deformation of beams; 0: undeformed.
+    colour : "moment", "axial" or "shear", the section force that colours the beams; "von_mises", the stress that
+        colours plane bodies; None: a colour for each body.
     traces : True: paths of all markers; names of markers, bodies or nodes ("coupler.end"); None: those with a trace.
     forces : True: arrows of the forces of all joints; names of joints.  Forces beyond the 98th percentile have arrows
         of one length.
     size : width and height [pixel], made even for .mp4; None: 800 pixels wide, as high as the mechanism needs.
+    follow : name of a marker, body or node that stays in the middle, for mechanisms that travel; the picture is as wide
+        as the mechanism in the first frame.  None: the picture stands still and holds the whole run.
 
     Returns
     -------
@@ -58,8 +66,8 @@ def animate(
 
     Raises
     ------
-    InputError : another ending, numbers that are not positive, no saved rows, unknown names, a path that cannot be
-        written.
+    InputError : another ending, numbers that are not positive, more than 20000 frames, a .gif of more than 4e9 pixels
+        in all, no saved rows, unknown names, a path that cannot be written.
     MissingPackageError : for .mp4, no package imageio-ffmpeg.
     """
     target = checks.path("animate", path)
@@ -67,26 +75,36 @@ def animate(
         listed = ", ".join(ENDINGS)
         raise InputError(f"animate: path is {str(path)!r}; it must end in one of {listed}.")
     if target.suffix.lower() == ".html":
-        return Path(import_module("flexmb.report.report").report(sol, target))
+        return Path(import_module("flexmb.reports.report").report(sol, target))
     rate = checks.positive("animate", "fps", fps)
-    count = max(1, round(checks.positive("animate", "seconds", seconds, "s") * rate))
+    count = _count(checks.positive("animate", "seconds", seconds, "s") * rate)
     film = Film(
         sol,
         instants(sol, times, count),
-        checks.positive("animate", "magnify", magnify),
+        checks.not_negative("animate", "magnify", magnify),
         colour,
         traced_points(sol, traces),
-        joints_with_forces(sol, forces),
+        joints_with_forces("animate", sol, forces),
         size,
+        None if follow is None else known_point("animate", sol, "follow", follow),
     )
-    write = write_gif if target.suffix.lower() == ".gif" else write_mp4
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
+    is_gif = target.suffix.lower() == ".gif"
+    pixels = float(count) * film.size[0] * film.size[1]
+    if is_gif and pixels > MOST_PIXELS:
+        text = f"animate: {count} frames of {film.size[0]} x {film.size[1]} pixels are {pixels:.2g}, more than a .gif"
+        raise InputError(f"{text} holds ({MOST_PIXELS:.0e}). Make an .mp4, or give a smaller size=, fps= or seconds=.")
+    write = write_gif if is_gif else write_mp4
+    with folder_made("animate", target):
         write(target, film, rate)
-    except OSError as error:
-        text = f"animate: {str(target)!r} cannot be written ({error.strerror or error})."
-        raise InputError(f"{text} Give a file in a writable folder.") from error
     return target
+
+
+def _count(frames: float) -> int:
+    """Number of frames, at least 1; refused where there are too many."""
+    if not frames <= MOST_FRAMES:
+        text = f"animate: seconds x fps are {frames:.6g} frames; it must be at most {MOST_FRAMES}"
+        raise InputError(f"{text}. Films have 25 to 60 frames a second: give a smaller fps= or seconds=.")
+    return max(1, round(frames))
 
 
 def instants(sol: Solution, times: tuple[float, float] | None, count: int) -> np.ndarray:
@@ -130,25 +148,35 @@ def traced_points(sol: Solution, traces: bool | Sequence[str] | None) -> dict[st
     ------
     InputError : a name that is neither a marker nor a body nor a node.
     """
-    markers = {s.part: s for s in sol.shapes if isinstance(s, PointShape) and s.kind in (MARKER, TRACE)}
     if traces is None:
-        names = [name for name, shape in markers.items() if shape.kind == TRACE]
+        names = [name for name, shape in _markers(sol).items() if shape.kind == TRACE]
     elif isinstance(traces, bool):
-        names = list(markers) if traces else []
+        names = list(_markers(sol)) if traces else []
     else:
         names = [str(name) for name in checks.sequence("animate", "traces", traces, "names such as 'coupler.end'")]
+    return {name: known_point("animate", sol, "traces", name) for name in names}
+
+
+def _markers(sol: Solution) -> dict[str, PointShape]:
+    """Markers by name."""
+    return {s.part: s for s in sol.shapes if isinstance(s, PointShape) and s.kind in (MARKER, TRACE)}
+
+
+def known_point(label: str, sol: Solution, argument: str, name: str) -> Place:
+    """The marker, body or node of that name, or `InputError`; `label`: name of the caller."""
     nodes = {node for shape in sol.shapes for node in nodes_of(shape)}
-    known = {f"{part}.{node}" if node else part: (part, node, (0.0, 0.0)) for part, node in nodes}
+    known = {f"{part}.{node}" if node else part: (part, node, (0.0, 0.0)) for part, node in nodes if part != "ground"}
     known |= {other: known[own] for other, own in sol.aliases.items() if own in known}
-    known |= {name: (shape.body, shape.node, shape.offset) for name, shape in markers.items()}
-    return {name: known[checks.one_of("animate", "traces", name, sorted(known))] for name in names}
+    known |= {marker: (shape.body, shape.node, shape.offset) for marker, shape in _markers(sol).items()}
+    return known[checks.one_of(label, argument, name, sorted(known))]
 
 
-def joints_with_forces(sol: Solution, forces: bool | Sequence[str]) -> tuple[str, ...]:
+def joints_with_forces(label: str, sol: Solution, forces: bool | Sequence[str]) -> tuple[str, ...]:
     """Names of the joints whose forces are drawn.
 
     Parameters
     ----------
+    label : name of the caller, for messages.
     sol : the solution.
     forces : see `animate`.
 
@@ -159,5 +187,5 @@ def joints_with_forces(sol: Solution, forces: bool | Sequence[str]) -> tuple[str
     drawn = [s.part for s in sol.shapes if isinstance(s, PointShape) and f"{s.part}.fx" in sol]
     if isinstance(forces, bool):
         return tuple(drawn) if forces else ()
-    names = checks.sequence("animate", "forces", forces, "names of joints")
-    return tuple(checks.one_of("animate", "forces", str(name), drawn) for name in names)
+    names = checks.sequence(label, "forces", forces, "names of joints")
+    return tuple(checks.one_of(label, "forces", str(name), drawn) for name in names)

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb import checks
+from flexmb.errors import InputError
 from flexmb.model.shape import Place
 from flexmb.pictures.poses.pose import Colouring, Pose
 from flexmb.pictures.poses.render import legend
-from flexmb.pictures.poses.scene import PER_ELEMENT, SHARE, Box, Scene, scene_of
+from flexmb.pictures.poses.scene import PER_ELEMENT, SHARE, Box, Scene, box_about, scene_of
 from flexmb.pictures.style import DIVERGING, grid, label_of
 from flexmb.results import drawing
 from flexmb.results.resampling import at_times, magnified
@@ -26,8 +27,14 @@ if TYPE_CHECKING:
 FIELDS = {"moment": ("bending_moment", "N m"), "axial": ("axial_force", "N"), "shear": ("shear_force", "N")}
 """Fields of beams and their units by the word of `colour`."""
 
+STRESS = "von_mises"
+"""Word of `colour` for the stress of meshes."""
+
 WIDTH = 800
 """Default width of a film [pixel]."""
+
+WIDEST = 8192
+"""Largest width and height of a film [pixel]."""
 
 TALLEST = 1.25
 """Largest default height of a film over its width."""
@@ -44,10 +51,11 @@ class Film:
     sol : the solution.
     times : (n,) instants [s].
     magnify : factor of the deformation.
-    colour : key of `FIELDS`, or None.
+    colour : key of `FIELDS`, `STRESS`, or None.
     points : points whose paths are drawn.
     joints : joints whose forces are drawn.
     size : width and height [pixel]; None: from the mechanism.
+    follow : point in the middle of all frames; None: the axes stand still.
 
     Raises
     ------
@@ -63,12 +71,15 @@ class Film:
         points: dict[str, Place],
         joints: tuple[str, ...],
         size: tuple[int, int] | None,
+        follow: Place | None = None,
     ) -> None:
         if colour is not None:
-            checks.one_of("animate", "colour", colour, FIELDS)
+            checks.one_of("animate", "colour", colour, (*FIELDS, STRESS))
         true = at_times(sol, times)
-        self.scene = _scene(sol, true, magnify, points, joints)
-        field = FIELDS[colour] if colour is not None and any(line.is_beam for line in self.scene.lines) else None
+        self._centres = None if follow is None else drawing.path(true, follow, np.arange(len(times)))
+        box = None if self._centres is None else box_about(true, 0, self._centres[0])
+        self.scene = _scene(sol, true, magnify, points, joints, box)
+        field = field_of(self.scene, colour)
         self.size = _pixels(self.scene.box, size)
         self._magnify = magnify
         self._figure, self._ax = self._make()
@@ -91,15 +102,26 @@ class Film:
             artist.set_animated(True)
         renderer = self._canvas.get_renderer()
         self._canvas.draw()
+        if self._centres is not None:
+            self._figure.set_layout_engine("none")  # settled by now; longer numbers at moving axes would shake it
         still = self._canvas.copy_from_bbox(self._figure.bbox)
         digits = _digits(self.scene.time)
         for k in range(len(self)) if numbers is None else numbers:
-            self._canvas.restore_region(still)
+            if self._centres is None:
+                self._canvas.restore_region(still)
+            else:
+                self._move_axes(self._centres[k] - self._centres[0])
             self._pose.show(k)
             self._time.set_text(f"t = {self.scene.time[k]:.{digits}f} s")
             for artist in moving:
                 artist.draw(renderer)
             yield np.asarray(self._canvas.buffer_rgba())[:, :, :3].copy()
+
+    def _move_axes(self, shift: np.ndarray) -> None:
+        """Draw the axes again, displaced by `shift` (2,) [m] from the first frame."""
+        (dx, dy), (xs, ys) = shift, self.scene.box
+        self._ax.set(xlim=(xs[0] + dx, xs[1] + dx), ylim=(ys[0] + dy, ys[1] + dy))
+        self._canvas.draw()
 
     def _make(self) -> tuple[Figure, Axes]:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -121,7 +143,7 @@ class Film:
         """Name on the left above the axes, time on the right."""
         name = self.scene.name
         if self._magnify != 1.0:
-            name += f", deformation x {self._magnify:g}"
+            name += f", deformation x {self._magnify:g}" if self._magnify else ", undeformed"
         self._figure.suptitle(name, x=0.02, ha="left", fontsize="medium")
         style: dict[str, Any] = {"ha": "right", "va": "top", "fontsize": "medium", "family": "monospace"}
         text = self._figure.text(0.98, 0.985, "", **style)
@@ -135,7 +157,7 @@ class Film:
         bar = self._figure.colorbar(
             ScalarMappable(colouring.scale, colouring.colours),
             ax=self._ax,
-            extend="both",
+            extend="neither" if field == STRESS else "both",
             location="bottom" if wide else "right",
             aspect=40.0,
             fraction=0.06,
@@ -151,6 +173,7 @@ def _scene(
     magnify: float,
     points: dict[str, Place],
     joints: tuple[str, ...],
+    box: Box | None,
 ) -> Scene:
     """Scene of all frames: section forces of the true deformation at the places of the magnified one."""
     first, last = np.searchsorted(sol.time, true.time[0]), np.searchsorted(sol.time, true.time[-1], side="right")
@@ -159,10 +182,8 @@ def _scene(
     if points:
         every = np.arange(first, max(last, first + 1))
         whole = magnified(sol, magnify)
-        for name, (body, node, offset) in points.items():
-            at = drawing.carried(drawing.pose(whole, body, node, every), np.array([offset], dtype=float))[:, 0]
-            paths[name] = (at, sol.time[every])
-    scene = scene_of(shown, rows, paths=paths, forces=joints)
+        paths = {name: (drawing.path(whole, point, every), sol.time[every]) for name, point in points.items()}
+    scene = scene_of(shown, rows, box=box, paths=paths, forces=joints)
     if magnify != 1.0:
         for line, honest in zip(scene.lines, drawing.lines(true, rows, PER_ELEMENT), strict=True):
             line.fields.update(honest.fields)
@@ -173,7 +194,11 @@ def _pixels(box: Box, size: tuple[int, int] | None) -> tuple[int, int]:
     """Width and height of the film [pixel]."""
     if size is not None:
         given = checks.sequence("animate", "size", size, "width and height [pixel]")
+        if len(given) != 2:
+            raise InputError(f"animate: size is {size!r}; give width and height in pixels, e.g. size=(800, 600).")
         wide, high = (checks.count("animate", f"size[{k}]", value, 100) for k, value in enumerate(given))
+        if max(wide, high) > WIDEST:
+            raise InputError(f"animate: size is {wide} x {high} pixels; each must be {WIDEST} at most.")
         return wide, high
     (x0, x1), (y0, y1) = box
     high = round(150 + min((WIDTH - 110) * (y1 - y0) / (x1 - x0), TALLEST * WIDTH))
@@ -181,12 +206,28 @@ def _pixels(box: Box, size: tuple[int, int] | None) -> tuple[int, int]:
 
 
 def _colouring(scene: Scene, field: str) -> Colouring:
-    """Colours of a field, the same for both signs."""
+    """Colours of a field, the same for both signs; of a stress from 0 to the largest."""
     import matplotlib
     from matplotlib.colors import Normalize
 
+    if field == STRESS:
+        top = max(float(mesh.von_mises.max(initial=0.0)) for mesh in scene.surfaces) or 1.0
+        return Colouring(field, Normalize(0.0, top), matplotlib.colormaps["viridis"])
     top = field_limit(scene, field)
     return Colouring(field, Normalize(-top, top), matplotlib.colormaps[DIVERGING])
+
+
+def field_of(scene: Scene, colour: str | None) -> tuple[str, str] | None:
+    """Field and unit by which a scene is coloured; None where it has no such bodies.
+
+    Parameters
+    ----------
+    scene : the drawing.
+    colour : key of `FIELDS`, `STRESS`, or None.
+    """
+    if colour == STRESS:
+        return (STRESS, "Pa") if scene.surfaces else None
+    return FIELDS[colour] if colour is not None and any(line.is_beam for line in scene.lines) else None
 
 
 def field_limit(scene: Scene, field: str) -> float:

@@ -10,6 +10,7 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
+from flexmb.jobs.files import folder_made
 from flexmb.model.shape import CircleShape, LineShape, PointShape, RigidShape
 from flexmb.pictures.films.glb import Glb
 from flexmb.pictures.poses.pose import THINNEST, body_colours
@@ -49,7 +50,7 @@ def export_gltf(sol: Solution, path: str | Path, *, frames: int | None = None, m
     sol : the solution.
     path : the .glb file; its folder is made.
     frames : number of instants, >= 2, evenly over the time, replaced by the nearest rows; None: all, at most 200.
-    magnify : factor of the deformation of beams.
+    magnify : factor of the deformation of beams; 0: undeformed.
 
     Returns
     -------
@@ -67,14 +68,10 @@ def export_gltf(sol: Solution, path: str | Path, *, frames: int | None = None, m
         raise InputError("export_gltf: the solution has no saved instants or no shapes. Save some, e.g. save=1000.")
     count = min(len(sol.time), MOST_FRAMES) if frames is None else checks.count("export_gltf", "frames", frames, 2)
     rows = drawing.nearest_instants(sol, np.linspace(sol.time[0], sol.time[-1], count))
-    shown = magnified(sol, checks.positive("export_gltf", "magnify", magnify))
+    shown = magnified(sol, checks.not_negative("export_gltf", "magnify", magnify))
     content = Export(shown, rows).bytes()
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
+    with folder_made("export_gltf", target):
         target.write_bytes(content)
-    except OSError as error:
-        text = f"export_gltf: {str(target)!r} cannot be written ({error.strerror or error})."
-        raise InputError(f"{text} Give a file in a writable folder.") from error
     return target
 
 

@@ -8,10 +8,10 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
-from flexmb.pictures.films.film import joints_with_forces
+from flexmb.pictures.films.film import joints_with_forces, known_point
 from flexmb.pictures.films.film_frames import FIELDS, field_limit
-from flexmb.pictures.poses.pose import SYMBOLS, THINNEST, body_colours, edges, with_arms
-from flexmb.pictures.poses.scene import PER_ELEMENT, Scene, scene_of
+from flexmb.pictures.poses.pose import SYMBOLS, THINNEST, body_colours, edges, is_point, with_arms
+from flexmb.pictures.poses.scene import PER_ELEMENT, Scene, box_about, scene_of
 from flexmb.pictures.poses.screenshot import bar_title
 from flexmb.pictures.style import CLEARANCE, DIVERGING, TRACED
 from flexmb.results import drawing
@@ -43,6 +43,7 @@ def view(
     forces: bool | Sequence[str] = False,
     off_screen: bool = False,
     time: float | None = None,
+    follow: str | None = None,
 ) -> pyvista.Plotter:
     """The run in a window, with a slider of the time; the space bar plays the motion.
 
@@ -51,11 +52,12 @@ def view(
     Parameters
     ----------
     sol : the solution.
-    magnify : factor of the deformation of beams.
+    magnify : factor of the deformation of beams; 0: undeformed.
     colour : "moment", "axial" or "shear", the section force that colours the beams; None: a colour for each body.
     forces : True: arrows of the forces of all joints; or names of joints.
     off_screen : True: no window; the plotter is returned at once, for `plotter.screenshot(path)` and `close()`.
     time : instant of the first pose [s], replaced by the nearest row; None: the first row.
+    follow : name of a marker, body or node that the view moves with; None: the view holds the whole run.
 
     Returns
     -------
@@ -71,12 +73,14 @@ def view(
     if colour is not None:
         checks.one_of("view", "colour", colour, FIELDS)
     rows = np.unique(np.linspace(0, len(sol.time) - 1, min(len(sol.time), MOST_FRAMES)).round().astype(int))
-    shown = magnified(sol, checks.positive("view", "magnify", magnify))
-    scene = scene_of(shown, rows, forces=joints_with_forces(sol, forces))
+    shown = magnified(sol, checks.not_negative("view", "magnify", magnify))
+    centres = None if follow is None else drawing.path(shown, known_point("view", sol, "follow", follow), rows)
+    box = None if centres is None else box_about(shown, 0, centres[0])
+    scene = scene_of(shown, rows, box=box, forces=joints_with_forces("view", sol, forces))
     if magnify != 1.0:
         for line, true in zip(scene.lines, drawing.lines(sol, rows, PER_ELEMENT), strict=True):
             line.fields.update(true.fields)
-    window = Window(scene, colour, off_screen=off_screen)
+    window = Window(scene, colour, off_screen=off_screen, centres=centres)
     if time is not None:
         when = checks.between("view", "time", time, float(sol.time[0]), float(sol.time[-1]), "s")
         window.go_to(int(np.abs(scene.time - when).argmin()))
@@ -93,28 +97,36 @@ class Window:
     scene : the drawing.
     colour : key of `FIELDS`, or None.
     off_screen : whether there is no window.
+    centres : (n, 2) points that the view moves with [m]; None: it stands still.
     """
 
-    def __init__(self, scene: Scene, colour: str | None, *, off_screen: bool) -> None:
+    def __init__(
+        self, scene: Scene, colour: str | None, *, off_screen: bool, centres: np.ndarray | None = None
+    ) -> None:
         import pyvista
 
         self.plotter = pyvista.Plotter(off_screen=off_screen, window_size=list(SIZE))
         self.plotter.set_background("white")
         self._scene, self._now, self._plays = scene, 0, False
         self._slider: Any = None
+        self._centres = np.zeros((len(scene.time), 2)) if centres is None else centres
         self._moving: list[tuple[Any, np.ndarray, dict[str, np.ndarray]]] = []
         field = FIELDS[colour] if colour is not None and any(line.is_beam for line in scene.lines) else None
         self._bodies(field)
         self._signs()
         self._joints()
-        self.plotter.add_text(scene.name, position="upper_left", font_size=10, color="black")
+        name = scene.name.encode("latin-1", "backslashreplace").decode("latin-1")  # VTK's font has no others
+        self.plotter.add_text(name, position="upper_left", font_size=10, color="black")
         self._camera()
         self._controls()
         self.go_to(0)
 
     def go_to(self, now: int) -> None:
         """Show the pose number `now`; beyond the last one the motion begins again."""
-        self._now = now % len(self._scene.time)
+        before, self._now = self._now, now % len(self._scene.time)
+        shift = np.append(self._centres[self._now] - self._centres[before], 0.0)
+        camera = self.plotter.camera
+        camera.focal_point, camera.position = camera.focal_point + shift, camera.position + shift
         for mesh, points, data in self._moving:
             mesh.points = points[self._now]
             for name, values in data.items():
@@ -139,7 +151,10 @@ class Window:
         for line in with_arms(self._scene):
             if not line.is_beam:
                 colour = own[line.part] if field is None else "#707070"
-                self._lines([line.points], {"color": colour, "line_width": 5})
+                if is_point(line):
+                    self._point(line.points[:, 0], {"color": colour, "point_size": 24})
+                else:
+                    self._lines([line.points], {"color": colour, "line_width": 5})
         beams = [line for line in self._scene.lines if line.is_beam]
         for name in dict.fromkeys(line.part for line in beams):
             mine = [line for line in beams if line.part == name]
@@ -169,6 +184,10 @@ class Window:
             first += m
         self._add(np.concatenate(lines, axis=1), {}, style, lines=np.concatenate(cells))
 
+    def _point(self, points: np.ndarray, style: dict[str, Any]) -> None:
+        """Add a point (n, 2) that moves."""
+        self._add(points[:, None], {}, style, verts=np.array([1, 0]))
+
     def _signs(self) -> None:
         from matplotlib.colors import to_hex
 
@@ -185,8 +204,7 @@ class Window:
                 continue
             clearance = mark.kind == "clearance"
             style = {"color": CLEARANCE if clearance else "black", "point_size": 14 if clearance else 9, "depth": 0.004}
-            cells = {"verts": np.array([1, 0])}
-            self._add(mark.points[:, None], {}, {**style, "render_points_as_spheres": True}, **cells)
+            self._point(mark.points, {**style, "render_points_as_spheres": True})
 
     def _camera(self) -> None:
         """Parallel view on the plane that holds the whole run."""

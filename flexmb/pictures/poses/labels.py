@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flexmb.pictures.glyphs import make_drawable
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.text import Annotation
@@ -26,6 +28,9 @@ LEADER = 15.0
 POINT_SIZE = 12.0
 """Side of the square around a point that names keep free [pt]."""
 
+FOOT = 5.0
+"""Distance of the middle of a triangle from the point that stands on it [pt]."""
+
 ON_NAME, OUTSIDE, ON_POINT, ON_LINE = 1e4, 2e3, 3e2, 8.0
 """Costs of a place: on another name, outside the axes, on a point, for each sample of a line beneath it."""
 
@@ -35,6 +40,7 @@ def place_names(
     points: Sequence[tuple[np.ndarray, str]],
     lines: Sequence[np.ndarray],
     keep_free: Sequence[np.ndarray] = (),
+    feet: Sequence[np.ndarray] = (),
 ) -> list[Annotation]:
     """Names beside their points; the layout of the figure is settled by this call.
 
@@ -47,6 +53,7 @@ def place_names(
     points : points [data] and their names.
     lines : polylines (m, 2) that are better not hidden [data].
     keep_free : further points that names shall not hide [data].
+    feet : points that stand on a triangle, which names shall not hide either [data].
     """
     figure = ax.figure.get_figure(root=True)
     if figure is None:
@@ -55,7 +62,8 @@ def place_names(
     scale = figure.dpi / 72.0
     to_pixels = ax.transData.transform
     at = [to_pixels(np.asarray(point, dtype=float)) for point, _ in points]
-    dots = np.array([*at, *(to_pixels(np.asarray(p, dtype=float)) for p in keep_free)]).reshape(-1, 2)
+    below = [to_pixels(np.asarray(p, dtype=float)) - (0.0, FOOT * scale) for p in feet]
+    dots = np.array([*at, *(to_pixels(np.asarray(p, dtype=float)) for p in keep_free), *below]).reshape(-1, 2)
     passed = np.concatenate([np.zeros((0, 2)), *(_samples(to_pixels(line), 3.0 * scale) for line in lines)])
     room, made = ax.get_window_extent(), []
     taken: list[tuple[float, float, float, float]] = []
@@ -99,6 +107,7 @@ def _annotation(ax: Axes, point: np.ndarray, name: str) -> Annotation:
     place = (float(point[0]), float(point[1]))
     text = ax.annotate(name, place, xytext=(0.0, 0.0), textcoords="offset points", **style)
     text.set_in_layout(False)
+    make_drawable([text])
     if text.arrow_patch is not None:
         text.arrow_patch.set_visible(False)
     return text

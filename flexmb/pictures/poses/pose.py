@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from flexmb.pictures.poses.scene import Scene
     from flexmb.results.drawing import Line, Mark
+    from flexmb.results.surfaces import Surface
 
 SYMBOLS: dict[str, dict[str, Any]] = {
     "spring": {"color": "0.25", "linewidth": 1.1, "zorder": 2.5},
@@ -31,6 +32,9 @@ SYMBOLS: dict[str, dict[str, Any]] = {
 }
 MARKERS = {"prismatic": "s", "slot": "o", "fixed": "D", "clearance": "o", "bushing": "h"}
 
+VON_MISES = "von_mises"
+"""Field of meshes by which a `Colouring` colours them."""
+
 THINNEST = 0.004
 """Half of the least drawn depth of a beam, over the width of the picture."""
 
@@ -43,7 +47,7 @@ JOURNAL, PLAY = 0.5, 0.9
 
 @dataclass(frozen=True)
 class Colouring:
-    """Colours of beams by a field.
+    """Colours of beams, or of meshes, by a field.
 
     Parameters
     ----------
@@ -74,11 +78,13 @@ class Pose:
         self.artists: list[Artist] = []
         own = body_colours(scene)
         for line in with_arms(scene):
-            if not line.is_beam:
+            if not line.is_beam and not line.of_mesh:
                 self._rigid(line, own[line.part] if colouring is None else "0.45")
         beams = [line for line in scene.lines if line.is_beam]
         if beams:
-            self._beams(beams, own, colouring)
+            self._beams(beams, own, None if colouring is None or colouring.field == VON_MISES else colouring)
+        for surface in scene.surfaces:
+            self._mesh(surface, own[surface.part], colouring)
         for sign in (*scene.signs, *scene.forces):
             style = SYMBOLS[sign.kind]
             if sign.body in own and colouring is None:
@@ -103,8 +109,7 @@ class Pose:
         self._updates.append(lambda now: artist.set_data(*points[now].T))
 
     def _rigid(self, line: Line, colour: str) -> None:
-        point = bool(np.ptp(line.points[0], axis=0).max() == 0.0)  # a body without joints outside its centre
-        style: dict[str, Any] = {"marker": "s", "markersize": 11} if point else {"solid_capstyle": "round"}
+        style: dict[str, Any] = {"marker": "s", "markersize": 11} if is_point(line) else {"solid_capstyle": "round"}
         if line.points.shape[1] > 3 and np.allclose(line.points[0, 0], line.points[0, -1]):
             self._area(line.points, {"facecolor": colour, "alpha": 0.16, "edgecolor": "none", "zorder": 1.6})
         self._polyline(line.points, "", {"color": colour, "linewidth": 2.6, "zorder": 2.0, **style})
@@ -134,6 +139,20 @@ class Pose:
         self._polygons(np.concatenate(quads, axis=1), values, {**style, "edgecolors": "face", "linewidths": 0.4})
         for points in (np.stack([side[k] for side in sides], axis=1) for k in (0, 1)):
             self._edges(points)
+
+    def _mesh(self, surface: Surface, own: str, colouring: Colouring | None) -> None:
+        """A mesh in the colour of its body, or with the stress of its cells, between its edges."""
+        cells = surface.points[:, surface.rims]
+        if colouring is None or colouring.field != VON_MISES:
+            colour = own if colouring is None else "0.7"
+            style: dict[str, Any] = {"facecolors": colour, "edgecolors": "none", "alpha": 0.3, "zorder": 1.9}
+            self._polygons(cells, None, {**style, "antialiaseds": False})
+        else:
+            colour, values = "0.25", surface.von_mises[:, surface.cells].mean(axis=2)
+            style = {"cmap": colouring.colours, "norm": colouring.scale, "zorder": 1.95}
+            self._polygons(cells, values, {**style, "edgecolors": "face", "linewidths": 0.3})
+        for rim in surface.outlines():
+            self._polyline(rim, "", {"color": colour, "linewidth": 1.4, "zorder": 2.0})
 
     def _polygons(self, points: np.ndarray, values: np.ndarray | None, style: dict[str, Any]) -> None:
         """Polygons (n, k, m, 2), coloured by `values` (n, k) or as `style` tells."""
@@ -232,6 +251,11 @@ def with_arms(scene: Scene) -> list[Line]:
                 middle = curve.points[:, :-1].mean(axis=1)
                 found.append(replace(line, points=np.stack([line.points[:, 0], middle], axis=1)))
     return found
+
+
+def is_point(line: Line) -> bool:
+    """Whether a line is a point: a body without joints outside its centre."""
+    return bool(np.ptp(line.points[0], axis=0).max() == 0.0)
 
 
 def _encloses(curve: np.ndarray, point: np.ndarray) -> bool:

@@ -13,7 +13,7 @@ import numpy as np
 from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.pictures.poses.labels import place_names
-from flexmb.pictures.poses.pose import Pose, body_colours
+from flexmb.pictures.poses.pose import RING, Pose, body_colours
 from flexmb.pictures.poses.scene import Box, Scene, scene_of
 from flexmb.pictures.style import CLEARANCE
 
@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
     from flexmb.results.solution import Solution
 
+SIZES = 0.5, 100.0
+"""Least and largest width and height of a picture [inch]."""
 PANELS = 6
 """Default number of instants."""
 TRACE_POSES = 6
@@ -32,6 +34,10 @@ MOST_NAMES = 24
 """Largest number of names in a legend, and of names of joints in a panel; of more joints none is named."""
 NEAR = 0.012
 """Distance of joints that share a name, over the width of the picture."""
+
+
+CORNERS = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
+"""Points of a ring that names keep free, over its radius."""
 
 
 def render(
@@ -120,8 +126,10 @@ def figure_size(label: str, box: Box, columns: int, rows: int, size: tuple[float
     InputError : a size that is not positive.
     """
     if size is not None:
-        width, height = size
-        return checks.positive(label, "size[0]", width, "inch"), checks.positive(label, "size[1]", height, "inch")
+        wide, high = checks.point(label, "size", size, "inch")
+        return checks.between(label, "size[0]", wide, *SIZES, "inch"), checks.between(
+            label, "size[1]", high, *SIZES, "inch"
+        )
     (x0, x1), (y0, y1) = box
     wide = 3.2 if columns > 1 else 6.0
     return 0.6 + (wide + 0.15) * columns, 1.2 + rows * (0.3 + min(wide * (y1 - y0) / (x1 - x0), 1.4 * wide))
@@ -165,7 +173,9 @@ def joint_names(ax: Axes, scene: Scene, now: int, others: Sequence[tuple[np.ndar
         return place_names(ax, others, [])
     lines = [line.points[now] for line in scene.lines] + [sign.points[now] for sign in scene.signs]
     named = [(at, ", ".join(names)) for at, names in groups]
-    return place_names(ax, [*named, *others], lines)
+    rings = [mark.points[now] + RING * scene.size * CORNERS for mark in scene.marks if mark.kind == "clearance"]
+    feet = [mark.points[now] for mark in scene.marks if mark.on_ground]
+    return place_names(ax, [*named, *others], lines, [point for ring in rings for point in ring], feet)
 
 
 def legend(figure: Figure, scene: Scene) -> None:

@@ -11,6 +11,7 @@ from flexmb.errors import InputError
 from flexmb.results import drawing
 from flexmb.results.drawing import Line, Mark
 from flexmb.results.solution import Solution
+from flexmb.results.surfaces import Surface
 from flexmb.results.symbols import ARROW, HEAD, SymbolLine, symbols
 
 Box = tuple[tuple[float, float], tuple[float, float]]
@@ -34,12 +35,13 @@ class Scene:
     ----------
     name : name of the mechanism.
     time : (n,) instants [s].
-    lines : outlines of rigid bodies and axes of beams.
+    lines : outlines of rigid bodies and meshes, axes of beams.
     marks : joints and markers.
     signs : symbols of springs, loads, couplings.
     forces : arrows of joint forces, at most as long as the arrow of a load.
     paths : paths (m, 2) of points by name [m], and their instants (m,) [s].
     box : limits of x and y.
+    surfaces : meshes of plane bodies.
     """
 
     name: str
@@ -50,6 +52,7 @@ class Scene:
     box: Box
     forces: list[SymbolLine] = field(default_factory=list)
     paths: dict[str, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
+    surfaces: list[Surface] = field(default_factory=list)
 
     @property
     def size(self) -> float:
@@ -85,7 +88,8 @@ def scene_of(
     size = limits[0][1] - limits[0][0]
     lines, marks = drawing.lines(sol, rows, PER_ELEMENT), drawing.marks(sol, rows)
     arrows = joint_forces(sol, rows, marks, forces, size)
-    return Scene(sol.name, sol.time[rows], lines, marks, symbols(sol, rows, size), limits, arrows, traced)
+    signs, meshes = symbols(sol, rows, size), drawing.surfaces(sol, rows)
+    return Scene(sol.name, sol.time[rows], lines, marks, signs, limits, arrows, traced, meshes)
 
 
 LEAST_SIZE, LONE_POINT = 1e-9, 0.1
@@ -124,6 +128,20 @@ def box_around(points: list[np.ndarray]) -> Box:
     widen = np.maximum(least - (high - low), 0.0) / 2.0 + margin
     (x0, y0), (x1, y1) = (low - widen).tolist(), (high + widen).tolist()
     return (x0, x1), (y0, y1)
+
+
+def box_about(sol: Solution, row: int, centre: np.ndarray) -> Box:
+    """Limits of x and y around a point, as wide as the bodies need in any direction at one instant.
+
+    Parameters
+    ----------
+    sol : the solution.
+    row : number of the instant.
+    centre : (2,) the point [m].
+    """
+    points = np.concatenate([line.points[0] for line in drawing.lines(sol, np.array([row]), PER_ELEMENT)])
+    reach = float(np.hypot(*(points - centre).T).max())
+    return box_around([centre + reach * np.array([[-1.0, -1.0], [1.0, 1.0]])])
 
 
 def joint_forces(

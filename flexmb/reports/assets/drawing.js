@@ -8,6 +8,7 @@ const LONGEST = 2; // longest arrow over that length
 class Picture {
   constructor(canvas, scene) {
     Object.assign(this, { canvas, scene, look: { colour: "part", forces: true, names: true }, traces: [], drawn: 0 });
+    this.placeOf = {}; // number of the place of each name in the frame before
     this.box = scene.limits();
     this.size = Math.max(this.box[1] - this.box[0], this.box[3] - this.box[2], 1e-9);
     this.limits = {
@@ -72,6 +73,7 @@ class Picture {
     context.lineCap = "round";
     context.lineJoin = "round";
     this.scene.moveTo(k);
+    this.lines = []; // what names shall not hide, as pairs of points of the screen
     this._grid(width, height);
     this._paths();
     this.scene.raw.symbols.forEach((symbol) => this._symbol(symbol));
@@ -166,10 +168,12 @@ class Picture {
           this._dot(points[0], 6, style);
         } else {
           this._stroke(style, 3, () => this._line(points));
+          this._keepFree(points.map((point) => this.screen(point)));
         }
       });
     });
     const cubics = raw.beams.map((_, b) => this.scene.beam(b));
+    cubics.forEach((cubic) => this._keepFree([0, 0.5, 1].map((share) => this.screen(alongCubic(cubic, share)))));
     if (magnification > 1) {
       this._unmagnified();
     }
@@ -240,6 +244,7 @@ class Picture {
     const at = this.scene.point(point.at);
     const [px, py] = this.screen(at);
     if (point.ground) {
+      this._keepFree([[px - 12, py + 16], [px + 8, py + 16]]);
       this._stroke(colour("muted"), 1.5, () => {
         context.moveTo(px, py);
         context.lineTo(px - 8, py + 13);
@@ -308,7 +313,11 @@ class Picture {
     this.context.fill();
   }
 
-  // Names of joints away from their middle; joints at one place share a label, a label that overlaps others at all four corners is left out.
+  _keepFree(points) {
+    points.slice(1).forEach((point, k) => this.lines.push([points[k], point]));
+  }
+
+  // Names of joints away from their middle and from links; joints at one place share a label, a label that overlaps others at all places is left out.
   _names(width) {
     const groups = [];
     this.scene.raw.points.forEach((point) => {
@@ -332,17 +341,26 @@ class Picture {
       const heights = [group.py - 12, group.py + 12];
       const across = right ? sides : sides.reverse();
       const along = group.py <= middle[1] ? heights : heights.reverse();
-      const places = [[across[0], along[0]], [across[0], along[1]], [across[1], along[0]], [across[1], along[1]]];
+      const places = [[across[0], along[0]], [across[0], along[1]], [across[1], along[0]], [across[1], along[1]],
+        ...[-18, 18, 28, -42, 42].map((dy) => group.py + dy).map((y) => [group.px - wide / 2, y])];
       const free = ([x, y]) => x >= 0 && x + wide <= width
         && !taken.some((box) => x < box[1] + 8 && x + wide > box[0] - 8 && Math.abs(y - box[2]) < 14);
-      const place = places.find(free);
-      if (!place) {
+      const near = this.lines.filter(([[ax, ay], [bx, by]]) => Math.max(ax, bx) > group.px - wide - 12
+        && Math.min(ax, bx) < group.px + wide + 12 && Math.max(ay, by) > group.py - 50 && Math.min(ay, by) < group.py + 50);
+      const hidden = ([x, y]) => near.filter((line) => meets(line, x - 1, x + wide + 1, y - 7, y + 7)).length;
+      const cost = (k) => 10 * hidden(places[k]) + k - (this.placeOf[text] === k ? 2 : 0); // a place is kept while it is good
+      const open = [...places.keys()].filter((k) => free(places[k]));
+      if (!open.length) {
         return;
       }
-      const [x, y] = place;
+      const costs = open.map(cost);
+      const chosen = open[costs.indexOf(Math.min(...costs))];
+      this.placeOf[text] = chosen;
+      const [x, y] = places[chosen];
       taken.push([x, x + wide, y]);
       this._label(text, x, y);
     });
+    this.labels = taken;
   }
 
   _label(text, x, y) {
@@ -378,6 +396,20 @@ class Picture {
       this._stroke(style, symbol.kind === "rod" ? 2.2 : 1.4, () => strut(context, symbol.kind, ends), dash);
     }
   }
+}
+
+// Whether a line between two points of the screen meets a box.
+function meets([[ax, ay], [bx, by]], x0, x1, y0, y1) {
+  let [from, to] = [0, 1];
+  [[ax, bx - ax, x0, x1], [ay, by - ay, y0, y1]].forEach(([start, way, low, high]) => {
+    if (way) {
+      const [p, q] = [(low - start) / way, (high - start) / way];
+      [from, to] = [Math.max(from, Math.min(p, q)), Math.min(to, Math.max(p, q))];
+    } else if (start < low || start > high) {
+      to = -1;
+    }
+  });
+  return from <= to;
 }
 
 // Spring, damper, or straight line between two points of the screen.

@@ -46,12 +46,13 @@ class Scene {
 
   // Control points of the cubic of a beam between two poses.
   static cubic(beam, [xa, ya, ta], [xb, yb, tb]) {
-    const [, , , length, startAngle, endAngle] = beam;
+    const [, , , length, startAngle, endAngle, first = 0, last = 0] = beam;
     const [dx, dy] = [xb - xa, yb - ya];
     const chord = Math.hypot(dx, dy) || 1e-300;
     const direction = Math.atan2(dy, dx);
-    const u = turned(ta + startAngle - direction) * length / 3;
-    const v = turned(tb + endAngle - direction) * length / 3;
+    const [a, b] = [turned(ta + startAngle - direction), turned(tb + endAngle - direction)];
+    const sheared = first * a + last * b; // the axis leans less than its sections
+    const [u, v] = [(a - sheared) * length / 3, (b - sheared) * length / 3];
     const [c, s] = [dx / chord, dy / chord];
     return [xa, ya, xa + dx / 3 - s * u, ya + dy / 3 + c * u, xb - dx / 3 + s * v, yb - dy / 3 - c * v, xb, yb];
   }

@@ -1,0 +1,5 @@
+"""Plane meshes: read from files, or made for common outlines."""
+
+from flexmb.namespace import lazy_names
+
+__getattr__, __dir__, __all__ = lazy_names(__name__, __file__)

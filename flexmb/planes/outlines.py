@@ -1,0 +1,222 @@
+"""Meshes of common outlines, without a mesh generator: links with eyes, crank webs, rings, rectangles."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from flexmb import checks
+from flexmb.errors import InputError
+from flexmb.planes.blocks import Curve, arc, cells_along, joined, on_circle, ruled, sampled, segment, with_sets
+from flexmb.planes.cell_kinds import KINDS
+from flexmb.planes.mesh import PlaneMesh
+
+Array = npt.NDArray[np.float64]
+Pair = tuple[float, float]
+
+NARROW = math.radians(50.0)
+"""Angle at which the shank leaves an eye [rad] up to which the block of the eye ends on an arc; wider: on a box."""
+
+
+def rectangle(length: float, height: float, nx: int, ny: int, kind: str = "quad9") -> PlaneMesh:
+    """A rectangle from (0, 0) to (length, height) with the sets "left", "right", "bottom" and "top".
+
+    Parameters
+    ----------
+    length, height : sides along x and y [m].
+    nx, ny : numbers of cells along x and y; triangles halve these cells.
+    kind : kind of the cells.
+
+    Raises
+    ------
+    InputError : sides that are not > 0, no cells, an unknown kind.
+    """
+    label = "meshes.rectangle"
+    checks.one_of(label, "kind", kind, KINDS)
+    l, h = checks.positive(label, "length", length, "m"), checks.positive(label, "height", height, "m")
+    nx, ny = checks.count(label, "nx", nx), checks.count(label, "ny", ny)
+    bottom, top = (sampled([segment((0.0, y), (l, y))], [nx]) for y in (0.0, h))
+    mesh = joined([ruled(bottom, top, ny)], kind, f"rectangle {l:g} x {h:g}")
+    x, y = mesh.points.T
+    near = 1e-9 * max(l, h)
+    sides = {"left": x < near, "right": x > l - near, "bottom": y < near, "top": y > h - near}
+    return with_sets(mesh, sides)
+
+
+def ring(inner: float, outer: float, size: float, kind: str = "quad9") -> PlaneMesh:
+    """A ring about (0, 0) with the sets "inner" and "outer"; quadratic nodes lie on the circles.
+
+    Parameters
+    ----------
+    inner, outer : radii [m].
+    size : length of a cell's edge [m], on the outer circle and along the radius.
+    kind : kind of the cells.
+
+    Raises
+    ------
+    InputError : radii or size that are not > 0, an inner radius that is not smaller, an unknown kind.
+    """
+    label = "meshes.ring"
+    checks.one_of(label, "kind", kind, KINDS)
+    a, b = checks.positive(label, "inner", inner, "m"), checks.positive(label, "outer", outer, "m")
+    size = checks.positive(label, "size", size, "m")
+    if a >= b:
+        raise InputError(f"{label}: inner is {a:g} m; it must be smaller than outer, {b:g} m.")
+    around, across = max(8, cells_along(2.0 * math.pi * b, size)), cells_along(b - a, size)
+    first, last = (sampled([arc((0.0, 0.0), r, 0.0, 2.0 * math.pi)], [around]) for r in (a, b))
+    mesh = joined([ruled(first, last, across)], kind, f"ring {a:g}, {b:g}")
+    return with_sets(mesh, {"inner": on_circle(mesh.points, (0, 0), a), "outer": on_circle(mesh.points, (0, 0), b)})
+
+
+def link_with_eyes(
+    length: float,
+    eye: float | Pair,
+    hole: float | Pair,
+    width: float | Pair,
+    size: float,
+    kind: str = "quad9",
+) -> PlaneMesh:
+    """A link of two eyes and a straight shank; its holes are the sets "start" at (0, 0) and "end" at (length, 0).
+
+    Parameters
+    ----------
+    length : distance of the holes [m].
+    eye : outer radius of both eyes, or (start, end) [m].
+    hole : radius of both holes, or (start, end) [m].
+    width : width of the shank where it leaves the eyes, or (start, end) [m]; at most the diameter of the eye.
+    size : length of a cell's edge [m].
+    kind : kind of the cells; quadratic nodes lie on the circles.
+
+    Raises
+    ------
+    InputError : values that are not > 0, holes larger than eyes, a shank wider than an eye, eyes that overlap.
+
+    Notes
+    -----
+    Corners between shank and eyes are sharp: stresses there grow without limit with finer meshes.  A `width` equal to
+    the diameter of the eyes has no corners.
+    """
+    label = "meshes.link_with_eyes"
+    checks.one_of(label, "kind", kind, KINDS)
+    length, size = checks.positive(label, "length", length, "m"), checks.positive(label, "size", size, "m")
+    radii, holes, widths = (_pair(label, n, v) for n, v in (("eye", eye), ("hole", hole), ("width", width)))
+    angles = []
+    for end, big, wide in zip(("start", "end"), radii, widths, strict=True):
+        if wide > 2.0 * big * (1.0 + 1e-12):
+            raise InputError(f"{label}: width is {wide:g} m at the {end}; at most the eye's diameter, {2 * big:g} m.")
+        angles.append(math.asin(min(1.0, 0.5 * wide / big)))
+    return _link(label, length, radii, holes, (angles[0], angles[1]), size, kind)
+
+
+def crank_web(throw: float, eye: float | Pair, hole: float | Pair, size: float, kind: str = "quad9") -> PlaneMesh:
+    """A web of two eyes joined by their common tangents, with the holes "start" at (0, 0) and "end" at (throw, 0).
+
+    Parameters
+    ----------
+    throw : distance of the holes [m].
+    eye : outer radius of both eyes, or (start, end) [m].
+    hole : radius of both holes, or (start, end) [m].
+    size : length of a cell's edge [m].
+    kind : kind of the cells; quadratic nodes lie on the circles.
+
+    Raises
+    ------
+    InputError : values that are not > 0, holes larger than eyes, eyes that overlap.
+    """
+    label = "meshes.crank_web"
+    checks.one_of(label, "kind", kind, KINDS)
+    throw, size = checks.positive(label, "throw", throw, "m"), checks.positive(label, "size", size, "m")
+    radii, holes = _pair(label, "eye", eye), _pair(label, "hole", hole)
+    lean = math.asin(max(-1.0, min(1.0, (radii[0] - radii[1]) / throw)))
+    return _link(label, throw, radii, holes, (0.5 * math.pi - lean, 0.5 * math.pi + lean), size, kind)
+
+
+def _link(label: str, length: float, radii: Pair, holes: Pair, angles: Pair, size: float, kind: str) -> PlaneMesh:
+    """A mesh of two eyes whose shank leaves them at these angles from the axis [rad]."""
+    for end, big, small in zip(("start", "end"), radii, holes, strict=True):
+        if small >= big:
+            raise InputError(f"{label}: hole is {small:g} m at the {end}; it must be smaller than eye, {big:g} m.")
+    if sum(radii) >= length:
+        text = f"{label}: the eyes of {radii[0]:g} and {radii[1]:g} m overlap at a distance of {length:g} m"
+        raise InputError(f"{text}. Make the link longer or the eyes smaller.")
+    corners = [(r * math.cos(a), r * math.sin(a)) for r, a in zip(radii, angles, strict=True)]
+    slope = (corners[1][1] - corners[0][1]) / (length - corners[0][0] - corners[1][0])
+    eyes = [
+        _Eye(r, hole, angle, sign * slope, size)
+        for r, hole, angle, sign in zip(radii, holes, angles, (1.0, -1.0), strict=True)
+    ]
+    across = max(eye.cells_across for eye in eyes)
+    first, last = eyes[0].neck(across), eyes[1].neck(across)
+    mirrored = [np.array([length, 0.0]) + np.array([-1.0, 1.0]) * points for points in (eyes[1].block(across), last)]
+    along = cells_along(float(np.linalg.norm(mirrored[1] - first, axis=1).max()), size)
+    mesh = joined([eyes[0].block(across), mirrored[0], ruled(first, mirrored[1], along)], kind, label[7:])
+    places = zip(("start", "end"), ((0.0, 0.0), (length, 0.0)), holes, strict=True)
+    return with_sets(mesh, {name: on_circle(mesh.points, centre, radius) for name, centre, radius in places})
+
+
+@dataclass(frozen=True)
+class _Eye:
+    """One eye about (0, 0) with the shank on the side x > 0.
+
+    radius, hole : radii [m].  angle : at which the shank leaves the eye [rad].  slope : of the shank's upper edge [1].
+    size : length of a cell's edge [m].
+    """
+
+    radius: float
+    hole: float
+    angle: float
+    slope: float
+    size: float
+
+    @property
+    def cells_across(self) -> int:
+        """Number of cells across the shank, for this eye; even."""
+        return 2 * cells_along(self.radius * math.sin(self.angle), self.size)
+
+    def neck_curves(self) -> list[Curve]:
+        """Curves on which the block of the eye meets the shank, from its lower to its upper edge."""
+        r, a = self.radius, self.angle
+        x, y = r * math.cos(a), r * math.sin(a)
+        if a <= NARROW:
+            # an arc half as bent as the eye halves the angles at the corners; it keeps clear of the hole
+            least = math.atan(max(0.0, (0.5 * (r + self.hole) - x) / y)) * 2.0
+            bend = min(a, max(0.5 * a, least))
+            radius = y / math.sin(bend)
+            return [arc((x - radius * math.cos(bend), 0.0), radius, -bend, bend)]
+        top = y + self.slope * (r - x)
+        return [segment((x, -y), (r, -top)), segment((r, -top), (r, top)), segment((r, top), (x, y))]
+
+    def neck_counts(self, across: int) -> list[int]:
+        """Numbers of cells along the curves of the neck."""
+        if self.angle <= NARROW:
+            return [across]
+        side = max(1, cells_along(self.radius * (1.0 - math.cos(self.angle)), self.size))
+        return [side, across, side]
+
+    def neck(self, across: int) -> Array:
+        """Nodes (2 across + 1, 2) where the shank begins, from below."""
+        curves, counts = self.neck_curves(), self.neck_counts(across)
+        middle = len(curves) // 2
+        return sampled(curves[middle : middle + 1], counts[middle : middle + 1])
+
+    def block(self, across: int) -> Array:
+        """Grid of the eye: from the hole along rays to the outline and to the neck."""
+        around = cells_along(2.0 * (math.pi - self.angle) * self.radius, self.size)
+        outline = arc((0.0, 0.0), self.radius, self.angle, 2.0 * math.pi - self.angle)
+        outer = sampled([*self.neck_curves(), outline], [*self.neck_counts(across), max(4, around)])
+        angle = np.arctan2(outer[:, 1], outer[:, 0])
+        inner = self.hole * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        return ruled(inner, outer, cells_along(self.radius - self.hole, self.size))
+
+
+def _pair(label: str, name: str, value: float | Pair) -> Pair:
+    """One value for both ends, or a pair (start, end), > 0 [m]."""
+    both = tuple(value) if isinstance(value, Iterable) and not isinstance(value, str) else (value, value)
+    if len(both) != 2:
+        raise InputError(f"{label}: {name} is {value!r}; it must be one number in m, or a pair (start, end).")
+    first, second = (checks.positive(label, name, v, "m") for v in both)
+    return first, second

@@ -1,0 +1,79 @@
+"""Meshes of plates of any straight outline with round holes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.errors import InputError
+from flexmb.planes.boundary import area_inside
+from flexmb.planes.mesh import PlaneMesh
+from flexmb.planes.triangles import Shape, require_apart, triangles
+
+Hole = tuple[tuple[float, float], float]
+"""Centre and radius [m]."""
+
+
+def plate_with_holes(
+    outline: Sequence[tuple[float, float]], holes: Mapping[str, Hole], size: float, kind: str = "tri6"
+) -> PlaneMesh:
+    """A plate with a straight-edged outline and round holes, which are sets of their names.
+
+    Parameters
+    ----------
+    outline : corners of the outline in order [m].
+    holes : centre and radius of each hole by name [m], such as {"start": ((0.0, 0.0), 0.01)}.
+    size : length of a triangle's edge [m].
+    kind : "tri6", whose edges on the holes are curved, or "tri3".
+
+    Raises
+    ------
+    InputError : an outline with less than three corners or that crosses itself, holes that overlap or leave the
+        outline, walls narrower than the triangles.
+
+    Notes
+    -----
+    Corners that point inwards are sharp: stresses there grow without limit with finer meshes.
+    """
+    label = "meshes.plate_with_holes"
+    checks.one_of(label, "kind", kind, ("tri6", "tri3"))
+    size = checks.positive(label, "size", size, "m")
+    given = checks.sequence(label, "outline", outline, "corners (x, y)")
+    corners = np.array([checks.point(label, f"outline[{i}]", p) for i, p in enumerate(given)], dtype=float)
+    if len(corners) < 3:
+        raise InputError(f"{label}: outline has {len(corners)} corners; it must have three at least.")
+    if area_inside(corners) < 0.0:
+        corners = corners[::-1]
+    _require_simple(label, corners)
+    found = {}
+    for name, hole in checks.mapping(label, "holes", holes).items():
+        if not isinstance(hole, tuple | list) or len(hole) != 2:
+            raise InputError(f"{label}: hole {name!r} is {hole!r}; it must be ((x, y), radius).")
+        x, y = checks.point(label, f"centre of {name!r}", hole[0])
+        found[checks.identifier(label, name)] = (x, y, checks.positive(label, f"radius of {name!r}", hole[1], "m"))
+    shape = Shape(label, corners, found)
+    require_apart(label, shape, list(found))
+    points, cells, sets = triangles(shape, size)
+    mesh = PlaneMesh(points, cells, "tri3", sets, name="plate_with_holes")
+    return mesh if kind == "tri3" else mesh.to_quadratic(list(sets))
+
+
+def _require_simple(label: str, corners: np.ndarray) -> None:
+    """Refuse an outline whose edges cross."""
+    ends = np.roll(corners, -1, axis=0)
+    n = len(corners)
+    for i in range(n):
+        for j in range(i + 1, n):
+            if (j - i) % n not in (1, n - 1) and _cross(corners[i], ends[i], corners[j], ends[j]):
+                raise InputError(f"{label}: edges {i} and {j} of the outline cross. Give its corners in order.")
+
+
+def _cross(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> bool:
+    """Whether two segments a-b and c-d meet."""
+
+    def side(p: np.ndarray, q: np.ndarray, r: np.ndarray) -> float:
+        return float((q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]))
+
+    return side(a, b, c) * side(a, b, d) <= 0.0 and side(c, d, a) * side(c, d, b) <= 0.0

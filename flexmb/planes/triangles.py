@@ -1,0 +1,162 @@
+"""Triangle meshes of polygons with round holes: even boundary nodes, a lattice inside, smoothing, Delaunay.
+
+An edge is one of Delaunay's triangulation when no other node lies in the circle around it.  Nodes of the lattice keep
+clear of the boundary, so the boundary is met unless two parts of it are closer than the cells are long, which is
+refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial import Delaunay, cKDTree
+
+from flexmb.errors import InputError
+from flexmb.planes.blocks import require_few
+
+Array = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int64]
+
+CLEAR = 0.7
+"""Distance of the lattice from the boundary over the size of the cells [1]."""
+
+ROUNDS = 12
+"""Number of rounds of smoothing."""
+
+FLAT = 1e-6
+"""Area of a triangle over the median one [1] up to which it is round-off."""
+
+FEWEST = 12
+"""Least number of nodes on a hole."""
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """A polygon (n, 2) with round holes (x, y, radius) [m] by name."""
+
+    label: str
+    corners: Array
+    holes: Mapping[str, tuple[float, float, float]]
+
+    def contains(self, points: Array) -> npt.NDArray[np.bool_]:
+        """Whether points (p, 2) lie in the polygon and in none of the holes."""
+        inside = np.zeros(len(points), dtype=bool)
+        x, y = points.T
+        for (x0, y0), (x1, y1) in zip(self.corners, np.roll(self.corners, -1, axis=0), strict=True):
+            if y0 != y1:
+                inside ^= ((y0 > y) != (y1 > y)) & (x < x0 + (y - y0) * (x1 - x0) / (y1 - y0))
+        for cx, cy, radius in self.holes.values():
+            inside &= np.hypot(x - cx, y - cy) > radius
+        return inside
+
+    def loops(self, size: float) -> list[Array]:
+        """Nodes of the outline, then of each hole, about `size` apart [m]."""
+        sides = zip(self.corners, np.roll(self.corners, -1, axis=0), strict=True)
+        outline = [np.linspace(a, b, max(1, round(np.linalg.norm(b - a) / size)), endpoint=False) for a, b in sides]
+        loops = [np.concatenate(outline)]
+        for cx, cy, radius in self.holes.values():
+            angle = np.linspace(0.0, 2.0 * np.pi, max(FEWEST, round(2.0 * np.pi * radius / size)), endpoint=False)
+            loops.append(np.array([cx, cy]) + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+        return loops
+
+
+def triangles(shape: Shape, size: float) -> tuple[Array, Indices, dict[str, Indices]]:
+    """Nodes (n, 2), triangles (m, 3), and the nodes of each hole.
+
+    Parameters
+    ----------
+    shape : the polygon with its holes.
+    size : length of a triangle's edge [m].
+
+    Raises
+    ------
+    InputError : parts of the boundary that are closer to each other than the triangles are long.
+    """
+    extent = np.ptp(shape.corners, axis=0)
+    require_few(float((extent[0] / size + 1.0) * (extent[1] / size + 1.0)))
+    loops = shape.loops(size)
+    fixed = np.concatenate(loops)
+    starts = np.cumsum([0, *map(len, loops)])
+    rings = [first + np.arange(len(loop)) for first, loop in zip(starts[:-1], loops, strict=True)]
+    edges = np.concatenate([np.stack([ring, np.roll(ring, -1)], axis=1) for ring in rings])
+    points = np.concatenate([fixed, _lattice(shape, fixed, edges, size)])
+    for _ in range(ROUNDS):
+        cells = _inside(shape, points)
+        points = _smoothed(points, cells, len(fixed), fixed, edges)
+    cells = _inside(shape, points)
+    _require_boundary(shape, points, cells, edges)
+    holes = {name: np.arange(starts[k], starts[k + 1]) for k, name in enumerate(shape.holes, start=1)}
+    return points, cells, holes
+
+
+def _lattice(shape: Shape, fixed: Array, edges: Indices, size: float) -> Array:
+    """Nodes of a lattice of equal triangles that lie inside and clear of the boundary."""
+    low, high = fixed.min(axis=0), fixed.max(axis=0)
+    rows = np.arange(low[1], high[1], size * np.sqrt(0.75))
+    columns = np.arange(low[0] - size, high[0] + size, size)
+    x = columns + 0.5 * size * (np.arange(len(rows)) % 2)[:, None]
+    points = np.stack([x, np.broadcast_to(rows[:, None], x.shape)], axis=2).reshape(-1, 2)
+    points = points[shape.contains(points)]
+    return points[_is_clear(points, fixed, edges)]
+
+
+def _is_clear(points: Array, fixed: Array, edges: Indices) -> npt.NDArray[np.bool_]:
+    """Whether points are far enough from the nodes and from the middles of boundary edges."""
+    ends = fixed[edges]
+    lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    near, of = cKDTree(ends.mean(axis=1)).query(points)
+    clear: npt.NDArray[np.bool_] = near > CLEAR * lengths[of]
+    return clear
+
+
+def _smoothed(points: Array, cells: Indices, held: int, fixed: Array, edges: Indices) -> Array:
+    """Points (n, 2) with inner ones at the mean of their neighbours, unless this is near the boundary."""
+    total, counts = np.zeros_like(points), np.zeros(len(points))
+    for a, b in ((0, 1), (1, 2), (2, 0)):
+        for first, second in ((a, b), (b, a)):
+            np.add.at(total, cells[:, first], points[cells[:, second]])
+            np.add.at(counts, cells[:, first], 1.0)
+    moved = points.copy()
+    new = total[held:] / np.maximum(counts[held:], 1.0)[:, None]
+    good = (counts[held:] > 0.0) & _is_clear(new, fixed, edges)
+    moved[held:][good] = new[good]
+    return moved
+
+
+def _inside(shape: Shape, points: Array) -> Indices:
+    """Triangles of Delaunay whose centres lie inside, counter-clockwise."""
+    cells: Indices = Delaunay(points).simplices.astype(np.int64)
+    cells = cells[shape.contains(points[cells].mean(axis=1))]
+    a, b = points[cells[:, 1]] - points[cells[:, 0]], points[cells[:, 2]] - points[cells[:, 0]]
+    area = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    cells[area < 0.0] = cells[area < 0.0][:, [0, 2, 1]]
+    # three nodes on one side of the outline may span a cell by round-off
+    found: Indices = cells[np.abs(area) > FLAT * np.median(np.abs(area))]
+    return found
+
+
+def _require_boundary(shape: Shape, points: Array, cells: Indices, edges: Indices) -> None:
+    """Refuse a triangulation that misses an edge of the boundary."""
+    sides = np.sort(cells[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1) @ np.array([len(points), 1])
+    missing = ~np.isin(np.sort(edges, axis=1) @ np.array([len(points), 1]), sides)
+    if missing.any():
+        x, y = points[edges[missing][0]].mean(axis=0)
+        text = f"{shape.label}: the boundary is narrow at ({x:.4g}, {y:.4g}) m for cells of this size"
+        raise InputError(f"{text}. Take a smaller size, or move holes away from each other and from the outline.")
+
+
+def require_apart(label: str, shape: Shape, names: Sequence[str]) -> None:
+    """Refuse holes that lie outside, cross the outline, or overlap."""
+    for k, name in enumerate(names):
+        x, y, radius = shape.holes[name]
+        angle = np.linspace(0.0, 2.0 * np.pi, 180, endpoint=False)
+        rim = np.array([x, y]) + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        if not Shape(label, shape.corners, {}).contains(rim).all():
+            raise InputError(f"{label}: hole {name!r} does not lie inside of the outline. Move it, or make it smaller.")
+        for other in names[:k]:
+            ox, oy, size = shape.holes[other]
+            if np.hypot(x - ox, y - oy) <= radius + size:
+                raise InputError(f"{label}: holes {other!r} and {name!r} overlap. Move them apart.")

@@ -1,0 +1,1 @@
+"""Bodies by few coordinates: Craig-Bampton bases, the element that they make, and the kernel of that element."""

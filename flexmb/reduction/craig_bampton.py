@@ -1,0 +1,215 @@
+"""Craig-Bampton bases: static shapes of the pins, and vibrations with all pins held.
+
+Every third of the vibrations makes a node (x, y, theta) of the reduced body: two amplitudes are displacements of the
+node against the rigid motion of the pins, the third is its rotation.  So rigid motions are those of nodes, and the
+basis holds them.
+
+    Psi = [Psi_s - Phi A R,  Phi A],   Psi_s = [1; -K_ii^-1 K_ib],   K_ii phi = omega^2 M_ii phi
+
+R : rigid motion of the added nodes by the pins;  A : amplitudes by their scale.
+Source: R. R. Craig, M. C. C. Bampton, AIAA J. 6 (1968) 1313.  Equations (12.17) to (12.20) of docs/theory/reduced.md.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import scipy.linalg as la
+import scipy.sparse.linalg as sla
+
+from flexmb.errors import InputError
+from flexmb.model.contributions import Node
+from flexmb.reduction.elastic_model import ElasticModel, Sparse
+from flexmb.reduction.kernel import MOST
+
+Array = npt.NDArray[np.float64]
+
+DENSE = 60
+"""Number of inner displacements up to which all vibrations are computed by a dense solver."""
+
+LEAST_PIVOT = 1e-13
+"""Smallest pivot over the largest one [1] of a body whose inside is held by its pins."""
+
+
+@dataclass(frozen=True, eq=False)
+class Basis:
+    """Shapes of a reduced body.
+
+    Parameters
+    ----------
+    model : the body.
+    nodes : pins, then a node for every three vibrations.
+    shapes : (N, n) displacements of the model by those of the nodes.
+    held : frequencies with all pins held of the kept vibrations, and of the next one, if there is one [Hz].
+    solve_inner : solves K_ii x = b for one b (N - 3 P,) or several.
+    by_pin : whether the frame of the body is that of its first pin.
+    followed : (k, 3 P) rigid motion of the nodes of vibrations by the displacements of the pins.
+    """
+
+    model: ElasticModel
+    nodes: tuple[Node, ...]
+    shapes: Array
+    held: Array
+    solve_inner: Callable[[Array], Array]
+    by_pin: bool
+    followed: Array
+
+    def static(self, force: Array) -> Array:
+        """Displacements (N,) under forces (N,) with all pins held."""
+        m = self.model.count
+        z = np.zeros(len(force))
+        z[m:] = self.solve_inner(force[m:])
+        return z
+
+
+def basis(model: ElasticModel, modes: int, up_to: float | None, *, by_pin: bool) -> Basis:
+    """Craig-Bampton basis of a body.
+
+    Parameters
+    ----------
+    model : the body.
+    modes : least number of vibrations with all pins held; a multiple of three is kept.
+    up_to : all vibrations up to this frequency are kept [Hz]; None: `modes` of them.
+    by_pin : whether the frame of the body is that of its first pin.
+
+    Raises
+    ------
+    InputError : a body whose inner displacements are not held by its pins; more modes than displacements.
+    """
+    m, K, M = model.count, model.stiffness.tocsc(), model.mass_matrix()
+    inner = K.shape[0] - m
+    if modes > inner - inner % 3:
+        raise InputError(
+            f"{model.label}: modes is {modes}, but the body has {inner} inner displacements, of which modes take three "
+            "at a time. Keep fewer modes, or take more elements."
+        )
+    require_room(model, 3 * math.ceil(modes / 3))
+    solve = _solver(model, K[m:, m:]) if inner else np.zeros_like
+    static = np.vstack([np.eye(m), -solve(K[m:, :m].toarray())]) if inner else np.eye(m)
+    omega, phi = _vibrations(model, K[m:, m:], M[m:, m:], _wanted(modes, up_to), up_to, solve)
+    kept = 3 * math.ceil((modes if up_to is None else int(np.sum(omega <= 2.0 * math.pi * up_to))) / 3)
+    if kept > len(omega):
+        kept = 3 * (len(omega) // 3)
+    full = np.vstack([np.zeros((m, kept)), phi[:, :kept]])
+    added = _added_nodes(model, kept // 3)
+    scaled = full * _amplitudes(model, full)
+    rigid = followed(model.pins, added, by_pin=by_pin)
+    shapes = np.hstack([static - scaled @ rigid, scaled])
+    return Basis(model, (*model.pins, *added), shapes, omega[: kept + 1] / (2.0 * math.pi), solve, by_pin, rigid)
+
+
+def require_room(model: ElasticModel, modes: int) -> None:
+    """Refuse more coordinates than the kernel can take.
+
+    Parameters
+    ----------
+    model : the body.
+    modes : number of its modes, at least.
+    """
+    if model.count + modes > MOST:
+        raise InputError(
+            f"{model.label}: {model.count} coordinates of pins and {modes} or more modes are more than {MOST}. Keep "
+            "fewer modes, or join it at fewer pins."
+        )
+
+
+def _wanted(modes: int, up_to: float | None) -> int:
+    """Number of vibrations to compute first."""
+    return 3 * math.ceil(modes / 3) + 1 if up_to is None else 12
+
+
+def _solver(model: ElasticModel, K: Sparse) -> Callable[[Array], Array]:
+    """Solver of K_ii x = b."""
+    try:
+        factors = sla.splu(
+            K.tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}, diag_pivot_thresh=0.0
+        )
+    except RuntimeError as error:
+        raise InputError(_not_held(model)) from error
+    size = np.abs(factors.U.diagonal())
+    if not size.min() > LEAST_PIVOT * size.max():
+        raise InputError(_not_held(model))
+    return lambda b: np.asarray(factors.solve(np.ascontiguousarray(b)))
+
+
+def _not_held(model: ElasticModel) -> str:
+    """Message of a body whose inside moves without force while its pins stand still."""
+    return (
+        f"{model.label}: with its pins held ({', '.join(repr(pin.name) for pin in model.pins)}) a piece of the body "
+        "can still move without force. Connect all its pieces, or give a pin to each."
+    )
+
+
+def _vibrations(
+    model: ElasticModel, K: Sparse, M: Sparse, count: int, up_to: float | None, solve: Callable[[Array], Array]
+) -> tuple[Array, Array]:
+    """Angular frequencies and shapes with all pins held, ascending; at least `count`, and one above `up_to`."""
+    n = K.shape[0]
+    if up_to is not None and n > DENSE:
+        require_room(model, count // 2)  # what was not enough
+    if n <= DENSE or count >= n - 1:
+        squares, shapes = la.eigh(K.toarray(), M.toarray()) if n else (np.zeros(0), np.zeros((0, 0)))
+        return np.sqrt(np.maximum(squares, 0.0)), shapes
+    inverse = sla.LinearOperator((n, n), matvec=solve, dtype=float)
+    start = np.sin(1.0 + 7.3 * np.arange(n))  # the same in every run
+    squares, shapes = sla.eigsh(K, count, M, sigma=0.0, OPinv=inverse, v0=start)
+    order = np.argsort(squares)
+    omega = np.sqrt(squares[order])
+    if up_to is not None and omega[-1] <= 2.0 * math.pi * up_to:
+        return _vibrations(model, K, M, min(2 * count, n), up_to, solve)
+    return omega, shapes[:, order]
+
+
+def _amplitudes(model: ElasticModel, phi: Array) -> Array:
+    """Factors of shapes (N, k): the largest displacement is 1, or the size of the body for every third one."""
+    if not phi.shape[1]:
+        return np.ones(0)
+    moved = np.asarray(model.shape @ phi)
+    largest = np.sqrt((moved[0::2] ** 2 + moved[1::2] ** 2).max(axis=0))
+    size = np.ptp(model.points, axis=0).max()
+    signs = np.sign(moved[np.abs(moved).argmax(axis=0), np.arange(phi.shape[1])])
+    factors: Array = signs * np.where(np.arange(phi.shape[1]) % 3 == 2, size, 1.0) / largest
+    return factors
+
+
+def _added_nodes(model: ElasticModel, count: int) -> tuple[Node, ...]:
+    """Nodes of vibrations, in the middle of the pins."""
+    x, y = (float(np.mean([getattr(pin, axis) for pin in model.pins])) for axis in "xy")
+    return tuple(Node(f"modes{k + 1}", x, y, model.pins[0].theta) for k in range(count))
+
+
+def frame_weights(pins: tuple[Node, ...]) -> Array:
+    """A (P, 2) of the angle of the frame: positions of the pins less their mean [m]."""
+    places = np.array([(pin.x, pin.y) for pin in pins])
+    return np.asarray(places - places.mean(axis=0))
+
+
+def rigid_motions(nodes: tuple[Node, ...]) -> Array:
+    """(n, 3) displacements of nodes when all move by 1 along x, along y, and by a turn of 1 about the origin."""
+    motions = np.zeros((3 * len(nodes), 3))
+    motions[0::3, 0] = motions[1::3, 1] = motions[2::3, 2] = 1.0
+    motions[0::3, 2], motions[1::3, 2] = [-node.y for node in nodes], [node.x for node in nodes]
+    return motions
+
+
+def followed(pins: tuple[Node, ...], added: tuple[Node, ...], *, by_pin: bool) -> Array:
+    """R (k, 3 P): rigid motion of the added nodes by the displacements of the pins, linear."""
+    m = 3 * len(pins)
+    if not added:
+        return np.zeros((0, m))
+    to_frame = np.zeros((3, m))  # translation and rotation of the frame about the origin by the pins
+    if by_pin:
+        to_frame[0, 0] = to_frame[1, 1] = to_frame[2, 2] = 1.0
+        to_frame[0, 2], to_frame[1, 2] = pins[0].y, -pins[0].x
+    else:
+        A = frame_weights(pins)
+        to_frame[2, 0::3], to_frame[2, 1::3] = -A[:, 1] / (A**2).sum(), A[:, 0] / (A**2).sum()
+        mean = np.mean([(pin.x, pin.y) for pin in pins], axis=0)
+        to_frame[0, 0::3] = to_frame[1, 1::3] = 1.0 / len(pins)
+        to_frame[0] += mean[1] * to_frame[2]
+        to_frame[1] -= mean[0] * to_frame[2]
+    return np.asarray(rigid_motions(added) @ to_frame)

@@ -1,0 +1,62 @@
+"""Plane bodies as their reduction sees them, in the axes of their mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+import scipy.sparse as sp
+
+from flexmb.errors import InputError
+from flexmb.model.contributions import Node
+from flexmb.planes.forms import geometric_stiffness, stress_at_quadrature
+from flexmb.planes.interfaces import tie
+from flexmb.planes.mesh_shape import mesh_shape
+from flexmb.planes.plane_body import PlaneBody
+from flexmb.planes.stress import stress_operator
+from flexmb.reduction.elastic_model import ElasticModel, Sparse
+
+Array = npt.NDArray[np.float64]
+
+
+def model_of_plane(body: PlaneBody, pins: Sequence[str]) -> ElasticModel:
+    """Elastic model of a plane body.
+
+    Parameters
+    ----------
+    body : the body.
+    pins : names of its pins where parts are attached; its other pins are left out.
+    """
+    kept = [interface for interface in body.interfaces if interface.name in pins]
+    if not kept:
+        raise InputError(f"{body.label}: none of its pins is left. Keep at least one.")
+    shape = sp.csr_matrix(body.tie.matrix if len(kept) == len(body.interfaces) else tie(kept, body.mesh).matrix)
+
+    def stress_stiffness(z: Array) -> Sparse:
+        stress = stress_at_quadrature(body.mesh, body.material, shape @ z, body.state)
+        scalar = sp.csr_matrix(geometric_stiffness(body.mesh, stress, body.thickness))
+        return (shape.T @ sp.kron(scalar, np.eye(2), format="csr") @ shape).tocsc()
+
+    def stresses(shapes: Array) -> Array:
+        operator = stress_operator(body.mesh, body.material, body.state)
+        found: Array = np.asarray(operator @ (shape @ shapes)).reshape(len(body.mesh.points), 4, -1)
+        return found
+
+    return ElasticModel(
+        body.label,
+        tuple(Node(interface.name, *interface.point, 0.0) for interface in kept),
+        (shape.T @ sp.csr_matrix(body.matrices.stiffness) @ shape).tocsc(),
+        body.mesh.points,
+        shape,
+        sp.csr_matrix(body.matrices.scalar_mass),
+        sp.csr_matrix((1, shape.shape[1])),
+        sp.csr_matrix((1, 1)),
+        stress_stiffness,
+        body.damping,
+        body.origin,
+        body.direction,
+        mesh_shape(body.name, body.mesh, body.material, body.state),
+        shape,
+        stresses,
+    )

@@ -1,0 +1,274 @@
+"""A flexible body by its pins and a few modes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flexmb import checks, planar
+from flexmb.bodies.flexible import nearest_node
+from flexmb.bodies.flexible_body import FlexibleBody
+from flexmb.docstrings import documented
+from flexmb.errors import InputError
+from flexmb.model.contributions import Attachment, Contribution, ElementContribution, Node, node_coordinates
+from flexmb.model.part import Body
+from flexmb.model.shape import MeshShape, Shapes
+from flexmb.planes.plane_body import PlaneBody
+from flexmb.reduction.craig_bampton import Basis, basis, frame_weights
+from flexmb.reduction.of_beams import model_of_beams, pins_of_beams
+from flexmb.reduction.of_planes import model_of_plane
+from flexmb.reduction.peak_stress import peak_stress_signals
+from flexmb.reduction.superelement import Superelement, superelement
+from flexmb.reduction.tangent import reduced_account, reduced_energy, reduced_force, reduced_kernel, reduced_tangent
+
+if TYPE_CHECKING:
+    from flexmb.model.mechanism import Mechanism
+    from flexmb.reduction.elastic_model import ElasticModel
+
+FRAMES = ("chord", "pin")
+
+
+@documented
+class Reduced(Body):
+    """A flexible body by the static shapes of its pins and a few vibrations with held pins (Craig and Bampton).
+
+    The body keeps its name, so joints find it: `mechanism.with_part(fm.Reduced(rod, modes=4))` replaces `rod`.
+    Its nodes are its pins, and "modes1", "modes2", ... for every three vibrations.
+
+    Parameters
+    ----------
+    body : a body of beams (`FlexibleLink`, `FlexibleFrame`) or a `PlaneBody`.
+    modes : least number of vibrations with all pins held.  They come in threes, so 4 keeps 6; 0 keeps static shapes.
+    up_to : all vibrations with held pins up to this frequency are kept [Hz], in place of `modes`.
+    pins : names of the nodes where parts may be attached; None: the corners of beams, the holes of a plane body.
+    frame : "chord": the frame of the body follows the positions of all pins; "pin": the first pin.
+    stiffening : whether rotation, and forces of the pins, stiffen or soften bending.
+    damping : stiffness-proportional damping time [s]; None: that of the body.
+    damping_ratios : damping ratio of all vibrations of the free body, or one for each of the lowest ones.
+    name : name of the part; None: that of the body.
+
+    Raises
+    ------
+    InputError : a body that cannot be reduced, pins that it has not, more modes than it has, a free piece.
+
+    Notes
+    -----
+    Deformations are small in the frame; motions of the frame are not, and all terms of inertia are kept.  Stiffening is
+    right to the first order of the forces of the pins, and for a rotation about the first pin.  The static shapes are
+    exact for forces at the pins alone.
+    Frequencies of the body are too high, by less the more modes are kept: `frequencies()` shows them, and
+    `dropped_frequency` is the lowest one with held pins that is left out.
+    A fast rotation is resolved better with the frame "pin" where only one pin holds the body.
+    Source: R. R. Craig, M. C. C. Bampton, AIAA J. 6 (1968) 1313; O. Wallrapp, R. Schwertassek, Int. J. Numer. Meth.
+    Engng 32 (1991) 1833 (stiffening).  Equations (12.1) to (12.20) of docs/theory/reduced.md.
+
+    Examples
+    --------
+    >>> import flexmb as fm
+    >>> steel = fm.Material(young=2.1e11, density=7850.0)
+    >>> rod = fm.FlexibleLink("rod", (0, 0), (0.3, 0), section=fm.Rectangle(width=0.01, height=0.02), material=steel)
+    >>> fm.Reduced(rod, modes=3).frequencies(1).round(1).tolist()
+    [1182.9]
+    """
+
+    body: FlexibleBody | PlaneBody
+    modes: int = 0
+    up_to: float | None = None
+    pins: tuple[str, ...] | None = None
+    frame: str = "chord"
+    stiffening: bool = True
+    damping: float | None = None
+    damping_ratios: float | tuple[float, ...] = 0.0
+
+    def __init__(
+        self,
+        body: FlexibleBody | PlaneBody,
+        modes: int = 0,
+        *,
+        up_to: float | None = None,
+        pins: Sequence[str] | None = None,
+        frame: str = "chord",
+        stiffening: bool = True,
+        damping: float | None = None,
+        damping_ratios: float | Sequence[float] = 0.0,
+        name: str | None = None,
+    ) -> None:
+        if not isinstance(body, Body):
+            raise InputError(f"Reduced: body is {body!r}; it must be a flexible body such as a PlaneBody.")
+        ratios = damping_ratios if np.ndim(damping_ratios) == 0 else tuple(damping_ratios)  # type: ignore[arg-type]
+        values: dict[str, Any] = {
+            "name": body.name if name is None else name,
+            "body": body,
+            "modes": modes,
+            "up_to": up_to,
+            "pins": pins if pins is None else tuple(pins),
+            "frame": frame,
+            "stiffening": stiffening,
+            "damping": damping,
+            "damping_ratios": ratios,
+        }
+        for key, value in values.items():
+            object.__setattr__(self, key, value)
+        self.__post_init__()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "modes", checks.count(self.label, "modes", self.modes, least=0))
+        if self.up_to is not None:
+            checks.positive(self.label, "up_to", self.up_to, "Hz")
+        checks.one_of(self.label, "frame", self.frame, FRAMES)
+        if self.damping is not None:
+            checks.not_negative(self.label, "damping", self.damping, "s")
+        for ratio in np.atleast_1d(np.asarray(self.damping_ratios, dtype=float)).tolist():
+            checks.not_negative(self.label, "damping_ratios", ratio, "1")
+        if not isinstance(self.body, FlexibleBody | PlaneBody):
+            raise InputError(
+                f"{self.label}: a {type(self.body).__name__} does not bend. Reduce a FlexibleLink, FlexibleFrame or "
+                "PlaneBody; leave others as they are."
+            )
+        if isinstance(self.body, FlexibleBody) and any(beam.turn for beam in self.body.beams):
+            raise InputError(
+                f"{self.label}: arcs cannot be reduced. Lay straight beams between points of the arc, or keep it."
+            )
+        _ = self._pins
+
+    @cached_property
+    def _pins(self) -> tuple[Node, ...]:
+        """Nodes of the body where parts may be attached."""
+        known = {node.name: node for node in self.body.nodes()}
+        if self.pins is None:
+            return pins_of_beams(self.body) if isinstance(self.body, FlexibleBody) else self.body.pin_nodes
+        if not self.pins:
+            raise InputError(f"{self.label}: pins is empty; name at least one node of the body.")
+        return tuple(
+            self.body.node(checks.one_of(self.label, "pin", name, [*self.body.aliases, *known])) for name in self.pins
+        )
+
+    @cached_property
+    def model(self) -> ElasticModel:
+        """Stiffness and mass of the body over all its displacements."""
+        names = [pin.name for pin in self._pins]
+        if isinstance(self.body, FlexibleBody):
+            return model_of_beams(self.body, names)
+        return model_of_plane(self.body, names)
+
+    @cached_property
+    def basis(self) -> Basis:
+        """The shapes that are kept."""
+        by_pin = self.frame == "pin" or len(self._pins) == 1
+        return basis(self.model, self.modes, self.up_to, by_pin=by_pin)
+
+    @cached_property
+    def element(self) -> Superelement:
+        """The constant matrices of the equations of motion."""
+        damping = self.model.damping if self.damping is None else self.damping
+        return superelement(self.basis, damping, stiffening=self.stiffening, ratios=self.damping_ratios)
+
+    def frequencies(self, count: int = 6) -> np.ndarray:
+        """Lowest frequencies of the free reduced body, without rigid motions (at most `count`) [Hz]."""
+        return self.element.frequencies(count)
+
+    @property
+    def dropped_frequency(self) -> float:
+        """Lowest frequency with held pins that the basis leaves out [Hz]; infinite where none is left."""
+        kept = 3 * (len(self.basis.nodes) - len(self._pins))
+        return float(self.basis.held[kept]) if len(self.basis.held) > kept else math.inf
+
+    def nodes(self) -> tuple[Node, ...]:
+        """Pins, then nodes of vibrations."""
+        return self.model.placed(self.basis.nodes)
+
+    @property
+    def main(self) -> str:
+        """The first pin."""
+        return self._pins[0].name
+
+    @property
+    def aliases(self) -> dict[str, str]:
+        """Other names of pins, as the body gives them."""
+        names = {pin.name for pin in self._pins}
+        return {alias: node for alias, node in self.body.aliases.items() if node in names}
+
+    def attach(self, owner: str, point: tuple[float, float]) -> Attachment:
+        """The pin at `point`; `owner` names who asks, for messages."""
+        size = max(planar.distance((a.x, a.y), (b.x, b.y)) for a in self._pins for b in self._pins)
+        node = nearest_node(self.label, owner, self._pins, point, size or 1.0)
+        return Attachment(self.name, node.name, (0.0, 0.0))
+
+    def references(self) -> tuple[str, ...]:
+        """No other part: the body is this one."""
+        return ()
+
+    def total_mass(self) -> float:
+        """Mass [kg]."""
+        return self.element.mass
+
+    def start_velocity(self) -> tuple[float, float, float] | None:
+        """The declared velocity of the body as a rigid one, of the first pin.
+
+        Raises
+        ------
+        InputError : a body with a field of velocities or displacements.
+        """
+        given = self.body.start_velocity()
+        if self.body.start_displacement() is not None or np.ndim(given) > 1:  # type: ignore[arg-type]
+            raise InputError(
+                f"{self.label}: start fields of a body with all its nodes cannot be kept by a reduced one. Give the "
+                "body one velocity (vx, vy, omega), or start from a static equilibrium."
+            )
+        if given is None:
+            return None
+        vx, vy, omega = np.asarray(given, dtype=float).tolist()
+        main, first = self.body.node(self.body.main), self._pins[0]
+        return vx - omega * (first.y - main.y), vy + omega * (first.x - main.x), omega
+
+    def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - the body alone
+        """The body as a mesh: that of a plane body, strips for beams."""
+        model, moved = self.model, self.moved_by
+        if model.drawn is None or model.drawn_by is None:
+            return ()
+        basis = tuple(map(tuple, np.asarray(model.drawn_by @ self.basis.shapes).tolist()))
+        return (replace(model.drawn, nodes=moved.nodes, poses=moved.poses, weights=moved.weights, basis=basis),)
+
+    @property
+    def moved_by(self) -> MeshShape:
+        """Drawing record without a mesh: the nodes of the body, their poses in its axes, weights of its frame."""
+        found, pins = self.basis, len(self._pins)
+        weights = np.zeros((0, 2))
+        if not found.by_pin:
+            weights = np.zeros((len(found.nodes), 2))
+            weights[:pins] = frame_weights(found.nodes[:pins])
+        return MeshShape(
+            self.name,
+            "",
+            points=(),
+            cells=(),
+            loops=(),
+            nodes=tuple(node.name for node in found.nodes),
+            poses=tuple((node.x, node.y, node.theta) for node in found.nodes),
+            weights=tuple((x, y) for x, y in weights.tolist()),
+        )
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        """One element on all nodes, and the largest stress."""
+        coordinates = tuple(c for node in self.nodes() for c in node_coordinates(self.name, node.name))
+        p = self.element.parameters(mechanism.gravity)
+        element = ElementContribution(
+            self.name,
+            reduced_kernel,
+            coordinates,
+            p,
+            energy=reduced_energy,
+            force=reduced_force,
+            tangent=reduced_tangent,
+            account=reduced_account,
+        )
+        if self.model.stresses is None:
+            return [element]
+        stresses = self.model.stresses(self.basis.shapes)
+        return [element, *peak_stress_signals(self.name, coordinates, p, stresses)]

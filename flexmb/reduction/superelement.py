@@ -1,0 +1,166 @@
+"""Constant matrices of a reduced body, and the parameters of its element."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import scipy.linalg as la
+
+from flexmb.model.contributions import Node
+from flexmb.reduction.craig_bampton import Basis, frame_weights, require_room, rigid_motions
+from flexmb.reduction.kernel import FIRST
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Superelement:
+    """Matrices of the kernel (`flexmb.reduction.kernel`), in the axes of the reference configuration.
+
+    Parameters
+    ----------
+    nodes : pins and nodes of vibrations.
+    pins : number of pins.
+    by_pin : whether the frame is that of the first pin.
+    damping : stiffness-proportional damping time [s].
+    mass : total mass [kg].
+    moment : (2,) int rho X [kg m].
+    mean : (2, n) int rho Psi [kg].
+    matrices : M, G, H, P, K, and D of modal damping (n, n each).
+    centrifugal : (n, n) Kc, zeros without stiffening.
+    shortening : (3 P - 3, n, n) Q, or none.
+    """
+
+    nodes: tuple[Node, ...]
+    pins: int
+    by_pin: bool
+    damping: float
+    mass: float
+    moment: Array
+    mean: Array
+    matrices: dict[str, Array]
+    centrifugal: Array
+    shortening: Array
+
+    def parameters(self, gravity: tuple[float, float]) -> tuple[float, ...]:
+        """Parameters p of the kernel."""
+        n = 3 * len(self.nodes)
+        poses = np.array([(node.x, node.y, node.theta) for node in self.nodes])
+        weights = np.zeros_like(poses)
+        if not self.by_pin:
+            weights[: self.pins, :2] = frame_weights(self.nodes[: self.pins])
+        M, G, H, P, K, D = (self.matrices[name] for name in "MGHPKD")
+        flags = float(self.by_pin), float(D.any())
+        head = (n, len(self.shortening), *flags, self.damping, *gravity, self.mass, *self.moment)
+        centrifugal = self.centrifugal
+        blocks = (poses, weights, self.mean, M, G, H, P + centrifugal, centrifugal, K, D, self.shortening)
+        return (*map(float, head), *np.concatenate([block.ravel() for block in blocks]).tolist())
+
+    def frequencies(self, count: int) -> Array:
+        """Lowest frequencies of the free body, without rigid motions (at most `count`) [Hz]."""
+        squares = la.eigh(self.matrices["K"], self.matrices["M"], eigvals_only=True)[3:]
+        return np.asarray(np.sqrt(np.maximum(squares[:count], 0.0)) / (2.0 * math.pi))
+
+
+def superelement(
+    found: Basis, damping: float, *, stiffening: bool, ratios: float | tuple[float, ...] = 0.0
+) -> Superelement:
+    """Matrices of a reduced body.
+
+    Parameters
+    ----------
+    found : its basis.
+    damping : stiffness-proportional damping time [s].
+    stiffening : whether bending is stiffened by forces of the pins and by rotation.
+    ratios : damping ratios of the vibrations of the free body, from the lowest; one number: of all.
+
+    Raises
+    ------
+    InputError : more coordinates than the kernel can take.
+    """
+    n = found.shapes.shape[1]
+    require_room(found.model, n - found.model.count)
+    matrices, mass, moment, mean = _inertia(found)
+    free = rigid_motions(found.nodes)
+    K = _without(free, found.shapes.T @ (found.model.stiffness @ found.shapes))
+    matrices |= {"K": K, "D": _modal_damping(matrices["M"], K, ratios)}
+    zero = np.zeros((n, n))
+    centrifugal, shortening = _stiffening(found, K, free) if stiffening else (zero, np.zeros((0, n, n)))
+    pins = len(found.model.pins)
+    return Superelement(found.nodes, pins, found.by_pin, damping, mass, moment, mean, matrices, centrifugal, shortening)
+
+
+def _inertia(found: Basis) -> tuple[dict[str, Array], float, Array, Array]:
+    """M, G, H, P; mass; int rho X; int rho Psi."""
+    model, shapes = found.model, found.shapes
+    moved = np.asarray(model.shape @ shapes)
+    x, y, Ms = moved[0::2], moved[1::2], model.mass
+    # Phi = J Psi - Psi S
+    phi_x, phi_y = -y - _turned(x), x - _turned(y)
+    turns = np.asarray(model.turn_shape @ shapes)
+    phi_t, Jt = -_turned(turns), model.turn_inertia
+    mx, my, mt = Ms @ x, Ms @ y, Jt @ turns
+    wx, wy, wt = Ms @ phi_x, Ms @ phi_y, Jt @ phi_t
+    matrices = {
+        "M": mx.T @ x + my.T @ y + mt.T @ turns,
+        "G": x.T @ wx + y.T @ wy + turns.T @ wt,
+        "H": phi_x.T @ wx + phi_y.T @ wy + phi_t.T @ wt,
+        "P": -x.T @ wy + y.T @ wx,
+    }
+    for name in "MH":
+        matrices[name] = 0.5 * (matrices[name] + matrices[name].T)
+    total = np.asarray(Ms.sum(axis=0)).ravel()
+    mean = np.stack([total @ x, total @ y])
+    return matrices, float(total.sum()), total @ model.points, mean
+
+
+def _turned(rows: Array) -> Array:
+    """rows S, with S the quarter turn of the translations of each node."""
+    turned = np.zeros_like(rows)
+    turned[:, 0::3], turned[:, 1::3] = rows[:, 1::3], -rows[:, 0::3]
+    return turned
+
+
+def _without(free: Array, A: Array) -> Array:
+    """The symmetric A without the round-off that acts on free motions."""
+    Q = np.linalg.qr(free)[0]
+    left = np.eye(len(A)) - Q @ Q.T
+    clean: Array = left @ (0.5 * (A + A.T)) @ left
+    return 0.5 * (clean + clean.T)
+
+
+def _modal_damping(M: Array, K: Array, ratios: float | tuple[float, ...]) -> Array:
+    """Damping matrix that gives the vibrations of the free body their damping ratios."""
+    given = np.atleast_1d(np.asarray(ratios, dtype=float))
+    if not given.any():
+        return np.zeros_like(K)
+    squares, shapes = la.eigh(K, M)
+    squares, shapes = squares[3:], shapes[:, 3:]
+    zeta = np.full(len(squares), given[0]) if np.ndim(ratios) == 0 else np.zeros(len(squares))
+    if np.ndim(ratios):
+        zeta[: len(given)] = given[: len(squares)]
+    loads = M @ shapes
+    damping: Array = (loads * (2.0 * zeta * np.sqrt(squares))) @ loads.T
+    return damping
+
+
+def _stiffening(found: Basis, K: Array, free: Array) -> tuple[Array, Array]:
+    """Kc of centrifugal forces about the first pin with all pins held, and Q of the forces of the pins."""
+    model, n = found.model, len(K)
+    translations = free[:, :2]
+    first = np.array([model.pins[0].x, model.pins[0].y])
+
+    def seen(z: Array) -> Array:
+        return _without(translations, found.shapes.T @ (model.stress_stiffness(z) @ found.shapes))
+
+    centrifugal = seen(found.static(model.force_of(model.points - first)))
+    m = model.count
+    if m == FIRST:
+        return centrifugal, np.zeros((0, n, n))
+    static = found.shapes[:, :m] + found.shapes[:, m:] @ found.followed
+    stiff = np.stack([seen(static[:, k]) for k in range(FIRST, m)])
+    flexible = np.linalg.inv(static[:, FIRST:m].T @ (model.stiffness @ static[:, FIRST:m]))
+    return centrifugal, np.einsum("ab,bij->aij", flexible, stiff)

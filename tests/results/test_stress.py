@@ -1,0 +1,181 @@
+"""Stresses of beams, plane bodies and reduced bodies against closed forms, and against one another."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import flexmb as fm
+from flexmb.errors import InputError
+
+LENGTH, HEIGHT, WIDTH = 0.2, 0.02, 0.01
+AREA, SECOND = WIDTH * HEIGHT, WIDTH * HEIGHT**3 / 12.0
+STEEL = fm.Material(2.1e11, 7850.0, 0.3, yield_stress=3.5e8)
+SECTION = fm.Rectangle(width=WIDTH, height=HEIGHT)
+RAMP = 0.02
+SLOW = fm.drives.Harmonic(-0.5, frequency=0.5 / RAMP, phase=np.pi / 2, mean=0.5)  # from 0 to 1 within RAMP
+FORCE = (2000.0, -300.0)
+
+
+def beam(**more):
+    usual = {"section": SECTION, "material": STEEL, "damping": 2e-4}
+    return fm.FlexibleLink("rod", (0, 0), (LENGTH, 0), **{**usual, **more})
+
+
+def plate(cells=(10, 2), **more):
+    mesh = fm.meshes.rectangle(LENGTH, HEIGHT, *cells)
+    pins = {"pins": ("left", "right"), "at": (0, -0.5 * HEIGHT)}
+    return fm.PlaneBody("rod", mesh, thickness=WIDTH, material=STEEL, damping=2e-4, **pins, **more)
+
+
+def pulled(body, force=FORCE):
+    """A cantilever, bent and pulled so slowly that it stands still at the end."""
+    wall, load = fm.Fixed("wall", fm.GROUND, body, (0, 0)), fm.Force("F", body, (LENGTH, 0), force, history=SLOW)
+    return fm.simulate(fm.Mechanism("cantilever", [body, wall, load]), t_end=RAMP, save=20, step=RAMP / 400)
+
+
+def closed_form(x):
+    """Axial stress, and bending stress of the fibre on the left (above), of a beam that is bent and pulled."""
+    k = np.sqrt(FORCE[0] / (STEEL.young * SECOND))
+    moment = FORCE[1] * np.sinh(k * (LENGTH - x)) / (k * np.cosh(k * LENGTH))
+    return FORCE[0] / AREA, -moment * 0.5 * HEIGHT / SECOND
+
+
+def test_cantilever_of_beams():
+    sol = pulled(beam(elements=8))
+    last = sol.stress("rod").isel(time=-1)
+    axial, bending = closed_form(last["station"].values)
+    np.testing.assert_allclose(last["axial"], axial, rtol=2e-3)
+    np.testing.assert_allclose(last["bending"], bending, atol=3e-3 * bending.max())
+    assert sol.array("rod.von_mises")[-1] == pytest.approx(float(last["von_mises"].max()), rel=1e-9)
+    assert float(last["von_mises"].max()) == pytest.approx(axial + bending.max(), rel=3e-3)
+    peak = sol.peak("rod.von_mises")
+    assert (peak.node, peak.place) == (0, (0.0, 0.0))
+
+
+def test_tapered_cantilever():
+    """The moment over I at both ends of an element, not E times the curvature of its cubic."""
+    root, tip = fm.Rectangle(width=WIDTH, height=2 * HEIGHT), fm.Rectangle(width=WIDTH, height=HEIGHT)
+    sol = pulled(beam(section=fm.Tapered(root, tip), elements=2), force=(0.0, -300.0))
+    last = sol.stress("rod", ["start", "node1"]).isel(time=-1)
+    for x, found in zip((0.0, 0.5 * LENGTH), last["bending"].values[[0, 1]], strict=True):
+        height = 2 * HEIGHT - HEIGHT * x / LENGTH
+        assert found == pytest.approx(300.0 * (LENGTH - x) * 6.0 / (WIDTH * height**2), rel=2e-3)
+
+
+def test_plate_and_its_reduction_bend_as_a_beam():
+    """Far from the ends, where rigid pins disturb the stress."""
+    full, small = pulled(plate()), pulled(fm.Reduced(plate(), modes=3))
+    axial, bending = closed_form(0.5 * LENGTH)
+    middle = [(0.5 * LENGTH, 0.5 * HEIGHT), (0.5 * LENGTH, -0.5 * HEIGHT)]
+    for sol in (full, small):
+        last = sol.stress("rod", middle).isel(time=-1)
+        np.testing.assert_allclose(last["sx"], [axial + bending, axial - bending], rtol=5e-3)
+        np.testing.assert_allclose(last["signed"], [axial + bending, axial - bending], rtol=5e-3)
+        assert np.abs(last["sy"]).max() < 5e-3 * bending
+        # the line through the Gauss points of half a parabola ends at 1/6 of its height
+        np.testing.assert_allclose(last["txy"], 0.0, atol=0.17 * 1.5 * abs(FORCE[1]) / AREA)
+    ends = [sol.stress("rod").isel(time=-1)["von_mises"].values for sol in (full, small)]
+    np.testing.assert_allclose(ends[1], ends[0], atol=5e-3 * ends[0].max())
+    assert full.peak("rod.von_mises").node == small.peak("rod.von_mises").node
+
+
+@pytest.mark.parametrize("reduced", [False, True])
+def test_axes_and_places_of_a_turned_body(reduced, tmp_path):
+    """Stresses are those in the axes of the mesh, points those of the reference configuration."""
+    angle, origin = 0.7, (0.3, -0.2)
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    mesh = fm.meshes.rectangle(LENGTH, HEIGHT, 6, 1)
+    more = {"thickness": WIDTH, "material": STEEL, "damping": 2e-4, "pins": ("left", "right")}
+    body = fm.PlaneBody("rod", mesh, at=origin, angle=angle, **more)
+    body = fm.Reduced(body, modes=3) if reduced else body
+    start, end, probe = (origin + turn @ (x, y) for x, y in ((0, 0.01), (LENGTH, 0.01), (0.5 * LENGTH, HEIGHT)))
+    load = fm.Force("F", body, tuple(end), tuple(turn @ FORCE), history=SLOW)
+    parts = [body, fm.Fixed("wall", fm.GROUND, body, tuple(start)), load]
+    sol = fm.simulate(fm.Mechanism("turned", parts), t_end=RAMP, save=20, step=RAMP / 400)
+    last = sol.stress("rod", [tuple(probe)]).isel(time=-1, place=0)
+    assert (float(last["x"]), float(last["y"])) == pytest.approx(tuple(probe))
+    axial, bending = closed_form(0.5 * LENGTH)
+    assert float(last["sx"]) == pytest.approx(axial + bending, rel=1e-2)
+    peak = sol.peak("rod.von_mises")
+    assert peak.place == pytest.approx(tuple(origin + turn @ mesh.points[peak.node]))
+    again = fm.load(sol.to_netcdf(tmp_path / "run.nc")).peak("rod.von_mises")
+    assert (again.node, again.place) == (peak.node, None if reduced else pytest.approx(peak.place))
+
+
+def test_stress_is_that_of_the_signal():
+    for body in (beam(), plate((6, 1)), fm.Reduced(beam(), modes=3), fm.Reduced(plate((6, 1)), modes=3)):
+        sol = pulled(body)
+        largest = sol.stress("rod")["von_mises"].values.max(axis=1)
+        np.testing.assert_allclose(largest, sol.array("rod.von_mises"), rtol=1e-9, atol=1.0)
+
+
+def test_no_stress_in_free_fall():
+    for body in (beam(velocity=(1.0, 2.0, 0.0)), plate((4, 1), velocity=(1.0, 2.0, 0.0))):
+        sol = fm.simulate(fm.Mechanism("fall", [body], gravity=(0.0, -9.81)), t_end=0.1, step=1e-3)
+        assert sol.peak("rod.von_mises").value < 1e-12 * STEEL.young
+
+
+def spun(body):
+    """A rod that turns at a constant speed about a hub, after its vibrations have died out."""
+    speed = 300.0
+    hub = fm.Revolute("hub", fm.GROUND, body, (0, 0))
+    drive = fm.Drive("motor", hub, fm.drives.ConstantSpeed(speed))
+    sol = fm.simulate(fm.Mechanism("spun", [body, hub, drive]), t_end=4e-3, save=4, step=2e-6)
+    return sol, STEEL.density * speed**2 * LENGTH**2 / 2.0
+
+
+def test_centrifugal_stress_of_beams():
+    errors = []
+    for elements in (4, 8):
+        sol, exact = spun(beam(elements=elements, damping=2e-5, velocity=None))
+        found = float(sol.stress("rod", ["start"])["axial"][-1, 0])
+        errors.append(1.0 - found / exact)
+        assert errors[-1] == pytest.approx(1.0 / (3.0 * elements**2), rel=0.05)  # the mean of the first element
+    assert errors[1] < 6e-3
+
+
+@pytest.mark.slow
+def test_centrifugal_stress_of_a_plate_and_its_reduction():
+    full = plate((10, 1), interface="averaged")
+    for body, error in ((full, 2.5e-3), (fm.Reduced(full, modes=24), 2.5e-3), (fm.Reduced(full, modes=12), 0.02)):
+        sol, exact = spun(body)
+        x = 0.2 * LENGTH
+        found = float(sol.stress("rod", [(x, 0.0)])["sx"][-1, 0])
+        assert found == pytest.approx(exact * (1.0 - (x / LENGTH) ** 2), rel=error)
+
+
+def test_stress_is_sought_where_it_is_wanted():
+    plain = replace(STEEL, yield_stress=None)
+    unknown = fm.GeneralSection(area=AREA, second_moment=SECOND)
+    assert beam().seeks_stress
+    assert beam(material=plain, stress=True).seeks_stress
+    assert not beam(stress=False).seeks_stress
+    assert not beam(material=plain).seeks_stress
+    assert not beam(section=unknown).seeks_stress
+    with pytest.raises(InputError, match=r"a section does not know its outer fibre\. Give outer_fibre"):
+        beam(section=unknown, stress=True)
+    with pytest.raises(InputError, match="stress is 1; it must be True, False or None"):
+        beam(stress=1)
+
+
+def test_run_is_the_same_with_and_without():
+    sought, not_sought = pulled(beam()), pulled(beam(stress=False))
+    for name in not_sought.names:
+        assert np.array_equal(sought.array(name), not_sought.array(name))
+    assert set(sought.names) - set(not_sought.names) == {"rod.von_mises", "rod.von_mises_node"}
+
+
+def test_bad_questions(tmp_path):
+    sol = pulled(beam())
+    with pytest.raises(InputError, match=r"'tip' is no point with a stress\. Give .* or names: .*end"):
+        sol.stress("rod", ["tip"])
+    with pytest.raises(InputError, match="has no stresses"):
+        sol.stress("wall")
+    loaded = fm.load(sol.to_netcdf(tmp_path / "run.nc"))
+    with pytest.raises(InputError, match="Give mechanism="):
+        loaded.stress("rod")
+    again = loaded.stress("rod", ["end"], mechanism=sol.mechanism, times=[RAMP])
+    assert again["von_mises"].equals(sol.stress("rod", ["end"]).isel(time=[-1])["von_mises"])
+    assert (loaded.peak("rod.von_mises").node, loaded.peak("rod.von_mises").place) == (0, None)
+    assert fm.simulate(sol.mechanism, t_end=1e-3, signals=[]).names == ()
