@@ -199,6 +199,40 @@ def _sparse_quadratic(K: Any, C: Any, M: Any, G: sp.csr_matrix, count: int) -> t
     return 1.0 / values, x[:n]
 
 
+def largest_of_pencil(A: Any, M: Any, solve: Solve, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """The eigenvalues of largest modulus of A x = w M x, with their multiplicity, and vectors with x^T M x = 1.
+
+    Parameters
+    ----------
+    A : (n, n) symmetric.
+    M : (n, n) symmetric, positive on the space of the x.
+    solve : M^-1 on that space.
+    count : number of eigenvalues.
+    """
+    n = M.shape[0]
+    values, X = np.zeros(0), np.zeros((n, 0))
+    while len(values) + count < n:
+
+        def rest(b: np.ndarray, X: np.ndarray = X) -> np.ndarray:
+            x = solve(b)
+            outside: np.ndarray = x - X @ (X.T @ (M @ x))
+            return outside
+
+        start = rest(M @ np.cos(np.arange(n) ** 2.0 + len(values)))
+        options = {"M": M, "Minv": LinearOperator((n, n), rest, dtype=float), "which": "LM", "v0": start}
+        if len(values):
+            least = np.sort(np.abs(values))[-count]
+            found = eigsh(A, k=1, tol=LOOKED_FOR, return_eigenvectors=False, **options)[0]
+            if np.abs(found) < least * (1.0 - 10.0 * LOOKED_FOR):
+                break
+        more, x = eigsh(A, k=count, **options)
+        values, X = np.append(values, more), np.hstack([X, x])
+        if len(values) > count and np.abs(more).max() <= least * (1.0 + 1e-9):
+            break
+    order = np.argsort(-np.abs(values), kind="stable")[:count]
+    return values[order], X[:, order]
+
+
 def largest_of(operator: Solve, size: int, count: int) -> tuple[np.ndarray, np.ndarray]:
     """The eigenvalues of a real operator of largest modulus, with their multiplicity, and eigenvectors.
 
