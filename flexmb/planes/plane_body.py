@@ -64,6 +64,7 @@ class PlaneBody(Body):
     interface : "rigid": a pin holds the nodes of its set as a rigid body; "averaged": it moves with their mean; or a
         dictionary by pin.
     damping : stiffness-proportional damping time [s], >= 0.
+    mass_damping : mass-proportional damping rate zeta1 [1/s] (Rayleigh), >= 0; see the notes.
     formulation : "corotated": linear elasticity in axes that turn with each cell; "total-lagrange": strains
         against the reference configuration, St. Venant and Kirchhoff's material, at twice the cost.
     velocity : (vx, vy, omega) of the first pin at the start, the body moving as a rigid body, or one (vx, vy, omega)
@@ -79,6 +80,10 @@ class PlaneBody(Body):
     -----
     Small strains and any rotation.  A rigid pin is too stiff, since the hole cannot become oval; an averaged one is too
     soft, since nothing keeps the hole round.  A pin that fills its hole lies between both.
+
+    `mass_damping` acts on the velocity against a frame that has its origin at the first pin and points to the second
+    one (with one pin: to the node farthest from it).  No rigid motion is damped.  Where both pins stand still, each
+    vibration of the angular frequency omega has the damping ratio (zeta1/omega + zeta2 omega)/2, zeta2 being `damping`.
     """
 
     mesh: PlaneMesh
@@ -93,6 +98,7 @@ class PlaneBody(Body):
     pins: tuple[str, ...] | None = None
     interface: str | Mapping[str, str] | tuple[tuple[str, str], ...] = RIGID
     damping: float = 0.0
+    mass_damping: float = 0.0
     formulation: str = "corotated"
     velocity: Triple | Field | None = None
     displacement: Field | None = None
@@ -104,6 +110,7 @@ class PlaneBody(Body):
         checks.one_of(self.label, "state", self.state, (STRESS, STRAIN))
         checks.one_of(self.label, "formulation", self.formulation, FORMULATIONS)
         checks.not_negative(self.label, "damping", self.damping, "s")
+        checks.not_negative(self.label, "mass_damping", self.mass_damping, "1/s")
         for field in ("thickness", "material", "interface"):
             if isinstance(value := getattr(self, field), Mapping):
                 object.__setattr__(self, field, by_region(self.label, field, value))
@@ -240,7 +247,7 @@ class PlaneBody(Body):
         cells = Cells.of(self.mesh, self.material, self.thickness, self.state, FORMULATIONS[self.formulation])
         weights = [None if i.kind == RIGID else i.weights(self.mesh) for i in self.interfaces]
         pins = [MeshPin(i.name, i.point, i.nodes, w) for i, w in zip(self.interfaces, weights, strict=True)]
-        return FullBody(self.name, cells, pins, self.origin, self.direction, self.damping)
+        return FullBody(self.name, cells, pins, self.origin, self.direction, self.damping, self.mass_damping)
 
     def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - the mesh alone
         """The mesh."""

@@ -33,11 +33,11 @@ from flexmb.compiled.views import block_of, part_of, row_of
 from flexmb.kernels import fast
 
 COUNT, SHORTENED, BY_PIN, MODAL, ZETA, GRAVITY_X, GRAVITY_Y, MASS, MOMENT_X, MOMENT_Y, HEAD = range(11)
-"""Parameters p: n, number of matrices Q, whether the frame is that of the first node, whether there is modal damping,
+"""Parameters p: n, number of matrices Q, whether the frame is that of the first node, whether there is a D,
 stiffness-proportional damping time, g, m and int rho X.
 
 Then, at HEAD: X (n) poses of the undeformed body, A (n) weights of the frame, E (2 n) int rho Psi, and the matrices
-M, G, H, P + Kc, Kc, K, D and Q (n x n each); D is modal damping alone, Q_0 belongs to the coordinate 3.
+M, G, H, P + Kc, Kc, K, D and Q (n x n each); D is modal and mass-proportional damping, Q_0 belongs to the coordinate 3.
 """
 
 MOST = 96

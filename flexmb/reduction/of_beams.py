@@ -88,6 +88,7 @@ class BeamModel:
             drawn=drawn,
             drawn_by=drawn_by,
             stresses=self._stresses if self.body.seeks_stress else None,
+            mass_damping=self.body.mass_damping,
         )
 
     def _elements(self) -> Iterator[tuple[Array, Array, Beam, BeamMatrices, int]]:

@@ -49,6 +49,7 @@ class Reduced(Body):
     frame : "chord": the frame of the body follows the positions of all pins; "pin": the first pin.
     stiffening : whether rotation, and forces of the pins, stiffen or soften bending.
     damping : stiffness-proportional damping time [s]; None: that of the body.
+    mass_damping : mass-proportional damping rate [1/s], against the frame; None: that of the body.
     damping_ratios : damping ratio of all vibrations of the free body, or one for each of the lowest ones.
     name : name of the part; None: that of the body.
 
@@ -83,6 +84,7 @@ class Reduced(Body):
     frame: str = "chord"
     stiffening: bool = True
     damping: float | None = None
+    mass_damping: float | None = None
     damping_ratios: float | tuple[float, ...] = 0.0
 
     def __init__(
@@ -95,6 +97,7 @@ class Reduced(Body):
         frame: str = "chord",
         stiffening: bool = True,
         damping: float | None = None,
+        mass_damping: float | None = None,
         damping_ratios: float | Sequence[float] = 0.0,
         name: str | None = None,
     ) -> None:
@@ -110,6 +113,7 @@ class Reduced(Body):
             "frame": frame,
             "stiffening": stiffening,
             "damping": damping,
+            "mass_damping": mass_damping,
             "damping_ratios": ratios,
         }
         for key, value in values.items():
@@ -124,6 +128,8 @@ class Reduced(Body):
         checks.one_of(self.label, "frame", self.frame, FRAMES)
         if self.damping is not None:
             checks.not_negative(self.label, "damping", self.damping, "s")
+        if self.mass_damping is not None:
+            checks.not_negative(self.label, "mass_damping", self.mass_damping, "1/s")
         for ratio in np.atleast_1d(np.asarray(self.damping_ratios, dtype=float)).tolist():
             checks.not_negative(self.label, "damping_ratios", ratio, "1")
         if not isinstance(self.body, FlexibleBody | PlaneBody):
@@ -167,7 +173,10 @@ class Reduced(Body):
     def element(self) -> Superelement:
         """The constant matrices of the equations of motion."""
         damping = self.model.damping if self.damping is None else self.damping
-        return superelement(self.basis, damping, stiffening=self.stiffening, ratios=self.damping_ratios)
+        drag = self.model.mass_damping if self.mass_damping is None else self.mass_damping
+        return superelement(
+            self.basis, damping, stiffening=self.stiffening, ratios=self.damping_ratios, mass_damping=drag
+        )
 
     def frequencies(self, count: int = 6) -> np.ndarray:
         """Lowest frequencies of the free reduced body, without rigid motions (at most `count`) [Hz]."""

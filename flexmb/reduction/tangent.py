@@ -135,7 +135,7 @@ def seen_through(p, A, x, y, B):
 def stiffness(p, x, K, Z, y, yy):
     """Set Z to the derivative of E by d at constant d', but for J' K J: of changing J.
 
-    K: undamped (n, n), D: modal damping.  y, yy: (n,) work.
+    K: undamped (n, n), D: modal and mass-proportional damping.  y, yy: (n,) work.
     """
     n, count, zeta = y.shape[0], int(p[SHORTENED]), p[ZETA]
     on_e, d_rate, modal = row_of(x, E, n), row_of(x, DD, n), block_of(p, begin(p, MD), n, n)
