@@ -22,7 +22,7 @@ from flexmb.planes.cell_numbers import COROTATED, TOTAL_LAGRANGE
 from flexmb.planes.forms import PlaneMatrices, matrices
 from flexmb.planes.interfaces import AVERAGED, RIGID, Interface, Tie, tie
 from flexmb.planes.mesh import PlaneMesh
-from flexmb.planes.regions import STRAIN, STRESS, by_region, elasticity, numbers_of_cells
+from flexmb.planes.regions import STRAIN, STRESS, by_region, cell_values, elasticity, require_material
 from flexmb.planes.vibrations import vibrations
 
 if TYPE_CHECKING:
@@ -119,7 +119,11 @@ class PlaneBody(Body):
                 object.__setattr__(self, field, checks.point(self.label, field, point))
         object.__setattr__(self, "pins", self._checked_pins())
         _ = self._place, self.tie  # refuse points and pins that do not fit
-        numbers_of_cells(self.mesh, "thickness", self.thickness, "m")
+        for region, value in by_region(self.label, "thickness", self.thickness):
+            checks.positive(self.label, f"thickness of region {region!r}" if region else "thickness", value, "m")
+        for region, material in by_region(self.label, "material", self.material):
+            require_material(f"{self.label}, region {region!r}" if region else self.label, material)
+        cell_values(self.mesh, "thickness", self.thickness)
         elasticity(self.mesh, self.material, self.state)
         count = len(self.interfaces) + len(self.mesh.points) - len(self._held)
         for field, checked in (("velocity", start_velocity), ("displacement", start_displacement)):
