@@ -124,7 +124,7 @@ def put_tangents(p, q, v, r, K, C):
     arms, e, u, f, dx, du, df = nodal(), nodal(), nodal(), nodal(), nodal(), nodal(), nodal()
     cx, cy, square, omega, wx, wy = frame_rates(p, q, v, arms, e, u)
     damped_mass_times(p, u, f)
-    moment = sums(p, e, f)[2]
+    _, _, moment = sums(p, e, f)
     put_force(p, q, v, r)
     nx, ny = -cy / square, cx / square
     hx, hy = (wy - 2.0 * omega * cx) / square, (-wx - 2.0 * omega * cy) / square  # omega by c
@@ -213,9 +213,14 @@ def damping_contributions(
         p = (width, float(held), zeta, *mass.tolist(), *ties)
         found.append(
             ElementContribution(
-                part, cell_damping_kernel, (*ends, *coordinates), p,
-                energy=cell_damping_energy, force=cell_damping_force, account=cell_damping_account,
-            )  # fmt: skip
+                part,
+                cell_damping_kernel,
+                (*ends, *coordinates),
+                p,
+                energy=cell_damping_energy,
+                force=cell_damping_force,
+                account=cell_damping_account,
+            )
         )
     return found
 

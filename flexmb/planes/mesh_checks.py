@@ -136,7 +136,7 @@ def _require_upright(label: str, points: Array, cells: Indices, kind: str) -> No
 
 
 def _remedy_of_cell(corners: Array, *, all_wrong: bool) -> str:
-    """What to do about a flat or inverted cell with these corners (3 or 4, 2)."""
+    """Remedy for a flat or inverted cell with these corners (3 or 4, 2)."""
     ahead, behind = np.roll(corners, -1, axis=0) - corners, corners - np.roll(corners, 1, axis=0)
     turns = behind[:, 0] * ahead[:, 1] - behind[:, 1] * ahead[:, 0]
     if (turns < 0.0).all():
@@ -146,7 +146,8 @@ def _remedy_of_cell(corners: Array, *, all_wrong: bool) -> str:
     if len(corners) == 4 and (turns < 0.0).any():
         return "One of its corners points inwards: halve it into two triangles, or move its nodes."
     if all_wrong and (turns > 0.0).all():
-        return "Nodes behind its corners are the middles of its edges in the same order: the first between corners 1 and 2."
+        order = "Nodes behind its corners are the middles of its edges in the same order"
+        return f"{order}, the first between corners 1 and 2."
     return "Mesh the outline with smaller cells there, or with straight edges."
 
 

@@ -11,17 +11,15 @@ SOFT = fm.Material(young=2e9, density=2000.0, poisson=0.3)
 MESH = fm.meshes.rectangle(LENGTH, 0.02, 6, 1)
 
 
-def bar(**changes):
+def bar(mesh=MESH, **changes):
     """A soft bar with its ends as pins."""
     values = {"at": (0.0, 0.0), "thickness": 0.01, "material": SOFT, "pins": ("left", "right"), "mass_damping": RATE}
-    return fm.PlaneBody("bar", MESH, **{**values, **changes})
+    return fm.PlaneBody("bar", mesh, **{**values, **changes})
 
 
 def held(body, **changes):
     """The bar with both ends clamped."""
-    clamps = [
-        fm.Fixed(name, fm.GROUND, body, at=(x, 0.01)) for name, x in (("L", 0.0), ("R", LENGTH))
-    ]
+    clamps = [fm.Fixed(name, fm.GROUND, body, at=(x, 0.01)) for name, x in (("L", 0.0), ("R", LENGTH))]
     return fm.Mechanism("held", [body, *clamps], gravity=(0.0, 0.0), **changes)
 
 
@@ -68,7 +66,7 @@ def test_a_free_vibration_decays_with_half_the_rate():
 def test_flight_and_rotation_are_not_damped(make):
     """A thrown body keeps its momenta; what damping takes is a small part of what vibrates."""
     mechanism = fm.Mechanism("thrown", [make(velocity=(1.0, 2.0, 20.0))], gravity=(0.0, 0.0))
-    sol = fm.simulate(mechanism, t_end=0.1, step=2e-4)
+    sol = fm.simulate(mechanism, t_end=0.1, step=1e-4)
     found = momentum(mechanism, sol)
     assert np.ptp(found.linear, axis=0).max() < 1e-5 * np.abs(found.linear).max()
     assert np.ptp(found.angular) < 1e-4 * np.abs(found.angular).max()
@@ -80,7 +78,8 @@ def test_flight_and_rotation_are_not_damped(make):
 
 @pytest.mark.parametrize("pins", [("left", "right"), ("left",)])
 def test_kernels_agree_with_differences(pins):
-    fm.testing.check_part(fm.Mechanism("free", [bar(pins=pins)]), "bar")
+    cell = fm.meshes.rectangle(LENGTH, 0.02, 1, 1)
+    fm.testing.check_part(fm.Mechanism("free", [bar(cell, pins=pins)]), "bar")
 
 
 def test_a_negative_rate_is_refused():

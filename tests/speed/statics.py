@@ -1,4 +1,4 @@
-"""Time and memory of statics, modes, buckling and reduction of large models: `python tests/speed/statics.py [MODEL ...]`.
+"""Time and memory of statics, modes, buckling and reduction at size: `python tests/speed/statics.py [MODEL ...]`.
 
 The rows are kept in out/speed for `python docs/performance.py --collect`.  Times are of the processor; each model has a
 process of its own, whose peak memory is shown.  `reduce` reduces a link of 200,000 nodes to 6 modes.
@@ -56,7 +56,8 @@ def chain() -> fm.Mechanism:
 def masses() -> fm.Mechanism:
     """A square lattice of point masses and springs, with diagonals, on a row of springs."""
     k, step, stiff = round((UNKNOWNS / 2.0) ** 0.5), 0.1, {"stiffness": 1e4}
-    found = {(i, j): fm.bodies.PointMass(f"m{i}_{j}", (i * step, j * step), mass=0.01) for i in range(k) for j in range(k)}
+    places = [(i, j) for i in range(k) for j in range(k)]
+    found = {(i, j): fm.bodies.PointMass(f"m{i}_{j}", (i * step, j * step), mass=0.01) for i, j in places}
     parts = list(found.values())
     for (i, j), mass in found.items():
         for a, b in ((1, 0), (0, 1), (1, 1), (1, -1)):
@@ -70,7 +71,8 @@ def masses() -> fm.Mechanism:
             at = (head[0] - a * step, -step)
             parts.append(fm.SpringDamper(f"g{i}_{a}", fm.GROUND, foot, at, head, **stiff))
     corner = found[k - 1, k - 1]
-    return fm.Mechanism("masses", [*parts, fm.Force("P", corner, at=corner.at, force=(0.0, -1.0))], gravity=(0.0, -9.81))
+    parts.append(fm.Force("P", corner, at=corner.at, force=(0.0, -1.0)))
+    return fm.Mechanism("masses", parts, gravity=(0.0, -9.81))
 
 
 MODELS = {"bar": bar, "frame": frame, "chain": chain, "masses": masses}
@@ -132,7 +134,8 @@ def main() -> None:
         found = apart(reduced, NODES) if name == "reduce" else apart(measured, name)
         if name == "reduce":
             record["reduced"] = found
-            print(f"reduced: {found[1]} nodes, {found[2]:.1f} s declared, {found[3]:.1f} s, {found[4]:.0f} MB", flush=True)
+            text = f"{found[1]} nodes, {found[2]:.1f} s declared, {found[3]:.1f} s reduced, {found[4]:.0f} MB"
+            print(text, flush=True)
         else:
             rows.append(found)
             print("".join(f"{v:>10}" if isinstance(v, str) else f"{v:10.4g}" for v in found), flush=True)
