@@ -461,7 +461,7 @@ def _left_out() -> dict[str, str]:
         system.failed_kernels.MOST_CALLS system.failed_kernels.SHOWN_NUMBERS
         linalg.rank.DENSE_ROWS linalg.rank.IN_COMBINATION
         equilibrium.dynamic_relaxation.INDEPENDENCE
-        equilibrium.dynamic_relaxation.ROUND_OFF linalg.null_vector.DENSE_COLUMNS linalg.null_vector.VANISHING linalg.null_vector.REGULARISATION
+        equilibrium.dynamic_relaxation.ROUND_OFF linalg.null_vector.DENSE_COLUMNS linalg.null_vector.FIRST_VECTORS linalg.null_vector.VANISHING linalg.null_vector.REGULARISATION
         linalg.null_vector.LEAST_PIVOT linalg.null_vector.ITERATIONS run.stopping.SAME run.stopping.MOST_TRIALS
     round-off of a time, from which a saved instant is the end of its step: step.saved_instants.END_OF_STEP
     refuses what would take too long: controllers.control.LEAST_SAMPLE

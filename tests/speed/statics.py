@@ -75,7 +75,7 @@ def masses() -> fm.Mechanism:
     return fm.Mechanism("masses", parts, gravity=(0.0, -9.81))
 
 
-MODELS = {"bar": bar, "frame": frame, "chain": chain, "masses": masses}
+MODELS = {"frame": frame, "chain": chain, "bar": bar, "masses": masses}
 
 
 def link(nodes: int) -> fm.PlaneBody:
@@ -126,20 +126,18 @@ def apart(function: object, argument: object) -> list:
 
 
 def main() -> None:
-    """Measure and keep."""
-    names = sys.argv[1:] or [*MODELS, "reduce"]
-    rows, record = [], {}
-    print("".join(f"{head:>10}" for head in HEADS))
-    for name in names:
-        found = apart(reduced, NODES) if name == "reduce" else apart(measured, name)
+    """Measure and keep, row by row."""
+    record = {"rows": [], "reduced": []}
+    print("".join(f"{head:>10}" for head in HEADS), flush=True)
+    for name in sys.argv[1:] or ["reduce", *MODELS]:
         if name == "reduce":
-            record["reduced"] = found
+            record["reduced"] = found = apart(reduced, NODES)
             text = f"{found[1]} nodes, {found[2]:.1f} s declared, {found[3]:.1f} s reduced, {found[4]:.0f} MB"
             print(text, flush=True)
         else:
-            rows.append(found)
+            record["rows"].append(found := apart(measured, name))
             print("".join(f"{v:>10}" if isinstance(v, str) else f"{v:10.4g}" for v in found), flush=True)
-    keep("statics", {"rows": rows, **record})
+        keep("statics", dict(record))
 
 
 if __name__ == "__main__":
