@@ -13,7 +13,7 @@ from flexmb.compiled.stack import stack_matrix
 from flexmb.compiled.views import part_of
 from flexmb.kernels import fast, signal_kernel
 from flexmb.model.contributions import Coordinate, SignalContribution
-from flexmb.reduction.kernel import COUNT, HEAD, MOST, MQ, QD, SHORTENED, T1, T2, deformation, frame_of, shortened
+from flexmb.reduction.kernel import COUNT, MOST, QD, T1, T2, deformation, end_of, frame_of, shortened
 
 scratch = stack_matrix(QD + MOST, MOST)
 
@@ -33,7 +33,7 @@ def largest_stress(p, q, x):
     for i in range(n):
         x[1, i] = 0.0  # d' has no part in stresses
     shortened(p, x, part_of(x[T1], 0, n), part_of(x[T2], 0, n))
-    begin = HEAD + 4 * n + (MQ + int(p[SHORTENED])) * n * n
+    begin = end_of(p)
     largest, where, at = -1.0, 0, begin + STRESSES
     for k in range(int(p[begin + NODES])):
         sx, sy, t, sz = 0.0, 0.0, 0.0, 0.0
