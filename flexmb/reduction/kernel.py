@@ -37,8 +37,8 @@ COUNT, DIRECTIONS, BY_PIN, MODAL, ZETA, GRAVITY_X, GRAVITY_Y, MASS, MOMENT_X, MO
 """Parameters p: n, number of directions l, whether the frame is that of the first node, whether there is modal damping,
 stiffness-proportional damping time, g, m and int rho X.
 
-Then, at HEAD: X (n) poses of the undeformed body, A (n) weights of the frame, E (2 n) int rho Psi, the matrices M, G, H,
-P + Kc, Kc, K and D (n x n each), and of each direction l, K l, D l (n each) and Q (n x n); D is modal damping alone.
+Then, at HEAD: X (n) poses of the undeformed body, A (n) weights of the frame, E (2 n) int rho Psi, the matrices M, G,
+H, P + Kc, Kc, K and D (n x n each), and of each direction l, K l, D l (n each) and Q (n x n); D is modal damping alone.
 """
 
 MOST = 96

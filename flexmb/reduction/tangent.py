@@ -80,7 +80,7 @@ second_scratch, third_scratch = stack_matrix(ROWS, MOST), stack_matrix(MOST, MOS
 
 @fast
 def inertia(p, spin, spin_rate, x, y):
-    """Fill what tau and sigma multiply, and df/dd, without elastic forces."""
+    """Fill VT, VS and BD without elastic forces."""
     n, squared = int(p[COUNT]), spin * spin
     d, d_rate, s, al, u = row_of(x, D, n), row_of(x, DD, n), row_of(x, S, n), row_of(x, AL, n), row_of(x, U, n)
     su, sw, sa = row_of(y, SU, n), row_of(y, SW, n), row_of(y, SA, n)
@@ -109,7 +109,7 @@ def inertia(p, spin, spin_rate, x, y):
 
 @fast
 def elasticity(p, spin, x, y, rates):
-    """Add elastic forces to what tau and sigma multiply and to df/dd; fill B u and Q_a d'."""
+    """Add elastic forces to VT, VS and BD; fill B u and Q_a d'."""
     n, count, zeta = int(p[COUNT]), int(p[DIRECTIONS]), p[ZETA]
     d_rate, u, on_e = row_of(x, DD, n), row_of(x, U, n), row_of(x, E, n)
     vt, vs, bd, bu = row_of(y, VT, n), row_of(y, VS, n), row_of(y, BD, n), row_of(y, BU, n)
@@ -227,7 +227,7 @@ def shortened_row(p, row, a, part, x, target):
 
 @fast
 def damped_row(p, a, part, x, target, work):
-    """The same with the damping matrix K_z."""
+    """Set target to such a row of the damping matrix K_z."""
     n = int(p[COUNT])
     shortened_row(p, KL, a, part, x, target)
     for i in range(n):
@@ -239,7 +239,7 @@ def damped_row(p, a, part, x, target, work):
 
 @fast
 def shortened_part(p, spin, kq, kv, x, y, rates, A):
-    """Add to A what the shortening by bending makes of elastic forces and damping."""
+    """Add the shortening by bending to the elastic forces and damping in A."""
     n, turn = int(p[COUNT]), kq * spin
     stiff, damped, slope, of_damped = row_of(y, X1, n), row_of(y, X2, n), row_of(y, X3, n), row_of(y, X4, n)
     of_bent, quarter = row_of(y, X5, n), row_of(y, X6, n)
@@ -264,7 +264,7 @@ def shortened_part(p, spin, kq, kv, x, y, rates, A):
 
 @fast
 def frame_part(p, kq, kv, ka, f, x, y, A):
-    """Add to A what the turning of the frame makes of all forces, and the change of g f."""
+    """Add the turning of the frame, and the change of g f, to A."""
     n = int(p[COUNT])
     g, g1, g2, gd = row_of(x, G, n), row_of(x, G1, n), row_of(x, G2, n), row_of(x, GD, n)
     vt, vs, df = row_of(y, VT, n), row_of(y, VS, n), row_of(y, DF, n)
