@@ -31,7 +31,7 @@ class Superelement:
     mean : (2, n) int rho Psi [kg].
     matrices : M, G, H, P, K, and D of modal damping (n, n each).
     centrifugal : (n, n) Kc, zeros without stiffening.
-    shortening : (3 P - 3, n, n) Q, or none.
+    shortening : (k, n, n) Q of k coordinates from that of the second pin on, or none.
     """
 
     nodes: tuple[Node, ...]
@@ -148,7 +148,10 @@ def _modal_damping(M: Array, K: Array, ratios: float | tuple[float, ...]) -> Arr
 
 
 def _stiffening(found: Basis, K: Array, free: Array) -> tuple[Array, Array]:
-    """Kc of centrifugal forces about the first pin with all pins held, and Q of the forces of the pins."""
+    """Kc of centrifugal forces about the first pin, and Q of the forces of the pins and of the own inertia.
+
+    Kc holds what static shapes of inertia leave of the stress with all pins held.
+    """
     model, n = found.model, len(K)
     translations = free[:, :2]
     first = np.array([model.pins[0].x, model.pins[0].y])
@@ -156,11 +159,16 @@ def _stiffening(found: Basis, K: Array, free: Array) -> tuple[Array, Array]:
     def seen(z: Array) -> Array:
         return _without(translations, found.shapes.T @ (model.stress_stiffness(z) @ found.shapes))
 
-    centrifugal = seen(found.static(model.force_of(model.points - first)))
     m = model.count
-    if m == FIRST:
-        return centrifugal, np.zeros((0, n, n))
-    static = found.shapes[:, :m] + found.shapes[:, m:] @ found.followed
-    stiff = np.stack([seen(static[:, k]) for k in range(FIRST, m)])
-    flexible = np.linalg.inv(static[:, FIRST:m].T @ (model.stiffness @ static[:, FIRST:m]))
-    return centrifugal, np.einsum("ab,bij->aij", flexible, stiff)
+    last = m + found.loaded
+    loaded = found.shapes[:, m:last]
+    centrifugal = found.static(model.force_of(model.points - first))
+    if found.loaded:
+        force = model.stiffness @ loaded
+        centrifugal -= loaded @ np.linalg.solve(loaded.T @ force, force.T @ centrifugal)
+    static = np.hstack([found.shapes[:, :m] + found.shapes[:, m:] @ found.followed, loaded])[:, FIRST:]
+    if not static.shape[1]:
+        return seen(centrifugal), np.zeros((0, n, n))
+    stiff = np.stack([seen(column) for column in static.T])
+    flexible = np.linalg.inv(static.T @ (model.stiffness @ static))
+    return seen(centrifugal), np.einsum("ab,bij->aij", flexible, stiff)
