@@ -15,6 +15,9 @@ from flexmb.reduction.kernel import FIRST
 
 Array = npt.NDArray[np.float64]
 
+NO_SHORTENING = 1e-9
+"""Shortening of a coordinate over the largest one [1] that is round-off."""
+
 
 @dataclass(frozen=True, eq=False)
 class Superelement:
@@ -150,25 +153,26 @@ def _modal_damping(M: Array, K: Array, ratios: float | tuple[float, ...]) -> Arr
 def _stiffening(found: Basis, K: Array, free: Array) -> tuple[Array, Array]:
     """Kc of centrifugal forces about the first pin, and Q of the forces of the pins and of the own inertia.
 
-    Kc holds what static shapes of inertia leave of the stress with all pins held.
+    With static shapes of inertia, Q of all coordinates; Kc is of the stress that these leave.
     """
-    model, n = found.model, len(K)
+    model, n, m = found.model, len(K), found.model.count
     translations = free[:, :2]
     first = np.array([model.pins[0].x, model.pins[0].y])
 
     def seen(z: Array) -> Array:
         return _without(translations, found.shapes.T @ (model.stress_stiffness(z) @ found.shapes))
 
-    m = model.count
-    last = m + found.loaded
-    loaded = found.shapes[:, m:last]
+    inner = found.shapes[:, m:] if found.loaded else found.shapes[:, :0]
     centrifugal = found.static(model.force_of(model.points - first))
     if found.loaded:
-        force = model.stiffness @ loaded
-        centrifugal -= loaded @ np.linalg.solve(loaded.T @ force, force.T @ centrifugal)
-    static = np.hstack([found.shapes[:, :m] + found.shapes[:, m:] @ found.followed, loaded])[:, FIRST:]
+        force = model.stiffness @ inner
+        centrifugal -= inner @ np.linalg.solve(inner.T @ force, force.T @ centrifugal)
+    static = np.hstack([found.shapes[:, :m] + found.shapes[:, m:] @ found.followed, inner])[:, FIRST:]
     if not static.shape[1]:
         return seen(centrifugal), np.zeros((0, n, n))
     stiff = np.stack([seen(column) for column in static.T])
     flexible = np.linalg.inv(static.T @ (model.stiffness @ static))
-    return seen(centrifugal), np.einsum("ab,bij->aij", flexible, stiff)
+    shortening = np.einsum("ab,bij->aij", flexible, stiff)
+    sizes = np.abs(shortening).max(axis=(1, 2))
+    shortened = np.flatnonzero(sizes > NO_SHORTENING * sizes.max(initial=0.0))
+    return seen(centrifugal), shortening[: max(m - FIRST, 1 + shortened.max(initial=-1))]
