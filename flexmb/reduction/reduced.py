@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -19,6 +19,7 @@ from flexmb.model.contributions import Attachment, Contribution, ElementContribu
 from flexmb.model.part import Body
 from flexmb.model.shape import MeshShape, Shapes
 from flexmb.planes.plane_body import PlaneBody
+from flexmb.reduction.accuracy import Accuracy, Load, accuracy
 from flexmb.reduction.craig_bampton import Basis, frame_weights
 from flexmb.reduction.of_beams import pins_of_beams
 from flexmb.reduction.peak_stress import peak_stress_signals
@@ -185,6 +186,34 @@ class Reduced(Body):
         """Lowest frequency with held pins that the basis leaves out [Hz]; infinite where none is left."""
         kept = self.basis.vibrations
         return float(self.basis.held[kept]) if len(self.basis.held) > kept else math.inf
+
+    def accuracy(
+        self, count: int = 3, *, held: Sequence[str] | None = None, loads: Mapping[str, Load] | None = None
+    ) -> Accuracy:
+        """The reduced body beside the body with all its displacements and the same pins.
+
+        Parameters
+        ----------
+        count : number of frequencies, at most.
+        held : names of the pins that neither move nor turn; None: all pins keep their places and may turn, a single
+            one may not.
+        loads : further loads by name: functions of points (S, 2) [m] that return accelerations of gravity (S, 2)
+            [m/s^2], or forces (S, 2) [N] at the points `model.points`, in the axes of the body: those of the mesh, or
+            of the first pin of beams.
+
+        Returns
+        -------
+        Accuracy
+            Frequencies, deflections and stresses of both, and their errors; `print` shows a table.
+
+        Raises
+        ------
+        InputError : pins that the body has not, loads of another shape.
+        """
+        if held is not None:
+            given = checks.sequence(self.label, "held", held, "names of pins")
+            held = [self.aliases.get(name, name) for name in given]
+        return accuracy(self.basis, self.element, count=count, held=held, loads=loads)
 
     def nodes(self) -> tuple[Node, ...]:
         """Pins, then nodes of vibrations."""
