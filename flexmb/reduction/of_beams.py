@@ -14,6 +14,7 @@ import scipy.sparse as sp
 
 from flexmb.beams.fem import BeamMatrices
 from flexmb.beams.stress import outer_fibres
+from flexmb.bodies.beam_stress import knows_stress
 from flexmb.bodies.flexible import Beam, direction, matrices
 from flexmb.bodies.flexible_body import FlexibleBody
 from flexmb.model.contributions import Node
@@ -87,7 +88,7 @@ class BeamModel:
             self.body.damping,
             drawn=drawn,
             drawn_by=drawn_by,
-            stresses=self._stresses if self.body.seeks_stress else None,
+            stresses=self._stresses if all(knows_stress(beam.section) for beam in self.body.beams) else None,
         )
 
     def _elements(self) -> Iterator[tuple[Array, Array, Beam, BeamMatrices, int]]:

@@ -22,7 +22,7 @@ from flexmb.planes.plane_body import PlaneBody
 from flexmb.reduction.craig_bampton import Basis, basis, frame_weights
 from flexmb.reduction.of_beams import model_of_beams, pins_of_beams
 from flexmb.reduction.of_planes import model_of_plane
-from flexmb.reduction.peak_stress import peak_stress_signals
+from flexmb.reduction.peak_stress import peak_stress_signal
 from flexmb.reduction.superelement import Superelement, superelement
 from flexmb.reduction.tangent import reduced_account, reduced_energy, reduced_force, reduced_kernel, reduced_tangent
 
@@ -50,6 +50,8 @@ class Reduced(Body):
     stiffening : whether rotation, and forces of the pins, stiffen or soften bending.
     damping : stiffness-proportional damping time [s]; None: that of the body.
     damping_ratios : damping ratio of all vibrations of the free body, or one for each of the lowest ones.
+    stress : whether every accepted step looks for the largest stress: signals `von_mises` [Pa] and `von_mises_node`.  Of
+        a fine mesh it takes longer than the rest of a step.  None: as the body.
     name : name of the part; None: that of the body.
 
     Raises
@@ -84,6 +86,7 @@ class Reduced(Body):
     stiffening: bool = True
     damping: float | None = None
     damping_ratios: float | tuple[float, ...] = 0.0
+    stress: bool | None = None
 
     def __init__(
         self,
@@ -96,6 +99,7 @@ class Reduced(Body):
         stiffening: bool = True,
         damping: float | None = None,
         damping_ratios: float | Sequence[float] = 0.0,
+        stress: bool | None = None,
         name: str | None = None,
     ) -> None:
         if not isinstance(body, Body):
@@ -111,6 +115,7 @@ class Reduced(Body):
             "stiffening": stiffening,
             "damping": damping,
             "damping_ratios": ratios,
+            "stress": stress,
         }
         for key, value in values.items():
             object.__setattr__(self, key, value)
@@ -135,6 +140,10 @@ class Reduced(Body):
             raise InputError(
                 f"{self.label}: arcs cannot be reduced. Lay straight beams between points of the arc, or keep it."
             )
+        if self.stress is not None:
+            checks.flag(self.label, "stress", self.stress)
+        if self.stress and isinstance(self.body, FlexibleBody):
+            _ = replace(self.body, stress=True)  # refuses sections without outer fibres
         _ = self._pins
 
     @cached_property
@@ -254,6 +263,11 @@ class Reduced(Body):
             weights=tuple((x, y) for x, y in weights.tolist()),
         )
 
+    @property
+    def seeks_stress(self) -> bool:
+        """Whether every accepted step looks for the largest stress."""
+        return self.body.seeks_stress if self.stress is None else self.stress
+
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One element on all nodes, and the largest stress."""
         coordinates = tuple(c for node in self.nodes() for c in node_coordinates(self.name, node.name))
@@ -268,7 +282,7 @@ class Reduced(Body):
             tangent=reduced_tangent,
             account=reduced_account,
         )
-        if self.model.stresses is None:
+        if self.model.stresses is None or not self.seeks_stress:
             return [element]
         stresses = self.model.stresses(self.basis.shapes)
-        return [element, *peak_stress_signals(self.name, coordinates, p, stresses)]
+        return [element, peak_stress_signal(self.name, coordinates, p, stresses)]

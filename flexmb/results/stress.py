@@ -95,11 +95,10 @@ def _body(sol: Solution, name: str, mechanism: Mechanism | None) -> STRESSED:
     part = known.find(name)
     if not isinstance(part, STRESSED):
         raise InputError(f"{part.label} has no stresses. Name a flexible body of {known.name!r}.")
-    if isinstance(part, FlexibleBody) and not all(knows_stress(beam.section) for beam in part.beams):
+    source = part.body if isinstance(part, Reduced) else part
+    if isinstance(source, FlexibleBody) and not all(knows_stress(beam.section) for beam in source.beams):
         text = f"{part.label}: a section does not know its outer fibre, so there are no stresses"
         raise InputError(f"{text}. Give outer_fibre=... [m] to the section.")
-    if isinstance(part, Reduced) and (part.model.stresses is None or part.model.drawn is None):
-        raise InputError(f"{part.label}: its beams do not look for stresses. Give stress=True to the body of beams.")
     return part
 
 
