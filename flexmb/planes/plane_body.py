@@ -252,9 +252,9 @@ class PlaneBody(Body):
         """The mesh."""
         from flexmb.planes.mesh_shape import mesh_shape  # noqa: PLC0415
 
-        nodes = tuple(node.name for node in self.nodes())
+        names, poses = zip(*((node.name, (node.x, node.y, node.theta)) for node in self.nodes()), strict=True)
         shape = mesh_shape(self.name, self.mesh.placed(self.direction, self.origin), self.material, self.state)
-        return (replace(shape, nodes=nodes, carriers=self._full.carriers()),)
+        return (replace(shape, nodes=names, carriers=self._full.carriers(), poses=poses),)
 
     @property
     def seeks_stress(self) -> bool:

@@ -20,7 +20,6 @@ from flexmb.model.contributions import (
 from flexmb.model.law import Law, Motion
 from flexmb.program.numbering import Numbering
 
-
 RETURNED = {"energy": 3, "account": 3, "normal": 3, "friction": 3, "motion": 3, "signal": 1, "extremum": 2}
 """Numbers that a kernel returns, by contract; others write to arrays."""
 

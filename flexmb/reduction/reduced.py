@@ -50,8 +50,8 @@ class Reduced(Body):
     stiffening : whether rotation, and forces of the pins, stiffen or soften bending.
     damping : stiffness-proportional damping time [s]; None: that of the body.
     damping_ratios : damping ratio of all vibrations of the free body, or one for each of the lowest ones.
-    stress : whether every accepted step looks for the largest stress: signals `von_mises` [Pa] and `von_mises_node`.  Of
-        a fine mesh it takes longer than the rest of a step.  None: as the body.
+    stress : whether every accepted step looks for the largest stress: signals `von_mises` [Pa] and `von_mises_node`.
+        Of a fine mesh it takes longer than the rest of a step.  None: as the body.
     name : name of the part; None: that of the body.
 
     Raises
@@ -241,8 +241,20 @@ class Reduced(Body):
         model, moved = self.model, self.moved_by
         if model.drawn is None or model.drawn_by is None:
             return ()
-        basis = tuple(map(tuple, np.asarray(model.drawn_by @ self.basis.shapes).tolist()))
-        return (replace(model.drawn, nodes=moved.nodes, poses=moved.poses, weights=moved.weights, basis=basis),)
+        shapes, fibres = self.basis.shapes, np.zeros((0, 0))
+        if not model.drawn.materials and model.stresses is not None:
+            fibres = model.stresses(shapes)[:, 0]
+        return (
+            replace(
+                model.drawn,
+                nodes=moved.nodes,
+                poses=moved.poses,
+                weights=moved.weights,
+                basis=_nested(np.asarray(model.drawn_by @ shapes)),
+                shortening=_nested(self.element.shortening),
+                fibres=_nested(fibres),
+            ),
+        )
 
     @property
     def moved_by(self) -> MeshShape:
@@ -286,3 +298,8 @@ class Reduced(Body):
             return [element]
         stresses = self.model.stresses(self.basis.shapes)
         return [element, peak_stress_signal(self.name, coordinates, p, stresses)]
+
+
+def _nested(array: np.ndarray) -> Any:
+    """Nested tuples of the numbers of an array."""
+    return tuple(map(_nested, array)) if array.ndim > 1 else tuple(array.tolist())

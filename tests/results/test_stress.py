@@ -168,7 +168,7 @@ def test_run_is_the_same_with_and_without(body):
 
 
 def test_one_evaluation_gives_stress_and_node():
-    """A body has one kernel of stresses and holds its numbers once; the node is the place of the stress at all times."""
+    """A body has one kernel of stresses and holds its numbers once; the node is that of the stress at all times."""
     for body in (beam(elements=3), plate((6, 1)), fm.Reduced(beam(), modes=3), fm.Reduced(plate((6, 1)), modes=3)):
         sol = pulled(body)
         signals = sol.mechanism.contributions().signals
