@@ -83,7 +83,7 @@ def magnified(sol: Solution, factor: float) -> Solution:
     values, rows = sol.values.copy(), np.arange(len(sol.time))
     for part, (nodes, shape, seen) in _unstressed_bodies(sol).items():
         poses = np.stack([pose(sol, part, node, rows) for node in nodes], axis=1)  # (n, m, 3)
-        rigid = _rigid_fit(shape, poses, _joints(sol, part, nodes), seen)
+        rigid = _rigid_fit(shape, poses, body_joints(sol, part, nodes), seen)
         drawn = rigid + factor * (poses - rigid)
         places = [sol.signals.places[f"{part}.{node}{axis}"] for node in nodes for axis in COORDINATES]
         values[:, places] = drawn.reshape(len(rows), -1)
@@ -91,20 +91,26 @@ def magnified(sol: Solution, factor: float) -> Solution:
 
 
 def _unstressed_bodies(sol: Solution) -> dict[str, tuple[list[str], np.ndarray, list[int]]]:
-    """Flexible bodies: names of the nodes, their unstressed poses (m, 3), and the numbers of those that turn with it.
-
-    Nodes that stand for modes of a reduced body do not.
-    """
+    """Flexible bodies: names of their nodes, unstressed poses (m, 3), numbers of the nodes that turn with the body."""
     found = {}
     for part, beams in _beams(sol).items():
         shape = unstressed(beams)
         found[part] = list(shape), np.array(list(shape.values())), list(range(len(shape)))
     for mesh in sol.shapes:
         if isinstance(mesh, MeshShape) and mesh.poses:  # files of before have none of bodies with all nodes
-            pins = [k for k, weight in enumerate(mesh.weights) if any(weight)] or [0]
-            seen = pins if mesh.basis else list(range(len(mesh.nodes)))
-            found[mesh.part] = list(mesh.nodes), np.array(mesh.poses), seen
+            found[mesh.part] = list(mesh.nodes), np.array(mesh.poses), turning_nodes(mesh)
     return found
+
+
+def turning_nodes(mesh: MeshShape) -> list[int]:
+    """Numbers of the nodes of a body that turn with it: not those for modes of a reduced body.
+
+    Parameters
+    ----------
+    mesh : its mesh.
+    """
+    pins = [k for k, weight in enumerate(mesh.weights) if any(weight)] or [0]
+    return pins if mesh.basis else list(range(len(mesh.nodes)))
 
 
 def _beams(sol: Solution) -> dict[str, list[BeamShape]]:
@@ -141,8 +147,15 @@ def unstressed(beams: Sequence[BeamShape]) -> dict[str, tuple[float, float, floa
     return found
 
 
-def _joints(sol: Solution, part: str, nodes: list[str]) -> dict[int, bool]:
-    """Numbers of the nodes of a body that carry joints, and whether one of them holds the angle."""
+def body_joints(sol: Solution, part: str, nodes: list[str]) -> dict[int, bool]:
+    """Numbers of the nodes of a body that carry joints, and whether one of them holds the angle.
+
+    Parameters
+    ----------
+    sol : the solution.
+    part : name of the body.
+    nodes : names of its nodes.
+    """
     found: dict[int, bool] = {}
     for shape in sol.shapes:
         if isinstance(shape, PointShape) and shape.other is not None:

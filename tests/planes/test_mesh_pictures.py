@@ -7,6 +7,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
+from pages import soft_engine
 
 import flexmb as fm
 from flexmb.errors import InputError
@@ -16,7 +17,6 @@ from flexmb.pictures.films.film_frames import Film
 from flexmb.pictures.films.window import Window
 from flexmb.pictures.poses.render import render
 from flexmb.pictures.poses.scene import scene_of
-from flexmb.reports.scene import scene
 from flexmb.results import drawing
 from flexmb.results.resampling import magnified
 from flexmb.results.surfaces import moved_points
@@ -94,24 +94,9 @@ def test_pictures_and_films_show_meshes(tmp_path):
         animate(sol, tmp_path / "rod.gif", colour="stress")
 
 
-def driven(kind="quad9"):
-    """A connecting rod of soft material, with all nodes and reduced, driven so fast that it bends."""
-    soft = fm.Material(young=2e8, density=7850.0, poisson=0.3)
-    mesh = fm.meshes.link_with_eyes(length=0.12, eye=0.02, hole=0.01, width=0.014, size=0.008, kind=kind)
-    rod = fm.PlaneBody("rod", mesh, start=(0.05, 0.0), end=(0.17, 0.0), thickness=0.01, material=soft)
-    crank = fm.RigidLink("crank", (0.0, 0.0), (0.05, 0.0), mass=0.3, inertia=1e-4)
-    slider = fm.RigidBody("slider", at=(0.17, 0.0), mass=0.1, inertia=1e-4)
-    parts = [
-        crank, rod, slider, fm.Revolute("O", fm.GROUND, crank, at=(0.0, 0.0)), fm.Revolute("A", crank, rod, at=(0.05, 0.0)),
-        fm.Revolute("B", rod, slider, at=(0.17, 0.0)), fm.Prismatic("guide", fm.GROUND, slider, along=(1.0, 0.0)),
-        fm.Drive("motor", joint="O", motion=fm.ConstantSpeed(60.0)),
-    ]  # fmt: skip
-    return fm.Mechanism("engine", parts), rod
-
-
 @pytest.fixture(scope="module", params=["all nodes", "reduced"])
 def engine(request):
-    mechanism, rod = driven()
+    mechanism, rod = soft_engine()
     if request.param == "reduced":
         mechanism = mechanism.with_part(fm.Reduced(rod, modes=3))
     return fm.simulate(mechanism, t_end=0.03, step=2e-4, save=10), rod
@@ -186,15 +171,6 @@ def test_the_window_shows_the_stress_of_meshes(engine):
     window = Window(scene, None, off_screen=True)
     assert not any("von_mises" in data for _, _, data in window._moving)
     window.plotter.close()
-
-
-def test_report_has_the_outline_of_the_body():
-    sol, body = swinging()
-    shown = scene(sol, None, np.arange(len(sol.time)))
-    (outline,) = (item for item in shown["rigid"] if item["part"] == "rod")
-    assert [len(loop) for loop in outline["lines"]] == [len(loop) + 1 for loop in body.mesh.loops]
-    first = body.mesh.points[body.mesh.loops[0]] - body.mesh.centre_of("start")
-    assert np.array(outline["lines"][0])[:-1] == pytest.approx(first, abs=1e-6)
 
 
 def test_reduced_mesh_moves_with_its_frame():

@@ -19,6 +19,7 @@ from flexmb.pictures.poses.scene import Scene, scene_of
 from flexmb.pictures.style import CLEARANCE, SEQUENTIAL
 from flexmb.results import drawing
 from flexmb.results.resampling import magnified
+from flexmb.results.surfaces import few_shapes
 from flexmb.results.symbols import symbols
 from flexmb.version import installed_version
 
@@ -223,14 +224,8 @@ def deformation_of(
     c, s = np.cos(angles)[:, None], np.sin(angles)[:, None]
     x, y = own[..., 0], own[..., 1]
     moved = np.concatenate([c * x + s * y, c * y - s * x], axis=1) - first.T.ravel()
-    left, sizes, right = np.linalg.svd(moved, full_matrices=False)
-    factors, limit = left * sizes, SEEN * float(np.ptp(first, axis=0).max())
-    count, rest = 0, moved
-    while count < len(sizes) and np.abs(rest).max() > limit:
-        rest = rest - np.outer(factors[:, count], right[count])
-        count += 1
-    shapes = right[:count].reshape(count, 2, -1).transpose(0, 2, 1)
-    return centres, angles, first, shapes, factors[:, :count]
+    factors, shapes = few_shapes(moved, SEEN * float(np.ptp(first, axis=0).max()))
+    return centres, angles, first, shapes.reshape(len(shapes), 2, -1).transpose(0, 2, 1), factors
 
 
 def _map_colours(values: np.ndarray) -> np.ndarray:
