@@ -1,6 +1,7 @@
 """Signal of the largest von Mises stress of a reduced plane body, and of the node where it acts.
 
-Stresses of the shapes are added up before the von Mises stress is taken.
+Stresses of the shapes are added up before the von Mises stress is taken.  Groups of nodes whose bound lies below a
+stress that was found already are passed by; the result is that of all nodes.
 """
 
 from __future__ import annotations
@@ -9,19 +10,48 @@ import math
 
 import numpy as np
 
-from flexmb.compiled.stack import stack_matrix
+from flexmb.compiled.stack import stack_matrix, stack_space
 from flexmb.compiled.views import part_of
 from flexmb.kernels import fast, signal_kernel
 from flexmb.model.contributions import Coordinate, SignalContribution
 from flexmb.reduction.kernel import COUNT, HEAD, MOST, MQ, QD, SHORTENED, T1, T2, deformation, frame_of, shortened
+from flexmb.reduction.stress_groups import GROUP, stress_groups
 
 scratch = stack_matrix(QD + MOST, MOST)
 
-NODES, STRESSES = 0, 1
-"""Parameters behind those of the element: number of nodes, then sx, sy, txy, sz of each node by the coordinates.
+GROUPS, METRIC = 0, 1
+"""Parameters behind those of the element: number of groups, B (n, n).
 
-Last: 0 for the stress, 1 for the node.
+Then radii and middle nodes (groups), W of the middle nodes (3, n, groups), nodes (groups, GROUP) and W (groups, 3, n,
+GROUP).  Last: 0 for the stress, 1 for the node.
 """
+
+
+@fast
+def add_squares(p, at, n, count, e, sums, squares):
+    """Set squares to |W e|^2 of `count` nodes, whose W (3, n, count) stands at `at`; sums is for work."""
+    for k in range(count):
+        squares[k] = 0.0
+    for _ in range(3):
+        for k in range(count):
+            sums[k] = 0.0
+        for i in range(n):
+            own, row = e[i], part_of(p, at, at + count)
+            for k in range(count):
+                sums[k] += row[k] * own
+            at += count
+        for k in range(count):
+            squares[k] += sums[k] * sums[k]
+
+
+@fast
+def largest_of(squares, count):
+    """Largest of the first `count` squares, or one that is not a number, and its place."""
+    largest, where = -1.0, 0
+    for k in range(count):
+        if not squares[k] <= largest:
+            largest, where = squares[k], k
+    return largest, where
 
 
 @fast
@@ -33,33 +63,51 @@ def largest_stress(p, q, x):
     for i in range(n):
         x[1, i] = 0.0  # d' has no part in stresses
     shortened(p, x, part_of(x[T1], 0, n), part_of(x[T2], 0, n))
-    begin = HEAD + 4 * n + (MQ + int(p[SHORTENED])) * n * n
-    largest, where, at = -1.0, 0, begin + STRESSES
-    for k in range(int(p[begin + NODES])):
-        sx, sy, t, sz = 0.0, 0.0, 0.0, 0.0
-        for i in range(n):
-            e = x[T1, i]
-            sx += p[at + i] * e
-            sy += p[at + n + i] * e
-            t += p[at + 2 * n + i] * e
-            sz += p[at + 3 * n + i] * e
-        at += 4 * n
-        a, b, d = sx - sy, sy - sz, sz - sx
-        found = 0.5 * (a * a + b * b + d * d) + 3.0 * t * t
-        if not found <= largest:  # also what is not a number
-            largest, where = found, k
-    return math.sqrt(largest), where
+    return largest_in_groups(p, HEAD + 4 * n + (MQ + int(p[SHORTENED])) * n * n, n, x[T1])
+
+
+@fast
+def largest_in_groups(p, begin, n, e):
+    """Largest nodal von Mises stress of the strains e, and its node; parameters of the stresses stand at `begin`."""
+    groups = int(p[begin + GROUPS])
+    mean = 0.0
+    for i in range(n):
+        row = begin + METRIC + i * n
+        for j in range(n):
+            mean += e[i] * p[row + j] * e[j]
+    mean = math.sqrt(max(mean, 0.0))
+    radii = begin + METRIC + n * n
+    middles = radii + groups
+    rows = middles + groups
+    nodes = rows + 3 * n * groups
+    own = nodes + GROUP * groups
+    squares, sums, few = stack_space(groups), stack_space(max(groups, GROUP)), stack_space(GROUP)
+    add_squares(p, rows, n, groups, e, sums, squares)
+    largest, where = largest_of(squares, groups)
+    node = p[middles + where]
+    for g in range(groups):
+        bound = math.sqrt(squares[g]) + p[radii + g] * mean
+        if not bound * bound <= largest:
+            add_squares(p, own + 3 * n * GROUP * g, n, GROUP, e, sums, few)
+            found, where = largest_of(few, GROUP)
+            if not found <= largest:
+                largest, node = found, p[nodes + GROUP * g + where]
+    return math.sqrt(largest), node
 
 
 @signal_kernel
 def peak_stress_kernel(p, t, q, v, a):
     """Largest nodal von Mises stress [Pa], or the number of its node."""
-    largest, where = largest_stress(p, q, scratch())
-    return largest if p[p.shape[0] - 1] == 0.0 else float(where)
+    largest, node = largest_stress(p, q, scratch())
+    return largest if p[p.shape[0] - 1] == 0.0 else node
 
 
 def peak_stress_signals(
-    part: str, coordinates: tuple[Coordinate, ...], element: tuple[float, ...], stresses: np.ndarray
+    part: str,
+    coordinates: tuple[Coordinate, ...],
+    element: tuple[float, ...],
+    points: np.ndarray,
+    stresses: np.ndarray,
 ) -> list[SignalContribution]:
     """The signals `von_mises` and `von_mises_node` of a body.
 
@@ -68,9 +116,16 @@ def peak_stress_signals(
     part : name of the body.
     coordinates : coordinates of the element.
     element : parameters of the element.
+    points : (nodes, 2) of the mesh [m].
     stresses : (nodes, 4, n) sx, sy, txy, sz in the axes of the body, by its coordinates [Pa/m, Pa/rad].
     """
-    p = (*element, float(len(stresses)), *stresses.ravel().tolist())
+    found = stress_groups(points, stresses)
+    middle, own = found.rows[found.middle], found.rows[found.order]
+    blocks = (
+        found.metric, found.radius, found.middle, middle.transpose(1, 2, 0), found.order, own.transpose(0, 2, 3, 1),
+    )  # fmt: skip
+    numbers = np.concatenate([block.ravel() for block in blocks]).tolist()
+    p = (*element, float(len(found.radius)), *numbers)
     return [
         SignalContribution(part, "von_mises", "Pa", peak_stress_kernel, coordinates, (*p, 0.0)),
         SignalContribution(

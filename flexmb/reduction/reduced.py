@@ -268,7 +268,7 @@ class Reduced(Body):
             tangent=reduced_tangent,
             account=reduced_account,
         )
-        if self.model.stresses is None:
+        if self.model.stresses is None or self.model.drawn is None:
             return [element]
-        stresses = self.model.stresses(self.basis.shapes)
-        return [element, *peak_stress_signals(self.name, coordinates, p, stresses)]
+        points, stresses = np.array(self.model.drawn.points), self.model.stresses(self.basis.shapes)
+        return [element, *peak_stress_signals(self.name, coordinates, p, points, stresses)]
