@@ -18,7 +18,8 @@ virtual work of inertia gives, with s = d' + w,
     F = M alpha + theta_f'' G d + theta_f' G s + theta_f'^2 P d + E          on the nodes
     f = d (G' alpha + theta_f'' H d + theta_f' H s) - u E                      on theta_f;    r = F + g f
 
-Elastic forces E come from V = 1/2 e K e with e = d + c(d), where c is the shortening by bending: c_a = 1/2 d Q_a d.
+Elastic forces E come from V = 1/2 e K e with e = d + T c(d), where c is the shortening by bending: c_a = 1/2 d Q_a d.
+T moves the nodes of vibrations as the pins move their frame, so that c changes no amplitude of a vibration.
 Damping gives e' D e'.  Centrifugal stiffening subtracts 1/2 theta_f'^2 d Kc d from the kinetic energy.
 Source: derived here; the terms are those of J. Zwoelfer, J. Gerstmayr, Multibody Syst. Dyn. 51 (2021) 477 in other
 coordinates; the reference stresses of O. Wallrapp, R. Schwertassek, Int. J. Numer. Meth. Engng 32 (1991) 1833.
@@ -214,8 +215,44 @@ def motion(p, q, v, a, x):
 
 
 @fast
+def following(p, k):
+    """Displacement and rotation (3,) of the nodes of vibrations when coordinate FIRST + k alone changes by 1."""
+    pins = 1 + int(p[SHORTENED]) // 3
+    if p[BY_PIN] != 0.0 or k % 3 == 2:
+        return 0.0, 0.0, 0.0
+    weights, square = HEAD + int(p[COUNT]), 0.0
+    for i in range(3 * pins):
+        square += p[weights + i] * p[weights + i]
+    at = weights + FIRST + k
+    if k % 3 == 0:
+        return 1.0 / pins, 0.0, -p[at + 1] / square
+    return 0.0, 1.0 / pins, p[at - 1] / square
+
+
+@fast
+def along(p, k, x):
+    """T_k x: entry FIRST + k of x and those of the nodes of vibrations, by how far these follow."""
+    rx, ry, turn = following(p, k)
+    total = x[FIRST + k]
+    for i in range(FIRST + int(p[SHORTENED]), x.shape[0], 3):
+        total += rx * x[i] + ry * x[i + 1] + turn * x[i + 2]
+    return total
+
+
+@fast
+def add_along(p, k, value, x):
+    """Add the vector T_k times a value to x."""
+    rx, ry, turn = following(p, k)
+    x[FIRST + k] += value
+    for i in range(FIRST + int(p[SHORTENED]), x.shape[0], 3):
+        x[i] += rx * value
+        x[i + 1] += ry * value
+        x[i + 2] += turn * value
+
+
+@fast
 def shortened(p, x, e, e_rate):
-    """Fill Q d; set e = d + c(d) and its rate."""
+    """Fill Q d; set e = d + T c(d) and its rate."""
     n = int(p[COUNT])
     d, d_rate = row_of(x, D, n), row_of(x, DD, n)
     for i in range(n):
@@ -223,8 +260,8 @@ def shortened(p, x, e, e_rate):
     for k in range(int(p[SHORTENED])):
         y = row_of(x, QD + k, n)
         times(block_of(p, begin(p, MQ + k), n, n), d, y)
-        e[FIRST + k] += 0.5 * dot(y, d)
-        e_rate[FIRST + k] += dot(y, d_rate)
+        add_along(p, k, 0.5 * dot(y, d), e)
+        add_along(p, k, dot(y, d_rate), e_rate)
 
 
 @fast
@@ -248,7 +285,7 @@ def elastic(p, x):
     for i in range(n):
         on_d[i] = on_e[i]
     for k in range(int(p[SHORTENED])):
-        force, y = on_e[FIRST + k], row_of(x, QD + k, n)
+        force, y = along(p, k, on_e), row_of(x, QD + k, n)
         for i in range(n):
             on_d[i] += force * y[i]
     return strain, power

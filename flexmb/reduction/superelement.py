@@ -10,7 +10,7 @@ import numpy.typing as npt
 import scipy.linalg as la
 
 from flexmb.model.contributions import Node
-from flexmb.reduction.craig_bampton import Basis, frame_weights, require_room, rigid_motions
+from flexmb.reduction.craig_bampton import Basis, followed, frame_weights, require_room, rigid_motions
 from flexmb.reduction.kernel import FIRST
 
 Array = npt.NDArray[np.float64]
@@ -58,6 +58,13 @@ class Superelement:
         centrifugal = self.centrifugal
         blocks = (poses, weights, self.mean, M, G, H, P + centrifugal, centrifugal, K, D, self.shortening)
         return (*map(float, head), *np.concatenate([block.ravel() for block in blocks]).tolist())
+
+    def strained(self, deformations: Array) -> Array:
+        """Deformations e (m, n) that strain, of deformations d (m, n): with the shortening by bending (12.11)."""
+        c = 0.5 * np.einsum("ti,kij,tj->tk", deformations, self.shortening, deformations)
+        pins, added = self.nodes[: self.pins], self.nodes[self.pins :]
+        T = np.vstack([np.eye(3 * self.pins), followed(pins, added, by_pin=self.by_pin)])
+        return np.asarray(deformations + c @ T[:, 3 * self.pins - len(self.shortening) :].T)
 
     def frequencies(self, count: int) -> Array:
         """Lowest frequencies of the free body, without rigid motions (at most `count`) [Hz]."""

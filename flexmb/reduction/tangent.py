@@ -19,7 +19,6 @@ from flexmb.reduction.kernel import (
     COUNT,
     DD,
     EF,
-    FIRST,
     G1,
     G2,
     GD,
@@ -44,6 +43,7 @@ from flexmb.reduction.kernel import (
     S,
     U,
     W,
+    along,
     begin,
     elastic,
     forces,
@@ -111,8 +111,8 @@ def transposed_times(A, x, target):
 
 
 @fast
-def seen_through(p, A, x, y, B):
-    """Set B = J' A J with a symmetric A, J = de/dd; y: (n,) work."""
+def seen_through(p, A, x, y, entries, B):
+    """Set B = J' A J with a symmetric A, J = de/dd; y, entries: (n,) work."""
     n, count = y.shape[0], int(p[SHORTENED])
     for i in range(n):
         for j in range(n):
@@ -120,9 +120,11 @@ def seen_through(p, A, x, y, B):
     for a in range(count):
         q = row_of(x, QD + a, n)
         for i in range(n):
-            y[i] = A[FIRST + a, i]
+            y[i] = along(p, a, row_of(A, i, n))
         for b in range(count):
-            half, other = 0.5 * A[FIRST + a, FIRST + b], row_of(x, QD + b, n)
+            entries[b] = along(p, b, y)
+        for b in range(count):
+            half, other = 0.5 * entries[b], row_of(x, QD + b, n)
             for i in range(n):
                 y[i] += half * other[i]
         for i in range(n):
@@ -143,11 +145,13 @@ def stiffness(p, x, K, Z, y, yy):
         for j in range(n):
             Z[i, j] = 0.0
     for a in range(count):
-        force, Q = on_e[FIRST + a], block_of(p, begin(p, MQ + a), n, n)
+        force, Q = along(p, a, on_e), block_of(p, begin(p, MQ + a), n, n)
         for i in range(n):
-            y[i] = zeta * K[FIRST + a, i] + modal[FIRST + a, i]
+            y[i] = zeta * along(p, a, row_of(K, i, n)) + along(p, a, row_of(modal, i, n))
         for b in range(count):
-            entry, other = zeta * K[FIRST + b, FIRST + a] + modal[FIRST + b, FIRST + a], row_of(x, QD + b, n)
+            yy[b] = along(p, b, y)
+        for b in range(count):
+            entry, other = yy[b], row_of(x, QD + b, n)
             for i in range(n):
                 y[i] += entry * other[i]
         times(Q, d_rate, yy)
@@ -178,16 +182,16 @@ def products(p, x, y):
 def elastic_matrices(p, x, y, A, B, Z):
     """Set B = J' D J and Z = dE/dd; fill their products with u, S u and S w.  A: (n, n) work."""
     n, zeta = int(p[COUNT]), p[ZETA]
-    u, work = row_of(x, U, n), row_of(y, X1, n)
+    u, work, other = row_of(x, U, n), row_of(y, X1, n), row_of(y, X2, n)
     K = block_of(p, begin(p, MK), n, n)
-    stiffness(p, x, K, Z, work, row_of(y, X2, n))
-    seen_through(p, K, x, work, B)
+    stiffness(p, x, K, Z, work, other)
+    seen_through(p, K, x, work, other, B)
     for i in range(n):
         for j in range(n):
             Z[i, j] += B[i, j]
             B[i, j] *= zeta
     if p[MODAL] != 0.0:
-        seen_through(p, block_of(p, begin(p, MD), n, n), x, work, A)
+        seen_through(p, block_of(p, begin(p, MD), n, n), x, work, other, A)
         for i in range(n):
             for j in range(n):
                 B[i, j] += A[i, j]

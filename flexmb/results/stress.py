@@ -16,7 +16,6 @@ from flexmb.model.shape import BeamShape, MeshShape
 from flexmb.planes.plane_body import PlaneBody
 from flexmb.planes.recovery import von_mises
 from flexmb.planes.stress import principal
-from flexmb.reduction.kernel import FIRST
 from flexmb.reduction.reduced import Reduced
 from flexmb.results.drawing import nearest_to_each, pose, surface
 from flexmb.results.reference_points import STRESSED, reference_points
@@ -152,9 +151,7 @@ def _of_reduced(sol: Solution, body: Reduced, shape: MeshShape, instants: np.nda
         raise InputError(f"{body.label} has no stresses.")
     poses = np.stack([pose(sol, shape.part, node, instants) for node in shape.nodes], axis=1)
     d, _ = deformed(shape, poses)
-    e = d.reshape(len(d), -1).copy()
-    shortening = body.element.shortening
-    e[:, FIRST : FIRST + len(shortening)] += 0.5 * np.einsum("ti,kij,tj->tk", e, shortening, e)
+    e = body.element.strained(d.reshape(len(d), -1))
     found: np.ndarray = np.einsum("msi,ti->tms", stresses(body.basis.shapes), e, optimize=True)
     return found
 

@@ -41,10 +41,10 @@ def _remark(body: Any, saved: Saved) -> Iterator[str]:
     if min(columns) < 0 or saved.kept is not None or len(body.basis.nodes) == pins:
         return
     poses = saved.values[:, columns].reshape(len(saved.time), -1, 3)
-    d = deformed(body.moved_by, poses)[0].reshape(len(saved.time), -1)
+    e = body.element.strained(deformed(body.moved_by, poses)[0].reshape(len(saved.time), -1))
     stiffness, last = body.element.matrices["K"], slice(len(columns) - 3, None)
-    eta = d[:, last] - d[:, : 3 * pins] @ body.basis.followed[-3:].T
-    whole = 0.5 * np.einsum("ti,ij,tj->t", d, stiffness, d)
+    eta = e[:, last] - e[:, : 3 * pins] @ body.basis.followed[-3:].T
+    whole = 0.5 * np.einsum("ti,ij,tj->t", e, stiffness, e)
     edge = 0.5 * np.einsum("ti,ij,tj->t", eta, stiffness[last, last], eta)
     when = int(np.argmax(edge))
     share = float(edge[when] / whole.max()) if whole.max() > 0.0 else 0.0
