@@ -22,7 +22,8 @@ from flexmb.results.contact_intervals import COLUMNS, MODES, ContactLog
 from flexmb.results.conventions import flag_meanings, global_attributes, long_name, udunits
 from flexmb.results.late_values import LateValues
 from flexmb.results.netcdf_content import NetcdfContent
-from flexmb.results.solution import Peaks, Solution
+from flexmb.results.peaks import Peaks
+from flexmb.results.solution import Solution
 from flexmb.results.stats import Stats
 
 if TYPE_CHECKING:
