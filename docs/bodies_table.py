@@ -188,7 +188,9 @@ def nine_bar_passage(models: list[dict[str, Any]]) -> str:
             top = max(values, key=lambda value: value[0])
             safety = plates.YIELD / top[0]
             mean = spread([value[0] for value in values], 1e-6)
-            cells.append(f"{mean}; {top[0] / 1e6:.1f} at {top[1]:.4f} s, ({top[2]:.3f}, {top[3]:.3f}), safety {safety:.1f}")
+            cells.append(
+                f"{mean}; {top[0] / 1e6:.1f} at {top[1]:.4f} s, ({top[2]:.3f}, {top[3]:.3f}), safety {safety:.1f}"
+            )
         stressed.append([body, *cells])
     return limits.table(head, rows) + "\n\n" + limits.table(head, stressed)
 
