@@ -103,15 +103,16 @@ def stress_picture(sol, time):
 
 def main():
     speed = 2.0 * math.pi
-    ideal = fm.mechanisms.nine_bar(speed, flexible=True)
-    for label, mech in (("beams", ideal), ("plates", of_plates(ideal))):
+    beams = of_beams(fm.mechanisms.nine_bar(speed, flexible=True))
+    models = {"beams": beams, "plates": of_plates(beams)}
+    for label, mech in models.items():
         first = ", ".join(f"{f:.1f}" for f in fm.modes(mech).frequencies[:3])
         mass = sum(body.total_mass() for body in mech.bodies)
         print(f"{label}: {mass:.3f} kg, first frequencies with held cranks {first} Hz")
 
-    worn = fm.mechanisms.nine_bar(speed, clearance=5e-4, flexible=True)
-    for label, mech in (("beams", of_beams(worn)), ("plates", of_plates(worn))):
-        sol = fm.simulate(mech, t_end=0.02, save=2000)
+    worn = fm.mechanisms.nine_bar(speed, clearance=5e-4).find("P1")
+    for label, mech in models.items():
+        sol = fm.simulate(mech.with_part(worn), t_end=0.02, save=2000)
         if not sol.ok:
             raise SystemExit(sol.status)
         force = sol.peak("P1.force")

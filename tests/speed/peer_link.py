@@ -91,7 +91,7 @@ def reduced(modes):
 
 
 def spread(points, eye):
-    """Four nodes of an eye around its middle plane: the eye is rigid, and fewer nodes cost the peer's marker less time."""
+    """Four nodes around an eye in its middle plane: the eye is rigid, and fewer nodes cost the marker less time."""
     own = points[eye]
     flat = np.flatnonzero(np.abs(own[:, 2]) < IN_PLANE * models.LINK_THICKNESS)
     angle = np.arctan2(own[flat, 1] - own[:, 1].mean(), own[flat, 0] - own[:, 0].mean())

@@ -444,10 +444,10 @@ ROD_NOTE = (
 LINK_NOTE = (
     "The peer has no plane bodies: its link is the same mesh drawn out to a solid of one cell of 27 nodes across the "
     "thickness (`tests/speed/peer_link.py`), reduced with rigid eyes; modes that leave the plane are left out by hand, "
-    "so that both codes keep the same number, and its markers take four nodes of an eye in place of all (with all 240 "
-    "a step takes sixteen times as long). f1, f2: of the free link. 'coarser': tolerances of Newton's method of 1e-4 "
-    "and 1e-2. Our time contains the search for the largest stress of each step, the peer's none. What both converge "
-    "to differs by a solid against plane stress, and by the stiffening by forces, which the peer leaves out. The peer "
+    "so that both codes keep the same number, and its markers take four nodes of an eye: with all of them its steps "
+    "take many times as long. f1, f2: of the free link. 'coarser': tolerances of Newton's method of 1e-4 and 1e-2. "
+    "Our time contains the search for the largest stress of each step, the peer's none. What the two converge to "
+    "differs by a solid against plane stress, and by the stiffening by forces, which the peer leaves out. The peer "
     "reduces bodies of any shape in space, and reads matrices of Abaqus and Ansys; flexmb does neither."
 )
 
