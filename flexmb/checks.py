@@ -192,7 +192,7 @@ def declared_fields(kind: type) -> tuple[tuple[str, str], ...]:
 
 def identifier(owner: str, value: object) -> str:
     """`value` as a name of a part: a non-empty string without dot, slash or white space at its ends."""
-    if not isinstance(value, str) or not value or value != value.strip() or any(c in value for c in "./"):
+    if not isinstance(value, str) or not value or value != value.strip() or "." in value or "/" in value:
         raise InputError(f"{owner}: name is {value!r}; it must be a non-empty string without '.', '/' or outer blanks.")
     return value
 

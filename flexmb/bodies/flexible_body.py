@@ -158,7 +158,8 @@ class FlexibleBody(Body):
 
     def attach(self, owner: str, point: Point) -> Attachment:
         """The node at `point`; `owner` names who asks, for messages."""
-        size = max(planar.distance(self.corner_points[0], corner) for corner in self.corner_points)
+        points = self.corner_points
+        size = max([planar.distance(points[0], corner) for corner in points[1:]])
         return Attachment(self.name, nearest_node(self.label, owner, self.nodes(), point, size).name, (0.0, 0.0))
 
     def start_velocity(self) -> Triple | Field | None:
@@ -216,7 +217,7 @@ class FlexibleBody(Body):
     ) -> Beam:
         """A beam between two points with nodes of these names at fractions of its length."""
         length = planar.distance(*ends) / chord_share(turn)
-        stations = tuple(s * length for s in places)
+        stations = tuple([s * length for s in places])
         return Beam(tuple(names), *ends, stations, section, self.material, *self._options, turn)
 
 

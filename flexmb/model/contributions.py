@@ -391,10 +391,10 @@ class Contributions:
     def sort(contributions: list[Contribution]) -> Contributions:
         """Sort contributions by kind."""
         return Contributions(
-            tuple(p for p in contributions if isinstance(p, ElementContribution)),
-            tuple(p for p in contributions if isinstance(p, ConstraintContribution)),
-            tuple(p for p in contributions if isinstance(p, ContactContribution)),
-            tuple(p for p in contributions if isinstance(p, SignalContribution)),
-            tuple(p for p in contributions if isinstance(p, AngleContribution)),
-            tuple(p for p in contributions if isinstance(p, ControlContribution)),
+            tuple([p for p in contributions if isinstance(p, ElementContribution)]),
+            tuple([p for p in contributions if isinstance(p, ConstraintContribution)]),
+            tuple([p for p in contributions if isinstance(p, ContactContribution)]),
+            tuple([p for p in contributions if isinstance(p, SignalContribution)]),
+            tuple([p for p in contributions if isinstance(p, AngleContribution)]),
+            tuple([p for p in contributions if isinstance(p, ControlContribution)]),
         )

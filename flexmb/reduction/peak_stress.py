@@ -14,7 +14,7 @@ from flexmb.compiled.stack import stack_matrix, stack_space
 from flexmb.compiled.views import part_of
 from flexmb.kernels import fast, signal_kernel
 from flexmb.model.contributions import Coordinate, SignalContribution
-from flexmb.reduction.kernel import COUNT, HEAD, MOST, MQ, QD, SHORTENED, T1, T2, deformation, frame_of, shortened
+from flexmb.reduction.kernel import COUNT, MOST, QD, T1, T2, deformation, end_of, frame_of, shortened
 from flexmb.reduction.stress_groups import GROUP, stress_groups
 
 scratch = stack_matrix(QD + MOST, MOST)
@@ -63,7 +63,7 @@ def largest_stress(p, q, x):
     for i in range(n):
         x[1, i] = 0.0  # d' has no part in stresses
     shortened(p, x, part_of(x[T1], 0, n), part_of(x[T2], 0, n))
-    return largest_in_groups(p, HEAD + 4 * n + (MQ + int(p[SHORTENED])) * n * n, n, x[T1])
+    return largest_in_groups(p, end_of(p), n, x[T1])
 
 
 @fast
