@@ -331,10 +331,10 @@ class Reduced(Body):
             tangent=reduced_tangent,
             account=reduced_account,
         )
-        if self.model.stresses is None or not self.seeks_stress:
+        if self.model.stresses is None or self.model.drawn is None or not self.seeks_stress:
             return [element]
-        stresses = self.model.stresses(self.basis.shapes)
-        return [element, peak_stress_signal(self.name, coordinates, p, stresses)]
+        points, stresses = np.array(self.model.drawn.points), self.model.stresses(self.basis.shapes)
+        return [element, peak_stress_signal(self.name, coordinates, p, points, stresses)]
 
 
 def _nested(array: np.ndarray) -> Any:
