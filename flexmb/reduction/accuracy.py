@@ -26,6 +26,9 @@ Load = Callable[[Array], Any] | Array
 SHIFT = 1e-3
 """Shift of the squared angular frequencies of a free body below 0, over the lowest one of its reduced body [1]."""
 
+EXACT = 1e-9
+"""Relative error [1] below which a table shows round-off alone."""
+
 
 class LoadAccuracy(NamedTuple):
     """Statics of the full and of the reduced body under one load.
@@ -99,12 +102,12 @@ class Accuracy:
         ]
         for name, pairs in (("free", self.free), (f"held ({self.holding})", self.held)):
             for k, (full, own) in enumerate(pairs.tolist()):
-                lines.append(f"{name if k == 0 else '':25}{k + 1:3} Hz{full:12.6g}{own:12.6g}{own / full - 1.0:10.1e}")
-        lines.append(f"{'compliance of the pins':55}{self.compliance_error:10.1e}")
+                lines.append(f"{name if k == 0 else '':25}{k + 1:3} Hz{full:12.6g}{own:12.6g}{_shown(own / full - 1.0)}")
+        lines.append(f"{'compliance of the pins':55}{_shown(self.compliance_error)}")
         lines.append(f"{'held, under':31}{'deflection':>12}{'error':>10}{'stress':>12}{'error':>10}")
         for name, load in self.loads.items():
-            shown = f"{name:31}{load.deflection:10.3g} m{load.deflection_error:10.1e}"
-            stress = "" if math.isnan(load.stress) else f"{load.stress:9.3g} Pa{load.stress_error:10.1e}"
+            shown = f"{name:31}{load.deflection:10.3g} m{_shown(load.deflection_error)}"
+            stress = "" if math.isnan(load.stress) else f"{load.stress:9.3g} Pa{_shown(load.stress_error)}"
             lines.append(shown + stress)
         return "\n".join(lines)
 
@@ -271,6 +274,11 @@ def _lengths(model: ElasticModel, displacements: Array) -> Array:
 def _largest(stresses: Array) -> Array:
     """(k,) largest von Mises stresses of stresses (nodes, 4, k)."""
     return np.asarray(von_mises(np.moveaxis(stresses, 2, 0)).max(axis=1))
+
+
+def _shown(error: float) -> str:
+    """An error in ten characters."""
+    return f"{error:10.1e}" if abs(error) >= EXACT else f"{f'< {EXACT:.0e}':>10}"
 
 
 def _over(error: float, size: float) -> float:
