@@ -1,4 +1,4 @@
-"""How well a reduced body stands for the body with all its displacements: frequencies, statics, stresses."""
+"""Accuracy of reduced bodies: their frequencies, deflections and stresses, and those of all displacements."""
 
 from __future__ import annotations
 
@@ -62,8 +62,9 @@ class Accuracy:
     held : (k, 2) frequencies with the held pins [Hz].
     compliance_error : largest difference of the compliances at pins under unit forces and moments there, over the
         geometric mean of those of both pins [1]; 0 where no pin moves.
-    loads : statics by load, with the held pins: "acceleration along x" and "along y" of 1 m/s^2 in the axes of the body,
-        "rotation" about the first pin at 1 rad/s, "angular acceleration" about it of 1 rad/s^2, then given loads.
+    loads : statics by load, with the held pins: "acceleration along x" and "acceleration along y" of 1 m/s^2 in the
+        axes of the body, "rotation" about the first pin at 1 rad/s, "angular acceleration" about it of 1 rad/s^2, then
+        given loads.
     dropped_frequency : lowest frequency with all pins held that is left out [Hz]; infinite where none is left.
 
     Notes
@@ -102,7 +103,9 @@ class Accuracy:
         ]
         for name, pairs in (("free", self.free), (f"held ({self.holding})", self.held)):
             for k, (full, own) in enumerate(pairs.tolist()):
-                lines.append(f"{name if k == 0 else '':25}{k + 1:3} Hz{full:12.6g}{own:12.6g}{_shown(own / full - 1.0)}")
+                lines.append(
+                    f"{name if k == 0 else '':25}{k + 1:3} Hz{full:12.6g}{own:12.6g}{_shown(own / full - 1.0)}"
+                )
         lines.append(f"{'compliance of the pins':55}{_shown(self.compliance_error)}")
         lines.append(f"{'held, under':31}{'deflection':>12}{'error':>10}{'stress':>12}{'error':>10}")
         for name, load in self.loads.items():
@@ -166,9 +169,10 @@ class Comparison:
             stress, wrong = np.full(len(sizes), math.nan), np.full(len(sizes), math.nan)
         else:
             stress, wrong = (_largest(self.model.stresses(found)) for found in (full, own - full))
+        columns = (found.tolist() for found in (sizes, errors, stress, wrong))
         return [
             LoadAccuracy(size, _over(error, size), of, _over(off, of))
-            for size, error, of, off in zip(sizes.tolist(), errors.tolist(), stress.tolist(), wrong.tolist(), strict=True)
+            for size, error, of, off in zip(*columns, strict=True)
         ]
 
 

@@ -22,7 +22,7 @@ REMEMBERED = 8
 
 
 class Kept(Generic[Value]):
-    """The values of the keys that were asked for last.
+    """Values by key; the oldest give way.
 
     Attributes
     ----------
@@ -117,6 +117,4 @@ def shared_element(
     damping, stiffening, ratios : as of `superelement.superelement`.
     """
     options = (damping, stiffening, ratios)
-    return ELEMENTS.of(
-        (key, options), lambda: superelement(found, damping, stiffening=stiffening, ratios=ratios)
-    )
+    return ELEMENTS.of((key, options), lambda: superelement(found, damping, stiffening=stiffening, ratios=ratios))

@@ -1,4 +1,4 @@
-"""A link with eyes by its pins and few modes, against all nodes of its mesh: alone, and as the rod of a slider-crank."""
+"""A link with eyes by its pins and few modes, against all nodes: alone, and as the rod of a slider-crank."""
 
 from functools import lru_cache
 
@@ -15,13 +15,13 @@ PROBLEM = Problem(
     title="Link with eyes, reduced",
     source="R. R. Craig, M. C. C. Bampton, AIAA J. 6 (1968) 1313",
     kind=(
-        "computed once by scikit-fem on a mesh of Gmsh with 9,356 unknowns (frequencies); computed here with all nodes of "
-        "the mesh (motion)"
+        "computed once by scikit-fem on a mesh of Gmsh with 9,356 unknowns (frequencies); computed here with all nodes "
+        "of the mesh (motion)"
     ),
     about=(
         "Two eyes of 40 mm around holes of 20 mm, a shank of 20 mm, 120 mm from hole to hole, 10 mm thick, held at one "
-        "hole; and a thinner link, 6 mm square with eyes of 24 mm, as the rod of a slider-crank that reaches 5000 rpm in "
-        "6 ms and bends by 6 mrad. Its rotation at the pins against their connection is compared over 18 ms."
+        "hole; and a thinner link, 6 mm square with eyes of 24 mm, as the rod of a slider-crank that reaches 5000 rpm "
+        "in 6 ms and bends by 6 mrad. Its rotation at the pins against their connection is compared over 18 ms."
     ),
 )
 
@@ -106,14 +106,18 @@ def over_modes(figure):
         axes.semilogy(MODES, [one.held_errors[k] for one in found], "o-", label=f"frequency {k + 1}")
     for name, style in (("acceleration along y", "s--"), ("rotation", "^--")):
         axes.semilogy(MODES, [one.loads[name].deflection_error for one in found], style, label=f"deflection, {name}")
-        axes.semilogy(MODES, [one.loads[name].stress_error for one in found], style, mfc="none", label=f"stress, {name}")
+        axes.semilogy(
+            MODES, [one.loads[name].stress_error for one in found], style, mfc="none", label=f"stress, {name}"
+        )
     axes.set_xlabel("modes")
     axes.set_ylabel("relative error [1]")
     axes.grid(visible=True, color="0.9")
     axes.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
-@PROBLEM.picture("link_slider_crank", "Rod of a slider-crank: rotation of its pins by all nodes, and errors of reduced rods")
+@PROBLEM.picture(
+    "link_slider_crank", "Rod of a slider-crank: rotation of its pins by all nodes, and errors of reduced rods"
+)
 def in_motion(figure):
     above, below = figure.subplots(2, 1)
     (start, end), time = all_nodes()
@@ -124,7 +128,9 @@ def in_motion(figure):
     above.legend(fontsize=8)
     shown = MODES[:7]
     below.semilogy(shown, [error(modes=k) for k in shown], "o-", label="modes")
-    below.semilogy(shown, [error(modes=k, inertia_shapes=True) for k in shown], "s-", label="modes and shapes of inertia")
+    below.semilogy(
+        shown, [error(modes=k, inertia_shapes=True) for k in shown], "s-", label="modes and shapes of inertia"
+    )
     below.set_xlabel("modes")
     below.set_ylabel("largest error [1]")
     below.grid(visible=True, color="0.9")

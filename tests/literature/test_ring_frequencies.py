@@ -24,8 +24,8 @@ PROBLEM = Problem(
         "`tests/planes/test_vibrations.py`"
     ),
     about=(
-        "A steel ring with radii of 50 and 200 mm, free, or with its hole held by a rigid pin. Cells of second order have "
-        "curved edges, and converge with the fourth power of their size; linear ones with the square."
+        "A steel ring with radii of 50 and 200 mm, free, or with its hole held by a rigid pin. Cells of second order "
+        "have curved edges, and converge with the fourth power of their size; linear ones with the square."
     ),
 )
 

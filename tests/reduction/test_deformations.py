@@ -12,7 +12,9 @@ def drop(young, t_end=0.2, joint="clamp", signals=None, **options):
     held = fm.Fixed("clamp", fm.GROUND, small, at=(0.0, 0.0))
     if joint == "hinge":
         held = fm.Revolute("hinge", fm.GROUND, small, at=(0.0, 0.0))
-    return fm.simulate(fm.Mechanism("drop", [small, held], gravity=(0.0, -9.81)), t_end=t_end, step=1e-4, save=200, signals=signals)
+    return fm.simulate(
+        fm.Mechanism("drop", [small, held], gravity=(0.0, -9.81)), t_end=t_end, step=1e-4, save=200, signals=signals
+    )
 
 
 def told(texts):

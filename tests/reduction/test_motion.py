@@ -95,7 +95,9 @@ def spun():
     return tip(fm.simulate(spinning_beam(), t_end=16.0), 10.0).min()
 
 
-@pytest.mark.parametrize(("options", "within"), [({"frame": "pin"}, 0.005), ({}, 5e-4), ({"inertia_shapes": True}, 5e-4)])
+@pytest.mark.parametrize(
+    ("options", "within"), [({"frame": "pin"}, 0.005), ({}, 5e-4), ({"inertia_shapes": True}, 5e-4)]
+)
 def test_spin_up_is_that_of_the_beam(spun, options, within):
     mechanism = spinning_beam()
     small = fm.Reduced(mechanism.find("beam"), modes=3, **options)
@@ -179,7 +181,7 @@ def test_a_hanging_rod_is_stiffened_by_its_weight():
 
 @pytest.mark.parametrize("frame_of", ["chord", "pin"])
 def test_a_beam_on_a_turning_disc_needs_shapes_of_inertia(frame_of):
-    """A hub of radius L/2 that starts to turn: (omega^2 - omega_0^2)/Omega^2 of the first frequency, as with all nodes."""
+    """A hub of radius L/2 that starts to turn: (omega^2 - omega_0^2)/Omega^2 of the first frequency."""
 
     def stiffened(body):
         hub = fm.Clamp("hub", fm.GROUND, body, at=(0.5, 0.0), angle=fm.ConstantSpeed(5.0))
@@ -221,7 +223,9 @@ def test_plane_bodies_buckle_as_their_meshes_do(formulation):
         ]
         return fm.buckling(fm.Mechanism("strut", [strut, slider, *parts])).factors[0]
 
-    assert load(fm.Reduced(body, modes=6)) == pytest.approx(load(body), rel=1e-3 if formulation == "corotated" else 8e-3)
+    assert load(fm.Reduced(body, modes=6)) == pytest.approx(
+        load(body), rel=1e-3 if formulation == "corotated" else 8e-3
+    )
 
 
 def test_statics_of_all_bodies_agree():
