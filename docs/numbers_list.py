@@ -406,7 +406,6 @@ planes.interfaces.NO_ARM | 1 | size of the mesh | nodes at the point of a pin
 planes.plane_body.SAME_LENGTH | 1 | length | distance of pins that fits the mesh, point of a joint that is a pin
 planes.vibrations.SHIFT | 1 | longitudinal wave squared | shift of the eigenvalues
 reduction.accuracy.SHIFT | 1 | lowest reduced frequency squared | shift of the eigenvalues
-reduction.superelement.NO_SHORTENING | 1 | largest shortening | shortening that is round-off
 """)
 
 
@@ -429,7 +428,7 @@ def _left_out() -> dict[str, str]:
         study.nine_bar.staggered.elastic_step.ELASTIC_SINGULAR study.nine_bar.staggered.elastic_step.TOO_FAR
         results.contact_intervals.IMPACT
         results.contact_intervals.CONTINUOUS
-        results.netcdf.FORMAT
+        results.netcdf.FORMAT results.netcdf.SINGLE
         step.newmark.implicit_step.CONTINUE step.newmark.implicit_step.EVALUATE_AGAIN
         run.run.NOT_SAVING sensitivity.tangent_step.TANGENT_LOST
         step.contact_log.IMPACT step.contact_log.LASTING
@@ -468,7 +467,7 @@ def _left_out() -> dict[str, str]:
         run.saved_rows.MOST_RESERVED_BYTES results.late_values.BLOCK
     size of a symbol in a picture: results.symbols.COILS results.symbols.WIDTH results.symbols.ARROW results.symbols.HEAD
         results.symbols.CIRCLE_POINTS results.symbols.ARC_POINTS results.symbols.OVERHANG
-    how many are printed or written: results.main_signals.MOST results.main_signals.PANELS start.consistent.LISTED_PARTS results.vtk.MOST_FRAMES results.contact_intervals.SHOWN_ROWS
+    how many are printed or written: results.netcdf_nodes.MOST_SINGLE results.main_signals.MOST results.main_signals.PANELS start.consistent.LISTED_PARTS results.vtk.MOST_FRAMES results.contact_intervals.SHOWN_ROWS
         model.signal.MOST_COMPARED_NAMES results.solution_text.IN_TEXT results.solution_text.IN_TABLE results.solution_text.ROUND_OFF
         equilibrium.modes.SHOWN_MODES dynamics.exponents.exponents.SHOWN
     shortens what another number decides: linalg.rank.CERTAIN_EIGENVALUE

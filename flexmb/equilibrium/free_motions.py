@@ -13,6 +13,10 @@ from flexmb.start.rigid_motion import RigidMotion
 DEPENDENT_ROW = 1e-10
 """Pivot of a constraint row relative to the largest, below which it depends on others (poses close to 1e-12)."""
 
+ROW_ROUND_OFF = 1e-14
+"""Entry of a constraint row on the bodies relative to the sum of the absolute values of its terms, below which it is
+round-off."""
+
 FREE_FORCE = 1e-13
 """Force of a free motion relative to the sum of the absolute values of its terms."""
 
@@ -46,7 +50,10 @@ def free_motions(program: Program, q: np.ndarray, K: sp.csc_matrix, G: sp.csr_ma
     B = RigidMotion(program).basis(q)
     sizes = np.where(np.arange(B.shape[1]) % 3 == 2, 1.0, program.length)
     B = (B @ sp.diags_array(sizes)).tocsr()
-    Z = null_space((G @ B).toarray())
+    # rows that only the round-off of their own terms resists, as of pins and nodes of one body, resist nothing
+    terms_of_rows = np.asarray((abs(G) @ abs(B)).sum(axis=1)).ravel()
+    rows_of_bodies = (G @ B).toarray()
+    Z = null_space(rows_of_bodies[np.abs(rows_of_bodies).max(axis=1, initial=0.0) > ROW_ROUND_OFF * terms_of_rows])
     if Z.shape[1]:
         moved = B @ Z
         terms = (abs(K) @ np.abs(moved)).sum(axis=1) + STIFFNESS_ROUND_OFF / FREE_FORCE * stiffest_at(K) * np.abs(

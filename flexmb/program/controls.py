@@ -155,9 +155,10 @@ class _Finder:
             self.known[f"{joint.part}.angle"] = Source(MEASURED, joint.coordinates, relative_angle, joint.p)
             self.known[f"{joint.part}.omega"] = Source(MEASURED, joint.coordinates, relative_rate, joint.p)
         for signal in contributions.signals:
-            if not signal.is_mode and not signal.use_of_factor:
+            if not signal.is_mode and not signal.use_of_factor and not signal.place:
                 name = f"{signal.part}.{signal.name}"
                 self.known[name] = Source(MEASURED, signal.coordinates, signal.kernel, signal.p)
+        self.extrema = {f"{one.part}.{name}" for one in contributions.signals if one.place for name, _ in one.reported}
         self.outputs = {
             f"{control.part}.{name}": (control, k)
             for control in contributions.controls
@@ -213,6 +214,9 @@ class _Finder:
         if name not in self.signals.places:
             text = f"{control.label}: input {wanted!r} is no signal of the mechanism"
             return ModelError(f"{text}. {hint(wanted, self.signals, self.aliases)}")
+        if name in self.extrema:
+            text = f"{control.label}: input {wanted!r} is the largest of many values, whose place jumps"
+            return ModelError(f"{text}. Give sample=, so that the controller reads it at instants.")
         text = f"{control.label}: input {wanted!r} is no function of positions and velocities alone"
         return ModelError(
             f"{text} (accelerations, forces and energies depend on the outputs at the same instant). Give sample=, so "

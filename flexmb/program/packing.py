@@ -347,17 +347,22 @@ class Packer:
         elements = [*enumerate(self.contributions.elements)]
         element = {contribution.part: e for e, contribution in reversed(elements)}
         element |= {contribution.part: e for e, contribution in reversed(elements) if contribution.factor is not None}
-        number = {(signal.part, signal.name): place for signal, place in zip(contributions, out, strict=True)}
+        modes = [place for contribution, place in zip(contributions, out, strict=True) if contribution.is_mode]
+        places = [(k + 1, k) for contribution, k in zip(contributions, out, strict=True) if contribution.place]
+        kernels: list[Sequence[Kernel | None]] = [
+            [one.kernel if bool(one.place) is located else None for one in contributions] for located in (False, True)
+        ]
         return Measured(
-            self.numbers("signal", [contribution.kernel for contribution in contributions]),
+            self.numbers("signal", kernels[0]),
+            self.numbers("extremum", kernels[1]),
             self.add_each([contribution.p for contribution in contributions]),
             dofs.ptr,
             dofs.values,
             ints([element[one.part] if one.use_of_factor else -1 for one in contributions]),
             ints([USES_OF_FACTOR.index(one.use_of_factor) if one.use_of_factor else -1 for one in contributions]),
             ints(out),
-            ints([place for contribution, place in zip(contributions, out, strict=True) if contribution.is_mode]),
-            table([(number[s.part, s.name], number[s.part, s.place_of]) for s in contributions if s.place_of], 2),
+            ints([*modes, *(place for place, _ in places)]),
+            table(places, 2),
             table(self.number.lists(angles).values.reshape(-1, 2), 2),
             self.add_each([contribution.p for contribution in angles]),
             ints(angle_out),
@@ -366,7 +371,7 @@ class Packer:
 
 KINDS = (
     *("element", "energy", "constraint", "motion", "gap", "normal", "friction", "joint_friction", "signal"),
-    *("force", "tangent", "account", "control"),
+    *("extremum", "force", "tangent", "account", "control"),
 )
 """Kinds of kernels, in the order of `Addresses`."""
 

@@ -133,7 +133,7 @@ def layout(contributions: Contributions, coordinate_names: tuple[str, ...], n_b:
     contacts = tuple([more(contribution.label, CONTACT_SIGNALS) for contribution in contributions.contacts])
     angles = tuple([more(contribution.part, ANGLE_SIGNALS) for contribution in contributions.angles])
     measured = tuple(
-        [more(contribution.part, ((contribution.name, contribution.units),)) for contribution in contributions.signals]
+        [more(contribution.part, contribution.reported) for contribution in contributions.signals]
     )
     controls = tuple([more(control.part, control_signals(control)) for control in contributions.controls])
     energy = more("energy", [(name, "J") for name in ENERGY_SIGNALS])

@@ -22,7 +22,7 @@ from flexmb.planes.plane_body import PlaneBody
 from flexmb.reduction.accuracy import Accuracy, Load, accuracy
 from flexmb.reduction.craig_bampton import Basis, frame_weights
 from flexmb.reduction.of_beams import pins_of_beams
-from flexmb.reduction.peak_stress import peak_stress_signals
+from flexmb.reduction.peak_stress import peak_stress_signal
 from flexmb.reduction.shared import key_of, shared_basis, shared_element, shared_model
 from flexmb.reduction.superelement import Superelement
 from flexmb.reduction.tangent import reduced_account, reduced_energy, reduced_force, reduced_kernel, reduced_tangent
@@ -54,6 +54,8 @@ class Reduced(Body):
         stiffening.
     damping : stiffness-proportional damping time [s]; None: that of the body.
     damping_ratios : damping ratio of all vibrations of the free body, or one for each of the lowest ones.
+    stress : whether every accepted step looks for the largest stress: signals `von_mises` [Pa] and `von_mises_node`.
+        Of a fine mesh it takes longer than the rest of a step.  None: as the body.
     name : name of the part; None: that of the body.
 
     Raises
@@ -91,6 +93,7 @@ class Reduced(Body):
     inertia_shapes: bool = False
     damping: float | None = None
     damping_ratios: float | tuple[float, ...] = 0.0
+    stress: bool | None = None
 
     def __init__(
         self,
@@ -104,6 +107,7 @@ class Reduced(Body):
         inertia_shapes: bool = False,
         damping: float | None = None,
         damping_ratios: float | Sequence[float] = 0.0,
+        stress: bool | None = None,
         name: str | None = None,
     ) -> None:
         if not isinstance(body, Body):
@@ -120,6 +124,7 @@ class Reduced(Body):
             "inertia_shapes": inertia_shapes,
             "damping": damping,
             "damping_ratios": ratios,
+            "stress": stress,
         }
         for key, value in values.items():
             object.__setattr__(self, key, value)
@@ -140,6 +145,10 @@ class Reduced(Body):
                 f"{self.label}: a {type(self.body).__name__} does not bend. Reduce a FlexibleLink, FlexibleFrame or "
                 "PlaneBody; leave others as they are."
             )
+        if self.stress is not None:
+            checks.flag(self.label, "stress", self.stress)
+        if self.stress and isinstance(self.body, FlexibleBody):
+            _ = replace(self.body, stress=True)  # refuses sections without outer fibres
         _ = self._pins
 
     @cached_property
@@ -273,10 +282,19 @@ class Reduced(Body):
         model, moved = self.model, self.moved_by
         if model.drawn is None or model.drawn_by is None:
             return ()
-        basis = tuple(map(tuple, np.asarray(model.drawn_by @ self.basis.shapes).tolist()))
+        shapes, fibres = self.basis.shapes, np.zeros((0, 0))
+        if not model.drawn.materials and model.stresses is not None:
+            fibres = model.stresses(shapes)[:, 0]
         return (
             replace(
-                model.drawn, part=self.name, nodes=moved.nodes, poses=moved.poses, weights=moved.weights, basis=basis
+                model.drawn,
+                part=self.name,
+                nodes=moved.nodes,
+                poses=moved.poses,
+                weights=moved.weights,
+                basis=_nested(np.asarray(model.drawn_by @ shapes)),
+                shortening=_nested(self.element.shortening),
+                fibres=_nested(fibres),
             ),
         )
 
@@ -299,6 +317,11 @@ class Reduced(Body):
             weights=tuple((x, y) for x, y in weights.tolist()),
         )
 
+    @property
+    def seeks_stress(self) -> bool:
+        """Whether every accepted step looks for the largest stress."""
+        return self.body.seeks_stress if self.stress is None else self.stress
+
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One element on all nodes, and the largest stress."""
         coordinates = tuple(c for node in self.nodes() for c in node_coordinates(self.name, node.name))
@@ -313,7 +336,12 @@ class Reduced(Body):
             tangent=reduced_tangent,
             account=reduced_account,
         )
-        if self.model.stresses is None:
+        if self.model.stresses is None or not self.seeks_stress:
             return [element]
         stresses = self.model.stresses(self.basis.shapes)
-        return [element, *peak_stress_signals(self.name, coordinates, p, stresses)]
+        return [element, peak_stress_signal(self.name, coordinates, p, stresses)]
+
+
+def _nested(array: np.ndarray) -> Any:
+    """Nested tuples of the numbers of an array."""
+    return tuple(map(_nested, array)) if array.ndim > 1 else tuple(array.tolist())

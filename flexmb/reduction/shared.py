@@ -69,7 +69,7 @@ def key_of(body: FlexibleBody | PlaneBody, pins: Sequence[str]) -> Hashable:
         return body.mesh, body.thickness, body.material, body.state, kinds
     pivot = float(getattr(body, "pivot_inertia", 0.0))
     corners = body.corners, body.corner_points
-    return tuple(pins), body.nodes(), body.beams, corners, body._bosses, pivot, body.seeks_stress
+    return tuple(pins), body.nodes(), body.beams, corners, body._bosses, pivot
 
 
 def shared_model(body: FlexibleBody | PlaneBody, pins: Sequence[str], key: Hashable) -> ElasticModel:

@@ -149,7 +149,9 @@ def whole_mesh():
     return least_of(mesh_beam(16), "right", 1e-3)
 
 
-@PROBLEM.convergence("spin_up_elements", "Least u2 against that of 64 elements", "element length [m]", "error [m]")
+@PROBLEM.convergence(
+    "spin_up_elements", "Least u2 against that of 64 elements", "element length [m]", "error [m]", slow=True
+)
 def elements():
     curves = []
     for label, data in (("Simo and Vu-Quoc", SIMO), ("Wu and Haug", WU_HAUG)):
