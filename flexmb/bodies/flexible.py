@@ -304,7 +304,12 @@ def _masses_of_arc(beam: Beam, data: BeamMatrices) -> list[tuple[float, Point, f
     """`mass_parts` of an arc: of r = (1 - xi) x1 + xi x2 + w n at rest."""
     parts, free = [], unstressed_shape(beam, data).tolist()
     for (_, u1, u2), L, integrals, start, angle in zip(
-        free, data.lengths.tolist(), data.inertia_integrals.tolist(), beam.points[:-1], chord_directions(beam), strict=True
+        free,
+        data.lengths.tolist(),
+        data.inertia_integrals.tolist(),
+        beam.points[:-1],
+        chord_directions(beam),
+        strict=True,
     ):
         m11, m12, m22, g11, g12, g21, g22, h11, h12, h22, J, *_ = integrals
         mass, chord = m11 + 2.0 * m12 + m22, L * chord_share(2.0 * u2)

@@ -22,7 +22,7 @@ REMEMBERED = 8
 
 
 class Kept(Generic[Value]):
-    """The values of the keys that were asked for last.
+    """Values by key; the oldest give way.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ def key_of(body: FlexibleBody | PlaneBody, pins: Sequence[str]) -> Hashable:
         return body.mesh, body.thickness, body.material, body.state, kinds
     pivot = float(getattr(body, "pivot_inertia", 0.0))
     corners = body.corners, body.corner_points
-    return tuple(pins), body.nodes(), body.beams, corners, body._bosses, pivot, body.seeks_stress
+    return tuple(pins), body.nodes(), body.beams, corners, body._bosses, pivot
 
 
 def shared_model(body: FlexibleBody | PlaneBody, pins: Sequence[str], key: Hashable) -> ElasticModel:
@@ -117,6 +117,4 @@ def shared_element(
     damping, stiffening, ratios : as of `superelement.superelement`.
     """
     options = (damping, stiffening, ratios)
-    return ELEMENTS.of(
-        (key, options), lambda: superelement(found, damping, stiffening=stiffening, ratios=ratios)
-    )
+    return ELEMENTS.of((key, options), lambda: superelement(found, damping, stiffening=stiffening, ratios=ratios))
