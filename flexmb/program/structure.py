@@ -175,7 +175,7 @@ def new_structure(contributions: Contributions, number: Numbering) -> Structure:
         places.energy,
         most_coordinates(contributions),
         max([p.rows for p in contributions.constraints], default=1),
-        any([p.joint_friction is not None for p in contributions.constraints]),
+        any(p.joint_friction is not None for p in contributions.constraints),
     )
     places_in_order = np.arange(number.n_q)
     kind = ((places_in_order % 3 == 2) & (places_in_order < number.n_b)).astype(np.int64)

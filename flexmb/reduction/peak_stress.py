@@ -14,7 +14,7 @@ from flexmb.compiled.views import part_of
 from flexmb.kernels import extremum_kernel, fast
 from flexmb.model.contributions import Coordinate, SignalContribution
 from flexmb.planes.peak_stress import von_mises_square
-from flexmb.reduction.kernel import COUNT, HEAD, MOST, MQ, QD, SHORTENED, T1, T2, deformation, frame_of, shortened
+from flexmb.reduction.kernel import COUNT, MOST, QD, T1, T2, deformation, end_of, frame_of, shortened
 
 scratch = stack_matrix(QD + MOST, MOST)
 
@@ -56,7 +56,7 @@ def largest_stress(p, q, x):
     for i in range(n):
         x[1, i] = 0.0  # d' has no part in stresses
     shortened(p, x, e, part_of(x[T2], 0, n))
-    begin = HEAD + 4 * n + (MQ + int(p[SHORTENED])) * n * n
+    begin = end_of(p)
     nodes, size = int(p[begin + NODES]), LANES * int(p[begin + PARTS])
     for k in range(size, 4 * LANES):
         S[k] = 0.0

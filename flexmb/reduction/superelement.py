@@ -15,6 +15,9 @@ from flexmb.reduction.kernel import FIRST
 
 Array = npt.NDArray[np.float64]
 
+ROUND_OFF = 1e-12
+"""Part of the largest shortening that counts as round-off."""
+
 
 @dataclass(frozen=True, eq=False)
 class Superelement:
@@ -54,10 +57,26 @@ class Superelement:
             weights[: self.pins, :2] = frame_weights(self.nodes[: self.pins])
         M, G, H, P, K, D = (self.matrices[name] for name in "MGHPKD")
         flags = float(self.by_pin), float(D.any())
-        head = (n, len(self.shortening), *flags, self.damping, *gravity, self.mass, *self.moment)
+        directions = self.directions()
+        head = (n, len(directions), *flags, self.damping, *gravity, self.mass, *self.moment)
         centrifugal = self.centrifugal
-        blocks = (poses, weights, self.mean, M, G, H, P + centrifugal, centrifugal, K, D, self.shortening)
+        blocks = [poses, weights, self.mean, M, G, H, P + centrifugal, centrifugal, K, D]
+        blocks += [block for along, Q in directions for block in (along, K @ along, D @ along, Q)]
         return (*map(float, head), *np.concatenate([block.ravel() for block in blocks]).tolist())
+
+    def directions(self) -> list[tuple[Array, Array]]:
+        """Directions (n,) in which bending shortens the body, and their matrices (n, n), as few as there can be.
+
+        A straight beam has one, its axis, however it lies.
+        """
+        m, n, _ = self.shortening.shape
+        if not self.shortening.any():
+            return []
+        U, sizes, V = la.svd(self.shortening.reshape(m, n * n), full_matrices=False)
+        kept = sizes > ROUND_OFF * sizes[0]
+        along = np.zeros((int(kept.sum()), n))
+        along[:, FIRST : FIRST + m] = (U[:, kept] * sizes[kept]).T
+        return list(zip(along, V[kept].reshape(-1, n, n), strict=True))
 
     def frequencies(self, count: int) -> Array:
         """Lowest frequencies of the free body, without rigid motions (at most `count`) [Hz]."""

@@ -97,7 +97,9 @@ def wu_haug_8():
     return deflections(WU_HAUG, 8, -0.5337, 6.77, -0.02047, (-0.14295, -0.42273, -0.52042, -0.34764, -0.11051))
 
 
-@PROBLEM.convergence("spin_up_elements", "Least u2 against that of 64 elements", "element length [m]", "error [m]")
+@PROBLEM.convergence(
+    "spin_up_elements", "Least u2 against that of 64 elements", "element length [m]", "error [m]", slow=True
+)
 def elements():
     curves = []
     for label, data in (("Simo and Vu-Quoc", SIMO), ("Wu and Haug", WU_HAUG)):

@@ -55,6 +55,7 @@ def test_published_frequencies_of_a_link_with_eyes():
     assert clamped(body, 24)[:3] == pytest.approx([913.9364, 5327.25, 9488.96], rel=2e-3)
 
 
+@pytest.mark.slow
 def test_frequencies_fall_to_those_of_all_nodes():
     """Each further set of modes lowers them: Ritz values from above."""
     body = eyes()
