@@ -78,7 +78,8 @@ class Surface:
     def von_mises(self) -> np.ndarray:
         """(n, m) von Mises stress at the points [Pa]; of reduced beams the normal stress in the outer fibres."""
         if self.shape.fibres:
-            return np.abs(self._shortened @ np.array(self.shape.fibres).T)
+            normal: np.ndarray = np.abs(self._shortened @ np.array(self.shape.fibres).T)
+            return normal
         return von_mises(self.stress)
 
     @property
