@@ -336,10 +336,9 @@ class Reduced(Body):
             tangent=reduced_tangent,
             account=reduced_account,
         )
-        if self.model.stresses is None or self.model.drawn is None or not self.seeks_stress:
+        if self.model.stresses is None or not self.seeks_stress:
             return [element]
-        points, stresses = np.array(self.model.drawn.points), self.model.stresses(self.basis.shapes)
-        return [element, peak_stress_signal(self.name, coordinates, p, points, stresses)]
+        return [element, peak_stress_signal(self.name, coordinates, p, self.model.stresses(self.basis.shapes))]
 
 
 def _nested(array: np.ndarray) -> Any:

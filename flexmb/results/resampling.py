@@ -104,7 +104,7 @@ def _unstressed_bodies(sol: Solution) -> dict[str, tuple[list[str], np.ndarray, 
 
 
 def turning_nodes(mesh: MeshShape) -> list[int]:
-    """Numbers of the nodes of a body, of a reduced one without those of modes.
+    """Numbers of the nodes of a body, of a reduced one of its pins alone.
 
     Parameters
     ----------
