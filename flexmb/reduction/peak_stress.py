@@ -28,9 +28,9 @@ scratch = stack_matrix(QD + MOST, MOST)
 LANES = 16
 """Number of nodes side by side, a group; and of groups side by side."""
 
-GROUPS, PARTS, HEAD = range(3)
+GROUPS, PARTS, SPREAD, HEAD = range(4)
 """Parameters behind those of the element: number of groups; of stresses sx, sy, txy, sz, without those at the end that
-are zero at all nodes.
+are zero at all nodes; largest ratio |s_k| / |R e| of all nodes.
 
 At HEAD: R (n, n).  Then for every LANES groups their spreads, and of each coordinate their mean stresses side by side;
 for every group the numbers of its LANES nodes, and of each coordinate their stresses side by side.  The last group
@@ -84,19 +84,28 @@ def length(p, at, e, n):
 
 
 @fast
-def largest_stress(p, q, x):
-    """Largest nodal von Mises stress, and the number of its node."""
-    n, S = int(p[COUNT]), side_by_side()
+def largest_stress(p, q, least, x):
+    """Largest nodal von Mises stress, and the number of its node; zeros where it is surely not above `least`."""
+    n = int(p[COUNT])
     e = part_of(x[T1], 0, n)
     c, s, angle, _ = frame_of(p, q)
     deformation(p, q, c, s, angle, x)
     for i in range(n):
         x[1, i] = 0.0  # d' has no part in stresses
     shortened(p, x, e, part_of(x[T2], 0, n))
-    begin = end_of(p)
+    root = length(p, end_of(p) + HEAD, e, n)
+    if SURE * p[end_of(p) + SPREAD] * root < least:
+        return 0.0, 0.0
+    return largest_in_groups(p, n, e, root, least)
+
+
+@fast
+def largest_in_groups(p, n, e, root, least):
+    """Largest stress of the nodes of groups that may have one above `least`, and its node."""
+    begin, S = end_of(p), side_by_side()
     groups, size = int(p[begin + GROUPS]), LANES * int(p[begin + PARTS])
     bounds = stack_space(groups)
-    at, step, root = begin + HEAD + n * n, LANES + n * size, length(p, begin + HEAD, e, n)
+    at, step = begin + HEAD + n * n, LANES + n * size
     best, most = 0, -1.0
     for first in range(0, groups, LANES):
         squares(p, at + LANES, e, n, size, S)
@@ -105,7 +114,8 @@ def largest_stress(p, q, x):
             if bounds[first + k] > most:
                 best, most = first + k, bounds[first + k]
         at += step
-    largest, where = -1.0, 0.0
+    largest, where = least * least if least > 0.0 else -1.0, 0.0
+    found = largest
     for turn in range(-1, groups):  # the group with the largest bound first
         group = best if turn < 0 else turn
         if turn == best or bounds[group] * bounds[group] < largest:
@@ -117,13 +127,13 @@ def largest_stress(p, q, x):
                 if S[k] != largest or p[own + k] < where:
                     where = p[own + k]
                 largest = S[k]
-    return math.sqrt(largest), where
+    return (0.0, 0.0) if largest == found else (math.sqrt(largest), where)
 
 
 @extremum_kernel
-def peak_stress_kernel(p, t, q, v, a):
-    """Largest nodal von Mises stress [Pa], and the number of its node."""
-    return largest_stress(p, q, scratch())
+def peak_stress_kernel(p, t, q, v, a, least):
+    """Largest nodal von Mises stress [Pa], and the number of its node; 0 where it is surely not above `least`."""
+    return largest_stress(p, q, least, scratch())
 
 
 def peak_stress_signal(
@@ -142,6 +152,7 @@ def peak_stress_signal(
     metric, root = _metric(stresses)
     found = groups_of(metric)
     means = stresses[found].mean(axis=1)
+    spread = np.linalg.norm(metric, ord=2, axis=(1, 2)).max()
     apart = metric[found] - metric[found].mean(axis=1, keepdims=True)
     spreads = np.linalg.norm(apart, ord=2, axis=(2, 3)).max(axis=1)
     blocks = -(-len(found) // LANES)
@@ -151,7 +162,8 @@ def peak_stress_signal(
     bounds[: len(found)] = spreads
     own = [_side_by_side(bounds.reshape(blocks, LANES), padded.reshape(blocks, LANES, parts, -1))]
     own.append(_side_by_side(found.astype(float), stresses[found][:, :, :parts]))
-    p = (*element, float(len(found)), float(parts), *root.ravel().tolist(), *np.concatenate(own).tolist())
+    head = float(len(found)), float(parts), float(spread)
+    p = (*element, *head, *root.ravel().tolist(), *np.concatenate(own).tolist())
     return SignalContribution(part, "von_mises", "Pa", peak_stress_kernel, coordinates, p, place="von_mises_node")
 
 
