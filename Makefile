@@ -84,7 +84,8 @@ clean:  ## remove what was made: environment, caches, results
 	rm -rf $(VENV) .numba_cache .pytest_cache .mypy_cache .ruff_cache .hypothesis build dist *.egg-info out
 	find flexmb tests docs examples meshes -name __pycache__ -type d -prune -exec rm -rf {} +
 
-# Stamps: an installation is repeated when pyproject.toml is newer.
+# Stamps: an installation is repeated when pyproject.toml is newer.  Modules are byte-compiled when first imported: most
+# of those of the dependencies never are.
 $(VENV)/.created:
 	@$(PYTHON) -c 'import sys; sys.version_info >= (3, 11) or sys.exit("flexmb needs Python >= 3.11, this is " \
 	  + sys.version.split()[0] + ". Name another one: make PYTHON=python3.12 ...")'
@@ -92,18 +93,18 @@ $(VENV)/.created:
 	touch $@
 
 $(VENV)/.installed: pyproject.toml | $(VENV)/.created
-	$(BIN)/python -m pip install --quiet --editable .
+	$(BIN)/python -m pip install --quiet --no-compile --editable .
 	touch $@
 
 # With [sweep] and [docs], so that no test of the stores and of the site is left out.
 $(VENV)/.installed-dev: pyproject.toml | $(VENV)/.created
-	$(BIN)/python -m pip install --quiet --editable ".[dev,sweep,docs]"
+	$(BIN)/python -m pip install --quiet --no-compile --editable ".[dev,sweep,docs]"
 	touch $@ $(VENV)/.installed
 
 $(VENV)/.installed-docs: pyproject.toml | $(VENV)/.created
-	$(BIN)/python -m pip install --quiet --editable ".[docs]"
+	$(BIN)/python -m pip install --quiet --no-compile --editable ".[docs]"
 	touch $@ $(VENV)/.installed
 
 $(VENV)/.installed-bench: $(VENV)/.installed-dev
-	$(BIN)/python -m pip install --quiet --editable ".[dev,sweep,docs,bench]"
+	$(BIN)/python -m pip install --quiet --no-compile --editable ".[dev,sweep,docs,bench]"
 	touch $@

@@ -192,9 +192,15 @@ def declared_fields(kind: type) -> tuple[tuple[str, str], ...]:
 
 def identifier(owner: str, value: object) -> str:
     """`value` as a name of a part: a non-empty string without dot, slash or white space at its ends."""
-    if not isinstance(value, str) or not value or value != value.strip() or any(c in value for c in "./"):
+    if not isinstance(value, str) or not value or value != value.strip() or "." in value or "/" in value:
         raise InputError(f"{owner}: name is {value!r}; it must be a non-empty string without '.', '/' or outer blanks.")
     return value
+
+
+def flag(owner: str, name: str, value: object) -> None:
+    """Check that `value` is True or False."""
+    if not isinstance(value, bool):
+        refuse(f"{owner}: {name} is {value!r}; it must be True or False.")
 
 
 def one_of(owner: str, name: str, value: object, allowed: Iterable[str]) -> str:

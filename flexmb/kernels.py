@@ -19,6 +19,7 @@ friction       p, h, slip, N, z, z_new                                     T, dT
 motion         p, t                                                        s, s_dot, s_ddot
 joint_friction p, q, lam, out, H                                           written to out, H
 signal         p, t, q, v, a                                               value
+extremum       p, t, q, v, a, least                                        value, number of its place
 control        p, t, u, x, dx, y                                           written to dx, y
 =============  ==========================================================  ==========================
 
@@ -31,6 +32,8 @@ H = d(G^T lam)/dq.
 force, tangent and account kernels give the results of element and energy kernels at less cost, for elements whose speed
 counts: forces alone; forces with A = kq K + kv C + ka M; forces and energies of an accepted state, with M v and M y for
 any y.  An element without them is called through its element and energy kernels.
+
+least : a value that is not above it may be given as 0, or any other that is not above it; < 0: the value is wanted.
 
 u : inputs of a controller, x : its own states, dx : their rates, y : its outputs, the factors of loads.
 """
@@ -138,6 +141,7 @@ TANGENT = _contract(
 )
 ACCOUNT = _contract("account", "p t h q v a y z r Mv My z_new", _TRIPLE, _P, _F, _F, _V, _V, _V, _V, _P, _V, _V, _V, _V)
 SIGNAL = _contract("signal", "p t q v a", _F, _P, _F, _V, _V, _V)
+EXTREMUM = _contract("extremum", "p t q v a least", types.UniTuple(_F, 2), _P, _F, _V, _V, _V, _F)
 CONTROL = _contract("control", "p t u x dx y", types.void, _P, _F, _P, _P, _V, _V)
 
 GAP_SIZE = 49
@@ -309,14 +313,15 @@ friction_law = _decorator(FRICTION)
 drive_kernel = _decorator(MOTION)
 joint_friction_kernel = _decorator(JOINT_FRICTION)
 signal_kernel = _decorator(SIGNAL)
+extremum_kernel = _decorator(EXTREMUM)
 force_kernel = _decorator(FORCE)
 tangent_kernel = _decorator(TANGENT)
 account_kernel = _decorator(ACCOUNT)
 control_kernel = _decorator(CONTROL)
 
 _CONTRACTS = (
-    ELEMENT, ENERGY, CONSTRAINT, GAP, NORMAL, FRICTION, MOTION, JOINT_FRICTION, SIGNAL, FORCE, TANGENT, ACCOUNT,
-    CONTROL,
+    ELEMENT, ENERGY, CONSTRAINT, GAP, NORMAL, FRICTION, MOTION, JOINT_FRICTION, SIGNAL, EXTREMUM, FORCE, TANGENT,
+    ACCOUNT, CONTROL,
 )  # fmt: skip
 _BY_NAME = {contract.name: contract for contract in _CONTRACTS}  # for unpickling typed-in kernels
 
@@ -359,6 +364,7 @@ friction_at = _caller(FRICTION)
 motion_at = _caller(MOTION)
 joint_friction_at = _caller(JOINT_FRICTION)
 signal_at = _caller(SIGNAL)
+extremum_at = _caller(EXTREMUM)
 force_at = _caller(FORCE)
 tangent_at = _caller(TANGENT)
 account_at = _caller(ACCOUNT)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, cast
 from flexmb import checks, planar
 from flexmb.beams.arc import chord_share
 from flexmb.beams.section import Section
-from flexmb.bodies.beam_stress import beam_stress_signals, knows_stress
+from flexmb.bodies.beam_stress import beam_stress_signal, knows_stress
 from flexmb.bodies.bosses import Bosses, RigidProperties
 from flexmb.bodies.fields import Field, FieldLike, Triple, start_displacement, start_velocity
 from flexmb.bodies.flexible import (
@@ -158,7 +158,8 @@ class FlexibleBody(Body):
 
     def attach(self, owner: str, point: Point) -> Attachment:
         """The node at `point`; `owner` names who asks, for messages."""
-        size = max(planar.distance(self.corner_points[0], corner) for corner in self.corner_points)
+        points = self.corner_points
+        size = max([planar.distance(points[0], corner) for corner in points[1:]])
         return Attachment(self.name, nearest_node(self.label, owner, self.nodes(), point, size).name, (0.0, 0.0))
 
     def start_velocity(self) -> Triple | Field | None:
@@ -176,7 +177,7 @@ class FlexibleBody(Body):
             *beam_pieces(self.name, self.beams, nodes, self.damping, mechanism.gravity),
             *self._boss_pieces(mechanism.gravity),
             *mass_damping_pieces(self.name, self.beams, self.beams[0], self.mass_damping, self._lumps()),
-            *(beam_stress_signals(self.name, self.beams, nodes) if self.seeks_stress else ()),
+            *([beam_stress_signal(self.name, self.beams, nodes)] if self.seeks_stress else []),
         ]
 
     def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - the beams alone
@@ -216,7 +217,7 @@ class FlexibleBody(Body):
     ) -> Beam:
         """A beam between two points with nodes of these names at fractions of its length."""
         length = planar.distance(*ends) / chord_share(turn)
-        stations = tuple(s * length for s in places)
+        stations = tuple([s * length for s in places])
         return Beam(tuple(names), *ends, stations, section, self.material, *self._options, turn)
 
 

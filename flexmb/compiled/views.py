@@ -106,3 +106,42 @@ def _block_of() -> Any:
 
 
 block_of = _block_of()
+
+
+def _entry_of() -> Any:
+    """Make the compiled function (matrix, row, column) that returns an entry without a test for negative indices."""
+    if config.DISABLE_JIT:
+        return lambda matrix, row, column: matrix[row, column]
+
+    @intrinsic
+    def entry_of(typingctx, matrix, row, column):
+        def codegen(context, builder, signature, args):
+            source = arrayobj.make_array(signature.args[0])(context, builder, args[0])
+            place = builder.add(builder.mul(args[1], builder.extract_value(source.shape, 1)), args[2])
+            return arrayobj.load_item(context, builder, signature.args[0], builder.gep(source.data, [place]))
+
+        return types.float64(matrix, types.intp, types.intp), codegen
+
+    return entry_of
+
+
+entry_of = _entry_of()
+
+
+def _item_of() -> Any:
+    """Make the compiled function (vector, index) that returns an entry without a test for negative indices."""
+    if config.DISABLE_JIT:
+        return lambda vector, index: vector[index]
+
+    @intrinsic
+    def item_of(typingctx, vector, index):
+        def codegen(context, builder, signature, args):
+            source = arrayobj.make_array(signature.args[0])(context, builder, args[0])
+            return arrayobj.load_item(context, builder, signature.args[0], builder.gep(source.data, [args[1]]))
+
+        return types.float64(vector, types.intp), codegen
+
+    return item_of
+
+
+item_of = _item_of()

@@ -266,7 +266,7 @@ class Mechanism:
 
     def nodes(self) -> tuple[tuple[str, Node], ...]:
         """All nodes as (part name, node), in order of declaration."""
-        return tuple((body.name, node) for body in self.bodies for node in body.nodes())
+        return tuple([(body.name, node) for body in self.bodies for node in body.nodes()])
 
     def contributions(self) -> Contributions:
         """Contributions of all parts to the equations of motion."""

@@ -153,10 +153,10 @@ def period_of(row: RowMotion) -> float | None:
 
 def motions_of(contributions: Contributions) -> tuple[Motion, ...]:
     """Motions of drives, factors of loads, and prescribed inputs of controls that act at all times."""
-    driven = (row.motion for c in contributions.constraints for row in c.motions)
-    inputs = (source.motion for control in contributions.controls for source in control.sources)
-    found = (*driven, *(e.factor for e in contributions.elements), *inputs)
-    return tuple(motion for motion in found if motion is not None)
+    driven = [row.motion for c in contributions.constraints for row in c.motions]
+    inputs = [source.motion for control in contributions.controls for source in control.sources]
+    found = [*driven, *[e.factor for e in contributions.elements], *inputs]
+    return tuple([motion for motion in found if motion is not None])
 
 
 def chosen_contributions(

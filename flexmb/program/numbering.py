@@ -75,7 +75,7 @@ class Numbering:
     def names(self) -> tuple[str, ...]:
         """Names of the coordinates: of bodies by node and axis, of controls by state."""
         bodies = self.nodes[: self.n_b // 3]
-        stems = (f"{part}.{node.name}" if node.name else part for part, node in bodies)
+        stems = [f"{part}.{node.name}" if node.name else part for part, node in bodies]
         states = [f"{part}.{name}" for part, _, names in self._states for name in names]
         return (*[f"{stem}.{axis}" for stem in stems for axis in AXES], *states)
 

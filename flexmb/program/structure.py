@@ -40,7 +40,7 @@ FIELDWISE_FROM = 100
 NUMBERS = ("p", "history")
 """Fields of contributions of which a structure depends on the length alone."""
 
-NAMES = frozenset("part name coordinates second units drive_units signal holds rows row moment_row place_of".split())
+NAMES = frozenset("part name coordinates second units drive_units signal holds rows row moment_row place".split())
 """Fields of names and whole numbers, which are part of the key."""
 
 _LATEST: OrderedDict[Hashable, tuple[Structure, tuple[Kernel, ...]]] = OrderedDict()
@@ -147,6 +147,13 @@ def _fields(kind: type) -> tuple[tuple[str, ...], ...]:
     return tuple(lengths), tuple(names), tuple([name for name in known if name not in (*lengths, *names)])
 
 
+def most_coordinates(contributions: Contributions) -> int:
+    """Largest number of coordinates that one kernel reads; 1 without kernels."""
+    sources = [source for control in contributions.controls for source in control.sources]
+    read = [*contributions.elements, *contributions.constraints, *contributions.signals, *sources]
+    return max([len(contribution.coordinates) for contribution in read], default=1)
+
+
 def new_structure(contributions: Contributions, number: Numbering) -> Structure:
     """New structure of contributions."""
     packer = Packer(contributions, number)
@@ -166,19 +173,8 @@ def new_structure(contributions: Contributions, number: Numbering) -> Structure:
         len(packer.z),
         len(places.signals),
         places.energy,
-        max(
-            (
-                len(p.coordinates)
-                for p in (
-                    *contributions.elements,
-                    *contributions.constraints,
-                    *contributions.signals,
-                    *(source for control in contributions.controls for source in control.sources),
-                )
-            ),
-            default=1,
-        ),
-        max((p.rows for p in contributions.constraints), default=1),
+        most_coordinates(contributions),
+        max([p.rows for p in contributions.constraints], default=1),
         any(p.joint_friction is not None for p in contributions.constraints),
     )
     places_in_order = np.arange(number.n_q)

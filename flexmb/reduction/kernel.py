@@ -18,7 +18,8 @@ virtual work of inertia gives, with s = d' + w,
     F = M alpha + theta_f'' G d + theta_f' G s + theta_f'^2 P d + E          on the nodes
     f = d (G' alpha + theta_f'' H d + theta_f' H s) - u E                      on theta_f;    r = F + g f
 
-Elastic forces E come from V = 1/2 e K e with e = d + c(d), where c is the shortening by bending: c_a = 1/2 d Q_a d.
+Elastic forces E come from V = 1/2 e K e with e = d + c(d), where c is the shortening by bending: the sum of
+l_a (1/2 d Q_a d) over some directions l_a.
 Damping gives e' D e'.  Centrifugal stiffening subtracts 1/2 theta_f'^2 d Kc d from the kinetic energy.
 Source: derived here; the terms are those of J. Zwoelfer, J. Gerstmayr, Multibody Syst. Dyn. 51 (2021) 477 in other
 coordinates; the reference stresses of O. Wallrapp, R. Schwertassek, Int. J. Numer. Meth. Engng 32 (1991) 1833.
@@ -29,31 +30,33 @@ import math
 
 from flexmb.beams.chord import turned_back
 from flexmb.compiled.stack import stack_matrix
-from flexmb.compiled.views import block_of, part_of, row_of
+from flexmb.compiled.views import block_of, entry_of, item_of, part_of, row_of
 from flexmb.kernels import fast
 
-COUNT, SHORTENED, BY_PIN, MODAL, ZETA, GRAVITY_X, GRAVITY_Y, MASS, MOMENT_X, MOMENT_Y, HEAD = range(11)
-"""Parameters p: n, number of matrices Q, whether the frame is that of the first node, whether there is a D,
+COUNT, DIRECTIONS, BY_PIN, MODAL, ZETA, GRAVITY_X, GRAVITY_Y, MASS, MOMENT_X, MOMENT_Y, HEAD = range(11)
+"""Parameters p: n, number of directions l, whether the frame is that of the first node, whether there is a D,
 stiffness-proportional damping time, g, m and int rho X.
 
-Then, at HEAD: X (n) poses of the undeformed body, A (n) weights of the frame, E (2 n) int rho Psi, and the matrices
-M, G, H, P + Kc, Kc, K, D and Q (n x n each); D is modal and mass-proportional damping, Q_0 belongs to the coordinate 3.
+Then, at HEAD: X (n) poses of the undeformed body, A (n) weights of the frame, E (2 n) int rho Psi, the matrices M, G,
+H, P + Kc, Kc, K and D (n x n each), and of each direction l, K l, D l (n each) and Q (n x n); D is that of damping ratios and mass.
 """
 
 MOST = 96
 """Largest number of coordinates."""
 
-D, DD, W, AL, U, S, E, EF, G, G1, G2, GD, KD, HD, HS, T1, T2, T3, QD = range(19)
-"""Rows of the scratch matrix: d, d', w, alpha, u, s, forces on e, E, g and its rates, G d, Kc d, H d, H s, work, Q d.
-"""
+D, DD, W, AL, U, S, E, EF, G, G1, G2, GD, KD, HD, T1, T2, T3, QD = range(18)
+"""Rows of the scratch matrix: d, d', w, alpha, u, s, forces on e, E, g and its rates, G d, Kc d, H d, work, Q d."""
 
 scratch = stack_matrix(QD + MOST, MOST)
 
 FIRST = 3
 """First coordinate that bending shortens: those of the first node are none."""
 
-MM, MG, MH, MP, MC, MK, MD, MQ = range(8)
-"""Places of the matrices."""
+MM, MG, MH, MP, MC, MK, MD, MATRICES = range(8)
+"""Places of the matrices, and their number."""
+
+L, KL, DL, ROWS_OF_DIRECTION = range(4)
+"""Rows of a direction before its matrix Q, and their number."""
 
 
 @fast
@@ -64,16 +67,35 @@ def begin(p, place):
 
 
 @fast
+def direction(p, k):
+    """Index in p of the first entry of a direction."""
+    n = int(p[COUNT])
+    return begin(p, MATRICES) + k * n * (ROWS_OF_DIRECTION + n)
+
+
+@fast
+def end_of(p):
+    """Number of the parameters of the element."""
+    return direction(p, int(p[DIRECTIONS]))
+
+
+@fast
+def square(p, k):
+    """Index in p of the first entry of the matrix Q of a direction."""
+    return direction(p, k) + ROWS_OF_DIRECTION * int(p[COUNT])
+
+
+@fast
 def times(A, x, target):
     """Set target = A x, three rows at a time."""
     n = x.shape[0]
     for i in range(0, n, 3):
         t0, t1, t2 = 0.0, 0.0, 0.0
-        for j in range(0, n, 3):
-            x0, x1, x2 = x[j], x[j + 1], x[j + 2]
-            t0 += A[i, j] * x0 + A[i, j + 1] * x1 + A[i, j + 2] * x2
-            t1 += A[i + 1, j] * x0 + A[i + 1, j + 1] * x1 + A[i + 1, j + 2] * x2
-            t2 += A[i + 2, j] * x0 + A[i + 2, j + 1] * x1 + A[i + 2, j + 2] * x2
+        for j in range(n):
+            xj = item_of(x, j)
+            t0 += entry_of(A, i, j) * xj
+            t1 += entry_of(A, i + 1, j) * xj
+            t2 += entry_of(A, i + 2, j) * xj
         target[i], target[i + 1], target[i + 2] = t0, t1, t2
 
 
@@ -84,7 +106,8 @@ def times_two(A, x, y, of_x, of_y):
     for i in range(0, n, 3):
         s0, s1, s2, t0, t1, t2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for j in range(n):
-            xj, yj, a0, a1, a2 = x[j], y[j], A[i, j], A[i + 1, j], A[i + 2, j]
+            xj, yj = item_of(x, j), item_of(y, j)
+            a0, a1, a2 = entry_of(A, i, j), entry_of(A, i + 1, j), entry_of(A, i + 2, j)
             s0 += a0 * xj
             s1 += a1 * xj
             s2 += a2 * xj
@@ -98,10 +121,21 @@ def times_two(A, x, y, of_x, of_y):
 @fast
 def dot(x, y):
     """Scalar product."""
-    total = 0.0
-    for i in range(x.shape[0]):
-        total += x[i] * y[i]
-    return total
+    s0, s1, s2 = 0.0, 0.0, 0.0
+    for i in range(0, x.shape[0], 3):
+        s0 += item_of(x, i) * item_of(y, i)
+        s1 += item_of(x, i + 1) * item_of(y, i + 1)
+        s2 += item_of(x, i + 2) * item_of(y, i + 2)
+    return s0 + s1 + s2
+
+
+@fast
+def add(factor, x, target):
+    """Add factor x to target."""
+    for i in range(0, target.shape[0], 3):
+        t0, t1, t2 = item_of(target, i), item_of(target, i + 1), item_of(target, i + 2)
+        x0, x1, x2 = item_of(x, i), item_of(x, i + 1), item_of(x, i + 2)
+        target[i], target[i + 1], target[i + 2] = t0 + factor * x0, t1 + factor * x1, t2 + factor * x2
 
 
 @fast
@@ -147,34 +181,34 @@ def frame_of(p, q):
 
 
 @fast
-def gradient(p, real, imaginary, target):
-    """Set target = Im(conj(A) dx (real + i imaginary)) by the coordinates x."""
-    n = int(p[COUNT])
-    for i in range(0, n, 3):
-        ax, ay = p[HEAD + n + i], p[HEAD + n + i + 1]
-        target[i], target[i + 1], target[i + 2] = (
-            ax * imaginary - ay * real,
-            ax * real + ay * imaginary,
-            0.0,
-        )
-
-
-@fast
 def turning(p, size, x):
     """Fill g and its rates from w and alpha; return the frame's angular velocity and acceleration."""
     n = int(p[COUNT])
+    w, al, g, g1, g2 = row_of(x, W, n), row_of(x, AL, n), row_of(x, G, n), row_of(x, G1, n), row_of(x, G2, n)
     if p[BY_PIN] != 0.0:
         for i in range(n):
-            x[G, i] = x[G1, i] = x[G2, i] = 0.0
-        x[G, 2] = 1.0
-        return x[W, 2], x[AL, 2]
+            g[i] = g1[i] = g2[i] = 0.0
+        g[2] = 1.0
+        return w[2], al[2]
+    weights = part_of(p, HEAD + n, HEAD + 2 * n)
+    vr, vi, ar, ai = 0.0, 0.0, 0.0, 0.0  # gravity is the same at all nodes and drops out
+    for i in range(0, n, 3):
+        bx, by = item_of(weights, i), item_of(weights, i + 1)
+        vx, vy, ax, ay = item_of(w, i), item_of(w, i + 1), item_of(al, i), item_of(al, i + 1)
+        vr += bx * vx + by * vy
+        vi += bx * vy - by * vx
+        ar += bx * ax + by * ay
+        ai += bx * ay - by * ax
     i1 = 1.0 / size
     i2 = i1 * i1
-    vr, vi = weighed(p, x[W])
-    ar, ai = weighed(p, x[AL])  # gravity is the same at all nodes and drops out
-    gradient(p, i1, 0.0, x[G])
-    gradient(p, -vr * i2, -vi * i2, x[G1])
-    gradient(p, 2.0 * (vr * vr - vi * vi) * i2 * i1 - ar * i2, 4.0 * vr * vi * i2 * i1 - ai * i2, x[G2])
+    r1, s1 = -vr * i2, -vi * i2
+    r2, s2 = 2.0 * (vr * vr - vi * vi) * i2 * i1 - ar * i2, 4.0 * vr * vi * i2 * i1 - ai * i2
+    # Im(conj(A) dx z) by the coordinates x, for z = 1/size and its rates r + i s
+    for i in range(0, n, 3):
+        bx, by = item_of(weights, i), item_of(weights, i + 1)
+        g[i], g[i + 1], g[i + 2] = -by * i1, bx * i1, 0.0
+        g1[i], g1[i + 1], g1[i + 2] = bx * s1 - by * r1, bx * r1 + by * s1, 0.0
+        g2[i], g2[i + 1], g2[i + 2] = bx * s2 - by * r2, bx * r2 + by * s2, 0.0
     return vi * i1, ai * i1 - 2.0 * vr * vi * i2
 
 
@@ -202,14 +236,15 @@ def motion(p, q, v, a, x):
     to_frame(c, s, a, x[AL])
     spin, spin_rate = turning(p, size, x)
     gx, gy = c * p[GRAVITY_X] + s * p[GRAVITY_Y], c * p[GRAVITY_Y] - s * p[GRAVITY_X]
+    w, al, u, rate, total = row_of(x, W, n), row_of(x, AL, n), row_of(x, U, n), row_of(x, DD, n), row_of(x, S, n)
+    wx, wy = w[0], w[1]
     for i in range(0, n, 3):
-        x[AL, i], x[AL, i + 1] = x[AL, i] - gx, x[AL, i + 1] - gy
+        al[i], al[i + 1] = item_of(al, i) - gx, item_of(al, i + 1) - gy
         # of d' any translation may be left out, as of d
-        x[DD, i] = x[W, i] - x[W, 0] - spin * x[U, i]
-        x[DD, i + 1] = x[W, i + 1] - x[W, 1] - spin * x[U, i + 1]
-        x[DD, i + 2] = x[W, i + 2] - spin
-    for i in range(n):
-        x[S, i] = x[DD, i] + x[W, i]
+        vx, vy, turn = item_of(w, i), item_of(w, i + 1), item_of(w, i + 2)
+        dx, dy, dt = vx - wx - spin * item_of(u, i), vy - wy - spin * item_of(u, i + 1), turn - spin
+        rate[i], rate[i + 1], rate[i + 2] = dx, dy, dt
+        total[i], total[i + 1], total[i + 2] = dx + vx, dy + vy, dt + turn
     return c, s, spin, spin_rate, size
 
 
@@ -220,11 +255,11 @@ def shortened(p, x, e, e_rate):
     d, d_rate = row_of(x, D, n), row_of(x, DD, n)
     for i in range(n):
         e[i], e_rate[i] = d[i], d_rate[i]
-    for k in range(int(p[SHORTENED])):
-        y = row_of(x, QD + k, n)
-        times(block_of(p, begin(p, MQ + k), n, n), d, y)
-        e[FIRST + k] += 0.5 * dot(y, d)
-        e_rate[FIRST + k] += dot(y, d_rate)
+    for k in range(int(p[DIRECTIONS])):
+        y, along = row_of(x, QD + k, n), row_of(block_of(p, direction(p, k), 1, n), L, n)
+        times(block_of(p, square(p, k), n, n), d, y)
+        add(0.5 * dot(y, d), along, e)
+        add(dot(y, d_rate), along, e_rate)
 
 
 @fast
@@ -247,10 +282,8 @@ def elastic(p, x):
             on_e[i] += work[i]
     for i in range(n):
         on_d[i] = on_e[i]
-    for k in range(int(p[SHORTENED])):
-        force, y = on_e[FIRST + k], row_of(x, QD + k, n)
-        for i in range(n):
-            on_d[i] += force * y[i]
+    for k in range(int(p[DIRECTIONS])):
+        add(dot(row_of(block_of(p, direction(p, k), 1, n), L, n), on_e), row_of(x, QD + k, n), on_d)
     return strain, power
 
 
@@ -259,18 +292,25 @@ def forces(p, spin, spin_rate, x, F):
     """Set F (n), forces on the nodes in the axes of the frame without g f; return f.  T1 and T3 are used."""
     n = int(p[COUNT])
     d, d_rate, s, al, u = row_of(x, D, n), row_of(x, DD, n), row_of(x, S, n), row_of(x, AL, n), row_of(x, U, n)
-    gd, kd, hd, hs, on_d = row_of(x, GD, n), row_of(x, KD, n), row_of(x, HD, n), row_of(x, HS, n), row_of(x, EF, n)
-    t1, t3 = row_of(x, T1, n), row_of(x, T3, n)
-    times(block_of(p, begin(p, MM), n, n), al, F)
-    times_two(block_of(p, begin(p, MG), n, n), d, s, gd, t1)
-    times(block_of(p, begin(p, MP), n, n), d, t3)
-    times_two(block_of(p, begin(p, MH), n, n), d, s, hd, hs)
-    times(block_of(p, begin(p, MC), n, n), d, kd)
+    gd, kd, hd, on_d = row_of(x, GD, n), row_of(x, KD, n), row_of(x, HD, n), row_of(x, EF, n)
+    M, G0, H = block_of(p, begin(p, MM), n, n), block_of(p, begin(p, MG), n, n), block_of(p, begin(p, MH), n, n)
+    P0, C = block_of(p, begin(p, MP), n, n), block_of(p, begin(p, MC), n, n)
+    moved, squared = row_of(x, T1, n), spin * spin
+    for i in range(n):
+        moved[i] = spin_rate * d[i] + spin * s[i]
     f = 0.0
     for i in range(n):
-        F[i] += spin_rate * gd[i] + spin * (t1[i] + spin * t3[i]) + on_d[i]
-        f += gd[i] * al[i] + d[i] * (spin * hs[i] + spin_rate * (hd[i] - kd[i]))
-        f -= 2.0 * spin * kd[i] * d_rate[i] + u[i] * (on_d[i] + spin * spin * kd[i])
+        force, by_g, by_h, by_c = 0.0, 0.0, 0.0, 0.0
+        for j in range(n):
+            dj, g = item_of(d, j), entry_of(G0, i, j)
+            force += entry_of(M, i, j) * item_of(al, j) + g * item_of(moved, j) + entry_of(P0, i, j) * (squared * dj)
+            by_g += g * dj
+            by_h += entry_of(H, i, j) * dj
+            by_c += entry_of(C, i, j) * dj
+        gd[i], hd[i], kd[i] = by_g, by_h, by_c
+        F[i] = force + on_d[i]
+        f += by_g * al[i] + moved[i] * by_h - u[i] * (on_d[i] + squared * by_c)
+        f -= (spin_rate * d[i] + 2.0 * spin * d_rate[i]) * by_c
     return f
 
 

@@ -15,6 +15,9 @@ from flexmb.reduction.kernel import FIRST
 
 Array = npt.NDArray[np.float64]
 
+ROUND_OFF = 1e-10
+"""Part of the largest shortening that counts as round-off."""
+
 
 @dataclass(frozen=True, eq=False)
 class Superelement:
@@ -31,7 +34,7 @@ class Superelement:
     mean : (2, n) int rho Psi [kg].
     matrices : M, G, H, P, K, and D of modal and mass-proportional damping (n, n each).
     centrifugal : (n, n) Kc, zeros without stiffening.
-    shortening : (3 P - 3, n, n) Q, or none.
+    shortening : (k, n, n) Q of k coordinates from that of the second pin on, or none.
     """
 
     nodes: tuple[Node, ...]
@@ -54,10 +57,26 @@ class Superelement:
             weights[: self.pins, :2] = frame_weights(self.nodes[: self.pins])
         M, G, H, P, K, D = (self.matrices[name] for name in "MGHPKD")
         flags = float(self.by_pin), float(D.any())
-        head = (n, len(self.shortening), *flags, self.damping, *gravity, self.mass, *self.moment)
+        directions = self.directions()
+        head = (n, len(directions), *flags, self.damping, *gravity, self.mass, *self.moment)
         centrifugal = self.centrifugal
-        blocks = (poses, weights, self.mean, M, G, H, P + centrifugal, centrifugal, K, D, self.shortening)
+        blocks = [poses, weights, self.mean, M, G, H, P + centrifugal, centrifugal, K, D]
+        blocks += [block for along, Q in directions for block in (along, K @ along, D @ along, Q)]
         return (*map(float, head), *np.concatenate([block.ravel() for block in blocks]).tolist())
+
+    def directions(self) -> list[tuple[Array, Array]]:
+        """Directions (n,) in which bending shortens the body, and their matrices (n, n), as few as there can be.
+
+        A straight beam has one, its axis, however it lies.
+        """
+        m, n, _ = self.shortening.shape
+        if not self.shortening.any():
+            return []
+        U, sizes, V = la.svd(self.shortening.reshape(m, n * n), full_matrices=False)
+        kept = sizes > ROUND_OFF * sizes[0]
+        along = np.zeros((int(kept.sum()), n))
+        along[:, FIRST : FIRST + m] = (U[:, kept] * sizes[kept]).T
+        return list(zip(along, V[kept].reshape(-1, n, n), strict=True))
 
     def frequencies(self, count: int) -> Array:
         """Lowest frequencies of the free body, without rigid motions (at most `count`) [Hz]."""
@@ -162,19 +181,25 @@ def _modal_damping(M: Array, K: Array, ratios: float | tuple[float, ...]) -> Arr
 
 
 def _stiffening(found: Basis, K: Array, free: Array) -> tuple[Array, Array]:
-    """Kc of centrifugal forces about the first pin with all pins held, and Q of the forces of the pins."""
-    model, n = found.model, len(K)
+    """Kc of centrifugal forces about the first pin, and Q of the forces of the pins and of the own inertia.
+
+    With static shapes of inertia, Q of all coordinates; Kc is of the stress that these leave.
+    """
+    model, n, m = found.model, len(K), found.model.count
     translations = free[:, :2]
     first = np.array([model.pins[0].x, model.pins[0].y])
 
     def seen(z: Array) -> Array:
         return _without(translations, found.shapes.T @ (model.stress_stiffness(z) @ found.shapes))
 
-    centrifugal = seen(found.static(model.force_of(model.points - first)))
-    m = model.count
-    if m == FIRST:
-        return centrifugal, np.zeros((0, n, n))
-    static = found.shapes[:, :m] + found.shapes[:, m:] @ found.followed
-    stiff = np.stack([seen(static[:, k]) for k in range(FIRST, m)])
-    flexible = np.linalg.inv(static[:, FIRST:m].T @ (model.stiffness @ static[:, FIRST:m]))
-    return centrifugal, np.einsum("ab,bij->aij", flexible, stiff)
+    inner = found.shapes[:, m:] if found.loaded else found.shapes[:, :0]
+    centrifugal = found.static(model.force_of(model.points - first))
+    if found.loaded:
+        force = model.stiffness @ inner
+        centrifugal -= inner @ np.linalg.solve(inner.T @ force, force.T @ centrifugal)
+    static = np.hstack([found.shapes[:, :m] + found.shapes[:, m:] @ found.followed, inner])[:, FIRST:]
+    if not static.shape[1]:
+        return seen(centrifugal), np.zeros((0, n, n))
+    stiff = np.stack([seen(column) for column in static.T])
+    flexible = np.linalg.inv(static.T @ (model.stiffness @ static))
+    return seen(centrifugal), np.einsum("ab,bij->aij", flexible, stiff)

@@ -7,44 +7,52 @@ frame, theta_f and its rates change by
 
 and d by kq e_j - tau u, w by kv e_j - tau S w, alpha by ka e_j - tau S alpha, d' by kv e_j - tau S w - sigma u
 - theta_f' S (kq e_j - tau u).  So the tangent is a combination of constant matrices and products of two vectors.
+Elastic forces E change by Z d + B d', with the damping matrix K_z = zeta K + D of e and J = de/dd:
+
+    B = J' K_z J,   Z = J' K J + sum over l_a of (l_a (K e + K_z e')) Q_a + (J' K_z l_a) (Q_a d')'
+
 Equations (12.13) to (12.16) of docs/theory/reduced.md.
 """
 
 from flexmb.compiled.stack import stack_matrix
-from flexmb.compiled.views import block_of, row_of
+from flexmb.compiled.views import block_of, entry_of, item_of, row_of
 from flexmb.kernels import account_kernel, element_kernel, energy_kernel, fast, force_kernel, tangent_kernel
 from flexmb.reduction.kernel import (
     AL,
     BY_PIN,
     COUNT,
     DD,
+    DIRECTIONS,
+    DL,
     EF,
-    FIRST,
     G1,
     G2,
     GD,
     HD,
-    HS,
     KD,
+    KL,
     MC,
     MD,
     MG,
+    MH,
     MK,
     MM,
     MODAL,
     MOST,
     MP,
-    MQ,
     QD,
-    SHORTENED,
     ZETA,
     D,
     E,
     G,
+    L,
     S,
     U,
     W,
+    add,
     begin,
+    direction,
+    dot,
     elastic,
     forces,
     frame_of,
@@ -53,246 +61,226 @@ from flexmb.reduction.kernel import (
     motion,
     residual,
     scratch,
-    times,
+    square,
     times_two,
     turned,
     write_forces,
 )
 
-(
-    F,
-    SU,
-    SW,
-    SA,
-    KU,
-    DU,
-    DSU,
-    DSW,
-    GU,
-    GSU,
-    GSW,
-    GA,
-    MSA,
-    GS,
-    PD,
-    CDD,
-    CU,
-    VT,
-    VS,
-    BD,
-    BS,
-    BR,
-    TAU,
-    SIGMA,
-    PSI,
-    DF,
-    SF,
-    X1,
-    X2,
-) = range(29)
-"""Rows of the second scratch matrix: F; products; columns and rows of the tangent; work."""
+F, SU, SW, SA, VT, VS, BD, BU, KU, KW, DF, X1, X2, X3, X4, X5, X6 = range(17)
+"""Rows of the second scratch matrix: F; S u, S w, S alpha; what tau and sigma multiply; df/dd; B u; K J u and K_z J w
+with products of them; the derivative of f; work.
 
-ROWS = 29
-second_scratch, third_scratch = stack_matrix(ROWS, MOST), stack_matrix(2 * MOST, MOST)
+The third scratch matrix holds Q_a d'.
+"""
+
+ROWS = 17
+second_scratch, third_scratch = stack_matrix(ROWS, MOST), stack_matrix(MOST, MOST)
 
 
 @fast
-def transposed_times(A, x, target):
-    """Set target = A' x, three entries at a time."""
-    n = x.shape[0]
-    for j in range(0, n, 3):
-        t0, t1, t2 = 0.0, 0.0, 0.0
-        for i in range(n):
-            xi = x[i]
-            t0 += A[i, j] * xi
-            t1 += A[i, j + 1] * xi
-            t2 += A[i, j + 2] * xi
-        target[j], target[j + 1], target[j + 2] = t0, t1, t2
-
-
-@fast
-def seen_through(p, A, x, y, B):
-    """Set B = J' A J with a symmetric A, J = de/dd; y: (n,) work."""
-    n, count = y.shape[0], int(p[SHORTENED])
+def inertia(p, spin, spin_rate, x, y):
+    """Fill VT, VS and BD without elastic forces."""
+    n, squared = int(p[COUNT]), spin * spin
+    d, d_rate, s, al, u = row_of(x, D, n), row_of(x, DD, n), row_of(x, S, n), row_of(x, AL, n), row_of(x, U, n)
+    su, sw, sa = row_of(y, SU, n), row_of(y, SW, n), row_of(y, SA, n)
+    vt, vs, bd = row_of(y, VT, n), row_of(y, VS, n), row_of(y, BD, n)
+    for_vt, for_vs, for_h, for_c = row_of(y, X1, n), row_of(y, X2, n), row_of(y, X3, n), row_of(y, X4, n)
+    M, G0, H = block_of(p, begin(p, MM), n, n), block_of(p, begin(p, MG), n, n), block_of(p, begin(p, MH), n, n)
+    P0, C = block_of(p, begin(p, MP), n, n), block_of(p, begin(p, MC), n, n)
+    turned(u, su)
+    turned(row_of(x, W, n), sw)
+    turned(al, sa)
     for i in range(n):
+        for_vt[i] = spin_rate * u[i] + 2.0 * spin * sw[i] - squared * su[i]
+        for_vs[i] = s[i] - spin * u[i]
+        for_h[i] = spin * s[i] + 2.0 * spin_rate * d[i]
+        for_c[i] = 2.0 * (spin * d_rate[i] + spin_rate * d[i]) + squared * u[i]
+    for i in range(n):
+        by_tau, by_sigma, by_d = 0.0, 0.0, 0.0
         for j in range(n):
-            B[i, j] = A[i, j]
+            g, q = entry_of(G0, i, j), entry_of(P0, i, j)
+            by_tau += entry_of(M, i, j) * item_of(sa, j) + g * item_of(for_vt, j) + q * (squared * item_of(u, j))
+            by_sigma += g * item_of(for_vs, j) + q * (2.0 * spin * item_of(d, j))
+            by_d += entry_of(G0, j, i) * item_of(al, j) + entry_of(H, i, j) * item_of(for_h, j)
+            by_d -= entry_of(C, i, j) * item_of(for_c, j)
+        vt[i], vs[i], bd[i] = by_tau, by_sigma, by_d
+
+
+@fast
+def elasticity(p, spin, x, y, rates):
+    """Add elastic forces to VT, VS and BD; fill B u and Q_a d'."""
+    n, count, zeta = int(p[COUNT]), int(p[DIRECTIONS]), p[ZETA]
+    d_rate, u, on_e = row_of(x, DD, n), row_of(x, U, n), row_of(x, E, n)
+    vt, vs, bd, bu = row_of(y, VT, n), row_of(y, VS, n), row_of(y, BD, n), row_of(y, BU, n)
+    su, sw, ku, kw = row_of(y, SU, n), row_of(y, SW, n), row_of(y, KU, n), row_of(y, KW, n)
+    w, ju, jw, work = row_of(y, X1, n), row_of(y, X2, n), row_of(y, X3, n), row_of(y, X4, n)
+    for i in range(n):
+        w[i] = sw[i] - spin * su[i]
+        ju[i], jw[i] = u[i], w[i]
     for a in range(count):
-        q = row_of(x, QD + a, n)
-        for i in range(n):
-            y[i] = A[FIRST + a, i]
-        for b in range(count):
-            half, other = 0.5 * A[FIRST + a, FIRST + b], row_of(x, QD + b, n)
-            for i in range(n):
-                y[i] += half * other[i]
-        for i in range(n):
-            yi, qi = y[i], q[i]
-            for j in range(n):
-                B[i, j] += yi * q[j] + qi * y[j]
-
-
-@fast
-def stiffness(p, x, K, Z, y, yy):
-    """Set Z to the derivative of E by d at constant d', but for J' K J: of changing J.
-
-    K: undamped (n, n), D: modal and mass-proportional damping.  y, yy: (n,) work.
-    """
-    n, count, zeta = y.shape[0], int(p[SHORTENED]), p[ZETA]
-    on_e, d_rate, modal = row_of(x, E, n), row_of(x, DD, n), block_of(p, begin(p, MD), n, n)
+        along, bent, rate = row_of(block_of(p, direction(p, a), 1, n), L, n), row_of(x, QD + a, n), row_of(rates, a, n)
+        times_two(block_of(p, square(p, a), n, n), d_rate, u, rate, work)
+        force = dot(along, on_e)
+        add(force, work, vt)
+        add(-force, work, bd)
+        add(dot(bent, u), along, ju)
+        add(dot(bent, w) + dot(rate, u), along, jw)
+    times_two(block_of(p, begin(p, MK), n, n), ju, jw, ku, kw)
     for i in range(n):
-        for j in range(n):
-            Z[i, j] = 0.0
-    for a in range(count):
-        force, Q = on_e[FIRST + a], block_of(p, begin(p, MQ + a), n, n)
-        for i in range(n):
-            y[i] = zeta * K[FIRST + a, i] + modal[FIRST + a, i]
-        for b in range(count):
-            entry, other = zeta * K[FIRST + b, FIRST + a] + modal[FIRST + b, FIRST + a], row_of(x, QD + b, n)
-            for i in range(n):
-                y[i] += entry * other[i]
-        times(Q, d_rate, yy)
-        for i in range(n):
-            yi = y[i]
-            for j in range(n):
-                Z[i, j] += force * Q[i, j] + yi * yy[j]
-
-
-@fast
-def products(p, x, y):
-    """Fill the products of constant matrices with the vectors of the state."""
-    n = int(p[COUNT])
-    al, u = row_of(x, AL, n), row_of(x, U, n)
-    turned(u, row_of(y, SU, n))
-    turned(row_of(x, W, n), row_of(y, SW, n))
-    turned(al, row_of(y, SA, n))
-    transposed_times(block_of(p, begin(p, MG), n, n), al, row_of(y, GA, n))
-    times(block_of(p, begin(p, MM), n, n), row_of(y, SA, n), row_of(y, MSA, n))
-    of_phi = block_of(p, begin(p, MG), n, n)
-    times_two(of_phi, row_of(x, S, n), u, row_of(y, GS, n), row_of(y, GU, n))
-    times_two(of_phi, row_of(y, SU, n), row_of(y, SW, n), row_of(y, GSU, n), row_of(y, GSW, n))
-    times(block_of(p, begin(p, MP), n, n), row_of(x, D, n), row_of(y, PD, n))
-    times_two(block_of(p, begin(p, MC), n, n), row_of(x, DD, n), u, row_of(y, CDD, n), row_of(y, CU, n))
-
-
-@fast
-def elastic_matrices(p, x, y, A, B, Z):
-    """Set B = J' D J and Z = dE/dd; fill their products with u, S u and S w.  A: (n, n) work."""
-    n, zeta = int(p[COUNT]), p[ZETA]
-    u, work = row_of(x, U, n), row_of(y, X1, n)
-    K = block_of(p, begin(p, MK), n, n)
-    stiffness(p, x, K, Z, work, row_of(y, X2, n))
-    seen_through(p, K, x, work, B)
-    for i in range(n):
-        for j in range(n):
-            Z[i, j] += B[i, j]
-            B[i, j] *= zeta
+        bu[i], kw[i] = zeta * ku[i], zeta * kw[i]
     if p[MODAL] != 0.0:
-        seen_through(p, block_of(p, begin(p, MD), n, n), x, work, A)
-        for i in range(n):
-            for j in range(n):
-                B[i, j] += A[i, j]
-    times(B, u, row_of(y, DU, n))
-    times_two(B, row_of(y, SU, n), row_of(y, SW, n), row_of(y, DSU, n), row_of(y, DSW, n))
-    transposed_times(Z, u, row_of(y, KU, n))
-    times(Z, u, row_of(y, VT, n))
+        modal = row_of(y, X5, n)
+        times_two(block_of(p, begin(p, MD), n, n), ju, jw, modal, work)
+        add(1.0, modal, bu)
+        add(1.0, work, kw)
+    for i in range(n):
+        vt[i] += ku[i] + kw[i]
+        vs[i] -= bu[i]
+        bd[i] -= ku[i]
+    for a in range(count):
+        along, bent, rate = row_of(block_of(p, direction(p, a), 1, n), L, n), row_of(x, QD + a, n), row_of(rates, a, n)
+        by_u, by_w, damped = dot(along, ku), dot(along, kw), dot(along, bu)
+        work[a] = damped
+        add(by_u + by_w, bent, vt)
+        add(-damped, bent, vs)
+        add(-by_u, bent, bd)
+        add(-damped, rate, bd)
+    for a in range(count):
+        add(work[a], row_of(x, QD + a, n), bu)
 
 
 @fast
-def moment_rows(p, spin, spin_rate, kq, kv, ka, x, y):
-    """Fill the columns that tau and sigma multiply, tau, sigma, psi, and DF, the derivative of f."""
+def moment_row(p, spin, kq, kv, ka, x, y):
+    """Complete df/dd; fill DF, the derivative of f."""
     n = int(p[COUNT])
-    d, u, gd, kd, hd, hs = (
+    d, d_rate, s, u, gd, kd, hd = (
         row_of(x, D, n),
+        row_of(x, DD, n),
+        row_of(x, S, n),
         row_of(x, U, n),
         row_of(x, GD, n),
         row_of(x, KD, n),
         row_of(x, HD, n),
-        row_of(x, HS, n),
     )
     g, g1, g2, on_d = row_of(x, G, n), row_of(x, G1, n), row_of(x, G2, n), row_of(x, EF, n)
     su, sw, sa = row_of(y, SU, n), row_of(y, SW, n), row_of(y, SA, n)
-    ga, gu, gsu, gsw, gs, pd = (
-        row_of(y, GA, n),
-        row_of(y, GU, n),
-        row_of(y, GSU, n),
-        row_of(y, GSW, n),
-        row_of(y, GS, n),
-        row_of(y, PD, n),
-    )
-    du, dsu, dsw, ku, cdd, cu = (
-        row_of(y, DU, n),
-        row_of(y, DSU, n),
-        row_of(y, DSW, n),
-        row_of(y, KU, n),
-        row_of(y, CDD, n),
-        row_of(y, CU, n),
-    )
-    vt, vs, msa, bd, bs, br = (
-        row_of(y, VT, n),
-        row_of(y, VS, n),
-        row_of(y, MSA, n),
-        row_of(y, BD, n),
-        row_of(y, BS, n),
-        row_of(y, BR, n),
-    )
-    tau, sigma, psi, df = row_of(y, TAU, n), row_of(y, SIGMA, n), row_of(y, PSI, n), row_of(y, DF, n)
-    work, turn = row_of(y, X1, n), row_of(y, X2, n)
+    bd, bu, df, both = row_of(y, BD, n), row_of(y, BU, n), row_of(y, DF, n), row_of(y, X1, n)
+    turn, on_u = row_of(y, X2, n), row_of(y, X3, n)
     for i in range(n):
-        work[i] = on_d[i] + spin * spin * kd[i]
-    turned(work, turn)
-    times(block_of(p, begin(p, MP), n, n), u, work)
+        on_u[i] = on_d[i] + spin * spin * kd[i]
+    turned(on_u, turn)
     by_tau = by_sigma = by_psi = 0.0
     for i in range(n):
-        vt[i] += spin_rate * gu[i] + spin * spin * work[i] + msa[i] + 2.0 * spin * gsw[i] + dsw[i]
-        vt[i] -= spin * (spin * gsu[i] + dsu[i])
-        vs[i] = gs[i] + spin * (2.0 * pd[i] - gu[i]) - du[i]
-        net = hd[i] - kd[i]
-        bd[i] = ga[i] + spin * (hs[i] - 2.0 * cdd[i]) + 2.0 * spin_rate * net + turn[i] - ku[i] - spin * spin * cu[i]
-        br[i] = -2.0 * spin * kd[i] - du[i]
-        bs[i] = spin * hd[i]
-        tau[i] = kq * g[i]
-        sigma[i] = kv * g[i] + kq * g1[i]
-        psi[i] = ka * g[i] + 2.0 * kv * g1[i] + kq * g2[i]
-        both, double = bs[i] + br[i], 2.0 * bs[i] + br[i]
-        by_tau += spin * both * su[i] - bd[i] * u[i] - double * sw[i] - gd[i] * sa[i]
-        by_sigma += d[i] * (hs[i] - 2.0 * cdd[i]) - u[i] * (both + 2.0 * spin * kd[i])
-        by_psi += d[i] * net
-    for j in range(n):
-        df[j] = kq * bd[j] + kv * (2.0 * bs[j] + br[j]) + ka * gd[j]
-        df[j] += by_tau * tau[j] + by_sigma * sigma[j] + by_psi * psi[j]
+        bd[i] += turn[i]
+        by_spin = spin * hd[i]
+        both[i] = by_spin - 2.0 * spin * kd[i] - bu[i]
+        double = both[i] + by_spin
+        by_tau += spin * both[i] * su[i] - bd[i] * u[i] - double * sw[i] - gd[i] * sa[i]
+        by_sigma += s[i] * hd[i] - 2.0 * d_rate[i] * kd[i] - u[i] * (both[i] + 2.0 * spin * kd[i])
+        by_psi += d[i] * (hd[i] - kd[i])
+        df[i] = kq * bd[i] + kv * double + ka * gd[i]
+    of_g, of_g1, of_g2 = kq * by_tau + kv * by_sigma + ka * by_psi, kq * by_sigma + 2.0 * kv * by_psi, kq * by_psi
     for j in range(0, n, 3):
-        df[j] -= spin * kq * (bs[j + 1] + br[j + 1])
-        df[j + 1] += spin * kq * (bs[j] + br[j])
+        df[j] -= spin * kq * both[j + 1]
+        df[j + 1] += spin * kq * both[j]
+    for j in range(n):
+        df[j] += of_g * g[j] + of_g1 * g1[j] + of_g2 * g2[j]
 
 
 @fast
-def assemble(p, spin, spin_rate, kq, kv, ka, f, x, y, B, Z, A):
-    """Set A, the tangent in the axes of the frame."""
+def constant_part(p, spin, spin_rate, kq, kv, ka, A):
+    """Set A to the combination of the constant matrices M, G, P and K."""
     n = int(p[COUNT])
-    M, G0, P0 = block_of(p, begin(p, MM), n, n), block_of(p, begin(p, MG), n, n), block_of(p, begin(p, MP), n, n)
-    g, gd, sf, vt, vs = row_of(x, G, n), row_of(x, GD, n), row_of(y, SF, n), row_of(y, VT, n), row_of(y, VS, n)
-    tau, sigma, psi, df, gr = (
-        row_of(y, TAU, n),
-        row_of(y, SIGMA, n),
-        row_of(y, PSI, n),
-        row_of(y, DF, n),
-        row_of(y, X1, n),
-    )
+    M, G0 = block_of(p, begin(p, MM), n, n), block_of(p, begin(p, MG), n, n)
+    P0, K = block_of(p, begin(p, MP), n, n), block_of(p, begin(p, MK), n, n)
+    of_g, of_p, of_k = 2.0 * kv * spin + kq * spin_rate, kq * spin * spin, kq + kv * p[ZETA]
+    turn_k = kq * spin * p[ZETA]
+    for i in range(n):
+        for j in range(0, n, 3):
+            g0, g1, k0, k1 = entry_of(G0, i, j), entry_of(G0, i, j + 1), entry_of(K, i, j), entry_of(K, i, j + 1)
+            a0 = ka * entry_of(M, i, j) + of_g * g0 + of_p * entry_of(P0, i, j) + of_k * k0
+            a1 = ka * entry_of(M, i, j + 1) + of_g * g1 + of_p * entry_of(P0, i, j + 1) + of_k * k1
+            a2 = ka * entry_of(M, i, j + 2) + of_g * entry_of(G0, i, j + 2) + of_p * entry_of(P0, i, j + 2)
+            A[i, j] = a0 - of_p * g1 - turn_k * k1
+            A[i, j + 1] = a1 + of_p * g0 + turn_k * k0
+            A[i, j + 2] = a2 + of_k * entry_of(K, i, j + 2)
+    if p[MODAL] != 0.0:
+        modal, turn = block_of(p, begin(p, MD), n, n), kq * spin
+        for i in range(n):
+            for j in range(0, n, 3):
+                A[i, j] += kv * modal[i, j] - turn * modal[i, j + 1]
+                A[i, j + 1] += kv * modal[i, j + 1] + turn * modal[i, j]
+                A[i, j + 2] += kv * modal[i, j + 2]
+
+
+@fast
+def shortened_row(p, row, a, part, x, target):
+    """Set target = A l_a + part times the sum over b of (l_a A l_b) Q_b d; row: KL or DL, that of A l."""
+    n = int(p[COUNT])
+    own, along = row_of(block_of(p, direction(p, a), 1, n), row, n), row_of(block_of(p, direction(p, a), 1, n), L, n)
+    for i in range(n):
+        target[i] = item_of(own, i)
+    for b in range(int(p[DIRECTIONS])):
+        add(part * dot(along, row_of(block_of(p, direction(p, b), 1, n), row, n)), row_of(x, QD + b, n), target)
+
+
+@fast
+def damped_row(p, a, part, x, target, work):
+    """Set target to such a row of the damping matrix K_z."""
+    n = int(p[COUNT])
+    shortened_row(p, KL, a, part, x, target)
+    for i in range(n):
+        target[i] *= p[ZETA]
+    if p[MODAL] != 0.0:
+        shortened_row(p, DL, a, part, x, work)
+        add(1.0, work, target)
+
+
+@fast
+def shortened_part(p, spin, kq, kv, x, y, rates, A):
+    """Add the shortening by bending to the elastic forces and damping in A."""
+    n, turn = int(p[COUNT]), kq * spin
+    stiff, damped, slope, of_damped = row_of(y, X1, n), row_of(y, X2, n), row_of(y, X3, n), row_of(y, X4, n)
+    of_bent, quarter = row_of(y, X5, n), row_of(y, X6, n)
+    for a in range(int(p[DIRECTIONS])):
+        bent, rate, Q = row_of(x, QD + a, n), row_of(rates, a, n), block_of(p, square(p, a), n, n)
+        force = kq * dot(row_of(block_of(p, direction(p, a), 1, n), L, n), row_of(x, E, n))
+        shortened_row(p, KL, a, 0.5, x, stiff)
+        damped_row(p, a, 0.5, x, damped, quarter)
+        damped_row(p, a, 1.0, x, slope, quarter)
+        turned(bent, quarter)
+        for j in range(n):
+            of_damped[j] = kv * bent[j] + turn * quarter[j]
+        turned(damped, quarter)
+        for j in range(n):
+            of_bent[j] = kq * stiff[j] + kv * damped[j] + turn * quarter[j]
+        for i in range(n):
+            bi, si, di, ri = bent[i], kq * stiff[i], damped[i], kq * slope[i]
+            for j in range(n):
+                added = bi * item_of(of_bent, j) + si * item_of(bent, j) + di * item_of(of_damped, j)
+                A[i, j] += added + ri * item_of(rate, j) + force * entry_of(Q, i, j)
+
+
+@fast
+def frame_part(p, kq, kv, ka, f, x, y, A):
+    """Add the turning of the frame, and the change of g f, to A."""
+    n = int(p[COUNT])
+    g, g1, g2, gd = row_of(x, G, n), row_of(x, G1, n), row_of(x, G2, n), row_of(x, GD, n)
+    vt, vs, df = row_of(y, VT, n), row_of(y, VS, n), row_of(y, DF, n)
+    sf, of_curve = row_of(y, X1, n), row_of(y, X2, n)
     curved = kq * f if p[BY_PIN] == 0.0 else 0.0  # the angle of a pin is a coordinate
     turned(row_of(y, F, n), sf)
     for i in range(0, n, 3):
-        gr[i], gr[i + 1], gr[i + 2] = g[i + 1], -g[i], 0.0
-    of_g = 2.0 * kv * spin + kq * spin_rate
+        of_curve[i], of_curve[i + 1], of_curve[i + 2] = curved * g[i + 1], -curved * g[i], 0.0
+    for j in range(n):
+        df[j] -= of_curve[j]
     for i in range(n):
-        of_tau, of_sigma, of_psi, of_f, of_gr = sf[i] - vt[i], vs[i], gd[i], g[i], curved * gr[i]
-        of_curve = curved * g[i]
+        of_g, of_f = kq * (sf[i] - vt[i]) + kv * vs[i] + ka * gd[i] - of_curve[i], g[i]
+        of_g1, of_g2 = kq * vs[i] + 2.0 * kv * gd[i], kq * gd[i]
         for j in range(n):
-            A[i, j] = ka * M[i, j] + of_g * G0[i, j] + kq * (Z[i, j] + spin * spin * P0[i, j]) + kv * B[i, j]
-            A[i, j] += of_tau * tau[j] + of_sigma * sigma[j] + of_psi * psi[j] + of_f * df[j]
-            A[i, j] -= of_gr * g[j] + of_curve * gr[j]
-        for j in range(0, n, 3):
-            A[i, j] -= kq * spin * (spin * G0[i, j + 1] + B[i, j + 1])
-            A[i, j + 1] += kq * spin * (spin * G0[i, j] + B[i, j])
+            added = of_g * item_of(g, j) + of_g1 * item_of(g1, j) + of_g2 * item_of(g2, j)
+            A[i, j] += added + of_f * item_of(df, j)
 
 
 @fast
@@ -300,28 +288,29 @@ def to_world(c, s, A):
     """A in world axes."""
     n = A.shape[0]
     for i in range(0, n, 3):
-        for j in range(n):
-            ax, ay = A[i, j], A[i + 1, j]
-            A[i, j], A[i + 1, j] = c * ax - s * ay, s * ax + c * ay
-    for i in range(n):
         for j in range(0, n, 3):
-            ax, ay = A[i, j], A[i, j + 1]
-            A[i, j], A[i, j + 1] = c * ax - s * ay, s * ax + c * ay
+            a00, a01, a10, a11 = A[i, j], A[i, j + 1], A[i + 1, j], A[i + 1, j + 1]
+            b00, b01, b10, b11 = c * a00 - s * a10, c * a01 - s * a11, s * a00 + c * a10, s * a01 + c * a11
+            A[i, j], A[i, j + 1] = c * b00 - s * b01, s * b00 + c * b01
+            A[i + 1, j], A[i + 1, j + 1] = c * b10 - s * b11, s * b10 + c * b11
+            ax, ay, bx, by = A[i, j + 2], A[i + 1, j + 2], A[i + 2, j], A[i + 2, j + 1]
+            A[i, j + 2], A[i + 1, j + 2] = c * ax - s * ay, s * ax + c * ay
+            A[i + 2, j], A[i + 2, j + 1] = c * bx - s * by, s * bx + c * by
 
 
 @fast
-def evaluate(p, q, v, a, kq, kv, ka, x, y, third, r, A):
-    """r and A = kq dr/dq + kv dr/dv + ka dr/da; y, third: scratch matrices."""
-    n = int(p[COUNT])
-    B, Z = block_of(row_of(third, 0, n * n), 0, n, n), block_of(row_of(third, MOST, n * n), 0, n, n)
+def evaluate(p, q, v, a, kq, kv, ka, x, y, rates, r, A):
+    """r and A = kq dr/dq + kv dr/dv + ka dr/da; y, rates: scratch matrices."""
     c, s, spin, spin_rate, _ = motion(p, q, v, a, x)
     elastic(p, x)
-    F_local = row_of(y, F, n)
+    F_local = row_of(y, F, int(p[COUNT]))
     f = forces(p, spin, spin_rate, x, F_local)
-    products(p, x, y)
-    elastic_matrices(p, x, y, A, B, Z)
-    moment_rows(p, spin, spin_rate, kq, kv, ka, x, y)
-    assemble(p, spin, spin_rate, kq, kv, ka, f, x, y, B, Z, A)
+    inertia(p, spin, spin_rate, x, y)
+    elasticity(p, spin, x, y, rates)
+    moment_row(p, spin, kq, kv, ka, x, y)
+    constant_part(p, spin, spin_rate, kq, kv, ka, A)
+    shortened_part(p, spin, kq, kv, x, y, rates, A)
+    frame_part(p, kq, kv, ka, f, x, y, A)
     to_world(c, s, A)
     write_forces(p, c, s, f, x, F_local, r)
 

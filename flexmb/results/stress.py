@@ -16,11 +16,10 @@ from flexmb.model.shape import BeamShape, MeshShape
 from flexmb.planes.plane_body import PlaneBody
 from flexmb.planes.recovery import von_mises
 from flexmb.planes.stress import principal
-from flexmb.reduction.kernel import FIRST
 from flexmb.reduction.reduced import Reduced
 from flexmb.results.drawing import nearest_to_each, pose, surface
 from flexmb.results.reference_points import STRESSED, reference_points
-from flexmb.results.surfaces import deformed
+from flexmb.results.surfaces import deformed, shortened, turned
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -82,24 +81,40 @@ def stress(
         places = Places(np.arange(len(shape.points)), reference_points(part), {}, {})
         of = _of_plane if isinstance(part, PlaneBody) else _of_reduced
         fields = _with_principal(of(sol, part, shape, instants))  # type: ignore[arg-type]
-    chosen = np.arange(len(places.nodes)) if points is None else _chosen(part.label, places, points)
+    chosen = np.arange(len(places.nodes)) if points is None else chosen_places(part.label, places, points)
     return _dataset(sol, part.name, instants, places, chosen, fields)
+
+
+def moved_mechanism(sol: Solution, name: str, mechanism: Mechanism | None) -> Mechanism:
+    """The mechanism that moved, or the given one.
+
+    Parameters
+    ----------
+    sol : the solution.
+    name : name of the body that is asked for.
+    mechanism : the given one, for a solution that was read from a file.
+
+    Raises
+    ------
+    InputError : a solution that does not know its mechanism.
+    """
+    known = sol.mechanism if mechanism is None else mechanism
+    if known is None:
+        text = f"Solution of {sol.name!r}: it was read from a file and does not know the body {name!r}"
+        raise InputError(f"{text}. Give mechanism=..., the mechanism that moved.")
+    return known
 
 
 def _body(sol: Solution, name: str, mechanism: Mechanism | None) -> STRESSED:
     """The body of this name, in the mechanism that moved or the given one."""
-    known = sol.mechanism if mechanism is None else mechanism
-    if known is None:
-        text = f"Solution of {sol.name!r}: it was read from a file and does not know the material of {name!r}"
-        raise InputError(f"{text}. Give mechanism=..., the mechanism that moved.")
+    known = moved_mechanism(sol, name, mechanism)
     part = known.find(name)
     if not isinstance(part, STRESSED):
         raise InputError(f"{part.label} has no stresses. Name a flexible body of {known.name!r}.")
-    if isinstance(part, FlexibleBody) and not all(knows_stress(beam.section) for beam in part.beams):
+    source = part.body if isinstance(part, Reduced) else part
+    if isinstance(source, FlexibleBody) and not all(knows_stress(beam.section) for beam in source.beams):
         text = f"{part.label}: a section does not know its outer fibre, so there are no stresses"
         raise InputError(f"{text}. Give outer_fibre=... [m] to the section.")
-    if isinstance(part, Reduced) and (part.model.stresses is None or part.model.drawn is None):
-        raise InputError(f"{part.label}: its beams do not look for stresses. Give stress=True to the body of beams.")
     return part
 
 
@@ -134,15 +149,7 @@ def _of_plane(sol: Solution, body: PlaneBody, shape: MeshShape, instants: np.nda
     X, x = body.mesh.points, moved.points
     X, x = X - X.mean(axis=0), x - x.mean(axis=1, keepdims=True)
     along, across = (X * x).sum(axis=(1, 2)), (X[:, 0] * x[..., 1] - X[:, 1] * x[..., 0]).sum(axis=1)
-    size = np.hypot(along, across)
-    c, s = (along / size)[:, None], (across / size)[:, None]
-    sx, sy, t, sz = np.moveaxis(moved.stress, -1, 0)
-    own = np.empty((*sx.shape, 4))
-    own[..., 0] = c * c * sx + s * s * sy + 2.0 * c * s * t
-    own[..., 1] = s * s * sx + c * c * sy - 2.0 * c * s * t
-    own[..., 2] = c * s * (sy - sx) + (c * c - s * s) * t
-    own[..., 3] = sz
-    return own
+    return turned(moved.stress, -np.arctan2(across, along))
 
 
 def _of_reduced(sol: Solution, body: Reduced, shape: MeshShape, instants: np.ndarray) -> np.ndarray:
@@ -151,10 +158,7 @@ def _of_reduced(sol: Solution, body: Reduced, shape: MeshShape, instants: np.nda
     if stresses is None:
         raise InputError(f"{body.label} has no stresses.")
     poses = np.stack([pose(sol, shape.part, node, instants) for node in shape.nodes], axis=1)
-    d, _ = deformed(shape, poses)
-    e = d.reshape(len(d), -1).copy()
-    shortening = body.element.shortening
-    e[:, FIRST : FIRST + len(shortening)] += 0.5 * np.einsum("ti,kij,tj->tk", e, shortening, e)
+    e = shortened(deformed(shape, poses)[0], body.element.shortening)
     found: np.ndarray = np.einsum("msi,ti->tms", stresses(body.basis.shapes), e, optimize=True)
     return found
 
@@ -168,8 +172,19 @@ def _with_principal(whole: np.ndarray) -> dict[str, np.ndarray]:
     return {**found, "von_mises": von_mises(whole)}
 
 
-def _chosen(label: str, places: Places, points: Wanted) -> np.ndarray:
-    """Numbers of the places at given nodes, or at the nodes nearest to given points."""
+def chosen_places(label: str, places: Places, points: Wanted) -> np.ndarray:
+    """Numbers of the places at given nodes, or at the nodes nearest to given points.
+
+    Parameters
+    ----------
+    label : who asks, for messages.
+    places : the known places.
+    points : points (x, y) [m], numbers or names of nodes.
+
+    Raises
+    ------
+    InputError : a point that is none of these.
+    """
     found: list[int] = []
     for point in points:
         if isinstance(point, str) and point in places.names:
@@ -186,7 +201,7 @@ def _chosen(label: str, places: Places, points: Wanted) -> np.ndarray:
             last = int(places.nodes.max())
             known = f"(x, y) [m] in the reference configuration, or numbers of nodes from 0 to {last}"
             names = f", or names: {', '.join(list(places.names)[-3:])}" if places.names else ""
-            raise InputError(f"{label}: {point!r} is no point with a stress. Give {known}{names}.")
+            raise InputError(f"{label}: {point!r} is no known point. Give {known}{names}.")
         found += own.tolist()
     return np.array(found, dtype=np.int64)
 

@@ -81,6 +81,7 @@ def test_a_field_of_one_number_is_refused(name):
         fm.FlexibleLink("rod", (0, 0), (1, 0), section=fm.Circle(0.01), material=STEEL, **{name: np.array(1.0)})
 
 
+@pytest.mark.slow
 def test_a_clamp_on_a_moving_body_is_a_driven_hinge():
     """The same flexible arm on the same moving link, by Clamp and by Revolute with Drive: every force agrees."""
     base = fm.RigidLink("base", (0.0, 0.0), (0.5, 0.0), mass=1.0, inertia=0.05)

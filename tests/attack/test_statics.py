@@ -41,6 +41,7 @@ def test_a_spring_holds_an_upright_pendulum_from_k_equal_to_m_g_l(share, stable)
     assert fm.static_equilibrium(held).stable is stable
 
 
+@pytest.mark.slow
 def test_a_chain_of_rigid_links_hangs_as_its_statics_say():
     """tan(theta_k) = W (k - (n-1)/2)/H, with H from the span; drawn as a V of straight halves."""
     n, length, half = 20, 0.1, 0.6

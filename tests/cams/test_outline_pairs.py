@@ -55,6 +55,7 @@ def dense(outline, count=300):
     return np.concatenate(found)
 
 
+@pytest.mark.slow
 def test_contracts():
     """Frame indifference, balance, tangents of a half-moon in the hollow side of a crescent."""
     moon = fm.cams.Outline(((0.0, 0.0), (0.1, 0.17)), (1.0, -0.4))

@@ -33,7 +33,9 @@ def flexmb(folder, *arguments, **environment):
     )
 
 
-@pytest.mark.parametrize("environment", [ASCII, {"PYTHONIOENCODING": "ascii:strict"}])
+@pytest.mark.parametrize(
+    "environment", [pytest.param(ASCII, marks=pytest.mark.slow), {"PYTHONIOENCODING": "ascii:strict"}]
+)
 def test_what_the_terminal_cannot_show_is_escaped(tmp_path, model, environment):
     done = flexmb(tmp_path, "check", model, **environment)
     assert done.returncode == 0, done.stderr

@@ -20,6 +20,7 @@ LOOPS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("loop", LOOPS, ids=lambda loop: loop.__qualname__)
 def test_annotations_are_the_types_that_a_run_calls_with(loop):
     fm.simulate(fm.mechanisms.slider_crank(), t_end=1e-5, **LOOPS[loop])

@@ -191,6 +191,7 @@ def test_a_bouncing_ball_comes_to_rest_with_a_status():
 # Chaos, published.
 
 
+@pytest.mark.slow
 def test_lorenz():
     """0.9056, 0, -14.5723 (J. C. Sprott, Chaos and Time-Series Analysis, 2003, appendix A); the sum is exact."""
     found = fm.lyapunov(systems.lorenz(rtol=1e-8), skip=20.0, duration=400.0, interval=0.5, count=3)
@@ -252,10 +253,16 @@ def test_conservative_exponents_come_in_pairs():
 @pytest.mark.parametrize(
     ("make", "options"),
     [
-        (systems.henon, {"skip": 500, "periods": 20000}),
+        pytest.param(systems.henon, {"skip": 500, "periods": 20000}, marks=pytest.mark.slow),
         (lambda: systems.lorenz(rtol=1e-10), {"skip": 20.0, "duration": 100.0, "interval": 0.5}),
-        (lambda: fm.chaos.StroboscopicMap(systems.pendulum()), {"skip": 50, "periods": 150}),
-        (lambda: fm.chaos.SectionMap(systems.lorenz(), "z", level=27.0), {"skip": 20, "periods": 100}),
+        pytest.param(
+            lambda: fm.chaos.StroboscopicMap(systems.pendulum()), {"skip": 50, "periods": 150}, marks=pytest.mark.slow
+        ),
+        pytest.param(
+            lambda: fm.chaos.SectionMap(systems.lorenz(), "z", level=27.0),
+            {"skip": 20, "periods": 100},
+            marks=pytest.mark.slow,
+        ),
     ],
     ids=["map", "ode", "stroboscopic", "section"],
 )

@@ -67,7 +67,7 @@ def by_library(speed, clearance, rule, rtol=1e-5, skip=SKIP, turns=TURNS):
     return np.array(rows)
 
 
-@pytest.mark.parametrize("rule", ["onset", "largest"])
+@pytest.mark.parametrize("rule", [pytest.param("onset", marks=pytest.mark.slow), "largest"])
 def test_first_motion_point_by_point(rule):
     """Start from rest, journal in its middle: 50 ms of fall, first impacts and sliding, before chaos."""
     p, y = model(2.0, 0.5e-3, rule)

@@ -86,7 +86,7 @@ def error(sol):
 
 
 @PROBLEM.convergence(
-    "andrews_steps", "Largest error of the seven angles at 0.03 s over the step.", "step [s]", "error [rad]"
+    "andrews_steps", "Largest error of the seven angles at 0.03 s over the step.", "step [s]", "error [rad]", slow=True
 )
 def convergence():
     for name, numbers in STEPS.items():

@@ -128,7 +128,7 @@ def thin_ring():
             yield Value(f"omega sqrt(rho A R^4/EI), n = {k + 2}, {word} of a pair", reference, ours, 4e-6)
 
 
-@PROBLEM.convergence("arcs", "Arcs and rings: relative error.", "turn of an element [rad]", "relative error")
+@PROBLEM.convergence("arcs", "Arcs and rings: relative error.", "turn of an element [rad]", "relative error", slow=True)
 def elements():
     counts = (2, 4, 8, 16)
     turns = [0.5 * math.pi / n for n in counts]

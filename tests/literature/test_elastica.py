@@ -97,7 +97,9 @@ def sixty_four():
             yield Value(f"k = {k}: {quantity}", ref, value, band=1e-8, scale=1.0)
 
 
-@PROBLEM.convergence("elastica", "Elastica: error of the tip's deflection w.", "element length / L", "error of w / L")
+@PROBLEM.convergence(
+    "elastica", "Elastica: error of the tip's deflection w.", "element length / L", "error of w / L", slow=True
+)
 def elements():
     counts = (4, 8, 16, 32, 64)
     for k in (1, 4, 10):

@@ -97,7 +97,11 @@ def along():
 
 
 @PROBLEM.convergence(
-    "extensible", "Extensible elastica: distance of the tip from its exact place.", "element length / L", "distance / L"
+    "extensible",
+    "Extensible elastica: distance of the tip from its exact place.",
+    "element length / L",
+    "distance / L",
+    slow=True,
 )
 def elements():
     # Coarser, the error of fourth order that bending has is as large, and of the other sign in oblique loading.

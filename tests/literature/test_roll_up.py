@@ -65,7 +65,7 @@ def sixteen():
         yield Value(f"{turns:g} turns: angle of the tip [rad]", exact[2], tip[2], 1e-10, scale=1.0)
 
 
-@PROBLEM.case("32 elements")
+@PROBLEM.case("32 elements", slow=True)
 def two_turns():
     x, y, theta = rolled(2.0, 32)[-1]
     yield Value("two turns: distance of tip and clamp over L", 0.0, math.hypot(x, y) / LENGTH, 1e-3, scale=1.0)

@@ -101,12 +101,12 @@ def middle(waving, wanted, largest, when):
     return [*values, Value("largest w [m]", largest, w[k], 5e-3), Value("its time [s]", when, sol.time[k], 5e-3)]
 
 
-@PROBLEM.case("nonlinear beam, rod starting as a rigid one")
+@PROBLEM.case("nonlinear beam, rod starting as a rigid one", slow=True)
 def rigid_start():
     return middle(False, (6.982e-4, -9.76e-4, -1.6454e-3), 1.8672e-3, 0.0477)
 
 
-@PROBLEM.case("nonlinear beam, rod starting with the published lateral waves")
+@PROBLEM.case("nonlinear beam, rod starting with the published lateral waves", slow=True)
 def waving_start():
     return middle(True, (8.766e-4, -7.534e-4, -1.3116e-3), 1.5618e-3, 0.0897)
 

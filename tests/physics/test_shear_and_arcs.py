@@ -90,7 +90,7 @@ def test_damping_takes_what_the_energies_lose():
     assert float(sol["energy.dissipated_damping"][-1]) == pytest.approx(lost, rel=1e-4)
 
 
-@pytest.mark.parametrize("height", [0.05, 0.1])
+@pytest.mark.parametrize("height", [pytest.param(0.05, marks=pytest.mark.slow), 0.1])
 def test_a_column_with_shear_buckles_at_reissners_load(height):
     """P + P^2 (1/(ks G A) - 1/(E A)) = pi^2 EI/L^2 for pinned ends.
 

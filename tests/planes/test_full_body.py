@@ -104,7 +104,7 @@ def test_energy_of_a_thrown_body_is_booked():
     assert 3.0 < rest[0] / rest[1] < 5.5
 
 
-@pytest.mark.parametrize("interface", ["rigid", "averaged"])
+@pytest.mark.parametrize("interface", ["rigid", pytest.param("averaged", marks=pytest.mark.slow)])
 def test_stiff_pendulum_swings_as_a_rigid_one(interface):
     """The angles differ by errors of the steps alone, the forces first by vibrations of the start."""
     body = link(interface=interface)

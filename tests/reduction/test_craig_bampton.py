@@ -55,6 +55,7 @@ def test_published_frequencies_of_a_link_with_eyes():
     assert clamped(body, 24)[:3] == pytest.approx([913.9364, 5327.25, 9488.96], rel=2e-3)
 
 
+@pytest.mark.slow
 def test_frequencies_fall_to_those_of_all_nodes():
     """Each further set of modes lowers them: Ritz values from above."""
     body = eyes()
@@ -116,9 +117,9 @@ REFUSED = {
     "too many coordinates": (lambda: fm.Reduced(eyes(), modes=120).element, "more than 96. Keep fewer modes"),
     "too high a frequency": (lambda: fm.Reduced(eyes(), up_to=1e9).basis, "more than 96. Keep fewer modes"),
     "more modes than displacements": (lambda: fm.Reduced(bar(elements=2), modes=4).basis, "3 inner displacements"),
-    "an arc": (
-        lambda: fm.Reduced(bar(turn=1.0)),
-        "arcs cannot be reduced",
+    "shapes of inertia of too few elements": (
+        lambda: fm.Reduced(bar(elements=3), modes=6, inertia_shapes=True).basis,
+        "6 inner displacements.*three for shapes of inertia",
     ),
     "a start field": (
         lambda: fm.compile(fm.Mechanism("m", [fm.Reduced(bar(displacement=lambda s: (0.0, 0.01 * s * s, 0.02 * s)))])),

@@ -217,7 +217,8 @@ def command(folder, *more):
     return [sys.executable, "-m", "flexmb", *words, "--no-plots", "--no-vtk", "--quiet", *more]
 
 
-@pytest.mark.parametrize("kill", [pytest.param(signal.SIGTERM, marks=pytest.mark.slow), signal.SIGKILL])
+@pytest.mark.slow
+@pytest.mark.parametrize("kill", [signal.SIGTERM, signal.SIGKILL])
 def test_a_command_that_is_killed_goes_on(tmp_path, kill):
     path = tmp_path / "slider-crank.checkpoint.nc"
     process = subprocess.Popen(command(tmp_path, "--checkpoint", "0.2s"))

@@ -145,7 +145,7 @@ if __name__ == "__main__":
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals")
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
+@pytest.mark.parametrize("number", [signal.SIGKILL, pytest.param(signal.SIGINT, marks=pytest.mark.slow)])
 def test_a_killed_command_goes_on_and_leaves_no_worker(kept, journal, tmp_path, number):
     script = tmp_path / "killed.py"
     script.write_text(KILLED)
@@ -202,6 +202,7 @@ def short_diagram(keep=2):
     return diagram(case("rigid", 2.5), "speed", (OVER_SPEED.values[0], OVER_SPEED.values[-1]), 1, keep)
 
 
+@pytest.mark.slow
 def test_a_diagram_goes_on_with_its_store(kept):
     run = short_diagram()
     assert work_off([run], kept, 1, shown=False) == {}

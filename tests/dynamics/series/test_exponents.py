@@ -40,7 +40,10 @@ def test_a_signal_of_spikes_is_off_by_a_seventh_and_says_that_its_embedding_is_d
 
 
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("name", REGULAR)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=pytest.mark.slow) if n in ("two sines", "period 1", "period 4") else n for n in REGULAR],
+)
 def test_regular_signals_have_no_exponent(signals, method, name):
     found = method(*signals[name])
     assert not found.ok
@@ -57,7 +60,9 @@ def test_noise_has_no_exponent(signals, method):
 
 
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("level", [1e-9, 1e-6, 1e-3])
+@pytest.mark.parametrize(
+    "level", [pytest.param(1e-9, marks=pytest.mark.slow), 1e-6, pytest.param(1e-3, marks=pytest.mark.slow)]
+)
 def test_noise_on_a_periodic_signal_is_no_chaos(signals, method, level):
     x, interval = signals["sine"]
     found = method(x + level * np.random.default_rng(5).standard_normal(len(x)), interval)
