@@ -269,7 +269,7 @@ def statics(record: dict) -> list[str]:
     if record["reduced"]:
         _, nodes, declared, reduced, memory = record["reduced"]
         parts.append(
-            f"`fm.Reduced` of a plane body of {nodes:,} nodes to 6 modes: {number(declared)} s for mesh and declaration, "
+            f"`fm.Reduced` of a plane body of {nodes:,} nodes to 6 modes: {number(declared)} s for its mesh, "
             f"{number(reduced)} s, {number(memory)} MB at the most."
         )
     return parts

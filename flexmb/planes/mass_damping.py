@@ -9,7 +9,7 @@ Forces              f = zeta m u on the nodes;  T = sum J (x_k - a) . f_k,  -sum
 Power               zeta u . m u >= 0
 
 with m the consistent mass of the cell.  No rigid motion is damped, and the forces are in balance, moments included.
-It is the damping of beams (`flexmb.beams.mass_damping`), equation (3.10) of docs/theory/inertia.md.
+It is the damping of beams (`flexmb.beams.mass_damping`).  Equation (11.11) of docs/theory/plane_bodies.md.
 """
 
 from collections.abc import Mapping

@@ -78,8 +78,8 @@ def test_flight_and_rotation_are_not_damped(make):
 
 @pytest.mark.parametrize("pins", [("left", "right"), ("left",)])
 def test_kernels_agree_with_differences(pins):
-    cell = fm.meshes.rectangle(LENGTH, 0.02, 1, 1)
-    fm.testing.check_part(fm.Mechanism("free", [bar(cell, pins=pins)]), "bar")
+    cells = fm.meshes.rectangle(LENGTH, 0.02, 2, 1)
+    fm.testing.check_part(fm.Mechanism("free", [bar(cells, pins=pins)]), "bar")
 
 
 def test_a_negative_rate_is_refused():
