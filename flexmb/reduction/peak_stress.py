@@ -4,10 +4,10 @@ Stresses of the shapes are added up before the von Mises stress is taken, for ma
 stresses form a group; only groups that may hold the largest stress are looked at.  With the mean stress s of a group
 and its von Mises stress |s|, at any of its nodes
 
-    |s_k| <= |s| + |s_k - s| <= |s| + spread |R e|
+    |s_k| <= |s| + |s_k - s| <= |s| + sum_j spread_j |y_j|,   y = R e
 
-by the triangle inequality, where |R e| is the root mean square of the von Mises stress of all nodes and `spread` the
-largest ratio |s_k - s| / |R e| over all deformations e.
+by the triangle inequality.  |y| is the root mean square of the von Mises stress of all nodes, the y_j are the parts of
+orthogonal fields of stress, and spread_j is the largest |s_k - s| of the field j alone.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ GROUPS, PARTS, HEAD = range(3)
 """Parameters behind those of the element: number of groups; of stresses sx, sy, txy, sz, without those at the end that
 are zero at all nodes.
 
-At HEAD: R (n, n).  Then for every LANES groups their spreads, and of each coordinate their mean stresses side by side;
-for every group the numbers of its LANES nodes, and of each coordinate their stresses side by side.  The last group
-repeats its last node, the last groups are followed by zeros.
+At HEAD: R (n, n).  Then for every LANES groups, of each field their spreads and of each coordinate their mean stresses
+side by side; for every group the numbers of its LANES nodes, and of each coordinate their stresses side by side.  The
+last group repeats its last node, the last groups are followed by zeros.
 """
 
 SX, SY, TXY, SZ = range(0, 4 * LANES, LANES)
@@ -72,45 +72,57 @@ def squares(p, at, e, n, size, S):
 
 
 @fast
-def length(p, at, e, n):
-    """|R e|."""
-    total = 0.0
+def fields(p, at, e, n, y):
+    """Set y = |R e|, entry by entry."""
     for i in range(n):
         row = 0.0
         for j in range(n):
             row += p[at + i * n + j] * e[j]
-        total += row * row
-    return math.sqrt(total)
+        y[i] = abs(row)
+
+
+@fast
+def fill_bounds(p, at, e, y, n, size, S, bounds):
+    """Fill the bounds of all groups; the group with the largest one."""
+    groups, best, most = bounds.shape[0], 0, -1.0
+    for first in range(0, groups, LANES):
+        squares(p, at + LANES * n, e, n, size, S)
+        for k in range(LANES):
+            S[k] = math.sqrt(S[k])
+        for j in range(n):
+            for k in range(LANES):
+                S[k] += p[at + LANES * j + k] * y[j]
+        for k in range(min(LANES, groups - first)):
+            bounds[first + k] = SURE * S[k]
+            if bounds[first + k] > most:
+                best, most = first + k, bounds[first + k]
+        at += LANES * n + n * size
+    return best
 
 
 @fast
 def largest_stress(p, q, x):
     """Largest nodal von Mises stress, and the number of its node."""
     n, S = int(p[COUNT]), side_by_side()
-    e = part_of(x[T1], 0, n)
+    e, y = part_of(x[T1], 0, n), part_of(x[T2], 0, n)
     c, s, angle, _ = frame_of(p, q)
     deformation(p, q, c, s, angle, x)
     for i in range(n):
         x[1, i] = 0.0  # d' has no part in stresses
-    shortened(p, x, e, part_of(x[T2], 0, n))
+    shortened(p, x, e, y)
     begin = end_of(p)
     groups, size = int(p[begin + GROUPS]), LANES * int(p[begin + PARTS])
     bounds = stack_space(groups)
-    at, step, root = begin + HEAD + n * n, LANES + n * size, length(p, begin + HEAD, e, n)
-    best, most = 0, -1.0
-    for first in range(0, groups, LANES):
-        squares(p, at + LANES, e, n, size, S)
-        for k in range(min(LANES, groups - first)):
-            bounds[first + k] = SURE * (math.sqrt(S[k]) + p[at + k] * root)
-            if bounds[first + k] > most:
-                best, most = first + k, bounds[first + k]
-        at += step
+    fields(p, begin + HEAD, e, n, y)
+    at = begin + HEAD + n * n
+    best = fill_bounds(p, at, e, y, n, size, S, bounds)
+    at += -(-groups // LANES) * (LANES * n + n * size)
     largest, where = -1.0, 0.0
     for turn in range(-1, groups):  # the group with the largest bound first
         group = best if turn < 0 else turn
         if turn == best or bounds[group] * bounds[group] < largest:
             continue
-        own = at + group * step
+        own = at + group * (LANES + n * size)
         squares(p, own + LANES, e, n, size, S)
         for k in range(LANES):
             if not S[k] < largest:  # also what is not a number
@@ -143,20 +155,19 @@ def peak_stress_signal(
     found = groups_of(metric)
     means = stresses[found].mean(axis=1)
     apart = metric[found] - metric[found].mean(axis=1, keepdims=True)
-    spreads = np.linalg.norm(apart, ord=2, axis=(2, 3)).max(axis=1)
-    blocks = -(-len(found) // LANES)
-    padded = np.zeros((blocks * LANES, parts, stresses.shape[2]))
-    padded[: len(found)] = means[:, :parts]
-    bounds = np.zeros(blocks * LANES)
-    bounds[: len(found)] = spreads
-    own = [_side_by_side(bounds.reshape(blocks, LANES), padded.reshape(blocks, LANES, parts, -1))]
-    own.append(_side_by_side(found.astype(float), stresses[found][:, :, :parts]))
+    spreads = np.sqrt((apart**2).sum(axis=2)).max(axis=1)
+    blocks, n = -(-len(found) // LANES), stresses.shape[2]
+    both = np.zeros((blocks * LANES, 1 + parts, n))
+    both[: len(found)] = np.concatenate([spreads[:, None], means[:, :parts]], axis=1)
+    both = both.reshape(blocks, LANES, 1 + parts, n)
+    bounds = both[:, :, 0].transpose(0, 2, 1).reshape(blocks, -1)
+    own = [_side_by_side(bounds, both[:, :, 1:]), _side_by_side(found.astype(float), stresses[found][:, :, :parts])]
     p = (*element, float(len(found)), float(parts), *root.ravel().tolist(), *np.concatenate(own).tolist())
     return SignalContribution(part, "von_mises", "Pa", peak_stress_kernel, coordinates, p, place="von_mises_node")
 
 
 def _side_by_side(numbers: np.ndarray, stresses: np.ndarray) -> np.ndarray:
-    """Numbers (m, LANES), each row followed by stresses (m, LANES, parts, n) in the order of the kernel."""
+    """Numbers (m, ...), each row followed by stresses (m, LANES, parts, n) in the order of the kernel."""
     m = len(numbers)
     return np.hstack([numbers, stresses.transpose(0, 3, 2, 1).reshape(m, -1)]).ravel()
 
