@@ -160,7 +160,7 @@ def _data_of(beam: Beam) -> BeamKey:
 def beam_parameters(beam: Beam, nodes: dict[str, Node], damping: float, gravity: Point) -> list[tuple[float, ...]]:
     """p of every element of a beam."""
     load, data = (float(damping), *map(float, gravity)), matrices(beam)
-    free = _unstressed(beam, data).tolist() if beam.turn else data.straight
+    free = unstressed_shape(beam, data).tolist() if beam.turn else data.straight
     return [
         (*head, first, second, *load, *tail, *rest)
         for (head, tail), (first, second), rest in zip(
@@ -169,7 +169,7 @@ def beam_parameters(beam: Beam, nodes: dict[str, Node], damping: float, gravity:
     ]
 
 
-def _unstressed(beam: Beam, data: BeamMatrices) -> Array:
+def unstressed_shape(beam: Beam, data: BeamMatrices) -> Array:
     """l0, u10, u20 of the elements of a beam (n, 3); see `flexmb.beams.arc`."""
     return unstressed_elements(data.lengths, data.bow, beam.turn) if beam.turn else np.array(data.straight)
 
@@ -217,7 +217,7 @@ def mass_damping_pieces(
     frame = tuple(c for k in (0, -1) for c in node_coordinates(part, axis.nodes[k])[:2])
     contributions: list[Contribution] = []
     for beam in beams:
-        data, directions = matrices(beam), _chords(beam)
+        data, directions = matrices(beam), chord_directions(beam)
         for k, nodes in enumerate(pairwise(beam.nodes)):
             ends = tuple(left.pop(node, (0.0, 0.0)) for node in nodes)
             p = damping_parameters(
@@ -243,7 +243,7 @@ def direction(beam: Beam) -> float:
     return math.atan2(beam.end[1] - beam.start[1], beam.end[0] - beam.start[0])
 
 
-def _chords(beam: Beam) -> list[float]:
+def chord_directions(beam: Beam) -> list[float]:
     """Directions of the chords of the elements in the reference configuration [rad]."""
     middles = [0.5 * (a + b) for a, b in pairwise(beam.places)]
     return tangents(beam.start, beam.end, beam.turn, middles)
@@ -261,7 +261,7 @@ def beam_elements(beam: Beam, nodes: Mapping[str, Node]) -> BeamElements:
     outer = outer_fibres(beam.section, stations / stations[-1])
     outer = np.maximum(outer[:-1], outer[1:])
     ends = np.array([offsets[:-1], offsets[1:]])
-    return BeamElements(np.diff(stations), ends, outer, data.shear_shares.T, data.bow.T, _unstressed(beam, data).T)
+    return BeamElements(np.diff(stations), ends, outer, data.shear_shares.T, data.bow.T, unstressed_shape(beam, data).T)
 
 
 def beam_shapes(part: str, beams: Sequence[Beam], nodes: dict[str, Node]) -> tuple[BeamShape, ...]:
@@ -269,7 +269,7 @@ def beam_shapes(part: str, beams: Sequence[Beam], nodes: dict[str, Node]) -> tup
     shapes = []
     for beam in beams:
         data = matrices(beam)
-        unstressed = _unstressed(beam, data)
+        unstressed = unstressed_shape(beam, data)
         depths = 2.0 * outer_fibres(beam.section, np.array(beam.stations) / beam.stations[-1])
         for k, p in enumerate(beam_parameters(beam, nodes, 0.0, (0.0, 0.0))):
             ei = (float(data.ei[k, 0]), float(data.ei[k, 1]))
@@ -302,9 +302,14 @@ def mass_parts(beam: Beam) -> list[tuple[float, Point, float]]:
 
 def _masses_of_arc(beam: Beam, data: BeamMatrices) -> list[tuple[float, Point, float]]:
     """`mass_parts` of an arc: of r = (1 - xi) x1 + xi x2 + w n at rest."""
-    parts, free = [], _unstressed(beam, data).tolist()
+    parts, free = [], unstressed_shape(beam, data).tolist()
     for (_, u1, u2), L, integrals, start, angle in zip(
-        free, data.lengths.tolist(), data.inertia_integrals.tolist(), beam.points[:-1], _chords(beam), strict=True
+        free,
+        data.lengths.tolist(),
+        data.inertia_integrals.tolist(),
+        beam.points[:-1],
+        chord_directions(beam),
+        strict=True,
     ):
         m11, m12, m22, g11, g12, g21, g22, h11, h12, h22, J, *_ = integrals
         mass, chord = m11 + 2.0 * m12 + m22, L * chord_share(2.0 * u2)

@@ -27,11 +27,11 @@ from flexmb.planes.cells import Cells, Pin, cell_contributions
 from flexmb.planes.mesh import PlaneMesh
 from flexmb.planes.peak_stress import peak_stress_signal
 
-PIN_SHARE = 1e-5
+PIN_SHARE = 1e-7
 """Mass of an averaged pin over that of its body: it keeps the equations of motion regular.
 
 Its nodes have as much less, so that no rigid motion of the body has another inertia.  Frequencies of motions that
-deform the hole change by less than this share; a smaller one spoils the search for frequencies by round-off."""
+deform the hole change by less than this share.  With a hundredth of it steps find the pins without mass."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +21,12 @@ Pair = tuple[float, float]
 
 NARROW = math.radians(50.0)
 """Angle at which the shank leaves an eye [rad] up to which the block of the eye ends on an arc; wider: on a box."""
+
+LARGEST_TURN = math.radians(20.0)
+"""Turn of a fillet along one cell [rad]."""
+
+NO_CORNER = 1e-9
+"""Distance of the shank's edge from the eye's outline over its radius [1] up to which there is no corner."""
 
 
 def rectangle(length: float, height: float, nx: int, ny: int, kind: str = "quad9") -> PlaneMesh:
@@ -79,6 +86,7 @@ def link_with_eyes(
     width: float | Pair,
     size: float,
     kind: str = "quad9",
+    fillet: float | Pair = 0.0,
 ) -> PlaneMesh:
     """A link of two eyes and a straight shank; its holes are the sets "start" at (0, 0) and "end" at (length, 0).
 
@@ -90,15 +98,17 @@ def link_with_eyes(
     width : width of the shank where it leaves the eyes, or (start, end) [m]; at most the diameter of the eye.
     size : length of a cell's edge [m].
     kind : kind of the cells; quadratic nodes lie on the circles.
+    fillet : radius of the arcs between eyes and shank, or (start, end); 0: sharp corners [m].
 
     Raises
     ------
-    InputError : values that are not > 0, holes larger than eyes, a shank wider than an eye, eyes that overlap.
+    InputError : values that are not > 0, holes larger than eyes, a shank wider than an eye, eyes that overlap, fillets
+        that leave no shank.
 
     Notes
     -----
-    Corners between shank and eyes are sharp: stresses there grow without limit with finer meshes.  A `width` equal to
-    the diameter of the eyes has no corners.
+    At sharp corners between shank and eyes stresses grow without limit with finer meshes.  A `width` equal to the
+    diameter of the eyes has no corners.
     """
     label = "meshes.link_with_eyes"
     checks.one_of(label, "kind", kind, KINDS)
@@ -109,7 +119,8 @@ def link_with_eyes(
         if wide > 2.0 * big * (1.0 + 1e-12):
             raise InputError(f"{label}: width is {wide:g} m at the {end}; at most the eye's diameter, {2 * big:g} m.")
         angles.append(math.asin(min(1.0, 0.5 * wide / big)))
-    return _link(label, length, radii, holes, (angles[0], angles[1]), size, kind)
+    fillets = _pair(label, "fillet", fillet, checks.not_negative)
+    return _link(label, length, radii, holes, (angles[0], angles[1]), size, kind, fillets)
 
 
 def crank_web(throw: float, eye: float | Pair, hole: float | Pair, size: float, kind: str = "quad9") -> PlaneMesh:
@@ -135,7 +146,9 @@ def crank_web(throw: float, eye: float | Pair, hole: float | Pair, size: float, 
     return _link(label, throw, radii, holes, (0.5 * math.pi - lean, 0.5 * math.pi + lean), size, kind)
 
 
-def _link(label: str, length: float, radii: Pair, holes: Pair, angles: Pair, size: float, kind: str) -> PlaneMesh:
+def _link(
+    label: str, length: float, radii: Pair, holes: Pair, angles: Pair, size: float, kind: str, fillets: Pair = (0.0, 0.0)
+) -> PlaneMesh:
     """A mesh of two eyes whose shank leaves them at these angles from the axis [rad]."""
     for end, big, small in zip(("start", "end"), radii, holes, strict=True):
         if small >= big:
@@ -146,9 +159,12 @@ def _link(label: str, length: float, radii: Pair, holes: Pair, angles: Pair, siz
     corners = [(r * math.cos(a), r * math.sin(a)) for r, a in zip(radii, angles, strict=True)]
     slope = (corners[1][1] - corners[0][1]) / (length - corners[0][0] - corners[1][0])
     eyes = [
-        _Eye(r, hole, angle, sign * slope, size)
-        for r, hole, angle, sign in zip(radii, holes, angles, (1.0, -1.0), strict=True)
+        _Eye(r, hole, angle, sign * slope, size, fillet)
+        for r, hole, angle, sign, fillet in zip(radii, holes, angles, (1.0, -1.0), fillets, strict=True)
     ]
+    if sum(eye.reach for eye in eyes) >= length:
+        text = f"{label}: the fillets of {fillets[0]:g} and {fillets[1]:g} m leave no shank between the eyes"
+        raise InputError(f"{text}, which are {length:g} m apart. Make them smaller.")
     across = max(eye.cells_across for eye in eyes)
     first, last = eyes[0].neck(across), eyes[1].neck(across)
     mirrored = [np.array([length, 0.0]) + np.array([-1.0, 1.0]) * points for points in (eyes[1].block(across), last)]
@@ -163,7 +179,7 @@ class _Eye:
     """One eye about (0, 0) with the shank on the side x > 0.
 
     radius, hole : radii [m].  angle : at which the shank leaves the eye [rad].  slope : of the shank's upper edge [1].
-    size : length of a cell's edge [m].
+    size : length of a cell's edge [m].  fillet : radius of the arcs between eye and shank [m].
     """
 
     radius: float
@@ -171,52 +187,97 @@ class _Eye:
     angle: float
     slope: float
     size: float
+    fillet: float = 0.0
 
     @property
     def cells_across(self) -> int:
         """Number of cells across the shank, for this eye; even."""
         return 2 * cells_along(self.radius * math.sin(self.angle), self.size)
 
+    @property
+    def corner(self) -> Pair:
+        """Point where eye and upper edge of the shank meet without a fillet [m]."""
+        return self.radius * math.cos(self.angle), self.radius * math.sin(self.angle)
+
+    @cached_property
+    def arcs(self) -> tuple[Curve, Curve] | None:
+        """Upper and lower fillet, in the order of the outline; None for sharp corners, and where there is no corner."""
+        unit = math.hypot(1.0, self.slope)
+        along, normal = (1.0 / unit, self.slope / unit), (-self.slope / unit, 1.0 / unit)
+        height = self.corner[0] * normal[0] + self.corner[1] * normal[1]  # of the edge above the centre of the eye
+        reach = self.radius + self.fillet
+        if self.fillet == 0.0 or self.radius - height < NO_CORNER * self.radius:
+            return None
+        run = math.sqrt(reach**2 - (height + self.fillet) ** 2)
+        x, y = (run * a + (height + self.fillet) * n for a, n in zip(along, normal, strict=True))
+        first, last = math.atan2(-normal[1], -normal[0]), -math.pi + math.atan2(y, x)
+        return arc((x, y), self.fillet, first, last), arc((x, -y), self.fillet, -last, -first)
+
+    @property
+    def opening(self) -> float:
+        """Angle from the axis at which the round outline of the eye begins [rad]."""
+        if self.arcs is None:
+            return self.angle
+        x, y = self.arcs[0](np.ones(1))[0]
+        return math.atan2(y, x)
+
+    @property
+    def reach(self) -> float:
+        """Distance from the centre at which eye and fillets end [m]."""
+        return self.radius if self.arcs is None else max(self.radius, float(self.arcs[0](np.zeros(1))[0, 0]))
+
     def neck_curves(self) -> list[Curve]:
         """Curves on which the block of the eye meets the shank, from its lower to its upper edge."""
         r, a = self.radius, self.angle
-        x, y = r * math.cos(a), r * math.sin(a)
-        if a <= NARROW:
+        x, y = self.corner
+        if self.arcs is not None:
+            x, y = self.arcs[0](np.zeros(1))[0]
+        elif a <= NARROW:
             # an arc half as bent as the eye halves the angles at the corners; it keeps clear of the hole
             least = math.atan(max(0.0, (0.5 * (r + self.hole) - x) / y)) * 2.0
             bend = min(a, max(0.5 * a, least))
             radius = y / math.sin(bend)
             return [arc((x - radius * math.cos(bend), 0.0), radius, -bend, bend)]
+        if x >= r:
+            return [segment((x, -y), (x, y))]
         top = y + self.slope * (r - x)
         return [segment((x, -y), (r, -top)), segment((r, -top), (r, top)), segment((r, top), (x, y))]
 
-    def neck_counts(self, across: int) -> list[int]:
+    def neck_counts(self, curves: Sequence[Curve], across: int) -> list[int]:
         """Numbers of cells along the curves of the neck."""
-        if self.angle <= NARROW:
+        if len(curves) == 1:
             return [across]
-        side = max(1, cells_along(self.radius * (1.0 - math.cos(self.angle)), self.size))
+        x = float(curves[0](np.zeros(1))[0, 0])
+        side = max(1, cells_along(self.radius - x, self.size))
         return [side, across, side]
 
     def neck(self, across: int) -> Array:
         """Nodes (2 across + 1, 2) where the shank begins, from below."""
-        curves, counts = self.neck_curves(), self.neck_counts(across)
+        curves = self.neck_curves()
         middle = len(curves) // 2
-        return sampled(curves[middle : middle + 1], counts[middle : middle + 1])
+        return sampled(curves[middle : middle + 1], [across])
 
     def block(self, across: int) -> Array:
         """Grid of the eye: from the hole along rays to the outline and to the neck."""
-        around = cells_along(2.0 * (math.pi - self.angle) * self.radius, self.size)
-        outline = arc((0.0, 0.0), self.radius, self.angle, 2.0 * math.pi - self.angle)
-        outer = sampled([*self.neck_curves(), outline], [*self.neck_counts(across), max(4, around)])
+        opening, neck = self.opening, self.neck_curves()
+        around = cells_along(2.0 * (math.pi - opening) * self.radius, self.size)
+        curves, counts = [*neck], self.neck_counts(neck, across)
+        outline, cells = [arc((0.0, 0.0), self.radius, opening, 2.0 * math.pi - opening)], [max(4, around)]
+        if self.arcs is not None:
+            ends = self.arcs[0](np.arange(2.0))
+            turn = 2.0 * math.asin(min(1.0, 0.5 * float(np.linalg.norm(ends[1] - ends[0])) / self.fillet))
+            along = max(2, math.ceil(turn / LARGEST_TURN), cells_along(turn * self.fillet, self.size))
+            outline, cells = [self.arcs[0], *outline, self.arcs[1]], [along, *cells, along]
+        outer = sampled([*curves, *outline], [*counts, *cells])
         angle = np.arctan2(outer[:, 1], outer[:, 0])
         inner = self.hole * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-        return ruled(inner, outer, cells_along(self.radius - self.hole, self.size))
+        return ruled(inner, outer, cells_along(self.reach - self.hole, self.size))
 
 
-def _pair(label: str, name: str, value: float | Pair) -> Pair:
-    """One value for both ends, or a pair (start, end), > 0 [m]."""
+def _pair(label: str, name: str, value: float | Pair, check: Callable[..., float] = checks.positive) -> Pair:
+    """One value for both ends, or a pair (start, end) [m]."""
     both = tuple(value) if isinstance(value, Iterable) and not isinstance(value, str) else (value, value)
     if len(both) != 2:
         raise InputError(f"{label}: {name} is {value!r}; it must be one number in m, or a pair (start, end).")
-    first, second = (checks.positive(label, name, v, "m") for v in both)
+    first, second = (check(label, name, v, "m") for v in both)
     return first, second

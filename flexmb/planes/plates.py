@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.planes.boundary import area_inside
+from flexmb.planes.fillets import checked_fillets, rounded
 from flexmb.planes.mesh import PlaneMesh
 from flexmb.planes.triangles import Shape, require_apart, triangles
 
@@ -17,25 +19,31 @@ Hole = tuple[tuple[float, float], float]
 
 
 def plate_with_holes(
-    outline: Sequence[tuple[float, float]], holes: Mapping[str, Hole], size: float, kind: str = "tri6"
+    outline: Sequence[tuple[float, float]],
+    holes: Mapping[str, Hole],
+    size: float,
+    kind: str = "tri6",
+    fillet: float | Sequence[float] = 0.0,
 ) -> PlaneMesh:
-    """A plate with a straight-edged outline and round holes, which are sets of their names.
+    """A plate with straight edges, sharp or rounded corners, and round holes, which are sets of their names.
 
     Parameters
     ----------
     outline : corners of the outline in order [m].
     holes : centre and radius of each hole by name [m], such as {"start": ((0.0, 0.0), 0.01)}.
     size : length of a triangle's edge [m].
-    kind : "tri6", whose edges on the holes are curved, or "tri3".
+    kind : "tri6", whose edges on holes and fillets are curved, or "tri3".
+    fillet : radius of the arcs at all corners, or one radius for each corner; 0: sharp [m].
 
     Raises
     ------
     InputError : an outline with less than three corners or that crosses itself, holes that overlap or leave the
-        outline, walls narrower than the triangles.
+        outline, walls narrower than the triangles, fillets longer than an edge.
 
     Notes
     -----
-    Corners that point inwards are sharp: stresses there grow without limit with finer meshes.
+    At a sharp corner that points inwards stresses grow without limit with finer meshes.  A fillet has three edges at
+    least, so a small one makes small triangles.
     """
     label = "meshes.plate_with_holes"
     checks.one_of(label, "kind", kind, ("tri6", "tri3"))
@@ -44,9 +52,11 @@ def plate_with_holes(
     corners = np.array([checks.point(label, f"outline[{i}]", p) for i, p in enumerate(given)], dtype=float)
     if len(corners) < 3:
         raise InputError(f"{label}: outline has {len(corners)} corners; it must have three at least.")
-    if area_inside(corners) < 0.0:
-        corners = corners[::-1]
+    radii = checked_fillets(label, fillet, len(corners))
     _require_simple(label, corners)
+    if area_inside(corners) < 0.0:
+        corners, radii = corners[::-1], radii[::-1]
+    corners, arcs = rounded(label, corners, radii, size)
     found = {}
     for name, hole in checks.mapping(label, "holes", holes).items():
         if not isinstance(hole, tuple | list) or len(hole) != 2:
@@ -57,7 +67,14 @@ def plate_with_holes(
     require_apart(label, shape, list(found))
     points, cells, sets = triangles(shape, size)
     mesh = PlaneMesh(points, cells, "tri3", sets, name="plate_with_holes")
-    return mesh if kind == "tri3" else mesh.to_quadratic(list(sets))
+    if kind == "tri3":
+        return mesh
+    where = cKDTree(points)
+    bends = [where.query(corners[arc])[1] for arc in arcs]
+    round_sets = {str(i): nodes for i, nodes in enumerate([*sets.values(), *bends])}
+    curved = PlaneMesh(points, cells, "tri3", round_sets).to_quadratic(list(round_sets))
+    own = dict(zip(sets, curved.sets.values(), strict=False))  # the fillets have no names
+    return PlaneMesh(curved.points, curved.cells, curved.kind, own, name="plate_with_holes")
 
 
 def _require_simple(label: str, corners: np.ndarray) -> None:

@@ -23,6 +23,9 @@ Indices = npt.NDArray[np.int64]
 CLEAR = 0.7
 """Distance of the lattice from the boundary over the size of the cells [1]."""
 
+STRETCHED = 0.85
+"""Third side of a triangle over the sum of the two on the boundary [1], above which these are nearly one line."""
+
 ROUNDS = 12
 """Number of rounds of smoothing."""
 
@@ -83,6 +86,7 @@ def triangles(shape: Shape, size: float) -> tuple[Array, Indices, dict[str, Indi
     rings = [first + np.arange(len(loop)) for first, loop in zip(starts[:-1], loops, strict=True)]
     edges = np.concatenate([np.stack([ring, np.roll(ring, -1)], axis=1) for ring in rings])
     points = np.concatenate([fixed, _lattice(shape, fixed, edges, size)])
+    points = np.concatenate([points, _behind_bends(points, _inside(shape, points), edges)])
     for _ in range(ROUNDS):
         cells = _inside(shape, points)
         points = _smoothed(points, cells, len(fixed), fixed, edges)
@@ -101,6 +105,21 @@ def _lattice(shape: Shape, fixed: Array, edges: Indices, size: float) -> Array:
     points = np.stack([x, np.broadcast_to(rows[:, None], x.shape)], axis=2).reshape(-1, 2)
     points = points[shape.contains(points)]
     return points[_is_clear(points, fixed, edges)]
+
+
+def _behind_bends(points: Array, cells: Indices, edges: Indices) -> Array:
+    """Nodes inside, for triangles with two edges on the boundary that are nearly one line: on an arc they would be flat."""
+    ahead = np.full(len(points), -1)
+    ahead[edges[:, 0]] = edges[:, 1]
+    turned = np.concatenate([np.roll(cells, -k, axis=1) for k in range(3)])
+    a, b, c = points[turned].transpose(1, 0, 2)
+    lengths = np.linalg.norm(b - a, axis=1) + np.linalg.norm(c - b, axis=1)
+    along = np.linalg.norm(c - a, axis=1) > STRETCHED * lengths
+    bent = along & (ahead[turned[:, 0]] == turned[:, 1]) & (ahead[turned[:, 1]] == turned[:, 2])
+    chord = (c - a)[bent]
+    inwards = np.stack([-chord[:, 1], chord[:, 0]], axis=1) / np.linalg.norm(chord, axis=1)[:, None]
+    found: Array = b[bent] + 0.5 * lengths[bent, None] * inwards
+    return found
 
 
 def _is_clear(points: Array, fixed: Array, edges: Indices) -> npt.NDArray[np.bool_]:

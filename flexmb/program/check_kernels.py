@@ -114,28 +114,32 @@ def _law(law: Law) -> KernelCall:
 
 def _arguments(kernel: Kernel, contribution: Any, pose: Sequence[float], history: Sequence[float]) -> list[Any]:
     """Arguments of a kernel after p: at rest, in the reference configuration, at t = 0."""
-    q, z, n = np.array(pose, dtype=float), np.array(history, dtype=float), len(pose)
-    zero, square, rows = np.zeros(n), np.zeros((n, n)), [np.zeros(getattr(contribution, "rows", 0)) for _ in range(4)]
-    own = [z, z.copy()]
+    name, n = kernel.contract.name, len(pose)
+    if name == "control":
+        return _arguments_of_control(contribution)
+    q, z = np.array(pose, dtype=float), np.array(history, dtype=float)
+    zero, rows = np.zeros(n), [np.zeros(getattr(contribution, "rows", 0)) for _ in range(4)]
     state = [0.0, 0.0, q, zero.copy(), zero.copy(), z]
-    force = [zero.copy(), square, square.copy(), square.copy(), z.copy()]
-    constraint = [0.0, q, zero, rows[0], rows[1], np.zeros((len(rows[0]), n)), rows[2], rows[3], square]
-    return {
-        "element": [*state, *force],
+    plain = {
         "force": [*state, zero.copy(), z.copy()],
-        "tangent": [*state, 1.0, 1.0, 1.0, zero.copy(), square, z.copy()],
         "account": [*state[:-1], np.zeros(n), z, *np.zeros((3, n)), z.copy()],
         "energy": [0.0, q, zero],
-        "constraint": constraint,
         "gap": [q, zero, np.zeros(GAP_SIZE)],
-        "normal": [1e-6, -1e-6, -1e-3, *own],
-        "friction": [1e-6, -1e-6, 1e-3, *own],
+        "normal": [1e-6, -1e-6, -1e-3, z, z.copy()],
+        "friction": [1e-6, -1e-6, 1e-3, z, z.copy()],
         "motion": [0.0],
-        "joint_friction": [q, rows[1], np.zeros(JOINT_FRICTION_SIZE), np.zeros((n, n))],
         "signal": [0.0, q, zero, zero.copy()],
         "extremum": [0.0, q, zero, zero.copy()],
-        "control": _arguments_of_control(contribution) if kernel.contract.name == "control" else [],
-    }[kernel.contract.name]
+    }
+    if name in plain:  # a signal may read all coordinates of a large body, so it must not cost a matrix of them
+        return plain[name]
+    square = np.zeros((n, n))
+    return {
+        "element": [*state, zero.copy(), square, square.copy(), square.copy(), z.copy()],
+        "tangent": [*state, 1.0, 1.0, 1.0, zero.copy(), square, z.copy()],
+        "constraint": [0.0, q, zero, rows[0], rows[1], np.zeros((len(rows[0]), n)), rows[2], rows[3], square],
+        "joint_friction": [q, rows[1], np.zeros(JOINT_FRICTION_SIZE), square],
+    }[name]
 
 
 def _sizes_of(control: ControlContribution) -> tuple[int, int, int]:

@@ -1,13 +1,16 @@
 """Craig-Bampton bases: static shapes of the pins, and vibrations with all pins held.
 
 Every third of the vibrations makes a node (x, y, theta) of the reduced body: two amplitudes are displacements of the
-node against the rigid motion of the pins, the third is its rotation.  So rigid motions are those of nodes, and the
-basis holds them.
+node against the rigid motion of the first pin, the third is its rotation.  So rigid motions are those of nodes, and the
+basis holds them.  The shortening of bending moves no coordinate of the first pin, so it leaves amplitudes alone.
 
     Psi = [Psi_s - Phi A R,  Phi A],   Psi_s = [1; -K_ii^-1 K_ib],   K_ii phi = omega^2 M_ii phi
 
-R : rigid motion of the added nodes by the pins;  A : amplitudes by their scale.
-Source: R. R. Craig, M. C. C. Bampton, AIAA J. 6 (1968) 1313.  Equations (12.17) to (12.20) of docs/theory/reduced.md.
+R : rigid motion of the added nodes by the first pin;  A : amplitudes by their scale.
+
+On request a node for the static shapes of the own inertia comes first: Phi_z = K_ii^-1 M_i x for unit accelerations
+along x, along y and about the first pin.  Vibrations then have no static part of these: phi - Phi_z c.
+Source: R. R. Craig, M. C. C. Bampton, AIAA J. 6 (1968) 1313.  Equations (12.17) to (12.21) of docs/theory/reduced.md.
 """
 
 from __future__ import annotations
@@ -31,8 +34,15 @@ Array = npt.NDArray[np.float64]
 DENSE = 60
 """Number of inner displacements up to which all vibrations are computed by a dense solver."""
 
+RIGID = 3
+"""Motions of a rigid body."""
+
 LEAST_PIVOT = 1e-13
 """Smallest pivot over the largest one [1] of a body whose inside is held by its pins."""
+
+
+LEAST_SHARE = 1e-10
+"""Least strain energy of a combination of static shapes of inertia and vibrations over that of each one [1]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,12 +52,13 @@ class Basis:
     Parameters
     ----------
     model : the body.
-    nodes : pins, then a node for every three vibrations.
+    nodes : pins, the node of static shapes of inertia, if there is one, then a node for every three vibrations.
     shapes : (N, n) displacements of the model by those of the nodes.
     held : frequencies with all pins held of the kept vibrations, and of the next one, if there is one [Hz].
     solve_inner : solves K_ii x = b for one b (N - 3 P,) or several.
     by_pin : whether the frame of the body is that of its first pin.
-    followed : (k, 3 P) rigid motion of the nodes of vibrations by the displacements of the pins.
+    followed : (k, 3 P) rigid motion of the added nodes by the displacements of the pins.
+    vibrations : number of vibrations that are kept.
     """
 
     model: ElasticModel
@@ -57,6 +68,12 @@ class Basis:
     solve_inner: Callable[[Array], Array]
     by_pin: bool
     followed: Array
+    vibrations: int
+
+    @property
+    def loaded(self) -> int:
+        """Number of static shapes of inertia: three or none."""
+        return int(self.shapes.shape[1]) - self.model.count - self.vibrations
 
     def static(self, force: Array) -> Array:
         """Displacements (N,) under forces (N,) with all pins held."""
@@ -66,7 +83,7 @@ class Basis:
         return z
 
 
-def basis(model: ElasticModel, modes: int, up_to: float | None, *, by_pin: bool) -> Basis:
+def basis(model: ElasticModel, modes: int, up_to: float | None, *, by_pin: bool, inertia: bool = False) -> Basis:
     """Craig-Bampton basis of a body.
 
     Parameters
@@ -75,6 +92,7 @@ def basis(model: ElasticModel, modes: int, up_to: float | None, *, by_pin: bool)
     modes : least number of vibrations with all pins held; a multiple of three is kept.
     up_to : all vibrations up to this frequency are kept [Hz]; None: `modes` of them.
     by_pin : whether the frame of the body is that of its first pin.
+    inertia : whether the static shapes of the own inertia are kept.
 
     Raises
     ------
@@ -82,24 +100,49 @@ def basis(model: ElasticModel, modes: int, up_to: float | None, *, by_pin: bool)
     """
     m, K, M = model.count, model.stiffness.tocsc(), model.mass_matrix()
     inner = K.shape[0] - m
-    if modes > inner - inner % 3:
+    more = RIGID if inertia else 0
+    if modes + more > inner - inner % 3:
+        besides = ", three for shapes of inertia" if inertia else ""
         raise InputError(
             f"{model.label}: modes is {modes}, but the body has {inner} inner displacements, of which modes take three "
-            "at a time. Keep fewer modes, or take more elements."
+            f"at a time{besides}. Keep fewer modes, or take more elements."
         )
-    require_room(model, 3 * math.ceil(modes / 3))
+    require_room(model, 3 * math.ceil(modes / 3) + more)
     solve = _solver(model, K[m:, m:]) if inner else np.zeros_like
     static = np.vstack([np.eye(m), -solve(K[m:, :m].toarray())]) if inner else np.eye(m)
     omega, phi = _vibrations(model, K[m:, m:], M[m:, m:], _wanted(modes, up_to), up_to, solve)
     kept = 3 * math.ceil((modes if up_to is None else int(np.sum(omega <= 2.0 * math.pi * up_to))) / 3)
     if kept > len(omega):
         kept = 3 * (len(omega) // 3)
-    full = np.vstack([np.zeros((m, kept)), phi[:, :kept]])
-    added = _added_nodes(model, kept // 3)
+    inside = phi[:, :kept]
+    if inertia:
+        inside = _with_inertia(model, K[m:, m:], inside, solve)
+    full = np.vstack([np.zeros((m, kept + more)), inside])
+    added = _added_nodes(model, kept // 3, inertia=inertia)
     scaled = full * _amplitudes(model, full)
-    rigid = followed(model.pins, added, by_pin=by_pin)
+    rigid = followed(model.pins, added)
     shapes = np.hstack([static - scaled @ rigid, scaled])
-    return Basis(model, (*model.pins, *added), shapes, omega[: kept + 1] / (2.0 * math.pi), solve, by_pin, rigid)
+    held = omega[: kept + 1] / (2.0 * math.pi)
+    return Basis(model, (*model.pins, *added), shapes, held, solve, by_pin, rigid, kept)
+
+
+def _with_inertia(model: ElasticModel, K: Sparse, phi: Array, solve: Callable[[Array], Array]) -> Array:
+    """(n, 3 + k) static shapes of unit accelerations, then vibrations (n, k) without their static part."""
+    arms = model.points - np.array([model.pins[0].x, model.pins[0].y])
+    one, zero = np.ones(len(arms)), np.zeros(len(arms))
+    fields = np.stack([one, zero]), np.stack([zero, one]), np.stack([-arms[:, 1], arms[:, 0]])
+    shapes = solve(np.stack([model.force_of(field.T)[model.count :] for field in fields], axis=1))
+    energies = shapes.T @ (K @ shapes)
+    rest = phi - shapes @ np.linalg.solve(energies, shapes.T @ (K @ phi))
+    together = np.hstack([shapes, rest])
+    whole = np.hstack([shapes, phi])
+    together /= np.sqrt(np.einsum("ij,ij->j", whole, K @ whole))
+    if not la.eigvalsh(together.T @ (K @ together))[0] > LEAST_SHARE:
+        raise InputError(
+            f"{model.label}: the static shapes of its inertia are combinations of each other or of its modes. Keep "
+            "fewer modes, take more elements, or leave inertia_shapes=False."
+        )
+    return together
 
 
 def require_room(model: ElasticModel, modes: int) -> None:
@@ -176,10 +219,11 @@ def _amplitudes(model: ElasticModel, phi: Array) -> Array:
     return factors
 
 
-def _added_nodes(model: ElasticModel, count: int) -> tuple[Node, ...]:
-    """Nodes of vibrations, in the middle of the pins."""
+def _added_nodes(model: ElasticModel, count: int, *, inertia: bool) -> tuple[Node, ...]:
+    """Nodes of static shapes of inertia and of vibrations, in the middle of the pins."""
     x, y = (float(np.mean([getattr(pin, axis) for pin in model.pins])) for axis in "xy")
-    return tuple(Node(f"modes{k + 1}", x, y, model.pins[0].theta) for k in range(count))
+    names = [*(["inertia"] if inertia else []), *(f"modes{k + 1}" for k in range(count))]
+    return tuple(Node(name, x, y, model.pins[0].theta) for name in names)
 
 
 def frame_weights(pins: tuple[Node, ...]) -> Array:
@@ -196,20 +240,10 @@ def rigid_motions(nodes: tuple[Node, ...]) -> Array:
     return motions
 
 
-def followed(pins: tuple[Node, ...], added: tuple[Node, ...], *, by_pin: bool) -> Array:
-    """R (k, 3 P): rigid motion of the added nodes by the displacements of the pins, linear."""
-    m = 3 * len(pins)
-    if not added:
-        return np.zeros((0, m))
-    to_frame = np.zeros((3, m))  # translation and rotation of the frame about the origin by the pins
-    if by_pin:
-        to_frame[0, 0] = to_frame[1, 1] = to_frame[2, 2] = 1.0
-        to_frame[0, 2], to_frame[1, 2] = pins[0].y, -pins[0].x
-    else:
-        A = frame_weights(pins)
-        to_frame[2, 0::3], to_frame[2, 1::3] = -A[:, 1] / (A**2).sum(), A[:, 0] / (A**2).sum()
-        mean = np.mean([(pin.x, pin.y) for pin in pins], axis=0)
-        to_frame[0, 0::3] = to_frame[1, 1::3] = 1.0 / len(pins)
-        to_frame[0] += mean[1] * to_frame[2]
-        to_frame[1] -= mean[0] * to_frame[2]
-    return np.asarray(rigid_motions(added) @ to_frame)
+def followed(pins: tuple[Node, ...], added: tuple[Node, ...]) -> Array:
+    """R (k, 3 P): rigid motion of the added nodes by the displacements of the first pin, linear."""
+    motion = np.zeros((3 * len(added), 3 * len(pins)))
+    by_pin = np.eye(3)  # translation and rotation about the origin
+    by_pin[0, 2], by_pin[1, 2] = pins[0].y, -pins[0].x
+    motion[:, :3] = rigid_motions(added) @ by_pin
+    return motion

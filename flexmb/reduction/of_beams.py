@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -12,41 +12,18 @@ import numpy.typing as npt
 import scipy.linalg as la
 import scipy.sparse as sp
 
-from flexmb.beams.fem import BeamMatrices
+from flexmb import planar
+from flexmb.beams.arc import chord_share
 from flexmb.beams.stress import outer_fibres
 from flexmb.bodies.beam_stress import knows_stress
-from flexmb.bodies.flexible import Beam, direction, matrices
+from flexmb.bodies.flexible import chord_directions, matrices, unstressed_shape
 from flexmb.bodies.flexible_body import FlexibleBody
 from flexmb.model.contributions import Node
 from flexmb.model.shape import MeshShape
+from flexmb.reduction.beam_element import PLACES, Element
 from flexmb.reduction.elastic_model import ElasticModel, Sparse
 
 Array = npt.NDArray[np.float64]
-
-PLACES = np.linspace(0.0, 1.0, 4)
-"""Places on an element whose displacements carry its mass: four values of a cubic say all."""
-
-HERMITE = np.stack(
-    [
-        1.0 - 3.0 * PLACES**2 + 2.0 * PLACES**3,
-        PLACES - 2.0 * PLACES**2 + PLACES**3,
-        3.0 * PLACES**2 - 2.0 * PLACES**3,
-        PLACES**3 - PLACES**2,
-    ],
-    axis=1,
-)
-"""(4, 4) displacements there by (w1, L theta1, w2, L theta2)."""
-
-SLOPES = np.stack(
-    [
-        -6.0 * PLACES + 6.0 * PLACES**2,
-        1.0 - 4.0 * PLACES + 3.0 * PLACES**2,
-        6.0 * PLACES - 6.0 * PLACES**2,
-        3.0 * PLACES**2 - 2.0 * PLACES,
-    ],
-    axis=1,
-)
-"""(4, 4) slopes there, times L."""
 
 THIN = 2e-3
 """Half of the depth over the length with which beams of unknown depth are drawn."""
@@ -54,6 +31,8 @@ THIN = 2e-3
 
 class BeamModel:
     """Assembles the matrices of the beams of a body over the displacements of its nodes, pins first.
+
+    The axes are those of the first pin.
 
     Parameters
     ----------
@@ -64,21 +43,28 @@ class BeamModel:
     def __init__(self, body: FlexibleBody, pins: Sequence[str]) -> None:
         self.body = body
         nodes = {node.name: node for node in body.nodes()}
-        self.pins = tuple(nodes.pop(name) for name in pins)
-        self.nodes = (*self.pins, *nodes.values())
+        first = nodes[pins[0]]
+        self.origin, self.direction = (first.x, first.y), first.theta
+        own = {name: Node(name, *self._own((n.x, n.y)), n.theta - first.theta) for name, n in nodes.items()}
+        self.pins = tuple(own.pop(name) for name in pins)
+        self.nodes = (*self.pins, *own.values())
         self.place = {node.name: 3 * k for k, node in enumerate(self.nodes)}
         self.size = 3 * len(self.nodes)
+        self.elements = tuple(self._elements())
+
+    def _own(self, point: tuple[float, float]) -> tuple[float, float]:
+        """A point in the axes of the first pin."""
+        return planar.to_frame(self.origin, self.direction, point)
 
     def model(self) -> ElasticModel:
         """The elastic model."""
         points, shape, mass = self._samples()
         turn_shape, turn_inertia = self._turns()
         drawn, drawn_by = self._outline()
-        stiffness = self._assembled(_stiffness(data, k) for _, _, _, data, k in self._elements())
         return ElasticModel(
             self.body.label,
             self.pins,
-            stiffness,
+            self._assembled(element.stiffness() for element in self.elements),
             points,
             shape,
             mass,
@@ -86,45 +72,45 @@ class BeamModel:
             turn_inertia,
             self._stress_stiffness,
             self.body.damping,
-            drawn=drawn,
-            drawn_by=drawn_by,
-            stresses=self._stresses if all(knows_stress(beam.section) for beam in self.body.beams) else None,
+            self.origin,
+            self.direction,
+            drawn,
+            drawn_by,
+            self._stresses if all(knows_stress(beam.section) for beam in self.body.beams) else None,
         )
 
-    def _elements(self) -> Iterator[tuple[Array, Array, Beam, BeamMatrices, int]]:
-        """Places of the six displacements, rotation to the axes of the element, beam, its matrices and the number."""
+    def _elements(self) -> Iterator[Element]:
+        """All elements."""
         for beam in self.body.beams:
-            data, angle = matrices(beam), direction(beam)
-            c, s = math.cos(angle), math.sin(angle)
-            own = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-            turn = np.kron(np.eye(2), own)
+            data, angles = matrices(beam), chord_directions(beam)
+            unstressed = unstressed_shape(beam, data)
+            starts = [self._own(point) for point in beam.points]
             for k, ends in enumerate(pairwise(beam.nodes)):
-                yield np.concatenate([self.place[name] + np.arange(3) for name in ends]), turn, beam, data, k
+                c, s = math.cos(angles[k] - self.direction), math.sin(angles[k] - self.direction)
+                turn = np.kron(np.eye(2), np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]))
+                places = np.concatenate([self.place[name] + np.arange(3) for name in ends])
+                chord = float(data.lengths[k]) * chord_share(2.0 * unstressed[k, 2])
+                yield Element(places, turn, np.array(starts[k]), chord, unstressed[k, 1:], beam, data, k)
 
-    def _assembled(self, blocks: Iterator[Array]) -> Sparse:
+    def _assembled(self, blocks: Iterable[Array]) -> Sparse:
         """Sum of element matrices (6, 6), each in the axes of its element."""
         found = sp.lil_matrix((self.size, self.size))
-        for (places, turn, *_), block in zip(self._elements(), blocks, strict=True):
-            found[np.ix_(places, places)] += turn.T @ block @ turn
+        for element, block in zip(self.elements, blocks, strict=True):
+            found[np.ix_(element.places, element.places)] += element.turn.T @ block @ element.turn
         return found.tocsc()
 
     def _samples(self) -> tuple[Array, Sparse, Sparse]:
         """Points with mass, their displacements, and their mass matrix: elements, bosses, and the mass at the mean."""
         points, rows, blocks = [], [], []
-        for places, turn, beam, data, k in self._elements():
-            local = np.zeros((8, 6))
-            length = data.lengths[k]
-            local[0::2, 0], local[0::2, 3] = 1.0 - PLACES, PLACES
-            cubic = HERMITE * np.array([1.0, length, 1.0, length]) @ _axis(data, k)
-            local[1::2, [1, 2, 4, 5]] = cubic
-            back = np.kron(np.eye(4), turn[:2, :2].T)
-            rows.append(self._spread(places, back @ local @ turn))
-            inverse = np.linalg.inv(cubic)
-            blocks.append(inverse.T @ (data.bending_mass[k] - data.rotary_mass[k]) @ inverse)
-            start, end = np.array(beam.start), np.array(beam.end)
-            s = (beam.stations[k] + PLACES * length) / beam.stations[-1]
-            points.append(start + s[:, None] * (end - start))
-        corners, ends = np.array(self.body.corner_points), [self.place[name] for name in self.body.corners]
+        for element in self.elements:
+            places, moved = element.points()
+            points.append(places)
+            rows.append(self._moved(element, moved))
+            inverse = np.linalg.inv(element.cubic)
+            of_axis = element.data.bending_mass[element.k] - element.data.rotary_mass[element.k]
+            blocks.append(inverse.T @ of_axis @ inverse)
+        corners = np.array([self._own(point) for point in self.body.corner_points])
+        ends = [self.place[name] for name in self.body.corners]
         bosses = self.body._bosses
         for mass, point, place in zip(bosses.masses, corners, ends, strict=True):
             rows.append(self._spread(place + np.arange(3), np.eye(2, 3)))
@@ -140,19 +126,12 @@ class BeamModel:
         """Strips along the elements with the depth of their sections, and the displacements of their corners."""
         points, rows = [], []
         cells: list[tuple[int, ...]] = []
-        for places, turn, beam, data, k in self._elements():
-            length, back = data.lengths[k], turn[:2, :2].T
-            s = (beam.stations[k] + PLACES * length) / beam.stations[-1]
-            half = np.maximum(outer_fibres(beam.section, s), THIN * beam.length)
-            start, end = np.array(beam.start), np.array(beam.end)
+        for element in self.elements:
+            half = np.maximum(outer_fibres(element.beam.section, element.stations), THIN * element.beam.length)
             for side in (-1.0, 1.0):
-                local = np.zeros((8, 6))
-                local[0::2, 0], local[0::2, 3] = 1.0 - PLACES, PLACES
-                scale, axis = np.array([1.0, length, 1.0, length]), _axis(data, k)
-                local[1::2, [1, 2, 4, 5]] = HERMITE * scale @ axis
-                local[0::2, [1, 2, 4, 5]] = -side * half[:, None] * (SLOPES * scale @ axis / length + _shear(data, k))
-                rows.append(self._spread(places, np.kron(np.eye(4), back) @ local @ turn))
-                points.append(start + s[:, None] * (end - start) + side * half[:, None] * back[:, 1])
+                places, moved = element.side(side * half)
+                points.append(places)
+                rows.append(self._moved(element, moved))
             first = 4 * (len(points) - 2)
             cells += [(first + i, first + i + 1, first + i + 5, first + i + 4) for i in range(3)]
         corners = tuple((x, y) for x, y in np.concatenate(points).tolist())
@@ -164,14 +143,12 @@ class BeamModel:
         The axial force is constant in an element, the moment is linear between its ends.
         """
         found = []
-        for places, turn, beam, data, k in self._elements():
-            ends = turn @ z[places]
-            force = data.axial_stiffness[k, 1, 1] * (ends[3] - ends[0])
-            _, first, _, last = data.bending_stiffness[k] @ ends[[1, 2, 4, 5]]
+        for element in self.elements:
+            moved, s, section = element.turn @ z[element.places], element.stations, element.beam.section
+            _, first, _, last = element.data.bending_stiffness[element.k] @ (element.bending @ moved)
             moment = (PLACES - 1.0)[:, None] * first + PLACES[:, None] * last
-            s, section = (beam.stations[k] + PLACES * data.lengths[k]) / beam.stations[-1], beam.section
             fibre = np.asarray(section.outer_fibre_at(s) / section.second_moment_at(s))[:, None]
-            axial = force / np.asarray(section.area_at(s))[:, None]
+            axial = (element.normal_force @ moved) / np.asarray(section.area_at(s))[:, None]
             found += [axial - side * fibre * moment for side in (-1.0, 1.0)]
         normal = np.concatenate(found)
         return np.stack([normal, *[np.zeros_like(normal)] * 3], axis=1)
@@ -179,10 +156,11 @@ class BeamModel:
     def _turns(self) -> tuple[Sparse, Sparse]:
         """Rotations with moments of inertia: of sections, of bosses, of a pivot."""
         rows, blocks = [], []
-        for places, turn, _, data, k in self._elements():
-            if data.rotary_mass[k].any():
-                rows.append(self._spread(places, np.eye(6)[[1, 2, 4, 5]] @ turn))
-                blocks.append(data.rotary_mass[k])
+        for element in self.elements:
+            rotary = element.data.rotary_mass[element.k]
+            if rotary.any():
+                rows.append(self._spread(element.places, element.bending @ element.turn))
+                blocks.append(rotary)
         inertia = dict.fromkeys(self.body.corners, self.body._bosses.inertia)
         first = self.body.corners[0]
         inertia[first] = inertia[first] + float(getattr(self.body, "pivot_inertia", 0.0))
@@ -191,6 +169,11 @@ class BeamModel:
             blocks.append(np.array([[value]]))
         return sp.vstack(rows).tocsr(), sp.csr_matrix(la.block_diag(*blocks))
 
+    def _moved(self, element: Element, rows: Array) -> Sparse:
+        """Rows of displacements x0, y0, ... of an element in the axes of the body, over all displacements."""
+        back = np.kron(np.eye(len(rows) // 2), element.turn[:2, :2].T)
+        return self._spread(element.places, back @ rows @ element.turn)
+
     def _spread(self, places: Any, rows: Array) -> Sparse:
         """Rows over all displacements from rows over some of them."""
         entries = sp.lil_matrix((len(rows), self.size))
@@ -198,50 +181,10 @@ class BeamModel:
         return entries.tocsr()
 
     def _stress_stiffness(self, z: Array) -> Sparse:
-        """Geometric stiffness of the axial forces of displacements z, which are constant along each element."""
-
-        def blocks() -> Iterator[Array]:
-            for places, turn, _, data, k in self._elements():
-                ends = turn @ z[places]
-                force = data.axial_stiffness[k, 1, 1] * (ends[3] - ends[0])
-                yield force * _string(data.lengths[k], _axis(data, k))
-
-        return self._assembled(blocks())
-
-
-def _stiffness(data: BeamMatrices, k: int) -> Array:
-    """Stiffness (6, 6) of an element in its axes."""
-    block = np.zeros((6, 6))
-    block[np.ix_([0, 3], [0, 3])] = data.axial_stiffness[k]
-    block[np.ix_([1, 2, 4, 5], [1, 2, 4, 5])] = data.bending_stiffness[k]
-    return block
-
-
-def _shear(data: BeamMatrices, k: int) -> Array:
-    """(4,) mean angle of the normals of the sections against the axis by w1, theta1, w2, theta2, sign of rotations."""
-    (c1, c2), both = data.shear_shares[k], data.shear_shares[k].sum() / data.lengths[k]
-    return np.array([both, c1, -both, c2])
-
-
-def _axis(data: BeamMatrices, k: int) -> Array:
-    """(4, 4) displacements and slopes of the axis at both ends by w1, theta1, w2, theta2."""
-    shear = _shear(data, k)
-    return np.asarray(np.eye(4) - np.outer([0.0, 1.0, 0.0, 1.0], shear))
-
-
-def _string(L: float, axis: Array) -> Array:
-    """Geometric stiffness (6, 6) of a unit axial force: int w'^2 with cubics."""
-    block = np.zeros((6, 6))
-    own = np.array(
-        [
-            [36.0, 3.0 * L, -36.0, 3.0 * L],
-            [3.0 * L, 4.0 * L * L, -3.0 * L, -(L * L)],
-            [-36.0, -3.0 * L, 36.0, -3.0 * L],
-            [3.0 * L, -(L * L), -3.0 * L, 4.0 * L * L],
-        ]
-    ) / (30.0 * L)
-    block[np.ix_([1, 2, 4, 5], [1, 2, 4, 5])] = axis.T @ own @ axis
-    return block
+        """Geometric stiffness of the normal forces of displacements z, which are constant along each element."""
+        return self._assembled(
+            (element.normal_force @ (element.turn @ z[element.places])) * element.string() for element in self.elements
+        )
 
 
 def model_of_beams(body: FlexibleBody, pins: Sequence[str]) -> ElasticModel:

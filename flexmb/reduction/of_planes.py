@@ -11,7 +11,7 @@ import scipy.sparse as sp
 from flexmb.errors import InputError
 from flexmb.model.contributions import Node
 from flexmb.planes.forms import geometric_stiffness, stress_at_quadrature
-from flexmb.planes.interfaces import tie
+from flexmb.planes.interfaces import RIGID, tie
 from flexmb.planes.mesh_shape import mesh_shape
 from flexmb.planes.plane_body import PlaneBody
 from flexmb.planes.stress import stress_operator
@@ -33,10 +33,19 @@ def model_of_plane(body: PlaneBody, pins: Sequence[str]) -> ElasticModel:
         raise InputError(f"{body.label}: none of its pins is left. Keep at least one.")
     shape = sp.csr_matrix(body.tie.matrix if len(kept) == len(body.interfaces) else tie(kept, body.mesh).matrix)
 
+    stiffness = sp.csr_matrix(body.matrices.stiffness)
+
     def stress_stiffness(z: Array) -> Sparse:
-        stress = stress_at_quadrature(body.mesh, body.material, shape @ z, body.state)
-        scalar = sp.csr_matrix(geometric_stiffness(body.mesh, stress, body.thickness))
-        return (shape.T @ sp.kron(scalar, np.eye(2), format="csr") @ shape).tocsc()
+        moved = shape @ z
+        stress = stress_at_quadrature(body.mesh, body.material, moved, body.state)
+        turned = sp.csr_matrix(geometric_stiffness(body.mesh, stress, body.thickness))
+        found = (shape.T @ turned @ shape).tolil()
+        forces = (stiffness @ moved).reshape(-1, 2)
+        for k, interface in enumerate(kept):
+            if interface.kind == RIGID:  # its nodes move by -theta^2/2 of their arms, and its forces do work on that
+                turn = 3 * k + 2
+                found[turn, turn] -= float((forces[interface.nodes] * interface.arms(body.mesh)).sum())
+        return found.tocsc()
 
     def stresses(shapes: Array) -> Array:
         operator = stress_operator(body.mesh, body.material, body.state)
@@ -46,7 +55,7 @@ def model_of_plane(body: PlaneBody, pins: Sequence[str]) -> ElasticModel:
     return ElasticModel(
         body.label,
         tuple(Node(interface.name, *interface.point, 0.0) for interface in kept),
-        (shape.T @ sp.csr_matrix(body.matrices.stiffness) @ shape).tocsc(),
+        (shape.T @ stiffness @ shape).tocsc(),
         body.mesh.points,
         shape,
         sp.csr_matrix(body.matrices.scalar_mass),

@@ -15,9 +15,8 @@ from flexmb.reduction.kernel import FIRST
 
 Array = npt.NDArray[np.float64]
 
-ROUND_OFF = 1e-12
+ROUND_OFF = 1e-10
 """Part of the largest shortening that counts as round-off."""
-
 
 @dataclass(frozen=True, eq=False)
 class Superelement:
@@ -34,7 +33,7 @@ class Superelement:
     mean : (2, n) int rho Psi [kg].
     matrices : M, G, H, P, K, and D of modal damping (n, n each).
     centrifugal : (n, n) Kc, zeros without stiffening.
-    shortening : (3 P - 3, n, n) Q, or none.
+    shortening : (k, n, n) Q of k coordinates from that of the second pin on, or none.
     """
 
     nodes: tuple[Node, ...]
@@ -167,19 +166,25 @@ def _modal_damping(M: Array, K: Array, ratios: float | tuple[float, ...]) -> Arr
 
 
 def _stiffening(found: Basis, K: Array, free: Array) -> tuple[Array, Array]:
-    """Kc of centrifugal forces about the first pin with all pins held, and Q of the forces of the pins."""
-    model, n = found.model, len(K)
+    """Kc of centrifugal forces about the first pin, and Q of the forces of the pins and of the own inertia.
+
+    With static shapes of inertia, Q of all coordinates; Kc is of the stress that these leave.
+    """
+    model, n, m = found.model, len(K), found.model.count
     translations = free[:, :2]
     first = np.array([model.pins[0].x, model.pins[0].y])
 
     def seen(z: Array) -> Array:
         return _without(translations, found.shapes.T @ (model.stress_stiffness(z) @ found.shapes))
 
-    centrifugal = seen(found.static(model.force_of(model.points - first)))
-    m = model.count
-    if m == FIRST:
-        return centrifugal, np.zeros((0, n, n))
-    static = found.shapes[:, :m] + found.shapes[:, m:] @ found.followed
-    stiff = np.stack([seen(static[:, k]) for k in range(FIRST, m)])
-    flexible = np.linalg.inv(static[:, FIRST:m].T @ (model.stiffness @ static[:, FIRST:m]))
-    return centrifugal, np.einsum("ab,bij->aij", flexible, stiff)
+    inner = found.shapes[:, m:] if found.loaded else found.shapes[:, :0]
+    centrifugal = found.static(model.force_of(model.points - first))
+    if found.loaded:
+        force = model.stiffness @ inner
+        centrifugal -= inner @ np.linalg.solve(inner.T @ force, force.T @ centrifugal)
+    static = np.hstack([found.shapes[:, :m] + found.shapes[:, m:] @ found.followed, inner])[:, FIRST:]
+    if not static.shape[1]:
+        return seen(centrifugal), np.zeros((0, n, n))
+    stiff = np.stack([seen(column) for column in static.T])
+    flexible = np.linalg.inv(static.T @ (model.stiffness @ static))
+    return seen(centrifugal), np.einsum("ab,bij->aij", flexible, stiff)

@@ -24,7 +24,8 @@ from flexmb.results.conventions import flag_meanings, global_attributes, long_na
 from flexmb.results.late_values import LateValues
 from flexmb.results.netcdf_content import NetcdfContent
 from flexmb.results.netcdf_nodes import PEAK, PEAK_TIME, Column, NodeTable, node_tables, read, variables
-from flexmb.results.solution import Peaks, Solution
+from flexmb.results.peaks import Peaks
+from flexmb.results.solution import Solution
 from flexmb.results.stats import Stats
 
 if TYPE_CHECKING:

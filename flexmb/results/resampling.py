@@ -9,7 +9,8 @@ import numpy as np
 
 from flexmb.model.shape import BeamShape, MeshShape, PointShape
 from flexmb.results.drawing import pose
-from flexmb.results.solution import Peaks, Solution
+from flexmb.results.peaks import Peaks
+from flexmb.results.solution import Solution
 
 COORDINATES = (".x", ".y", ".theta")
 """Endings of the names of coordinates."""

@@ -100,7 +100,7 @@ def explanation(
     notes = (*_residuals(run), *_contacts(run)) if run.code in STEP_CODES else ()
     failed = kernel_that_failed(run) if run.code in STEP_CODES else None
     if failed is not None:
-        return (f"{failed} It must return finite numbers for these arguments.",), notes
+        return (*faults, f"{failed} It must return finite numbers for these arguments."), notes
     if faults:
         return faults, notes
     from flexmb.doctor.causes import causes_of_failure

@@ -20,10 +20,12 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Part
 from flexmb.model.signal import Signals
 from flexmb.results.contact_intervals import COLUMNS, ContactLog
-from flexmb.results.solution import Peaks
+from flexmb.results.peaks import Peaks
 from flexmb.run.basis_edge import basis_remarks
+from flexmb.run.deformations import large_deformations
 from flexmb.run.stopping import Condition
 from flexmb.run.strength import strength_remarks
+from flexmb.state.record import DONE, RUNNING
 from flexmb.step.step_size import FixedStep
 
 if TYPE_CHECKING:
@@ -87,6 +89,9 @@ class Saved(NamedTuple):
     contacts : contact intervals.
     fixed_step : size of the steps [s]; None: chosen by their errors.
     end : last instant that the run reached [s].
+    coordinates : names of the coordinates.
+    pose : (n_q,) coordinates at the last instant.
+    failed : whether the run did not reach its end.
     """
 
     time: np.ndarray
@@ -97,6 +102,9 @@ class Saved(NamedTuple):
     contacts: ContactLog
     fixed_step: float | None
     end: float
+    coordinates: Sequence[str]
+    pose: np.ndarray
+    failed: bool
 
     @staticmethod
     def of(run: Run) -> Saved:
@@ -113,6 +121,9 @@ class Saved(NamedTuple):
             run.contact_log(),
             fixed,
             float(run.flow.clock.t),
+            run.program.names.coordinates,
+            run.flow.q,
+            run.code not in (RUNNING, DONE),
         )
 
 
@@ -130,9 +141,9 @@ def watched(mechanism: Mechanism, saved: Saved) -> Watched:
         if finding.code in ONE_INSTANT and finding.numbers.get("time", 0.0) > saved.end:
             continue
         (faults if finding.severity == ERROR else notes).append(f"{finding.text} {finding.remedy}".rstrip())
-    for source in (_penetrations(mechanism, saved), _coarse_contacts(saved), _strains(mechanism, saved)):
-        for wrong, text in source:
-            (faults if wrong else notes).append(text)
+    shapes = (*_strains(mechanism, saved), *large_deformations(mechanism, saved))
+    for wrong, text in (*_penetrations(mechanism, saved), *_coarse_contacts(saved), *shapes):
+        (faults if wrong else notes).append(text)
     notes += [*yielding_couplings(mechanism, saved.signals, saved.peaks), *_pulling_curves(mechanism, saved)]
     notes += [*_parting_gears(mechanism, saved), *strength_remarks(mechanism, saved.signals, saved.peaks)]
     notes += basis_remarks(mechanism, saved)

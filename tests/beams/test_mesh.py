@@ -66,6 +66,8 @@ def test_stored_panel_is_the_triangle_with_its_three_sides():
 
 def test_stored_meshes_are_what_the_script_writes(tmp_path):
     for file in make_meshes().main(["--out", str(tmp_path / "new")]):
+        if file.stem.endswith("_plane"):
+            continue  # see tests/mechanisms/test_nine_bar_plates.py
         new, stored = read_lines(file), read_lines(MESHES / file.name)
         assert new.points == pytest.approx(stored.points, rel=1e-14)
         assert np.array_equal(new.edges, stored.edges)
@@ -76,7 +78,7 @@ def test_stored_meshes_are_what_the_script_writes(tmp_path):
 def test_script_takes_the_number_of_elements(tmp_path):
     run = [sys.executable, str(MESHES / "make_meshes.py"), "--elements", "6", "--out", str(tmp_path)]
     output = subprocess.run(run, check=True, capture_output=True, text=True).stdout
-    assert len(output.splitlines()) == 7
+    assert sum(line.endswith(".msh") for line in output.splitlines()) == 14
     assert len(chain(read_lines(tmp_path / "link2.msh"))) == 7
     assert len(read_lines(tmp_path / "panel7.msh").edges) == 18
     with pytest.raises(SystemExit):

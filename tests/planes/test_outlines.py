@@ -21,6 +21,17 @@ def link_area(length: float, R: float, r: float, w: float) -> float:
     return 2 * math.pi * (R * R - r * r) + w * length - 2 * segment
 
 
+def filled_area(R: float, w: float, f: float) -> float:
+    """Area that fillets of the radius f add to a link: four pieces between circle, shank and arc."""
+    half = 0.5 * w
+    run, start = math.sqrt((R + f) ** 2 - (half + f) ** 2), math.asin(half / R)
+    end = math.atan2(half + f, run)
+    corners = np.array([(0, 0), (R * math.cos(start), half), (run, half), (run, half + f)])
+    ahead = np.roll(corners, -1, axis=0)
+    polygon = 0.5 * float(np.sum(corners[:, 0] * ahead[:, 1] - corners[:, 1] * ahead[:, 0]))
+    return 4.0 * (polygon - 0.5 * R * R * (end - start) - 0.5 * f * f * (0.5 * math.pi - end))
+
+
 def shape_of_worst_cell(mesh: PlaneMesh) -> float:
     """Least over largest Jacobian determinant of a cell, the worst of all cells."""
     J = jacobians(mesh.points, mesh.cells, mesh.kind)
@@ -47,6 +58,37 @@ def test_links_of_all_proportions_have_sound_cells(kind, hole, width, size):
     for name, x in (("start", 0.0), ("end", 4.0)):
         assert mesh.centre_of(name) == (x, 0.0)
         np.testing.assert_allclose(np.hypot(*(mesh.points[mesh.sets[name]] - [x, 0.0]).T), hole, rtol=1e-12)
+
+
+@pytest.mark.parametrize(("width", "fillet"), [(0.004, 0.002), (0.014, 0.005), (0.02, 0.01), (0.0285, 0.005)])
+def test_fillets_of_a_link_fill_its_corners(width, fillet):
+    exact = link_area(0.12, 0.015, 0.008, width) + filled_area(0.015, width, fillet)
+    errors = [
+        abs(link_with_eyes(0.12, 0.015, 0.008, width, size, fillet=fillet).area / exact - 1) for size in (0.006, 0.0015)
+    ]
+    assert errors[0] < 4e-5
+    assert errors[1] < 2e-6
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("width", [0.2, 0.6, 0.75, 0.95])
+@pytest.mark.parametrize("size", [0.1, 0.5])
+def test_links_with_fillets_have_sound_cells(kind, width, size):
+    for fillet in (0.1, 0.3):
+        mesh = link_with_eyes(4.0, 1.0, 0.5, 2 * width, size, kind, fillet)
+        assert shape_of_worst_cell(mesh) > (0.05 if mesh.cell_kind.is_quadratic else 0.15)
+        assert mesh.holes == ("start", "end")
+
+
+def test_fillets_of_a_tapered_link_are_tangents_of_eye_and_shank():
+    """The outline has no corner at the eye with fillets, and corners at the other one."""
+    mesh = link_with_eyes(0.2, (0.03, 0.015), (0.02, 0.008), (0.04, 0.02), 0.002, fillet=(0.01, 0.0))
+    outline = mesh.points[mesh.loops[0]]
+    ahead = np.roll(outline, -1, axis=0) - outline
+    turn = np.diff(np.unwrap(np.arctan2(ahead[:, 1], ahead[:, 0])))
+    x = outline[1:, 0]
+    assert np.abs(turn[x < 0.1]).max() < 0.16  # sharp it turns by 0.8 rad; along an arc of 0.01 m by 0.1 rad an edge
+    assert np.abs(turn[x > 0.1]).max() > 0.6
 
 
 def test_a_tapered_link_is_symmetrical_about_its_axis():
@@ -100,6 +142,8 @@ def test_ring_and_rectangle(kind):
         (lambda: rectangle(1.0, 1.0, 10**9, 10**9), "Take larger cells"),
         (lambda: plate_with_holes([(0, 0), (1, 0), (0, 1)], {}, 1e-6), "Take larger cells"),
         (lambda: crank_web(0.03, (0.02, 0.02), 0.01, 0.01), "overlap"),
+        (lambda: link_with_eyes(0.12, 0.015, 0.008, 0.01, 0.005, fillet=0.2), "0.2 and 0.2 m leave no shank"),
+        (lambda: link_with_eyes(0.12, 0.015, 0.008, 0.01, 0.005, fillet=-1e-3), "fillet is -0.001 m"),
     ],
 )
 def test_bad_input_is_refused(call, words):

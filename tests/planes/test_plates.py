@@ -8,6 +8,7 @@ from scipy.sparse.linalg import spsolve
 
 from flexmb.errors import InputError
 from flexmb.model.material import Material
+from flexmb.planes.cell_kinds import jacobians
 from flexmb.planes.forms import matrices
 from flexmb.planes.loads import edge_load
 from flexmb.planes.mesh import PlaneMesh
@@ -45,6 +46,44 @@ def test_a_rocker_has_even_triangles_and_its_area(size, turn, kind):
     for name, (centre, radius) in holes.items():
         assert mesh.centre_of(name) == pytest.approx(centre, abs=1e-14)
         np.testing.assert_allclose(np.linalg.norm(mesh.points[mesh.sets[name]] - centre, axis=1), radius, rtol=1e-12)
+
+
+@pytest.mark.parametrize("fillet", [0.004, 0.0149, [0, 0.01, 0, 0.02, 0.015, 0.015]], ids=str)
+@pytest.mark.parametrize("size", [0.008, 0.003])
+def test_fillets_change_the_area_by_their_corners(fillet, size):
+    """Square corners: (1 - pi/4) r^2 each, less at five of them, more at the inner one; either way round."""
+    radii = np.broadcast_to(fillet, 6)
+    exact = 0.1 * 0.03 + 0.07 * 0.03 + (1 - math.pi / 4) * (radii**2 @ [-1, -1, -1, 1, -1, -1])
+    for outline, given in ((ANGLE, fillet), (ANGLE[::-1], fillet if np.ndim(fillet) == 0 else fillet[::-1])):
+        mesh = plate_with_holes(outline, {}, size, fillet=given)
+        assert mesh.area == pytest.approx(exact, rel=3e-5)
+        J = jacobians(mesh.points, mesh.cells, mesh.kind)
+        assert (J.min(axis=1) / J.max(axis=1)).min() > 0.3
+
+
+def test_fillets_round_a_triangle_to_a_belt_about_three_circles():
+    """Area of a triangle inset by r, of its rim, and of one circle; arcs meet where an edge is used up."""
+    r, side = 0.02, 0.2
+    height = side * math.sqrt(3) / 2
+    inner = side - 2 * r * math.sqrt(3)
+    mesh = plate_with_holes([(0, 0), (side, 0), (side / 2, height)], {}, 0.01, fillet=r)
+    assert mesh.area == pytest.approx(inner**2 * math.sqrt(3) / 4 + 3 * inner * r + math.pi * r * r, rel=1e-5)
+    disc = plate_with_holes([(0, 0), (0.1, 0), (0.1, 0.1), (0, 0.1)], {}, 0.02, fillet=0.05)
+    assert disc.area == pytest.approx(math.pi * 0.05**2, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("fillet", "words"),
+    [
+        (0.02, r"fillets of 0.02 and 0.02 m at corners 1 and 2 take 0.04 m .* 0.75 times these radii at most"),
+        ([0.01, 0.01], "fillet has 2 radii, the outline 6 corners"),
+        (-0.01, "fillet is -0.01 m"),
+        ("round", "fillet is 'round'"),
+    ],
+)
+def test_fillets_that_do_not_fit_are_refused(fillet, words):
+    with pytest.raises(InputError, match=words):
+        plate_with_holes(ANGLE, {}, 0.005, fillet=fillet)
 
 
 def test_an_angle_with_an_inner_corner_either_way_round():
