@@ -53,6 +53,7 @@ class Reduced(Body):
         along x, along y and about the first pin.  Weight then bends exactly, and all stress inside counts in the
         stiffening.
     damping : stiffness-proportional damping time [s]; None: that of the body.
+    mass_damping : mass-proportional damping rate [1/s], against the frame; None: that of the body.
     damping_ratios : damping ratio of all vibrations of the free body, or one for each of the lowest ones.
     stress : whether every accepted step looks for the largest stress: signals `von_mises` [Pa] and `von_mises_node`.
         Of a fine mesh it takes longer than the rest of a step.  None: as the body.
@@ -92,6 +93,7 @@ class Reduced(Body):
     stiffening: bool = True
     inertia_shapes: bool = False
     damping: float | None = None
+    mass_damping: float | None = None
     damping_ratios: float | tuple[float, ...] = 0.0
     stress: bool | None = None
 
@@ -106,6 +108,7 @@ class Reduced(Body):
         stiffening: bool = True,
         inertia_shapes: bool = False,
         damping: float | None = None,
+        mass_damping: float | None = None,
         damping_ratios: float | Sequence[float] = 0.0,
         stress: bool | None = None,
         name: str | None = None,
@@ -123,6 +126,7 @@ class Reduced(Body):
             "stiffening": stiffening,
             "inertia_shapes": inertia_shapes,
             "damping": damping,
+            "mass_damping": mass_damping,
             "damping_ratios": ratios,
             "stress": stress,
         }
@@ -138,6 +142,8 @@ class Reduced(Body):
         checks.one_of(self.label, "frame", self.frame, FRAMES)
         if self.damping is not None:
             checks.not_negative(self.label, "damping", self.damping, "s")
+        if self.mass_damping is not None:
+            checks.not_negative(self.label, "mass_damping", self.mass_damping, "1/s")
         for ratio in np.atleast_1d(np.asarray(self.damping_ratios, dtype=float)).tolist():
             checks.not_negative(self.label, "damping_ratios", ratio, "1")
         if not isinstance(self.body, FlexibleBody | PlaneBody):
@@ -188,8 +194,9 @@ class Reduced(Body):
     def element(self) -> Superelement:
         """The constant matrices of the equations of motion."""
         damping = self.model.damping if self.damping is None else self.damping
+        drag = self.model.mass_damping if self.mass_damping is None else self.mass_damping
         key, ratios = (self._key, self._options), self.damping_ratios
-        return shared_element(self.basis, key, damping, stiffening=self.stiffening, ratios=ratios)
+        return shared_element(self.basis, key, damping, stiffening=self.stiffening, ratios=ratios, mass_damping=drag)
 
     def frequencies(self, count: int = 6) -> np.ndarray:
         """Lowest frequencies of the free reduced body, without rigid motions (at most `count`) [Hz]."""

@@ -91,7 +91,7 @@ def shared_model(body: FlexibleBody | PlaneBody, pins: Sequence[str], key: Hasha
         found = replace(found, origin=body.origin, direction=body.direction)
     else:
         found = MODELS.of(key, lambda: model_of_beams(body, pins))
-    return replace(found, label=body.label, damping=body.damping)
+    return replace(found, label=body.label, damping=body.damping, mass_damping=body.mass_damping)
 
 
 def shared_basis(
@@ -111,7 +111,13 @@ def shared_basis(
 
 
 def shared_element(
-    found: Basis, key: Hashable, damping: float, *, stiffening: bool, ratios: float | tuple[float, ...]
+    found: Basis,
+    key: Hashable,
+    damping: float,
+    *,
+    stiffening: bool,
+    ratios: float | tuple[float, ...],
+    mass_damping: float,
 ) -> Superelement:
     """Matrices of a reduced body.
 
@@ -119,7 +125,11 @@ def shared_element(
     ----------
     found : its basis.
     key : all that the basis depends on.
-    damping, stiffening, ratios : as of `superelement.superelement`.
+    damping, stiffening, ratios, mass_damping : as of `superelement.superelement`.
     """
-    options = (damping, stiffening, ratios)
-    return ELEMENTS.of((key, options), lambda: superelement(found, damping, stiffening=stiffening, ratios=ratios))
+    options = (damping, stiffening, ratios, mass_damping)
+
+    def make() -> Superelement:
+        return superelement(found, damping, stiffening=stiffening, ratios=ratios, mass_damping=mass_damping)
+
+    return ELEMENTS.of((key, options), make)
