@@ -35,8 +35,8 @@ GROUPS = {
         *("toggle_press", "scissor_lift"),
     ),
     "Machines": ("planetary_gear", "cam_lift_off", "geneva", "ratchet", "pick_and_place", "andrews"),
-    "Beams": ("cantilever", "flexible_four_bar", "gripper", "spin_up", "frame_from_mesh"),
-    "Clearance, impacts, chaos": ("nine_bar", "worn_slider_crank", "own_law", "restart", "chaos"),
+    "Beams": ("cantilever", "flexible_four_bar", "gripper", "spin_up", "frame_from_mesh", "rod_of_plates"),
+    "Clearance, impacts, chaos": ("nine_bar", "nine_bar_plates", "worn_slider_crank", "own_law", "restart", "chaos"),
     "Chains and pendulums": ("pendulum", "whip"),
 }
 """Examples by their groups, in the order of the page."""

@@ -9,7 +9,8 @@ import numpy as np
 
 from flexmb.model.shape import BeamShape, PointShape, RigidShape
 from flexmb.model.signal import Signal
-from flexmb.results.solution import Peaks, Solution
+from flexmb.results.peaks import Peaks
+from flexmb.results.solution import Solution
 from flexmb.results.stats import Stats
 
 RADIUS, SPEED, BEND, LENGTH = 0.1, 2.0 * np.pi, 0.5, 1.0

@@ -262,8 +262,7 @@ class SignalContribution:
     is_mode : whether the values number states, so that an instant within a step takes the value of the nearer end.
     use_of_factor : `MULTIPLIES`: the factor of the part's element multiplies the value; `ADDS`, `SUBTRACTS`: its first
         parameter times its factor is added or subtracted; "": nothing.
-    place : name of the signal of the number of the place where the value is largest, which the same evaluation gives;
-        its peak is its value at the peak of this one.  "": no place.
+    place : name of the signal of the place's number; its peak is its value at the peak of this one.  "": no place.
     """
 
     part: str
@@ -275,11 +274,6 @@ class SignalContribution:
     is_mode: bool = False
     use_of_factor: str = ""
     place: str = ""
-
-    @property
-    def reported(self) -> tuple[tuple[str, str], ...]:
-        """Names and units of the signal, and of that of its place."""
-        return ((self.name, self.units), *(((self.place, ""),) if self.place else ()))
 
 
 def signal_contributions(

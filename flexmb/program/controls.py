@@ -16,7 +16,7 @@ from flexmb.model.part import GROUND
 from flexmb.model.signal import Signals, hint, resolved
 from flexmb.program.numbering import Numbering, state_coordinates
 from flexmb.program.program import Names, Sampler
-from flexmb.program.signals import COORDINATE_SIGNALS, layout
+from flexmb.program.signals import COORDINATE_SIGNALS, kernel_signals, layout
 from flexmb.program.tables import BEGIN, COORDINATE, MEASURED, MOTION_SPEED, MOTION_VALUE, OUTPUT, VELOCITY
 
 
@@ -158,7 +158,8 @@ class _Finder:
             if not signal.is_mode and not signal.use_of_factor and not signal.place:
                 name = f"{signal.part}.{signal.name}"
                 self.known[name] = Source(MEASURED, signal.coordinates, signal.kernel, signal.p)
-        self.extrema = {f"{one.part}.{name}" for one in contributions.signals if one.place for name, _ in one.reported}
+        placed = [one for one in contributions.signals if one.place]
+        self.extrema = {f"{one.part}.{name}" for one in placed for name, _ in kernel_signals(one)}
         self.outputs = {
             f"{control.part}.{name}": (control, k)
             for control in contributions.controls

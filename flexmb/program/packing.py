@@ -347,22 +347,18 @@ class Packer:
         elements = [*enumerate(self.contributions.elements)]
         element = {contribution.part: e for e, contribution in reversed(elements)}
         element |= {contribution.part: e for e, contribution in reversed(elements) if contribution.factor is not None}
-        modes = [place for contribution, place in zip(contributions, out, strict=True) if contribution.is_mode]
-        places = [(k + 1, k) for contribution, k in zip(contributions, out, strict=True) if contribution.place]
-        kernels: list[Sequence[Kernel | None]] = [
-            [one.kernel if bool(one.place) is located else None for one in contributions] for located in (False, True)
-        ]
+        placed = list(zip(contributions, out, strict=True))
         return Measured(
-            self.numbers("signal", kernels[0]),
-            self.numbers("extremum", kernels[1]),
+            self.numbers("signal", [None if one.place else one.kernel for one in contributions]),
+            self.numbers("extremum", [one.kernel if one.place else None for one in contributions]),
             self.add_each([contribution.p for contribution in contributions]),
             dofs.ptr,
             dofs.values,
             ints([element[one.part] if one.use_of_factor else -1 for one in contributions]),
             ints([USES_OF_FACTOR.index(one.use_of_factor) if one.use_of_factor else -1 for one in contributions]),
             ints(out),
-            ints([*modes, *(place for place, _ in places)]),
-            table(places, 2),
+            ints([*(k for one, k in placed if one.is_mode), *(k + 1 for one, k in placed if one.place)]),
+            table([(k + 1, k) for one, k in placed if one.place], 2),
             table(self.number.lists(angles).values.reshape(-1, 2), 2),
             self.add_each([contribution.p for contribution in angles]),
             ints(angle_out),

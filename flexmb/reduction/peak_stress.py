@@ -1,6 +1,13 @@
 """Largest von Mises stress of a reduced plane body, and the node where it acts.
 
-Stresses of the shapes are added up before the von Mises stress is taken, many nodes side by side.
+Stresses of the shapes are added up before the von Mises stress is taken, for many nodes side by side.  Nodes of similar
+stresses form a group; only groups that may hold the largest stress are looked at.  With the mean stress s of a group
+and its von Mises stress |s|, at any of its nodes
+
+    |s_k| <= |s| + |s_k - s| <= |s| + spread |R e|
+
+by the triangle inequality, where |R e| is the root mean square of the von Mises stress of all nodes and `spread` the
+largest ratio |s_k - s| / |R e| over all deformations e.
 """
 
 from __future__ import annotations
@@ -9,7 +16,7 @@ import math
 
 import numpy as np
 
-from flexmb.compiled.stack import stack_matrix, stack_vector
+from flexmb.compiled.stack import stack_matrix, stack_space, stack_vector
 from flexmb.compiled.views import part_of
 from flexmb.kernels import extremum_kernel, fast
 from flexmb.model.contributions import Coordinate, SignalContribution
@@ -18,18 +25,26 @@ from flexmb.reduction.kernel import COUNT, MOST, QD, T1, T2, deformation, end_of
 
 scratch = stack_matrix(QD + MOST, MOST)
 
-NODES, PARTS, STRESSES = range(3)
-"""Parameters behind those of the element: number of nodes; of stresses sx, sy, txy, sz, without those at the end
-that are zero at all nodes.
+LANES = 16
+"""Number of nodes side by side, a group; and of groups side by side."""
 
-At STRESSES, for every LANES nodes: of each coordinate these stresses of the nodes side by side; zeros after the last.
+GROUPS, PARTS, HEAD = range(3)
+"""Parameters behind those of the element: number of groups; of stresses sx, sy, txy, sz, without those at the end that
+are zero at all nodes.
+
+At HEAD: R (n, n).  Then for every LANES groups their spreads, and of each coordinate their mean stresses side by side;
+for every group the numbers of its LANES nodes, and of each coordinate their stresses side by side.  The last group
+repeats its last node, the last groups are followed by zeros.
 """
 
-LANES = 16
-"""Number of nodes side by side."""
-
 SX, SY, TXY, SZ = range(0, 4 * LANES, LANES)
-"""Places of the stresses of the nodes side by side, among all of them."""
+"""Places of the stresses of what is side by side, among all of them."""
+
+SURE = 1.0 + 1e-9
+"""Factor of the bounds, for their round-off."""
+
+LEAST = 1e-16
+"""Part of the largest mean square of stresses by which deformations without stress count in R."""
 
 side_by_side = stack_vector(4 * LANES)
 
@@ -47,6 +62,28 @@ def add_stresses(p, at, e, n, size, S):
 
 
 @fast
+def squares(p, at, e, n, size, S):
+    """Set S = squares of the von Mises stresses side by side, and other numbers behind them."""
+    add_stresses(p, at, e, n, size, S)
+    for k in range(size, 4 * LANES):
+        S[k] = 0.0
+    for k in range(LANES):
+        S[SX + k] = von_mises_square(S[SX + k], S[SY + k], S[TXY + k], S[SZ + k])
+
+
+@fast
+def length(p, at, e, n):
+    """|R e|."""
+    total = 0.0
+    for i in range(n):
+        row = 0.0
+        for j in range(n):
+            row += p[at + i * n + j] * e[j]
+        total += row * row
+    return math.sqrt(total)
+
+
+@fast
 def largest_stress(p, q, x):
     """Largest nodal von Mises stress, and the number of its node."""
     n, S = int(p[COUNT]), side_by_side()
@@ -57,19 +94,30 @@ def largest_stress(p, q, x):
         x[1, i] = 0.0  # d' has no part in stresses
     shortened(p, x, e, part_of(x[T2], 0, n))
     begin = end_of(p)
-    nodes, size = int(p[begin + NODES]), LANES * int(p[begin + PARTS])
-    for k in range(size, 4 * LANES):
-        S[k] = 0.0
-    largest, where, at = -1.0, 0, begin + STRESSES
-    for first in range(0, nodes, LANES):
-        add_stresses(p, at, e, n, size, S)
-        at += n * size
+    groups, size = int(p[begin + GROUPS]), LANES * int(p[begin + PARTS])
+    bounds = stack_space(groups)
+    at, step, root = begin + HEAD + n * n, LANES + n * size, length(p, begin + HEAD, e, n)
+    best, most = 0, -1.0
+    for first in range(0, groups, LANES):
+        squares(p, at + LANES, e, n, size, S)
+        for k in range(min(LANES, groups - first)):
+            bounds[first + k] = SURE * (math.sqrt(S[k]) + p[at + k] * root)
+            if bounds[first + k] > most:
+                best, most = first + k, bounds[first + k]
+        at += step
+    largest, where = -1.0, 0.0
+    for turn in range(-1, groups):  # the group with the largest bound first
+        group = best if turn < 0 else turn
+        if turn == best or bounds[group] * bounds[group] < largest:
+            continue
+        own = at + group * step
+        squares(p, own + LANES, e, n, size, S)
         for k in range(LANES):
-            S[SX + k] = von_mises_square(S[SX + k], S[SY + k], S[TXY + k], S[SZ + k])
-        for k in range(min(LANES, nodes - first)):
-            if not S[k] <= largest:  # also what is not a number
-                largest, where = S[k], first + k
-    return math.sqrt(largest), float(where)
+            if not S[k] < largest:  # also what is not a number
+                if S[k] != largest or p[own + k] < where:
+                    where = p[own + k]
+                largest = S[k]
+    return math.sqrt(largest), where
 
 
 @extremum_kernel
@@ -90,10 +138,59 @@ def peak_stress_signal(
     element : parameters of the element.
     stresses : (nodes, 4, n) sx, sy, txy, sz in the axes of the body, by its coordinates [Pa/m, Pa/rad].
     """
-    count, _, n = stresses.shape
-    parts, groups = 1 + int(np.flatnonzero(stresses.any(axis=(0, 2)))[-1]), -(-count // LANES)
-    padded = np.zeros((groups * LANES, parts, n))
-    padded[:count] = stresses[:, :parts]
-    own = padded.reshape(groups, LANES, parts, n).transpose(0, 3, 2, 1)
-    p = (*element, float(count), float(parts), *own.ravel().tolist())
+    parts = 1 + int(np.flatnonzero(stresses.any(axis=(0, 2)))[-1])
+    metric, root = _metric(stresses)
+    found = groups_of(metric)
+    means = stresses[found].mean(axis=1)
+    apart = metric[found] - metric[found].mean(axis=1, keepdims=True)
+    spreads = np.linalg.norm(apart, ord=2, axis=(2, 3)).max(axis=1)
+    blocks = -(-len(found) // LANES)
+    padded = np.zeros((blocks * LANES, parts, stresses.shape[2]))
+    padded[: len(found)] = means[:, :parts]
+    bounds = np.zeros(blocks * LANES)
+    bounds[: len(found)] = spreads
+    own = [_side_by_side(bounds.reshape(blocks, LANES), padded.reshape(blocks, LANES, parts, -1))]
+    own.append(_side_by_side(found.astype(float), stresses[found][:, :, :parts]))
+    p = (*element, float(len(found)), float(parts), *root.ravel().tolist(), *np.concatenate(own).tolist())
     return SignalContribution(part, "von_mises", "Pa", peak_stress_kernel, coordinates, p, place="von_mises_node")
+
+
+def _side_by_side(numbers: np.ndarray, stresses: np.ndarray) -> np.ndarray:
+    """Numbers (m, LANES), each row followed by stresses (m, LANES, parts, n) in the order of the kernel."""
+    m = len(numbers)
+    return np.hstack([numbers, stresses.transpose(0, 3, 2, 1).reshape(m, -1)]).ravel()
+
+
+def _metric(stresses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Matrices (nodes, 4, n) whose products with R e have the size of the von Mises stress, and R (n, n)."""
+    n = stresses.shape[2]
+    V = np.array([[1.0, -0.5, 0.0, -0.5], [-0.5, 1.0, 0.0, -0.5], [0.0, 0.0, 3.0, 0.0], [-0.5, -0.5, 0.0, 1.0]])
+    sizes, axes = np.linalg.eigh(V)
+    whole = np.einsum("ab,mbn->man", (np.sqrt(np.maximum(sizes, 0.0)) * axes).T, stresses)
+    flat = whole.reshape(-1, n)
+    squares, shapes = np.linalg.eigh(flat.T @ flat / len(stresses))
+    scale = np.sqrt(np.maximum(squares, LEAST * max(float(squares[-1]), 1e-300)))
+    return whole @ (shapes / scale), scale[:, None] * shapes.T
+
+
+def groups_of(metric: np.ndarray) -> np.ndarray:
+    """Numbers (groups, LANES) of the nodes of groups, of similar matrices; the last group repeats its last node.
+
+    Nodes are halved at right angles to the direction in which their matrices differ most, until LANES are left.
+
+    Parameters
+    ----------
+    metric : (nodes, ...) a matrix of each node.
+    """
+    flat, left, found = metric.reshape(len(metric), -1), [np.arange(len(metric))], []
+    while left:
+        nodes = left.pop()
+        blocks = -(-len(nodes) // LANES)
+        if blocks == 1:
+            found.append(np.pad(np.sort(nodes), (0, LANES - len(nodes)), mode="edge"))
+            continue
+        own = flat[nodes] - flat[nodes].mean(axis=0)
+        order = np.argsort(own @ np.linalg.eigh(own.T @ own)[1][:, -1], kind="stable")
+        half = LANES * (blocks // 2)
+        left += [nodes[order[half:]], nodes[order[:half]]]
+    return np.stack(found)

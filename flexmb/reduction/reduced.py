@@ -344,8 +344,7 @@ class Reduced(Body):
         )
         if self.model.stresses is None or not self.seeks_stress:
             return [element]
-        stresses = self.model.stresses(self.basis.shapes)
-        return [element, peak_stress_signal(self.name, coordinates, p, stresses)]
+        return [element, peak_stress_signal(self.name, coordinates, p, self.model.stresses(self.basis.shapes))]
 
 
 def _nested(array: np.ndarray) -> Any:

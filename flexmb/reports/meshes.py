@@ -128,7 +128,7 @@ def _held(motion: np.ndarray, reference: np.ndarray, pose: np.ndarray) -> np.nda
 
 
 def coarse(surface: Surface, most: int) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
-    """Points of a mesh that stand for all: their numbers, triangles and loops between them, numbered anew.
+    """Numbers of representative points of a mesh, and the triangles and loops between these.
 
     Squares of one size lie over the mesh; one point of each stands for the others, one of the outline where there is
     one.  Triangles whose corners fall together are left out.

@@ -24,7 +24,8 @@ from flexmb.results.conventions import flag_meanings, global_attributes, long_na
 from flexmb.results.late_values import LateValues
 from flexmb.results.netcdf_content import NetcdfContent
 from flexmb.results.netcdf_nodes import PEAK, PEAK_TIME, Column, NodeTable, node_tables, read, variables
-from flexmb.results.solution import Peaks, Solution
+from flexmb.results.peaks import Peaks
+from flexmb.results.solution import Solution
 from flexmb.results.stats import Stats
 
 if TYPE_CHECKING:
@@ -205,9 +206,14 @@ def _check_version(source: Path, file: NetcdfContent) -> None:
 def _columns(file: NetcdfContent, signals: Signals, n: int, tables: list[str]) -> list[Column]:
     """Columns of all signals."""
     shared = {name: column for table in tables for name, column in read(file, table, n)}
-    return [
-        shared[name] if name in shared else Column(*file.column(name, n, (PEAK, PEAK_TIME))) for name in signals.names
-    ]
+    found = []
+    for name in signals.names:
+        if name in shared:
+            found.append(shared[name])
+        else:
+            values, (peak, time) = file.column(name, n, (PEAK, PEAK_TIME))
+            found.append(Column(values, peak, time))
+    return found
 
 
 def _solution(file: NetcdfContent) -> Solution:

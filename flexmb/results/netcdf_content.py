@@ -71,8 +71,8 @@ class NetcdfContent:
         kind = self.file[name].attrs.get("dtype")  # truth values, which netCDF does not have
         return values.astype(bool) if kind in (b"bool", "bool") else values
 
-    def column(self, name: str, n: int, attributes: Sequence[str]) -> tuple[np.ndarray, ...]:
-        """Variable that holds one signal (n,), and some of its attributes that are numbers.
+    def column(self, name: str, n: int, attributes: Sequence[str]) -> tuple[np.ndarray, list[float]]:
+        """Variable that holds one signal (n,), and the values of some of its attributes.
 
         Parameters
         ----------
@@ -87,7 +87,7 @@ class NetcdfContent:
         numbers = np.empty((len(attributes), 1))
         for row, attribute in zip(numbers, attributes, strict=True):
             self.hdf.h5a.open(dataset, attribute.encode()).read(row)
-        return values, *numbers[:, 0]
+        return values, numbers[:, 0].tolist()
 
     def _dataset(self, name: str) -> Any:
         return self.hdf.h5d.open(self.file.id, name.encode())

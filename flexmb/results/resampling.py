@@ -9,7 +9,8 @@ import numpy as np
 
 from flexmb.model.shape import BeamShape, MeshShape, PointShape
 from flexmb.results.drawing import pose
-from flexmb.results.solution import Peaks, Solution
+from flexmb.results.peaks import Peaks
+from flexmb.results.solution import Solution
 
 COORDINATES = (".x", ".y", ".theta")
 """Endings of the names of coordinates."""
@@ -103,7 +104,7 @@ def _unstressed_bodies(sol: Solution) -> dict[str, tuple[list[str], np.ndarray, 
 
 
 def turning_nodes(mesh: MeshShape) -> list[int]:
-    """Numbers of the nodes of a body that turn with it: not those for modes of a reduced body.
+    """Numbers of the nodes of a body, of a reduced one of its pins alone.
 
     Parameters
     ----------

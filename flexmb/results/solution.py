@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexmb.display.text import number_text
 from flexmb.errors import InputError
 from flexmb.model.shape import LateShapes, Shapes
 from flexmb.model.signal import Signals, hint, resolved
 from flexmb.results.contact_intervals import ContactLog, Episodes, select
 from flexmb.results.conventions import long_name
 from flexmb.results.late_values import LateField, LateValues
+from flexmb.results.peaks import Peak, PeakOfStress, Peaks
 from flexmb.results.signal_names import SAVED_KEY
 from flexmb.results.solution_text import solution_html, solution_text
 from flexmb.results.stats import Stats
@@ -33,73 +33,6 @@ class UnknownSignalError(InputError, KeyError):
     def __str__(self) -> str:
         """The message as it is; `KeyError` alone would show it in quotes."""
         return str(self.args[0])
-
-
-class Peak(NamedTuple):
-    """The largest absolute value of a signal over all accepted steps.
-
-    Parameters
-    ----------
-    value : the largest absolute value, in the unit of the signal.
-    time : when it was reached [s].
-    """
-
-    value: float
-    time: float
-
-    def __repr__(self) -> str:
-        return f"Peak(value={number_text(self.value)}, time={number_text(self.time)})"
-
-    @property
-    def node(self) -> int | None:
-        """Number of the node where a stress was largest, of a mesh that in the mesh; None of other signals."""
-        return None
-
-    @property
-    def place(self) -> tuple[float, float] | None:
-        """Place of this node in the reference configuration [m]; None of other signals."""
-        return None
-
-
-class PeakOfStress(Peak):
-    """The peak of a stress, with its place.
-
-    Parameters
-    ----------
-    peak : value and time.
-    node : number of the node.
-    place : its place in the reference configuration [m]; None of beams and reduced bodies of a file.
-    """
-
-    def __new__(cls, peak: Peak, node: int, place: tuple[float, float] | None) -> PeakOfStress:
-        """The peak with its place."""
-        own = super().__new__(cls, *peak)
-        own.__dict__["at"] = (node, place)
-        return own
-
-    @property
-    def node(self) -> int:
-        """Number of the node where the stress was largest."""
-        return int(self.__dict__["at"][0])
-
-    @property
-    def place(self) -> tuple[float, float] | None:
-        """Place of this node in the reference configuration [m]; None of beams and reduced bodies of a file."""
-        found: tuple[float, float] | None = self.__dict__["at"][1]
-        return found
-
-
-class Peaks(NamedTuple):
-    """Largest absolute values of all signals over all accepted steps.
-
-    Parameters
-    ----------
-    values : (n_s,) largest absolute values, each in the unit of its signal.
-    times : (n_s,) when they were reached [s].
-    """
-
-    values: np.ndarray
-    times: np.ndarray
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -266,6 +199,34 @@ class Solution:
         from flexmb.results.stress import stress
 
         return stress(self, body, points, times=times, mechanism=mechanism)
+
+    def positions(
+        self,
+        body: str,
+        points: Sequence[tuple[float, float] | int | str] | None = None,
+        *,
+        times: Sequence[float] | None = None,
+        mechanism: Mechanism | None = None,
+    ) -> xr.Dataset:
+        """Positions `x`, `y` [m] of points of a flexible body at the saved instants, over `time` and `place`.
+
+        Points are nodes of beams and of meshes; those of a reduced body are the nodes of its mesh, or of reduced beams
+        the outer fibres at stations along them.  Coordinates: `node`, and `x0`, `y0` in the reference configuration.
+
+        Parameters
+        ----------
+        body : name of the body.
+        points : as for `stress`.
+        times : instants [s], of which the nearest saved ones are taken; None: all saved ones.
+        mechanism : as for `stress`.
+
+        Raises
+        ------
+        InputError : a body that is not flexible, an unknown point, a solution that does not know its mechanism.
+        """
+        from flexmb.results.positions import positions
+
+        return positions(self, body, points, times=times, mechanism=mechanism)
 
     def fatigue(
         self,

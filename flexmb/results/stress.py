@@ -81,16 +81,33 @@ def stress(
         places = Places(np.arange(len(shape.points)), reference_points(part), {}, {})
         of = _of_plane if isinstance(part, PlaneBody) else _of_reduced
         fields = _with_principal(of(sol, part, shape, instants))  # type: ignore[arg-type]
-    chosen = np.arange(len(places.nodes)) if points is None else _chosen(part.label, places, points)
+    chosen = np.arange(len(places.nodes)) if points is None else chosen_places(part.label, places, points)
     return _dataset(sol, part.name, instants, places, chosen, fields)
+
+
+def moved_mechanism(sol: Solution, name: str, mechanism: Mechanism | None) -> Mechanism:
+    """The mechanism that moved, or the given one.
+
+    Parameters
+    ----------
+    sol : the solution.
+    name : name of the body that is asked for.
+    mechanism : the given one, for a solution that was read from a file.
+
+    Raises
+    ------
+    InputError : a solution that does not know its mechanism.
+    """
+    known = sol.mechanism if mechanism is None else mechanism
+    if known is None:
+        text = f"Solution of {sol.name!r}: it was read from a file and does not know the body {name!r}"
+        raise InputError(f"{text}. Give mechanism=..., the mechanism that moved.")
+    return known
 
 
 def _body(sol: Solution, name: str, mechanism: Mechanism | None) -> STRESSED:
     """The body of this name, in the mechanism that moved or the given one."""
-    known = sol.mechanism if mechanism is None else mechanism
-    if known is None:
-        text = f"Solution of {sol.name!r}: it was read from a file and does not know the material of {name!r}"
-        raise InputError(f"{text}. Give mechanism=..., the mechanism that moved.")
+    known = moved_mechanism(sol, name, mechanism)
     part = known.find(name)
     if not isinstance(part, STRESSED):
         raise InputError(f"{part.label} has no stresses. Name a flexible body of {known.name!r}.")
@@ -155,8 +172,19 @@ def _with_principal(whole: np.ndarray) -> dict[str, np.ndarray]:
     return {**found, "von_mises": von_mises(whole)}
 
 
-def _chosen(label: str, places: Places, points: Wanted) -> np.ndarray:
-    """Numbers of the places at given nodes, or at the nodes nearest to given points."""
+def chosen_places(label: str, places: Places, points: Wanted) -> np.ndarray:
+    """Numbers of the places at given nodes, or at the nodes nearest to given points.
+
+    Parameters
+    ----------
+    label : who asks, for messages.
+    places : the known places.
+    points : points (x, y) [m], numbers or names of nodes.
+
+    Raises
+    ------
+    InputError : a point that is none of these.
+    """
     found: list[int] = []
     for point in points:
         if isinstance(point, str) and point in places.names:
@@ -173,7 +201,7 @@ def _chosen(label: str, places: Places, points: Wanted) -> np.ndarray:
             last = int(places.nodes.max())
             known = f"(x, y) [m] in the reference configuration, or numbers of nodes from 0 to {last}"
             names = f", or names: {', '.join(list(places.names)[-3:])}" if places.names else ""
-            raise InputError(f"{label}: {point!r} is no point with a stress. Give {known}{names}.")
+            raise InputError(f"{label}: {point!r} is no known point. Give {known}{names}.")
         found += own.tolist()
     return np.array(found, dtype=np.int64)
 

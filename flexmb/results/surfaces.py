@@ -78,7 +78,8 @@ class Surface:
     def von_mises(self) -> np.ndarray:
         """(n, m) von Mises stress at the points [Pa]; of reduced beams the normal stress in the outer fibres."""
         if self.shape.fibres:
-            return np.abs(self._shortened @ np.array(self.shape.fibres).T)
+            normal: np.ndarray = np.abs(self._shortened @ np.array(self.shape.fibres).T)
+            return normal
         return von_mises(self.stress)
 
     @property
@@ -150,12 +151,14 @@ def deformed(shape: MeshShape, poses: np.ndarray) -> tuple[np.ndarray, np.ndarra
 def shortened(d: np.ndarray, shortening: np.ndarray) -> np.ndarray:
     """Deformation e = d + c(d) (n, coordinates) of a reduced body, with its shortening by bending.
 
+    The translation of the first node is left out, which has no stress but its round-off.
+
     Parameters
     ----------
     d : (n, nodes, 3) deformation of its nodes.
     shortening : matrices of the shortening of the coordinates from the fourth one on.
     """
-    e = d.reshape(len(d), -1).copy()
+    e = (d - d[:, :1] * np.array([1.0, 1.0, 0.0])).reshape(len(d), -1)
     if len(shortening):
         e[:, FIRST : FIRST + len(shortening)] += 0.5 * np.einsum("ti,kij,tj->tk", e, shortening, e)
     return e

@@ -18,7 +18,8 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.program.period import just_before
 from flexmb.program.program import Program
 from flexmb.results.contact_intervals import ContactLog
-from flexmb.results.solution import Peaks, Solution
+from flexmb.results.peaks import Peaks
+from flexmb.results.solution import Solution
 from flexmb.results.stats import Stats
 from flexmb.results.status import sentence, without_advice
 from flexmb.run.failure import naming_kernels

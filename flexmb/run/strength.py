@@ -9,7 +9,7 @@ from flexmb.bodies.flexible_body import FlexibleBody
 from flexmb.display.text import number_text
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.signal import Signals
-from flexmb.results.solution import Peaks
+from flexmb.results.peaks import Peaks
 
 if TYPE_CHECKING:
     from flexmb.planes.plane_body import PlaneBody

@@ -20,7 +20,7 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Part
 from flexmb.model.signal import Signals
 from flexmb.results.contact_intervals import COLUMNS, ContactLog
-from flexmb.results.solution import Peaks
+from flexmb.results.peaks import Peaks
 from flexmb.run.basis_edge import basis_remarks
 from flexmb.run.deformations import large_deformations
 from flexmb.run.failure import STEP_CODES

@@ -64,7 +64,16 @@ def numbers(pattern, text):
 def test_no_example_is_forgotten():
     tested = {"pendulum", "cantilever", "flexible_four_bar", "own_law", "frame_from_mesh", "restart", "chaos"}
     tested |= {"cam_lift_off", "geneva", "ratchet", "pick_and_place"}
-    tested |= {"andrews", "spin_up", "whip", "worn_slider_crank", "nine_bar", "gripper"}
+    tested |= {
+        "andrews",
+        "spin_up",
+        "whip",
+        "worn_slider_crank",
+        "nine_bar",
+        "gripper",
+        "rod_of_plates",
+        "nine_bar_plates",
+    }
     assert {path.stem for path in EXAMPLES.glob("*.py")} == tested | set(KNOWN)
 
 
@@ -254,6 +263,28 @@ def test_nine_bar(printed):
     ((moved, peaks),) = numbers(r"slider by # %.*\n.*acceleration # times", text)
     assert moved < 1.0  # docs/paper/claims.md, claim 1
     assert peaks > 10.0  # claim 2
+
+
+def test_rod_of_plates(printed):
+    rows = numbers(r"frequency # Hz \(exact #\), deflection # mm, largest stress # MPa", printed("rod_of_plates"))
+    assert len(rows) == 4
+    for found, exact, deflection, stress in rows:
+        assert exact == pytest.approx(math.pi * 0.008 / 0.18 * math.sqrt(2e11 / 12.0 / 7870.0), abs=0.01)
+        assert found == pytest.approx(exact, rel=2e-3)  # shear and rotary inertia take 0.1 %
+        assert deflection == pytest.approx(1.8672, rel=5e-3)  # docs/validation.md, within two turns
+        assert stress == pytest.approx(rows[0][3], rel=2e-2)
+
+
+@pytest.mark.slow  # ten seconds
+def test_nine_bar_plates(printed):
+    text = printed("nine_bar_plates")
+    (beams, plates) = numbers(r"# kg, first frequencies with held cranks #, #, # Hz", text)
+    assert plates[0] == pytest.approx(beams[0], rel=5e-4)
+    assert plates[1:] == pytest.approx(beams[1:], rel=0.03)
+    (beams, plates) = numbers(r"impact with # N at # ms; largest stress # MPa in crank4, safety #", text)
+    assert plates[:2] == pytest.approx(beams[:2], rel=0.2)
+    assert plates[2] == pytest.approx(beams[2], rel=0.25)
+    assert plates[3] == pytest.approx(355.0 / plates[2], rel=0.01)
 
 
 def test_commands_of_the_page(root, capsys):

@@ -13,7 +13,7 @@ from flexmb import mechanisms
 from flexmb.display import text
 from flexmb.model.signal import Signal
 from flexmb.results.contact_intervals import Episode
-from flexmb.results.solution import Peak, Peaks
+from flexmb.results.peaks import Peak, Peaks
 
 handmade = runpy.run_path(str(Path(__file__).parents[1] / "handmade.py"))
 READY = [

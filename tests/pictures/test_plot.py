@@ -19,7 +19,7 @@ from flexmb.pictures.curves.plot import plot
 from flexmb.pictures.poses.render import render
 from flexmb.pictures.poses.screenshot import screenshot_vtk
 from flexmb.pictures.style import unit_text
-from flexmb.results.solution import Peaks
+from flexmb.results.peaks import Peaks
 from flexmb.results.vtk import write_vtk
 
 handmade = runpy.run_path(str(Path(__file__).parents[1] / "handmade.py"))

@@ -54,7 +54,7 @@ def test_a_mesh_in_the_browser_is_that_of_the_solution(opened, engine, page, fac
     # the page magnifies the elongation between the joints, too
     assert np.column_stack([x, y]) == pytest.approx(bends[frame], abs=2e-7 if factor == 1 else 0.1 * bent)
     pin = shown.evaluate("((s) => s.point(s.raw.points.find((p) => p.part === 'B').at))(flexmbReport.picture.scene)")
-    assert pin == pytest.approx([engine.array(f"slider.{axis}")[frame] for axis in "xy"], abs=0.02 * bent)
+    assert pin == pytest.approx([engine.array(f"slider.{axis}")[frame] for axis in "xy"], abs=0.1 * bent)
 
 
 def test_colours_show_the_stress(opened, engine, page):

@@ -205,7 +205,7 @@ def test_a_controller_reads_a_largest_stress_at_instants_alone():
 
 def test_bad_questions(tmp_path):
     sol = pulled(beam())
-    with pytest.raises(InputError, match=r"'tip' is no point with a stress\. Give .* or names: .*end"):
+    with pytest.raises(InputError, match=r"'tip' is no known point\. Give .* or names: .*end"):
         sol.stress("rod", ["tip"])
     with pytest.raises(InputError, match="has no stresses"):
         sol.stress("wall")
@@ -216,3 +216,41 @@ def test_bad_questions(tmp_path):
     assert again["von_mises"].equals(sol.stress("rod", ["end"]).isel(time=[-1])["von_mises"])
     assert (loaded.peak("rod.von_mises").node, loaded.peak("rod.von_mises").place) == (0, None)
     assert fm.simulate(sol.mechanism, t_end=1e-3, signals=[]).names == ()
+
+
+FOUR_MODELS = {
+    "beams": lambda: beam(elements=8),
+    "reduced beams": lambda: fm.Reduced(beam(elements=8), modes=3),
+    "mesh": lambda: plate((10, 2)),
+    "reduced mesh": lambda: fm.Reduced(plate((20, 2)), modes=3),
+}
+
+
+@pytest.mark.parametrize("kind", FOUR_MODELS)
+def test_middle_of_a_cantilever(kind):
+    """P x^2 (3 L - x) / (6 E I) and a share of 3 E / (5/6 G) (h/L)^2 / 4 = 2 % by shear; start at the wall stays."""
+    sol = pulled(FOUR_MODELS[kind](), force=(0.0, -300.0))
+    x = 0.5 * LENGTH
+    fibres = [(x, 0.5 * HEIGHT), (x, -0.5 * HEIGHT)] if kind != "beams" else [(x, 0.0)]
+    found = sol.positions("rod", [*fibres, (0.0, 0.0)])
+    exact = -300.0 * x**2 * (3.0 * LENGTH - x) / (6.0 * STEEL.young * SECOND)
+    middle = found.isel(place=slice(0, -1)).mean("place")
+    assert float(middle["y"][-1]) == pytest.approx(exact, rel=0.03)
+    assert float(middle["x"][0]) == pytest.approx(x, abs=1e-9)
+    assert found["x0"].values[0] == pytest.approx(x)
+    np.testing.assert_allclose(found["y"][:, -1], found["y0"][-1], atol=0.02 * abs(exact))
+    (last,) = sol.positions("rod", fibres[:1], times=[RAMP])["time"].values
+    assert last == RAMP
+
+
+def test_bad_questions_of_positions(tmp_path):
+    sol = pulled(beam())
+    with pytest.raises(InputError, match="is no flexible body; its signals wall"):
+        sol.positions("wall")
+    with pytest.raises(InputError, match="is no known point"):
+        sol.positions("rod", ["tip"])
+    loaded = fm.load(sol.to_netcdf(tmp_path / "run.nc"))
+    with pytest.raises(InputError, match="Give mechanism="):
+        loaded.positions("rod")
+    again = loaded.positions("rod", ["end"], mechanism=sol.mechanism)
+    np.testing.assert_array_equal(again["y"][:, 0], sol.array("rod.end.y"))

@@ -3,6 +3,8 @@
 Slider-crank: crank 0.05 m at a constant 5000 rpm, rod 0.12 m and 0.21 kg, slider 0.14 kg, two turns, no gravity.  With
 play the rod carries the bearing (10 mm) and the slider the journal (9.5 mm), steel on steel, restitution 0.9.
 Rod: the same with a rod of beams of steel (2.1e11 Pa, 7850 kg/m^3) and a slider without extent.
+Link: the same with a rod that is a plane link with eyes, 10 mm thick, with holes of 10 mm radius, E as above,
+nu = 0.3, damped by 5e-6 s times its stiffness.
 Chain: hinged links of 0.4 m, 20 x 4 mm, of the same steel; straight along +x and at rest, falls for 0.5 s.
 Nine-bar: `NineBarData` with friction that rises from slip zero on, as the peer's does.
 """
@@ -14,6 +16,7 @@ import numpy as np
 
 import flexmb as fm
 from flexmb.contact.onset import HISTORY, approach_speed
+from flexmb.planes.mesh import PlaneMesh
 
 CRANK, CRANK_MASS, CRANK_INERTIA = 0.05, 0.30, 1.0e-5  # m, kg, kg m^2 about the centre of mass
 ROD, ROD_MASS, ROD_INERTIA = 0.12, 0.21, 2.5e-4
@@ -29,6 +32,10 @@ BEAM_STEEL = fm.Material(young=2.1e11, density=7850.0)
 HEAVY = math.sqrt(ROD_MASS / (BEAM_STEEL.density * ROD))  # side of a square that weighs what the rigid rod weighs
 SECTIONS = {"heavy": (HEAVY, HEAVY), "slender": (0.010, 0.005)}  # width, height in the plane of bending [m]
 LINK, LINK_SECTION, GRAVITY = 0.4, (0.020, 0.004), 9.81
+
+PLANE_STEEL = fm.Material(young=2.1e11, density=7850.0, poisson=0.3)
+LINK_EYE, LINK_HOLE, LINK_WIDTH, LINK_THICKNESS, LINK_CELL = 0.020, 0.010, 0.020, 0.010, 0.005  # m
+LINK_DAMPING = 5e-6  # s, stiffness-proportional
 
 NINE_BAR_SPEED, NINE_BAR_PLAY = 2.0 * math.pi, 5e-4
 NINE_BAR_TURN = 2.0 * math.pi / NINE_BAR_SPEED
@@ -116,6 +123,21 @@ def flexible_rod(section: str = "heavy", elements: int = 8) -> fm.Mechanism:
         material=BEAM_STEEL,
         elements=elements,
     )
+    slider = fm.RigidBody("slider", end, SLIDER_MASS, 1e-4)
+    return _slider_crank(rod, slider, fm.Revolute("C", rod, slider, end))
+
+
+def link_mesh() -> PlaneMesh:
+    """Mesh of the link with eyes, as long as the rod."""
+    return fm.meshes.link_with_eyes(ROD, eye=LINK_EYE, hole=LINK_HOLE, width=LINK_WIDTH, size=LINK_CELL)
+
+
+def link_rod(modes: int | None) -> fm.Mechanism:
+    """The slider-crank whose rod is a plane link with eyes, reduced to so many modes; None: all nodes."""
+    end = (CRANK + ROD, 0.0)
+    own = {"thickness": LINK_THICKNESS, "material": PLANE_STEEL, "damping": LINK_DAMPING}
+    plate = fm.PlaneBody("rod", link_mesh(), start=(CRANK, 0.0), end=end, **own)
+    rod = plate if modes is None else fm.Reduced(plate, modes=modes)
     slider = fm.RigidBody("slider", end, SLIDER_MASS, 1e-4)
     return _slider_crank(rod, slider, fm.Revolute("C", rod, slider, end))
 

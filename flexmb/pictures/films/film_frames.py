@@ -250,5 +250,5 @@ def field_limit(scene: Scene, field: str) -> float:
 
 def _digits(time: np.ndarray) -> int:
     """Decimals of the shown time, so that each frame has another one."""
-    step = float(np.diff(time).min()) if len(time) > 1 else 1.0
+    step = float(np.diff(time).min()) if len(time) > 1 else 0.0
     return max(0, math.ceil(-math.log10(step))) if step > 0.0 else 3

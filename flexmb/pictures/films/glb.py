@@ -81,7 +81,7 @@ class Glb:
             attributes["COLOR_0"] = self._accessor(colours, ARRAY_BUFFER)
         indices = self._accessor(faces.reshape(-1, 1), ELEMENT_BUFFER)
         piece: dict[str, Any] = {"attributes": attributes, "indices": indices, "material": material, "mode": 4}
-        mesh = {"name": name, "primitives": [piece]}
+        mesh: dict[str, Any] = {"name": name, "primitives": [piece]}
         if len(shapes):
             piece["targets"] = [{"POSITION": self._accessor(one, ARRAY_BUFFER, limits=True)} for one in shapes]
             mesh[WEIGHTS] = [0.0] * len(shapes)

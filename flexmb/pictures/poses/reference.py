@@ -14,7 +14,8 @@ from flexmb.pictures.poses.pose import Pose
 from flexmb.pictures.poses.render import figure_size, joint_names, legend, saved
 from flexmb.pictures.poses.scene import Scene, scene_of
 from flexmb.pictures.style import grid
-from flexmb.results.solution import Peaks, Solution
+from flexmb.results.peaks import Peaks
+from flexmb.results.solution import Solution
 from flexmb.results.stats import Stats
 
 if TYPE_CHECKING:
