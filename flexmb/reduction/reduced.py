@@ -61,7 +61,8 @@ class Reduced(Body):
 
     Raises
     ------
-    InputError : a body that cannot be reduced, pins that it has not, more modes than it has, a free piece.
+    InputError : a body that cannot be reduced, mass-proportional damping, pins that it has not, more modes than it has,
+        a free piece.
 
     Notes
     -----
@@ -150,6 +151,11 @@ class Reduced(Body):
             raise InputError(
                 f"{self.label}: a {type(self.body).__name__} does not bend. Reduce a FlexibleLink, FlexibleFrame or "
                 "PlaneBody; leave others as they are."
+            )
+        if isinstance(self.body, FlexibleBody) and self.body.mass_damping:
+            raise InputError(
+                f"{self.label}: mass-proportional damping cannot be reduced. Give the body mass_damping=0, and "
+                "damping_ratios here."
             )
         if self.stress is not None:
             checks.flag(self.label, "stress", self.stress)
