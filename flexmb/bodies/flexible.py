@@ -304,7 +304,12 @@ def _masses_of_arc(beam: Beam, data: BeamMatrices) -> list[tuple[float, Point, f
     """`mass_parts` of an arc: of r = (1 - xi) x1 + xi x2 + w n at rest."""
     parts, free = [], unstressed_shape(beam, data).tolist()
     for (_, u1, u2), L, integrals, start, angle in zip(
-        free, data.lengths.tolist(), data.inertia_integrals.tolist(), beam.points[:-1], chord_directions(beam), strict=True
+        free,
+        data.lengths.tolist(),
+        data.inertia_integrals.tolist(),
+        beam.points[:-1],
+        chord_directions(beam),
+        strict=True,
     ):
         m11, m12, m22, g11, g12, g21, g22, h11, h12, h22, J, *_ = integrals
         mass, chord = m11 + 2.0 * m12 + m22, L * chord_share(2.0 * u2)
@@ -326,7 +331,14 @@ def boss_pieces(part: str, corners: Sequence[str], bosses: Bosses, gravity: Poin
     return contributions
 
 
-def nearest_node(label: str, owner: str, nodes: Sequence[Node], point: Point, size: float) -> Node:
+def nearest_node(
+    label: str,
+    owner: str,
+    nodes: Sequence[Node],
+    point: Point,
+    size: float,
+    remedy: str = "or choose elements so that a node stands at the point",
+) -> Node:
     """The node at a world point of the reference configuration, or `InputError` that names the nodes nearby."""
     for node in nodes:
         if (node.x, node.y) == point:
@@ -339,7 +351,7 @@ def nearest_node(label: str, owner: str, nodes: Sequence[Node], point: Point, si
     gap = planar.distance((nearest.x, nearest.y), point)
     raise InputError(
         f"{owner}: the point ({point[0]:g}, {point[1]:g}) is no node of {label}; it lies {gap:.3g} m from the nearest. "
-        f"Nodes nearby: {near}. Move the point there, or choose elements so that a node stands at the point."
+        f"Nodes nearby: {near}. Move the point there, {remedy}."
     )
 
 

@@ -165,7 +165,9 @@ class Comparison:
             stress, wrong = (_largest(self.model.stresses(found)) for found in (full, own - full))
         return [
             LoadAccuracy(size, _over(error, size), of, _over(off, of))
-            for size, error, of, off in zip(sizes.tolist(), errors.tolist(), stress.tolist(), wrong.tolist(), strict=True)
+            for size, error, of, off in zip(
+                sizes.tolist(), errors.tolist(), stress.tolist(), wrong.tolist(), strict=True
+            )
         ]
 
 

@@ -43,6 +43,7 @@ SLOPES = np.stack(
 )
 """(4, 4) slopes there, times L."""
 
+
 class Element(NamedTuple):
     """An element of a beam as it lies unstressed.
 

@@ -117,6 +117,4 @@ def shared_element(
     damping, stiffening, ratios : as of `superelement.superelement`.
     """
     options = (damping, stiffening, ratios)
-    return ELEMENTS.of(
-        (key, options), lambda: superelement(found, damping, stiffening=stiffening, ratios=ratios)
-    )
+    return ELEMENTS.of((key, options), lambda: superelement(found, damping, stiffening=stiffening, ratios=ratios))

@@ -80,7 +80,8 @@ def stiffened(body, at, spin):
     hub = fm.Clamp("hub", fm.GROUND, body, at=at, angle=fm.ConstantSpeed(spin))
     turning = fm.Mechanism("turning", [body, hub])
     still, fast = (
-        fm.modes(turning, at=fm.static_equilibrium(turning, spin=s)).frequencies[:3] * 2.0 * math.pi for s in (0.0, spin)
+        fm.modes(turning, at=fm.static_equilibrium(turning, spin=s)).frequencies[:3] * 2.0 * math.pi
+        for s in (0.0, spin)
     )
     return (fast**2 - still**2) / spin**2
 
