@@ -405,6 +405,7 @@ planes.outlines.NARROW | rad | nothing | widest shank whose eye ends on an arc
 planes.interfaces.NO_ARM | 1 | size of the mesh | nodes at the point of a pin
 planes.plane_body.SAME_LENGTH | 1 | length | distance of pins that fits the mesh, point of a joint that is a pin
 planes.vibrations.SHIFT | 1 | longitudinal wave squared | shift of the eigenvalues
+reduction.accuracy.SHIFT | 1 | lowest reduced frequency squared | shift of the eigenvalues
 """)
 
 
@@ -427,7 +428,7 @@ def _left_out() -> dict[str, str]:
         study.nine_bar.staggered.elastic_step.ELASTIC_SINGULAR study.nine_bar.staggered.elastic_step.TOO_FAR
         results.contact_intervals.IMPACT
         results.contact_intervals.CONTINUOUS
-        results.netcdf.FORMAT
+        results.netcdf.FORMAT results.netcdf.SINGLE
         step.newmark.implicit_step.CONTINUE step.newmark.implicit_step.EVALUATE_AGAIN
         run.run.NOT_SAVING sensitivity.tangent_step.TANGENT_LOST
         step.contact_log.IMPACT step.contact_log.LASTING
@@ -440,7 +441,9 @@ def _left_out() -> dict[str, str]:
     decides a remark or a refusal, and no number of a run: run.watch.DEEP run.watch.THROUGH run.watch.LEAST_STEPS run.watch.SHARE
         run.watch.LARGE_STRAIN run.watch.IMPOSSIBLE_STRAIN run.watch.LARGE_WIND_UP run.watch.PULL results.fatigue.CAPTURED
         run.strength.LEAST
-        run.basis_edge.EDGE_SHARE reduction.craig_bampton.LEAST_PIVOT
+        run.basis_edge.EDGE_SHARE reduction.craig_bampton.LEAST_PIVOT reduction.craig_bampton.LEAST_SHARE
+        reduction.accuracy.EXACT
+        run.deformations.LARGE_SHARE run.deformations.IMPOSSIBLE_SHARE run.deformations.MOST_POINTS
         run.watch.MOST_NUMBERS run.watch.MOST_OF_ALL
         run.vibrations.MOST_UNKNOWNS run.vibrations.POSES run.vibrations.POSES_OF_LARGE run.vibrations.AROUND run.vibrations.LARGE
         run.vibrations.FEWEST_INSTANTS equilibrium.vibrations.NEAR equilibrium.vibrations.RIGID run.vibrations.ENERGY_SHARE run.vibrations.DECAY
@@ -457,14 +460,14 @@ def _left_out() -> dict[str, str]:
     squares of smaller numbers are 0 among floats: run.simulate.SHORTEST_RUN
     stands for infinity: state.options.NEVER
     stands for a clearance that does not exist: joints.stop.NO_CLEARANCE
-    a size of a buffer, a block or a store: state.flow.PAST_STATES run.run.BUFFER_ROWS
+    a size of a buffer, a block or a store: reduction.shared.REMEMBERED state.flow.PAST_STATES run.run.BUFFER_ROWS
         run.run.BLOCK_SECONDS run.run.FIRST_BLOCK_UPDATES dynamics.basins.basin.CHUNKS series.neighbours.BLOCK
         series.recurrence.BLOCK program.check_kernels.REMEMBERED_CALLS program.structure.REMEMBERED_STRUCTURES
         program.structure.REMEMBERED_UNKNOWNS program.structure.FIELDWISE_FROM run.run.BUFFER_NUMBERS run.run.LEAST_BUFFER_ROWS
         run.saved_rows.MOST_RESERVED_BYTES results.late_values.BLOCK
     size of a symbol in a picture: results.symbols.COILS results.symbols.WIDTH results.symbols.ARROW results.symbols.HEAD
         results.symbols.CIRCLE_POINTS results.symbols.ARC_POINTS results.symbols.OVERHANG
-    how many are printed or written: results.main_signals.MOST results.main_signals.PANELS start.consistent.LISTED_PARTS results.vtk.MOST_FRAMES results.contact_intervals.SHOWN_ROWS
+    how many are printed or written: results.netcdf_nodes.MOST_SINGLE results.main_signals.MOST results.main_signals.PANELS start.consistent.LISTED_PARTS results.vtk.MOST_FRAMES results.contact_intervals.SHOWN_ROWS
         model.signal.MOST_COMPARED_NAMES results.solution_text.IN_TEXT results.solution_text.IN_TABLE results.solution_text.ROUND_OFF
         equilibrium.modes.SHOWN_MODES dynamics.exponents.exponents.SHOWN
     shortens what another number decides: linalg.rank.CERTAIN_EIGENVALUE

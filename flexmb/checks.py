@@ -197,6 +197,12 @@ def identifier(owner: str, value: object) -> str:
     return value
 
 
+def flag(owner: str, name: str, value: object) -> None:
+    """Check that `value` is True or False."""
+    if not isinstance(value, bool):
+        refuse(f"{owner}: {name} is {value!r}; it must be True or False.")
+
+
 def one_of(owner: str, name: str, value: object, allowed: Iterable[str]) -> str:
     """`value` if it is among `allowed`, else `InputError` with the nearest allowed one."""
     names = list(allowed)

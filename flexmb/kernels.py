@@ -19,6 +19,7 @@ friction       p, h, slip, N, z, z_new                                     T, dT
 motion         p, t                                                        s, s_dot, s_ddot
 joint_friction p, q, lam, out, H                                           written to out, H
 signal         p, t, q, v, a                                               value
+extremum       p, t, q, v, a                                               value, number of its place
 control        p, t, u, x, dx, y                                           written to dx, y
 =============  ==========================================================  ==========================
 
@@ -138,6 +139,7 @@ TANGENT = _contract(
 )
 ACCOUNT = _contract("account", "p t h q v a y z r Mv My z_new", _TRIPLE, _P, _F, _F, _V, _V, _V, _V, _P, _V, _V, _V, _V)
 SIGNAL = _contract("signal", "p t q v a", _F, _P, _F, _V, _V, _V)
+EXTREMUM = _contract("extremum", "p t q v a", types.UniTuple(_F, 2), _P, _F, _V, _V, _V)
 CONTROL = _contract("control", "p t u x dx y", types.void, _P, _F, _P, _P, _V, _V)
 
 GAP_SIZE = 49
@@ -309,14 +311,15 @@ friction_law = _decorator(FRICTION)
 drive_kernel = _decorator(MOTION)
 joint_friction_kernel = _decorator(JOINT_FRICTION)
 signal_kernel = _decorator(SIGNAL)
+extremum_kernel = _decorator(EXTREMUM)
 force_kernel = _decorator(FORCE)
 tangent_kernel = _decorator(TANGENT)
 account_kernel = _decorator(ACCOUNT)
 control_kernel = _decorator(CONTROL)
 
 _CONTRACTS = (
-    ELEMENT, ENERGY, CONSTRAINT, GAP, NORMAL, FRICTION, MOTION, JOINT_FRICTION, SIGNAL, FORCE, TANGENT, ACCOUNT,
-    CONTROL,
+    ELEMENT, ENERGY, CONSTRAINT, GAP, NORMAL, FRICTION, MOTION, JOINT_FRICTION, SIGNAL, EXTREMUM, FORCE, TANGENT,
+    ACCOUNT, CONTROL,
 )  # fmt: skip
 _BY_NAME = {contract.name: contract for contract in _CONTRACTS}  # for unpickling typed-in kernels
 
@@ -359,6 +362,7 @@ friction_at = _caller(FRICTION)
 motion_at = _caller(MOTION)
 joint_friction_at = _caller(JOINT_FRICTION)
 signal_at = _caller(SIGNAL)
+extremum_at = _caller(EXTREMUM)
 force_at = _caller(FORCE)
 tangent_at = _caller(TANGENT)
 account_at = _caller(ACCOUNT)

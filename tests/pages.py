@@ -69,3 +69,23 @@ def chain(links, elements):
         parts += [link, fm.Revolute(f"J{k}", before, link, at=ends[0])]
         before = link
     return fm.Mechanism("chain", parts, gravity=(0.0, -9.81))
+
+
+def soft_engine(speed=60.0):
+    """A slider-crank with a connecting rod of a soft mesh, which bends; and the rod."""
+    soft = fm.Material(young=2e8, density=7850.0, poisson=0.3)
+    mesh = fm.meshes.link_with_eyes(length=0.12, eye=0.02, hole=0.01, width=0.014, size=0.008)
+    rod = fm.PlaneBody("rod", mesh, start=(0.05, 0.0), end=(0.17, 0.0), thickness=0.01, material=soft)
+    crank = fm.RigidLink("crank", (0.0, 0.0), (0.05, 0.0), mass=0.3, inertia=1e-4)
+    slider = fm.RigidBody("slider", at=(0.17, 0.0), mass=0.1, inertia=1e-4)
+    parts = [
+        crank,
+        rod,
+        slider,
+        fm.Revolute("O", fm.GROUND, crank, at=(0.0, 0.0)),
+        fm.Revolute("A", crank, rod, at=(0.05, 0.0)),
+        fm.Revolute("B", rod, slider, at=(0.17, 0.0)),
+        fm.Prismatic("guide", fm.GROUND, slider, along=(1.0, 0.0)),
+        fm.Drive("motor", joint="O", motion=fm.ConstantSpeed(speed)),
+    ]
+    return fm.Mechanism("engine", parts), rod

@@ -1,4 +1,4 @@
-"""Signal of the largest normal stress in the outer fibres of beams, and of the node where it acts.
+"""Largest normal stress in the outer fibres of beams, and the node where it acts.
 
 sigma = |N|/A + |M| c/I at both ends of every element, with the elastic axial force and end moments of the corotational
 element, which are in balance with its nodes; c is the distance of the outer fibre.  The shear stress is left out: it is
@@ -11,12 +11,12 @@ from flexmb.beams.chord import PARAMETERS, deformation
 from flexmb.beams.corotational import elastic
 from flexmb.compiled.stack import stack_vector
 from flexmb.compiled.views import part_of
-from flexmb.kernels import fast, signal_kernel
+from flexmb.kernels import extremum_kernel, fast
 
-COUNT, WANTED, HEAD = range(3)
+COUNT, HEAD = range(2)
 START, END, START_NODE, END_NODE, START_AREA, START_MODULUS, END_AREA, END_MODULUS, OWN = range(9)
-"""Parameters p: number of elements; 0 for the stress, 1 for the node.  At HEAD, of each element: first coordinates of
-its ends, numbers of its nodes, 1/A and c/I at its start and end, and the parameters of the element."""
+"""Parameters p: number of elements.  At HEAD, of each element: first coordinates of its ends, numbers of its nodes, 1/A
+and c/I at its start and end, and the parameters of the element."""
 
 SIZE = OWN + PARAMETERS
 """Numbers of an element."""
@@ -40,9 +40,9 @@ def end_stresses(p, at, q):
     )
 
 
-@signal_kernel
+@extremum_kernel
 def beam_stress_kernel(p, t, q, v, a):
-    """Largest normal stress of all elements [Pa], or the number of its node."""
+    """Largest normal stress of all elements [Pa], and the number of its node."""
     largest, where = -1.0, 0.0
     for k in range(int(p[COUNT])):
         at = HEAD + SIZE * k
@@ -51,4 +51,4 @@ def beam_stress_kernel(p, t, q, v, a):
             largest, where = first, p[at + START_NODE]
         if not last <= largest:
             largest, where = last, p[at + END_NODE]
-    return largest if p[WANTED] == 0.0 else where
+    return largest, where

@@ -50,7 +50,7 @@ def section_factors(beam: Beam) -> np.ndarray:
     return np.stack([1.0 / np.asarray(section.area_at(places)), fibre])
 
 
-def beam_stress_signals(part: str, beams: Sequence[Beam], nodes: Mapping[str, Node]) -> list[SignalContribution]:
+def beam_stress_signal(part: str, beams: Sequence[Beam], nodes: Mapping[str, Node]) -> SignalContribution:
     """The signals `von_mises` and `von_mises_node` of a body of beams.
 
     Parameters
@@ -63,13 +63,9 @@ def beam_stress_signals(part: str, beams: Sequence[Beam], nodes: Mapping[str, No
     coordinates = tuple(c for name in nodes for c in node_coordinates(part, name))
     rows = [row for beam in beams for row in _rows(beam, dict(nodes), place)]
     count, p = float(len(rows)), tuple(x for row in rows for x in row)
-    return [
-        SignalContribution(part, "von_mises", "Pa", beam_stress_kernel, coordinates, (count, 0.0, *p)),
-        SignalContribution(
-            part, "von_mises_node", "", beam_stress_kernel, coordinates, (count, 1.0, *p), is_mode=True,
-            place_of="von_mises",
-        ),
-    ]  # fmt: skip
+    return SignalContribution(
+        part, "von_mises", "Pa", beam_stress_kernel, coordinates, (count, *p), place="von_mises_node"
+    )
 
 
 def _rows(beam: Beam, nodes: dict[str, Node], place: Mapping[str, float]) -> Iterator[tuple[float, ...]]:

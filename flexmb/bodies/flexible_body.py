@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, cast
 from flexmb import checks, planar
 from flexmb.beams.arc import chord_share
 from flexmb.beams.section import Section
-from flexmb.bodies.beam_stress import beam_stress_signals, knows_stress
+from flexmb.bodies.beam_stress import beam_stress_signal, knows_stress
 from flexmb.bodies.bosses import Bosses, RigidProperties
 from flexmb.bodies.fields import Field, FieldLike, Triple, start_displacement, start_velocity
 from flexmb.bodies.flexible import (
@@ -177,7 +177,7 @@ class FlexibleBody(Body):
             *beam_pieces(self.name, self.beams, nodes, self.damping, mechanism.gravity),
             *self._boss_pieces(mechanism.gravity),
             *mass_damping_pieces(self.name, self.beams, self.beams[0], self.mass_damping, self._lumps()),
-            *(beam_stress_signals(self.name, self.beams, nodes) if self.seeks_stress else ()),
+            *([beam_stress_signal(self.name, self.beams, nodes)] if self.seeks_stress else []),
         ]
 
     def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - the beams alone

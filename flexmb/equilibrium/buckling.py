@@ -12,8 +12,9 @@ from scipy.sparse.linalg import ArpackNoConvergence, splu
 
 from flexmb import checks
 from flexmb.display import html
-from flexmb.equilibrium.eigen import DENSE_COORDINATES, largest_of
+from flexmb.equilibrium.eigen import DENSE_COORDINATES, largest_of, largest_of_pencil
 from flexmb.equilibrium.free_motions import moves_most, null_space
+from flexmb.equilibrium.stability import is_stable
 from flexmb.equilibrium.statics import refuse_free_motion
 from flexmb.errors import InputError, SolveError
 from flexmb.model.contributions import ElementContribution, SignalContribution
@@ -26,6 +27,9 @@ from flexmb.system.state_evaluation import StateEvaluation
 
 PATH_STRIDE = 1e-3
 """Difference along the prestress path between two evaluations of K, relative to the size of the mechanism."""
+
+ASYMMETRY = 1e-6
+"""Asymmetry of dK/ds over its largest entry, up to which it is that of differences."""
 
 EIGENVALUE_ROUND_OFF = 1e-9
 """Eigenvalue 1/s relative to the largest, below which it is round-off."""
@@ -181,7 +185,7 @@ def _dense(program: Program, K: Any, K_path: Any, G: Any, count: int) -> tuple[n
     Z = null_space(G.toarray())
     k, k_path = Z.T @ (K @ Z), Z.T @ (K_path @ Z)
     scale = np.abs(k_path).max(initial=0.0)
-    if np.abs(k_path - k_path.T).max(initial=0.0) > 1e-6 * scale:
+    if np.abs(k_path - k_path.T).max(initial=0.0) > ASYMMETRY * scale:
         raise InputError(
             f"buckling: the loads of mechanism {program.name!r} follow its motion, so its stiffness is not symmetric "
             f"and it may flutter before it buckles. Use modes(at=static_equilibrium(...)) at growing loads."
@@ -200,13 +204,23 @@ def _sparse(program: Program, K: Any, K_path: Any, G: Any, count: int) -> tuple[
     scale = abs(K).max()
     lu = splu(sp.block_array([[K / scale, G.T], [G, None]]).tocsc())
 
-    def inverses(x: np.ndarray) -> np.ndarray:
-        """1/s times x, on the null space of G."""
-        solution: np.ndarray = -lu.solve(np.append(K_path @ x / scale, np.zeros(m)))[:n]
+    def held(force: np.ndarray) -> np.ndarray:
+        """K^-1 on the null space of G."""
+        solution: np.ndarray = lu.solve(np.append(force / scale, np.zeros(m)))[:n]
         return solution
 
+    def inverses(x: np.ndarray) -> np.ndarray:
+        """1/s times x, on the null space of G."""
+        return -held(K_path @ x)
+
+    count_all = min(4 * count + 4, n // 4)
+    asymmetry = abs(K_path - K_path.T).max()
     try:
-        inverse, x = largest_of(inverses, n, min(4 * count + 4, n // 4))
+        if asymmetry <= ASYMMETRY * abs(K_path).max() and is_stable(program, K, G):
+            half = (K_path + K_path.T) / -2.0
+            inverse, x = largest_of_pencil(half, (K + K.T) / 2.0, held, count_all)
+        else:
+            inverse, x = largest_of(inverses, n, count_all)
     except (ArpackNoConvergence, RuntimeError) as error:
         raise SolveError(f"buckling: the eigensolver did not converge ({error}). Ask for fewer factors.") from error
     if np.abs(inverse.imag).max() > 1e-6 * np.abs(inverse).max():

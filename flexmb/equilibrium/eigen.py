@@ -24,6 +24,9 @@ FEW_MODES_COORDINATES = 300
 DENSE_QUADRATIC_COORDINATES = 150
 """Number of coordinates up to which a dense eigensolver is used for quadratic problems, which take 20 times longer."""
 
+LOOKED_FOR = 1e-6
+"""Accuracy of an eigenvalue that may lie below those found."""
+
 NO_MASS = "modes: a motion without mass; give every body and node some mass and inertia."
 
 
@@ -115,10 +118,15 @@ def _with_copies(A: Any, B: Any, M: Any, solve: Solve, shift: float, wanted: int
 
         start = rest(B @ np.cos(np.arange(size) ** 2.0 + len(squares)))
         operator = LinearOperator((size, size), rest, dtype=float)
-        more, x = eigsh(A, k=wanted, M=B, sigma=shift, which="LM", v0=start, OPinv=operator)
-        last = np.sort(squares)[wanted - 1] if len(squares) else np.inf
+        options = {"M": B, "sigma": shift, "which": "LM", "v0": start, "OPinv": operator}
+        if len(squares):  # whether anything as low is left, before many modes of a cluster are told apart
+            last = np.sort(squares)[wanted - 1]
+            lowest = eigsh(A, k=1, tol=LOOKED_FOR, return_eigenvectors=False, **options)[0]
+            if lowest > last + 10.0 * LOOKED_FOR * abs(last) or len(squares) > n - (size - n) - wanted:
+                break
+        more, x = eigsh(A, k=wanted, **options)
         squares, X = np.append(squares, more), np.hstack([X, x[:n]])
-        if more.min() >= last or len(squares) > n - (size - n) - wanted:
+        if len(squares) > wanted and more.min() >= last:
             break
     order = np.argsort(squares)[:wanted]
     return squares[order], X[:, order]
@@ -189,6 +197,40 @@ def _sparse_quadratic(K: Any, C: Any, M: Any, G: sp.csr_matrix, count: int) -> t
     except (ArpackNoConvergence, RuntimeError) as error:
         raise SolveError(f"modes: the eigensolver did not converge ({error}). Ask for fewer modes.") from error
     return 1.0 / values, x[:n]
+
+
+def largest_of_pencil(A: Any, M: Any, solve: Solve, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """The eigenvalues of largest modulus of A x = w M x, with their multiplicity, and vectors with x^T M x = 1.
+
+    Parameters
+    ----------
+    A : (n, n) symmetric.
+    M : (n, n) symmetric, positive on the space of the x.
+    solve : M^-1 on that space.
+    count : number of eigenvalues.
+    """
+    n = M.shape[0]
+    values, X = np.zeros(0), np.zeros((n, 0))
+    while len(values) + count < n:
+
+        def rest(b: np.ndarray, X: np.ndarray = X) -> np.ndarray:
+            x = solve(b)
+            outside: np.ndarray = x - X @ (X.T @ (M @ x))
+            return outside
+
+        start = rest(M @ np.cos(np.arange(n) ** 2.0 + len(values)))
+        options = {"M": M, "Minv": LinearOperator((n, n), rest, dtype=float), "which": "LM", "v0": start}
+        if len(values):
+            least = np.sort(np.abs(values))[-count]
+            found = eigsh(A, k=1, tol=LOOKED_FOR, return_eigenvectors=False, **options)[0]
+            if np.abs(found) < least * (1.0 - 10.0 * LOOKED_FOR):
+                break
+        more, x = eigsh(A, k=count, **options)
+        values, X = np.append(values, more), np.hstack([X, x])
+        if len(values) > count and np.abs(more).max() <= least * (1.0 + 1e-9):
+            break
+    order = np.argsort(-np.abs(values), kind="stable")[:count]
+    return values[order], X[:, order]
 
 
 def largest_of(operator: Solve, size: int, count: int) -> tuple[np.ndarray, np.ndarray]:

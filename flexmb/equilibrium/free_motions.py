@@ -7,8 +7,12 @@ import scipy.linalg as la
 import scipy.sparse as sp
 
 from flexmb.errors import SolveError
+from flexmb.linalg.null_vector import null_vectors
 from flexmb.program.program import Program
 from flexmb.start.rigid_motion import RigidMotion
+
+DENSE_MOTIONS = 900
+"""Number of rigid motions of bodies (three each) up to which plain matrices find the free ones."""
 
 DEPENDENT_ROW = 1e-10
 """Pivot of a constraint row relative to the largest, below which it depends on others (poses close to 1e-12)."""
@@ -50,28 +54,62 @@ def free_motions(program: Program, q: np.ndarray, K: sp.csc_matrix, G: sp.csr_ma
     B = RigidMotion(program).basis(q)
     sizes = np.where(np.arange(B.shape[1]) % 3 == 2, 1.0, program.length)
     B = (B @ sp.diags_array(sizes)).tocsr()
+    if B.shape[1] > DENSE_MOTIONS:
+        Z = _sparse_motions(program, B, K, G)
+    else:
+        Z = _dense_motions(program, B, K, G)
+    motions: np.ndarray = sizes[:, None] * simplified(Z)
+    return motions
+
+
+def _dense_motions(program: Program, B: sp.csr_matrix, K: sp.csc_matrix, G: sp.csr_matrix) -> np.ndarray:
+    """Free motions (3 bodies, k) by factors of plain matrices."""
     # rows that only the round-off of their own terms resists, as of pins and nodes of one body, resist nothing
     terms_of_rows = np.asarray((abs(G) @ abs(B)).sum(axis=1)).ravel()
     rows_of_bodies = (G @ B).toarray()
     Z = null_space(rows_of_bodies[np.abs(rows_of_bodies).max(axis=1, initial=0.0) > ROW_ROUND_OFF * terms_of_rows])
-    if Z.shape[1]:
-        moved = B @ Z
-        terms = (abs(K) @ np.abs(moved)).sum(axis=1) + STIFFNESS_ROUND_OFF / FREE_FORCE * stiffest_at(K) * np.abs(
-            moved
-        ).max()
-        rows = terms > 0.0
-        force = (K @ moved)[rows] / terms[rows, None]
-        if not np.isfinite(force).all():
-            raise SolveError(
-                f"Mechanism {program.name!r}: its stiffness in this pose is too large for floats. Check the "
-                "numbers of its parts and their units."
-            )
-        if len(force):
-            values, vectors = la.svd(force, full_matrices=True)[1:]
-            values = np.append(values, np.zeros(Z.shape[1] - len(values)))
-            Z = Z @ vectors[values <= FREE_FORCE * np.sqrt(len(force))].T
-    motions: np.ndarray = sizes[:, None] * simplified(Z)
-    return motions
+    if not Z.shape[1]:
+        return Z
+    moved = B @ Z
+    terms = (abs(K) @ np.abs(moved)).sum(axis=1) + STIFFNESS_ROUND_OFF / FREE_FORCE * stiffest_at(K) * np.abs(
+        moved
+    ).max()
+    rows = terms > 0.0
+    force = (K @ moved)[rows] / terms[rows, None]
+    if not np.isfinite(force).all():
+        raise SolveError(_too_stiff(program))
+    if len(force):
+        values, vectors = la.svd(la.qr(force, mode="r")[0][: force.shape[1]])[1:]
+        values = np.append(values, np.zeros(Z.shape[1] - len(values)))
+        Z = Z @ vectors[values <= FREE_FORCE * np.sqrt(len(force))].T
+    return Z
+
+
+def _sparse_motions(program: Program, B: sp.csr_matrix, K: sp.csc_matrix, G: sp.csr_matrix) -> np.ndarray:
+    """Free motions (3 bodies, k) of many bodies, which keep all rows of G B and K B at 0.
+
+    Entries that are the round-off of their terms are none; the rest has rows of length 1.
+    """
+    blocks = []
+    for A, share, floor in ((G, ROW_ROUND_OFF, None), (K, FREE_FORCE, STIFFNESS_ROUND_OFF * stiffest_at(K))):
+        found = sp.coo_array(A @ B)
+        if not np.isfinite(found.data).all():
+            raise SolveError(_too_stiff(program))
+        terms = np.asarray((abs(A) @ abs(B)).tocsr()[found.row, found.col]).ravel()
+        least = share * terms + (0.0 if floor is None else floor[found.row])
+        kept = np.abs(found.data) > least
+        block = sp.csr_array((found.data[kept], (found.row[kept], found.col[kept])), shape=found.shape)
+        lengths = np.sqrt(np.asarray(block.multiply(block).sum(axis=1)).ravel())
+        rows = np.flatnonzero(lengths)
+        blocks.append(sp.diags_array(1.0 / lengths[rows]) @ block[rows])
+    return null_vectors(sp.vstack(blocks))
+
+
+def _too_stiff(program: Program) -> str:
+    return (
+        f"Mechanism {program.name!r}: its stiffness in this pose is too large for floats. Check the "
+        "numbers of its parts and their units."
+    )
 
 
 def stiffest_at(K: sp.csc_matrix) -> np.ndarray:

@@ -1,10 +1,10 @@
-"""Null vector of a rectangular matrix: a combination of its columns that vanishes."""
+"""Null vectors of a rectangular matrix: combinations of its columns that vanish."""
 
 from __future__ import annotations
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.linalg import splu
+from scipy.sparse.linalg import SuperLU, splu
 
 DENSE_COLUMNS = 150
 """Number of columns up to which singular values are computed."""
@@ -18,6 +18,9 @@ round-off where s is above VANISHING."""
 
 LEAST_PIVOT = 1e-20
 """Number on the diagonal that keeps the bordered matrix regular."""
+
+FIRST_VECTORS = 4
+"""Number of vectors looked for at first; then four times as many."""
 
 ITERATIONS = 4
 """Number of inverse iterations; each separates a vanishing combination from all others by ten powers of ten."""
@@ -46,9 +49,7 @@ def null_vector(B: sp.sparray) -> np.ndarray | None:
     if size == 0.0:
         vector = np.eye(1, n)[0]
         return vector
-    scaled = B / size
-    bordered = sp.block_array([[REGULARISATION * sp.eye_array(m), scaled], [scaled.T, -LEAST_PIVOT * sp.eye_array(n)]])
-    factors = splu(bordered.tocsc())
+    factors = _bordered(B / size)
     x = np.cos(np.arange(n) ** 2.0)
     growth = 0.0
     for _ in range(ITERATIONS):
@@ -56,6 +57,45 @@ def null_vector(B: sp.sparray) -> np.ndarray | None:
         x = factors.solve(np.concatenate([np.zeros(m), x]))[m:]
         growth = float(np.linalg.norm(x))
     return np.asarray(x / growth) if growth > REGULARISATION / VANISHING**2 else None
+
+
+def null_vectors(B: sp.sparray) -> np.ndarray:
+    """Orthonormal vectors x (n, k) with B x = 0 but for round-off, all there are.
+
+    Inverse iterations as in `null_vector`, with more and more vectors until one of them does not vanish.
+
+    Parameters
+    ----------
+    B : (m, n) matrix, its rows of comparable size.
+    """
+    m, n = B.shape
+    size = largest_singular_value(B)
+    if size == 0.0:
+        return np.eye(n)
+    if n <= DENSE_COLUMNS:
+        values, vectors = np.linalg.svd(np.vstack([B.toarray(), np.zeros((1, n))]))[1:]
+        values = np.append(values, np.zeros(n - len(values)))
+        return np.asarray(vectors[values <= VANISHING * values[0]].T)
+    factors, count = _bordered(B / size), FIRST_VECTORS
+    while True:
+        count = min(count, n)
+        x = np.cos(np.arange(1, n + 1)[:, None] * np.arange(1, count + 1) ** 2.0)
+        for _ in range(ITERATIONS):
+            x = np.linalg.qr(x)[0]
+            x = factors.solve(np.vstack([np.zeros((m, count)), x]))[m:]
+        x = np.linalg.qr(x)[0]
+        values, vectors = np.linalg.svd((B @ x) / size, full_matrices=False)[1:]
+        vanish = values <= VANISHING * np.sqrt(n)
+        if not vanish.all() or count == n:
+            return np.asarray(x @ vectors[vanish].T)
+        count *= 4
+
+
+def _bordered(scaled: sp.sparray) -> SuperLU:
+    """Factors of [[w 1, B], [B^T, 0]]."""
+    m, n = scaled.shape
+    bordered = sp.block_array([[REGULARISATION * sp.eye_array(m), scaled], [scaled.T, -LEAST_PIVOT * sp.eye_array(n)]])
+    return splu(bordered.tocsc())
 
 
 def largest_singular_value(B: sp.sparray) -> float:

@@ -256,13 +256,13 @@ class SignalContribution:
     ----------
     part : name of the part.
     name, units : of the signal.
-    kernel : signal kernel.
+    kernel : signal kernel; with `place` an extremum kernel.
     coordinates : coordinates of the kernel.
     p : parameters of the kernel.
     is_mode : whether the values number states, so that an instant within a step takes the value of the nearer end.
     use_of_factor : `MULTIPLIES`: the factor of the part's element multiplies the value; `ADDS`, `SUBTRACTS`: its first
         parameter times its factor is added or subtracted; "": nothing.
-    place_of : signal of the part whose place this one is: its peak is its value at the peak of that one.
+    place : name of the signal of the place's number; its peak is its value at the peak of this one.  "": no place.
     """
 
     part: str
@@ -273,7 +273,7 @@ class SignalContribution:
     p: tuple[float, ...] = ()
     is_mode: bool = False
     use_of_factor: str = ""
-    place_of: str = ""
+    place: str = ""
 
 
 def signal_contributions(

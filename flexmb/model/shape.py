@@ -96,9 +96,11 @@ class MeshShape:
     carriers : (n) number of a node in `nodes`, and the point in its frame [m].
     materials : stresses sx = d11 ex + d12 ey, txy = d33 gxy, sz = nu (sx + sy): (d11, d12, d33 [Pa], nu; 0 in a plate).
     material_of : (m) number of the material of each cell; empty: the only one.
-    poses : (nodes) x, y, theta of the nodes in the reference configuration [m, rad]; of reduced bodies alone.
+    poses : (nodes) x, y, theta of the nodes in the reference configuration [m, rad], of a reduced body in its axes.
     weights : (nodes) x, y by which the nodes turn the frame; empty: it turns with the first node.
     basis : (2 n) displacements x0, y0, x1, ... by x, y, theta of every node.
+    shortening : matrices of the shortening of the coordinates from the fourth one on, by all of them [1/m].
+    fibres : (n) of reduced beams: normal stress in the outer fibre, by x, y, theta of every node [Pa/m, Pa/rad].
     """
 
     part: str
@@ -113,6 +115,8 @@ class MeshShape:
     poses: tuple[tuple[float, float, float], ...] = ()
     weights: tuple[Point, ...] = ()
     basis: tuple[tuple[float, ...], ...] = ()
+    shortening: tuple[tuple[tuple[float, ...], ...], ...] = ()
+    fibres: tuple[tuple[float, ...], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,6 +28,9 @@ TRACED = "#7a3fb5"
 DIVERGING = "RdYlBu_r"
 """Colour map of fields with both signs."""
 
+SEQUENTIAL = "viridis"
+"""Colour map of fields from 0 on."""
+
 WIDTH = 1.1
 """Width of a curve [pt]."""
 
@@ -66,6 +69,16 @@ def powers(ax: Axes) -> None:
 def unit_text(units: str) -> str:
     """`units` with raised exponents: "m/s2" becomes "m/s$^{2}$"."""
     return re.sub(r"(?<=[A-Za-z])\^?(-?\d+)", r"$^{\1}$", units)
+
+
+def words_of(field: str) -> str:
+    """Name of a field of beams or meshes in words.
+
+    Parameters
+    ----------
+    field : its name, such as "bending_moment".
+    """
+    return "von Mises stress" if field == "von_mises" else field.replace("_", " ")
 
 
 def label_of(name: str, units: str, between: str = " ") -> str:

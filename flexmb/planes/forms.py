@@ -2,7 +2,7 @@
 
 Stiffness             int eps(v)^T D eps(u) t dA        eps = (u_x,x; u_y,y; u_x,y + u_y,x)
 Mass                  int rho u v t dA                  the same for x and y
-Geometric stiffness   int grad u . sigma . grad v t dA  the same for x and y
+Geometric stiffness   int (sx + sy) w(u) w(v) t dA      w = (u_y,x - u_x,y)/2
 
 Displacements are ordered x0, y0, x1, y1, ...  Each form gives local matrices, which are summed here with the node
 numbers of the mesh, so that numbers of scikit-fem do not matter.
@@ -30,11 +30,6 @@ Array = npt.NDArray[np.float64]
 _PRODUCT = BilinearForm(lambda u, v, w: w.weight * u * v)
 _SLOPES = BilinearForm(lambda u, v, w: w.x_x * u.grad[0] * v.grad[0] + w.y_y * u.grad[1] * v.grad[1])
 _CROSSED = BilinearForm(lambda u, v, w: w.bulk * u.grad[1] * v.grad[0] + w.shear * u.grad[0] * v.grad[1])
-_STRESSED = BilinearForm(
-    lambda u, v, w: (
-        (w.sx * u.grad[0] + w.txy * u.grad[1]) * v.grad[0] + (w.txy * u.grad[0] + w.sy * u.grad[1]) * v.grad[1]
-    )
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,16 +113,21 @@ def cell_matrices(
     mesh: PlaneMesh, material: ByRegion[Material], thickness: ByRegion[float], state: str = STRESS
 ) -> CellMatrices:
     """Stiffness and mass of every cell; parameters as of `matrices`."""
-    (xx, yy), xy = _stiffness_blocks(mesh, material, thickness, state)
-    m, k = mesh.cells.shape
-    stiffness = np.empty((m, 2 * k, 2 * k))
-    stiffness[:, 0::2, 0::2], stiffness[:, 1::2, 1::2] = xx, yy
-    stiffness[:, 0::2, 1::2], stiffness[:, 1::2, 0::2] = xy, xy.transpose(0, 2, 1)
-    return CellMatrices(stiffness, _mass(mesh, material, thickness))
+    same, cross = _stiffness_blocks(mesh, material, thickness, state)
+    return CellMatrices(_interleaved(same, cross), _mass(mesh, material, thickness))
+
+
+def _interleaved(same: tuple[Array, Array], cross: Array) -> Array:
+    """(m, 2k, 2k) of blocks (m, k, k): x on x and y on y, and x (rows) on y."""
+    m, k, _ = cross.shape
+    local = np.empty((m, 2 * k, 2 * k))
+    local[:, 0::2, 0::2], local[:, 1::2, 1::2] = same
+    local[:, 0::2, 1::2], local[:, 1::2, 0::2] = cross, cross.transpose(0, 2, 1)
+    return local
 
 
 def geometric_stiffness(mesh: PlaneMesh, stress: Array, thickness: ByRegion[float]) -> csr_array:
-    """Sparse geometric stiffness (n, n) [N/m] of stresses in the body, the same for x and for y.
+    """Sparse geometric stiffness (2n, 2n) [N/m] of stresses in the body, by the rotations that displacements have.
 
     Parameters
     ----------
@@ -140,8 +140,15 @@ def geometric_stiffness(mesh: PlaneMesh, stress: Array, thickness: ByRegion[floa
     if stress.shape != expected:
         raise InputError(f"{mesh.label}: stress has shape {stress.shape}; it must be {expected}, cells x points x 3.")
     t = numbers_of_cells(mesh, "thickness", thickness, "m")[:, None]
-    sx, sy, txy = (t * stress[:, :, k] for k in range(3))
-    return assembled(mesh, _local(_STRESSED, basis, sx=sx, sy=sy, txy=txy))
+    quarter = 0.25 * t * (stress[:, :, 0] + stress[:, :, 1])
+    none = np.zeros_like(quarter)
+    same = _local(_SLOPES, basis, x_x=none, y_y=quarter), _local(_SLOPES, basis, x_x=quarter, y_y=none)
+    local = _interleaved(same, _local(_CROSSED, basis, symmetric=False, bulk=none, shear=-quarter))
+    m, k = mesh.cells.shape
+    places = (2 * mesh.cells.astype(np.int32)[:, :, None] + np.arange(2, dtype=np.int32)).reshape(m, 2 * k)
+    rows, columns = np.repeat(places, 2 * k, axis=1).ravel(), np.tile(places, 2 * k).ravel()
+    n = 2 * len(mesh.points)
+    return csr_array(coo_array((local.ravel(), (rows, columns)), shape=(n, n)).tocsr())
 
 
 def stiffness_basis(mesh: PlaneMesh) -> Basis:

@@ -25,7 +25,7 @@ from flexmb.model.contributions import (
 from flexmb.planes.averaged_pin import averaged_pin
 from flexmb.planes.cells import Cells, Pin, cell_contributions
 from flexmb.planes.mesh import PlaneMesh
-from flexmb.planes.peak_stress import peak_stress_signals
+from flexmb.planes.peak_stress import peak_stress_signal
 
 PIN_SHARE = 1e-7
 """Mass of an averaged pin over that of its body: it keeps the equations of motion regular.
@@ -115,8 +115,8 @@ class FullBody:
                 found.append((pins.index(pin.node), x - pin.place[0], y - pin.place[1]))
         return tuple(found)
 
-    def stress_signals(self, mesh: PlaneMesh, materials: np.ndarray) -> list[SignalContribution]:
-        """Signals of the largest von Mises stress.
+    def stress_signal(self, mesh: PlaneMesh, materials: np.ndarray) -> SignalContribution:
+        """Signal of the largest von Mises stress, with its node.
 
         Parameters
         ----------
@@ -133,7 +133,7 @@ class FullBody:
                 coordinates += node_coordinates(self.part, self.names[k])[:2]
             else:
                 ties[k] = 3.0 * pins.index(pin.node), 1.0, *(place - pin.place)
-        return peak_stress_signals(self.part, tuple(coordinates), ties, mesh.points, mesh.cells, mesh.kind, materials)
+        return peak_stress_signal(self.part, tuple(coordinates), ties, mesh.points, mesh.cells, mesh.kind, materials)
 
     def _averaged(self, pin: MeshPin, weights: np.ndarray, gravity: tuple[float, float]) -> list[Contribution]:
         """Constraint and small mass of an averaged pin, taken from its nodes."""

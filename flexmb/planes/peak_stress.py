@@ -1,4 +1,4 @@
-"""Signal of the largest von Mises stress of a plane body with all nodes of its mesh, and of the node where it acts.
+"""Largest von Mises stress of a plane body with all nodes of its mesh, and the node where it acts.
 
 Stresses are recovered as by `recovery`: in the axes of each cell, averaged over the cells of a node.
 """
@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from flexmb.compiled.stack import stack_space
-from flexmb.kernels import fast, signal_kernel
+from flexmb.kernels import extremum_kernel, fast
 from flexmb.model.contributions import Coordinate, SignalContribution
 from flexmb.planes.cell_numbers import nodal
 from flexmb.planes.recovery import areas_and_means, around_nodes, gradients_at_nodes
@@ -19,8 +19,7 @@ NODES, WIDTH, CELLS, HEAD = range(4)
 """Parameters p: number of nodes, nodes of a cell, cells.
 
 At HEAD: (nodes, 5) first coordinate, 1 on a pin, arm x, arm y, 1 / area of its cells; (cells, ...) nodes, places X,
-mean gradients, gradients at the nodes, d11, d12, d33 times area, sz over sx + sy.  Last: 0 for the stress, 1 for the
-node."""
+mean gradients, gradients at the nodes, d11, d12, d33 times area, sz over sx + sy."""
 
 COORDINATE, ON_PIN, ARM_X, ARM_Y, SHARE, PER_NODE = range(6)
 """Numbers of a node; PER_NODE is their count."""
@@ -93,8 +92,15 @@ def add_stresses(p, x, cell, m, S):
 
 
 @fast
+def von_mises_square(sx, sy, t, sz):
+    """Square of the von Mises stress."""
+    a, b, c = sx - sy, sy - sz, sz - sx
+    return 0.5 * (a * a + b * b + c * c) + 3.0 * t * t
+
+
+@fast
 def largest_stress(p, q):
-    """Largest nodal von Mises stress and its node."""
+    """Largest nodal von Mises stress, and the number of its node."""
     n, m = int(p[NODES]), int(p[WIDTH])
     x, S = stack_space(2 * n), stack_space(PARTS * n)
     fill_places(p, q, n, x)
@@ -106,22 +112,19 @@ def largest_stress(p, q):
     largest, where = -1.0, 0
     for k in range(n):
         at = PARTS * k
-        sx, sy, t, sz = S[at + XX], S[at + YY], S[at + XY], S[at + ZZ]
-        a, b, c = sx - sy, sy - sz, sz - sx
-        found = 0.5 * (a * a + b * b + c * c) + 3.0 * t * t
+        found = von_mises_square(S[at + XX], S[at + YY], S[at + XY], S[at + ZZ])
         if not found <= largest:  # also what is not a number
             largest, where = found, k
-    return math.sqrt(largest), where
+    return math.sqrt(largest), float(where)
 
 
-@signal_kernel
+@extremum_kernel
 def peak_stress_kernel(p, t, q, v, a):
-    """Largest nodal von Mises stress [Pa], or the number of its node."""
-    largest, where = largest_stress(p, q)
-    return largest if p[p.shape[0] - 1] == 0.0 else float(where)
+    """Largest nodal von Mises stress [Pa], and the number of its node."""
+    return largest_stress(p, q)
 
 
-def peak_stress_signals(
+def peak_stress_signal(
     part: str,
     coordinates: tuple[Coordinate, ...],
     ties: np.ndarray,
@@ -129,7 +132,7 @@ def peak_stress_signals(
     cells: np.ndarray,
     kind: str,
     materials: np.ndarray,
-) -> list[SignalContribution]:
+) -> SignalContribution:
     """The signals `von_mises` and `von_mises_node` of a body.
 
     Parameters
@@ -151,10 +154,6 @@ def peak_stress_signals(
     )  # fmt: skip
     per_node = np.column_stack([ties, 1.0 / around_nodes(cells, areas, len(points))])
     numbers = np.concatenate([(len(points), k, m), per_node.ravel(), np.hstack(own).ravel()]).tolist()
-    return [
-        SignalContribution(part, "von_mises", "Pa", peak_stress_kernel, coordinates, (*numbers, 0.0)),
-        SignalContribution(
-            part, "von_mises_node", "", peak_stress_kernel, coordinates, (*numbers, 1.0), is_mode=True,
-            place_of="von_mises",
-        ),
-    ]  # fmt: skip
+    return SignalContribution(
+        part, "von_mises", "Pa", peak_stress_kernel, coordinates, tuple(numbers), place="von_mises_node"
+    )

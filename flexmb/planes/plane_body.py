@@ -66,6 +66,8 @@ class PlaneBody(Body):
     damping : stiffness-proportional damping time [s], >= 0.
     formulation : "corotated": linear elasticity in axes that turn with each cell; "total-lagrange": strains
         against the reference configuration, St. Venant and Kirchhoff's material, at twice the cost.
+    stress : whether every accepted step looks for the largest von Mises stress: signals `von_mises` [Pa] and
+        `von_mises_node`, the number of its node.
     velocity : (vx, vy, omega) of the first pin at the start, the body moving as a rigid body, or one (vx, vy, omega)
         per node; None: as driven.
     displacement : (dx, dy, dtheta) per node at the start [m, rad], added to the reference configuration; None: no
@@ -94,6 +96,7 @@ class PlaneBody(Body):
     interface: str | Mapping[str, str] | tuple[tuple[str, str], ...] = RIGID
     damping: float = 0.0
     formulation: str = "corotated"
+    stress: bool = True
     velocity: Triple | Field | None = None
     displacement: Field | None = None
 
@@ -104,6 +107,7 @@ class PlaneBody(Body):
         checks.one_of(self.label, "state", self.state, (STRESS, STRAIN))
         checks.one_of(self.label, "formulation", self.formulation, FORMULATIONS)
         checks.not_negative(self.label, "damping", self.damping, "s")
+        checks.flag(self.label, "stress", self.stress)
         for field in ("thickness", "material", "interface"):
             if isinstance(value := getattr(self, field), Mapping):
                 object.__setattr__(self, field, by_region(self.label, field, value))
@@ -228,8 +232,10 @@ class PlaneBody(Body):
         """Cells, averaged pins, held rotations of the mesh's nodes; the largest stress."""
         from flexmb.planes.mesh_shape import cell_materials  # noqa: PLC0415
 
-        materials = cell_materials(self.mesh, self.material, self.state)
-        return [*self._full.contributions(mechanism.gravity), *self._full.stress_signals(self.mesh, materials)]
+        found = self._full.contributions(mechanism.gravity)
+        if self.stress:
+            found.append(self._full.stress_signal(self.mesh, cell_materials(self.mesh, self.material, self.state)))
+        return found
 
     @cached_property
     def _full(self) -> FullBody:
@@ -246,9 +252,14 @@ class PlaneBody(Body):
         """The mesh."""
         from flexmb.planes.mesh_shape import mesh_shape  # noqa: PLC0415
 
-        nodes = tuple(node.name for node in self.nodes())
+        names, poses = zip(*((node.name, (node.x, node.y, node.theta)) for node in self.nodes()), strict=True)
         shape = mesh_shape(self.name, self.mesh.placed(self.direction, self.origin), self.material, self.state)
-        return (replace(shape, nodes=nodes, carriers=self._full.carriers()),)
+        return (replace(shape, nodes=names, carriers=self._full.carriers(), poses=poses),)
+
+    @property
+    def seeks_stress(self) -> bool:
+        """Whether every accepted step looks for the largest stress."""
+        return self.stress
 
     def properties(self) -> RigidProperties:
         """Mass, centre of mass and moment of inertia as a rigid body in the reference configuration."""

@@ -98,6 +98,25 @@ def nodal_stresses(
     return found
 
 
+def linear_stresses(
+    points: np.ndarray, cells: np.ndarray, kind: str, materials: np.ndarray, u: np.ndarray
+) -> np.ndarray:
+    """Stresses (n, nodes, 4) sx, sy, txy, sz [Pa] of n small displacements, as `nodal_stresses` without rotations.
+
+    Parameters
+    ----------
+    points, cells, kind, materials : as of `nodal_stresses`.
+    u : (n, nodes, 2) displacements [m].
+    """
+    areas, own = areas_and_means(points, cells, kind)[0], gradients_at_nodes(points, cells, kind)
+    found = np.zeros((len(u), len(points), 4))
+    for now, sums in zip(u, found, strict=True):
+        S = _elastic(np.einsum("cna,cknx->ckax", now[cells], own), materials)
+        np.add.at(sums, cells, areas[:, None, None] * _listed(S, materials))
+    found /= around_nodes(cells, areas, len(points))[:, None]
+    return found
+
+
 def _in_cells(X: np.ndarray, x: np.ndarray, mean: np.ndarray, own: np.ndarray, materials: np.ndarray) -> np.ndarray:
     """Stresses (m, k, 4) at the nodes of all cells."""
     F = np.einsum("cna,cnx->cax", x - x[:, :1], mean)
@@ -107,14 +126,23 @@ def _in_cells(X: np.ndarray, x: np.ndarray, mean: np.ndarray, own: np.ndarray, m
     R = np.stack([np.stack([c, -s], axis=1), np.stack([s, c], axis=1)], axis=1)
     d = np.einsum("cab,cna->cnb", R, x - x[:, :1]) - (X - X[:, :1])
     H = np.einsum("cna,cknx->ckax", d, own)
-    d11, d12, d33, across = materials.T[:, :, None]
+    return _listed(np.einsum("cai,ckij,cbj->ckab", R, _elastic(H, materials), R), materials)
+
+
+def _elastic(H: np.ndarray, materials: np.ndarray) -> np.ndarray:
+    """Stresses (m, k, 2, 2) in the plane of displacement gradients (m, k, 2, 2)."""
+    d11, d12, d33, _ = materials.T[:, :, None]
     ex, ey, shear = H[..., 0, 0], H[..., 1, 1], H[..., 0, 1] + H[..., 1, 0]
     S = np.empty_like(H)
     S[..., 0, 0], S[..., 1, 1] = d11 * ex + d12 * ey, d12 * ex + d11 * ey
     S[..., 0, 1] = S[..., 1, 0] = d33 * shear
-    S = np.einsum("cai,ckij,cbj->ckab", R, S, R)
+    return S
+
+
+def _listed(S: np.ndarray, materials: np.ndarray) -> np.ndarray:
+    """Stresses (m, k, 4) sx, sy, txy, sz."""
     sx, sy = S[..., 0, 0], S[..., 1, 1]
-    return np.stack([sx, sy, S[..., 0, 1], across * (sx + sy)], axis=-1)
+    return np.stack([sx, sy, S[..., 0, 1], materials[:, 3, None] * (sx + sy)], axis=-1)
 
 
 def von_mises(stress: np.ndarray) -> np.ndarray:

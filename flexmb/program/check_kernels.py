@@ -20,6 +20,9 @@ from flexmb.model.contributions import (
 from flexmb.model.law import Law, Motion
 from flexmb.program.numbering import Numbering
 
+RETURNED = {"energy": 3, "account": 3, "normal": 3, "friction": 3, "motion": 3, "signal": 1, "extremum": 2}
+"""Numbers that a kernel returns, by contract; others write to arrays."""
+
 
 def call_each_kernel(contributions: Contributions, number: Numbering) -> None:
     """Call every kernel once with the parameters of its part in the reference configuration.
@@ -126,6 +129,7 @@ def _arguments(kernel: Kernel, contribution: Any, pose: Sequence[float], history
         "friction": [1e-6, -1e-6, 1e-3, z, z.copy()],
         "motion": [0.0],
         "signal": [0.0, q, zero, zero.copy()],
+        "extremum": [0.0, q, zero, zero.copy()],
     }
     if name in plain:  # a signal may read all coordinates of a large body, so it must not cost a matrix of them
         return plain[name]
@@ -176,8 +180,8 @@ def _call(part: str, kernel: Kernel, p: np.ndarray, arguments: list[Any], what: 
         text = f"{label} failed {_place(kernel)} with p = {_short(p)}: "
         text += f"{type(error).__name__}: {error}."
         raise KernelError(f"{text} {safe}") from error
-    size = 1 if kernel.contract.name == "signal" else 3
-    if kernel.contract.name in ("energy", "account", "normal", "friction", "motion", "signal"):
+    size = RETURNED.get(kernel.contract.name, 0)
+    if size:
         values = np.atleast_1d(np.array(result, dtype=float)) if result is not None else np.empty(0)
         if values.size != size:
             plural = "s" if size > 1 else ""

@@ -16,7 +16,7 @@ from flexmb.model.part import GROUND
 from flexmb.model.signal import Signals, hint, resolved
 from flexmb.program.numbering import Numbering, state_coordinates
 from flexmb.program.program import Names, Sampler
-from flexmb.program.signals import COORDINATE_SIGNALS, layout
+from flexmb.program.signals import COORDINATE_SIGNALS, kernel_signals, layout
 from flexmb.program.tables import BEGIN, COORDINATE, MEASURED, MOTION_SPEED, MOTION_VALUE, OUTPUT, VELOCITY
 
 
@@ -155,9 +155,11 @@ class _Finder:
             self.known[f"{joint.part}.angle"] = Source(MEASURED, joint.coordinates, relative_angle, joint.p)
             self.known[f"{joint.part}.omega"] = Source(MEASURED, joint.coordinates, relative_rate, joint.p)
         for signal in contributions.signals:
-            if not signal.is_mode and not signal.use_of_factor:
+            if not signal.is_mode and not signal.use_of_factor and not signal.place:
                 name = f"{signal.part}.{signal.name}"
                 self.known[name] = Source(MEASURED, signal.coordinates, signal.kernel, signal.p)
+        placed = [one for one in contributions.signals if one.place]
+        self.extrema = {f"{one.part}.{name}" for one in placed for name, _ in kernel_signals(one)}
         self.outputs = {
             f"{control.part}.{name}": (control, k)
             for control in contributions.controls
@@ -213,6 +215,9 @@ class _Finder:
         if name not in self.signals.places:
             text = f"{control.label}: input {wanted!r} is no signal of the mechanism"
             return ModelError(f"{text}. {hint(wanted, self.signals, self.aliases)}")
+        if name in self.extrema:
+            text = f"{control.label}: input {wanted!r} is the largest of many values, whose place jumps"
+            return ModelError(f"{text}. Give sample=, so that the controller reads it at instants.")
         text = f"{control.label}: input {wanted!r} is no function of positions and velocities alone"
         return ModelError(
             f"{text} (accelerations, forces and energies depend on the outputs at the same instant). Give sample=, so "

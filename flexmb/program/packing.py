@@ -347,17 +347,18 @@ class Packer:
         elements = [*enumerate(self.contributions.elements)]
         element = {contribution.part: e for e, contribution in reversed(elements)}
         element |= {contribution.part: e for e, contribution in reversed(elements) if contribution.factor is not None}
-        number = {(signal.part, signal.name): place for signal, place in zip(contributions, out, strict=True)}
+        placed = list(zip(contributions, out, strict=True))
         return Measured(
-            self.numbers("signal", [contribution.kernel for contribution in contributions]),
+            self.numbers("signal", [None if one.place else one.kernel for one in contributions]),
+            self.numbers("extremum", [one.kernel if one.place else None for one in contributions]),
             self.add_each([contribution.p for contribution in contributions]),
             dofs.ptr,
             dofs.values,
             ints([element[one.part] if one.use_of_factor else -1 for one in contributions]),
             ints([USES_OF_FACTOR.index(one.use_of_factor) if one.use_of_factor else -1 for one in contributions]),
             ints(out),
-            ints([place for contribution, place in zip(contributions, out, strict=True) if contribution.is_mode]),
-            table([(number[s.part, s.name], number[s.part, s.place_of]) for s in contributions if s.place_of], 2),
+            ints([*(k for one, k in placed if one.is_mode), *(k + 1 for one, k in placed if one.place)]),
+            table([(k + 1, k) for one, k in placed if one.place], 2),
             table(self.number.lists(angles).values.reshape(-1, 2), 2),
             self.add_each([contribution.p for contribution in angles]),
             ints(angle_out),
@@ -366,7 +367,7 @@ class Packer:
 
 KINDS = (
     *("element", "energy", "constraint", "motion", "gap", "normal", "friction", "joint_friction", "signal"),
-    *("force", "tangent", "account", "control"),
+    *("extremum", "force", "tangent", "account", "control"),
 )
 """Kinds of kernels, in the order of `Addresses`."""
 

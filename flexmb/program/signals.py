@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from flexmb.model.contributions import ConstraintContribution, Contributions, RowMotion
+from flexmb.model.contributions import ConstraintContribution, Contributions, RowMotion, SignalContribution
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.signal import Signals
 
@@ -89,6 +89,12 @@ def motion_signals(driven: RowMotion) -> tuple[tuple[str, str], ...]:
     return tuple(zip(names, (unit, f"{unit}/s", force, "W"), strict=True))
 
 
+def kernel_signals(contribution: SignalContribution) -> tuple[tuple[str, str], ...]:
+    """Signal of a kernel, and that of its place."""
+    own = (contribution.name, contribution.units)
+    return (own, (contribution.place, "")) if contribution.place else (own,)
+
+
 def constraint_signals(contribution: ConstraintContribution) -> tuple[tuple[str, str], ...]:
     """Signals of a constraint: the force of a joint, the motions of its driven rows, its own reactions."""
     return (
@@ -132,9 +138,7 @@ def layout(contributions: Contributions, coordinate_names: tuple[str, ...], n_b:
     )
     contacts = tuple([more(contribution.label, CONTACT_SIGNALS) for contribution in contributions.contacts])
     angles = tuple([more(contribution.part, ANGLE_SIGNALS) for contribution in contributions.angles])
-    measured = tuple(
-        [more(contribution.part, ((contribution.name, contribution.units),)) for contribution in contributions.signals]
-    )
+    measured = tuple([more(contribution.part, kernel_signals(contribution)) for contribution in contributions.signals])
     controls = tuple([more(control.part, control_signals(control)) for control in contributions.controls])
     energy = more("energy", [(name, "J") for name in ENERGY_SIGNALS])
     return Layout(Signals(names, units), constraints, contacts, angles, measured, controls, energy)

@@ -40,7 +40,7 @@ FIELDWISE_FROM = 100
 NUMBERS = ("p", "history")
 """Fields of contributions of which a structure depends on the length alone."""
 
-NAMES = frozenset("part name coordinates second units drive_units signal holds rows row moment_row place_of".split())
+NAMES = frozenset("part name coordinates second units drive_units signal holds rows row moment_row place".split())
 """Fields of names and whole numbers, which are part of the key."""
 
 _LATEST: OrderedDict[Hashable, tuple[Structure, tuple[Kernel, ...]]] = OrderedDict()

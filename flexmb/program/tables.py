@@ -108,14 +108,15 @@ class Contacts(Record):
 class Measured(Record):
     """Signals computed by kernels, and relative rotations of joints with their rates."""
 
-    kernel: Integers  # (n,)
+    kernel: Integers  # (n,) -1: the value has a place
+    extremum: Integers  # (n,) kernel of a value with its place, -1: none
     p: IntegerTable  # (n, 2)
     dof: Integers  # (n + 1,)
     dofs: Integers
     element: Integers  # (n,) whose factor the value takes, -1: none
     use: Integers  # (n,) MULTIPLIED, ADDED or SUBTRACTED
-    out: Integers  # (n,)
-    modes: Integers  # those of `out` that number states
+    out: Integers  # (n,); a place follows its value
+    modes: Integers  # signals that number states or places
     places: IntegerTable  # (k, 2) signals of places, and the signals at whose peaks they are wanted
     angle: IntegerTable  # (m, 2) rotations FIRST and SECOND
     angle_p: IntegerTable  # (m, 2)
@@ -204,6 +205,7 @@ class Addresses(Record):
     friction: Integers
     joint_friction: Integers
     signal: Integers
+    extremum: Integers
     force: Integers
     tangent: Integers
     account: Integers

@@ -1,4 +1,4 @@
-"""How well a reduced body stands for the body with all its displacements: frequencies, statics, stresses."""
+"""Accuracy of reduced bodies: their frequencies, deflections and stresses, and those of all displacements."""
 
 from __future__ import annotations
 
@@ -25,6 +25,9 @@ Load = Callable[[Array], Any] | Array
 
 SHIFT = 1e-3
 """Shift of the squared angular frequencies of a free body below 0, over the lowest one of its reduced body [1]."""
+
+EXACT = 1e-9
+"""Relative error [1] below which a table shows round-off alone."""
 
 
 class LoadAccuracy(NamedTuple):
@@ -59,8 +62,9 @@ class Accuracy:
     held : (k, 2) frequencies with the held pins [Hz].
     compliance_error : largest difference of the compliances at pins under unit forces and moments there, over the
         geometric mean of those of both pins [1]; 0 where no pin moves.
-    loads : statics by load, with the held pins: "acceleration along x" and "along y" of 1 m/s^2 in the axes of the body,
-        "rotation" about the first pin at 1 rad/s, "angular acceleration" about it of 1 rad/s^2, then given loads.
+    loads : statics by load, with the held pins: "acceleration along x" and "acceleration along y" of 1 m/s^2 in the
+        axes of the body, "rotation" about the first pin at 1 rad/s, "angular acceleration" about it of 1 rad/s^2, then
+        given loads.
     dropped_frequency : lowest frequency with all pins held that is left out [Hz]; infinite where none is left.
 
     Notes
@@ -99,12 +103,14 @@ class Accuracy:
         ]
         for name, pairs in (("free", self.free), (f"held ({self.holding})", self.held)):
             for k, (full, own) in enumerate(pairs.tolist()):
-                lines.append(f"{name if k == 0 else '':25}{k + 1:3} Hz{full:12.6g}{own:12.6g}{own / full - 1.0:10.1e}")
-        lines.append(f"{'compliance of the pins':55}{self.compliance_error:10.1e}")
+                lines.append(
+                    f"{name if k == 0 else '':25}{k + 1:3} Hz{full:12.6g}{own:12.6g}{_shown(own / full - 1.0)}"
+                )
+        lines.append(f"{'compliance of the pins':55}{_shown(self.compliance_error)}")
         lines.append(f"{'held, under':31}{'deflection':>12}{'error':>10}{'stress':>12}{'error':>10}")
         for name, load in self.loads.items():
-            shown = f"{name:31}{load.deflection:10.3g} m{load.deflection_error:10.1e}"
-            stress = "" if math.isnan(load.stress) else f"{load.stress:9.3g} Pa{load.stress_error:10.1e}"
+            shown = f"{name:31}{load.deflection:10.3g} m{_shown(load.deflection_error)}"
+            stress = "" if math.isnan(load.stress) else f"{load.stress:9.3g} Pa{_shown(load.stress_error)}"
             lines.append(shown + stress)
         return "\n".join(lines)
 
@@ -163,11 +169,10 @@ class Comparison:
             stress, wrong = np.full(len(sizes), math.nan), np.full(len(sizes), math.nan)
         else:
             stress, wrong = (_largest(self.model.stresses(found)) for found in (full, own - full))
+        columns = (found.tolist() for found in (sizes, errors, stress, wrong))
         return [
             LoadAccuracy(size, _over(error, size), of, _over(off, of))
-            for size, error, of, off in zip(
-                sizes.tolist(), errors.tolist(), stress.tolist(), wrong.tolist(), strict=True
-            )
+            for size, error, of, off in zip(*columns, strict=True)
         ]
 
 
@@ -273,6 +278,11 @@ def _lengths(model: ElasticModel, displacements: Array) -> Array:
 def _largest(stresses: Array) -> Array:
     """(k,) largest von Mises stresses of stresses (nodes, 4, k)."""
     return np.asarray(von_mises(np.moveaxis(stresses, 2, 0)).max(axis=1))
+
+
+def _shown(error: float) -> str:
+    """An error in ten characters."""
+    return f"{error:10.1e}" if abs(error) >= EXACT else f"{f'< {EXACT:.0e}':>10}"
 
 
 def _over(error: float, size: float) -> float:

@@ -134,7 +134,8 @@ class Element(NamedTuple):
     def side(self, half: Array) -> tuple[Array, Array]:
         """Points beside the axis at distances `half` (4,), to the left > 0, and their displacements, as `points`."""
         points, moved = self.points()
-        slope = self.slopes[:, 1::2] @ self.free
+        u1, u2 = self.free
+        slope = self.slopes @ np.array([0.0, u1, 0.0, u2])
         turned = self.slopes @ self.bending
         moved[0::2] -= (half * np.cos(slope))[:, None] * turned
         moved[1::2] -= (half * np.sin(slope))[:, None] * turned

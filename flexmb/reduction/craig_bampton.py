@@ -73,7 +73,7 @@ class Basis:
     @property
     def loaded(self) -> int:
         """Number of static shapes of inertia: three or none."""
-        return self.shapes.shape[1] - self.model.count - self.vibrations
+        return int(self.shapes.shape[1]) - self.model.count - self.vibrations
 
     def static(self, force: Array) -> Array:
         """Displacements (N,) under forces (N,) with all pins held."""
@@ -127,7 +127,7 @@ def basis(model: ElasticModel, modes: int, up_to: float | None, *, by_pin: bool,
 
 
 def _with_inertia(model: ElasticModel, K: Sparse, phi: Array, solve: Callable[[Array], Array]) -> Array:
-    """(n, 3 + k) static shapes of unit accelerations, then what vibrations (n, k) have beside these."""
+    """(n, 3 + k) static shapes of unit accelerations, then vibrations (n, k) without their static part."""
     arms = model.points - np.array([model.pins[0].x, model.pins[0].y])
     one, zero = np.ones(len(arms)), np.zeros(len(arms))
     fields = np.stack([one, zero]), np.stack([zero, one]), np.stack([-arms[:, 1], arms[:, 0]])

@@ -15,6 +15,7 @@ import scipy.sparse as sp
 from flexmb import planar
 from flexmb.beams.arc import chord_share
 from flexmb.beams.stress import outer_fibres
+from flexmb.bodies.beam_stress import knows_stress
 from flexmb.bodies.flexible import chord_directions, matrices, unstressed_shape
 from flexmb.bodies.flexible_body import FlexibleBody
 from flexmb.model.contributions import Node
@@ -75,7 +76,7 @@ class BeamModel:
             self.direction,
             drawn,
             drawn_by,
-            self._stresses if self.body.seeks_stress else None,
+            self._stresses if all(knows_stress(beam.section) for beam in self.body.beams) else None,
         )
 
     def _elements(self) -> Iterator[Element]:

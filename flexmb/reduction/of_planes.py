@@ -38,8 +38,8 @@ def model_of_plane(body: PlaneBody, pins: Sequence[str]) -> ElasticModel:
     def stress_stiffness(z: Array) -> Sparse:
         moved = shape @ z
         stress = stress_at_quadrature(body.mesh, body.material, moved, body.state)
-        scalar = sp.csr_matrix(geometric_stiffness(body.mesh, stress, body.thickness))
-        found = (shape.T @ sp.kron(scalar, np.eye(2), format="csr") @ shape).tolil()
+        turned = sp.csr_matrix(geometric_stiffness(body.mesh, stress, body.thickness))
+        found = (shape.T @ turned @ shape).tolil()
         forces = (stiffness @ moved).reshape(-1, 2)
         for k, interface in enumerate(kept):
             if interface.kind == RIGID:  # its nodes move by -theta^2/2 of their arms, and its forces do work on that

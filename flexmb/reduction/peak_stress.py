@@ -1,7 +1,13 @@
-"""Signal of the largest von Mises stress of a reduced plane body, and of the node where it acts.
+"""Largest von Mises stress of a reduced plane body, and the node where it acts.
 
-Stresses of the shapes are added up before the von Mises stress is taken.  Groups of nodes whose bound lies below a
-stress that was found already are passed by; the result is that of all nodes.
+Stresses of the shapes are added up before the von Mises stress is taken, for many nodes side by side.  Nodes of similar
+stresses form a group; only groups that may hold the largest stress are looked at.  With the mean stress s of a group
+and its von Mises stress |s|, at any of its nodes
+
+    |s_k| <= |s| + |s_k - s| <= |s| + spread |R e|
+
+by the triangle inequality, where |R e| is the root mean square of the von Mises stress of all nodes and `spread` the
+largest ratio |s_k - s| / |R e| over all deformations e.
 """
 
 from __future__ import annotations
@@ -10,105 +16,119 @@ import math
 
 import numpy as np
 
-from flexmb.compiled.stack import stack_matrix, stack_space
+from flexmb.compiled.stack import stack_matrix, stack_space, stack_vector
 from flexmb.compiled.views import part_of
-from flexmb.kernels import fast, signal_kernel
+from flexmb.kernels import extremum_kernel, fast
 from flexmb.model.contributions import Coordinate, SignalContribution
+from flexmb.planes.peak_stress import von_mises_square
 from flexmb.reduction.kernel import COUNT, MOST, QD, T1, T2, deformation, end_of, frame_of, shortened
-from flexmb.reduction.stress_groups import GROUP, stress_groups
 
 scratch = stack_matrix(QD + MOST, MOST)
 
-GROUPS, METRIC = 0, 1
-"""Parameters behind those of the element: number of groups, B (n, n).
+LANES = 16
+"""Number of nodes side by side, a group; and of groups side by side."""
 
-Then radii and middle nodes (groups), W of the middle nodes (3, n, groups), nodes (groups, GROUP) and W (groups, 3, n,
-GROUP).  Last: 0 for the stress, 1 for the node.
+GROUPS, PARTS, HEAD = range(3)
+"""Parameters behind those of the element: number of groups; of stresses sx, sy, txy, sz, without those at the end that
+are zero at all nodes.
+
+At HEAD: R (n, n).  Then for every LANES groups their spreads, and of each coordinate their mean stresses side by side;
+for every group the numbers of its LANES nodes, and of each coordinate their stresses side by side.  The last group
+repeats its last node, the last groups are followed by zeros.
 """
 
+SX, SY, TXY, SZ = range(0, 4 * LANES, LANES)
+"""Places of the stresses of what is side by side, among all of them."""
 
-@fast
-def add_squares(p, at, n, count, e, sums, squares):
-    """Set squares to |W e|^2 of `count` nodes, whose W (3, n, count) stands at `at`; sums is for work."""
-    for k in range(count):
-        squares[k] = 0.0
-    for _ in range(3):
-        for k in range(count):
-            sums[k] = 0.0
-        for i in range(n):
-            own, row = e[i], part_of(p, at, at + count)
-            for k in range(count):
-                sums[k] += row[k] * own
-            at += count
-        for k in range(count):
-            squares[k] += sums[k] * sums[k]
+SURE = 1.0 + 1e-9
+"""Factor of the bounds, for their round-off."""
+
+LEAST = 1e-16
+"""Part of the largest mean square of stresses by which deformations without stress count in R."""
+
+side_by_side = stack_vector(4 * LANES)
 
 
 @fast
-def largest_of(squares, count):
-    """Largest of the first `count` squares, or one that is not a number, and its place."""
-    largest, where = -1.0, 0
-    for k in range(count):
-        if not squares[k] <= largest:
-            largest, where = squares[k], k
-    return largest, where
+def add_stresses(p, at, e, n, size, S):
+    """Set S (size,) = stresses of nodes side by side, by the deformation e (n,), of which e[0] = e[1] = 0."""
+    for k in range(size):
+        S[k] = p[at + 2 * size + k] * e[2]
+    for i in range(3, n, 3):
+        first, second, third = at + i * size, at + (i + 1) * size, at + (i + 2) * size
+        e1, e2, e3 = e[i], e[i + 1], e[i + 2]
+        for k in range(size):
+            S[k] += p[first + k] * e1 + p[second + k] * e2 + p[third + k] * e3
+
+
+@fast
+def squares(p, at, e, n, size, S):
+    """Set S = squares of the von Mises stresses side by side, and other numbers behind them."""
+    add_stresses(p, at, e, n, size, S)
+    for k in range(size, 4 * LANES):
+        S[k] = 0.0
+    for k in range(LANES):
+        S[SX + k] = von_mises_square(S[SX + k], S[SY + k], S[TXY + k], S[SZ + k])
+
+
+@fast
+def length(p, at, e, n):
+    """|R e|."""
+    total = 0.0
+    for i in range(n):
+        row = 0.0
+        for j in range(n):
+            row += p[at + i * n + j] * e[j]
+        total += row * row
+    return math.sqrt(total)
 
 
 @fast
 def largest_stress(p, q, x):
-    """Largest nodal von Mises stress and its node."""
-    n = int(p[COUNT])
+    """Largest nodal von Mises stress, and the number of its node."""
+    n, S = int(p[COUNT]), side_by_side()
+    e = part_of(x[T1], 0, n)
     c, s, angle, _ = frame_of(p, q)
     deformation(p, q, c, s, angle, x)
     for i in range(n):
         x[1, i] = 0.0  # d' has no part in stresses
-    shortened(p, x, part_of(x[T1], 0, n), part_of(x[T2], 0, n))
-    return largest_in_groups(p, end_of(p), n, x[T1])
+    shortened(p, x, e, part_of(x[T2], 0, n))
+    begin = end_of(p)
+    groups, size = int(p[begin + GROUPS]), LANES * int(p[begin + PARTS])
+    bounds = stack_space(groups)
+    at, step, root = begin + HEAD + n * n, LANES + n * size, length(p, begin + HEAD, e, n)
+    best, most = 0, -1.0
+    for first in range(0, groups, LANES):
+        squares(p, at + LANES, e, n, size, S)
+        for k in range(min(LANES, groups - first)):
+            bounds[first + k] = SURE * (math.sqrt(S[k]) + p[at + k] * root)
+            if bounds[first + k] > most:
+                best, most = first + k, bounds[first + k]
+        at += step
+    largest, where = -1.0, 0.0
+    for turn in range(-1, groups):  # the group with the largest bound first
+        group = best if turn < 0 else turn
+        if turn == best or bounds[group] * bounds[group] < largest:
+            continue
+        own = at + group * step
+        squares(p, own + LANES, e, n, size, S)
+        for k in range(LANES):
+            if not S[k] < largest:  # also what is not a number
+                if S[k] != largest or p[own + k] < where:
+                    where = p[own + k]
+                largest = S[k]
+    return math.sqrt(largest), where
 
 
-@fast
-def largest_in_groups(p, begin, n, e):
-    """Largest nodal von Mises stress of the strains e, and its node; parameters of the stresses stand at `begin`."""
-    groups = int(p[begin + GROUPS])
-    mean = 0.0
-    for i in range(n):
-        row = begin + METRIC + i * n
-        for j in range(n):
-            mean += e[i] * p[row + j] * e[j]
-    mean = math.sqrt(max(mean, 0.0))
-    radii = begin + METRIC + n * n
-    middles = radii + groups
-    rows = middles + groups
-    nodes = rows + 3 * n * groups
-    own = nodes + GROUP * groups
-    squares, sums, few = stack_space(groups), stack_space(max(groups, GROUP)), stack_space(GROUP)
-    add_squares(p, rows, n, groups, e, sums, squares)
-    largest, where = largest_of(squares, groups)
-    node = p[middles + where]
-    for g in range(groups):
-        bound = math.sqrt(squares[g]) + p[radii + g] * mean
-        if not bound * bound <= largest:
-            add_squares(p, own + 3 * n * GROUP * g, n, GROUP, e, sums, few)
-            found, where = largest_of(few, GROUP)
-            if not found <= largest:
-                largest, node = found, p[nodes + GROUP * g + where]
-    return math.sqrt(largest), node
-
-
-@signal_kernel
+@extremum_kernel
 def peak_stress_kernel(p, t, q, v, a):
-    """Largest nodal von Mises stress [Pa], or the number of its node."""
-    largest, node = largest_stress(p, q, scratch())
-    return largest if p[p.shape[0] - 1] == 0.0 else node
+    """Largest nodal von Mises stress [Pa], and the number of its node."""
+    return largest_stress(p, q, scratch())
 
 
-def peak_stress_signals(
-    part: str,
-    coordinates: tuple[Coordinate, ...],
-    element: tuple[float, ...],
-    points: np.ndarray,
-    stresses: np.ndarray,
-) -> list[SignalContribution]:
+def peak_stress_signal(
+    part: str, coordinates: tuple[Coordinate, ...], element: tuple[float, ...], stresses: np.ndarray
+) -> SignalContribution:
     """The signals `von_mises` and `von_mises_node` of a body.
 
     Parameters
@@ -116,19 +136,61 @@ def peak_stress_signals(
     part : name of the body.
     coordinates : coordinates of the element.
     element : parameters of the element.
-    points : (nodes, 2) of the mesh [m].
     stresses : (nodes, 4, n) sx, sy, txy, sz in the axes of the body, by its coordinates [Pa/m, Pa/rad].
     """
-    found = stress_groups(points, stresses)
-    middle, own = found.rows[found.middle], found.rows[found.order]
-    blocks = (
-        found.metric, found.radius, found.middle, middle.transpose(1, 2, 0), found.order, own.transpose(0, 2, 3, 1),
-    )  # fmt: skip
-    numbers = np.concatenate([block.ravel() for block in blocks]).tolist()
-    p = (*element, float(len(found.radius)), *numbers)
-    return [
-        SignalContribution(part, "von_mises", "Pa", peak_stress_kernel, coordinates, (*p, 0.0)),
-        SignalContribution(
-            part, "von_mises_node", "", peak_stress_kernel, coordinates, (*p, 1.0), is_mode=True, place_of="von_mises"
-        ),
-    ]
+    parts = 1 + int(np.flatnonzero(stresses.any(axis=(0, 2)))[-1])
+    metric, root = _metric(stresses)
+    found = groups_of(metric)
+    means = stresses[found].mean(axis=1)
+    apart = metric[found] - metric[found].mean(axis=1, keepdims=True)
+    spreads = np.linalg.norm(apart, ord=2, axis=(2, 3)).max(axis=1)
+    blocks = -(-len(found) // LANES)
+    padded = np.zeros((blocks * LANES, parts, stresses.shape[2]))
+    padded[: len(found)] = means[:, :parts]
+    bounds = np.zeros(blocks * LANES)
+    bounds[: len(found)] = spreads
+    own = [_side_by_side(bounds.reshape(blocks, LANES), padded.reshape(blocks, LANES, parts, -1))]
+    own.append(_side_by_side(found.astype(float), stresses[found][:, :, :parts]))
+    p = (*element, float(len(found)), float(parts), *root.ravel().tolist(), *np.concatenate(own).tolist())
+    return SignalContribution(part, "von_mises", "Pa", peak_stress_kernel, coordinates, p, place="von_mises_node")
+
+
+def _side_by_side(numbers: np.ndarray, stresses: np.ndarray) -> np.ndarray:
+    """Numbers (m, LANES), each row followed by stresses (m, LANES, parts, n) in the order of the kernel."""
+    m = len(numbers)
+    return np.hstack([numbers, stresses.transpose(0, 3, 2, 1).reshape(m, -1)]).ravel()
+
+
+def _metric(stresses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Matrices (nodes, 4, n) whose products with R e have the size of the von Mises stress, and R (n, n)."""
+    n = stresses.shape[2]
+    V = np.array([[1.0, -0.5, 0.0, -0.5], [-0.5, 1.0, 0.0, -0.5], [0.0, 0.0, 3.0, 0.0], [-0.5, -0.5, 0.0, 1.0]])
+    sizes, axes = np.linalg.eigh(V)
+    whole = np.einsum("ab,mbn->man", (np.sqrt(np.maximum(sizes, 0.0)) * axes).T, stresses)
+    flat = whole.reshape(-1, n)
+    squares, shapes = np.linalg.eigh(flat.T @ flat / len(stresses))
+    scale = np.sqrt(np.maximum(squares, LEAST * max(float(squares[-1]), 1e-300)))
+    return whole @ (shapes / scale), scale[:, None] * shapes.T
+
+
+def groups_of(metric: np.ndarray) -> np.ndarray:
+    """Numbers (groups, LANES) of the nodes of groups, of similar matrices; the last group repeats its last node.
+
+    Nodes are halved at right angles to the direction in which their matrices differ most, until LANES are left.
+
+    Parameters
+    ----------
+    metric : (nodes, ...) a matrix of each node.
+    """
+    flat, left, found = metric.reshape(len(metric), -1), [np.arange(len(metric))], []
+    while left:
+        nodes = left.pop()
+        blocks = -(-len(nodes) // LANES)
+        if blocks == 1:
+            found.append(np.pad(np.sort(nodes), (0, LANES - len(nodes)), mode="edge"))
+            continue
+        own = flat[nodes] - flat[nodes].mean(axis=0)
+        order = np.argsort(own @ np.linalg.eigh(own.T @ own)[1][:, -1], kind="stable")
+        half = LANES * (blocks // 2)
+        left += [nodes[order[half:]], nodes[order[:half]]]
+    return np.stack(found)

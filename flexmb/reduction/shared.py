@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import OrderedDict
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import replace
+from threading import Lock
 from typing import Generic, TypeVar
 
 from flexmb.bodies.flexible_body import FlexibleBody
@@ -22,7 +23,7 @@ REMEMBERED = 8
 
 
 class Kept(Generic[Value]):
-    """The values of the keys that were asked for last.
+    """Values by key; the oldest give way.
 
     Attributes
     ----------
@@ -32,6 +33,7 @@ class Kept(Generic[Value]):
     def __init__(self) -> None:
         self.made = 0
         self._values: OrderedDict[Hashable, Value] = OrderedDict()
+        self._lock = Lock()  # sweeps may run in threads
 
     def of(self, key: Hashable, make: Callable[[], Value]) -> Value:
         """The value of a key, computed by `make` when it is not kept.
@@ -41,14 +43,17 @@ class Kept(Generic[Value]):
         key : all that the value depends on.
         make : computes the value.
         """
-        if key not in self._values:
-            value = make()
+        with self._lock:
+            if key in self._values:
+                self._values.move_to_end(key)
+                return self._values[key]
+        value = make()
+        with self._lock:
             self.made += 1
             self._values[key] = value
             while len(self._values) > REMEMBERED:
                 self._values.popitem(last=False)
-        self._values.move_to_end(key)
-        return self._values[key]
+        return value
 
 
 MODELS: Kept[ElasticModel] = Kept()
@@ -69,7 +74,7 @@ def key_of(body: FlexibleBody | PlaneBody, pins: Sequence[str]) -> Hashable:
         return body.mesh, body.thickness, body.material, body.state, kinds
     pivot = float(getattr(body, "pivot_inertia", 0.0))
     corners = body.corners, body.corner_points
-    return tuple(pins), body.nodes(), body.beams, corners, body._bosses, pivot, body.seeks_stress
+    return tuple(pins), body.nodes(), body.beams, corners, body._bosses, pivot
 
 
 def shared_model(body: FlexibleBody | PlaneBody, pins: Sequence[str], key: Hashable) -> ElasticModel:

@@ -15,12 +15,8 @@ from flexmb.reduction.kernel import FIRST
 
 Array = npt.NDArray[np.float64]
 
-ROUND_OFF = 1e-12
+ROUND_OFF = 1e-10
 """Part of the largest shortening that counts as round-off."""
-
-NO_SHORTENING = 1e-9
-"""Shortening of a coordinate over the largest one [1] that is round-off."""
-
 
 @dataclass(frozen=True, eq=False)
 class Superelement:
@@ -80,13 +76,6 @@ class Superelement:
         along = np.zeros((int(kept.sum()), n))
         along[:, FIRST : FIRST + m] = (U[:, kept] * sizes[kept]).T
         return list(zip(along, V[kept].reshape(-1, n, n), strict=True))
-
-    def strained(self, deformations: Array) -> Array:
-        """Deformations e (t, n) that strain, of deformations d (t, n): with the shortening by bending (12.11)."""
-        c = 0.5 * np.einsum("ti,kij,tj->tk", deformations, self.shortening, deformations)
-        e = deformations.copy()
-        e[:, FIRST : FIRST + c.shape[1]] += c
-        return e
 
     def frequencies(self, count: int) -> Array:
         """Lowest frequencies of the free body, without rigid motions (at most `count`) [Hz]."""
@@ -198,7 +187,4 @@ def _stiffening(found: Basis, K: Array, free: Array) -> tuple[Array, Array]:
         return seen(centrifugal), np.zeros((0, n, n))
     stiff = np.stack([seen(column) for column in static.T])
     flexible = np.linalg.inv(static.T @ (model.stiffness @ static))
-    shortening = np.einsum("ab,bij->aij", flexible, stiff)
-    sizes = np.abs(shortening).max(axis=(1, 2))
-    shortened = np.flatnonzero(sizes > NO_SHORTENING * sizes.max(initial=0.0))
-    return seen(centrifugal), shortening[: max(m - FIRST, 1 + shortened.max(initial=-1))]
+    return seen(centrifugal), np.einsum("ab,bij->aij", flexible, stiff)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from flexmb.model.shape import BeamShape
+from collections.abc import Sequence
+
+from flexmb.model.shape import BeamShape, MeshShape
 from flexmb.reports.markup import Content, Markup, tag
 from flexmb.results.drawing import parts
 from flexmb.results.solution import Solution
@@ -13,30 +15,33 @@ DURATIONS = {"5": "5 s", "10": "10 s", "20": "20 s", "60": "60 s", "300": "5 min
 MAGNIFICATIONS = ("1", "3", "10", "30", "100", "300", "1000", "3000", "10000")
 """Factors of the displacements of flexible parts."""
 
+COLOURED = {"moment": "bending moment", "axial": "axial force", "stress": "stress"}
+"""Names of the fields by which bodies are coloured."""
+
 KEYS = "Keys: Space plays, arrows step (Shift: ten frames), Home and End, + and - zoom, 0 fits, drag pans."
 
 
-def player(sol: Solution, heading: str, *, stress: bool) -> Markup:
+def player(sol: Solution, heading: str, *, fields: Sequence[str]) -> Markup:
     """Picture, time slider and controls.
 
     Parameters
     ----------
     sol : the solution.
     heading : title of the page.
-    stress : whether the page holds stresses.
+    fields : fields by which bodies can be coloured, as `reports.scene.fields_of` finds them.
     """
     names = parts(sol)
     listed = ", ".join(names[:30]) + (", ..." if len(names) > 30 else "")
     text = f"Moving picture of {heading}: {listed}. Plots and tables hold the same in numbers."
     canvas = tag("canvas", text, id="picture", tabindex="0", role="img", aria_label=text, aria_describedby="keys")
     legend = tag("div", tag("p", id="legend-text"), id="legend", class_="legend", aria_hidden="true")
-    flexible = any(isinstance(shape, BeamShape) for shape in sol.shapes)
+    flexible = any(isinstance(shape, BeamShape | MeshShape) for shape in sol.shapes)
     return tag(
         "div",
         tag("h2", "Motion", class_="visually-hidden"),
         tag("div", canvas, legend, class_="picture"),
         _time_row(),
-        _look_row(flexible, stress=stress),
+        _look_row(flexible, fields),
         tag("p", KEYS, id="keys", class_="hint"),
         class_="player",
     )
@@ -56,18 +61,16 @@ def _time_row() -> Markup:
     )
 
 
-def _look_row(flexible: bool, *, stress: bool) -> Markup:
+def _look_row(flexible: bool, fields: Sequence[str]) -> Markup:
     """Controls of the look."""
-    colours = {"part": "parts", "moment": "bending moment", "axial": "axial force"} if flexible else {}
-    if stress:
-        colours["stress"] = "stress"
+    colours = {"part": "parts", **{field: COLOURED[field] for field in fields}}
     return tag(
         "div",
         _choice("duration", "Played in", DURATIONS, "10"),
         _choice("magnification", "Deformation", {"auto": "auto", **{x: f"{x} \u00d7" for x in MAGNIFICATIONS}}, "1")
         if flexible
         else None,
-        _choice("colour", "Colour", colours, "moment") if flexible else None,
+        _choice("colour", "Colour", colours, list(colours)[min(1, len(fields))]) if flexible else None,
         _box("forces", "Joint forces", checked=True),
         _box("names", "Names", checked=True),
         _button("fit", "Fit", "Fit the picture"),

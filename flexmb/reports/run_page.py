@@ -19,11 +19,11 @@ from flexmb.reports.markup import Markup, joined, section, tag
 from flexmb.reports.model_tables import NOT_EXAMINED, check_section, model_section
 from flexmb.reports.player import player
 from flexmb.reports.run_tables import energy_section, key_numbers, peaks_table, settings_section, statistics_section
-from flexmb.reports.scene import scene
+from flexmb.reports.scene import fields_of, scene
 from flexmb.results.main_signals import main_signals
 from flexmb.results.solution import Solution
 
-SCRIPTS = ("plots.js", "scene.js", "drawing.js", "player.js", "journals.js", "run.js")
+SCRIPTS = ("plots.js", "mesh.js", "scene.js", "drawing.js", "player.js", "journals.js", "run.js")
 LINKS = {
     "peaks": "Largest values",
     "clearances": "Clearances",
@@ -55,7 +55,7 @@ def write_run(
     data: dict[str, Any] = {"kind": "run", "name": sol.name, "signals": curves(sol, names, instants)}
     data |= {"scene": moving, "journals": clearance_data(sol, instants)}
     heading = sol.name if title is None else title
-    shown = tag("p", missing, class_="missing") if moving is None else player(sol, heading, stress="stress" in moving)
+    shown = tag("p", missing, class_="missing") if moving is None else player(sol, heading, fields=fields_of(moving))
     description = described(known) if known is not None else dict(sol.description)
     sections = joined([_body(sol, shown, known, description), settings_section(sol, len(instants))])
     page = tag("main", sections, id="top")

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from flexmb import planar
 from flexmb.model.mechanism import Mechanism
-from flexmb.model.shape import ArrowShape, BeamShape, CircleShape, LineShape, MeshShape, Place, PointShape, RigidShape
+from flexmb.model.shape import ArrowShape, BeamShape, CircleShape, LineShape, Place, PointShape, RigidShape
 from flexmb.reports.flexible_parts import FlexiblePart, flexible_parts
+from flexmb.reports.meshes import MOST_POINTS, MeshPart, mesh_parts
 from flexmb.reports.packing import COARSE, FINE, MIDDLE, quantised
 from flexmb.reports.stresses import stresses
 from flexmb.results import drawing
@@ -37,6 +38,10 @@ class Nodes:
         self.displacements: list[np.ndarray] = []
         for part in flexible_parts(sol, instants):
             self._add_flexible(part)
+        self.meshes: dict[str, tuple[int, MeshPart]] = {}
+        for mesh in mesh_parts(sol, instants):
+            self.meshes[mesh.shape.part] = len(self.frames), mesh
+            self.frames.append(mesh.motion)
 
     def _add_flexible(self, part: FlexiblePart) -> None:
         for node, reference in zip(part.nodes, part.reference, strict=True):
@@ -51,6 +56,12 @@ class Nodes:
             return 0
         if (part, node) not in self.places:
             self.places[part, node] = len(self.rows)
+            if part in self.meshes:
+                frame, mesh = self.meshes[part]
+                reference, displacements = mesh.node(node)
+                self.rows.append([frame, *reference.tolist(), len(self.displacements)])
+                self.displacements.append(displacements)
+                return self.places[part, node]
             self.rows.append([len(self.frames), 0.0, 0.0, 0.0, STANDING])
             self.frames.append(pose(self.sol, part, node, self.instants))
         return self.places[part, node]
@@ -87,11 +98,8 @@ def scene(sol: Solution, mechanism: Mechanism | None, instants: np.ndarray) -> d
     nodes = Nodes(sol, instants)
     beams = [shape for shape in sol.shapes if isinstance(shape, BeamShape)]
     drawn = {
-        "rigid": [
-            _rigid(nodes, shape) if isinstance(shape, RigidShape) else _outline(nodes, shape)
-            for shape in sol.shapes
-            if isinstance(shape, RigidShape | MeshShape)
-        ],
+        "rigid": [_rigid(nodes, shape) for shape in sol.shapes if isinstance(shape, RigidShape)],
+        "meshes": _meshes(nodes),
         "beams": [_beam(nodes, beam) for beam in beams],
         "points": [_point(nodes, shape) for shape in sol.shapes if isinstance(shape, PointShape)],
         "symbols": [s for s in (_symbol(nodes, shape) for shape in sol.shapes) if s is not None],
@@ -103,16 +111,27 @@ def scene(sol: Solution, mechanism: Mechanism | None, instants: np.ndarray) -> d
     return {**drawn, **nodes.packed(), **fields, **_joint_forces(sol, instants)}
 
 
+def fields_of(drawn: Mapping[str, Any]) -> list[str]:
+    """Fields by which the bodies of a page can be coloured: "moment", "axial", "stress".
+
+    Parameters
+    ----------
+    drawn : what `scene` returns.
+    """
+    found = [field for field in ("moment", "axial", "stress") if field in drawn]
+    of_meshes = any("stress" in mesh for mesh in drawn["meshes"])
+    return [*found, "stress"] if of_meshes and "stress" not in found else found
+
+
 def _rigid(nodes: Nodes, shape: RigidShape) -> dict[str, Any]:
     return {"part": shape.part, "node": nodes.of(shape.part, shape.node), "lines": shape.lines}
 
 
-def _outline(nodes: Nodes, mesh: MeshShape) -> dict[str, Any]:
-    """Outline and holes of a plane body at the first instant, carried by its first node as if it were rigid."""
-    loops = [loop[0] for loop in drawing.surface(nodes.sol, mesh, nodes.instants[:1]).outlines()]
-    x, y, theta = pose(nodes.sol, mesh.part, mesh.nodes[0], nodes.instants[:1])[0]
-    lines = [[planar.to_frame((x, y), theta, (a, b)) for a, b in loop.tolist()] for loop in loops]
-    return {"part": mesh.part, "node": nodes.of(mesh.part, mesh.nodes[0]), "lines": lines}
+def _meshes(nodes: Nodes) -> list[dict[str, Any]]:
+    """Meshes of the flexible bodies; each has its share of the points of a page."""
+    total = sum(len(mesh.shape.points) for _, mesh in nodes.meshes.values())
+    shares = ((frame, mesh, len(mesh.shape.points) / total) for frame, mesh in nodes.meshes.values())
+    return [mesh.packed(frame, int(MOST_POINTS * share)) for frame, mesh, share in shares]
 
 
 def _beam(nodes: Nodes, beam: BeamShape) -> list[Any]:
@@ -140,9 +159,9 @@ def _symbol(nodes: Nodes, shape: object) -> dict[str, Any] | None:
 
 def _section_forces(sol: Solution, instants: np.ndarray) -> dict[str, Any]:
     """Bending moments [N m] and axial forces [N] at both ends of all beam elements, in the order of the shapes."""
-    beams = [line for line in drawing.lines(sol, instants, 2) if line.is_beam]
-    if not beams:
+    if not any(isinstance(shape, BeamShape) for shape in sol.shapes):
         return {}
+    beams = [line for line in drawing.lines(sol, instants, 2) if line.is_beam]
     fields = {"moment": "bending_moment", "axial": "axial_force"}
     stacked = {key: np.concatenate([b.fields[name] for b in beams], axis=1) for key, name in fields.items()}
     return {key: quantised(values, COARSE, common=True) for key, values in stacked.items()}

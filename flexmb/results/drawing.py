@@ -123,7 +123,7 @@ def surfaces(sol: Solution, instants: np.ndarray) -> list[Surface]:
 def surface(sol: Solution, shape: MeshShape, instants: np.ndarray) -> Surface:
     """A mesh at the saved `instants`."""
     poses = np.stack([pose(sol, shape.part, node, instants) for node in shape.nodes], axis=1)
-    return Surface(shape.part, shape, moved_points(shape, poses))
+    return Surface(shape.part, shape, moved_points(shape, poses), poses)
 
 
 def marks(sol: Solution, instants: np.ndarray) -> list[Mark]:

@@ -163,7 +163,7 @@ def fatigue(
     if wanted is None:
         if f"{body}.von_mises" not in sol:
             text = f"fatigue: Solution of {sol.name!r} has no signal '{body}.von_mises', whose peak tells the point"
-            raise InputError(f"{text}. Give point=..., or stress=True to a body of beams.")
+            raise InputError(f"{text}. Give point=..., or stress=True to the body.")
         peak = sol.peak(f"{body}.von_mises")
         wanted = peak.node
     own = stress(sol, body, [] if wanted is None else [wanted], mechanism=mechanism)

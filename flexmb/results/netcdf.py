@@ -1,5 +1,6 @@
 """A solution as a netCDF file: one variable a signal, the rest as JSON, groups for the final state and for episodes.
 
+Signals of bodies with many nodes share variables over time and nodes (`netcdf_nodes`).
 The variables can be read by any netCDF reader.  `load` restores the record bit for bit.  It reads the file once,
 compares it with its checksum, and keeps its bytes; arrays of signals are made of them at their first use.
 """
@@ -22,6 +23,7 @@ from flexmb.results.contact_intervals import COLUMNS, MODES, ContactLog
 from flexmb.results.conventions import flag_meanings, global_attributes, long_name, udunits
 from flexmb.results.late_values import LateValues
 from flexmb.results.netcdf_content import NetcdfContent
+from flexmb.results.netcdf_nodes import PEAK, PEAK_TIME, Column, NodeTable, node_tables, read, variables
 from flexmb.results.peaks import Peaks
 from flexmb.results.solution import Solution
 from flexmb.results.stats import Stats
@@ -29,8 +31,8 @@ from flexmb.results.stats import Stats
 if TYPE_CHECKING:
     import xarray as xr
 
-FORMAT = 1
-"""Version of the layout; one that this file does not know is refused."""
+SINGLE, FORMAT = 1, 2
+"""Versions of the layout: all signals have variables of their own; some share variables.  Newer ones are refused."""
 
 VERSION = "flexmb_format"
 RECORD = "flexmb_record"  # a variable, since an attribute of HDF5 holds at most 64 KiB
@@ -55,8 +57,8 @@ def save(sol: Solution, path: str | Path) -> Path:
     ------
     InputError : a path that cannot be written; a `model` that cannot be written as JSON.
     """
-    target = Path(path)
-    dataset = _dataset(sol)
+    target, tables = Path(path), node_tables(sol.signals)
+    dataset = _dataset(sol, tables)
     with folder_made("Solution", target):
         groups = {"": dataset}
         encodings: dict[str, dict[str, Any]] = {"": {str(name): {"_FillValue": None} for name in dataset.variables}}
@@ -64,7 +66,9 @@ def save(sol: Solution, path: str | Path) -> Path:
             groups[RESTART] = _restart(sol)
         if sol.contacts.names:
             groups[EPISODES], encodings[EPISODES] = _episodes(sol), {name: {"_FillValue": None} for name, _ in COLUMNS}
-        write_sealed(target, _with_signals(netcdf_image(groups, encodings), sol))
+        shared = {place for table in tables for place in table.places}
+        single = [place for place in range(len(sol.signals)) if place not in shared]
+        write_sealed(target, _with_signals(netcdf_image(groups, encodings), sol, single))
     return target
 
 
@@ -98,8 +102,8 @@ def load(path: str | Path) -> Solution:
         raise FileFormatError(f"{text} Write it again with sol.to_netcdf(...).") from error
 
 
-def _dataset(sol: Solution) -> xr.Dataset:
-    """Time, record and global attributes."""
+def _dataset(sol: Solution, tables: list[NodeTable]) -> xr.Dataset:
+    """Time, record, tables of nodes and global attributes."""
     import xarray as xr
 
     record = {
@@ -113,6 +117,7 @@ def _dataset(sol: Solution) -> xr.Dataset:
         "contacts": list(sol.contacts.names),
         "model": dict(sol.model),
         "mechanism": sol.described(),
+        "node_tables": [table.name for table in tables],
     }
     try:
         text = json.dumps(record)
@@ -121,30 +126,45 @@ def _dataset(sol: Solution) -> xr.Dataset:
         raise InputError(f"{message} Put plain numbers and texts in it.") from error
     time = xr.Variable(TIME, sol.time, {"units": "s", "long_name": TIME})
     kept = xr.Variable((), text, {"long_name": "record of the run as JSON, which flexmb.load reads"})
-    attrs = {"mechanism": sol.name, "status": sol.status, "ok": int(sol.ok), VERSION: FORMAT}
-    return xr.Dataset({RECORD: kept}, {TIME: time}, {**attrs, **global_attributes(sol.model)})
+    attrs = {"mechanism": sol.name, "status": sol.status, "ok": int(sol.ok), VERSION: FORMAT if tables else SINGLE}
+    return xr.Dataset({RECORD: kept, **variables(sol, tables)}, {TIME: time}, {**attrs, **global_attributes(sol.model)})
 
 
-def _with_signals(image: bytes, sol: Solution) -> bytes:
-    """The bytes of a file with all signals over its time: xarray takes four times as long to write so many variables.
+def _with_signals(image: bytes, sol: Solution, places: list[int]) -> bytes:
+    """The bytes of a file with signals over its time: xarray takes four times as long to write so many variables.
 
     What a variable of netCDF-4 is in HDF5: https://docs.unidata.ucar.edu/netcdf-c/current/file_format_specifications.html
+    The list of variables in `time` is written once: `attach_scale` would write it anew for each of them.
     """
     import h5py
 
     whole = io.BytesIO(image)
     with h5py.File(whole, "r+") as file:
         time = file[TIME]
-        number = time.attrs["_Netcdf4Dimid"]
-        for k, s in enumerate(sol.signals):
+        number, at = time.attrs["_Netcdf4Dimid"], np.empty(1, dtype=object)
+        at[0] = np.array([time.ref], dtype=h5py.ref_dtype)
+        attached = []
+        for k in places:
+            s = sol.signals[k]
             variable = file.create_dataset(s.name, data=sol.array(s.name), track_order=True)
             variable.attrs.create("_Netcdf4Dimid", number, dtype=np.int32)
             variable.attrs.create("_Netcdf4Coordinates", [number], dtype=np.int32)
             variable.attrs["units"], variable.attrs["long_name"] = udunits(s.units), long_name(s.name)
-            variable.attrs["peak"] = sol.peaks.values[k : k + 1]
-            variable.attrs["peak_time"] = sol.peaks.times[k : k + 1]
-            variable.dims[0].attach_scale(time)
+            variable.attrs[PEAK] = sol.peaks.values[k : k + 1]
+            variable.attrs[PEAK_TIME] = sol.peaks.times[k : k + 1]
+            variable.attrs.create("DIMENSION_LIST", at, dtype=h5py.vlen_dtype(h5py.ref_dtype))
+            attached.append((variable.ref, 0))
+        _attach(time, attached)
     return whole.getvalue()
+
+
+def _attach(time: Any, attached: list[tuple[Any, int]]) -> None:
+    """Write the list of the variables over `time`: references, and the number of their dimension."""
+    import h5py
+
+    before = time.attrs.get("REFERENCE_LIST", ())
+    kind = [("dataset", h5py.ref_dtype), ("dimension", np.uint32)]
+    time.attrs.create("REFERENCE_LIST", np.array([*(tuple(row) for row in before), *attached], dtype=kind))
 
 
 def _restart(sol: Solution) -> xr.Dataset:
@@ -176,23 +196,37 @@ def _check_version(source: Path, file: NetcdfContent) -> None:
             f"{str(source)!r}: a netCDF file, but not one of flexmb (no {VERSION!r}, no {RECORD!r}). "
             "Open it with xarray.open_dataset."
         )
-    if int(version) != FORMAT:
+    if int(version) not in (SINGLE, FORMAT):
         raise FileFormatError(
-            f"{str(source)!r}: written in format {int(version)}; this version of flexmb reads format {FORMAT}. "
+            f"{str(source)!r}: written in format {int(version)}; this version of flexmb reads formats up to {FORMAT}. "
             "Install the version of flexmb that wrote it."
         )
+
+
+def _columns(file: NetcdfContent, signals: Signals, n: int, tables: list[str]) -> list[Column]:
+    """Columns of all signals."""
+    shared = {name: column for table in tables for name, column in read(file, table, n)}
+    found = []
+    for name in signals.names:
+        if name in shared:
+            found.append(shared[name])
+        else:
+            values, (peak, time) = file.column(name, n, (PEAK, PEAK_TIME))
+            found.append(Column(values, peak, time))
+    return found
 
 
 def _solution(file: NetcdfContent) -> Solution:
     record: dict[str, Any] = json.loads(file.text(RECORD))
     signals = Signals.of(Signal(name, units) for name, units in record["signals"])
     time = file.array("time")
-    columns, peaks = file.columns(signals.names, len(time), ("peak", "peak_time"))
+    columns = _columns(file, signals, len(time), record.get("node_tables", []))
+    peaks = (np.array([getattr(column, word) for column in columns]) for word in ("peak", "time"))
     names = tuple(record.get("contacts", ()))  # files of earlier versions have none
     rows = np.column_stack([file.array(f"{EPISODES}/{name}") for name, _ in COLUMNS]) if names else None
     return Solution(
         time=time,
-        values=cast(np.ndarray, LateValues(columns, len(time))),
+        values=cast(np.ndarray, LateValues([column.values for column in columns], len(time))),
         signals=signals,
         peaks=Peaks(*peaks),
         status=record["status"],

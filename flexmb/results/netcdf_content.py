@@ -71,31 +71,23 @@ class NetcdfContent:
         kind = self.file[name].attrs.get("dtype")  # truth values, which netCDF does not have
         return values.astype(bool) if kind in (b"bool", "bool") else values
 
-    def columns(
-        self, names: Sequence[str], n: int, attributes: Sequence[str]
-    ) -> tuple[list[np.ndarray], list[np.ndarray]]:
-        """Variables that hold one signal each, and some of their attributes.
+    def column(self, name: str, n: int, attributes: Sequence[str]) -> tuple[np.ndarray, list[float]]:
+        """Variable that holds one signal (n,), and the values of some of its attributes.
 
         Parameters
         ----------
-        names : names of the variables.
-        n : length of each.
-        attributes : names of attributes that are numbers.
-
-        Returns
-        -------
-        tuple : the variables (n,), and of each attribute the values (n_s,).
+        name : name of the variable.
+        n : its length.
+        attributes : names of the attributes.
         """
-        found, numbers = [], np.empty((len(attributes), len(names), 1))
-        for k, name in enumerate(names):
-            dataset = self._dataset(name)
-            column = self._values(dataset)
-            if column.shape != (n,) or column.dtype != np.float64:
-                raise ValueError(f"{name!r} has shape {column.shape} and type {column.dtype}; it must be {n} floats")
-            found.append(column)
-            for row, attribute in zip(numbers, attributes, strict=True):
-                self.hdf.h5a.open(dataset, attribute.encode()).read(row[k])
-        return found, list(numbers[:, :, 0])
+        dataset = self._dataset(name)
+        values = self._values(dataset)
+        if values.shape != (n,) or values.dtype != np.float64:
+            raise ValueError(f"{name!r} has shape {values.shape} and type {values.dtype}; it must be {n} floats")
+        numbers = np.empty((len(attributes), 1))
+        for row, attribute in zip(numbers, attributes, strict=True):
+            self.hdf.h5a.open(dataset, attribute.encode()).read(row)
+        return values, numbers[:, 0].tolist()
 
     def _dataset(self, name: str) -> Any:
         return self.hdf.h5d.open(self.file.id, name.encode())

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from flexmb.model.shape import BeamShape, PointShape
+from flexmb.model.shape import BeamShape, MeshShape, PointShape
 from flexmb.results.drawing import pose
 from flexmb.results.peaks import Peaks
 from flexmb.results.solution import Solution
@@ -82,16 +82,36 @@ def magnified(sol: Solution, factor: float) -> Solution:
     if factor == 1.0:
         return sol
     values, rows = sol.values.copy(), np.arange(len(sol.time))
+    for part, (nodes, shape, seen) in _unstressed_bodies(sol).items():
+        poses = np.stack([pose(sol, part, node, rows) for node in nodes], axis=1)  # (n, m, 3)
+        rigid = _rigid_fit(shape, poses, body_joints(sol, part, nodes), seen)
+        drawn = rigid + factor * (poses - rigid)
+        places = [sol.signals.places[f"{part}.{node}{axis}"] for node in nodes for axis in COORDINATES]
+        values[:, places] = drawn.reshape(len(rows), -1)
+    return with_values(sol, sol.time, values)
+
+
+def _unstressed_bodies(sol: Solution) -> dict[str, tuple[list[str], np.ndarray, list[int]]]:
+    """Flexible bodies: names of their nodes, unstressed poses (m, 3), numbers of the nodes that turn with the body."""
+    found = {}
     for part, beams in _beams(sol).items():
         shape = unstressed(beams)
-        nodes = list(shape)
-        poses = np.stack([pose(sol, part, node, rows) for node in nodes], axis=1)  # (n, m, 3)
-        rigid = _rigid_fit(np.array([shape[node] for node in nodes]), poses, _joints(sol, part, nodes))
-        drawn = rigid + factor * (poses - rigid)
-        for k, node in enumerate(nodes):
-            for j, axis in enumerate(("x", "y", "theta")):
-                values[:, sol.signals.places[f"{part}.{node}.{axis}"]] = drawn[:, k, j]
-    return with_values(sol, sol.time, values)
+        found[part] = list(shape), np.array(list(shape.values())), list(range(len(shape)))
+    for mesh in sol.shapes:
+        if isinstance(mesh, MeshShape) and mesh.poses:  # files of before have none of bodies with all nodes
+            found[mesh.part] = list(mesh.nodes), np.array(mesh.poses), turning_nodes(mesh)
+    return found
+
+
+def turning_nodes(mesh: MeshShape) -> list[int]:
+    """Numbers of the nodes of a body, of a reduced one of its pins alone.
+
+    Parameters
+    ----------
+    mesh : its mesh.
+    """
+    pins = [k for k, weight in enumerate(mesh.weights) if any(weight)] or [0]
+    return pins if mesh.basis else list(range(len(mesh.nodes)))
 
 
 def _beams(sol: Solution) -> dict[str, list[BeamShape]]:
@@ -128,8 +148,15 @@ def unstressed(beams: Sequence[BeamShape]) -> dict[str, tuple[float, float, floa
     return found
 
 
-def _joints(sol: Solution, part: str, nodes: list[str]) -> dict[int, bool]:
-    """Numbers of the nodes of a body that carry joints, and whether one of them holds the angle."""
+def body_joints(sol: Solution, part: str, nodes: list[str]) -> dict[int, bool]:
+    """Numbers of the nodes of a body that carry joints, and whether one of them holds the angle.
+
+    Parameters
+    ----------
+    sol : the solution.
+    part : name of the body.
+    nodes : names of its nodes.
+    """
     found: dict[int, bool] = {}
     for shape in sol.shapes:
         if isinstance(shape, PointShape) and shape.other is not None:
@@ -140,18 +167,20 @@ def _joints(sol: Solution, part: str, nodes: list[str]) -> dict[int, bool]:
     return found
 
 
-def _rigid_fit(shape: np.ndarray, poses: np.ndarray, joints: dict[int, bool]) -> np.ndarray:
+def _rigid_fit(shape: np.ndarray, poses: np.ndarray, joints: dict[int, bool], turning: list[int]) -> np.ndarray:
     """Poses (n, m, 3) of a body with the unstressed `shape` (m, 3), fitted to nodes of `poses`.
+
+    The nodes `turning` are those of the fit where joints do not hold the body.
 
     Between two joints the shape is stretched as much as they are apart, so that the fit is exact there.
     """
-    held = list(joints) if joints else list(range(len(shape)))
+    held = list(joints) if joints else turning
     middle, centre = shape[held, :2].mean(axis=0), poses[:, held, :2].mean(axis=1)
     size = np.ones(len(poses))
-    if len(held) == 1 and joints.get(held[0]):  # a cantilever
-        angle = poses[:, held[0], 2] - shape[held[0], 2]
+    seen = held if len(held) > 1 or joints.get(held[0]) else turning  # a cantilever has one node
+    if len(seen) == 1:
+        angle = poses[:, seen[0], 2] - shape[seen[0], 2]
     else:
-        seen = held if len(held) > 1 else list(range(len(shape)))
         a, b = shape[seen, :2] - middle, poses[:, seen, :2] - centre[:, None]
         cross = np.sum(a[:, 0] * b[..., 1] - a[:, 1] * b[..., 0], axis=1)
         along = np.sum(a * b, axis=(1, 2))

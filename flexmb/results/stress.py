@@ -19,7 +19,7 @@ from flexmb.planes.stress import principal
 from flexmb.reduction.reduced import Reduced
 from flexmb.results.drawing import nearest_to_each, pose, surface
 from flexmb.results.reference_points import STRESSED, reference_points
-from flexmb.results.surfaces import deformed
+from flexmb.results.surfaces import deformed, shortened, turned
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -111,11 +111,10 @@ def _body(sol: Solution, name: str, mechanism: Mechanism | None) -> STRESSED:
     part = known.find(name)
     if not isinstance(part, STRESSED):
         raise InputError(f"{part.label} has no stresses. Name a flexible body of {known.name!r}.")
-    if isinstance(part, FlexibleBody) and not all(knows_stress(beam.section) for beam in part.beams):
+    source = part.body if isinstance(part, Reduced) else part
+    if isinstance(source, FlexibleBody) and not all(knows_stress(beam.section) for beam in source.beams):
         text = f"{part.label}: a section does not know its outer fibre, so there are no stresses"
         raise InputError(f"{text}. Give outer_fibre=... [m] to the section.")
-    if isinstance(part, Reduced) and (part.model.stresses is None or part.model.drawn is None):
-        raise InputError(f"{part.label}: its beams do not look for stresses. Give stress=True to the body of beams.")
     return part
 
 
@@ -150,15 +149,7 @@ def _of_plane(sol: Solution, body: PlaneBody, shape: MeshShape, instants: np.nda
     X, x = body.mesh.points, moved.points
     X, x = X - X.mean(axis=0), x - x.mean(axis=1, keepdims=True)
     along, across = (X * x).sum(axis=(1, 2)), (X[:, 0] * x[..., 1] - X[:, 1] * x[..., 0]).sum(axis=1)
-    size = np.hypot(along, across)
-    c, s = (along / size)[:, None], (across / size)[:, None]
-    sx, sy, t, sz = np.moveaxis(moved.stress, -1, 0)
-    own = np.empty((*sx.shape, 4))
-    own[..., 0] = c * c * sx + s * s * sy + 2.0 * c * s * t
-    own[..., 1] = s * s * sx + c * c * sy - 2.0 * c * s * t
-    own[..., 2] = c * s * (sy - sx) + (c * c - s * s) * t
-    own[..., 3] = sz
-    return own
+    return turned(moved.stress, -np.arctan2(across, along))
 
 
 def _of_reduced(sol: Solution, body: Reduced, shape: MeshShape, instants: np.ndarray) -> np.ndarray:
@@ -167,8 +158,7 @@ def _of_reduced(sol: Solution, body: Reduced, shape: MeshShape, instants: np.nda
     if stresses is None:
         raise InputError(f"{body.label} has no stresses.")
     poses = np.stack([pose(sol, shape.part, node, instants) for node in shape.nodes], axis=1)
-    d, _ = deformed(shape, poses)
-    e = body.element.strained(d.reshape(len(d), -1))
+    e = shortened(deformed(shape, poses)[0], body.element.shortening)
     found: np.ndarray = np.einsum("msi,ti->tms", stresses(body.basis.shapes), e, optimize=True)
     return found
 

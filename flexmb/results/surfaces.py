@@ -8,10 +8,20 @@ from functools import cached_property
 import numpy as np
 
 from flexmb.model.shape import MeshShape
-from flexmb.planes.recovery import nodal_stresses, von_mises
+from flexmb.planes.recovery import linear_stresses, nodal_stresses, von_mises
+from flexmb.reduction.kernel import FIRST
 
 CORNERS = {"tri3": 3, "tri6": 3, "quad4": 4, "quad9": 4}
 """Number of corners of a cell, by kind."""
+
+
+PIECES = {
+    "tri3": ((0, 1, 2),),
+    "tri6": ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)),
+    "quad4": ((0, 1, 2), (0, 2, 3)),
+    "quad9": ((0, 4, 8), (0, 8, 7), (4, 1, 5), (4, 5, 8), (8, 5, 2), (8, 2, 6), (7, 8, 6), (7, 6, 3)),
+}
+"""Triangles between the points of a cell, by kind."""
 
 
 @dataclass(frozen=True)
@@ -22,12 +32,14 @@ class Surface:
     ----------
     part : name of the body.
     shape : its mesh.
-    points : (n, m, 2) [m].
+    points : (n, m, 2) drawn places, of which a deformation may be magnified [m].
+    poses : (n, nodes, 3) x, y, theta of the nodes, from which stresses are found [m, rad].
     """
 
     part: str
     shape: MeshShape
     points: np.ndarray
+    poses: np.ndarray
 
     @property
     def cells(self) -> np.ndarray:
@@ -43,6 +55,11 @@ class Surface:
         around: np.ndarray = np.stack([cells[:, :corners], cells[:, corners : 2 * corners]], axis=2)
         return around.reshape(len(cells), -1)
 
+    @property
+    def triangles(self) -> np.ndarray:
+        """(k, 3) numbers of the points of triangles, some of them to a cell."""
+        return self.cells[:, PIECES[self.shape.kind]].reshape(-1, 3)
+
     @cached_property
     def stress(self) -> np.ndarray:
         """(n, m, 4) stresses sx, sy, txy at the points in world axes, and sz [Pa]; 0 without materials."""
@@ -50,13 +67,30 @@ class Surface:
         if not shape.materials:
             return np.zeros((*self.points.shape[:2], 4))
         number = shape.material_of or (0,) * len(shape.cells)
-        materials = np.array(shape.materials)[list(number)]
-        return nodal_stresses(np.array(shape.points), self.cells, shape.kind, materials, self.points)
+        mesh = np.array(shape.points), self.cells, shape.kind, np.array(shape.materials)[list(number)]
+        if not shape.basis:
+            return nodal_stresses(*mesh, moved_points(shape, self.poses))
+        shapes = np.array(shape.basis).T.reshape(-1, len(shape.points), 2)
+        own = np.einsum("ti,ims->tms", self._shortened, linear_stresses(*mesh, shapes), optimize=True)
+        return turned(own, deformed(shape, self.poses)[1])
+
+    @cached_property
+    def von_mises(self) -> np.ndarray:
+        """(n, m) von Mises stress at the points [Pa]; of reduced beams the normal stress in the outer fibres."""
+        if self.shape.fibres:
+            normal: np.ndarray = np.abs(self._shortened @ np.array(self.shape.fibres).T)
+            return normal
+        return von_mises(self.stress)
 
     @property
-    def von_mises(self) -> np.ndarray:
-        """(n, m) von Mises stress at the points [Pa]."""
-        return von_mises(self.stress)
+    def has_stress(self) -> bool:
+        """Whether the stress is known."""
+        return bool(self.shape.materials or self.shape.fibres)
+
+    @property
+    def _shortened(self) -> np.ndarray:
+        """(n, coordinates) deformation of a reduced body with its shortening by bending, e of equation (12.11)."""
+        return shortened(deformed(self.shape, self.poses)[0], np.array(self.shape.shortening))
 
     def outlines(self) -> list[np.ndarray]:
         """Closed lines (n, points + 1, 2) of the outline and of all holes."""
@@ -112,3 +146,50 @@ def deformed(shape: MeshShape, poses: np.ndarray) -> tuple[np.ndarray, np.ndarra
     d[..., 1] = c * poses[..., 1] - s * poses[..., 0] - reference[:, 1]
     d[..., 2] = poses[..., 2] - angle[:, None] - reference[:, 2]
     return d, angle
+
+
+def shortened(d: np.ndarray, shortening: np.ndarray) -> np.ndarray:
+    """Deformation e = d + c(d) (n, coordinates) of a reduced body, with its shortening by bending.
+
+    The translation of the first node is left out, which has no stress but its round-off.
+
+    Parameters
+    ----------
+    d : (n, nodes, 3) deformation of its nodes.
+    shortening : matrices of the shortening of the coordinates from the fourth one on.
+    """
+    e = (d - d[:, :1] * np.array([1.0, 1.0, 0.0])).reshape(len(d), -1)
+    if len(shortening):
+        e[:, FIRST : FIRST + len(shortening)] += 0.5 * np.einsum("ti,kij,tj->tk", e, shortening, e)
+    return e
+
+
+def turned(stress: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Stresses (n, m, 4) sx, sy, txy, sz in axes from which their own ones are turned by angles (n,) [rad]."""
+    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    sx, sy, t, sz = np.moveaxis(stress, -1, 0)
+    xx, yy = c * c * sx + s * s * sy - 2.0 * c * s * t, s * s * sx + c * c * sy + 2.0 * c * s * t
+    return np.stack([xx, yy, c * s * (sx - sy) + (c * c - s * s) * t, sz], axis=-1)
+
+
+def few_shapes(moved: np.ndarray, limit: float) -> tuple[np.ndarray, np.ndarray]:
+    """Factors (n, k) and shapes (k, m), as few as possible, whose products sum up to displacements within a limit.
+
+    Parameters
+    ----------
+    moved : (n, m) displacements [m].
+    limit : largest error of the sums [m].
+
+    Notes
+    -----
+    Proper orthogonal decomposition, by the eigenvectors of the products of instants or of displacements, of which there
+    are fewer: a singular value decomposition takes ten times as long.
+    """
+    wide = len(moved) <= moved.shape[1]
+    vectors = np.linalg.eigh(moved @ moved.T if wide else moved.T @ moved)[1][:, ::-1]
+    factors, shapes = (vectors, vectors.T @ moved) if wide else (moved @ vectors, vectors.T)
+    count, rest = 0, moved.copy()
+    while count < len(shapes) and np.abs(rest).max(initial=0.0) > limit:
+        rest -= np.outer(factors[:, count], shapes[count])
+        count += 1
+    return factors[:, :count], shapes[:count]

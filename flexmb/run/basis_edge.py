@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flexmb.model.mechanism import Mechanism
+from flexmb.results.surfaces import shortened
 from flexmb.run.deformations import deformations
 
 if TYPE_CHECKING:
@@ -33,7 +34,7 @@ def basis_remarks(mechanism: Mechanism, saved: Saved) -> Iterator[str]:
 
 def _remark(body: Reduced, d: np.ndarray, time: np.ndarray) -> Iterator[str]:
     """The sentence on one body with the deformations d (t, n)."""
-    pins, d = body.basis.model.count, body.element.strained(d)
+    pins, d = body.basis.model.count, shortened(d, body.element.shortening)
     stiffness, last = body.element.matrices["K"], slice(d.shape[1] - 3, None)
     eta = d[:, last] - d[:, :pins] @ body.basis.followed[-3:].T
     whole = 0.5 * np.einsum("ti,ij,tj->t", d, stiffness, d)

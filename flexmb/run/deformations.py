@@ -1,4 +1,4 @@
-"""Deformations of reduced bodies at saved instants, and remarks on those that are too large for a reduced body."""
+"""Deformations of reduced bodies at saved instants, and remarks on large ones."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def _shares(body: Reduced, d: np.ndarray) -> np.ndarray:
     with np.errstate(all="ignore"):
         x, y = (d @ np.asarray(model.shape[2 * points + axis] @ body.basis.shapes).T for axis in (0, 1))
         shares = np.hypot(x, y).max(axis=1) / np.ptp(model.points, axis=0).max()
-    return np.nan_to_num(shares, nan=np.inf)
+    return np.asarray(np.nan_to_num(shares, nan=np.inf))
 
 
 def _inertia_is_lost(body: Reduced, d: np.ndarray) -> bool:
@@ -93,21 +93,22 @@ def _inertia_is_lost(body: Reduced, d: np.ndarray) -> bool:
 
 
 def _too_large(body: Reduced, time: float, share: float, *, wrong: bool) -> str:
-    """What happened, and what to do."""
+    """The sentence on a large deformation."""
     moved = f"by {100.0 * share:.3g} % of its size" if share < 1.0 else "by more than its size"
     beyond = "beyond" if wrong else "at the edge of"
     chord = 'frame="chord", ' if body.basis.by_pin and body.basis.model.count > 3 else ""
     return (
-        f"{body.label}: at t = {time:.6g} s it is deformed {moved}, {beyond} the small deformations that a reduced body "
-        f"is for; its errors grow with the square of that share. Take {chord}more pins, or the body with all its nodes."
+        f"{body.label}: at t = {time:.6g} s it is deformed {moved}, {beyond} the small deformations that a reduced "
+        "body is for; its errors grow with the square of that share. "
+        f"Take {chord}more pins, or the body with all its nodes."
     )
 
 
 def _lost_inertia(body: Reduced, time: float, share: float) -> str:
-    """What happened, and what to do."""
+    """The sentence on an indefinite mass matrix."""
     follows = ", and its frame follows the vibrations of one pin" if body.basis.by_pin else ""
     return (
-        f"{body.label}: at t = {time:.6g} s it is deformed by {100.0 * share:.3g} % of its size{follows}; stiffening by "
-        "rotation then takes away more inertia than it has. Take a second pin, such as its other end, with "
+        f"{body.label}: at t = {time:.6g} s it is deformed by {100.0 * share:.3g} % of its size{follows}; stiffening "
+        "by rotation then takes away more inertia than it has. Take a second pin, such as its other end, with "
         'frame="chord", or stiffening=False, or the body with all its nodes.'
     )

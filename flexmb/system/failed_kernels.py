@@ -158,11 +158,12 @@ def _calls(program: Program, s: Instant) -> Iterator[_Call]:
     yield from _constraint_calls(program, s)
     yield from _contact_calls(program, s)
     M = program.tables.measured
-    for k, number in enumerate(M.kernel):
+    for k, (number, extremum) in enumerate(zip(M.kernel, M.extremum, strict=True)):
         dofs = M.dofs[M.dof[k] : M.dof[k + 1]]
         state = s.q[dofs], s.v[dofs], s.a[dofs]
         name = program.names.signals.names[int(M.out[k])].rpartition(".")[0]
-        yield _Call(name, _kernel(program, "signal", number), (_numbers(program, M.p[k]), s.t, *state))
+        kernel = _kernel(program, "signal", number) if number >= 0 else _kernel(program, "extremum", extremum)
+        yield _Call(name, kernel, (_numbers(program, M.p[k]), s.t, *state))
 
 
 def _control_calls(program: Program, s: Instant) -> Iterator[_Call]:

@@ -3,7 +3,7 @@
 import math
 
 from flexmb.compiled.views import part_of
-from flexmb.kernels import compiled, signal_at
+from flexmb.kernels import compiled, extremum_at, signal_at
 from flexmb.places import (
     ECCENTRICITY_RATE_X,
     ECCENTRICITY_RATE_Y,
@@ -63,14 +63,14 @@ def _measured(tables, address, t, q, v, a, work, y):
         gather(q, S.dofs, S.dof[k], m, work.ql)
         gather(v, S.dofs, S.dof[k], m, work.vl)
         gather(a, S.dofs, S.dof[k], m, work.al)
-        value = signal_at(address.signal, S.kernel[k])(
-            part_of(tables.p, S.p[k, BEGIN], S.p[k, END]),
-            t,
-            part_of(work.ql, 0, m),
-            part_of(work.vl, 0, m),
-            part_of(work.al, 0, m),
-        )
-        y[S.out[k]] = value if S.element[k] < 0 else _with_factor(tables, address, t, k, value, work)
+        p = part_of(tables.p, S.p[k, BEGIN], S.p[k, END])
+        ql, vl, al = part_of(work.ql, 0, m), part_of(work.vl, 0, m), part_of(work.al, 0, m)
+        out = S.out[k]
+        if S.kernel[k] < 0:
+            y[out], y[out + 1] = extremum_at(address.extremum, S.extremum[k])(p, t, ql, vl, al)
+            continue
+        value = signal_at(address.signal, S.kernel[k])(p, t, ql, vl, al)
+        y[out] = value if S.element[k] < 0 else _with_factor(tables, address, t, k, value, work)
 
 
 @compiled

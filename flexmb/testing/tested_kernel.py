@@ -17,6 +17,7 @@ RESULTS = {
     "friction": ("T", "dT_dslip", "dT_dN"),
     "motion": ("s", "s_dot", "s_ddot"),
     "signal": ("value",),
+    "extremum": ("value", "place"),
 }
 """Names of returned numbers by contract; other kernels write to arrays."""
 

@@ -46,7 +46,7 @@ IN_FILES = {
         "poses of nodes, in threes behind HEAD": "p",
     },
     "flexmb/reduction/tangent.py": {"coordinates of nodes": "df both modal of_curve"},
-    "flexmb/reduction/peak_stress.py": {"what is asked for, last of all": "p"},
+    "flexmb/reduction/peak_stress.py": {"x, y, theta of nodes, as deformed": "e"},
     "flexmb/linalg/fill.py": {"columns before": "ptr parent"},
     "flexmb/linalg/lu.py": {"a block of the matrix, row by row": "lu", "rows of a block": "seen order"},
     "flexmb/linalg/substitute.py": {"a block of the matrix, row by row": "lu", "two right sides in turn": "pair"},

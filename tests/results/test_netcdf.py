@@ -184,7 +184,7 @@ def changed(path, change):
 
 def test_a_newer_format(tmp_path):
     path = changed(solution().to_netcdf(tmp_path / "a.nc"), lambda d: d.assign_attrs(flexmb_format=99))
-    with pytest.raises(FileFormatError, match=r"a\.nc.*format 99; this version of flexmb reads format 1"):
+    with pytest.raises(FileFormatError, match=r"a\.nc.*format 99; this version of flexmb reads formats up to 2"):
         load(path)
 
 
@@ -336,3 +336,64 @@ def test_loading_takes_less_than_half_a_second_in_a_fresh_process(tmp_path, root
     assert number == "150"
     assert slow.strip() == "set()"
     assert float(took) < 0.5
+
+
+def many(n_nodes, n=5):
+    """A solution of a body with many nodes, one of which has a name, and of a joint."""
+    axes = {"x": "m", "vy": "m/s", "theta": "rad"}
+    signals = [Signal(f"plate.{node}.{axis}", unit) for axis, unit in axes.items() for node in
+               ("start", *(f"node{k}" for k in range(n_nodes) if k != 7))]  # fmt: skip
+    signals += [Signal("plate.node3.ax", "m/s2"), Signal("O.fx", "N")]
+    random = np.random.default_rng(5)
+    peaks = (random.random(len(signals)), random.random(len(signals)))
+    values = random.normal(size=(n, len(signals)))
+    return solution(time=np.arange(float(n)), values=values, signals=signals, peaks=peaks, aliases={}, shapes=())
+
+
+def test_bodies_with_many_nodes_have_one_variable_a_quantity(tmp_path, monkeypatch):
+    """The number of variables does not grow with that of the nodes, and lists of variables are written once."""
+    made, attached, dimension = [], [], h5py._hl.dims.DimensionProxy
+    create, attach = h5py.Group.create_dataset, dimension.attach_scale
+    monkeypatch.setattr(h5py.Group, "create_dataset", lambda *a, **k: made.append(1) or create(*a, **k))
+    monkeypatch.setattr(dimension, "attach_scale", lambda *a: attached.append(a) or attach(*a))
+    sol = many(1000)
+    path = sol.to_netcdf(tmp_path / "a.nc")
+    assert len(sol.names) == 3002
+    assert len(made) < 30
+    assert len(attached) < 20
+    attached.clear()
+    solution(restart={}).to_netcdf(tmp_path / "b.nc")
+    assert not attached
+    back = load(path)
+    for name in ("time", "values"):
+        assert bits(getattr(back, name)) == bits(getattr(sol, name))
+    assert bits(back.peaks.values) == bits(sol.peaks.values)
+    assert bits(back.peaks.times) == bits(sol.peaks.times)
+    assert back.signals == sol.signals
+    assert bits(load(back.to_netcdf(path)).values) == bits(sol.values)
+
+
+def test_other_programs_read_bodies_with_many_nodes(tmp_path):
+    sol = many(200)
+    with xr.open_dataset(sol.to_netcdf(tmp_path / "a.nc"), engine="h5netcdf") as file:
+        table = file["plate.node.vy"]
+        assert table.dims == ("time", "plate.node")
+        assert table.attrs == {"units": "m/s", "long_name": "velocity along y of plate node"}
+        for k in (0, 8, 199):
+            name = f"plate.node{k}.vy"
+            assert bits(table.sel({"plate.node": k})) == bits(sol.array(name))
+            assert float(file["plate.node.vy.peak"].sel({"plate.node": k})) == sol.peak(name).value
+            assert float(file["plate.node.vy.peak_time"].sel({"plate.node": k})) == sol.peak(name).time
+        assert bits(file["plate.start.x"]) == bits(sol.array("plate.start.x"))
+        assert bits(file["plate.node3.ax"]) == bits(sol.array("plate.node3.ax"))  # saved at one node alone
+        assert file.attrs["flexmb_format"] == 2
+
+
+def test_tables_that_do_not_fit_are_a_damaged_file(tmp_path):
+    path = many(200).to_netcdf(tmp_path / "a.nc")
+    changed(path, lambda d: d.isel({"plate.node": slice(0, 150)}))
+    with pytest.raises(FileFormatError, match=r"a\.nc.*damaged.*node151"):
+        load(path)
+    changed(many(200).to_netcdf(path), lambda d: d.assign({"plate.node.x": d["plate.node.x"].astype(np.float32)}))
+    with pytest.raises(FileFormatError, match=r"a\.nc.*damaged.*float32"):
+        load(path)

@@ -159,11 +159,48 @@ def test_stress_is_sought_where_it_is_wanted():
         beam(stress=1)
 
 
-def test_run_is_the_same_with_and_without():
-    sought, not_sought = pulled(beam()), pulled(beam(stress=False))
+@pytest.mark.parametrize("body", [beam, lambda **k: plate((6, 1), **k), lambda **k: fm.Reduced(plate((6, 1)), 3, **k)])
+def test_run_is_the_same_with_and_without(body):
+    sought, not_sought = pulled(body()), pulled(body(stress=False))
     for name in not_sought.names:
         assert np.array_equal(sought.array(name), not_sought.array(name))
     assert set(sought.names) - set(not_sought.names) == {"rod.von_mises", "rod.von_mises_node"}
+
+
+def test_one_evaluation_gives_stress_and_node():
+    """A body has one kernel of stresses and holds its numbers once; the node is that of the stress at all times."""
+    for body in (beam(elements=3), plate((6, 1)), fm.Reduced(beam(), modes=3), fm.Reduced(plate((6, 1)), modes=3)):
+        sol = pulled(body)
+        signals = sol.mechanism.contributions().signals
+        (k,) = [k for k, one in enumerate(signals) if one.name.startswith("von_mises")]
+        held = fm.compile(sol.mechanism).tables.measured
+        assert len(held.p) == len(signals)
+        assert np.diff(held.p, axis=1)[k, 0] == len(signals[k].p)
+        stress = sol.stress("rod")["von_mises"]
+        nodes = stress["node"].values[stress.values.argmax(axis=1)]
+        apart = np.sort(stress.values, axis=1)[:, -2:] @ [-1.0, 1.0] > 1e-9 * stress.values.max()
+        assert np.array_equal(nodes[apart], sol.array("rod.von_mises_node")[apart])
+        assert apart.sum() > 5
+
+
+def test_the_largest_stress_may_be_sought_or_not():
+    assert not plate(stress=False).seeks_stress
+    assert not fm.Reduced(plate(stress=False)).seeks_stress
+    assert fm.Reduced(plate(stress=False), stress=True).seeks_stress
+    assert not fm.Reduced(beam(), stress=False).seeks_stress
+    unknown = fm.GeneralSection(area=AREA, second_moment=SECOND)
+    with pytest.raises(InputError, match="does not know its outer fibre"):
+        fm.Reduced(beam(section=unknown), stress=True)
+    with pytest.raises(InputError, match="stress is 1; it must be True or False"):
+        plate(stress=1)
+
+
+def test_a_controller_reads_a_largest_stress_at_instants_alone():
+    body = plate((6, 1))
+    parts = [fm.Fixed("wall", fm.GROUND, body, (0, 0)), fm.Force("F", body, (LENGTH, 0), FORCE)]
+    mechanism = fm.Mechanism("m", [body, *parts, fm.controllers.PID("servo", "rod.von_mises", "F", kp=-1e-9)])
+    with pytest.raises(fm.errors.ModelError, match=r"'rod\.von_mises' is the largest of many values.*Give sample="):
+        fm.simulate(mechanism, t_end=1e-4)
 
 
 def test_bad_questions(tmp_path):

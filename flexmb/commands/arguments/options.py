@@ -154,7 +154,7 @@ def add_animate(film: argparse.ArgumentParser) -> None:
     film.add_argument("--fps", metavar="N", default="25", help="frames a second (default 25)")
     film.add_argument("--from", dest="begin", metavar="TIME", help="begin of the motion (default: of the run)")
     film.add_argument("--to", dest="end", metavar="TIME", help="end of the motion (default: of the run)")
-    film.add_argument("--magnify", metavar="X", default="1", help="factor of the deformation of beams (default 1)")
+    film.add_argument("--magnify", metavar="X", default="1", help="factor of the deformation (default 1)")
     colours = "section force that colours the beams: moment (default), axial, shear, or none"
     film.add_argument("--colour", metavar="NAME", default="moment", help=colours)
     film.add_argument("--traces", metavar="A,B", help="points whose paths are drawn, or all (default: some markers)")

@@ -49,7 +49,7 @@ def animate(
     seconds : length of the film [s].
     fps : frames a second.
     times : begin and end of the motion that is shown [s]; None: all of it.
-    magnify : factor of the deformation of beams; 0: undeformed.
+    magnify : factor of the deformation of flexible bodies; 0: undeformed.
     colour : "moment", "axial" or "shear", the section force that colours the beams; "von_mises", the stress that
         colours plane bodies; None: a colour for each body.
     traces : True: paths of all markers; names of markers, bodies or nodes ("coupler.end"); None: those with a trace.

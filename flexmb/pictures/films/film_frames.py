@@ -13,8 +13,8 @@ from flexmb.errors import InputError
 from flexmb.model.shape import Place
 from flexmb.pictures.poses.pose import Colouring, Pose
 from flexmb.pictures.poses.render import legend
-from flexmb.pictures.poses.scene import PER_ELEMENT, SHARE, Box, Scene, box_about, scene_of
-from flexmb.pictures.style import DIVERGING, grid, label_of
+from flexmb.pictures.poses.scene import SHARE, Box, Scene, box_about, scene_of
+from flexmb.pictures.style import DIVERGING, SEQUENTIAL, grid, label_of, words_of
 from flexmb.results import drawing
 from flexmb.results.resampling import at_times, magnified
 from flexmb.results.solution import Solution
@@ -163,7 +163,7 @@ class Film:
             fraction=0.06,
             shrink=0.7,
         )
-        bar.set_label(label_of(field.replace("_", " "), units), fontsize="small")
+        bar.set_label(label_of(words_of(field), units), fontsize="small")
         bar.ax.tick_params(labelsize="x-small")
 
 
@@ -183,11 +183,7 @@ def _scene(
         every = np.arange(first, max(last, first + 1))
         whole = magnified(sol, magnify)
         paths = {name: (drawing.path(whole, point, every), sol.time[every]) for name, point in points.items()}
-    scene = scene_of(shown, rows, box=box, paths=paths, forces=joints)
-    if magnify != 1.0:
-        for line, honest in zip(scene.lines, drawing.lines(true, rows, PER_ELEMENT), strict=True):
-            line.fields.update(honest.fields)
-    return scene
+    return scene_of(shown, rows, box=box, paths=paths, forces=joints, true=true if magnify != 1.0 else None)
 
 
 def _pixels(box: Box, size: tuple[int, int] | None) -> tuple[int, int]:
@@ -211,8 +207,8 @@ def _colouring(scene: Scene, field: str) -> Colouring:
     from matplotlib.colors import Normalize
 
     if field == STRESS:
-        top = max(float(mesh.von_mises.max(initial=0.0)) for mesh in scene.surfaces) or 1.0
-        return Colouring(field, Normalize(0.0, top), matplotlib.colormaps["viridis"])
+        top = stress_limit(scene)
+        return Colouring(field, Normalize(0.0, top), matplotlib.colormaps[SEQUENTIAL])
     top = field_limit(scene, field)
     return Colouring(field, Normalize(-top, top), matplotlib.colormaps[DIVERGING])
 
@@ -226,8 +222,18 @@ def field_of(scene: Scene, colour: str | None) -> tuple[str, str] | None:
     colour : key of `FIELDS`, `STRESS`, or None.
     """
     if colour == STRESS:
-        return (STRESS, "Pa") if scene.surfaces else None
+        return (STRESS, "Pa") if any(mesh.has_stress for mesh in scene.surfaces) else None
     return FIELDS[colour] if colour is not None and any(line.is_beam for line in scene.lines) else None
+
+
+def stress_limit(scene: Scene) -> float:
+    """Largest von Mises stress of the meshes of a scene [Pa].
+
+    Parameters
+    ----------
+    scene : the drawing.
+    """
+    return max((float(mesh.von_mises.max(initial=0.0)) for mesh in scene.surfaces), default=0.0) or 1.0
 
 
 def field_limit(scene: Scene, field: str) -> float:

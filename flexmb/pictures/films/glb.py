@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import struct
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,9 @@ import numpy as np
 MAGIC, VERSION, JSON_CHUNK, BIN_CHUNK = 0x46546C67, 2, 0x4E4F534A, 0x004E4942
 FLOAT, UINT = 5126, 5125
 """Component types of accessors."""
+
+WEIGHTS = "weights"
+"""Path of the motion of a mesh between its shapes."""
 
 KINDS = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}
 ARRAY_BUFFER, ELEMENT_BUFFER = 34962, 34963
@@ -47,7 +51,17 @@ class Glb:
         surface = {"baseColorFactor": [*rgb, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.8}
         return self._append("materials", {"name": name, "pbrMetallicRoughness": surface, "doubleSided": True})
 
-    def mesh(self, name: str, positions: np.ndarray, normals: np.ndarray, faces: np.ndarray, material: int) -> int:
+    def mesh(
+        self,
+        name: str,
+        positions: np.ndarray,
+        normals: np.ndarray,
+        faces: np.ndarray,
+        material: int,
+        *,
+        colours: np.ndarray | None = None,
+        shapes: Sequence[np.ndarray] = (),
+    ) -> int:
         """Number of a new mesh of triangles.
 
         Parameters
@@ -56,14 +70,22 @@ class Glb:
         positions, normals : (n, 3) points [m] and unit vectors.
         faces : (m, 3) numbers of points.
         material : number of the material.
+        colours : (n, 3) linear colours of the points, which multiply that of the material; None: that of the material.
+        shapes : displacements (n, 3) [m] that `deform` adds up (morph targets).
         """
         attributes = {
             "POSITION": self._accessor(positions, ARRAY_BUFFER, limits=True),
             "NORMAL": self._accessor(normals, ARRAY_BUFFER),
         }
+        if colours is not None:
+            attributes["COLOR_0"] = self._accessor(colours, ARRAY_BUFFER)
         indices = self._accessor(faces.reshape(-1, 1), ELEMENT_BUFFER)
-        piece = {"attributes": attributes, "indices": indices, "material": material, "mode": 4}
-        return self._append("meshes", {"name": name, "primitives": [piece]})
+        piece: dict[str, Any] = {"attributes": attributes, "indices": indices, "material": material, "mode": 4}
+        mesh: dict[str, Any] = {"name": name, "primitives": [piece]}
+        if len(shapes):
+            piece["targets"] = [{"POSITION": self._accessor(one, ARRAY_BUFFER, limits=True)} for one in shapes]
+            mesh[WEIGHTS] = [0.0] * len(shapes)
+        return self._append("meshes", mesh)
 
     def node(self, name: str, meshes: list[int]) -> int:
         """Number of a new node of the scene with some meshes."""
@@ -99,6 +121,19 @@ class Glb:
             mine[path] = np.asarray(values[0], dtype=np.float32).tolist()
             if len(time) > 1:
                 self._channel(node, path, time, values)
+
+    def deform(self, node: int, time: np.ndarray, weights: np.ndarray) -> None:
+        """Deform the mesh of a node by factors (n, k) of its shapes.
+
+        Parameters
+        ----------
+        node : its number.
+        time : (n,) instants [s].
+        weights : the factors at these instants.
+        """
+        self.document["nodes"][node][WEIGHTS] = np.asarray(weights[0], dtype=np.float32).tolist()
+        if len(time) > 1:
+            self._channel(node, WEIGHTS, time, weights.reshape(-1, 1))
 
     def _channel(self, node: int, path: str, time: np.ndarray, values: np.ndarray) -> None:
         motion = self.document["animations"][0]

@@ -12,18 +12,21 @@ from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.jobs.files import folder_made
 from flexmb.model.shape import CircleShape, LineShape, PointShape, RigidShape
+from flexmb.pictures.films.film_frames import stress_limit
 from flexmb.pictures.films.glb import Glb
 from flexmb.pictures.poses.pose import THINNEST, body_colours
 from flexmb.pictures.poses.scene import Scene, scene_of
-from flexmb.pictures.style import CLEARANCE
+from flexmb.pictures.style import CLEARANCE, SEQUENTIAL
 from flexmb.results import drawing
 from flexmb.results.resampling import magnified
+from flexmb.results.surfaces import few_shapes
 from flexmb.results.symbols import symbols
 from flexmb.version import installed_version
 
 if TYPE_CHECKING:
     from flexmb.results.drawing import Line
     from flexmb.results.solution import Solution
+    from flexmb.results.surfaces import Surface
 
 MOST_FRAMES = 200
 """Default number of instants, at most."""
@@ -34,6 +37,9 @@ BAR = 0.006
 STRIDE = 2
 """Points of a drawn beam element for each straight piece: 4 pieces of 9 points."""
 
+SEEN = 1e-4
+"""Error of the deformation of a mesh over its size, at most; with magnification, of the drawn one."""
+
 PIN_SIDES = 16
 """Number of sides of a pin."""
 
@@ -42,15 +48,16 @@ def export_gltf(sol: Solution, path: str | Path, *, frames: int | None = None, m
     """Motion of a run as a binary glTF file, one unit a metre, the plane of motion as x and y.
 
     Rigid bodies, wheels and pins are nodes that move and turn; beams are chains of straight pieces, four an element;
-    springs, dampers, rods and cables are nodes that also change their length.  Forces, belts, guides and paths are left
-    out.  Viewers interpolate linearly between the instants.
+    springs, dampers, rods and cables are nodes that also change their length.  Meshes move, deform by a few shapes, and
+    have the colours of the largest von Mises stress that each point has at these instants.  Forces, belts, guides and
+    paths are left out.  Viewers interpolate linearly between the instants.
 
     Parameters
     ----------
     sol : the solution.
     path : the .glb file; its folder is made.
     frames : number of instants, >= 2, evenly over the time, replaced by the nearest rows; None: all, at most 200.
-    magnify : factor of the deformation of beams; 0: undeformed.
+    magnify : factor of the deformation of flexible bodies; 0: undeformed.
 
     Returns
     -------
@@ -69,7 +76,7 @@ def export_gltf(sol: Solution, path: str | Path, *, frames: int | None = None, m
     count = min(len(sol.time), MOST_FRAMES) if frames is None else checks.count("export_gltf", "frames", frames, 2)
     rows = drawing.nearest_instants(sol, np.linspace(sol.time[0], sol.time[-1], count))
     shown = magnified(sol, checks.not_negative("export_gltf", "magnify", magnify))
-    content = Export(shown, rows).bytes()
+    content = Export(shown, rows, sol).bytes()
     with folder_made("export_gltf", target):
         target.write_bytes(content)
     return target
@@ -82,19 +89,22 @@ class Export:
     ----------
     sol : the solution.
     rows : (n,) numbers of rows, increasing.
+    true : solution of the stresses, where the deformation of `sol` is magnified.
     """
 
-    def __init__(self, sol: Solution, rows: np.ndarray) -> None:
+    def __init__(self, sol: Solution, rows: np.ndarray, true: Solution) -> None:
         self._sol, self._rows, self._time = sol, rows, sol.time[rows] - sol.time[rows[0]]
-        self._scene: Scene = scene_of(sol, rows)
+        self._scene: Scene = scene_of(sol, rows, true=true if true is not sol else None)
         self._glb = Glb(f"flexmb {installed_version()}")
         self._half = BAR * self._scene.size
         colours = body_colours(self._scene)
-        self._materials = {part: self._glb.material(part, _linear(colour)) for part, colour in colours.items()}
-        self._grey = self._glb.material("couplings", _linear("#606060"))
+        self._materials = {part: self._glb.material(part, _linear_of(colour)) for part, colour in colours.items()}
+        self._grey = self._glb.material("couplings", _linear_of("#606060"))
         self._rigid()
         for number, line in enumerate(line for line in self._scene.lines if line.is_beam):
             self._beam(number, line)
+        for surface in self._scene.surfaces:
+            self._mesh(surface)
         self._lines()
         self._pins()
 
@@ -131,6 +141,29 @@ class Export:
             node = self._glb.node(f"{line.part} {number}.{k}", [mesh])
             self._stretch(node, line.points[:, k], line.points[:, k + STRIDE])
 
+    def _mesh(self, surface: Surface) -> None:
+        """A mesh that moves as a rigid body, with the shapes of its deformation."""
+        centres, angles, first, shapes, weights = deformation_of(surface.points)
+        zeros, colours, material = np.zeros((len(first), 1)), None, self._materials[surface.part]
+        if surface.has_stress:
+            top = stress_limit(self._scene)
+            colours = _map_colours(surface.von_mises.max(axis=0) / top)
+            name = f"{surface.part}: largest von Mises stress, 0 to {top:.4g} Pa"
+            material = self._glb.material(name, (1.0, 1.0, 1.0))
+        mesh = self._glb.mesh(
+            surface.part,
+            np.hstack([first, zeros]),
+            np.tile([0.0, 0.0, 1.0], (len(first), 1)),
+            surface.triangles,
+            material,
+            colours=colours,
+            shapes=[np.hstack([one, zeros]) for one in shapes],
+        )
+        node = self._glb.node(surface.part, [mesh])
+        self._glb.move(node, self._time, centres, angles, None)
+        if len(shapes):
+            self._glb.deform(node, self._time, weights)
+
     def _stretch(self, node: int, first: np.ndarray, second: np.ndarray) -> None:
         """Move a node of unit length so that it joins two points (n, 2)."""
         way = second - first
@@ -156,8 +189,8 @@ class Export:
     def _pins(self) -> None:
         """Joints as short cylinders."""
         dark, red = (
-            self._glb.material("joints", _linear("#101010")),
-            self._glb.material("clearance", _linear(CLEARANCE)),
+            self._glb.material("joints", _linear_of("#101010")),
+            self._glb.material("clearance", _linear_of(CLEARANCE)),
         )
         names = {shape.part for shape in self._sol.shapes if isinstance(shape, PointShape)}
         meshes = {
@@ -168,6 +201,38 @@ class Export:
             if mark.kind != "journal" and mark.part in names:
                 node = self._glb.node(mark.part, [meshes[red if mark.kind == "clearance" else dark]])
                 self._glb.move(node, self._time, mark.points, np.zeros(len(self._time)), None)
+
+
+def deformation_of(
+    points: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Motion of points as a rigid body, and their deformation in it as a sum of few shapes.
+
+    Parameters
+    ----------
+    points : (n, m, 2) places [m].
+
+    Returns
+    -------
+    tuple : centres (n, 2) [m], angles (n,) [rad], points (m, 2) at the first instant about their centre, shapes
+        (k, m, 2) and their factors (n, k), whose sum misses the deformation by SEEN of the size at most.
+    """
+    centres = points.mean(axis=1)
+    own, first = points - centres[:, None], points[0] - centres[0]
+    cross = first[:, 0] * own[..., 1] - first[:, 1] * own[..., 0]
+    angles = np.unwrap(np.arctan2(cross.sum(axis=1), (first * own).sum(axis=(1, 2))))
+    c, s = np.cos(angles)[:, None], np.sin(angles)[:, None]
+    x, y = own[..., 0], own[..., 1]
+    moved = np.concatenate([c * x + s * y, c * y - s * x], axis=1) - first.T.ravel()
+    factors, shapes = few_shapes(moved, SEEN * float(np.ptp(first, axis=0).max()))
+    return centres, angles, first, shapes.reshape(len(shapes), 2, -1).transpose(0, 2, 1), factors
+
+
+def _map_colours(values: np.ndarray) -> np.ndarray:
+    """Linear colours (n, 3) of numbers from 0 to 1."""
+    import matplotlib
+
+    return _linear(matplotlib.colormaps[SEQUENTIAL](values)[:, :3])
 
 
 Solid = tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -228,8 +293,13 @@ def _joined(solids: list[Solid]) -> Solid:
     return np.concatenate([s[0] for s in solids]), np.concatenate([s[1] for s in solids]), np.concatenate(faces)
 
 
-def _linear(colour: str) -> tuple[float, float, float]:
-    """Linear red, green, blue of a colour of the screen (IEC 61966-2-1)."""
-    values = np.array([int(colour[k : k + 2], 16) / 255.0 for k in (1, 3, 5)])
-    r, g, b = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4).tolist()
+def _linear_of(colour: str) -> tuple[float, float, float]:
+    """Linear red, green, blue of a colour of the screen, such as "#606060"."""
+    r, g, b = _linear(np.array([int(colour[k : k + 2], 16) / 255.0 for k in (1, 3, 5)])).tolist()
     return r, g, b
+
+
+def _linear(values: np.ndarray) -> np.ndarray:
+    """Linear red, green, blue of colours of the screen, 0 to 1 (IEC 61966-2-1)."""
+    found: np.ndarray = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+    return found

@@ -9,11 +9,11 @@ import numpy as np
 from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.pictures.films.film import joints_with_forces, known_point
-from flexmb.pictures.films.film_frames import FIELDS, field_limit
+from flexmb.pictures.films.film_frames import FIELDS, STRESS, field_limit, field_of, stress_limit
 from flexmb.pictures.poses.pose import SYMBOLS, THINNEST, body_colours, edges, is_point, with_arms
-from flexmb.pictures.poses.scene import PER_ELEMENT, Scene, box_about, scene_of
+from flexmb.pictures.poses.scene import Scene, box_about, scene_of
 from flexmb.pictures.poses.screenshot import bar_title
-from flexmb.pictures.style import CLEARANCE, DIVERGING, TRACED
+from flexmb.pictures.style import CLEARANCE, DIVERGING, SEQUENTIAL, TRACED
 from flexmb.results import drawing
 from flexmb.results.resampling import magnified
 from flexmb.results.solution import Solution
@@ -52,8 +52,9 @@ def view(
     Parameters
     ----------
     sol : the solution.
-    magnify : factor of the deformation of beams; 0: undeformed.
-    colour : "moment", "axial" or "shear", the section force that colours the beams; None: a colour for each body.
+    magnify : factor of the deformation of flexible bodies; 0: undeformed.
+    colour : "moment", "axial" or "shear", the section force that colours the beams; "von_mises", the stress that
+        colours meshes, as the others do where there are no beams; None: a colour for each body.
     forces : True: arrows of the forces of all joints; or names of joints.
     off_screen : True: no window; the plotter is returned at once, for `plotter.screenshot(path)` and `close()`.
     time : instant of the first pose [s], replaced by the nearest row; None: the first row.
@@ -71,15 +72,13 @@ def view(
     if not len(sol.time) or not sol.shapes:
         raise InputError("view: the solution has no saved instants or no shapes. Save some, e.g. save=1000.")
     if colour is not None:
-        checks.one_of("view", "colour", colour, FIELDS)
+        checks.one_of("view", "colour", colour, (*FIELDS, STRESS))
     rows = np.unique(np.linspace(0, len(sol.time) - 1, min(len(sol.time), MOST_FRAMES)).round().astype(int))
     shown = magnified(sol, checks.not_negative("view", "magnify", magnify))
     centres = None if follow is None else drawing.path(shown, known_point("view", sol, "follow", follow), rows)
     box = None if centres is None else box_about(shown, 0, centres[0])
-    scene = scene_of(shown, rows, box=box, forces=joints_with_forces("view", sol, forces))
-    if magnify != 1.0:
-        for line, true in zip(scene.lines, drawing.lines(sol, rows, PER_ELEMENT), strict=True):
-            line.fields.update(true.fields)
+    true = sol if magnify != 1.0 else None
+    scene = scene_of(shown, rows, box=box, forces=joints_with_forces("view", sol, forces), true=true)
     window = Window(scene, colour, off_screen=off_screen, centres=centres)
     if time is not None:
         when = checks.between("view", "time", time, float(sol.time[0]), float(sol.time[-1]), "s")
@@ -95,7 +94,7 @@ class Window:
     Parameters
     ----------
     scene : the drawing.
-    colour : key of `FIELDS`, or None.
+    colour : key of `FIELDS`, `STRESS`, or None.
     off_screen : whether there is no window.
     centres : (n, 2) points that the view moves with [m]; None: it stands still.
     """
@@ -111,8 +110,9 @@ class Window:
         self._slider: Any = None
         self._centres = np.zeros((len(scene.time), 2)) if centres is None else centres
         self._moving: list[tuple[Any, np.ndarray, dict[str, np.ndarray]]] = []
-        field = FIELDS[colour] if colour is not None and any(line.is_beam for line in scene.lines) else None
+        field = field_of(scene, colour) or field_of(scene, None if colour is None else STRESS)
         self._bodies(field)
+        self._meshes(field)
         self._signs()
         self._joints()
         name = scene.name.encode("latin-1", "backslashreplace").decode("latin-1")  # VTK's font has no others
@@ -154,7 +154,7 @@ class Window:
                 if is_point(line):
                     self._point(line.points[:, 0], {"color": colour, "point_size": 24})
                 else:
-                    self._lines([line.points], {"color": colour, "line_width": 5})
+                    self._lines([line.points], {"color": colour, "line_width": 2 if line.of_mesh else 5})
         beams = [line for line in self._scene.lines if line.is_beam]
         for name in dict.fromkeys(line.part for line in beams):
             mine = [line for line in beams if line.part == name]
@@ -164,16 +164,26 @@ class Window:
             self._lines(
                 [side for pair in sides for side in pair], {"color": "#404040", "line_width": 1.5, "depth": 1e-3}
             )
-            if field is None:
-                self._add(points, {}, {"color": own[name]}, faces=cells)
+            if field is None or field[0] == STRESS:
+                self._add(points, {}, {"color": own[name] if field is None else "#b0b0b0"}, faces=cells)
                 continue
             values = np.concatenate([line.fields[field[0]] for line in mine for _ in (0, 1)], axis=1)
             top = field_limit(self._scene, field[0])
-            bar = {"title": bar_title(*field), "color": "black", "vertical": True}
-            bar |= {"position_x": 0.86, "position_y": 0.25, "title_font_size": 18, "label_font_size": 16}
-            style: dict[str, Any] = {"scalars": field[0], "clim": (-top, top), "cmap": DIVERGING}
-            style["scalar_bar_args"] = {**bar, "height": 0.55, "n_labels": 5}
-            self._add(points, {field[0]: values}, style, faces=cells)
+            style = {"clim": (-top, top), "cmap": DIVERGING}
+            self._add(points, {field[0]: values}, {**style, **_coloured(field)}, faces=cells)
+
+    def _meshes(self, field: tuple[str, str] | None) -> None:
+        """Meshes in the colours of their stress or of their bodies."""
+        own = body_colours(self._scene)
+        for surface in self._scene.surfaces:
+            triangles = surface.triangles
+            cells = np.column_stack([np.full(len(triangles), 3), triangles]).ravel()
+            if field is None or field[0] != STRESS:
+                style: dict[str, Any] = {"color": own[surface.part] if field is None else "#b0b0b0", "opacity": 0.35}
+                self._add(surface.points, {}, {**style, "depth": -1e-3}, faces=cells)
+                continue
+            style = {"clim": (0.0, stress_limit(self._scene)), "cmap": SEQUENTIAL, "depth": -1e-3}
+            self._add(surface.points, {STRESS: surface.von_mises}, {**style, **_coloured(field)}, faces=cells)
 
     def _lines(self, lines: list[np.ndarray], style: dict[str, Any]) -> None:
         """Add polylines (n, m, 2) of one style."""
@@ -250,6 +260,13 @@ class Window:
     def _tick(self) -> None:
         if self._plays:
             self._step(1)
+
+
+def _coloured(field: tuple[str, str]) -> dict[str, Any]:
+    """Style of a mesh with the colours of a field, and with their bar."""
+    bar = {"title": bar_title(*field), "color": "black", "vertical": True}
+    bar |= {"position_x": 0.86, "position_y": 0.25, "title_font_size": 18, "label_font_size": 16}
+    return {"scalars": field[0], "scalar_bar_args": {**bar, "height": 0.55, "n_labels": 5}}
 
 
 def _quads(lengths: list[int]) -> np.ndarray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -72,6 +72,7 @@ def scene_of(
     box: Box | None = None,
     paths: dict[str, tuple[np.ndarray, np.ndarray]] | None = None,
     forces: Sequence[str] = (),
+    true: Solution | None = None,
 ) -> Scene:
     """Scene of some rows of a solution.
 
@@ -82,6 +83,7 @@ def scene_of(
     box : limits of the axes; None: room for all poses of the run.
     paths : paths of points by name, with their instants; None: those of the markers with a trace.
     forces : names of joints whose forces are drawn.
+    true : solution of the section forces and stresses, where the deformation of `sol` is magnified; None: `sol`.
     """
     traced = {name: (path, sol.time) for name, path in drawing.traces(sol).items()} if paths is None else paths
     limits = box_of_run(sol, list(traced.values())) if box is None else box
@@ -89,6 +91,11 @@ def scene_of(
     lines, marks = drawing.lines(sol, rows, PER_ELEMENT), drawing.marks(sol, rows)
     arrows = joint_forces(sol, rows, marks, forces, size)
     signs, meshes = symbols(sol, rows, size), drawing.surfaces(sol, rows)
+    if true is not None:
+        for line, own in zip(lines, drawing.lines(true, rows, PER_ELEMENT), strict=True):
+            line.fields.update(own.fields)
+        own_poses = (mesh.poses for mesh in drawing.surfaces(true, rows))
+        meshes = [replace(mesh, poses=poses) for mesh, poses in zip(meshes, own_poses, strict=True)]
     return Scene(sol.name, sol.time[rows], lines, marks, signs, limits, arrows, traced, meshes)
 
 

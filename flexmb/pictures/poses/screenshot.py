@@ -7,6 +7,7 @@ from typing import Any
 
 from flexmb import checks
 from flexmb.errors import FileFormatError, InputError
+from flexmb.pictures.style import words_of
 from flexmb.results.vtk import UNITS
 
 
@@ -60,7 +61,7 @@ def bar_title(field: str, units: str) -> str:
     field : name of the field.
     units : its unit; "" for none.
     """
-    return "\n".join([field.replace("_", " "), *([f"[{units}]"] if units else []), ""])
+    return "\n".join([words_of(field), *([f"[{units}]"] if units else []), ""])
 
 
 def _frame(source: Path, time: float | None) -> Any:

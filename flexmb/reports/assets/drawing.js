@@ -1,5 +1,6 @@
 // Picture of the mechanism on a canvas.
 const BINS = 33;
+const LEVELS = 64;
 const PIECES = 8;
 const ARROW = 64; // length of an arrow of the reference force [px]
 const FONT = "12px system-ui, sans-serif";
@@ -14,7 +15,7 @@ class Picture {
     this.limits = {
       moment: largeValue(scene.columns.moment, 0.98),
       axial: largeValue(scene.columns.axial, 0.98),
-      stress: largeValue(scene.columns.stress, 0.98),
+      stress: largeValue([...scene.columns.stress, ...scene.meshes.flatMap((mesh) => mesh.stress)], 0.98),
       force: this._referenceForce(),
     };
     this.small = scene.raw.points.length > 25 ? 0.55 : 1; // size of joints, where they are many
@@ -177,6 +178,7 @@ class Picture {
     if (magnification > 1) {
       this._unmagnified();
     }
+    this.scene.meshes.forEach((mesh) => this._mesh(mesh, seriesColour(numberOf[mesh.raw.part])));
     const field = this.scene.columns[this.look.colour];
     if (field && field.length && this.limits[this.look.colour] > 0) {
       this._coloured(cubics, field, this.limits[this.look.colour]);
@@ -185,12 +187,57 @@ class Picture {
     }
   }
 
-  // Beams without magnification, thin, behind the magnified ones.
+  // Mesh with the stress of its triangles between its outlines, or in the colour of its body.
+  _mesh(mesh, style) {
+    const { context } = this;
+    const { raw, stress } = mesh;
+    const points = Array.from(mesh.x, (x, i) => this.screen([x, mesh.y[i]]));
+    const outlines = new Path2D();
+    raw.loops.forEach((loop) => {
+      loop.forEach((i, k) => (k ? outlines.lineTo(...points[i]) : outlines.moveTo(...points[i])));
+      outlines.closePath();
+    });
+    const limit = this.limits.stress;
+    if (this.look.colour === "stress" && stress.length && limit > 0) {
+      context.save();
+      context.clip(outlines, "evenodd");
+      context.fillStyle = stressColour(0);
+      context.fill(outlines, "evenodd");
+      mesh.inColours(this.frame, (value) => Math.round(LEVELS * Math.min(1, value / limit))).forEach((triangles, level) => {
+        context.fillStyle = context.strokeStyle = stressColour(level);
+        context.lineWidth = 0.6; // else lines of the background shine through between triangles
+        context.beginPath();
+        triangles.forEach((t) => {
+          context.moveTo(...points[raw.triangles[t]]);
+          context.lineTo(...points[raw.triangles[t + 1]]);
+          context.lineTo(...points[raw.triangles[t + 2]]);
+          context.closePath();
+        });
+        context.fill();
+        context.stroke();
+      });
+      context.restore();
+    } else {
+      context.globalAlpha = 0.16;
+      context.fillStyle = style;
+      context.fill(outlines, "evenodd");
+      context.globalAlpha = 1;
+    }
+    context.strokeStyle = style;
+    context.lineWidth = 1.6;
+    context.stroke(outlines);
+    raw.loops.forEach((loop) => this._keepFree(loop.map((i) => points[i])));
+  }
+
+  // Beams and outlines without magnification, thin, behind the magnified ones.
   _unmagnified() {
     const factor = this.scene.magnification;
     this.scene.magnification = 1;
     this.scene.moveTo(this.frame);
     this._stroke(colour("faint"), 1.2, () => this.scene.raw.beams.forEach((_, b) => this._cubicPath(this.scene.beam(b))));
+    this.scene.meshes.forEach((mesh) => mesh.raw.loops.forEach((loop) => {
+      this._stroke(colour("faint"), 1, () => this._line([...loop, loop[0]].map((i) => [mesh.x[i], mesh.y[i]])));
+    }));
     this.scene.magnification = factor;
     this.scene.moveTo(this.frame);
   }
@@ -440,13 +487,28 @@ function binOf(value, limit) {
 let fieldColours = [];
 function fieldColour(bin) {
   if (!fieldColours.length) {
-    const [low, zero, high] = ["low", "zero", "high"].map((name) => colour(name).match(/\w\w/g).map((x) => parseInt(x, 16)));
     fieldColours = Array.from({ length: BINS }, (_, k) => {
       const share = k / (BINS - 1);
-      const [from, to, part] = share < 0.5 ? [low, zero, 2 * share] : [zero, high, 2 * share - 1];
-      return `rgb(${from.map((c, i) => Math.round(c + (to[i] - c) * part)).join(",")})`;
+      return share < 0.5 ? between("low", "zero", 2 * share) : between("zero", "high", 2 * share - 1);
     });
   }
   return fieldColours[bin];
 }
-onTheme(() => { fieldColours = []; });
+
+// Colours of the stress of meshes: those of positive section forces, in finer steps.
+let stressColours = [];
+function stressColour(level) {
+  if (!stressColours.length) {
+    stressColours = Array.from({ length: LEVELS + 1 }, (_, k) => between("zero", "high", k / LEVELS));
+  }
+  return stressColours[level];
+}
+
+function between(first, last, part) {
+  const [from, to] = [first, last].map((name) => colour(name).match(/\w\w/g).map((x) => parseInt(x, 16)));
+  return `rgb(${from.map((c, i) => Math.round(c + (to[i] - c) * part)).join(",")})`;
+}
+onTheme(() => {
+  fieldColours = [];
+  stressColours = [];
+});

@@ -3,16 +3,17 @@ class Scene {
   static async of(raw) {
     const names = ["frames", "displacements", "moment", "axial", "stress", "forces"];
     const columns = await Promise.all(names.map((name) => (raw[name] ? columnsOf(raw[name]) : [])));
-    return new Scene(raw, Object.fromEntries(names.map((name, k) => [name, columns[k]])));
+    const meshes = await Promise.all(raw.meshes.map((mesh) => Mesh.of(mesh)));
+    return new Scene(raw, Object.fromEntries(names.map((name, k) => [name, columns[k]])), meshes);
   }
 
-  constructor(raw, columns) {
-    Object.assign(this, { raw, columns, magnification: 1 });
+  constructor(raw, columns, meshes) {
+    Object.assign(this, { raw, columns, meshes, magnification: 1 });
     this.count = raw.frames.n;
     this.x = new Float64Array(raw.nodes.length);
     this.y = new Float64Array(raw.nodes.length);
     this.angle = new Float64Array(raw.nodes.length);
-    this.parts = [...new Set([...raw.rigid.map((s) => s.part), ...raw.beams.map((b) => b[0])])];
+    this.parts = [...new Set([...raw.rigid.map((s) => s.part), ...raw.beams.map((b) => b[0]), ...raw.meshes.map((m) => m.part)])];
     this.numberOf = Object.fromEntries(this.parts.map((part, k) => [part, k]));
   }
 
@@ -22,7 +23,7 @@ class Scene {
     if (frame < 0) {
       return [0, 0, 0];
     }
-    const [x, y, angle] = [0, 1, 2].map((c) => this.columns.frames[3 * frame + c][k]);
+    const [x, y, angle] = this.pose(frame, k);
     if (own < 0) {
       return [x, y, angle];
     }
@@ -36,6 +37,12 @@ class Scene {
     for (let i = 0; i < this.raw.nodes.length; i += 1) {
       [this.x[i], this.y[i], this.angle[i]] = this.node(i, k);
     }
+    this.meshes.forEach((mesh) => mesh.moveTo(this.pose(mesh.raw.frame, k), k, this.magnification));
+  }
+
+  // Place x, y, angle of a frame.
+  pose(frame, k) {
+    return [0, 1, 2].map((c) => this.columns.frames[3 * frame + c][k]);
   }
 
   // Point of a place [node, x, y] at the present frame.
@@ -71,6 +78,9 @@ class Scene {
       if (pick.beam !== undefined) {
         const beam = this.raw.beams[pick.beam];
         points.push(alongCubic(Scene.cubic(beam, this.node(beam[1], k), this.node(beam[2], k)), pick.along));
+      } else if (pick.mesh !== undefined) {
+        const mesh = this.meshes[pick.mesh];
+        points.push(mesh.place(pick.number, this.pose(mesh.raw.frame, k), k, this.magnification));
       } else {
         const [i, px, py] = pick.place;
         const [x, y, angle] = this.node(i, k);
@@ -108,6 +118,12 @@ class Scene {
         }
       }
     });
+    this.meshes.forEach((mesh, m) => mesh.raw.loops.flat().forEach((number) => {
+      const distance = Math.hypot(mesh.x[number] - x, mesh.y[number] - y);
+      if (distance < best.distance) {
+        best = { distance, part: mesh.raw.part, mesh: m, number };
+      }
+    }));
     return best;
   }
 
@@ -125,6 +141,7 @@ class Scene {
       this.moveTo(k);
       this.raw.rigid.forEach((shape) => shape.lines.flat().forEach((p) => add(this.point([shape.node, ...p]))));
       this.raw.beams.forEach((beam) => [beam[1], beam[2]].forEach((i) => add([this.x[i], this.y[i]])));
+      this.meshes.forEach((mesh) => mesh.raw.loops.flat().forEach((i) => add([mesh.x[i], mesh.y[i]])));
       this.raw.points.forEach((point) => add(this.point(point.at)));
       this.raw.symbols.forEach((s) => [s.first, s.second, s.at].filter(Boolean).forEach((at) => {
         const [x, y] = this.point(at);
@@ -138,7 +155,7 @@ class Scene {
 
   // Factor that makes the largest displacement some tenth of the size: 1, 3, 10, ...
   suggestedMagnification(size) {
-    let largest = 0;
+    let largest = Math.max(0, ...this.raw.meshes.map((mesh) => mesh.largest));
     this.columns.displacements.forEach((column, c) => {
       if (c % 3 < 2) {
         column.forEach((value) => { largest = Math.max(largest, Math.abs(value)); });
