@@ -309,8 +309,9 @@ def _strains(mechanism: Mechanism, saved: Saved) -> Iterator[tuple[bool, str]]:
 def _strains_of_meshes(mechanism: Mechanism, saved: Saved) -> Iterator[tuple[bool, str]]:
     """Plane bodies, reduced ones too, whose largest stress is more than linear elasticity allows."""
     for body in mechanism.bodies:
-        place, source = saved.signals.places.get(f"{body.name}.von_mises"), source_of(body)
-        if place is None or isinstance(source, FlexibleBody):
+        place = saved.signals.places.get(f"{body.name}.von_mises")
+        source = None if place is None else source_of(body)  # type: ignore[arg-type] # bodies with such a signal have one
+        if place is None or source is None or isinstance(source, FlexibleBody):
             continue
         stress, when = float(saved.peaks.values[place]), float(saved.peaks.times[place])
         strain = stress / max(material.young for material in materials_of(source))

@@ -81,7 +81,6 @@ def test_strain_of_a_plate(reduced):
     """A plate of 30 kPa is pulled suddenly: twice F / (E A), a third; of a thousandth of the force nothing is told."""
     soft = fm.Material(3e4, 1000.0, 0.3)
     body = fm.Reduced(plate(soft), modes=3) if reduced else plate(soft)
-    assert 2.0 * 1.0 / (3e4 * 0.01 * 0.02) == pytest.approx(1.0 / 3.0)
     wall = fm.Fixed("wall", fm.GROUND, body, (1.0, 2.0))
     loads = [fm.Force("F", body, (1.4, 2.0), (force, 0.0)) for force in (1.0, 1e-3)]
     mechanisms = [fm.Mechanism("soft", [body, wall, load], gravity=(0.0, 0.0)) for load in loads]
