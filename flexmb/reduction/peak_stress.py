@@ -96,9 +96,9 @@ def bounds_side_by_side(p, at, e, y, n, size, S):
 
 @fast
 def fill_bounds(p, at, e, y, n, size, S, least, bounds, of_groups):
-    """Fill the bounds of all blocks, and of groups in those that may hold more than `least`; others have 0.
+    """Fill the bounds of all blocks and groups; the group with the largest one.
 
-    Returns the group with the largest one, -1 when no block may.
+    Groups of blocks that cannot hold more than `least` have the bound 0; -1 is returned when no block can.
     """
     blocks, groups, step = bounds.shape[0], of_groups.shape[0], LANES * n + n * size
     for first in range(0, blocks, LANES):
@@ -180,7 +180,7 @@ def peak_stress_signal(
 
 
 def group_parameters(stresses: np.ndarray) -> tuple[float, ...]:
-    """Parameters of the kernel behind those of the element.
+    """Parameters of the search: stresses by groups and blocks of nodes.
 
     Parameters
     ----------
