@@ -38,7 +38,7 @@ COUNT, DIRECTIONS, BY_PIN, MODAL, ZETA, GRAVITY_X, GRAVITY_Y, MASS, MOMENT_X, MO
 stiffness-proportional damping time, g, m and int rho X.
 
 Then, at HEAD: X (n) poses of the undeformed body, A (n) weights of the frame, E (2 n) int rho Psi, the matrices M, G,
-H, P + Kc, Kc, K and D (n x n each), and of each direction l, K l, D l (n each) and Q (n x n); D: not that of K.
+H, P + Kc, Kc, K and D (n x n each), and of each direction l, K l, D l (n each) and Q (n x n); D has no part by zeta.
 """
 
 MOST = 96

@@ -14,6 +14,7 @@ from flexmb.reduction.craig_bampton import Basis, basis
 from flexmb.reduction.elastic_model import ElasticModel
 from flexmb.reduction.of_beams import model_of_beams
 from flexmb.reduction.of_planes import model_of_plane
+from flexmb.reduction.peak_stress import group_parameters
 from flexmb.reduction.superelement import Superelement, superelement
 
 Value = TypeVar("Value")
@@ -59,6 +60,7 @@ class Kept(Generic[Value]):
 MODELS: Kept[ElasticModel] = Kept()
 BASES: Kept[Basis] = Kept()
 ELEMENTS: Kept[Superelement] = Kept()
+GROUPS: Kept[tuple[float, ...]] = Kept()
 
 
 def key_of(body: FlexibleBody | PlaneBody, pins: Sequence[str]) -> Hashable:
@@ -133,3 +135,17 @@ def shared_element(
         return superelement(found, damping, stiffening=stiffening, ratios=ratios, mass_damping=mass_damping)
 
     return ELEMENTS.of((key, options), make)
+
+
+def shared_groups(found: Basis, key: Hashable) -> tuple[float, ...]:
+    """Parameters of the search for the largest stress of a body.
+
+    Parameters
+    ----------
+    found : its basis.
+    key : all that the basis depends on.
+    """
+    stresses = found.model.stresses
+    if stresses is None:
+        raise ValueError(f"{found.model.label} has no stresses")
+    return GROUPS.of(key, lambda: group_parameters(stresses(found.shapes)))

@@ -155,7 +155,7 @@ def add_animate(film: argparse.ArgumentParser) -> None:
     film.add_argument("--from", dest="begin", metavar="TIME", help="begin of the motion (default: of the run)")
     film.add_argument("--to", dest="end", metavar="TIME", help="end of the motion (default: of the run)")
     film.add_argument("--magnify", metavar="X", default="1", help="factor of the deformation (default 1)")
-    colours = "section force that colours the beams: moment (default), axial, shear, or none"
+    colours = "colours: moment (default), axial or shear of beams, von_mises of meshes, or none"
     film.add_argument("--colour", metavar="NAME", default="moment", help=colours)
     film.add_argument("--traces", metavar="A,B", help="points whose paths are drawn, or all (default: some markers)")
     film.add_argument("--forces", metavar="A,B", help="joints whose forces are drawn, or all (default: none)")
