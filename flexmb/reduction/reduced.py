@@ -158,11 +158,6 @@ class Reduced(Body):
                 f"{self.label}: a {type(self.body).__name__} does not bend. Reduce a FlexibleLink, FlexibleFrame or "
                 "PlaneBody; leave others as they are."
             )
-        if isinstance(self.body, FlexibleBody) and self.body.mass_damping:
-            raise InputError(
-                f"{self.label}: mass-proportional damping cannot be reduced. Give the body mass_damping=0, and "
-                "damping_ratios here."
-            )
         if self.stress is not None:
             checks.flag(self.label, "stress", self.stress)
         if self.stress and isinstance(self.body, FlexibleBody):
