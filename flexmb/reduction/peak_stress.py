@@ -96,9 +96,9 @@ def bounds_side_by_side(p, at, e, y, n, size, S):
 
 @fast
 def fill_bounds(p, at, e, y, n, size, S, least, bounds, of_groups):
-    """Fill the bounds of all blocks, and of groups in those that may hold more than `least`; others have 0.
+    """Fill the bounds of all blocks and groups; the group with the largest one.
 
-    Returns the group with the largest one, -1 when no block may.
+    Groups of blocks that cannot hold more than `least` have the bound 0; -1 is returned when no block can.
     """
     blocks, groups, step = bounds.shape[0], of_groups.shape[0], LANES * n + n * size
     for first in range(0, blocks, LANES):
@@ -164,7 +164,7 @@ def peak_stress_kernel(p, t, q, v, a, least):
 
 
 def peak_stress_signal(
-    part: str, coordinates: tuple[Coordinate, ...], element: tuple[float, ...], stresses: np.ndarray
+    part: str, coordinates: tuple[Coordinate, ...], element: tuple[float, ...], groups: tuple[float, ...]
 ) -> SignalContribution:
     """The signals `von_mises` and `von_mises_node` of a body.
 
@@ -173,6 +173,17 @@ def peak_stress_signal(
     part : name of the body.
     coordinates : coordinates of the element.
     element : parameters of the element.
+    groups : `group_parameters` of the stresses of the body.
+    """
+    p = (*element, *groups)
+    return SignalContribution(part, "von_mises", "Pa", peak_stress_kernel, coordinates, p, place="von_mises_node")
+
+
+def group_parameters(stresses: np.ndarray) -> tuple[float, ...]:
+    """Parameters of the search: stresses by groups and blocks of nodes.
+
+    Parameters
+    ----------
     stresses : (nodes, 4, n) sx, sy, txy, sz in the axes of the body, by its coordinates [Pa/m, Pa/rad].
     """
     parts = 1 + int(np.flatnonzero(stresses.any(axis=(0, 2)))[-1])
@@ -181,8 +192,7 @@ def peak_stress_signal(
     whole = np.concatenate([found, np.repeat(found[-1:], -len(found) % LANES, axis=0)]).reshape(-1, LANES**2)
     own = [_bounds(metric, stresses[:, :parts], nodes) for nodes in (whole, found)]
     own.append(_side_by_side(found.astype(float), stresses[found][:, :, :parts]))
-    p = (*element, float(len(found)), float(parts), *root.ravel().tolist(), *np.concatenate(own).tolist())
-    return SignalContribution(part, "von_mises", "Pa", peak_stress_kernel, coordinates, p, place="von_mises_node")
+    return (float(len(found)), float(parts), *root.ravel().tolist(), *np.concatenate(own).tolist())
 
 
 def _bounds(metric: np.ndarray, stresses: np.ndarray, sets: np.ndarray) -> np.ndarray:

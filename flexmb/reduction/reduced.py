@@ -23,7 +23,7 @@ from flexmb.reduction.accuracy import Accuracy, Load, accuracy
 from flexmb.reduction.craig_bampton import Basis, frame_weights
 from flexmb.reduction.of_beams import pins_of_beams
 from flexmb.reduction.peak_stress import peak_stress_signal
-from flexmb.reduction.shared import key_of, shared_basis, shared_element, shared_model
+from flexmb.reduction.shared import key_of, shared_basis, shared_element, shared_groups, shared_model
 from flexmb.reduction.superelement import Superelement
 from flexmb.reduction.tangent import reduced_account, reduced_energy, reduced_force, reduced_kernel, reduced_tangent
 
@@ -57,6 +57,7 @@ class Reduced(Body):
         along x, along y and about the first pin.  Weight then bends exactly, and all stress inside counts in the
         stiffening.
     damping : stiffness-proportional damping time [s]; None: that of the body.
+    mass_damping : mass-proportional damping rate [1/s], against the frame; None: that of the body.
     damping_ratios : damping ratio of all vibrations of the free body, or one for each of the lowest ones.
     stress : whether every accepted step looks for the largest stress: signals `von_mises` [Pa] and `von_mises_node`.
         Of a fine mesh it takes longer than the rest of a step.  None: as the body.
@@ -64,7 +65,8 @@ class Reduced(Body):
 
     Raises
     ------
-    InputError : a body that cannot be reduced, pins that it has not, more modes than it has, a free piece.
+    InputError : a body that cannot be reduced, mass-proportional damping, pins that it has not, more modes than it has,
+        a free piece.
 
     Notes
     -----
@@ -96,6 +98,7 @@ class Reduced(Body):
     stiffening: bool = True
     inertia_shapes: bool = False
     damping: float | None = None
+    mass_damping: float | None = None
     damping_ratios: float | tuple[float, ...] = 0.0
     stress: bool | None = None
 
@@ -110,6 +113,7 @@ class Reduced(Body):
         stiffening: bool = True,
         inertia_shapes: bool = False,
         damping: float | None = None,
+        mass_damping: float | None = None,
         damping_ratios: float | Sequence[float] = 0.0,
         stress: bool | None = None,
         name: str | None = None,
@@ -127,6 +131,7 @@ class Reduced(Body):
             "stiffening": stiffening,
             "inertia_shapes": inertia_shapes,
             "damping": damping,
+            "mass_damping": mass_damping,
             "damping_ratios": ratios,
             "stress": stress,
         }
@@ -142,6 +147,8 @@ class Reduced(Body):
         checks.one_of(self.label, "frame", self.frame, FRAMES)
         if self.damping is not None:
             checks.not_negative(self.label, "damping", self.damping, "s")
+        if self.mass_damping is not None:
+            checks.not_negative(self.label, "mass_damping", self.mass_damping, "1/s")
         if self.pins is not None:
             object.__setattr__(self, "pins", checks.sequence(self.label, "pins", self.pins, "names of pins"))
         for ratio in self.damping_ratios if isinstance(self.damping_ratios, tuple) else (self.damping_ratios,):
@@ -150,6 +157,11 @@ class Reduced(Body):
             raise InputError(
                 f"{self.label}: a {type(self.body).__name__} does not bend. Reduce a FlexibleLink, FlexibleFrame or "
                 "PlaneBody; leave others as they are."
+            )
+        if isinstance(self.body, FlexibleBody) and self.body.mass_damping:
+            raise InputError(
+                f"{self.label}: mass-proportional damping cannot be reduced. Give the body mass_damping=0, and "
+                "damping_ratios here."
             )
         if self.stress is not None:
             checks.flag(self.label, "stress", self.stress)
@@ -204,8 +216,9 @@ class Reduced(Body):
     def element(self) -> Superelement:
         """The constant matrices of the equations of motion."""
         damping = self.model.damping if self.damping is None else self.damping
+        drag = self.model.mass_damping if self.mass_damping is None else self.mass_damping
         key, ratios = (self._key, self._options), self.damping_ratios
-        return shared_element(self.basis, key, damping, stiffening=self.stiffening, ratios=ratios)
+        return shared_element(self.basis, key, damping, stiffening=self.stiffening, ratios=ratios, mass_damping=drag)
 
     def frequencies(self, count: int = 6) -> np.ndarray:
         """Lowest frequencies of the free reduced body, without rigid motions (at most `count`) [Hz]."""
@@ -354,7 +367,8 @@ class Reduced(Body):
         )
         if self.model.stresses is None or not self.seeks_stress:
             return [element]
-        return [element, peak_stress_signal(self.name, coordinates, p, self.model.stresses(self.basis.shapes))]
+        groups = shared_groups(self.basis, (self._key, self._options))
+        return [element, peak_stress_signal(self.name, coordinates, p, groups)]
 
 
 def _nested(array: np.ndarray) -> Any:

@@ -23,9 +23,9 @@ from flexmb.results.contact_intervals import COLUMNS, ContactLog
 from flexmb.results.peaks import Peaks
 from flexmb.run.basis_edge import basis_remarks
 from flexmb.run.deformations import large_deformations
+from flexmb.run.failure import STEP_CODES
 from flexmb.run.stopping import Condition
 from flexmb.run.strength import materials_of, source_of, strength_remarks
-from flexmb.state.record import DONE, RUNNING
 from flexmb.step.step_size import FixedStep
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ class Saved(NamedTuple):
     end : last instant that the run reached [s].
     coordinates : names of the coordinates.
     pose : (n_q,) coordinates at the last instant.
-    failed : whether the run did not reach its end.
+    failed : whether a step failed.
     """
 
     time: np.ndarray
@@ -123,7 +123,7 @@ class Saved(NamedTuple):
             float(run.flow.clock.t),
             run.program.names.coordinates,
             run.flow.q,
-            run.code not in (RUNNING, DONE),
+            run.code in STEP_CODES,
         )
 
 

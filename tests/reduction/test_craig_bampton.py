@@ -125,6 +125,10 @@ REFUSED = {
         lambda: fm.Reduced(bar(elements=3), modes=6, inertia_shapes=True).basis,
         "6 inner displacements.*three for shapes of inertia",
     ),
+    "mass-proportional damping": (
+        lambda: fm.Reduced(bar(mass_damping=2.0)),
+        "mass-proportional damping cannot be reduced",
+    ),
     "a start field": (
         lambda: fm.compile(fm.Mechanism("m", [fm.Reduced(bar(displacement=lambda s: (0.0, 0.01 * s * s, 0.02 * s)))])),
         "start fields",
