@@ -225,6 +225,7 @@ sensitivity.histories.LEAST_NODE_DIFFERENCE | 1 | a step | how far from an onset
 equilibrium.buckling.PATH_STRIDE | 1 | loads | step of loads for the tangent of the path
 equilibrium.buckling.EIGENVALUE_ROUND_OFF | 1 | largest | factor that counts as none
 equilibrium.buckling.ASYMMETRY | 1 | entries | difference that makes loads follow the motion
+equilibrium.buckling.MISSED | 1 | a shape | residual of a load factor that is found
 equilibrium.eigen.LOOKED_FOR | 1 | an eigenvalue | accuracy with which a lower one is looked for
 equilibrium.eigen.DENSE_COORDINATES | unknowns | nothing | up to it matrices are dense
 equilibrium.eigen.FEW_MODES_COORDINATES | unknowns | nothing | the same where few modes are asked for

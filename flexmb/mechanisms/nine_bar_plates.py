@@ -9,8 +9,10 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
+from flexmb.mechanisms.geometry import Point
 from flexmb.mechanisms.nine_bar_data import NineBarData
 from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import Joint
 from flexmb.planes.mesh import PlaneMesh
 from flexmb.planes.outlines import link_with_eyes
 from flexmb.planes.plane_body import PlaneBody
@@ -72,12 +74,20 @@ def nine_bar_plates(
     checks.positive("nine_bar_plates", "size", size, "m")
     found = {}
     for name, mesh in plate_meshes(data, size).items():
-        start, ahead = (mechanism.find(joint).at for joint in HINGES[name])
+        start, ahead = (_place(mechanism, joint) for joint in HINGES[name])
         place: dict[str, Any] = {"at": start, "angle": math.atan2(ahead[1] - start[1], ahead[0] - start[0])}
         found[name] = PlaneBody(
             name, mesh, thickness=plate_thickness(data, name), material=data.material, damping=data.damping, **place
         )
     return found
+
+
+def _place(mechanism: Mechanism, name: str) -> Point:
+    """Place of a joint in the reference configuration [m]."""
+    joint = mechanism.find(name)
+    if not isinstance(joint, Joint) or joint.at is None:
+        raise InputError(f"nine_bar_plates: {name!r} of mechanism {mechanism.name!r} is no joint at a point.")
+    return joint.at
 
 
 def plate_meshes(data: NineBarData, size: float) -> dict[str, PlaneMesh]:
@@ -111,7 +121,7 @@ def plate_thickness(data: NineBarData, name: str) -> float:
     corners, rim = _panel_corners(data), 0.5 * data.depth
     triangle = 0.5 * abs(corners[1, 0] * corners[2, 1])
     area = triangle + (data.side_ab + data.side_ac + data.side_bc) * rim + math.pi * (rim**2 - 3.0 * PANEL_HOLE**2)
-    return data.mass7 / (data.density * area)
+    return float(data.mass7 / (data.density * area))
 
 
 def _link_hole(data: NineBarData, name: str) -> float:

@@ -11,6 +11,7 @@ from flexmb import checks
 from flexmb.errors import InputError
 
 Array = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int64]
 
 FEWEST_ON_ARC = 3
 """Least number of edges on an arc, so its nodes show a circle."""
@@ -42,7 +43,7 @@ def checked_fillets(label: str, fillet: float | Sequence[float], corners: int) -
     return np.array(radii)
 
 
-def rounded(label: str, corners: Array, radii: Array, size: float) -> tuple[Array, list[Array]]:
+def rounded(label: str, corners: Array, radii: Array, size: float) -> tuple[Array, list[Indices]]:
     """A polygon with arcs as fine polylines in place of its corners.
 
     Parameters
@@ -67,7 +68,7 @@ def rounded(label: str, corners: Array, radii: Array, size: float) -> tuple[Arra
     tangents = radii * np.tan(0.5 * np.abs(turns))  # from the corner to where the arc begins
     _require_room(label, radii, tangents, lengths)
     points: list[Array] = []
-    arcs: list[Array] = []
+    arcs: list[Indices] = []
     count = 0
     for corner, radius, turn, reach, way, length in zip(corners, radii, turns, tangents, after, lengths, strict=True):
         if radius == 0.0 or abs(turn) < STRAIGHT:
@@ -112,7 +113,7 @@ def _arc(corner: Array, radius: float, turn: float, reach: float, ahead: Array, 
     return np.asarray(centre + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1))
 
 
-def _without_repeats(points: Array, arcs: list[Array], size: float) -> tuple[Array, list[Array]]:
+def _without_repeats(points: Array, arcs: list[Indices], size: float) -> tuple[Array, list[Indices]]:
     """Points, each place once, where an arc begins at the end of another one."""
     kept = np.linalg.norm(points - np.roll(points, 1, axis=0), axis=1) > SAME_PLACE * size
     numbers = (np.cumsum(kept) - 1) % kept.sum()  # the first point may be the last one

@@ -120,7 +120,7 @@ def _arguments(kernel: Kernel, contribution: Any, pose: Sequence[float], history
     q, z = np.array(pose, dtype=float), np.array(history, dtype=float)
     zero, rows = np.zeros(n), [np.zeros(getattr(contribution, "rows", 0)) for _ in range(4)]
     state = [0.0, 0.0, q, zero.copy(), zero.copy(), z]
-    plain = {
+    plain: dict[str, list[Any]] = {
         "force": [*state, zero.copy(), z.copy()],
         "account": [*state[:-1], np.zeros(n), z, *np.zeros((3, n)), z.copy()],
         "energy": [0.0, q, zero],
@@ -134,12 +134,13 @@ def _arguments(kernel: Kernel, contribution: Any, pose: Sequence[float], history
     if name in plain:  # a signal may read all coordinates of a large body, so it must not cost a matrix of them
         return plain[name]
     square = np.zeros((n, n))
-    return {
+    with_matrices: dict[str, list[Any]] = {
         "element": [*state, zero.copy(), square, square.copy(), square.copy(), z.copy()],
         "tangent": [*state, 1.0, 1.0, 1.0, zero.copy(), square, z.copy()],
         "constraint": [0.0, q, zero, rows[0], rows[1], np.zeros((len(rows[0]), n)), rows[2], rows[3], square],
         "joint_friction": [q, rows[1], np.zeros(JOINT_FRICTION_SIZE), square],
-    }[name]
+    }
+    return with_matrices[name]
 
 
 def _sizes_of(control: ControlContribution) -> tuple[int, int, int]:
