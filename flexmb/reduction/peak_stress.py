@@ -139,7 +139,7 @@ def peak_stress_kernel(p, t, q, v, a):
 
 
 def peak_stress_signal(
-    part: str, coordinates: tuple[Coordinate, ...], element: tuple[float, ...], stresses: np.ndarray
+    part: str, coordinates: tuple[Coordinate, ...], element: tuple[float, ...], numbers: tuple[float, ...]
 ) -> SignalContribution:
     """The signals `von_mises` and `von_mises_node` of a body.
 
@@ -148,6 +148,17 @@ def peak_stress_signal(
     part : name of the body.
     coordinates : coordinates of the element.
     element : parameters of the element.
+    numbers : those that `stress_numbers` found.
+    """
+    p = (*element, *numbers)
+    return SignalContribution(part, "von_mises", "Pa", peak_stress_kernel, coordinates, p, place="von_mises_node")
+
+
+def stress_numbers(stresses: np.ndarray) -> tuple[float, ...]:
+    """Parameters of the kernel behind those of the element.
+
+    Parameters
+    ----------
     stresses : (nodes, 4, n) sx, sy, txy, sz in the axes of the body, by its coordinates [Pa/m, Pa/rad].
     """
     parts = 1 + int(np.flatnonzero(stresses.any(axis=(0, 2)))[-1])
@@ -157,13 +168,12 @@ def peak_stress_signal(
     apart = metric[found] - metric[found].mean(axis=1, keepdims=True)
     spreads = np.sqrt((apart**2).sum(axis=2)).max(axis=1)
     blocks, n = -(-len(found) // LANES), stresses.shape[2]
-    both = np.zeros((blocks * LANES, 1 + parts, n))
-    both[: len(found)] = np.concatenate([spreads[:, None], means[:, :parts]], axis=1)
-    both = both.reshape(blocks, LANES, 1 + parts, n)
+    padded = np.zeros((blocks * LANES, 1 + parts, n))
+    padded[: len(found)] = np.concatenate([spreads[:, None], means[:, :parts]], axis=1)
+    both = padded.reshape(blocks, LANES, 1 + parts, n)
     bounds = both[:, :, 0].transpose(0, 2, 1).reshape(blocks, -1)
     own = [_side_by_side(bounds, both[:, :, 1:]), _side_by_side(found.astype(float), stresses[found][:, :, :parts])]
-    p = (*element, float(len(found)), float(parts), *root.ravel().tolist(), *np.concatenate(own).tolist())
-    return SignalContribution(part, "von_mises", "Pa", peak_stress_kernel, coordinates, p, place="von_mises_node")
+    return float(len(found)), float(parts), *root.ravel().tolist(), *np.concatenate(own).tolist()
 
 
 def _side_by_side(numbers: np.ndarray, stresses: np.ndarray) -> np.ndarray:
