@@ -19,7 +19,7 @@ friction       p, h, slip, N, z, z_new                                     T, dT
 motion         p, t                                                        s, s_dot, s_ddot
 joint_friction p, q, lam, out, H                                           written to out, H
 signal         p, t, q, v, a                                               value
-extremum       p, t, q, v, a                                               value, number of its place
+extremum       p, t, q, v, a, least                                        value, number of its place
 control        p, t, u, x, dx, y                                           written to dx, y
 =============  ==========================================================  ==========================
 
@@ -32,6 +32,8 @@ H = d(G^T lam)/dq.
 force, tangent and account kernels give the results of element and energy kernels at less cost, for elements whose speed
 counts: forces alone; forces with A = kq K + kv C + ka M; forces and energies of an accepted state, with M v and M y for
 any y.  An element without them is called through its element and energy kernels.
+
+least : a value that is not above it may be given as 0, or any other that is not above it; < 0: the value is wanted.
 
 u : inputs of a controller, x : its own states, dx : their rates, y : its outputs, the factors of loads.
 """
@@ -139,7 +141,7 @@ TANGENT = _contract(
 )
 ACCOUNT = _contract("account", "p t h q v a y z r Mv My z_new", _TRIPLE, _P, _F, _F, _V, _V, _V, _V, _P, _V, _V, _V, _V)
 SIGNAL = _contract("signal", "p t q v a", _F, _P, _F, _V, _V, _V)
-EXTREMUM = _contract("extremum", "p t q v a", types.UniTuple(_F, 2), _P, _F, _V, _V, _V)
+EXTREMUM = _contract("extremum", "p t q v a least", types.UniTuple(_F, 2), _P, _F, _V, _V, _V, _F)
 CONTROL = _contract("control", "p t u x dx y", types.void, _P, _F, _P, _P, _V, _V)
 
 GAP_SIZE = 49

@@ -41,7 +41,7 @@ def end_stresses(p, at, q):
 
 
 @extremum_kernel
-def beam_stress_kernel(p, t, q, v, a):
+def beam_stress_kernel(p, t, q, v, a, least):
     """Largest normal stress of all elements [Pa], and the number of its node."""
     largest, where = -1.0, 0.0
     for k in range(int(p[COUNT])):

@@ -119,7 +119,7 @@ def largest_stress(p, q):
 
 
 @extremum_kernel
-def peak_stress_kernel(p, t, q, v, a):
+def peak_stress_kernel(p, t, q, v, a, least):
     """Largest nodal von Mises stress [Pa], and the number of its node."""
     return largest_stress(p, q)
 

@@ -129,7 +129,7 @@ def _arguments(kernel: Kernel, contribution: Any, pose: Sequence[float], history
         "friction": [1e-6, -1e-6, 1e-3, z, z.copy()],
         "motion": [0.0],
         "signal": [0.0, q, zero, zero.copy()],
-        "extremum": [0.0, q, zero, zero.copy()],
+        "extremum": [0.0, q, zero, zero.copy(), -1.0],
     }
     if name in plain:  # a signal may read all coordinates of a large body, so it must not cost a matrix of them
         return plain[name]

@@ -7,7 +7,8 @@ and its von Mises stress |s|, at any of its nodes
     |s_k| <= |s| + |s_k - s| <= |s| + sum_j spread_j |y_j|,   y = R e
 
 by the triangle inequality.  |y| is the root mean square of the von Mises stress of all nodes, the y_j are the parts of
-orthogonal fields of stress, and spread_j is the largest |s_k - s| of the field j alone.
+orthogonal fields of stress, and spread_j is the largest |s_k - s| of the field j alone.  The same bound with s = 0
+tells whether any node can be above the largest stress so far.
 """
 
 from __future__ import annotations
@@ -32,9 +33,10 @@ GROUPS, PARTS, HEAD = range(3)
 """Parameters behind those of the element: number of groups; of stresses sx, sy, txy, sz, without those at the end that
 are zero at all nodes.
 
-At HEAD: R (n, n).  Then for every LANES groups, of each field their spreads and of each coordinate their mean stresses
-side by side; for every group the numbers of its LANES nodes, and of each coordinate their stresses side by side.  The
-last group repeats its last node, the last groups are followed by zeros.
+At HEAD: R (n, n); of each field the largest |s_k| of the field alone.  Then for every LANES groups, of each field their
+spreads and of each coordinate their mean stresses side by side; for every group the numbers of its LANES nodes, and of
+each coordinate their stresses side by side.  The last group repeats its last node, the last groups are followed by
+zeros.
 """
 
 SX, SY, TXY, SZ = range(0, 4 * LANES, LANES)
@@ -101,23 +103,33 @@ def fill_bounds(p, at, e, y, n, size, S, bounds):
 
 
 @fast
-def largest_stress(p, q, x):
-    """Largest nodal von Mises stress, and the number of its node."""
-    n, S = int(p[COUNT]), side_by_side()
+def largest_stress(p, q, least, x):
+    """Largest nodal von Mises stress, and the number of its node; zeros where it is surely not above `least`."""
+    n, head = int(p[COUNT]), end_of(p) + HEAD
     e, y = part_of(x[T1], 0, n), part_of(x[T2], 0, n)
     c, s, angle, _ = frame_of(p, q)
     deformation(p, q, c, s, angle, x)
     for i in range(n):
         x[1, i] = 0.0  # d' has no part in stresses
     shortened(p, x, e, y)
-    begin = end_of(p)
+    fields(p, head, e, n, y)
+    most = 0.0
+    for j in range(n):
+        most += p[head + n * n + j] * y[j]
+    return (0.0, 0.0) if SURE * most < least else largest_in_groups(p, n, e, y, least)
+
+
+@fast
+def largest_in_groups(p, n, e, y, least):
+    """Largest stress of the nodes of groups that may have one above `least`, and its node."""
+    begin, S = end_of(p), side_by_side()
     groups, size = int(p[begin + GROUPS]), LANES * int(p[begin + PARTS])
     bounds = stack_space(groups)
-    fields(p, begin + HEAD, e, n, y)
-    at = begin + HEAD + n * n
+    at = begin + HEAD + n * n + n
     best = fill_bounds(p, at, e, y, n, size, S, bounds)
     at += -(-groups // LANES) * (LANES * n + n * size)
-    largest, where = -1.0, 0.0
+    largest, where = least * least if least > 0.0 else -1.0, 0.0
+    found = largest
     for turn in range(-1, groups):  # the group with the largest bound first
         group = best if turn < 0 else turn
         if turn == best or bounds[group] * bounds[group] < largest:
@@ -129,13 +141,13 @@ def largest_stress(p, q, x):
                 if S[k] != largest or p[own + k] < where:
                     where = p[own + k]
                 largest = S[k]
-    return math.sqrt(largest), where
+    return (0.0, 0.0) if largest == found else (math.sqrt(largest), where)
 
 
 @extremum_kernel
-def peak_stress_kernel(p, t, q, v, a):
-    """Largest nodal von Mises stress [Pa], and the number of its node."""
-    return largest_stress(p, q, scratch())
+def peak_stress_kernel(p, t, q, v, a, least):
+    """Largest nodal von Mises stress [Pa], and the number of its node; 0 where it is surely not above `least`."""
+    return largest_stress(p, q, least, scratch())
 
 
 def peak_stress_signal(
@@ -173,7 +185,8 @@ def stress_numbers(stresses: np.ndarray) -> tuple[float, ...]:
     both = padded.reshape(blocks, LANES, 1 + parts, n)
     bounds = both[:, :, 0].transpose(0, 2, 1).reshape(blocks, -1)
     own = [_side_by_side(bounds, both[:, :, 1:]), _side_by_side(found.astype(float), stresses[found][:, :, :parts])]
-    return float(len(found)), float(parts), *root.ravel().tolist(), *np.concatenate(own).tolist()
+    alone = np.sqrt((metric**2).sum(axis=1)).max(axis=0)
+    return float(len(found)), float(parts), *root.ravel().tolist(), *alone.tolist(), *np.concatenate(own).tolist()
 
 
 def _side_by_side(numbers: np.ndarray, stresses: np.ndarray) -> np.ndarray:

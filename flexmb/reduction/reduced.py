@@ -22,7 +22,7 @@ from flexmb.planes.plane_body import PlaneBody
 from flexmb.reduction.accuracy import Accuracy, Load, accuracy
 from flexmb.reduction.craig_bampton import Basis, frame_weights
 from flexmb.reduction.of_beams import pins_of_beams
-from flexmb.reduction.peak_stress import peak_stress_signal
+from flexmb.reduction.peak_stress import peak_stress_signal, stress_numbers
 from flexmb.reduction.shared import key_of, shared_basis, shared_element, shared_model
 from flexmb.reduction.superelement import Superelement
 from flexmb.reduction.tangent import reduced_account, reduced_energy, reduced_force, reduced_kernel, reduced_tangent
@@ -338,7 +338,13 @@ class Reduced(Body):
         )
         if self.model.stresses is None or not self.seeks_stress:
             return [element]
-        return [element, peak_stress_signal(self.name, coordinates, p, self.model.stresses(self.basis.shapes))]
+        return [element, peak_stress_signal(self.name, coordinates, p, self._stress_numbers)]
+
+    @cached_property
+    def _stress_numbers(self) -> tuple[float, ...]:
+        """Parameters of the search for the largest stress, which do not depend on the mechanism."""
+        stresses = self.model.stresses
+        return () if stresses is None else stress_numbers(stresses(self.basis.shapes))
 
 
 def _nested(array: np.ndarray) -> Any:

@@ -18,6 +18,7 @@ Array = npt.NDArray[np.float64]
 ROUND_OFF = 1e-10
 """Part of the largest shortening that counts as round-off."""
 
+
 @dataclass(frozen=True, eq=False)
 class Superelement:
     """Matrices of the kernel (`flexmb.reduction.kernel`), in the axes of the reference configuration.

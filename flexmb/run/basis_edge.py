@@ -34,7 +34,7 @@ def basis_remarks(mechanism: Mechanism, saved: Saved) -> Iterator[str]:
 
 def _remark(body: Reduced, d: np.ndarray, time: np.ndarray) -> Iterator[str]:
     """The sentence on one body with the deformations d (t, n)."""
-    pins, d = body.basis.model.count, shortened(d, body.element.shortening)
+    pins, d = body.basis.model.count, shortened(d.reshape(len(d), -1, 3), body.element.shortening)
     stiffness, last = body.element.matrices["K"], slice(d.shape[1] - 3, None)
     eta = d[:, last] - d[:, :pins] @ body.basis.followed[-3:].T
     whole = 0.5 * np.einsum("ti,ij,tj->t", d, stiffness, d)

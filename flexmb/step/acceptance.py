@@ -16,7 +16,7 @@ from flexmb.state.record import (
 )
 from flexmb.step.contact_log import buffer_may_overflow, update_episodes
 from flexmb.step.newmark.predictor import find_newmark_residual
-from flexmb.step.saved_instants import save_instants
+from flexmb.step.saved_instants import end_is_saved, save_instants
 from flexmb.system.constraints import report_forces
 from flexmb.system.contacts import add_contacts
 from flexmb.system.elements import evaluate_energies
@@ -25,15 +25,18 @@ from flexmb.system.outputs import write_outputs
 
 
 @compiled
-def accept(tables, address, h, options, flow, trial, work, record):
+def accept(tables, address, h, options, flow, trial, work, record, exact):
     """Make the trial state the accepted one.
 
-    Returns RUNNING, BUFFER_FULL when the buffers must be emptied, or a code of `check_balance`.
+    Unless they shall be `exact`, extrema below their peaks are left out where nobody looks at them.  Returns RUNNING,
+    BUFFER_FULL when the buffers must be emptied, or a code of `check_balance`.
     """
     complete_evaluation(tables, address, h, flow, trial, work, record)
     update_energies(tables, address, h, options, flow, trial, work, record)
     adopt_trial(h, flow, trial, work, record)
-    write_outputs(tables, address, flow.clock.t, flow.q, flow.v, flow.a, work, flow.ledger, record.signals)
+    exact = exact or record.watched.shape[0] > 0 or end_is_saved(options, flow, record)
+    t, peak, signals = flow.clock.t, record.peak, record.signals
+    write_outputs(tables, address, t, flow.q, flow.v, flow.a, work, flow.ledger, peak, exact, signals)
     update_peaks(flow.clock.t, record.signals, record)
     full = save_instants(tables, address, options, flow, trial, work, record) != RUNNING
     if condition_met(record):

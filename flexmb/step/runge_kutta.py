@@ -232,7 +232,7 @@ def advance_explicit(
             return code
         if record.count.held_code != 0 or flow.clock.held_steps > 0.0:
             update_held_multipliers(tables, lu, flow.clock.t + h, flow, trial, work, record)
-        code = accept(tables, address, h, options, flow, trial, work, record)
+        code = accept(tables, address, h, options, flow, trial, work, record, True)
         if code != RUNNING:
             return code
     return RUNNING

@@ -5,6 +5,8 @@ first step.  All signals are those of this state: forces, contacts, joints, stor
 evaluated there.  Works and losses since the start are linear in time within a step.
 """
 
+import math
+
 from flexmb.energy.balance import DRIVE, GRAVITY, KINETIC, STRAIN, TURNED_OVER
 from flexmb.kernels import compiled, copy
 from flexmb.state.record import BUFFER_FULL, RUNNING
@@ -72,7 +74,7 @@ def signals_within(tables, address, s, flow, trial, work, record):
         work,
     )
     report_forces(tables, trial.lam, work)
-    write_outputs(tables, address, t, trial.q, trial.v, trial.a, work, flow.ledger, record.within)
+    write_outputs(tables, address, t, trial.q, trial.v, trial.a, work, flow.ledger, record.peak, True, record.within)
     y, energy, power = record.within, tables.sizes.energy, work.power
     y[energy + KINETIC], y[energy + STRAIN], y[energy + GRAVITY] = power.kinetic, power.strain, power.gravity
     for k in range(energy + DRIVE, energy + TURNED_OVER + 1):
@@ -106,6 +108,17 @@ def interpolate_state(n, s, h, flow, trial, record):
 def next_due(options, flow):
     """The first instant [s] of the save grid that is not saved yet."""
     return flow.clock.save_start + (flow.clock.saved_instants + 1.0) * options.save_interval
+
+
+@compiled
+def end_is_saved(options, flow, record):
+    """Whether the end of the last step is a saved instant."""
+    if options.save_interval == 0.0:
+        return True
+    passed = math.floor((flow.clock.t - flow.clock.save_start) / options.save_interval + 1e-9)
+    last = flow.clock.save_start + passed * options.save_interval
+    step = record.report
+    return passed > flow.clock.saved_instants and last - step.start >= END_OF_STEP * step.size
 
 
 @compiled

@@ -88,7 +88,8 @@ class Stepper:
         """Write the signals of the state that was evaluated last to `run.record.signals`."""
         flow = run.flow
         common = (self.program.tables, self.program.addresses, flow.clock.t)
-        write_outputs(*common, flow.q, flow.v, flow.a, run.work, flow.ledger, run.record.signals)
+        record = run.record
+        write_outputs(*common, flow.q, flow.v, flow.a, run.work, flow.ledger, record.peak, True, record.signals)
 
     def reset_peaks(self) -> None:
         """Reset the peaks of the method's own signals."""

@@ -37,12 +37,15 @@ NORMAL_SIGNAL, FRICTION_SIGNAL, CONTACT_FX, CONTACT_FY, CONTACT_FORCE, MODE = ra
 
 
 @compiled
-def write_outputs(tables, address, t, q, v, a, work, ledger, y):
-    """Write all signals y (n_y,) from the last accepted evaluation."""
+def write_outputs(tables, address, t, q, v, a, work, ledger, peak, exact, y):
+    """Write all signals y (n_y,) from the last accepted evaluation.
+
+    Unless they shall be `exact`, extrema that are not above their `peak` (n_y,) so far may have any such value.
+    """
     n = tables.sizes.n_q
     for i in range(n):
         y[i], y[n + i], y[2 * n + i] = q[i], v[i], a[i]
-    _measured(tables, address, t, q, v, a, work, y)
+    _measured(tables, address, t, q, v, a, work, peak, exact, y)
     _constraints(tables, v, work, y)
     _contacts(tables, work, y)
     if tables.controls.kernel.shape[0] > 0:
@@ -52,23 +55,48 @@ def write_outputs(tables, address, t, q, v, a, work, ledger, y):
 
 
 @compiled
-def _measured(tables, address, t, q, v, a, work, y):
+def write_extrema(tables, address, t, q, v, a, work, y):
+    """Write the exact values of all extrema."""
+    S = tables.measured
+    for k in range(S.kernel.shape[0]):
+        if S.kernel[k] < 0:
+            _extremum(tables, address, t, k, _gathered(tables, k, q, v, a, work), -1.0, work, y)
+
+
+@compiled
+def _gathered(tables, k, q, v, a, work):
+    """Gather the state that signal k reads into `work`; return its size."""
+    S = tables.measured
+    m = S.dof[k + 1] - S.dof[k]
+    gather(q, S.dofs, S.dof[k], m, work.ql)
+    gather(v, S.dofs, S.dof[k], m, work.vl)
+    gather(a, S.dofs, S.dof[k], m, work.al)
+    return m
+
+
+@compiled
+def _extremum(tables, address, t, k, m, least, work, y):
+    """Value of the extremum k, and the number of its place."""
+    S = tables.measured
+    p, out = part_of(tables.p, S.p[k, BEGIN], S.p[k, END]), S.out[k]
+    ql, vl, al = part_of(work.ql, 0, m), part_of(work.vl, 0, m), part_of(work.al, 0, m)
+    y[out], y[out + 1] = extremum_at(address.extremum, S.extremum[k])(p, t, ql, vl, al, least)
+
+
+@compiled
+def _measured(tables, address, t, q, v, a, work, peak, exact, y):
     S = tables.measured
     for k in range(S.angle.shape[0]):
         first, second, out = S.angle[k, FIRST], S.angle[k, SECOND], S.angle_out[k]
         y[out] = q[second] - q[first] - tables.p[S.angle_p[k, BEGIN]]
         y[out + 1] = v[second] - v[first]
     for k in range(S.kernel.shape[0]):
-        m = S.dof[k + 1] - S.dof[k]
-        gather(q, S.dofs, S.dof[k], m, work.ql)
-        gather(v, S.dofs, S.dof[k], m, work.vl)
-        gather(a, S.dofs, S.dof[k], m, work.al)
+        m, out = _gathered(tables, k, q, v, a, work), S.out[k]
+        if S.kernel[k] < 0:
+            _extremum(tables, address, t, k, m, -1.0 if exact else peak[out], work, y)
+            continue
         p = part_of(tables.p, S.p[k, BEGIN], S.p[k, END])
         ql, vl, al = part_of(work.ql, 0, m), part_of(work.vl, 0, m), part_of(work.al, 0, m)
-        out = S.out[k]
-        if S.kernel[k] < 0:
-            y[out], y[out + 1] = extremum_at(address.extremum, S.extremum[k])(p, t, ql, vl, al)
-            continue
         value = signal_at(address.signal, S.kernel[k])(p, t, ql, vl, al)
         y[out] = value if S.element[k] < 0 else _with_factor(tables, address, t, k, value, work)
 

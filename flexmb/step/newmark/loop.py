@@ -20,6 +20,7 @@ from flexmb.step.newmark.implicit_step import implicit_step, start_auxiliary_acc
 from flexmb.step.newmark.jacobian_reuse import adopt_factors
 from flexmb.step.newmark.predictor import update_predictor
 from flexmb.step.newmark.redundant_constraints import update_held_multipliers
+from flexmb.system.outputs import write_extrema
 from flexmb.system.work import Work
 
 
@@ -36,6 +37,14 @@ def advance(
     steps: int,
 ):
     """Take at most `steps` implicit steps; RUNNING, or the code of the ending.  Diagram: `step/__init__.py`."""
+    code = take_steps(tables, address, lu, options, flow, trial, work, record, steps)
+    write_extrema(tables, address, flow.clock.t, flow.q, flow.v, flow.a, work, record.signals)
+    return code
+
+
+@compiled
+def take_steps(tables, address, lu, options, flow, trial, work, record, steps):
+    """Take the steps of `advance`; extrema of the last state may be left out."""
     for _ in range(steps):
         if finished(options, flow):
             return DONE
@@ -65,7 +74,7 @@ def advance(
             restarts = update_impacts(tables, address, h, options, flow, trial, work)
             update_step_sizes(h, growth, options, flow)
         update_predictor(tables, h, options.length, flow, trial, work)
-        code = accept(tables, address, h, options, flow, trial, work, record)
+        code = accept(tables, address, h, options, flow, trial, work, record, False)
         flow.clock.last_step = 0.0 if restarts else h
         if restarts:
             copy(flow.a, flow.x)

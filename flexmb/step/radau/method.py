@@ -236,7 +236,8 @@ def accept_stages(tables, address, lu, h, options, flow, trial, work, record, R)
     update_episodes(tables, h, options, flow, work, record)
     update_ledger(tables, address, t0 + h, turned, flow, trial, work, R)
     adopt_trial(h, flow, trial, work, record)
-    write_outputs(tables, address, flow.clock.t, flow.q, flow.v, flow.a, work, flow.ledger, record.signals)
+    t, peak, signals = flow.clock.t, record.peak, record.signals
+    write_outputs(tables, address, t, flow.q, flow.v, flow.a, work, flow.ledger, peak, True, signals)
     update_peaks(flow.clock.t, record.signals, record)
     full = save_between(tables, address, lu, options, flow, trial, work, record, R) != RUNNING
     if condition_met(record):
@@ -298,4 +299,4 @@ def signals_at(tables, address, lu, s, options, flow, trial, work, record, R, ta
     copy(now.z, flow.z)
     report_forces(tables, trial.lam, work)
     ledger_at(s, h, old.ledger, R.rates, flow, work, now.ledger)
-    write_outputs(tables, address, t, trial.q, trial.v, trial.a, work, now.ledger, target)
+    write_outputs(tables, address, t, trial.q, trial.v, trial.a, work, now.ledger, record.peak, True, target)
