@@ -167,7 +167,7 @@ def peak_stress_signal(
 
 
 def stress_numbers(stresses: np.ndarray) -> tuple[float, ...]:
-    """Parameters of the kernel behind those of the element.
+    """Parameters of the kernel that follow on the element.
 
     Parameters
     ----------
