@@ -61,6 +61,8 @@ def write(path: Path, data: dict, order: list[str]) -> None:
         parts += limits(others["limits"])
     if "start" in others:
         parts += start(others["start"])
+    if "statics" in others:
+        parts += statics(others["statics"])
     path.write_text("\n\n".join(wrapped(p) for p in parts if p) + "\n", encoding="utf-8")
 
 
@@ -241,3 +243,33 @@ def start(record: dict) -> list[str]:
     functions loaded, signals of the start alone saved (`python tests/speed/start.py`, then `python docs/performance.py
     --collect`); processor times. {where["date"]}, load average {where["load"]}."""
     return ["## Start of large models", text, "\n".join(lines)]
+
+
+MODELS = {
+    "bar": "plane body of 10,700 nodes, clamped",
+    "frame": "lattice of beams",
+    "chain": "chain of beams on springs",
+    "masses": "lattice of point masses and springs",
+}
+"""Models of tests/speed/statics.py."""
+
+
+def statics(record: dict) -> list[str]:
+    """Statics, modes and buckling of large models, by tests/speed/statics.py."""
+    heads = ("model", "coordinates", "compiled [s]", "equilibrium [s]", "10 modes [s]", "8 load factors [s]")
+    heads += ("memory [MB]",)
+    lines = [f"| {' | '.join(heads)} |", "|---|" + "---:|" * (len(heads) - 1)]
+    for name, unknowns, *values in record["rows"]:
+        lines.append(f"| {MODELS[name]} | {unknowns:,.0f} | {' | '.join(map(number, values))} |")
+    where = record["where"]
+    text = f"""\
+    Each model in a process of its own, compiled functions loaded (`python tests/speed/statics.py`, then `python
+    docs/performance.py --collect`); processor times. {where["date"]}, load average {where["load"]}."""
+    parts = ["## Statics at size", text, "\n".join(lines)]
+    if record["reduced"]:
+        _, nodes, declared, reduced, memory = record["reduced"]
+        parts.append(
+            f"`fm.Reduced` of a plane body of {nodes:,} nodes to 6 modes: {number(declared)} s for its mesh, "
+            f"{number(reduced)} s, {number(memory)} MB at the most."
+        )
+    return parts

@@ -68,9 +68,10 @@ def write(path: Path, points: np.ndarray, lines: np.ndarray, tag: int) -> None:
 def write_plane(path: Path, mesh: PlaneMesh) -> None:
     """One mesh file of a plane mesh, with its holes as physical curves."""
     blocks = [("line3", mesh.edges_in(name)) for name in mesh.holes]
-    blocks.append(({"tri6": "triangle6"}.get(mesh.kind, mesh.kind), mesh.cells))
+    blocks.append(("triangle6" if mesh.kind == "tri6" else mesh.kind, mesh.cells))
     tags = [np.full(len(cells), k, dtype=np.int32) for k, (_, cells) in enumerate(blocks, start=1)]
-    names = {name: np.array([k, 1]) for k, name in enumerate(mesh.holes, start=1)} | {"body": np.array([len(blocks), 2])}
+    names = {name: np.array([k, 1]) for k, name in enumerate(mesh.holes, start=1)}
+    names["body"] = np.array([len(blocks), 2])
     data = {"gmsh:physical": tags, "gmsh:geometrical": tags}
     found = meshio.Mesh(np.pad(mesh.points, ((0, 0), (0, 1))), blocks, cell_data=data, field_data=names)
     found.write(path, file_format="gmsh22", binary=False, float_fmt=".12g")
@@ -94,7 +95,7 @@ def main(arguments: Sequence[str] | None = None) -> list[Path]:
     """Write all meshes; returns their files."""
     parser = argparse.ArgumentParser(description="Write the meshes of the nine-bar mechanism.")
     parser.add_argument("--elements", type=int, default=4, metavar="N", help="elements a straight beam (default 4)")
-    parser.add_argument("--size", type=float, default=0.0125, metavar="M", help="cells of the plates [m] (default 0.0125)")
+    parser.add_argument("--size", type=float, default=0.0125, metavar="M", help="cells of plates [m] (default 0.0125)")
     parser.add_argument("--out", type=Path, default=Path(__file__).parent, metavar="DIR", help="folder to write to")
     options = parser.parse_args(arguments)
     if options.elements < 1:

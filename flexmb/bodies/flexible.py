@@ -331,7 +331,14 @@ def boss_pieces(part: str, corners: Sequence[str], bosses: Bosses, gravity: Poin
     return contributions
 
 
-def nearest_node(label: str, owner: str, nodes: Sequence[Node], point: Point, size: float) -> Node:
+def nearest_node(
+    label: str,
+    owner: str,
+    nodes: Sequence[Node],
+    point: Point,
+    size: float,
+    remedy: str = "or choose elements so that a node stands at the point",
+) -> Node:
     """The node at a world point of the reference configuration, or `InputError` that names the nodes nearby."""
     for node in nodes:
         if (node.x, node.y) == point:
@@ -344,7 +351,7 @@ def nearest_node(label: str, owner: str, nodes: Sequence[Node], point: Point, si
     gap = planar.distance((nearest.x, nearest.y), point)
     raise InputError(
         f"{owner}: the point ({point[0]:g}, {point[1]:g}) is no node of {label}; it lies {gap:.3g} m from the nearest. "
-        f"Nodes nearby: {near}. Move the point there, or choose elements so that a node stands at the point."
+        f"Nodes nearby: {near}. Move the point there, {remedy}."
     )
 
 

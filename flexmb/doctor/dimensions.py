@@ -20,6 +20,7 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body, Joint
 from flexmb.planes.plane_body import PlaneBody
 from flexmb.planes.regions import STRESS, by_region
+from flexmb.reduction.reduced import Reduced
 
 LARGEST_SIZE, SMALLEST_SIZE = 20.0, 1e-4
 """Largest and smallest size of the largest body that goes without a remark [m]."""
@@ -77,7 +78,7 @@ def size_of(mechanism: Mechanism, body: Body | None = None) -> float:
     body : one of its bodies; None: all.
     """
     bodies = mechanism.bodies if body is None else (body,)
-    points = [(node.x, node.y) for one in bodies for node in one.nodes()]
+    points = [(node.x, node.y) for one in bodies for node in _full(one).nodes()]
     points += [point for one in bodies if isinstance(one, Bar) for point in (one.start, one.end)]
     names = {one.name for one in bodies}
     joints = (part for part in mechanism.parts if isinstance(part, Joint) and part.at is not None)
@@ -154,8 +155,8 @@ def _materials(mechanism: Mechanism) -> Iterator[Finding]:
 
 
 def materials_of(owner: object, depth: int = 2) -> list[Material]:
-    """Materials among the fields of a part and of its laws."""
-    found_here: list[Material] = []
+    """Materials among the fields of a part, of its laws, and of the body that is reduced."""
+    found_here: list[Material] = materials_of(owner.body, depth) if isinstance(owner, Reduced) else []
     for value in vars(owner).values():
         for item in _flat(value):
             if isinstance(item, Material):
@@ -163,6 +164,11 @@ def materials_of(owner: object, depth: int = 2) -> list[Material]:
             elif depth > 1 and type(item).__module__.startswith("flexmb.contact"):
                 found_here += materials_of(item, depth - 1)
     return list(dict.fromkeys(found_here))
+
+
+def _full(body: Body) -> Body:
+    """The body that is reduced, or the body itself."""
+    return body.body if isinstance(body, Reduced) else body
 
 
 def _flat(value: object) -> Iterator[object]:
@@ -175,13 +181,14 @@ def _flat(value: object) -> Iterator[object]:
 
 
 def _plates(mechanism: Mechanism) -> Iterator[Finding]:
-    for body in mechanism.bodies:
+    for part in mechanism.bodies:
+        body = _full(part)
         if isinstance(body, PlaneBody) and body.state == STRESS:
             thickness = max(value for _, value in by_region(body.label, "thickness", body.thickness))
             if thickness > body.mesh.size:
                 text = f"{body.label} is {thickness:.4g} m thick and {body.mesh.size:.4g} m large."
                 remedy = "Thickness is in m. Bodies thicker than large are closer to plane strain: state='strain'."
-                yield found("odd-units", (body.name,), text, remedy, thickness=thickness)
+                yield found("odd-units", (part.name,), text, remedy, thickness=thickness)
 
 
 def _drives(mechanism: Mechanism) -> Iterator[Finding]:
@@ -212,7 +219,8 @@ def _clearances(mechanism: Mechanism) -> Iterator[Finding]:
 
 
 def _beams(mechanism: Mechanism) -> Iterator[Finding]:
-    for body in mechanism.bodies:
+    for part in mechanism.bodies:
+        body = _full(part)
         if not isinstance(body, FlexibleBody) or body.shear is not False:
             continue
         height = max(2.0 * outer_fibre(beam.section) for beam in body.beams)
@@ -221,7 +229,7 @@ def _beams(mechanism: Mechanism) -> Iterator[Finding]:
         if length < LEAST_SLENDERNESS * height:
             text = f"{body.label} is {length:.4g} m long and {height:.4g} m high: no slender beam."
             remedy = "Take a rigid body, or shear=True; the bending of this one would lack its shear."
-            yield found("stubby-beam", (body.name,), text, remedy, length=length, height=height)
+            yield found("stubby-beam", (part.name,), text, remedy, length=length, height=height)
 
 
 def outer_fibre(section: Section) -> float:

@@ -216,9 +216,13 @@ def _sparse(program: Program, K: Any, K_path: Any, G: Any, count: int) -> tuple[
     count_all = min(4 * count + 4, n // 4)
     asymmetry = abs(K_path - K_path.T).max()
     try:
-        if asymmetry <= ASYMMETRY * abs(K_path).max() and is_stable(program, K, G):
+        if asymmetry <= ASYMMETRY * abs(K_path).max():
+            if is_stable(program, K, G) is False:
+                raise SolveError(_unstable(program))
             half = (K_path + K_path.T) / -2.0
             inverse, x = largest_of_pencil(half, (K + K.T) / 2.0, held, count_all)
+            if not (x * (K @ x)).sum(axis=0).min() > 0.0:
+                raise SolveError(_unstable(program))
         else:
             inverse, x = largest_of(inverses, n, count_all)
     except (ArpackNoConvergence, RuntimeError) as error:

@@ -54,10 +54,8 @@ def free_motions(program: Program, q: np.ndarray, K: sp.csc_matrix, G: sp.csr_ma
     B = RigidMotion(program).basis(q)
     sizes = np.where(np.arange(B.shape[1]) % 3 == 2, 1.0, program.length)
     B = (B @ sp.diags_array(sizes)).tocsr()
-    if B.shape[1] > DENSE_MOTIONS:
-        Z = _sparse_motions(program, B, K, G)
-    else:
-        Z = _dense_motions(program, B, K, G)
+    find = _sparse_motions if B.shape[1] > DENSE_MOTIONS else _dense_motions
+    Z = find(program, B, K, G)
     motions: np.ndarray = sizes[:, None] * simplified(Z)
     return motions
 

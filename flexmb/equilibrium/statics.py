@@ -54,6 +54,7 @@ class Equilibrium:
     names : (n_q,) names of the coordinates.
     aliases : other names of nodes.
     reactions : (fx, fy, moment) on the second body of every joint [N, N m]; moment 0 where the joint carries none.
+        What a body keeps within itself, such as the rotation of a particle, is no reaction.
     iterations : Newton iterations of all load steps.
     spin : speed of the frame in which the mechanism is at rest, counter-clockwise [rad/s].
     about : centre of that rotation [m].
@@ -88,7 +89,13 @@ class Equilibrium:
         return f"Equilibrium ({kind}{spin}): {text}"
 
     def _reactions(self) -> list[str]:
-        return [f"{joint} {float(np.hypot(fx, fy)):.4g} N" for joint, (fx, fy, _) in self.reactions.items()]
+        found = []
+        for joint, (fx, fy, moment) in self.reactions.items():
+            force = float(np.hypot(fx, fy))
+            texts = [f"{force:.4g} N"] if force or not moment else []
+            texts += [f"{moment:.4g} N m"] if moment else []
+            found.append(f"{joint} {' and '.join(texts)}")
+        return found
 
     def _repr_html_(self) -> str:
         rows = [(joint, *(f"{value:.6g}" for value in values)) for joint, values in self.reactions.items()]
@@ -335,12 +342,18 @@ def _failure(program: Program, system: StateEvaluation, done: float) -> str:
 
 
 def reactions(program: Program, system: StateEvaluation, lam: np.ndarray) -> dict[str, tuple[float, float, float]]:
-    """Reactions (fx, fy, moment) of every joint at the last evaluation, with multipliers lam (n_c,)."""
+    """Reactions (fx, fy, moment) of every joint at the last evaluation, with multipliers lam (n_c,).
+
+    Constraints of a body of its own are left out: rotations of particles and of nodes of meshes, averaged pins.
+    """
     report_forces(program.tables, lam, system.work)
     found: dict[str, tuple[float, float, float]] = {}
+    own = set(program.names.bodies)
     C = program.tables.constraints
     for c in range(len(C.kernel)):
         name = program.names.rows[int(C.row[c])].partition("[")[0]
+        if name in own:
+            continue
         fx, fy, moment = system.work.joint[c, [FORCE_X, FORCE_Y, MOMENT]]
         has_moment = C.moment[c] >= 0 or C.forces[c] <= FRICTION_ALONE
         found[name] = (float(fx), float(fy), float(moment) if has_moment else 0.0)

@@ -243,5 +243,6 @@ def _running(lengths: np.ndarray) -> np.ndarray:
 def _targets(bare: Symbolic) -> np.ndarray:
     """Position of every entry that the product of a panel's L and U is subtracted from."""
     result = np.empty(bare.target_ptr[-1], dtype=np.uint32)
-    locate_targets(bare.starts, bare.row_ptr, bare.rows, bare.value_ptr, bare._panel, np.empty(bare.n, dtype=np.int64), result)
+    reached = np.empty(bare.n, dtype=np.int64)
+    locate_targets(bare.starts, bare.row_ptr, bare.rows, bare.value_ptr, bare._panel, reached, result)
     return result

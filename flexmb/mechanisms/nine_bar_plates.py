@@ -34,7 +34,9 @@ WIDEST_HOLE = 0.8
 """Largest radius of a hole over that of its eye [1]."""
 
 
-def nine_bar_plates(mechanism: Mechanism, data: NineBarData | None = None, size: float = 0.0125) -> dict[str, PlaneBody]:
+def nine_bar_plates(
+    mechanism: Mechanism, data: NineBarData | None = None, size: float = 0.0125
+) -> dict[str, PlaneBody]:
     """Links and panel of a nine-bar mechanism as plane bodies of the same names, in the same places.
 
     `mechanism.with_part(plates["panel7"])` exchanges one of them; joints stay.

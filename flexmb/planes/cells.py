@@ -102,8 +102,8 @@ def cell_contributions(
     bodies = np.hstack([places, masses, cells.numbers])
     found = []
     for numbers, body in zip(cells.cells.tolist(), bodies.tolist(), strict=True):
-        coordinates, ties, held = _ties(part, numbers, cells.points, nodes, pins)
-        p = (float(width), float(held), cells.formulation, damping, *gravity, *body, *ties)
+        coordinates, ties, held = ties_of(part, numbers, cells.points, nodes, pins)
+        p = (float(width), float(held), cells.formulation, damping, *gravity, *body, *(ties if held else ()))
         found.append(_contribution(part, coordinates, p))
     return found
 
@@ -115,10 +115,19 @@ def _contribution(part: str, coordinates: tuple[Coordinate, ...], p: tuple[float
     )  # fmt: skip
 
 
-def _ties(
+def ties_of(
     part: str, numbers: list[int], points: np.ndarray, nodes: Mapping[int, str], pins: Mapping[int, Pin]
 ) -> tuple[tuple[Coordinate, ...], list[float], int]:
-    """Coordinates of a cell, numbers of the ties of its nodes (none without pins), and number of its pins."""
+    """Coordinates of a cell, numbers of the ties of its nodes, and number of its pins.
+
+    Parameters
+    ----------
+    part : name of the body.
+    numbers : nodes of the cell.
+    points : (n, 2) places of all nodes [m].
+    nodes : names of the nodes of the mechanism by number, of all nodes that lie on no pin.
+    pins : pins by number of the mesh's nodes that lie on them.
+    """
     on = list(dict.fromkeys(pins[k] for k in numbers if k in pins))
     coordinates = [(part, pin.node, axis) for pin in on for axis in (0, 1, 2)]
     ties: list[float] = []
@@ -129,4 +138,4 @@ def _ties(
         else:
             ties += [float(len(coordinates)), 0.0, 0.0, 0.0]
             coordinates += [(part, nodes[k], 0), (part, nodes[k], 1)]
-    return tuple(coordinates), [float(x) for x in ties] if on else [], len(on)
+    return tuple(coordinates), [float(x) for x in ties], len(on)

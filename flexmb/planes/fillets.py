@@ -113,7 +113,7 @@ def _arc(corner: Array, radius: float, turn: float, reach: float, ahead: Array, 
 
 
 def _without_repeats(points: Array, arcs: list[Array], size: float) -> tuple[Array, list[Array]]:
-    """Points without those where an arc begins at the end of another one."""
+    """Points, each place once, where an arc begins at the end of another one."""
     kept = np.linalg.norm(points - np.roll(points, 1, axis=0), axis=1) > SAME_PLACE * size
     numbers = (np.cumsum(kept) - 1) % kept.sum()  # the first point may be the last one
     return points[kept], [numbers[arc] for arc in arcs]

@@ -24,6 +24,7 @@ from flexmb.model.contributions import (
 )
 from flexmb.planes.averaged_pin import averaged_pin
 from flexmb.planes.cells import Cells, Pin, cell_contributions
+from flexmb.planes.mass_damping import damping_contributions, far_node
 from flexmb.planes.mesh import PlaneMesh
 from flexmb.planes.peak_stress import peak_stress_signal
 
@@ -59,6 +60,7 @@ class FullBody:
     origin : the mesh's origin in the world [m].
     angle : direction of the mesh's x-axis in the world [rad].
     damping : stiffness-proportional damping time [s].
+    mass_damping : mass-proportional damping rate [1/s].
     """
 
     part: str
@@ -67,6 +69,7 @@ class FullBody:
     origin: tuple[float, float] = (0.0, 0.0)
     angle: float = 0.0
     damping: float = 0.0
+    mass_damping: float = 0.0
 
     @cached_property
     def on_pins(self) -> dict[int, Pin]:
@@ -92,6 +95,9 @@ class FullBody:
         """Cells, averaged pins, held rotations."""
         found: list[Contribution] = []
         found += cell_contributions(self.part, self.cells, self.names, self.on_pins, self.damping, gravity)
+        if self.mass_damping:
+            zeta = self.mass_damping
+            found += damping_contributions(self.part, self.cells, self.names, self.on_pins, zeta, self._axis())
         inertia = self.cells.mass * float(np.ptp(self.cells.points, axis=0).max()) ** 2
         for name in self.names.values():  # any moment of inertia will do
             theta = node_coordinates(self.part, name)[2:]
@@ -101,6 +107,12 @@ class FullBody:
             if pin.weights is not None:
                 found += self._averaged(pin, pin.weights, gravity)
         return found
+
+    def _axis(self) -> tuple[str, str]:
+        """Nodes of the frame of mass-proportional damping: the first two pins, or one and the farthest node."""
+        if len(self.pins) > 1:
+            return self.pins[0].name, self.pins[1].name
+        return self.pins[0].name, self.names[far_node(self.cells.points, self.pins[0].place)]
 
     def carriers(self) -> tuple[tuple[int, float, float], ...]:
         """Number of the node that carries each point of the mesh, in the order of `nodes`, and its place there [m]."""

@@ -132,9 +132,23 @@ def _require_upright(label: str, points: Array, cells: Indices, kind: str) -> No
         word = "flat" if least[bad] > -FLAT * longest[bad] ** 2 else "inverted"
         text = f"{label}: {int(wrong.sum())} of {len(cells)} cells are flat or inverted; the worst is cell {bad}, "
         text += f"{word}, at {_of_cell(points, cells[bad])}"
-        if wrong.all():
-            raise InputError(f"{text}. Order the nodes of the cells counter-clockwise.")
-        raise InputError(f"{text}. Mesh the outline with smaller cells there, or with straight edges.")
+        raise InputError(f"{text}. {_remedy_of_cell(corners[bad], all_wrong=bool(wrong.all()))}")
+
+
+def _remedy_of_cell(corners: Array, *, all_wrong: bool) -> str:
+    """Remedy for a flat or inverted cell with these corners (3 or 4, 2)."""
+    ahead, behind = np.roll(corners, -1, axis=0) - corners, corners - np.roll(corners, 1, axis=0)
+    turns = behind[:, 0] * ahead[:, 1] - behind[:, 1] * ahead[:, 0]
+    if (turns < 0.0).all():
+        return "Order the nodes of the cells counter-clockwise."
+    if len(corners) == 4 and (turns < 0.0).sum() == 2:
+        return "Its edges cross: name its corners in the order in which they follow each other around it."
+    if len(corners) == 4 and (turns < 0.0).any():
+        return "One of its corners points inwards: halve it into two triangles, or move its nodes."
+    if all_wrong and (turns > 0.0).all():
+        order = "Nodes behind its corners are the middles of its edges in the same order"
+        return f"{order}, the first between corners 1 and 2."
+    return "Mesh the outline with smaller cells there, or with straight edges."
 
 
 def _require_two_cells(label: str, points: Array, edges: Edges) -> None:

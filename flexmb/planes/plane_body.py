@@ -22,7 +22,7 @@ from flexmb.planes.cell_numbers import COROTATED, TOTAL_LAGRANGE
 from flexmb.planes.forms import PlaneMatrices, matrices
 from flexmb.planes.interfaces import AVERAGED, RIGID, Interface, Tie, tie
 from flexmb.planes.mesh import PlaneMesh
-from flexmb.planes.regions import STRAIN, STRESS, by_region, elasticity, numbers_of_cells
+from flexmb.planes.regions import STRAIN, STRESS, by_region, cell_values, elasticity, require_material
 from flexmb.planes.vibrations import vibrations
 
 if TYPE_CHECKING:
@@ -64,6 +64,7 @@ class PlaneBody(Body):
     interface : "rigid": a pin holds the nodes of its set as a rigid body; "averaged": it moves with their mean; or a
         dictionary by pin.
     damping : stiffness-proportional damping time [s], >= 0.
+    mass_damping : mass-proportional damping rate zeta1 [1/s] (Rayleigh), >= 0; see the notes.
     formulation : "corotated": linear elasticity in axes that turn with each cell; "total-lagrange": strains
         against the reference configuration, St. Venant and Kirchhoff's material, at twice the cost.
     stress : whether every accepted step looks for the largest von Mises stress: signals `von_mises` [Pa] and
@@ -81,6 +82,10 @@ class PlaneBody(Body):
     -----
     Small strains and any rotation.  A rigid pin is too stiff, since the hole cannot become oval; an averaged one is too
     soft, since nothing keeps the hole round.  A pin that fills its hole lies between both.
+
+    `mass_damping` acts on the velocity against a frame that has its origin at the first pin and points to the second
+    one (with one pin: to the node farthest from it).  No rigid motion is damped.  Where both pins stand still, each
+    vibration of the angular frequency omega has the damping ratio (zeta1/omega + zeta2 omega)/2, zeta2 being `damping`.
     """
 
     mesh: PlaneMesh
@@ -95,6 +100,7 @@ class PlaneBody(Body):
     pins: tuple[str, ...] | None = None
     interface: str | Mapping[str, str] | tuple[tuple[str, str], ...] = RIGID
     damping: float = 0.0
+    mass_damping: float = 0.0
     formulation: str = "corotated"
     stress: bool = True
     velocity: Triple | Field | None = None
@@ -107,6 +113,7 @@ class PlaneBody(Body):
         checks.one_of(self.label, "state", self.state, (STRESS, STRAIN))
         checks.one_of(self.label, "formulation", self.formulation, FORMULATIONS)
         checks.not_negative(self.label, "damping", self.damping, "s")
+        checks.not_negative(self.label, "mass_damping", self.mass_damping, "1/s")
         checks.flag(self.label, "stress", self.stress)
         for field in ("thickness", "material", "interface"):
             if isinstance(value := getattr(self, field), Mapping):
@@ -116,7 +123,11 @@ class PlaneBody(Body):
                 object.__setattr__(self, field, checks.point(self.label, field, point))
         object.__setattr__(self, "pins", self._checked_pins())
         _ = self._place, self.tie  # refuse points and pins that do not fit
-        numbers_of_cells(self.mesh, "thickness", self.thickness, "m")
+        for region, value in by_region(self.label, "thickness", self.thickness):
+            checks.positive(self.label, f"thickness of region {region!r}" if region else "thickness", value, "m")
+        for region, material in by_region(self.label, "material", self.material):
+            require_material(f"{self.label}, region {region!r}" if region else self.label, material)
+        cell_values(self.mesh, "thickness", self.thickness)
         elasticity(self.mesh, self.material, self.state)
         count = len(self.interfaces) + len(self.mesh.points) - len(self._held)
         for field, checked in (("velocity", start_velocity), ("displacement", start_displacement)):
@@ -246,7 +257,7 @@ class PlaneBody(Body):
         cells = Cells.of(self.mesh, self.material, self.thickness, self.state, FORMULATIONS[self.formulation])
         weights = [None if i.kind == RIGID else i.weights(self.mesh) for i in self.interfaces]
         pins = [MeshPin(i.name, i.point, i.nodes, w) for i, w in zip(self.interfaces, weights, strict=True)]
-        return FullBody(self.name, cells, pins, self.origin, self.direction, self.damping)
+        return FullBody(self.name, cells, pins, self.origin, self.direction, self.damping, self.mass_damping)
 
     def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - the mesh alone
         """The mesh."""

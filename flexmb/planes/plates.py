@@ -93,4 +93,6 @@ def _cross(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> bool:
     def side(p: np.ndarray, q: np.ndarray, r: np.ndarray) -> float:
         return float((q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]))
 
-    return side(a, b, c) * side(a, b, d) <= 0.0 and side(c, d, a) * side(c, d, b) <= 0.0
+    lowest = np.maximum(np.minimum(a, b), np.minimum(c, d))  # of the boxes, which edges on one line need not share
+    boxes_meet = bool(np.all(lowest <= np.minimum(np.maximum(a, b), np.maximum(c, d))))
+    return boxes_meet and side(a, b, c) * side(a, b, d) <= 0.0 and side(c, d, a) * side(c, d, b) <= 0.0

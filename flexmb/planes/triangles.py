@@ -108,7 +108,7 @@ def _lattice(shape: Shape, fixed: Array, edges: Indices, size: float) -> Array:
 
 
 def _behind_bends(points: Array, cells: Indices, edges: Indices) -> Array:
-    """Nodes inside, for triangles with two edges on the boundary that are nearly one line: on an arc they would be flat."""
+    """Nodes inside, for triangles with two boundary edges that are nearly one line: on an arc they would be flat."""
     ahead = np.full(len(points), -1)
     ahead[edges[:, 0]] = edges[:, 1]
     turned = np.concatenate([np.roll(cells, -k, axis=1) for k in range(3)])

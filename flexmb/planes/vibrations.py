@@ -11,7 +11,7 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh, splu
 
 from flexmb import checks
-from flexmb.errors import SolveError
+from flexmb.errors import InputError, SolveError
 from flexmb.planes.forms import PlaneMatrices
 from flexmb.planes.interfaces import Tie
 
@@ -53,6 +53,9 @@ def vibrations(
         T = T[:, np.flatnonzero(kept)]
         K, M = T.T @ K @ T, T.T @ M @ T
     rigid = 0 if held else RIGID_MOTIONS
+    if K.shape[0] < rigid + 2:
+        text = f"{label}: with its pins held it has {K.shape[0]} displacements"
+        raise InputError(f"{text}, so it cannot vibrate. Take pins that leave nodes free, or a finer mesh.")
     checks.between(label, "count", count, 1, K.shape[0] - rigid - 1)
     squared, shapes = _lowest(label, csc_array(K), csc_array(M), count + rigid, matrices)
     frequencies = np.sqrt(np.maximum(squared[rigid:], 0.0)) / (2.0 * math.pi)

@@ -1,4 +1,4 @@
-"""Accuracy of reduced bodies: their frequencies, deflections and stresses, and those of all displacements."""
+"""Accuracy of reduced bodies: frequencies, deflections and stresses beside the ones of all displacements."""
 
 from __future__ import annotations
 

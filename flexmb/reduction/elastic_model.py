@@ -38,6 +38,7 @@ class ElasticModel:
     drawn : mesh that shows the body, with places in the axes of the model, without what moves it.
     drawn_by : (2 points, N) displacements of its points.
     stresses : (N, n) displacements -> (nodes, 4, n) sx, sy, txy, sz at the nodes [Pa]; None: unknown.
+    mass_damping : mass-proportional damping rate [1/s].
     """
 
     label: str
@@ -55,6 +56,7 @@ class ElasticModel:
     drawn: MeshShape | None = None
     drawn_by: Sparse | None = None
     stresses: Callable[[Array], Array] | None = None
+    mass_damping: float = 0.0
 
     def placed(self, nodes: Sequence[Node]) -> tuple[Node, ...]:
         """Nodes, given in the axes of the model, in the reference configuration."""

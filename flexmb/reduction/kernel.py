@@ -34,11 +34,11 @@ from flexmb.compiled.views import block_of, entry_of, item_of, part_of, row_of
 from flexmb.kernels import fast
 
 COUNT, DIRECTIONS, BY_PIN, MODAL, ZETA, GRAVITY_X, GRAVITY_Y, MASS, MOMENT_X, MOMENT_Y, HEAD = range(11)
-"""Parameters p: n, number of directions l, whether the frame is that of the first node, whether there is modal damping,
+"""Parameters p: n, number of directions l, whether the frame is that of the first node, whether there is a D,
 stiffness-proportional damping time, g, m and int rho X.
 
 Then, at HEAD: X (n) poses of the undeformed body, A (n) weights of the frame, E (2 n) int rho Psi, the matrices M, G,
-H, P + Kc, Kc, K and D (n x n each), and of each direction l, K l, D l (n each) and Q (n x n); D is modal damping alone.
+H, P + Kc, Kc, K and D (n x n each), and of each direction l, K l, D l (n each) and Q (n x n); D has no part by zeta.
 """
 
 MOST = 96

@@ -77,6 +77,7 @@ class BeamModel:
             drawn,
             drawn_by,
             self._stresses if all(knows_stress(beam.section) for beam in self.body.beams) else None,
+            mass_damping=self.body.mass_damping,
         )
 
     def _elements(self) -> Iterator[Element]:

@@ -68,4 +68,5 @@ def model_of_plane(body: PlaneBody, pins: Sequence[str]) -> ElasticModel:
         mesh_shape(body.name, body.mesh, body.material, body.state),
         shape,
         stresses,
+        body.mass_damping,
     )

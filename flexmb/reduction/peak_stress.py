@@ -1,14 +1,13 @@
 """Largest von Mises stress of a reduced plane body, and the node where it acts.
 
 Stresses of the shapes are added up before the von Mises stress is taken, for many nodes side by side.  Nodes of similar
-stresses form a group; only groups that may hold the largest stress are looked at.  With the mean stress s of a group
-and its von Mises stress |s|, at any of its nodes
+stresses form a group, and groups a block; only those that may hold the largest stress are looked at.  With the mean
+stress s of a group or block and its von Mises stress |s|, at any of its nodes
 
     |s_k| <= |s| + |s_k - s| <= |s| + sum_j spread_j |y_j|,   y = R e
 
 by the triangle inequality.  |y| is the root mean square of the von Mises stress of all nodes, the y_j are the parts of
-orthogonal fields of stress, and spread_j is the largest |s_k - s| of the field j alone.  The same bound with s = 0
-tells whether any node can be above the largest stress so far.
+orthogonal fields of stress, and spread_j is the largest |s_k - s| of the field j alone.
 """
 
 from __future__ import annotations
@@ -27,16 +26,15 @@ from flexmb.reduction.kernel import COUNT, MOST, QD, T1, T2, deformation, end_of
 scratch = stack_matrix(QD + MOST, MOST)
 
 LANES = 16
-"""Number of nodes side by side, a group; and of groups side by side."""
+"""Number of nodes side by side, a group; of groups side by side, a block; and of blocks side by side."""
 
 GROUPS, PARTS, HEAD = range(3)
 """Parameters behind those of the element: number of groups; of stresses sx, sy, txy, sz, without those at the end that
 are zero at all nodes.
 
-At HEAD: R (n, n); of each field the largest |s_k| of the field alone.  Then for every LANES groups, of each field their
-spreads and of each coordinate their mean stresses side by side; for every group the numbers of its LANES nodes, and of
-each coordinate their stresses side by side.  The last group repeats its last node, the last groups are followed by
-zeros.
+At HEAD: R (n, n).  Then for every LANES blocks, and for every LANES groups, of each field their spreads and of each
+coordinate their mean stresses side by side; for every group the numbers of its LANES nodes, and of each coordinate
+their stresses side by side.  The last group repeats its last node, the last groups and blocks are followed by zeros.
 """
 
 SX, SY, TXY, SZ = range(0, 4 * LANES, LANES)
@@ -84,52 +82,65 @@ def fields(p, at, e, n, y):
 
 
 @fast
-def fill_bounds(p, at, e, y, n, size, S, bounds):
-    """Fill the bounds of all groups; the group with the largest one."""
-    groups, best, most = bounds.shape[0], 0, -1.0
-    for first in range(0, groups, LANES):
-        squares(p, at + LANES * n, e, n, size, S)
+def bounds_side_by_side(p, at, e, y, n, size, S):
+    """Set S = bounds of the stresses in groups or blocks side by side."""
+    squares(p, at + LANES * n, e, n, size, S)
+    for k in range(LANES):
+        S[k] = math.sqrt(S[k])
+    for j in range(n):
         for k in range(LANES):
-            S[k] = math.sqrt(S[k])
-        for j in range(n):
-            for k in range(LANES):
-                S[k] += p[at + LANES * j + k] * y[j]
+            S[k] += p[at + LANES * j + k] * y[j]
+    for k in range(LANES):
+        S[k] *= SURE
+
+
+@fast
+def fill_bounds(p, at, e, y, n, size, S, least, bounds, of_groups):
+    """Fill the bounds of all blocks and groups; the group with the largest one.
+
+    Groups of blocks that cannot hold more than `least` have the bound 0; -1 is returned when no block can.
+    """
+    blocks, groups, step = bounds.shape[0], of_groups.shape[0], LANES * n + n * size
+    for first in range(0, blocks, LANES):
+        bounds_side_by_side(p, at, e, y, n, size, S)
+        for k in range(min(LANES, blocks - first)):
+            bounds[first + k] = S[k]
+        at += step
+    best, most = -1, -1.0
+    for block in range(blocks):
+        first = LANES * block
+        seen = not bounds[block] < least  # also what is not a number
+        if seen:
+            bounds_side_by_side(p, at + block * step, e, y, n, size, S)
         for k in range(min(LANES, groups - first)):
-            bounds[first + k] = SURE * S[k]
-            if bounds[first + k] > most:
-                best, most = first + k, bounds[first + k]
-        at += LANES * n + n * size
+            of_groups[first + k] = S[k] if seen else 0.0
+            if seen and not of_groups[first + k] <= most:
+                best, most = first + k, of_groups[first + k]
     return best
 
 
 @fast
 def largest_stress(p, q, least, x):
     """Largest nodal von Mises stress, and the number of its node; zeros where it is surely not above `least`."""
-    n, head = int(p[COUNT]), end_of(p) + HEAD
+    n, S = int(p[COUNT]), side_by_side()
     e, y = part_of(x[T1], 0, n), part_of(x[T2], 0, n)
     c, s, angle, _ = frame_of(p, q)
     deformation(p, q, c, s, angle, x)
     for i in range(n):
         x[1, i] = 0.0  # d' has no part in stresses
     shortened(p, x, e, y)
-    fields(p, head, e, n, y)
-    most = 0.0
-    for j in range(n):
-        most += p[head + n * n + j] * y[j]
-    return (0.0, 0.0) if SURE * most < least else largest_in_groups(p, n, e, y, least)
-
-
-@fast
-def largest_in_groups(p, n, e, y, least):
-    """Largest stress of the nodes of groups that may have one above `least`, and its node."""
-    begin, S = end_of(p), side_by_side()
+    begin = end_of(p)
     groups, size = int(p[begin + GROUPS]), LANES * int(p[begin + PARTS])
-    bounds = stack_space(groups)
-    at = begin + HEAD + n * n + n
-    best = fill_bounds(p, at, e, y, n, size, S, bounds)
-    at += -(-groups // LANES) * (LANES * n + n * size)
-    largest, where = least * least if least > 0.0 else -1.0, 0.0
-    found = largest
+    blocks, step = -(-groups // LANES), LANES * n + n * size
+    of_blocks, bounds = stack_space(blocks), stack_space(groups)
+    fields(p, begin + HEAD, e, n, y)
+    at = begin + HEAD + n * n
+    best = fill_bounds(p, at, e, y, n, size, S, least, of_blocks, bounds)
+    if best < 0:
+        return 0.0, 0.0
+    at += (-(-blocks // LANES) + blocks) * step
+    floor = least * least if least > 0.0 else -1.0
+    largest, where = floor, 0.0
     for turn in range(-1, groups):  # the group with the largest bound first
         group = best if turn < 0 else turn
         if turn == best or bounds[group] * bounds[group] < largest:
@@ -141,7 +152,9 @@ def largest_in_groups(p, n, e, y, least):
                 if S[k] != largest or p[own + k] < where:
                     where = p[own + k]
                 largest = S[k]
-    return (0.0, 0.0) if largest == found else (math.sqrt(largest), where)
+    if largest == floor:
+        return 0.0, 0.0
+    return math.sqrt(largest), where
 
 
 @extremum_kernel
@@ -151,7 +164,7 @@ def peak_stress_kernel(p, t, q, v, a, least):
 
 
 def peak_stress_signal(
-    part: str, coordinates: tuple[Coordinate, ...], element: tuple[float, ...], numbers: tuple[float, ...]
+    part: str, coordinates: tuple[Coordinate, ...], element: tuple[float, ...], groups: tuple[float, ...]
 ) -> SignalContribution:
     """The signals `von_mises` and `von_mises_node` of a body.
 
@@ -160,14 +173,14 @@ def peak_stress_signal(
     part : name of the body.
     coordinates : coordinates of the element.
     element : parameters of the element.
-    numbers : those that `stress_numbers` found.
+    groups : `group_parameters` of the stresses of the body.
     """
-    p = (*element, *numbers)
+    p = (*element, *groups)
     return SignalContribution(part, "von_mises", "Pa", peak_stress_kernel, coordinates, p, place="von_mises_node")
 
 
-def stress_numbers(stresses: np.ndarray) -> tuple[float, ...]:
-    """Parameters of the kernel that follow on the element.
+def group_parameters(stresses: np.ndarray) -> tuple[float, ...]:
+    """Parameters of the search: stresses by groups and blocks of nodes.
 
     Parameters
     ----------
@@ -176,17 +189,23 @@ def stress_numbers(stresses: np.ndarray) -> tuple[float, ...]:
     parts = 1 + int(np.flatnonzero(stresses.any(axis=(0, 2)))[-1])
     metric, root = _metric(stresses)
     found = groups_of(metric)
-    means = stresses[found].mean(axis=1)
-    apart = metric[found] - metric[found].mean(axis=1, keepdims=True)
-    spreads = np.sqrt((apart**2).sum(axis=2)).max(axis=1)
-    blocks, n = -(-len(found) // LANES), stresses.shape[2]
-    padded = np.zeros((blocks * LANES, 1 + parts, n))
-    padded[: len(found)] = np.concatenate([spreads[:, None], means[:, :parts]], axis=1)
-    both = padded.reshape(blocks, LANES, 1 + parts, n)
-    bounds = both[:, :, 0].transpose(0, 2, 1).reshape(blocks, -1)
-    own = [_side_by_side(bounds, both[:, :, 1:]), _side_by_side(found.astype(float), stresses[found][:, :, :parts])]
-    alone = np.sqrt((metric**2).sum(axis=1)).max(axis=0)
-    return float(len(found)), float(parts), *root.ravel().tolist(), *alone.tolist(), *np.concatenate(own).tolist()
+    whole = np.concatenate([found, np.repeat(found[-1:], -len(found) % LANES, axis=0)]).reshape(-1, LANES**2)
+    own = [_bounds(metric, stresses[:, :parts], nodes) for nodes in (whole, found)]
+    own.append(_side_by_side(found.astype(float), stresses[found][:, :, :parts]))
+    return (float(len(found)), float(parts), *root.ravel().tolist(), *np.concatenate(own).tolist())
+
+
+def _bounds(metric: np.ndarray, stresses: np.ndarray, sets: np.ndarray) -> np.ndarray:
+    """Spreads by field and mean stresses of sets (m, k) of nodes, in the order of the kernel."""
+    parts, n = stresses.shape[1:]
+    rows = -(-len(sets) // LANES)
+    both = np.zeros((rows * LANES, 1 + parts, n))
+    for k, nodes in enumerate(sets):
+        apart = metric[nodes] - metric[nodes].mean(axis=0)
+        both[k, 0] = np.sqrt((apart**2).sum(axis=1)).max(axis=0)
+        both[k, 1:] = stresses[nodes].mean(axis=0)
+    both = both.reshape(rows, LANES, 1 + parts, n)
+    return _side_by_side(both[:, :, 0].transpose(0, 2, 1).reshape(rows, -1), both[:, :, 1:])
 
 
 def _side_by_side(numbers: np.ndarray, stresses: np.ndarray) -> np.ndarray:

@@ -22,8 +22,8 @@ from flexmb.planes.plane_body import PlaneBody
 from flexmb.reduction.accuracy import Accuracy, Load, accuracy
 from flexmb.reduction.craig_bampton import Basis, frame_weights
 from flexmb.reduction.of_beams import pins_of_beams
-from flexmb.reduction.peak_stress import peak_stress_signal, stress_numbers
-from flexmb.reduction.shared import key_of, shared_basis, shared_element, shared_model
+from flexmb.reduction.peak_stress import peak_stress_signal
+from flexmb.reduction.shared import key_of, shared_basis, shared_element, shared_groups, shared_model
 from flexmb.reduction.superelement import Superelement
 from flexmb.reduction.tangent import reduced_account, reduced_energy, reduced_force, reduced_kernel, reduced_tangent
 
@@ -32,6 +32,9 @@ if TYPE_CHECKING:
     from flexmb.reduction.elastic_model import ElasticModel
 
 FRAMES = ("chord", "pin")
+
+ROUND_OFF = 1e-12
+"""Distance of two pins over that from the origin [1] up to which they stand at one place."""
 
 
 @documented
@@ -47,12 +50,14 @@ class Reduced(Body):
     modes : least number of vibrations with all pins held.  They come in threes, so 4 keeps 6; 0 keeps static shapes.
     up_to : all vibrations with held pins up to this frequency are kept [Hz], in place of `modes`.
     pins : names of the nodes where parts may be attached; None: the corners of beams, the holes of a plane body.
-    frame : "chord": the frame of the body follows the positions of all pins; "pin": the first pin.
+    frame : "chord": the frame of the body follows the positions of all pins; "pin", or where all pins stand at one
+        place: the first pin.
     stiffening : whether rotation, and forces of the pins, stiffen or soften bending.
     inertia_shapes : whether the static shapes of the own inertia are kept, a node "inertia" for unit accelerations
         along x, along y and about the first pin.  Weight then bends exactly, and all stress inside counts in the
         stiffening.
     damping : stiffness-proportional damping time [s]; None: that of the body.
+    mass_damping : mass-proportional damping rate [1/s], against the frame; None: that of the body.
     damping_ratios : damping ratio of all vibrations of the free body, or one for each of the lowest ones.
     stress : whether every accepted step looks for the largest stress: signals `von_mises` [Pa] and `von_mises_node`.
         Of a fine mesh it takes longer than the rest of a step.  None: as the body.
@@ -60,7 +65,8 @@ class Reduced(Body):
 
     Raises
     ------
-    InputError : a body that cannot be reduced, pins that it has not, more modes than it has, a free piece.
+    InputError : a body that cannot be reduced, mass-proportional damping, pins that it has not, more modes than it has,
+        a free piece.
 
     Notes
     -----
@@ -92,6 +98,7 @@ class Reduced(Body):
     stiffening: bool = True
     inertia_shapes: bool = False
     damping: float | None = None
+    mass_damping: float | None = None
     damping_ratios: float | tuple[float, ...] = 0.0
     stress: bool | None = None
 
@@ -106,6 +113,7 @@ class Reduced(Body):
         stiffening: bool = True,
         inertia_shapes: bool = False,
         damping: float | None = None,
+        mass_damping: float | None = None,
         damping_ratios: float | Sequence[float] = 0.0,
         stress: bool | None = None,
         name: str | None = None,
@@ -118,11 +126,12 @@ class Reduced(Body):
             "body": body,
             "modes": modes,
             "up_to": up_to,
-            "pins": pins if pins is None else tuple(pins),
+            "pins": pins,
             "frame": frame,
             "stiffening": stiffening,
             "inertia_shapes": inertia_shapes,
             "damping": damping,
+            "mass_damping": mass_damping,
             "damping_ratios": ratios,
             "stress": stress,
         }
@@ -138,12 +147,21 @@ class Reduced(Body):
         checks.one_of(self.label, "frame", self.frame, FRAMES)
         if self.damping is not None:
             checks.not_negative(self.label, "damping", self.damping, "s")
-        for ratio in np.atleast_1d(np.asarray(self.damping_ratios, dtype=float)).tolist():
-            checks.not_negative(self.label, "damping_ratios", ratio, "1")
+        if self.mass_damping is not None:
+            checks.not_negative(self.label, "mass_damping", self.mass_damping, "1/s")
+        if self.pins is not None:
+            object.__setattr__(self, "pins", checks.sequence(self.label, "pins", self.pins, "names of pins"))
+        for ratio in self.damping_ratios if isinstance(self.damping_ratios, tuple) else (self.damping_ratios,):
+            checks.not_negative(self.label, "damping_ratios", ratio)
         if not isinstance(self.body, FlexibleBody | PlaneBody):
             raise InputError(
                 f"{self.label}: a {type(self.body).__name__} does not bend. Reduce a FlexibleLink, FlexibleFrame or "
                 "PlaneBody; leave others as they are."
+            )
+        if isinstance(self.body, FlexibleBody) and self.body.mass_damping:
+            raise InputError(
+                f"{self.label}: mass-proportional damping cannot be reduced. Give the body mass_damping=0, and "
+                "damping_ratios here."
             )
         if self.stress is not None:
             checks.flag(self.label, "stress", self.stress)
@@ -154,14 +172,24 @@ class Reduced(Body):
     @cached_property
     def _pins(self) -> tuple[Node, ...]:
         """Nodes of the body where parts may be attached."""
-        known = {node.name: node for node in self.body.nodes()}
         if self.pins is None:
             return pins_of_beams(self.body) if isinstance(self.body, FlexibleBody) else self.body.pin_nodes
         if not self.pins:
             raise InputError(f"{self.label}: pins is empty; name at least one node of the body.")
-        return tuple(
-            self.body.node(checks.one_of(self.label, "pin", name, [*self.body.aliases, *known])) for name in self.pins
-        )
+        own = self.body.nodes() if isinstance(self.body, FlexibleBody) else self.body.pin_nodes
+        known = [*self.body.aliases, *(node.name for node in own)]
+        found = tuple(self.body.node(checks.one_of(self.label, "pin", name, known)) for name in self.pins)
+        if len({pin.name for pin in found}) < len(found):
+            raise InputError(f"{self.label}: pins are {self.pins!r}; name each one once.")
+        return found
+
+    @cached_property
+    def _extent(self) -> float:
+        """Largest distance of two pins [m]; 0 where they stand at one place."""
+        points = [(pin.x, pin.y) for pin in self._pins]
+        found = max(planar.distance(a, b) for a in points for b in points)
+        far = max(abs(x) for point in points for x in point)
+        return found if found > ROUND_OFF * far else 0.0
 
     @cached_property
     def _key(self) -> Hashable:
@@ -171,7 +199,7 @@ class Reduced(Body):
     @cached_property
     def _options(self) -> tuple[int, float | None, bool, bool]:
         """Modes, highest frequency, whether the frame is that of the first pin, whether shapes of inertia are kept."""
-        return self.modes, self.up_to, self.frame == "pin" or len(self._pins) == 1, self.inertia_shapes
+        return self.modes, self.up_to, self.frame == "pin" or self._extent == 0.0, self.inertia_shapes
 
     @cached_property
     def model(self) -> ElasticModel:
@@ -188,8 +216,9 @@ class Reduced(Body):
     def element(self) -> Superelement:
         """The constant matrices of the equations of motion."""
         damping = self.model.damping if self.damping is None else self.damping
+        drag = self.model.mass_damping if self.mass_damping is None else self.mass_damping
         key, ratios = (self._key, self._options), self.damping_ratios
-        return shared_element(self.basis, key, damping, stiffening=self.stiffening, ratios=ratios)
+        return shared_element(self.basis, key, damping, stiffening=self.stiffening, ratios=ratios, mass_damping=drag)
 
     def frequencies(self, count: int = 6) -> np.ndarray:
         """Lowest frequencies of the free reduced body, without rigid motions (at most `count`) [Hz]."""
@@ -246,8 +275,8 @@ class Reduced(Body):
 
     def attach(self, owner: str, point: tuple[float, float]) -> Attachment:
         """The pin at `point`; `owner` names who asks, for messages."""
-        size = max(planar.distance((a.x, a.y), (b.x, b.y)) for a in self._pins for b in self._pins)
-        node = nearest_node(self.label, owner, self._pins, point, size or 1.0)
+        remedy = "or make it a pin of the body, which a reduced one keeps"
+        node = nearest_node(self.label, owner, self._pins, point, self._extent or 1.0, remedy)
         return Attachment(self.name, node.name, (0.0, 0.0))
 
     def references(self) -> tuple[str, ...]:
@@ -338,13 +367,8 @@ class Reduced(Body):
         )
         if self.model.stresses is None or not self.seeks_stress:
             return [element]
-        return [element, peak_stress_signal(self.name, coordinates, p, self._stress_numbers)]
-
-    @cached_property
-    def _stress_numbers(self) -> tuple[float, ...]:
-        """Parameters of the search for the largest stress, which do not depend on the mechanism."""
-        stresses = self.model.stresses
-        return () if stresses is None else stress_numbers(stresses(self.basis.shapes))
+        groups = shared_groups(self.basis, (self._key, self._options))
+        return [element, peak_stress_signal(self.name, coordinates, p, groups)]
 
 
 def _nested(array: np.ndarray) -> Any:

@@ -14,6 +14,7 @@ from flexmb.reduction.craig_bampton import Basis, basis
 from flexmb.reduction.elastic_model import ElasticModel
 from flexmb.reduction.of_beams import model_of_beams
 from flexmb.reduction.of_planes import model_of_plane
+from flexmb.reduction.peak_stress import group_parameters
 from flexmb.reduction.superelement import Superelement, superelement
 
 Value = TypeVar("Value")
@@ -59,6 +60,7 @@ class Kept(Generic[Value]):
 MODELS: Kept[ElasticModel] = Kept()
 BASES: Kept[Basis] = Kept()
 ELEMENTS: Kept[Superelement] = Kept()
+GROUPS: Kept[tuple[float, ...]] = Kept()
 
 
 def key_of(body: FlexibleBody | PlaneBody, pins: Sequence[str]) -> Hashable:
@@ -91,7 +93,7 @@ def shared_model(body: FlexibleBody | PlaneBody, pins: Sequence[str], key: Hasha
         found = replace(found, origin=body.origin, direction=body.direction)
     else:
         found = MODELS.of(key, lambda: model_of_beams(body, pins))
-    return replace(found, label=body.label, damping=body.damping)
+    return replace(found, label=body.label, damping=body.damping, mass_damping=body.mass_damping)
 
 
 def shared_basis(
@@ -111,7 +113,13 @@ def shared_basis(
 
 
 def shared_element(
-    found: Basis, key: Hashable, damping: float, *, stiffening: bool, ratios: float | tuple[float, ...]
+    found: Basis,
+    key: Hashable,
+    damping: float,
+    *,
+    stiffening: bool,
+    ratios: float | tuple[float, ...],
+    mass_damping: float,
 ) -> Superelement:
     """Matrices of a reduced body.
 
@@ -119,7 +127,25 @@ def shared_element(
     ----------
     found : its basis.
     key : all that the basis depends on.
-    damping, stiffening, ratios : as of `superelement.superelement`.
+    damping, stiffening, ratios, mass_damping : as of `superelement.superelement`.
     """
-    options = (damping, stiffening, ratios)
-    return ELEMENTS.of((key, options), lambda: superelement(found, damping, stiffening=stiffening, ratios=ratios))
+    options = (damping, stiffening, ratios, mass_damping)
+
+    def make() -> Superelement:
+        return superelement(found, damping, stiffening=stiffening, ratios=ratios, mass_damping=mass_damping)
+
+    return ELEMENTS.of((key, options), make)
+
+
+def shared_groups(found: Basis, key: Hashable) -> tuple[float, ...]:
+    """Parameters of the search for the largest stress of a body.
+
+    Parameters
+    ----------
+    found : its basis.
+    key : all that the basis depends on.
+    """
+    stresses = found.model.stresses
+    if stresses is None:
+        raise ValueError(f"{found.model.label} has no stresses")
+    return GROUPS.of(key, lambda: group_parameters(stresses(found.shapes)))

@@ -32,7 +32,7 @@ class Superelement:
     mass : total mass [kg].
     moment : (2,) int rho X [kg m].
     mean : (2, n) int rho Psi [kg].
-    matrices : M, G, H, P, K, and D of modal damping (n, n each).
+    matrices : M, G, H, P, K, and D of modal and mass-proportional damping (n, n each).
     centrifugal : (n, n) Kc, zeros without stiffening.
     shortening : (k, n, n) Q of k coordinates from that of the second pin on, or none.
     """
@@ -85,7 +85,12 @@ class Superelement:
 
 
 def superelement(
-    found: Basis, damping: float, *, stiffening: bool, ratios: float | tuple[float, ...] = 0.0
+    found: Basis,
+    damping: float,
+    *,
+    stiffening: bool,
+    ratios: float | tuple[float, ...] = 0.0,
+    mass_damping: float = 0.0,
 ) -> Superelement:
     """Matrices of a reduced body.
 
@@ -95,6 +100,7 @@ def superelement(
     damping : stiffness-proportional damping time [s].
     stiffening : whether bending is stiffened by forces of the pins and by rotation.
     ratios : damping ratios of the vibrations of the free body, from the lowest; one number: of all.
+    mass_damping : mass-proportional damping rate [1/s].
 
     Raises
     ------
@@ -105,7 +111,8 @@ def superelement(
     matrices, mass, moment, mean = _inertia(found)
     free = rigid_motions(found.nodes)
     K = _without(free, found.shapes.T @ (found.model.stiffness @ found.shapes))
-    matrices |= {"K": K, "D": _modal_damping(matrices["M"], K, ratios)}
+    D = _modal_damping(matrices["M"], K, ratios) + mass_damping * _from_first_node(matrices["M"], free)
+    matrices |= {"K": K, "D": D}
     zero = np.zeros((n, n))
     centrifugal, shortening = _stiffening(found, K, free) if stiffening else (zero, np.zeros((0, n, n)))
     pins = len(found.model.pins)
@@ -149,6 +156,13 @@ def _without(free: Array, A: Array) -> Array:
     left = np.eye(len(A)) - Q @ Q.T
     clean: Array = left @ (0.5 * (A + A.T)) @ left
     return 0.5 * (clean + clean.T)
+
+
+def _from_first_node(M: Array, free: Array) -> Array:
+    """Mass matrix of motions against the first node: its forces are in balance."""
+    against = np.eye(len(M))
+    against[:, :2] -= free[:, :2]
+    return np.asarray(against.T @ M @ against)
 
 
 def _modal_damping(M: Array, K: Array, ratios: float | tuple[float, ...]) -> Array:

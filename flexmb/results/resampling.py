@@ -172,7 +172,8 @@ def _rigid_fit(shape: np.ndarray, poses: np.ndarray, joints: dict[int, bool], tu
 
     The nodes `turning` are those of the fit where joints do not hold the body.
 
-    Between two joints the shape is stretched as much as they are apart, so that the fit is exact there.
+    Between two joints the shape is stretched as much as they are apart, so that the fit is exact there.  Nodes of modes
+    are not: their amplitudes count from the rigid motion of the first node.
     """
     held = list(joints) if joints else turning
     middle, centre = shape[held, :2].mean(axis=0), poses[:, held, :2].mean(axis=1)
@@ -187,10 +188,17 @@ def _rigid_fit(shape: np.ndarray, poses: np.ndarray, joints: dict[int, bool], tu
         angle = np.arctan2(cross, along)
         if len(held) > 1 and joints:
             size = np.hypot(cross, along) / float(np.sum(a**2))
-    c, s = (size * np.cos(angle))[:, None], (size * np.sin(angle))[:, None]
-    rest = shape[:, :2] - middle
-    x = centre[:, None, 0] + c * rest[:, 0] - s * rest[:, 1]
-    y = centre[:, None, 1] + s * rest[:, 0] + c * rest[:, 1]
+    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    x, y = (size[:, None] * along for along in _turned(c, s, shape[:, :2] - middle))
+    x, y = centre[:, None, 0] + x, centre[:, None, 1] + y
+    modes = [k for k in range(len(shape)) if k not in held and k not in turning]
+    aside = _turned(c, s, shape[modes, :2] - shape[0, :2])
+    x[:, modes], y[:, modes] = x[:, :1] + aside[0], y[:, :1] + aside[1]
     turned = shape[:, 2] + angle[:, None]
     turned = turned + 2.0 * np.pi * np.round((poses[..., 2] - turned) / (2.0 * np.pi))  # turns that the run counted
     return np.stack([x, y, turned], axis=-1)
+
+
+def _turned(c: np.ndarray, s: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """x and y (n, m) of points (m, 2), turned by angles with these cosines and sines (n, 1)."""
+    return c * points[:, 0] - s * points[:, 1], s * points[:, 0] + c * points[:, 1]

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 EDGE_SHARE = 0.1
 """Share of the strain energy in the highest modes [1] from which a basis is said to be too small."""
 
+ROUND_OFF = 1e-14
+"""Displacement over the size of a body [1] whose strain energy is that of round-off."""
+
 
 def basis_remarks(mechanism: Mechanism, saved: Saved) -> Iterator[str]:
     """A sentence on each reduced body whose last three modes hold much of its strain energy at a saved instant.
@@ -40,7 +43,8 @@ def _remark(body: Reduced, d: np.ndarray, time: np.ndarray) -> Iterator[str]:
     whole = 0.5 * np.einsum("ti,ij,tj->t", d, stiffness, d)
     edge = 0.5 * np.einsum("ti,ij,tj->t", eta, stiffness[last, last], eta)
     when = int(np.argmax(edge))
-    share = float(edge[when] / whole.max()) if whole.max() > 0.0 else 0.0
+    least = 0.5 * np.trace(stiffness[last, last]) * (ROUND_OFF * np.ptp(body.model.points, axis=0).max()) ** 2
+    share = float(edge[when] / whole.max()) if whole.max() > least else 0.0
     if share >= EDGE_SHARE:
         frequency, more = body.dropped_frequency, body.basis.vibrations + 3
         beyond = f" The lowest one left out has {frequency:.4g} Hz with held pins." if np.isfinite(frequency) else ""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from flexmb.bodies.flexible_body import FlexibleBody
 from flexmb.display.text import number_text
+from flexmb.model.material import Material
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.signal import Signals
 from flexmb.results.peaks import Peaks
@@ -61,6 +62,20 @@ def source_of(body: STRESSED) -> FlexibleBody | PlaneBody:
     return source  # type: ignore[no-any-return]
 
 
+def materials_of(source: FlexibleBody | PlaneBody) -> list[Material]:
+    """Materials of a body with all its nodes.
+
+    Parameters
+    ----------
+    source : the body.
+    """
+    if isinstance(source, FlexibleBody):
+        return [source.material]
+    from flexmb.planes.regions import by_region
+
+    return [material for _, material in by_region(source.label, "material", source.material)]
+
+
 def yield_stresses(body: STRESSED) -> set[float]:
     """Different yield stresses of the materials of a body [Pa]; empty where one is unknown.
 
@@ -68,12 +83,5 @@ def yield_stresses(body: STRESSED) -> set[float]:
     ----------
     body : the body.
     """
-    source = source_of(body)
-    if isinstance(source, FlexibleBody):
-        materials = [source.material]
-    else:
-        from flexmb.planes.regions import by_region
-
-        materials = [material for _, material in by_region(source.label, "material", source.material)]
-    known = {material.yield_stress for material in materials}
+    known = {material.yield_stress for material in materials_of(source_of(body))}
     return {limit for limit in known if limit is not None} if None not in known else set()

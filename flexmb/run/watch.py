@@ -23,9 +23,9 @@ from flexmb.results.contact_intervals import COLUMNS, ContactLog
 from flexmb.results.peaks import Peaks
 from flexmb.run.basis_edge import basis_remarks
 from flexmb.run.deformations import large_deformations
+from flexmb.run.failure import STEP_CODES
 from flexmb.run.stopping import Condition
-from flexmb.run.strength import strength_remarks
-from flexmb.state.record import DONE, RUNNING
+from flexmb.run.strength import materials_of, source_of, strength_remarks
 from flexmb.step.step_size import FixedStep
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ class Saved(NamedTuple):
     end : last instant that the run reached [s].
     coordinates : names of the coordinates.
     pose : (n_q,) coordinates at the last instant.
-    failed : whether the run did not reach its end.
+    failed : whether a step failed.
     """
 
     time: np.ndarray
@@ -123,7 +123,7 @@ class Saved(NamedTuple):
             float(run.flow.clock.t),
             run.program.names.coordinates,
             run.flow.q,
-            run.code not in (RUNNING, DONE),
+            run.code in STEP_CODES,
         )
 
 
@@ -141,7 +141,8 @@ def watched(mechanism: Mechanism, saved: Saved) -> Watched:
         if finding.code in ONE_INSTANT and finding.numbers.get("time", 0.0) > saved.end:
             continue
         (faults if finding.severity == ERROR else notes).append(f"{finding.text} {finding.remedy}".rstrip())
-    shapes = (*_strains(mechanism, saved), *large_deformations(mechanism, saved))
+    strains = (*_strains(mechanism, saved), *_strains_of_meshes(mechanism, saved))
+    shapes = (*strains, *large_deformations(mechanism, saved))
     for wrong, text in (*_penetrations(mechanism, saved), *_coarse_contacts(saved), *shapes):
         (faults if wrong else notes).append(text)
     notes += [*yielding_couplings(mechanism, saved.signals, saved.peaks), *_pulling_curves(mechanism, saved)]
@@ -303,6 +304,20 @@ def _strains(mechanism: Mechanism, saved: Saved) -> Iterator[tuple[bool, str]]:
             yield wrong, f"{text}; it yields at {limit:.3g} Pa, and beams are linear elastic."
         elif strain > LARGE_STRAIN:
             yield wrong, f"{text}; beams are linear elastic, for small strains."
+
+
+def _strains_of_meshes(mechanism: Mechanism, saved: Saved) -> Iterator[tuple[bool, str]]:
+    """Plane bodies, reduced ones too, whose largest stress is more than linear elasticity allows."""
+    for body in mechanism.bodies:
+        place = saved.signals.places.get(f"{body.name}.von_mises")
+        source = None if place is None else source_of(body)  # type: ignore[arg-type] # bodies with such a signal have one
+        if place is None or source is None or isinstance(source, FlexibleBody):
+            continue
+        stress, when = float(saved.peaks.values[place]), float(saved.peaks.times[place])
+        strain = stress / max(material.young for material in materials_of(source))
+        if strain > LARGE_STRAIN:
+            text = f"At t = {when:.6g} s {body.label} strains by some {strain:.3g} ({stress:.3g} Pa)"
+            yield strain > IMPOSSIBLE_STRAIN, f"{text}; plane bodies are linear elastic, for small strains."
 
 
 def strain_of(body: FlexibleBody, saved: Saved, most: int = MOST_NUMBERS) -> tuple[float, float] | None:

@@ -34,7 +34,7 @@ def accept(tables, address, h, options, flow, trial, work, record, exact):
     complete_evaluation(tables, address, h, flow, trial, work, record)
     update_energies(tables, address, h, options, flow, trial, work, record)
     adopt_trial(h, flow, trial, work, record)
-    exact = exact or record.watched.shape[0] > 0 or end_is_saved(options, flow, record)
+    exact = exact or extremum_is_watched(record) or end_is_saved(options, flow, record)
     t, peak, signals = flow.clock.t, record.peak, record.signals
     write_outputs(tables, address, t, flow.q, flow.v, flow.a, work, flow.ledger, peak, exact, signals)
     update_peaks(flow.clock.t, record.signals, record)
@@ -127,6 +127,16 @@ def condition_met(record):
         if sign * (record.last_signals[place] - level) < 0.0 and sign * (record.signals[place] - level) >= 0.0:
             record.count.condition = k + 1
             return True
+    return False
+
+
+@compiled
+def extremum_is_watched(record):
+    """Whether a stop condition watches a signal that has a place."""
+    for k in range(record.places.shape[0]):
+        for w in range(record.watched.shape[0]):
+            if record.watched[w] == record.places[k, OF_PEAK] or record.watched[w] == record.places[k, PLACE]:
+                return True
     return False
 
 

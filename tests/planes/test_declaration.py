@@ -92,7 +92,7 @@ def test_sets_can_be_chosen_as_pins(mesh):
         ({"interface": {"middle": "rigid"}}, "pin is 'middle'"),
         ({"material": None}, "must be a Material"),
         ({"material": {"a": STEEL}}, "The mesh has no regions"),
-        ({"thickness": -0.01}, "thickness is -0.01 m"),
+        ({"thickness": -0.01}, r"^PlaneBody 'rod': thickness is -0.01 m; it must be > 0\.$"),
         ({"thickness": "thin"}, "thickness is 'thin'; it must be a number"),
         ({"state": "thick"}, "state is 'thick'"),
         ({"damping": -1.0}, "damping is -1 s"),
@@ -167,6 +167,20 @@ def test_odd_units_of_plates_are_told(mesh):
         assert [f.code for f in findings] == ["odd-units"]
         assert words in findings[0].text
     assert not dimension_findings(fm.Mechanism("plate", [fm.PlaneBody("rod", mesh, thickness=0.01, material=STEEL)]))
+
+
+def test_odd_units_inside_of_reduced_bodies_are_told(mesh):
+    """Materials and sizes are those of the body that is reduced, under the name of the reduced one."""
+    gigapascal = fm.Material(young=210.0, density=7850.0, poisson=0.3)
+    plates = {
+        "sound travels at": fm.PlaneBody("rod", mesh, thickness=0.01, material=gigapascal),
+        "is 10 m thick": fm.PlaneBody("rod", mesh, thickness=10.0, material=STEEL),
+        "no slender beam": fm.FlexibleLink("rod", A, B, section=fm.Rectangle(0.01, 0.05), material=STEEL),
+    }
+    for words, rod in plates.items():
+        findings = dimension_findings(fm.Mechanism("plate", [fm.Reduced(rod, name="small")]))
+        assert [f.parts for f in findings] == [("small",)]
+        assert words in findings[0].text
 
 
 @pytest.mark.parametrize("interface", ["rigid", "averaged"])

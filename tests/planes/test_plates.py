@@ -141,3 +141,14 @@ def test_bad_input_is_refused(outline, holes, words):
 def test_quadrilaterals_are_not_offered():
     with pytest.raises(InputError, match="kind is 'quad9'"):
         plate_with_holes(ROCKER, HOLES, 0.01, "quad9")
+
+
+def test_fork_has_two_edges_on_one_line():
+    """Two prongs whose ends lie on one line are no crossing; prongs that overlap on that line are one."""
+    fork = [(0.0, 0.0), (0.01, 0.0), (0.01, 0.05), (0.012, 0.05), (0.012, 0.0), (0.02, 0.0), (0.02, 0.06), (0.0, 0.06)]
+    mesh = plate_with_holes(fork, {"A": ((0.005, 0.03), 0.002)}, 0.002)
+    area = matrices(mesh, Material(2.1e11, 1.0, 0.3), 1.0).rigid_properties[0]
+    assert area == pytest.approx(0.02 * 0.06 - 0.002 * 0.05 - np.pi * 0.002**2, rel=1e-3)
+    overlapping = [*fork[:4], (0.005, 0.05), (0.005, 0.0), *fork[5:]]
+    with pytest.raises(InputError, match="cross"):
+        plate_with_holes(overlapping, {}, 0.002)

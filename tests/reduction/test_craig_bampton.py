@@ -111,6 +111,10 @@ REFUSED = {
     ),
     "no body": (lambda: fm.Reduced("rod"), "must be a flexible body"),
     "an unknown pin": (lambda: fm.Reduced(eyes(), pins=("middle",)), "pin.*'middle'"),
+    "one pin twice": (lambda: fm.Reduced(bar(elements=4), pins=("start", "node0", "end")), "name each one once"),
+    "a node of a mesh as a pin": (lambda: fm.Reduced(eyes(), pins=("start", "node95")), "'node95'.*Known: start, end"),
+    "a name for a list": (lambda: fm.Reduced(eyes(), pins="start"), "must be a list of names of pins"),
+    "a text for a ratio": (lambda: fm.Reduced(eyes(), damping_ratios="2%"), "damping_ratios"),
     "no pins": (lambda: fm.Reduced(eyes(), pins=()), "pins is empty"),
     "a frame": (lambda: fm.Reduced(eyes(), frame="mean"), "frame.*'chord', 'pin'|frame.*chord"),
     "negative modes": (lambda: fm.Reduced(eyes(), modes=-1), "at least 0"),
@@ -120,6 +124,10 @@ REFUSED = {
     "shapes of inertia of too few elements": (
         lambda: fm.Reduced(bar(elements=3), modes=6, inertia_shapes=True).basis,
         "6 inner displacements.*three for shapes of inertia",
+    ),
+    "mass-proportional damping": (
+        lambda: fm.Reduced(bar(mass_damping=2.0)),
+        "mass-proportional damping cannot be reduced",
     ),
     "a start field": (
         lambda: fm.compile(fm.Mechanism("m", [fm.Reduced(bar(displacement=lambda s: (0.0, 0.01 * s * s, 0.02 * s)))])),
@@ -133,3 +141,14 @@ def test_refused(case):
     make, message = REFUSED[case]
     with pytest.raises(InputError, match=message):
         make()
+
+
+def test_pins_at_one_place():
+    """A ring with a hub and a rim as its pins: the frame is that of the hub, whatever is asked for."""
+    mesh = fm.meshes.ring(0.02, 0.05, 0.01)
+    disc = fm.PlaneBody("disc", mesh, at=(0.3, 0.1), thickness=0.01, material=STEEL, pins=("inner", "outer"))
+    chord, pin = fm.Reduced(disc, modes=3), fm.Reduced(disc, modes=3, frame="pin")
+    assert chord.frequencies(3) == pytest.approx(pin.frequencies(3), rel=1e-12)
+    assert chord.basis.by_pin
+    with pytest.raises(InputError, match=r"no node of Reduced 'disc'.*make it a pin of the body"):
+        chord.attach("Force 'F'", (0.35, 0.1))

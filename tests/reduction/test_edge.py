@@ -37,3 +37,10 @@ def test_forces_at_pins_are_not():
 def test_shortening_by_bending_is_no_energy_of_modes():
     """A rod of many modes that bends by a fiftieth of its length."""
     assert not told(run(12, "middle of the halves", weight=600.0))
+
+
+def test_round_off_of_a_falling_body_is_no_energy():
+    section = fm.Rectangle(width=0.01, height=0.02)
+    rod = fm.FlexibleLink("rod", (0.0, 0.0), (1.0, 0.0), section=section, material=STEEL, elements=6)
+    falling = fm.Mechanism("falling", [fm.Reduced(rod, modes=3)], gravity=(0.0, -9.81))
+    assert not fm.simulate(falling, t_end=0.1, save=50).notes

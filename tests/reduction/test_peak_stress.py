@@ -51,6 +51,10 @@ def test_peaks_are_those_of_all_steps_and_saved_values_are_exact():
     peak, same = (sol.peak("rod.von_mises") for sol in (few, every))
     assert (peak.value, peak.time, peak.place) == (same.value, same.time, same.place)
     assert peak.value > few.array("rod.von_mises").max()
+    level = 0.6 * peak.value
+    stopped = fm.simulate(mechanism, t_end=0.004, save=2, stop=fm.when("rod.von_mises", above=level))
+    assert stopped.array("rod.von_mises")[-1] == pytest.approx(level, rel=1e-3)
+    assert stopped.time[-1] <= every.time[every.array("rod.von_mises") > level][0]
     stress = few.stress("rod", times=few.time)["von_mises"]
     np.testing.assert_allclose(few.array("rod.von_mises")[1:], stress.max("place")[1:], rtol=1e-9)
 

@@ -74,3 +74,18 @@ def test_silence():
     soft = replace(STEEL, yield_stress=None)
     for body in (link(soft, stress=True), link(stress=False), plate(soft)):
         assert not [note for note in bent(body).notes if "safety" in note]
+
+
+@pytest.mark.parametrize("reduced", [False, True])
+def test_strain_of_a_plate(reduced):
+    """A plate of 30 kPa is pulled suddenly: twice F / (E A), a third; of a thousandth of the force nothing is told."""
+    soft = fm.Material(3e4, 1000.0, 0.3)
+    body = fm.Reduced(plate(soft), modes=3) if reduced else plate(soft)
+    wall = fm.Fixed("wall", fm.GROUND, body, (1.0, 2.0))
+    loads = [fm.Force("F", body, (1.4, 2.0), (force, 0.0)) for force in (1.0, 1e-3)]
+    mechanisms = [fm.Mechanism("soft", [body, wall, load], gravity=(0.0, 0.0)) for load in loads]
+    large, small = (fm.simulate(mechanism, t_end=0.2, save=20) for mechanism in mechanisms)
+    assert not large.ok
+    assert re.search(r"'rod' strains by some 0\.[2-6]\d* .*plane bodies are linear elastic", large.status)
+    assert small.ok
+    assert not [note for note in small.notes if "strains" in note]
