@@ -158,7 +158,7 @@ def shortened(d: np.ndarray, shortening: np.ndarray) -> np.ndarray:
     d : (n, nodes, 3) deformation of its nodes.
     shortening : matrices of the shortening of the coordinates from the fourth one on.
     """
-    e = (d - d[:, :1] * np.array([1.0, 1.0, 0.0])).reshape(len(d), -1)
+    e: np.ndarray = (d - d[:, :1] * np.array([1.0, 1.0, 0.0])).reshape(len(d), -1)
     if len(shortening):
         e[:, FIRST : FIRST + len(shortening)] += 0.5 * np.einsum("ti,kij,tj->tk", e, shortening, e)
     return e
