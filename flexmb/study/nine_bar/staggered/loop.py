@@ -84,8 +84,8 @@ def whole_motion(el, t, h, q, v, a, d, ledger, work):
 def write_whole(tables, address, t, flow, work, record, el):
     """Write all signals: nodes of the flexible mechanism, joints and contacts of the rigid counterpart."""
     S, N = el.scratch, el.settings
-    write_outputs(tables, address, t, flow.q, flow.v, flow.a, work, flow.ledger, S.signals)
     place, peak, signals = el.whole_address, record.peak, record.signals
+    write_outputs(tables, address, t, flow.q, flow.v, flow.a, work, flow.ledger, peak, True, S.signals)
     write_outputs(el.whole, place, t, S.q, S.v, S.a, el.whole_work, flow.ledger, peak, True, signals)
     for k in range(N.last - N.first):
         record.signals[N.shown + k] = S.signals[N.first + k]
