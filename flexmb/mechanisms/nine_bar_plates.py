@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,10 +13,10 @@ from flexmb.mechanisms.geometry import Point
 from flexmb.mechanisms.nine_bar_data import NineBarData
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Joint
-from flexmb.planes.mesh import PlaneMesh
-from flexmb.planes.outlines import link_with_eyes
-from flexmb.planes.plane_body import PlaneBody
-from flexmb.planes.plates import plate_with_holes
+
+if TYPE_CHECKING:
+    from flexmb.planes.mesh import PlaneMesh
+    from flexmb.planes.plane_body import PlaneBody
 
 HINGES = {
     "crank1": ("O1", "P1"),
@@ -68,6 +68,8 @@ def nine_bar_plates(
     >>> [pin.name for pin in plate.pin_nodes], round(plate.total_mass(), 3)
     (['A', 'B', 'C'], 4.334)
     """
+    from flexmb.planes.plane_body import PlaneBody  # here, since other mechanisms need no meshes
+
     data = NineBarData() if data is None else data
     if not isinstance(mechanism, Mechanism) or not isinstance(data, NineBarData):
         raise InputError("nine_bar_plates: give a mechanism of nine_bar(...), and the NineBarData it was made with.")
@@ -98,6 +100,8 @@ def plate_meshes(data: NineBarData, size: float) -> dict[str, PlaneMesh]:
     data : data of the mechanism.
     size : length of a cell's edge [m].
     """
+    from flexmb.planes.outlines import link_with_eyes
+
     found = {}
     for name in HINGES:
         if name == "panel7":
@@ -147,6 +151,8 @@ def _panel_corners(data: NineBarData) -> np.ndarray:
 
 def _panel_mesh(data: NineBarData, size: float) -> PlaneMesh:
     """The triangle with a round rim and three holes."""
+    from flexmb.planes.plates import plate_with_holes
+
     hinges, rim = _panel_corners(data), 0.5 * data.depth
     ahead = np.roll(hinges, -1, axis=0) - hinges
     ahead /= np.linalg.norm(ahead, axis=1)[:, None]

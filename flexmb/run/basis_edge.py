@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flexmb.model.mechanism import Mechanism
-from flexmb.results.surfaces import shortened
 from flexmb.run.deformations import deformations
 
 if TYPE_CHECKING:
@@ -37,6 +36,8 @@ def basis_remarks(mechanism: Mechanism, saved: Saved) -> Iterator[str]:
 
 def _remark(body: Reduced, d: np.ndarray, time: np.ndarray) -> Iterator[str]:
     """The sentence on one body with the deformations d (t, n)."""
+    from flexmb.results.surfaces import shortened
+
     pins, d = body.basis.model.count, shortened(d.reshape(len(d), -1, 3), body.element.shortening)
     stiffness, last = body.element.matrices["K"], slice(d.shape[1] - 3, None)
     eta = d[:, last] - d[:, :pins] @ body.basis.followed[-3:].T

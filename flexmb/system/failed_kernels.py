@@ -162,8 +162,11 @@ def _calls(program: Program, s: Instant) -> Iterator[_Call]:
         dofs = M.dofs[M.dof[k] : M.dof[k + 1]]
         state = s.q[dofs], s.v[dofs], s.a[dofs]
         name = program.names.signals.names[int(M.out[k])].rpartition(".")[0]
-        kernel = _kernel(program, "signal", number) if number >= 0 else _kernel(program, "extremum", extremum)
-        yield _Call(name, kernel, (_numbers(program, M.p[k]), s.t, *state))
+        p = _numbers(program, M.p[k])
+        if number >= 0:
+            yield _Call(name, _kernel(program, "signal", number), (p, s.t, *state))
+        else:
+            yield _Call(name, _kernel(program, "extremum", extremum), (p, s.t, *state, -1.0))
 
 
 def _control_calls(program: Program, s: Instant) -> Iterator[_Call]:

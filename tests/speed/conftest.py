@@ -6,5 +6,5 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 
-collect_ignore = ["nine_bar_statistics.py", "peer.py", "peer_nine_bar.py", "rows.py"]
+collect_ignore = ["nine_bar_statistics.py", "peer.py", "peer_link.py", "peer_nine_bar.py", "rows.py"]
 """Modules that import the peer, which need not be installed; pytest looks for examples in every module."""
