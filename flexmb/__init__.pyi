@@ -11,6 +11,7 @@ from flexmb import drives as drives
 from flexmb import equilibrium as equilibrium
 from flexmb import errors as errors
 from flexmb import kernels as kernels
+from flexmb import loads as loads
 from flexmb import mechanisms as mechanisms
 from flexmb import meshes as meshes
 from flexmb import model as model

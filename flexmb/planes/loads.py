@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -15,8 +16,11 @@ from flexmb.planes.mesh import PlaneMesh
 from flexmb.planes.regions import ByRegion, numbers_of_cells
 
 Array = npt.NDArray[np.float64]
-Field = Sequence[float] | Callable[[Array], Any]
+Field: TypeAlias = Sequence[float] | Callable[[Array], Any]
 """A constant vector (x, y), or a function of points (p, 2) [m] that returns vectors (p, 2)."""
+
+Stress: TypeAlias = float | Callable[[Array], Any]
+"""A constant number, or a function of points (p, 2) [m] that returns numbers (p,)."""
 
 
 def body_force(mesh: PlaneMesh, field: Field, thickness: ByRegion[float]) -> Array:
@@ -38,7 +42,7 @@ def body_force(mesh: PlaneMesh, field: Field, thickness: ByRegion[float]) -> Arr
     return forces.ravel()
 
 
-def edge_load(mesh: PlaneMesh, name: str, traction: Field, thickness: float) -> Array:
+def edge_load(mesh: PlaneMesh, name: str, traction: Field, thickness: ByRegion[float]) -> Array:
     """Nodal forces (2n,) [N] of a force per area on the boundary edges of a set.
 
     Parameters
@@ -46,14 +50,79 @@ def edge_load(mesh: PlaneMesh, name: str, traction: Field, thickness: float) -> 
     mesh : the mesh.
     name : name of the set.
     traction : force per area [Pa].
-    thickness : thickness across the plane [m].
+    thickness : thickness across the plane [m], or thicknesses by region.
     """
-    edges, speed, places = _edges(mesh, name)
-    lengths = np.linalg.norm(speed, axis=2, keepdims=True)
-    return _on_edges(mesh, edges, thickness * lengths * _vectors(mesh, traction, places))
+    edges = loaded_edges(mesh, name, thickness)
+    values, slopes, weights = edge_rule(edges.nodes.shape[1])
+    lengths = np.linalg.norm(np.einsum("bka,kq->bqa", mesh.points[edges.nodes], slopes), axis=2)
+    vectors = _vectors(mesh, traction, edges.places) * (lengths * edges.thickness[:, None])[:, :, None]
+    forces = np.zeros((len(mesh.points), 2))
+    np.add.at(forces, edges.nodes, np.einsum("bqa,kq,q->bka", vectors, values, weights))
+    return forces.ravel()
 
 
-def edge_pressure(mesh: PlaneMesh, name: str, pressure: float, thickness: float) -> Array:
+@dataclass(frozen=True, eq=False)
+class LoadedEdges:
+    """Edges of the boundary on which a load acts.
+
+    Parameters
+    ----------
+    nodes : (b, k) nodes of each edge, the body on the left.
+    places : (b, q, 2) its quadrature points [m].
+    thickness : (b,) thickness of its cell [m].
+    """
+
+    nodes: npt.NDArray[np.int64]
+    places: Array
+    thickness: Array
+
+
+def loaded_edges(mesh: PlaneMesh, name: str, thickness: ByRegion[float]) -> LoadedEdges:
+    """Boundary edges of a set.
+
+    Parameters
+    ----------
+    mesh : the mesh.
+    name : name of the set.
+    thickness : thickness across the plane [m], or thicknesses by region.
+
+    Raises
+    ------
+    InputError : a set without an edge of the boundary.
+    """
+    numbers = mesh.edge_numbers(name)
+    if not len(numbers):
+        text = f"{mesh.label}: the set {name!r} holds no edge of the boundary, so nothing can press on it"
+        raise InputError(f"{text}. Take a set with the nodes along an edge or a hole.")
+    nodes = mesh.edges.nodes[numbers]
+    values, _, _ = edge_rule(nodes.shape[1])
+    places = np.einsum("bka,kq->bqa", mesh.points[nodes], values)
+    return LoadedEdges(nodes, places, numbers_of_cells(mesh, "thickness", thickness, "m")[mesh.edges.cells[numbers, 0]])
+
+
+def edge_products(mesh: PlaneMesh, edges: LoadedEdges, stress: Stress) -> Array:
+    """(b, k, k) integrals P of N_k p N_l' along each edge [N/m], for a stress p that follows the edge.
+
+    A pressure p has the nodal forces P_kl J x_l at the places x_l, since J x' is the inner normal times the length; a
+    shear along the edge has P_kl x_l.  Equation (11.13) of docs/theory/plane_bodies.md.
+
+    Parameters
+    ----------
+    mesh : the mesh.
+    edges : the edges.
+    stress : number [Pa], or a function of points (p, 2) [m] that returns numbers (p,).
+    """
+    values, slopes, weights = edge_rule(edges.nodes.shape[1])
+    given = np.asarray(stress(edges.places.reshape(-1, 2)) if callable(stress) else stress, dtype=float)
+    count = edges.places.size // 2
+    if given.shape != ((count,) if callable(stress) else ()) or not np.isfinite(given).all():
+        text = f"{mesh.label}: a load has values of shape {given.shape}, or values that are not finite"
+        raise InputError(f"{text}; it must be a number, or a function of points (p, 2) that returns numbers (p,).")
+    at_points = np.broadcast_to(given, (count,)).reshape(edges.places.shape[:2]) * edges.thickness[:, None]
+    return np.asarray(np.einsum("bq,kq,lq,q->bkl", at_points, values, slopes, weights))
+
+
+def edge_pressure(mesh: PlaneMesh, name: str, pressure: Stress, thickness: ByRegion[float]) -> Array:
     """Nodal forces (2n,) [N] of a pressure on the boundary edges of a set; > 0 pushes into the body.
 
     Parameters
@@ -61,31 +130,29 @@ def edge_pressure(mesh: PlaneMesh, name: str, pressure: float, thickness: float)
     mesh : the mesh.
     name : name of the set.
     pressure : [Pa].
-    thickness : thickness across the plane [m].
+    thickness : thickness across the plane [m], or thicknesses by region.
     """
-    edges, speed, _ = _edges(mesh, name)
-    # the body lies on the left of an edge, so its inner normal is the direction turned by 90 degrees
-    inner = np.stack([-speed[:, :, 1], speed[:, :, 0]], axis=2)
-    return _on_edges(mesh, edges, thickness * pressure * inner)
+    edges = loaded_edges(mesh, name, thickness)
+    return on_edges(mesh, edges.nodes, edge_products(mesh, edges, pressure), 0.0).ravel()
 
 
-def _edges(mesh: PlaneMesh, name: str) -> tuple[npt.NDArray[np.int64], Array, Array]:
-    """Edges of a set, tangents (b, q, 2) and places (b, q, 2) of their quadrature points [m]."""
-    edges = mesh.edges_in(name)
-    if not len(edges):
-        text = f"{mesh.label}: the set {name!r} holds no edge of the boundary, so nothing can press on it"
-        raise InputError(f"{text}. Take a set with the nodes along an edge or a hole.")
-    values, slopes, _ = edge_rule(edges.shape[1])
-    own = mesh.points[edges]
-    return edges, np.einsum("bka,kq->bqa", own, slopes), np.einsum("bka,kq->bqa", own, values)
+def on_edges(mesh: PlaneMesh, nodes: npt.NDArray[np.int64], normal: Array, along: Array | float) -> Array:
+    """Nodal forces (n, 2) [N] of stresses that follow edges, at the places of the mesh.
 
-
-def _on_edges(mesh: PlaneMesh, edges: npt.NDArray[np.int64], weighted: Array) -> Array:
-    """Nodal forces of vectors (b, q, 2) on edges."""
-    values, _, weights = edge_rule(edges.shape[1])
+    Parameters
+    ----------
+    mesh : the mesh.
+    nodes : (b, k) nodes of the edges.
+    normal, along : (b, k, k) products of the pressure and of the shear, or 0 [N/m].
+    """
+    x = mesh.points[nodes]
+    inner = np.stack([-x[:, :, 1], x[:, :, 0]], axis=2)  # the body lies on the left of an edge
     forces = np.zeros((len(mesh.points), 2))
-    np.add.at(forces, edges, np.einsum("bqa,kq,q->bka", weighted, values, weights))
-    return forces.ravel()
+    on_nodes = np.einsum("bkl,bla->bka", normal, inner)
+    if np.ndim(along):
+        on_nodes = on_nodes + np.einsum("bkl,bla->bka", along, x)
+    np.add.at(forces, nodes, on_nodes)
+    return forces
 
 
 def _vectors(mesh: PlaneMesh, field: Field, places: Array) -> Array:

@@ -113,9 +113,14 @@ class PlaneMesh:
 
     def edges_in(self, name: str) -> Indices:
         """(b, 2) or (b, 3) nodes of the boundary edges whose ends lie in the set `name`."""
-        edges = self.edges.boundary
-        inside = np.isin(edges[:, :2], self.set_of(name)).all(axis=1)
-        found: Indices = edges[inside]
+        found: Indices = self.edges.nodes[self.edge_numbers(name)]
+        return found
+
+    def edge_numbers(self, name: str) -> Indices:
+        """(b,) numbers, among `edges`, of the boundary edges whose ends lie in the set `name`."""
+        numbers = np.flatnonzero(self.edges.counts == 1)
+        inside = np.isin(self.edges.nodes[numbers, :2], self.set_of(name)).all(axis=1)
+        found: Indices = numbers[inside]
         return found
 
     def set_of(self, name: str) -> Indices:

@@ -16,18 +16,20 @@ from flexmb.bodies.fields import Field, Triple, start_displacement, start_veloci
 from flexmb.errors import InputError
 from flexmb.model.contributions import Attachment, Contribution, Node
 from flexmb.model.material import Material
-from flexmb.model.part import Body
 from flexmb.model.shape import Shapes
 from flexmb.planes.cell_numbers import COROTATED, TOTAL_LAGRANGE
 from flexmb.planes.forms import PlaneMatrices, matrices
 from flexmb.planes.interfaces import AVERAGED, RIGID, Interface, Tie, tie
 from flexmb.planes.mesh import PlaneMesh
+from flexmb.planes.mesh_body import MeshBody
 from flexmb.planes.regions import STRAIN, STRESS, by_region, cell_values, elasticity, require_material
 from flexmb.planes.vibrations import vibrations
 
 if TYPE_CHECKING:
+    from flexmb.model.law import Motion
     from flexmb.model.mechanism import Mechanism
     from flexmb.planes.full_body import FullBody
+    from flexmb.planes.nodal_load import NodalLoad
 
 Point = tuple[float, float]
 
@@ -42,7 +44,7 @@ REMEMBERED = 4
 
 
 @dataclass(frozen=True)
-class PlaneBody(Body):
+class PlaneBody(MeshBody):
     """A flexible body whose shape is a plane mesh; joints are attached to pins, the centres of its holes.
 
     Nodes are the pins, with the names of their sets, then the nodes of the mesh that no rigid pin holds: "node0",
@@ -247,6 +249,19 @@ class PlaneBody(Body):
         if self.stress:
             found.append(self._full.stress_signal(self.mesh, cell_materials(self.mesh, self.material, self.state)))
         return found
+
+    @property
+    def plane(self) -> PlaneBody:
+        """The body itself, with all nodes of its mesh."""
+        return self
+
+    def loaded(self, name: str, load: NodalLoad, history: Motion | None) -> Sequence[Contribution]:
+        """Contributions of a load `name` on the nodes, times the value of `history`."""
+        from flexmb.planes.nodal_load import LoadedMesh  # noqa: PLC0415
+
+        full, main = self._full, self.interfaces[0].name
+        mesh = LoadedMesh(self.name, full.cells.points, full.names, full.on_pins, main, self.direction)
+        return mesh.contributions(name, load, history)
 
     @cached_property
     def _full(self) -> FullBody:

@@ -15,12 +15,14 @@ from flexmb.bodies.flexible import nearest_node
 from flexmb.bodies.flexible_body import FlexibleBody
 from flexmb.docstrings import documented
 from flexmb.errors import InputError
-from flexmb.model.contributions import Attachment, Contribution, ElementContribution, Node, node_coordinates
+from flexmb.model.contributions import Attachment, Contribution, Coordinate, ElementContribution, Node, node_coordinates
 from flexmb.model.part import Body
 from flexmb.model.shape import MeshShape, Shapes
+from flexmb.planes.mesh_body import MeshBody
 from flexmb.planes.plane_body import PlaneBody
 from flexmb.reduction.accuracy import Accuracy, Load, accuracy
 from flexmb.reduction.craig_bampton import Basis, frame_weights
+from flexmb.reduction.loads import load_contributions
 from flexmb.reduction.of_beams import pins_of_beams
 from flexmb.reduction.peak_stress import peak_stress_signal
 from flexmb.reduction.shared import key_of, shared_basis, shared_element, shared_groups, shared_model
@@ -28,7 +30,9 @@ from flexmb.reduction.superelement import Superelement
 from flexmb.reduction.tangent import reduced_account, reduced_energy, reduced_force, reduced_kernel, reduced_tangent
 
 if TYPE_CHECKING:
+    from flexmb.model.law import Motion
     from flexmb.model.mechanism import Mechanism
+    from flexmb.planes.nodal_load import NodalLoad
     from flexmb.reduction.elastic_model import ElasticModel
 
 FRAMES = ("chord", "pin")
@@ -38,7 +42,7 @@ ROUND_OFF = 1e-12
 
 
 @documented
-class Reduced(Body):
+class Reduced(MeshBody):
     """A flexible body by the static shapes of its pins and a few vibrations with held pins (Craig and Bampton).
 
     The body keeps its name, so joints find it: `mechanism.with_part(fm.Reduced(rod, modes=4))` replaces `rod`.
@@ -346,9 +350,23 @@ class Reduced(Body):
         """Whether every accepted step looks for the largest stress."""
         return self.body.seeks_stress if self.stress is None else self.stress
 
+    @property
+    def plane(self) -> PlaneBody | None:
+        """The body with all nodes of its mesh; None for one of beams."""
+        return self.body if isinstance(self.body, PlaneBody) else None
+
+    def loaded(self, name: str, load: NodalLoad, history: Motion | None) -> Sequence[Contribution]:
+        """Contributions of a load `name` on the mesh, times the value of `history`."""
+        return load_contributions(name, load, history, self._coordinates, self.basis, self.element)
+
+    @property
+    def _coordinates(self) -> tuple[Coordinate, ...]:
+        """Coordinates of all nodes."""
+        return tuple(c for node in self.nodes() for c in node_coordinates(self.name, node.name))
+
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One element on all nodes, and the largest stress."""
-        coordinates = tuple(c for node in self.nodes() for c in node_coordinates(self.name, node.name))
+        coordinates = self._coordinates
         p = self.element.parameters(mechanism.gravity)
         element = ElementContribution(
             self.name,

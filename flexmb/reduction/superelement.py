@@ -11,7 +11,8 @@ import scipy.linalg as la
 
 from flexmb.model.contributions import Node
 from flexmb.reduction.craig_bampton import Basis, frame_weights, require_room, rigid_motions
-from flexmb.reduction.kernel import FIRST
+from flexmb.reduction.kernel import BY_PIN, COUNT, FIRST, HEAD
+from flexmb.reduction.load_kernels import ANGLE, KIND
 
 Array = npt.NDArray[np.float64]
 
@@ -51,18 +52,34 @@ class Superelement:
     def parameters(self, gravity: tuple[float, float]) -> tuple[float, ...]:
         """Parameters p of the kernel."""
         n = 3 * len(self.nodes)
+        M, G, H, P, K, D = (self.matrices[name] for name in "MGHPKD")
+        directions = self.directions()
+        flags = float(self.by_pin), float(D.any())
+        head = (n, len(directions), *flags, self.damping, *gravity, self.mass, *self.moment)
+        centrifugal = self.centrifugal
+        blocks = [*self.frame_parameters(), self.mean, M, G, H, P + centrifugal, centrifugal, K, D]
+        blocks += [block for along, Q in directions for block in (along, K @ along, D @ along, Q)]
+        return (*map(float, head), *np.concatenate([block.ravel() for block in blocks]).tolist())
+
+    def frame_parameters(self) -> tuple[Array, Array]:
+        """Poses (n / 3, 3) of the undeformed body, and weights of the frame of the same shape."""
         poses = np.array([(node.x, node.y, node.theta) for node in self.nodes])
         weights = np.zeros_like(poses)
         if not self.by_pin:
             weights[: self.pins, :2] = frame_weights(self.nodes[: self.pins])
-        M, G, H, P, K, D = (self.matrices[name] for name in "MGHPKD")
-        flags = float(self.by_pin), float(D.any())
-        directions = self.directions()
-        head = (n, len(directions), *flags, self.damping, *gravity, self.mass, *self.moment)
-        centrifugal = self.centrifugal
-        blocks = [poses, weights, self.mean, M, G, H, P + centrifugal, centrifugal, K, D]
-        blocks += [block for along, Q in directions for block in (along, K @ along, D @ along, Q)]
-        return (*map(float, head), *np.concatenate([block.ravel() for block in blocks]).tolist())
+        return poses, weights
+
+    def load_head(self, kind: float, angle: float) -> tuple[float, ...]:
+        """Parameters before the poses, of a load (`flexmb.reduction.load_kernels`).
+
+        Parameters
+        ----------
+        kind : kind of the load.
+        angle : angle of the axes in which its forces are given [rad].
+        """
+        head = [0.0] * HEAD
+        head[COUNT], head[BY_PIN], head[KIND], head[ANGLE] = 3.0 * len(self.nodes), float(self.by_pin), kind, angle
+        return tuple(head)
 
     def directions(self) -> list[tuple[Array, Array]]:
         """Directions (n,) in which bending shortens the body, and their matrices (n, n), as few as there can be.
@@ -125,9 +142,9 @@ def _inertia(found: Basis) -> tuple[dict[str, Array], float, Array, Array]:
     moved = np.asarray(model.shape @ shapes)
     x, y, Ms = moved[0::2], moved[1::2], model.mass
     # Phi = J Psi - Psi S
-    phi_x, phi_y = -y - _turned(x), x - _turned(y)
+    phi_x, phi_y = -y - quarter_turned(x), x - quarter_turned(y)
     turns = np.asarray(model.turn_shape @ shapes)
-    phi_t, Jt = -_turned(turns), model.turn_inertia
+    phi_t, Jt = -quarter_turned(turns), model.turn_inertia
     mx, my, mt = Ms @ x, Ms @ y, Jt @ turns
     wx, wy, wt = Ms @ phi_x, Ms @ phi_y, Jt @ phi_t
     matrices = {
@@ -143,7 +160,7 @@ def _inertia(found: Basis) -> tuple[dict[str, Array], float, Array, Array]:
     return matrices, float(total.sum()), total @ model.points, mean
 
 
-def _turned(rows: Array) -> Array:
+def quarter_turned(rows: Array) -> Array:
     """rows S, with S the quarter turn of the translations of each node."""
     turned = np.zeros_like(rows)
     turned[:, 0::3], turned[:, 1::3] = rows[:, 1::3], -rows[:, 0::3]

@@ -1,0 +1,80 @@
+"""Loads on the mesh of a reduced body: their generalised forces by the nodes of the body."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import scipy.sparse as sp
+
+from flexmb.model.contributions import MULTIPLIES, Contribution, Coordinate, ElementContribution, signal_contributions
+from flexmb.model.law import Motion
+from flexmb.planes.load_kernels import SIGNALS
+from flexmb.planes.nodal_load import NodalLoad
+from flexmb.reduction.craig_bampton import Basis
+from flexmb.reduction.load_kernels import DEAD, EDGES, FOLLOWER, reduced_load_kernel, reduced_load_signal
+from flexmb.reduction.superelement import Superelement, quarter_turned
+
+Array = npt.NDArray[np.float64]
+
+
+def load_contributions(
+    name: str,
+    load: NodalLoad,
+    history: Motion | None,
+    coordinates: tuple[Coordinate, ...],
+    found: Basis,
+    element: Superelement,
+) -> list[Contribution]:
+    """Element and signals of a load.
+
+    Parameters
+    ----------
+    name : name of the load.
+    load : its forces on the points of the model.
+    history : motion whose value multiplies it; None: constant.
+    coordinates : coordinates of the body.
+    found : basis of the body.
+    element : its matrices.
+    """
+    kind = EDGES if load.edges is not None else FOLLOWER if load.follower else DEAD
+    shapes = np.asarray(found.model.shape @ found.shapes)  # Psi at the points
+    turning = _quarter(shapes) - quarter_turned(shapes)  # Phi
+    f = load.forces.ravel()
+    vectors = [shapes.T @ f, shapes.T @ _quarter(f), turning.T @ f, turning.T @ _quarter(f)]
+    blocks = [*element.frame_parameters(), *vectors]
+    if kind == EDGES:
+        moved = edge_matrix(load) @ shapes
+        blocks += [shapes.T @ moved, turning.T @ moved]
+    head = element.load_head(kind, found.model.direction)
+    p = (*head, *np.concatenate([np.ravel(block) for block in blocks]).tolist())
+    return [
+        ElementContribution(name, reduced_load_kernel, coordinates, p, factor=history),
+        *signal_contributions(name, reduced_load_signal, SIGNALS, coordinates, p, use_of_factor=MULTIPLIES),
+    ]
+
+
+def _quarter(rows: Array) -> Array:
+    """J times vectors x0, y0, x1, y1, ... along the first axis."""
+    turned = np.empty_like(rows)
+    turned[0::2], turned[1::2] = -rows[1::2], rows[0::2]
+    return turned
+
+
+def edge_matrix(load: NodalLoad) -> sp.csr_matrix:
+    """A (2n, 2n): nodal forces of a load that follows edges, by the places of the nodes.
+
+    Parameters
+    ----------
+    load : a load with edges.
+    """
+    assert load.edges is not None
+    normal, along = np.asarray(load.normal), np.asarray(load.along)
+    blocks = np.zeros((*normal.shape, 2, 2))
+    blocks[..., 0, 0] = blocks[..., 1, 1] = along
+    blocks[..., 0, 1], blocks[..., 1, 0] = -normal, normal
+    places = 2 * load.edges[:, :, None] + np.arange(2)  # (b, k, 2)
+    b, k, _ = places.shape
+    rows = np.broadcast_to(places[:, :, None, :, None], (b, k, k, 2, 2))
+    columns = np.broadcast_to(places[:, None, :, None, :], (b, k, k, 2, 2))
+    size = load.forces.size
+    return sp.csr_matrix((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=(size, size))
