@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from flexmb import checks
-from flexmb.errors import InputError
 from flexmb.planes.loads import Array, Field, Stress, edge_load, edge_products, loaded_edges, on_edges
 from flexmb.planes.mesh_load import MeshLoad, at_places, in_mesh_axes
 from flexmb.planes.nodal_load import NodalLoad

@@ -1,7 +1,7 @@
 """Kernels of loads on the nodes of a mesh: forces, dead or turning with a pin, and stresses that follow edges.
 
-A force on a node, or the sum of forces f_k on the nodes of a rigid pin with the arms a_k: with beta, the direction of the
-axes in which f is given, and gamma, the angle of the pin,
+A force on a node, or the sum of forces f_k on the nodes of a rigid pin with the arms a_k: with beta, the direction of
+the axes in which f is given, and gamma, the angle of the pin,
 
     F = R(beta) sum f_k,     M = sum R(gamma) a_k x R(beta) f_k = cos(beta - gamma) X + sin(beta - gamma) D
 
@@ -19,7 +19,7 @@ from flexmb.planes.cell_numbers import FIRST, NODES, ON_PIN, nodal, on_every_coo
 from flexmb.planes.pinned import matrix_on_coordinates, node_places, on_coordinates, turned_arms
 
 FORCE_X, FORCE_Y, CROSS, ALONG, ANGLE, OWN, TURNING, NODE_NUMBERS = range(8)
-"""Numbers p of a force on a node: sum of f, X, D, then beta where nothing turns; coordinates of gamma and beta, or -1."""
+"""Numbers p of a force on a node: sum of f, X, D, beta where nothing turns; coordinates of gamma and of beta, or -1."""
 
 PRODUCTS = 2
 """Place of the products of an edge, P and S by turns (m, m, 2), behind the numbers of nodes and pins; then the ties."""

@@ -6,7 +6,7 @@ from abc import abstractmethod
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from flexmb.model.contributions import Contribution
+from flexmb.model.contributions import Contribution, Coordinate, node_coordinates
 from flexmb.model.part import Body
 
 if TYPE_CHECKING:
@@ -17,6 +17,11 @@ if TYPE_CHECKING:
 
 class MeshBody(Body):
     """A body that can bear loads on its mesh."""
+
+    @property
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """Coordinates of all nodes."""
+        return tuple(c for node in self.nodes() for c in node_coordinates(self.name, node.name))
 
     @property
     @abstractmethod

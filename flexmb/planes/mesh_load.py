@@ -68,8 +68,8 @@ class MeshLoad(Part):
         plane = body.plane if isinstance(body, MeshBody) else None
         if plane is None:
             raise ModelError(
-                f"{self.label} acts on the nodes of a mesh, and {body.label} has none. Give a PlaneBody or its Reduced; "
-                "a Force acts on any body."
+                f"{self.label} acts on the nodes of a mesh, and {body.label} has none. Give a PlaneBody or its "
+                "Reduced; a Force acts on any body."
             )
         return plane
 

@@ -78,7 +78,7 @@ class LoadedMesh:
         on_edges = load.edges is not None
         kernel: Kernel = edge_force_kernel if on_edges else node_force_kernel
         parts = list(self._edges(load) if on_edges else self._nodes(load))
-        numbers, coordinates = [float(on_edges)], []
+        numbers, coordinates = [float(on_edges)], list[Coordinate]()
         for place, p in parts:
             numbers += [float(len(place)), float(len(p)), *p]
             coordinates += place

@@ -8,8 +8,9 @@ basis holds them.  The shortening of bending moves no coordinate of the first pi
 
 R : rigid motion of the added nodes by the first pin;  A : amplitudes by their scale.
 
-On request a node for the static shapes of the own inertia comes first: Phi_z = K_ii^-1 M_i x for unit accelerations
-along x, along y and about the first pin.  Vibrations then have no static part of these: phi - Phi_z c.
+On request a node for the static shapes of the own inertia comes first, Phi_z = K_ii^-1 M_i x for unit accelerations
+along x, along y and about the first pin, and static shapes K_ii^-1 f_i of given loads f precede the vibrations.
+Vibrations then have no static part of these: phi - Phi_z c.
 Source: R. R. Craig, M. C. C. Bampton, AIAA J. 6 (1968) 1313.  Equations (12.17) to (12.21) of docs/theory/reduced.md.
 """
 
@@ -37,12 +38,14 @@ DENSE = 60
 RIGID = 3
 """Motions of a rigid body."""
 
+FIRST_TRIAL = 12
+"""Number of vibrations that are computed first where all up to a frequency are kept."""
+
 LEAST_PIVOT = 1e-13
 """Smallest pivot over the largest one [1] of a body whose inside is held by its pins."""
 
-
 LEAST_SHARE = 1e-10
-"""Least strain energy of a combination of static shapes of inertia and vibrations over that of each one [1]."""
+"""Least strain energy of a combination of static shapes and vibrations over that of each one [1]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +75,7 @@ class Basis:
 
     @property
     def loaded(self) -> int:
-        """Number of static shapes of inertia: three or none."""
+        """Number of static shapes of inertia and of loads."""
         return int(self.shapes.shape[1]) - self.model.count - self.vibrations
 
     def static(self, force: Array) -> Array:
@@ -83,42 +86,56 @@ class Basis:
         return z
 
 
-def basis(model: ElasticModel, modes: int, up_to: float | None, *, by_pin: bool, inertia: bool = False) -> Basis:
+def basis(
+    model: ElasticModel,
+    modes: int,
+    up_to: float | None,
+    *,
+    by_pin: bool,
+    inertia: bool = False,
+    loads: Array | None = None,
+) -> Basis:
     """Craig-Bampton basis of a body.
 
     Parameters
     ----------
     model : the body.
-    modes : least number of vibrations with all pins held; a multiple of three is kept.
+    modes : least number of vibrations with all pins held; with the shapes of loads a multiple of three is kept.
     up_to : all vibrations up to this frequency are kept [Hz]; None: `modes` of them.
     by_pin : whether the frame of the body is that of its first pin.
     inertia : whether the static shapes of the own inertia are kept.
+    loads : (N, L) forces whose static shapes are kept; None: none.
 
     Raises
     ------
-    InputError : a body whose inner displacements are not held by its pins; more modes than displacements.
+    InputError : a body whose inner displacements are not held by its pins; more modes than displacements; static
+        shapes that are no shapes of their own.
     """
     m, K, M = model.count, model.stiffness.tocsc(), model.mass_matrix()
     inner = K.shape[0] - m
-    more = RIGID if inertia else 0
-    if modes + more > inner - inner % 3:
-        besides = ", three for shapes of inertia" if inertia else ""
+    forces = np.zeros((K.shape[0], 0)) if loads is None else loads
+    if inertia:
+        forces = np.hstack([_own_inertia(model), forces])
+    static_shapes = forces.shape[1]
+    if modes + static_shapes > inner - inner % 3:
+        besides = f", {static_shapes} for static shapes of inertia and loads" if static_shapes else ""
         raise InputError(
             f"{model.label}: modes is {modes}, but the body has {inner} inner displacements, of which modes take three "
             f"at a time{besides}. Keep fewer modes, or take more elements."
         )
-    require_room(model, 3 * math.ceil(modes / 3) + more)
+    require_room(model, _in_threes(modes, static_shapes) + static_shapes)
     solve = _solver(model, K[m:, m:]) if inner else np.zeros_like
     static = np.vstack([np.eye(m), -solve(K[m:, :m].toarray())]) if inner else np.eye(m)
-    omega, phi = _vibrations(model, K[m:, m:], M[m:, m:], _wanted(modes, up_to), up_to, solve)
-    kept = 3 * math.ceil((modes if up_to is None else int(np.sum(omega <= 2.0 * math.pi * up_to))) / 3)
-    if kept > len(omega):
-        kept = 3 * (len(omega) // 3)
+    count = _in_threes(modes, static_shapes) + 1 if up_to is None else FIRST_TRIAL
+    omega, phi = _vibrations(model, K[m:, m:], M[m:, m:], count, up_to, solve)
+    kept = _in_threes(modes if up_to is None else int(np.sum(omega <= 2.0 * math.pi * up_to)), static_shapes)
+    while kept > len(omega):
+        kept -= 3
     inside = phi[:, :kept]
-    if inertia:
-        inside = _with_inertia(model, K[m:, m:], inside, solve)
-    full = np.vstack([np.zeros((m, kept + more)), inside])
-    added = _added_nodes(model, kept // 3, inertia=inertia)
+    if static_shapes:
+        inside = _with_static(model, K[m:, m:], inside, solve(forces[m:]))
+    full = np.vstack([np.zeros((m, inside.shape[1])), inside])
+    added = _added_nodes(model, inside.shape[1] // 3 - inertia, inertia=inertia)
     scaled = full * _amplitudes(model, full)
     rigid = followed(model.pins, added)
     shapes = np.hstack([static - scaled @ rigid, scaled])
@@ -126,23 +143,41 @@ def basis(model: ElasticModel, modes: int, up_to: float | None, *, by_pin: bool,
     return Basis(model, (*model.pins, *added), shapes, held, solve, by_pin, rigid, kept)
 
 
-def _with_inertia(model: ElasticModel, K: Sparse, phi: Array, solve: Callable[[Array], Array]) -> Array:
-    """(n, 3 + k) static shapes of unit accelerations, then vibrations (n, k) without their static part."""
+def _in_threes(modes: int, static_shapes: int) -> int:
+    """Number of vibrations, at least `modes`, that make a multiple of three with the static shapes."""
+    return 3 * math.ceil((modes + static_shapes) / 3) - static_shapes
+
+
+def _own_inertia(model: ElasticModel) -> Array:
+    """(N, 3) forces of unit accelerations along x, along y and about the first pin."""
     arms = model.points - np.array([model.pins[0].x, model.pins[0].y])
     one, zero = np.ones(len(arms)), np.zeros(len(arms))
     fields = np.stack([one, zero]), np.stack([zero, one]), np.stack([-arms[:, 1], arms[:, 0]])
-    shapes = solve(np.stack([model.force_of(field.T)[model.count :] for field in fields], axis=1))
+    return np.stack([model.force_of(field.T) for field in fields], axis=1)
+
+
+def _with_static(model: ElasticModel, K: Sparse, phi: Array, shapes: Array) -> Array:
+    """(n, s + k) static shapes (n, s), then vibrations (n, k) without their static part."""
     energies = shapes.T @ (K @ shapes)
-    rest = phi - shapes @ np.linalg.solve(energies, shapes.T @ (K @ phi))
-    together = np.hstack([shapes, rest])
+    sizes = np.sqrt(np.diag(energies))
+    if not sizes.all():
+        _refuse_shapes(model)
+    unit = shapes / sizes
+    rest = phi - unit @ np.linalg.lstsq(unit.T @ (K @ unit), unit.T @ (K @ phi), rcond=None)[0]
     whole = np.hstack([shapes, phi])
-    together /= np.sqrt(np.einsum("ij,ij->j", whole, K @ whole))
+    together = np.hstack([shapes, rest]) / np.sqrt(np.einsum("ij,ij->j", whole, K @ whole))
     if not la.eigvalsh(together.T @ (K @ together))[0] > LEAST_SHARE:
-        raise InputError(
-            f"{model.label}: the static shapes of its inertia are combinations of each other or of its modes. Keep "
-            "fewer modes, take more elements, or leave inertia_shapes=False."
-        )
-    return together
+        _refuse_shapes(model)
+    return np.asarray(together)
+
+
+def _refuse_shapes(model: ElasticModel) -> None:
+    """Refuse static shapes that add nothing."""
+    raise InputError(
+        f"{model.label}: the static shapes of its inertia and loads are none, as of loads on rigid pins alone, or "
+        "combinations of each other or of its modes. Keep fewer modes, leave out such loads, take more elements, or "
+        "leave inertia_shapes=False."
+    )
 
 
 def require_room(model: ElasticModel, modes: int) -> None:
@@ -158,11 +193,6 @@ def require_room(model: ElasticModel, modes: int) -> None:
             f"{model.label}: {model.count} coordinates of pins and {modes} or more modes are more than {MOST}. Keep "
             "fewer modes, or join it at fewer pins."
         )
-
-
-def _wanted(modes: int, up_to: float | None) -> int:
-    """Number of vibrations to compute first."""
-    return 3 * math.ceil(modes / 3) + 1 if up_to is None else 12
 
 
 def _solver(model: ElasticModel, K: Sparse) -> Callable[[Array], Array]:
@@ -220,7 +250,7 @@ def _amplitudes(model: ElasticModel, phi: Array) -> Array:
 
 
 def _added_nodes(model: ElasticModel, count: int, *, inertia: bool) -> tuple[Node, ...]:
-    """Nodes of static shapes of inertia and of vibrations, in the middle of the pins."""
+    """Nodes of shapes of inertia, and of those of loads and vibrations, in the middle of the pins."""
     x, y = (float(np.mean([getattr(pin, axis) for pin in model.pins])) for axis in "xy")
     names = [*(["inertia"] if inertia else []), *(f"modes{k + 1}" for k in range(count))]
     return tuple(Node(name, x, y, model.pins[0].theta) for name in names)

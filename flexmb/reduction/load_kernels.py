@@ -122,7 +122,7 @@ def load_force(p, q, x, y, r):
 def changes(p, c0, c1, x, y):
     """Fill changes of F and of Phi' of the forces with the angle of (c0, c1), and dm/dd."""
     n = int(p[COUNT])
-    d, on_turn, by_d, work = row_of(x, D, n), row_of(y, ON_TURN, n), row_of(y, BY_D, n), row_of(y, WORK, n)
+    d, on_turn, by_d = row_of(x, D, n), row_of(y, ON_TURN, n), row_of(y, BY_D, n)
     for i in range(n):
         y[D_FORCE, i] = c0 * p[vector(p, OF_JF) + i] - c1 * p[vector(p, OF_F) + i]
         y[D_TURN, i] = c0 * p[vector(p, TURN_JF) + i] - c1 * p[vector(p, TURN_F) + i]

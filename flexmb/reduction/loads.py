@@ -6,9 +6,13 @@ import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sp
 
+from flexmb import checks
+from flexmb.errors import InputError
 from flexmb.model.contributions import MULTIPLIES, Contribution, Coordinate, ElementContribution, signal_contributions
 from flexmb.model.law import Motion
 from flexmb.planes.load_kernels import SIGNALS
+from flexmb.planes.mesh_body import MeshBody
+from flexmb.planes.mesh_load import MeshLoad
 from flexmb.planes.nodal_load import NodalLoad
 from flexmb.reduction.craig_bampton import Basis
 from flexmb.reduction.load_kernels import DEAD, EDGES, FOLLOWER, reduced_load_kernel, reduced_load_signal
@@ -51,6 +55,30 @@ def load_contributions(
         ElementContribution(name, reduced_load_kernel, coordinates, p, factor=history),
         *signal_contributions(name, reduced_load_signal, SIGNALS, coordinates, p, use_of_factor=MULTIPLIES),
     ]
+
+
+def checked_loads(body: MeshBody, given: object) -> tuple[MeshLoad, ...]:
+    """Loads whose static shapes a reduced body keeps.
+
+    Parameters
+    ----------
+    body : the reduced body.
+    given : value of `load_shapes`.
+
+    Raises
+    ------
+    InputError : no sequence of loads on the mesh of this body.
+    """
+    loads = checks.sequence(body.label, "load_shapes", given, "loads such as loads.EdgePressure")
+    for load in loads:
+        if not isinstance(load, MeshLoad):
+            text = f"{body.label}: load_shapes holds {load!r}; it must hold loads on the mesh of a body"
+            raise InputError(f"{text}, such as loads.EdgePressure.")
+        if load.body.name != body.name:
+            text = f"{body.label}: load_shapes holds {load.label}, which acts on {load.body.label}"
+            raise InputError(f"{text}. Leave it out, or give the load this body.")
+        load.plane_of(body)
+    return loads
 
 
 def _quarter(rows: Array) -> Array:

@@ -15,14 +15,15 @@ from flexmb.bodies.flexible import nearest_node
 from flexmb.bodies.flexible_body import FlexibleBody
 from flexmb.docstrings import documented
 from flexmb.errors import InputError
-from flexmb.model.contributions import Attachment, Contribution, Coordinate, ElementContribution, Node, node_coordinates
+from flexmb.model.contributions import Attachment, Contribution, ElementContribution, Node
 from flexmb.model.part import Body
 from flexmb.model.shape import MeshShape, Shapes
 from flexmb.planes.mesh_body import MeshBody
+from flexmb.planes.mesh_load import MeshLoad
 from flexmb.planes.plane_body import PlaneBody
 from flexmb.reduction.accuracy import Accuracy, Load, accuracy
 from flexmb.reduction.craig_bampton import Basis, frame_weights
-from flexmb.reduction.loads import load_contributions
+from flexmb.reduction.loads import checked_loads, load_contributions
 from flexmb.reduction.of_beams import pins_of_beams
 from flexmb.reduction.peak_stress import peak_stress_signal
 from flexmb.reduction.shared import key_of, shared_basis, shared_element, shared_groups, shared_model
@@ -51,7 +52,8 @@ class Reduced(MeshBody):
     Parameters
     ----------
     body : a body of beams or arcs (`FlexibleLink`, `FlexibleFrame`) or a `PlaneBody`.
-    modes : least number of vibrations with all pins held.  They come in threes, so 4 keeps 6; 0 keeps static shapes.
+    modes : least number of vibrations with all pins held.  They come in threes, together with the shapes of loads, so
+        4 keeps 6, and 5 beside one load; 0 keeps static shapes.
     up_to : all vibrations with held pins up to this frequency are kept [Hz], in place of `modes`.
     pins : names of the nodes where parts may be attached; None: the corners of beams, the holes of a plane body.
     frame : "chord": the frame of the body follows the positions of all pins; "pin", or where all pins stand at one
@@ -60,6 +62,8 @@ class Reduced(MeshBody):
     inertia_shapes : whether the static shapes of the own inertia are kept, a node "inertia" for unit accelerations
         along x, along y and about the first pin.  Weight then bends exactly, and all stress inside counts in the
         stiffening.
+    load_shapes : loads on edges or in the body whose static shapes are kept, beside the modes.  Such a load then bends
+        the body exactly, with its exact stress, which counts in the stiffening.
     damping : stiffness-proportional damping time [s]; None: that of the body.
     mass_damping : mass-proportional damping rate [1/s], against the frame; None: that of the body.
     damping_ratios : damping ratio of all vibrations of the free body, or one for each of the lowest ones.
@@ -69,8 +73,8 @@ class Reduced(MeshBody):
 
     Raises
     ------
-    InputError : a body that cannot be reduced, mass-proportional damping, pins that it has not, more modes than it has,
-        a free piece.
+    InputError : a body that cannot be reduced, pins that it has not, more modes than it has, a free piece, loads on
+        other bodies.
 
     Notes
     -----
@@ -101,6 +105,7 @@ class Reduced(MeshBody):
     frame: str = "chord"
     stiffening: bool = True
     inertia_shapes: bool = False
+    load_shapes: tuple[MeshLoad, ...] = ()
     damping: float | None = None
     mass_damping: float | None = None
     damping_ratios: float | tuple[float, ...] = 0.0
@@ -116,6 +121,7 @@ class Reduced(MeshBody):
         frame: str = "chord",
         stiffening: bool = True,
         inertia_shapes: bool = False,
+        load_shapes: Sequence[MeshLoad] = (),
         damping: float | None = None,
         mass_damping: float | None = None,
         damping_ratios: float | Sequence[float] = 0.0,
@@ -134,6 +140,7 @@ class Reduced(MeshBody):
             "frame": frame,
             "stiffening": stiffening,
             "inertia_shapes": inertia_shapes,
+            "load_shapes": load_shapes,
             "damping": damping,
             "mass_damping": mass_damping,
             "damping_ratios": ratios,
@@ -149,10 +156,9 @@ class Reduced(MeshBody):
         if self.up_to is not None:
             checks.positive(self.label, "up_to", self.up_to, "Hz")
         checks.one_of(self.label, "frame", self.frame, FRAMES)
-        if self.damping is not None:
-            checks.not_negative(self.label, "damping", self.damping, "s")
-        if self.mass_damping is not None:
-            checks.not_negative(self.label, "mass_damping", self.mass_damping, "1/s")
+        for name, unit in (("damping", "s"), ("mass_damping", "1/s")):
+            if (value := getattr(self, name)) is not None:
+                checks.not_negative(self.label, name, value, unit)
         if self.pins is not None:
             object.__setattr__(self, "pins", checks.sequence(self.label, "pins", self.pins, "names of pins"))
         for ratio in self.damping_ratios if isinstance(self.damping_ratios, tuple) else (self.damping_ratios,):
@@ -162,6 +168,7 @@ class Reduced(MeshBody):
                 f"{self.label}: a {type(self.body).__name__} does not bend. Reduce a FlexibleLink, FlexibleFrame or "
                 "PlaneBody; leave others as they are."
             )
+        object.__setattr__(self, "load_shapes", checked_loads(self, self.load_shapes))
         if self.stress is not None:
             checks.flag(self.label, "stress", self.stress)
         if self.stress and isinstance(self.body, FlexibleBody):
@@ -196,9 +203,12 @@ class Reduced(MeshBody):
         return key_of(self.body, [pin.name for pin in self._pins])
 
     @cached_property
-    def _options(self) -> tuple[int, float | None, bool, bool]:
-        """Modes, highest frequency, whether the frame is that of the first pin, whether shapes of inertia are kept."""
-        return self.modes, self.up_to, self.frame == "pin" or self._extent == 0.0, self.inertia_shapes
+    def _options(self) -> tuple[int, float | None, bool, bool, tuple[bytes, ...]]:
+        """Modes, highest frequency, whether the frame is that of the first pin, shapes of inertia, forces of loads."""
+        by_pin = self.frame == "pin" or self._extent == 0.0
+        plane = self.plane
+        forces = () if plane is None else tuple(load.nodal(plane).forces.tobytes() for load in self.load_shapes)
+        return self.modes, self.up_to, by_pin, self.inertia_shapes, forces
 
     @cached_property
     def model(self) -> ElasticModel:
@@ -208,8 +218,8 @@ class Reduced(MeshBody):
     @cached_property
     def basis(self) -> Basis:
         """The shapes that are kept."""
-        modes, up_to, by_pin, inertia = self._options
-        return shared_basis(self.model, self._key, modes, up_to, by_pin=by_pin, inertia=inertia)
+        modes, up_to, by_pin, inertia, forces = self._options
+        return shared_basis(self.model, self._key, modes, up_to, by_pin=by_pin, inertia=inertia, forces=forces)
 
     @cached_property
     def element(self) -> Superelement:
@@ -230,7 +240,7 @@ class Reduced(MeshBody):
         return float(self.basis.held[kept]) if len(self.basis.held) > kept else math.inf
 
     def accuracy(
-        self, count: int = 3, *, held: Sequence[str] | None = None, loads: Mapping[str, Load] | None = None
+        self, count: int = 3, *, held: Sequence[str] | None = None, loads: Mapping[str, Load | MeshLoad] | None = None
     ) -> Accuracy:
         """The reduced body beside the body with all its displacements and the same pins.
 
@@ -239,9 +249,9 @@ class Reduced(MeshBody):
         count : number of frequencies, at most.
         held : names of the pins that neither move nor turn; None: all pins keep their places and may turn, a single
             one may not.
-        loads : further loads by name: functions of points (S, 2) [m] that return accelerations of gravity (S, 2)
-            [m/s^2], or forces (S, 2) [N] at the points `model.points`, in the axes of the body: those of the mesh, or
-            of the first pin of beams.
+        loads : further loads by name: loads on edges or in the body such as `loads.EdgePressure`; or functions of
+            points (S, 2) [m] that return accelerations of gravity (S, 2) [m/s^2], or forces (S, 2) [N] at the points
+            `model.points`, in the axes of the body: those of the mesh, or of the first pin of beams.
 
         Returns
         -------
@@ -255,7 +265,10 @@ class Reduced(MeshBody):
         if held is not None:
             given = checks.sequence(self.label, "held", held, "names of pins")
             held = [self.aliases.get(name, name) for name in given]
-        return accuracy(self.basis, self.element, count=count, held=held, loads=loads)
+        forces: dict[str, Load] = {}
+        for name, load in (loads or {}).items():
+            forces[name] = load.nodal(load.plane_of(self)).forces if isinstance(load, MeshLoad) else load
+        return accuracy(self.basis, self.element, count=count, held=held, loads=forces)
 
     def nodes(self) -> tuple[Node, ...]:
         """Pins, then nodes of vibrations."""
@@ -357,16 +370,11 @@ class Reduced(MeshBody):
 
     def loaded(self, name: str, load: NodalLoad, history: Motion | None) -> Sequence[Contribution]:
         """Contributions of a load `name` on the mesh, times the value of `history`."""
-        return load_contributions(name, load, history, self._coordinates, self.basis, self.element)
-
-    @property
-    def _coordinates(self) -> tuple[Coordinate, ...]:
-        """Coordinates of all nodes."""
-        return tuple(c for node in self.nodes() for c in node_coordinates(self.name, node.name))
+        return load_contributions(name, load, history, self.coordinates, self.basis, self.element)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One element on all nodes, and the largest stress."""
-        coordinates = self._coordinates
+        coordinates = self.coordinates
         p = self.element.parameters(mechanism.gravity)
         element = ElementContribution(
             self.name,

@@ -8,6 +8,8 @@ from dataclasses import replace
 from threading import Lock
 from typing import Generic, TypeVar
 
+import numpy as np
+
 from flexmb.bodies.flexible_body import FlexibleBody
 from flexmb.planes.plane_body import PlaneBody
 from flexmb.reduction.craig_bampton import Basis, basis
@@ -97,7 +99,14 @@ def shared_model(body: FlexibleBody | PlaneBody, pins: Sequence[str], key: Hasha
 
 
 def shared_basis(
-    model: ElasticModel, key: Hashable, modes: int, up_to: float | None, *, by_pin: bool, inertia: bool
+    model: ElasticModel,
+    key: Hashable,
+    modes: int,
+    up_to: float | None,
+    *,
+    by_pin: bool,
+    inertia: bool,
+    forces: tuple[bytes, ...] = (),
 ) -> Basis:
     """Craig-Bampton basis of a body.
 
@@ -106,9 +115,16 @@ def shared_basis(
     model : the body.
     key : its `key_of`.
     modes, up_to, by_pin, inertia : as of `craig_bampton.basis`.
+    forces : (2 S) forces on the points of the model of each load whose static shape is kept, as bytes [N].
     """
-    options = (modes, up_to, by_pin, inertia)
-    found = BASES.of((key, options), lambda: basis(model, modes, up_to, by_pin=by_pin, inertia=inertia))
+    options = (modes, up_to, by_pin, inertia, forces)
+
+    def make() -> Basis:
+        loads = [model.shape.T @ np.frombuffer(force) for force in forces]
+        columns = np.stack(loads, axis=1) if loads else None
+        return basis(model, modes, up_to, by_pin=by_pin, inertia=inertia, loads=columns)
+
+    found = BASES.of((key, options), make)
     return replace(found, model=model)
 
 

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 EDGE_SHARE = 0.1
 """Share of the strain energy in the highest modes [1] from which a basis is said to be too small."""
 
+AT_EDGE = 3
+"""Number of the highest modes that are looked at."""
+
 ROUND_OFF = 1e-14
 """Displacement over the size of a body [1] whose strain energy is that of round-off."""
 
@@ -30,7 +33,7 @@ def basis_remarks(mechanism: Mechanism, saved: Saved) -> Iterator[str]:
     saved : results of the run.
     """
     for body, time, d in deformations(mechanism, saved):
-        if body.basis.vibrations and np.isfinite(d).all():
+        if body.basis.vibrations >= AT_EDGE and np.isfinite(d).all():
             yield from _remark(body, d, time)
 
 
@@ -39,15 +42,15 @@ def _remark(body: Reduced, d: np.ndarray, time: np.ndarray) -> Iterator[str]:
     from flexmb.results.surfaces import shortened
 
     pins, d = body.basis.model.count, shortened(d.reshape(len(d), -1, 3), body.element.shortening)
-    stiffness, last = body.element.matrices["K"], slice(d.shape[1] - 3, None)
-    eta = d[:, last] - d[:, :pins] @ body.basis.followed[-3:].T
+    stiffness, last = body.element.matrices["K"], slice(d.shape[1] - AT_EDGE, None)
+    eta = d[:, last] - d[:, :pins] @ body.basis.followed[-AT_EDGE:].T
     whole = 0.5 * np.einsum("ti,ij,tj->t", d, stiffness, d)
     edge = 0.5 * np.einsum("ti,ij,tj->t", eta, stiffness[last, last], eta)
     when = int(np.argmax(edge))
     least = 0.5 * np.trace(stiffness[last, last]) * (ROUND_OFF * np.ptp(body.model.points, axis=0).max()) ** 2
     share = float(edge[when] / whole.max()) if whole.max() > least else 0.0
     if share >= EDGE_SHARE:
-        frequency, more = body.dropped_frequency, body.basis.vibrations + 3
+        frequency, more = body.dropped_frequency, body.basis.vibrations + AT_EDGE
         beyond = f" The lowest one left out has {frequency:.4g} Hz with held pins." if np.isfinite(frequency) else ""
         yield (
             f"{body.label}: at t = {time[when]:.6g} s its three highest modes hold {100.0 * share:.3g} % of its "
