@@ -6,9 +6,11 @@ In the axes of the frame the forces on the points of the body are c0 f + c1 J f,
     follower   (c0, c1) = (cos, sin) of the rotation of the first pin against the frame
     edges      (c0, c1) = (1, 0)
 
-Virtual work with the displacements Psi dw + dtheta_f Phi d of the points (`flexmb.reduction.kernel`) gives
+Virtual work with the displacements Psi dw + dtheta_f Phi d of the points (`flexmb.reduction.kernel`), and with the
+geometric stiffness N0 of f and N1 of J f with all pins held, N = c0 N0 + c1 N1, gives
 
-    F = c0 Psi' f + c1 Psi' J f + Psi' A d,   m = d (c0 Phi' f + c1 Phi' J f + Phi' A d);   r = -(F + g m)
+    F = c0 Psi' f + c1 Psi' J f + Psi' A d - N d
+    m = d (c0 Phi' f + c1 Phi' J f + Phi' A d) + u N d;    r = -(F + g m)
 
 Equations (12.22) to (12.24) of docs/theory/reduced.md.
 """
@@ -38,8 +40,8 @@ from flexmb.reduction.kernel import (
 )
 from flexmb.reduction.tangent import to_world
 
-KIND, ANGLE = 3, 4
-"""Kind of a load and the angle of its axes, where the element of the body has other parameters."""
+KIND, ANGLE, STIFFENS = 3, 4, 5
+"""Kind of a load, angle of its axes, whether it has a geometric stiffness, in place of other parameters of the body."""
 
 DEAD, FOLLOWER, EDGES = 0.0, 1.0, 2.0
 """Kinds of loads."""
@@ -47,19 +49,33 @@ DEAD, FOLLOWER, EDGES = 0.0, 1.0, 2.0
 OF_F, OF_JF, TURN_F, TURN_JF, VECTORS = range(5)
 """Vectors (n) behind poses and weights of the frame: Psi' f, Psi' J f, Phi' f, Phi' J f; their number.
 
-With edges, the matrices Psi' A and Phi' A (n, n) follow.
+Matrices (n, n) follow: N0 and N1 if the load has a geometric stiffness, Psi' A and Phi' A with edges.
 """
 
-FORCE, ON_TURN, D_FORCE, D_TURN, BY_D, WORK = range(6)
-"""Rows of the second scratch matrix: F and Phi' of the forces, their changes with c0 and c1, dm/dd, work."""
+FORCE, ON_TURN, D_FORCE, D_TURN, BY_D, ND, ND_CHANGE, WORK, ROWS = range(9)
+"""Rows of the second scratch matrix: F and Phi' of the forces, their changes with the angle of (c0, c1), dm/dd,
+N d and its change with that angle, work; their number."""
 
-second_scratch = stack_matrix(6, MOST)
+second_scratch = stack_matrix(ROWS, MOST)
 
 
 @fast
 def vector(p, k):
     """Index in p of the first entry of a vector of the load."""
     return HEAD + (2 + k) * int(p[COUNT])
+
+
+@fast
+def matrix(p, k):
+    """Index in p of the first entry of a matrix (n, n): of N0 and N1, or of Psi' A and Phi' A behind them."""
+    n = int(p[COUNT])
+    return vector(p, VECTORS) + k * n * n
+
+
+@fast
+def edge_matrices(p):
+    """Number of the matrix Psi' A."""
+    return 2 if p[STIFFENS] != 0.0 else 0
 
 
 @fast
@@ -72,20 +88,28 @@ def directions(p, q, angle):
 
 
 @fast
-def combined(p, c0, c1, d, x, y):
-    """Fill F and Phi' of the forces; return m."""
+def combined(p, c0, c1, x, y):
+    """Fill F, Phi' of the forces, N d and its change; return m."""
     n = int(p[COUNT])
-    force, on_turn, work = row_of(y, FORCE, n), row_of(y, ON_TURN, n), row_of(y, WORK, n)
+    d, u, force, on_turn = row_of(x, D, n), row_of(x, U, n), row_of(y, FORCE, n), row_of(y, ON_TURN, n)
+    nd, change, work = row_of(y, ND, n), row_of(y, ND_CHANGE, n), row_of(y, WORK, n)
+    f, jf, turn_f, turn_jf = vector(p, OF_F), vector(p, OF_JF), vector(p, TURN_F), vector(p, TURN_JF)
     for i in range(n):
-        force[i] = c0 * p[vector(p, OF_F) + i] + c1 * p[vector(p, OF_JF) + i]
-        on_turn[i] = c0 * p[vector(p, TURN_F) + i] + c1 * p[vector(p, TURN_JF) + i]
+        force[i], on_turn[i] = c0 * p[f + i] + c1 * p[jf + i], c0 * p[turn_f + i] + c1 * p[turn_jf + i]
+        nd[i], change[i] = 0.0, 0.0
     if p[KIND] == EDGES:
-        at = vector(p, VECTORS)
-        times(block_of(p, at, n, n), d, work)
+        at = edge_matrices(p)
+        times(block_of(p, matrix(p, at), n, n), d, work)
         add(1.0, work, force)
-        times(block_of(p, at + n * n, n, n), d, work)
+        times(block_of(p, matrix(p, at + 1), n, n), d, work)
         add(1.0, work, on_turn)
-    return dot(d, on_turn)
+    if p[STIFFENS] != 0.0:
+        times(block_of(p, matrix(p, 0), n, n), d, nd)
+        times(block_of(p, matrix(p, 1), n, n), d, work)
+        for i in range(n):
+            nd[i], change[i] = c0 * nd[i] + c1 * work[i], c0 * work[i] - c1 * nd[i]
+        add(-1.0, nd, force)
+    return dot(d, on_turn) + dot(u, nd)
 
 
 @fast
@@ -108,7 +132,7 @@ def load_force(p, q, x, y, r):
     c, s, angle, size = frame_of(p, q)
     n = deformation(p, q, c, s, angle, x)
     c0, c1 = directions(p, q, angle)
-    m = combined(p, c0, c1, row_of(x, D, n), x, y)
+    m = combined(p, c0, c1, x, y)
     gradient(p, size, x)
     force = row_of(y, FORCE, n)
     add(m, row_of(x, G, n), force)
@@ -122,16 +146,33 @@ def load_force(p, q, x, y, r):
 def changes(p, c0, c1, x, y):
     """Fill changes of F and of Phi' of the forces with the angle of (c0, c1), and dm/dd."""
     n = int(p[COUNT])
-    d, on_turn, by_d = row_of(x, D, n), row_of(y, ON_TURN, n), row_of(y, BY_D, n)
+    d, on_turn, by_d, change = row_of(x, D, n), row_of(y, ON_TURN, n), row_of(y, BY_D, n), row_of(y, ND_CHANGE, n)
+    f, jf, turn_f, turn_jf = vector(p, OF_F), vector(p, OF_JF), vector(p, TURN_F), vector(p, TURN_JF)
     for i in range(n):
-        y[D_FORCE, i] = c0 * p[vector(p, OF_JF) + i] - c1 * p[vector(p, OF_F) + i]
-        y[D_TURN, i] = c0 * p[vector(p, TURN_JF) + i] - c1 * p[vector(p, TURN_F) + i]
+        y[D_FORCE, i] = c0 * p[jf + i] - c1 * p[f + i] - change[i]
+        y[D_TURN, i] = c0 * p[turn_jf + i] - c1 * p[turn_f + i]
         by_d[i] = on_turn[i]
     if p[KIND] == EDGES:
-        C = block_of(p, vector(p, VECTORS) + n * n, n, n)
+        C = block_of(p, matrix(p, edge_matrices(p) + 1), n, n)
         for j in range(n):
             for i in range(n):
                 by_d[j] += C[i, j] * d[i]
+    if p[STIFFENS] != 0.0:
+        nu, quarter = row_of(y, WORK, n), row_of(y, ON_TURN, n)
+        of_stiffness(p, c0, c1, row_of(x, U, n), nu, quarter)
+        turned(row_of(y, ND, n), quarter)
+        for j in range(n):
+            by_d[j] += nu[j] - quarter[j]
+
+
+@fast
+def of_stiffness(p, c0, c1, vector_in, target, work):
+    """Set target = N x."""
+    n = target.shape[0]
+    times(block_of(p, matrix(p, 0), n, n), vector_in, target)
+    times(block_of(p, matrix(p, 1), n, n), vector_in, work)
+    for i in range(n):
+        target[i] = c0 * target[i] + c1 * work[i]
 
 
 @fast
@@ -139,29 +180,46 @@ def load_tangent(p, q, x, y, r, K):
     """Residual r (n,) and tangent K (n, n)."""
     c, s, c0, c1, m = load_force(p, q, x, y, r)
     changes(p, c0, c1, x, y)
-    n, kind = int(p[COUNT]), p[KIND]
+    n, kind, stiffens, at = int(p[COUNT]), p[KIND], p[STIFFENS] != 0.0, edge_matrices(p)
     d, u, g = row_of(x, D, n), row_of(x, U, n), row_of(x, G, n)
-    sf, bu, by_d = row_of(y, WORK, n), row_of(y, ON_TURN, n), row_of(y, BY_D, n)
+    sf, by_d, bu, work = row_of(y, ON_TURN, n), row_of(y, BY_D, n), row_of(y, ND, n), row_of(y, WORK, n)
     turned(row_of(y, FORCE, n), sf)
     for i in range(n):
         bu[i] = 0.0
+    if stiffens:
+        of_stiffness(p, c0, c1, u, bu, work)
+    for i in range(n):
+        sf[i] += bu[i]
     if kind == EDGES:
-        times(block_of(p, vector(p, VECTORS), n, n), u, bu)
-    by_angle, by_u, curved = dot(d, row_of(y, D_TURN, n)), dot(u, by_d), 0.0 if p[BY_PIN] != 0.0 else m
+        times(block_of(p, matrix(p, at), n, n), u, bu)
+        add(-1.0, bu, sf)
+    by_angle = dot(d, row_of(y, D_TURN, n)) + dot(u, row_of(y, ND_CHANGE, n))
+    by_u, curved = dot(u, by_d), 0.0 if p[BY_PIN] != 0.0 else m
     for j in range(n):
         turn = 0.0 if kind == EDGES else -g[j]
         if kind == FOLLOWER and j == 2:
             turn += 1.0
         dm = turn * by_angle + by_d[j] - by_u * g[j] - curve(g, j, curved)
         for i in range(n):
-            change = turn * y[D_FORCE, i] + (sf[i] - bu[i]) * g[j] + g[i] * dm
-            K[i, j] = -change
-    if kind == EDGES:
-        B = block_of(p, vector(p, VECTORS), n, n)
+            K[i, j] = -(turn * y[D_FORCE, i] + sf[i] * g[j] + g[i] * dm)
+    add_matrices(p, c0, c1, K)
+    to_world(c, s, K)
+
+
+@fast
+def add_matrices(p, c0, c1, K):
+    """Add N - Psi' A to K."""
+    n = K.shape[0]
+    if p[KIND] == EDGES:
+        B = block_of(p, matrix(p, edge_matrices(p)), n, n)
         for i in range(n):
             for j in range(n):
                 K[i, j] -= B[i, j]
-    to_world(c, s, K)
+    if p[STIFFENS] != 0.0:
+        N0, N1 = block_of(p, matrix(p, 0), n, n), block_of(p, matrix(p, 1), n, n)
+        for i in range(n):
+            for j in range(n):
+                K[i, j] += c0 * N0[i, j] + c1 * N1[i, j]
 
 
 @fast

@@ -16,7 +16,7 @@ from flexmb.planes.mesh_load import MeshLoad
 from flexmb.planes.nodal_load import NodalLoad
 from flexmb.reduction.craig_bampton import Basis
 from flexmb.reduction.load_kernels import DEAD, EDGES, FOLLOWER, reduced_load_kernel, reduced_load_signal
-from flexmb.reduction.superelement import Superelement, quarter_turned
+from flexmb.reduction.superelement import Superelement, quarter_turned, stiffness_under
 
 Array = npt.NDArray[np.float64]
 
@@ -28,6 +28,8 @@ def load_contributions(
     coordinates: tuple[Coordinate, ...],
     found: Basis,
     element: Superelement,
+    *,
+    stiffening: bool,
 ) -> list[Contribution]:
     """Element and signals of a load.
 
@@ -39,17 +41,20 @@ def load_contributions(
     coordinates : coordinates of the body.
     found : basis of the body.
     element : its matrices.
+    stiffening : whether the stress of the load with held pins stiffens or softens the body.
     """
     kind = EDGES if load.edges is not None else FOLLOWER if load.follower else DEAD
     shapes = np.asarray(found.model.shape @ found.shapes)  # Psi at the points
     turning = _quarter(shapes) - quarter_turned(shapes)  # Phi
     f = load.forces.ravel()
-    vectors = [shapes.T @ f, shapes.T @ _quarter(f), turning.T @ f, turning.T @ _quarter(f)]
-    blocks = [*element.frame_parameters(), *vectors]
+    both = f, _quarter(f) if kind != EDGES else np.zeros_like(f)
+    blocks = [*element.frame_parameters(), *(shapes.T @ g for g in both), *(turning.T @ g for g in both)]
+    if stiffening:
+        blocks += [stiffness_under(found, found.model.shape.T @ g) for g in both]
     if kind == EDGES:
         moved = edge_matrix(load) @ shapes
         blocks += [shapes.T @ moved, turning.T @ moved]
-    head = element.load_head(kind, found.model.direction)
+    head = element.load_head(kind, found.model.direction, stiffens=stiffening)
     p = (*head, *np.concatenate([np.ravel(block) for block in blocks]).tolist())
     return [
         ElementContribution(name, reduced_load_kernel, coordinates, p, factor=history),

@@ -370,7 +370,8 @@ class Reduced(MeshBody):
 
     def loaded(self, name: str, load: NodalLoad, history: Motion | None) -> Sequence[Contribution]:
         """Contributions of a load `name` on the mesh, times the value of `history`."""
-        return load_contributions(name, load, history, self.coordinates, self.basis, self.element)
+        found, element = self.basis, self.element
+        return load_contributions(name, load, history, self.coordinates, found, element, stiffening=self.stiffening)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One element on all nodes, and the largest stress."""

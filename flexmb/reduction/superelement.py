@@ -12,7 +12,7 @@ import scipy.linalg as la
 from flexmb.model.contributions import Node
 from flexmb.reduction.craig_bampton import Basis, frame_weights, require_room, rigid_motions
 from flexmb.reduction.kernel import BY_PIN, COUNT, FIRST, HEAD
-from flexmb.reduction.load_kernels import ANGLE, KIND
+from flexmb.reduction.load_kernels import ANGLE, KIND, STIFFENS
 
 Array = npt.NDArray[np.float64]
 
@@ -69,16 +69,18 @@ class Superelement:
             weights[: self.pins, :2] = frame_weights(self.nodes[: self.pins])
         return poses, weights
 
-    def load_head(self, kind: float, angle: float) -> tuple[float, ...]:
+    def load_head(self, kind: float, angle: float, *, stiffens: bool) -> tuple[float, ...]:
         """Parameters before the poses, of a load (`flexmb.reduction.load_kernels`).
 
         Parameters
         ----------
         kind : kind of the load.
         angle : angle of the axes in which its forces are given [rad].
+        stiffens : whether its geometric stiffness is among the parameters.
         """
         head = [0.0] * HEAD
         head[COUNT], head[BY_PIN], head[KIND], head[ANGLE] = 3.0 * len(self.nodes), float(self.by_pin), kind, angle
+        head[STIFFENS] = float(stiffens)
         return tuple(head)
 
     def directions(self) -> list[tuple[Array, Array]]:
@@ -200,23 +202,36 @@ def _modal_damping(M: Array, K: Array, ratios: float | tuple[float, ...]) -> Arr
 def _stiffening(found: Basis, K: Array, free: Array) -> tuple[Array, Array]:
     """Kc of centrifugal forces about the first pin, and Q of the forces of the pins and of the own inertia.
 
-    With static shapes of inertia, Q of all coordinates; Kc is of the stress that these leave.
+    With static shapes of inertia or loads, Q of all coordinates; Kc is of the stress that these leave.
     """
     model, n, m = found.model, len(K), found.model.count
-    translations = free[:, :2]
     first = np.array([model.pins[0].x, model.pins[0].y])
-
-    def seen(z: Array) -> Array:
-        return _without(translations, found.shapes.T @ (model.stress_stiffness(z) @ found.shapes))
-
+    centrifugal = stiffness_under(found, model.force_of(model.points - first))
     inner = found.shapes[:, m:] if found.loaded else found.shapes[:, :0]
-    centrifugal = found.static(model.force_of(model.points - first))
-    if found.loaded:
-        force = model.stiffness @ inner
-        centrifugal -= inner @ np.linalg.solve(inner.T @ force, force.T @ centrifugal)
     static = np.hstack([found.shapes[:, :m] + found.shapes[:, m:] @ found.followed, inner])[:, FIRST:]
     if not static.shape[1]:
-        return seen(centrifugal), np.zeros((0, n, n))
-    stiff = np.stack([seen(column) for column in static.T])
+        return centrifugal, np.zeros((0, n, n))
+    stiff = np.stack([_seen(found, column, free) for column in static.T])
     flexible = np.linalg.inv(static.T @ (model.stiffness @ static))
-    return seen(centrifugal), np.einsum("ab,bij->aij", flexible, stiff)
+    return centrifugal, np.einsum("ab,bij->aij", flexible, stiff)
+
+
+def stiffness_under(found: Basis, force: Array) -> Array:
+    """Geometric stiffness (n, n) of forces (N,) with all pins held, without that of the kept static shapes.
+
+    Parameters
+    ----------
+    found : basis of the body.
+    force : forces on the displacements of the model [N].
+    """
+    z, m = found.static(force), found.model.count
+    if found.loaded:
+        inner = found.shapes[:, m:]
+        of_inner = found.model.stiffness @ inner
+        z -= inner @ np.linalg.solve(inner.T @ of_inner, of_inner.T @ z)
+    return _seen(found, z, rigid_motions(found.nodes))
+
+
+def _seen(found: Basis, z: Array, free: Array) -> Array:
+    """Geometric stiffness (n, n) of the stress of displacements (N,), without round-off on translations."""
+    return _without(free[:, :2], found.shapes.T @ (found.model.stress_stiffness(z) @ found.shapes))

@@ -33,8 +33,8 @@ def two_links(*parts, second=None):
     return fm.Mechanism("two links", [crank(), second, pin, *parts], gravity=(1.3, -9.81))
 
 
-def alone(body):
-    return fm.Mechanism("alone", [body], gravity=(1.3, -9.81))
+def alone(*parts):
+    return fm.Mechanism("alone", parts, gravity=(1.3, -9.81))
 
 
 def plane_body(**changes):
@@ -43,6 +43,22 @@ def plane_body(**changes):
     values = {"at": (0.1, 0.2), "angle": 0.4, "thickness": 0.01, "pins": ("left", "right"), "damping": 2e-4}
     values |= {"interface": {"right": "averaged"}, "material": fm.Material(1e6, 2000.0)}
     return fm.PlaneBody("plate", mesh, **{**values, **changes})
+
+
+def growing(points):
+    return 1e3 * points
+
+
+def mesh_loads(body):
+    """Loads on free nodes and on nodes of pins, dead and following."""
+    return (
+        fm.loads.EdgeLoad("load", body, "top", (2e3, -1e3)),
+        fm.loads.EdgeLoad("load", body, "left", growing, follower=True, history=fm.drives.Harmonic(0.7, 3.0, 0.4, 0.1)),
+        fm.loads.EdgePressure("load", body, "top", 3e3, 1e3),
+        fm.loads.EdgePressure("load", body, "left", 0.0, 1e3),
+        fm.loads.BodyForce("load", body, growing),
+        fm.loads.BodyForce("load", body, (2e3, -4e3), follower=True),
+    )
 
 
 def sliding():
@@ -246,6 +262,11 @@ BUILT_IN = {
     "Torque, Harmonic": (
         two_links(fm.Torque("load", arm(), 12.0, history=fm.drives.Harmonic(0.7, 3.0, 0.4, 0.1))), "load",
     ),
+    **{
+        f"{type(load).__name__}{number}, {name}": (alone(body, load), "load")
+        for name, body in (("all nodes", plane_body()), ("reduced", fm.Reduced(plane_body(), 3)))
+        for number, load in enumerate(mesh_loads(plane_body()))
+    },
     "Gear": (two_links(fm.Gear("mesh", crank(), arm(), teeth=(20, 35))), "mesh"),
     "Gear, internal": (two_links(fm.Gear("mesh", crank(), arm(), teeth=(20, 35), internal=True)), "mesh"),
     "Gear, backlash": (
