@@ -22,7 +22,16 @@ FORCE_X, FORCE_Y, CROSS, ALONG, ANGLE, OWN, TURNING, NODE_NUMBERS = range(8)
 """Numbers p of a force on a node: sum of f, X, D, beta where nothing turns; coordinates of gamma and of beta, or -1."""
 
 PRODUCTS = 2
-"""Place of the products of an edge, P and S by turns (m, m, 2), behind the numbers of nodes and pins; then the ties."""
+"""Place of the products of an edge (m, m, 2), behind the numbers of nodes and pins; then the ties."""
+
+P, S, PAIR = range(3)
+"""Products of a pressure and of a shear for a pair of nodes, and their number."""
+
+ON_EDGES, FIRST_ELEMENT = range(2)
+"""Numbers p of a signal: 1 for edges; then of each element, and at the end the number of the signal."""
+
+COORDINATES, SIZE, NUMBERS = range(3)
+"""Numbers of an element of a signal: those of its coordinates and of its own numbers, which follow."""
 
 POWER = 2
 """Number of the signal `power`; those of fx and fy are 0 and 1."""
@@ -69,8 +78,8 @@ def edge_forces(p, x, f):
     for k in range(m):
         fx, fy = 0.0, 0.0
         for l in range(m):
-            at = PRODUCTS + 2 * (k * m + l)
-            normal, along = p[at], p[at + 1]
+            at = PRODUCTS + PAIR * (k * m + l)
+            normal, along = p[at + P], p[at + S]
             fx += along * x[2 * l] - normal * x[2 * l + 1]
             fy += along * x[2 * l + 1] + normal * x[2 * l]
         f[2 * k], f[2 * k + 1] = fx, fy
@@ -99,8 +108,8 @@ def edge_tangent(p, q, r, K):
     B = matrix_view(square(), 2 * m, 2 * m)
     for k in range(m):
         for l in range(m):
-            at = PRODUCTS + 2 * (k * m + l)
-            normal, along = p[at], p[at + 1]
+            at = PRODUCTS + PAIR * (k * m + l)
+            normal, along = p[at + P], p[at + S]
             B[2 * k, 2 * l], B[2 * k, 2 * l + 1] = -along, normal
             B[2 * k + 1, 2 * l], B[2 * k + 1, 2 * l + 1] = -normal, -along
     matrix_on_coordinates(p, arms, B, K)
@@ -120,11 +129,13 @@ def edge_force_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
 @fast
 def total(p, q, v):
     """Force along x or y, or power, of all elements of a load."""
-    on_edges, number, at, first, found = p[0] > 0.0, int(p[p.shape[0] - 1]), 1, 0, 0.0
+    last = p.shape[0] - 1
+    on_edges, number, at, first, found = p[ON_EDGES] > 0.0, int(p[last]), FIRST_ELEMENT, 0, 0.0
     arms, f, r = nodal(), nodal(), on_every_coordinate()
-    while at < p.shape[0] - 1:
-        n, size = int(p[at]), int(p[at + 1])
-        own, coordinates, rows = part_of(p, at + 2, at + 2 + size), part_of(q, first, first + n), part_of(r, 0, n)
+    while at < last:
+        n, begin = int(p[at + COORDINATES]), at + NUMBERS
+        end = begin + int(p[at + SIZE])
+        own, coordinates, rows = part_of(p, begin, end), part_of(q, first, first + n), part_of(r, 0, n)
         if on_edges:
             edge_force(own, coordinates, arms, f, rows)
         else:
@@ -137,7 +148,7 @@ def total(p, q, v):
                 found -= f[2 * k + number]
         else:
             found -= rows[number]
-        at, first = at + 2 + size, first + n
+        at, first = end, first + n
     return found
 
 

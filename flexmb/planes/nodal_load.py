@@ -25,6 +25,21 @@ Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
+class FollowedEdges:
+    """Edges that a load follows.
+
+    Parameters
+    ----------
+    nodes : (b, k) nodes of each edge.
+    normal, along : (b, k, k) products of the pressure and of the shear [N/m].
+    """
+
+    nodes: npt.NDArray[np.int64]
+    normal: Array
+    along: Array
+
+
+@dataclass(frozen=True, eq=False)
 class NodalLoad:
     """A load on the nodes of a mesh, in the axes of the mesh.
 
@@ -33,16 +48,13 @@ class NodalLoad:
     forces : (n, 2) forces on the undeformed body [N].
     nodes : numbers of the nodes on which it acts, though its values may be 0.
     follower : whether their directions turn with the first pin.
-    edges : (b, k) nodes of the edges that the load follows, in place of directions; None: no edges.
-    normal, along : (b, k, k) products of the pressure and of the shear on these edges [N/m].
+    edges : edges that it follows, in place of directions; None: no edges.
     """
 
     forces: Array
     nodes: npt.NDArray[np.int64]
     follower: bool = False
-    edges: npt.NDArray[np.int64] | None = None
-    normal: Array | None = None
-    along: Array | None = None
+    edges: FollowedEdges | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,10 +87,9 @@ class LoadedMesh:
         load : its forces.
         history : motion whose value multiplies it; None: constant.
         """
-        on_edges = load.edges is not None
-        kernel: Kernel = edge_force_kernel if on_edges else node_force_kernel
-        parts = list(self._edges(load) if on_edges else self._nodes(load))
-        numbers, coordinates = [float(on_edges)], list[Coordinate]()
+        kernel: Kernel = edge_force_kernel if load.edges else node_force_kernel
+        parts = list(self._edges(load.edges) if load.edges else self._nodes(load))
+        numbers, coordinates = [float(load.edges is not None)], list[Coordinate]()
         for place, p in parts:
             numbers += [float(len(place)), float(len(p)), *p]
             coordinates += place
@@ -89,11 +100,10 @@ class LoadedMesh:
             ),
         ]
 
-    def _edges(self, load: NodalLoad) -> Iterator[tuple[tuple[Coordinate, ...], tuple[float, ...]]]:
+    def _edges(self, edges: FollowedEdges) -> Iterator[tuple[tuple[Coordinate, ...], tuple[float, ...]]]:
         """Coordinates and numbers of each edge."""
-        assert load.edges is not None
-        products = np.stack([load.normal, load.along], axis=3).reshape(len(load.edges), -1)  # type: ignore[list-item]
-        for nodes, own in zip(load.edges.tolist(), products.tolist(), strict=True):
+        products = np.stack([edges.normal, edges.along], axis=3).reshape(len(edges.nodes), -1)
+        for nodes, own in zip(edges.nodes.tolist(), products.tolist(), strict=True):
             coordinates, ties, held = ties_of(self.part, nodes, self.points, self.names, self.pins)
             yield coordinates, (float(len(nodes)), float(held), *own, *ties)
 

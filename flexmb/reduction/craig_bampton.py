@@ -250,7 +250,7 @@ def _amplitudes(model: ElasticModel, phi: Array) -> Array:
 
 
 def _added_nodes(model: ElasticModel, count: int, *, inertia: bool) -> tuple[Node, ...]:
-    """Nodes of shapes of inertia, and of those of loads and vibrations, in the middle of the pins."""
+    """Nodes of shapes of inertia, of loads and of vibrations, in the middle of the pins."""
     x, y = (float(np.mean([getattr(pin, axis) for pin in model.pins])) for axis in "xy")
     names = [*(["inertia"] if inertia else []), *(f"modes{k + 1}" for k in range(count))]
     return tuple(Node(name, x, y, model.pins[0].theta) for name in names)

@@ -18,7 +18,7 @@ Equations (12.22) to (12.24) of docs/theory/reduced.md.
 import math
 
 from flexmb.compiled.stack import stack_matrix
-from flexmb.compiled.views import block_of, part_of, row_of
+from flexmb.compiled.views import block_of, item_of, part_of, row_of
 from flexmb.kernels import element_kernel, fast, signal_kernel
 from flexmb.planes.load_kernels import POWER
 from flexmb.reduction.kernel import (
@@ -122,8 +122,9 @@ def gradient(p, size, x):
     if p[BY_PIN] != 0.0:
         g[2] = 1.0
         return
+    weights = part_of(p, HEAD + n, HEAD + 2 * n)
     for i in range(0, n, 3):
-        g[i], g[i + 1] = -p[HEAD + n + i + 1] / size, p[HEAD + n + i] / size
+        g[i], g[i + 1] = -item_of(weights, i + 1) / size, item_of(weights, i) / size
 
 
 @fast
@@ -239,7 +240,8 @@ def reduced_load_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
 @fast
 def total(p, q, v, x, y):
     """Force along x or y, or power, by the last parameter."""
-    n, number = int(p[COUNT]), int(p[p.shape[0] - 1])
+    n, last = int(p[COUNT]), p.shape[0] - 1
+    number = int(p[last])
     r, found = row_of(y, D_FORCE, n), 0.0
     load_force(p, q, x, y, r)
     for i in range(0, n, 3):

@@ -8,12 +8,12 @@ import scipy.sparse as sp
 
 from flexmb import checks
 from flexmb.errors import InputError
+from flexmb.loads.mesh_load import MeshLoad
 from flexmb.model.contributions import MULTIPLIES, Contribution, Coordinate, ElementContribution, signal_contributions
 from flexmb.model.law import Motion
 from flexmb.planes.load_kernels import SIGNALS
 from flexmb.planes.mesh_body import MeshBody
-from flexmb.planes.mesh_load import MeshLoad
-from flexmb.planes.nodal_load import NodalLoad
+from flexmb.planes.nodal_load import FollowedEdges, NodalLoad
 from flexmb.reduction.craig_bampton import Basis
 from flexmb.reduction.load_kernels import DEAD, EDGES, FOLLOWER, reduced_load_kernel, reduced_load_signal
 from flexmb.reduction.superelement import Superelement, quarter_turned, stiffness_under
@@ -43,7 +43,7 @@ def load_contributions(
     element : its matrices.
     stiffening : whether the stress of the load with held pins stiffens or softens the body.
     """
-    kind = EDGES if load.edges is not None else FOLLOWER if load.follower else DEAD
+    kind = EDGES if load.edges else FOLLOWER if load.follower else DEAD
     shapes = np.asarray(found.model.shape @ found.shapes)  # Psi at the points
     turning = _quarter(shapes) - quarter_turned(shapes)  # Phi
     f = load.forces.ravel()
@@ -51,8 +51,8 @@ def load_contributions(
     blocks = [*element.frame_parameters(), *(shapes.T @ g for g in both), *(turning.T @ g for g in both)]
     if stiffening:
         blocks += [stiffness_under(found, found.model.shape.T @ g) for g in both]
-    if kind == EDGES:
-        moved = edge_matrix(load) @ shapes
+    if load.edges:
+        moved = edge_matrix(load.edges, len(f)) @ shapes
         blocks += [shapes.T @ moved, turning.T @ moved]
     head = element.load_head(kind, found.model.direction, stiffens=stiffening)
     p = (*head, *np.concatenate([np.ravel(block) for block in blocks]).tolist())
@@ -93,21 +93,19 @@ def _quarter(rows: Array) -> Array:
     return turned
 
 
-def edge_matrix(load: NodalLoad) -> sp.csr_matrix:
-    """A (2n, 2n): nodal forces of a load that follows edges, by the places of the nodes.
+def edge_matrix(edges: FollowedEdges, size: int) -> sp.csr_matrix:
+    """A (size, size): nodal forces of a load that follows edges, by the places of the nodes.
 
     Parameters
     ----------
-    load : a load with edges.
+    edges : the edges.
+    size : number of the displacements of all nodes.
     """
-    assert load.edges is not None
-    normal, along = np.asarray(load.normal), np.asarray(load.along)
-    blocks = np.zeros((*normal.shape, 2, 2))
-    blocks[..., 0, 0] = blocks[..., 1, 1] = along
-    blocks[..., 0, 1], blocks[..., 1, 0] = -normal, normal
-    places = 2 * load.edges[:, :, None] + np.arange(2)  # (b, k, 2)
+    blocks = np.zeros((*edges.normal.shape, 2, 2))
+    blocks[..., 0, 0] = blocks[..., 1, 1] = edges.along
+    blocks[..., 0, 1], blocks[..., 1, 0] = -edges.normal, edges.normal
+    places = 2 * edges.nodes[:, :, None] + np.arange(2)  # (b, k, 2)
     b, k, _ = places.shape
     rows = np.broadcast_to(places[:, :, None, :, None], (b, k, k, 2, 2))
     columns = np.broadcast_to(places[:, None, :, None, :], (b, k, k, 2, 2))
-    size = load.forces.size
     return sp.csr_matrix((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=(size, size))

@@ -15,11 +15,11 @@ from flexmb.bodies.flexible import nearest_node
 from flexmb.bodies.flexible_body import FlexibleBody
 from flexmb.docstrings import documented
 from flexmb.errors import InputError
+from flexmb.loads.mesh_load import MeshLoad
 from flexmb.model.contributions import Attachment, Contribution, ElementContribution, Node
 from flexmb.model.part import Body
 from flexmb.model.shape import MeshShape, Shapes
 from flexmb.planes.mesh_body import MeshBody
-from flexmb.planes.mesh_load import MeshLoad
 from flexmb.planes.plane_body import PlaneBody
 from flexmb.reduction.accuracy import Accuracy, Load, accuracy
 from flexmb.reduction.craig_bampton import Basis, frame_weights

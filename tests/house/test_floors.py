@@ -41,6 +41,8 @@ SIDEWAYS = {
     ("reduction", "beams"): "the matrices of beams are reduced",
     ("reduction", "bodies"): "a reduced body is one of beams, or a plane one",
     ("reduction", "planes"): "a reduced body is one of beams, or a plane one",
+    ("loads", "planes"): "loads act on the meshes of plane bodies",
+    ("reduction", "loads"): "a reduced body keeps the static shapes of loads",
     ("joints", "contact"): "a joint with clearance holds a normal and a friction law",
     ("cli", "commands"): "the command line reads the arguments of the commands",
 }

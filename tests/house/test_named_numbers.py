@@ -38,6 +38,7 @@ IN_FILES = {
     },
     "flexmb/planes/cell_kernels.py": {"x and y of each node": "change own"},
     "flexmb/planes/corotated.py": {"x and y of each node, and of a row of its stiffness": "d rate left right k p"},
+    "flexmb/planes/load_kernels.py": {"x and y of each node": "arms B"},
     "flexmb/planes/mass_damping.py": {"x and y of each node": "e u f dx dv du df arms"},
     "flexmb/planes/peak_stress.py": {"x and y of each node": "d p"},
     "flexmb/planes/pinned.py": {"x and y of each node": "arms B"},

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from flexmb import checks
+from flexmb.loads.mesh_load import MeshLoad, at_places, in_mesh_axes
 from flexmb.planes.loads import Array, Field, Stress, edge_load, edge_products, loaded_edges, on_edges
-from flexmb.planes.mesh_load import MeshLoad, at_places, in_mesh_axes
-from flexmb.planes.nodal_load import NodalLoad
+from flexmb.planes.nodal_load import FollowedEdges, NodalLoad
 from flexmb.planes.plane_body import PlaneBody
 
 
@@ -69,7 +69,12 @@ class EdgeLoad(MeshLoad):
         return replace(self, traction=scaled(self.traction, part)) if self.follower else self
 
     def nodal(self, plane: PlaneBody) -> NodalLoad:
-        """Forces on the nodes of a body, in the axes of its mesh."""
+        """Forces on the nodes of a body, in the axes of its mesh.
+
+        Parameters
+        ----------
+        plane : the body with all nodes.
+        """
         forces = edge_load(plane.mesh, self.edge, in_mesh_axes(plane, self.traction), plane.thickness)
         nodes = np.unique(plane.mesh.edges_in(self.edge))
         return NodalLoad(forces.reshape(-1, 2), nodes, self.follower)
@@ -122,11 +127,16 @@ class EdgePressure(MeshLoad):
         return replace(self, pressure=scaled(self.pressure, part), shear=scaled(self.shear, part))
 
     def nodal(self, plane: PlaneBody) -> NodalLoad:
-        """Forces on the nodes of a body, in the axes of its mesh."""
+        """Forces on the nodes of a body, in the axes of its mesh.
+
+        Parameters
+        ----------
+        plane : the body with all nodes.
+        """
         edges = loaded_edges(plane.mesh, self.edge, plane.thickness)
         normal, along = (edge_products(plane.mesh, edges, _placed(plane, s)) for s in (self.pressure, self.shear))
         forces = on_edges(plane.mesh, edges.nodes, normal, along)
-        return NodalLoad(forces, np.unique(edges.nodes), False, edges.nodes, normal, along)
+        return NodalLoad(forces, np.unique(edges.nodes), edges=FollowedEdges(edges.nodes, normal, along))
 
 
 def checked_field(load: MeshLoad, name: str, value: Any, unit: str) -> Field:

@@ -5,12 +5,13 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import KW_ONLY, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
 from flexmb import planar
-from flexmb.errors import InputError, ModelError
+from flexmb.errors import ModelError
+from flexmb.loads.force import check_history
 from flexmb.model.contributions import Contribution
 from flexmb.model.law import Motion
 from flexmb.model.part import Part
@@ -47,16 +48,17 @@ class MeshLoad(Part):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.history is not None and not isinstance(self.history, Motion):
-            raise InputError(
-                f"{self.label}: history is {self.history!r}; it must be a motion whose value multiplies the load, "
-                "e.g. Pulse(end=0.1), or None for a constant load."
-            )
+        check_history(self, self.history)
         _ = self.nodal(self.plane_of(self.body))
 
     @abstractmethod
     def nodal(self, plane: PlaneBody) -> NodalLoad:
-        """Forces on the nodes of a body, in the axes of its mesh."""
+        """Forces on the nodes of a body, in the axes of its mesh.
+
+        Parameters
+        ----------
+        plane : the body with all nodes.
+        """
 
     def plane_of(self, body: Part) -> PlaneBody:
         """The body with all nodes of its mesh.
@@ -65,20 +67,24 @@ class MeshLoad(Part):
         ------
         ModelError : a body without a mesh.
         """
-        plane = body.plane if isinstance(body, MeshBody) else None
-        if plane is None:
-            raise ModelError(
-                f"{self.label} acts on the nodes of a mesh, and {body.label} has none. Give a PlaneBody or its "
-                "Reduced; a Force acts on any body."
-            )
-        return plane
+        plane = self._carrier(body).plane
+        return plane if plane is not None else self._refuse(body)
+
+    def _carrier(self, body: Part) -> MeshBody:
+        """The body, if it has a mesh."""
+        return body if isinstance(body, MeshBody) else self._refuse(body)
+
+    def _refuse(self, body: Part) -> NoReturn:
+        """Refuse a body without a mesh."""
+        raise ModelError(
+            f"{self.label} acts on the nodes of a mesh, and {body.label} has none. Give a PlaneBody or its Reduced; a "
+            "Force acts on any body."
+        )
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """Elements on the nodes of the body, and three signals."""
-        body = mechanism.body(self.body.name, self.label)
-        load = self.nodal(self.plane_of(body))
-        assert isinstance(body, MeshBody)
-        return body.loaded(self.name, load, self.history)
+        body = self._carrier(mechanism.body(self.body.name, self.label))
+        return body.loaded(self.name, self.nodal(self.plane_of(body)), self.history)
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
         """A few arrows, each carried by the pin that is nearest in the undeformed body."""

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from flexmb import checks
-from flexmb.planes.edge_load import checked_field, scaled
+from flexmb.loads.edge_load import checked_field, scaled
+from flexmb.loads.mesh_load import MeshLoad, in_mesh_axes
 from flexmb.planes.loads import Array, body_force
-from flexmb.planes.mesh_load import MeshLoad, in_mesh_axes
 from flexmb.planes.nodal_load import NodalLoad
 from flexmb.planes.plane_body import PlaneBody
 
@@ -58,6 +58,11 @@ class BodyForce(MeshLoad):
         return replace(self, force=scaled(self.force, part)) if self.follower else self
 
     def nodal(self, plane: PlaneBody) -> NodalLoad:
-        """Forces on the nodes of a body, in the axes of its mesh."""
+        """Forces on the nodes of a body, in the axes of its mesh.
+
+        Parameters
+        ----------
+        plane : the body with all nodes.
+        """
         forces = body_force(plane.mesh, in_mesh_axes(plane, self.force), plane.thickness)
         return NodalLoad(forces.reshape(-1, 2), np.arange(len(plane.mesh.points)), self.follower)
