@@ -453,7 +453,7 @@ def _left_out() -> dict[str, str]:
     decides a remark or a refusal, and no number of a run: run.watch.DEEP run.watch.THROUGH run.watch.LEAST_STEPS run.watch.SHARE
         run.watch.LARGE_STRAIN run.watch.IMPOSSIBLE_STRAIN run.watch.LARGE_WIND_UP run.watch.PULL results.fatigue.CAPTURED
         run.strength.LEAST
-        run.basis_edge.EDGE_SHARE run.basis_edge.ROUND_OFF reduction.craig_bampton.LEAST_PIVOT reduction.craig_bampton.LEAST_SHARE
+        run.basis_edge.AT_EDGE run.basis_edge.EDGE_SHARE run.basis_edge.ROUND_OFF reduction.craig_bampton.LEAST_PIVOT reduction.craig_bampton.LEAST_SHARE
         reduction.accuracy.EXACT
         run.deformations.LARGE_SHARE run.deformations.IMPOSSIBLE_SHARE run.deformations.MOST_POINTS
         run.watch.MOST_NUMBERS run.watch.MOST_OF_ALL
@@ -477,7 +477,7 @@ def _left_out() -> dict[str, str]:
         series.recurrence.BLOCK program.check_kernels.REMEMBERED_CALLS program.structure.REMEMBERED_STRUCTURES
         program.structure.REMEMBERED_UNKNOWNS program.structure.FIELDWISE_FROM run.run.BUFFER_NUMBERS run.run.LEAST_BUFFER_ROWS
         run.saved_rows.MOST_RESERVED_BYTES results.late_values.BLOCK
-    size of a symbol in a picture: results.symbols.COILS results.symbols.WIDTH results.symbols.ARROW results.symbols.HEAD
+    size of a symbol in a picture: results.symbols.COILS results.symbols.WIDTH results.symbols.ARROW results.symbols.HEAD loads.mesh_load.ARROWS loads.mesh_load.NO_ARROW
         results.symbols.CIRCLE_POINTS results.symbols.ARC_POINTS results.symbols.OVERHANG
     how many are printed or written: results.netcdf_nodes.MOST_SINGLE results.main_signals.MOST results.main_signals.PANELS start.consistent.LISTED_PARTS results.vtk.MOST_FRAMES results.contact_intervals.SHOWN_ROWS
         model.signal.MOST_COMPARED_NAMES results.solution_text.IN_TEXT results.solution_text.IN_TABLE results.solution_text.ROUND_OFF
