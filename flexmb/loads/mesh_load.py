@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 
 from flexmb import planar
-from flexmb.errors import ModelError
+from flexmb.errors import InputError, ModelError
 from flexmb.loads.force import check_history
 from flexmb.model.contributions import Contribution
 from flexmb.model.law import Motion
@@ -49,7 +49,7 @@ class MeshLoad(Part):
     def __post_init__(self) -> None:
         super().__post_init__()
         check_history(self, self.history)
-        _ = self.nodal(self.plane_of(self.body))
+        _ = self.on(self.plane_of(self.body))
 
     @abstractmethod
     def nodal(self, plane: PlaneBody) -> NodalLoad:
@@ -59,6 +59,22 @@ class MeshLoad(Part):
         ----------
         plane : the body with all nodes.
         """
+
+    def on(self, plane: PlaneBody) -> NodalLoad:
+        """Forces on the nodes of a body, in the axes of its mesh.
+
+        Parameters
+        ----------
+        plane : the body with all nodes.
+
+        Raises
+        ------
+        InputError : a set that the mesh has not, values of another shape; with the name of the load.
+        """
+        try:
+            return self.nodal(plane)
+        except InputError as error:
+            raise InputError(f"{self.label}: {error}") from error
 
     def plane_of(self, body: Part) -> PlaneBody:
         """The body with all nodes of its mesh.
@@ -84,18 +100,20 @@ class MeshLoad(Part):
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """Elements on the nodes of the body, and three signals."""
         body = self._carrier(mechanism.body(self.body.name, self.label))
-        return body.loaded(self.name, self.nodal(self.plane_of(body)), self.history)
+        return body.loaded(self.name, self.on(self.plane_of(body)), self.history)
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
         """A few arrows, each carried by the pin that is nearest in the undeformed body."""
-        plane = self.plane_of(mechanism.body(self.body.name, self.label))
-        load, found = self.nodal(plane), []
+        body = mechanism.body(self.body.name, self.label)
+        plane, nodes = self.plane_of(body), {node.name for node in body.nodes()}
+        pins = [pin for pin in plane.interfaces if pin.name in nodes]
+        load, found = self.on(plane), []
         follows = load.follower or load.edges is not None
         sizes = np.hypot(*load.forces.T)
         loaded = np.flatnonzero(sizes > NO_ARROW * sizes.max(initial=0.0))
         for k in loaded[:: max(1, -(-len(loaded) // ARROWS))].tolist():
             force, point = tuple(load.forces[k].tolist()), tuple(plane.mesh.points[k].tolist())
-            pin = min(plane.interfaces, key=lambda pin: planar.distance(pin.point, point))
+            pin = min(pins, key=lambda pin: planar.distance(pin.point, point))
             offset = (point[0] - pin.point[0], point[1] - pin.point[1])
             direction = force if follows else planar.from_frame((0.0, 0.0), plane.direction, force)
             found.append(ArrowShape(self.name, (self.body.name, pin.name, offset), direction, follows))

@@ -207,7 +207,7 @@ class Reduced(MeshBody):
         """Modes, highest frequency, whether the frame is that of the first pin, shapes of inertia, forces of loads."""
         by_pin = self.frame == "pin" or self._extent == 0.0
         plane = self.plane
-        forces = () if plane is None else tuple(load.nodal(plane).forces.tobytes() for load in self.load_shapes)
+        forces = () if plane is None else tuple(load.on(plane).forces.tobytes() for load in self.load_shapes)
         return self.modes, self.up_to, by_pin, self.inertia_shapes, forces
 
     @cached_property
@@ -267,7 +267,7 @@ class Reduced(MeshBody):
             held = [self.aliases.get(name, name) for name in given]
         forces: dict[str, Load] = {}
         for name, load in (loads or {}).items():
-            forces[name] = load.nodal(load.plane_of(self)).forces if isinstance(load, MeshLoad) else load
+            forces[name] = load.on(load.plane_of(self)).forces if isinstance(load, MeshLoad) else load
         return accuracy(self.basis, self.element, count=count, held=held, loads=forces)
 
     def nodes(self) -> tuple[Node, ...]:

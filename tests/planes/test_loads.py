@@ -194,6 +194,16 @@ def test_a_history_multiplies_a_load_and_its_signals():
     assert sol["q.fy"].values == pytest.approx(-1e3 * 0.4 * 0.01 * factor, abs=1e-9)
 
 
+def test_a_load_is_drawn_by_the_pins_that_its_body_keeps():
+    body = bar()
+    load = fm.loads.EdgePressure("p", body, "top", 1e5)
+    small = fm.Reduced(body, 3, pins=("right",))
+    arrows = load.shapes(fm.Mechanism("m", [small, load]))
+    assert len(arrows) == 5
+    assert {arrow.at[:2] for arrow in arrows} == {("bar", "right")}
+    assert np.array([arrow.direction for arrow in arrows])[:, 1].max() < 0.0
+
+
 def corner():
     mesh = bar().mesh
     sets = {**mesh.sets, "corner": mesh.sets["left"][:1]}
@@ -206,7 +216,7 @@ def beam():
 
 
 REFUSED = {
-    "no set": (lambda: fm.loads.EdgePressure("p", bar(), "botom", 1e5), InputError, "no set 'botom'. Did you mean"),
+    "no set": (lambda: fm.loads.EdgePressure("p", bar(), "botom", 1e5), InputError, "^EdgePressure 'p': PlaneMesh.*no set 'botom'. Did you mean"),
     "no edge": (lambda: fm.loads.EdgeLoad("p", corner(), "corner", (1e5, 0.0)), InputError, "holds no edge"),
     "a beam": (lambda: fm.loads.BodyForce("p", beam(), (1e5, 0.0)), ModelError, "'p'.*'rod' has none.*PlaneBody"),
     "a reduced beam": (lambda: fm.loads.BodyForce("p", fm.Reduced(beam()), (1e5, 0.0)), ModelError, "has none"),
