@@ -142,11 +142,7 @@ def buckling(mechanism: Mechanism, count: int = 4) -> Buckling:
 
 def unloaded(mechanism: Mechanism) -> Mechanism:
     """The mechanism without gravity and without the parts that are loads."""
-    bare = mechanism.with_({"gravity": (0.0, 0.0)})
-    for part in mechanism.parts:
-        if is_load(part, mechanism):
-            bare = bare.without_part(part.name)
-    return bare
+    return mechanism.with_loads([part for part in mechanism.parts if not is_load(part, mechanism)], (0.0, 0.0))
 
 
 def is_load(part: Part, mechanism: Mechanism) -> bool:

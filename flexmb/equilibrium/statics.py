@@ -228,13 +228,10 @@ def _held_by_loads(
 
 def load_growth(mechanism: Mechanism, program: Program) -> Callable[[float], Program]:
     """Function of the load factor that returns the program with follower loads times that factor."""
-    bare = mechanism
-    for load in mechanism.parts:
-        less = load.share(0.0)
-        if less is not load:
-            bare = bare.with_part(less)
-    if bare is mechanism:
+    parts = [load.share(0.0) for load in mechanism.parts]
+    if all(less is load for less, load in zip(parts, mechanism.parts, strict=True)):
         return lambda _part: program
+    bare = mechanism.with_loads(parts, mechanism.gravity)
     none, full = compile_mechanism(bare).tables.p, program.tables.p
     return lambda part: replace(program, tables=program.tables.replaced(p=(1.0 - part) * none + part * full))
 

@@ -209,6 +209,19 @@ class Mechanism:
         gone = self.find(name)
         return replace(self, parts=tuple(p for p in self.parts if p is not gone))
 
+    def with_loads(self, parts: Iterable[Part], gravity: tuple[float, float]) -> Mechanism:
+        """The mechanism with other loads and gravity, or without: what was valid is so under other loads.
+
+        Parameters
+        ----------
+        parts : the parts of this mechanism, loads left out or changed.
+        gravity : acceleration of gravity (gx, gy) [m/s^2].
+        """
+        other = object.__new__(Mechanism)
+        other.__dict__.update(name=self.name, parts=tuple(parts), gravity=gravity)
+        other._raise([*other._missing_parts()])
+        return other
+
     def with_(self, changes: Mapping[str, Any]) -> Mechanism:
         """The mechanism with fields changed.
 
