@@ -169,7 +169,7 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
     elif real:
         refuse_asymmetry(program, K)
         K = 0.5 * (K + K.T)
-        squares, x = undamped(K, M, G, rigid, left)
+        squares, x = undamped(K, M, G, rigid, left, program.symbolic.order)
         s = np.where(squares < 0.0, np.sqrt(np.abs(squares)) + 0j, 1j * np.sqrt(np.abs(squares)))
     else:
         s, x = _with_damping(K, C, M, G, rigid, left)
