@@ -148,7 +148,7 @@ def unloaded(mechanism: Mechanism) -> Mechanism:
 
 def is_load(part: Part, mechanism: Mechanism) -> bool:
     """Whether a part is no body and has elements, none of which keeps energy, beside signals alone."""
-    found = [] if isinstance(part, Body) else list(part.contributions(mechanism))
+    found = () if isinstance(part, Body) else mechanism.contributions_of(part)
     forces = [one for one in found if not isinstance(one, SignalContribution)]
     return bool(forces) and all(isinstance(one, ElementContribution) and one.energy is None for one in forces)
 

@@ -269,10 +269,8 @@ def largest_of_pencil(
     return values, X
 
 
-def _outermost(
-    A: Any, M: Any, solve: Solve, X: np.ndarray, count: int, which: str
-) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues of A x = w M x at an end of the spectrum beside those with vectors X: those that converge soon."""
+def _outermost(A: Any, M: Any, solve: Solve, X: np.ndarray, count: int, which: str) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues and vectors at an end of the spectrum of A x = w M x, beside vectors X, which converge soon."""
     n = M.shape[0]
 
     def rest(b: np.ndarray) -> np.ndarray:

@@ -91,11 +91,13 @@ def negative_eigenvalues(K: Any, G: Any, order: np.ndarray) -> int | None:
     except RuntimeError:
         return None
     if np.array_equal(lu.perm_r, lu.perm_c):
-        return int((lu.U.diagonal() < 0.0).sum()) - m
+        return int(np.count_nonzero(lu.U.diagonal() < 0.0)) - int(m)
     if A.shape[0] > DENSE_PIVOTS:
         return None
     values = np.linalg.eigvalsh(A.toarray())
-    return None if np.abs(values).min() < 1e-15 * np.abs(values).max() else int((values < 0.0).sum()) - m
+    if np.abs(values).min() < 1e-15 * np.abs(values).max():
+        return None
+    return int(np.count_nonzero(values < 0.0)) - int(m)
 
 
 def _scaled(K: Any, G: Any) -> tuple[Any, Any]:

@@ -1,5 +1,7 @@
 """Solver for large matrices that change little from one solution to the next."""
 
+from typing import Any
+
 import numpy as np
 
 from flexmb.errors import SolveError
@@ -52,7 +54,7 @@ class KeptFactors(PivotingSolver):
         rows, cols = place[self._rows], place[self._cols]
         by_column = np.lexsort((rows, cols))
         self._take(rows[by_column], cols[by_column], self._from[by_column])
-        self._lu = None
+        self._lu: Any = None
         self.factored = 0
 
     def factor(self, values: np.ndarray) -> "KeptFactors":
@@ -129,7 +131,7 @@ class KeptFactors(PivotingSolver):
         self._is_own, self.factored = True, self.factored + 1
 
     def _refined(self, right: np.ndarray, accuracy: float) -> tuple[np.ndarray, bool]:
-        """Solution by the factors there are, and whether it is as exact as wanted."""
+        """Solution by the present factors, refined, and whether its accuracy suffices."""
         x, last = self._by_factors(right), np.inf
         for _ in range(MOST_REFINEMENTS):
             left = right - self._matrix @ x

@@ -64,9 +64,7 @@ def elimination_order(
     if len(blocks) > LARGE_GRAPH:
         sequence = _multiple_minimum_degree(len(blocks), edges, np.array(last, dtype=bool))
     else:
-        parents, sequence = _minimum_degree(
-            _neighbours(len(blocks), edges), [len(block) for block in blocks], last
-        )
+        parents, sequence = _minimum_degree(_neighbours(len(blocks), edges), [len(block) for block in blocks], last)
         sequence = _postorder(parents, sequence)
     return np.array([unknown for block in sequence for unknown in blocks[block]], dtype=np.int64)
 

@@ -151,7 +151,7 @@ class Mechanism:
             contributions: Sequence[Any] = ()
             if not isinstance(part, Body):
                 with suppress(FlexmbError):
-                    contributions = part.contributions(self)
+                    contributions = self.contributions_of(part)
             for one in contributions:
                 if isinstance(one, ElementContribution | ConstraintContribution | ContactContribution):
                     for place, coordinate in enumerate(one.coordinates):
@@ -210,7 +210,7 @@ class Mechanism:
         return replace(self, parts=tuple(p for p in self.parts if p is not gone))
 
     def with_loads(self, parts: Iterable[Part], gravity: tuple[float, float]) -> Mechanism:
-        """The mechanism with other loads and gravity, or without: what was valid is so under other loads.
+        """The mechanism with other loads, whose parts are not validated again.
 
         Parameters
         ----------
@@ -290,8 +290,19 @@ class Mechanism:
             kind.prepare(parts)
         found: list[Contribution] = []
         for part in self.parts:
-            found.extend(part.contributions(self))
+            found.extend(part.contributions(self) if isinstance(part, Body) else self.contributions_of(part))
         return Contributions.sort(found)
+
+    def contributions_of(self, part: Part) -> Sequence[Contribution]:
+        """Contributions of a part that is no body, remembered: several analyses of a mechanism ask for them."""
+        found = self._known.get(part.name)
+        if found is None:
+            found = self._known[part.name] = part.contributions(self)
+        return found
+
+    @cached_property
+    def _known(self) -> dict[str, Sequence[Contribution]]:
+        return {}
 
     def shapes(self) -> Shapes:
         """Shapes of all parts, for drawings."""
