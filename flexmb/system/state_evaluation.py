@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 Vector = Sequence[float] | np.ndarray
 
-LARGE_UNKNOWNS = 10_000
+LARGE_UNKNOWNS = 1000
 """Number of unknowns above which the factors of a matrix are kept for the next ones."""
 
 
