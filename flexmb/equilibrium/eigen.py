@@ -144,7 +144,7 @@ def _with_copies(
     solve = solver((A - shift * B).tocsc(), order)
     squares, X = np.zeros(0), np.zeros((n, 0))
     count = wanted
-    while len(squares) + count < n - (size - n):
+    while not len(squares) or len(squares) + count < n - (size - n):
 
         def rest(b: np.ndarray, X: np.ndarray = X) -> np.ndarray:
             x = solve(b)
@@ -282,7 +282,7 @@ def _outermost(A: Any, M: Any, solve: Solve, X: np.ndarray, count: int, which: s
     options = {"M": M, "Minv": LinearOperator((n, n), rest, dtype=float), "which": which, "v0": start}
     restarts = {"maxiter": MOST_RESTARTS} if which != "LM" else {}
     try:
-        values, x = eigsh(A, k=count, **options, **restarts)
+        values, x = eigsh(A, k=min(count, n // 4), **options, **restarts)
     except ArpackNoConvergence as error:
         if which == "LM":
             raise

@@ -297,7 +297,7 @@ class Mechanism:
         """Contributions of a part that is no body, remembered: several analyses of a mechanism ask for them."""
         found = self._known.get(part.name)
         if found is None:
-            found = self._known[part.name] = part.contributions(self)
+            found = self._known[part.name] = tuple(part.contributions(self))
         return found
 
     @cached_property

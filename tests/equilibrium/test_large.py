@@ -96,3 +96,20 @@ def test_a_part_that_refers_to_a_load_is_refused():
     mech = fm.Mechanism("m", [bar, fm.Revolute("O", fm.GROUND, bar, at=(0.0, 0.0))])
     with pytest.raises(fm.errors.ModelError, match="refers to 'bar'"):
         mech.with_loads(mech.parts[1:], (0.0, 0.0))
+
+
+def test_one_degree_of_freedom_of_many_coordinates():
+    """A pendulum of 110 bars that are welded together, with a spring at its hinge."""
+    bars, parts = 110, []
+    for k in range(bars):
+        ends = (0.01 * k, 0.0), (0.01 * (k + 1), 0.0)
+        bar = fm.RigidLink(f"b{k}", *ends, mass=0.1, inertia=0.1 * 0.01**2 / 12.0)
+        parts += [
+            bar,
+            fm.Fixed(f"J{k}", parts[-2], bar, at=ends[0]) if k else fm.Revolute("J0", fm.GROUND, bar, at=(0, 0)),
+        ]
+    parts.append(fm.TorsionSpring("s", fm.GROUND, parts[0], stiffness=10.0))
+    found = fm.modes(fm.Mechanism("welded", parts), count=3)
+    assert len(found.names) > eigen.FEW_MODES_COORDINATES
+    length, mass = 0.01 * bars, 0.1 * bars
+    assert found.frequencies == pytest.approx([np.sqrt(10.0 / (mass * length**2 / 3.0)) / (2.0 * np.pi)], rel=1e-9)
