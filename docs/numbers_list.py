@@ -247,9 +247,21 @@ linalg.pivoting.SINGULAR_GROWTH | 1 | right-hand side | solution of a matrix tha
 linalg.pivoting.SCALING_ROUNDS | rounds | nothing | rounds that scale rows and columns
 start.assemble.SPARSE_ENTRIES | entries | nothing | up to it loops are closed by a dense least-squares solution
 linalg.rank.CERTAIN_INVERSE | 1 | rows of unit length | inverse of G G^T of rows that are independent beyond doubt
-system.state_evaluation.UNPIVOTED_UNKNOWNS | unknowns | nothing | up to it start values are found with pivoting
-system.state_evaluation.MOST_REFINEMENTS | rounds | nothing | refinements without pivoting
-system.state_evaluation.REFINED_RESIDUAL | 1 | right-hand side | residual of a system solved without pivoting
+system.state_evaluation.LARGE_UNKNOWNS | unknowns | nothing | above it factors are kept for the next matrices
+linalg.kept_factors.DIAGONAL_SHARE | 1 | column | pivot on the diagonal that is taken
+linalg.kept_factors.EXACT | 1 | terms of an equation | error of a solution by factors of another matrix
+linalg.kept_factors.FLOOR | 1 | largest terms | terms of an equation that are none
+linalg.kept_factors.MOST_REFINEMENTS | rounds | nothing | refinements by factors of another matrix
+linalg.kept_factors.SLOWEST | 1 | error before | refinement that is too slow
+linalg.kept_factors.REGULAR | 1 | scaled matrix | inverse of a matrix that is regular beyond doubt
+linalg.bordered.JOINT_COMPLIANCE | 1 | stiffness | give of rows that may repeat one another
+linalg.bordered.HOLD | 1 | stiffness | stiffness of constraints beside it while signs are counted
+linalg.bordered.DENSE_PIVOTS | unknowns | nothing | up to it eigenvalues are counted dense
+linalg.ordering.LARGE_GRAPH | blocks | nothing | above it SuperLU orders
+equilibrium.eigen.MOST_RESTARTS | restarts | nothing | search for load factors among those without end
+equilibrium.statics.STEP_ACCURACY | 1 | Newton's correction | its error in a large model
+equilibrium.statics.TANGENT_ACCURACY | 1 | length of a tangent | its error in a large model
+bodies.point_mass.MANY_PARTS | parts | nothing | above it compiled kernels tell what turns a particle
 controllers.pid.FILTER_RATIO | 1 | kd / kp | filter of the derivative, where none is given
 system.controls.RELATIVE_DIFFERENCE | 1 | an input or a state | differences of a control law
 system.controls.LEAST_SIZE | 1 | nothing | inputs and states are differenced as if this large
@@ -275,7 +287,6 @@ equilibrium.dynamic_relaxation.STRIDE_ITERATIONS | iterations | nothing | most i
 equilibrium.dynamic_relaxation.LARGEST_STRIDE | 1 | size, or rad | longest stride
 equilibrium.dynamic_relaxation.REST_STRIDE | 1 | size, or rad | stride of a pose at rest
 equilibrium.steady_rotation.SPEED_TOLERANCE | 1 | angular speed | bodies that spin alike
-equilibrium.stability.JOINT_COMPLIANCE | 1 | stiffness | give of rows that may repeat one another
 equilibrium.stability.STIFFNESS_ASYMMETRY | 1 | stiffness | above it a stiffness has no potential
 equilibrium.statics.MOST_ITERATIONS | iterations | nothing | most iterations of an equilibrium
 equilibrium.statics.STEP_ROUND_OFF | 1 | size, or rad | correction that is round-off
@@ -463,7 +474,7 @@ def _left_out() -> dict[str, str]:
         run.vibrations.LOST_PHASE run.vibrations.LOST_AMPLITUDE run.checkpoint.EVERY results.netcdf_content.LARGEST_GROWTH
         run.failure.STEP_CODES run.failure.SHOWN_RESIDUALS run.failure.LEAST_RESIDUAL run.failure.LEAST_RTOL run.failure.TRIED_STEPS
         system.failed_kernels.MOST_CALLS system.failed_kernels.SHOWN_NUMBERS
-        linalg.rank.DENSE_ROWS linalg.rank.IN_COMBINATION
+        linalg.rank.DENSE_ROWS linalg.rank.IN_COMBINATION equilibrium.eigen.LONGEST_SEARCH
         equilibrium.dynamic_relaxation.INDEPENDENCE
         equilibrium.dynamic_relaxation.ROUND_OFF linalg.null_vector.DENSE_COLUMNS linalg.null_vector.FIRST_VECTORS linalg.null_vector.VANISHING linalg.null_vector.REGULARISATION
         linalg.null_vector.LEAST_PIVOT linalg.null_vector.ITERATIONS run.stopping.SAME run.stopping.MOST_TRIALS

@@ -34,6 +34,9 @@ Point = tuple[float, float]
 SAME_POINT = 1e-9
 """Distance from the particle, relative to its distance from the origin (1 m at least), that counts as 0."""
 
+MANY_PARTS = 500
+"""Number of parts of a mechanism above which compiled kernels are called, which are a hundred times as fast."""
+
 NO_MOMENT = 1e-9
 """Moment on a particle over the largest force [m], or change by its rotation, that counts as round-off."""
 
@@ -137,20 +140,34 @@ def turns(mechanism: Mechanism, contribution: Any, place: int) -> bool:
     contribution : element, constraint or contact.
     place : number of the coordinate among those of the contribution.
     """
-    nodes = [(mechanism.body(part).node(node), axis) for part, node, axis in contribution.coordinates]
-    q = np.array([(node.x, node.y, node.theta)[axis] for node, axis in nodes])
-    n, p = len(q), np.array(contribution.p, dtype=float)
-    zero, square = np.zeros(n), np.zeros((n, n))
+    q, p = _pose_of(mechanism, contribution), np.array(contribution.p, dtype=float)
+    n = len(q)
     if isinstance(contribution, ConstraintContribution):
         m = contribution.rows
-        G, H = np.zeros((m, n)), square.copy()
-        contribution.kernel(p, 0.0, q, zero, np.ones(m), np.zeros(m), G, np.zeros(m), np.zeros(m), H)
+        G, H = np.zeros((m, n)), np.zeros((n, n))
+        contribution.kernel(p, 0.0, q, np.zeros(n), np.ones(m), np.zeros(m), G, np.zeros(m), np.zeros(m), H)
         return contribution.joint_friction is not None or _any(G[:, place], G) or _any(H[:, place], G, H)
     if isinstance(contribution, ElementContribution):
-        z, r, matrices = np.array(contribution.history, dtype=float), zero.copy(), [square.copy() for _ in range(3)]
-        contribution.kernel(p, 0.0, 0.0, q, zero, zero, z, r, *matrices, z.copy())
-        return _any(r[place : place + 1], r) or any(_any([*A[:, place], *A[place]], A) for A in matrices)
+        z, r, A = np.array(contribution.history, dtype=float), np.zeros(n), np.zeros((3, n, n))
+        kernel = contribution.kernel.dispatcher if len(mechanism.parts) > MANY_PARTS else contribution.kernel
+        kernel(p, 0.0, 0.0, q, np.zeros(n), np.zeros(n), z, r, A[0], A[1], A[2], z.copy())
+        if not (r[place] or A[:, place].any() or A[:, :, place].any()):
+            return False
+        return _any(r[place : place + 1], r) or any(_any([*B[:, place], *B[place]], B) for B in A)
     return _has_moment(contribution, p, q, place)
+
+
+def _pose_of(mechanism: Mechanism, contribution: Any) -> np.ndarray:
+    """Coordinates (n,) of a contribution in the reference configuration."""
+    found: dict[tuple[str, str], tuple[float, float, float]] = {}
+    q = []
+    for part, name, axis in contribution.coordinates:
+        pose = found.get((part, name))
+        if pose is None:
+            node = mechanism.body(part).node(name)
+            pose = found[part, name] = node.x, node.y, node.theta
+        q.append(pose[axis])
+    return np.array(q)
 
 
 def _has_moment(contact: ContactContribution, p: np.ndarray, q: np.ndarray, place: int) -> bool:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
-from scipy.sparse.linalg import ArpackNoConvergence, splu
+from scipy.sparse.linalg import ArpackNoConvergence
 
 from flexmb import checks
 from flexmb.display import html
@@ -17,6 +17,7 @@ from flexmb.equilibrium.free_motions import moves_most, null_space
 from flexmb.equilibrium.stability import is_stable
 from flexmb.equilibrium.statics import refuse_free_motion
 from flexmb.errors import InputError, SolveError
+from flexmb.linalg.bordered import negative_eigenvalues, solver
 from flexmb.model.contributions import ElementContribution, SignalContribution
 from flexmb.model.controller import refuse_controllers
 from flexmb.model.mechanism import Mechanism
@@ -142,16 +143,12 @@ def buckling(mechanism: Mechanism, count: int = 4) -> Buckling:
 
 def unloaded(mechanism: Mechanism) -> Mechanism:
     """The mechanism without gravity and without the parts that are loads."""
-    bare = mechanism.with_({"gravity": (0.0, 0.0)})
-    for part in mechanism.parts:
-        if is_load(part, mechanism):
-            bare = bare.without_part(part.name)
-    return bare
+    return mechanism.with_loads([part for part in mechanism.parts if not is_load(part, mechanism)], (0.0, 0.0))
 
 
 def is_load(part: Part, mechanism: Mechanism) -> bool:
     """Whether a part is no body and has elements, none of which keeps energy, beside signals alone."""
-    found = [] if isinstance(part, Body) else list(part.contributions(mechanism))
+    found = () if isinstance(part, Body) else mechanism.contributions_of(part)
     forces = [one for one in found if not isinstance(one, SignalContribution)]
     return bool(forces) and all(isinstance(one, ElementContribution) and one.energy is None for one in forces)
 
@@ -204,13 +201,16 @@ def _dense(program: Program, K: Any, K_path: Any, G: Any, count: int) -> tuple[n
 def _sparse(program: Program, K: Any, K_path: Any, G: Any, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Factors and shapes from the largest eigenvalues of -K^-1 dK/ds with G x = 0."""
     n, m = K.shape[0], G.shape[0]
-    scale = abs(K).max()
-    lu = splu(sp.block_array([[K / scale, G.T], [G, None]]).tocsc())
+    scale, order = abs(K).max(), program.symbolic.order
+    solve = solver(sp.block_array([[K / scale, G.T], [G, None]]).tocsc(), order)
 
     def held(force: np.ndarray) -> np.ndarray:
         """K^-1 on the null space of G."""
-        solution: np.ndarray = lu.solve(np.append(force / scale, np.zeros(m)))[:n]
-        return solution
+        return solve(np.append(force / scale, np.zeros(m)))[:n]
+
+    def beyond(inverse: float) -> int | None:
+        """Number of factors between 0 and 1/inverse."""
+        return negative_eigenvalues(K + K_path / inverse, G, order)
 
     def inverses(x: np.ndarray) -> np.ndarray:
         """1/s times x, on the null space of G."""
@@ -223,7 +223,7 @@ def _sparse(program: Program, K: Any, K_path: Any, G: Any, count: int) -> tuple[
     try:
         inverse, x = np.zeros(1), np.full((n, 1), np.nan)
         if symmetric:
-            inverse, x = largest_of_pencil((K_path + K_path.T) / -2.0, (K + K.T) / 2.0, held, wanted)
+            inverse, x = largest_of_pencil((K_path + K_path.T) / -2.0, (K + K.T) / 2.0, held, count, beyond)
         # loads of low rank leave Lanczos' method too few vectors: the other one then finds them
         off = [np.abs(inverses(v) - w * v).max() / np.abs(w * v).max() for w, v in zip(inverse, x.T, strict=True)]
         if not (symmetric and max(off) <= MISSED and (x * (K @ x)).sum(axis=0).min() > 0.0):

@@ -12,8 +12,9 @@ from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs, eigsh
 
 from flexmb.equilibrium.free_motions import null_space
 from flexmb.errors import SolveError
+from flexmb.linalg.bordered import Solve, negative_eigenvalues, solver
 
-Solve = Callable[[np.ndarray], np.ndarray]
+Below = Callable[[float], int | None]
 
 DENSE_COORDINATES = 1500
 """Number of coordinates up to which a dense eigensolver computes all modes."""
@@ -27,17 +28,32 @@ DENSE_QUADRATIC_COORDINATES = 150
 LOOKED_FOR = 1e-6
 """Accuracy of an eigenvalue that may lie below those found."""
 
+LONGEST_SEARCH = 60
+"""Number of steps of a search at most, which end after two or three."""
+
+MOST_RESTARTS = 10
+"""Restarts of Lanczos' method at an end of a spectrum that may be a cluster at 0, where nothing converges."""
+
 NO_MASS = "modes: a motion without mass; give every body and node some mass and inertia."
 
 
 def undamped(
-    K: sp.csc_matrix, M: sp.csc_matrix, G: sp.csr_matrix, rigid: np.ndarray, count: int
+    K: sp.csc_matrix, M: sp.csc_matrix, G: sp.csr_matrix, rigid: np.ndarray, count: int, order: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Lowest omega^2 and shapes of K x = omega^2 M x with G x = 0, x orthogonal in M to the shapes `rigid`."""
+    """Lowest omega^2 and shapes of K x = omega^2 M x with G x = 0, x orthogonal in M to the shapes `rigid`.
+
+    order : order of elimination of the unknowns of [[K, G^T], [G, 0]].
+    """
     held = sp.vstack([G, sp.csr_matrix((M @ rigid).T)]).tocsr() if rigid.shape[1] else G
     K = ((K + K.T) / 2.0).tocsc()
     if K.shape[0] > (FEW_MODES_COORDINATES if 4 * count < K.shape[0] else DENSE_COORDINATES):
-        return _sparse(K, M, held, count)
+
+        def below(square: float) -> int | None:
+            """Number of eigenvalues below one that are no rigid motions."""
+            found = negative_eigenvalues(K - square * M, G, order)
+            return None if found is None else found - (rigid.shape[1] if square > 0.0 else 0)
+
+        return _sparse(K, M, held, count, order, below)
     Z = null_space(held.toarray())
     if Z.shape[1] == 0:
         return np.zeros(0), np.zeros((K.shape[0], 0))
@@ -85,31 +101,50 @@ def _symmetric(k: np.ndarray) -> np.ndarray:
     return half
 
 
-def _sparse(K: sp.csc_matrix, M: sp.csc_matrix, G: sp.csr_matrix, count: int) -> tuple[np.ndarray, np.ndarray]:
+def _sparse(
+    K: sp.csc_matrix, M: sp.csc_matrix, G: sp.csr_matrix, count: int, order: np.ndarray, below: Below
+) -> tuple[np.ndarray, np.ndarray]:
     """The lowest eigenvalues by inversion of the bordered matrices, with a small shift if they are singular."""
     n, m = K.shape[0], G.shape[0]
     scale = abs(K).max()
     A = sp.block_array([[K, scale * G.T], [scale * G, None]]).tocsc()
     B = sp.block_diag([M, sp.csc_matrix((m, m))]).tocsc()
     wanted = max(1, min(count, n - m - 1))
-    for shift in (0.0, -1e-6 * scale / abs(M).max()):
+    small = -1e-6 * scale / abs(M).max()
+    for shift in (0.0, small):
         try:
-            solve = splu((A - shift * B).tocsc()).solve
-            return _with_copies(A, B, M, solve, shift, wanted)
+            squares, x = _with_copies(A, B, M, order, shift, wanted, below)
+            if below(small) not in (int((squares < small).sum()), None):
+                lowest = _below_all(below, min(small, 4.0 * squares[0]))
+                return _with_copies(A, B, M, order, lowest, wanted, below)
+            return squares, x
         except (ArpackNoConvergence, RuntimeError) as error:
             failure = error
     raise SolveError(f"modes: the eigensolver did not converge ({failure}). Ask for fewer modes.") from failure
 
 
-def _with_copies(A: Any, B: Any, M: Any, solve: Solve, shift: float, wanted: int) -> tuple[np.ndarray, np.ndarray]:
-    """The lowest eigenvalues of A x = omega^2 B x, with their multiplicity.
+def _below_all(below: Below, shift: float) -> float:
+    """A shift below all eigenvalues, of which some are negative: an unstable pose."""
+    for _ in range(LONGEST_SEARCH):
+        if below(shift) == 0:
+            break
+        shift *= 4.0
+    return shift
+
+
+def _with_copies(
+    A: Any, B: Any, M: Any, order: np.ndarray, shift: float, wanted: int, below: Below
+) -> tuple[np.ndarray, np.ndarray]:
+    """The eigenvalues of A x = omega^2 B x next to a shift, with their multiplicity.
 
     Lanczos' method finds one vector of a multiple eigenvalue (equal bodies, symmetric frames).  So the method is
-    repeated on the complement of all vectors found, until no lower eigenvalue appears.
+    repeated on the complement of all vectors found, until as many lie below the last one as Sylvester's law counts.
     """
     n, size = M.shape[0], A.shape[0]
+    solve = solver((A - shift * B).tocsc(), order)
     squares, X = np.zeros(0), np.zeros((n, 0))
-    while len(squares) < size:
+    count = wanted
+    while not len(squares) or len(squares) + count < n - (size - n):
 
         def rest(b: np.ndarray, X: np.ndarray = X) -> np.ndarray:
             x = solve(b)
@@ -118,18 +153,19 @@ def _with_copies(A: Any, B: Any, M: Any, solve: Solve, shift: float, wanted: int
 
         start = rest(B @ np.cos(np.arange(size) ** 2.0 + len(squares)))
         operator = LinearOperator((size, size), rest, dtype=float)
-        options = {"M": B, "sigma": shift, "which": "LM", "v0": start, "OPinv": operator}
-        if len(squares):  # whether anything as low is left, before many modes of a cluster are told apart
-            last = np.sort(squares)[wanted - 1]
-            lowest = eigsh(A, k=1, tol=LOOKED_FOR, return_eigenvectors=False, **options)[0]
-            if lowest > last + 10.0 * LOOKED_FOR * abs(last) or len(squares) > n - (size - n) - wanted:
-                break
-        more, x = eigsh(A, k=wanted, **options)
+        more, x = eigsh(A, k=count, M=B, sigma=shift, which="LM", v0=start, OPinv=operator)
+        last = np.sort(squares)[wanted - 1] if len(squares) else np.inf
         squares, X = np.append(squares, more), np.hstack([X, x[:n]])
-        if len(squares) > wanted and more.min() >= last:
+        if more.min() >= last:
             break
-    order = np.argsort(squares)[:wanted]
-    return squares[order], X[:, order]
+        last = np.sort(squares)[wanted - 1]
+        last -= LOOKED_FOR * abs(last)
+        there = below(last)
+        count = wanted if there is None else min(wanted, there - int((squares < last).sum()))
+        if count <= 0:
+            break
+    places = np.argsort(squares)[:wanted]
+    return squares[places], X[:, places]
 
 
 def damped(
@@ -199,38 +235,59 @@ def _sparse_quadratic(K: Any, C: Any, M: Any, G: sp.csr_matrix, count: int) -> t
     return 1.0 / values, x[:n]
 
 
-def largest_of_pencil(A: Any, M: Any, solve: Solve, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """The eigenvalues of largest modulus of A x = w M x, with their multiplicity, and vectors with x^T M x = 1.
+def largest_of_pencil(
+    A: Any, M: Any, solve: Solve, count: int, beyond: Callable[[float], int | None]
+) -> tuple[np.ndarray, np.ndarray]:
+    """The largest eigenvalues > 0 and the largest < 0 of A x = w M x, with their multiplicity, and vectors.
 
     Parameters
     ----------
     A : (n, n) symmetric.
-    M : (n, n) symmetric, positive on the space of the x.
+    M : (n, n) symmetric, positive on the space of the x, for which x^T M x = 1.
     solve : M^-1 on that space.
-    count : number of eigenvalues.
+    count : number of eigenvalues of each sign that suffices; there are less if the others are clustered at 0.
+    beyond : number of eigenvalues between a w and infinity, of the sign of w; None where it is not known.
     """
-    n = M.shape[0]
-    values, X = np.zeros(0), np.zeros((n, 0))
-    while len(values) + count < n:
-
-        def rest(b: np.ndarray, X: np.ndarray = X) -> np.ndarray:
-            x = solve(b)
-            outside: np.ndarray = x - X @ (X.T @ (M @ x))
-            return outside
-
-        start = rest(M @ np.cos(np.arange(n) ** 2.0 + len(values)))
-        options = {"M": M, "Minv": LinearOperator((n, n), rest, dtype=float), "which": "LM", "v0": start}
-        if len(values):
-            least = np.sort(np.abs(values))[-count]
-            found = eigsh(A, k=1, tol=LOOKED_FOR, return_eigenvectors=False, **options)[0]
-            if np.abs(found) < least * (1.0 - 10.0 * LOOKED_FOR):
+    values, X = _outermost(A, M, solve, np.zeros((M.shape[0], 0)), 2 * count, "LM")
+    for sign, end in ((1.0, "LA"), (-1.0, "SA")):
+        if (sign * values > 0.0).sum() < count:
+            more, x = _outermost(A, M, solve, X, count, end)
+            values, X = np.append(values, more), np.hstack([X, x])
+        for _ in range(LONGEST_SEARCH):
+            mine = np.sort(sign * values[sign * values > 0.0])[::-1][:count]
+            if not len(mine):
                 break
-        more, x = eigsh(A, k=count, **options)
-        values, X = np.append(values, more), np.hstack([X, x])
-        if len(values) > count and np.abs(more).max() <= least * (1.0 + 1e-9):
-            break
-    order = np.argsort(-np.abs(values), kind="stable")[:count]
-    return values[order], X[:, order]
+            last = mine[-1] * (1.0 + LOOKED_FOR)
+            there = beyond(sign * last)
+            missing = count if there is None else there - int((sign * values > last).sum())
+            if missing <= 0:
+                break
+            more, x = _outermost(A, M, solve, X, min(missing, count), end)
+            values, X = np.append(values, more), np.hstack([X, x])
+            if not len(more) or (sign * more).max() <= last:
+                break
+    return values, X
+
+
+def _outermost(A: Any, M: Any, solve: Solve, X: np.ndarray, count: int, which: str) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues and vectors at an end of the spectrum of A x = w M x, beside vectors X, which converge soon."""
+    n = M.shape[0]
+
+    def rest(b: np.ndarray) -> np.ndarray:
+        x = solve(b)
+        outside: np.ndarray = x - X @ (X.T @ (M @ x))
+        return outside
+
+    start = rest(M @ np.cos(np.arange(n) ** 2.0 + X.shape[1]))
+    options = {"M": M, "Minv": LinearOperator((n, n), rest, dtype=float), "which": which, "v0": start}
+    restarts = {"maxiter": MOST_RESTARTS} if which != "LM" else {}
+    try:
+        values, x = eigsh(A, k=min(count, n // 4), **options, **restarts)
+    except ArpackNoConvergence as error:
+        if which == "LM":
+            raise
+        values, x = error.eigenvalues, error.eigenvectors
+    return values, x
 
 
 def largest_of(operator: Solve, size: int, count: int) -> tuple[np.ndarray, np.ndarray]:

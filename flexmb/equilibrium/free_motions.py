@@ -7,6 +7,7 @@ import scipy.linalg as la
 import scipy.sparse as sp
 
 from flexmb.errors import SolveError
+from flexmb.linalg.bordered import is_regular
 from flexmb.linalg.null_vector import null_vectors
 from flexmb.program.program import Program
 from flexmb.start.rigid_motion import RigidMotion
@@ -54,6 +55,8 @@ def free_motions(program: Program, q: np.ndarray, K: sp.csc_matrix, G: sp.csr_ma
     B = RigidMotion(program).basis(q)
     sizes = np.where(np.arange(B.shape[1]) % 3 == 2, 1.0, program.length)
     B = (B @ sp.diags_array(sizes)).tocsr()
+    if B.shape[1] > DENSE_MOTIONS and is_regular(K, G, program.symbolic.order):
+        return np.zeros((B.shape[1], 0))
     find = _sparse_motions if B.shape[1] > DENSE_MOTIONS else _dense_motions
     Z = find(program, B, K, G)
     motions: np.ndarray = sizes[:, None] * simplified(Z)

@@ -169,7 +169,7 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
     elif real:
         refuse_asymmetry(program, K)
         K = 0.5 * (K + K.T)
-        squares, x = undamped(K, M, G, rigid, left)
+        squares, x = undamped(K, M, G, rigid, left, program.symbolic.order)
         s = np.where(squares < 0.0, np.sqrt(np.abs(squares)) + 0j, 1j * np.sqrt(np.abs(squares)))
     else:
         s, x = _with_damping(K, C, M, G, rigid, left)
@@ -222,12 +222,9 @@ def _without_dead_loads(mechanism: Mechanism) -> Mechanism:
     """The mechanism without gravity and forces, whose stiffness would need the forces of the joints, too."""
     if not isinstance(mechanism, Mechanism):
         return mechanism  # compile says what it is
-    bare = mechanism.with_({"gravity": (0.0, 0.0)})
     controlled = {name for controller in mechanism.controllers for name in controller.control().loads}
-    for part in mechanism.parts:
-        dead = isinstance(part, Force) and part.name not in controlled
-        bare = bare.without_part(part.name) if dead else bare
-    return bare
+    dead = {part.name for part in mechanism.parts if isinstance(part, Force)} - controlled
+    return mechanism.with_loads([part for part in mechanism.parts if part.name not in dead], (0.0, 0.0))
 
 
 def _state_of(program: Program, at: Equilibrium) -> tuple[np.ndarray, np.ndarray]:

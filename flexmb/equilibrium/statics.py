@@ -30,6 +30,10 @@ from flexmb.system.work import FORCE_X, FORCE_Y, MOMENT
 MOST_ITERATIONS = 40
 STEP_ROUND_OFF = 1e-11
 
+STEP_ACCURACY, TANGENT_ACCURACY = 1e-6, 1e-2
+"""Accuracy of Newton's correction in a large model, which leaves its convergence as it is, and that of the tangent at
+the end of a load step, which is compared with factors of 4 and 10."""
+
 LONG_LOAD_STEP, SNAP_LOAD_STEP = 4.0, 10.0
 """Length of a load step over its length by the tangents, above which the step is halved, and above which the smallest
 step is refused.  A string that is slack at first, u ~ s^(1/3), has 3."""
@@ -228,13 +232,10 @@ def _held_by_loads(
 
 def load_growth(mechanism: Mechanism, program: Program) -> Callable[[float], Program]:
     """Function of the load factor that returns the program with follower loads times that factor."""
-    bare = mechanism
-    for load in mechanism.parts:
-        less = load.share(0.0)
-        if less is not load:
-            bare = bare.with_part(less)
-    if bare is mechanism:
+    parts = [load.share(0.0) for load in mechanism.parts]
+    if all(less is load for less, load in zip(parts, mechanism.parts, strict=True)):
         return lambda _part: program
+    bare = mechanism.with_loads(parts, mechanism.gravity)
     none, full = compile_mechanism(bare).tables.p, program.tables.p
     return lambda part: replace(program, tables=program.tables.replaced(p=(1.0 - part) * none + part * full))
 
@@ -248,7 +249,7 @@ def _newton(
     size = np.where(program.tables.kind == 1, 1.0, program.length)
     for iteration in range(1, MOST_ITERATIONS + 1):
         try:
-            d = correction(system, q, lam, held, spin)
+            d = correction(system, q, lam, held, spin, STEP_ACCURACY)
         except SolveError:
             return None
         step = np.abs(d[:n] / size).max()
@@ -280,21 +281,29 @@ def _step_ratio(
     ahead, lam, _, tangent = found
     moved = float(np.abs((ahead - q) / size).max())
     try:
-        back = float(np.abs(correction(system, ahead, lam, held, spin)[: program.n_q] / size).max())
+        step = correction(system, ahead, lam, held, spin, TANGENT_ACCURACY)[: program.n_q]
+        back = float(np.abs(step / size).max())
     except SolveError:
         return 0.0  # exactly at a limit point
     return moved / max(min(tangent, back), LEAST_JUMP)
 
 
-def correction(system: StateEvaluation, q: np.ndarray, lam: np.ndarray, held: np.ndarray, spin: Spin) -> np.ndarray:
-    """Newton's correction of (q, lam); `SolveError` for a singular matrix."""
+def correction(
+    system: StateEvaluation,
+    q: np.ndarray,
+    lam: np.ndarray,
+    held: np.ndarray,
+    spin: Spin,
+    accuracy: float = 0.0,
+) -> np.ndarray:
+    """Newton's correction of (q, lam), as accurate as `StateEvaluation.solve`; `SolveError` for a singular matrix."""
     if not spin.speed:
         system.at(q, lam=lam, weights=(1.0, 0.0, 0.0))
     else:
         K, _, _ = spin.matrices(system, q, lam)
     rest = np.concatenate([-(system.force - held + system.constraint_force), -system.residual])
     if not spin.speed:
-        return system.solve(rest, "static equilibrium")
+        return system.solve(rest, "static equilibrium", accuracy)
     G = system.jacobian
     scale = abs(K).max()  # the bordered matrix with blocks of one size: the turning one has its own pattern
     n = len(q)
@@ -317,6 +326,8 @@ def refuse_free_motion(program: Program, system: StateEvaluation, q: np.ndarray)
 def unresisted(program: Program, system: StateEvaluation, q: np.ndarray, lam: np.ndarray | None = None) -> str:
     """Name of the coordinate that moves most in a free motion; "" without free motions."""
     system.at(q, lam=lam, weights=(1.0, 0.0, 0.0))
+    if system.is_regular():
+        return ""
     K, G = system.block(), system.jacobian
     largest = abs(K).max(axis=1).toarray().ravel()
     scale = sp.diags_array(1.0 / np.sqrt(np.where(largest > 0.0, largest, 1.0)))

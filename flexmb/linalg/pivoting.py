@@ -47,8 +47,11 @@ class PivotingSolver:
 
     def __init__(self, symbolic: Symbolic) -> None:
         self._n = symbolic.n
-        self._rows, self._cols = symbolic.a_rows, symbolic.a_cols
-        self._from = symbolic.places
+        self._take(symbolic.a_rows, symbolic.a_cols, symbolic.places)
+
+    def _take(self, rows: np.ndarray, cols: np.ndarray, places: np.ndarray) -> None:
+        """Entries of A column by column, and the places of their values."""
+        self._rows, self._cols, self._from = rows, cols, places
         self._column_starts = np.searchsorted(self._cols, np.arange(self._n + 1))
         self._by_row = np.argsort(self._rows, kind="stable")
         self._row_starts = np.searchsorted(self._rows[self._by_row], np.arange(self._n))
@@ -61,11 +64,7 @@ class PivotingSolver:
         from scipy.sparse import csc_matrix  # noqa: PLC0415 - large models alone need it, and it takes long to import
         from scipy.sparse.linalg import splu  # noqa: PLC0415
 
-        data = values[self._from]
-        bad = np.flatnonzero(~np.isfinite(data))
-        if bad.size:
-            entry = f"({self._rows[bad[0]]}, {self._cols[bad[0]]})"
-            raise SolveError(f"PivotingSolver: entry {entry} of the matrix is {data[bad[0]]}; it must be finite.")
+        data = self._finite(values)
         self._r, self._c = self._scales(np.abs(data))
         scaled = data * self._r[self._rows] * self._c[self._cols]
         self._matrix = csc_matrix((scaled, self._rows, self._column_starts), shape=(self._n, self._n))
@@ -75,6 +74,15 @@ class PivotingSolver:
             raise SolveError(singular_text(self._n, str(error))) from error
         return self
 
+    def _finite(self, values: np.ndarray) -> np.ndarray:
+        """The entries of A, or `SolveError` where one is not finite."""
+        data: np.ndarray = values[self._from]
+        bad = np.flatnonzero(~np.isfinite(data))
+        if bad.size:
+            entry = f"({self._rows[bad[0]]}, {self._cols[bad[0]]})"
+            raise SolveError(f"PivotingSolver: entry {entry} of the matrix is {data[bad[0]]}; it must be finite.")
+        return data
+
     def solve(self, b: np.ndarray) -> np.ndarray:
         """X with A x = b, (n,); `SolveError` if A is so near to singular that x does not fulfil the equations."""
         right = self._r * b
@@ -82,9 +90,7 @@ class PivotingSolver:
         x += self._factors.solve(right - self._matrix @ x)
         residual = np.max(np.abs(right - self._matrix @ x), initial=0.0)
         size, far = np.max(np.abs(right), initial=0.0), np.max(np.abs(x), initial=0.0)
-        # a fine mesh answers a small load by a large x; what is left then is the round-off of the product A x
-        round_off = ROUND_OFF * far if far / SINGULAR_GROWTH <= size else 0.0
-        if not residual <= max(GOOD_RESIDUAL * size, round_off):
+        if not is_fulfilled(residual, size, far):
             raise SolveError(singular_text(self._n, f"a residual of {residual:.1e} is left"))
         scaled: np.ndarray = self._c * x
         return scaled
@@ -99,6 +105,18 @@ class PivotingSolver:
             r /= np.sqrt(np.where(in_row > 0.0, in_row, 1.0))
             c /= np.sqrt(np.where(in_column > 0.0, in_column, 1.0))
         return r, c
+
+
+def is_fulfilled(residual: float, size: float, far: float) -> bool:
+    """Whether scaled equations A x = b are fulfilled but for round-off.
+
+    Parameters
+    ----------
+    residual, size, far : largest entries of b - A x, of b and of x.
+    """
+    # a fine mesh answers a small load by a large x; what is left then is the round-off of the product A x
+    round_off = ROUND_OFF * far if far / SINGULAR_GROWTH <= size else 0.0
+    return residual <= max(GOOD_RESIDUAL * size, round_off)
 
 
 def singular_text(n: int, finding: str) -> str:

@@ -41,8 +41,6 @@ class Symbolic:
         Where its values begin.
     target_ptr : (n_panels + 1,) int64 array
         Where its updates begin in `targets`.
-    targets : uint32 array
-        Value that each entry (i, j) of the product of a panel's L and U is subtracted from, row by row.
     a_rows, a_cols : int64 arrays
         Structural nonzeros of A, numbers of unknowns, column by column.
     """
@@ -54,7 +52,6 @@ class Symbolic:
     rows: np.ndarray
     value_ptr: np.ndarray
     target_ptr: np.ndarray
-    targets: np.ndarray
     a_rows: np.ndarray
     a_cols: np.ndarray
     _place: np.ndarray = field(init=False, repr=False)
@@ -84,6 +81,18 @@ class Symbolic:
     def dummy(self) -> int:
         """Position of the slot that nothing reads."""
         return int(self.value_ptr[-1])
+
+    @cached_property
+    def targets(self) -> np.ndarray:
+        """Value that each entry (i, j) of the product of a panel's L and U is subtracted from, row by row, uint32.
+
+        The largest array by far, found when a caller factors without pivoting: statics and modes do without it.
+        """
+        found = np.empty(self.target_ptr[-1], dtype=np.uint32)
+        reached = np.empty(self.n, dtype=np.int64)
+        locate_targets(self.starts, self.row_ptr, self.rows, self.value_ptr, self._panel, reached, found)
+        found.setflags(write=False)
+        return found
 
     @cached_property
     def places(self) -> np.ndarray:
@@ -178,18 +187,9 @@ def symbolic(n: int, rows: np.ndarray, cols: np.ndarray, order: np.ndarray) -> S
     u = np.diff(ptr)[starts[1:] - 1]
     w = np.diff(starts)
     row_ptr = _running(u)
-    parts = {
-        "n": n,
-        "order": order.copy(),
-        "starts": starts,
-        "row_ptr": row_ptr,
-        "rows": below[np.arange(row_ptr[-1]) + np.repeat(ptr[starts[1:] - 1] - row_ptr[:-1], u)],
-        "value_ptr": _running(w * (w + 2 * u)),
-        "target_ptr": _running(u * u),
-        "a_rows": a_rows,
-        "a_cols": a_cols,
-    }
-    return Symbolic(targets=_targets(Symbolic(targets=np.empty(0, dtype=np.uint32), **parts)), **parts)
+    rows_below = below[np.arange(row_ptr[-1]) + np.repeat(ptr[starts[1:] - 1] - row_ptr[:-1], u)]
+    value_ptr, target_ptr = _running(w * (w + 2 * u)), _running(u * u)
+    return Symbolic(n, order.copy(), starts, row_ptr, rows_below, value_ptr, target_ptr, a_rows, a_cols)
 
 
 def _check_range(owner: str, n: int, *numbers: np.ndarray) -> None:
@@ -238,11 +238,3 @@ def _panels(parent: np.ndarray, ptr: np.ndarray) -> np.ndarray:
 def _running(lengths: np.ndarray) -> np.ndarray:
     """Offsets of consecutive parts of given lengths, with the end of the last one."""
     return np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
-
-
-def _targets(bare: Symbolic) -> np.ndarray:
-    """Position of every entry that the product of a panel's L and U is subtracted from."""
-    result = np.empty(bare.target_ptr[-1], dtype=np.uint32)
-    reached = np.empty(bare.n, dtype=np.int64)
-    locate_targets(bare.starts, bare.row_ptr, bare.rows, bare.value_ptr, bare._panel, reached, result)
-    return result

@@ -151,7 +151,7 @@ class Mechanism:
             contributions: Sequence[Any] = ()
             if not isinstance(part, Body):
                 with suppress(FlexmbError):
-                    contributions = part.contributions(self)
+                    contributions = self.contributions_of(part)
             for one in contributions:
                 if isinstance(one, ElementContribution | ConstraintContribution | ContactContribution):
                     for place, coordinate in enumerate(one.coordinates):
@@ -208,6 +208,19 @@ class Mechanism:
         """The mechanism without the part of that name."""
         gone = self.find(name)
         return replace(self, parts=tuple(p for p in self.parts if p is not gone))
+
+    def with_loads(self, parts: Iterable[Part], gravity: tuple[float, float]) -> Mechanism:
+        """The mechanism with other loads, whose parts are not validated again.
+
+        Parameters
+        ----------
+        parts : the parts of this mechanism, loads left out or changed.
+        gravity : acceleration of gravity (gx, gy) [m/s^2].
+        """
+        other = object.__new__(Mechanism)
+        other.__dict__.update(name=self.name, parts=tuple(parts), gravity=gravity)
+        other._raise([*other._missing_parts()])
+        return other
 
     def with_(self, changes: Mapping[str, Any]) -> Mechanism:
         """The mechanism with fields changed.
@@ -277,8 +290,19 @@ class Mechanism:
             kind.prepare(parts)
         found: list[Contribution] = []
         for part in self.parts:
-            found.extend(part.contributions(self))
+            found.extend(part.contributions(self) if isinstance(part, Body) else self.contributions_of(part))
         return Contributions.sort(found)
+
+    def contributions_of(self, part: Part) -> Sequence[Contribution]:
+        """Contributions of a part that is no body, remembered: several analyses of a mechanism ask for them."""
+        found = self._known.get(part.name)
+        if found is None:
+            found = self._known[part.name] = tuple(part.contributions(self))
+        return found
+
+    @cached_property
+    def _known(self) -> dict[str, Sequence[Contribution]]:
+        return {}
 
     def shapes(self) -> Shapes:
         """Shapes of all parts, for drawings."""

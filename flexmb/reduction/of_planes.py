@@ -39,13 +39,12 @@ def model_of_plane(body: PlaneBody, pins: Sequence[str]) -> ElasticModel:
         moved = shape @ z
         stress = stress_at_quadrature(body.mesh, body.material, moved, body.state)
         turned = sp.csr_matrix(geometric_stiffness(body.mesh, stress, body.thickness))
-        found = (shape.T @ turned @ shape).tolil()
         forces = (stiffness @ moved).reshape(-1, 2)
+        turns = np.zeros(shape.shape[1])
         for k, interface in enumerate(kept):
             if interface.kind == RIGID:  # its nodes move by -theta^2/2 of their arms, and its forces do work on that
-                turn = 3 * k + 2
-                found[turn, turn] -= float((forces[interface.nodes] * interface.arms(body.mesh)).sum())
-        return found.tocsc()
+                turns[3 * k + 2] = -float((forces[interface.nodes] * interface.arms(body.mesh)).sum())
+        return (shape.T @ turned @ shape + sp.diags_array(turns)).tocsc()
 
     def stresses(shapes: Array) -> Array:
         operator = stress_operator(body.mesh, body.material, body.state)

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flexmb.errors import USER_ERRORS, KernelError, SolveError
-from flexmb.linalg import lu
 from flexmb.linalg.dense import solve_dense
 from flexmb.linalg.dense_or_sparse import DENSE_UNKNOWNS
+from flexmb.linalg.kept_factors import KeptFactors
 from flexmb.linalg.pivoting import PivotingSolver
 from flexmb.program.program import Program
 from flexmb.system.evaluate import evaluate
@@ -24,11 +24,8 @@ if TYPE_CHECKING:
 
 Vector = Sequence[float] | np.ndarray
 
-UNPIVOTED_UNKNOWNS = 10_000
-"""Number of unknowns above which a linear system is first solved without pivoting, in a sixth of the time."""
-
-MOST_REFINEMENTS, REFINED_RESIDUAL = 4, 1e-11
-"""Number of refinements at most, and their residual relative to the right-hand side."""
+LARGE_UNKNOWNS = 1000
+"""Number of unknowns above which the factors of a matrix are kept for the next ones."""
 
 
 class StateEvaluation:
@@ -49,7 +46,7 @@ class StateEvaluation:
 
     @cached_property
     def _solver(self) -> PivotingSolver:
-        return PivotingSolver(self._pattern)
+        return (KeptFactors if self._pattern.n > LARGE_UNKNOWNS else PivotingSolver)(self._pattern)
 
     def at(
         self,
@@ -153,38 +150,35 @@ class StateEvaluation:
         A = self.matrix.tocsr()
         return A[:n, :n].tocsc(), A[n:, :n]
 
-    def solve(self, b: np.ndarray, purpose: str) -> np.ndarray:
+    def solve(self, b: np.ndarray, purpose: str, accuracy: float = 0.0) -> np.ndarray:
         """Solve with the present matrix, with pivoting.
+
+        Parameters
+        ----------
+        b : (n,) right-hand side.
+        purpose : what it is for, for messages.
+        accuracy : error of the solution that suffices, relative to its largest entry; 0: round-off.
 
         Raises
         ------
         SolveError : a singular matrix.
         KernelError : a kernel that is not finite at this state.
         """
-        found = self._without_pivoting(b) if self._pattern.n > UNPIVOTED_UNKNOWNS else None
-        if found is not None:
-            return found
         try:
-            return solve_dense(self.dense, b) if self.small else self._solver.factor(self.work.lu).solve(b)
+            if self.small:
+                return solve_dense(self.dense, b)
+            solver = self._solver.factor(self.work.lu)
+            return solver.solve(b, accuracy) if isinstance(solver, KeptFactors) else solver.solve(b)
         except SolveError as error:
             self.refuse_failed_kernel(error)
             raise SolveError(f"{purpose}: {error}") from error
 
-    def _without_pivoting(self, b: np.ndarray) -> np.ndarray | None:
-        """Solve by the factors of the time loop with iterative refinement; None if more than round-off remains."""
-        n, sym, values = self._pattern.n, lu.tables(self._pattern), self.work.lu.copy()
-        seen, x, left, shift, spare = (np.zeros(n) for _ in range(5))
-        if lu.factor(sym, values, seen, lu.LOST_PIVOT) >= 0:
-            return None
-        size = np.abs(b).max(initial=0.0)
-        for _ in range(MOST_REFINEMENTS):
-            lu.multiply(sym, self.work.lu, x, left)
-            left = b - left
-            if np.abs(left).max(initial=0.0) <= REFINED_RESIDUAL * size:
-                return x
-            lu.solve(sym, values, left, shift, spare)
-            x += shift
-        return None
+    def is_regular(self) -> bool:
+        """Whether the present matrix maps no vector to round-off beyond doubt; False for a small one without a look."""
+        if self._pattern.n <= LARGE_UNKNOWNS:
+            return False
+        solver = self._solver.factor(self.work.lu)
+        return isinstance(solver, KeptFactors) and solver.is_regular()
 
     def mass(self, q: np.ndarray) -> sp.csc_matrix:
         """M (n_q, n_q) at positions q."""

@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 
 import flexmb as fm
+from flexmb.bodies.point_mass import PointMass
+from flexmb.linalg.kept_factors import KeptFactors
 from flexmb.loads.spring_damper import SpringDamper
+from flexmb.system import state_evaluation
 
 PITCH, MASS, STIFFNESS, G = 0.1, 0.01, 1e4, 9.81
 
@@ -53,3 +56,25 @@ def test_parts_are_asked_once_whatever_the_number_of_masses(monkeypatch):
     mech = lattice(6, held=True)
     springs = sum(isinstance(part, SpringDamper) for part in mech.parts)
     assert len(asked) <= 2 * springs
+
+
+def test_a_large_model_is_factored_once(monkeypatch):
+    mech = lattice(13, held=True)
+    plain = fm.static_equilibrium(mech)
+    made, own = [], KeptFactors._make_factors
+    monkeypatch.setattr(KeptFactors, "_make_factors", lambda one: made.append(not one._is_own) or own(one))
+    monkeypatch.setattr(state_evaluation, "LARGE_UNKNOWNS", 500)
+    large = fm.static_equilibrium(mech)
+    assert 1 <= sum(made) <= 3
+    assert large.q == pytest.approx(plain.q, abs=1e-12)
+    assert large.stable is plain.stable is True
+    assert abs(large.iterations - plain.iterations) <= 3
+
+
+def test_loads_are_left_out_without_a_look_at_the_bodies(monkeypatch):
+    mech = lattice(6, held=True)
+    loaded = mech.with_part(fm.Force("P", mech["m5_5"], at=mech["m5_5"].at, force=(0.0, -1.0)))
+    monkeypatch.setattr(PointMass, "validate", lambda *_: pytest.fail("a particle is checked again"))
+    fm.modes(loaded, count=2)
+    fm.buckling(loaded, count=1)
+    fm.static_equilibrium(loaded)

@@ -17,7 +17,7 @@ from flexmb.linalg.rank import row_rank
 from flexmb.program.compiler import compile_with_start
 from flexmb.start.assemble import least_shift
 from flexmb.start.consistent import consistent_start
-from flexmb.system.state_evaluation import UNPIVOTED_UNKNOWNS, StateEvaluation
+from flexmb.system import state_evaluation
 
 STEEL = fm.Material(young=2.1e11, density=7800.0)
 ALUMINIUM = fm.Material(young=7e10, density=2700.0)
@@ -166,15 +166,15 @@ def test_least_movement_by_sparse_factors():
     assert least_shift(A.tocsr(), b) == pytest.approx(np.linalg.lstsq(A.toarray(), b)[0], abs=1e-8)
 
 
-def test_accelerations_without_pivoting_are_those_with_it(monkeypatch):
+def test_accelerations_by_kept_factors_are_those_of_small_models(monkeypatch):
     mechanism = chain(600)
     program, closed = compile_with_start(mechanism)
-    assert program.symbolic.n > UNPIVOTED_UNKNOWNS
-    quick = consistent_start(mechanism, program, closed=closed)
-    monkeypatch.setattr(StateEvaluation, "_without_pivoting", lambda *_: None)
-    slow = consistent_start(mechanism, program, closed=closed)
-    assert np.abs(quick.a - slow.a).max() <= 1e-12 * np.abs(slow.a).max()
-    assert np.abs(quick.lam - slow.lam).max() <= 1e-12 * np.abs(slow.lam).max()
+    assert program.symbolic.n > state_evaluation.LARGE_UNKNOWNS
+    large = consistent_start(mechanism, program, closed=closed)
+    monkeypatch.setattr(state_evaluation, "LARGE_UNKNOWNS", program.symbolic.n)
+    small = consistent_start(mechanism, program, closed=closed)
+    assert np.abs(large.a - small.a).max() <= 1e-12 * np.abs(small.a).max()
+    assert np.abs(large.lam - small.lam).max() <= 1e-12 * np.abs(small.lam).max()
 
 
 def test_a_large_chain_held_twice_names_the_joint():
