@@ -216,7 +216,7 @@ def beam():
 
 
 REFUSED = {
-    "no set": (lambda: fm.loads.EdgePressure("p", bar(), "botom", 1e5), InputError, "^EdgePressure 'p': PlaneMesh.*no set 'botom'. Did you mean"),
+    "no set": (lambda: fm.loads.EdgePressure("p", bar(), "botom", 1e5), InputError, "^Edge.*'p':.*no set 'botom'"),
     "no edge": (lambda: fm.loads.EdgeLoad("p", corner(), "corner", (1e5, 0.0)), InputError, "holds no edge"),
     "a beam": (lambda: fm.loads.BodyForce("p", beam(), (1e5, 0.0)), ModelError, "'p'.*'rod' has none.*PlaneBody"),
     "a reduced beam": (lambda: fm.loads.BodyForce("p", fm.Reduced(beam()), (1e5, 0.0)), ModelError, "has none"),
