@@ -222,7 +222,15 @@ sensitivity.histories.RELATIVE_DIFFERENCE | 1 | histories | differences for the 
 sensitivity.histories.LEAST_DIFFERENCE | 1 | histories | least difference
 sensitivity.histories.NODE_DIFFERENCE | 1 | gap and rate | differences for the derivative of a law
 sensitivity.histories.LEAST_NODE_DIFFERENCE | 1 | a step | how far from an onset
-equilibrium.buckling.PATH_STRIDE | 1 | loads | step of loads for the tangent of the path
+equilibrium.geometric_stiffness.PATH_STRIDE | 1 | size of the mechanism | step of the path for the slope of the stiffness
+equilibrium.geometric_stiffness.FLAT | 1 | second moments | points on a line
+system.turns.ISOTROPIC | 1 | stiffness | change by a turn of a stiffness without a direction
+equilibrium.half_load.TRUSTED | 1 | load factor | difference of the factor from half the load that goes without a note
+equilibrium.half_load.SMALL_MOVEMENT | 1 | size, or rad | movement under half the load that goes without a note
+equilibrium.half_load.LOAD_STEPS | steps | nothing | load steps to half the load
+equilibrium.half_load.MOST_ITERATIONS | iterations | nothing | most iterations of such a step
+equilibrium.half_load.FOUND_STEP | 1 | size, or rad | correction of an equilibrium that is found
+equilibrium.half_load.LONGEST_STEP | 1 | size, or rad | longest correction
 equilibrium.buckling.EIGENVALUE_ROUND_OFF | 1 | largest | factor that counts as none
 equilibrium.buckling.ASYMMETRY | 1 | entries | difference that makes loads follow the motion
 equilibrium.buckling.MISSED | 1 | a shape | residual of a load factor that is found

@@ -29,9 +29,6 @@ LARGEST_STRAIN = 0.02
 SAFE_LOAD = 2.0
 """Buckling factor below which there is a remark."""
 
-MIRRORED = 1.5
-"""Factor of the loads reversed over that of the loads, below which bending is the reason: bars that bend have both."""
-
 DEEP = 0.2
 """Penetration under the loads at rest and in motion, over the radius, above which a contact is too soft."""
 
@@ -104,12 +101,11 @@ def largest_strain(body: FlexibleBody, pose: Equilibrium) -> float:
 def _buckling(ideal: Mechanism) -> list[Finding]:
     """Findings on a structure near its buckling load."""
     try:
-        factors = buckling(ideal, count=1).factors
+        found_loads = buckling(ideal, count=1)
     except FlexmbError:
         return []
-    positive, negative = [float(f) for f in factors if f > 0.0], [float(-f) for f in factors if f < 0.0]
-    mirrored = negative and positive and min(negative) < MIRRORED * min(positive)
-    if not positive or min(positive) >= SAFE_LOAD or mirrored:
+    positive = [float(f) for f in found_loads.factors if f > 0.0]
+    if not positive or min(positive) >= SAFE_LOAD or found_loads.notes:
         return []
     text = (
         f"The loads are 1/{min(positive):.3g} of the buckling load."
