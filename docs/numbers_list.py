@@ -441,7 +441,8 @@ def _left_out() -> dict[str, str]:
     printed with the theory, and only a remark: contact.validity.LOVE contact.validity.YIELD_OF_POINT
         contact.validity.YIELD_OF_LINE
     start values of histories: contact.onset.HISTORY contact.validity.HISTORY_WITH_EXTREMES
-    a name of a code, a mode or a place in an array: run.interruption.KEYBOARD run.interruption.TERMINATION run.checkpoint.END_COLUMN
+    a name of a code, a mode or a place in an array: equilibrium.geometric_stiffness.ENDS system.turns.COORDINATES
+        run.interruption.KEYBOARD run.interruption.TERMINATION run.checkpoint.END_COLUMN
         state.record.ENERGY_MISSING state.record.ENERGY_MADE
         state.record.ENERGY_LOST state.record.CONDITION_MET state.flow.EPISODE_SIZE state.flow.EPISODE_ROW_SIZE
         state.flow.IMPACT_SIZE state.flow.CONTACT_MEMORY_SIZE
@@ -461,7 +462,7 @@ def _left_out() -> dict[str, str]:
     decides a remark or a refusal, and no number of a run: run.watch.DEEP run.watch.THROUGH run.watch.LEAST_STEPS run.watch.SHARE
         run.watch.LARGE_STRAIN run.watch.IMPOSSIBLE_STRAIN run.watch.LARGE_WIND_UP run.watch.PULL results.fatigue.CAPTURED
         run.strength.LEAST
-        run.basis_edge.EDGE_SHARE run.basis_edge.ROUND_OFF reduction.craig_bampton.LEAST_PIVOT reduction.craig_bampton.LEAST_SHARE
+        run.basis_edge.EDGE_SHARE run.basis_edge.STEP_ERROR reduction.craig_bampton.LEAST_PIVOT reduction.craig_bampton.LEAST_SHARE
         reduction.accuracy.EXACT
         run.deformations.LARGE_SHARE run.deformations.IMPOSSIBLE_SHARE run.deformations.MOST_POINTS
         run.watch.MOST_NUMBERS run.watch.MOST_OF_ALL

@@ -162,7 +162,12 @@ class Reduced(Body):
             checks.flag(self.label, "stress", self.stress)
         if self.stress and isinstance(self.body, FlexibleBody):
             _ = replace(self.body, stress=True)  # refuses sections without outer fibres
-        _ = self._pins
+        names = [pin.name for pin in self._pins]
+        checks.no_name_of_nodes(self.label, names, "modes", "nodes of its vibrations")
+        if self.inertia_shapes and "inertia" in names:
+            raise InputError(
+                f"{self.label}: the pin 'inertia' has the name of the node of its shapes of inertia. Rename the pin."
+            )
 
     @cached_property
     def _pins(self) -> tuple[Node, ...]:
