@@ -222,7 +222,15 @@ sensitivity.histories.RELATIVE_DIFFERENCE | 1 | histories | differences for the 
 sensitivity.histories.LEAST_DIFFERENCE | 1 | histories | least difference
 sensitivity.histories.NODE_DIFFERENCE | 1 | gap and rate | differences for the derivative of a law
 sensitivity.histories.LEAST_NODE_DIFFERENCE | 1 | a step | how far from an onset
-equilibrium.buckling.PATH_STRIDE | 1 | loads | step of loads for the tangent of the path
+equilibrium.geometric_stiffness.PATH_STRIDE | 1 | size of the mechanism | step of the path for the slope of the stiffness
+equilibrium.geometric_stiffness.FLAT | 1 | second moments | points on a line
+system.turns.ISOTROPIC | 1 | stiffness | change by a turn of a stiffness without a direction
+equilibrium.half_load.TRUSTED | 1 | load factor | difference of the factor from half the load that goes without a note
+equilibrium.half_load.SMALL_MOVEMENT | 1 | size, or rad | movement under half the load that goes without a note
+equilibrium.half_load.LOAD_STEPS | steps | nothing | load steps to half the load
+equilibrium.half_load.MOST_ITERATIONS | iterations | nothing | most iterations of such a step
+equilibrium.half_load.FOUND_STEP | 1 | size, or rad | correction of an equilibrium that is found
+equilibrium.half_load.LONGEST_STEP | 1 | size, or rad | longest correction
 equilibrium.buckling.EIGENVALUE_ROUND_OFF | 1 | largest | factor that counts as none
 equilibrium.buckling.ASYMMETRY | 1 | entries | difference that makes loads follow the motion
 equilibrium.buckling.MISSED | 1 | a shape | residual of a load factor that is found
@@ -444,7 +452,8 @@ def _left_out() -> dict[str, str]:
     printed with the theory, and only a remark: contact.validity.LOVE contact.validity.YIELD_OF_POINT
         contact.validity.YIELD_OF_LINE
     start values of histories: contact.onset.HISTORY contact.validity.HISTORY_WITH_EXTREMES
-    a name of a code, a mode or a place in an array: run.interruption.KEYBOARD run.interruption.TERMINATION run.checkpoint.END_COLUMN
+    a name of a code, a mode or a place in an array: equilibrium.geometric_stiffness.ENDS system.turns.COORDINATES
+        run.interruption.KEYBOARD run.interruption.TERMINATION run.checkpoint.END_COLUMN
         state.record.ENERGY_MISSING state.record.ENERGY_MADE
         state.record.ENERGY_LOST state.record.CONDITION_MET state.flow.EPISODE_SIZE state.flow.EPISODE_ROW_SIZE
         state.flow.IMPACT_SIZE state.flow.CONTACT_MEMORY_SIZE
@@ -464,7 +473,7 @@ def _left_out() -> dict[str, str]:
     decides a remark or a refusal, and no number of a run: run.watch.DEEP run.watch.THROUGH run.watch.LEAST_STEPS run.watch.SHARE
         run.watch.LARGE_STRAIN run.watch.IMPOSSIBLE_STRAIN run.watch.LARGE_WIND_UP run.watch.PULL results.fatigue.CAPTURED
         run.strength.LEAST
-        run.basis_edge.AT_EDGE run.basis_edge.EDGE_SHARE run.basis_edge.ROUND_OFF reduction.craig_bampton.LEAST_PIVOT reduction.craig_bampton.LEAST_SHARE
+        run.basis_edge.AT_EDGE run.basis_edge.EDGE_SHARE run.basis_edge.STEP_ERROR reduction.craig_bampton.LEAST_PIVOT reduction.craig_bampton.LEAST_SHARE
         reduction.accuracy.EXACT
         run.deformations.LARGE_SHARE run.deformations.IMPOSSIBLE_SHARE run.deformations.MOST_POINTS
         run.watch.MOST_NUMBERS run.watch.MOST_OF_ALL

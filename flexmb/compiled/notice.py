@@ -104,7 +104,7 @@ class Notice(event.Listener):
         """A function begins to be compiled."""
         function = found.data["dispatcher"].py_func
         with self._lock:
-            if self._depth or (function.__module__ or "").startswith("flexmb."):
+            if self._depth or (getattr(function, "__module__", None) or "").startswith("flexmb."):
                 self._enter()
             if self._depth == 1 and is_told():
                 name = f"{function.__module__}.{function.__qualname__}"

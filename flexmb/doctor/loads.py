@@ -1,4 +1,4 @@
-"""Loads as declared, at rest: stress of beams, buckling, penetration of contacts."""
+"""Loads as declared, at rest: stress of flexible bodies, buckling, penetration of contacts."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from flexmb.bodies.flexible import beam_elements
 from flexmb.bodies.flexible_body import FlexibleBody
-from flexmb.doctor.dimensions import size_of
+from flexmb.doctor.dimensions import materials_of, size_of
 from flexmb.doctor.finding import Finding, found
 from flexmb.doctor.motions import values_of
 from flexmb.drives.drive import Drive
@@ -20,17 +20,17 @@ from flexmb.joints.revolute import Revolute
 from flexmb.joints.revolute_clearance import RevoluteClearance
 from flexmb.loads.force import Force
 from flexmb.loads.torque import Torque
+from flexmb.model.contributions import AXES, SignalContribution
 from flexmb.model.law import Motion, NormalLaw
 from flexmb.model.mechanism import Mechanism
+from flexmb.planes.plane_body import PlaneBody
+from flexmb.reduction.reduced import Reduced
 
 LARGEST_STRAIN = 0.02
-"""Strain of a beam above which linear elasticity is no longer meant."""
+"""Strain of a flexible body above which linear elasticity is no longer meant."""
 
 SAFE_LOAD = 2.0
 """Buckling factor below which there is a remark."""
-
-MIRRORED = 1.5
-"""Factor of the loads reversed over that of the loads, below which bending is the reason: bars that bend have both."""
 
 DEEP = 0.2
 """Penetration under the loads at rest and in motion, over the radius, above which a contact is too soft."""
@@ -48,7 +48,7 @@ def load_findings(mechanism: Mechanism, free: int) -> list[Finding]:
     free : number of motions that no drive prescribes; statics are computed where there are none.
     """
     findings = _soft_contacts(mechanism)
-    bodies = [body for body in mechanism.bodies if isinstance(body, FlexibleBody)]
+    bodies = [body for body in mechanism.bodies if isinstance(body, FlexibleBody | PlaneBody | Reduced)]
     loaded = any(mechanism.gravity) or any(isinstance(part, (Force, Torque)) for part in mechanism.parts)
     if free or not bodies or not loaded:
         return findings
@@ -60,7 +60,7 @@ def load_findings(mechanism: Mechanism, free: int) -> list[Finding]:
     except FlexmbError as error:
         findings.append(found("no-statics", (), f"The loads at rest were not examined: {error}"))
     else:
-        findings += _strains(at_rest, bodies)
+        findings += _strains(ideal, at_rest, bodies)
     return [*findings, *_buckling(ideal)]
 
 
@@ -73,21 +73,45 @@ def with_ideal_joints(mechanism: Mechanism) -> Mechanism:
     return replace(mechanism, parts=tuple(parts))
 
 
-def _strains(at_rest: Equilibrium, bodies: list[FlexibleBody]) -> list[Finding]:
-    """Findings on beams that yield or strain by much under the loads at rest."""
+def _strains(
+    mechanism: Mechanism, at_rest: Equilibrium, bodies: list[FlexibleBody | PlaneBody | Reduced]
+) -> list[Finding]:
+    """Findings on flexible bodies that yield or strain by much under the loads at rest."""
     findings = []
     for body in bodies:
-        strain = largest_strain(body, at_rest)
-        limit = body.material.yield_stress
-        stress = strain * body.material.young
+        materials = materials_of(body)
+        young = min(material.young for material in materials)
+        if isinstance(body, FlexibleBody):
+            strain = largest_strain(body, at_rest)
+            stress = strain * young
+        else:
+            stress = largest_stress(body, mechanism, at_rest)
+            strain = stress / young
+        limits = [material.yield_stress for material in materials if material.yield_stress is not None]
+        limit = min(limits) if len(limits) == len(materials) else None
         text = f"Under the loads at rest {body.label} strains by {strain:.3g} ({stress:.3g} Pa)"
-        remedy = "Reduce the loads, or give a stronger section; beams are linear elastic."
+        remedy = "Reduce the loads, or give a stronger section; flexible bodies are linear elastic."
         numbers = {"strain": strain, "stress": stress}
         if limit is not None and stress > limit:
             findings.append(found("overload", (body.name,), f"{text}; it yields at {limit:.3g} Pa.", remedy, **numbers))
         elif strain > LARGEST_STRAIN:
-            findings.append(found("overload", (body.name,), f"{text}: no small strain.", remedy, **numbers))
+            findings.append(found("overload", (body.name,), f"{text}; no small strain.", remedy, **numbers))
     return findings
+
+
+def largest_stress(body: PlaneBody | Reduced, mechanism: Mechanism, pose: Equilibrium) -> float:
+    """Largest stress of a body in a pose [Pa], as its signal `von_mises` gives it; 0 where a section has no height."""
+    try:
+        seeking = replace(body, stress=True)
+    except FlexmbError:  # a general section, whose outer fibres are unknown
+        return 0.0
+    signals = [one for one in seeking.contributions(mechanism) if isinstance(one, SignalContribution)]
+    for signal in signals:
+        if signal.place:
+            q = np.array([pose[f"{part}.{node}.{AXES[axis]}"] for part, node, axis in signal.coordinates])
+            still, p = np.zeros(len(q)), np.array(signal.p, dtype=float)
+            return float(signal.kernel.dispatcher(p, 0.0, q, still, still, -np.inf)[0])
+    return 0.0
 
 
 def largest_strain(body: FlexibleBody, pose: Equilibrium) -> float:
@@ -104,12 +128,11 @@ def largest_strain(body: FlexibleBody, pose: Equilibrium) -> float:
 def _buckling(ideal: Mechanism) -> list[Finding]:
     """Findings on a structure near its buckling load."""
     try:
-        factors = buckling(ideal, count=1).factors
+        found_loads = buckling(ideal, count=1)
     except FlexmbError:
         return []
-    positive, negative = [float(f) for f in factors if f > 0.0], [float(-f) for f in factors if f < 0.0]
-    mirrored = negative and positive and min(negative) < MIRRORED * min(positive)
-    if not positive or min(positive) >= SAFE_LOAD or mirrored:
+    positive = [float(f) for f in found_loads.factors if f > 0.0]
+    if not positive or min(positive) >= SAFE_LOAD or found_loads.notes:
         return []
     text = (
         f"The loads are 1/{min(positive):.3g} of the buckling load."

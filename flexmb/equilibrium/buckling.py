@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +15,8 @@ from flexmb import checks
 from flexmb.display import html
 from flexmb.equilibrium.eigen import DENSE_COORDINATES, largest_of, largest_of_pencil
 from flexmb.equilibrium.free_motions import moves_most, null_space
+from flexmb.equilibrium.geometric_stiffness import geometric_stiffness
+from flexmb.equilibrium.half_load import LoadPath, factor_from_half, trust_note
 from flexmb.equilibrium.stability import is_stable
 from flexmb.equilibrium.statics import refuse_free_motion
 from flexmb.errors import InputError, SolveError
@@ -25,9 +28,6 @@ from flexmb.model.part import Body, Part
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program, resolve
 from flexmb.system.state_evaluation import StateEvaluation
-
-PATH_STRIDE = 1e-3
-"""Difference along the prestress path between two evaluations of K, relative to the size of the mechanism."""
 
 ASYMMETRY = 1e-6
 """Asymmetry of dK/ds over its largest entry, up to which it is that of differences."""
@@ -51,6 +51,11 @@ class Buckling:
     names : (n_q,) names of the coordinates.
     aliases : other names of nodes.
     moves : (n,) name of the coordinate that each shape moves most.
+    from_half : the first factor > 0 found again from the equilibrium under half of it, with large displacements: about
+        the same where the structure keeps its shape until it buckles; inf where its stiffness does not fall; nan
+        without an equilibrium or a factor > 0.
+    notes : a sentence where the two differ by more than a tenth, or the structure moves by more than a tenth of its
+        size (or rad) under half of the factor, so that the factors cannot be relied on.
     """
 
     factors: np.ndarray
@@ -58,6 +63,8 @@ class Buckling:
     names: tuple[str, ...]
     aliases: dict[str, str]
     moves: tuple[str, ...]
+    from_half: float = math.nan
+    notes: tuple[str, ...] = ()
 
     def shape(self, mode: int, name: str) -> float:
         """Amplitude of a coordinate in a shape.
@@ -73,17 +80,19 @@ class Buckling:
         return float(self.shapes[self.names.index(checks.one_of("Buckling", "coordinate", place, self.names)), mode])
 
     def __repr__(self) -> str:
-        return f"Buckling: load factors {', '.join(f'{factor:.6g}' for factor in self.factors) or 'none'}"
+        doubt = " (not to be relied on, see notes)" if self.notes else ""
+        return f"Buckling: load factors {', '.join(f'{factor:.6g}' for factor in self.factors) or 'none'}{doubt}"
 
     def _repr_html_(self) -> str:
         rows = [(k, f"{f:.6g}", moves) for k, (f, moves) in enumerate(zip(self.factors, self.moves, strict=True))]
-        return html.page("Buckling", "", html.table(rows, ("shape", "load factor", "moves most")))
+        table = html.table(rows, ("shape", "load factor", "moves most"))
+        return html.page("Buckling", "", table, html.texts(self.notes) if self.notes else "")
 
     def __str__(self) -> str:
-        """A table: number, factor, where it moves most."""
+        """A table: number, factor, where it moves most; the notes."""
         rows = ["shape  load factor  moves most"]
         rows += [f"{k:5d}  {f:11.6g}  {self.moves[k]}" for k, f in enumerate(self.factors)]
-        return "\n".join(rows)
+        return "\n".join([*rows, *self.notes])
 
 
 def buckling(mechanism: Mechanism, count: int = 4) -> Buckling:
@@ -93,7 +102,7 @@ def buckling(mechanism: Mechanism, count: int = 4) -> Buckling:
     of one's own without an energy kernel.  Springs belong to the structure.  Clearance joints are taken as ideal,
     drives are held.
 
-    Equation (8.3) of docs/theory/equilibrium.md.
+    Equations (8.3) to (8.5) of docs/theory/equilibrium.md.
 
     Parameters
     ----------
@@ -108,10 +117,14 @@ def buckling(mechanism: Mechanism, count: int = 4) -> Buckling:
 
     Notes
     -----
-    With the displacements u and multipliers of the linear answer to the loads, K(s) is the tangent stiffness at s u,
-    those multipliers and loads included; (K(0) + s dK/ds) x = 0 with G x = 0.  Exact for what stays straight until it
-    buckles; for what bends before, an estimate that `static_equilibrium` and `modes(at=...)` sharpen.  Not for loads
-    that make a structure flutter.
+    With the displacements u and multipliers of the linear answer to the loads, K1 is the stiffness that its stresses,
+    multipliers and loads add, per factor; (K0 + s K1) x = 0 with G x = 0.  Elements that only turn with u add nothing
+    (`flexmb.equilibrium.geometric_stiffness`).
+    Right for structures that carry their loads by normal forces and move little until they buckle.  What bends before
+    may have no buckling load at all, such as a cantilever under a force across it.  So the first factor > 0 is compared
+    with that of the equilibrium under half of it, equation (8.5); where they differ by more than a tenth, or the
+    movement is no small one, `notes` says so, and `static_equilibrium(...).stable` finds the load.  Not for loads that
+    make a structure flutter.
     Source: R. D. Cook, D. S. Malkus, M. E. Plesha, R. J. Witt, Concepts and Applications of Finite Element Analysis,
     4th ed., Wiley 2002, chapter 18.
     """
@@ -132,13 +145,18 @@ def buckling(mechanism: Mechanism, count: int = 4) -> Buckling:
     _refuse_stress(program, system, q)
     K, G = system.at(q, weights=(1.0, 0.0, 0.0)).block(), system.jacobian
     path = system.solve(np.append(-force, np.zeros(program.n_c)), f"buckling of {program.name!r}")
-    K_path = (_stiffness_slope(program, system, q, path) + K_load).tocsc()
+    K_path = (geometric_stiffness(bare, system, q, np.zeros(program.n_c), path) + K_load).tocsc()
     solve = _dense if program.n_q <= DENSE_COORDINATES else _sparse
     factors, x = solve(program, K, K_path, G, count)
     x = x / np.abs(x * _sizes(program)[:, None]).max(axis=0, initial=0.0)
     names = program.names
     moves = tuple(moves_most(names.coordinates, program.length, shape) for shape in x.T)
-    return Buckling(factors, x, names.coordinates, names.aliases, moves)
+    if not (len(factors) and factors[0] > 0.0):
+        return Buckling(factors, x, names.coordinates, names.aliases, moves)
+    first = float(factors[0])
+    half, moved = factor_from_half(LoadPath(program, system, force, K_load), first, x[:, 0])
+    notes = tuple(filter(None, [trust_note(first, half, moved)]))
+    return Buckling(factors, x, names.coordinates, names.aliases, moves, half, notes)
 
 
 def unloaded(mechanism: Mechanism) -> Mechanism:
@@ -169,15 +187,6 @@ def _refuse_stress(program: Program, system: StateEvaluation, q: np.ndarray) -> 
 def _sizes(program: Program) -> np.ndarray:
     """Factors (n_q,) that turn coordinates into lengths [m]."""
     return np.where(program.tables.kind == 1, program.length, 1.0)
-
-
-def _stiffness_slope(program: Program, system: StateEvaluation, q: np.ndarray, path: np.ndarray) -> sp.csc_matrix:
-    """dK/ds along q + s u with multipliers s lam, by central differences of fourth order."""
-    u, lam = path[: program.n_q], path[program.n_q :]
-    size = np.abs(u * _sizes(program)).max()
-    h = PATH_STRIDE * program.length / size if size else 1.0  # rigid bodies do not move: K is linear in the multipliers
-    K = {k: system.at(q + k * h * u, lam=k * h * lam, weights=(1.0, 0.0, 0.0)).block() for k in (-2, -1, 1, 2)}
-    return ((8.0 * (K[1] - K[-1]) - (K[2] - K[-2])) / (12.0 * h)).tocsc()
 
 
 def _dense(program: Program, K: Any, K_path: Any, G: Any, count: int) -> tuple[np.ndarray, np.ndarray]:

@@ -5,7 +5,7 @@ fixed one, dq = y, dv = y' + W S y, da = y'' + 2 W S y' + W^2 S S y, where S tur
 angles alone.  With the tangents K, C, M of r(q, v, a) the motion in the turning frame obeys
 
     M y'' + (C + 2 W M S) y' + (K + W C S + W^2 M S S) y + G^T d(lam) = 0,    G y = 0.
-Equation (8.4) of docs/theory/equilibrium.md.
+Equation (8.6) of docs/theory/equilibrium.md.
 """
 
 from __future__ import annotations

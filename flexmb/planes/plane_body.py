@@ -124,6 +124,7 @@ class PlaneBody(MeshBody):
             if (point := getattr(self, field)) is not None:
                 object.__setattr__(self, field, checks.point(self.label, field, point))
         object.__setattr__(self, "pins", self._checked_pins())
+        checks.no_name_of_nodes(self.label, cast("tuple[str, ...]", self.pins), "node", "nodes of the mesh")
         _ = self._place, self.tie  # refuse points and pins that do not fit
         for region, value in by_region(self.label, "thickness", self.thickness):
             checks.positive(self.label, f"thickness of region {region!r}" if region else "thickness", value, "m")

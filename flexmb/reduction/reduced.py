@@ -146,8 +146,7 @@ class Reduced(MeshBody):
             "damping_ratios": ratios,
             "stress": stress,
         }
-        for key, value in values.items():
-            object.__setattr__(self, key, value)
+        vars(self).update(values)
         self.__post_init__()
 
     def __post_init__(self) -> None:
@@ -173,7 +172,12 @@ class Reduced(MeshBody):
             checks.flag(self.label, "stress", self.stress)
         if self.stress and isinstance(self.body, FlexibleBody):
             _ = replace(self.body, stress=True)  # refuses sections without outer fibres
-        _ = self._pins
+        names = [pin.name for pin in self._pins]
+        checks.no_name_of_nodes(self.label, names, "modes", "nodes of its vibrations")
+        if self.inertia_shapes and "inertia" in names:
+            raise InputError(
+                f"{self.label}: the pin 'inertia' has the name of the node of shapes of inertia. Rename it."
+            )
 
     @cached_property
     def _pins(self) -> tuple[Node, ...]:

@@ -20,8 +20,10 @@ EDGE_SHARE = 0.1
 AT_EDGE = 3
 """Number of the highest modes that are looked at."""
 
-ROUND_OFF = 1e-14
-"""Displacement over the size of a body [1] whose strain energy is that of round-off."""
+STEP_ERROR = 1e-8
+"""Displacement by the highest modes over the size of a body [1], up to which it is the error of steps.
+
+Default steps leave some 3e-9 in bodies that are so stiff that their deformation is smaller."""
 
 
 def basis_remarks(mechanism: Mechanism, saved: Saved) -> Iterator[str]:
@@ -47,8 +49,9 @@ def _remark(body: Reduced, d: np.ndarray, time: np.ndarray) -> Iterator[str]:
     whole = 0.5 * np.einsum("ti,ij,tj->t", d, stiffness, d)
     edge = 0.5 * np.einsum("ti,ij,tj->t", eta, stiffness[last, last], eta)
     when = int(np.argmax(edge))
-    least = 0.5 * np.trace(stiffness[last, last]) * (ROUND_OFF * np.ptp(body.model.points, axis=0).max()) ** 2
-    share = float(edge[when] / whole.max()) if whole.max() > least else 0.0
+    size = np.ptp(body.model.points, axis=0).max()
+    moved = np.abs(eta * (1.0, 1.0, size)).max(axis=1)  # the shape of a rotation of 1 moves by the size
+    share = float(edge[when] / whole.max()) if moved[when] > STEP_ERROR * size else 0.0
     if share >= EDGE_SHARE:
         frequency, more = body.dropped_frequency, body.basis.vibrations + AT_EDGE
         beyond = f" The lowest one left out has {frequency:.4g} Hz with held pins." if np.isfinite(frequency) else ""

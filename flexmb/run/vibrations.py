@@ -6,6 +6,7 @@ The modes about some saved states say how much of the elastic energy is that of 
 
 from __future__ import annotations
 
+import sys
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,7 +27,10 @@ if TYPE_CHECKING:
     from flexmb.equilibrium.vibrations import LinearModes, State
 
 ELASTIC = (FlexibleBody, SpringDamper, TorsionSpring, Bushing, Element)
-"""Parts that can hold a vibration."""
+"""Parts that can hold a vibration, beside those of MESHED."""
+
+MESHED = (("flexmb.reduction.reduced", "Reduced"), ("flexmb.planes.plane_body", "PlaneBody"))
+"""Modules of further ones, which are imported where there are such bodies, and names of their classes."""
 
 MOST_UNKNOWNS = 400
 """Number of coordinates above which modes would take too long."""
@@ -61,7 +65,7 @@ def vibration_remarks(
 ) -> list[str]:
     """Remarks on the fastest vibration that carries energy, where the steps lose a part of it that matters.
 
-    For mechanisms with beams or springs and without contacts, all of whose coordinates were saved.
+    For mechanisms with flexible bodies or springs and without contacts, all of whose coordinates were saved.
 
     Parameters
     ----------
@@ -140,7 +144,7 @@ def _states(mechanism: Mechanism, program: Program, saved: Saved) -> list[State]
     """Saved states at uneven distances; none where there is nothing elastic, or where not all was saved."""
     few = program.n_q <= MOST_UNKNOWNS and not program.names.contacts
     count = len(saved.time)
-    if not few or count < FEWEST_INSTANTS or not any(isinstance(part, ELASTIC) for part in mechanism.parts):
+    if not few or count < FEWEST_INSTANTS or not any(isinstance(part, _elastic()) for part in mechanism.parts):
         return []
     names = [name.rpartition(".") for name in program.names.coordinates[: program.tables.sizes.n_b]]
     columns = [saved_columns(saved, [f"{part}.{kind[axis]}" for part, _, axis in names]) for kind in KINDS]
@@ -152,6 +156,11 @@ def _states(mechanism: Mechanism, program: Program, saved: Saved) -> list[State]
     from flexmb.equilibrium.vibrations import State
 
     return [State(float(saved.time[k]), *(saved.values[k, where] for where in columns)) for k in rows]
+
+
+def _elastic() -> tuple[type, ...]:
+    """Classes of parts that can hold a vibration."""
+    return (*ELASTIC, *(vars(sys.modules[module])[name] for module, name in MESHED if module in sys.modules))
 
 
 KINDS = (

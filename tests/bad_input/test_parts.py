@@ -1,5 +1,7 @@
 """Parts and laws that are refused when they are made: the message names part, value and remedy."""
 
+import copy
+import pickle
 import re
 
 import pytest
@@ -287,6 +289,32 @@ def test_base_of_laws_is_no_law():
 def test_unknown_keyword_is_refused(make):
     with pytest.raises(TypeError, match=r"unexpected keyword argument '(masse|elments|radius|velocity|tolerance|g|h)'"):
         make()
+
+
+@pytest.mark.parametrize(
+    ("make", "text"),
+    [
+        (
+            lambda: fm.RigidLink("a", (0.0, 0.0), (1.0, 0.0), mass=1.0),
+            r"RigidLink 'a': inertia is missing; give inertia=...*kg m\^2",
+        ),
+        (lambda: fm.Force("F", force=(0.0, 1.0)), "Force 'F': body is missing; .* at is missing; give at="),
+        (lambda: fm.Rectangle(0.1), r"Rectangle: height is missing; give height=.*direction of bending \[m\]"),
+        (
+            lambda: fm.PlaneBody("rod", fm.meshes.rectangle(0.1, 0.1, 1, 1), material=fm.STEEL),
+            "PlaneBody 'rod': thickness is missing; give",
+        ),
+    ],
+)
+def test_what_is_missing_is_named(make, text):
+    with pytest.raises(InputError, match=text):
+        make()
+
+
+@pytest.mark.parametrize("part", [crank(), fm.Rectangle(0.1, 0.2), fm.STEEL])
+def test_copies_and_pickles_are_made_without_arguments(part):
+    assert copy.copy(part) == part
+    assert pickle.loads(pickle.dumps(part)) == part  # noqa: S301 - our own
 
 
 def test_a_frame_with_an_edge_twice_is_refused():

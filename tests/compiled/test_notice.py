@@ -2,7 +2,8 @@
 
 import io
 import time
-from types import SimpleNamespace
+from functools import partial
+from types import FunctionType, SimpleNamespace
 
 import pytest
 
@@ -64,6 +65,19 @@ def test_a_stage_is_said_once_however_many_functions_it_has(screen):
     told = notice.Notice()
     compiled(told, *STAGES[FIRST_STAGE], within=["numpy.something"])
     assert screen.getvalue().count("\n") == 1
+
+
+def test_functions_without_a_module_are_none_of_ours(screen):
+    """Code without a file, functions of C and partial objects: no notice, and no failure."""
+    told = notice.Notice()
+    plain = FunctionType((lambda x: x).__code__, {})
+    plain.__module__ = None
+    for one in (plain, (1).__add__, partial(int, base=2)):
+        event = SimpleNamespace(data={"dispatcher": SimpleNamespace(py_func=one)})
+        told.on_start(event)
+        told.on_end(event)
+    assert not screen.getvalue()
+    assert told.seconds == 0.0
 
 
 def test_the_next_stage_ends_the_one_before(screen):

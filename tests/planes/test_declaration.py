@@ -197,3 +197,27 @@ def test_the_body_in_a_mechanism_yields_as_its_matrices_say(interface):
     u = spsolve(K[3:, 3:], load[3:])
     found = [pose["rod.end.x"] - B[0], pose["rod.end.y"] - B[1], pose["rod.end.theta"] - 2.0]
     np.testing.assert_allclose(found, [c * u[0] - s * u[1], s * u[0] + c * u[1], u[2]], rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "text"),
+    [
+        ("node3", None, "PlaneBody 'rod': the pin 'node3' has a name of the nodes of the mesh, 'node' and a number"),
+        ("modes1", {}, "Reduced 'rod': the pin 'modes1' has a name of the nodes of its vibrations"),
+        (
+            "inertia",
+            {"inertia_shapes": True},
+            "Reduced 'rod': the pin 'inertia' has the name of the node of its shapes",
+        ),
+    ],
+)
+def test_pins_named_as_further_nodes_are_refused(name, options, text):
+    plate = fm.meshes.rectangle(0.1, 0.1, 2, 2)
+    mesh = dataclasses.replace(plate, sets={"left": plate.set_of("left"), name: plate.set_of("right")})
+
+    def make():
+        body = fm.PlaneBody("rod", mesh, thickness=0.01, material=fm.STEEL, pins=("left", name))
+        return body if options is None else fm.Reduced(body, **options)
+
+    with pytest.raises(InputError, match=text):
+        make()

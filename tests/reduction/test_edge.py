@@ -1,5 +1,9 @@
 """A run says when the highest modes of a reduced body hold much of its strain energy."""
 
+import dataclasses
+
+import pytest
+
 import flexmb as fm
 
 STEEL = fm.Material(young=2.1e11, density=7850.0)
@@ -44,3 +48,24 @@ def test_round_off_of_a_falling_body_is_no_energy():
     rod = fm.FlexibleLink("rod", (0.0, 0.0), (1.0, 0.0), section=section, material=STEEL, elements=6)
     falling = fm.Mechanism("falling", [fm.Reduced(rod, modes=3)], gravity=(0.0, -9.81))
     assert not fm.simulate(falling, t_end=0.1, save=50).notes
+
+
+def test_errors_of_steps_in_a_stiff_body_are_none():
+    """2e17 Pa: the modes hold less than the errors of default steps, 3e-9 of the length."""
+    mech = fm.mechanisms.slider_crank(100.0, flexible=True)
+    rod = dataclasses.replace(mech.find("rod"), material=fm.Material(young=2e17, density=7850.0))
+    sol = fm.simulate(mech.with_part(fm.Reduced(rod, modes=6)), t_end=0.02, save=100)
+    assert not told(sol)
+
+
+@pytest.mark.parametrize("kind", [fm.Reduced, fm.PlaneBody])
+def test_lost_vibrations_are_told(kind):
+    """A cantilever of one body, which is neither of beams nor a spring, with steps of a seventh of its period."""
+    mesh = fm.meshes.rectangle(1.0, 0.05, 6, 1)
+    bar = fm.PlaneBody("bar", mesh, thickness=0.01, material=STEEL, pins=("left", "right"), stress=False)
+    body = bar if kind is fm.PlaneBody else fm.Reduced(bar)
+    foot, tip = ((pin.x, pin.y) for pin in bar.pin_nodes)
+    parts = [body, fm.Fixed("foot", fm.GROUND, body, at=foot), fm.Force("F", body, tip, (0.0, -50.0))]
+    sol = fm.simulate(fm.Mechanism("bar", parts, gravity=(0.0, 0.0)), t_end=0.5, step=3e-3, save=150)
+    (note,) = [note for note in sol.notes if "of its phase" in note]
+    assert note.startswith("The vibration of 4")

@@ -260,7 +260,7 @@ def _places(program: Program, rows: np.ndarray, columns: np.ndarray) -> np.ndarr
 
 def _free_motions(program: Program, twin: Program, model: Model) -> np.ndarray:
     """Rigid motions (k, n_t) without velocity in the joints of `program`, in the reference configuration."""
-    from flexmb.equilibrium.free_motions import null_space  # a slow import of scipy
+    from flexmb.equilibrium.free_motions import ROW_ROUND_OFF, null_space  # a slow import of scipy
 
     nodes = np.arange(len(model.body))
     centre = np.asarray(twin.reference.q).reshape(-1, 3)[model.body]
@@ -271,8 +271,10 @@ def _free_motions(program: Program, twin: Program, model: Model) -> np.ndarray:
         B[3 * nodes + axis, 3 * model.body + axis] = 1.0
     B[3 * nodes, 3 * model.body + 2] = -(s * x + c * y)
     B[3 * nodes + 1, 3 * model.body + 2] = c * x - s * y
-    q = np.asarray(program.reference.q)
-    return np.ascontiguousarray(null_space(StateEvaluation(program).at(q).jacobian @ B).T)
+    G = StateEvaluation(program).at(np.asarray(program.reference.q)).jacobian
+    # rows within one body, such as a pin on its node, leave the round-off of their terms, which resists nothing
+    rows, terms = G @ B, (abs(G) @ np.abs(B)).sum(axis=1)
+    return np.ascontiguousarray(null_space(rows[np.abs(rows).max(axis=1, initial=0.0) > ROW_ROUND_OFF * terms]).T)
 
 
 def _deformation(program: Program, twin: Program, motions: np.ndarray) -> Deformation:
