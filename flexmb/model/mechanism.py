@@ -294,7 +294,7 @@ class Mechanism:
         return Contributions.sort(found)
 
     def contributions_of(self, part: Part) -> Sequence[Contribution]:
-        """Contributions of a part that is no body, remembered: several analyses of a mechanism ask for them."""
+        """Contributions of a part that is no body; remembered for the next analysis."""
         found = self._known.get(part.name)
         if found is None:
             found = self._known[part.name] = tuple(part.contributions(self))
