@@ -61,7 +61,7 @@ def _meaning(text: str | None) -> str:
 
 @cache
 def _arguments(kind: type) -> tuple[frozenset[str], tuple[tuple[int, str], ...]]:
-    """Names of all arguments, and places (-1: by name alone) and names of those without defaults."""
+    """Names of all arguments, places and names of required ones; the place -1 of keywords."""
     found = list(signature(kind.__init__).parameters.values())[1:]  # type: ignore[misc]
     needed = [(k, one) for k, one in enumerate(found) if one.default is Parameter.empty and one.kind in NAMED]
     required = tuple((-1 if one.kind is Parameter.KEYWORD_ONLY else k, one.name) for k, one in needed)
