@@ -27,10 +27,10 @@ NAMED = (Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY)
 class Checked:
     """Base of classes whose objects tell all errors of their arguments at once, when they are constructed."""
 
-    def __new__(cls, *_args: Any, **_keywords: Any) -> Self:
+    def __new__(cls, *args: Any, **keywords: Any) -> Self:
         """An object, unless arguments without defaults are missing (`InputError`); unpickling gives none at all."""
-        if _args or _keywords:
-            _refuse_missing(cls, _args, _keywords)
+        if args or keywords:
+            _refuse_missing(cls, args, keywords)
         return super().__new__(cls)
 
     def __init_subclass__(cls, **keywords: Any) -> None:
@@ -54,14 +54,14 @@ def _refuse_missing(kind: type, given: tuple[Any, ...], keywords: Mapping[str, A
 
 
 def _meaning(text: str | None) -> str:
-    """What an argument is, in brackets."""
+    """Meaning of an argument in brackets, by its entry in a docstring."""
     first = (text or "").partition(";")[0].rstrip(".")
     return f" ({first})" if first else ""
 
 
 @cache
 def _arguments(kind: type) -> tuple[frozenset[str], tuple[tuple[int, str], ...]]:
-    """Names of all arguments; those without defaults, with their places, -1 where by name alone."""
+    """Names of all arguments, places and names of required ones; the place -1 of keywords."""
     found = list(signature(kind.__init__).parameters.values())[1:]  # type: ignore[misc]
     needed = [(k, one) for k, one in enumerate(found) if one.default is Parameter.empty and one.kind in NAMED]
     required = tuple((-1 if one.kind is Parameter.KEYWORD_ONLY else k, one.name) for k, one in needed)

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from public_names import PUBLIC
 
+from flexmb.checks import Checked
 from flexmb.errors import FlexmbError
 
 NONSENSE = "nonsense_keyword"
@@ -47,7 +48,8 @@ def taken_parameters(thing: Any) -> list[str]:
         signature = inspect.signature(thing)
     except ValueError:  # built-in classes, exceptions among them
         return []
-    generic = issubclass(thing, BaseException) if inspect.isclass(thing) else False
+    # `Checked` looks at all arguments before the own __init__ of a class takes them
+    generic = issubclass(thing, BaseException | Checked) if inspect.isclass(thing) else False
     names = [p.name for p in signature.parameters.values() if not (generic and p.kind in VARIADIC)]
     return [name for name in names if name not in SELF_NAMES]
 

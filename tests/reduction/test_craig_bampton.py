@@ -6,6 +6,7 @@ from scipy.linalg import eigh
 
 import flexmb as fm
 from flexmb.errors import InputError
+from flexmb.reduction import superelement
 from flexmb.reduction.craig_bampton import rigid_motions
 
 STEEL = fm.Material(young=2.1e11, density=7850.0, poisson=0.3)
@@ -148,3 +149,18 @@ def test_pins_at_one_place():
     assert chord.basis.by_pin
     with pytest.raises(InputError, match=r"no node of Reduced 'disc'.*make it a pin of the body"):
         chord.attach("Force 'F'", (0.35, 0.1))
+
+
+@pytest.mark.parametrize("factor", [0.1, 10.0, 100.0])
+def test_directions_of_shortening_do_not_hang_on_their_round_off(monkeypatch, factor):
+    """A straight beam has one, an arc two, a triangle of beams three; their singular values end at 1e-12."""
+    section = fm.Rectangle(width=0.01, height=0.02)
+    lines = {"section": section, "material": fm.STEEL, "elements": 4}
+    bodies = (
+        fm.FlexibleLink("rod", (0.0, 0.0), (0.6, 0.8), **lines),
+        fm.FlexibleLink("arc", (0.0, 0.0), (1.0, 0.0), turn=1.5, **lines),
+        fm.FlexibleFrame("frame", ((0.0, 0.0), (1.0, 0.0), (0.4, 0.7)), ((0, 1), (1, 2), (2, 0)), **lines),
+    )
+    elements = [fm.Reduced(body, modes=6).element for body in bodies]
+    monkeypatch.setattr(superelement, "ROUND_OFF", factor * superelement.ROUND_OFF)
+    assert [len(element.directions()) for element in elements] == [1, 2, 3]
