@@ -47,7 +47,7 @@ IN_FILES = {
         "poses of nodes, in threes behind HEAD": "p",
     },
     "flexmb/reduction/energies.py": {"coordinates of nodes": "w rate", "poses of nodes behind HEAD": "p"},
-    "flexmb/reduction/tangent.py": {"coordinates of nodes": "df both modal of_curve g1 g2"},
+    "flexmb/reduction/tangent.py": {"coordinates of nodes": "df both modal of_curve g1 g2 vt vs bd"},
     "flexmb/reduction/peak_stress.py": {"x, y, theta of nodes, as deformed": "e"},
     "flexmb/linalg/fill.py": {"columns before": "ptr parent"},
     "flexmb/linalg/lu.py": {"a block of the matrix, row by row": "lu", "rows of a block": "seen order"},
