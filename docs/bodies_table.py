@@ -1,10 +1,10 @@
 """Compute the numbers and pictures of docs/bodies.md anew: two mechanisms of beams, meshes and reduced meshes.
 
-    python docs/bodies_table.py [--only rod nine_bar] [--turns 20] [--skip 5]
+    python docs/bodies_table.py [--only rod nine_bar cost] [--turns 20] [--skip 5]
     python docs/bodies_table.py --page
 
 Models are those of examples/rod_of_plates.py and examples/nine_bar_plates.py.  Numbers are kept in docs/bodies.json;
---page writes the page from them alone.  The nine-bar mechanism takes a quarter of an hour.
+--page writes the page from them alone.  The nine-bar mechanism takes a quarter of an hour, the cost some minutes.
 """
 
 import argparse
@@ -26,6 +26,7 @@ import flexmb as fm
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "examples")]
 
+import bodies_cost as cost  # noqa: E402
 import nine_bar_limits as limits  # noqa: E402
 import nine_bar_plates as plates  # noqa: E402
 import rod_of_plates as rod  # noqa: E402
@@ -195,7 +196,7 @@ def nine_bar_passage(models: list[dict[str, Any]]) -> str:
     return limits.table(head, rows) + "\n\n" + limits.table(head, stressed)
 
 
-PASSAGES = {"rod": rod_passage, "nine_bar": nine_bar_passage}
+PASSAGES = {"rod": rod_passage, "nine_bar": nine_bar_passage, "cost": cost.passage}
 
 
 def page_text(text: str, data: dict[str, Any]) -> str:
@@ -233,6 +234,9 @@ def main() -> None:
         data["nine_bar"] = {"where": where(text), "rows": models}
         of_plates = next(model for model in models if model["label"] == "plates, 3 modes")
         impact_picture(max(of_plates["turns"], key=lambda turn: turn["P1.force"])["force_time"])
+    if "cost" in chosen:
+        text = f"Mean ± standard deviation of {options.turns} turns after the first {options.skip}; processor times."
+        data["cost"] = {"where": where(text), "rows": cost.rows(options.turns, options.skip)}
     if chosen:
         DATA.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
     PAGE.write_text(page_text(PAGE.read_text(encoding="utf-8"), data), encoding="utf-8")

@@ -225,9 +225,9 @@ def _damping_loss(tables, address, t, h, q0, v0, q1, v1, balance, work):
     for e in range(E.p.shape[0]):
         if E.energy[e] < 0:
             continue
-        n = E.dof[e + 1] - E.dof[e]
-        for i in range(n):
-            k = E.dofs[E.dof[e] + i]
+        dofs = part_of(E.dofs, E.dof[e], E.dof[e + 1])
+        for i in range(dofs.shape[0]):
+            k = dofs[i]
             work.ql[i] = 0.5 * (q0[k] + q1[k]) + 0.125 * h * (v0[k] - v1[k])
         along = _damping_power(tables, address, t - 0.5 * h, e, 1.0 / h, 0.0, q0, v0, q1, v1, work)
         across = _damping_power(tables, address, t - 0.5 * h, e, 1.0 / h, 0.5, q0, v0, q1, v1, work)
@@ -243,12 +243,13 @@ def _damping_loss(tables, address, t, h, q0, v0, q1, v1, balance, work):
 def _damping_power(tables, address, t, e, path_rate, mean_rate, q0, v0, q1, v1, work):
     """Damping power of element e at work.ql with the rates path_rate (q1 - q0) - mean_rate (v0 + v1) [W]."""
     E = tables.elements
-    n = E.dof[e + 1] - E.dof[e]
+    dofs = part_of(E.dofs, E.dof[e], E.dof[e + 1])
+    n = dofs.shape[0]
     for i in range(n):
-        k = E.dofs[E.dof[e] + i]
+        k = dofs[i]
         work.vl[i] = path_rate * (q1[k] - q0[k]) - mean_rate * (v0[k] + v1[k])
     _, _, power = energy_at(address.energy, E.energy[e])(
-        tables.p[E.p[e, BEGIN] : E.p[e, END]], t, work.ql[:n], work.vl[:n]
+        part_of(tables.p, E.p[e, BEGIN], E.p[e, END]), t, part_of(work.ql, 0, n), part_of(work.vl, 0, n)
     )
     return power
 

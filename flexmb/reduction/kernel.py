@@ -163,10 +163,11 @@ def from_frame(c, s, x, target):
 def weighed(p, x):
     """Complex sum of conj(A) x over the nodes: its real and imaginary part."""
     n, real, imaginary = int(p[COUNT]), 0.0, 0.0
+    weights = part_of(p, HEAD + n, HEAD + 2 * n)
     for i in range(0, n, 3):
-        ax, ay = p[HEAD + n + i], p[HEAD + n + i + 1]
-        real += ax * x[i] + ay * x[i + 1]
-        imaginary += ax * x[i + 1] - ay * x[i]
+        ax, ay, bx, by = item_of(weights, i), item_of(weights, i + 1), item_of(x, i), item_of(x, i + 1)
+        real += ax * bx + ay * by
+        imaginary += ax * by - ay * bx
     return real, imaginary
 
 
@@ -182,34 +183,20 @@ def frame_of(p, q):
 
 @fast
 def turning(p, size, x):
-    """Fill g and its rates from w and alpha; return the frame's angular velocity and acceleration."""
+    """Fill g from w and alpha; return the frame's angular velocity and acceleration."""
     n = int(p[COUNT])
-    w, al, g, g1, g2 = row_of(x, W, n), row_of(x, AL, n), row_of(x, G, n), row_of(x, G1, n), row_of(x, G2, n)
+    w, al, g = row_of(x, W, n), row_of(x, AL, n), row_of(x, G, n)
     if p[BY_PIN] != 0.0:
         for i in range(n):
-            g[i] = g1[i] = g2[i] = 0.0
+            g[i] = 0.0
         g[2] = 1.0
         return w[2], al[2]
-    weights = part_of(p, HEAD + n, HEAD + 2 * n)
-    vr, vi, ar, ai = 0.0, 0.0, 0.0, 0.0  # gravity is the same at all nodes and drops out
+    weights, i1 = part_of(p, HEAD + n, HEAD + 2 * n), 1.0 / size
+    vr, vi = weighed(p, w)
+    _, ai = weighed(p, al)  # gravity is the same at all nodes and drops out
     for i in range(0, n, 3):
-        bx, by = item_of(weights, i), item_of(weights, i + 1)
-        vx, vy, ax, ay = item_of(w, i), item_of(w, i + 1), item_of(al, i), item_of(al, i + 1)
-        vr += bx * vx + by * vy
-        vi += bx * vy - by * vx
-        ar += bx * ax + by * ay
-        ai += bx * ay - by * ax
-    i1 = 1.0 / size
-    i2 = i1 * i1
-    r1, s1 = -vr * i2, -vi * i2
-    r2, s2 = 2.0 * (vr * vr - vi * vi) * i2 * i1 - ar * i2, 4.0 * vr * vi * i2 * i1 - ai * i2
-    # Im(conj(A) dx z) by the coordinates x, for z = 1/size and its rates r + i s
-    for i in range(0, n, 3):
-        bx, by = item_of(weights, i), item_of(weights, i + 1)
-        g[i], g[i + 1], g[i + 2] = -by * i1, bx * i1, 0.0
-        g1[i], g1[i + 1], g1[i + 2] = bx * s1 - by * r1, bx * r1 + by * s1, 0.0
-        g2[i], g2[i + 1], g2[i + 2] = bx * s2 - by * r2, bx * r2 + by * s2, 0.0
-    return vi * i1, ai * i1 - 2.0 * vr * vi * i2
+        g[i], g[i + 1], g[i + 2] = -item_of(weights, i + 1) * i1, item_of(weights, i) * i1, 0.0
+    return vi * i1, ai * i1 - 2.0 * vr * vi * (i1 * i1)
 
 
 @fast
@@ -229,7 +216,7 @@ def deformation(p, q, c, s, angle, x):
 
 @fast
 def motion(p, q, v, a, x):
-    """Fill d, d', w, alpha, u, s, g and its rates; return cosine and sine of the frame, its rates, and its size."""
+    """Fill d, d', w, alpha, u, s and g; return cosine and sine of the frame, its rates, and its size."""
     c, s, angle, size = frame_of(p, q)
     n = deformation(p, q, c, s, angle, x)
     to_frame(c, s, v, x[W])
@@ -357,15 +344,3 @@ def mass_times(p, c, s, x, y, target):
     for i in range(n):
         t2[i] += g[i] * on_turn
     from_frame(c, s, t2, target)
-
-
-@fast
-def gravity_energy(p, q, c, s, x):
-    """Potential of gravity."""
-    n = int(p[COUNT])
-    ex, ey = p[MOMENT_X] - p[MASS] * p[HEAD], p[MOMENT_Y] - p[MASS] * p[HEAD + 1]
-    for i in range(n):
-        ex += p[HEAD + 2 * n + i] * x[D, i]
-        ey += p[HEAD + 3 * n + i] * x[D, i]
-    mx, my = p[MASS] * q[0] + c * ex - s * ey, p[MASS] * q[1] + s * ex + c * ey
-    return -(p[GRAVITY_X] * mx + p[GRAVITY_Y] * my)

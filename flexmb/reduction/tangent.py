@@ -15,8 +15,9 @@ Equations (12.13) to (12.16) of docs/theory/reduced.md.
 """
 
 from flexmb.compiled.stack import stack_matrix
-from flexmb.compiled.views import block_of, entry_of, item_of, row_of
+from flexmb.compiled.views import block_of, entry_of, item_of, part_of, row_of
 from flexmb.kernels import account_kernel, element_kernel, energy_kernel, fast, force_kernel, tangent_kernel
+from flexmb.reduction.energies import energies, gravity_energy
 from flexmb.reduction.kernel import (
     AL,
     BY_PIN,
@@ -29,6 +30,7 @@ from flexmb.reduction.kernel import (
     G2,
     GD,
     HD,
+    HEAD,
     KD,
     KL,
     MC,
@@ -56,7 +58,6 @@ from flexmb.reduction.kernel import (
     elastic,
     forces,
     frame_of,
-    gravity_energy,
     mass_times,
     motion,
     residual,
@@ -64,18 +65,41 @@ from flexmb.reduction.kernel import (
     square,
     times_two,
     turned,
+    weighed,
     write_forces,
 )
 
-F, SU, SW, SA, VT, VS, BD, BU, KU, KW, DF, X1, X2, X3, X4, X5, X6 = range(17)
+F, SU, SW, SA, VT, VS, BD, BU, KU, KW, DF, X1, X2, X3, X4, X5, X6, X7 = range(18)
 """Rows of the second scratch matrix: F; S u, S w, S alpha; what tau and sigma multiply; df/dd; B u; K J u and K_z J w
 with products of them; the derivative of f; work.
 
 The third scratch matrix holds Q_a d'.
 """
 
-ROWS = 17
+ROWS = 18
 second_scratch, third_scratch = stack_matrix(ROWS, MOST), stack_matrix(MOST, MOST)
+
+
+@fast
+def turning_rates(p, size, x):
+    """Fill the rates of g from w and alpha."""
+    n = int(p[COUNT])
+    g1, g2 = row_of(x, G1, n), row_of(x, G2, n)
+    if p[BY_PIN] != 0.0:
+        for i in range(n):
+            g1[i] = g2[i] = 0.0
+        return
+    weights, i1 = part_of(p, HEAD + n, HEAD + 2 * n), 1.0 / size
+    vr, vi = weighed(p, row_of(x, W, n))
+    ar, ai = weighed(p, row_of(x, AL, n))
+    i2 = i1 * i1
+    r1, s1 = -vr * i2, -vi * i2
+    r2, s2 = 2.0 * (vr * vr - vi * vi) * i2 * i1 - ar * i2, 4.0 * vr * vi * i2 * i1 - ai * i2
+    # Im(conj(A) dx z) by the coordinates x, for the rates r + i s of z = 1/size
+    for i in range(0, n, 3):
+        bx, by = item_of(weights, i), item_of(weights, i + 1)
+        g1[i], g1[i + 1], g1[i + 2] = bx * s1 - by * r1, bx * r1 + by * s1, 0.0
+        g2[i], g2[i + 1], g2[i + 2] = bx * s2 - by * r2, bx * r2 + by * s2, 0.0
 
 
 @fast
@@ -96,15 +120,25 @@ def inertia(p, spin, spin_rate, x, y):
         for_vs[i] = s[i] - spin * u[i]
         for_h[i] = spin * s[i] + 2.0 * spin_rate * d[i]
         for_c[i] = 2.0 * (spin * d_rate[i] + spin_rate * d[i]) + squared * u[i]
-    for i in range(n):
-        by_tau, by_sigma, by_d = 0.0, 0.0, 0.0
+    for i in range(0, n, 3):
+        t0, t1, t2, s0, s1, s2, d0, d1, d2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for j in range(n):
-            g, q = entry_of(G0, i, j), entry_of(P0, i, j)
-            by_tau += entry_of(M, i, j) * item_of(sa, j) + g * item_of(for_vt, j) + q * (squared * item_of(u, j))
-            by_sigma += g * item_of(for_vs, j) + q * (2.0 * spin * item_of(d, j))
-            by_d += entry_of(G0, j, i) * item_of(al, j) + entry_of(H, i, j) * item_of(for_h, j)
-            by_d -= entry_of(C, i, j) * item_of(for_c, j)
-        vt[i], vs[i], bd[i] = by_tau, by_sigma, by_d
+            aj, tj, sj, hj = item_of(sa, j), item_of(for_vt, j), item_of(for_vs, j), item_of(for_h, j)
+            cj, bj, uj, dj = item_of(for_c, j), item_of(al, j), squared * item_of(u, j), 2.0 * spin * item_of(d, j)
+            g0, g1, g2 = entry_of(G0, i, j), entry_of(G0, i + 1, j), entry_of(G0, i + 2, j)
+            q0, q1, q2 = entry_of(P0, i, j), entry_of(P0, i + 1, j), entry_of(P0, i + 2, j)
+            t0 += entry_of(M, i, j) * aj + g0 * tj + q0 * uj
+            t1 += entry_of(M, i + 1, j) * aj + g1 * tj + q1 * uj
+            t2 += entry_of(M, i + 2, j) * aj + g2 * tj + q2 * uj
+            s0 += g0 * sj + q0 * dj
+            s1 += g1 * sj + q1 * dj
+            s2 += g2 * sj + q2 * dj
+            d0 += entry_of(G0, j, i) * bj + entry_of(H, i, j) * hj - entry_of(C, i, j) * cj
+            d1 += entry_of(G0, j, i + 1) * bj + entry_of(H, i + 1, j) * hj - entry_of(C, i + 1, j) * cj
+            d2 += entry_of(G0, j, i + 2) * bj + entry_of(H, i + 2, j) * hj - entry_of(C, i + 2, j) * cj
+        vt[i], vt[i + 1], vt[i + 2] = t0, t1, t2
+        vs[i], vs[i + 1], vs[i + 2] = s0, s1, s2
+        bd[i], bd[i + 1], bd[i + 2] = d0, d1, d2
 
 
 @fast
@@ -215,26 +249,16 @@ def constant_part(p, spin, spin_rate, kq, kv, ka, A):
 
 
 @fast
-def shortened_row(p, row, a, part, x, target):
-    """Set target = A l_a + part times the sum over b of (l_a A l_b) Q_b d; row: KL or DL, that of A l."""
+def shortened_row(p, row, a, x, target, half):
+    """Set half = 1/2 the sum over b of (l_a A l_b) Q_b d, and target = A l_a + half; row: KL or DL, that of A l."""
     n = int(p[COUNT])
     own, along = row_of(block_of(p, direction(p, a), 1, n), row, n), row_of(block_of(p, direction(p, a), 1, n), L, n)
     for i in range(n):
-        target[i] = item_of(own, i)
+        half[i] = 0.0
     for b in range(int(p[DIRECTIONS])):
-        add(part * dot(along, row_of(block_of(p, direction(p, b), 1, n), row, n)), row_of(x, QD + b, n), target)
-
-
-@fast
-def damped_row(p, a, part, x, target, work):
-    """Set target to such a row of the damping matrix K_z."""
-    n = int(p[COUNT])
-    shortened_row(p, KL, a, part, x, target)
+        add(0.5 * dot(along, row_of(block_of(p, direction(p, b), 1, n), row, n)), row_of(x, QD + b, n), half)
     for i in range(n):
-        target[i] *= p[ZETA]
-    if p[MODAL] != 0.0:
-        shortened_row(p, DL, a, part, x, work)
-        add(1.0, work, target)
+        target[i] = item_of(own, i) + half[i]
 
 
 @fast
@@ -242,13 +266,18 @@ def shortened_part(p, spin, kq, kv, x, y, rates, A):
     """Add the shortening by bending to the elastic forces and damping in A."""
     n, turn = int(p[COUNT]), kq * spin
     stiff, damped, slope, of_damped = row_of(y, X1, n), row_of(y, X2, n), row_of(y, X3, n), row_of(y, X4, n)
-    of_bent, quarter = row_of(y, X5, n), row_of(y, X6, n)
+    of_bent, quarter, half = row_of(y, X5, n), row_of(y, X6, n), row_of(y, X7, n)
     for a in range(int(p[DIRECTIONS])):
         bent, rate, Q = row_of(x, QD + a, n), row_of(rates, a, n), block_of(p, square(p, a), n, n)
         force = kq * dot(row_of(block_of(p, direction(p, a), 1, n), L, n), row_of(x, E, n))
-        shortened_row(p, KL, a, 0.5, x, stiff)
-        damped_row(p, a, 0.5, x, damped, quarter)
-        damped_row(p, a, 1.0, x, slope, quarter)
+        shortened_row(p, KL, a, x, stiff, half)
+        for j in range(n):
+            damped[j], slope[j] = p[ZETA] * stiff[j], p[ZETA] * (stiff[j] + half[j])
+        if p[MODAL] != 0.0:
+            shortened_row(p, DL, a, x, quarter, half)
+            for j in range(n):
+                damped[j] += quarter[j]
+                slope[j] += quarter[j] + half[j]
         turned(bent, quarter)
         for j in range(n):
             of_damped[j] = kv * bent[j] + turn * quarter[j]
@@ -301,7 +330,8 @@ def to_world(c, s, A):
 @fast
 def evaluate(p, q, v, a, kq, kv, ka, x, y, rates, r, A):
     """r and A = kq dr/dq + kv dr/dv + ka dr/da; y, rates: scratch matrices."""
-    c, s, spin, spin_rate, _ = motion(p, q, v, a, x)
+    c, s, spin, spin_rate, size = motion(p, q, v, a, x)
+    turning_rates(p, size, x)
     elastic(p, x)
     F_local = row_of(y, F, int(p[COUNT]))
     f = forces(p, spin, spin_rate, x, F_local)
@@ -338,10 +368,7 @@ def reduced_force(p, t, h, q, v, a, z, r, z_new):
 @energy_kernel
 def reduced_energy(p, t, q, v):
     """Strain energy, potential of gravity, power dissipated by damping."""
-    x = scratch()
-    c, s, _, _, _ = motion(p, q, v, v, x)  # energies do not depend on accelerations
-    strain, power = elastic(p, x)
-    return strain, gravity_energy(p, q, c, s, x), power
+    return energies(p, q, v, scratch())
 
 
 @account_kernel

@@ -16,6 +16,9 @@ O, A, B = (0.0, 0.0), (0.2, 0.0), (0.5, 0.1)
 BAR = fm.Rectangle(width=0.01, height=0.02)
 CRANK = fm.RigidLink("crank", O, A, mass=0.5, inertia=2e-3, centre=0.4, velocity=(0.0, 0.0, 1.0))
 ARM = fm.RigidLink("arm", A, B, mass=0.4, inertia=3e-3)
+PLATE = fm.PlaneBody(
+    "plate", fm.meshes.rectangle(0.2, 0.1, 2, 1), at=O, thickness=0.01, material=fm.STEEL, pins=("left",)
+)
 LAW = fm.LankaraniNikravesh(stiffness=1e9)
 HYSTERESIS = (
     fm.HuntCrossley, fm.contact.HerbertMcWhannell, fm.contact.LeeWang, fm.contact.Gonthier, fm.contact.ZhiyingQishao,
@@ -89,6 +92,9 @@ SPECIMENS = {
     "SpringDamper": fm.SpringDamper("spring", CRANK, ARM, O, B, stiffness=10.0, damping=1.0, free_length=0.1),
     "TorsionSpring": fm.TorsionSpring("coil", CRANK, ARM, stiffness=1.0, damping=1.0, rest_angle=0.1, at=A),
     "Force": fm.Force("load", CRANK, at=A, force=(1.0, 2.0), history=fm.drives.Harmonic(2.0, 3.0), follower=True),
+    "EdgeLoad": fm.loads.EdgeLoad("load", PLATE, "top", (1e5, 2e5), history=fm.drives.Harmonic(2.0, 3.0)),
+    "EdgePressure": fm.loads.EdgePressure("load", PLATE, "top", 1e5, 2e5),
+    "BodyForce": fm.loads.BodyForce("load", PLATE, (1e5, 2e5), follower=True),
     "Torque": fm.Torque("moment", CRANK, 3.0, at=A, history=fm.drives.Pulse(2.0, start=0.1, end=0.2)),
     "ConstantSpeed": fm.ConstantSpeed(6.0),
     "CycloidalRamp": fm.drives.CycloidalRamp(6.0, 0.5),

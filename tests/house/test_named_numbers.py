@@ -44,10 +44,11 @@ IN_FILES = {
     "flexmb/planes/pinned.py": {"x and y of each node": "arms B"},
     "flexmb/planes/total_lagrange.py": {"components 11, 22, 12 of stress and strain": "S E D U V"},
     "flexmb/reduction/kernel.py": {
-        "coordinates of nodes": "target of_x of_y w al g1 g2 rate total",
+        "coordinates of nodes": "target of_x of_y w al rate total",
         "poses of nodes, in threes behind HEAD": "p",
     },
-    "flexmb/reduction/tangent.py": {"coordinates of nodes": "df both modal of_curve"},
+    "flexmb/reduction/energies.py": {"coordinates of nodes": "w rate", "poses of nodes behind HEAD": "p"},
+    "flexmb/reduction/tangent.py": {"coordinates of nodes": "df both modal of_curve g1 g2 vt vs bd"},
     "flexmb/reduction/peak_stress.py": {"x, y, theta of nodes, as deformed": "e"},
     "flexmb/linalg/fill.py": {"columns before": "ptr parent"},
     "flexmb/linalg/lu.py": {"a block of the matrix, row by row": "lu", "rows of a block": "seen order"},

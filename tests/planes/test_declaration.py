@@ -207,7 +207,7 @@ def test_the_body_in_a_mechanism_yields_as_its_matrices_say(interface):
         (
             "inertia",
             {"inertia_shapes": True},
-            "Reduced 'rod': the pin 'inertia' has the name of the node of its shapes",
+            "Reduced 'rod': pin 'inertia' has the name of the node of shapes of inertia",
         ),
     ],
 )
