@@ -175,9 +175,7 @@ class Reduced(MeshBody):
         names = [pin.name for pin in self._pins]
         checks.no_name_of_nodes(self.label, names, "modes", "nodes of its vibrations")
         if self.inertia_shapes and "inertia" in names:
-            raise InputError(
-                f"{self.label}: the pin 'inertia' has the name of the node of shapes of inertia. Rename it."
-            )
+            raise InputError(f"{self.label}: pin 'inertia' has the name of the node of shapes of inertia. Rename it.")
 
     @cached_property
     def _pins(self) -> tuple[Node, ...]:
