@@ -103,9 +103,18 @@ def rows(count: int, skip: int) -> list[dict[str, Any]]:
                 found[label].append(one)
         print("turn", turn + 1, flush=True)
     return [
-        {"label": label, "unknowns": program.n_q + program.n_c, "turns": found[label]}
+        {"label": label, "unknowns": program.n_q + program.n_c, **summary(found[label])}
         for label, (_, program) in runs.items()
     ]
+
+
+def summary(found: list[dict[str, float]]) -> dict[str, dict[str, float]]:
+    """Mean and standard deviation over the turns of all that was found for each."""
+    columns = {key: [turn[key] for turn in found] for key in found[0]}
+    return {
+        "mean": {key: float(f"{statistics.mean(values):.6g}") for key, values in columns.items()},
+        "spread": {key: float(f"{statistics.stdev(values):.6g}") for key, values in columns.items()},
+    }
 
 
 COLUMNS = {
@@ -125,10 +134,10 @@ def passage(models: list[dict[str, Any]]) -> str:
     """Tables of statistics and of cost."""
 
     def mean(entry: dict[str, Any], key: str) -> float:
-        return statistics.mean(turn[key] for turn in entry["turns"])
+        return float(entry["mean"][key])
 
     def spread(entry: dict[str, Any], key: str) -> str:
-        return f"{mean(entry, key):.4g} ± {statistics.stdev(turn[key] for turn in entry['turns']):.2g}"
+        return f"{mean(entry, key):.4g} ± {entry['spread'][key]:.2g}"
 
     first = [[entry["label"], *(spread(entry, key) for key in COLUMNS.values())] for entry in models]
     whole = next(mean(entry, "seconds") for entry in models if entry["label"] == "4 beams")
