@@ -49,9 +49,9 @@ class EdgeLoad(MeshLoad):
     >>> bar = fm.PlaneBody("bar", mesh, at=(0.0, 0.0), thickness=0.01, material=fm.STEEL, pins=("left",))
     >>> wall = fm.Fixed("wall", fm.GROUND, bar, at=(bar.pin_nodes[0].x, bar.pin_nodes[0].y))
     >>> snow = fm.loads.EdgeLoad("snow", bar, "top", (0.0, -1e4))
-    >>> sol = fm.static_equilibrium(fm.Mechanism("bar", [bar, wall, snow]))
-    >>> round(float(sol["wall.moment"]), 6)
-    -8.0
+    >>> found = fm.static_equilibrium(fm.Mechanism("bar", [bar, wall, snow]))
+    >>> round(found.force("wall")[1], 6)
+    40.0
     """
 
     edge: str

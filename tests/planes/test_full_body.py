@@ -79,7 +79,13 @@ def spun(step, **changes):
     return sol, momentum(mechanism, sol)
 
 
-@pytest.mark.parametrize("changes", [{}, {"interface": "averaged"}, {"formulation": "total-lagrange"}], ids=str)
+THROWN = [
+    {},
+    *(pytest.param(x, marks=pytest.mark.slow) for x in ({"interface": "averaged"}, {"formulation": "total-lagrange"})),
+]
+
+
+@pytest.mark.parametrize("changes", THROWN, ids=str)
 def test_thrown_body_keeps_its_momenta_over_many_turns(changes):
     """Linear momentum to round-off, moment of momentum with the square of the step."""
     errors = []

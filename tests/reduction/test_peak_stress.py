@@ -10,7 +10,7 @@ from flexmb.results.surfaces import Surface
 STEEL = fm.Material(young=2.1e11, density=7850.0, poisson=0.3)
 
 
-@pytest.mark.parametrize("state", ["stress", "strain"])
+@pytest.mark.parametrize("state", ["stress", pytest.param("strain", marks=pytest.mark.slow)])
 def test_the_search_finds_the_largest_stress_of_all_nodes(state):
     """At deformations of all sizes and shapes, also of single coordinates, in any pose of the body."""
     mesh = fm.meshes.link_with_eyes(length=0.12, eye=0.02, hole=0.01, width=0.02, size=0.005)

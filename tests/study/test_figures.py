@@ -128,7 +128,9 @@ def test_axes_and_data_have_units(plate, results, tmp_path):
     assert figure.legends or any(ax.get_legend() for ax in figure.axes)
 
 
-@pytest.mark.parametrize("number", [pytest.param(n, marks=pytest.mark.slow) if n in (23, 40) else n for n in DIAGRAMS])
+@pytest.mark.parametrize(
+    "number", [pytest.param(n, marks=pytest.mark.slow) if n in (23, 27, 40) else n for n in DIAGRAMS]
+)
 def test_diagrams(number, results):
     figure, shown = DIAGRAMS[number].draw(results)
     drawn = lines_of(figure)

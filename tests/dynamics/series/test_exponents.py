@@ -42,7 +42,10 @@ def test_a_signal_of_spikes_is_off_by_a_seventh_and_says_that_its_embedding_is_d
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(
     "name",
-    [pytest.param(n, marks=pytest.mark.slow) if n in ("two sines", "period 1", "period 4") else n for n in REGULAR],
+    [
+        pytest.param(n, marks=pytest.mark.slow) if n in ("two sines", "sine", "period 1", "period 4") else n
+        for n in REGULAR
+    ],
 )
 def test_regular_signals_have_no_exponent(signals, method, name):
     found = method(*signals[name])
