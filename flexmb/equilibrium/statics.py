@@ -237,7 +237,13 @@ def load_growth(mechanism: Mechanism, program: Program) -> Callable[[float], Pro
         return lambda _part: program
     bare = mechanism.with_loads(parts, mechanism.gravity)
     none, full = compile_mechanism(bare).tables.p, program.tables.p
-    return lambda part: replace(program, tables=program.tables.replaced(p=(1.0 - part) * none + part * full))
+
+    def grown(part: float) -> Program:
+        """Parameters that the loads do not change are kept to the last digit: counts and places are among them."""
+        p = np.where(none == full, full, (1.0 - part) * none + part * full)
+        return replace(program, tables=program.tables.replaced(p=p))
+
+    return grown
 
 
 def _newton(

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.errors import InputError, ModelError
+from flexmb.equilibrium.statics import load_growth
+from flexmb.errors import InputError, ModelError, SolveError
 from flexmb.model.contributions import ElementContribution
 
 STEEL = fm.Material(young=2.1e11, density=7850.0, poisson=0.3)
@@ -192,6 +193,30 @@ def test_a_history_multiplies_a_load_and_its_signals():
     sol = fm.simulate(clamped(fm.Reduced(body, 3), load), t_end=2e-3, step=1e-5, save=200)
     factor = 1.0 - np.abs(sol.time / 1e-3 - 1.0)
     assert sol["q.fy"].values == pytest.approx(-1e3 * 0.4 * 0.01 * factor, abs=1e-9)
+
+
+def test_a_share_of_a_load_changes_its_own_parameters_alone():
+    """Counts and places of kernels are parameters, too, which no rounding may change."""
+    body = bar()
+    mech = clamped(body, fm.loads.EdgePressure("p", body, "top", 1e5))
+    program = fm.compile(mech)
+    grown, whole, E = load_growth(mech, program), program.tables.p, program.tables.elements
+    own = {
+        i
+        for name, (begin, end) in zip(program.names.elements, E.p, strict=True)
+        if name != "p"
+        for i in range(begin, end)
+    }
+    for part in (0.1, 0.3, 0.7, 0.9):
+        changed = np.flatnonzero(grown(part).tables.p != whole)
+        assert len(changed)
+        assert own.isdisjoint(changed.tolist())
+        assert np.all(whole[changed] != np.round(whole[changed]))
+
+
+def test_too_large_a_pressure_has_no_equilibrium_and_says_so():
+    with pytest.raises(SolveError):
+        fm.static_equilibrium(clamped(bar(), fm.loads.EdgePressure("p", bar(), "top", 1e12)))
 
 
 def test_a_load_is_drawn_by_the_pins_that_its_body_keeps():
