@@ -248,7 +248,7 @@ def largest_of_pencil(
     count : number of eigenvalues of each sign that suffices; there are less if the others are clustered at 0.
     beyond : number of eigenvalues between a w and infinity, of the sign of w; None where it is not known.
     """
-    values, X = _outermost(A, M, solve, np.zeros((M.shape[0], 0)), 2 * count, "LM")
+    values, X = _outermost(A, M, solve, np.zeros((M.shape[0], 0)), count, "LM")
     for sign, end in ((1.0, "LA"), (-1.0, "SA")):
         if (sign * values > 0.0).sum() < count:
             more, x = _outermost(A, M, solve, X, count, end)

@@ -20,9 +20,9 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.linalg import splu
 
 from flexmb.errors import FlexmbError
+from flexmb.linalg.bordered import solver
 from flexmb.program.program import Program
 from flexmb.system.state_evaluation import StateEvaluation
 
@@ -32,7 +32,7 @@ TRUSTED = 0.1
 SMALL_MOVEMENT = 0.1
 """Movement under half of a load factor, relative to the size of the mechanism (or rad), up to which it counts."""
 
-LOAD_STEPS = (1, 4, 16)
+LOAD_STEPS = (1, 4)
 """Numbers of load steps with which the equilibrium is sought, until one finds it."""
 
 MOST_ITERATIONS = 15
@@ -80,6 +80,18 @@ class LoadPath:
                 return q, lam
         return None
 
+    def solve_held(self, K: Any, G: Any, b: np.ndarray, c: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """x (n_q,) and multipliers y (n_c,) of K x + G^T y = b, G x = c.
+
+        Raises
+        ------
+        RuntimeError : a singular matrix.
+        """
+        scale = abs(K).max()
+        A = sp.block_array([[K / scale, G.T], [G, None]]).tocsc()
+        found = solver(A, self.program.symbolic.order)(np.append(b / scale, c))
+        return found[: len(b)], scale * found[len(b) :]
+
     def _newton(self, q: np.ndarray, lam: np.ndarray, s: float) -> tuple[np.ndarray, np.ndarray] | None:
         """Coordinates and multipliers under s times the loads, by Newton's method."""
         program, start = self.program, np.array(self.program.reference.q)
@@ -88,7 +100,7 @@ class LoadPath:
             K, G = self.tangent(q, lam, s)
             loads = s * (self.force + self.stiffness @ (q - start))
             rest = self.system.force + self.system.constraint_force + loads
-            d, change = solve_held(K, G, -rest, -self.system.residual)
+            d, change = self.solve_held(K, G, -rest, -self.system.residual)
             longest = float(np.abs(d / size).max())
             if not math.isfinite(longest):
                 return None
@@ -97,18 +109,6 @@ class LoadPath:
             if longest <= FOUND_STEP:
                 return q, lam
         return None
-
-
-def solve_held(K: Any, G: Any, b: np.ndarray, c: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """x (n_q,) and multipliers y (n_c,) of K x + G^T y = b, G x = c.
-
-    Raises
-    ------
-    RuntimeError : a singular matrix.
-    """
-    scale = abs(K).max()
-    found = splu(sp.block_array([[K / scale, G.T], [G, None]]).tocsc()).solve(np.append(b / scale, c))
-    return found[: len(b)], scale * found[len(b) :]
 
 
 def factor_from_half(path: LoadPath, factor: float, shape: np.ndarray) -> tuple[float, float]:
@@ -125,7 +125,7 @@ def factor_from_half(path: LoadPath, factor: float, shape: np.ndarray) -> tuple[
         found = path.equilibrium(s)
         if found is None:
             return math.nan, math.nan
-        answer, _ = solve_held(*path.tangent(*found, s), pushed, np.zeros(G.shape[0]))
+        answer, _ = path.solve_held(*path.tangent(*found, s), pushed, np.zeros(G.shape[0]))
     except (FlexmbError, RuntimeError):
         return math.nan, math.nan
     lost = 1.0 - float(pushed @ shape) / float(pushed @ answer)

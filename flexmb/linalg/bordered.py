@@ -11,9 +11,10 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.linalg import LinearOperator, onenormest, splu
+from scipy.sparse.linalg import LinearOperator, splu
 
 from flexmb.linalg.kept_factors import DIAGONAL_SHARE, REGULAR
+from flexmb.linalg.rank import norm_of_inverse
 
 Solve = Callable[[np.ndarray], np.ndarray]
 
@@ -63,7 +64,7 @@ def is_regular(K: Any, G: Any, order: np.ndarray) -> bool:
     except RuntimeError:
         return False
     inverse = LinearOperator(A.shape, matvec=solve, rmatvec=solve, dtype=float)
-    return bool(onenormest(inverse) < REGULAR)
+    return norm_of_inverse(inverse) < REGULAR
 
 
 def negative_eigenvalues(K: Any, G: Any, order: np.ndarray) -> int | None:

@@ -6,6 +6,7 @@ import numpy as np
 
 from flexmb.errors import SolveError
 from flexmb.linalg.pivoting import PivotingSolver, is_fulfilled, singular_text
+from flexmb.linalg.rank import norm_of_inverse
 from flexmb.linalg.symbolic import Symbolic
 
 DIAGONAL_SHARE = 0.1
@@ -101,7 +102,7 @@ class KeptFactors(PivotingSolver):
 
     def is_regular(self) -> bool:
         """Whether A maps no vector to round-off beyond doubt."""
-        from scipy.sparse.linalg import LinearOperator, onenormest  # noqa: PLC0415 - see `factor`
+        from scipy.sparse.linalg import LinearOperator  # noqa: PLC0415 - see `factor`
 
         try:
             self._make_factors()
@@ -111,7 +112,7 @@ class KeptFactors(PivotingSolver):
         transposed = LinearOperator(
             lu.shape, matvec=lu.solve, rmatvec=lambda b: lu.solve(b, "T"), matmat=lu.solve, dtype=float
         )
-        return bool(onenormest(transposed) < REGULAR)
+        return norm_of_inverse(transposed) < REGULAR
 
     def _make_factors(self) -> None:
         """Factors of the matrix itself."""
