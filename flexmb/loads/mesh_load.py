@@ -16,7 +16,7 @@ from flexmb.model.contributions import Contribution
 from flexmb.model.law import Motion
 from flexmb.model.part import Part
 from flexmb.model.shape import ArrowShape, Shapes
-from flexmb.planes.loads import Array, Field
+from flexmb.planes.loads import Array, Field, real_values
 from flexmb.planes.mesh_body import MeshBody
 from flexmb.planes.nodal_load import NodalLoad
 from flexmb.planes.plane_body import PlaneBody
@@ -134,7 +134,7 @@ def in_mesh_axes(plane: PlaneBody, field: Field) -> Field:
     turn, given = np.array([[c, s], [-s, c]]), at_places(plane, field)
 
     def turned(points: Array) -> Any:
-        values = np.asarray(given(points), dtype=float)
+        values = real_values(given(points))
         return values @ turn.T if values.shape == points.shape else values
 
     return turned

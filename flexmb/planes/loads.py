@@ -113,7 +113,7 @@ def edge_products(mesh: PlaneMesh, edges: LoadedEdges, stress: Stress) -> Array:
     stress : number [Pa], or a function of points (p, 2) [m] that returns numbers (p,).
     """
     values, slopes, weights = edge_rule(edges.nodes.shape[1])
-    given = np.asarray(stress(edges.places.reshape(-1, 2)) if callable(stress) else stress, dtype=float)
+    given = real_values(stress(edges.places.reshape(-1, 2)) if callable(stress) else stress)
     count = edges.places.size // 2
     if given.shape != ((count,) if callable(stress) else ()) or not np.isfinite(given).all():
         text = f"{mesh.label}: a load has values of shape {given.shape}, or values that are not finite"
@@ -155,9 +155,23 @@ def on_edges(mesh: PlaneMesh, nodes: npt.NDArray[np.int64], normal: Array, along
     return forces
 
 
+def real_values(given: Any) -> Array:
+    """Values of a user's function as real numbers; nan where they are none.
+
+    Parameters
+    ----------
+    given : numbers, or what a function returned in their place.
+    """
+    try:
+        values = np.asarray(given)
+    except ValueError:  # lists of different lengths
+        return np.full(1, np.nan)
+    return values.astype(float) if values.dtype.kind in "biuf" else np.full(values.shape, np.nan)
+
+
 def _vectors(mesh: PlaneMesh, field: Field, places: Array) -> Array:
     """Vectors (..., 2) of a field at places (..., 2)."""
-    values = np.asarray(field(places.reshape(-1, 2)) if callable(field) else field, dtype=float)
+    values = real_values(field(places.reshape(-1, 2)) if callable(field) else field)
     shape = (places.size // 2, 2) if callable(field) else (2,)
     if values.shape != shape or not np.isfinite(values).all():
         text = f"{mesh.label}: a load has values of shape {values.shape}, or values that are not finite"

@@ -125,8 +125,8 @@ class PlaneMesh:
 
     def set_of(self, name: str) -> Indices:
         """Nodes of the set `name`, or `InputError` that lists the sets."""
-        if name not in self.sets:
-            raise InputError(f"{self.label} has no set {name!r}. {checks.did_you_mean(name, self.sets)}")
+        if not isinstance(name, str) or name not in self.sets:
+            raise InputError(f"{self.label} has no set {name!r}. {checks.did_you_mean(str(name), self.sets)}")
         return self.sets[name]
 
     def centre_of(self, name: str) -> tuple[float, float]:
