@@ -305,7 +305,12 @@ def largest_of(operator: Solve, size: int, count: int) -> tuple[np.ndarray, np.n
             return outside
 
         start = rest(np.cos(np.arange(size) ** 2.0 + len(found)))
-        more, x = eigs(LinearOperator((size, size), rest, dtype=float), k=count, which="LM", v0=start)
+        try:
+            more, x = eigs(LinearOperator((size, size), rest, dtype=float), k=count, which="LM", v0=start)
+        except ArpackNoConvergence as error:
+            more, x = error.eigenvalues, error.eigenvectors
+            if len(more) < count:  # else all that were asked for are there
+                raise
         least = np.sort(found)[-count] if len(found) else 0.0
         found = np.append(found, np.abs(more))
         Q = la.qr(np.hstack([Q, _basis(x, Q)]), mode="economic")[0]

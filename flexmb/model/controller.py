@@ -46,7 +46,8 @@ class Controller(Part):
             element = forces[0] if len(forces) == 1 and isinstance(forces[0], ElementContribution) else None
             if element is None or element.energy is not None:
                 text = f"{self.label}: {load.label} cannot be controlled"
-                raise ModelError(f"{text}; give a Force or a Torque, whose value per unit of the output it holds.")
+                remedy = "give a Force or a Torque, whose value per unit of the output it holds"
+                raise ModelError(f"{text}; {remedy}, or a load on the mesh of a Reduced body.")
             if element.factor is not None:
                 text = f"{self.label}: {load.label} has a history, and would be multiplied twice"
                 raise ModelError(f"{text}. Leave the history out, and let the control law depend on time.")

@@ -174,9 +174,9 @@ def _with_static(model: ElasticModel, K: Sparse, phi: Array, shapes: Array) -> A
 def _refuse_shapes(model: ElasticModel) -> None:
     """Refuse static shapes that add nothing."""
     raise InputError(
-        f"{model.label}: the static shapes of its inertia and loads are none, as of loads on rigid pins alone, or "
-        "combinations of each other or of its modes. Keep fewer modes, leave out such loads, take more elements, or "
-        "leave inertia_shapes=False."
+        f"{model.label}: the static shapes of its inertia and loads are none, as of loads on rigid pins alone or of "
+        "size 0, or combinations of each other or of its modes. Keep fewer modes, leave out such loads, take "
+        "more elements, or leave inertia_shapes=False."
     )
 
 

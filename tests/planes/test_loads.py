@@ -61,6 +61,17 @@ def test_a_ring_buckles_under_a_pressure_that_follows_it_and_later_under_one_tha
 
 
 @pytest.mark.slow
+def test_a_column_pressed_on_its_end_flutters_as_becks():
+    """20.05 EI/L^2 (M. Beck, Z. angew. Math. Phys. 3 (1952) 225); all nodes, by the sparse eigensolver."""
+    body = fm.PlaneBody("bar", fm.meshes.rectangle(0.4, 0.02, 20, 1), thickness=0.01, material=STEEL, pins=("left",))
+    unit = STEEL.young * 0.02**3 / 12.0 / (0.4**2 * 0.02)  # pressure of EI/L^2
+    for factor, flutters in ((19.8, False), (20.3, True)):
+        column = clamped(body, fm.loads.EdgePressure("p", body, "right", factor * unit))
+        found = fm.modes(column, count=4, at=fm.static_equilibrium(column), damped=True)
+        assert (found.eigenvalues.real.max() > 1.0) == flutters
+
+
+@pytest.mark.slow
 def test_the_static_shape_of_a_load_changes_its_buckling_by_little():
     ring = slim_ring()
     load = fm.loads.EdgePressure("p", ring, "outer", 1e5)
@@ -185,6 +196,15 @@ def test_a_shear_spins_a_ring_up(size):
     assert float(sol["ring.inner.theta"][-1]) > 2.0 * math.pi
     gained = sum(float(sol[f"energy.{name}"][-1]) for name in ("kinetic", "strain", "dissipated_algorithm"))
     assert float(sol["energy.load_work"][-1]) == pytest.approx(gained, rel=error)
+
+
+def test_a_controller_sets_a_load_on_a_reduced_body_alone():
+    body = bar(stress=False)
+    load = fm.loads.EdgeLoad("q", body, "top", (0.0, 1e3))
+    servo = fm.PID("servo", "bar.right.theta", "q", target=0.01, kp=1e4)
+    assert fm.compile(clamped(fm.Reduced(body, 3), load, servo)).n_q == 9
+    with pytest.raises(ModelError, match="load on the mesh of a Reduced body"):
+        fm.compile(clamped(body, load, servo))
 
 
 def test_a_history_multiplies_a_load_and_its_signals():
