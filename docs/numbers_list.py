@@ -473,7 +473,7 @@ def _left_out() -> dict[str, str]:
     decides a remark or a refusal, and no number of a run: run.watch.DEEP run.watch.THROUGH run.watch.LEAST_STEPS run.watch.SHARE
         run.watch.LARGE_STRAIN run.watch.IMPOSSIBLE_STRAIN run.watch.LARGE_WIND_UP run.watch.PULL results.fatigue.CAPTURED
         run.strength.LEAST
-        run.basis_edge.AT_EDGE run.basis_edge.EDGE_SHARE run.basis_edge.STEP_ERROR reduction.craig_bampton.LEAST_PIVOT reduction.craig_bampton.LEAST_SHARE
+        run.basis_edge.AT_EDGE run.basis_edge.LEFT_OUT run.basis_edge.EDGE_SHARE run.basis_edge.STEP_ERROR reduction.craig_bampton.LEAST_PIVOT reduction.craig_bampton.LEAST_SHARE
         reduction.accuracy.EXACT
         run.deformations.LARGE_SHARE run.deformations.IMPOSSIBLE_SHARE run.deformations.MOST_POINTS
         run.watch.MOST_NUMBERS run.watch.MOST_OF_ALL

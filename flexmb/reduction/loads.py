@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sp
@@ -17,6 +19,9 @@ from flexmb.planes.nodal_load import FollowedEdges, NodalLoad
 from flexmb.reduction.craig_bampton import Basis
 from flexmb.reduction.load_kernels import DEAD, EDGES, FOLLOWER, reduced_load_kernel, reduced_load_signal
 from flexmb.reduction.superelement import Superelement, quarter_turned, stiffness_under
+
+if TYPE_CHECKING:
+    from flexmb.reduction.reduced import Reduced
 
 Array = npt.NDArray[np.float64]
 
@@ -84,6 +89,25 @@ def checked_loads(body: MeshBody, given: object) -> tuple[MeshLoad, ...]:
             raise InputError(f"{text}. Leave it out, or give the load this body.")
         load.plane_of(body)
     return loads
+
+
+def left_out(load: MeshLoad, body: Reduced) -> float:
+    """Share of the strain energy of a load, with all pins held, that the kept shapes of a reduced body leave out [1].
+
+    Parameters
+    ----------
+    load : the load.
+    body : the body.
+    """
+    found, model, m = body.basis, body.model, body.basis.model.count
+    force = np.asarray(model.shape.T @ load.on(load.plane_of(body)).forces.ravel())
+    z, inner = found.static(force), found.shapes[:, m:]
+    whole = float(z @ force)
+    if not whole > 0.0:
+        return 0.0
+    kept = inner.T @ force
+    stiff = inner.T @ (model.stiffness @ inner)
+    return 1.0 - (float(kept @ np.linalg.solve(stiff, kept)) / whole if len(kept) else 0.0)
 
 
 def _quarter(rows: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Remarks of a run on reduced bodies whose highest modes hold much of the strain energy."""
+"""Remarks of a run on reduced bodies: much strain energy in the highest modes, loads without their static shapes."""
 
 from __future__ import annotations
 
@@ -20,6 +20,10 @@ EDGE_SHARE = 0.1
 AT_EDGE = 3
 """Number of the highest modes that are looked at."""
 
+LEFT_OUT = 0.01
+"""Share of the strain energy of a load, with all pins held, that the kept shapes may leave out [1]; stresses are then
+off by some tenth."""
+
 STEP_ERROR = 1e-8
 """Displacement by the highest modes over the size of a body [1], up to which it is the error of steps.
 
@@ -37,6 +41,28 @@ def basis_remarks(mechanism: Mechanism, saved: Saved) -> Iterator[str]:
     for body, time, d in deformations(mechanism, saved):
         if body.basis.vibrations >= AT_EDGE and np.isfinite(d).all():
             yield from _remark(body, d, time)
+
+
+def load_remarks(mechanism: Mechanism) -> Iterator[str]:
+    """A sentence on each load whose deflection the kept shapes of a reduced body cannot show.
+
+    Parameters
+    ----------
+    mechanism : the mechanism.
+    """
+    from flexmb.loads.mesh_load import MeshLoad
+    from flexmb.reduction.loads import left_out
+    from flexmb.reduction.reduced import Reduced
+
+    for load in mechanism.parts:
+        body = mechanism.find(load.body.name) if isinstance(load, MeshLoad) else None
+        share = left_out(load, body) if isinstance(load, MeshLoad) and isinstance(body, Reduced) else 0.0
+        if body is not None and share > LEFT_OUT:
+            yield (
+                f"{load.label} acts on {body.label}, whose kept shapes leave out {100.0 * share:.3g} % of its strain "
+                "energy: pins move rightly, but deflection and stress between them are too small. Keep its shape: "
+                f"Reduced(..., load_shapes=({load.name},))."
+            )
 
 
 def _remark(body: Reduced, d: np.ndarray, time: np.ndarray) -> Iterator[str]:

@@ -21,7 +21,7 @@ from flexmb.model.part import Part
 from flexmb.model.signal import Signals
 from flexmb.results.contact_intervals import COLUMNS, ContactLog
 from flexmb.results.peaks import Peaks
-from flexmb.run.basis_edge import basis_remarks
+from flexmb.run.basis_edge import basis_remarks, load_remarks
 from flexmb.run.deformations import large_deformations
 from flexmb.run.failure import STEP_CODES
 from flexmb.run.stopping import Condition
@@ -148,6 +148,7 @@ def watched(mechanism: Mechanism, saved: Saved) -> Watched:
     notes += [*yielding_couplings(mechanism, saved.signals, saved.peaks), *_pulling_curves(mechanism, saved)]
     notes += [*_parting_gears(mechanism, saved), *strength_remarks(mechanism, saved.signals, saved.peaks)]
     notes += basis_remarks(mechanism, saved)
+    notes += load_remarks(mechanism)
     return Watched(tuple(faults), tuple(notes))
 
 

@@ -9,6 +9,7 @@ import flexmb as fm
 from flexmb.equilibrium.statics import load_growth
 from flexmb.errors import InputError, ModelError, SolveError
 from flexmb.model.contributions import ElementContribution
+from flexmb.reduction.loads import left_out
 
 STEEL = fm.Material(young=2.1e11, density=7850.0, poisson=0.3)
 RADIUS, DEPTH, THICKNESS = 0.5, 0.01, 0.01
@@ -247,6 +248,19 @@ def test_a_load_is_drawn_by_the_pins_that_its_body_keeps():
     assert len(arrows) == 5
     assert {arrow.at[:2] for arrow in arrows} == {("bar", "right")}
     assert np.array([arrow.direction for arrow in arrows])[:, 1].max() < 0.0
+
+
+def test_a_run_says_when_a_reduced_body_lacks_the_shape_of_its_load():
+    ring = fm.PlaneBody("ring", fm.meshes.ring(0.1, 0.2, 0.05), thickness=0.01, material=STEEL, interface="averaged")
+    load = fm.loads.EdgePressure("p", ring, "inner", 1e6)
+    notes = []
+    for shapes in ((), (load,)):
+        sol = fm.simulate(clamped(fm.Reduced(ring, 3, load_shapes=shapes), load), t_end=1e-5, step=1e-6)
+        notes.append([note for note in sol.notes if "load_shapes=(p,)" in note])
+    assert [len(found) for found in notes] == [1, 0]
+    slender = bar(stress=False)
+    dead = fm.loads.EdgeLoad("q", slender, "top", (0.0, -1e3))
+    assert left_out(dead, fm.Reduced(slender, 3)) < 0.01
 
 
 def corner():
