@@ -130,8 +130,7 @@ def in_mesh_axes(plane: PlaneBody, field: Field) -> Field:
     """
     if not callable(field):
         return planar.to_frame((0.0, 0.0), plane.direction, (field[0], field[1]))
-    c, s = np.cos(plane.direction), np.sin(plane.direction)
-    turn, given = np.array([[c, s], [-s, c]]), at_places(plane, field)
+    turn, given = _turn(plane), at_places(plane, field)
 
     def turned(points: Array) -> Any:
         values = real_values(given(points))
@@ -142,6 +141,11 @@ def in_mesh_axes(plane: PlaneBody, field: Field) -> Field:
 
 def at_places(plane: PlaneBody, function: Callable[[Array], Any]) -> Callable[[Array], Any]:
     """A function of points (p, 2) of the reference configuration as one of points in the axes of the mesh."""
+    turn, origin = _turn(plane), np.asarray(plane.origin)
+    return lambda points: function(points @ turn + origin)
+
+
+def _turn(plane: PlaneBody) -> Array:
+    """Rotation (2, 2) of rows from the axes of the mesh to those of the reference configuration."""
     c, s = np.cos(plane.direction), np.sin(plane.direction)
-    turn = np.array([[c, s], [-s, c]])
-    return lambda points: function(points @ turn + np.asarray(plane.origin))
+    return np.array([[c, s], [-s, c]])

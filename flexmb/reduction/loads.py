@@ -55,7 +55,8 @@ def load_contributions(
     both = f, _quarter(f) if kind != EDGES else np.zeros_like(f)
     blocks = [*element.frame_parameters(), *(shapes.T @ g for g in both), *(turning.T @ g for g in both)]
     if stiffening:
-        blocks += [stiffness_under(found, found.model.shape.T @ g) for g in both]
+        none = np.zeros((found.shapes.shape[1],) * 2)
+        blocks += [stiffness_under(found, found.model.shape.T @ g) if g.any() else none for g in both]
     if load.edges:
         moved = edge_matrix(load.edges, len(f)) @ shapes
         blocks += [shapes.T @ moved, turning.T @ moved]
