@@ -146,6 +146,6 @@ def at_places(plane: PlaneBody, function: Callable[[Array], Any]) -> Callable[[A
 
 
 def _turn(plane: PlaneBody) -> Array:
-    """Rotation (2, 2) of rows from the axes of the mesh to those of the reference configuration."""
+    """Rotation (2, 2) of rows from the axes of the mesh to the world."""
     c, s = np.cos(plane.direction), np.sin(plane.direction)
     return np.array([[c, s], [-s, c]])

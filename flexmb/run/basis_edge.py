@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -50,6 +51,8 @@ def load_remarks(mechanism: Mechanism) -> Iterator[str]:
     ----------
     mechanism : the mechanism.
     """
+    if "flexmb.reduction.reduced" not in sys.modules:  # no body is reduced, and the import takes long
+        return
     from flexmb.loads.mesh_load import MeshLoad
     from flexmb.reduction.loads import left_out
     from flexmb.reduction.reduced import Reduced
