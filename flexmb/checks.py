@@ -25,7 +25,7 @@ NAMED = (Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY)
 
 
 class _InitSignature:
-    """Arguments of `__init__` as the signature of a class; Python would show those of `Checked.__new__`."""
+    """Signature of a class with the arguments of `__init__` in place of the arguments of `Checked.__new__`."""
 
     def __get__(self, instance: object, kind: type) -> Signature:
         if instance is not None:
