@@ -12,7 +12,7 @@ from flexmb.version import installed_version
 project = "flexmb"
 author = "flexmb developers"
 release = installed_version()
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.mathjax", "equations"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.viewcode", "sphinx.ext.mathjax", "equations"]
 exclude_patterns = ["_build"]
 
 html_theme = "furo"
@@ -20,10 +20,11 @@ html_title = f"flexmb {release}"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_copy_source = False
+html_show_search_summary = False  # texts of pages cannot be read from a disk, and the search works there without them
 html_show_copyright = False
 html_theme_options = {"navigation_with_keys": True}
 
-myst_enable_extensions = ["dollarmath"]
+myst_enable_extensions = ["dollarmath", "html_image"]
 myst_heading_anchors = 4
 suppress_warnings = ["myst.header"]
 

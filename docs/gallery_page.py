@@ -5,6 +5,7 @@
 
 import ast
 import contextlib
+import html
 import io
 import os
 import re
@@ -28,6 +29,9 @@ EXAMPLES, PICTURES, PAGE = ROOT / "examples", ROOT / "docs" / "pictures" / "gall
 
 WIDTH, LARGEST = 720, 60_000
 """Width of a picture [pixels], and its largest size [bytes]."""
+
+THUMBNAIL, COLUMNS = 150, 4
+"""Width of a picture in the index at the top [pixels], and number of pictures in a row."""
 
 GROUPS = {
     "Linkages": (
@@ -108,11 +112,31 @@ def first_picture() -> None:
     figure.savefig(ROOT / "docs" / "pictures" / "first_steps.png", dpi=80)
 
 
-def sections(name: str, printed: str) -> list[str]:
-    """Title, question, picture and output of an example."""
+def described(name: str) -> tuple[str, str, str, str]:
+    """Heading, colon, question and further text of the docstring of an example."""
     doc = ast.get_docstring(ast.parse((EXAMPLES / f"{name}.py").read_text(encoding="utf-8"))) or ""
     title, _, rest = doc.partition("\n\n")
-    heading, colon, question = title.replace("\n", " ").rstrip(".").partition(": ")
+    return (*title.replace("\n", " ").rstrip(".").partition(": "), rest)
+
+
+def thumbnail(name: str) -> str:
+    """Small picture of an example, with a link to its section."""
+    heading = described(name)[0]
+    anchor = re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
+    image = f'<img src="pictures/gallery/{name}.png" alt="{html.escape(heading)}" width="{THUMBNAIL}">'
+    return f"[{image}](#{anchor})<br>[{heading}](#{anchor})"
+
+
+def index(names: list[str]) -> str:
+    """Table of small pictures, `COLUMNS` in a row."""
+    cells = [thumbnail(name) for name in names] + [""] * (-len(names) % COLUMNS)
+    rows = [cells[k : k + COLUMNS] for k in range(0, len(cells), COLUMNS)]
+    return "\n".join(f"| {' | '.join(row)} |" for row in [[""] * COLUMNS, ["---"] * COLUMNS, *rows])
+
+
+def sections(name: str, printed: str) -> list[str]:
+    """Title, question, picture and output of an example."""
+    heading, colon, question, rest = described(name)
     text = f"{question[:1].upper()}{question[1:]}." if colon else ""
     picture = f"![{heading}](pictures/gallery/{name}.png)"
     body = [part for part in (text, rest) if part]
@@ -133,6 +157,7 @@ def page(outputs: dict[str, str]) -> str:
         "docs/gallery_page.py`); an example is run by `python examples/NAME.py`, and all of them are tests "
         "(`pytest tests/cli/test_examples.py`).",
     ]
+    lines += [index([name for names in GROUPS.values() for name in names])]
     for group, names in GROUPS.items():
         lines.append(f"## {group}")
         for name in names:

@@ -7,7 +7,7 @@ from dataclasses import fields
 from difflib import get_close_matches
 from functools import cache, wraps
 from importlib import import_module
-from inspect import Parameter, signature
+from inspect import Parameter, Signature, signature
 from numbers import Real
 from os import PathLike
 from pathlib import Path
@@ -24,8 +24,20 @@ NAMED = (Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY)
 """Kinds of arguments that have a name of their own."""
 
 
+class _InitSignature:
+    """Signature of a class with the arguments of `__init__` in place of the arguments of `Checked.__new__`."""
+
+    def __get__(self, instance: object, kind: type) -> Signature:
+        if instance is not None:
+            raise AttributeError("__signature__")
+        found = signature(kind.__init__)  # type: ignore[misc]
+        return found.replace(parameters=list(found.parameters.values())[1:], return_annotation=Signature.empty)
+
+
 class Checked:
     """Base of classes whose objects tell all errors of their arguments at once, when they are constructed."""
+
+    __signature__ = _InitSignature()
 
     def __new__(cls, *args: Any, **keywords: Any) -> Self:
         """An object, unless arguments without defaults are missing (`InputError`); unpickling gives none at all."""
@@ -62,7 +74,7 @@ def _meaning(text: str | None) -> str:
 @cache
 def _arguments(kind: type) -> tuple[frozenset[str], tuple[tuple[int, str], ...]]:
     """Names of all arguments, places and names of required ones; the place -1 of keywords."""
-    found = list(signature(kind.__init__).parameters.values())[1:]  # type: ignore[misc]
+    found = list(signature(kind).parameters.values())
     needed = [(k, one) for k, one in enumerate(found) if one.default is Parameter.empty and one.kind in NAMED]
     required = tuple((-1 if one.kind is Parameter.KEYWORD_ONLY else k, one.name) for k, one in needed)
     return frozenset(one.name for one in found), required

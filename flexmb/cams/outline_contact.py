@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from flexmb import checks
 from flexmb.cams.curves.line import Circle
 from flexmb.cams.curves.outline import Outline
 from flexmb.cams.outline_kernels import PART, PART_WITHOUT_START, WHOLE, outline_gap_kernel
@@ -39,10 +40,12 @@ class OutlineContact(Part):
     circle : its circle, in the reference configuration.
     normal : law of the normal force; made from materials, it has the stiffness of the circle against a flat side.
     friction : law of friction; left out: frictionless.
+    names : names of your own for contacts in place of side1, ..., e.g. names={"side1": "slot"}.
 
     Raises
     ------
-    InputError : no outline, no circle, laws of the wrong kind, a circle that does not fit into a hollow arc.
+    InputError : no outline, no circle, a name for a contact that is none, laws of the wrong kind, a circle that does
+        not fit into a hollow arc.
     ModelError : a body with itself, a flexible body, a circle that overlaps the outline in the reference configuration.
 
     Notes
@@ -60,10 +63,13 @@ class OutlineContact(Part):
     _: KW_ONLY
     normal: NormalLaw
     friction: FrictionLaw = field(default_factory=Frictionless)
+    names: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         super().__post_init__()
         check_outlines(self, outline=Outline, circle=Circle)
+        chains = self.outline.chains() if self.outline.hollow_corners() else []
+        check_names(self, [f"side{number}" for number, _ in enumerate(chains, 1)])
         for k, (x, y) in enumerate(self.outline.points):
             radius = self.outline.radius(k)
             if -self.circle.radius <= radius < 0.0:
@@ -102,7 +108,8 @@ class OutlineContact(Part):
                 float(len(chain)),
                 *(x for k in chain for x in piece_numbers(self.outline, k, nodes[0])),
             )
-            name = f"side{number}" if hollow else ""
+            side = f"side{number}" if hollow else ""
+            name = self.names.get(side, side)
             found.append(
                 ContactContribution(self.name, outline_gap_kernel, coordinates, p, normal, self.friction, name)
             )
@@ -123,6 +130,20 @@ def check_outlines(part: Any, **kinds: type) -> None:
             raise InputError(
                 f"{part.label}: {name} is {getattr(part, name)!r}; it must be of the kind {kind.__name__}."
             )
+
+
+def check_names(part: Any, contacts: Iterable[str]) -> None:
+    """Check the user's names of contacts (`part.names`): each for one of `contacts`, and no name twice."""
+    given = checks.mapping(part.label, "names", part.names)
+    known = list(contacts)
+    for contact, name in given.items():
+        if contact not in known:
+            text = f"{part.label}: names has {contact!r}, which is no contact of it."
+            raise InputError(f"{text} Contacts: {', '.join(known) or 'a single one, which has the name of the part'}.")
+        checks.identifier(f"{part.label}: names[{contact!r}]", name)
+    final = [given.get(contact, contact) for contact in known]
+    if twice := sorted({name for name in final if final.count(name) > 1}):
+        raise InputError(f"{part.label}: two contacts have the name {twice[0]!r}. Give each a name of its own.")
 
 
 def piece_numbers(outline: Outline, k: int, node: Node) -> tuple[float, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
 from typing import TYPE_CHECKING
 
@@ -12,7 +12,7 @@ import numpy as np
 from flexmb.cams.curves.geometry import meeting
 from flexmb.cams.curves.outline import Outline
 from flexmb.cams.curves.rounds import RoundArc, rounds
-from flexmb.cams.outline_contact import check_outlines, piece_numbers
+from flexmb.cams.outline_contact import check_names, check_outlines, piece_numbers
 from flexmb.cams.packing import TOLERANCE_LENGTH, carriers, in_frame, pair_shapes, signed_distance
 from flexmb.cams.round_kernels import round_gap_kernel
 from flexmb.contact.friction.frictionless import Frictionless
@@ -50,10 +50,12 @@ class OutlineOnOutline(Part):
     second_outline : its outline, in the reference configuration.
     normal : law of the normal force at each contact, with a stiffness of its own.
     friction : law of friction; left out: frictionless.
+    names : names of your own for contacts, e.g. names={"second2": "tip", "first1_side1": "slot"}.
 
     Raises
     ------
-    InputError : no outlines, laws of the wrong kind, a law whose stiffness depends on radii, more than 256 contacts.
+    InputError : no outlines, a name for a contact that is none, laws of the wrong kind, a law whose stiffness depends
+        on radii, more than 256 contacts.
     ModelError : a body with itself, a flexible body, outlines that overlap in the reference configuration.
 
     Notes
@@ -74,6 +76,7 @@ class OutlineOnOutline(Part):
     _: KW_ONLY
     normal: NormalLaw
     friction: FrictionLaw = field(default_factory=Frictionless)
+    names: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -85,8 +88,10 @@ class OutlineOnOutline(Part):
                 f"{self.label}: the stiffness of {type(self.normal).__name__} depends on radii, which corners have "
                 "not. Give a law with a stiffness of its own, e.g. HuntCrossley or KelvinVoigt."
             ) from error
-        count = sum(len(chains) for _, _, _, chains in self._contacts())
-        if count > MOST_CONTACTS:
+        rounds_of = [(name, chains) for name, _, _, chains in self._contacts()]
+        labels = [_label(name, side, chains) for name, chains in rounds_of for side, _ in enumerate(chains, 1)]
+        check_names(self, labels)
+        if (count := len(labels)) > MOST_CONTACTS:
             raise InputError(
                 f"{self.label}: the outlines have {count} contacts, more than {MOST_CONTACTS}. Draw curved sides as "
                 "arcs (bulges, Outline.from_curve) in place of many short lines, or leave out what never touches."
@@ -112,7 +117,8 @@ class OutlineOnOutline(Part):
         for name, _, arcs, _ in self._contacts():
             arc = arcs[len(arcs) // 2]
             angle = arc.begin + 0.5 * ((arc.end - arc.begin) % (2.0 * math.pi))
-            found[name] = arc.at[0] + arc.radius * math.cos(angle), arc.at[1] + arc.radius * math.sin(angle)
+            x, y = arc.at[0] + arc.radius * math.cos(angle), arc.at[1] + arc.radius * math.sin(angle)
+            found[self.names.get(name, name)] = x, y
         return found
 
     def validate(self, mechanism: Mechanism) -> None:
@@ -151,15 +157,19 @@ class OutlineOnOutline(Part):
                 flags = float(is_first), float(is_first == owner_is_first)
                 counts = float(len(arcs)), float(len(chain)), float(len(pieces))
                 p = (TOLERANCE_LENGTH * size, *flags, *counts, *turning, *(x for k in order for x in pieces[k]))
-                name = f"{label}_side{side}" if len(chains) > 1 else label
-                found.append(
-                    ContactContribution(self.name, round_gap_kernel, coordinates, p, self.normal, self.friction, name)
-                )
+                name = _label(label, side, chains)
+                own_name, laws = self.names.get(name, name), (self.normal, self.friction)
+                found.append(ContactContribution(self.name, round_gap_kernel, coordinates, p, *laws, own_name))
         return found
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
         """Both outlines."""
         return pair_shapes(mechanism, self, self.first_outline, self.second_outline)
+
+
+def _label(name: str, side: int, chains: list[list[int]]) -> str:
+    """Name of the contact of a round with one of the chains."""
+    return f"{name}_side{side}" if len(chains) > 1 else name
 
 
 def _is_round(outline: Outline) -> bool:

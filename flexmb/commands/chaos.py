@@ -11,7 +11,7 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.commands.chaos_study import Findings, Study, selected_signals, study_of
-from flexmb.commands.files import REPORT, require_folder, require_packages
+from flexmb.commands.files import require_folder, require_packages
 from flexmb.commands.run import flow_options, periods_of
 from flexmb.dynamics.exponents.exponents import Exponents
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
@@ -84,7 +84,7 @@ def chaos(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
     if not options.no_plots:
         written += chaos_files.pictures(study, folder)
     if not options.no_report and len(study.exponents.points):
-        written.append(write_chaos(groups, folder / REPORT, None, None))
+        written.append(write_chaos(groups, folder / f"{STEM}.html", None, None))
     print(table(study))
     print("\nwritten:", *(f"  {path}" for path in written), sep="\n")
     if study.trouble:

@@ -168,7 +168,7 @@ def pictures(study: Study, folder: Path) -> list[Path]:
     for x, y in study.planes if len(number) else []:
         title = f"{study.exponents.name}: once a period of {study.period:.4g} s"
         data = _columns(study.motion, study.motion.points, "period", number)
-        section = _plain(plot_section(data, x, y, title=title))
+        section = plot_section(data, x, y, title=title)
         _widened(section, study.motion, x, y)
         figures["-".join(["section", x, *([y] if y else [])])] = section
         if y and len(study.motion.times):
@@ -195,7 +195,7 @@ def _portrait(study: Study, x: str, y: str) -> Figure:
     late = motion.times >= motion.times[-1] - PORTRAIT * study.period
     number = round((motion.times[late][-1] - motion.times[late][0]) / study.period)
     title = f"{study.exponents.name}: the last {number} periods"
-    figure = _plain(plot_phase(_columns(motion, motion.fine[late], "time", motion.times[late]), x, y, title=title))
+    figure = plot_phase(_columns(motion, motion.fine[late], "time", motion.times[late]), x, y, title=title)
     if x.endswith(".ex"):  # the journal moves in a circle
         figure.axes[0].set_aspect("equal", adjustable="box")
     return figure
@@ -223,9 +223,3 @@ def _columns(motion: Motion, values: np.ndarray, axis: str, along: np.ndarray) -
             values_shown[1:][np.abs(np.diff(values_shown)) > np.pi] = np.nan
         data[name] = (axis, values_shown, {"units": unit})
     return xr.Dataset(data, {axis: (axis, along)})
-
-
-def _plain(figure: Figure) -> Figure:
-    """Set short numbers on the axes."""
-    figure.axes[0].ticklabel_format(axis="both", style="sci", scilimits=(-3, 4), useMathText=True)
-    return figure

@@ -10,7 +10,7 @@ from pathlib import Path
 from flexmb.errors import InputError, MissingPackageError
 
 REPORT = "report.html"
-"""Name of the page that `flexmb run`, `sweep`, `chaos` and `report` write beside the results."""
+"""Name of the page of a run; the pages of diagrams and studies of a motion have the names of their files."""
 
 
 def require_packages(needed: Mapping[str, tuple[str, str]]) -> None:

@@ -29,10 +29,10 @@ def report(options: argparse.Namespace) -> int:
     ----------
     options : options of the command line.
     """
-    target = options.out or options.file.with_name(REPORT)
     if groups := datasets_of(options.file):
-        print(write_diagram(groups, target))
+        print(write_diagram(groups, options.out or options.file.with_suffix(".html")))
         return 0
+    target = options.out or options.file.with_name(REPORT)
     sol = load(options.file)
     print(page_of(sol, target, mechanism=_mechanism(sol, options.name), frames=options.frames))
     return 0

@@ -16,7 +16,7 @@ from flexmb.commands.arguments.mechanism_options import Option, keywords_of
 from flexmb.commands.arguments.settings import field_option
 from flexmb.commands.arguments.source import Source, find
 from flexmb.commands.arguments.units import quantity
-from flexmb.commands.files import REPORT, require_folder, require_packages
+from flexmb.commands.files import require_folder, require_packages
 from flexmb.commands.run import flow_options
 from flexmb.errors import InputError
 from flexmb.jobs.files import write_netcdf
@@ -79,7 +79,7 @@ def sweep(source: Source, makers: list[Option], options: argparse.Namespace) -> 
     if not options.no_plots:
         written += _pictures(diagram, folder, options.plot)
     if not options.no_report and (diagram["status"].values != "").any():
-        written.append(report(diagram, folder / REPORT))
+        written.append(report(diagram, folder / f"{STEM}.html"))
     failed = _failures(diagram)
     print(_summary(diagram))
     print("\nwritten:", *(f"  {path}" for path in written), sep="\n")

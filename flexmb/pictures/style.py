@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import re
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
 
 COLOURS = (
     "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#882255", "#117733", "#332288", "#999933",
@@ -56,14 +58,60 @@ def grid(ax: Axes) -> None:
     ax.set_axisbelow(True)
 
 
-def powers(ax: Axes) -> None:
-    """Common power of ten at the end of an axis, where the numbers are small or large.
+PREFIXES = {-9: "n", -6: "µ", -3: "m", 3: "k", 6: "M", 9: "G"}
+"""Prefixes of units by power of ten."""
+
+LEAST, MOST = 0.1, 1e4
+"""Largest number of an axis, below and above which its unit gets a prefix."""
+
+FLAT = 1e-4
+"""Extent of an axis over its largest number, below which labels show the difference from a common number."""
+
+
+def prefixed(units: str, largest: float) -> tuple[int, str]:
+    """Power of ten and unit with a prefix in which `largest` has one to three digits before the point.
+
+    Metres and seconds get no prefix above 1; the power is 0 for a unit that takes none, such as "rad" or "m2".
 
     Parameters
     ----------
-    ax : the axes.
+    units : unit, such as "N m".
+    largest : largest number, in this unit.
     """
-    ax.ticklabel_format(axis="both", style="sci", scilimits=(-3, 4), useMathText=True)
+    takes = re.match(r"(m|s|N|Pa|J|W|Hz|A|V)(?![A-Za-z0-9^])", units)
+    if takes is None or not 0.0 < largest < math.inf or LEAST <= largest < MOST:
+        return 0, units
+    power = 3 * math.floor(math.log10(largest) / 3.0)
+    if power not in PREFIXES or (power > 0 and takes[1] in ("m", "s")):
+        return 0, units
+    return power, PREFIXES[power] + units
+
+
+def label_axis(axis: Axis, name: str, units: str, between: str = " ", equal: Axis | None = None) -> None:
+    """Label and numbers of an axis on which everything is drawn: small and large numbers by a prefix of the unit.
+
+    Where the unit takes no prefix, a common power of ten stands at the end of the axis.
+
+    Parameters
+    ----------
+    axis : `ax.xaxis` or `ax.yaxis`.
+    name : name of the signal.
+    units : unit of the drawn numbers; "" for none.
+    between : text between name and unit.
+    equal : another axis of this unit that shall have the same prefix.
+    """
+    from matplotlib.ticker import FuncFormatter, ScalarFormatter
+
+    low, high = axis.get_view_interval()
+    largest = max(abs(float(end)) for one in (axis, equal or axis) for end in one.get_view_interval())
+    power, shown = prefixed(units, largest) if abs(high - low) > FLAT * largest else (0, units)
+    if power:
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value * 10.0**-power:.6g}".replace("-", "−")))
+    else:
+        numbers = ScalarFormatter(useMathText=True)
+        numbers.set_powerlimits((-3, 4))
+        axis.set_major_formatter(numbers)
+    axis.set_label_text(label_of(name, shown, between))
 
 
 def unit_text(units: str) -> str:

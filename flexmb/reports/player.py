@@ -34,7 +34,8 @@ def player(sol: Solution, heading: str, *, fields: Sequence[str]) -> Markup:
     listed = ", ".join(names[:30]) + (", ..." if len(names) > 30 else "")
     text = f"Moving picture of {heading}: {listed}. Plots and tables hold the same in numbers."
     canvas = tag("canvas", text, id="picture", tabindex="0", role="img", aria_label=text, aria_describedby="keys")
-    legend = tag("div", tag("p", id="legend-text"), id="legend", class_="legend", aria_hidden="true")
+    bar = tag("div", id="legend-ticks", class_="ticks"), tag("p", id="legend-text")
+    legend = tag("div", *bar, id="legend", class_="legend", aria_hidden="true")
     flexible = any(isinstance(shape, BeamShape | MeshShape) for shape in sol.shapes)
     return tag(
         "div",

@@ -1,4 +1,4 @@
-"""Main signals of a run: acceleration of the output body, torques, contacts, deflections."""
+"""Main signals of a run: acceleration of the output body, and the signals with the largest peaks."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from flexmb.joints.prismatic import Prismatic
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Body
 from flexmb.results.solution import Solution
-from flexmb.results.solution_text import MAIN_ENDINGS
+from flexmb.results.solution_text import largest_signals
 
 MOST = 16
 """Largest number of main signals."""
@@ -34,15 +34,14 @@ def followed(mechanism: Mechanism) -> Body | None:
 
 
 def main_signals(sol: Solution) -> list[str]:
-    """Names of the main signals: acceleration of the output body, torques, contacts, deflections.
+    """Names of the main signals: acceleration of the output body, and the signals with the largest peaks.
 
     Parameters
     ----------
     sol : the solution; without a description of its mechanism there is no output body.
     """
     names = [name for name in _rates(sol.described().get("parts", [])) if name in sol]
-    names += [name for ending in MAIN_ENDINGS for name in sol.names if name.endswith(f".{ending}")]
-    return names[:MOST]
+    return list(dict.fromkeys([*names, *largest_signals(sol)]))[:MOST]
 
 
 def _rates(parts: list[dict[str, Any]]) -> list[str]:

@@ -10,8 +10,14 @@ from flexmb.display.text import counted, cut, listed
 if TYPE_CHECKING:
     from flexmb.results.solution import Solution
 
-MAIN_ENDINGS = ("torque", "normal_force", "deflection")
-"""Endings of the main signals: of drives, of joints with clearance, of flexible links."""
+MAIN_ENDINGS = ("torque", "normal_force", "deflection", "von_mises")
+"""Endings of the main signals: of drives, of contacts, of flexible links, of all bodies that deform."""
+
+OTHER_ENDINGS = ("force", "ax", "ay", "alpha")
+"""Endings of the signals that stand for the main ones where there are none."""
+
+MOST_OF_A_KIND = 6
+"""Largest number of main signals with one ending."""
 
 ROUND_OFF = 1e-10
 """Peak over the largest one of its unit, up to which it is round-off."""
@@ -20,19 +26,25 @@ IN_TEXT, IN_TABLE = 3, 16
 """Number of peaks at most in a text and in a table."""
 
 
-def main_signals(sol: Solution) -> list[str]:
-    """Names of the main signals: torques, contact forces, deflections; else forces and accelerations.
+def largest_signals(sol: Solution) -> list[str]:
+    """Names of the signals with the largest peaks.
 
-    Signals whose peaks are round-off beside those of other signals are left out.
+    These are torques, contact forces, deflections and stresses; without any of them forces and accelerations.  Of each
+    kind the `MOST_OF_A_KIND` largest ones are told.  Signals whose peaks are round-off beside those of other signals
+    are left out, such as the forces of contacts that never close.
 
     Parameters
     ----------
     sol : the solution.
     """
     scales = _scales(sol)
-    for endings in (MAIN_ENDINGS, ("force", "ax", "ay", "alpha")):
-        found = [name for ending in endings for name in sol.names if name.endswith(f".{ending}")]
-        told = [name for name in found if not sol.peak(name).value <= ROUND_OFF * scales[sol.units(name)]]  # NaN is
+    for endings in (MAIN_ENDINGS, OTHER_ENDINGS):
+        told: list[str] = []
+        for ending in endings:
+            peaks = {name: sol.peak(name).value for name in sol.names if name.endswith(f".{ending}")}
+            seen = [name for name, peak in peaks.items() if not peak <= ROUND_OFF * scales[sol.units(name)]]  # NaN is
+            kept = sorted(seen, key=lambda name: -peaks[name])[:MOST_OF_A_KIND]
+            told += [name for name in seen if name in kept]
         if told:
             return told
     return []
@@ -74,7 +86,7 @@ def solution_html(sol: Solution) -> str:
     """
     rows = [("saved", _saved(sol)), ("cost", str(sol.stats))]
     rows += [("contacts", listed(sol.contacts.names))] if sol.contacts.names else []
-    peaks = [(name, *_peak_cells(sol, name)) for name in main_signals(sol)[:IN_TABLE]]
+    peaks = [(name, *_peak_cells(sol, name)) for name in largest_signals(sol)[:IN_TABLE]]
     signals = html.table([(owner, ", ".join(names)) for owner, names in _by_part(sol).items()])
     return html.page(
         f"Solution of {sol.name!r}",
@@ -90,7 +102,7 @@ def _largest(sol: Solution) -> list[str]:
     """The main signals, one of each kind before others."""
     kinds: dict[str, int] = {}
     order = []
-    for name in main_signals(sol):
+    for name in largest_signals(sol):
         ending = name.rpartition(".")[2]
         kinds[ending] = kinds.get(ending, 0) + 1
         order.append((kinds[ending], name))

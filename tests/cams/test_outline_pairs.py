@@ -226,3 +226,28 @@ def test_wrong_pairs_are_refused():
     turn = 2.0 * math.pi * np.arange(300) / 300
     with pytest.raises(InputError, match=r"have 3\d\d contacts, more than 256. Draw curved sides as arcs"):
         pair((0.4, 0.1), [(0.1 * math.cos(a), 0.1 * math.sin(a)) for a in turn], ())
+
+
+def test_contacts_have_the_names_that_a_person_gives():
+    own = {"second1_side1": "tip", "second2": "heel"}
+    mech = pair((0.25, 0.1), names=own)
+    before, after = gaps(pair((0.25, 0.1))), gaps(mech)
+    assert after == {own.get(name, name): gap for name, gap in before.items()}
+    assert "heel" in mech.find("pair").places()
+    sol = fm.simulate(mech, t_end=1e-4, step=1e-5)
+    assert "pair.tip.normal_force" in sol
+    assert "pair.tip" in sol.contacts.names
+
+
+@pytest.mark.parametrize(
+    ("names", "words"),
+    [
+        ({"second9": "tip"}, "'second9', which is no contact"),
+        ({"second2": "a.b"}, "must be a non-empty string without '.'"),
+        ({"second2": "first1"}, "two contacts have the name 'first1'"),
+        ("tip", "names"),
+    ],
+)
+def test_wrong_names_of_contacts_are_refused(names, words):
+    with pytest.raises(InputError, match=words):
+        pair((0.25, 0.1), names=names)

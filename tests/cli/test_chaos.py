@@ -163,7 +163,7 @@ def test_journal_of_a_joint_with_play(tmp_path, capsys):
     assert {path.name for path in tmp_path.iterdir()} == {
         "chaos.nc",
         "exponents.png",
-        "report.html",
+        "chaos.html",
         "section-B.ex-B.ey.png",
         "phase-B.ex-B.ey.png",
         "spectrum-B.ex.png",

@@ -1,6 +1,7 @@
 """Code of the pages runs as it stands and prints what the pages show; links lead somewhere; equations are cited."""
 
 import contextlib
+import inspect
 import io
 import re
 import sys
@@ -11,6 +12,8 @@ from typing import NamedTuple
 import pytest
 from public_names import NAMESPACES, PUBLIC
 
+import flexmb as fm
+from flexmb.checks import Checked
 from flexmb.cli import main
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -321,6 +324,22 @@ def test_docstrings_become_text_of_sphinx(api_pages):
     assert ".. rubric:: Notes" in lines
 
 
+def test_signatures_are_those_of_the_constructors():
+    """Classes of checked arguments do not show the (*args, **keywords) of their common base."""
+    classes = [thing for thing in PUBLIC.values() if inspect.isclass(thing) and issubclass(thing, Checked)]
+    assert len(classes) > 80
+    for cls in classes:
+        shown = list(inspect.signature(cls).parameters)
+        assert shown == list(inspect.signature(cls.__init__).parameters)[1:], cls
+    assert list(inspect.signature(fm.Force).parameters)[:4] == ["name", "body", "at", "force"]
+
+
+def test_the_gallery_begins_with_all_examples():
+    text = (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")
+    index = text.partition("\n## ")[0]
+    assert re.findall(r'pictures/gallery/(\w+)\.png"', index) == re.findall(r"\]\(pictures/gallery/(\w+)\.png\)", text)
+
+
 # The site.
 
 
@@ -335,6 +354,9 @@ def test_the_site_is_built_without_warnings(tmp_path):
     assert build_main([*options, str(ROOT / "docs"), str(tmp_path / "site")]) == 0
     text = (tmp_path / "site" / "theory" / "beam.html").read_text(encoding="utf-8")
     assert "(2.12)" in text
+    loads = re.sub(r"<[^>]+>", "", (tmp_path / "site" / "api" / "loads.html").read_text(encoding="utf-8"))
+    assert re.search(r"Force\(name,\s+body,\s+at,\s+force,", loads)
+    assert "[source]" in loads
     outside = [
         (page.name, address)
         for page in (tmp_path / "site").rglob("*.html")

@@ -50,7 +50,7 @@ def test_energies_of_a_run():
     names = [[text.get_text() for text in ax.get_legend().get_texts()] for ax in (stored, works)]
     assert names[0] == ["kinetic", "strain", "gravity, from the start"]
     assert "dissipated damping" in names[1]
-    assert residual.get_ylabel() == "residual\n[J]"
+    assert residual.get_ylabel() == "residual\n[nJ]"
     total = sum(np.asarray(line.get_ydata()) for line in stored.lines)
     np.testing.assert_array_equal(stored.lines[2].get_ydata()[0], 0.0)
     lost = sol.array("energy.dissipated_damping") + sol.array("energy.dissipated_algorithm")
@@ -67,7 +67,7 @@ def test_the_journal_runs_in_its_circle(sol):
     np.testing.assert_allclose(np.hypot(*orbit.get_data()), 1e-3, rtol=1e-9)
     assert len(orbit.get_xdata()) == 76
     assert len(contact.get_xdata()) == np.sum(sol.array("P.penetration")[25:] > 0.0)
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("P.ex [m]", "P.ey [m]")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("P.ex [mm]", "P.ey [mm]")
     (ax,) = fm.plots.plot_journal(sol, "P", clearance=2e-3).axes
     np.testing.assert_allclose(np.hypot(*ax.lines[0].get_data()), 2e-3)
 

@@ -18,7 +18,7 @@ from flexmb.model.signal import Signal
 from flexmb.pictures.curves.plot import plot
 from flexmb.pictures.poses.render import render
 from flexmb.pictures.poses.screenshot import screenshot_vtk
-from flexmb.pictures.style import unit_text
+from flexmb.pictures.style import prefixed, unit_text
 from flexmb.results.peaks import Peaks
 from flexmb.results.vtk import write_vtk
 
@@ -84,7 +84,7 @@ def test_a_list_shares_a_panel_and_has_a_legend(sol):
 
 def test_one_signal_over_another(sol):
     (ax,) = plot(sol, "P.ey", x="P.ex").axes
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("P.ex [m]", "P.ey\n[m]")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("P.ex [mm]", "P.ey\n[mm]")
     assert ax.get_aspect() == 1.0
     np.testing.assert_array_equal(ax.lines[0].get_xdata(), sol["P.ex"].values)
     (other,) = plot(sol, "P.normal_force", x="P.ex").axes
@@ -263,3 +263,36 @@ def test_a_picture_makes_its_folder(tmp_path):
     figure = fm.mechanisms.four_bar().plot()
     figure.savefig(tmp_path / "new" / "folder" / "mechanism.png")
     assert (tmp_path / "new" / "folder" / "mechanism.png").stat().st_size > 1000
+
+
+@pytest.mark.parametrize(
+    ("units", "largest", "expected"),
+    [
+        ("m", 2e-4, (-6, "µm")),
+        ("m", 0.02, (-3, "mm")),
+        ("m", 3e5, (0, "m")),
+        ("s", 0.024, (-3, "ms")),
+        ("N", 12_000.0, (3, "kN")),
+        ("N m", 138.0, (0, "N m")),
+        ("N/m", 2.1e7, (6, "MN/m")),
+        ("Pa", 2.07e11, (9, "GPa")),
+        ("m/s2", 19_419.0, (0, "m/s2")),
+        ("m2", 1e-6, (0, "m2")),
+        ("rad", 1e-3, (0, "rad")),
+        ("Nm", 1e5, (0, "Nm")),
+        ("J", 0.0, (0, "J")),
+        ("J", float("nan"), (0, "J")),
+        ("m", 1e-12, (0, "m")),
+    ],
+)
+def test_units_have_prefixes(units, largest, expected):
+    assert prefixed(units, largest) == expected
+
+
+def test_numbers_of_an_axis_are_those_of_its_unit(sol):
+    """The orbit has a radius of 1 mm: tick labels in mm are those of the drawn numbers times 1000."""
+    figure = plot(sol, "P.ey", x="P.ex")
+    figure.draw_without_rendering()
+    (ax,) = figure.axes
+    for tick in ax.yaxis.get_major_ticks():
+        assert float(tick.label1.get_text().replace("−", "-")) == pytest.approx(1e3 * tick.get_loc(), abs=1e-9)

@@ -19,9 +19,13 @@ def frame(page):
 
 
 def readout(page, name):
-    """Shown value of a signal beside its plot."""
-    entry = page.locator("#plots .entry", has_text=name).first
-    return float(entry.locator("output").inner_text())
+    """Shown value of a signal beside its plot, without the prefix of the unit of the panel."""
+    panel = page.locator("#plots .panel", has=page.locator(".entry", has_text=name)).first
+    entry = panel.locator(".entry", has_text=name).first
+    factor = {"k": 1e3, "M": 1e6, "m": 1e-3, "\u00b5": 1e-6, "n": 1e-9}
+    unit = panel.locator(".unit").inner_text().strip("[]")
+    prefix = unit[0] if re.match(r"[kMm\u00b5n](m|s|N|Pa|J|W)\b", unit) else ""
+    return float(entry.locator("output").inner_text()) * factor.get(prefix, 1.0)
 
 
 def test_keys_step_and_play(opened, run_page, slider_crank):

@@ -112,9 +112,9 @@ def test_pages_of_files(study, diagram, tmp_path, capsys):
     write_netcdf(tmp_path / "bifurcation.nc", {"": diagram})
     assert main(["report", str(tmp_path / "chaos.nc")]) == 0
     assert main(["report", str(tmp_path / "bifurcation.nc"), "--out", str(tmp_path / "d.html")]) == 0
-    assert capsys.readouterr().out.split() == [str(tmp_path / "report.html"), str(tmp_path / "d.html")]
+    assert capsys.readouterr().out.split() == [str(tmp_path / "chaos.html"), str(tmp_path / "d.html")]
     whole = write_chaos(study, tmp_path / "whole.html", None, None)
-    assert (tmp_path / "report.html").read_text() == whole.read_text()
+    assert (tmp_path / "chaos.html").read_text() == whole.read_text()
     assert Page(tmp_path / "d.html").data["kind"] == "sweep"
 
 

@@ -77,7 +77,11 @@ def test_colours_show_the_stress(opened, engine, page):
     stressed, calm = pixel(mean.argmax()), pixel(mean.argmin())
     assert stressed[0] - stressed[2] > 120  # red
     assert abs(calm[0] - calm[2]) < 40  # grey
-    assert "stress: 0 ..." in shown.locator("#legend-text").inner_text()
+    limit = shown.evaluate("flexmbReport.picture.limits.stress")
+    assert limit == pytest.approx(717e3, rel=1e-3)
+    ticks = [float(text) for text in shown.locator("#legend-ticks span").all_inner_texts()]
+    assert ticks == pytest.approx([1e-3 * limit * k / 4 for k in range(5)], rel=5e-3)
+    assert "stress [kPa]" in shown.locator("#legend-text").inner_text()
     shown.select_option("#colour", "part")
     assert np.abs(pixel(mean.argmax()) - pixel(mean.argmin())).max() < 3
 

@@ -66,7 +66,7 @@ def add_sweep(sweep: argparse.ArgumentParser) -> None:
     files.add_argument("--out", metavar="DIR", help="folder of dataset and pictures (default out/NAME)")
     files.add_argument("--plot", metavar="A,B", help="signals of the pictures (default: one signal)")
     files.add_argument("--no-plots", action="store_true", help="no pictures")
-    files.add_argument("--no-report", action="store_true", help="no report.html")
+    files.add_argument("--no-report", action="store_true", help="no bifurcation.html")
     files.add_argument("--quiet", action="store_true", help=QUIET)
 
 
@@ -97,7 +97,7 @@ def add_chaos(chaos: argparse.ArgumentParser) -> None:
     files = chaos.add_argument_group("files")
     files.add_argument("--out", metavar="DIR", help="folder of results and pictures (default out/NAME)")
     files.add_argument("--no-plots", action="store_true", help="no pictures")
-    files.add_argument("--no-report", action="store_true", help="no report.html")
+    files.add_argument("--no-report", action="store_true", help="no chaos.html")
     files.add_argument("--quiet", action="store_true", help=QUIET)
 
 
@@ -142,7 +142,7 @@ def add_report(report: argparse.ArgumentParser) -> None:
     report.add_argument("file", metavar="RUN.nc", type=Path, help="file of `flexmb run`, `sweep` or `chaos`")
     trusted = "the mechanism; needed for its examination where the file is of a run of FILE.py, which is executed"
     report.add_argument("name", metavar="NAME", nargs="?", help=trusted)
-    report.add_argument("--out", type=Path, metavar="FILE.html", help="default: report.html beside RUN.nc")
+    report.add_argument("--out", type=Path, metavar="FILE.html", help="default: report.html beside a run")
     report.add_argument("--frames", type=int, metavar="N", default=1000, help="most frames (default 1000)")
 
 

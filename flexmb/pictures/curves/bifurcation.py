@@ -8,7 +8,7 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
-from flexmb.pictures.style import grid, label_of, powers
+from flexmb.pictures.style import grid, label_axis
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -70,10 +70,10 @@ def plot_bifurcation(diagram: xr.Dataset, signal: str, *, title: str | None = No
         _gather(pieces, row, parameter, signal, direction)
         _mark(ax, row, parameter)
     _draw(ax, pieces)
-    ax.set_xlabel(label_of(parameter, diagram[parameter].attrs.get("units", "")))
-    ax.set_ylabel(label_of(signal, diagram[signal].attrs.get("units", "")))
     ax.set_title(diagram.attrs["name"] if title is None else title)
     ax.margins(x=0.02)
+    label_axis(ax.xaxis, parameter, diagram[parameter].attrs.get("units", ""))
+    label_axis(ax.yaxis, signal, diagram[signal].attrs.get("units", ""))
     _legend(ax, pieces)
     return figure
 
@@ -132,7 +132,6 @@ def _draw(ax: Axes, pieces_of: dict[tuple[str, str], list[Any]]) -> None:
         style["markeredgewidth"] = 0.0
         ax.plot(across, points, linestyle="none", rasterized=count > MANY, **style)
     grid(ax)
-    powers(ax)
 
 
 def _legend(ax: Axes, pieces: dict[tuple[str, str], list[Any]]) -> None:

@@ -11,7 +11,7 @@ from flexmb import checks
 from flexmb.equilibrium.modes import modes
 from flexmb.equilibrium.statics import static_equilibrium
 from flexmb.errors import InputError
-from flexmb.pictures.style import curve, grid, label_of
+from flexmb.pictures.style import curve, grid, label_axis
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -69,8 +69,8 @@ def plot_campbell(
         )
     for k, frequency in enumerate(found.T):
         ax.plot(given, frequency, marker="o", markersize=3.0, label=f"mode {k + 1}", **curve(k))
-    ax.set_xlabel(label_of("speed", "rad/s"))
-    ax.set_ylabel(label_of("natural frequency", "Hz"))
+    label_axis(ax.xaxis, "speed", "rad/s")
+    label_axis(ax.yaxis, "natural frequency", "Hz")
     ax.set_xlim(given[0], given[-1])
     ax.set_ylim(0.0, 1.08 * float(np.nanmax(found)) if np.isfinite(found).any() else 1.0)
     figure.legend(loc="outside right upper", frameon=False, fontsize="small")

@@ -9,7 +9,7 @@ import numpy as np
 from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.model.shape import PointShape
-from flexmb.pictures.style import CLEARANCE, COLOURS, grid, label_of, powers
+from flexmb.pictures.style import CLEARANCE, COLOURS, grid, label_axis
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -54,15 +54,14 @@ def plot_journal(
     figure = Picture(figsize=SIZE, layout="constrained")
     ax = figure.subplots()
     grid(ax)
-    powers(ax)
     turn = np.linspace(0.0, 2.0 * np.pi, 361)
     label = f"clearance {radius:.3g} m"
     ax.plot(radius * np.cos(turn), radius * np.sin(turn), color=CLEARANCE, linewidth=1.4, linestyle="--", label=label)
     ax.plot(ex, ey, color=COLOURS[0], linewidth=0.7, label="orbit")
     ax.plot(ex[touching], ey[touching], ".", color="black", markersize=2.5, linestyle="none", label="contact")
     ax.set_aspect("equal", adjustable="datalim")
-    ax.set_xlabel(label_of(f"{joint}.ex", "m"))
-    ax.set_ylabel(label_of(f"{joint}.ey", "m"))
+    label_axis(ax.xaxis, f"{joint}.ex", "m", equal=ax.yaxis)
+    label_axis(ax.yaxis, f"{joint}.ey", "m", equal=ax.xaxis)
     figure.legend(loc="outside lower center", ncols=3, frameon=False, fontsize="small")
     figure.suptitle(f"{sol.name}, journal of {joint}" if title is None else title)
     return figure

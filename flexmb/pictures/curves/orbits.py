@@ -11,7 +11,7 @@ from flexmb.dynamics.basins.basin import Basin
 from flexmb.dynamics.orbits.branch import Branch, BranchPoint
 from flexmb.dynamics.orbits.floquet import BRANCH, FLIP, FOLD, GRAZING, NEIMARK_SACKER
 from flexmb.errors import InputError
-from flexmb.pictures.style import COLOURS, grid, label_of
+from flexmb.pictures.style import COLOURS, grid, label_axis
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -69,7 +69,7 @@ def plot_branch(
     units = first.unit if signal == "period" else dict(zip(first.names, first.units, strict=True))[signal]
     ax.set_xlabel(first.parameter)
     ylabel = signal if value == "section" or signal == "period" else f"{value} of {signal}"
-    ax.set_ylabel(label_of(ylabel, units))
+    label_axis(ax.yaxis, ylabel, units)
     grid(ax)
     ax.legend(loc="best", fontsize="small", framealpha=0.9)
     figure.suptitle(first.name if title is None else title)
@@ -142,10 +142,10 @@ def plot_basin(basin: Basin, *, title: str | None = None) -> Figure:
     colour_map, top = ListedColormap(colours), count + 0.5
     ax.pcolormesh(basin.x, basin.y, basin.number, cmap=colour_map, vmin=-1.5, vmax=top, shading="nearest")
     (ax_name, ay_name), (ax_unit, ay_unit) = basin.axes, basin.units
-    ax.set_xlabel(label_of(ax_name, ax_unit))
-    ax.set_ylabel(label_of(ay_name, ay_unit))
     ax.set_xlim(*_edges(basin.x))
     ax.set_ylim(*_edges(basin.y))
+    label_axis(ax.xaxis, ax_name, ax_unit)
+    label_axis(ax.yaxis, ay_name, ay_unit)
     for k, points in enumerate(basin.attractors):
         x, y = points[:, basin.places[0]], points[:, basin.places[1]]
         ax.plot(x, y, "o", color=colours[k + 2], markeredgecolor="black", markersize=5, linestyle="none")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.pictures.curves.envelope import draw_signal
-from flexmb.pictures.style import curve, grid, label_of, powers
+from flexmb.pictures.style import curve, grid, label_axis
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -51,7 +51,7 @@ def plot(
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     for ax, panel in zip(axes, panels, strict=True):
         _draw(ax, sol, panel, x)
-    axes[-1].set_xlabel(label_of(x, "s" if x == "time" else sol.units(x)))
+    label_axis(axes[-1].xaxis, x, "s" if x == "time" else sol.units(x))
     figure.align_ylabels(axes)
     figure.suptitle(sol.name if title is None else title)
     return figure
@@ -81,9 +81,8 @@ def _draw(ax: Axes, sol: Solution, panel: list[str], x: str) -> None:
             ax.plot(across, sol.array(name), label=name, drawstyle="steps-post", **curve(k))
         else:
             draw_signal(ax, across, sol.array(name), k, name)
-    ax.set_ylabel(label_of(panel[0] if len(panel) == 1 else "", sol.units(panel[0]), between="\n"))
+    label_axis(ax.yaxis, panel[0] if len(panel) == 1 else "", sol.units(panel[0]), between="\n")
     grid(ax)
-    powers(ax)
     if len(panel) > 1:
         # beside the panel: inside it would hide some part of the curves
         ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize="small")

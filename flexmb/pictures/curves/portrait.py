@@ -9,7 +9,7 @@ import numpy as np
 from flexmb import checks
 from flexmb.dynamics.exponents.exponents import Exponents
 from flexmb.errors import InputError
-from flexmb.pictures.style import COLOURS, grid, label_of
+from flexmb.pictures.style import COLOURS, grid, label_axis
 from flexmb.results.solution import Solution
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ def plot_section(section: xr.Dataset, x: str, y: str | None = None, *, title: st
         numbers = data[axis].values if axis in data.coords else np.arange(data.sizes[axis])
         ax.scatter(numbers, _signal("plot_section", data, x), s=size, color=COLOURS[0], linewidths=0)
         ax.set_xlabel(axis)
-        ax.set_ylabel(label_of(x, data[x].attrs.get("units", "")))
+        label_axis(ax.yaxis, x, data[x].attrs.get("units", ""))
     else:
         across, up = (_signal("plot_section", data, name) for name in (x, y))
         ax.scatter(across, up, s=size, color=COLOURS[0], linewidths=0)
@@ -130,8 +130,8 @@ def plot_exponents(exponents: Exponents, *, title: str | None = None) -> Figure:
     low, high = min(float(late.min()), 0.0), max(float(late.max()), 0.0)
     ax.set_ylim(low - room, high + room)
     per = exponents.unit.partition("/")[2]
-    ax.set_xlabel(label_of("time", "s") if per == "s" else per)
-    ax.set_ylabel(label_of("exponent", exponents.unit))
+    label_axis(ax.xaxis, "time" if per == "s" else per, "s" if per == "s" else "")
+    label_axis(ax.yaxis, "exponent", exponents.unit)
     ax.legend(loc="best", fontsize="small", framealpha=0.9)
     return figure
 
@@ -165,5 +165,6 @@ def _named_figure(title: str) -> tuple[Figure, Axes]:
 
 
 def _labels(ax: Axes, data: xr.Dataset, x: str, y: str) -> None:
-    ax.set_xlabel(label_of(x, data[x].attrs.get("units", "")))
-    ax.set_ylabel(label_of(y, data[y].attrs.get("units", "")))
+    same = data[x].attrs.get("units", "") == data[y].attrs.get("units", "")
+    label_axis(ax.xaxis, x, data[x].attrs.get("units", ""), equal=ax.yaxis if same else None)
+    label_axis(ax.yaxis, y, data[y].attrs.get("units", ""), equal=ax.xaxis if same else None)

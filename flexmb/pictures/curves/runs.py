@@ -9,7 +9,7 @@ from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.pictures.curves.envelope import draw_signal
 from flexmb.pictures.curves.plot import FRAME, PANEL, WIDTH
-from flexmb.pictures.style import grid, label_of, powers
+from flexmb.pictures.style import grid, label_axis
 from flexmb.results.solution import Solution
 
 if TYPE_CHECKING:
@@ -57,11 +57,12 @@ def plot_runs(runs: Mapping[str, Solution], names: str | Sequence[str], *, title
     for ax, name in zip(axes, panels, strict=True):
         for k, (label, sol) in enumerate(given.items()):
             draw_signal(ax, sol.time, sol.array(name), k, str(label))
-        ax.set_ylabel(label_of(name, first.units(name), between="\n"))
+        label_axis(ax.yaxis, name, first.units(name), between="\n")
     axes[0].legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize="small")
     ends = [float(t) for sol in given.values() for t in (sol.time[0], sol.time[-1])]
     if max(ends) > min(ends):
         axes[0].set_xlim(min(ends), max(ends))
+    label_axis(axes[-1].xaxis, "time", "s")
     return figure
 
 
@@ -95,11 +96,12 @@ def plot_energies(sol: Solution, *, title: str | None = None) -> Figure:
             if name == GRAVITY:  # its zero is at the origin, mostly far below the mechanism
                 label, values = "gravity, from the start", values - values[0]
             draw_signal(ax, sol.time, values, k, label)
-        ax.set_ylabel(label_of(text, "J", between="\n"))
+        label_axis(ax.yaxis, text, "J", between="\n")
         if len(names) > 1:
             ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize="small")
     if sol.time[-1] > sol.time[0]:
         axes[0].set_xlim(sol.time[0], sol.time[-1])
+    label_axis(axes[-1].xaxis, "time", "s")
     return figure
 
 
@@ -117,8 +119,6 @@ def panels_of_time(count: int, title: str) -> tuple[Figure, Sequence[Axes]]:
     axes = list(figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0])
     for ax in axes:
         grid(ax)
-        powers(ax)
-    axes[-1].set_xlabel(label_of("time", "s"))
     figure.align_ylabels(axes)
     figure.suptitle(title)
     return figure, axes

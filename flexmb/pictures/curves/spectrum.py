@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flexmb.errors import InputError
-from flexmb.pictures.style import COLOURS, grid, label_of
+from flexmb.pictures.style import COLOURS, grid, label_axis, label_of
 from flexmb.series.spectrum import PowerSpectrum
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ def plot_spectrum(
     lowest = max(float(density[density > 0.0].min(initial=highest)), DEEP * highest)
     ax.set_ylim(0.3 * lowest, ROOM * highest)
     grid(ax)
-    ax.set_xlabel(label_of("frequency", spectrum.unit))
+    label_axis(ax.xaxis, "frequency", spectrum.unit)
     squared = f"{units}^2" if units.isalpha() else f"({units})$^{{2}}$" if units else "1"
     per = "/Hz" if spectrum.unit == "Hz" else " iteration"
     ax.set_ylabel(label_of("power density", f"{squared}{per}"))

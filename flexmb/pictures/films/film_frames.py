@@ -14,7 +14,7 @@ from flexmb.model.shape import Place
 from flexmb.pictures.poses.pose import Colouring, Pose
 from flexmb.pictures.poses.render import legend
 from flexmb.pictures.poses.scene import SHARE, Box, Scene, box_about, scene_of
-from flexmb.pictures.style import DIVERGING, SEQUENTIAL, grid, label_of, words_of
+from flexmb.pictures.style import DIVERGING, SEQUENTIAL, grid, label_axis, words_of
 from flexmb.results import drawing
 from flexmb.results.resampling import at_times, magnified
 from flexmb.results.solution import Solution
@@ -163,7 +163,8 @@ class Film:
             fraction=0.06,
             shrink=0.7,
         )
-        bar.set_label(label_of(words_of(field), units), fontsize="small")
+        label_axis(bar.ax.xaxis if wide else bar.ax.yaxis, words_of(field), units)
+        (bar.ax.xaxis if wide else bar.ax.yaxis).label.set_fontsize("small")
         bar.ax.tick_params(labelsize="x-small")
 
 

@@ -15,7 +15,7 @@ async function startChaos() {
     const lines = withMotion && withMotion.checked && curves[0] && curves[1]
       ? [{ x: curves[0], y: curves[1], style: () => colour("faint"), width: 0.7 }] : [];
     diagram.equal = x !== "number" && unit(x) === unit(y) && unit(x) === "m";
-    diagram.show([{ x: column(x), y: column(y), style: () => colour("series-1") }], lines, [labelled(x, unit(x)), labelled(y, unit(y))]);
+    diagram.show([{ x: column(x), y: column(y), style: () => colour("series-1") }], lines, [x, y], [unit(x), unit(y)]);
   };
   fillChoice(across, ["number", ...names], DATA.plane[0]);
   fillChoice(up, names, DATA.plane[1]);
@@ -28,7 +28,7 @@ async function startChaos() {
     const [times, ...values] = await columnsOf(DATA.history);
     convergence = new Diagram(history);
     const lines = values.map((y, k) => ({ x: times, y, style: () => seriesColour(k), width: 1.4 }));
-    convergence.show([], lines, ["t [s]", labelled("exponents", DATA.unit)]);
+    convergence.show([], lines, ["t", "exponents"], ["s", DATA.unit]);
   }
   document.documentElement.dataset.ready = "chaos";
   window.flexmbReport = { diagram, convergence };

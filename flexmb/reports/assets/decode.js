@@ -71,6 +71,26 @@ function shown(value, digits = 5) {
   return String(Number(value.toPrecision(digits)));
 }
 
+// Power of ten and unit with a prefix for numbers up to `largest`, as `prefixed` in flexmb/pictures/style.py has them.
+function prefixed(unit, largest) {
+  const takes = /^(m|s|N|Pa|J|W|Hz|A|V)(?![A-Za-z0-9^])/.exec(unit);
+  const power = 3 * Math.floor(Math.log10(largest) / 3);
+  const prefix = { "-9": "n", "-6": "\u00b5", "-3": "m", 3: "k", 6: "M", 9: "G" }[power];
+  const fits = takes && largest > 0 && prefix && (largest < 0.1 || largest >= 1e4);
+  return fits && !(power > 0 && "ms".includes(takes[1])) ? [power, prefix + unit] : [0, unit];
+}
+
+// Largest absolute value of a curve.
+function largestOf(curve) {
+  return curve.reduce((most, value) => Math.max(most, Number.isFinite(value) ? Math.abs(value) : 0), 0);
+}
+
+// A number in a unit with prefix.
+function withUnit(value, unit, digits = 3) {
+  const [power, text] = prefixed(unit, Math.abs(value));
+  return `${shown(value / 10 ** power, digits)} ${prettyUnit(text)}`;
+}
+
 function prettyUnit(unit) {
   return unit.replace("^2", "\u00b2").replace("s2", "s\u00b2").replace("m2", "m\u00b2").replace("^3", "\u00b3");
 }

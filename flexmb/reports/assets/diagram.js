@@ -3,15 +3,15 @@ const DIAGRAM_MARGIN = { left: 66, right: 26, top: 12, bottom: 40 };
 
 class Diagram {
   constructor(canvas, { onPick = null, equal = false } = {}) {
-    Object.assign(this, { canvas, onPick, equal, groups: [], lines: [], labels: ["", ""], chosen: null, drawn: 0 });
+    Object.assign(this, { canvas, onPick, equal, groups: [], lines: [], labels: ["", ""], units: ["", ""], chosen: null, drawn: 0 });
     new ResizeObserver(() => this.draw()).observe(canvas);
     onTheme(() => this.draw());
     this._listen();
   }
 
   // Groups { x, y, style, marker, tags } of points, and lines { x, y, style }.
-  show(groups, lines, labels) {
-    Object.assign(this, { groups, lines, labels });
+  show(groups, lines, labels, units) {
+    Object.assign(this, { groups, lines, labels, units });
     this.fit();
   }
 
@@ -83,27 +83,30 @@ class Diagram {
     context.fillStyle = colour("muted");
     context.textBaseline = "middle";
     context.textAlign = "center";
+    const [across, up] = [[x0, x1], [y0, y1]].map(([low, high], k) => {
+      return prefixed(this.units[k], Math.max(Math.abs(low), Math.abs(high)));
+    });
     ticksOf(x0, x1, area.width / 90).forEach((tick) => {
       const [px] = this.screen(tick, 0);
       context.strokeRect(px, area.top, 0, area.height);
-      context.fillText(shown(tick, 6), px, area.top + area.height + 10);
+      context.fillText(shown(tick / 10 ** across[0], 6), px, area.top + area.height + 10);
     });
     context.textAlign = "right";
     ticksOf(y0, y1, area.height / 45).forEach((tick) => {
       const [, py] = this.screen(0, tick);
       context.strokeRect(area.left, py, area.width, 0);
-      context.fillText(shown(tick, 6), area.left - 6, py);
+      context.fillText(shown(tick / 10 ** up[0], 6), area.left - 6, py);
     });
     context.strokeStyle = colour("line");
     context.strokeRect(area.left, area.top, area.width, area.height);
     context.fillStyle = colour("text");
     context.textAlign = "center";
     context.font = "12px system-ui, sans-serif";
-    context.fillText(this.labels[0], area.left + area.width / 2, area.top + area.height + 28);
+    context.fillText(labelled(this.labels[0], across[1]), area.left + area.width / 2, area.top + area.height + 28);
     context.save();
     context.translate(10, area.top + area.height / 2);
     context.rotate(-Math.PI / 2);
-    context.fillText(this.labels[1], 0, 0);
+    context.fillText(labelled(this.labels[1], up[1]), 0, 0);
     context.restore();
   }
 

@@ -271,13 +271,17 @@ class Controls {
     const box = document.getElementById("legend");
     box.classList.toggle("one-sided", picture.look.colour === "stress");
     box.classList.toggle("field", Boolean(field) && picture.limits[picture.look.colour] > 0);
+    const ticks = document.getElementById("legend-ticks");
+    ticks.replaceChildren();
     if (field) {
-      const limit = shown(picture.limits[picture.look.colour], 3);
-      const low = picture.look.colour === "stress" ? "0" : `-${limit}`;
-      lines.push(`${field[0]}: ${low} ... ${limit} ${field[1]} and beyond`);
+      const limit = picture.limits[picture.look.colour];
+      const [power, unit] = prefixed(field[1], limit);
+      const places = picture.look.colour === "stress" ? [0, 0.25, 0.5, 0.75, 1] : [-1, -0.5, 0, 0.5, 1];
+      ticks.append(...places.map((place) => element("span", {}, shown((place * limit) / 10 ** power, 3))));
+      lines.push(`${field[0]} [${prettyUnit(unit)}], ${shown(limit / 10 ** power, 3)} and beyond in the last colour`);
     }
     if (picture.look.forces && picture.limits.force > 0) {
-      lines.push(`joint forces, on the second bodies: ${ARROW} px are ${shown(picture.limits.force, 3)} N`);
+      lines.push(`joint forces, on the second bodies: ${ARROW} px are ${withUnit(picture.limits.force, "N")}`);
     }
     lines.push(`grid: ${shown(picture.spacing, 3)} m`);
     if (picture.scene.magnification > 1) {

@@ -35,14 +35,16 @@ class Plots {
       const key = element("span", { class: `key key-${k % 8}` });
       legend.append(element("span", { class: "entry" }, key, this.raw.names[place], " ", readouts[k]));
     });
-    const unit = prettyUnit(this.raw.units[places[0]]);
+    const largest = places.reduce((most, place) => Math.max(most, largestOf(this.curves[place])), 0);
+    const [power, text] = prefixed(this.raw.units[places[0]], largest);
+    const unit = prettyUnit(text);
     legend.append(element("span", { class: "unit" }, unit ? `[${unit}]` : ""));
     const box = element("div", { class: "panel", role: "group", "aria-label": `Plot of ${names.join(", ")} over time` });
     const heading = element("div", { class: "panel-head" }, legend);
     const area = element("div", { class: "area" });
     box.append(heading, area);
     host.append(box);
-    const panel = { box, places, readouts, plot: this._plot(area, places, height) };
+    const panel = { box, places, readouts, scale: 10 ** -power, plot: this._plot(area, places, height, 10 ** -power) };
     if (removable) {
       const close = element("button", { type: "button", class: "close", "aria-label": `Remove ${names.join(", ")}` }, "\u00d7");
       close.addEventListener("click", () => this.remove(panel));
@@ -71,11 +73,12 @@ class Plots {
     this.made = this.made.filter((other) => other !== panel);
   }
 
-  _plot(area, places, height) {
+  _plot(area, places, height, scale) {
     const axis = { stroke: () => colour("muted"), grid: { stroke: () => colour("grid"), width: 1 } };
     axis.ticks = { stroke: () => colour("grid"), width: 1, size: 4 };
     axis.font = "11px system-ui, sans-serif";
     const numbers = (plot, splits) => splits.map((value) => shown(value, 6));
+    const scaled = (plot, splits) => splits.map((value) => shown(value * scale, 6));
     const options = {
       width: Math.max(area.clientWidth, 120),
       height,
@@ -86,7 +89,7 @@ class Plots {
       scales: { x: { time: false, range: () => this.window || this._span() } },
       axes: [
         { ...axis, size: 22, gap: 3, values: numbers, space: 70 },
-        { ...axis, size: 62, gap: 3, values: numbers, space: 24 },
+        { ...axis, size: 62, gap: 3, values: scaled, space: 24 },
       ],
       series: [{}, ...places.map((_, k) => ({ stroke: () => seriesColour(k), width: 1.3, dash: k > 7 ? [6, 3] : undefined, points: { show: false } }))],
     };
@@ -154,7 +157,7 @@ class Plots {
     panel.line.style.transform = `translateX(${x}px)`;
     if (!this.clock.playing || performance.now() - (panel.told || 0) > READOUT_PAUSE) {
       panel.told = performance.now();
-      panel.places.forEach((place, n) => { panel.readouts[n].textContent = shown(this.values[place][k]); });
+      panel.places.forEach((place, n) => { panel.readouts[n].textContent = shown(this.values[place][k] * panel.scale); });
     }
   }
 }

@@ -42,8 +42,7 @@ async function startSweep() {
         group.tags.push(k);
       });
     });
-    const labels = [labelled(DATA.parameter, DATA.unit), labelled(signal.name, signal.unit)];
-    diagram.show([...groups.values()], [], labels);
+    diagram.show([...groups.values()], [], [DATA.parameter, signal.name], [DATA.unit, signal.unit]);
   };
   fillChoice(choice, DATA.signals.map((one) => one.name), DATA.signals[0].name);
   choice.addEventListener("change", show);
