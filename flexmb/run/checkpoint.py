@@ -14,7 +14,9 @@ from flexmb import checks
 from flexmb.errors import FileFormatError, InputError
 from flexmb.results.contact_intervals import COLUMNS
 from flexmb.results.netcdf import load
+from flexmb.results.peaks import Peaks
 from flexmb.results.solution import Solution
+from flexmb.state.poses import restore_poses, saved_poses
 
 if TYPE_CHECKING:
     from flexmb.run.run import Run
@@ -104,6 +106,9 @@ def checkpoint_of(run: Run, model: Mapping[str, Any]) -> Solution:
         "held_rows": record.held_rows.astype(np.uint8),
         "count": record.count.numbers(),
         "report": record.report.numbers(),
+        "lows": record.lows.copy(),
+        "earlier": np.array([run.earlier.values, run.earlier.times]),
+        **saved_poses(record.poses),
     }
     object.__setattr__(sol, "restart", {**sol.restart, **more})
     return sol
@@ -121,6 +126,8 @@ def adopt(run: Run, sol: Solution) -> None:
     record.held_rows[:] = kept["held_rows"].astype(bool)
     record.count.set_numbers(kept["count"])
     record.report.set_numbers(kept["report"])
+    record.lows[:], run.earlier = kept["lows"], Peaks(*kept["earlier"])
+    restore_poses(record.poses, kept)
     run.saving = float(run.flow.clock.save_start) >= 0.0
 
 

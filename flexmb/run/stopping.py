@@ -13,6 +13,7 @@ from flexmb.errors import InputError
 from flexmb.model.signal import hint, resolved
 from flexmb.program.program import Names
 from flexmb.state.options import NEVER
+from flexmb.state.poses import restore_poses, saved_poses
 from flexmb.state.record import BUFFER_FULL, DIRECTION, DONE, RUNNING
 
 if TYPE_CHECKING:
@@ -199,13 +200,14 @@ class Snapshot:
     run : the run, whose buffers are empty.
     """
 
-    FIELDS = ("peak", "peak_time", "signals", "last_signals", "last_lam", "last_z", "held_rows")
+    FIELDS = ("peak", "peak_time", "signals", "last_signals", "last_lam", "last_z", "held_rows", "lows")
 
     def __init__(self, run: Run) -> None:
         record = run.record
         self.flow, self.own = run.flow.saved(), run.stepper.saved()
         self.count, self.report = record.count.numbers(), record.report.numbers()
         self.arrays = {name: getattr(record, name).copy() for name in self.FIELDS}
+        self.poses = saved_poses(record.poses)
         self.rows, self.episodes = run.saved.count, len(run.episodes)
 
     def restore(self, run: Run) -> None:
@@ -215,6 +217,7 @@ class Snapshot:
         run.stepper.restore(self.own)
         record.count.set_numbers(self.count)
         record.report.set_numbers(self.report)
+        restore_poses(record.poses, self.poses)
         for name, array in self.arrays.items():
             getattr(record, name)[:] = array
         run.saved.shorten(self.rows)
