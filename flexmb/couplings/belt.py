@@ -123,7 +123,7 @@ class Belt(Wheels):
 
     def remarks(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[str]:
         """Sentence on wheels whose distance changes by more than the belt could stretch or take up."""
-        apart = self.distances(mechanism, motion)
+        apart = self._distances(mechanism, motion)
         if not len(apart):
             return
         reach = sum(self.radii) if self.crossed else self.radii[0] - self.radii[1]

@@ -171,7 +171,7 @@ class Gear(Wheels):
 
     def remarks(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[str]:
         """Sentence on an ideal pair whose axes leave the distance that its wheels are made for."""
-        apart = self.distances(mechanism, motion) if self.backlash is None and self.distance is None else np.zeros(0)
+        apart = self._distances(mechanism, motion) if self.backlash is None and self.distance is None else np.zeros(0)
         drawn, off = abs(sum(self.signed_radii(mechanism))), np.zeros(1)
         off = np.abs(apart - drawn) if len(apart) else off
         k = int(np.argmax(off))

@@ -44,7 +44,7 @@ class Wheels(Part):
         if names[0] == names[1] or (self.arm.name != GROUND.name and self.arm.name in names):
             raise ModelError(f"{self.label} couples a body with itself; give different bodies as wheels and arm.")
 
-    def distances(self, mechanism: Mechanism, motion: WatchedMotion) -> np.ndarray:
+    def _distances(self, mechanism: Mechanism, motion: WatchedMotion) -> np.ndarray:
         """Distances (n,) of both wheels at the poses of a motion [m]; empty where one is the ground."""
         bodies = [mechanism.body(wheel.name, self.label) for wheel in (self.first, self.second)]
         if GROUND.name in [body.name for body in bodies]:

@@ -96,11 +96,11 @@ class Part(checks.Checked, Shown, ABC):
 
     @property
     def pushes(self) -> tuple[str, ...]:
-        """Names of own signals that are below 0 where the part does what a real one cannot, such as a pulling cam."""
+        """Names of own forces that only push: below 0 a real part, such as a cam, would lift off."""
         return ()
 
     def remarks(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterable[str]:  # noqa: ARG002 - most say nothing
-        """Sentences on what a real part would not have done in a motion of `mechanism`, with instant and remedy."""
+        """Sentences with instant and remedy on a `motion` of `mechanism` that a real part could not follow."""
         return ()
 
     def validate(self, mechanism: Mechanism) -> None:

@@ -16,7 +16,6 @@ from flexmb.results.contact_intervals import COLUMNS
 from flexmb.results.netcdf import load
 from flexmb.results.peaks import Peaks
 from flexmb.results.solution import Solution
-from flexmb.state.poses import restore_poses, saved_poses
 
 if TYPE_CHECKING:
     from flexmb.run.run import Run
@@ -26,6 +25,9 @@ EVERY = 30.0
 
 COMMAND = "checkpoint"
 """Name of the arguments of the run in `Solution.model`."""
+
+POSES = "poses."
+"""Begin of the names of the poses that a run keeps."""
 
 END_COLUMN = [name for name, _ in COLUMNS].index("end")
 
@@ -108,7 +110,7 @@ def checkpoint_of(run: Run, model: Mapping[str, Any]) -> Solution:
         "report": record.report.numbers(),
         "lows": record.lows.copy(),
         "earlier": np.array([run.earlier.values, run.earlier.times]),
-        **saved_poses(record.poses),
+        **{f"{POSES}{name}": array for name, array in record.poses.saved().items()},
     }
     object.__setattr__(sol, "restart", {**sol.restart, **more})
     return sol
@@ -127,7 +129,8 @@ def adopt(run: Run, sol: Solution) -> None:
     record.count.set_numbers(kept["count"])
     record.report.set_numbers(kept["report"])
     record.lows[:], run.earlier = kept["lows"], Peaks(*kept["earlier"])
-    restore_poses(record.poses, kept)
+    own = {name.removeprefix(POSES): array for name, array in kept.items() if name.startswith(POSES)}
+    record.poses.restore(own)
     run.saving = float(run.flow.clock.save_start) >= 0.0
 
 

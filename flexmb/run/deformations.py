@@ -25,7 +25,7 @@ MOST_POINTS = 100
 def deformations(mechanism: Mechanism, seen: Seen) -> Iterator[tuple[Reduced, np.ndarray, np.ndarray]]:
     """Each reduced body, instants (t,), and its deformations (t, n) in its frame, the first pin at 0.
 
-    Instants are those of the poses that a run keeps, and the last one of the run.
+    Instants are those of the poses that a run keeps.
 
     Parameters
     ----------
@@ -33,14 +33,12 @@ def deformations(mechanism: Mechanism, seen: Seen) -> Iterator[tuple[Reduced, np
     seen : what is seen of the run.
     """
     module: Any = sys.modules.get("flexmb.reduction.reduced")  # no body is a reduced one before it is imported
-    place = {name: k for k, name in enumerate(seen.coordinates)}
     for body in mechanism.bodies if module is not None else ():
         if isinstance(body, module.Reduced):
             from flexmb.results.surfaces import deformed
 
             names = [f"{body.name}.{node.name}.{axis}" for node in body.basis.nodes for axis in ("x", "y", "theta")]
-            last = seen.pose[None, [place[name] for name in names]]
-            poses, time = np.concatenate([seen.motion.rows(*names), last]), np.append(seen.motion.times, seen.end)
+            poses, time = seen.motion.rows(*names), seen.motion.times
             with np.errstate(all="ignore"):  # a run that blows up ends with numbers that are none
                 d = deformed(body.moved_by, poses.reshape(len(time), -1, 3))[0]
                 d[..., :2] -= d[:, :1, :2]

@@ -24,12 +24,12 @@ def begin_watch(run: Run) -> None:
     """Start peaks, lows and poses at the present state."""
     reset_peaks(run)
     run.earlier = no_peaks(run.record)
-    run.record.lows[:, 0], run.record.lows[:, 1] = np.inf, 0.0
+    run.record.lows[:] = np.inf
     keep_first(run.record.poses, float(run.flow.clock.t), run.record.signals, run.flow.z)
 
 
 def reset_peaks(run: Run) -> None:
-    """Start the reported peaks at the present state; those before are watched still."""
+    """Start the reported peaks at the present state; earlier ones stay watched."""
     run.earlier = all_peaks(run)
     run.stepper.reset_peaks()
     run.record.peak[:], run.record.peak_time[:] = _sizes(run.record), run.flow.clock.t
@@ -66,6 +66,6 @@ def _sizes(record: RunRecord) -> np.ndarray:
 
 
 def _with_places(record: RunRecord, larger: np.ndarray) -> np.ndarray:
-    """Signals that are larger; a place goes with the signal at whose peak it is wanted."""
+    """Larger signals, each with the signal of its place."""
     larger[record.places[:, PLACE]] = larger[record.places[:, OF_PEAK]]
     return larger

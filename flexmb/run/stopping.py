@@ -13,7 +13,6 @@ from flexmb.errors import InputError
 from flexmb.model.signal import hint, resolved
 from flexmb.program.program import Names
 from flexmb.state.options import NEVER
-from flexmb.state.poses import restore_poses, saved_poses
 from flexmb.state.record import BUFFER_FULL, DIRECTION, DONE, RUNNING
 
 if TYPE_CHECKING:
@@ -207,7 +206,7 @@ class Snapshot:
         self.flow, self.own = run.flow.saved(), run.stepper.saved()
         self.count, self.report = record.count.numbers(), record.report.numbers()
         self.arrays = {name: getattr(record, name).copy() for name in self.FIELDS}
-        self.poses = saved_poses(record.poses)
+        self.poses = record.poses.saved()
         self.rows, self.episodes = run.saved.count, len(run.episodes)
 
     def restore(self, run: Run) -> None:
@@ -217,7 +216,7 @@ class Snapshot:
         run.stepper.restore(self.own)
         record.count.set_numbers(self.count)
         record.report.set_numbers(self.report)
-        restore_poses(record.poses, self.poses)
+        record.poses.restore(self.poses)
         for name, array in self.arrays.items():
             getattr(record, name)[:] = array
         run.saved.shorten(self.rows)

@@ -25,7 +25,7 @@ from flexmb.run.failure import STEP_CODES
 from flexmb.run.peaks import all_peaks
 from flexmb.run.stopping import Condition
 from flexmb.run.strength import materials_of, source_of, strength_remarks
-from flexmb.state.poses import order_of_poses
+from flexmb.state.poses import kept_poses
 from flexmb.step.step_size import FixedStep
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ class Watched(NamedTuple):
 
 
 class Seen(NamedTuple):
-    """What the watch sees of a run, whatever is saved.
+    """View of a run for its watch, whatever is saved.
 
     Parameters
     ----------
@@ -74,9 +74,6 @@ class Seen(NamedTuple):
     reported : peaks of the time that is saved.
     contacts : contact intervals.
     fixed_step : size of the steps [s]; None: chosen by their errors.
-    end : last instant that the run reached [s].
-    coordinates : names of the coordinates.
-    pose : (n_q,) coordinates at the last instant.
     failed : whether a step failed.
     even : (n,) whether the poses of `motion` are those that are evenly distributed over the steps.
     z : (n, n_z) histories at the poses.
@@ -87,9 +84,6 @@ class Seen(NamedTuple):
     reported: Peaks
     contacts: ContactLog
     fixed_step: float | None
-    end: float
-    coordinates: Sequence[str]
-    pose: np.ndarray
     failed: bool
     even: np.ndarray
     z: np.ndarray
@@ -97,25 +91,20 @@ class Seen(NamedTuple):
 
     @staticmethod
     def of(run: Run) -> Seen:
-        """What is seen of a run that has ended."""
-        record, signals, fixed = run.record, run.stepper.reported.names.signals, None
-        if isinstance(run.step, FixedStep):
-            fixed = run.step.size
+        """View of a run that has ended."""
+        record, signals = run.record, run.stepper.reported.names.signals
+        fixed = run.step.size if isinstance(run.step, FixedStep) else None
         lows = {signals.names[place]: tuple(low) for place, low in zip(record.low_places, record.lows, strict=True)}
-        rows = order_of_poses(record.poses)
-        poses = record.poses.times[rows], record.poses.values[rows]
+        times, values, z, sizes, even = kept_poses(record.poses, float(run.flow.clock.t), record.signals, run.flow.z)
         return Seen(
-            WatchedMotion(signals, *poses, all_peaks(run), lows),
+            WatchedMotion(signals, times, values, all_peaks(run), lows),
             Peaks(record.peak, record.peak_time),
             run.contact_log(),
             fixed,
-            float(run.flow.clock.t),
-            run.program.names.coordinates,
-            run.flow.q,
             run.code in STEP_CODES,
-            rows < record.poses.count,
-            record.poses.z[rows],
-            record.poses.sizes[rows],
+            even,
+            z,
+            sizes,
         )
 
 
@@ -130,7 +119,7 @@ def watched(mechanism: Mechanism, seen: Seen) -> Watched:
     faults: list[str] = []
     notes: list[str] = []
     for finding in cheap_findings(mechanism):
-        if finding.code in ONE_INSTANT and finding.numbers.get("time", 0.0) > seen.end:
+        if finding.code in ONE_INSTANT and finding.numbers.get("time", 0.0) > seen.motion.times[-1]:
             continue
         (faults if finding.severity == ERROR else notes).append(f"{finding.text} {finding.remedy}".rstrip())
     strains = (*_strains(mechanism, seen.motion), *_strains_of_meshes(mechanism, seen.motion))

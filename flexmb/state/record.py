@@ -77,6 +77,9 @@ class StepReport(Record):
     angle_tolerance: float
 
 
+LEAST, INSTANT = range(2)
+"""Columns of `RunRecord.lows`: least value of a signal, and when [s]."""
+
 PLACE, OF_PEAK = range(2)
 """Columns of `RunRecord.places`: the signal of a place, and the signal at whose peak it is wanted."""
 
@@ -93,7 +96,7 @@ class RunRecord(Record):
     peak, peak_time : (n_y,) largest absolute values so far and their times [s]
     one_sided : (n_y,) signals whose peak is the largest positive value (a penetration is negative in free flight)
     places : (k, 2) signals of places, and the signals at whose peaks they are wanted;  place_then : (k,) their values
-    low_places : (l,) places of signals whose least value is watched;  lows : (l, 2) these values and their times [s]
+    low_places : (l,) places of signals whose least value is watched;  lows : (l, 2) LEAST and INSTANT of each
     poses : poses that are kept for the watch
     held_rows : (n_c,) constraint equations whose multipliers were not unique
     episodes : (rows, EPISODE_ROW_SIZE) contact intervals that ended (`step/contact_log.py`)

@@ -1,6 +1,7 @@
 """Poses of accepted steps, which a run keeps for its watch (`flexmb.state.poses`)."""
 
 from flexmb.kernels import compiled, copy
+from flexmb.state.record import INSTANT, LEAST
 
 
 @compiled
@@ -9,21 +10,22 @@ def watch_step(strain, flow, record):
     t, signals = flow.clock.t, record.signals
     for k in range(record.low_places.shape[0]):
         value = signals[record.low_places[k]]
-        if value < record.lows[k, 0]:
-            record.lows[k, 0], record.lows[k, 1] = value, t
+        if value < record.lows[k, LEAST]:
+            record.lows[k, LEAST], record.lows[k, INSTANT] = value, t
     poses = record.poses
     last = poses.times.shape[0] - 1
-    if signals[strain] > poses.strain:
-        poses.strain = signals[strain]
+    number = poses.number
+    if signals[strain] > number.strain:
+        number.strain = signals[strain]
         _keep(last, t, flow, record)
-    poses.wait -= 1
-    if poses.wait > 0:
+    number.wait -= 1
+    if number.wait > 0:
         return
-    if poses.count == last:
+    if number.count == last:
         _thin(poses)
-    _keep(poses.count, t, flow, record)
-    poses.count += 1
-    poses.wait = poses.stride
+    _keep(number.count, t, flow, record)
+    number.count += 1
+    number.wait = number.stride
 
 
 @compiled
@@ -38,9 +40,9 @@ def _keep(row, t, flow, record):
 @compiled
 def _thin(poses):
     """Every second pose, at twice the distance."""
-    poses.count //= 2
-    poses.stride *= 2
-    for k in range(1, poses.count):
+    poses.number.count //= 2
+    poses.number.stride *= 2
+    for k in range(1, poses.number.count):
         poses.times[k], poses.sizes[k] = poses.times[2 * k], poses.sizes[2 * k]
         copy(poses.values[2 * k], poses.values[k])
         copy(poses.z[2 * k], poses.z[k])
