@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.linalg as la
-import scipy.sparse as sp
 
 from flexmb.equilibrium.eigen import undamped
 from flexmb.equilibrium.free_motions import null_space
@@ -141,16 +140,16 @@ def linear_modes(system: StateEvaluation, state: State, lam: np.ndarray) -> Line
     SolveError, KernelError : modes that cannot be computed.
     """
     n_b, none = system.program.tables.sizes.n_b, np.zeros(0)
-    elastic = _at(system, state, weights=(1.0, 0.0, 0.0)).blocks[0]
-    K, C, M = (_at(system, state, lam=lam, weights=w).blocks[0] for w in np.eye(3))
     if n_b > DENSE:
+        elastic = _at(system, state, weights=(1.0, 0.0, 0.0)).block()
+        K, C, M = (_at(system, state, lam=lam, weights=w).block() for w in np.eye(3))
         order, held = system.program.symbolic.order, np.zeros((system.program.n_q, 0))
-        stiffness, mass = sp.csc_matrix(K), sp.csc_matrix(M)
-        squares, x = undamped(stiffness, mass, sp.csr_matrix(system.jacobian), held, LOWEST, order)
+        squares, x = undamped(K, M, system.jacobian, held, LOWEST, order)
         rising = np.argsort(squares)
         found = _positive(squares[rising], x[:, rising], C, elastic, RIGID_OF_LARGE)
         return found._replace(shapes=found.shapes[:n_b])
-    elastic, K, C, M = (A[:n_b, :n_b] for A in (elastic, K, C, M))
+    elastic = _at(system, state, weights=(1.0, 0.0, 0.0)).dense[:n_b, :n_b]
+    K, C, M = (_at(system, state, lam=lam, weights=w).dense[:n_b, :n_b] for w in np.eye(3))
     Z = null_space(system.dense[system.program.n_q :, :n_b])
     if Z.shape[1] == 0:
         return LinearModes(none, none, np.zeros((n_b, 0)), none)

@@ -27,8 +27,8 @@ MOST_UNKNOWNS, MOST_CONTROLLED = 20_000, 150
 POSES, POSES_OF_LARGE, AROUND, DISTANCE = 6, 2, 4, 1e-3
 """Number of poses that are looked at, also of large models; states from each on, and their distance over the run."""
 
-LARGE = 150
-"""Number of coordinates of a large model."""
+MANY, LARGE, AROUND_OF_MANY = 40, 150, 2
+"""Number of coordinates from which there are fewer states from each pose on, and of a large model; these states."""
 
 FEWEST_INSTANTS, FEWEST_STATES = 12, 3
 """Number of kept states, of all and of those with the same contacts, below which energies are not known."""
@@ -194,9 +194,10 @@ def _states(program: Program, seen: Seen) -> list[State]:
     from flexmb.equilibrium.vibrations import State
 
     times, poses = motion.times[kept], np.arange(POSES if n < LARGE else POSES_OF_LARGE)
-    wanted = (poses + poses * 0.618034 % 1.0) / len(poses) + np.arange(AROUND)[:, None] * DISTANCE
+    later = np.arange(AROUND_OF_MANY if MANY <= n < LARGE else AROUND)[:, None]
+    wanted = (poses + poses * 0.618034 % 1.0) / len(poses) + later * DISTANCE
     found = np.searchsorted(times, times[0] + wanted * (times[-1] - times[0]))
-    found = np.maximum(found, found[0] + np.arange(AROUND)[:, None])
+    found = np.maximum(found, found[0] + later)
     rows = kept[np.unique(np.minimum(found, len(kept) - 1))]
     q, v, a = (motion.values[:, k * n : (k + 1) * n] for k in range(3))
     return [State(float(motion.times[k]), q[k], v[k], a[k], seen.z[k]) for k in rows]
