@@ -471,13 +471,16 @@ def _left_out() -> dict[str, str]:
         program.signals.CONTACT_PENETRATION program.tables.CONTACT_COMMON beams.peak_stress.SIZE
         program.tables.NO_FACTOR program.tables.FIRST_OUTPUT system.outputs.FRICTION_ALONE
     decides a remark or a refusal, and no number of a run: run.watch.DEEP run.watch.THROUGH run.watch.LEAST_STEPS run.watch.SHARE
-        run.watch.LARGE_STRAIN run.watch.IMPOSSIBLE_STRAIN run.watch.LARGE_WIND_UP run.watch.PULL results.fatigue.CAPTURED
+        run.watch.LARGE_STRAIN run.watch.IMPOSSIBLE_STRAIN couplings.one_way_clutch.LARGE_WIND_UP cams.curve_on_curve.PULL couplings.cable.LARGE_STRETCH
+        couplings.belt.LARGE_STRETCH couplings.gear.LARGE_PLAY couplings.rack.PARTED doctor.coarse_cells.TOO_STIFF results.fatigue.CAPTURED
         run.strength.LEAST
         run.basis_edge.AT_EDGE run.basis_edge.LEFT_OUT run.basis_edge.EDGE_SHARE run.basis_edge.STEP_ERROR reduction.craig_bampton.LEAST_PIVOT reduction.craig_bampton.LEAST_SHARE
         reduction.accuracy.EXACT
         run.deformations.LARGE_SHARE run.deformations.IMPOSSIBLE_SHARE run.deformations.MOST_POINTS
-        run.watch.MOST_NUMBERS run.watch.MOST_OF_ALL
-        run.vibrations.MOST_UNKNOWNS run.vibrations.POSES run.vibrations.POSES_OF_LARGE run.vibrations.AROUND run.vibrations.LARGE
+        state.poses.MOST_POSES state.poses.LEAST_POSES state.poses.POSE_NUMBERS
+        run.vibrations.MOST_UNKNOWNS run.vibrations.MOST_CONTROLLED run.vibrations.POSES run.vibrations.POSES_OF_LARGE
+        run.vibrations.AROUND run.vibrations.DISTANCE run.vibrations.LARGE run.vibrations.MANY run.vibrations.AROUND_OF_MANY run.vibrations.FEWEST_STATES run.vibrations.SAME
+        equilibrium.vibrations.RIGID_OF_LARGE equilibrium.vibrations.DENSE equilibrium.vibrations.LOWEST
         run.vibrations.FEWEST_INSTANTS equilibrium.vibrations.NEAR equilibrium.vibrations.RIGID run.vibrations.ENERGY_SHARE run.vibrations.DECAY
         run.vibrations.PART_OF_STEP run.vibrations.UNRESOLVED
         run.vibrations.LOST_PHASE run.vibrations.LOST_AMPLITUDE run.checkpoint.EVERY results.netcdf_content.LARGEST_GROWTH

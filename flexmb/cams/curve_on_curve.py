@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -31,6 +31,10 @@ from flexmb.model.shape import Shapes
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
+    from flexmb.model.watched_motion import WatchedMotion
+
+PULL = 1e-3
+"""Pull of an ideal pair relative to its largest force, above which there is a remark."""
 
 FAR = 0.25
 """Largest gap in the reference configuration that is closed at the start, over the size of the first curve."""
@@ -130,6 +134,21 @@ class CurveOnCurve(Part):
         if isinstance(self.first_curve, ClosedCurve):
             return self.first, self.first_curve, self.second, self.second_curve
         return self.second, self.second_curve, self.first, self.first_curve
+
+    @property
+    def pushes(self) -> tuple[str, ...]:
+        """The force of an ideal pair."""
+        return ("force",) if self.normal is None else ()
+
+    def remarks(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[str]:  # noqa: ARG002 - see `Part`
+        """Sentence on a pull, where a real follower would lift off."""
+        for name in self.pushes:
+            (least, when), (largest, _) = motion.lows[f"{self.name}.{name}"], motion.peak(f"{self.name}.{name}")
+            if least < -PULL * largest:
+                yield (
+                    f"At t = {when:.6g} s {self.label} pulls with {-least:.4g} N, where a follower would lift off. "
+                    "Give normal=... for a contact that opens, or a stronger spring."
+                )
 
     @property
     def pin_radius(self) -> float:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from flexmb import checks, planar
 from flexmb.couplings.belt_friction import belt_contributions
@@ -17,6 +19,10 @@ from flexmb.model.shape import BeltShape, Shapes
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
+    from flexmb.model.watched_motion import WatchedMotion
+
+LARGE_STRETCH = 0.02
+"""Change of the length that a belt would need, over its length, above which there is a remark."""
 
 
 @dataclass(frozen=True)
@@ -114,6 +120,27 @@ class Belt(Wheels):
                 f"and {r2:g} m. Move a wheel; with friction the centres of mass are the centres of the wheels."
             )
         return math.pi + 2.0 * math.asin(reach / apart) * (1.0 if self.crossed else -1.0)
+
+    def remarks(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[str]:
+        """Sentence on wheels whose distance changes by more than the belt could stretch or take up."""
+        apart = self._distances(mechanism, motion)
+        if not len(apart):
+            return
+        reach = sum(self.radii) if self.crossed else self.radii[0] - self.radii[1]
+        bodies = [mechanism.body(wheel.name, self.label) for wheel in (self.first, self.second)]
+        drawn = planar.distance(*((node.x, node.y) for node in (body.node(body.main) for body in bodies)))
+        d = np.maximum(np.append(apart, drawn), abs(reach))
+        wrap = math.pi * sum(self.radii) + 2.0 * reach * np.arcsin(reach / d)
+        length = 2.0 * np.sqrt(d**2 - reach**2) + wrap
+        stretch = length[:-1] / length[-1] - 1.0
+        k = int(np.argmax(np.abs(stretch)))
+        if abs(stretch[k]) > LARGE_STRETCH:
+            verb = "stretch by" if stretch[k] > 0.0 else "be too long by"
+            yield (
+                f"At t = {motion.times[k]:.6g} s the centres of the wheels of {self.label} are {apart[k]:.4g} m apart, "
+                f"drawn are {drawn:.4g} m: the belt would {verb} {100.0 * abs(stretch[k]):.3g} % of its length. "
+                "It couples angles alone: hold the axes by joints, or by an arm."
+            )
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
         """The belt, and circles of its middle line on both wheels."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING
 
@@ -20,6 +20,10 @@ from flexmb.model.shape import CABLE, LineShape, Shapes
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
+    from flexmb.model.watched_motion import WatchedMotion
+
+LARGE_STRETCH = 0.2
+"""Elongation over length above which there is a remark."""
 
 
 @gap_kernel
@@ -122,6 +126,15 @@ class Cable(Part):
         """A thin line between the points."""
         first, second = self.ends(mechanism)
         return (LineShape(self.name, CABLE, first.place, second.place),)
+
+    def remarks(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[str]:  # noqa: ARG002 - see `Part`
+        """Sentence on an elongation that no cable bears."""
+        (stretch, when), length = motion.peak(f"{self.name}.penetration"), self.slack_length
+        if stretch > LARGE_STRETCH * length:
+            yield (
+                f"At t = {when:.6g} s {self.label} is stretched by {stretch:.4g} m, its length is {length:.4g} m. "
+                "The stiffness of a cable is E A/length, in N/m."
+            )
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One contact and the distance of the points."""

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from flexmb import checks, planar
 from flexmb.contact.friction.frictionless import Frictionless
@@ -19,9 +21,13 @@ from flexmb.model.shape import Shapes
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
+    from flexmb.model.watched_motion import WatchedMotion
 
 FITS = 1e-3
 """Difference of the distance of the axes from the sum of the pitch radii, relative to it, that still fits."""
+
+LARGE_PLAY = 0.2
+"""Error of the distance of the axes in a motion, over the module, above which there is a remark."""
 
 STANDARD_PRESSURE_ANGLE = math.radians(20.0)
 """Pressure angle of standard gears [rad] (ISO 53)."""
@@ -162,6 +168,19 @@ class Gear(Wheels):
         if apart == 0.0:
             raise ModelError(f"{self.label}: the centres of both wheels coincide. Give distance= of the axes.")
         return apart
+
+    def remarks(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[str]:
+        """Sentence on an ideal pair whose axes leave the distance that its wheels are made for."""
+        apart = self._distances(mechanism, motion) if self.backlash is None and self.distance is None else np.zeros(0)
+        drawn, off = abs(sum(self.signed_radii(mechanism))), np.zeros(1)
+        off = np.abs(apart - drawn) if len(apart) else off
+        k = int(np.argmax(off))
+        if off[k] > LARGE_PLAY * self.module_of(mechanism):
+            yield (
+                f"At t = {motion.times[k]:.6g} s the centres of the wheels of {self.label} are {apart[k]:.4g} m apart; "
+                f"its teeth mesh at {drawn:.4g} m. An ideal pair holds its ratio at any distance: hold the axes, "
+                "or give backlash= and normal=."
+            )
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
         """The pitch circles."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -16,6 +16,10 @@ from flexmb.places import LOAD, SLIDING
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
+    from flexmb.model.watched_motion import WatchedMotion
+
+LARGE_WIND_UP = 0.5
+"""Wind-up above which there is a remark [rad]."""
 
 WIND_UP, LAST_RATE = range(2)
 """Places in the history: wind-up of the clutch [rad], its rate at the last state [rad/s]."""
@@ -119,6 +123,13 @@ class OneWayClutch(Joint):
         checks.positive(self.label, "stiffness", self.stiffness, "N m/rad")
         checks.not_negative(self.label, "damping", self.damping, "N m s/rad")
         checks.one_of(self.label, "free", self.free, (COUNTER_CLOCKWISE, CLOCKWISE))
+
+    def remarks(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[str]:  # noqa: ARG002 - see `Part`
+        """Sentence on a wind-up that no clutch bears."""
+        torque, when = motion.peak(f"{self.name}.torque")
+        if torque > LARGE_WIND_UP * self.stiffness:
+            text = f"At t = {when:.6g} s {self.label} is wound up by some {torque / self.stiffness:.4g} rad."
+            yield f"{text} Its stiffness is in N m/rad."
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """The two constraint equations of the pin, with the torque of the clutch."""

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from flexmb import checks
 from flexmb.errors import ModelError
@@ -16,6 +18,10 @@ from flexmb.model.part import GROUND, Part
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
+    from flexmb.model.watched_motion import WatchedMotion
+
+PARTED = 0.05
+"""Error of the distance of the pinion from the pitch line over its radius, above which there is a remark."""
 
 
 @constraint_kernel
@@ -87,6 +93,27 @@ class Rack(Part):
             raise ModelError(f"{text}, so the pinion has no radius. Move the line to the pitch point.")
         return across
 
+    def remarks(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[str]:
+        """Sentence on a pinion that leaves the pitch line."""
+        pinion, rack = (mechanism.body(part.name, self.label) for part in (self.pinion, self.rack))
+        end, node = rack.attach(self.label, self.at), pinion.node(pinion.main)
+        radius, turned = self.radius(mechanism), rack.node(end.node).theta
+        x, y = motion.rows(*(f"{_stem(pinion.name, node.name)}.{axis}" for axis in "xy")).T
+        X, Y, theta = np.zeros((3, len(x)))
+        if rack.name != GROUND.name:
+            X, Y, theta = motion.rows(*(f"{_stem(rack.name, end.node)}.{axis}" for axis in ("x", "y", "theta"))).T
+        c, s = np.cos(theta), np.sin(theta)
+        dx, dy = x - X - c * end.offset[0] + s * end.offset[1], y - Y - s * end.offset[0] - c * end.offset[1]
+        angle = math.atan2(self.along[1], self.along[0]) - turned + theta
+        across = np.cos(angle) * dy - np.sin(angle) * dx
+        k = int(np.argmax(np.abs(across - radius)))
+        if abs(across[k] - radius) > PARTED * abs(radius):
+            yield (
+                f"At t = {motion.times[k]:.6g} s the centre of {self.pinion.name!r} is {abs(across[k]):.4g} m from the "
+                f"pitch line of {self.label}, whose radius is {abs(radius):.4g} m. It couples rotation and travel "
+                "alone: hold the distance by a joint or guide."
+            )
+
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One constraint equation between six coordinates."""
         pinion, rack = (mechanism.body(part.name, self.label) for part in (self.pinion, self.rack))
@@ -105,3 +132,8 @@ class Rack(Part):
         )
         p = (*u, *end.offset, 0.0, 0.0, radius, value)
         return [ConstraintContribution(self.name, rack_kernel, coordinates, p, 1, reactions=reactions)]
+
+
+def _stem(part: str, node: str) -> str:
+    """Begin of the names of the signals of a node."""
+    return f"{part}.{node}" if node else part

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from flexmb.couplings.linear import angle_of, angles_contribution
 from flexmb.errors import ModelError
 from flexmb.model.contributions import ConstraintContribution, Coordinate, Reaction
@@ -13,6 +15,7 @@ from flexmb.model.shape import CircleShape, Shapes
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
+    from flexmb.model.watched_motion import WatchedMotion
 
 
 @dataclass(frozen=True)
@@ -40,6 +43,15 @@ class Wheels(Part):
         names = (self.first.name, self.second.name)
         if names[0] == names[1] or (self.arm.name != GROUND.name and self.arm.name in names):
             raise ModelError(f"{self.label} couples a body with itself; give different bodies as wheels and arm.")
+
+    def _distances(self, mechanism: Mechanism, motion: WatchedMotion) -> np.ndarray:
+        """Distances (n,) of both wheels at the poses of a motion [m]; empty where one is the ground."""
+        bodies = [mechanism.body(wheel.name, self.label) for wheel in (self.first, self.second)]
+        if GROUND.name in [body.name for body in bodies]:
+            return np.zeros(0)
+        stems = [f"{body.name}.{body.main}" if body.main else body.name for body in bodies]
+        x1, y1, x2, y2 = motion.rows(*(f"{stem}.{axis}" for stem in stems for axis in "xy")).T
+        return np.asarray(np.hypot(x2 - x1, y2 - y1))
 
     def circles(self, mechanism: Mechanism, radii: tuple[float, float]) -> Shapes:
         """Pitch circles about the main nodes of the wheels that move.

@@ -1,6 +1,8 @@
-"""The part of the examination that costs next to nothing: users' laws and motions, and tables, each once."""
+"""The part of the examination that costs next to nothing: users' laws and motions, tables, linear cells."""
 
 from __future__ import annotations
+
+import sys
 
 from flexmb.doctor.finding import Finding
 from flexmb.model.law import FrictionLaw, Law, Motion, NormalLaw
@@ -20,7 +22,7 @@ _KNOWN: dict[tuple[str, Law], tuple[Finding, ...]] = {}
 
 
 def cheap_findings(mechanism: Mechanism) -> list[Finding]:
-    """Findings on users' laws and motions, and on tables; flexmb's own laws are known to keep their signs.
+    """Findings on users' laws and motions, tables and linear cells; flexmb's own laws are known to keep their signs.
 
     Parameters
     ----------
@@ -34,6 +36,10 @@ def cheap_findings(mechanism: Mechanism) -> list[Finding]:
                 _TRIED[kind] = _is_tried(kind)
             if _TRIED[kind]:
                 findings += _remembered(part.name, value)
+    if "flexmb.planes.plane_body" in sys.modules:  # no body has a mesh before it is imported, which takes long
+        from flexmb.doctor.coarse_cells import coarse_cells
+
+        findings += coarse_cells(mechanism)
     return findings
 
 

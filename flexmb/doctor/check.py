@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from flexmb import checks
+from flexmb.doctor.coarse_cells import coarse_cells
 from flexmb.doctor.connections import free_bodies
 from flexmb.doctor.dimensions import dimension_findings
 from flexmb.doctor.finding import ERROR, SEVERITIES, Finding, found
@@ -67,7 +68,7 @@ def check(mechanism: Mechanism, step: float | None = None) -> Report:
 def _examined(mechanism: Mechanism, step: float | None) -> Report:
     """Report on a mechanism, and on a fixed step [s]."""
     findings = [*free_bodies(mechanism), *dimension_findings(mechanism), *motion_findings(mechanism)]
-    findings += _attempt(mechanism, law_findings)
+    findings += [*_attempt(mechanism, law_findings), *coarse_cells(mechanism)]
     try:
         moving, ideal = compile_mechanism(mechanism), compile_mechanism(mechanism, closed=True)
         closed = compile_mechanism(mechanism, start=True)

@@ -41,6 +41,7 @@ CODES: dict[str, tuple[str, str]] = {
     "large-clearance": (WARNING, "a clearance is not small against the parts beside it"),
     "soft-contact": (WARNING, "loads press surfaces into each other by much of the radius"),
     "stubby-beam": (WARNING, "a beam is too short for its height: Euler-Bernoulli theory does not hold"),
+    "coarse-cells": (WARNING, "linear cells are too few across a plane body, which is then too stiff in bending"),
     "overload": (WARNING, "the declared loads alone stress a flexible body beyond yield"),
     "near-buckling": (WARNING, "the declared loads are more than half of the buckling load"),
     "odd-units": (WARNING, "a number looks as if it were given in another unit"),

@@ -11,7 +11,7 @@ from flexmb.doctor.finding import Finding, found
 from flexmb.doctor.laws import contacts_of
 from flexmb.doctor.loads import penetration, typical_load
 from flexmb.equilibrium.free_motions import moves_most
-from flexmb.equilibrium.vibrations import State, energies_of_modes
+from flexmb.equilibrium.vibrations import State, vibrations_of
 from flexmb.errors import FlexmbError
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body, Joint
@@ -51,10 +51,12 @@ def step_findings(mechanism: Mechanism, ideal: Program, closed: Program, q: np.n
     try:
         v = rigid_velocities(closed, q, 0.0, yielding_joints(ideal, closed))
         a, _ = accelerations(ideal, q, v, 0.0)
-        n = ideal.tables.sizes.n_b
-        energies, modes = energies_of_modes(ideal, [State(0.0, q[:n], v[:n], a[:n])], PART_OF_PERIOD * h)
+        vibrations = vibrations_of(ideal, [State(0.0, q, v, a, ideal.reference.z)], PART_OF_PERIOD * h)
     except (FlexmbError, np.linalg.LinAlgError):
         return findings  # told by other findings
+    if not vibrations:
+        return findings
+    ((_, energies, modes),) = vibrations
     begun = energies[0, 2]
     coarse = np.flatnonzero((modes.omega * h > UNRESOLVED) & (begun > LOADED_SHARE * begun.sum()))
     if not len(coarse):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -26,6 +26,7 @@ from flexmb.model.shape import PointShape, Shapes
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
+    from flexmb.model.watched_motion import WatchedMotion
 
 
 Triple = tuple[float, float, float]
@@ -92,6 +93,15 @@ class Part(checks.Checked, Shown, ABC):
         """Names of the parts to which this part is connected."""
         values = [getattr(self, name) for name, _ in checks.declared_fields(type(self))]
         return tuple([v.name for v in values if _is_part(v.__class__)])
+
+    @property
+    def pushes(self) -> tuple[str, ...]:
+        """Names of own forces that only push: below 0 a real part, such as a cam, would lift off."""
+        return ()
+
+    def remarks(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterable[str]:  # noqa: ARG002 - most say nothing
+        """Sentences with instant and remedy on a `motion` of `mechanism` that a real part could not follow."""
+        return ()
 
     def validate(self, mechanism: Mechanism) -> None:
         """Check the part against the other parts of `mechanism`."""

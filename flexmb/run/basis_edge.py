@@ -13,7 +13,7 @@ from flexmb.run.deformations import deformations
 
 if TYPE_CHECKING:
     from flexmb.reduction.reduced import Reduced
-    from flexmb.run.watch import Saved
+    from flexmb.run.watch import Seen
 
 EDGE_SHARE = 0.1
 """Share of the strain energy in the highest modes [1] from which a basis is said to be too small."""
@@ -31,15 +31,15 @@ STEP_ERROR = 1e-8
 Default steps leave some 3e-9 in bodies that are so stiff that their deformation is smaller."""
 
 
-def basis_remarks(mechanism: Mechanism, saved: Saved) -> Iterator[str]:
-    """A sentence on each reduced body whose last three modes hold much of its strain energy at a saved instant.
+def basis_remarks(mechanism: Mechanism, seen: Seen) -> Iterator[str]:
+    """A sentence on each reduced body whose last three modes hold much of its strain energy at a pose that is kept.
 
     Parameters
     ----------
     mechanism : the mechanism.
-    saved : results of the run.
+    seen : what is seen of the run.
     """
-    for body, time, d in deformations(mechanism, saved):
+    for body, time, d in deformations(mechanism, seen):
         if body.basis.vibrations >= AT_EDGE and np.isfinite(d).all():
             yield from _remark(body, d, time)
 

@@ -14,6 +14,7 @@ from flexmb import checks
 from flexmb.errors import FileFormatError, InputError
 from flexmb.results.contact_intervals import COLUMNS
 from flexmb.results.netcdf import load
+from flexmb.results.peaks import Peaks
 from flexmb.results.solution import Solution
 
 if TYPE_CHECKING:
@@ -24,6 +25,9 @@ EVERY = 30.0
 
 COMMAND = "checkpoint"
 """Name of the arguments of the run in `Solution.model`."""
+
+POSES = "poses."
+"""Begin of the names of the poses that a run keeps."""
 
 END_COLUMN = [name for name, _ in COLUMNS].index("end")
 
@@ -104,6 +108,9 @@ def checkpoint_of(run: Run, model: Mapping[str, Any]) -> Solution:
         "held_rows": record.held_rows.astype(np.uint8),
         "count": record.count.numbers(),
         "report": record.report.numbers(),
+        "lows": record.lows.copy(),
+        "earlier": np.array([run.earlier.values, run.earlier.times]),
+        **{f"{POSES}{name}": array for name, array in record.poses.saved().items()},
     }
     object.__setattr__(sol, "restart", {**sol.restart, **more})
     return sol
@@ -121,6 +128,9 @@ def adopt(run: Run, sol: Solution) -> None:
     record.held_rows[:] = kept["held_rows"].astype(bool)
     record.count.set_numbers(kept["count"])
     record.report.set_numbers(kept["report"])
+    record.lows[:], run.earlier = kept["lows"], Peaks(*kept["earlier"])
+    own = {name.removeprefix(POSES): array for name, array in kept.items() if name.startswith(POSES)}
+    record.poses.restore(own)
     run.saving = float(run.flow.clock.save_start) >= 0.0
 
 

@@ -1,4 +1,4 @@
-"""Deformations of reduced bodies at saved instants, and remarks on large ones."""
+"""Deformations of reduced bodies at the poses that a run keeps, and remarks on large ones."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from flexmb.model.mechanism import Mechanism
 
 if TYPE_CHECKING:
     from flexmb.reduction.reduced import Reduced
-    from flexmb.run.watch import Saved
+    from flexmb.run.watch import Seen
 
 LARGE_SHARE, IMPOSSIBLE_SHARE = 0.1, 0.5
 """Displacement in the frame of a reduced body over the size of the body [1], above which there is a remark, and above
@@ -22,48 +22,44 @@ MOST_POINTS = 100
 """Number of points of a body whose displacements are looked at."""
 
 
-def deformations(mechanism: Mechanism, saved: Saved) -> Iterator[tuple[Reduced, np.ndarray, np.ndarray]]:
+def deformations(mechanism: Mechanism, seen: Seen) -> Iterator[tuple[Reduced, np.ndarray, np.ndarray]]:
     """Each reduced body, instants (t,), and its deformations (t, n) in its frame, the first pin at 0.
 
-    Instants are the saved ones, if its poses were saved, and the last one of the run.
+    Instants are those of the poses that a run keeps.
 
     Parameters
     ----------
     mechanism : the mechanism.
-    saved : results of the run.
+    seen : what is seen of the run.
     """
     module: Any = sys.modules.get("flexmb.reduction.reduced")  # no body is a reduced one before it is imported
-    place = {name: k for k, name in enumerate(saved.coordinates)}
     for body in mechanism.bodies if module is not None else ():
         if isinstance(body, module.Reduced):
             from flexmb.results.surfaces import deformed
 
             names = [f"{body.name}.{node.name}.{axis}" for node in body.basis.nodes for axis in ("x", "y", "theta")]
-            poses, time = saved.pose[None, [place[name] for name in names]], np.array([saved.end])
-            columns = [saved.signals.places.get(name, -1) for name in names]
-            if min(columns) >= 0 and saved.kept is None:
-                poses, time = np.concatenate([saved.values[:, columns], poses]), np.append(saved.time, time)
+            poses, time = seen.motion.rows(*names), seen.motion.times
             with np.errstate(all="ignore"):  # a run that blows up ends with numbers that are none
                 d = deformed(body.moved_by, poses.reshape(len(time), -1, 3))[0]
                 d[..., :2] -= d[:, :1, :2]
             yield body, time, d.reshape(len(time), -1)
 
 
-def large_deformations(mechanism: Mechanism, saved: Saved) -> Iterator[tuple[bool, str]]:
+def large_deformations(mechanism: Mechanism, seen: Seen) -> Iterator[tuple[bool, str]]:
     """A sentence on each reduced body that deforms by much of its size, and whether the run cannot be right.
 
     Parameters
     ----------
     mechanism : the mechanism.
-    saved : results of the run.
+    seen : what is seen of the run.
     """
-    for body, time, d in deformations(mechanism, saved):
+    for body, time, d in deformations(mechanism, seen):
         shares = _shares(body, d)
         if shares.max() > LARGE_SHARE:
-            wrong = bool(shares.max() > IMPOSSIBLE_SHARE) or saved.failed
+            wrong = bool(shares.max() > IMPOSSIBLE_SHARE) or seen.failed
             when = int(np.argmax(shares > min(IMPOSSIBLE_SHARE, 0.99 * shares.max())))
             yield wrong, _too_large(body, float(time[when]), float(shares[when]), wrong=wrong)
-        elif saved.failed and _inertia_is_lost(body, d[-1]):
+        elif seen.failed and _inertia_is_lost(body, d[-1]):
             yield True, _lost_inertia(body, float(time[-1]), float(shares[-1]))
 
 

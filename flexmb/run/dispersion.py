@@ -25,7 +25,7 @@ class Loss(NamedTuple):
     amplitude: float
 
 
-def loss_of(method: Method, omega: float, h: float, steps: float) -> Loss | None:
+def loss_of(method: Method, omega: float, h: float, steps: float, *, first_order: bool = False) -> Loss | None:
     """Loss of an undamped vibration in a number of equal steps; None for a method whose factor is not known.
 
     Parameters
@@ -34,8 +34,9 @@ def loss_of(method: Method, omega: float, h: float, steps: float) -> Loss | None
     omega : angular frequency [rad/s].
     h : size of the steps [s].
     steps : their number.
+    first_order : see `amplification`.
     """
-    factor = amplification(method, omega * h)
+    factor = amplification(method, omega * h, first_order=first_order)
     if factor is None:
         return None
     with np.errstate(over="ignore"):
@@ -43,7 +44,7 @@ def loss_of(method: Method, omega: float, h: float, steps: float) -> Loss | None
     return Loss(steps * (omega * h - float(np.angle(factor))), 1.0 - kept)
 
 
-def amplification(method: Method, angle: float) -> complex | None:
+def amplification(method: Method, angle: float, *, first_order: bool = False) -> complex | None:
     """Factor by which a step multiplies a vibration exp(i omega t); exact is exp(i omega h).
 
     Of Newmark's family the principal eigenvalue of the amplification matrix, of Runge-Kutta methods R(i omega h).
@@ -52,6 +53,7 @@ def amplification(method: Method, angle: float) -> complex | None:
     ----------
     method : method of integration.
     angle : omega h [rad].
+    first_order : whether the vibration is one of states of controllers, x' = i omega x.
 
     Notes
     -----
@@ -67,6 +69,11 @@ def amplification(method: Method, angle: float) -> complex | None:
     if not isinstance(method, Newmark):
         return None
     am, af, beta, gamma = method.alpha_m, method.alpha_f, method.beta, method.gamma
+    if first_order:  # x1 = x + (1 - gamma) x' + gamma x1', in the unknowns x, h x'
+        after = np.array([[1.0, -gamma], [-(1.0 - af) * z, 1.0 - am]])
+        before = np.array([[1.0, 1.0 - gamma], [af * z, -am]])
+        values = np.linalg.eigvals(np.linalg.solve(after, before))
+        return complex(values[np.argmin(np.abs(values - np.exp(z)))])
     k = angle**2  # with a = -k q / h^2, in the unknowns q, h v, h^2 x at both ends of a step
     after = np.array([[1.0, 0.0, -beta], [0.0, 1.0, -gamma], [(1.0 - af) * k, 0.0, 1.0 - am]])
     before = np.array([[1.0, 1.0, 0.5 - beta], [0.0, 1.0, 1.0 - gamma], [-af * k, 0.0, -am]])

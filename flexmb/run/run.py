@@ -24,6 +24,7 @@ from flexmb.results.stats import Stats
 from flexmb.results.status import sentence, without_advice
 from flexmb.run.failure import naming_kernels
 from flexmb.run.interruption import KEYBOARD, Interruption
+from flexmb.run.peaks import add_peaks, begin_watch, no_peaks, watch_lows
 from flexmb.run.restart import MODEL, refuse_broken_clock, refuse_other_model
 from flexmb.run.sampling import act
 from flexmb.run.saved_rows import SavedRows
@@ -33,7 +34,7 @@ from flexmb.start.consistent import Start, accelerations
 from flexmb.start.redundant_joints import least_norm, looks_dependent
 from flexmb.state.flow import new_flow
 from flexmb.state.options import NEVER, Options
-from flexmb.state.record import BUFFER_FULL, CONDITION_MET, DONE, OF_PEAK, PLACE, RUNNING
+from flexmb.state.record import BUFFER_FULL, CONDITION_MET, DONE, RUNNING
 from flexmb.state.trial import new_trial
 from flexmb.step.contact_log import close_round_off_gaps, running_episodes, start_episodes, take_episodes
 from flexmb.step.method import Method
@@ -95,6 +96,8 @@ class Run:
         self.code, self.note, self.redundant = RUNNING, "", 0
         self.stopping: StopConditions | None = None
         self.met = ""
+        self.earlier = no_peaks(self.record)
+        watch_lows(self)
         self.h_max, self.h_min, self.error, self.bounds = step_limits(self)
         self.trial = new_trial(program, 0, self.bounds)
 
@@ -119,7 +122,7 @@ class Run:
         self.stepper.write(self)
         if self.program.samplers:
             self._cross_jump(time, NEVER, first=True)
-        self.reset_peaks()
+        begin_watch(self)
         if code != RUNNING:
             self.code, self.note = code, self.stepper.explain(code) or ""
 
@@ -166,20 +169,12 @@ class Run:
         if redundant:
             G = StateEvaluation(self.program).at(self.flow.q[: self.program.n_q], t=self.flow.clock.t).jacobian
             self._set_redundancy(len(row_rank(G).redundant))
-        self.reset_peaks()
+        begin_watch(self)
 
     def _set_redundancy(self, redundant: int) -> None:
         """Set the number of constraint equations that are redundant in every pose."""
         if redundant != self.redundant:
             self.redundant, self.trial = redundant, new_trial(self.program, redundant, self.bounds)
-
-    def reset_peaks(self) -> None:
-        """Start the peaks at the present state."""
-        self.stepper.reset_peaks()
-        self.record.peak[:] = np.where(
-            self.record.one_sided, np.maximum(self.record.signals, 0.0), np.abs(self.record.signals)
-        )
-        self.record.peak_time[:] = self.flow.clock.t
 
     def run_to(self, end: float, saving: float | None) -> None:
         """Run until `end` [s]; `saving`: time between saved instants [s], 0 for every step, None for no saving.
@@ -273,10 +268,7 @@ class Run:
         flow.ledger[:] = kept
         record, before = self.record, self.record.signals.copy()
         self.stepper.write(self)
-        size = np.where(record.one_sided, record.signals, np.abs(record.signals))
-        larger = size > record.peak
-        larger[record.places[:, PLACE]] = larger[record.places[:, OF_PEAK]]
-        record.peak_time[larger], record.peak[larger] = instant, size[larger]
+        add_peaks(record, instant)
         if interval == 0.0:
             self.saved.add_one(flow.clock.t, record.signals)
         elif interval < NEVER and self.saved.is_at(instant, 1e-9 * interval):

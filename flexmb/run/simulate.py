@@ -24,10 +24,11 @@ from flexmb.results.solution import Solution
 from flexmb.run.checkpoint import EVERY, Checkpoints, digest, plain_values
 from flexmb.run.failure import explanation
 from flexmb.run.interruption import KEYBOARD, TERMINATION, Interruption
+from flexmb.run.peaks import reset_peaks
 from flexmb.run.run import Run
 from flexmb.run.stopping import Condition, StopConditions
 from flexmb.run.vibrations import vibration_remarks
-from flexmb.run.watch import Saved, impossible_penetrations, watched
+from flexmb.run.watch import Seen, impossible_penetrations, watched
 from flexmb.step.method import Method
 from flexmb.step.newmark.method import Newmark
 from flexmb.step.step_size import Adaptive, FixedStep
@@ -151,7 +152,7 @@ def simulate(
     stopping.watch(run, faults_alone=True)
     if run.flow.clock.t < begin:
         run.run_to(begin, saving=None)
-        run.reset_peaks()
+        reset_peaks(run)
     stopping.watch(run)
     run.run_to(end, saving=save_interval(mechanism, save, period, begin, end))
     return _solution(run, mechanism, closed, (begun, begin), model, kept_file, started)
@@ -172,11 +173,11 @@ def _solution(
     """
     now, (begun, begin) = float(run.flow.clock.t), begun_saved
     span = run.period if run.period is not None else 0.5 * (now - begin)
-    results = Saved.of(run)
-    watch = watched(mechanism, results)
+    seen = Seen.of(run)
+    watch = watched(mechanism, seen)
     faults, details = explanation(run, mechanism, closed, watch.faults)
     steps = int(run.record.count.steps)
-    lost = vibration_remarks(mechanism, run.program, results, run.method, steps, begun, now)
+    lost = vibration_remarks(run.program, seen, run.method, steps, begun, now, run.flow.largest_states)
     notes = (*contact_remarks(run.program, run.flow.z, run.contact_log(), now, span), *watch.notes, *lost, *details)
     if kept_file is not None:
         notes = (*notes, *([kept_file.failure] if kept_file.failure else []))

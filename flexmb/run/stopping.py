@@ -199,13 +199,14 @@ class Snapshot:
     run : the run, whose buffers are empty.
     """
 
-    FIELDS = ("peak", "peak_time", "signals", "last_signals", "last_lam", "last_z", "held_rows")
+    FIELDS = ("peak", "peak_time", "signals", "last_signals", "last_lam", "last_z", "held_rows", "lows")
 
     def __init__(self, run: Run) -> None:
         record = run.record
         self.flow, self.own = run.flow.saved(), run.stepper.saved()
         self.count, self.report = record.count.numbers(), record.report.numbers()
         self.arrays = {name: getattr(record, name).copy() for name in self.FIELDS}
+        self.poses = record.poses.saved()
         self.rows, self.episodes = run.saved.count, len(run.episodes)
 
     def restore(self, run: Run) -> None:
@@ -215,6 +216,7 @@ class Snapshot:
         run.stepper.restore(self.own)
         record.count.set_numbers(self.count)
         record.report.set_numbers(self.report)
+        record.poses.restore(self.poses)
         for name, array in self.arrays.items():
             getattr(record, name)[:] = array
         run.saved.shorten(self.rows)

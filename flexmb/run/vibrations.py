@@ -1,51 +1,40 @@
 """Error that a run accumulates in vibrations: phase and amplitude that the steps lose, also under drives and loads.
 
-The modes about some saved states say how much of the elastic energy is that of a vibration
-(`flexmb.equilibrium.vibrations`), and the method's own factor how much of it the steps shift.
+The modes about some states say how much of the energy is that of a vibration (`flexmb.equilibrium.vibrations`), and
+the method's own factor how much of it the steps shift.  The states are those that the run keeps, whatever is saved.
 """
 
 from __future__ import annotations
 
-import sys
-from typing import TYPE_CHECKING
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from flexmb.bodies.flexible_body import FlexibleBody
 from flexmb.errors import FlexmbError
-from flexmb.joints.bushing import Bushing
-from flexmb.loads.spring_damper import SpringDamper
-from flexmb.loads.torsion_spring import TorsionSpring
-from flexmb.model.mechanism import Mechanism
-from flexmb.model.part import Element
 from flexmb.program.program import Program
 from flexmb.run.dispersion import Loss, loss_of
-from flexmb.run.watch import Saved, saved_columns
+from flexmb.run.watch import Seen
 from flexmb.step.method import Method
 
 if TYPE_CHECKING:
-    from flexmb.equilibrium.vibrations import LinearModes, State
+    from flexmb.equilibrium.vibrations import LinearModes, State, Vibrations
 
-ELASTIC = (FlexibleBody, SpringDamper, TorsionSpring, Bushing, Element)
-"""Parts that can hold a vibration, beside those of MESHED."""
+MOST_UNKNOWNS, MOST_CONTROLLED = 20_000, 150
+"""Number of coordinates above which modes would take too long, and of coordinates and states of control loops."""
 
-MESHED = (("flexmb.reduction.reduced", "Reduced"), ("flexmb.planes.plane_body", "PlaneBody"))
-"""Modules of further ones, which are imported where there are such bodies, and names of their classes."""
+POSES, POSES_OF_LARGE, AROUND, DISTANCE = 6, 2, 4, 1e-3
+"""Number of poses that are looked at, also of large models; states from each on, and their distance over the run."""
 
-MOST_UNKNOWNS = 400
-"""Number of coordinates above which modes would take too long."""
+MANY, LARGE, AROUND_OF_MANY = 40, 150, 2
+"""Number of coordinates from which there are fewer states from each pose on, and of a large model; these states."""
 
-POSES, POSES_OF_LARGE, AROUND = 6, 2, (-2, -1, 0, 1)
-"""Number of poses that are looked at, also of large models, and saved instants around each, by their distance."""
-
-LARGE = 150
-"""Number of coordinates of a large model."""
-
-FEWEST_INSTANTS = 12
-"""Number of saved instants below which energies are not known."""
+FEWEST_INSTANTS, FEWEST_STATES = 12, 3
+"""Number of kept states, of all and of those with the same contacts, below which energies are not known."""
 
 ENERGY_SHARE = 0.01
-"""Share of the elastic energy of the motion above which a mode matters."""
+"""Share of the elastic energy of the motion, or of the square of a controller's state, above which a mode matters."""
 
 DECAY = 0.1
 """Energy in the last third of a run over that in the first one, below which a vibration has died out."""
@@ -59,56 +48,118 @@ UNRESOLVED = 1.0
 LOST_PHASE, LOST_AMPLITUDE = 0.1, 2e-3
 """Phase [rad] and share of the amplitude that may be lost without a remark."""
 
+SAME = 0.05
+"""Relative difference of angular frequencies up to which modes under other contacts are one vibration."""
+
+
+class Mode(NamedTuple):
+    """Mode that carries energy: angular frequency [rad/s], share of the energy, loss, and words for both."""
+
+    omega: float
+    share: float
+    lost: Loss
+    moves: str
+    kind: str
+    energy: str
+
 
 def vibration_remarks(
-    mechanism: Mechanism, program: Program, saved: Saved, method: Method, steps: int, begun: float, end: float
+    program: Program, seen: Seen, method: Method, steps: int, begun: float, end: float, largest: np.ndarray
 ) -> list[str]:
     """Remarks on the fastest vibration that carries energy, where the steps lose a part of it that matters.
 
-    For mechanisms with flexible bodies or springs and without contacts, all of whose coordinates were saved.
-
     Parameters
     ----------
-    mechanism, program : the mechanism, and its program.
-    saved : results of the run.
+    program : the program of the mechanism.
+    seen : what is seen of the run.
     method : method of integration.
     steps : number of steps.
     begun, end : instants at which these steps begin and end [s].
+    largest : largest absolute values of the states of controllers.
     """
-    if steps < 1 or loss_of(method, 1.0, 1.0, 1.0) is None:
+    states, span = _states(program, seen), end - begun
+    if steps < 1 or not states or loss_of(method, 1.0, 1.0, 1.0) is None:
         return []
-    states, span = _states(mechanism, program, saved), end - begun
-    if not states:
-        return []
-    from flexmb.equilibrium.vibrations import energies_of_modes
+    if program.n_q > MOST_UNKNOWNS:
+        return [f"With {program.n_q} coordinates nothing is known of the phase that vibrations lose in the steps."]
+    from flexmb.equilibrium.vibrations import vibrations_of
 
     try:
-        energies, modes = energies_of_modes(program, states, PART_OF_STEP * span / steps)
-    except (FlexmbError, np.linalg.LinAlgError):  # no modes: the run has said why
+        found = vibrations_of(program, states, PART_OF_STEP * span / steps)
+        modes = [*_modes(program, found, method, seen, span), *_loops(program, states[-1], method, seen, span, largest)]
+    except (FlexmbError, np.linalg.LinAlgError, ValueError):  # no modes: the run has said why
         return []
-    for k in range(energies.shape[2])[::-1]:
-        share, decayed = share_of(energies, k)
-        found = _loss(method, modes, k, span, steps) if share > ENERGY_SHARE else None
-        if found is None or (decayed and found.amplitude < 0.5):
-            continue
-        if abs(found.phase) < LOST_PHASE and abs(found.amplitude) < LOST_AMPLITUDE:
-            continue
-        moves = _moves(program, modes, k)
-        return [_remark(float(modes.omega[k]), moves, share, found, driven=bool(program.drives or program.motions))]
-    begins = saved.fixed_step is not None and states[0].t == begun
-    return _unresolved_start(program, energies, modes, saved.fixed_step or 0.0) if begins else []
+    for mode in sorted(modes, key=lambda one: -one.omega):
+        same = [one.lost for one in modes if abs(one.omega - mode.omega) < SAME * mode.omega]
+        lost = Loss(sum(one.phase for one in same), 1.0 - math.prod(1.0 - one.amplitude for one in same))
+        if abs(lost.phase) >= LOST_PHASE or abs(lost.amplitude) >= LOST_AMPLITUDE:
+            return [_remark(mode._replace(lost=lost))]
+    fixed = seen.fixed_step
+    begins = fixed is not None and found and found[0].states[0].t == begun
+    return _unresolved_start(program, found[0], fixed or 0.0) if begins else []
 
 
-def _unresolved_start(program: Program, energies: np.ndarray, modes: LinearModes, h: float) -> list[str]:
+def _modes(program: Program, found: list[Vibrations], method: Method, seen: Seen, span: float) -> Iterator[Mode]:
+    """Modes that carry energy, with the loss of each in the steps while the same contacts are closed."""
+    from flexmb.equilibrium.vibrations import closed_contacts
+
+    closed = closed_contacts(program, seen.z)
+    energy = "elastic energy of the motion" if program.drives or program.motions else "energy of vibration"
+    for states, energies, modes in found:
+        rows = (closed == closed_contacts(program, states[0].z)).all(axis=-1)
+        for k, omega in enumerate(modes.omega.tolist()) if len(states) >= FEWEST_STATES else ():
+            alike = modes.elastic == modes.elastic[k]
+            share, decayed = share_of(energies[:, :, alike], int(alike[:k].sum()))
+            if share > ENERGY_SHARE:
+                lost = _loss(method, omega, float(modes.decay[k]), seen, span, rows)
+                words = ("vibration", energy) if modes.elastic[k] else ("swing under its loads", "energy of swings")
+                if not decayed or lost.amplitude >= 0.5:
+                    yield Mode(omega, share, lost, _moves(program, modes, k), *words)
+
+
+def _loops(
+    program: Program, state: State, method: Method, seen: Seen, span: float, largest: np.ndarray
+) -> Iterator[Mode]:
+    """Vibrations of the states of controllers, with the loss of each in the steps."""
+    if not len(largest) or program.n_q > MOST_CONTROLLED:
+        return
+    from flexmb.equilibrium.vibrations import loop_modes
+
+    names = program.names.coordinates[program.tables.sizes.n_b :]
+    for s, amplitudes in zip(*loop_modes(program, state), strict=True):
+        shares = (amplitudes / np.maximum(largest, 1e-300)) ** 2
+        k = int(np.argmax(shares))
+        if shares[k] > ENERGY_SHARE:
+            lost = _loss(method, float(s.imag), -float(s.real), seen, span, seen.even, first_order=True)
+            words = names[k], "vibration of a controller", f"square of {names[k]}"
+            yield Mode(float(s.imag), float(shares[k]), lost, *words)
+
+
+def _loss(
+    method: Method, omega: float, decay: float, seen: Seen, span: float, rows: np.ndarray, *, first_order: bool = False
+) -> Loss:
+    """Loss of a mode in the time that contacts and damping let it remember.
+
+    Parameters
+    ----------
+    rows : (n,) whether the contacts at the poses are those of the mode.  The phase lost in a time grows with h^2.
+    """
+    h = seen.sizes * seen.even
+    size = float(np.sqrt((h[rows] ** 3).sum() / h[rows].sum()))
+    memory = min(span * float(h[rows].sum() / h.sum()), 1.0 / max(decay, 1e-300))
+    return loss_of(method, omega, size, memory / size, first_order=first_order) or Loss(0.0, 0.0)
+
+
+def _unresolved_start(program: Program, group: Vibrations, h: float) -> list[str]:
     """Remark on a vibration with which a run begins, where fixed steps of size h [s] are too long for its period."""
-    whole = float(energies[:, 0].sum(axis=1).mean())
-    begun = 0.5 * energies[0, 2]  # y less what slow loads give is -y''/omega^2
-    coarse = np.flatnonzero((modes.omega[: len(begun)] * h > UNRESOLVED) & (begun > ENERGY_SHARE * whole))
+    whole = float(group.energies[:, 0].sum(axis=1).mean())
+    begun = 0.5 * group.energies[0, 2]  # y less what slow loads give is -y''/omega^2
+    coarse = np.flatnonzero((group.modes.omega * h > UNRESOLVED) & (begun > ENERGY_SHARE * whole))
     if not len(coarse):
         return []
     k = int(coarse[np.argmax(begun[coarse])])
-    period = 2.0 * np.pi / float(modes.omega[k])
-    moves = _moves(program, modes, k)
+    period = 2.0 * np.pi / float(group.modes.omega[k])
+    moves = _moves(program, group.modes, k)
     return [
         f"The run begins with a vibration of {1.0 / period:.4g} Hz (mostly {moves}), {h / period:.2g} of whose period "
         f"is one step of {h:.3g} s: its peaks are not resolved. Take steps of {period / 20.0:.1g} s, Adaptive(), or a "
@@ -116,14 +167,14 @@ def _unresolved_start(program: Program, energies: np.ndarray, modes: LinearModes
     ]
 
 
-def _remark(omega: float, moves: str, share: float, lost: Loss, *, driven: bool) -> str:
-    """Remark on a vibration; `driven`: beside a motion by drives or loads."""
-    energy = "elastic energy of the motion" if driven else "energy of vibration"
-    verb = "lose" if lost.amplitude >= 0.0 else "add"
+def _remark(mode: Mode) -> str:
+    """Remark on a vibration."""
+    verb = "lose" if mode.lost.amplitude >= 0.0 else "add"
     return (
-        f"The vibration of {omega / (2.0 * np.pi):.4g} Hz (mostly {moves}) carries {100.0 * min(share, 1.0):.3g} % "
-        f"of the {energy}; until the end the steps lose some {abs(lost.phase):.2g} rad of its phase and {verb} "
-        f"{100.0 * abs(lost.amplitude):.3g} % of its amplitude. A smaller rtol or step, or RadauIIA(), loses less."
+        f"The {mode.kind} of {mode.omega / (2.0 * np.pi):.4g} Hz (mostly {mode.moves}) carries "
+        f"{100.0 * min(mode.share, 1.0):.3g} % of the {mode.energy}; until the end the steps lose some "
+        f"{abs(mode.lost.phase):.2g} rad of its phase and {verb} {100.0 * abs(mode.lost.amplitude):.3g} % of its "
+        "amplitude. A smaller rtol or step, or RadauIIA(), loses less."
     )
 
 
@@ -131,44 +182,25 @@ def _moves(program: Program, modes: LinearModes, k: int) -> str:
     """Name of the coordinate that mode k moves most."""
     from flexmb.equilibrium.free_motions import moves_most
 
-    return moves_most(program.names.coordinates, program.length, modes.shapes[:, k])
+    shape = modes.shapes[:, k]
+    return moves_most(program.names.coordinates[: len(shape)], program.length, shape)
 
 
-def _loss(method: Method, modes: LinearModes, k: int, span: float, steps: int) -> Loss | None:
-    """Loss of mode k in the time that its damping lets it remember."""
-    memory = min(1.0, 1.0 / max(float(modes.decay[k]) * span, 1e-300))
-    return loss_of(method, float(modes.omega[k]), span / steps, memory * steps)
-
-
-def _states(mechanism: Mechanism, program: Program, saved: Saved) -> list[State]:
-    """Saved states at uneven distances; none where there is nothing elastic, or where not all was saved."""
-    few = program.n_q <= MOST_UNKNOWNS and not program.names.contacts
-    count = len(saved.time)
-    if not few or count < FEWEST_INSTANTS or not any(isinstance(part, _elastic()) for part in mechanism.parts):
+def _states(program: Program, seen: Seen) -> list[State]:
+    """States at uneven distances; none where nothing is free to move, or where too few are kept."""
+    n, motion, kept = program.n_q, seen.motion, np.flatnonzero(seen.even)
+    if n == program.n_c or len(kept) < FEWEST_INSTANTS:
         return []
-    names = [name.rpartition(".") for name in program.names.coordinates[: program.tables.sizes.n_b]]
-    columns = [saved_columns(saved, [f"{part}.{kind[axis]}" for part, _, axis in names]) for kind in KINDS]
-    if None in columns:
-        return []
-    poses = np.arange(POSES if program.n_q < LARGE else POSES_OF_LARGE)
-    anchors = 2 + (poses + poses * 0.618034 % 1.0) / len(poses) * (count - 4)
-    rows = np.unique(anchors.astype(int)[:, None] + np.array(AROUND))
     from flexmb.equilibrium.vibrations import State
 
-    return [State(float(saved.time[k]), *(saved.values[k, where] for where in columns)) for k in rows]
-
-
-def _elastic() -> tuple[type, ...]:
-    """Classes of parts that can hold a vibration."""
-    return (*ELASTIC, *(vars(sys.modules[module])[name] for module, name in MESHED if module in sys.modules))
-
-
-KINDS = (
-    {"x": "x", "y": "y", "theta": "theta"},
-    {"x": "vx", "y": "vy", "theta": "omega"},
-    {"x": "ax", "y": "ay", "theta": "alpha"},
-)
-"""Names of coordinates, velocities and accelerations by the name of the coordinate."""
+    times, poses = motion.times[kept], np.arange(POSES if n < LARGE else POSES_OF_LARGE)
+    later = np.arange(AROUND_OF_MANY if MANY <= n < LARGE else AROUND)[:, None]
+    wanted = (poses + poses * 0.618034 % 1.0) / len(poses) + later * DISTANCE
+    found = np.searchsorted(times, times[0] + wanted * (times[-1] - times[0]))
+    found = np.maximum(found, found[0] + later)
+    rows = kept[np.unique(np.minimum(found, len(kept) - 1))]
+    q, v, a = (motion.values[:, k * n : (k + 1) * n] for k in range(3))
+    return [State(float(motion.times[k]), q[k], v[k], a[k], seen.z[k]) for k in rows]
 
 
 def share_of(energies: np.ndarray, k: int) -> tuple[float, bool]:
@@ -176,7 +208,7 @@ def share_of(energies: np.ndarray, k: int) -> tuple[float, bool]:
 
     Parameters
     ----------
-    energies : (states, 3, modes) as of `energies_of_modes`.
+    energies : (states, 3, modes) as of `Vibrations`.
     k : number of the mode.
     """
     whole = float(energies[:, 0].sum(axis=1).mean())

@@ -8,6 +8,7 @@ from flexmb.compiled.records import Flags, Integers, IntegerTable, Matrix, Recor
 from flexmb.program.program import Program
 from flexmb.program.signals import CONTACT_PENETRATION
 from flexmb.state.flow import EPISODE_ROW_SIZE
+from flexmb.state.poses import Poses, new_poses
 from flexmb.system.templates import new_from_template
 
 RUNNING, DONE, BUFFER_FULL, NEWTON_FAILED, SINGULAR, NOT_FINITE, STEP_TOO_SMALL = range(7)
@@ -76,6 +77,9 @@ class StepReport(Record):
     angle_tolerance: float
 
 
+LEAST, INSTANT = range(2)
+"""Columns of `RunRecord.lows`: least value of a signal, and when [s]."""
+
 PLACE, OF_PEAK = range(2)
 """Columns of `RunRecord.places`: the signal of a place, and the signal at whose peak it is wanted."""
 
@@ -92,6 +96,8 @@ class RunRecord(Record):
     peak, peak_time : (n_y,) largest absolute values so far and their times [s]
     one_sided : (n_y,) signals whose peak is the largest positive value (a penetration is negative in free flight)
     places : (k, 2) signals of places, and the signals at whose peaks they are wanted;  place_then : (k,) their values
+    low_places : (l,) places of signals whose least value is watched;  lows : (l, 2) LEAST and INSTANT of each
+    poses : poses that are kept for the watch
     held_rows : (n_c,) constraint equations whose multipliers were not unique
     episodes : (rows, EPISODE_ROW_SIZE) contact intervals that ended (`step/contact_log.py`)
     """
@@ -113,6 +119,9 @@ class RunRecord(Record):
     one_sided: Flags
     places: IntegerTable
     place_then: Vector
+    low_places: Integers
+    lows: Matrix
+    poses: Poses
     held_rows: Flags
     episodes: Matrix
 
@@ -135,6 +144,9 @@ def _empty_record(program: Program, rows: int, saved_places: np.ndarray | None) 
         **dict.fromkeys(("within", "last_signals", "signals", "peak", "peak_time"), n_y),
         watched=0,
         levels=(0, 2),
+        low_places=0,
+        lows=(0, 2),
+        poses=new_poses(program),
         last_lam=program.n_c,
         last_z=program.tables.sizes.n_z,
         one_sided=one_sided,

@@ -1,6 +1,6 @@
 """Acceptance of a step: forces, energies, signals and peaks of the trial state."""
 
-from flexmb.energy.balance import STEPS_BEFORE_CHECK, check_balance, complete_algorithm_work, update_balance
+from flexmb.energy.balance import STEPS_BEFORE_CHECK, STRAIN, check_balance, complete_algorithm_work, update_balance
 from flexmb.energy.contact_work import contact_losses
 from flexmb.kernels import compiled, copy
 from flexmb.state.record import (
@@ -16,6 +16,7 @@ from flexmb.state.record import (
 )
 from flexmb.step.contact_log import buffer_may_overflow, update_episodes
 from flexmb.step.newmark.predictor import find_newmark_residual
+from flexmb.step.poses import watch_step
 from flexmb.step.saved_instants import end_is_saved, save_instants
 from flexmb.system.constraints import report_forces
 from flexmb.system.contacts import add_contacts
@@ -38,6 +39,7 @@ def accept(tables, address, h, options, flow, trial, work, record, exact):
     t, peak, signals = flow.clock.t, record.peak, record.signals
     write_outputs(tables, address, t, flow.q, flow.v, flow.a, work, flow.ledger, peak, exact, signals)
     update_peaks(flow.clock.t, record.signals, record)
+    watch_step(tables.sizes.energy + STRAIN, flow, record)
     full = save_instants(tables, address, options, flow, trial, work, record) != RUNNING
     if condition_met(record):
         return CONDITION_MET

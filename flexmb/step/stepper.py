@@ -13,6 +13,7 @@ from flexmb.program.program import Program
 from flexmb.start.consistent import Start, consistent_start
 from flexmb.state.flow import Flow
 from flexmb.state.options import GEAR_GUPTA_LEIMKUHLER, Coefficients, Options
+from flexmb.state.poses import new_poses
 from flexmb.state.record import RUNNING, RunRecord, new_record
 from flexmb.step.saved_instants import save_instants
 from flexmb.system.constraints import report_forces
@@ -60,7 +61,9 @@ class Stepper:
         if self.reported is self.program:
             return record
         own = new_record(self.program, 1)
-        return record.replaced(held_rows=own.held_rows, last_lam=own.last_lam, last_z=own.last_z)
+        return record.replaced(held_rows=own.held_rows, last_lam=own.last_lam, last_z=own.last_z).replaced(
+            poses=new_poses(self.reported, self.program.tables.sizes.n_z)
+        )
 
     def start(self, mechanism: Mechanism, closed: Program, *, redundant: bool) -> Start:
         """Start values of the mechanism; `closed`: its program with ideal joints for contacts."""

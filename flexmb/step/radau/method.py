@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from flexmb.energy.balance import STEPS_BEFORE_CHECK, check_balance
+from flexmb.energy.balance import STEPS_BEFORE_CHECK, STRAIN, check_balance
 from flexmb.energy.contact_work import contact_losses
 from flexmb.kernels import compiled, copy
 from flexmb.linalg.lu import LU
@@ -34,6 +34,7 @@ from flexmb.step.newmark.error_control import CONTACT_TRIALS, accept_or_reject, 
 from flexmb.step.newmark.jacobian_reuse import discard_factors
 from flexmb.step.newmark.predictor import restart_predictor
 from flexmb.step.newmark.redundant_constraints import update_held_multipliers
+from flexmb.step.poses import watch_step
 from flexmb.step.radau.collocation import AT_START, LAST, STAGES, C, Collocation, collocation
 from flexmb.step.radau.step import radau_error, radau_step
 from flexmb.step.radau.works import add_works, find_between, ledger_at, update_ledger
@@ -239,6 +240,7 @@ def accept_stages(tables, address, lu, h, options, flow, trial, work, record, R)
     t, peak, signals = flow.clock.t, record.peak, record.signals
     write_outputs(tables, address, t, flow.q, flow.v, flow.a, work, flow.ledger, peak, True, signals)
     update_peaks(flow.clock.t, record.signals, record)
+    watch_step(tables.sizes.energy + STRAIN, flow, record)
     full = save_between(tables, address, lu, options, flow, trial, work, record, R) != RUNNING
     if condition_met(record):
         return CONDITION_MET

@@ -5,7 +5,7 @@ Source of the order of the steps: X. Chen, S. Jiang, Y. Deng, Q. Wang, Nonlinear
 
 import math
 
-from flexmb.energy.balance import DAMPING, LOAD, RESIDUAL
+from flexmb.energy.balance import DAMPING, LOAD, RESIDUAL, STRAIN
 from flexmb.kernels import compiled, copy
 from flexmb.state.record import BUFFER_FULL, CONDITION_MET, DONE, NOT_EVALUATED, NOT_FINITE, RUNNING
 from flexmb.step.acceptance import (
@@ -18,6 +18,7 @@ from flexmb.step.acceptance import (
     update_peaks,
 )
 from flexmb.step.contact_log import buffer_may_overflow
+from flexmb.step.poses import watch_step
 from flexmb.step.runge_kutta import runge_kutta_step
 from flexmb.study.nine_bar.staggered.elastic_step import carry, elastic_step, hand_back
 from flexmb.study.nine_bar.staggered.saved_instants import save_interpolated
@@ -102,6 +103,7 @@ def accept_both(tables, address, h, options, flow, trial, work, record, el):
     adopt_trial(h, flow, trial, work, record)
     write_whole(tables, address, flow.clock.t, flow, work, record, el)
     update_peaks(flow.clock.t, record.signals, record)
+    watch_step(el.whole.sizes.energy + STRAIN, flow, record)
     full = save_interpolated(el.whole, options, flow, record) != RUNNING or buffer_may_overflow(flow, record)
     if not math.isfinite(flow.ledger[RESIDUAL]):
         return NOT_FINITE
