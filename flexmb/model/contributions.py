@@ -121,7 +121,7 @@ class RowMotion:
 class JointFriction:
     """Friction in an ideal joint of two nodes: kernel of normal load and direction of sliding, and friction law.
 
-    signal : name and unit of the reported friction;  arm : reported friction over the force T of the law
+    signal : name and unit of the reported friction; "": none;  arm : reported friction over the force T of the law
     """
 
     kernel: Kernel
@@ -129,6 +129,11 @@ class JointFriction:
     friction: FrictionLaw
     signal: tuple[str, str] = ("friction_force", "N")
     arm: float = 1.0
+
+    @property
+    def signals(self) -> tuple[tuple[str, str], ...]:
+        """The reported friction, if any."""
+        return (self.signal,) if self.signal[0] else ()
 
 
 @dataclass(frozen=True)
@@ -232,6 +237,7 @@ class ContactContribution:
         against, and 0 where a contact has none.
     normal, friction : laws.
     name : name among the contacts of a part; "" for the only one.
+    period : by which the gap jumps where its direction has made half a turn from the one drawn [m]; 0: it does not.
     """
 
     part: str
@@ -241,6 +247,7 @@ class ContactContribution:
     normal: NormalLaw
     friction: FrictionLaw
     name: str = ""
+    period: float = 0.0
 
     @property
     def label(self) -> str:
