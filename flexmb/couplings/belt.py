@@ -38,6 +38,7 @@ class Belt(Wheels):
     radii : radii of the belt's middle line on both wheels [m], > 0.
     crossed : whether the strands cross.
     arm : body that carries the axes; `GROUND` for fixed axes.
+    centres : centres of the wheels, see `Wheels`.
     mu : coefficient of friction [1], > 0, with `pretension` and `creep`; None: an ideal belt.
     pretension : tension T0 of both strands while no torque acts [N], > 0; None, of an ideal belt: as a chain hangs.
     creep : slip [m/s], > 0, at which the belt carries tanh(1) = 76 % of its largest force.

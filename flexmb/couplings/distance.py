@@ -19,6 +19,10 @@ if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
 
 
+FIRST_ANGLE, SECOND_ANGLE = 2, 5
+"""Places of the angles of two nodes among their coordinates."""
+
+
 @compiled
 def line_between(s1x, s1y, s2x, s2y, q):
     """Line from a point of the first node to one of the second: length, direction e; derivatives by q (6,).
@@ -44,8 +48,8 @@ def add_bending(k, size, across, H):
     for i in range(6):
         for j in range(6):
             H[i, j] += k * across[i] * across[j] / size
-    H[2, 2] -= k * across[2]
-    H[5, 5] -= k * across[5]
+    H[2, 2] -= k * across[FIRST_ANGLE]
+    H[5, 5] -= k * across[SECOND_ANGLE]
 
 
 @constraint_kernel
@@ -57,7 +61,7 @@ def distance_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     for i in range(6):
         G[0, i] = along[i]
     turn = dot(across, v)
-    gamma[0] = -turn * turn / size + across[2] * v[2] * v[2] + across[5] * v[5] * v[5]
+    gamma[0] = -turn * turn / size + across[FIRST_ANGLE] * v[2] * v[2] + across[SECOND_ANGLE] * v[5] * v[5]
     add_bending(lam[0], size, across, H)
 
 

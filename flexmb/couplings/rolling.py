@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from flexmb.couplings.distance import add_bending, line_between
+from flexmb.couplings.distance import FIRST_ANGLE, SECOND_ANGLE, add_bending, line_between
 from flexmb.couplings.tooth_contact import STEEPEST
 from flexmb.joints.direction import add_curvature, direction, dot
 from flexmb.kernels import compiled, constraint_kernel, friction_law, joint_friction_kernel
@@ -45,14 +45,14 @@ def rolling_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
         G[0, i] = -R * across[i] / D
     G[0, 2] += r1
     G[0, 5] += r2
-    swing = along[2] * v[2] * v[2] + along[5] * v[5] * v[5]
+    swing = along[FIRST_ANGLE] * v[2] * v[2] + along[SECOND_ANGLE] * v[5] * v[5]
     gamma[0] = R * (swing - 2.0 * dot(along, v) * dot(across, v) / D) / D
     k = lam[0] * R / D
     for i in range(6):
         for j in range(6):
             H[i, j] = k * (along[i] * across[j] + across[i] * along[j]) / D
-    H[2, 2] -= k * along[2]
-    H[5, 5] -= k * along[5]
+    H[2, 2] -= k * along[FIRST_ANGLE]
+    H[5, 5] -= k * along[SECOND_ANGLE]
 
 
 @compiled

@@ -127,7 +127,7 @@ class Wheels(Part):
         return ConstraintContribution(self.name, rolling_kernel, coordinates, p, 1, joint_friction=push, reactions=told)
 
     def _coaxial(self, mechanism: Mechanism, radii: Point) -> ConstraintContribution:
-        """The same with the angle of the arm for phi: shafts in line, whose casing takes the difference of torques."""
+        """Relation with the angle of the arm for phi: shafts in line, whose casing takes the difference of torques."""
         factors, angles = {}, {}
         for part, radius in zip((self.first, self.second, self.arm), (*radii, -sum(radii)), strict=True):
             coordinate, angle = angle_of(mechanism, part.name, self.label)

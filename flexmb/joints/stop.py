@@ -236,7 +236,7 @@ class Stop(Part):
         ]
 
     def _at_points(self, mechanism: Mechanism) -> tuple[tuple[Coordinate, ...], Pieces]:
-        """The same of the way between two points."""
+        """Coordinates, and name, kernel and parameters of each limit of the way between two points."""
         bodies = (mechanism.body(part.name, self.label) for part in (self.first, self.second))
         first, second = (body.attach(self.label, at) for body, at in zip(bodies, (self.at, self.to), strict=True))
         coordinates, offsets = (*first.coordinates, *second.coordinates), (*first.offset, *second.offset)

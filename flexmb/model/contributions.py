@@ -130,11 +130,6 @@ class JointFriction:
     signal: tuple[str, str] = ("friction_force", "N")
     arm: float = 1.0
 
-    @property
-    def signals(self) -> tuple[tuple[str, str], ...]:
-        """The reported friction, if any."""
-        return (self.signal,) if self.signal[0] else ()
-
 
 @dataclass(frozen=True)
 class Reaction:
@@ -230,12 +225,10 @@ class ContactContribution:
 
     Parameters
     ----------
-    part : name of the part.
-    gap : gap kernel.
+    part, gap, normal, friction : name of the part, gap kernel, laws.
     coordinates : x, y, theta of both nodes.
     p : parameters of the gap kernel; the first one is the clearance [m], a length that errors of steps are held
         against, and 0 where a contact has none.
-    normal, friction : laws.
     name : name among the contacts of a part; "" for the only one.
     period : by which the gap jumps where its direction has made half a turn from the one drawn [m]; 0: it does not.
     """

@@ -188,6 +188,6 @@ def test_wrong_ends_are_refused():
     with pytest.raises(ModelError, match="stops 'load' against itself"):
         fm.Stop("bump", first=body, second=body, at=(0.3, 0.4), along=(1.0, 0.0), above=0.1, normal=LAW)
     winch = hoist(1.0).find("winch")
+    near = Cable("rope", winch, body, at=(0.0, 0.0), to=(0.3, 0.4), radii=(0.6, 0.0), normal=LAW)
     with pytest.raises(ModelError, match="its drums overlap"):
-        near = Cable("rope", winch, body, at=(0.0, 0.0), to=(0.3, 0.4), radii=(0.6, 0.0), normal=LAW)
         fm.compile(fm.Mechanism("near", [winch, body, near]))
