@@ -31,7 +31,7 @@ ARM = 6
 def rolling_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     """g = r1 theta1 + r2 theta2 - R phi - value; phi within half a turn of the arm's angle plus `drawn`.
 
-    Equation (13.1) of docs/theory/wheels.md.
+    Equations (13.1) and (13.2) of docs/theory/wheels.md.
     """
     r1, r2, s1x, s1y, s2x, s2y, drawn, value = p
     D, ex, ey, along, across = line_between(s1x, s1y, s2x, s2y, q)
