@@ -11,6 +11,7 @@ import numpy as np
 
 from flexmb import checks, planar
 from flexmb.couplings.belt_friction import belt_contributions
+from flexmb.couplings.rolling import strand_pull
 from flexmb.couplings.wheels import Wheels
 from flexmb.errors import InputError, ModelError
 from flexmb.model.contributions import Contribution, node_coordinates
@@ -43,23 +44,26 @@ class Belt(Wheels):
     radii : radii of the belt's middle line on both wheels [m], > 0.
     crossed : whether the strands cross.
     arm : body that carries the axes; `GROUND` for fixed axes.
+    centres : centres of the wheels, see `Wheels`.
     mu : coefficient of friction [1], > 0, with `pretension` and `creep`; None: an ideal belt.
-    pretension : tension T0 of both strands while no torque acts [N], > 0.
+    pretension : tension T0 of both strands while no torque acts [N], > 0; None, of an ideal belt: as a chain hangs.
     creep : slip [m/s], > 0, at which the belt carries tanh(1) = 76 % of its largest force.
 
     Raises
     ------
-    InputError : numbers out of range; friction without pretension and creep, or these without friction.
+    InputError : numbers out of range; friction without pretension and creep, or creep without friction.
     ModelError : a belt over one wheel; wheels that overlap, or the ground as a wheel, of a belt with friction.
 
     Notes
     -----
-    Without slip only the difference of the tensions does work, so an ideal belt needs no pretension.
+    Both strands pull along their tangents at both wheels, so they load the bearings.  Without slip only the difference
+    F of the tensions does work, so an ideal belt needs no pretension: its strands have F and 0, as those of a chain, or
+    T0 +- F/2 while F < 2 T0.  Work of this pull on axes that move is booked with friction in joints.
 
-    With friction both strands pull at both wheels, so they load the bearings; the centres of mass are the centres of
-    the wheels.  The tensions are T0 +- F/2 (Poncelet: the length of the belt stays).  The belt slips where their ratio
-    reaches exp(mu wrap) (Euler, Eytelwein), at F = 2 T0 tanh(mu wrap/2), on the wheel with the smaller wrap.  The force
-    follows the slip s as F tanh(s/creep), so a loaded belt always creeps a little, as real belts do, also at rest.
+    With friction the centres of mass are the centres of the wheels.  The tensions are T0 +- F/2 (Poncelet: the length
+    of the belt stays).  The belt slips where their ratio reaches exp(mu wrap) (Euler, Eytelwein), at F = 2 T0 tanh(mu
+    wrap/2), on the wheel with the smaller wrap.  The force follows the slip s as F tanh(s/creep), so a loaded belt
+    always creeps a little, as real belts do, also at rest.
     Slip turns energy into heat, which counts as that of dampers; T0 times the length of the belt is its strain energy.
     Start and modes are those of the ideal belt.  Centrifugal forces are left out: fast belts carry less.
     Source: L. Euler, Remarques sur l'effet du frottement dans l'equilibre, 1762, for the limit; tanh is a smoothing.
@@ -82,13 +86,13 @@ class Belt(Wheels):
         self._check_friction()
 
     def _check_friction(self) -> None:
-        """Check that friction, pretension and creep are given together."""
+        """Check that friction has creep and pretension; an ideal belt may have a pretension alone."""
         given = {"mu": (self.mu, "1"), "pretension": (self.pretension, "N"), "creep": (self.creep, "m/s")}
         missing = [name for name, (value, _) in given.items() if value is None]
-        if missing and len(missing) < len(given):
+        if missing and not (self.mu is None and self.creep is None):
             raise InputError(
                 f"{self.label}: {' and '.join(missing)} not given; a belt with friction needs mu, pretension and "
-                "creep. For an ideal belt leave all of them out."
+                "creep. For an ideal belt leave mu and creep out."
             )
         for name, (value, unit) in given.items():
             if value is not None:
@@ -124,11 +128,8 @@ class Belt(Wheels):
     def remarks(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[str]:
         """Sentence on wheels whose distance changes by more than the belt could stretch or take up."""
         apart = self._distances(mechanism, motion)
-        if not len(apart):
-            return
         reach = sum(self.radii) if self.crossed else self.radii[0] - self.radii[1]
-        bodies = [mechanism.body(wheel.name, self.label) for wheel in (self.first, self.second)]
-        drawn = planar.distance(*((node.x, node.y) for node in (body.node(body.main) for body in bodies)))
+        drawn = planar.distance(*self._axes(mechanism))
         d = np.maximum(np.append(apart, drawn), abs(reach))
         wrap = math.pi * sum(self.radii) + 2.0 * reach * np.arcsin(reach / d)
         length = 2.0 * np.sqrt(d**2 - reach**2) + wrap
@@ -139,23 +140,23 @@ class Belt(Wheels):
             yield (
                 f"At t = {motion.times[k]:.6g} s the centres of the wheels of {self.label} are {apart[k]:.4g} m apart, "
                 f"drawn are {drawn:.4g} m: the belt would {verb} {100.0 * abs(stretch[k]):.3g} % of its length. "
-                "It couples angles alone: hold the axes by joints, or by an arm."
+                "Hold the axes by joints, or by an arm."
             )
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
         """The belt, and circles of its middle line on both wheels."""
-        first, second = (mechanism.body(wheel.name, self.label) for wheel in (self.first, self.second))
-        centres = (first.name, first.main, (0.0, 0.0)), (second.name, second.main, (0.0, 0.0))
-        return (*self.circles(mechanism, self.radii), BeltShape(self.name, *centres, self.radii, self.crossed))
+        first, second = self._mounts(mechanism)
+        belt = BeltShape(self.name, first.place, second.place, self.radii, self.crossed)
+        return (*self._circles(mechanism, self.radii), belt)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One constraint equation between two or three angles; with friction an element between both wheels."""
         r1, r2 = self.radii[0], self.radii[1] if self.crossed else -self.radii[1]
-        ideal = self.rolling(mechanism, r1, r2)
         if self.mu is None or self.pretension is None or self.creep is None:
-            return [ideal]
+            return [self._rolling(mechanism, (r1, r2), (strand_pull, (r1 + r2, self.pretension or 0.0)))]
         largest = 2.0 * self.pretension * math.tanh(0.5 * self.mu * self.least_wrap(mechanism))
         bodies = [mechanism.body(wheel.name, self.label) for wheel in (self.first, self.second)]
         coordinates = tuple(c for body in bodies for c in node_coordinates(body.name, body.main))
         friction = belt_contributions(self.name, coordinates, (r1, r2), (largest, self.creep, self.pretension))
+        ideal = self._rolling(mechanism, (r1, r2), None)  # the element pulls with the pretension
         return [*friction, replace(ideal, holds="closed")]

@@ -1,4 +1,4 @@
-"""Cable: two points that cannot move further apart than its length."""
+"""Cable: two points that cannot move further apart than its length; drums wind it up."""
 
 from __future__ import annotations
 
@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING
 from flexmb import checks, planar
 from flexmb.contact.friction.frictionless import Frictionless
 from flexmb.errors import InputError, ModelError
-from flexmb.joints.contact_point import difference_column, put_column, put_eccentricity, put_point
 from flexmb.joints.stop import NO_CLEARANCE, check_own_stiffness
-from flexmb.kernels import gap_kernel, signal_kernel
+from flexmb.joints.strand import strand, strand_gap_kernel, strand_length
 from flexmb.model.contributions import Attachment, ContactContribution, Contribution, SignalContribution
 from flexmb.model.law import NormalLaw
 from flexmb.model.part import Part
-from flexmb.model.shape import CABLE, LineShape, Shapes
+from flexmb.model.shape import CABLE, CircleShape, LineShape, Shapes
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -26,61 +25,34 @@ LARGE_STRETCH = 0.2
 """Elongation over length above which there is a remark."""
 
 
-@gap_kernel
-def cable_gap_kernel(p, q, v, out):
-    """Slack of a cable: gap = length - |d|, n = d/|d| from the first point to the second."""
-    _, length, s1x, s1y, s2x, s2y = p
-    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
-    ax, ay, bx, by = c1 * s1x - d1 * s1y, d1 * s1x + c1 * s1y, c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y
-    dx, dy = q[3] + bx - q[0] - ax, q[4] + by - q[1] - ay
-    size = math.sqrt(dx * dx + dy * dy)
-    nx, ny, inverse = 1.0, 0.0, 0.0
-    if size > 0.0:
-        nx, ny, inverse = dx / size, dy / size, 1.0 / size
-    put_point(out, q, v, length - size, nx, ny, q[0] + ax, q[1] + ay)
-    vx, vy = v[3] - v[5] * by - v[0] + v[2] * ay, v[4] + v[5] * bx - v[1] - v[2] * ax
-    put_eccentricity(out, dx, dy, vx, vy)
-    for j in range(6):
-        gx, gy, Xq, Yq = difference_column(j, ax, ay, bx, by)  # of d and of the first point
-        turn = (nx * gy - ny * gx) * inverse
-        put_column(out, j, -ny * turn, nx * turn, Xq, Yq)
-
-
-@signal_kernel
-def cable_distance(p, t, q, v, a):
-    """Distance of both points."""
-    s1x, s1y, s2x, s2y = p
-    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
-    dx = q[3] + c2 * s2x - d2 * s2y - q[0] - c1 * s1x + d1 * s1y
-    dy = q[4] + d2 * s2x + c2 * s2y - q[1] - d1 * s1x - c1 * s1y
-    return math.sqrt(dx * dx + dy * dy)
-
-
 @dataclass(frozen=True)
 class Cable(Part):
-    """Cable, rope or chain without mass between two points: slack it does nothing, taut it pulls.
+    """Cable, rope or chain without mass between two points or drums: slack it does nothing, taut it pulls.
 
-    A contact whose gap is the slack, length - distance, and whose penetration is the elongation.
+    A contact whose gap is the slack and whose penetration is the elongation.  A drum winds R theta of the cable up, and
+    is pulled at the tangent of the strand, which moves with drum and load.
 
-    Signals: distance of the points [m], and those of a contact (see `RevoluteClearance`): penetration (elongation) [m],
-    normal_force (tension) [N], fx, fy, force (on the second body) [N], mode (0 slack, 1 jerk, 2 taut); ex, ey from the
-    first point to the second [m].
+    Signals: distance of the points (free length between drums) [m], and those of a contact (see `RevoluteClearance`):
+    penetration (elongation) [m], normal_force (tension) [N], fx, fy, force (on the second body) [N], mode (0 slack, 1
+    jerk, 2 taut); ex, ey from the first point to the second [m].
 
     Parameters
     ----------
     name : name of the cable.
     first, second : the bodies; `GROUND` is the frame.
-    at : point of the first body in the reference configuration [m].
-    to : point of the second body in the reference configuration [m].
-    length : length without tension [m], > 0; with less than the distance of the points it starts under tension; None:
-        the distance, so that it is just taut.
+    at : point of the first body, or centre of its drum, in the reference configuration [m].
+    to : the same of the second body.
+    length : free length without tension in the reference configuration [m], > 0; with less than the distance of the
+        points it starts under tension; None: the distance, so that it is just taut.
+    radii : radii of the drums of both bodies [m]; 0: a point; > 0: a drum that winds up while it turns
+        counter-clockwise, < 0: clockwise.
     normal : tension over elongation; of a linear cable K = E A / length [N/m], `KelvinVoigt(K, damping)`.
 
     Raises
     ------
     InputError : a length that is not > 0, an object that is no normal law, a law whose stiffness depends on the radii
         of a joint.
-    ModelError : a cable from a body to itself.
+    ModelError : a cable from a body to itself; drums that overlap.
 
     Notes
     -----
@@ -88,6 +60,10 @@ class Cable(Part):
     counts energy that a contact holds as dissipated until it is given back, so `energy.dissipated_contact` falls below
     zero where tension of the start is released.  No mass and no bending stiffness: not for sag and not for waves in
     long cables.
+
+    A pulley is a wheel with two cables, one wound on and one off it, so tensions differ by its inertia and friction; it
+    may move, and the cable does not slip on it.  The stiffness does not change with the wound length,
+    and the strand may turn by less than half a turn from the direction in which it is drawn.
     """
 
     first: Part
@@ -97,11 +73,13 @@ class Cable(Part):
     _: KW_ONLY
     length: float | None = None
     normal: NormalLaw
+    radii: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
         super().__post_init__()
         for name in ("at", "to"):
             object.__setattr__(self, name, checks.point(self.label, name, getattr(self, name)))
+        object.__setattr__(self, "radii", checks.point(self.label, "radii", self.radii))
         check_own_stiffness(self.label, self.normal)
         if self.length is not None:
             checks.positive(self.label, "length", self.length, "m")
@@ -115,7 +93,12 @@ class Cable(Part):
     @property
     def slack_length(self) -> float:
         """Length without tension [m]."""
-        return planar.distance(self.at, self.to) if self.length is None else self.length
+        return self._drawn()[2] if self.length is None else self.length
+
+    def _drawn(self) -> tuple[float, float, float]:
+        """Direction and free length of the strand in the reference configuration."""
+        ux, uy, size, _ = strand(sum(self.radii), self.to[0] - self.at[0], self.to[1] - self.at[1])
+        return ux, uy, size
 
     def ends(self, mechanism: Mechanism) -> tuple[Attachment, Attachment]:
         """Both points of the cable on the bodies of `mechanism`."""
@@ -124,8 +107,9 @@ class Cable(Part):
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
         """A thin line between the points."""
-        first, second = self.ends(mechanism)
-        return (LineShape(self.name, CABLE, first.place, second.place),)
+        ends = self.ends(mechanism)
+        drums = (CircleShape(self.name, e.place, abs(r)) for e, r in zip(ends, self.radii, strict=True) if r)
+        return (LineShape(self.name, CABLE, ends[0].place, ends[1].place), *drums)
 
     def remarks(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[str]:  # noqa: ARG002 - see `Part`
         """Sentence on an elongation that no cable bears."""
@@ -140,8 +124,18 @@ class Cable(Part):
         """One contact and the distance of the points."""
         first, second = self.ends(mechanism)
         coordinates, offsets = (*first.coordinates, *second.coordinates), (*first.offset, *second.offset)
-        p = (NO_CLEARANCE, self.slack_length, *offsets)
+        ux, uy, size = self._drawn()
+        if any(self.radii) and size == 0.0:
+            raise ModelError(f"{self.label}: its drums overlap, so there is no strand between them. Move one of them.")
+        turns = [mechanism.body(end.part).node(end.node).theta for end in (first, second)]
+        period = 2.0 * math.pi * abs(sum(self.radii))
+        wound = self.radii[0] * turns[0] + self.radii[1] * turns[1]
+        p = (NO_CLEARANCE, 1.0, self.slack_length + wound, *offsets, *self.radii, math.atan2(uy, ux))
         return [
-            ContactContribution(self.name, cable_gap_kernel, coordinates, p, self.normal, Frictionless()),
-            SignalContribution(self.name, "distance", "m", cable_distance, coordinates, offsets),
+            ContactContribution(
+                self.name, strand_gap_kernel, coordinates, p, self.normal, Frictionless(), period=period
+            ),
+            SignalContribution(
+                self.name, "distance", "m", strand_length, coordinates, (*offsets, abs(sum(self.radii)))
+            ),
         ]

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 
 from flexmb import checks, planar
 from flexmb.errors import InputError, ModelError
-from flexmb.kernels import constraint_kernel
+from flexmb.joints.direction import dot
+from flexmb.kernels import compiled, constraint_kernel
 from flexmb.model.contributions import Attachment, ConstraintContribution, Contribution, Reaction
 from flexmb.model.part import Part
 from flexmb.model.shape import ROD, LineShape, Shapes
@@ -18,30 +19,50 @@ if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
 
 
-@constraint_kernel
-def distance_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
-    """g = |d| - length with d = x2 + R2 s2 - x1 - R1 s1; q (6,)."""
-    s1x, s1y, s2x, s2y, length = p
+FIRST_ANGLE, SECOND_ANGLE = 2, 5
+"""Places of the angles of two nodes among their coordinates."""
+
+
+@compiled
+def line_between(s1x, s1y, s2x, s2y, q):
+    """Line from a point of the first node to one of the second: length, direction e; derivatives by q (6,).
+
+    With d = x2 + R2 s2 - x1 - R1 s1 these are along = e . dd/dq, that of the length, and across = n . dd/dq with
+    n = (-ey, ex), that of the angle times the length.  Second derivatives of the length are across across^T/length, of
+    the angle -(along across^T + across along^T)/length^2; besides, by (2, 2) and (5, 5), -across and along/length.
+    """
     c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
     ax, ay = c1 * s1x - d1 * s1y, d1 * s1x + c1 * s1y
     bx, by = c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y
     dx, dy = q[3] + bx - q[0] - ax, q[4] + by - q[1] - ay
     size = math.sqrt(dx * dx + dy * dy)
-    nx, ny = dx / size, dy / size
-    along = (-nx, -ny, nx * ay - ny * ax, nx, ny, ny * bx - nx * by)
-    across = (ny, -nx, -ny * ay - nx * ax, -ny, nx, nx * bx + ny * by)  # derivatives of the direction, times |d|
-    g[0] = size - length
-    turn = 0.0
-    for i in range(6):
-        G[0, i] = along[i]
-        turn += across[i] * v[i]
-    first, second = nx * ax + ny * ay, nx * bx + ny * by
-    gamma[0] = -turn * turn / size - first * v[2] * v[2] + second * v[5] * v[5]
+    ex, ey = dx / size, dy / size
+    along = (-ex, -ey, ex * ay - ey * ax, ex, ey, ey * bx - ex * by)
+    across = (ey, -ex, -ey * ay - ex * ax, -ey, ex, ex * bx + ey * by)
+    return size, ex, ey, along, across
+
+
+@compiled
+def add_bending(k, size, across, H):
+    """H += k times the second derivatives of the length of a line."""
     for i in range(6):
         for j in range(6):
-            H[i, j] = lam[0] * across[i] * across[j] / size
-    H[2, 2] += lam[0] * first
-    H[5, 5] -= lam[0] * second
+            H[i, j] += k * across[i] * across[j] / size
+    H[2, 2] -= k * across[FIRST_ANGLE]
+    H[5, 5] -= k * across[SECOND_ANGLE]
+
+
+@constraint_kernel
+def distance_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
+    """g = |d| - length with d = x2 + R2 s2 - x1 - R1 s1; q (6,)."""
+    s1x, s1y, s2x, s2y, length = p
+    size, _, _, along, across = line_between(s1x, s1y, s2x, s2y, q)
+    g[0] = size - length
+    for i in range(6):
+        G[0, i] = along[i]
+    turn = dot(across, v)
+    gamma[0] = -turn * turn / size + across[FIRST_ANGLE] * v[2] * v[2] + across[SECOND_ANGLE] * v[5] * v[5]
+    add_bending(lam[0], size, across, H)
 
 
 @dataclass(frozen=True)

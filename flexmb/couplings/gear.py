@@ -11,8 +11,9 @@ import numpy as np
 
 from flexmb import checks, planar
 from flexmb.contact.friction.frictionless import Frictionless
+from flexmb.couplings.rolling import STANDARD_PRESSURE_ANGLE, tooth_pressure
 from flexmb.couplings.tooth_contact import involute, tooth_gap_kernel
-from flexmb.couplings.wheels import Wheels
+from flexmb.couplings.wheels import FITS, Wheels
 from flexmb.errors import InputError, ModelError
 from flexmb.model.contributions import ContactContribution, Contribution, node_coordinates
 from flexmb.model.law import NormalLaw
@@ -23,14 +24,8 @@ if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
     from flexmb.model.watched_motion import WatchedMotion
 
-FITS = 1e-3
-"""Difference of the distance of the axes from the sum of the pitch radii, relative to it, that still fits."""
-
 LARGE_PLAY = 0.2
 """Error of the distance of the axes in a motion, over the module, above which there is a remark."""
-
-STANDARD_PRESSURE_ANGLE = math.radians(20.0)
-"""Pressure angle of standard gears [rad] (ISO 53)."""
 
 FLANKS = {"forward": 1.0, "backward": -1.0}
 """Names of the contacts of a pair with backlash; 1 where the first wheel pushes while it turns counter-clockwise."""
@@ -40,12 +35,13 @@ FLANKS = {"forward": 1.0, "backward": -1.0}
 class Gear(Wheels):
     """Gear pair of two wheels, ideal or with backlash; the wheels need joints of their own.
 
-    The pitch circles roll on one another: r1 (theta1 - theta_arm) + r2 (theta2 - theta_arm) is constant, with - r2 for
-    an internal pair.
+    The pitch circles roll on one another: r1 (theta1 - phi) + r2 (theta2 - phi) is constant, with the direction phi of
+    the line of centres, and - r2 for an internal pair.
 
-    Signals: force (tangential, at the pitch point) [N]; first_torque, second_torque (on the wheels) [N m]; power (of
-    second_torque) [W].  With backlash: of both contacts, forward and backward (`mesh.forward.normal_force`, ...), as of
-    `RevoluteClearance`; the forward one carries where the first wheel drives counter-clockwise.
+    Signals: force (tangential, at the pitch circles) [N]; first_torque, second_torque (on the wheels) [N m]; power (of
+    second_torque) [W].  The tooth force itself loads the bearings of both wheels.  With backlash: of both contacts,
+    forward and backward (`mesh.forward.normal_force`, ...), as of `RevoluteClearance`; the forward one carries where
+    the first wheel drives counter-clockwise.
 
     Parameters
     ----------
@@ -54,11 +50,13 @@ class Gear(Wheels):
     teeth : numbers of teeth of both wheels, > 0.
     internal : whether the wheel with more teeth is a ring with inner teeth.
     arm : body that carries the axes; `GROUND` for fixed axes.
-    distance : distance of the axes [m], > 0; None: of the centres of mass in the reference configuration.
+    centres : centres of the wheels, see `Wheels`.
+    distance : distance of the axes [m], > 0, that sets the pitch circles; None: of the centres as they are drawn.
     module : module of the teeth, pitch diameter over number of teeth [m]; None: as the distance has it.
     backlash : play of the teeth along the pitch circles [m], > 0, with `normal`; None: an ideal pair.
     normal : law of the normal force of the flanks along the line of action, of a pair with backlash.
-    pressure_angle : pressure angle alpha in the reference configuration [rad], between 0 and pi/4.
+    pressure_angle : pressure angle alpha in the reference configuration [rad], between 0 and pi/4; 0, of an ideal pair
+        alone: no radial force.
 
     Raises
     ------
@@ -69,8 +67,12 @@ class Gear(Wheels):
 
     Notes
     -----
-    The ratio depends on the teeth alone; the distance sets the force at the pitch point, which is the multiplier.
-    An ideal pair does not count the radial forces of the pressure angle: they load the bearings and do no work.
+    The ratio depends on the teeth alone, exactly and for any distance of the axes, which sets the force at the pitch
+    point.  An ideal pair carries on either flank: the tangential force F presses the wheels apart with |F| tan(alpha),
+    on both directions of F.  While the axes move this force does work, which is booked with friction in joints: real
+    teeth open then; give backlash.  Without an arm the line of centres may turn by less than half a turn.  Wheels drawn
+    at another distance than that of their pitch circles load their axes by F (r1 + r2)/D, so moments balance; on one
+    axis (shafts in line) they load the arm with a torque.
 
     With backlash the teeth are rigid involutes with an elastic normal law, which stands for the stiffness of the mesh.
     The force has the direction of the line of action.  Play and pressure angle follow the distance of the axes exactly,
@@ -101,7 +103,8 @@ class Gear(Wheels):
                 checks.positive(self.label, name, getattr(self, name), "m")
         if self.internal and self.teeth[0] == self.teeth[1]:
             raise InputError(f"{self.label}: both wheels have {self.teeth[0]} teeth; a ring needs more than its wheel.")
-        checks.between(self.label, "pressure_angle", self.pressure_angle, 1e-3, 0.25 * math.pi, "rad")
+        least = 0.0 if self.backlash is None else 1e-3
+        checks.between(self.label, "pressure_angle", self.pressure_angle, least, 0.25 * math.pi, "rad")
         self._check_backlash()
 
     def _check_backlash(self) -> None:
@@ -160,20 +163,17 @@ class Gear(Wheels):
     def _distance(self, mechanism: Mechanism) -> float:
         if self.distance is not None:
             return self.distance
-        if GROUND.name in (self.first.name, self.second.name):
-            raise ModelError(f"{self.label}: one wheel is the ground, which has no centre. Give distance= of the axes.")
-        bodies = [mechanism.body(wheel.name, self.label) for wheel in (self.first, self.second)]
-        first, second = (body.node(body.main) for body in bodies)
-        apart = planar.distance((first.x, first.y), (second.x, second.y))
+        apart = planar.distance(*self._axes(mechanism))
         if apart == 0.0:
             raise ModelError(f"{self.label}: the centres of both wheels coincide. Give distance= of the axes.")
         return apart
 
     def remarks(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[str]:
         """Sentence on an ideal pair whose axes leave the distance that its wheels are made for."""
-        apart = self._distances(mechanism, motion) if self.backlash is None and self.distance is None else np.zeros(0)
-        drawn, off = abs(sum(self.signed_radii(mechanism))), np.zeros(1)
-        off = np.abs(apart - drawn) if len(apart) else off
+        if self.backlash is not None or self.distance is not None:
+            return
+        apart, drawn = self._distances(mechanism, motion), abs(sum(self.signed_radii(mechanism)))
+        off = np.abs(apart - drawn)
         k = int(np.argmax(off))
         if off[k] > LARGE_PLAY * self.module_of(mechanism):
             yield (
@@ -184,12 +184,15 @@ class Gear(Wheels):
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
         """The pitch circles."""
-        return self.circles(mechanism, self.radii(mechanism))
+        return self._circles(mechanism, self.radii(mechanism))
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One constraint equation between two or three angles, or two contacts."""
         r1, r2 = self.signed_radii(mechanism)
-        ideal = self.rolling(mechanism, r1, r2)
+        R = math.copysign(r1 + r2, r2) if self.internal else r1 + r2
+        base = planar.distance(*self._axes(mechanism)) * math.cos(self.pressure_angle)
+        pressure = (tooth_pressure, (R, base)) if self.pressure_angle > 0.0 else None
+        ideal = self._rolling(mechanism, (r1, r2), pressure)
         if self.backlash is None or self.normal is None:
             return [ideal]
         contacts = self._contacts(mechanism, r1, r2, self.backlash, self.normal)

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from flexmb import checks
+from flexmb.couplings.rolling import STANDARD_PRESSURE_ANGLE, Push, rack_pressure
 from flexmb.errors import ModelError
 from flexmb.joints.prismatic import direction_row
 from flexmb.kernels import constraint_kernel
-from flexmb.model.contributions import ConstraintContribution, Contribution, Reaction
+from flexmb.model.contributions import ConstraintContribution, Contribution, JointFriction, Reaction
 from flexmb.model.part import GROUND, Part
 
 if TYPE_CHECKING:
@@ -48,26 +49,31 @@ class Rack(Part):
     rack : the rack or track; `GROUND` for a fixed one.
     at : a point of the pitch line of the rack in the reference configuration [m].
     along : direction of the pitch line in the reference configuration.
+    pressure_angle : pressure angle alpha of the teeth [rad], between 0 and pi/4; 0 for a wheel that rolls.
 
     Raises
     ------
+    InputError : a pressure angle out of range.
     ModelError : a pitch line through the centre of the pinion, or a pinion that is its own rack.
 
     Notes
     -----
     The radius is the distance of the centre from the pitch line in the reference configuration.  A joint or guide must
-    keep that distance: the part only couples rotation and travel.
+    keep that distance: the part only couples rotation and travel.  The force F along the rack acts at the pitch point
+    and presses the pinion off the rack with |F| tan(alpha), in either direction of F.
     """
 
     pinion: Part
     rack: Part
     at: tuple[float, float]
     along: tuple[float, float] = (1.0, 0.0)
+    pressure_angle: float = STANDARD_PRESSURE_ANGLE
 
     def __post_init__(self) -> None:
         super().__post_init__()
         object.__setattr__(self, "at", checks.point(self.label, "at", self.at))
         object.__setattr__(self, "along", checks.direction(self.label, "along", self.along))
+        checks.between(self.label, "pressure_angle", self.pressure_angle, 0.0, 0.25 * math.pi, "rad")
         if self.pinion.name in (self.rack.name, GROUND.name):
             raise ModelError(
                 f"{self.label}: the pinion is {self.pinion.name!r}; give a moving body other than the rack."
@@ -98,20 +104,16 @@ class Rack(Part):
         pinion, rack = (mechanism.body(part.name, self.label) for part in (self.pinion, self.rack))
         end, node = rack.attach(self.label, self.at), pinion.node(pinion.main)
         radius, turned = self.radius(mechanism), rack.node(end.node).theta
-        x, y = motion.rows(*(f"{_stem(pinion.name, node.name)}.{axis}" for axis in "xy")).T
-        X, Y, theta = np.zeros((3, len(x)))
-        if rack.name != GROUND.name:
-            X, Y, theta = motion.rows(*(f"{_stem(rack.name, end.node)}.{axis}" for axis in ("x", "y", "theta"))).T
-        c, s = np.cos(theta), np.sin(theta)
-        dx, dy = x - X - c * end.offset[0] + s * end.offset[1], y - Y - s * end.offset[0] - c * end.offset[1]
+        theta = motion.pose(rack.name, end.node)[:, 2]
+        dx, dy = (motion.point((pinion.name, node.name, (0.0, 0.0))) - motion.point(end.place)).T
         angle = math.atan2(self.along[1], self.along[0]) - turned + theta
         across = np.cos(angle) * dy - np.sin(angle) * dx
         k = int(np.argmax(np.abs(across - radius)))
         if abs(across[k] - radius) > PARTED * abs(radius):
             yield (
                 f"At t = {motion.times[k]:.6g} s the centre of {self.pinion.name!r} is {abs(across[k]):.4g} m from the "
-                f"pitch line of {self.label}, whose radius is {abs(radius):.4g} m. It couples rotation and travel "
-                "alone: hold the distance by a joint or guide."
+                f"pitch line of {self.label}, whose radius is {abs(radius):.4g} m. Hold the "
+                "distance by a joint or guide."
             )
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
@@ -131,9 +133,7 @@ class Rack(Part):
             Reaction("power", "W", on=(3, 4, 5), power=True),
         )
         p = (*u, *end.offset, 0.0, 0.0, radius, value)
-        return [ConstraintContribution(self.name, rack_kernel, coordinates, p, 1, reactions=reactions)]
-
-
-def _stem(part: str, node: str) -> str:
-    """Begin of the names of the signals of a node."""
-    return f"{part}.{node}" if node else part
+        off = math.copysign(math.tan(self.pressure_angle), radius)
+        push = JointFriction(rack_pressure, (-u[1], u[0], *p[2:6], off), Push(), ("", ""))
+        piece = ConstraintContribution(self.name, rack_kernel, coordinates, p, 1, reactions=reactions)
+        return [replace(piece, joint_friction=push) if off else piece]

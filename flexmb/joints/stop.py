@@ -1,4 +1,4 @@
-"""Stop: limits of the angle of a revolute joint or of the travel of a prismatic one."""
+"""Stop: limits of the angle of a joint, of its travel, or of the way between two points of bodies."""
 
 from __future__ import annotations
 
@@ -15,8 +15,9 @@ from flexmb.errors import InputError, ModelError
 from flexmb.joints.contact_point import difference_column, put_column, put_eccentricity, put_point
 from flexmb.joints.prismatic import Prismatic, joint_with_coordinate
 from flexmb.joints.revolute import Revolute, drawn_angle
+from flexmb.joints.strand import strand_gap_kernel
 from flexmb.kernels import Kernel, compiled, gap_kernel
-from flexmb.model.contributions import ContactContribution, Contribution
+from flexmb.model.contributions import ContactContribution, Contribution, Coordinate
 from flexmb.model.law import Motion, NormalLaw
 from flexmb.model.part import GROUND, Part
 from flexmb.places import GAP, GAP_RATE
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
 
 ABOVE, BELOW = "above", "below"
+
+Pieces = list[tuple[str, Kernel, tuple[float, ...]]]
+"""Name, gap kernel and its parameters behind the clearance, of each limit of a stop."""
 
 NO_CLEARANCE = 0.0
 """First parameter p of a contact without a clearance [m]."""
@@ -85,11 +89,13 @@ def travel_gap_kernel(p, q, v, out):
 
 @dataclass(frozen=True)
 class Stop(Part):
-    """Limits of a joint: a contact that closes where the angle or the travel reaches a limit, and opens again.
+    """Limits of a joint, or of the way between two bodies: a contact that closes at a limit, and opens again.
 
     Of a revolute joint two faces touch at `radius` from the pin, gap = radius (above - angle) or radius (angle -
     below); their force is tangential there and acts on both bodies, so the stop loads the pin as well.  Of a prismatic
-    joint the force acts along the guide.
+    joint the force acts along the guide.  Without a joint (a bump stop beside a bushing or spring) `first` and `second`
+    are given: the way of the point `to` of the second body from the point `at` of the first is limited, along a
+    direction of the first body or, without `along`, as the distance of the points, along which the force acts.
 
     Signals: those of a contact (see `RevoluteClearance`): penetration [m],
     penetration_rate [m/s], normal_force, fx, fy, force (on the second body) [N], mode (0 open, 1 impact, 2 lasting
@@ -99,20 +105,25 @@ class Stop(Part):
     Parameters
     ----------
     name : name of the stop.
-    joint : name of a `Revolute` or `Prismatic` joint.
+    joint : name of a `Revolute` or `Prismatic` joint; None: `first` and `second` are given.
+    first, second : two bodies without a common joint, or `GROUND`.
+    at, to : points of the first and the second body in the reference configuration [m]; `to` None: the same point.
     above : largest angle [rad] or travel [m], counted from the reference configuration, >= 0; None: no limit.
     below : smallest angle or travel, <= 0; None: no limit.
     normal : law of the normal force.
     radius : distance of the faces from the pin of a revolute joint [m], > 0; with 1 m, N/m and N m/rad are the same
         number.
     along : direction from the pin to the face of the second body in the reference configuration; None: to the centre
-        of the second body, of the first where the second one is the ground or centred at the pin.
+        of the second body, of the first where the second one is the ground or centred at the pin.  Without a joint the
+        direction of the way in the reference configuration, which turns with the first body; None: the distance.
 
     Raises
     ------
-    InputError : no limit, limits that leave no way between them or that the reference configuration violates, an object
-        that is no normal law, a law whose stiffness depends on the radii of a joint.
-    ModelError : no such joint, a joint without angle or travel, a drive that begins beyond a limit.
+    InputError : neither a joint nor two bodies and a point, or both; no limit, limits that leave no way between them or
+        that the reference configuration violates, an object that is no normal law, a law whose stiffness depends on the
+        radii of a joint.
+    ModelError : no such joint, a joint without angle or travel, a drive that begins beyond a limit; a stop from a body
+        to itself.
 
     Notes
     -----
@@ -120,8 +131,12 @@ class Stop(Part):
     radius say how the stop yields, N = k radius (angle - above) for a linear law: not for bodies that bend beside it.
     """
 
-    joint: str
+    joint: Any = None
     _: KW_ONLY
+    first: Any = None
+    second: Any = None
+    at: Any = None
+    to: Any = None
     above: float | None = None
     below: float | None = None
     normal: NormalLaw
@@ -132,13 +147,30 @@ class Stop(Part):
         super().__post_init__()
         if isinstance(self.joint, Part):
             object.__setattr__(self, "joint", self.joint.name)
-        if not isinstance(self.joint, str):
-            raise InputError(f"{self.label}: joint is {self.joint!r}; it must be a joint or its name.")
+        self._check_ends()
         checks.positive(self.label, "radius", self.radius, "m")
         if self.along is not None:
             object.__setattr__(self, "along", checks.direction(self.label, "along", self.along))
         check_own_stiffness(self.label, self.normal)
         self._check_limits()
+
+    def _check_ends(self) -> None:
+        """Check that there is a joint, or two bodies and a point."""
+        ends = self.first, self.second, self.at
+        if isinstance(self.joint, str) and ends == (None, None, None) and self.to is None:
+            return
+        if self.joint is not None or not all(isinstance(body, Part) for body in ends[:2]) or self.at is None:
+            raise InputError(
+                f"{self.label}: joint is {self.joint!r}; it must be a joint or its name. For bodies without a common "
+                "joint leave it out and give first=, second= and at=."
+            )
+        if self.first.name == self.second.name:
+            raise ModelError(f"{self.label} stops {self.first.name!r} against itself; give two different bodies.")
+        for name in ("at", "to"):
+            point = self.at if getattr(self, name) is None else getattr(self, name)
+            object.__setattr__(self, name, checks.point(self.label, name, point))
+        if self.along is None and self.at == self.to:
+            raise InputError(f"{self.label}: both points are {self.at}; give along=, or another point to=.")
 
     def _check_limits(self) -> None:
         """Check that there is a limit, and that the reference configuration lies within the limits."""
@@ -156,6 +188,8 @@ class Stop(Part):
 
     def validate(self, mechanism: Mechanism) -> None:
         """Check that the joint has an angle or a travel, and that no drive begins beyond a limit."""
+        if self.joint is None:
+            return
         self._held(mechanism)
         for part in mechanism.parts:
             motion = getattr(part, "motion", None)
@@ -178,19 +212,7 @@ class Stop(Part):
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One contact for each limit."""
-        joint = self._held(mechanism)
-        first, second = ends = joint.ends(mechanism)
-        coordinates = (*first.coordinates, *second.coordinates)
-        found: list[tuple[str, Kernel, tuple[float, ...]]]
-        if isinstance(joint, Prismatic):
-            p = joint.geometry(mechanism)[1]
-            found = [(name, travel_gap_kernel, (side, limit, *p)) for name, side, limit in self._limits()]
-        else:
-            drawn = drawn_angle(mechanism, ends)
-            found = [
-                (name, turn_gap_kernel, (side, limit + drawn, *self._faces(mechanism, joint, limit)))
-                for name, side, limit in self._limits()
-            ]
+        coordinates, found = self._at_joint(mechanism) if self.joint is not None else self._at_points(mechanism)
         law, several = self.normal, len(found) > 1
         return [
             ContactContribution(
@@ -198,6 +220,34 @@ class Stop(Part):
             )
             for name, kernel, p in found
         ]
+
+    def _at_joint(self, mechanism: Mechanism) -> tuple[tuple[Coordinate, ...], Pieces]:
+        """Coordinates, and name, kernel and parameters of each limit of the joint."""
+        joint = self._held(mechanism)
+        first, second = ends = joint.ends(mechanism)
+        coordinates = (*first.coordinates, *second.coordinates)
+        if isinstance(joint, Prismatic):
+            p = joint.geometry(mechanism)[1]
+            return coordinates, [(name, travel_gap_kernel, (side, limit, *p)) for name, side, limit in self._limits()]
+        drawn = drawn_angle(mechanism, ends)
+        return coordinates, [
+            (name, turn_gap_kernel, (side, limit + drawn, *self._faces(mechanism, joint, limit)))
+            for name, side, limit in self._limits()
+        ]
+
+    def _at_points(self, mechanism: Mechanism) -> tuple[tuple[Coordinate, ...], Pieces]:
+        """Coordinates, and name, kernel and parameters of each limit of the way between two points."""
+        bodies = (mechanism.body(part.name, self.label) for part in (self.first, self.second))
+        first, second = (body.attach(self.label, at) for body, at in zip(bodies, (self.at, self.to), strict=True))
+        coordinates, offsets = (*first.coordinates, *second.coordinates), (*first.offset, *second.offset)
+        dx, dy = self.to[0] - self.at[0], self.to[1] - self.at[1]
+        if self.along is None:
+            size, rest = math.hypot(dx, dy), (*offsets, 0.0, 0.0, 0.0)
+            return coordinates, [(name, strand_gap_kernel, (s, size + x, *rest)) for name, s, x in self._limits()]
+        angle = math.atan2(self.along[1], self.along[0])
+        drawn, turned = dx * math.cos(angle) + dy * math.sin(angle), mechanism.body(first.part).node(first.node).theta
+        m = math.cos(angle - turned), math.sin(angle - turned)
+        return coordinates, [(name, travel_gap_kernel, (s, x + drawn, *m, *offsets)) for name, s, x in self._limits()]
 
     def _limits(self) -> Iterator[tuple[str, float, float]]:
         """Name, side and value of each limit."""

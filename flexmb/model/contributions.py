@@ -121,7 +121,7 @@ class RowMotion:
 class JointFriction:
     """Friction in an ideal joint of two nodes: kernel of normal load and direction of sliding, and friction law.
 
-    signal : name and unit of the reported friction;  arm : reported friction over the force T of the law
+    signal : name and unit of the reported friction; "": none;  arm : reported friction over the force T of the law
     """
 
     kernel: Kernel
@@ -225,13 +225,12 @@ class ContactContribution:
 
     Parameters
     ----------
-    part : name of the part.
-    gap : gap kernel.
+    part, gap, normal, friction : name of the part, gap kernel, laws.
     coordinates : x, y, theta of both nodes.
     p : parameters of the gap kernel; the first one is the clearance [m], a length that errors of steps are held
         against, and 0 where a contact has none.
-    normal, friction : laws.
     name : name among the contacts of a part; "" for the only one.
+    period : by which the gap jumps where its direction has made half a turn from the one drawn [m]; 0: it does not.
     """
 
     part: str
@@ -241,6 +240,7 @@ class ContactContribution:
     normal: NormalLaw
     friction: FrictionLaw
     name: str = ""
+    period: float = 0.0
 
     @property
     def label(self) -> str:

@@ -71,7 +71,8 @@ def force_signals(contribution: ConstraintContribution) -> tuple[tuple[str, str]
     """Signals of a joint's force on its second body and of its friction; of a coupling its friction alone."""
     if contribution.is_drive:
         return ()
-    friction = (contribution.joint_friction.signal,) if contribution.joint_friction else ()
+    told = contribution.joint_friction.signal if contribution.joint_friction else ("", "")
+    friction = (told,) if told[0] else ()
     if contribution.reactions:
         return friction
     moment = (("moment", "N m"),) if contribution.moment_row >= 0 else ()

@@ -166,7 +166,7 @@ def size_of_contact(mechanism: Mechanism, part: Part) -> float | None:
     part : one of its parts.
     """
     if isinstance(part, Stop):
-        return part.radius if isinstance(mechanism.find(part.joint), Revolute) else None
+        return part.radius if part.joint and isinstance(mechanism.find(part.joint), Revolute) else None
     if isinstance(part, Gear):
         return None if part.backlash is None else part.module_of(mechanism)
     sizes = (getattr(part, name, None) for name in ("bearing_radius", "pin_radius", "half_height"))

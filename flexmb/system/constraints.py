@@ -118,10 +118,10 @@ def _add_joint_friction(tables, address, c, n, m, h, lam, z, kq, kv, matrix, wor
         for i in range(6):
             by_q = out[SLIDING + i] * T_slip * slip_q + T * H[i, j]
             by_v = out[SLIDING + i] * T_slip * out[SLIDING + j]
-            work.lu[C.positions_h[C.pos_h[c] + 6 * i + j]] -= kq * by_q + kv * by_v
+            work.lu[C.positions_h[C.pos_h[c] + n * i + j]] -= kq * by_q + kv * by_v
     for k in range(m):
         for i in range(6):
-            work.lu[C.positions_gt[C.pos_g[c] + 6 * k + i]] -= out[SLIDING + i] * T_N * out[LOAD_BY_LAM + k]
+            work.lu[C.positions_gt[C.pos_g[c] + n * k + i]] -= out[SLIDING + i] * T_N * out[LOAD_BY_LAM + k]
 
 
 @compiled

@@ -149,8 +149,9 @@ def check_joint_friction(bench: Bench, contribution: ConstraintContribution, joi
     joint_friction : joint friction of the constraint.
     """
     tested = TestedKernel(bench.owner, joint_friction.kernel, joint_friction.p, out=(JOINT_FRICTION_SIZE,), H=(6, 6))
-    scale, m = bench.scales(contribution.coordinates), contribution.rows
-    for state in bench.states(contribution.coordinates, "q"):
+    nodes, m = contribution.coordinates[:6], contribution.rows
+    scale = bench.scales(nodes)
+    for state in bench.states(nodes, "q"):
         lam = 100.0 * bench.random.uniform(-1.0, 1.0, m)
         full = {**state, "lam": lam}
         out = tested.checked_call(full)

@@ -73,11 +73,13 @@ def check_gap(bench: Bench, contribution: ContactContribution) -> float:
         moved[3:5] += distance * np.array([np.cos(angle), np.sin(angle)])
         turn, shift = bench.rotation(0.0)  # the pair in any orientation
         state = {"q": turn @ moved + shift, "v": scale * bench.random.uniform(-10.0, 10.0, 6)}
-        check_gap_at(bench, tested, state, scale, min(size, float(distance)))
+        check_gap_at(bench, tested, state, scale, min(size, float(distance)), contribution.period)
     return size
 
 
-def check_gap_at(bench: Bench, tested: TestedKernel, state: State, scale: np.ndarray, size: float) -> None:
+def check_gap_at(
+    bench: Bench, tested: TestedKernel, state: State, scale: np.ndarray, size: float, period: float = 0.0
+) -> None:
     """Check derivatives, contact point and frame at one state.
 
     Parameters
@@ -87,6 +89,7 @@ def check_gap_at(bench: Bench, tested: TestedKernel, state: State, scale: np.nda
     state : the state.
     scale : scales of the coordinates.
     size : size of the gap [m].
+    period : by which the gap may jump in another frame [m].
     """
     out = tested.checked_call(state)["out"]
     where = "contact" if out[GAP] < 0.0 else "free flight"
@@ -122,7 +125,7 @@ def check_gap_at(bench: Bench, tested: TestedKernel, state: State, scale: np.nda
     for axis in (0, 1):  # one contact point for both bodies, so that forces have the same moment
         terms = [q[axis], out[ARM1_X + axis], -q[3 + axis], -out[ARM2_X + axis]]
         bench.balanced(tested, f"contact points along {'xy'[axis]}", state, terms, rule)
-    check_frame(bench, tested, state, out, scale)
+    check_frame(bench, tested, state, out, scale, period)
 
 
 def rows(out: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -142,7 +145,9 @@ def rows(out: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return row(n), -row(t)
 
 
-def check_frame(bench: Bench, tested: TestedKernel, state: State, out: np.ndarray, scale: np.ndarray) -> None:
+def check_frame(
+    bench: Bench, tested: TestedKernel, state: State, out: np.ndarray, scale: np.ndarray, period: float = 0.0
+) -> None:
     """Check that gap, gap rate and slip do not depend on the frame, and that normal and arms turn with it.
 
     Parameters
@@ -152,10 +157,12 @@ def check_frame(bench: Bench, tested: TestedKernel, state: State, out: np.ndarra
     state : the state.
     out : outputs at the state.
     scale : scales of the coordinates.
+    period : by which the gap may jump [m].
     """
     turn, shift = bench.rotation(float(scale.max()))
     moved = {"q": turn @ state["q"] + shift, "v": turn @ state["v"]}
     after = tested(moved)["out"]
+    after[GAP] -= period * round((after[GAP] - out[GAP]) / period) if period else 0.0
     gap = max(abs(float(out[GAP])), float(np.hypot(*out[ECCENTRICITY_X:ECCENTRICITY_RATE_X])))
     length = float(np.abs(moved["q"][[0, 1, 3, 4]]).max() + np.abs(out[ARM1_X:ECCENTRICITY_X]).max())
     speed = float(np.abs(state["v"]).max()) * max(1.0, float(scale.max()))

@@ -271,7 +271,10 @@ BUILT_IN = {
     "Gear, internal": (two_links(fm.Gear("mesh", crank(), arm(), teeth=(20, 35), internal=True)), "mesh"),
     "Gear, backlash": (
         two_links(
-            fm.Gear("mesh", crank(), arm(), teeth=(20, 35), backlash=1e-4, normal=LN, pressure_angle=math.radians(30.0))
+            fm.Gear(
+                "mesh", crank(), arm(), teeth=(20, 35), backlash=1e-4, normal=LN, pressure_angle=math.radians(30.0),
+                centres=[(body.nodes()[0].x, body.nodes()[0].y) for body in (crank(), arm())],
+            )
         ),
         "mesh",
     ),
