@@ -82,7 +82,8 @@ def inverse_dynamics(mechanism: Mechanism, times: Sequence[float] | np.ndarray) 
     """Motion and forces of a mechanism whose drives prescribe every motion; joints are ideal, bodies rigid.
 
     Positions, velocities and accelerations follow from the joints and drives alone, one instant at a time, without any
-    integration in time; then the forces follow from the equations of motion.  Declared start velocities play no part.
+    integration in time; then the forces follow from the equations of motion.  Cables, stops and other contacts that no
+    ideal joint replaces push and pull as their laws say.  Declared start velocities play no part.
 
     Parameters
     ----------
@@ -95,7 +96,7 @@ def inverse_dynamics(mechanism: Mechanism, times: Sequence[float] | np.ndarray) 
     AssemblyError : a loop that cannot close on the way.
     """
     refuse_controllers(mechanism, "inverse_dynamics", "the motion is given, and a controller would ask for another")
-    program = compile_mechanism(mechanism, start=True)
+    program = compile_mechanism(mechanism, start=True, touching=True)
     label = f"inverse_dynamics {mechanism.name!r}"
     if program.n_q != 3 * len(program.names.bodies):
         raise InputError(f"{label}: flexible bodies have motions of their own; make them rigid for inverse dynamics.")

@@ -23,7 +23,14 @@ from flexmb.program.signals import aliases
 from flexmb.program.structure import numbers_of, structure_of
 
 
-def compile(mechanism: Mechanism, *, closed: bool = False, start: bool = False, controlled: bool = False) -> Program:
+def compile(
+    mechanism: Mechanism,
+    *,
+    closed: bool = False,
+    start: bool = False,
+    controlled: bool = False,
+    touching: bool = False,
+) -> Program:
     """Flat arrays, kernels and names of a mechanism.
 
     Parameters
@@ -32,6 +39,7 @@ def compile(mechanism: Mechanism, *, closed: bool = False, start: bool = False, 
     closed : with the clearance joints replaced by ideal ones.
     start : with elastic joints replaced, too, for closed loops and start velocities.
     controlled : with controls in spite of `closed`; these must have no states.
+    touching : with the contacts that no ideal joint replaces, such as cables and stops, in spite of `closed`.
 
     Raises
     ------
@@ -41,7 +49,7 @@ def compile(mechanism: Mechanism, *, closed: bool = False, start: bool = False, 
     """
     with _without_collector():
         contributions = chosen_contributions(
-            _contributions(mechanism), closed=closed or start, start=start, controlled=controlled
+            _contributions(mechanism), closed=closed or start, start=start, controlled=controlled, touching=touching
         )
         number = Numbering(mechanism, controls=not (closed or start))
         return _compiled(mechanism, contributions, number, LateShapes(mechanism.shapes))
@@ -160,22 +168,27 @@ def motions_of(contributions: Contributions) -> tuple[Motion, ...]:
 
 
 def chosen_contributions(
-    contributions: Contributions, *, closed: bool, start: bool, controlled: bool = False
+    contributions: Contributions, *, closed: bool, start: bool, controlled: bool = False, touching: bool = False
 ) -> Contributions:
     """The contributions in motion; with ideal joints for contacts, and without controls (`closed`); for start values.
 
-    Controls and their loads have no part in closed loops and start velocities.
+    Controls and their loads have no part in closed loops and start velocities, nor have contacts; `touching` keeps the
+    ones that no ideal joint replaces.
     """
     holding = {"always", *(["closed"] if closed else []), *(["start"] if start else [])}
     constraints = tuple(c for c in contributions.constraints if c.holds in holding)
     if not closed:
         return replace(contributions, constraints=constraints)
+    replaced = {c.part for c in contributions.constraints if c.holds == "closed"}
+    contacts = tuple(c for c in contributions.contacts if touching and c.part not in replaced)
     if controlled:
-        return replace(contributions, constraints=constraints, contacts=())
+        return replace(contributions, constraints=constraints, contacts=contacts)
     own = {name for control in contributions.controls for name in control.loads}
     elements = tuple([e for e in contributions.elements if not own or e.part not in own])
     signals = tuple([s for s in contributions.signals if not own or s.part not in own])
-    return replace(contributions, elements=elements, constraints=constraints, contacts=(), signals=signals, controls=())
+    return replace(
+        contributions, elements=elements, constraints=constraints, contacts=contacts, signals=signals, controls=()
+    )
 
 
 def reference_configuration(mechanism: Mechanism, number: Numbering, z: np.ndarray) -> ReferenceConfiguration:
