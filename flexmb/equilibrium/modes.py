@@ -13,8 +13,9 @@ from flexmb.display import html
 from flexmb.equilibrium.carrying import left_out_text, open_contacts, unpaired
 from flexmb.equilibrium.eigen import damped as damped_modes
 from flexmb.equilibrium.eigen import undamped
+from flexmb.equilibrium.found import Equilibrium
 from flexmb.equilibrium.free_motions import free_motions, motion_in_words, moves_most, shapes_of
-from flexmb.equilibrium.statics import Equilibrium, correction
+from flexmb.equilibrium.same_model import refuse_other_forces, refuse_other_names
 from flexmb.equilibrium.steady_rotation import Spin, check_spin
 from flexmb.errors import InputError, SolveError
 from flexmb.loads.force import Force
@@ -27,9 +28,6 @@ from flexmb.system.state_evaluation import StateEvaluation
 
 ENERGY_ROUND_OFF = 1e-15
 """Strain energy relative to the sum of its absolute terms, below which it is round-off of the stiffness."""
-
-OTHER_MODEL_STEP = 1e-6
-"""Newton step relative to the size of the mechanism, above which an equilibrium belongs to another model."""
 
 ASYMMETRY_ROUND_OFF = 1e-11
 """Asymmetry of the stiffness relative to its largest entry, above which it is more than round-off."""
@@ -167,7 +165,7 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
     G, left_out = system.jacobian, open_contacts(system) if at is not None else unpaired(mechanism)
     check_spin("modes", mechanism, program, system, spin)
     if at is not None:
-        _refuse_other_model(program, system, at, spin)
+        refuse_other_forces("modes", program, system, at)
     motions = np.zeros((0, 0)) if spin.speed else free_motions(program, q, K, G)
     rigid = shapes_of(program, q, motions, M) if motions.size else np.zeros((program.n_q, 0))
     left = max(count - rigid.shape[1], 0)
@@ -247,13 +245,7 @@ def _program_of(mechanism: Mechanism, at: Equilibrium | None) -> Program:
     ideal = any(c.holds == "closed" for c in mechanism.contributions().constraints)
     if ideal and (len(at.q), len(at.lam)) != (program.n_q, program.n_c):
         program = compile_mechanism(mechanism, closed=True, controlled=True, touching=True)
-    sizes = ((len(at.q), program.n_q, "coordinates"), (len(at.lam), program.n_c, "equations of joints"))
-    for given, own, noun in sizes:
-        if given != own:
-            raise InputError(f"modes: the equilibrium has {given} {noun}, the model {own}. Use its own.")
-    if at.names != program.names.coordinates:
-        other = next(a for a, b in zip(at.names, program.names.coordinates, strict=True) if a != b)
-        raise InputError(f"modes: the equilibrium has a coordinate {other!r}, the model has none. Use its own.")
+    refuse_other_names("modes", program, at)
     return program
 
 
@@ -270,18 +262,3 @@ def refuse_asymmetry(program: Program, K: sp.csc_matrix) -> None:
         "has no real modes. A follower force does this, or a controller that measures elsewhere than it acts: ask for "
         "modes(..., damped=True), which shows flutter as growth."
     )
-
-
-def _refuse_other_model(program: Program, system: StateEvaluation, at: Equilibrium, spin: Spin) -> None:
-    """`InputError` when the pose is no equilibrium of this model."""
-    try:
-        step = correction(system, at.q, at.lam, np.zeros(program.n_q), spin)[: program.n_q]
-    except SolveError:
-        return  # on the verge of buckling: nothing can be said
-    step = np.abs(step) / np.where(program.tables.kind == 1, 1.0, program.length)
-    if step.max() > OTHER_MODEL_STEP:
-        raise InputError(
-            f"modes: the equilibrium given is none of mechanism {program.name!r}: its forces would move "
-            f"{program.names.coordinates[int(step.argmax())]!r} by {step.max():.3g} (of the model's size, or rad). "
-            "Compute it with the same mechanism."
-        )

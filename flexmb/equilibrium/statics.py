@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
 from flexmb import checks
-from flexmb.display import html
-from flexmb.display.text import counted, cut
 from flexmb.equilibrium.dynamic_relaxation import relax
+from flexmb.equilibrium.found import Equilibrium
 from flexmb.equilibrium.stability import is_stable
 from flexmb.equilibrium.steady_rotation import Spin, check_spin
 from flexmb.errors import SolveError
@@ -20,7 +19,7 @@ from flexmb.linalg.null_vector import null_vector
 from flexmb.model.controller import refuse_controllers
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
-from flexmb.program.program import Program, resolve
+from flexmb.program.program import Program
 from flexmb.start.consistent import check_independent
 from flexmb.system.constraints import report_forces
 from flexmb.system.outputs import FRICTION_ALONE
@@ -47,78 +46,6 @@ CLOSED_GAP = 1e-9
 
 LEAST_JUMP = 1e-8
 """Movement below which a load step is no jump [rad, or relative to the size of the mechanism]."""
-
-
-@dataclass(frozen=True)
-class Equilibrium:
-    """A static equilibrium.
-
-    `equilibrium["rod.end.y"]` is a coordinate [m, rad]; `force("O")` the reaction of a joint.
-
-    Parameters
-    ----------
-    q : (n_q,) coordinates.
-    lam : (n_c,) multipliers.
-    names : (n_q,) names of the coordinates.
-    aliases : other names of nodes.
-    reactions : (fx, fy, moment) on the second body of every joint [N, N m]; moment 0 where the joint carries none.
-        What a body keeps within itself, such as the rotation of a particle, is no reaction.
-    iterations : Newton iterations of all load steps.
-    spin : speed of the frame in which the mechanism is at rest, counter-clockwise [rad/s].
-    about : centre of that rotation [m].
-    stable : whether small motions about it have positive stiffness; None for follower forces, and near a limit.
-    """
-
-    q: np.ndarray
-    lam: np.ndarray
-    names: tuple[str, ...]
-    aliases: dict[str, str]
-    reactions: dict[str, tuple[float, float, float]]
-    iterations: int
-    spin: float = 0.0
-    about: tuple[float, float] = (0.0, 0.0)
-    stable: bool | None = None
-
-    def __getitem__(self, name: str) -> float:
-        place = resolve(name, self.aliases)
-        return float(self.q[self.names.index(checks.one_of("Equilibrium", "coordinate", place, self.names))])
-
-    def _ipython_key_completions_(self) -> list[str]:
-        return list(self.names)
-
-    def __repr__(self) -> str:
-        reactions = [cut(f"  reactions: {', '.join(self._reactions())}")] if self.reactions else []
-        return "\n".join([self._title(), *reactions])
-
-    def _title(self) -> str:
-        kind = {True: "stable", False: "unstable", None: "stability unknown"}[self.stable]
-        spin = f", turning at {self.spin:.6g} rad/s" if self.spin else ""
-        text = f"{counted(len(self.q), 'coordinate')}, {counted(self.iterations, 'Newton iteration')}"
-        return f"Equilibrium ({kind}{spin}): {text}"
-
-    def _reactions(self) -> list[str]:
-        found = []
-        for joint, (fx, fy, moment) in self.reactions.items():
-            force = float(np.hypot(fx, fy))
-            texts = [f"{force:.4g} N"] if force or not moment else []
-            texts += [f"{moment:.4g} N m"] if moment else []
-            found.append(f"{joint} {' and '.join(texts)}")
-        return found
-
-    def _repr_html_(self) -> str:
-        rows = [(joint, *(f"{value:.6g}" for value in values)) for joint, values in self.reactions.items()]
-        coordinates = [(name, f"{value:.6g}") for name, value in zip(self.names, self.q, strict=True)]
-        reactions = html.table(rows, ("reaction of", "fx [N]", "fy [N]", "moment [N m]"))
-        return html.page(self._title(), "", reactions, html.folded("coordinates", html.table(coordinates)))
-
-    def force(self, joint: str) -> tuple[float, float, float]:
-        """(fx, fy, moment) that a joint exerts on its second body [N, N m].
-
-        Parameters
-        ----------
-        joint : name of the joint.
-        """
-        return self.reactions[checks.one_of("Equilibrium", "joint", joint, self.reactions)]
 
 
 def static_equilibrium(
@@ -176,6 +103,22 @@ def static_equilibrium(
     K, _, _ = full.matrices(system, q, lam)
     stable = is_stable(program, K, system.jacobian)
     return Equilibrium(q, lam, names.coordinates, names.aliases, forces, total, full.speed, full.about, stable)
+
+
+def steady_rotation(mechanism: Mechanism, speed: float, about: tuple[float, float] = (0.0, 0.0)) -> Equilibrium:
+    """Steady rotation: the equilibrium in a frame that turns at constant speed; `static_equilibrium` with `spin`.
+
+    Parameters
+    ----------
+    mechanism : the mechanism, its hub driven at this speed.
+    speed : speed of the frame, counter-clockwise [rad/s].
+    about : centre of its rotation [m].
+
+    Raises
+    ------
+    InputError, ModelError, SolveError : see `static_equilibrium`.
+    """
+    return static_equilibrium(mechanism, spin=checks.number("steady_rotation", "speed", speed, "rad/s"), about=about)
 
 
 def at_rest(

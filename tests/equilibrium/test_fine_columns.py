@@ -1,4 +1,4 @@
-"""Buckling loads of columns and frames with many elements, with and without shear, against closed forms and matrices."""
+"""Buckling loads of columns and frames with many elements, with and without shear; closed forms and matrices."""
 
 import math
 
