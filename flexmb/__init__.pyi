@@ -49,7 +49,6 @@ from flexmb.equilibrium.buckling import buckling as buckling
 from flexmb.equilibrium.inverse_dynamics import inverse_dynamics as inverse_dynamics
 from flexmb.equilibrium.modes import modes as modes
 from flexmb.equilibrium.statics import static_equilibrium as static_equilibrium
-from flexmb.equilibrium.statics import steady_rotation as steady_rotation
 from flexmb.joints.bushing import Bushing as Bushing
 from flexmb.joints.clamp import Clamp as Clamp
 from flexmb.joints.pin_slot import PinSlot as PinSlot

@@ -137,7 +137,8 @@ def buckling(mechanism: Mechanism, count: int = 4) -> Buckling:
     may have no buckling load at all, such as a cantilever under a force across it.  So the first factor > 0 is compared
     with that of the equilibrium under half of it, equation (8.5); where they differ by more than a tenth, or the
     movement is no small one, `notes` says so, and `static_equilibrium(...).stable` finds the load.  Not for loads that
-    make a structure flutter.
+    make a structure flutter.  Thick struts of corotated plane bodies lack a part of the shear correction: 0.8 % too
+    high at length over height 16, 2.8 % at 8.
     Source: R. D. Cook, D. S. Malkus, M. E. Plesha, R. J. Witt, Concepts and Applications of Finite Element Analysis,
     4th ed., Wiley 2002, chapter 18.
     """

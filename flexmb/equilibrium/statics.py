@@ -105,22 +105,6 @@ def static_equilibrium(
     return Equilibrium(q, lam, names.coordinates, names.aliases, forces, total, full.speed, full.about, stable)
 
 
-def steady_rotation(mechanism: Mechanism, speed: float, about: tuple[float, float] = (0.0, 0.0)) -> Equilibrium:
-    """Steady rotation: the equilibrium in a frame that turns at constant speed; `static_equilibrium` with `spin`.
-
-    Parameters
-    ----------
-    mechanism : the mechanism, its hub driven at this speed.
-    speed : speed of the frame, counter-clockwise [rad/s].
-    about : centre of its rotation [m].
-
-    Raises
-    ------
-    InputError, ModelError, SolveError : see `static_equilibrium`.
-    """
-    return static_equilibrium(mechanism, spin=checks.number("steady_rotation", "speed", speed, "rad/s"), about=about)
-
-
 def at_rest(
     mechanism: Mechanism, program: Program, system: StateEvaluation, load_steps: int, full: Spin
 ) -> tuple[np.ndarray, np.ndarray, int]:

@@ -82,8 +82,8 @@ def simulate(
     step : `Adaptive(...)`, the default, or `FixedStep(size)`, for which the bare size [s] will do.
     method : `Newmark...` (default: generalised-alpha with spectral radius 0.8); `RadauIIA()` for smooth motion to many
         digits; `RungeKutta4()` or `Staggered()`, which need `FixedStep`.
-    start : `static_equilibrium(mechanism)`, "equilibrium" for the same, or `steady_rotation(mechanism, speed)`, in
-        which the run begins: at rest but for drives and declared velocities, or turning; None: reference configuration.
+    start : `static_equilibrium(mechanism)`, in which the run begins at rest but for drives and declared velocities,
+        "equilibrium" for the same, or one with `spin`, which turns; None: the reference configuration.
     restart : `restart` of a solution of the same model; the run goes on from there bit for bit.
     max_steps : stop, with a status, after so many accepted steps.
     redundant : joints that repeat one another in every pose, as a third parallel crank does: "refuse" them, or

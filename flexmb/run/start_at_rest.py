@@ -55,8 +55,8 @@ def start_at_rest(
     """
     if not isinstance(start, Equilibrium) and start != EQUILIBRIUM:
         raise InputError(
-            f"{label}: start is {start!r}; it must be {EQUILIBRIUM!r}, or what static_equilibrium(...) or "
-            "steady_rotation(...) returns."
+            f"{label}: start is {start!r}; it must be {EQUILIBRIUM!r}, or what static_equilibrium(...) "
+            "returns, also with spin=."
         )
     at = start if isinstance(start, Equilibrium) else static_equilibrium(mechanism)
     spin = Spin(at.spin, at.about)

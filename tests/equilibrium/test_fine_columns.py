@@ -134,3 +134,18 @@ def test_a_body_that_nothing_holds_is_named():
     body = fm.RigidBody("body", (0.0, 0.0), mass=1.0, inertia=1.0)
     with pytest.raises(fm.errors.SolveError, match="a motion that moves 'body"):
         fm.static_equilibrium(fm.Mechanism("falling", [body], gravity=(0.0, -9.81)))
+
+
+@pytest.mark.parametrize(("formulation", "low", "high"), [("corotated", 1.0, 1.034), ("total-lagrange", 0.985, 1.0)])
+def test_a_thick_strut_as_a_mesh(formulation, low, high):
+    """Against Haringx's load, hinged length over height 8: docs/theory/equilibrium.md says how far each is off."""
+    mesh = fm.meshes.rectangle(1.0, 0.25, 8, 2)
+    place = {"at": (0.125, 0.0), "angle": math.pi / 2, "pins": ("left", "right")}
+    strut = fm.PlaneBody("strut", mesh, thickness=WIDTH, material=STEEL, formulation=formulation, **place)
+    parts = [strut, fm.Fixed("foot", fm.GROUND, strut, at=(0, 0)), fm.Force("P", strut, (0, 1), (0.0, -1.0))]
+    found = fm.buckling(fm.Mechanism("strut", parts), count=1).factors[0]
+    assert low < found / haringx(4) < high
+    reduced = fm.Reduced(strut, modes=8)
+    parts = [reduced, fm.Fixed("foot", fm.GROUND, reduced, at=(0, 0)), fm.Force("P", reduced, (0, 1), (0.0, -1.0))]
+    found = fm.buckling(fm.Mechanism("strut", parts), count=1).factors[0]
+    assert found / haringx(4) == pytest.approx(1.010, abs=2e-3)

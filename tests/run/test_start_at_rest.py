@@ -121,7 +121,7 @@ def rotor(speed=SPEED):
 @pytest.mark.parametrize("step", [None, 1e-4])
 def test_a_rotor_begins_stretched(step):
     """Without damping it would ring in its axial vibrations; the pull at the hub is m omega^2 L/2 of the long beam."""
-    sol = fm.simulate(rotor(), t_end=0.05, step=step, start=fm.steady_rotation(rotor(), SPEED))
+    sol = fm.simulate(rotor(), t_end=0.05, step=step, start=fm.static_equilibrium(rotor(), spin=SPEED))
     assert sol.ok, sol.status
     np.testing.assert_allclose(sol["energy.strain"], sol["energy.strain"][0], rtol=1e-5)
     mass = 7850.0 * 0.02 * 0.004 * 0.8
@@ -130,7 +130,7 @@ def test_a_rotor_begins_stretched(step):
 
 
 def test_a_drive_of_another_speed_is_refused():
-    still = fm.steady_rotation(rotor(), SPEED)
+    still = fm.static_equilibrium(rotor(), spin=SPEED)
     with pytest.raises(InputError, match=r"the equilibrium given is none|turns at 40 rad/s"):
         fm.simulate(rotor(speed=30.0), t_end=0.01, start=still)
 
