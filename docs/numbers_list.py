@@ -297,6 +297,7 @@ equilibrium.dynamic_relaxation.REST_STRIDE | 1 | size, or rad | stride of a pose
 equilibrium.steady_rotation.SPEED_TOLERANCE | 1 | angular speed | bodies that spin alike
 equilibrium.stability.STIFFNESS_ASYMMETRY | 1 | stiffness | above it a stiffness has no potential
 equilibrium.statics.MOST_ITERATIONS | iterations | nothing | most iterations of an equilibrium
+equilibrium.statics.MOST_OF_LONG_STEP | iterations | nothing | the same of a load step that is longer than asked for
 equilibrium.statics.STEP_ROUND_OFF | 1 | size, or rad | correction that is round-off
 equilibrium.statics.FOLLOWED | 1 | load step | difference from the tangents up to which a load step may be longer than asked for
 equilibrium.statics.LONG_LOAD_STEP | 1 | what tangents see | a load step that is longer is halved

@@ -26,7 +26,9 @@ from flexmb.system.outputs import FRICTION_ALONE
 from flexmb.system.state_evaluation import StateEvaluation
 from flexmb.system.work import FORCE_X, FORCE_Y, MOMENT
 
-MOST_ITERATIONS = 40
+MOST_ITERATIONS, MOST_OF_LONG_STEP = 40, 10
+"""Number of Newton iterations at most, and that of a load step longer than those that were asked for."""
+
 STEP_ROUND_OFF = 1e-11
 
 STEP_ACCURACY, TANGENT_ACCURACY = 1e-6, 1e-2
@@ -152,7 +154,8 @@ def _grow_loads(
         part = done + stride
         turning = Spin(full.speed * np.sqrt(part), full.about)
         system.program = grow(part)
-        found = _newton(program, system, q, lam, (1.0 - part) * start, turning)
+        most = MOST_OF_LONG_STEP if stride > usual else MOST_ITERATIONS
+        found = _newton(program, system, q, lam, (1.0 - part) * start, turning, most)
         jump, bend = 0.0, 0.0
         if found is not None:
             system.program, back = grow(done), Spin(full.speed * np.sqrt(done), full.about)
@@ -203,13 +206,19 @@ def load_growth(mechanism: Mechanism, program: Program) -> Callable[[float], Pro
 
 
 def _newton(
-    program: Program, system: StateEvaluation, q: np.ndarray, lam: np.ndarray, held: np.ndarray, spin: Spin
+    program: Program,
+    system: StateEvaluation,
+    q: np.ndarray,
+    lam: np.ndarray,
+    held: np.ndarray,
+    spin: Spin,
+    most: int = MOST_ITERATIONS,
 ) -> tuple[np.ndarray, np.ndarray, int, np.ndarray] | None:
     """Solution for one load and speed, its iterations, and the first tangent's step (n_q,); None if Newton fails."""
     n, last, tangent = program.n_q, np.inf, np.zeros(0)
     q, lam = q.copy(), lam.copy()
     size = np.where(program.tables.kind == 1, 1.0, program.length)
-    for iteration in range(1, MOST_ITERATIONS + 1):
+    for iteration in range(1, most + 1):
         try:
             d = correction(system, q, lam, held, spin, STEP_ACCURACY)
         except SolveError:
