@@ -171,6 +171,7 @@ def _grow_loads(
         q, lam, used, _ = found
         done, total = part, total + used
         stride *= 2.0 if bend <= 0.5 * FOLLOWED else 1.0
+    system.program = program  # tangents at the start of the last step had a part of the follower loads
     return q, lam, total
 
 
