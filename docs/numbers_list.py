@@ -240,7 +240,7 @@ equilibrium.eigen.FEW_MODES_COORDINATES | unknowns | nothing | the same where fe
 equilibrium.eigen.DENSE_QUADRATIC_COORDINATES | unknowns | nothing | the same with damping
 linalg.dense_or_sparse.DENSE_UNKNOWNS | unknowns | nothing | up to it start values are found dense
 equilibrium.modes.ENERGY_ROUND_OFF | 1 | frequencies | round-off of a frequency
-equilibrium.modes.OTHER_MODEL_STEP | 1 | a mode | part of another
+equilibrium.same_model.OTHER_MODEL_STEP | 1 | a mode | part of another
 equilibrium.modes.ASYMMETRY_ROUND_OFF | 1 | entries | round-off of a symmetric matrix
 equilibrium.modes.ASYMMETRY_OF_DIFFERENCES | 1 | entries | the same with controllers, whose inputs are differenced
 equilibrium.free_motions.DENSE_MOTIONS | motions | nothing | up to it matrices of rigid motions are dense
@@ -297,10 +297,13 @@ equilibrium.dynamic_relaxation.REST_STRIDE | 1 | size, or rad | stride of a pose
 equilibrium.steady_rotation.SPEED_TOLERANCE | 1 | angular speed | bodies that spin alike
 equilibrium.stability.STIFFNESS_ASYMMETRY | 1 | stiffness | above it a stiffness has no potential
 equilibrium.statics.MOST_ITERATIONS | iterations | nothing | most iterations of an equilibrium
+equilibrium.statics.MOST_OF_LONG_STEP | iterations | nothing | the same of a load step that is longer than asked for
 equilibrium.statics.STEP_ROUND_OFF | 1 | size, or rad | correction that is round-off
+equilibrium.statics.FOLLOWED | 1 | load step | difference from the tangents up to which a load step may be longer than asked for
 equilibrium.statics.LONG_LOAD_STEP | 1 | what tangents see | a load step that is longer is halved
 equilibrium.statics.SNAP_LOAD_STEP | 1 | what tangents see | the same at the smallest size: refused
 equilibrium.statics.CLOSED_GAP | 1 | size of the mechanism | gap of a joint in equilibrium
+run.start_at_rest.OTHER_SPEED | 1 | velocities of a steady rotation | velocities that joints and drives share
 equilibrium.statics.LEAST_JUMP | 1 | loads | when two equilibria are the same
 dynamics.sections.crossing.ROUNDS | iterations | nothing | most rounds to a crossing
 dynamics.sections.crossing.HALVINGS | halvings | nothing | most halvings of a step there

@@ -14,7 +14,8 @@ from flexmb.doctor.finding import Finding, found
 from flexmb.doctor.motions import values_of
 from flexmb.drives.drive import Drive
 from flexmb.equilibrium.buckling import buckling
-from flexmb.equilibrium.statics import Equilibrium, static_equilibrium
+from flexmb.equilibrium.found import Equilibrium
+from flexmb.equilibrium.statics import static_equilibrium
 from flexmb.errors import FlexmbError
 from flexmb.joints.revolute import Revolute
 from flexmb.joints.revolute_clearance import RevoluteClearance

@@ -7,9 +7,10 @@ import numpy as np
 from flexmb.display.text import quoted
 from flexmb.doctor.finding import Finding, found
 from flexmb.equilibrium.eigen import damped
+from flexmb.equilibrium.found import Equilibrium
 from flexmb.equilibrium.free_motions import moves_most
 from flexmb.equilibrium.modes import Modes, modes
-from flexmb.equilibrium.statics import Equilibrium, correction
+from flexmb.equilibrium.statics import correction
 from flexmb.equilibrium.steady_rotation import Spin
 from flexmb.errors import FlexmbError, SolveError
 from flexmb.model.mechanism import Mechanism

@@ -15,9 +15,11 @@ import math
 import numpy as np
 import scipy.sparse as sp
 
-from flexmb.beams.chord import AXIAL, BOW11, BOW12, BOW22, LENGTH, OFFSET1, OFFSET2, PARAMETERS
+from flexmb.beams.chord import AXIAL, B11, B12, B22, BOW11, BOW12, BOW22, LENGTH, OFFSET1, OFFSET2, PARAMETERS
 from flexmb.bodies.flexible_body import FlexibleBody
+from flexmb.equilibrium.carrying import contact_stiffness
 from flexmb.model.mechanism import Mechanism
+from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
 from flexmb.reduction.craig_bampton import frame_weights
 from flexmb.reduction.reduced import Reduced
@@ -43,11 +45,14 @@ def geometric_stiffness(
     Parameters
     ----------
     mechanism : the mechanism.
-    system : evaluation of its program.
+    system : evaluation of its program; a contact that carries at s = 0 adds the stiffness of its growing force alone.
     q : (n_q,) coordinates at s = 0.
     lam : (n_c,) multipliers at s = 0.
     path : (n_q + n_c,) rates of coordinates and multipliers.
     """
+    by_contacts = contact_stiffness(system.at(q, lam=lam, weights=(1.0, 0.0, 0.0)), path[: system.program.n_q])
+    if len(system.program.names.contacts):
+        system = StateEvaluation(compile_mechanism(mechanism, closed=True))
     program = system.program
     u, rate = path[: program.n_q], path[program.n_q :]
     sizes = np.where(program.tables.kind == 1, program.length, 1.0)
@@ -58,7 +63,7 @@ def geometric_stiffness(
         return system.at(q + k * h * u, lam=lam + k * h * rate, weights=(1.0, 0.0, 0.0)).block()
 
     slope = 8.0 * (stiffness(1) - stiffness(-1)) - (stiffness(2) - stiffness(-2))
-    slope /= 12.0 * h
+    slope = slope / (12.0 * h) + by_contacts
     if not size:
         return slope.tocsc()
     turned = _turns(mechanism, system, q, u, h) + _bowed(mechanism, program, q, u)
@@ -99,7 +104,10 @@ def _mean_turn(x: np.ndarray, y: np.ndarray, ux: np.ndarray, uy: np.ndarray) -> 
 
 
 def _bowed(mechanism: Mechanism, program: Program, q: np.ndarray, u: np.ndarray) -> sp.csc_matrix:
-    """ka (b e^T + e b^T) of all beam elements: e, the elongation by the coordinates, b, its slope by bowing."""
+    """B'^T D B + B^T D B' of all beam elements but for turning: B, their deformations (e, u1, u2) by the coordinates.
+
+    The slope of e is that by bowing; the slope of u1 and u2, that of the turn of the chord, dy/l, by its shortening.
+    """
     E = program.tables.elements
     beams = {body.name for body in mechanism.bodies if isinstance(body, FlexibleBody)}
     own = [e for e, part in enumerate(program.names.elements) if part in beams and np.diff(E.p[e]) == PARAMETERS]
@@ -121,9 +129,11 @@ def _bowed(mechanism: Mechanism, program: Program, q: np.ndarray, u: np.ndarray)
         g2 = p[LENGTH] / 30.0 * (2.0 * p[BOW22] * x2 - p[BOW12] * x1)
         return np.asarray(g1[:, None] * first + g2[:, None] * second)
 
+    shorter = ((along * moved).sum(axis=1) / length)[:, None] * turn
+    moments = (p[B11] + p[B12])[:, None] * first + (p[B12] + p[B22])[:, None] * second
     along = along + by_bowing(*bent)
     slope = p[AXIAL][:, None] * by_bowing((first * moved).sum(axis=1), (second * moved).sum(axis=1))
-    blocks = slope[:, :, None] * along[:, None, :]
+    blocks = slope[:, :, None] * along[:, None, :] + shorter[:, :, None] * moments[:, None, :]
     blocks += blocks.transpose(0, 2, 1)
     rows, columns = np.repeat(dofs, 6, axis=1), np.tile(dofs, (1, 6))
     return sp.csc_matrix((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=(program.n_q, program.n_q))

@@ -53,12 +53,14 @@ class LoadPath:
     ----------
     program : the structure without loads.
     system : its evaluation.
-    force : (n_q,) residual of the loads at factor 1 in the reference configuration.
+    start : (n_q,) coordinates and (n_c,) multipliers without loads.
+    force : (n_q,) residual of the loads at factor 1 there.
     stiffness : (n_q, n_q) their stiffness there; to first order they are force + stiffness (q - q0).
     """
 
     program: Program
     system: StateEvaluation
+    start: tuple[np.ndarray, np.ndarray]
     force: np.ndarray
     stiffness: sp.csc_matrix
 
@@ -70,7 +72,7 @@ class LoadPath:
     def equilibrium(self, s: float) -> tuple[np.ndarray, np.ndarray] | None:
         """Coordinates (n_q,) and multipliers (n_c,) under s times the loads; None where none is found."""
         for steps in LOAD_STEPS:
-            q, lam = np.array(self.program.reference.q), np.zeros(self.program.n_c)
+            q, lam = self.start
             for share in np.arange(1, steps + 1) / steps:
                 found = self._newton(q, lam, float(share * s))
                 if found is None:
@@ -94,7 +96,7 @@ class LoadPath:
 
     def _newton(self, q: np.ndarray, lam: np.ndarray, s: float) -> tuple[np.ndarray, np.ndarray] | None:
         """Coordinates and multipliers under s times the loads, by Newton's method."""
-        program, start = self.program, np.array(self.program.reference.q)
+        program, start = self.program, self.start[0]
         size = np.where(program.tables.kind == 1, 1.0, program.length)
         for _ in range(MOST_ITERATIONS):
             K, G = self.tangent(q, lam, s)
@@ -118,9 +120,9 @@ def factor_from_half(path: LoadPath, factor: float, shape: np.ndarray) -> tuple[
     or displacement over the size of the mechanism.  Both are nan without an equilibrium.
     """
     program, s = path.program, 0.5 * factor
-    start = np.array(program.reference.q)
+    start = path.start[0]
     try:
-        K, G = path.tangent(start, np.zeros(program.n_c), 0.0)
+        K, G = path.tangent(*path.start, 0.0)
         pushed = K @ shape
         found = path.equilibrium(s)
         if found is None:

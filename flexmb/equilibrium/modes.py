@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -10,10 +10,12 @@ import scipy.sparse as sp
 
 from flexmb import checks
 from flexmb.display import html
+from flexmb.equilibrium.carrying import left_out_text, open_contacts, unpaired
 from flexmb.equilibrium.eigen import damped as damped_modes
 from flexmb.equilibrium.eigen import undamped
+from flexmb.equilibrium.found import Equilibrium
 from flexmb.equilibrium.free_motions import free_motions, motion_in_words, moves_most, shapes_of
-from flexmb.equilibrium.statics import Equilibrium, correction
+from flexmb.equilibrium.same_model import refuse_other_forces, refuse_other_names
 from flexmb.equilibrium.steady_rotation import Spin, check_spin
 from flexmb.errors import InputError, SolveError
 from flexmb.loads.force import Force
@@ -27,15 +29,15 @@ from flexmb.system.state_evaluation import StateEvaluation
 ENERGY_ROUND_OFF = 1e-15
 """Strain energy relative to the sum of its absolute terms, below which it is round-off of the stiffness."""
 
-OTHER_MODEL_STEP = 1e-6
-"""Newton step relative to the size of the mechanism, above which an equilibrium belongs to another model."""
-
 ASYMMETRY_ROUND_OFF = 1e-11
 """Asymmetry of the stiffness relative to its largest entry, above which it is more than round-off."""
 
 ASYMMETRY_OF_DIFFERENCES = 1e-7
 """The same with controllers, whose laws and measured inputs are differenced."""
 
+
+REMEDY = "Give at=fm.static_equilibrium(mechanism) of a pose in which they carry."
+"""Sentence on contacts that are left out."""
 
 SHOWN_MODES = 6
 """Number of frequencies at most in a text."""
@@ -58,6 +60,8 @@ class Modes:
     moves : (n,) name of the coordinate that each mode moves most, rotations counted with the size of the mechanism.
     eigenvalues : (n,) complex s [1/s]: motions grow as exp(s t).
     damping : (n,) damping ratios -Re s/|s|; negative where the motion grows, 0 where s is 0.
+    left_out : names of contacts without a part in these modes: all about the reference configuration, the open ones
+        about an equilibrium.
     """
 
     frequencies: np.ndarray
@@ -69,6 +73,7 @@ class Modes:
     moves: tuple[str, ...]
     eigenvalues: np.ndarray
     damping: np.ndarray
+    left_out: tuple[str, ...] = ()
 
     def shape(self, mode: int, name: str) -> float | complex:
         """Amplitude of a coordinate in a mode.
@@ -94,26 +99,31 @@ class Modes:
     def _repr_html_(self) -> str:
         columns = zip(self.frequencies, self.damping, self.kinds, self.moves, strict=True)
         rows = [(k, f"{f:.6g}", f"{d:.4g}", kind, moves) for k, (f, d, kind, moves) in enumerate(columns)]
-        return html.page(repr(self), "", html.table(rows, ("mode", "frequency [Hz]", "damping", "kind", "moves most")))
+        table = html.table(rows, ("mode", "frequency [Hz]", "damping", "kind", "moves most"))
+        left_out = [left_out_text(self.left_out, REMEDY)] if self.left_out else []
+        return html.page(repr(self), "", table, html.texts(left_out) if left_out else "")
 
     def __str__(self) -> str:
-        """A table: number, frequency, damping ratio, kind, where it moves most."""
+        """A table: number, frequency, damping ratio, kind, where it moves most; contacts that are left out."""
         if not self.kinds:
             return "no modes: nothing can move"
+        left_out = [left_out_text(self.left_out, REMEDY)] if self.left_out else []
         width = max(4, *(len(kind) for kind in self.kinds))
         rows = [f"mode  frequency [Hz]  damping    {'kind':{width}}  moves most"]
         for k, kind in enumerate(self.kinds):
             ratio = f"{self.damping[k]:.4g}"
             rows.append(f"{k:4d}  {self.frequencies[k]:14.6g}  {ratio:9}  {kind:{width}}  {self.moves[k]}")
-        return "\n".join(rows)
+        return "\n".join([*rows, *left_out])
 
 
 def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, damped: bool = False) -> Modes:
     """Natural frequencies and modes of small motions about the reference configuration or a static equilibrium.
 
-    Clearance joints are replaced by ideal ones; drives hold their position.  Stiffness is that of the pose.  Gravity
-    and forces count with `at` alone, since the reference configuration need not be an equilibrium.  A controller
-    without states that acts at all times, such as a PD law, has the stiffness of its law and, if `damped`, its damping.
+    Drives hold their position.  Stiffness is that of the pose.  Gravity, forces and contacts count with `at` alone,
+    since the reference configuration need not be an equilibrium: a taut cable, a pressed stop, a journal under load
+    have the tangent stiffness of their laws there, open ones have none (`left_out`).  Without `at` clearance joints are
+    ideal ones.  A controller without states that acts at all times, such as a PD law, has the stiffness of its law and,
+    if `damped`, its damping.
 
     Equation (8.2) of docs/theory/equilibrium.md.
 
@@ -121,8 +131,8 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
     ----------
     mechanism : the mechanism.
     count : number of modes, lowest first.
-    at : a static equilibrium of the same mechanism (with ideal joints); one that spins makes gyroscopic modes, as seen
-        from the turning frame.
+    at : a static equilibrium of the same mechanism, or of the one with ideal joints; one that spins makes gyroscopic
+        modes, as seen from the turning frame.
     damped : with the damping of material and dampers; complex eigenvalues, and the shapes in their phases.
 
     Raises
@@ -148,18 +158,14 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
     spin = Spin(at.spin, at.about) if at is not None else Spin(0.0, (0.0, 0.0))
     reason = "motions under a controller with states of its own, or a sampled one, are no vibrations of the structure"
     refuse_controllers(mechanism, "modes", reason, with_memory=not spin.speed)
-    resting = mechanism if at is not None else _without_dead_loads(mechanism)
-    program = compile_mechanism(resting, closed=True, controlled=True)
+    program = _program_of(mechanism, at)
     system = StateEvaluation(program)
-    if at is None:
-        q, lam = close_loops(program, {})[0], np.zeros(program.n_c)
-    else:
-        q, lam = _state_of(program, at)
+    q, lam = (close_loops(program, {})[0], np.zeros(program.n_c)) if at is None else (at.q, at.lam)
     K, C, M = spin.matrices(system, q, lam)
-    G = system.jacobian
+    G, left_out = system.jacobian, open_contacts(system) if at is not None else unpaired(mechanism)
     check_spin("modes", mechanism, program, system, spin)
     if at is not None:
-        _refuse_other_model(program, system, at, spin)
+        refuse_other_forces("modes", program, system, at)
     motions = np.zeros((0, 0)) if spin.speed else free_motions(program, q, K, G)
     rigid = shapes_of(program, q, motions, M) if motions.size else np.zeros((program.n_q, 0))
     left = max(count - rigid.shape[1], 0)
@@ -176,7 +182,8 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
     kinds = [f"rigid: {motion_in_words(program, motion)}" for motion in motions.T[:count]]
     kinds += _kinds(K, s, x)
     s = np.append(np.zeros(rigid.shape[1]), s)[:count]
-    return _record(program, s, np.hstack([rigid, x])[:, :count], kinds, rigid.shape[1], real=real)
+    found = _record(program, s, np.hstack([rigid, x])[:, :count], kinds, rigid.shape[1], real=real)
+    return replace(found, left_out=left_out)
 
 
 def _record(program: Program, s: np.ndarray, shapes: np.ndarray, kinds: list[str], rigid: int, *, real: bool) -> Modes:
@@ -227,14 +234,19 @@ def _without_dead_loads(mechanism: Mechanism) -> Mechanism:
     return mechanism.with_loads([part for part in mechanism.parts if part.name not in dead], (0.0, 0.0))
 
 
-def _state_of(program: Program, at: Equilibrium) -> tuple[np.ndarray, np.ndarray]:
-    """Coordinates and multipliers of an equilibrium of this model."""
-    if len(at.q) != program.n_q or len(at.lam) != program.n_c:
-        raise InputError(f"modes: the equilibrium has {len(at.q)} coordinates, the model {program.n_q}. Use its own.")
-    if at.names != program.names.coordinates:
-        other = next(a for a, b in zip(at.names, program.names.coordinates, strict=True) if a != b)
-        raise InputError(f"modes: the equilibrium has a coordinate {other!r}, the model has none. Use its own.")
-    return at.q, at.lam
+def _program_of(mechanism: Mechanism, at: Equilibrium | None) -> Program:
+    """Program about the reference configuration without loads and contacts, or about an equilibrium with both.
+
+    An equilibrium is that of the mechanism as it is, or of the one with ideal joints.
+    """
+    if at is None:
+        return compile_mechanism(_without_dead_loads(mechanism), closed=True, controlled=True)
+    program = compile_mechanism(mechanism)
+    ideal = any(c.holds == "closed" for c in mechanism.contributions().constraints)
+    if ideal and (len(at.q), len(at.lam)) != (program.n_q, program.n_c):
+        program = compile_mechanism(mechanism, closed=True, controlled=True, touching=True)
+    refuse_other_names("modes", program, at)
+    return program
 
 
 def refuse_asymmetry(program: Program, K: sp.csc_matrix) -> None:
@@ -250,18 +262,3 @@ def refuse_asymmetry(program: Program, K: sp.csc_matrix) -> None:
         "has no real modes. A follower force does this, or a controller that measures elsewhere than it acts: ask for "
         "modes(..., damped=True), which shows flutter as growth."
     )
-
-
-def _refuse_other_model(program: Program, system: StateEvaluation, at: Equilibrium, spin: Spin) -> None:
-    """`InputError` when the pose is no equilibrium of this model."""
-    try:
-        step = correction(system, at.q, at.lam, np.zeros(program.n_q), spin)[: program.n_q]
-    except SolveError:
-        return  # on the verge of buckling: nothing can be said
-    step = np.abs(step) / np.where(program.tables.kind == 1, 1.0, program.length)
-    if step.max() > OTHER_MODEL_STEP:
-        raise InputError(
-            f"modes: the equilibrium given is none of mechanism {program.name!r}: its forces would move "
-            f"{program.names.coordinates[int(step.argmax())]!r} by {step.max():.3g} (of the model's size, or rad). "
-            "Compute it with the same mechanism."
-        )

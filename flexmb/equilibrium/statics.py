@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
 from flexmb import checks
-from flexmb.display import html
-from flexmb.display.text import counted, cut
 from flexmb.equilibrium.dynamic_relaxation import relax
+from flexmb.equilibrium.found import Equilibrium
 from flexmb.equilibrium.stability import is_stable
 from flexmb.equilibrium.steady_rotation import Spin, check_spin
 from flexmb.errors import SolveError
@@ -20,19 +19,25 @@ from flexmb.linalg.null_vector import null_vector
 from flexmb.model.controller import refuse_controllers
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
-from flexmb.program.program import Program, resolve
+from flexmb.program.program import Program
 from flexmb.start.consistent import check_independent
 from flexmb.system.constraints import report_forces
 from flexmb.system.outputs import FRICTION_ALONE
 from flexmb.system.state_evaluation import StateEvaluation
 from flexmb.system.work import FORCE_X, FORCE_Y, MOMENT
 
-MOST_ITERATIONS = 40
+MOST_ITERATIONS, MOST_OF_LONG_STEP = 40, 10
+"""Number of Newton iterations at most, and that of a load step longer than those that were asked for."""
+
 STEP_ROUND_OFF = 1e-11
 
 STEP_ACCURACY, TANGENT_ACCURACY = 1e-6, 1e-2
 """Accuracy of Newton's correction in a large model, which leaves its convergence as it is, and that of the tangent at
 the end of a load step, which is compared with factors of 4 and 10."""
+
+FOLLOWED = 0.25
+"""Difference of a load step from those by the tangents at both its ends, relative to the step, up to which it may be
+longer than those that were asked for."""
 
 LONG_LOAD_STEP, SNAP_LOAD_STEP = 4.0, 10.0
 """Length of a load step over its length by the tangents, above which the step is halved, and above which the smallest
@@ -43,78 +48,6 @@ CLOSED_GAP = 1e-9
 
 LEAST_JUMP = 1e-8
 """Movement below which a load step is no jump [rad, or relative to the size of the mechanism]."""
-
-
-@dataclass(frozen=True)
-class Equilibrium:
-    """A static equilibrium.
-
-    `equilibrium["rod.end.y"]` is a coordinate [m, rad]; `force("O")` the reaction of a joint.
-
-    Parameters
-    ----------
-    q : (n_q,) coordinates.
-    lam : (n_c,) multipliers.
-    names : (n_q,) names of the coordinates.
-    aliases : other names of nodes.
-    reactions : (fx, fy, moment) on the second body of every joint [N, N m]; moment 0 where the joint carries none.
-        What a body keeps within itself, such as the rotation of a particle, is no reaction.
-    iterations : Newton iterations of all load steps.
-    spin : speed of the frame in which the mechanism is at rest, counter-clockwise [rad/s].
-    about : centre of that rotation [m].
-    stable : whether small motions about it have positive stiffness; None for follower forces, and near a limit.
-    """
-
-    q: np.ndarray
-    lam: np.ndarray
-    names: tuple[str, ...]
-    aliases: dict[str, str]
-    reactions: dict[str, tuple[float, float, float]]
-    iterations: int
-    spin: float = 0.0
-    about: tuple[float, float] = (0.0, 0.0)
-    stable: bool | None = None
-
-    def __getitem__(self, name: str) -> float:
-        place = resolve(name, self.aliases)
-        return float(self.q[self.names.index(checks.one_of("Equilibrium", "coordinate", place, self.names))])
-
-    def _ipython_key_completions_(self) -> list[str]:
-        return list(self.names)
-
-    def __repr__(self) -> str:
-        reactions = [cut(f"  reactions: {', '.join(self._reactions())}")] if self.reactions else []
-        return "\n".join([self._title(), *reactions])
-
-    def _title(self) -> str:
-        kind = {True: "stable", False: "unstable", None: "stability unknown"}[self.stable]
-        spin = f", turning at {self.spin:.6g} rad/s" if self.spin else ""
-        text = f"{counted(len(self.q), 'coordinate')}, {counted(self.iterations, 'Newton iteration')}"
-        return f"Equilibrium ({kind}{spin}): {text}"
-
-    def _reactions(self) -> list[str]:
-        found = []
-        for joint, (fx, fy, moment) in self.reactions.items():
-            force = float(np.hypot(fx, fy))
-            texts = [f"{force:.4g} N"] if force or not moment else []
-            texts += [f"{moment:.4g} N m"] if moment else []
-            found.append(f"{joint} {' and '.join(texts)}")
-        return found
-
-    def _repr_html_(self) -> str:
-        rows = [(joint, *(f"{value:.6g}" for value in values)) for joint, values in self.reactions.items()]
-        coordinates = [(name, f"{value:.6g}") for name, value in zip(self.names, self.q, strict=True)]
-        reactions = html.table(rows, ("reaction of", "fx [N]", "fy [N]", "moment [N m]"))
-        return html.page(self._title(), "", reactions, html.folded("coordinates", html.table(coordinates)))
-
-    def force(self, joint: str) -> tuple[float, float, float]:
-        """(fx, fy, moment) that a joint exerts on its second body [N, N m].
-
-        Parameters
-        ----------
-        joint : name of the joint.
-        """
-        return self.reactions[checks.one_of("Equilibrium", "joint", joint, self.reactions)]
 
 
 def static_equilibrium(
@@ -134,7 +67,8 @@ def static_equilibrium(
     Parameters
     ----------
     mechanism : the mechanism; every motion must be held by joints, drives, stiffness, or the loads themselves.
-    load_steps : number of load steps; each is halved, up to 8 times, when Newton fails.
+    load_steps : number of load steps where the answer bends away from its tangents; elsewhere steps are longer, up to
+        all loads at once.  Each is halved, up to 8 times, when Newton fails.
     spin : speed of the frame, counter-clockwise [rad/s].
     about : centre of its rotation [m].
 
@@ -164,13 +98,8 @@ def static_equilibrium(
     refuse_controllers(mechanism, "static_equilibrium", reason, with_memory=not full.speed)
     program = compile_mechanism(mechanism)
     system = StateEvaluation(program)
-    q, lam = np.array(program.reference.q), np.zeros(program.n_c)
-    check_spin("static_equilibrium", mechanism, program, system.at(q), full)
-    free = unresisted(program, system, q)
-    if free:
-        q, lam, total = _held_by_loads(program, system, q, full, free)
-    else:
-        q, lam, total = _grow_loads(mechanism, program, system, q, load_steps, full)
+    check_spin("static_equilibrium", mechanism, program, system.at(program.reference.q), full)
+    q, lam, total = at_rest(mechanism, program, system, load_steps, full)
     full.at(system, q, lam)
     forces, names = reactions(program, system, lam), program.names
     K, _, _ = full.matrices(system, q, lam)
@@ -178,10 +107,37 @@ def static_equilibrium(
     return Equilibrium(q, lam, names.coordinates, names.aliases, forces, total, full.speed, full.about, stable)
 
 
+def at_rest(
+    mechanism: Mechanism, program: Program, system: StateEvaluation, load_steps: int, full: Spin
+) -> tuple[np.ndarray, np.ndarray, int]:
+    """Coordinates (n_q,), multipliers (n_c,) and Newton iterations of an equilibrium from the reference configuration.
+
+    Parameters
+    ----------
+    mechanism : the mechanism.
+    program : its program, or that with ideal joints.
+    system : evaluation of the program.
+    load_steps : number of load steps, see `static_equilibrium`.
+    full : rotation of the frame.
+
+    Raises
+    ------
+    SolveError : see `static_equilibrium`.
+    """
+    q = np.array(program.reference.q)
+    free = unresisted(program, system, q)
+    if free:
+        return _held_by_loads(program, system, q, full, free)
+    return _grow_loads(mechanism, program, system, q, load_steps, full)
+
+
 def _grow_loads(
     mechanism: Mechanism, program: Program, system: StateEvaluation, q: np.ndarray, load_steps: int, full: Spin
 ) -> tuple[np.ndarray, np.ndarray, int]:
-    """Coordinates, multipliers and iterations under full loads, which grow in steps."""
+    """Coordinates, multipliers and iterations under full loads, which grow in steps.
+
+    The first step tries all loads.  One longer than 1/load_steps counts where the answer follows its tangents.
+    """
     lam = np.zeros(program.n_c)
     grow = load_growth(mechanism, program)
     system.program = grow(0.0)
@@ -191,19 +147,21 @@ def _grow_loads(
     ):  # a drive stands elsewhere: go there first
         closed = _newton(program, system, q, lam, start, Spin(0.0, full.about))
         q, lam = closed[:2] if closed is not None else (q, lam)
-    done, stride, total = 0.0, 1.0 / load_steps, 0
-    smallest = stride / 2**8
+    done, stride, total, usual = 0.0, 1.0, 0, 1.0 / load_steps
+    smallest = usual / 2**8
     while done < 1.0 - 1e-12:
-        part = min(1.0, done + stride)
+        stride = min(stride, 1.0 - done)
+        part = done + stride
         turning = Spin(full.speed * np.sqrt(part), full.about)
         system.program = grow(part)
-        found = _newton(program, system, q, lam, (1.0 - part) * start, turning)
-        jump = 0.0
+        most = MOST_OF_LONG_STEP if stride > usual else MOST_ITERATIONS
+        found = _newton(program, system, q, lam, (1.0 - part) * start, turning, most)
+        jump, bend = 0.0, 0.0
         if found is not None:
             system.program, back = grow(done), Spin(full.speed * np.sqrt(done), full.about)
-            jump = _step_ratio(program, system, q, found, (1.0 - done) * start, back)
-        if found is None or jump > LONG_LOAD_STEP:
-            stride /= 2.0
+            jump, bend = _against_tangents(program, system, q, found, (1.0 - done) * start, back)
+        if found is None or jump > LONG_LOAD_STEP or (bend > FOLLOWED and stride > usual):
+            stride = max(stride / 2.0, usual) if stride > usual else stride / 2.0
             if stride >= smallest:
                 continue
             if found is None or jump > SNAP_LOAD_STEP:
@@ -212,6 +170,8 @@ def _grow_loads(
             stride *= 2.0
         q, lam, used, _ = found
         done, total = part, total + used
+        stride *= 2.0 if bend <= 0.5 * FOLLOWED else 1.0
+    system.program = program  # tangents at the start of the last step had a part of the follower loads
     return q, lam, total
 
 
@@ -247,13 +207,19 @@ def load_growth(mechanism: Mechanism, program: Program) -> Callable[[float], Pro
 
 
 def _newton(
-    program: Program, system: StateEvaluation, q: np.ndarray, lam: np.ndarray, held: np.ndarray, spin: Spin
-) -> tuple[np.ndarray, np.ndarray, int, float] | None:
-    """Solution for one load and speed, its iterations, and its distance by the first tangent; None if Newton fails."""
-    n, last, tangent = program.n_q, np.inf, 0.0
+    program: Program,
+    system: StateEvaluation,
+    q: np.ndarray,
+    lam: np.ndarray,
+    held: np.ndarray,
+    spin: Spin,
+    most: int = MOST_ITERATIONS,
+) -> tuple[np.ndarray, np.ndarray, int, np.ndarray] | None:
+    """Solution for one load and speed, its iterations, and the first tangent's step (n_q,); None if Newton fails."""
+    n, last, tangent = program.n_q, np.inf, np.zeros(0)
     q, lam = q.copy(), lam.copy()
     size = np.where(program.tables.kind == 1, 1.0, program.length)
-    for iteration in range(1, MOST_ITERATIONS + 1):
+    for iteration in range(1, most + 1):
         try:
             d = correction(system, q, lam, held, spin, STEP_ACCURACY)
         except SolveError:
@@ -261,7 +227,7 @@ def _newton(
         step = np.abs(d[:n] / size).max()
         if not np.isfinite(step) or (iteration > 8 and step > 10.0 * last):
             return None
-        tangent = tangent or step
+        tangent = tangent if len(tangent) else d[:n]
         factor = min(1.0, 0.5 / step) if step > 0.5 else 1.0
         q += factor * d[:n]
         lam += factor * d[n:]
@@ -271,27 +237,32 @@ def _newton(
     return None
 
 
-def _step_ratio(
+def _against_tangents(
     program: Program,
     system: StateEvaluation,
     q: np.ndarray,
-    found: tuple[np.ndarray, np.ndarray, int, float],
+    found: tuple[np.ndarray, np.ndarray, int, np.ndarray],
     held: np.ndarray,
     spin: Spin,
-) -> float:
-    """Length of a load step over its length by the tangents at both ends; evaluated at its start before.
+) -> tuple[float, float]:
+    """Length of a load step over its length by the tangents at both ends, and its relative difference from these steps.
 
-    Towards a limit point the distances by the tangents grow; only a snap-through is longer than both.
+    The system is evaluated at the start of the step.  Towards a limit point the distances by the tangents grow; only a
+    snap-through is longer than both.
     """
-    size = np.where(program.tables.kind == 1, 1.0, program.length)
     ahead, lam, _, tangent = found
-    moved = float(np.abs((ahead - q) / size).max())
+
+    def length(move: np.ndarray) -> float:
+        return float(np.abs(move / np.where(program.tables.kind == 1, 1.0, program.length)).max())
+
+    moved = ahead - q
     try:
-        step = correction(system, ahead, lam, held, spin, TANGENT_ACCURACY)[: program.n_q]
-        back = float(np.abs(step / size).max())
+        back = -correction(system, ahead, lam, held, spin, TANGENT_ACCURACY)[: program.n_q]
     except SolveError:
-        return 0.0  # exactly at a limit point
-    return moved / max(min(tangent, back), LEAST_JUMP)
+        return 0.0, np.inf  # exactly at a limit point
+    far = max(length(moved), LEAST_JUMP)
+    jump = length(moved) / max(min(length(tangent), length(back)), LEAST_JUMP)
+    return jump, max(length(moved - tangent), length(moved - back)) / far
 
 
 def correction(

@@ -41,7 +41,7 @@ def null_vector(B: sp.sparray) -> np.ndarray | None:
     if n <= DENSE_COLUMNS:
         dense = B.toarray()
         values = np.linalg.svd(dense, compute_uv=False)  # vectors take most of the time, and few callers need them
-        if len(values) == n and values[-1] >= VANISHING * values[0]:
+        if len(values) == n and values[-1] > VANISHING * values[0]:
             return None
         vector = np.linalg.svd(dense)[2][-1]
         return vector

@@ -73,6 +73,10 @@ class NormalLaw(Law):
         """The law for `bearing_radius` and `journal_radius` [m]; overridden where the stiffness depends on them."""
         return self
 
+    def lasting_history(self) -> tuple[float, ...]:
+        """History of a contact at rest that has lasted for long, in which a run can begin."""
+        return self.history()
+
     def remarks(self, history: Sequence[float]) -> tuple[str, ...]:  # noqa: ARG002 - seldom asked
         """Remarks on the validity of the law, from its `history` at the end of a run; empty if it held."""
         return ()

@@ -101,7 +101,7 @@ class Run:
         self.h_max, self.h_min, self.error, self.bounds = step_limits(self)
         self.trial = new_trial(program, 0, self.bounds)
 
-    def begin(self, start: Start, *, z: np.ndarray | None = None, time: float = 0.0) -> None:
+    def begin(self, start: Start, z: np.ndarray | None = None, *, time: float = 0.0) -> None:
         """Take start values at a time [s], with histories z (n_z,); None: histories at the start."""
         n, z = self.program.n_q, self.program.reference.z if z is None else z
         flow, code = self.flow, self.stepper.prepare(self, start, z, time)

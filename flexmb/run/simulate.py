@@ -13,6 +13,7 @@ import numpy as np
 from flexmb import checks
 from flexmb.compiled import ahead
 from flexmb.compiled.notice import notice
+from flexmb.equilibrium.found import Equilibrium
 from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile_with_start
@@ -26,6 +27,7 @@ from flexmb.run.failure import explanation
 from flexmb.run.interruption import KEYBOARD, TERMINATION, Interruption
 from flexmb.run.peaks import reset_peaks
 from flexmb.run.run import Run
+from flexmb.run.start_at_rest import of_start, start_at_rest
 from flexmb.run.stopping import Condition, StopConditions
 from flexmb.run.vibrations import vibration_remarks
 from flexmb.run.watch import Seen, impossible_penetrations, watched
@@ -53,6 +55,7 @@ def simulate(
     save: int | str = 1000,
     step: Step | None = None,
     method: Method | None = None,
+    start: Equilibrium | str | None = None,
     restart: Mapping[str, np.ndarray] | None = None,
     max_steps: int | None = None,
     redundant: str = "refuse",
@@ -63,11 +66,11 @@ def simulate(
     checkpoint_every: float = EVERY,
     resume: bool = False,
 ) -> Solution:
-    """Simulate a mechanism from its reference configuration.
+    """Simulate a mechanism from its reference configuration, or from an equilibrium.
 
     At the start the loops are closed, journals stand as their joints say, flexible bodies are unstressed
     and velocities those of the ideal rigid mechanism, but for the fields of displacement and velocity that bodies
-    declare.
+    declare.  With `start` bodies, springs and contacts begin as they hang, with their forces.
 
     Parameters
     ----------
@@ -80,6 +83,8 @@ def simulate(
     step : `Adaptive(...)`, the default, or `FixedStep(size)`, for which the bare size [s] will do.
     method : `Newmark...` (default: generalised-alpha with spectral radius 0.8); `RadauIIA()` for smooth motion to many
         digits; `RungeKutta4()` or `Staggered()`, which need `FixedStep`.
+    start : `static_equilibrium(mechanism)`, in which the run begins at rest but for drives and declared velocities,
+        "equilibrium" for the same, or one with `spin`, which turns; None: the reference configuration.
     restart : `restart` of a solution of the same model; the run goes on from there bit for bit.
     max_steps : stop, with a status, after so many accepted steps.
     redundant : joints that repeat one another in every pose, as a third parallel crank does: "refuse" them, or
@@ -137,9 +142,12 @@ def simulate(
     model = {"name": mechanism.name} if signals is None else {"name": mechanism.name, SAVED_KEY: list(signals)}
     command = plain_values(begin=begin, end=end, save=save, step=chosen, method=method, redundant=redundant)
     command |= {"signals": repr(model.get(SAVED_KEY)), "restart": digest(restart), "stop": repr(stop)}
+    command |= of_start(label, start, restart, redundant)
     kept_file = None if checkpoint is None else Checkpoints(Path(checkpoint), checkpoint_every, command, model)
     if kept_file is not None and resume and kept_file.path.is_file():
         kept_file.resume(run, label, redundant=least)
+    elif start is not None:
+        run.begin(*start_at_rest(label, mechanism, run.stepper.program, closed, start))
     elif restart is None:
         run.begin(run.stepper.start(mechanism, closed, redundant=least))
     else:

@@ -6,7 +6,7 @@ from abc import abstractmethod
 
 from flexmb import checks
 from flexmb.contact import validity
-from flexmb.contact.onset import LARGEST, ONSET
+from flexmb.contact.onset import LARGEST, LEAST_APPROACH, ONSET
 from flexmb.contact.restitution import delivered_restitution
 from flexmb.errors import InputError
 from flexmb.kernels import compiled
@@ -68,6 +68,10 @@ class DampedElasticLaw(NormalLaw):
     def history(self) -> tuple[float, ...]:
         """Reference speed, gap, gap rate, approach speed; largest approach speed, depth, force, cut tension, excess."""
         return validity.HISTORY_WITH_EXTREMES
+
+    def lasting_history(self) -> tuple[float, ...]:
+        """The history with the least approach speed, so that round-off of a rate at rest is none of the force."""
+        return (max(self.least_approach, LEAST_APPROACH), 0.0, 0.0, *self.history()[3:])
 
     def _check_damping(self) -> None:
         """Refuse restitution, least approach and reference speed out of their ranges."""
