@@ -1,8 +1,9 @@
-"""The part of the examination that costs next to nothing: users' laws and motions, and tables, each once."""
+"""The part of the examination that costs next to nothing: laws and motions of users, tables, declared numbers."""
 
 from __future__ import annotations
 
 from flexmb.doctor.finding import Finding
+from flexmb.doctor.implausible import implausible_findings
 from flexmb.model.law import FrictionLaw, Law, Motion, NormalLaw
 from flexmb.model.mechanism import Mechanism
 
@@ -20,13 +21,15 @@ _KNOWN: dict[tuple[str, Law], tuple[Finding, ...]] = {}
 
 
 def cheap_findings(mechanism: Mechanism) -> list[Finding]:
-    """Findings on users' laws and motions, and on tables; flexmb's own laws are known to keep their signs.
+    """Findings on users' laws and motions, on tables, and on implausible speeds and angles.
+
+    flexmb's own laws are known to keep their signs.
 
     Parameters
     ----------
     mechanism : the mechanism.
     """
-    findings: list[Finding] = []
+    findings = implausible_findings(mechanism)
     for part in mechanism.parts:
         for value in vars(part).values():
             kind = type(value)

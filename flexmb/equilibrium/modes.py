@@ -9,6 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from flexmb import checks
+from flexmb.arguments import checked
 from flexmb.display import html
 from flexmb.equilibrium.eigen import damped as damped_modes
 from flexmb.equilibrium.eigen import undamped
@@ -108,6 +109,7 @@ class Modes:
         return "\n".join(rows)
 
 
+@checked
 def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, damped: bool = False) -> Modes:
     """Natural frequencies and modes of small motions about the reference configuration or a static equilibrium.
 

@@ -10,6 +10,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
 from flexmb import checks
+from flexmb.arguments import checked
 from flexmb.display import html
 from flexmb.display.text import counted, cut
 from flexmb.equilibrium.dynamic_relaxation import relax
@@ -117,6 +118,7 @@ class Equilibrium:
         return self.reactions[checks.one_of("Equilibrium", "joint", joint, self.reactions)]
 
 
+@checked
 def static_equilibrium(
     mechanism: Mechanism, load_steps: int = 10, spin: float = 0.0, about: tuple[float, float] = (0.0, 0.0)
 ) -> Equilibrium:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields
 
 from flexmb import checks
+from flexmb.arguments import checked
 from flexmb.beams.section import Rectangle
 from flexmb.bodies.flexible_link import FlexibleLink
 from flexmb.bodies.rigid_body import RigidBody
@@ -82,6 +83,7 @@ class SimeonData:
         return self.density * self.side**2 * self.rod
 
 
+@checked
 def simeon(
     data: SimeonData | None = None, *, elements: int = 8, stretched: bool = True, waving: bool = True
 ) -> Mechanism:

@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.errors import FlexmbError, InputError, ModelError
 from flexmb.model.contributions import (
     ConstraintContribution,
@@ -38,7 +38,7 @@ class UnknownPartError(ModelError, KeyError):
 
 
 @dataclass(frozen=True, repr=False)
-class Mechanism:
+class Mechanism(metaclass=arguments.CheckedType):
     """A planar mechanism: parts with unique names, in a reference configuration.
 
     `mech["crank"]` is a part, `"crank" in mech` tells whether there is one; names are iterated over.

@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from flexmb import checks, kernels
+from flexmb import arguments, checks, kernels
 from flexmb.display.shown import Shown
 from flexmb.errors import InputError, ModelError
 from flexmb.model.contributions import (
@@ -38,7 +38,7 @@ def declared_state(value: Any) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class Part(checks.Checked, Shown, ABC):
+class Part(arguments.Checked, Shown, ABC):
     """Base of all parts of a mechanism.
 
     Parameters

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb import checks
+from flexmb.arguments import checked
 from flexmb.errors import InputError
 from flexmb.model.signal import hint, resolved
 from flexmb.program.program import Names
@@ -51,6 +52,7 @@ class Condition:
     is_fault: bool = False
 
 
+@checked
 def when(
     signal: str,
     *,

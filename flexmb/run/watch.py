@@ -13,7 +13,7 @@ from flexmb.couplings.cable import Cable
 from flexmb.couplings.gear import Gear
 from flexmb.couplings.one_way_clutch import OneWayClutch
 from flexmb.doctor.cheap import cheap_findings
-from flexmb.doctor.finding import ERROR
+from flexmb.doctor.finding import ERROR, NOTHING_MOVES, WHAT_MOVES
 from flexmb.joints.revolute import Revolute
 from flexmb.joints.stop import Stop
 from flexmb.model.mechanism import Mechanism
@@ -147,9 +147,16 @@ def watched(mechanism: Mechanism, saved: Saved) -> Watched:
         (faults if wrong else notes).append(text)
     notes += [*yielding_couplings(mechanism, saved.signals, saved.peaks), *_pulling_curves(mechanism, saved)]
     notes += [*_parting_gears(mechanism, saved), *strength_remarks(mechanism, saved.signals, saved.peaks)]
-    notes += basis_remarks(mechanism, saved)
+    notes += [*_nothing_moved(mechanism, saved), *basis_remarks(mechanism, saved)]
     notes += load_remarks(mechanism)
     return Watched(tuple(faults), tuple(notes))
+
+
+def _nothing_moved(mechanism: Mechanism, saved: Saved) -> Iterator[str]:
+    """A remark on a run without gravity in which no body ever moved."""
+    kinetic = saved.peaks.values[saved.signals.places["energy.kinetic"]]
+    if kinetic == 0.0 and mechanism.bodies and not any(mechanism.gravity):
+        yield f"{NOTHING_MOVES} {WHAT_MOVES}"
 
 
 def _penetrations(mechanism: Mechanism, saved: Saved) -> Iterator[tuple[bool, str]]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb import checks
+from flexmb.arguments import checked
 from flexmb.docstrings import unit_of
 from flexmb.dynamics.exponents.exponents import FEWEST
 from flexmb.dynamics.systems.dynamics import Dynamics
@@ -47,6 +48,7 @@ RESERVED = ("period", "direction", "signal", "units", "status", "ok", POINTS, ST
 """Names in the store that no parameter and no signal may have."""
 
 
+@checked
 def bifurcation(
     make: Make,
     parameter: str,

@@ -8,6 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from flexmb import checks
+from flexmb.arguments import checked
 from flexmb.docstrings import unit_of
 from flexmb.errors import InputError
 from flexmb.jobs.attempt import Attempt, Outcome, failure
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+@checked
 def sweep(
     function: Callable[..., Any],
     over: Mapping[str, Sequence[Any]] | Sequence[Mapping[str, Any]],

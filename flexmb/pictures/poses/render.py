@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb import checks
+from flexmb.arguments import checked
 from flexmb.errors import InputError
 from flexmb.pictures.poses.labels import place_names
 from flexmb.pictures.poses.pose import RING, Pose, body_colours
@@ -40,6 +41,7 @@ CORNERS = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
 """Points of a ring that names keep free, over its radius."""
 
 
+@checked
 def render(
     sol: Solution,
     times: Sequence[float] | np.ndarray | None = None,
