@@ -1,12 +1,13 @@
 """Arguments of public classes and functions: unknown, missing and nameless ones are told, former names are taken."""
 
+import sys
 import warnings
 from abc import ABCMeta
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import FrozenInstanceError
 from functools import cache, wraps
 from inspect import Parameter, Signature, signature
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, ParamSpec, TypeVar
 
 from flexmb.checks import collecting, did_you_mean
 from flexmb.docstrings import parameters
@@ -16,45 +17,22 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 
-class Names(NamedTuple):
-    """Names of the arguments of a function; of a method without the object itself.
-
-    Parameters
-    ----------
-    placed : arguments that may be given without their names, in order.
-    named : arguments that need their names.
-    required : arguments without a default.
-    is_open : whether any other arguments are taken.
-    """
-
-    placed: tuple[str, ...]
-    named: tuple[str, ...]
-    required: frozenset[str]
-    is_open: bool
-
-
-@cache
-def names_of(function: Callable[..., Any], skipped: int) -> Names:
-    """Names of the arguments of a function without the first `skipped` ones."""
-    found = list(signature(function).parameters.values())[skipped:]
-    placed = tuple(one.name for one in found if one.kind is Parameter.POSITIONAL_OR_KEYWORD)
-    named = tuple(one.name for one in found if one.kind is Parameter.KEYWORD_ONLY)
-    needed = frozenset(one.name for one in found if one.name in placed + named and one.default is Parameter.empty)
-    return Names(placed, named, needed, is_open=len(found) > len(placed) + len(named))
-
-
 class CheckedType(ABCMeta):
     """Type of the classes that tell wrong arguments, and take former names of arguments, when they are called."""
 
     def __call__(cls, *given: Any, **keywords: Any) -> Any:
         """An object of the class; unpickling and copying do not pass here."""
-        names, former = names_of(cls.__init__, 1), former_names(cls)  # type: ignore[misc]
-        if former and not former.keys().isdisjoint(keywords):
-            keywords = renamed(cls.__name__, former, keywords)
-        missing = names.required.difference(keywords, names.placed[: len(given)])
-        if missing or len(given) > len(names.placed) or not keywords.keys() <= {*names.placed, *names.named}:
-            refuse_call(owner_of(cls, given, keywords), cls, names, given, keywords)
-        return super().__call__(*given, **keywords)
+        former = former_names(cls)
+        for old in former.keys() & keywords.keys():
+            if former[old] in keywords:
+                raise InputError(f"{cls.__name__}: {old} and {former[old]} are the same; give {former[old]} alone.")
+            keywords[present_name(cls, old)] = keywords.pop(old)
+        try:
+            return super().__call__(*given, **keywords)
+        except TypeError:
+            name = keywords.get("name", given[0] if given else None)
+            refuse_call(f"{cls.__name__} {name!r}" if isinstance(name, str) else cls.__name__, cls, given, keywords)
+            raise
 
     def __setattr__(cls, name: str, value: Any) -> None:
         super().__setattr__(name, _refuse_assignment if name == "__setattr__" else value)
@@ -77,64 +55,50 @@ def _refuse_assignment(owner: Any, name: str, value: Any) -> None:
 class Checked(metaclass=CheckedType):
     """Base of classes whose objects tell all errors of their arguments at once, when they are constructed.
 
-    `formerly` declares former names of fields, {"mu": "coefficient"}: as arguments, as attributes and in
+    `formerly` declares former names of fields, (("mu", "coefficient"),): as arguments, as attributes and in
     `Mechanism.with_` they are taken with a `DeprecationWarning`, for one version.
     """
 
-    formerly: ClassVar[Mapping[str, str]] = {}
+    formerly: ClassVar[tuple[tuple[str, str], ...]] = ()
 
     def __init_subclass__(cls, **keywords: Any) -> None:
         super().__init_subclass__(**keywords)
         own = cls.__dict__.get("__post_init__")
         if own is not None:
-            cls.__post_init__ = collecting(own)  # type: ignore[attr-defined]
+            cls.__post_init__ = collecting(own)
 
     if not TYPE_CHECKING:  # which would take any name for an attribute
 
         def __getattr__(self, name: str) -> Any:
             """The field that was called `name`; asked for attributes that are missing alone."""
-            now = former_names(type(self)).get(name)
-            if now is None:
+            if name not in former_names(type(self)):
                 raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-            _warn(type(self).__name__, name, now)
-            return getattr(self, now)
+            return getattr(self, present_name(type(self), name))
 
 
 @cache
-def former_names(kind: type) -> dict[str, str]:
+def former_names(kind: Any) -> dict[str, str]:
     """Former names of the fields of a class and of its bases, with the present ones, for fields that it has."""
-    names = names_of(kind.__init__, 1)  # type: ignore[misc]
-    known = {*names.placed, *names.named}
-    declared = [vars(base).get("formerly", {}) for base in reversed(kind.__mro__)]
-    return {old: now for one in declared for old, now in one.items() if now in known and old not in known}
+    known = signature(kind.__init__).parameters
+    declared = [pair for base in reversed(kind.__mro__) for pair in vars(base).get("formerly", ())]
+    return {old: now for old, now in declared if now in known and old not in known}
 
 
-def renamed(label: str, former: Mapping[str, str], given: Mapping[str, Any]) -> dict[str, Any]:
-    """`given` values with former names replaced by present ones, each with a `DeprecationWarning`.
-
-    Parameters
-    ----------
-    label : owner of the names, for messages.
-    former : former names with the present ones.
-    given : values by names.
-
-    Raises
-    ------
-    InputError : a value under both names.
-    """
-    found = dict(given)
-    for old in former.keys() & given.keys():
-        now = former[old]
-        if now in given:
-            raise InputError(f"{label}: {old} and {now} are the same; give {now} alone.")
-        _warn(label, old, now)
-        found[now] = found.pop(old)
-    return found
+def present_name(kind: Any, name: str) -> str:
+    """`name`, or the present name of the field of a class that was called so, with a `DeprecationWarning`."""
+    now = former_names(kind).get(name, name)
+    if now != name:
+        warn_of_former(kind.__name__, name, now)
+    return now
 
 
-def _warn(label: str, old: str, now: str) -> None:
+def warn_of_former(label: str, old: str, now: str) -> None:
+    """Warn the caller of flexmb that a name has changed, at the line outside of the package."""
+    frame, level = sys._getframe(), 1
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == "flexmb":
+        frame, level = frame.f_back, level + 1
     text = f"{label}: {old} is called {now} now; the former name goes with the next version."
-    warnings.warn(text, DeprecationWarning, stacklevel=4)
+    warnings.warn(text, DeprecationWarning, stacklevel=level)
 
 
 def checked(function: Callable[P, T]) -> Callable[P, T]:
@@ -142,54 +106,57 @@ def checked(function: Callable[P, T]) -> Callable[P, T]:
 
     @wraps(function)
     def called(*given: P.args, **keywords: P.kwargs) -> T:
-        names = names_of(function, 0)
-        missing = names.required.difference(keywords, names.placed[: len(given)])
-        if missing or len(given) > len(names.placed) or not keywords.keys() <= {*names.placed, *names.named}:
-            refuse_call(function.__name__, function, names, given, keywords)
-        return function(*given, **keywords)
+        try:
+            return function(*given, **keywords)
+        except TypeError:
+            refuse_call(function.__name__, function, given, keywords)
+            raise
 
     return called
 
 
-def owner_of(kind: type, given: tuple[Any, ...], keywords: Mapping[str, Any]) -> str:
-    """Class and name of an object that is to be made, as messages show it."""
-    name = keywords.get("name", given[0] if given else None)
-    return f"{kind.__name__} {name!r}" if isinstance(name, str) else kind.__name__
+def require_arguments(label: str, function: Callable[..., Any], given: Iterable[str]) -> None:
+    """Refuse a function that cannot be called with the `given` names alone; one whose arguments are unknown passes."""
+    try:
+        signature(function)
+    except (TypeError, ValueError):
+        return
+    refuse_call(label, function, (), dict.fromkeys(given))
 
 
-def refuse_call(
-    owner: str, function: Callable[..., Any], names: Names, given: tuple[Any, ...], keywords: Mapping[str, Any]
-) -> None:
+def refuse_call(label: str, function: Callable[..., Any], given: tuple[Any, ...], keywords: Mapping[str, Any]) -> None:
     """Refuse a call whose arguments do not fit: too many without names, unknown names, missing ones, in this order.
 
     Parameters
     ----------
-    owner : who is called, for messages.
-    function : function or class, whose docstring tells the meaning of missing arguments.
-    names : names of its arguments.
-    given : arguments without names.
-    keywords : arguments with names.
+    label : who is called, for messages.
+    function : function or class; its docstring tells the meaning of missing arguments.
+    given, keywords : arguments without names and with names.
 
     Raises
     ------
     ArgumentError : arguments that do not fit.
     """
-    if names.is_open:
+    found = signature(function).parameters.values()
+    placed = [one.name for one in found if one.kind is Parameter.POSITIONAL_OR_KEYWORD]
+    known = placed + [one.name for one in found if one.kind is Parameter.KEYWORD_ONLY]
+    if len(known) < len(found):  # any others are taken
         return
-    known = [*names.placed, *names.named]
-    if len(given) > len(names.placed):
-        listed = f" ({', '.join(names.placed)})" if names.placed else ""
-        text = f"{owner}: {len(given)} arguments were given without names, at most {len(names.placed)}{listed} may be."
-        free = [f"{name}=..." for name in names.named if name not in keywords]
-        raise ArgumentError(f"{text} Write the others with their names: {', '.join(free)}." if free else text)
-    unknown = [name for name in keywords if name not in known]
-    if unknown:
-        hints = [f"There is no argument {name!r}. {did_you_mean(name, known, what='Arguments')}" for name in unknown]
-        raise ArgumentError(f"{owner}: {' '.join(hints)}")
-    missing = [name for name in known if name in names.required.difference(keywords, names.placed[: len(given)])]
-    texts = parameters(function)
-    meant = " ".join(f"{one} is missing; give {one}=...{_meaning(texts.get(one))}." for one in missing)
-    raise ArgumentError(f"{owner}: {meant}")
+    if len(given) > len(placed):
+        listed = f" ({', '.join(placed)})" if placed else ""
+        text = f"{label}: {len(given)} arguments were given without names, at most {len(placed)}{listed} may be."
+        free = [f"{name}=..." for name in known[len(placed) :] if name not in keywords]
+        raise ArgumentError(f"{text} Write the others with their names: {', '.join(free)}." if free else text) from None
+    hints = [
+        f"There is no argument {name!r}. {did_you_mean(name, known, what='Arguments')}"
+        for name in keywords
+        if name not in known
+    ]
+    there, texts = {*placed[: len(given)], *keywords}, parameters(function)
+    missing = [one.name for one in found if one.default is Parameter.empty and one.name not in there]
+    hints = hints or [f"{one} is missing; give {one}=...{_meaning(texts.get(one))}." for one in missing]
+    if hints:
+        raise ArgumentError(f"{label}: {' '.join(hints)}") from None
 
 
 def _meaning(text: str | None) -> str:

@@ -13,6 +13,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from flexmb.docstrings import unit_of
 from flexmb.errors import USER_ERRORS, FlexmbError, InputError, MissingPackageError
 
 _COLLECTED: ContextVar[list[str] | None] = ContextVar("collected", default=None)
@@ -164,8 +165,9 @@ def number_fields(owner: Any, label: str) -> None:
     for name, declared in declared_fields(owner.__class__):
         value = getattr(owner, name)
         wanted = declared == "float" or (declared == "float | None" and value is not None)
-        if wanted or is_kind_of_number(value.__class__):
-            number(label, name, value)
+        is_float = value.__class__ is float and math.isfinite(value)  # most are: units are looked up for others alone
+        if not is_float and (wanted or is_kind_of_number(value.__class__)):
+            number(label, name, value, unit_of(owner.__class__, name))
 
 
 @cache
@@ -208,7 +210,7 @@ def one_of(owner: str, name: str, value: object, allowed: Iterable[str]) -> str:
     raise InputError(f"{owner}: {name} is {value!r}. {did_you_mean(str(value), names)}")
 
 
-def did_you_mean(word: str, names: Iterable[str], common: str = "", what: str = "Known") -> str:
+def did_you_mean(word: object, names: Iterable[str], common: str = "", what: str = "Known") -> str:
     """Hint on an unknown name: the nearest name, then all names.
 
     common : beginning of all names, which is not compared; what : noun before the list of them.

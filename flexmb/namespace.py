@@ -50,24 +50,17 @@ def lazy_names(module: str, file: str) -> tuple[Callable[[str], Any], Callable[[
 
 
 def _near(name: str, module: str, names: list[str]) -> str:
-    """Hint on an unknown public name: the namespace that has it, else the nearest names of the module and of all."""
+    """Hint on an unknown public name: the namespaces that have it, else the nearest names of the module and of all."""
     from difflib import get_close_matches  # noqa: PLC0415 - `import flexmb` stays fast
 
-    rooms = _rooms()
-    if name in rooms:
-        return f" It is {', '.join(f'{room}.{name}' for room in rooms[name])}."
-    near = get_close_matches(name, names, cutoff=CLOSE) or get_close_matches(name, rooms, cutoff=CLOSE)
-    places = [f"{module if one in names else rooms[one][0]}.{one}" for one in near]
-    return f" Did you mean {', '.join(places)}?" if places else f" Names: {', '.join(names)}."
-
-
-def _rooms() -> dict[str, list[str]]:
-    """Public names with the namespaces in which they stand, the top of the package first."""
     top = Path(__file__).parent
-    found: dict[str, list[str]] = {}
+    spaces: dict[str, str] = {}  # of each name, the top of the package first
     for path in sorted(top.rglob("*.pyi"), key=lambda path: (path != top / "__init__.pyi", path)):
         room = path.parent.name if path.stem == "__init__" else path.stem
-        space = "flexmb" if path == top / "__init__.pyi" else f"flexmb.{room}"
-        for _, name in _IMPORT.findall(path.read_text(encoding="utf-8")):
-            found.setdefault(name, []).append(space)
-    return found
+        for _, one in _IMPORT.findall(path.read_text(encoding="utf-8")):
+            spaces.setdefault(one, "flexmb" if room == top.name else f"flexmb.{room}")
+    if name in spaces:
+        return f" It is {spaces[name]}.{name}."
+    near = get_close_matches(name, names, cutoff=CLOSE) or get_close_matches(name, spaces, cutoff=CLOSE)
+    places = [f"{module if one in names else spaces[one]}.{one}" for one in near]
+    return f" Did you mean {', '.join(places)}?" if places else f" Names: {', '.join(names)}."

@@ -11,6 +11,7 @@ from flexmb.kernels import control_kernel
 from flexmb.model.contributions import ControlContribution, MotionInput
 from flexmb.model.controller import Controller
 from flexmb.model.law import Motion
+from flexmb.model.part import Part, name_of
 
 (CURRENT,) = range(1)
 """Place of the current among the states."""
@@ -77,7 +78,8 @@ class DCMotor(Controller):
     """
 
     speed: str
-    load: str
+    by_name = ("load",)
+    load: Part | str
     _: KW_ONLY
     voltage: float | Motion | str
     resistance: float
@@ -117,7 +119,7 @@ class DCMotor(Controller):
             dc_motor_law,
             (self.resistance, self.inductance, self.torque_constant, self.gear_ratio, number),
             tuple(inputs),
-            (self.load,),
+            (name_of(self.load),),
             ("torque", "voltage") if delayed else ("torque", "voltage", "current"),
             ("current",) if delayed else (),
             (self.current,) if delayed else (),

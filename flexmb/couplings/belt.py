@@ -27,7 +27,7 @@ class Belt(Wheels):
     from the arm.
 
     Signals: force (difference of the tensions of both strands) [N]; first_torque, second_torque (on the wheels) [N m];
-    power (of second_torque) [W].  With `mu` also slip (speed of the surface of the first wheel over that of the
+    power (of second_torque) [W].  With friction also slip (speed of the surface of the first wheel over that of the
     second) [m/s]; tight_tension, slack_tension (of the strands) [N]; tension_ratio [1].
 
     Parameters
@@ -37,7 +37,7 @@ class Belt(Wheels):
     radii : radii of the belt's middle line on both wheels [m], > 0.
     crossed : whether the strands cross.
     arm : body that carries the axes; `GROUND` for fixed axes.
-    mu : coefficient of friction [1], > 0, with `pretension` and `creep`; None: an ideal belt.
+    coefficient : coefficient of friction mu [1], > 0, with `pretension` and `creep`; None: an ideal belt.
     pretension : tension T0 of both strands while no torque acts [N], > 0.
     creep : slip [m/s], > 0, at which the belt carries tanh(1) = 76 % of its largest force.
 
@@ -59,10 +59,11 @@ class Belt(Wheels):
     Source: L. Euler, Remarques sur l'effet du frottement dans l'equilibre, 1762, for the limit; tanh is a smoothing.
     """
 
+    formerly = (("mu", "coefficient"),)
     _: KW_ONLY
     radii: tuple[float, float]
     crossed: bool = False
-    mu: float | None = None
+    coefficient: float | None = None
     pretension: float | None = None
     creep: float | None = None
 
@@ -77,12 +78,16 @@ class Belt(Wheels):
 
     def _check_friction(self) -> None:
         """Check that friction, pretension and creep are given together."""
-        given = {"mu": (self.mu, "1"), "pretension": (self.pretension, "N"), "creep": (self.creep, "m/s")}
+        given = {
+            "coefficient": (self.coefficient, "1"),
+            "pretension": (self.pretension, "N"),
+            "creep": (self.creep, "m/s"),
+        }
         missing = [name for name, (value, _) in given.items() if value is None]
         if missing and len(missing) < len(given):
             raise InputError(
-                f"{self.label}: {' and '.join(missing)} not given; a belt with friction needs mu, pretension and "
-                "creep. For an ideal belt leave all of them out."
+                f"{self.label}: {' and '.join(missing)} not given; a belt with friction needs coefficient, pretension "
+                "and creep. For an ideal belt leave all of them out."
             )
         for name, (value, unit) in given.items():
             if value is not None:
@@ -125,9 +130,9 @@ class Belt(Wheels):
         """One constraint equation between two or three angles; with friction an element between both wheels."""
         r1, r2 = self.radii[0], self.radii[1] if self.crossed else -self.radii[1]
         ideal = self.rolling(mechanism, r1, r2)
-        if self.mu is None or self.pretension is None or self.creep is None:
+        if self.coefficient is None or self.pretension is None or self.creep is None:
             return [ideal]
-        largest = 2.0 * self.pretension * math.tanh(0.5 * self.mu * self.least_wrap(mechanism))
+        largest = 2.0 * self.pretension * math.tanh(0.5 * self.coefficient * self.least_wrap(mechanism))
         bodies = [mechanism.body(wheel.name, self.label) for wheel in (self.first, self.second)]
         coordinates = tuple(c for body in bodies for c in node_coordinates(body.name, body.main))
         friction = belt_contributions(self.name, coordinates, (r1, r2), (largest, self.creep, self.pretension))

@@ -68,9 +68,9 @@ class Cable(Part):
     first, second : the bodies; `GROUND` is the frame.
     at : point of the first body in the reference configuration [m].
     to : point of the second body in the reference configuration [m].
-    length : length without tension [m], > 0; with less than the distance of the points it starts under tension; None:
-        the distance, so that it is just taut.
-    normal : tension over elongation; of a linear cable K = E A / length [N/m], `KelvinVoigt(K, damping)`.
+    free_length : length without tension [m], > 0; with less than the distance of the points it starts under tension;
+        None: the distance, so that it is just taut.
+    normal : tension over elongation; of a linear cable K = E A / free_length [N/m], `KelvinVoigt(K, damping)`.
 
     Raises
     ------
@@ -86,12 +86,13 @@ class Cable(Part):
     long cables.
     """
 
+    formerly = (("length", "free_length"), ("start", "at"), ("end", "to"))
     first: Part
     second: Part
     at: tuple[float, float]
     to: tuple[float, float]
     _: KW_ONLY
-    length: float | None = None
+    free_length: float | None = None
     normal: NormalLaw
 
     def __post_init__(self) -> None:
@@ -99,11 +100,11 @@ class Cable(Part):
         for name in ("at", "to"):
             object.__setattr__(self, name, checks.point(self.label, name, getattr(self, name)))
         check_own_stiffness(self.label, self.normal)
-        if self.length is not None:
-            checks.positive(self.label, "length", self.length, "m")
+        if self.free_length is not None:
+            checks.positive(self.label, "free_length", self.free_length, "m")
         elif planar.distance(self.at, self.to) == 0.0:
             raise InputError(
-                f"{self.label}: both points are {self.at}, so the cable needs a length. Give length= in m."
+                f"{self.label}: both points are {self.at}, so the cable needs a length. Give free_length= in m."
             )
         if self.first.name == self.second.name:
             raise ModelError(f"{self.label} ties {self.first.name!r} to itself; give two different bodies.")
@@ -111,7 +112,7 @@ class Cable(Part):
     @property
     def slack_length(self) -> float:
         """Length without tension [m]."""
-        return planar.distance(self.at, self.to) if self.length is None else self.length
+        return planar.distance(self.at, self.to) if self.free_length is None else self.free_length
 
     def ends(self, mechanism: Mechanism) -> tuple[Attachment, Attachment]:
         """Both points of the cable on the bodies of `mechanism`."""

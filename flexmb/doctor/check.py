@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb import checks
-from flexmb.arguments import checked
+from flexmb import arguments, checks
 from flexmb.doctor.connections import free_bodies
 from flexmb.doctor.dimensions import dimension_findings
 from flexmb.doctor.finding import ERROR, NOTHING_MOVES, SEVERITIES, WHAT_MOVES, Finding, found
@@ -38,7 +37,7 @@ LISTED_FREQUENCIES = 10
 """Number of natural frequencies in a report."""
 
 
-@checked
+@arguments.checked
 def check(mechanism: Mechanism, step: float | None = None) -> Report:
     """Examine a mechanism before it moves.
 

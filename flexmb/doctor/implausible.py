@@ -5,32 +5,27 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import cache
+from typing import Any
 
 from flexmb.checks import declared_fields
 from flexmb.docstrings import parameters, units
 from flexmb.doctor.finding import Finding, found
 from flexmb.drives.drive import Drive
 from flexmb.errors import FlexmbError
-from flexmb.model.contributions import ConstraintContribution
 from flexmb.model.law import Motion
 from flexmb.model.mechanism import Mechanism
-from flexmb.model.part import Joint, Part
+from flexmb.model.part import GROUND, Joint, Part
 
 FASTEST = 2e4
 """Angular speed of a drive above which there is a remark [rad/s]."""
 
 LARGEST_ACCELERATION = 1e5
-"""Centripetal acceleration of the end of a driven body above which there is a remark [m/s^2]: pistons of racing engines
+"""Centripetal acceleration of a joint on a driven body above which there is a remark [m/s^2]; pistons of racing engines
 reach 0.9e5."""
 
-TURN = 2.0 * math.pi
-"""Angle up to which a number in degrees cannot be told from one in rad [rad]."""
-
-FINEST_PART = math.pi / 24.0
-"""Angle of which angles beyond a turn are multiples, when they are meant in rad [rad]."""
-
-SAME = 1e-6
-"""Difference of two angles up to which they are equal, relative to `FINEST_PART`."""
+TURN, FINEST_PART, SAME = 2.0 * math.pi, math.pi / 24.0, 1e-6
+"""Angle up to which degrees cannot be told from rad [rad]; angle of which larger ones are multiples, when meant in rad
+[rad]; error of such a multiple [1]."""
 
 STANDARD_GRAVITY = 9.80665
 
@@ -42,37 +37,34 @@ def implausible_findings(mechanism: Mechanism) -> list[Finding]:
     ----------
     mechanism : the mechanism.
     """
-    findings = [*_upward_gravity(mechanism)]
+    findings = []
+    if mechanism.gravity[1] > abs(mechanism.gravity[0]):
+        text = (
+            f"Gravity points upwards, Y is up: gravity is ({mechanism.gravity[0]:g}, {mechanism.gravity[1]:g}) m/s^2."
+        )
+        findings.append(found("upward-gravity", (), text, "Downwards it is gravity=(0, -9.81)."))
     for part in mechanism.parts:
-        if isinstance(part, Drive):
-            findings += _speeds(mechanism, part)
-        findings += [_in_degrees(part, name, value) for name, value in _angles(mechanism, part) if is_in_degrees(value)]
+        findings += _speeds(mechanism, part) if isinstance(part, Drive) else ()
+        for name, value in _angles(mechanism, part):
+            shares = value / FINEST_PART
+            if TURN < abs(value) < math.inf and abs(shares - round(shares)) > SAME:
+                text = f"{part.label}: {name} is {value:.4g} rad, {value / TURN:.3g} turns."
+                remedy = f"Angles are in rad: {value:.4g} degrees are math.radians({value:.4g}) = "
+                remedy += f"{math.radians(value):.4g} rad."
+                findings.append(found("odd-units", (part.name,), text, remedy, angle=value))
     return findings
-
-
-def is_in_degrees(angle: float) -> bool:
-    """Whether an angle [rad] is beyond a turn and no simple part of pi, as 60 is and 20 pi is not."""
-    parts = angle / FINEST_PART
-    return TURN < abs(angle) < math.inf and abs(parts - round(parts)) > SAME
-
-
-def _in_degrees(part: Part, name: str, value: float) -> Finding:
-    turns = value / TURN
-    text = f"{part.label}: {name} is {value:.4g} rad, {turns:.3g} turns."
-    remedy = f"Angles are in rad: {value:.4g} degrees are {math.radians(value):.4g} rad, math.radians({value:.4g})."
-    return found("odd-units", (part.name,), text, remedy, angle=value)
 
 
 def _angles(mechanism: Mechanism, part: Part) -> Iterator[tuple[str, float]]:
     """Numbers of a part, of its motion and of the target of a controller that are angles by their documented unit."""
-    turns, joint = True, getattr(part, "joint", None)
-    if joint in mechanism:
-        turns = _drive_units(mechanism, joint) == "rad"
-    for owner, before in ((part, ""), (getattr(part, "motion", None), "motion.")):
-        for name in _angle_fields(type(owner)) if turns and owner is not None else ():
+    joint, motion = getattr(part, "joint", None), getattr(part, "motion", None)
+    owners: list[Any] = [part, motion] if isinstance(motion, Motion) else [part]
+    for owner in owners if joint is None or _turns(mechanism, joint) else ():
+        kind: Any = type(owner)
+        for name in _angle_fields(kind):
             value = getattr(owner, name)
             if isinstance(value, float | int):
-                yield before + name, float(value)
+                yield name if owner is part else f"motion.{name}", float(value)
     target = getattr(part, "target", None)
     if isinstance(target, float | int) and str(getattr(part, "measure", "")).endswith((".angle", ".theta")):
         yield "target", float(target)
@@ -86,48 +78,27 @@ def _angle_fields(kind: type) -> tuple[str, ...]:
     return tuple(name for name in names if name in named or units(texts.get(name, ""))[:1] == ["rad"])
 
 
-def _drive_units(mechanism: Mechanism, joint: str) -> str:
-    """Unit of the coordinate of a joint that can be driven; "" for another part."""
+def _turns(mechanism: Mechanism, joint: Part | str) -> bool:
+    """Whether a joint has an angle that can be driven."""
     part = mechanism.find(joint)
     try:
-        row: ConstraintContribution | None = part.drive_contribution(mechanism) if isinstance(part, Joint) else None
+        row = part.drive_contribution(mechanism) if isinstance(part, Joint) else None
     except FlexmbError:
-        return ""
-    return row.drive_units[0] if row is not None else ""
+        return False
+    return row is not None and row.drive_units[0] == "rad"
 
 
 def _speeds(mechanism: Mechanism, part: Drive) -> Iterator[Finding]:
-    """A finding on a drive that turns too fast for its body."""
+    """A finding on a drive that turns too fast for the joints on its bodies."""
     joint, speed = mechanism.find(part.joint), getattr(part.motion, "speed", None)
-    if not isinstance(speed, float | int) or not isinstance(joint, Joint):
+    if not isinstance(speed, float | int) or not isinstance(joint, Joint) or not _turns(mechanism, joint):
         return
-    if _drive_units(mechanism, part.joint) != "rad":
-        return
-    arm = max(arm_of(mechanism, joint, body.name) for body in (joint.first, joint.second))
+    driven = {joint.first.name, joint.second.name} - {GROUND.name}
+    points = [one.at for one in mechanism.parts if isinstance(one, Joint) and driven & set(one.references())]
+    arm = max(math.dist(joint.at, at) for at in points if at is not None)
     acceleration = speed * speed * arm
     if abs(speed) > FASTEST or acceleration > LARGEST_ACCELERATION:
         text = f"{part.label} turns at {speed:.4g} rad/s, {speed * 30.0 / math.pi:.4g} rpm"
         more = f": at {arm:.3g} m from the joint that is {acceleration / STANDARD_GRAVITY:.3g} g" if arm else ""
         remedy = f"Speeds are in rad/s: 2 pi/60 times those in rpm; {speed:.4g} rpm are {speed * math.pi / 30.0:.4g}."
         yield found("odd-units", (part.name,), f"{text}{more}.", remedy, speed=speed, acceleration=acceleration)
-
-
-def arm_of(mechanism: Mechanism, joint: Joint, name: str) -> float:
-    """Largest distance of the joints on a body from one of them [m]; 0 for the ground.
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    joint : the joint.
-    name : name of the body.
-    """
-    on = [one for one in mechanism.parts if isinstance(one, Joint) and name in (one.first.name, one.second.name)]
-    is_moving = any(body.name == name for body in mechanism.bodies)
-    return max((math.dist(joint.at, one.at) for one in on if one.at is not None), default=0.0) if is_moving else 0.0
-
-
-def _upward_gravity(mechanism: Mechanism) -> Iterator[Finding]:
-    """A finding on gravity that points upwards."""
-    if mechanism.gravity[1] > abs(mechanism.gravity[0]):
-        text = f"Gravity points upwards: ({mechanism.gravity[0]:g}, {mechanism.gravity[1]:g}) m/s^2; Y is up."
-        yield found("upward-gravity", (), text, "Downwards it is gravity=(0, -9.81).", gravity=mechanism.gravity[1])

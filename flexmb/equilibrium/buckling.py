@@ -11,8 +11,7 @@ import scipy.linalg as la
 import scipy.sparse as sp
 from scipy.sparse.linalg import ArpackNoConvergence
 
-from flexmb import checks
-from flexmb.arguments import checked
+from flexmb import arguments, checks
 from flexmb.display import html
 from flexmb.equilibrium.eigen import DENSE_COORDINATES, largest_of, largest_of_pencil
 from flexmb.equilibrium.free_motions import moves_most, null_space
@@ -96,7 +95,7 @@ class Buckling:
         return "\n".join([*rows, *self.notes])
 
 
-@checked
+@arguments.checked
 def buckling(mechanism: Mechanism, count: int = 4) -> Buckling:
     """Critical factors of the loads applied, when all of them grow together, gravity included.
 

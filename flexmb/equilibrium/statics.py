@@ -9,8 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
-from flexmb import checks
-from flexmb.arguments import checked
+from flexmb import arguments, checks
 from flexmb.display import html
 from flexmb.display.text import counted, cut
 from flexmb.equilibrium.dynamic_relaxation import relax
@@ -20,6 +19,7 @@ from flexmb.errors import SolveError
 from flexmb.linalg.null_vector import null_vector
 from flexmb.model.controller import refuse_controllers
 from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import Part, name_of
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program, resolve
 from flexmb.start.consistent import check_independent
@@ -108,17 +108,17 @@ class Equilibrium:
         reactions = html.table(rows, ("reaction of", "fx [N]", "fy [N]", "moment [N m]"))
         return html.page(self._title(), "", reactions, html.folded("coordinates", html.table(coordinates)))
 
-    def force(self, joint: str) -> tuple[float, float, float]:
+    def force(self, joint: Part | str) -> tuple[float, float, float]:
         """(fx, fy, moment) that a joint exerts on its second body [N, N m].
 
         Parameters
         ----------
-        joint : name of the joint.
+        joint : the joint, or its name.
         """
-        return self.reactions[checks.one_of("Equilibrium", "joint", joint, self.reactions)]
+        return self.reactions[checks.one_of("Equilibrium", "joint", name_of(joint), self.reactions)]
 
 
-@checked
+@arguments.checked
 def static_equilibrium(
     mechanism: Mechanism, load_steps: int = 10, spin: float = 0.0, about: tuple[float, float] = (0.0, 0.0)
 ) -> Equilibrium:

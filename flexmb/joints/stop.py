@@ -99,7 +99,7 @@ class Stop(Part):
     Parameters
     ----------
     name : name of the stop.
-    joint : name of a `Revolute` or `Prismatic` joint.
+    joint : a `Revolute` or `Prismatic` joint, or its name.
     above : largest angle [rad] or travel [m], counted from the reference configuration, >= 0; None: no limit.
     below : smallest angle or travel, <= 0; None: no limit.
     normal : law of the normal force.
@@ -120,7 +120,8 @@ class Stop(Part):
     radius say how the stop yields, N = k radius (angle - above) for a linear law: not for bodies that bend beside it.
     """
 
-    joint: str
+    by_name = ("joint",)
+    joint: Part | str
     _: KW_ONLY
     above: float | None = None
     below: float | None = None
@@ -130,8 +131,6 @@ class Stop(Part):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if isinstance(self.joint, Part):
-            object.__setattr__(self, "joint", self.joint.name)
         if not isinstance(self.joint, str):
             raise InputError(f"{self.label}: joint is {self.joint!r}; it must be a joint or its name.")
         checks.positive(self.label, "radius", self.radius, "m")

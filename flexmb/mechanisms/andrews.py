@@ -75,7 +75,7 @@ def andrews(torque: float = TORQUE) -> Mechanism:
         (A, epsilon, (-ub, -ua)),
     ]
     bodies = [
-        RigidBody(f"K{k}", from_frame(at, angle, centre), mass, inertia, angle=angle)
+        RigidBody(f"K{k}", from_frame(at, angle, centre), mass, inertia, theta=angle)
         for k, ((at, angle, centre), mass, inertia) in enumerate(zip(frames, MASSES, INERTIAS, strict=True), start=1)
     ]
     K1, K2, K3, K4, K5, K6, K7 = bodies

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-from flexmb import checks
-from flexmb.arguments import checked
+from flexmb import arguments, checks
 from flexmb.bodies.flexible_frame import FlexibleFrame
 from flexmb.bodies.flexible_link import FlexibleLink
 from flexmb.bodies.rigid_body import RigidBody
@@ -27,7 +26,7 @@ SLIDER_SIZE = (0.060, 0.036)
 """Width and height of the slider in pictures [m]."""
 
 
-@checked
+@arguments.checked
 def nine_bar(
     speed: float = 2.0 * math.pi,
     *,

@@ -83,6 +83,7 @@ class FrictionLaw(Law):
     """Base of friction laws; the kernel returns the force T on the second body along the slip direction."""
 
     contract = kernels.FRICTION
+    formerly = (("mu", "coefficient"),)
 
 
 @dataclass(frozen=True)

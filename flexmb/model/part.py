@@ -31,6 +31,11 @@ if TYPE_CHECKING:
 Triple = tuple[float, float, float]
 
 
+def name_of(part: Part | str) -> str:
+    """Name of a part, given by itself or by its name; another object as it is."""
+    return part.name if isinstance(part, Part) else part
+
+
 def declared_state(value: Any) -> dict[str, Any]:
     """State for pickling: the declared fields alone."""
     kind = type(value)
@@ -47,13 +52,20 @@ class Part(arguments.Checked, Shown, ABC):
     """
 
     name: str
+    by_name: ClassVar[tuple[str, ...]] = ()
+    """Fields that hold names of parts, and take the parts themselves as well."""
 
     def __post_init__(self) -> None:
         checks.identifier(type(self).__name__, self.name)
+        for field in self.by_name:
+            given = getattr(self, field)
+            several = isinstance(given, list | tuple)
+            object.__setattr__(self, field, tuple(map(name_of, given)) if several else name_of(given))
         checks.number_fields(self, self.label)
         for name, declared in checks.declared_fields(type(self)):
             if declared == "Part" and not isinstance(value := getattr(self, name), Part):
-                raise InputError(f"{self.label}: {name} is {value!r}; it must be a body or GROUND.")
+                hint = " Give the part itself, not its name." if isinstance(value, str) else ""
+                raise InputError(f"{self.label}: {name} is {value!r}; it must be a body or GROUND.{hint}")
 
     @property
     def label(self) -> str:

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexmb import checks
-from flexmb.arguments import checked
+from flexmb import arguments, checks
 from flexmb.display.text import counted
 from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism
@@ -43,7 +42,7 @@ class Momentum:
         return f"Momentum of {self.mass:.6g} kg at {counted(len(self.time), 'instant')}{span}"
 
 
-@checked
+@arguments.checked
 def momentum(mechanism: Mechanism, solution: Solution, bodies: tuple[str, ...] | None = None) -> Momentum:
     """Centre of mass, linear and angular momentum of bodies at the saved instants of a solution.
 

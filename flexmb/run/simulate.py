@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb import checks
-from flexmb.arguments import checked
+from flexmb import arguments, checks
 from flexmb.compiled import ahead
 from flexmb.compiled.notice import notice
 from flexmb.errors import InputError
@@ -42,7 +41,7 @@ SHORTEST_RUN = 1e-100
 """Shortest run [s]."""
 
 
-@checked
+@arguments.checked
 @np.errstate(all="ignore")  # numbers that are not finite end as errors or statuses
 def simulate(
     mechanism: Mechanism,

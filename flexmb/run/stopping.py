@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexmb import checks
-from flexmb.arguments import checked
+from flexmb import arguments, checks
 from flexmb.errors import InputError
 from flexmb.model.signal import hint, resolved
 from flexmb.program.program import Names
@@ -52,7 +51,7 @@ class Condition:
     is_fault: bool = False
 
 
-@checked
+@arguments.checked
 def when(
     signal: str,
     *,

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb import checks
-from flexmb.arguments import checked
+from flexmb import arguments, checks
 from flexmb.errors import AssemblyError
 from flexmb.linalg.dense_or_sparse import bordered_solution, plain
 from flexmb.model.mechanism import Mechanism
@@ -57,7 +56,7 @@ class Pose:
         return float(self.q[self.names.index(f"{self.aliases.get(stem, stem)}.{axis}")])
 
 
-@checked
+@arguments.checked
 def assemble(mechanism: Mechanism, drives: Mapping[str, float] | None = None) -> Pose:
     """Close all joints from the reference configuration, with ideal joints for contacts and rigid bodies.
 

@@ -87,7 +87,7 @@ def test_a_rod_holds_a_pendulum():
 
 
 def test_contracts_of_a_rod_between_two_bodies():
-    one, other = fm.RigidBody("one", O, 1.0, 0.1), fm.RigidBody("other", (0.5, 0.2), 1.0, 0.1, angle=0.3)
+    one, other = fm.RigidBody("one", O, 1.0, 0.1), fm.RigidBody("other", (0.5, 0.2), 1.0, 0.1, theta=0.3)
     mech = fm.Mechanism("pair", [one, other, fm.couplings.Distance("rod", one, other, at=(0.1, 0.05), to=(0.4, 0.3))])
     fm.testing.check_part(mech, "rod")
     with pytest.raises(InputError, match="a rod needs a length"):

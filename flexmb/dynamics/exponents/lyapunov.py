@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from flexmb import checks
-from flexmb.arguments import checked
+from flexmb import arguments, checks
 from flexmb.dynamics.exponents.exponents import Exponents, with_verdict
 from flexmb.dynamics.exponents.renormalisation import tangent_exponents
 from flexmb.dynamics.exponents.schedule import refuse_idle_arguments, schedule_of
@@ -15,7 +14,7 @@ from flexmb.run.simulate import Step
 from flexmb.step.newmark.method import Newmark
 
 
-@checked
+@arguments.checked
 def lyapunov(
     system: Any,
     *,
