@@ -44,7 +44,7 @@ class RigidBody(Body):
     inertia: float
     theta: float = 0.0
     velocity: tuple[float, float, float] | None = None
-    outline: tuple[Point, ...] = ()
+    outline: Sequence[Point] = ()
 
     def __post_init__(self) -> None:
         super().__post_init__()

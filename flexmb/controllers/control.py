@@ -68,14 +68,14 @@ class Control(Controller):
     0.73576
     """
 
-    inputs: tuple[str | Motion, ...]
+    inputs: Sequence[str | Motion]
     by_name = ("loads",)
     loads: Sequence[Part | str]
     law: Kernel
     _: KW_ONLY
-    numbers: tuple[float, ...] = ()
+    numbers: Sequence[float] = ()
     states: Any = ()
-    outputs: tuple[str, ...] | None = None
+    outputs: Sequence[str] | None = None
     sample: float | None = None
 
     def __post_init__(self) -> None:
@@ -110,14 +110,16 @@ class Control(Controller):
     @property
     def output_names(self) -> tuple[str, ...]:
         """Names of the outputs."""
-        return tuple(f"output{k}" for k in range(1, len(self.loads) + 1)) if self.outputs is None else self.outputs
+        return (
+            tuple(f"output{k}" for k in range(1, len(self.loads) + 1)) if self.outputs is None else tuple(self.outputs)
+        )
 
     def control(self) -> ControlContribution:
         """Law, inputs, states and outputs."""
         return ControlContribution(
             self.name,
             self.law,
-            self.numbers,
+            tuple(self.numbers),
             tuple(MotionInput(one) if isinstance(one, Motion) else one for one in self.inputs),
             tuple(map(name_of, self.loads)),
             self.output_names,

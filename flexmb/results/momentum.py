@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,7 +44,7 @@ class Momentum:
 
 
 @arguments.checked
-def momentum(mechanism: Mechanism, solution: Solution, bodies: tuple[str, ...] | None = None) -> Momentum:
+def momentum(mechanism: Mechanism, solution: Solution, bodies: Sequence[str] | None = None) -> Momentum:
     """Centre of mass, linear and angular momentum of bodies at the saved instants of a solution.
 
     Parameters

@@ -94,7 +94,8 @@ MISTAKES = {
     ),
     "a misspelt number of a ready mechanism": (lambda _: slider_crank(sped=10.0), "'sped'", "mean 'speed'"),
     "arguments without names": (
-        lambda _: fm.RevoluteClearance("B", rod(), slider(), B, 1e-4, 5e-3, LAW), "7 arguments were given without names",
+        lambda _: fm.RevoluteClearance("B", rod(), slider(), B, 1e-4, 5e-3, LAW),
+        "7 arguments were given without names",
         "at most 4 (name, first, second, at)", "clearance=..., bearing_radius=..., normal=...",
     ),
     "a time without its name": (lambda _: fm.simulate(engine(), 0.01), "without names", "(mechanism)", "t_end=..."),
@@ -168,7 +169,8 @@ MISTAKES = {
         "Revolute 'A' refers to 'rod'", "not in mechanism 'm'", "Add it to the parts",
     ),
     "a body of another mechanism": (
-        lambda _: engine(fm.Revolute("A", four_bar()["coupler"], rod(), at=A)), "'coupler'", "not in mechanism 'engine'",
+        lambda _: engine(fm.Revolute("A", four_bar()["coupler"], rod(), at=A)), "'coupler'",
+        "not in mechanism 'engine'",
     ),
     "a ground of one's own": (
         lambda _: engine(fm.RigidBody("ground", O, 1.0, 1.0)), "RigidBody 'ground'", "there already: fm.GROUND",
@@ -200,7 +202,8 @@ MISTAKES = {
     "no radius": (lambda _: play(clearance=1e-4, normal=LAW), "bearing_radius is missing", "radius of the bearing [m]"),
     "no normal law": (lambda _: play(**WIDTH), "normal is missing", "law of the normal force"),
     "laws exchanged": (
-        lambda _: play(**WIDTH, normal=fm.ModifiedCoulomb(0.1), friction=LAW), "normal is ModifiedCoulomb", "a normal law",
+        lambda _: play(**WIDTH, normal=fm.ModifiedCoulomb(0.1), friction=LAW), "normal is ModifiedCoulomb",
+        "a normal law",
     ),
     "a coefficient as friction": (
         lambda _: play(**WIDTH, normal=LAW, friction=0.1), "friction is 0.1", "ModifiedCoulomb",
@@ -214,7 +217,8 @@ MISTAKES = {
     ),
     # runs and files
     "steps too large": (
-        lambda _: fm.simulate(engine(gravity=(0.0, -9.81)), t_end=1.0, step=0.05).status, "Stopped at t", "step=FixedStep(",
+        lambda _: fm.simulate(engine(gravity=(0.0, -9.81)), t_end=1.0, step=0.05).status, "Stopped at t",
+        "step=FixedStep(",
     ),
     "a file without a mechanism": (lambda folder: model(folder, "x = 3\n"), "no mechanism `mech`", "fm.Mechanism(...)"),
     "a file that is not there": (lambda folder: command(folder, "run", "modle.py"), "no such file", "flexmb list"),
