@@ -92,8 +92,6 @@ class DCMotor(Controller):
         super().__post_init__()
         if not is_signal_name(self.speed):
             raise InputError(f"{self.label}: speed is {self.speed!r}; it must be the name of a signal, as 'arm.omega'.")
-        if not isinstance(self.load, str) or not self.load:
-            raise InputError(f"{self.label}: load is {self.load!r}; it must be the name of a Force or a Torque.")
         if isinstance(self.voltage, str):
             if not is_signal_name(self.voltage):
                 raise InputError(f"{self.label}: voltage is {self.voltage!r}; a signal is called as 'servo.output'.")

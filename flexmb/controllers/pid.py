@@ -119,8 +119,6 @@ class PID(Controller):
                 raise InputError(
                     f"{self.label}: {field} is {value!r}; it must be the name of a signal, as 'arm.theta'."
                 )
-        if self.load is not None and (not isinstance(self.load, str) or not self.load):
-            raise InputError(f"{self.label}: load is {self.load!r}; it must be the name of a Force or a Torque.")
         if not isinstance(self.target, Motion):
             checks.number(self.label, "target", self.target)
         checks.one_of(self.label, "derivative_of", self.derivative_of, [MEASUREMENT, ERROR])

@@ -43,8 +43,6 @@ class Drive(Part):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not isinstance(self.joint, str):
-            raise InputError(f"{self.label}: joint is {self.joint!r}; it must be a joint or its name.")
         if not isinstance(self.motion, Motion):
             raise InputError(f"{self.label}: motion is {self.motion!r}; it must be a motion, e.g. ConstantSpeed(6.28).")
         if not self.motion.is_smooth:

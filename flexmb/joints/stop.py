@@ -131,8 +131,6 @@ class Stop(Part):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not isinstance(self.joint, str):
-            raise InputError(f"{self.label}: joint is {self.joint!r}; it must be a joint or its name.")
         checks.positive(self.label, "radius", self.radius, "m")
         if self.along is not None:
             object.__setattr__(self, "along", checks.direction(self.label, "along", self.along))

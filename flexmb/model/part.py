@@ -59,8 +59,10 @@ class Part(arguments.Checked, Shown, ABC):
         checks.identifier(type(self).__name__, self.name)
         for field in self.by_name:
             given = getattr(self, field)
-            several = isinstance(given, list | tuple)
-            object.__setattr__(self, field, tuple(map(name_of, given)) if several else name_of(given))
+            names = tuple(map(name_of, given)) if isinstance(given, list | tuple) else name_of(given)
+            if not isinstance(names, str | tuple) and getattr(type(self), field, "") is not None:
+                raise InputError(f"{self.label}: {field} is {given!r}; it must be a {field} or its name.")
+            object.__setattr__(self, field, names)
         checks.number_fields(self, self.label)
         for name, declared in checks.declared_fields(type(self)):
             if declared == "Part" and not isinstance(value := getattr(self, name), Part):

@@ -14,17 +14,17 @@ import flexmb as fm
 from flexmb.errors import USER_ERRORS
 from flexmb.mechanisms import four_bar, slider_crank
 
-O, A, B = (0.0, 0.0), (0.05, 0.0), (0.17, 0.0)
+O, A, B, C, D = (0.0, 0.0), (0.05, 0.0), (0.17, 0.0), (0.3, 0.0), (0.2, 0.0)
 LAW, PAD = fm.HuntCrossley(stiffness=1e9), fm.KelvinVoigt(1e5, 10.0, 1e-4)
 WIDTH = {"clearance": 1e-4, "bearing_radius": 5e-3}
 
 
 def crank(**changes):
-    return fm.RigidLink("crank", O, A, **{"mass": 0.3, "inertia": 1e-4, **changes})
+    return fm.RigidLink("crank", **{"start": O, "end": A, "mass": 0.3, "inertia": 1e-4, **changes})
 
 
 def rod(**changes):
-    return fm.RigidLink("rod", A, B, **{"mass": 0.2, "inertia": 3e-4, **changes})
+    return fm.RigidLink("rod", **{"start": A, "end": B, "mass": 0.2, "inertia": 3e-4, **changes})
 
 
 def slider(**changes):
@@ -82,6 +82,9 @@ def measured(speed):
 
 HELD = fm.Mechanism("pendulum", [crank(), fm.Revolute("O", fm.GROUND, crank(), at=O)], gravity=(0.0, 9.81))
 BIG = [fm.RigidLink("crank", O, (50.0, 0.0), 0.3, 60.0), fm.RigidLink("rod", (50.0, 0.0), (170.0, 0.0), 0.2, 240.0)]
+
+LOCKED = [crank(end=D), rod(start=D, end=C), slider(at=C), fm.Revolute("A", crank(end=D), rod(start=D, end=C), at=D)]
+LOCKED += [fm.Revolute("B", rod(start=D, end=C), slider(at=C), at=C)]
 
 MISTAKES = {
     # names and arguments
@@ -183,7 +186,8 @@ MISTAKES = {
         "'crank', 'rod' are connected to nothing else",
     ),
     "a loop that cannot close": (
-        lambda _: checked(engine(fm.Drive("motor", "guide", fm.ConstantSpeed(1.0)))), "'motor'", "within their range",
+        lambda _: checked(engine(*LOCKED)), "The loops close only up to t =", "'motor'", "within their range",
+        "Grashof",
     ),
     "parts without a list": (
         lambda _: fm.Mechanism("m", crank()), "Mechanism 'm': parts is", "it must be a list of parts",
