@@ -1,4 +1,4 @@
-"""Arguments of public classes and functions: unknown, missing and nameless ones are told, former names are taken."""
+"""Arguments of public classes and functions: messages on unknown, missing and nameless ones, former names."""
 
 import sys
 import warnings
@@ -46,10 +46,12 @@ class CheckedType(ABCMeta):
 
 def _refuse_assignment(owner: Any, name: str, value: Any) -> None:
     """Refuse an assignment to a field of a frozen object, in place of the method that `dataclass` writes."""
-    label = getattr(owner, "label", type(owner).__name__)
-    path = f"{owner.name}.{name}" if hasattr(owner, "references") else name if hasattr(owner, "parts") else None
-    way = f"dataclasses.replace(..., {name}={value!r})" if path is None else f"mech.with_({{{path!r}: {value!r}}})"
-    raise FrozenInstanceError(f"{label}: {name} cannot be assigned, since nothing changes. Make another: {way}.")
+    label = getattr(owner, "label", None)
+    path = name if label is None or "parts" in vars(owner) else f"{owner.name}.{name}"
+    way = f"dataclasses.replace(..., {name}={value!r})" if label is None else f"mech.with_({{{path!r}: {value!r}}})"
+    raise FrozenInstanceError(
+        f"{label or type(owner).__name__}: {name} cannot be assigned, since nothing changes. Make another: {way}."
+    )
 
 
 class Checked(metaclass=CheckedType):
@@ -70,7 +72,7 @@ class Checked(metaclass=CheckedType):
     if not TYPE_CHECKING:  # which would take any name for an attribute
 
         def __getattr__(self, name: str) -> Any:
-            """The field that was called `name`; asked for attributes that are missing alone."""
+            """The field whose former name is `name`; a call for missing attributes alone."""
             if name not in former_names(type(self)):
                 raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
             return getattr(self, present_name(type(self), name))
@@ -102,7 +104,7 @@ def warn_of_former(label: str, old: str, now: str) -> None:
 
 
 def checked(function: Callable[P, T]) -> Callable[P, T]:
-    """Decorator: public function whose wrong arguments are told with the nearest names."""
+    """Decorator: public function whose wrong arguments are refused with the nearest names."""
 
     @wraps(function)
     def called(*given: P.args, **keywords: P.kwargs) -> T:

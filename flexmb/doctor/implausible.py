@@ -1,4 +1,4 @@
-"""Numbers that look as if degrees, rpm or a wrong sign were meant, told before a run and by the run itself."""
+"""Findings on numbers that look as if degrees, rpm or another sign were meant, of `check` and of runs."""
 
 from __future__ import annotations
 
