@@ -32,7 +32,7 @@ def test_signals_of_a_point_that_turns_on_a_circle():
     c, s = np.cos(angle), np.sin(angle)
     expected = {
         "x": r * c, "y": r * s, "vx": -r * w * s, "vy": r * w * c,
-        "ax": -r * 2.0 * s - r * w**2 * c, "ay": r * 2.0 * c - r * w**2 * s, "angle": angle, "omega": w,
+        "ax": -r * 2.0 * s - r * w**2 * c, "ay": r * 2.0 * c - r * w**2 * s, "theta": angle, "omega": w,
     }  # fmt: skip
     for name, value in expected.items():
         assert sol[f"P.{name}"].values == pytest.approx(value, abs=2e-3 if name[0] == "a" else 2e-5), name
