@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import FrozenInstanceError
 from functools import cache, wraps
 from inspect import Parameter, Signature, signature
-from typing import TYPE_CHECKING, Any, ClassVar, ParamSpec, TypeVar
+from typing import Any, ClassVar, ParamSpec, TypeVar
 
 from flexmb.checks import collecting, did_you_mean
 from flexmb.docstrings import parameters
@@ -54,6 +54,18 @@ def _refuse_assignment(owner: Any, name: str, value: Any) -> None:
     )
 
 
+class _Former:
+    """Attribute of a former name; a field of that name in a subclass comes first."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def __get__(self, owner: Any, kind: Any) -> Any:
+        if owner is None or self.name not in former_names(kind):
+            raise AttributeError(f"{kind.__name__!r} object has no attribute {self.name!r}")
+        return getattr(owner, present_name(kind, self.name))
+
+
 class Checked(metaclass=CheckedType):
     """Base of classes whose objects tell all errors of their arguments at once, when they are constructed.
 
@@ -68,14 +80,8 @@ class Checked(metaclass=CheckedType):
         own = cls.__dict__.get("__post_init__")
         if own is not None:
             cls.__post_init__ = collecting(own)
-
-    if not TYPE_CHECKING:  # which would take any name for an attribute
-
-        def __getattr__(self, name: str) -> Any:
-            """The field whose former name is `name`; a call for missing attributes alone."""
-            if name not in former_names(type(self)):
-                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-            return getattr(self, present_name(type(self), name))
+        for old, _ in cls.__dict__.get("formerly", ()):
+            setattr(cls, old, _Former(old))
 
 
 @cache

@@ -45,28 +45,31 @@ def implausible_findings(mechanism: Mechanism) -> list[Finding]:
         findings.append(found("upward-gravity", (), text, "Downwards it is gravity=(0, -9.81)."))
     for part in mechanism.parts:
         findings += _speeds(mechanism, part) if isinstance(part, Drive) else ()
-        for name, value in _angles(mechanism, part):
+        for name, value in _angles(part):
             shares = value / FINEST_PART
-            if TURN < abs(value) < math.inf and abs(shares - round(shares)) > SAME:
-                text = f"{part.label}: {name} is {value:.4g} rad, {value / TURN:.3g} turns."
-                remedy = f"Angles are in rad: {value:.4g} degrees are math.radians({value:.4g}) = "
-                remedy += f"{math.radians(value):.4g} rad."
-                findings.append(found("odd-units", (part.name,), text, remedy, angle=value))
+            if not TURN < abs(value) < math.inf or abs(shares - round(shares)) <= SAME:
+                continue
+            if "joint" in vars(part) and not _turns(mechanism, vars(part)["joint"]):
+                continue
+            text = f"{part.label}: {name} is {value:.4g} rad, {value / TURN:.3g} turns."
+            remedy = (
+                f"Angles are in rad: {value:.4g} degrees are math.radians({value:.4g}) = {math.radians(value):.4g} rad."
+            )
+            findings.append(found("odd-units", (part.name,), text, remedy, angle=value))
     return findings
 
 
-def _angles(mechanism: Mechanism, part: Part) -> Iterator[tuple[str, float]]:
+def _angles(part: Part) -> Iterator[tuple[str, float]]:
     """Numbers of a part, of its motion and of the target of a controller that are angles by their documented unit."""
-    joint, motion = getattr(part, "joint", None), getattr(part, "motion", None)
+    motion, target = vars(part).get("motion"), vars(part).get("target")
     owners: list[Any] = [part, motion] if isinstance(motion, Motion) else [part]
-    for owner in owners if joint is None or _turns(mechanism, joint) else ():
+    for owner in owners:
         kind: Any = type(owner)
         for name in _angle_fields(kind):
-            value = getattr(owner, name)
+            value = vars(owner).get(name)
             if isinstance(value, float | int):
                 yield name if owner is part else f"motion.{name}", float(value)
-    target = getattr(part, "target", None)
-    if isinstance(target, float | int) and str(getattr(part, "measure", "")).endswith((".angle", ".theta")):
+    if isinstance(target, float | int) and str(vars(part).get("measure")).endswith((".angle", ".theta")):
         yield "target", float(target)
 
 
@@ -90,14 +93,15 @@ def _turns(mechanism: Mechanism, joint: Part | str) -> bool:
 
 def _speeds(mechanism: Mechanism, part: Drive) -> Iterator[Finding]:
     """A finding on a drive that turns too fast for the joints on its bodies."""
-    joint, speed = mechanism.find(part.joint), getattr(part.motion, "speed", None)
-    if not isinstance(speed, float | int) or not isinstance(joint, Joint) or not _turns(mechanism, joint):
+    joint, speed = mechanism.find(part.joint), vars(part.motion).get("speed")
+    if not isinstance(speed, float | int) or not isinstance(joint, Joint):
         return
     driven = {joint.first.name, joint.second.name} - {GROUND.name}
-    points = [one.at for one in mechanism.parts if isinstance(one, Joint) and driven & set(one.references())]
-    arm = max(math.dist(joint.at, at) for at in points if at is not None)
+    joints = [one for one in mechanism.parts if isinstance(one, Joint) and one.at is not None]
+    arms = [math.dist(joint.at, one.at) for one in joints if one.first.name in driven or one.second.name in driven]
+    arm = max(arms, default=0.0)
     acceleration = speed * speed * arm
-    if abs(speed) > FASTEST or acceleration > LARGEST_ACCELERATION:
+    if (abs(speed) > FASTEST or acceleration > LARGEST_ACCELERATION) and _turns(mechanism, joint):
         text = f"{part.label} turns at {speed:.4g} rad/s, {speed * 30.0 / math.pi:.4g} rpm"
         more = f": at {arm:.3g} m from the joint that is {acceleration / STANDARD_GRAVITY:.3g} g" if arm else ""
         remedy = f"Speeds are in rad/s: 2 pi/60 times those in rpm; {speed:.4g} rpm are {speed * math.pi / 30.0:.4g}."

@@ -1,7 +1,7 @@
 """Former names of arguments, fields and signals: taken for one version, with a warning that says the present one."""
 
 import warnings
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -103,3 +103,20 @@ def test_units_of_results():
     with pytest.warns(DeprecationWarning, match="unit is called units now"):
         assert found.unit == found.units
     assert replace(found, units="Hz").units == "Hz"
+
+
+def test_a_field_of_a_former_name_in_a_law_of_a_user_is_a_field():
+    @fm.friction_law
+    def rub(p, h, slip, N, z, z_new):
+        return -p[0] * N * np.sign(slip)
+
+    @dataclass(frozen=True)
+    class Rubbing(fm.FrictionLaw):
+        mu: float
+        kernel = rub
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert Rubbing(mu=0.3).mu == Rubbing(0.3).parameters()[0] == 0.3
+    with pytest.raises(InputError, match="mu is missing"):
+        Rubbing()
