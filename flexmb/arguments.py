@@ -5,7 +5,7 @@ import warnings
 from abc import ABCMeta
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import FrozenInstanceError
-from functools import cache, wraps
+from functools import cache, cached_property, wraps
 from inspect import Parameter, Signature, signature
 from typing import Any, ClassVar, ParamSpec, TypeVar
 
@@ -54,13 +54,14 @@ def _refuse_assignment(owner: Any, name: str, value: Any) -> None:
     )
 
 
-class _Former:
+class _Former(cached_property[Any]):
     """Attribute of a former name; a field of that name in a subclass comes first."""
 
     def __init__(self, name: str) -> None:
-        self.name = name
+        super().__init__(lambda _: None)
+        self.name, self.__doc__ = name, "Former name of a field."
 
-    def __get__(self, owner: Any, kind: Any) -> Any:
+    def __get__(self, owner: Any, kind: Any = None) -> Any:  # type: ignore[override]
         if owner is None or self.name not in former_names(kind):
             raise AttributeError(f"{kind.__name__!r} object has no attribute {self.name!r}")
         return getattr(owner, present_name(kind, self.name))
